@@ -1,0 +1,73 @@
+# One virtual environment, built from the pins in requirements/lock.txt. `make help` lists what there is to do.
+
+PYTHON ?= $(shell command -v python3.11 || command -v python3)
+VENV   := .venv
+BIN    := $(VENV)/bin
+PIP    := $(BIN)/python -m pip --disable-pip-version-check install -qq --constraint requirements/lock.txt --editable
+PINS   := pyproject.toml requirements/lock.txt
+comma  := ,
+ZIG    := $(if $(shell command -v cc),,$(comma)bench-zig)
+
+.DEFAULT_GOAL := help
+.NOTPARALLEL:
+.DELETE_ON_ERROR:
+.PHONY: help reproduce test benchmark lint format types imports docs clean
+
+help: ## list the targets
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+reproduce: $(VENV)/.runtime ## rebuild the paper's figures and claims: report/index.html, report/claims.json
+	@$(BIN)/frictionloop reproduce
+
+test: $(VENV)/.dev ## run the tests
+	@$(BIN)/python -m pytest
+
+benchmark: $(VENV)/.bench ## measure speed beside C, JAX, NumPy and others
+	@$(BIN)/python benchmarks/run.py
+
+lint: $(VENV)/.dev ## check style and formatting
+	@$(BIN)/ruff check
+	@$(BIN)/ruff format --check
+
+format: $(VENV)/.dev ## rewrite files in the project's style
+	@$(BIN)/ruff check --fix
+	@$(BIN)/ruff format
+
+types: $(VENV)/.dev ## check the types
+	@$(BIN)/mypy
+
+imports: $(VENV)/.dev ## check that imports between rooms only point down
+	@$(BIN)/lint-imports --no-logo
+
+docs: $(VENV)/.dev ## build docs/_build/html, running the examples; warnings are errors
+	@$(BIN)/sphinx-build -q -W --keep-going -b html docs docs/_build/html
+	@echo "docs/_build/html/index.html"
+
+clean: ## remove everything that can be made again
+	@rm -rf $(VENV) report docs/_build docs/gallery docs/sg_execution_times.rst benchmarks/build
+	@rm -rf .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
+	@find src tests benchmarks examples docs -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
+
+# The stamps below are newer than the pins when the environment agrees with them.
+$(VENV)/.runtime: $(PINS) | $(BIN)/python
+	@echo "Installing frictionloop into $(VENV)"
+	@$(PIP) .
+	@touch $@
+
+$(VENV)/.dev: $(PINS) | $(BIN)/python
+	@echo "Installing frictionloop with its test, docs and development tools into $(VENV)"
+	@$(PIP) '.[dev]'
+	@touch $(VENV)/.runtime $@
+
+$(VENV)/.bench: $(PINS) | $(BIN)/python
+	@echo "Installing frictionloop with the libraries it is compared with into $(VENV)"
+	@$(PIP) '.[bench$(ZIG)]'
+	@touch $(VENV)/.runtime $@
+
+# Some systems ship venv without its copy of pip; then the pip at hand puts one in.
+$(BIN)/python:
+	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null \
+	  || { echo "Python 3.11 or newer is needed and '$(PYTHON)' is not it; set PYTHON=/path/to/python" >&2; exit 1; }
+	@echo "Creating $(VENV) with $(PYTHON)"
+	@"$(PYTHON)" -m venv $(VENV) >/dev/null || { rm -rf $(VENV); \
+	  "$(PYTHON)" -m venv --without-pip $(VENV) && "$(PYTHON)" -m pip --python $(VENV) install -qq pip; }
