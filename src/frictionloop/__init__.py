@@ -1,0 +1,46 @@
+"""frictionloop: closed-loop friction displays, simulated, designed and run.
+
+>>> import frictionloop as fl
+>>> run = fl.simulate(fl.paper(), duration_s=1.0)
+>>> bool(fl.r2_identity(run) <= fl.r2_bound(run))
+True
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+_HOME = {
+    "frictionloop.quantities": ["FrictionloopError", "Lti"],
+    "frictionloop.parameters": [
+        "READINGS", "ColouredNoise", "Constant", "Friction", "LogSweep", "LowpassPlate", "LowpassSensor", "Model", "PiController",
+        "Recording", "Sine", "Steps", "System", "feasible", "paper", "preset", "read_toml", "to_toml", "write_toml",
+    ],
+    "frictionloop.physics.friction": ["amplitude_for", "friction_force", "reachable"],
+    "frictionloop.sensing.measurement": ["Measurement"],
+    "frictionloop.loop.record": ["load", "save", "system_of"],
+    "frictionloop.loop.simulate": ["simulate"],
+    "frictionloop.loop.stepper": ["Stepper"],
+    "frictionloop.loop.sweep": ["SweepInterrupted", "sweep"],
+    "frictionloop.loop.metrics": [
+        "METRICS", "output_noise", "r2_bound", "r2_identity", "r2_regression", "regression", "rms_error", "saturation_index",
+    ],
+}  # fmt: skip
+_ROOM_OF = {name: room for room, names in _HOME.items() for name in names}
+__all__ = [*sorted(_ROOM_OF), "__version__"]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first used, so that ``import frictionloop`` and ``--help`` stay quick."""
+    if name == "__version__":
+        return importlib.import_module("frictionloop.loop.record").package_version()
+    if name not in _ROOM_OF:
+        raise AttributeError(f"module 'frictionloop' has no attribute {name!r}")
+    value = getattr(importlib.import_module(_ROOM_OF[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return __all__

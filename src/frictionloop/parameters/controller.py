@@ -1,0 +1,53 @@
+"""Parameters of the controller: what it believes of the plant, its gains and its timing."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from frictionloop.parameters.block import Block, NotNegative, Positive
+
+
+class Model(Block):
+    """What the controller believes: it alone feeds the lookup table and the clamp."""
+
+    nominal_n: Positive = 0.8
+    """Believed friction f0 without vibration: upper end of the clamp."""
+    susceptibility_per_um2: Positive = 0.38
+    """Believed susceptibility tau."""
+    max_amplitude_um: Positive = 2.5
+    """Believed largest amplitude: g(max_amplitude_um) is the lower end of the clamp."""
+    table_size: Annotated[int, Field(ge=0, le=65536)] = 0
+    """Entries of the lookup table, interpolated linearly in amplitude squared; 0 is the exact inverse."""
+
+    @model_validator(mode="after")
+    def _table(self) -> Self:
+        if self.table_size == 1:
+            raise ValueError("table_size must be 0 (exact inverse) or at least 2")
+        return self
+
+    @property
+    def floor_n(self) -> float:
+        """Lowest force the controller believes reachable, g(max_amplitude_um)."""
+        return self.nominal_n * math.exp(-self.susceptibility_per_um2 * self.max_amplitude_um**2)
+
+
+class PiController(Block):
+    """v = kp e + I, u = clip(v, g(a_max), f0), dI/dt = ki e with conditional integration (paper, Sec. 2.3)."""
+
+    kind: Literal["pi"] = "pi"
+    kp: NotNegative = 10.0
+    """Proportional gain K_p (paper, Sec. 2.3)."""
+    ki: NotNegative = 2.0
+    """Integral gain K_i (paper, Sec. 2.3; per second is a reading)."""
+    rate_hz: Positive = 5000.0
+    """Rate of the control periods (paper, Sec. 4.1: "5 kHz timer")."""
+    delay_s: Annotated[float, Field(ge=0, le=1)] = 0.0
+    """Time from taking the sample to applying the amplitude command."""
+    model: Model = Model()
+    """What the controller believes of the plant."""
+
+
+Controller = PiController

@@ -1,0 +1,98 @@
+"""A System as a TOML file: written with units as comments, read with every complaint in one line."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from frictionloop.parameters import presets
+from frictionloop.parameters.system import System
+from frictionloop.quantities import FrictionloopError, replacing, unit_of
+
+SCHEMA = 1
+"""Version of the parameter file and of the run file; a newer one is refused."""
+PRESETS = {"paper": presets.paper, "feasible": presets.feasible}
+
+
+def preset(name: str) -> System:
+    """Return the preset of that name, ``"paper"`` or ``"feasible"``."""
+    if name not in PRESETS:
+        raise FrictionloopError(f"preset = {name!r} is unknown; accepted: {', '.join(map(repr, PRESETS))}")
+    return PRESETS[name]()
+
+
+def read_toml(path: str | os.PathLike[str]) -> System:
+    """Return the System a TOML file describes.
+
+    The file holds ``schema = 1`` and one table per block. With ``preset = "paper"`` it needs only what differs;
+    without it every block must be there. Raises ``FrictionloopError`` naming file, field and value.
+    """
+    where = f"{path}: "
+    try:
+        tree = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise FrictionloopError(f"{where}cannot be read ({getattr(error, 'strerror', None) or error})") from None
+    except tomllib.TOMLDecodeError as error:
+        raise FrictionloopError(f"{where}is not TOML: {error}") from None
+    check_schema(tree.pop("schema", SCHEMA), where)
+    base = tree.pop("preset", None)
+    if base is None:
+        return System.from_tree(tree, where)
+    try:
+        return preset(base).evolve(_flatten(tree))
+    except FrictionloopError as error:
+        raise FrictionloopError(f"{where}{error}") from None
+
+
+def check_schema(schema: Any, where: str) -> None:
+    """Refuse a file that a newer version of the package has written."""
+    if not isinstance(schema, int) or schema > SCHEMA:
+        raise FrictionloopError(
+            f"{where}schema = {schema!r} is newer than this version reads (up to {SCHEMA}); update frictionloop"
+        )
+
+
+def _flatten(tree: dict[str, Any], prefix: str = "") -> dict[str, Any]:
+    flat: dict[str, Any] = {}
+    # A kind comes first, so that the other values land in the block of that kind.
+    for name, value in sorted(tree.items(), key=lambda item: item[0] != "kind"):
+        flat |= _flatten(value, f"{prefix}{name}.") if isinstance(value, dict) else {prefix + name: value}
+    return flat
+
+
+def to_toml(system: System) -> str:
+    """Return the System as TOML text, each number with its unit as a comment."""
+    lines = [f"schema = {SCHEMA}"]
+    for name, block in system.model_dump().items():
+        lines += ["", *_table(name, block)]
+    return "\n".join(lines) + "\n"
+
+
+def _table(name: str, block: dict[str, Any]) -> list[str]:
+    lines = [f"[{name}]"]
+    for key, value in block.items():
+        if value is not None and not isinstance(value, dict):
+            unit = unit_of(key)
+            lines.append(f"{key} = {_literal(value)}" + (f"  # {unit}" if unit else ""))
+    for key, value in block.items():
+        if isinstance(value, dict):
+            lines += ["", *_table(f"{name}.{key}", value)]
+    return lines
+
+
+def _literal(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    if isinstance(value, (tuple, list)):
+        return "[" + ", ".join(map(_literal, value)) + "]"
+    return repr(value)
+
+
+def write_toml(system: System, path: str | os.PathLike[str]) -> None:
+    """Write the System as a TOML file; the old file stays whole until the new one is complete."""
+    with replacing(path) as beside:
+        beside.write_text(to_toml(system), encoding="utf-8")

@@ -1,0 +1,44 @@
+"""Ready-made systems: the paper's simulation, a feasible version of it, and the readings of its text."""
+
+from __future__ import annotations
+
+from frictionloop.parameters.controller import Controller
+from frictionloop.parameters.plant import Friction, LowpassPlate, LowpassSensor
+from frictionloop.parameters.sources import LogSweep, Sine
+from frictionloop.parameters.system import System
+
+
+def paper() -> System:
+    """Return the simulation of Section 2, reading the printed amplitudes as peak-to-peak (docs/paper-notes)."""
+    return System(
+        setpoint=LogSweep(offset_n=0.6, amplitude_n=0.6, start_hz=1.0, stop_hz=100.0, sweep_s=10.0),
+        disturbance=Sine(offset_n=0.4, amplitude_n=0.4, frequency_hz=1.0),
+        friction=Friction(),
+        plate=LowpassPlate(),
+        sensor=LowpassSensor(),
+        controller=Controller(),
+    )
+
+
+def feasible() -> System:
+    """Return the same loop with a set-point that is reachable at every sample.
+
+    The reachable band is [g(a_max) + max d, f0 + min d] = [0.374, 0.800] N; the set-point is 0.58 +- 0.18 N.
+    """
+    return paper().evolve(
+        {
+            "setpoint.offset_n": 0.58,
+            "setpoint.amplitude_n": 0.18,
+            "disturbance.offset_n": 0.15,
+            "disturbance.amplitude_n": 0.15,
+        }
+    )
+
+
+READINGS: dict[str, dict[str, float]] = {
+    "peak-to-peak": {},
+    "zero-to-peak set-point": {"setpoint.amplitude_n": 1.2},
+    "disturbance of Sec. 2.1": {"disturbance.amplitude_n": 0.8, "disturbance.offset_n": 0.4},
+    "small disturbance": {"disturbance.amplitude_n": 0.2, "disturbance.offset_n": 0.2},
+}
+"""Other readings of the printed amplitudes, as overrides of ``paper()`` (docs/paper-notes)."""

@@ -1,0 +1,30 @@
+"""Units carried by names, and the error every bad value raises."""
+
+from __future__ import annotations
+
+_UNITS = (
+    ("_per_um2", "um^-2"),
+    ("_mm_s", "mm/s"),
+    ("_um", "um"),
+    ("_hz", "Hz"),
+    ("_s", "s"),
+    ("_n", "N"),
+    ("_m", "m"),
+)
+_UNITS_WITHOUT_SUFFIX = {"kp": "N/N", "ki": "1/s"}
+
+
+class FrictionloopError(ValueError):
+    """A request that cannot be met, said in one line: what was given, where, and what would be accepted."""
+
+
+def unit_of(name: str) -> str:
+    """Return the unit that a parameter's name carries, ``""`` for a pure number or a word.
+
+    >>> unit_of("controller.delay_s"), unit_of("controller.ki"), unit_of("plate.kind")
+    ('s', '1/s', '')
+    """
+    leaf = name.rsplit(".", 1)[-1]
+    if leaf in _UNITS_WITHOUT_SUFFIX:
+        return _UNITS_WITHOUT_SUFFIX[leaf]
+    return next((unit for suffix, unit in _UNITS if leaf.endswith(suffix)), "")
