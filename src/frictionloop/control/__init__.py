@@ -1,0 +1,1 @@
+"""Control laws and the lookup table, one step function each."""

@@ -1,0 +1,52 @@
+"""The PI law of the paper with a clamp and conditional integration (Section 2.3)."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from frictionloop.parameters import PiController
+from frictionloop.quantities import Lti
+from frictionloop.quantities.arithmetic import fma, step
+from frictionloop.sensing.measurement import Measurement
+
+
+class PiState(NamedTuple):
+    """Integral I in N."""
+
+    integral: float
+
+
+class PiGains(NamedTuple):
+    """kp (N/N), ki (1/s) and the clamp [low, high] in N that the controller's model gives."""
+
+    kp: float
+    ki: float
+    low: float
+    high: float
+
+
+class ForceCommand(NamedTuple):
+    """Force u after the clamp in N, and whether the clamp acted (1 or 0)."""
+
+    u: float
+    saturated: float
+
+
+@step
+def pi_step(
+    state: PiState, measurement: Measurement, setpoint_n: float, gains: PiGains, dt: float
+) -> tuple[PiState, ForceCommand]:
+    """e = f_r - f_m; v = kp e + I; u = clip(v, low, high); I += ki dt e unless e pushes v further into the clamp."""
+    (integral,) = state
+    kp, ki, low, high = gains
+    error = setpoint_n - measurement[0]
+    v = fma(kp, error, integral)
+    u = min(max(v, low), high)
+    pushes = ((v > high) & (error > 0.0)) | ((v < low) & (error < 0.0))
+    integral = integral if pushes else fma(ki * dt, error, integral)
+    return PiState(integral), ForceCommand(u, 1.0 if v != u else 0.0)
+
+
+def linearise_pi(controller: PiController) -> Lti:
+    """Return C(s) = kp + ki/s with the controller's delay, error to force command."""
+    return Lti((controller.kp, controller.ki), (1.0, 0.0), controller.delay_s)

@@ -1,0 +1,1 @@
+"""What the finger and the plate do: friction law, plate envelope, disturbances."""

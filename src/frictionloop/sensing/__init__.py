@@ -1,0 +1,1 @@
+"""What the controller gets to know: the force sensor and its measurement."""

@@ -1,0 +1,34 @@
+"""The force sensor of Section 2: noise is added to the force, then a first-order low-pass S(s)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from frictionloop.parameters import LowpassSensor
+from frictionloop.quantities import Lti
+from frictionloop.quantities.arithmetic import fma, step
+
+
+@step
+def sensor_start(measured_n: float, normal: float, decay: float, noise_gain_n: float) -> float:
+    """f_m e^(-ws T) + n (1 - e^(-ws T)): what one period leaves of the old reading, with noise n held over it."""
+    return fma(decay, measured_n, noise_gain_n * normal)
+
+
+@step
+def sensor_node(measured_n: float, force_n: float, weight: float) -> float:
+    """f_m += W f(s): one node of the integral over the period of ws e^(-ws (T - s)) f(s) ds."""
+    return fma(weight, force_n, measured_n)
+
+
+def sensor_weights(cutoff_hz: np.ndarray, times_s: np.ndarray, weights_s: np.ndarray, period_s: float) -> np.ndarray:
+    """Return W_j = w_j ws e^(-ws (T - s_j)) for quadrature times s_j and weights w_j, node axis first."""
+    omega = 2.0 * np.pi * np.asarray(cutoff_hz)
+    return np.asarray(weights_s * omega * np.exp(-omega * (period_s - times_s)))
+
+
+def linearise_sensor(sensor: LowpassSensor) -> Lti:
+    """Return S(s) = 1 / (1 + s/ws), force (or noise) to measured force."""
+    return Lti((1.0,), (1.0 / (2.0 * math.pi * sensor.cutoff_hz), 1.0))
