@@ -1,0 +1,1 @@
+"""The simulator: steps of all rooms composed, repeated over time, scored."""

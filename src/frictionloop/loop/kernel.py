@@ -1,0 +1,199 @@
+"""The compiled loop: steps of all rooms composed into one control period, the period repeated over time.
+
+``advance`` is compiled for tiles of 32 lanes and for a single lane. It is single-threaded, releases the GIL and is
+called for chunks of time, so that threads, Ctrl-C and progress belong to the caller.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+from numba.core.caching import FunctionCache
+
+import frictionloop
+from frictionloop.control.pi import PiGains, PiState, pi_step
+from frictionloop.loop.quadrature import NODES
+from frictionloop.loop.signals import build_signals
+from frictionloop.loop.slab import NODES_MAX, ROW, peek, pointer, poke
+from frictionloop.loop.tiles import (
+    TRACES,
+    build_control,
+    build_delay,
+    build_plant,
+    build_record,
+    build_scores,
+    lane_count,
+)
+from frictionloop.quantities.normals import BLOCK
+
+EXTERNAL, PI = 0, 1
+"""Who commands: the caller (``Stepper``) or a control law of the kernel."""
+
+
+class Options(NamedTuple):
+    """What all lanes of a tile share: the structure of the loop and how its signals are made."""
+
+    law: int
+    segments: int
+    setpoint: int
+    setpoint_shared: bool
+    disturbance: int
+    disturbance_shared: bool
+    noise_shared: bool
+    groups: int
+    score_from: int
+    recording: bool
+    table_size: int
+    ring_mask: int
+    dt: float
+
+
+class Buffers(NamedTuple):
+    """Scratch and history of one tile."""
+
+    setpoint: np.ndarray
+    disturbance: np.ndarray
+    normals: np.ndarray
+    history: np.ndarray
+    table: np.ndarray
+    seeds: np.ndarray
+
+
+def _build(width: int) -> Any:
+    count = lane_count(width)
+    fill_signal, fill_noise = build_signals(width)
+    pi = build_control(width, pi_step, len(PiState._fields), len(PiGains._fields))
+    apply_late = build_delay(width)
+    plant = build_plant(width, 1, False)
+    plant_delayed, plant_switched = build_plant(width, 1, True), build_plant(width, 2, True)
+    scores, record = build_scores(width), build_record(width)
+    setpoint, disturbance, normal = ROW["setpoint"], ROW["disturbance"], ROW["normal"]
+    force, friction_row = ROW["measurement"], ROW["friction"]
+
+    @njit(error_model="numpy")
+    def spread(s, n, row, values, k, shared):  # type: ignore[no-untyped-def]
+        if shared:
+            value = peek(values, k)
+            for i in range(count(n)):
+                poke(s, row * width + i, value)
+        else:
+            for i in range(count(n)):
+                poke(s, row * width + i, peek(values, k * width + i))
+
+    @njit(error_model="numpy")
+    def settle(s, n):  # type: ignore[no-untyped-def]
+        for i in range(count(n)):
+            poke(s, force * width + i, peek(s, friction_row * width + i) + peek(s, disturbance * width + i))
+
+    @njit(error_model="numpy")
+    def one_period(s, n, k, at, o, b, trace, trace_size):  # type: ignore[no-untyped-def]
+        spread(s, n, setpoint, b.setpoint, at, o.setpoint_shared)
+        spread(s, n, disturbance, b.disturbance, at, o.disturbance_shared)
+        spread(s, n, normal, b.normals, at, o.noise_shared)
+        if k == 0:
+            settle(s, n)
+        if o.law == PI:
+            pi(s, n, o.dt, b.table, o.table_size)
+        if k >= o.score_from:
+            scores(s, n, o.groups)
+        if o.recording:
+            record(s, n, k, trace, trace_size)
+        if o.ring_mask == 0:
+            plant(s, n, b.disturbance, at, o.disturbance_shared)
+            return
+        apply_late(s, n, k, b.history, o.ring_mask)
+        if o.segments == 1:
+            plant_delayed(s, n, b.disturbance, at, o.disturbance_shared)
+        else:
+            plant_switched(s, n, b.disturbance, at, o.disturbance_shared)
+
+    @njit(error_model="numpy", nogil=True)
+    def advance(slab, n, start, stop, o, buffers, setpoint_samples, disturbance_samples, chunk, trace):  # type: ignore[no-untyped-def]
+        s, traces = pointer(slab), pointer(trace)
+        r_samples, d_samples = pointer(setpoint_samples), pointer(disturbance_samples)
+        b = Buffers(
+            pointer(buffers.setpoint),
+            pointer(buffers.disturbance),
+            pointer(buffers.normals),
+            pointer(buffers.history),
+            pointer(buffers.table),
+            pointer(buffers.seeds),
+        )
+        nodes = (NODES - 1) * o.segments + 1
+        counters = BLOCK // 4 if n > 0 else 0
+        k = start
+        while k < stop:
+            first = k // BLOCK * BLOCK
+            end = min(stop, first + BLOCK)
+            fill_signal(
+                b.setpoint, s, o.setpoint, True, o.setpoint_shared, r_samples, chunk, first, end - first, 1, o.dt
+            )
+            fill_signal(
+                b.disturbance,
+                s,
+                o.disturbance,
+                False,
+                o.disturbance_shared,
+                d_samples,
+                chunk,
+                first,
+                end - first,
+                nodes,
+                o.dt,
+            )
+            fill_noise(b.normals, b.seeds, o.noise_shared, first, counters)
+            while k < end:
+                one_period(s, n, k, k - first, o, b, traces, trace.size // len(TRACES))
+                k += 1
+
+    return advance
+
+
+@cache
+def source_digest() -> str:
+    """Return a digest of the package's source: Numba's cache checks one file, but the kernel is built from many."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(frictionloop.__file__).parent.rglob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+class _Cache(FunctionCache):
+    """Numba's on-disk cache, keyed by the tile width and the whole source instead of closure contents."""
+
+    width = 0
+
+    def _index_key(self, sig: Any, codegen: Any) -> Any:
+        return (sig, codegen.magic_tuple(), self.width, source_digest())
+
+
+@cache
+def kernel(width: int) -> Any:
+    """Return the compiled ``advance`` for tiles of this width (1 or ``LANES``), from the cache on disk if it is there."""
+    advance = _build(width)
+    advance._cache = _Cache(advance.py_func)
+    advance._cache.width = width
+    return advance
+
+
+def ring_size(longest_delay: float) -> int:
+    """Return the length of the command history: 1 without delay, else a power of two that holds two periods more."""
+    return 1 << math.ceil(longest_delay + 1).bit_length() if longest_delay else 1
+
+
+def buffers(width: int, ring: int, table: np.ndarray, seeds: np.ndarray) -> Buffers:
+    """Return zeroed scratch and history for one tile."""
+    return Buffers(
+        setpoint=np.zeros(BLOCK * width),
+        disturbance=np.zeros(NODES_MAX * BLOCK * width),
+        normals=np.zeros(BLOCK * width),
+        history=np.zeros(ring * width),
+        table=table,
+        seeds=seeds,
+    )

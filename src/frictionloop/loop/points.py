@@ -1,0 +1,94 @@
+"""The points of a sweep: a grid over dotted paths or a list of overrides, times seeds."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from frictionloop.parameters import System
+from frictionloop.quantities import FrictionloopError, unit_of
+
+
+@dataclass(frozen=True)
+class Points:
+    """Every override of a sweep in order, and the axes they lie on."""
+
+    axes: dict[str, np.ndarray]
+    overrides: tuple[dict[str, Any], ...]
+    seeds: tuple[int, ...]
+    gridded: bool
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Lengths of the axes, seeds last."""
+        return (*(len(axis) for axis in self.axes.values()), len(self.seeds))
+
+    def lanes(self) -> Iterator[tuple[dict[str, Any], int]]:
+        """Yield (override, seed) in the order of the flattened result."""
+        return itertools.product(self.overrides, self.seeds)
+
+    def probes(self) -> Iterator[dict[str, Any]]:
+        """Yield overrides that try every value once: those of a list, and each axis of a grid by itself."""
+        if not self.gridded:
+            yield from self.overrides
+            return
+        for path, axis in self.axes.items():
+            for value in axis.tolist():
+                yield self.overrides[0] | {path: value}
+
+    def coordinates(self) -> dict[str, xr.Variable]:
+        """Return the coordinates of the result."""
+        found = {name: xr.Variable(name, axis, _units(name)) for name, axis in self.axes.items()}
+        if not self.gridded:
+            (dim,) = self.axes
+            for path in dict.fromkeys(path for override in self.overrides for path in override):
+                values = [override.get(path, np.nan) for override in self.overrides]
+                if all(isinstance(v, (int, float, str, np.number)) for v in values):
+                    found[path] = xr.Variable(dim, np.array(values), _units(path))
+        return found | {"seed": xr.Variable("seed", np.array(self.seeds))}
+
+
+def _units(path: str) -> dict[str, str]:
+    return {"units": unit_of(path)} if unit_of(path) else {}
+
+
+def _seeds(seeds: int | Sequence[int]) -> tuple[int, ...]:
+    found = tuple(range(seeds)) if isinstance(seeds, (int, np.integer)) else tuple(int(s) for s in seeds)
+    if not found or min(found) < 0 or len(set(found)) < len(found):
+        raise FrictionloopError(
+            f"seeds = {seeds!r}: must be a positive count or a list of different whole numbers >= 0"
+        )
+    return found
+
+
+def points_of(points: Mapping[str, Any] | Sequence[Mapping[str, Any]], seeds: int | Sequence[int]) -> Points:
+    """Return the points of ``{path: values, ...}`` (their grid) or of a list of overrides (one dim, ``point``).
+
+    A list may name its dimension with an attribute ``dim``.
+    """
+    if isinstance(points, Mapping):
+        axes = {path: np.atleast_1d(np.asarray(values)) for path, values in points.items()}
+        for path, axis in axes.items():
+            if axis.ndim != 1 or axis.size == 0:
+                raise FrictionloopError(f"{path}: a sweep needs a list of at least one value, got shape {axis.shape}")
+        values = itertools.product(*(axis.tolist() for axis in axes.values()))
+        overrides = tuple(dict(zip(axes, point, strict=True)) for point in values)
+        return Points(axes, overrides, _seeds(seeds), gridded=True)
+    overrides = tuple(dict(point) for point in points)
+    if not overrides:
+        raise FrictionloopError("points: a sweep needs at least one point")
+    dim = getattr(points, "dim", "point")
+    return Points({dim: np.arange(len(overrides))}, overrides, _seeds(seeds), gridded=False)
+
+
+def fingerprint(system: System, points: Points, duration_s: float, score_from_s: float, metrics: Sequence[str]) -> str:
+    """Return a digest of everything that decides a sweep's result, so that only the same sweep is resumed."""
+    asked = [system.model_dump(), points.overrides, points.seeds, duration_s, score_from_s, list(metrics)]
+    return hashlib.sha256(json.dumps(asked, sort_keys=True, default=str).encode()).hexdigest()

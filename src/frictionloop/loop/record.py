@@ -1,0 +1,92 @@
+"""A run as an xarray Dataset with units, saved as HDF5 with everything needed to repeat it."""
+
+from __future__ import annotations
+
+import json
+import os
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from frictionloop.parameters import SCHEMA, System
+from frictionloop.parameters.files import check_schema
+from frictionloop.quantities import FrictionloopError, replacing
+
+VARIABLES: dict[str, tuple[str, str]] = {
+    "f_r": ("N", "set-point force"),
+    "f_a": ("N", "friction force on the finger"),
+    "f_m": ("N", "measured force"),
+    "u": ("N", "force command after its clamp"),
+    "a": ("um", "vibration amplitude, zero-to-peak"),
+    "d": ("N", "disturbance"),
+    "saturated": ("1", "command was clamped"),
+}
+
+
+def package_version() -> str:
+    """Return the version of the installed package."""
+    try:
+        return version("frictionloop")
+    except PackageNotFoundError:
+        return "0+unknown"
+
+
+def provenance(system: System, **more: Any) -> dict[str, Any]:
+    """Return the attributes that let a result be repeated: System, version, schema and what the caller adds."""
+    return {
+        "system": system.model_dump_json(),
+        "version": package_version(),
+        "schema": SCHEMA,
+        "source": "simulated",
+        **more,
+    }
+
+
+def to_dataset(traces: np.ndarray, system: System, seed: int) -> xr.Dataset:
+    """Return the Dataset of one run from its traces, shape (variables, periods), row k holding the values at t_k."""
+    time = np.arange(traces.shape[1]) / system.controller.rate_hz
+    data = {
+        name: xr.Variable("time", row != 0 if name == "saturated" else row, {"units": units, "long_name": meaning})
+        for row, (name, (units, meaning)) in zip(traces, VARIABLES.items(), strict=True)
+    }
+    coordinate = {"time": xr.Variable("time", time, {"units": "s", "long_name": "time"})}
+    return xr.Dataset(data, coordinate, provenance(system, seed=seed))
+
+
+def system_of(run: xr.Dataset) -> System:
+    """Return the System that a run carries."""
+    try:
+        return System.from_tree(json.loads(run.attrs["system"]), "run: ")
+    except KeyError:
+        raise FrictionloopError(
+            "this Dataset carries no System (attribute 'system'); use one from simulate() or load()"
+        ) from None
+
+
+def save(run: xr.Dataset, path: str | os.PathLike[str]) -> None:
+    """Save a run or sweep as HDF5 (netCDF-4 layout). The old file stays whole until the new one is complete."""
+    with replacing(path) as beside:
+        encoding = {name: {"zlib": True, "complevel": 1, "shuffle": True} for name in run.data_vars if run[name].ndim}
+        run.to_netcdf(beside, engine="h5netcdf", encoding=encoding)
+
+
+def load(path: str | os.PathLike[str]) -> xr.Dataset:
+    """Load a run or sweep that ``save`` wrote; a file of a newer version is refused by name."""
+    try:
+        with xr.open_dataset(path, engine="h5netcdf") as opened:
+            run = opened.load()
+    except FileNotFoundError:
+        raise FrictionloopError(f"{path}: cannot be read (no such file)") from None
+    except Exception as error:  # h5py and h5netcdf raise many kinds for a damaged file
+        raise FrictionloopError(
+            f"{path}: cannot be read as a run file ({type(error).__name__}: {str(error).splitlines()[0]})"
+        ) from None
+    if "schema" not in run.attrs:
+        raise FrictionloopError(f"{path}: is not a run file of frictionloop (no attribute 'schema')")
+    check_schema(int(run.attrs["schema"]), f"{path}: ")
+    for name in run.data_vars:
+        if run[name].dtype == np.int8:  # booleans travel as bytes
+            run[name] = run[name].astype(bool)
+    return run

@@ -1,0 +1,102 @@
+"""Set-point, disturbance and noise for one block of control periods, drawn inside the kernel.
+
+Buffers hold ``[node][period of the block][lane]``; a signal that is the same for all lanes of a tile is computed once,
+with one column. Smooth signals are evaluated exactly at every node, sampled ones are linear between samples.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from frictionloop.loop.slab import ROW, load, peek, poke, rows
+from frictionloop.quantities.arithmetic import exp, fma, sin_turns, step
+from frictionloop.quantities.normals import BLOCK, draw
+
+SINE, LOG_SWEEP, SAMPLED, HELD = range(4)
+"""How a signal is made: from its formula, linear between samples, or held from sample to sample."""
+NOISE_STREAM = np.uint64(0)
+"""Stream number of the sensor noise; other noises have streams of their own."""
+
+
+@step
+def sine_step(t: float, offset: float, amplitude: float, frequency_hz: float, _unused: float) -> float:
+    """offset + amplitude sin(2 pi f t)."""
+    return fma(amplitude, sin_turns(frequency_hz * t), offset)
+
+
+@step
+def log_sweep_step(t: float, offset: float, amplitude: float, turns: float, rate: float) -> float:
+    """offset + amplitude sin(2 pi turns (e^(rate t) - 1)), turns = f1 T/L and rate = L/T."""
+    return fma(amplitude, sin_turns(turns * (exp(rate * t) - 1.0)), offset)
+
+
+def build_signals(width: int) -> tuple[Any, Any]:
+    """Return the compiled ``fill_signal`` and ``fill_noise`` for tiles of this width."""
+    node_time = ROW["node_time"]
+
+    def filler(formula: Any) -> Any:
+        @njit(error_model="numpy")
+        def fill(out, s, parameters, shared, first, nodes, dt):  # type: ignore[no-untyped-def]
+            for j in range(nodes):
+                if shared:
+                    given = load(s, 0, width, parameters)
+                    since = peek(s, (node_time + j) * width)
+                    for k in range(BLOCK):
+                        poke(out, j * BLOCK + k, formula(fma(float(first + k), dt, since), *given))
+                else:
+                    for k in range(BLOCK):
+                        for i in range(width):
+                            t = fma(float(first + k), dt, peek(s, (node_time + j) * width + i))
+                            poke(out, (j * BLOCK + k) * width + i, formula(t, *load(s, i, width, parameters)))
+
+        return fill
+
+    sine, sweep = filler(sine_step), filler(log_sweep_step)
+
+    @njit(error_model="numpy")
+    def fill_sampled(out, s, samples, start, periods, held, shared, nodes, dt):  # type: ignore[no-untyped-def]
+        columns = 1 if shared else width
+        for j in range(nodes):
+            for k in range(min(BLOCK, periods)):
+                for i in range(columns):
+                    y0 = peek(samples, (start + k) * columns + i)
+                    y1 = y0 if held else peek(samples, (start + k + 1) * columns + i)
+                    fraction = peek(s, (node_time + j) * width + i) / dt
+                    poke(out, (j * BLOCK + k) * columns + i, fma(fraction, y1 - y0, y0))
+
+    @njit(error_model="numpy", forceinline=True)
+    def scatter(out, at, z, columns):  # type: ignore[no-untyped-def]
+        poke(out, at, z[0])
+        poke(out, at + 8 * columns, z[1])
+        poke(out, at + 16 * columns, z[2])
+        poke(out, at + 24 * columns, z[3])
+
+    setpoint_rows, disturbance_rows = rows("setpoint_signal"), rows("disturbance_signal")
+
+    @njit(error_model="numpy")
+    def fill_signal(out, s, kind, is_setpoint, shared, samples, chunk, first, periods, nodes, dt):  # type: ignore[no-untyped-def]
+        if kind == SINE:
+            sine(out, s, setpoint_rows if is_setpoint else disturbance_rows, shared, first, nodes, dt)
+        elif kind == LOG_SWEEP:
+            sweep(out, s, setpoint_rows if is_setpoint else disturbance_rows, shared, first, nodes, dt)
+        else:
+            fill_sampled(out, s, samples, first - chunk, periods, kind == HELD, shared, nodes, dt)
+
+    @njit(error_model="numpy")
+    def fill_noise(out, seeds, shared, first, counters):  # type: ignore[no-untyped-def]
+        # ``counters`` is always BLOCK // 4, but as a constant the loop would be unrolled instead of vectorised.
+        base = first // BLOCK * counters
+        if shared:
+            seed = peek(seeds, 0)
+            for c in range(counters):
+                scatter(out, c, draw(seed, NOISE_STREAM, np.uint64(base + c)), 1)
+        else:
+            for c in range(counters):
+                counter = np.uint64(base + c)
+                for i in range(width):
+                    scatter(out, c * width + i, draw(peek(seeds, i), NOISE_STREAM, counter), width)
+
+    return fill_signal, fill_noise

@@ -1,0 +1,70 @@
+"""One run of the loop, with traces."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from frictionloop.loop.kernel import kernel
+from frictionloop.loop.lowering import Tile, lower
+from frictionloop.loop.record import to_dataset
+from frictionloop.loop.tiles import TRACES
+from frictionloop.loop.timing import check_memory, periods_in
+from frictionloop.parameters import System
+from frictionloop.quantities.normals import BLOCK
+
+CHUNK = 2048 * BLOCK
+"""Control periods per call of the kernel: Ctrl-C is answered between chunks."""
+NO_TRACES = np.zeros(0)
+
+
+def run_tile(tile: Tile, periods: int, traces: np.ndarray = NO_TRACES) -> None:
+    """Run a tile from t = 0 for some control periods; its slab then holds the sums, ``traces`` the traces."""
+    advance = kernel(tile.slab.width)
+    for start in range(0, periods, CHUNK):
+        stop = min(start + CHUNK, periods)
+        setpoint, disturbance = tile.setpoint(start, stop), tile.disturbance(start, stop)
+        advance(
+            tile.slab.data,
+            tile.slab.width,
+            start,
+            stop,
+            tile.options,
+            tile.buffers,
+            setpoint,
+            disturbance,
+            start,
+            traces,
+        )
+
+
+def simulate(system: System, duration_s: float = 10.0, seed: int = 0) -> xr.Dataset:
+    """Simulate the closed loop and return its traces.
+
+    Parameters
+    ----------
+    system : System
+        What to simulate, e.g. ``fl.paper()``.
+    duration_s : float
+        Duration in s, a whole number of control periods, not past the end of a swept or recorded signal.
+    seed : int
+        Seed of all noise; the same seed gives the same bits.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``time`` (s), one row per control period, row k before the update at t_k: ``f_r`` set-point, ``f_a``
+        friction force, ``f_m`` measured force, ``u`` force command (all N), ``a`` amplitude (um), ``d`` disturbance
+        (N), ``saturated``. Attributes carry the System, seed and version.
+
+    Raises
+    ------
+    FrictionloopError
+        When the duration does not fit the control rate, the signals or the memory.
+
+    """
+    periods = periods_in(system, duration_s)
+    check_memory(2 * 8 * len(TRACES) * periods, f"a run of {duration_s:g} s")
+    traces = np.empty((len(TRACES), periods))
+    run_tile(lower([system], [seed], recording=True), periods, traces.reshape(-1))
+    return to_dataset(traces, system, seed)

@@ -1,0 +1,141 @@
+"""The state of a tile of lanes as one array: a row per quantity, a column per lane (structure of arrays).
+
+Rows have fixed numbers, so the compiler knows the distance between any two of them and vectorises the loops over lanes
+without checking for overlap.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import types
+from numba.extending import intrinsic, overload
+
+from frictionloop.loop.quadrature import NODES
+
+LANES = 32
+"""Lanes of a full tile: best of 16 to 256 in C, and 4 registers of 8 doubles."""
+NODES_MAX = 2 * NODES - 1
+
+_ROWS: tuple[tuple[str, int], ...] = (
+    # what changes every period
+    ("measurement", 5),  # force, position, speed, load, valid
+    ("setpoint", 1),
+    ("disturbance", 1),
+    ("normal", 1),
+    ("u", 1),
+    ("saturated", 1),
+    ("command", 1),
+    ("amplitude", 1),
+    ("friction", 1),  # g(a) at t_k
+    ("applied", 2),  # amplitude command in force before and after the switch
+    ("controller_state", 16),
+    # coefficients
+    ("controller_gains", 16),
+    ("model", 5),  # ln f0, 1/tau, clamp low, table cells per newton, last cell
+    ("nominal", 1),
+    ("susceptibility", 1),
+    ("max_amplitude", 1),
+    ("floor", 1),
+    ("decay", NODES_MAX),
+    ("weight", NODES_MAX),
+    ("sensor_decay", 1),
+    ("noise_gain", 1),
+    ("delay_periods", 1),
+    ("node_time", NODES_MAX),
+    ("setpoint_signal", 4),  # offset, amplitude, two of the phase
+    ("disturbance_signal", 4),
+    # streaming metrics
+    ("shift", 1),
+    ("sums", 9),
+)
+ROW: dict[str, int] = {}
+COUNT: dict[str, int] = dict(_ROWS)
+for _name, _count in _ROWS:
+    ROW[_name] = sum(COUNT[n] for n in ROW)
+ROWS = sum(COUNT.values())
+
+
+def rows(name: str, count: int | None = None) -> tuple[int, ...]:
+    """Return the row numbers of a quantity, the first ``count`` of them."""
+    return tuple(range(ROW[name], ROW[name] + (COUNT[name] if count is None else count)))
+
+
+class Slab:
+    """The rows of one tile, addressed by name; ``width`` is 1 for a single lane, else ``LANES``."""
+
+    def __init__(self, width: int) -> None:
+        self.width = width
+        self.data = np.zeros(ROWS * width)
+
+    def view(self, name: str) -> np.ndarray:
+        """Return the rows of a quantity as a view of shape (count, width)."""
+        start = ROW[name] * self.width
+        return self.data[start : start + COUNT[name] * self.width].reshape(COUNT[name], self.width)
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def pointer(_context: Any, array: Any) -> Any:
+    """Return the address of an array's data: unlike the array it has no reference count to keep inside loops."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return context.make_array(signature.args[0])(context, builder, args[0]).data
+
+    return types.CPointer(array.dtype)(array), generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def peek(_context: Any, data: Any, index: Any) -> Any:
+    """Return data[index], without Python's negative indices, whose test would keep a loop from vectorising."""
+
+    def generate(context: Any, builder: Any, _signature: Any, args: Any) -> Any:
+        return builder.load(builder.gep(args[0], [args[1]], inbounds=True))
+
+    return data.dtype(data, types.intp), generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def poke(_context: Any, data: Any, index: Any, value: Any) -> Any:
+    """Set data[index] = value."""
+
+    def generate(context: Any, builder: Any, _signature: Any, args: Any) -> Any:
+        builder.store(args[2], builder.gep(args[0], [args[1]], inbounds=True))
+        return context.get_dummy_value()
+
+    return types.void(data, types.intp, data.dtype), generate
+
+
+def load(slab: np.ndarray, lane: int, width: int, row_numbers: tuple[int, ...]) -> tuple[float, ...]:
+    """Return the values of some rows for one lane as a tuple (compiled code only)."""
+    raise NotImplementedError
+
+
+def store(slab: np.ndarray, lane: int, width: int, row_numbers: tuple[int, ...], values: tuple[float, ...]) -> None:
+    """Set some rows for one lane (compiled code only)."""
+    raise NotImplementedError
+
+
+@overload(load)
+def _load(slab, lane, width, row_numbers):  # type: ignore[no-untyped-def]
+    if len(row_numbers) == 0:
+        return lambda slab, lane, width, row_numbers: ()
+    if len(row_numbers) == 1:
+        return lambda slab, lane, width, row_numbers: (peek(slab, row_numbers[0] * width + lane),)
+
+    def load_rest(slab, lane, width, row_numbers):  # type: ignore[no-untyped-def]
+        return (peek(slab, row_numbers[0] * width + lane), *load(slab, lane, width, row_numbers[1:]))
+
+    return load_rest
+
+
+@overload(store)
+def _store(slab, lane, width, row_numbers, values):  # type: ignore[no-untyped-def]
+    if len(row_numbers) == 0:
+        return lambda slab, lane, width, row_numbers, values: None
+
+    def store_rest(slab, lane, width, row_numbers, values):  # type: ignore[no-untyped-def]
+        poke(slab, row_numbers[0] * width + lane, values[0])
+        store(slab, lane, width, row_numbers[1:], values[1:])
+
+    return store_rest

@@ -1,0 +1,205 @@
+"""Many runs at once, keeping metrics instead of traces: tiles of lanes, shared out by joblib."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import joblib
+import numpy as np
+import xarray as xr
+
+from frictionloop.loop.lowering import STRUCTURAL, lower, structure
+from frictionloop.loop.metrics import DEFAULT_METRICS, METRICS, Sums
+from frictionloop.loop.points import Points, fingerprint, points_of
+from frictionloop.loop.progress import progress_bar
+from frictionloop.loop.record import load, provenance, save
+from frictionloop.loop.simulate import run_tile
+from frictionloop.loop.slab import LANES
+from frictionloop.loop.timing import periods_in
+from frictionloop.parameters import System
+from frictionloop.quantities import FrictionloopError
+
+SAVE_EVERY = 64
+"""Tiles between two savings of what is done."""
+
+
+class SweepInterrupted(KeyboardInterrupt):
+    """Ctrl-C during a sweep; ``partial`` is the result so far, NaN where nothing has run."""
+
+    def __init__(self, partial: xr.Dataset) -> None:
+        super().__init__("sweep interrupted")
+        self.partial = partial
+
+
+def sweep(
+    system: System,
+    points: Mapping[str, Any] | Sequence[Mapping[str, Any]],
+    duration_s: float = 10.0,
+    seeds: int | Sequence[int] = 1,
+    metrics: Sequence[str] | None = None,
+    *,
+    score_from_s: float = 0.0,
+    n_jobs: int | None = None,
+    path: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    progress: bool | None = None,
+) -> xr.Dataset:
+    """Simulate many variations of a system and return metrics over them.
+
+    Parameters
+    ----------
+    system : System
+        The base system.
+    points : mapping or sequence of mappings
+        ``{"controller.kp": kps, "controller.ki": kis}`` for their grid (one dim per path), or a list of overrides
+        ``[{...}, {...}]`` (dim ``point``).
+    duration_s : float
+        Duration of each run in s.
+    seeds : int or sequence of int
+        Number of noise seeds (0, 1, ...) or the seeds themselves; the last dim, ``seed``.
+    metrics : sequence of str, optional
+        Names from ``fl.METRICS``; by default r2_identity, rms_error and saturation_index.
+    score_from_s : float
+        Start of the scored part of each run in s.
+    n_jobs : int, optional
+        Parallel workers, by default one per core. Threads, unless a joblib back end is active: inside
+        ``joblib.parallel_config(backend="dask")`` the same call runs on a Dask cluster.
+    path : path, optional
+        HDF5 file that keeps what is done, also on Ctrl-C.
+    resume : bool
+        Continue the sweep in ``path`` instead of starting over.
+    progress : bool, optional
+        Show a progress bar; by default on a terminal.
+
+    Returns
+    -------
+    xarray.Dataset
+        One variable per metric. Results do not depend on the number of workers, nor on which points run together.
+
+    Raises
+    ------
+    FrictionloopError
+        For an unknown path, metric or value, naming it; nothing has run then.
+    SweepInterrupted
+        On Ctrl-C, carrying the partial result.
+
+    """
+    names = tuple(DEFAULT_METRICS if metrics is None else metrics)
+    unknown = [name for name in names if name not in METRICS]
+    if unknown or not names:
+        raise FrictionloopError(f"metrics = {list(names)!r}: accepted are {', '.join(METRICS)}")
+    grid = points_of(points, seeds)
+    structures = _structures(system, grid, duration_s)
+    key = fingerprint(system, grid, duration_s, score_from_s, names)
+    values = _resumed(path, key, names, grid) if resume else np.full((len(names), int(np.prod(grid.shape))), np.nan)
+    result = _Result(values, names, grid, provenance(system, duration_s=duration_s, fingerprint=key), path)
+    result.keep()
+    tiles = list(_tiles(structures, np.isnan(values).any(axis=0), len(grid.seeds)))
+    job, of = joblib.delayed(_run), list(grid.lanes())
+    calls = (job(system, tile, [of[lane] for lane in tile], duration_s, score_from_s, names) for tile in tiles)
+    workers = joblib.Parallel(n_jobs=n_jobs or _cores(), prefer="threads", return_as="generator_unordered")
+    with progress_bar("sweep", len(tiles), progress) as advance:
+        try:
+            for done, (lanes, numbers) in enumerate(workers(calls), start=1):
+                values[:, lanes] = numbers
+                advance()
+                if done % SAVE_EVERY == 0:
+                    result.keep()
+        except KeyboardInterrupt:
+            result.keep()
+            raise SweepInterrupted(result.dataset()) from None
+    result.keep()
+    return result.dataset()
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _structures(system: System, grid: Points, duration_s: float) -> list[object]:
+    """Try every value of a sweep before anything runs and return the structure of each point."""
+
+    def tried(override: dict[str, Any]) -> object:
+        changed = system.evolve(override)
+        periods_in(changed, duration_s)
+        return structure(changed)
+
+    # Systems are not kept: thousands of small objects would cost the garbage collector more than the kernel takes.
+    probed = [tried(override) for override in grid.probes()]
+    if not grid.gridded:
+        return probed
+    plain = all(not path.endswith(STRUCTURAL) and axis.dtype.kind in "if" for path, axis in grid.axes.items())
+    return probed[:1] * len(grid.overrides) if plain else [tried(override) for override in grid.overrides]
+
+
+def _tiles(structures: Sequence[object], wanted: np.ndarray, seeds: int) -> Iterator[list[int]]:
+    """Yield the lane numbers of each tile: lanes of one structure, single lanes if few are left."""
+    groups: dict[object, list[int]] = {}
+    for lane in np.flatnonzero(wanted).tolist():
+        groups.setdefault(structures[lane // seeds], []).append(lane)
+    for lanes in groups.values():
+        for start in range(0, len(lanes), LANES):
+            part = lanes[start : start + LANES]
+            # Up to two lanes cost less one by one than as a padded tile; the bits are the same.
+            yield from [part] if len(part) > 2 else [[lane] for lane in part]
+
+
+def _run(
+    system: System,
+    lanes: list[int],
+    points: list[tuple[dict[str, Any], int]],
+    duration_s: float,
+    score_from_s: float,
+    names: tuple[str, ...],
+) -> tuple[list[int], np.ndarray]:
+    """Run one tile; module-level and made of plain values, so that any joblib back end can ship it."""
+    groups = 0
+    for name in names:
+        groups |= METRICS[name].groups
+    systems = [system.evolve(override) for override, _ in points]
+    periods = periods_in(systems[0], duration_s)
+    score_from = round(score_from_s * systems[0].controller.rate_hz)
+    tile = lower(systems, [seed for _, seed in points], groups=groups, score_from=score_from)
+    run_tile(tile, periods)
+    sums = Sums(*tile.slab.view("sums")[:8, : len(lanes)], count=periods - score_from)
+    return lanes, np.array([METRICS[name].of(sums) for name in names])
+
+
+def _resumed(path: str | os.PathLike[str] | None, key: str, names: tuple[str, ...], grid: Points) -> np.ndarray:
+    """Return the values already done in a file, NaN for the rest."""
+    if path is None:
+        raise FrictionloopError("resume: needs the path of the file to continue")
+    if not Path(path).exists():
+        return np.full((len(names), int(np.prod(grid.shape))), np.nan)
+    kept = load(path)
+    if kept.attrs.get("fingerprint") != key:
+        raise FrictionloopError(
+            f"{path}: holds another sweep (system, points, seeds, duration or metrics differ); choose another file"
+        )
+    return np.array([kept[name].values.ravel() for name in names])
+
+
+class _Result:
+    """The growing result of a sweep and the file that keeps it."""
+
+    def __init__(
+        self, values: np.ndarray, names: tuple[str, ...], grid: Points, attrs: dict[str, Any], path: Any
+    ) -> None:
+        self.values, self.names, self.grid, self.attrs, self.path = values, names, grid, attrs, path
+
+    def dataset(self) -> xr.Dataset:
+        dims = (*self.grid.axes, "seed")
+        data = {
+            name: xr.Variable(
+                dims, row.reshape(self.grid.shape), {"units": METRICS[name].units, "long_name": METRICS[name].long_name}
+            )
+            for name, row in zip(self.names, self.values, strict=True)
+        }
+        return xr.Dataset(data, self.grid.coordinates(), self.attrs)
+
+    def keep(self) -> None:
+        if self.path is not None:
+            save(self.dataset(), self.path)

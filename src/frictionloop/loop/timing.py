@@ -1,0 +1,47 @@
+"""How many control periods a run has, and whether it can be run at all."""
+
+from __future__ import annotations
+
+import math
+import os
+
+from frictionloop.parameters import System
+from frictionloop.physics.sources import longest_s
+from frictionloop.quantities import FrictionloopError
+
+
+def periods_in(system: System, duration_s: float) -> int:
+    """Return the number of control periods in ``duration_s``, a whole number of them.
+
+    Raises ``FrictionloopError`` when the duration is not positive, not whole, or longer than a swept signal.
+    """
+    rate = system.controller.rate_hz
+    if not (math.isfinite(duration_s) and duration_s > 0):
+        raise FrictionloopError(f"duration_s = {duration_s!r} s: must be a positive number")
+    periods = round(duration_s * rate)
+    if periods < 1 or abs(periods - duration_s * rate) > 1e-6 * max(periods, 1):
+        near = max(periods, 1) / rate
+        raise FrictionloopError(
+            f"duration_s = {duration_s!r} s is not a whole number of control periods at controller.rate_hz = {rate:g} Hz; "
+            f"nearest: {near!r} s"
+        )
+    for name in ("setpoint", "disturbance"):
+        longest = longest_s(getattr(system, name))
+        if duration_s > longest * (1 + 1e-12):
+            raise FrictionloopError(
+                f"duration_s = {duration_s:g} s runs past the end of {name}.sweep_s = {longest:g} s"
+            )
+    return periods
+
+
+def check_memory(needed_bytes: int, what: str) -> None:
+    """Refuse work that would not fit into this machine's free memory, saying how much it needs."""
+    try:
+        free = os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (ValueError, OSError, AttributeError):  # not every system tells
+        return
+    if needed_bytes > free:
+        raise FrictionloopError(
+            f"{what} needs {needed_bytes / 1e9:.1f} GB of memory and {free / 1e9:.1f} GB are free; "
+            "shorten duration_s, or use sweep(), which keeps metrics instead of traces"
+        )
