@@ -12,23 +12,21 @@ import importlib
 from typing import Any
 
 _HOME = {
-    "frictionloop.quantities": ["FrictionloopError", "Lti"],
-    "frictionloop.parameters": [
-        "READINGS", "ColouredNoise", "Constant", "Friction", "LogSweep", "LowpassPlate", "LowpassSensor", "Model", "PiController",
-        "Recording", "Sine", "Steps", "System", "feasible", "paper", "preset", "read_toml", "to_toml", "write_toml",
-    ],
-    "frictionloop.physics.friction": ["amplitude_for", "friction_force", "reachable"],
-    "frictionloop.sensing.measurement": ["Measurement"],
-    "frictionloop.loop.record": ["load", "save", "system_of"],
-    "frictionloop.loop.simulate": ["simulate"],
-    "frictionloop.loop.stepper": ["Stepper"],
-    "frictionloop.loop.sweep": ["SweepInterrupted", "sweep"],
-    "frictionloop.loop.metrics": [
-        "METRICS", "output_noise", "r2_bound", "r2_identity", "r2_regression", "regression", "rms_error", "saturation_index",
-    ],
-}  # fmt: skip
-_ROOM_OF = {name: room for room, names in _HOME.items() for name in names}
-__all__ = [*sorted(_ROOM_OF), "__version__"]
+    "quantities": "FrictionloopError Lti",
+    "parameters": "READINGS System feasible paper preset read_toml to_toml write_toml",
+    "parameters.sources": "ColouredNoise Constant LogSweep Recording Sine Steps",
+    "parameters.plant": "Friction LowpassPlate LowpassSensor",
+    "parameters.controller": "Model PiController",
+    "physics.friction": "amplitude_for friction_force reachable",
+    "sensing.measurement": "Measurement",
+    "loop.record": "load save system_of",
+    "loop.simulate": "simulate",
+    "loop.stepper": "Stepper",
+    "loop.sweep": "SweepInterrupted sweep",
+    "loop.metrics": "METRICS output_noise r2_bound r2_identity r2_regression regression rms_error saturation_index",
+}
+_ROOM_OF = {name: f"frictionloop.{room}" for room, names in _HOME.items() for name in names.split()}
+__all__ = sorted(_ROOM_OF)  # noqa: PLE0605  (computed from the rooms)
 
 
 def __getattr__(name: str) -> Any:

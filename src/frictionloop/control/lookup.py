@@ -7,13 +7,13 @@ import math
 import numpy as np
 
 from frictionloop.parameters import Model
-from frictionloop.quantities.arithmetic import fma, log, step
+from frictionloop.quantities.arithmetic import fma, log2, step
 
 
 @step
-def inverse_step(u: float, log_nominal: float, per_susceptibility_um2: float) -> float:
-    """a = sqrt(ln(f0/u)/tau): the exact inverse of equation (1)."""
-    return math.sqrt(max((log_nominal - log(u)) * per_susceptibility_um2, 0.0))
+def inverse_step(u: float, log2_nominal: float, um2_per_halving: float) -> float:
+    """a = sqrt((log2 f0 - log2 u) ln 2 / tau) = sqrt(ln(f0/u) / tau): the exact inverse of equation (1)."""
+    return math.sqrt(max((log2_nominal - log2(u)) * um2_per_halving, 0.0))
 
 
 @step

@@ -10,25 +10,26 @@ import hashlib
 import math
 from functools import cache
 from pathlib import Path
+from threading import Lock
 from typing import Any, NamedTuple
 
 import numpy as np
+from llvmlite.binding import get_host_cpu_name
 from numba import njit
-from numba.core.caching import FunctionCache
+from numba.core.caching import FunctionCache, IndexDataCacheFile
 
-import frictionloop
 from frictionloop.control.pi import PiGains, PiState, pi_step
 from frictionloop.loop.quadrature import NODES
 from frictionloop.loop.signals import build_signals
-from frictionloop.loop.slab import NODES_MAX, ROW, peek, pointer, poke
+from frictionloop.loop.slab import NODES_MAX, ROW, pointer
 from frictionloop.loop.tiles import (
     TRACES,
     build_control,
     build_delay,
+    build_inputs,
     build_plant,
     build_record,
     build_scores,
-    lane_count,
 )
 from frictionloop.quantities.normals import BLOCK
 
@@ -66,30 +67,14 @@ class Buffers(NamedTuple):
 
 
 def _build(width: int) -> Any:
-    count = lane_count(width)
     fill_signal, fill_noise = build_signals(width)
     pi = build_control(width, pi_step, len(PiState._fields), len(PiGains._fields))
     apply_late = build_delay(width)
     plant = build_plant(width, 1, False)
     plant_delayed, plant_switched = build_plant(width, 1, True), build_plant(width, 2, True)
     scores, record = build_scores(width), build_record(width)
+    spread, settle = build_inputs(width)
     setpoint, disturbance, normal = ROW["setpoint"], ROW["disturbance"], ROW["normal"]
-    force, friction_row = ROW["measurement"], ROW["friction"]
-
-    @njit(error_model="numpy")
-    def spread(s, n, row, values, k, shared):  # type: ignore[no-untyped-def]
-        if shared:
-            value = peek(values, k)
-            for i in range(count(n)):
-                poke(s, row * width + i, value)
-        else:
-            for i in range(count(n)):
-                poke(s, row * width + i, peek(values, k * width + i))
-
-    @njit(error_model="numpy")
-    def settle(s, n):  # type: ignore[no-untyped-def]
-        for i in range(count(n)):
-            poke(s, force * width + i, peek(s, friction_row * width + i) + peek(s, disturbance * width + i))
 
     @njit(error_model="numpy")
     def one_period(s, n, k, at, o, b, trace, trace_size):  # type: ignore[no-untyped-def]
@@ -159,27 +144,40 @@ def _build(width: int) -> Any:
 def source_digest() -> str:
     """Return a digest of the package's source: Numba's cache checks one file, but the kernel is built from many."""
     digest = hashlib.sha256()
-    for path in sorted(Path(frictionloop.__file__).parent.rglob("*.py")):
+    for path in sorted(Path(__file__).parents[1].rglob("*.py")):
         digest.update(path.read_bytes())
     return digest.hexdigest()
 
 
 class _Cache(FunctionCache):
-    """Numba's on-disk cache, keyed by the tile width and the whole source instead of closure contents."""
+    """Numba's on-disk cache with one file per tile width, source and processor.
 
-    width = 0
+    Numba keys closures by their contents, which differ from process to process, and lets processes that compile at
+    the same time number their files alike, so that one may load the other's kernel. A file name that says what is in
+    it avoids both.
+    """
+
+    def __init__(self, function: Any, width: int) -> None:
+        super().__init__(function)
+        name = f"{self._impl.filename_base}-{width}-{source_digest()[:16]}-{get_host_cpu_name()}"
+        self._cache_file = IndexDataCacheFile(self._cache_path, name, self._impl.locator.get_source_stamp())
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
-        return (sig, codegen.magic_tuple(), self.width, source_digest())
+        return (sig, codegen.magic_tuple())
 
 
-@cache
+_kernels: dict[int, Any] = {}
+_building = Lock()
+
+
 def kernel(width: int) -> Any:
-    """Return the compiled ``advance`` for tiles of this width (1 or ``LANES``), from the cache on disk if it is there."""
-    advance = _build(width)
-    advance._cache = _Cache(advance.py_func)
-    advance._cache.width = width
-    return advance
+    """Return the compiled ``advance`` for tiles of this width (1 or ``LANES``), from the disk cache if it is there."""
+    with _building:  # threads that start together must not compile it twice
+        if width not in _kernels:
+            advance = _build(width)
+            advance._cache = _Cache(advance.py_func, width)
+            _kernels[width] = advance
+        return _kernels[width]
 
 
 def ring_size(longest_delay: float) -> int:

@@ -124,7 +124,7 @@ def _lower_plant(slab: Slab, systems: Sequence[System], switch: np.ndarray, peri
     sensor_hz = np.array([s.sensor.cutoff_hz for s in systems])
     noise = np.array([s.sensor.noise_rms_n for s in systems])
     slab.view("nominal")[0] = slab.view("friction")[0] = nominal
-    slab.view("susceptibility")[0] = susceptibility
+    slab.view("halvings")[0] = susceptibility / math.log(2.0)
     slab.view("max_amplitude")[0] = ceiling
     slab.view("floor")[0] = nominal * np.exp(-susceptibility * ceiling**2)
     slab.view("node_time")[:nodes] = times
@@ -146,8 +146,8 @@ def _lower_controller(slab: Slab, systems: Sequence[System]) -> np.ndarray:
     gains[1] = [s.controller.ki for s in systems]
     gains[2], gains[3] = low, high
     model = slab.view("model")
-    model[0] = np.log(high)
-    model[1] = [1.0 / m.susceptibility_per_um2 for m in models]
+    model[0] = np.log2(high)
+    model[1] = [math.log(2.0) / m.susceptibility_per_um2 for m in models]
     model[2] = low
     model[3] = (size - 1) / (high - low)
     model[4] = size - 2

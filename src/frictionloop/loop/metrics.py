@@ -147,7 +147,7 @@ def saturation_index(run: xr.Dataset, mask: Any = None) -> float:
 
 
 def output_noise(run: xr.Dataset, mask: Any = None) -> float:
-    """Return the standard deviation of f_a in N; with constant set-point and disturbance it is sigma_f of equation (3)."""
+    """Return the standard deviation of f_a in N: sigma_f of equation (3) if set-point and disturbance are constant."""
     return float(_force_std(_sums(run, mask)))
 
 

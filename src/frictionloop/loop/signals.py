@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from frictionloop.loop.slab import ROW, load, peek, poke, rows
-from frictionloop.quantities.arithmetic import exp, fma, sin_turns, step
+from frictionloop.quantities.arithmetic import exp2, fma, sin_turns, step
 from frictionloop.quantities.normals import BLOCK, draw
 
 SINE, LOG_SWEEP, SAMPLED, HELD = range(4)
@@ -28,9 +28,9 @@ def sine_step(t: float, offset: float, amplitude: float, frequency_hz: float, _u
 
 
 @step
-def log_sweep_step(t: float, offset: float, amplitude: float, turns: float, rate: float) -> float:
-    """offset + amplitude sin(2 pi turns (e^(rate t) - 1)), turns = f1 T/L and rate = L/T."""
-    return fma(amplitude, sin_turns(turns * (exp(rate * t) - 1.0)), offset)
+def log_sweep_step(t: float, offset: float, amplitude: float, turns: float, octaves_per_s: float) -> float:
+    """offset + amplitude sin(2 pi turns (2^(octaves_per_s t) - 1)), turns = f1 T / ln(f2/f1)."""
+    return fma(amplitude, sin_turns(turns * (exp2(octaves_per_s * t) - 1.0)), offset)
 
 
 def build_signals(width: int) -> tuple[Any, Any]:

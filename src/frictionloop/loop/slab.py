@@ -33,9 +33,9 @@ _ROWS: tuple[tuple[str, int], ...] = (
     ("controller_state", 16),
     # coefficients
     ("controller_gains", 16),
-    ("model", 5),  # ln f0, 1/tau, clamp low, table cells per newton, last cell
+    ("model", 5),  # log2 f0, ln 2 / tau, clamp low, table cells per newton, last cell
     ("nominal", 1),
-    ("susceptibility", 1),
+    ("halvings", 1),
     ("max_amplitude", 1),
     ("floor", 1),
     ("decay", NODES_MAX),
@@ -75,7 +75,7 @@ class Slab:
         return self.data[start : start + COUNT[name] * self.width].reshape(COUNT[name], self.width)
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def pointer(_context: Any, array: Any) -> Any:
     """Return the address of an array's data: unlike the array it has no reference count to keep inside loops."""
 
@@ -85,7 +85,7 @@ def pointer(_context: Any, array: Any) -> Any:
     return types.CPointer(array.dtype)(array), generate
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def peek(_context: Any, data: Any, index: Any) -> Any:
     """Return data[index], without Python's negative indices, whose test would keep a loop from vectorising."""
 
@@ -95,7 +95,7 @@ def peek(_context: Any, data: Any, index: Any) -> Any:
     return data.dtype(data, types.intp), generate
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def poke(_context: Any, data: Any, index: Any, value: Any) -> Any:
     """Set data[index] = value."""
 

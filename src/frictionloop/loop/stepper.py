@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from frictionloop.loop.kernel import kernel
-from frictionloop.loop.lowering import lower
+from frictionloop.loop.lowering import Tile, lower
 from frictionloop.loop.simulate import NO_TRACES
 from frictionloop.loop.slab import ROW
 from frictionloop.parameters import System
@@ -55,8 +55,8 @@ class Stepper:
         """Vibration amplitude at the time of the last measurement."""
         return float(self._view[ROW["amplitude"]])
 
-    def _chunk(self, tile: object) -> tuple[np.ndarray, np.ndarray]:
-        return tile.setpoint(0, BLOCK), tile.disturbance(0, BLOCK)  # type: ignore[attr-defined, no-any-return]
+    def _chunk(self, tile: Tile) -> tuple[np.ndarray, np.ndarray]:
+        return tile.setpoint(0, BLOCK), tile.disturbance(0, BLOCK)
 
     def tick(self, amplitude_command: float, motion: object = None) -> Measurement:
         """Advance by one control period with this amplitude command (um) and return the measurement at its end.

@@ -164,7 +164,7 @@ def _run(
     score_from = round(score_from_s * systems[0].controller.rate_hz)
     tile = lower(systems, [seed for _, seed in points], groups=groups, score_from=score_from)
     run_tile(tile, periods)
-    sums = Sums(*tile.slab.view("sums")[:8, : len(lanes)], count=periods - score_from)
+    sums = Sums._make([*tile.slab.view("sums")[: len(Sums._fields) - 1, : len(lanes)], periods - score_from])
     return lanes, np.array([METRICS[name].of(sums) for name in names])
 
 

@@ -34,6 +34,29 @@ def lane_count(width: int) -> Any:
     return compiled(lambda n: n)
 
 
+def build_inputs(width: int) -> Any:
+    """Return the tiles that bring a signal into its row, and that start the sensor settled on the first force."""
+    count = lane_count(width)
+    force, friction_row, disturbance = ROW["measurement"], ROW["friction"], ROW["disturbance"]
+
+    @compiled
+    def spread(s, n, row, values, k, shared):  # type: ignore[no-untyped-def]
+        if shared:
+            value = peek(values, k)
+            for i in range(count(n)):
+                poke(s, row * width + i, value)
+        else:
+            for i in range(count(n)):
+                poke(s, row * width + i, peek(values, k * width + i))
+
+    @compiled
+    def settle(s, n):  # type: ignore[no-untyped-def]
+        for i in range(count(n)):
+            poke(s, force * width + i, peek(s, friction_row * width + i) + peek(s, disturbance * width + i))
+
+    return spread, settle
+
+
 def build_control(width: int, law: Any, states: int, gains: int) -> Any:
     """Lift a control law ``law(state, measurement, setpoint, gains, dt) -> state, (u, saturated)`` and the lookup.
 
@@ -99,7 +122,7 @@ def build_plant(width: int, segments: int, delayed: bool) -> Any:
     force, normal, friction_row, amplitude = ROW["measurement"], ROW["normal"], ROW["friction"], ROW["amplitude"]
     sensor_rows = (force, normal, ROW["sensor_decay"], ROW["noise_gain"])
     law_rows, after, ceiling = (
-        (ROW["nominal"], ROW["susceptibility"]),
+        (ROW["nominal"], ROW["halvings"]),
         (force, amplitude, friction_row),
         ROW["max_amplitude"],
     )

@@ -22,8 +22,8 @@ def periods_in(system: System, duration_s: float) -> int:
     if periods < 1 or abs(periods - duration_s * rate) > 1e-6 * max(periods, 1):
         near = max(periods, 1) / rate
         raise FrictionloopError(
-            f"duration_s = {duration_s!r} s is not a whole number of control periods at controller.rate_hz = {rate:g} Hz; "
-            f"nearest: {near!r} s"
+            f"duration_s = {duration_s!r} s is not a whole number of control periods "
+            f"at controller.rate_hz = {rate:g} Hz; nearest: {near!r} s"
         )
     for name in ("setpoint", "disturbance"):
         longest = longest_s(getattr(system, name))

@@ -30,7 +30,7 @@ class Sine(Block):
 
 
 class LogSweep(Block):
-    """f(t) = offset + amplitude sin(phi), phi = 2 pi f1 T/L (exp(L t/T) - 1), L = ln(f2/f1): a sweep of equal time per octave."""
+    """f(t) = offset + amplitude sin(2 pi f1 T/L (exp(L t/T) - 1)), L = ln(f2/f1): a sweep of equal time per octave."""
 
     kind: Literal["log_sweep"] = "log_sweep"
     offset_n: float = 0.0

@@ -108,7 +108,7 @@ def unknown(path: str, names: list[str]) -> str:
     leaf = path.rsplit(".", 1)[-1]
     near += [name for name in names if leaves[name] in difflib.get_close_matches(leaf, [leaves[name]], cutoff=0.6)]
     if not near:
-        near = [name for name in names if name.startswith(path.split(".")[0] + ".")] or names
+        near = [name for name in names if name.startswith(path.split(".", 1)[0] + ".")] or names
     hints = [f"{name} ({unit_of(name)})" if unit_of(name) else name for name in dict.fromkeys(near)]
     return f"unknown parameter {path!r}; did you mean {', '.join(hints[:3])}?"
 
@@ -152,6 +152,8 @@ def _fields(model: type[BaseModel], prefix: str) -> list[str]:
     found: list[str] = []
     for name, field in model.model_fields.items():
         inner = field.annotation
-        nested = isinstance(inner, type) and issubclass(inner, BaseModel)
-        found += _fields(inner, f"{prefix}{name}.") if nested else [prefix + name]
+        if isinstance(inner, type) and issubclass(inner, BaseModel):
+            found += _fields(inner, f"{prefix}{name}.")
+        else:
+            found.append(prefix + name)
     return found

@@ -15,9 +15,9 @@ Sampler = Callable[[int, int], np.ndarray]
 
 
 def sweep_turns(sweep: LogSweep) -> tuple[float, float]:
-    """Return (turns, rate) of phi(t) / 2 pi = turns (e^(rate t) - 1)."""
-    octaves = math.log(sweep.stop_hz / sweep.start_hz)
-    return sweep.start_hz * sweep.sweep_s / octaves, octaves / sweep.sweep_s
+    """Return (turns, octaves_per_s) of phi(t) / 2 pi = turns (2^(octaves_per_s t) - 1)."""
+    ratio = sweep.stop_hz / sweep.start_hz
+    return sweep.start_hz * sweep.sweep_s / math.log(ratio), math.log2(ratio) / sweep.sweep_s
 
 
 def evaluate(source: Constant | Sine | LogSweep | Steps, time_s: np.ndarray | float) -> np.ndarray:
@@ -28,8 +28,8 @@ def evaluate(source: Constant | Sine | LogSweep | Steps, time_s: np.ndarray | fl
     if isinstance(source, Sine):
         return source.offset_n + source.amplitude_n * np.sin(2 * np.pi * source.frequency_hz * t)
     if isinstance(source, LogSweep):
-        turns, rate = sweep_turns(source)
-        return source.offset_n + source.amplitude_n * np.sin(2 * np.pi * turns * np.expm1(rate * t))
+        turns, octaves_per_s = sweep_turns(source)
+        return source.offset_n + source.amplitude_n * np.sin(2 * np.pi * turns * (np.exp2(octaves_per_s * t) - 1.0))
     index = np.searchsorted(source.times_s, t, side="right") - 1
     return np.asarray(source.levels_n)[index]
 
@@ -64,7 +64,8 @@ def _recorded(recording: Recording, rate_hz: float) -> Sampler:
     def take(start: int, stop: int) -> np.ndarray:
         if stop >= samples.size:
             raise FrictionloopError(
-                f"{recording.path}: the run needs {stop / rate_hz:g} s but the recording holds {(samples.size - 1) / rate_hz:g} s"
+                f"{recording.path}: the run needs {stop / rate_hz:g} s and "
+                f"the recording holds {(samples.size - 1) / rate_hz:g} s"
             )
         return samples[start : stop + 1]
 

@@ -1,6 +1,6 @@
 """Compiled scalar arithmetic: the same bits in a scalar loop and in a vector loop, unlike libm's.
 
-``exp``, ``log`` and the circular functions are branch-free polynomials, so LLVM vectorises a loop over lanes that
+``exp2``, ``log2`` and the circular functions are branch-free polynomials, so LLVM vectorises a loop over lanes that
 calls them. Fused multiply-adds are written out (``fma``) and never left to the compiler: a result then does not
 depend on whether a loop was vectorised, which is what makes a run in a grid equal to the same run alone.
 Coefficients: Chebyshev interpolation at 40 digits (mpmath.chebyfit); errors below 2 ulp (tests/unit).
@@ -18,68 +18,64 @@ step = njit(error_model="numpy", forceinline=True)
 """Compile a scalar step function; division by zero gives inf as in NumPy, which keeps loops branch-free."""
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def fma(_context: Any, a: Any, b: Any, c: Any) -> Any:
     """Return a*b + c, rounded once."""
     signature = types.float64(types.float64, types.float64, types.float64)
     return signature, lambda _ctx, builder, _sig, args: builder.fma(*args)
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def bits(_context: Any, x: Any) -> Any:
     """Return the 64 bits of a double as an integer."""
     return types.int64(types.float64), lambda _ctx, builder, _sig, args: builder.bitcast(args[0], ir.IntType(64))
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def double(_context: Any, x: Any) -> Any:
     """Return the double that has these 64 bits."""
     return types.float64(types.int64), lambda _ctx, builder, _sig, args: builder.bitcast(args[0], ir.DoubleType())
 
 
-LOG2_E = 1.4426950408889634
-LN2_HIGH = 6.93147180369123816490e-01  # ln 2 split so that n * LN2_HIGH is exact (fdlibm)
-LN2_LOW = 1.90821492927058770002e-10
 ROUND = 6755399441055744.0  # 1.5 * 2**52: adding it leaves the nearest integer in the low bits
 ONE = 0x3FF0000000000000  # bits of 1.0
 SQRT_HALF = 0x3FE6A09E667F3BCD  # bits of sqrt(1/2)
 
 
 @step
-def exp(x: float) -> float:
-    """Return e^x for x < 709; below -700 the result is e^-700 = 1e-304."""
-    x = max(x, -700.0)
-    shifted = fma(x, LOG2_E, ROUND)
-    n = shifted - ROUND
-    r = fma(n, -LN2_LOW, fma(n, -LN2_HIGH, x))
+def exp2(x: float) -> float:
+    """Return 2^x for x < 1023; below -1000 the result is 2^-1000."""
+    x = max(x, -1000.0)
+    shifted = x + ROUND
+    r = x - (shifted - ROUND)  # exact, |r| <= 1/2: base 2 needs no constant split in two
     r2 = r * r
-    p0 = fma(fma(0.1666666666666668, r, 0.5000000000000019), r2, fma(1.0, r, 1.0))
+    p0 = fma(fma(0.055504108664821625, r, 0.24022650695910158), r2, fma(0.6931471805599453, r, 1.0))
     p1 = fma(
-        fma(0.00019841269890047113, r, 0.0013888888952314775), r2, fma(0.008333333333319601, r, 0.0416666666664881)
+        fma(1.5252733841556773e-05, r, 0.00015403530463724353), r2, fma(0.001333355814640647, r, 0.009618129107587256)
     )
     p2 = fma(
-        fma(2.5110037605963777e-08, r, 2.763263963904103e-07),
+        fma(4.4558179083360645e-10, r, 7.074194297288521e-09),
         r2,
-        fma(2.755724091857897e-06, r, 2.4801485482328494e-05),
+        fma(1.0178057087733941e-07, r, 1.3215432535912375e-06),
     )
     r4 = r2 * r2
     return fma(fma(p2, r4, p1), r4, p0) * double((bits(shifted) << 52) + ONE)
 
 
 @step
-def log(x: float) -> float:
-    """Return ln x for normal x > 0."""
+def log2(x: float) -> float:
+    """Return the binary logarithm of a normal x > 0."""
     exponent = (bits(x) - SQRT_HALF) >> 52
     f = double(bits(x) - (exponent << 52)) - 1.0
-    s = f / (2.0 + f)
+    s = f / (2.0 + f)  # log2(1 + f) = 2 atanh(s) / ln 2, |s| < 0.172
     z = s * s
     z2 = z * z
-    p0 = fma(0.39999999999899505, z, 0.666666666666667)
-    p1 = fma(0.2222221113479508, z, 0.28571428625975487)
-    p2 = fma(fma(0.14616449685043406, z, 0.15331721600556042), z, 0.18182889125261723)
-    p = fma(fma(p2, z2, p1), z2, p0)
-    n = float(exponent)
-    return fma(n, LN2_HIGH, fma(s * z, p, fma(n, LN2_LOW, 2.0 * s)))
+    p0 = fma(0.9617966939259898, z, 2.8853900817779268)
+    p1 = fma(0.4121985858409005, z, 0.5770780163455203)
+    p2 = fma(0.262334352504183, z, 0.32059853491395984)
+    p3 = fma(0.2136589569431927, z, 0.2209130842311768)
+    p = fma(fma(p3, z2, p2), z2 * z2, fma(p1, z2, p0))
+    return fma(s, p, float(exponent))
 
 
 @step

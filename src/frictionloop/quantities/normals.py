@@ -12,19 +12,21 @@ import math
 import numpy as np
 from numba import njit
 
-from frictionloop.quantities.arithmetic import cos_turns, log, sin_turns, step
+from frictionloop.quantities.arithmetic import cos_turns, log2, sin_turns, step
 
 BLOCK = 32
 """Periods per block: one call to ``draw`` serves periods c, c+8, c+16 and c+24 of a block."""
 
+Word = np.uint64
 _MULTIPLIER_0, _MULTIPLIER_1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
 _WEYL_0, _WEYL_1 = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
 _LOW, _HALF = np.uint64(0xFFFFFFFF), np.uint64(32)
 _SCALE = 2.0**-32
+_MINUS_2_LN_2 = -2.0 * math.log(2.0)
 
 
 @step
-def philox(c0: int, c1: int, c2: int, c3: int, k0: int, k1: int) -> tuple[int, int, int, int]:
+def philox(c0: Word, c1: Word, c2: Word, c3: Word, k0: Word, k1: Word) -> tuple[Word, Word, Word, Word]:
     """Return the four 32-bit words of Philox4x32-10 for a counter and a key (each a uint64 below 2**32)."""
     for _ in range(10):
         p0, p1 = _MULTIPLIER_0 * c0, _MULTIPLIER_1 * c2
@@ -34,15 +36,15 @@ def philox(c0: int, c1: int, c2: int, c3: int, k0: int, k1: int) -> tuple[int, i
 
 
 @step
-def box_muller(w0: int, w1: int) -> tuple[float, float]:
+def box_muller(w0: Word, w1: Word) -> tuple[float, float]:
     """Return two independent standard normals from two 32-bit words; |z| < 6.8."""
-    radius = math.sqrt(-2.0 * log((float(w0) + 0.5) * _SCALE))
+    radius = math.sqrt(_MINUS_2_LN_2 * log2((float(w0) + 0.5) * _SCALE))
     turn = float(w1) * _SCALE
     return radius * cos_turns(turn), radius * sin_turns(turn)
 
 
 @step
-def draw(seed: int, stream: int, counter: int) -> tuple[float, float, float, float]:
+def draw(seed: Word, stream: Word, counter: Word) -> tuple[float, float, float, float]:
     """Return four standard normals for a 64-bit seed, a stream number and a counter (uint64)."""
     words = philox(counter & _LOW, counter >> _HALF, stream, np.uint64(0), seed & _LOW, seed >> _HALF)
     z0, z1 = box_muller(words[0], words[1])
@@ -51,7 +53,7 @@ def draw(seed: int, stream: int, counter: int) -> tuple[float, float, float, flo
 
 
 @njit(error_model="numpy", nogil=True)
-def fill_normals(out: np.ndarray, seed: int, stream: int, first_block: int) -> None:
+def fill_normals(out: np.ndarray, seed: Word, stream: Word, first_block: int) -> None:
     """Fill ``out`` (length a multiple of 32) with the normals of whole blocks, one per period."""
     for block in range(out.size // BLOCK):
         for c in range(8):
