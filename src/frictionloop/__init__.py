@@ -19,6 +19,7 @@ _HOME = {
     "parameters.controller": "Model PiController",
     "physics.friction": "amplitude_for friction_force reachable",
     "sensing.measurement": "Measurement",
+    "design": "command_noise_rms_n kp_limit linearise output_noise_rms_n",
     "loop.record": "load save system_of",
     "loop.simulate": "simulate",
     "loop.stepper": "Stepper",

@@ -1,0 +1,32 @@
+"""Linear analysis of the loop: equation (2) as frequency responses and state space, margins, equation (3)."""
+
+from frictionloop.design.elements import Elements, elements, lumped_gain
+from frictionloop.design.linear import LinearLoop, linearise
+from frictionloop.design.margins import Margins
+from frictionloop.design.noise import (
+    command_noise_rms_n,
+    equation_3_rms_n,
+    integrated_noise_rms_n,
+    noise_spectrum,
+    output_noise_rms_n,
+)
+from frictionloop.design.responses import Reading
+from frictionloop.design.stability import kp_limit
+from frictionloop.design.state_space import StateSpace
+
+__all__ = [
+    "Elements",
+    "LinearLoop",
+    "Margins",
+    "Reading",
+    "StateSpace",
+    "command_noise_rms_n",
+    "elements",
+    "equation_3_rms_n",
+    "integrated_noise_rms_n",
+    "kp_limit",
+    "linearise",
+    "lumped_gain",
+    "noise_spectrum",
+    "output_noise_rms_n",
+]

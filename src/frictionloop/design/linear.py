@@ -1,0 +1,134 @@
+"""The loop for small signals, equation (2): frequency responses, state space, poles and margins."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from frictionloop.design.closed import close
+from frictionloop.design.elements import Elements, elements
+from frictionloop.design.margins import Margins, margins, search_grid
+from frictionloop.design.responses import (
+    LONG_NAMES,
+    Reading,
+    checked_frequency,
+    checked_reading,
+    continuous_responses,
+    sampled_responses,
+)
+from frictionloop.design.sampled import SampledPlant, sample
+from frictionloop.design.state_space import Complex, StateSpace
+from frictionloop.parameters import System
+
+
+@dataclass(frozen=True, eq=False)
+class LinearLoop:
+    """The closed loop of a System for small signals around one operating point."""
+
+    system: System
+    """The loop it was made from."""
+    elements: Elements
+    """C(s), P(s), S(s) and the operating point."""
+    plant: SampledPlant
+    """Plate and sensor as the sampled controller sees them."""
+
+    @property
+    def nyquist_hz(self) -> float:
+        """Half the control rate, the highest frequency of every response."""
+        return self.system.controller.rate_hz / 2
+
+    def frequency_response(self, frequency_hz: ArrayLike, reading: Reading = "sampled") -> xr.Dataset:
+        """Return G, S = 1/(1+G), T = G/(1+G) and the three transfer functions of equation (2).
+
+        f_a = d / (1 + G) + f_r C P / (1 + G) - n G / (1 + G)   (2)
+
+        Parameters
+        ----------
+        frequency_hz
+            Frequencies in Hz, shape (frequencies,), above 0 and up to half the control rate.
+        reading
+            "sampled" is the loop as it runs: zero-order hold, delay and PI sum exact, d linear between samples, n
+            held over its period, responses from samples to samples. "held", "lag" and "printed" are equation (2) in
+            continuous time with the hold exact, as half a period of delay, and (delay too) left out.
+
+        Returns
+        -------
+        xarray.Dataset
+            Complex ``G``, ``S``, ``T``, ``f_a_from_f_r``, ``f_a_from_d``, ``f_a_from_n`` and ``u_from_n`` (N/N) over
+            ``frequency`` (Hz).
+
+        Raises
+        ------
+        FrictionloopError
+            A frequency outside the range, or an unknown reading.
+        """
+        frequency = np.atleast_1d(np.asarray(frequency_hz, dtype=float))
+        variables = {
+            name: ("frequency", value, {"units": "N/N", "long_name": LONG_NAMES[name]})
+            for name, value in self.responses(frequency, reading).items()
+        }
+        coordinates = {"frequency": ("frequency", frequency, {"units": "Hz"})}
+        about = {"reading": reading, "amplitude_um": self.elements.amplitude_um, "force_n": self.elements.force_n}
+        return xr.Dataset(variables, coordinates, about)
+
+    def responses(self, frequency_hz: ArrayLike, reading: Reading = "sampled") -> dict[str, Complex]:
+        """Return the variables of `frequency_response` as plain arrays by name, for the same arguments."""
+        checked_reading(reading)
+        frequency = checked_frequency(np.atleast_1d(np.asarray(frequency_hz, dtype=float)), self.nyquist_hz)
+        if reading == "sampled":
+            return sampled_responses(self.plant, self.system.controller, frequency)
+        return continuous_responses(self.elements, self.plant.period_s, frequency, reading)
+
+    @cached_property
+    def _closed(self) -> StateSpace:
+        return close(self.plant.state_space(), self.system.controller.kp, self.system.controller.ki)
+
+    def state_space(self) -> StateSpace:
+        """Return the closed loop at the sampling instants: inputs f_r, d, n, outputs f_a, f_m, u (all N)."""
+        return self._closed
+
+    def poles(self) -> Complex:
+        """Return the closed loop's poles in the z plane, shape (states,)."""
+        return self._closed.poles()
+
+    def is_stable(self) -> bool:
+        """Return whether the sampled closed loop is stable."""
+        return self._closed.is_stable()
+
+    def margins(self) -> Margins:
+        """Return how far the sampled loop is from instability (`Margins`)."""
+        gain, ki = abs(self.elements.plate.num[-1]), self.system.controller.ki
+        # |G| of the integral alone is 1 at gain ki / 2 pi: no crossover lies lower.
+        lowest_hz = 0.1 * gain * ki / (2 * math.pi) if ki > 0 else self.nyquist_hz
+        grid = search_grid(self.nyquist_hz, self.plant.whole_periods, lowest_hz)
+        return margins(lambda f: self.responses(f)["G"], grid, self.nyquist_hz, self.is_stable())
+
+    def to_control(self) -> Any:
+        """Return the closed loop as a ``control.StateSpace``; raises when python-control is not installed."""
+        return self._closed.to_control()
+
+
+def linearise(system: System, amplitude_um: float | None = None, *, force_n: float | None = None) -> LinearLoop:
+    """Return the loop for small signals around an operating point, equation (2).
+
+    Parameters
+    ----------
+    system
+        The loop; its set-point and disturbance are not used.
+    amplitude_um, force_n
+        Operating point, as a vibration amplitude (um, 0 to a_max) or as a friction force g(a) (N, g(a_max) to f0);
+        one or neither. Without either it is the middle of the reachable forces.
+
+    Raises
+    ------
+    FrictionloopError
+        Both are given, or the point cannot be reached.
+    """
+    loop = elements(system, amplitude_um, force_n)
+    return LinearLoop(system, loop, sample(loop, 1.0 / system.controller.rate_hz))

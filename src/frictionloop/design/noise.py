@@ -1,0 +1,116 @@
+"""Sensor noise in the friction force and in the command: equation (3) as a variance, an integral, and as printed."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+from scipy.integrate import tanhsinh
+
+from frictionloop.design.linear import LinearLoop, linearise
+from frictionloop.design.responses import Reading
+from frictionloop.design.state_space import Array
+from frictionloop.parameters import System
+from frictionloop.quantities import FrictionloopError
+
+
+def output_noise_rms_n(system: System | LinearLoop) -> float:
+    """Return sigma_f, the rms of f_a that the sensor noise causes, N: equation (3) for the loop as it runs.
+
+    Exact stationary variance at the sampling instants of the sampled loop (discrete Lyapunov equation), for white
+    noise of ``sensor.noise_rms_n`` drawn once per control period. Infinite when the loop is unstable. Small
+    signals: the clamp and the curvature of the friction law are not in it.
+    """
+    return _rms_n(system, "f_a")
+
+
+def command_noise_rms_n(system: System | LinearLoop) -> float:
+    """Return the rms of the force command u that the sensor noise causes, N; otherwise as `output_noise_rms_n`."""
+    return _rms_n(system, "u")
+
+
+def integrated_noise_rms_n(system: System | LinearLoop, output: str = "f_a", reading: Reading = "sampled") -> float:
+    """Return the same rms as an integral over the noise's spectrum, N: equation (3) summed over frequency.
+
+    sigma_f^2 = integral from 0 to rate/2 of 2 sigma_n^2 Ts |f_a_from_n(f)|^2 df, where 2 sigma_n^2 Ts is the
+    one-sided density of the noise and f_a_from_n is -G/(1+G) in every continuous reading.
+
+    Parameters
+    ----------
+    system
+        The loop, or its `LinearLoop` at an operating point.
+    output
+        "f_a" or "u".
+    reading
+        As in `LinearLoop.frequency_response`. "sampled" equals `output_noise_rms_n`; it is infinite when the loop
+        is unstable. The continuous readings do not know about that and return the integral as it stands.
+
+    Raises
+    ------
+    FrictionloopError
+        Another output or reading.
+    """
+    loop = _linear(system)
+    if output not in ("f_a", "u"):
+        raise FrictionloopError(f"output = {output!r}: accepted are 'f_a', 'u'")
+    if reading == "sampled" and not loop.is_stable():
+        return math.inf
+
+    def power(frequency: Array) -> Array:
+        response = loop.responses(frequency.ravel(), reading)[f"{output}_from_n"]
+        return np.asarray(np.abs(response) ** 2).reshape(frequency.shape)
+
+    edges = _edges(loop)
+    panels = tanhsinh(power, edges[:-1], edges[1:], rtol=1e-10, atol=0.0)
+    return math.sqrt(_density_n2_per_hz(loop) * float(np.sum(panels.integral)))
+
+
+def noise_spectrum(system: System | LinearLoop, frequency_hz: ArrayLike, reading: Reading = "sampled") -> xr.Dataset:
+    """Return the one-sided spectra of f_a and u that the sensor noise causes, N^2/Hz over ``frequency`` in Hz.
+
+    2 sigma_n^2 Ts |f_a_from_n|^2: the integrand of equation (3); arguments as in `LinearLoop.frequency_response`.
+    """
+    loop = _linear(system)
+    response = loop.frequency_response(frequency_hz, reading)
+    density = _density_n2_per_hz(loop)
+    spectra = {
+        output: ("frequency", density * np.abs(response[f"{output}_from_n"].values) ** 2, {"units": "N^2/Hz"})
+        for output in ("f_a", "u")
+    }
+    return xr.Dataset(spectra, response.coords, response.attrs)
+
+
+def equation_3_rms_n(system: System | LinearLoop, frequency_hz: ArrayLike, reading: Reading = "printed") -> Array:
+    """Return |G/(1+G)| sigma_n in N at single frequencies in Hz: equation (3) as printed, true for a tone only."""
+    loop = _linear(system)
+    gain = np.abs(loop.responses(frequency_hz, reading)["T"])
+    return np.asarray(gain * loop.system.sensor.noise_rms_n)
+
+
+def _linear(system: System | LinearLoop) -> LinearLoop:
+    return system if isinstance(system, LinearLoop) else linearise(system)
+
+
+def _rms_n(system: System | LinearLoop, output: str) -> float:
+    loop = _linear(system)
+    return loop.system.sensor.noise_rms_n * math.sqrt(loop.state_space().variance("n")[output])
+
+
+def _density_n2_per_hz(loop: LinearLoop) -> float:
+    return 2.0 * loop.system.sensor.noise_rms_n**2 / loop.system.controller.rate_hz
+
+
+def _edges(loop: LinearLoop) -> Array:
+    """Return the frequencies that cut 0 to the Nyquist frequency into panels on which the spectrum is smooth.
+
+    A pole makes a peak at its frequency, as wide as its damping: panels grow from there by factors of 8.
+    """
+    poles = loop.poles()
+    logs = np.log(poles[np.abs(poles) > 1e-6]) / (2 * np.pi * loop.plant.period_s)
+    widths = np.abs(logs.real)[:, None] * 8.0 ** np.arange(-1, 20)
+    centres = np.abs(logs.imag)[:, None]
+    edges = np.concatenate([centres, centres - widths, centres + widths], axis=1).ravel()
+    tiny = 1e-12 * loop.nyquist_hz  # the spectrum is finite at 0, only its formula is not
+    return np.unique([tiny, *edges[(edges > 2 * tiny) & (edges < loop.nyquist_hz)], loop.nyquist_hz])

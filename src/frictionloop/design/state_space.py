@@ -1,0 +1,83 @@
+"""A discrete-time linear system in state space, with names for what goes in and out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import solve_discrete_lyapunov
+
+from frictionloop.quantities import FrictionloopError
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class StateSpace:
+    """x[k+1] = A x[k] + B w[k], y[k] = C x[k] + D w[k], one step per control period."""
+
+    A: Array
+    """Transition, shape (states, states)."""
+    B: Array
+    """Inputs to states, shape (states, inputs)."""
+    C: Array
+    """States to outputs, shape (outputs, states)."""
+    D: Array
+    """Inputs to outputs of the same instant, shape (outputs, inputs)."""
+    period_s: float
+    """Control period Ts."""
+    inputs: tuple[str, ...]
+    """Names of w, in N."""
+    outputs: tuple[str, ...]
+    """Names of y, in N."""
+
+    def poles(self) -> Complex:
+        """Return the eigenvalues of A; the system is stable when all lie inside the unit circle."""
+        return np.linalg.eigvals(self.A).astype(complex)
+
+    def is_stable(self) -> bool:
+        """Return whether every pole lies inside the unit circle."""
+        return bool(np.all(np.abs(self.poles()) < 1.0))
+
+    def response(self, frequency_hz: ArrayLike) -> Complex:
+        """Return C (z - A)^-1 B + D at z = exp(j 2 pi f Ts), shape (frequencies, outputs, inputs), f in Hz."""
+        z = np.exp(2j * np.pi * self.period_s * np.atleast_1d(np.asarray(frequency_hz, dtype=float)))
+        inner = z[:, None, None] * np.eye(len(self.A)) - self.A
+        return np.asarray(self.C @ np.linalg.solve(inner, np.broadcast_to(self.B, (z.size, *self.B.shape))) + self.D)
+
+    def simulate(self, inputs: ArrayLike) -> Array:
+        """Return y, shape (periods, outputs), for inputs w of shape (periods, inputs), starting from rest."""
+        state = np.zeros(len(self.A))
+        w = np.asarray(inputs, dtype=float)
+        states = np.empty((len(w), len(state)))
+        for k, driven in enumerate(w @ self.B.T):
+            states[k] = state
+            state = self.A @ state + driven
+        return np.asarray(states @ self.C.T + w @ self.D.T)
+
+    def variance(self, source: str) -> dict[str, float]:
+        """Return the stationary variance of every output, per unit variance of one input drawn anew each period.
+
+        X = A X A' + b b' gives c X c' + d^2 for an output (c, d); infinite when the system is not stable.
+        """
+        if not self.is_stable():
+            return dict.fromkeys(self.outputs, float("inf"))
+        column = self.inputs.index(source)
+        drive = self.B[:, column]
+        spread = solve_discrete_lyapunov(self.A, np.outer(drive, drive))
+        powers = np.einsum("ij,jk,ik->i", self.C, spread, self.C) + self.D[:, column] ** 2
+        return dict(zip(self.outputs, map(float, powers), strict=True))
+
+    def to_control(self) -> Any:
+        """Return the same system as a ``control.StateSpace``; raises when python-control is not installed."""
+        try:
+            import control
+        except ImportError:
+            raise FrictionloopError(
+                "python-control is missing; install it with: pip install 'frictionloop[design]'"
+            ) from None
+        named = {"inputs": list(self.inputs), "outputs": list(self.outputs)}
+        return control.ss(self.A, self.B, self.C, self.D, self.period_s, **named)
