@@ -1,0 +1,387 @@
+"""Recordings: every format gives back what was written, resampling keeps the signal, bad files get one line."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+import wave
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from scipy.io import savemat, wavfile
+
+from frictionloop.parameters import Recording
+from frictionloop.physics.recording import read_recording
+from frictionloop.quantities import FrictionloopError
+
+TABLE = np.array([[0.1, -1.5, 2e-7], [0.2, 3.25, 1e9], [0.3, -0.125, -4.0], [0.4, 2.5, 7.0]])
+
+
+def read(path, column="0", rate_hz=100.0, at_hz=100.0, **more):
+    return read_recording(Recording(path=str(path), column=column, rate_hz=rate_hz, **more), at_hz)
+
+
+def refusal(path, *arguments, **more):
+    with pytest.raises(FrictionloopError) as caught:
+        read(path, *arguments, **more)
+    message = str(caught.value)
+    assert message.startswith(f"{path}: ")
+    assert "\n" not in message
+    return message.removeprefix(f"{path}: ")
+
+
+def text(folder, content, name="force.csv"):
+    path = folder / name
+    path.write_text(content, encoding="utf-8", newline="")
+    return path
+
+
+def write(path, samples):
+    """Write a table of samples in the format of the path's name, return what a column k of it is called."""
+    if path.suffix in (".csv", ".tsv", ".txt"):
+        mark = {".csv": ",", ".tsv": "\t", ".txt": " "}[path.suffix]
+        np.savetxt(path, samples, fmt="%.17g", delimiter=mark, header=mark.join("abc"), comments="")
+        return "{k}"
+    if path.suffix == ".wav":
+        wavfile.write(path, 100, samples)
+        return "{k}"
+    if path.name == "v7.mat":
+        with h5py.File(path, "w", userblock_size=512) as file:
+            file["dataQ"] = samples.T
+        path.write_bytes(b"MATLAB 7.3 MAT-file".ljust(512) + path.read_bytes()[512:])
+    elif path.suffix == ".mat":
+        savemat(path, {"other": np.arange(3.0), "dataQ": samples})
+    else:
+        with h5py.File(path, "w") as file:
+            file["group/rows"], file["dataQ"] = samples.T, samples
+    return "dataQ[:, {k}]"
+
+
+@settings(deadline=None)
+@given(
+    name=st.sampled_from(["a.csv", "a.tsv", "a.txt", "a.h5", "a.hdf5", "a.nc", "a.mat", "v7.mat", "a.wav"]),
+    samples=arrays(np.float64, st.tuples(st.integers(2, 6), st.just(3)), elements=st.floats(-1e12, 1e12)),
+    k=st.integers(0, 2),
+)
+def test_every_format_gives_back_what_was_written(name, samples, k):
+    with tempfile.TemporaryDirectory() as folder:
+        column = write(Path(folder, name), samples).format(k=k)
+        assert np.array_equal(read(Path(folder, name), column), samples[:, k])
+
+
+@settings(deadline=None)
+@given(
+    data=st.data(),
+    samples=arrays(np.float64, 20, elements=st.floats(-1e3, 1e3)),
+    scale=st.floats(-10, 10),
+    offset_n=st.floats(-10, 10),
+    remove_mean=st.booleans(),
+)
+def test_the_window_scale_and_mean(data, samples, scale, offset_n, remove_mean):
+    start = data.draw(st.integers(0, 18))
+    stop = data.draw(st.integers(start + 1, 20))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "a.h5")
+        write(path, samples[:, None])
+        window = {"start_s": start / 100, "stop_s": stop / 100, "scale": scale, "offset_n": offset_n}
+        force = read(path, "dataQ", remove_mean=remove_mean, **window)
+    used = samples[start : stop + 1]
+    mean = used.mean() if remove_mean else 0.0
+    assert np.array_equal(force, offset_n + scale * (used - mean))
+    assert force.dtype == np.float64
+    if remove_mean:
+        assert force.mean() == pytest.approx(offset_n, abs=1e-10)
+
+
+# Text
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "force,x\n1.5,0\n-2,0\n",
+        "\ufeffforce;x\r\n1.5;0\r\n-2;0\r\n",
+        "# made by hand, today's\n\nforce\tx\n\n1.5\t0\n# a note; \"here\n-2\t0\n\n\n",
+        "  force   x\n  1.5   0\n  -2.0  0\n",
+        "force\n1.5\n-2",
+        '"x","force"\n"0","1.5"\n"0","-2"\n,\n',
+        "x, force\n0, 1.5\n0, -2\n",
+    ],
+)
+def test_text_dialects(tmp_path, content):
+    assert read(text(tmp_path, content), "force").tolist() == [1.5, -2.0]
+
+
+def test_a_single_column_name_may_hold_spaces(tmp_path):
+    assert read(text(tmp_path, "lateral force\n1\n2\n"), "lateral force").tolist() == [1.0, 2.0]
+
+
+def test_without_a_header_the_first_row_is_data(tmp_path):
+    assert read(text(tmp_path, "12:00:01,1\n12:00:02,2\n"), "1").tolist() == [1.0, 2.0]
+
+
+@pytest.mark.parametrize(
+    ("cell", "said"),
+    [("nan", "'nan'"), ("-inf", "'-inf'"), ("", "blank"), ("n/a", "'n/a'"), ("1.5.2", "'1.5.2'"), ("x" * 99, "'xxx")],
+)
+@pytest.mark.parametrize("header", ["", "x,force\n"])
+def test_a_bad_cell_is_refused_with_its_line(tmp_path, cell, said, header):
+    path = text(tmp_path, f"# note\n{header}0,1\n\n0,{cell}\n0,2\n".replace("\n\n", "\n# more\n"))
+    message = refusal(path, "1")
+    name = "force" if header else "column 1"
+    assert message.startswith(f"line {5 if header else 4}: {name} is {said}")
+    assert message.endswith("; accepted: a finite number")
+    assert len(message) < 110
+
+
+def test_a_bad_first_cell_is_not_taken_for_a_header(tmp_path):
+    assert refusal(text(tmp_path, "nan\n1\n")) == "line 1: column 0 is 'nan'; accepted: a finite number"
+
+
+def test_a_short_row_and_a_blank_line_are_gaps(tmp_path):
+    assert refusal(text(tmp_path, "0,1\n0\n0,2\n"), "1").startswith("line 2: column 1 is blank;")
+    assert refusal(text(tmp_path, "force\n1\n\n2\n"), "force").startswith("line 3: force is blank;")
+    assert refusal(text(tmp_path, "1\nx\n2\ny\n")).startswith("line 2: column 0 is 'x' (and 1 more);")
+
+
+def test_a_bad_cell_outside_the_window_does_no_harm(tmp_path):
+    path = text(tmp_path, "nan\n1\n2\nlost\n")
+    assert read(path, start_s=0.01, stop_s=0.02).tolist() == [1.0, 2.0]
+
+
+def test_a_column_that_is_not_there_lists_those_that_are(tmp_path):
+    path = text(tmp_path, "speed,force\n1,2\n")
+    assert refusal(path, "forse") == ("column = 'forse' is not there; accepted: 'speed', 'force', a number from 0 to 1")
+    assert refusal(path, "2").startswith("column = '2' is not there;")
+    assert refusal(text(tmp_path, "1,2\n"), "f").endswith("; accepted: a number from 0 to 1")
+    many = text(tmp_path, ",".join(f"c{k}" for k in range(30)) + "\n")
+    assert refusal(many, "f").endswith("'c19' and 11 more")
+
+
+# The rate
+
+
+@pytest.mark.parametrize("name", ["time", "time_s", "t"])
+def test_a_column_of_times_gives_the_rate(tmp_path, name):
+    rows = "".join(f"{5 + k * 1e-4:.7f},{k}\n" for k in range(50))
+    path = text(tmp_path, f"{name},force\n{rows}")
+    assert read(path, "force", rate_hz=None, at_hz=10_000.0).tolist() == list(range(50))
+    assert read(path, "force", rate_hz=100.0).size == 50
+
+
+@pytest.mark.parametrize(
+    ("times", "said"),
+    [
+        ([0, 1, 2, 4, 5], "line 5: t is '4', 2 s after the row before: a gap; accepted: even steps (most are 1 s)"),
+        ([0, 1, 2, 3.002, 4.002], "line 5: t is '3.002', 1.002 s after"),
+        ([0, 1, 1, 2, 3], "line 4: t is '1', 0 s after"),
+        ([3, 2, 1], "line 3: t is '2', -1 s after"),
+        ([0, 1, "", 3], "line 4: t is blank;"),
+    ],
+)
+def test_uneven_times_are_refused_with_the_line_of_the_gap(tmp_path, times, said):
+    path = text(tmp_path, "t,force\n" + "".join(f"{t},1\n" for t in times))
+    assert refusal(path, "force", rate_hz=None).startswith(said)
+    assert read(path, "force").size == len(times)
+
+
+def test_the_times_are_not_a_force(tmp_path):
+    path = text(tmp_path, "time,force\n0,1\n1,2\n")
+    assert refusal(path) == "column = '0' holds times; accepted: 'force'"
+
+
+@pytest.mark.parametrize("content", ["1\n2\n", "t,force\n0,1\n"])
+def test_a_missing_rate(tmp_path, content):
+    path = text(tmp_path, content)
+    column = "force" if "force" in content else "0"
+    assert refusal(path, column, rate_hz=None) == ("rate_hz is missing; accepted: the sampling rate of the file in Hz")
+
+
+def test_a_wav_brings_its_own_rate(tmp_path):
+    path = tmp_path / "a.wav"
+    wavfile.write(path, 8000, np.zeros(8, np.float32))
+    assert read(path, rate_hz=None, at_hz=8000).size == read(path, rate_hz=8000, at_hz=8000).size == 8
+    assert refusal(path, rate_hz=44100.0) == "rate_hz = 44100 contradicts the file; accepted: 8000 or none"
+
+
+def test_a_window_past_the_end(tmp_path):
+    path = text(tmp_path, "1\n2\n3\n4\n")
+    lasts = "the recording lasts 0.04 s (4 samples at 100 Hz)"
+    assert refusal(path, start_s=0.04) == f"start_s = 0.04 is beyond the end; {lasts}"
+    assert refusal(path, start_s=1e308).startswith("start_s = 1e+308 is beyond the end")
+    assert refusal(path, stop_s=0.05) == f"stop_s = 0.05 is beyond the end; {lasts}"
+    assert read(path, start_s=0.03).tolist() == [4.0]
+    assert read(path, stop_s=0.04).tolist() == [1.0, 2.0, 3.0, 4.0]
+
+
+# WAV, HDF5, NetCDF, MAT
+
+
+@pytest.mark.parametrize(
+    ("stored", "expected"),
+    [
+        (np.array([-(2**15), 0, 2**14], np.int16), [-1.0, 0.0, 0.5]),
+        (np.array([-(2**31), 0, 2**30], np.int32), [-1.0, 0.0, 0.5]),
+        (np.array([0, 128, 192], np.uint8), [-1.0, 0.0, 0.5]),
+        (np.array([-2.0, 0.0, 0.5], np.float32), [-2.0, 0.0, 0.5]),
+    ],
+)
+def test_wav_full_scale_is_one(tmp_path, stored, expected):
+    wavfile.write(tmp_path / "a.wav", 100, np.column_stack([stored, stored[::-1]]))
+    assert read(tmp_path / "a.wav", "0").tolist() == expected
+    assert read(tmp_path / "a.wav", "1").tolist() == expected[::-1]
+    assert refusal(tmp_path / "a.wav", "2").endswith("accepted: a number from 0 to 1")
+
+
+def test_wav_of_24_bits(tmp_path):
+    with wave.open(str(tmp_path / "a.wav"), "wb") as file:
+        file.setparams((1, 3, 100, 0, "NONE", ""))
+        file.writeframes(b"".join(n.to_bytes(3, "little", signed=True) for n in (-(2**23), 0, 2**22)))
+    assert read(tmp_path / "a.wav").tolist() == [-1.0, 0.0, 0.5]
+
+
+@pytest.mark.parametrize("name", ["a.h5", "a.mat", "v7.mat"])
+def test_rows_columns_and_what_is_there(tmp_path, name):
+    path = tmp_path / name
+    write(path, TABLE)
+    assert read(path, "dataQ[2, :]").tolist() == TABLE[2].tolist()
+    assert read(path, " /dataQ [ : ,1] ").tolist() == TABLE[:, 1].tolist()
+    accepted = "'dataQ[:, 0]' to 'dataQ[:, 2]' or a row 'dataQ[0, :]'"
+    for column in ("dataQ", "dataQ[:, 3]", "dataQ[4, :]"):
+        assert refusal(path, column) == f"column = {column!r} is not there; accepted: {accepted}"
+    assert "'dataQ' (4 x 3)" in refusal(path, "dataq[:, 0]")
+    assert "'dataQ' (4 x 3)" in refusal(path, "dataQ[0]")
+
+
+def test_a_dataset_by_number_or_in_a_group(tmp_path):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["trial/force"], file["text"], file["one"] = [1, 2], "a word", 3.0
+    assert read(tmp_path / "a.h5").tolist() == [1.0, 2.0]
+    assert read(tmp_path / "a.h5", "trial/force").tolist() == [1.0, 2.0]
+    assert refusal(tmp_path / "a.h5", "trial/force[:, 0]").endswith("accepted: 'trial/force'")
+    assert refusal(tmp_path / "a.h5", "text").endswith("accepted: 'trial/force' (2)")
+    savemat(tmp_path / "a.mat", {"trial": {"force": [1, 2], "name": "x"}, "word": "abc"})
+    assert read(tmp_path / "a.mat", "trial/force").tolist() == read(tmp_path / "a.mat").tolist() == [1.0, 2.0]
+    savemat(tmp_path / "b.mat", {"word": "abc"})
+    assert refusal(tmp_path / "b.mat").endswith("accepted: nothing in this file")
+
+
+def test_netcdf_packing_is_undone_and_missing_values_refused(tmp_path):
+    path = tmp_path / "a.nc"
+    packing = {"dtype": "int16", "scale_factor": 0.5, "add_offset": 10.0, "_FillValue": -1}
+    data = xr.Dataset({"force": ("time", [10.5, 12.0, np.nan])})
+    data.to_netcdf(path, engine="h5netcdf", encoding={"force": packing})
+    assert read(path, "force", stop_s=0.01).tolist() == [10.5, 12.0]
+    assert refusal(path, "force") == "column 'force' at index 2 is -1; accepted: a finite number"
+
+
+@pytest.mark.parametrize("name", ["a.h5", "a.mat", "v7.mat", "a.wav"])
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_a_bad_sample_is_refused_with_its_index(tmp_path, name, bad):
+    samples = TABLE.copy()
+    samples[2, 1] = bad
+    column = write(tmp_path / name, samples).format(k=1)
+    assert refusal(tmp_path / name, column, start_s=0.01) == (
+        f"column {column!r} at index 2 is {bad}; accepted: a finite number"
+    )
+
+
+# Files that are no recordings
+
+
+def test_an_unknown_format_and_a_missing_file(tmp_path):
+    accepted = ".csv .tsv .txt .h5 .hdf5 .nc .mat .wav"
+    assert refusal(tmp_path / "a.xlsx") == f"format '.xlsx' is unknown; accepted: {accepted}"
+    assert refusal(tmp_path / "a.csv") == "there is no such file"
+    (tmp_path / "b.csv").mkdir()
+    assert refusal(tmp_path / "b.csv") == "there is no such file"
+
+
+@pytest.mark.parametrize("name", ["a.csv", "a.h5", "a.nc", "a.mat", "a.wav"])
+def test_an_empty_file(tmp_path, name):
+    (tmp_path / name).touch()
+    assert "empty" in refusal(tmp_path / name)
+
+
+def test_a_file_without_samples(tmp_path):
+    assert refusal(text(tmp_path, "# only a note\n\n")) == "is empty; accepted: rows of numbers"
+    assert refusal(text(tmp_path, "force\n"), "force") == "column = 'force' holds no samples"
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["force"] = np.empty(0)
+    assert refusal(tmp_path / "a.h5", "force") == "column = 'force' holds no samples"
+
+
+@pytest.mark.parametrize("name", ["a.h5", "a.nc", "a.mat", "v7.mat", "a.wav"])
+@pytest.mark.parametrize("kept", [0.02, 0.5, 0.99])
+def test_a_truncated_file(tmp_path, name, kept):
+    path = tmp_path / name
+    column = write(path, np.random.default_rng(0).standard_normal((500, 3))).format(k=0)
+    whole = path.read_bytes()
+    path.write_bytes(whole[: int(kept * len(whole))])
+    assert refusal(path, column).startswith("cannot be read, empty or damaged (")
+
+
+@settings(deadline=None)
+@given(name=st.sampled_from(["a.csv", "a.h5", "a.mat", "a.wav"]), content=st.binary(max_size=200))
+def test_any_bytes_are_read_or_refused_in_one_line(name, content):
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, name)
+        path.write_bytes(content)
+        try:
+            force = read(path)
+        except FrictionloopError as error:
+            assert re.fullmatch(rf"{re.escape(str(path))}: [^\n]+", str(error))
+        else:
+            assert np.isfinite(force).all()
+
+
+# Resampling
+
+
+def signal(time_s):
+    return 3 + 0.5 * time_s + np.sin(2 * np.pi * 7.3 * time_s + 0.4)
+
+
+@pytest.mark.parametrize("at_hz", [500.0, 882.0, 997.0, 333.3, 5000.0, 44100.0])
+def test_a_tone_keeps_its_place_at_another_rate(tmp_path, at_hz):
+    path = tmp_path / "a.h5"
+    write(path, signal(np.arange(2000) / 1000)[:, None])
+    force = read(path, "dataQ", rate_hz=1000.0, at_hz=at_hz)
+    time_s = np.arange(force.size) / at_hz
+    assert time_s[-1] <= 1.999 < time_s[-1] + 1.001 / at_hz
+    inner = (time_s > 0.15) & (time_s < 1.85)
+    assert np.max(np.abs(force - signal(time_s))[inner]) < 2e-5
+    assert np.max(np.abs(force - signal(time_s))) < 1e-3
+    assert force[0] == pytest.approx(signal(0.0), abs=1e-9)
+
+
+@settings(deadline=None)
+@given(at_hz=st.integers(10, 2000).map(float), level=st.floats(-5, 5), slope=st.floats(-5, 5))
+def test_a_straight_line_stays_one_to_its_ends(at_hz, level, slope):
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "a.h5")
+        write(path, (level + slope * np.arange(101) / 100)[:, None])
+        force = read(path, "dataQ", at_hz=at_hz)
+    assert force == pytest.approx(level + slope * np.arange(force.size) / at_hz, abs=1e-9)
+
+
+def test_what_the_lower_rate_cannot_hold_is_taken_out(tmp_path):
+    path, time_s = tmp_path / "a.h5", np.arange(4000) / 1000
+    write(path, np.sin(2 * np.pi * 130 * time_s)[:, None])
+    inner = read(path, "dataQ", rate_hz=1000.0, at_hz=250.0)[100:-100]
+    assert np.max(np.abs(inner)) < 2e-5
+
+
+def test_one_sample_and_rates_too_far_apart(tmp_path):
+    path = text(tmp_path, "1\n2\n")
+    assert read(path, start_s=0.01, at_hz=300.0).tolist() == [2.0]
+    for at_hz in (1e-4, 1.1e7, float("nan")):
+        assert refusal(path, at_hz=at_hz) == (
+            f"100 Hz cannot be resampled to {at_hz:g} Hz; accepted: 0.001 to 1e+07 Hz"
+        )
