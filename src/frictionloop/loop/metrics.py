@@ -15,6 +15,7 @@ import xarray as xr
 from frictionloop.loop.record import system_of
 from frictionloop.loop.tiles import BOUND, IDENTITY, REGRESSION, SATURATION
 from frictionloop.physics.friction import friction_force
+from frictionloop.quantities import FrictionloopError
 
 
 class Sums(NamedTuple):
@@ -89,7 +90,9 @@ DEFAULT_METRICS = ("r2_identity", "rms_error", "saturation_index")
 def _sums(run: xr.Dataset, mask: Any, bound: bool = False) -> Sums:
     keep = slice(None) if mask is None else np.asarray(mask, dtype=bool)
     r, f = run["f_r"].values[keep], run["f_a"].values[keep]
-    shift = r[0] if r.size else 0.0
+    if r.size == 0:
+        raise FrictionloopError("mask: keeps no control period to score")
+    shift = r[0]
     shortfall2 = np.nan
     if bound:
         d, system = run["d"].values[keep], system_of(run)

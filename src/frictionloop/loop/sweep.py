@@ -93,6 +93,10 @@ def sweep(
         raise FrictionloopError(f"metrics = {list(names)!r}: accepted are {', '.join(METRICS)}")
     grid = points_of(points, seeds)
     structures = _structures(system, grid, duration_s)
+    if not 0 <= score_from_s < duration_s:
+        raise FrictionloopError(
+            f"score_from_s = {score_from_s!r} s: must be at least 0 and below duration_s = {duration_s!r} s"
+        )
     key = fingerprint(system, grid, duration_s, score_from_s, names)
     values = _resumed(path, key, names, grid) if resume else np.full((len(names), int(np.prod(grid.shape))), np.nan)
     result = _Result(values, names, grid, provenance(system, duration_s=duration_s, fingerprint=key), path)

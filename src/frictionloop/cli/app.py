@@ -1,0 +1,86 @@
+"""The verbs, and what surrounds every one of them: errors in one line, Ctrl-C, closed pipes."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+import sys
+from collections.abc import Sequence
+from importlib.metadata import PackageNotFoundError, version
+
+from cyclopts import App, CycloptsError, Group, Parameter
+
+from frictionloop.cli import reproduce, simulate, sweep
+from frictionloop.cli.flags import gather
+from frictionloop.cli.helptext import HELP_STYLE
+from frictionloop.cli.screen import Interrupted, say
+from frictionloop.quantities.units import FrictionloopError
+
+BAD_INPUT, INTERRUPTED, PIPE_CLOSED = 2, 130, 141
+"""Exit codes; the last two are 128 plus the number of the signal, as shells give them."""
+
+PAPER = Group("The paper", sort_key=1)
+LOOP = Group("The loop", sort_key=2)
+HERE = Group("About", sort_key=9)
+
+
+def _version() -> str:
+    try:
+        return f"frictionloop {version('frictionloop')}"
+    except PackageNotFoundError:
+        return "frictionloop, not installed as a package"
+
+
+app = App(
+    name="frictionloop",
+    help="Closed-loop control of fingertip friction on ultrasonic surfaces: simulate it, sweep it, report on it.",
+    help_epilogue="Each command has its own help with examples: frictionloop simulate --help",
+    help_format="plaintext",
+    help_formatter=HELP_STYLE,
+    version=_version,
+    default_parameter=Parameter(negative=()),
+)
+app["--help"].group = app["--version"].group = HERE
+for verb, group in ((reproduce, PAPER), (simulate, LOOP), (sweep, LOOP)):
+    app.command(verb.command, name=verb.__name__.rsplit(".", 1)[-1], help_epilogue=verb.EXAMPLES, group=group)
+
+
+def main(tokens: Sequence[str] | None = None) -> None:
+    """Run one command and leave with its exit code: 0, 2 for bad input, 130 after Ctrl-C."""
+    try:
+        code = _run(list(sys.argv[1:] if tokens is None else tokens))
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # The reader has left: what Python still wants to flush at its exit goes nowhere.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = PIPE_CLOSED
+    raise SystemExit(code)
+
+
+def _run(tokens: list[str]) -> int:
+    try:
+        app(gather(tokens), print_error=False, exit_on_error=False, result_action="return_value")
+        return 0
+    except CycloptsError as error:
+        say(f"error: {' '.join(str(error).split())}")
+    except FrictionloopError as error:
+        say(f"error: {error}")
+    except Interrupted as stop:
+        say(f"interrupted: {stop}")
+        if stop.resumable:
+            say(f"continue with: {_program()} {shlex.join([*tokens, *([] if '--resume' in tokens else ['--resume'])])}")
+        return INTERRUPTED
+    except KeyboardInterrupt:
+        say("interrupted")
+        return INTERRUPTED
+    return BAD_INPUT
+
+
+def _program() -> str:
+    """Return how this program was called, so that a command it prints can be pasted."""
+    called = sys.argv[0]
+    if os.path.basename(called) == "__main__.py":
+        return "python -m frictionloop"
+    found = shutil.which("frictionloop")
+    return "frictionloop" if found and os.path.realpath(found) == os.path.realpath(called) else shlex.quote(called)

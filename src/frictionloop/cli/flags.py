@@ -1,0 +1,106 @@
+"""Parameters of the system as flags: ``--controller.kp 12`` becomes the override ``{"controller.kp": 12}``."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import Group, Parameter
+
+from frictionloop.quantities.units import FrictionloopError
+
+if TYPE_CHECKING:
+    from frictionloop.parameters import System
+
+DOTTED = "--BLOCK.NAME"
+"""The one option that all dotted flags are gathered under."""
+
+SYSTEM = Group("System", sort_key=1)
+RUN = Group("Run", sort_key=2)
+RESULT = Group("Result", sort_key=3)
+
+SystemFile = Annotated[
+    Path | None,
+    Parameter(name="FILE", help="TOML file that describes the system; the preset is used without it.", group=SYSTEM),
+]
+Preset = Annotated[
+    Literal["paper", "feasible"] | None,
+    Parameter(help="Ready-made system instead of a file; paper if neither is given.", group=SYSTEM),
+]
+Overrides = Annotated[
+    list[str] | None,
+    Parameter(
+        name=DOTTED,
+        help="Any parameter of the system by its dotted name, such as --controller.kp 12 or --setpoint.kind sine. "
+        "The run's summary and --save-system list the names.",
+        group=SYSTEM,
+    ),
+]
+DurationS = Annotated[float, Parameter(help="Duration of a run in s.", group=RUN)]
+ScoreFromS = Annotated[float, Parameter(help="Start of the part that the metrics score, in s.", group=RUN)]
+
+
+def gather(tokens: Sequence[str]) -> list[str]:
+    """Return the tokens with each ``--block.name value`` rewritten as one token of the option ``DOTTED``."""
+    gathered: list[str] = []
+    rest = iter(tokens)
+    for token in rest:
+        name, equals, value = token.partition("=")
+        if token == "--":
+            return [*gathered, token, *rest]
+        if not (name.startswith("--") and "." in name):
+            gathered.append(token)
+            continue
+        if not equals:
+            value = next(rest, "--")
+            if value.startswith("--"):
+                raise FrictionloopError(f"{name}: needs a value, such as {name} 1")
+        gathered.append(f"{DOTTED}={name[2:].replace('-', '_')}={value}")
+    return gathered
+
+
+def scalar(text: str) -> Any:
+    """Return the TOML value a text holds: a number, true or false, a list; any other text as it stands."""
+    try:
+        value = tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+    return value if isinstance(value, (bool, int, float, str, list)) else text
+
+
+def overrides_of(flags: Iterable[str] | None) -> dict[str, Any]:
+    """Return the overrides that gathered flags stand for."""
+    pairs = [flag.partition("=") for flag in flags or ()]
+    # A kind comes first, so that the other values land in the block of that kind.
+    pairs.sort(key=lambda pair: not pair[0].endswith(".kind"))
+    return {name: scalar(value) for name, _, value in pairs}
+
+
+def system_from(file: Path | None, preset_name: str | None, flags: Iterable[str] | None) -> System:
+    """Return the system of a file or a preset, with the dotted flags applied."""
+    from frictionloop.parameters import preset, read_toml
+
+    if file is not None and preset_name is not None:
+        raise FrictionloopError(
+            f"{file} and --preset {preset_name} both name a system; give one (a file may begin with "
+            f'preset = "{preset_name}" and hold only what differs)'
+        )
+    base = preset(preset_name or "paper") if file is None else read_toml(file)
+    return base.evolve(overrides_of(flags))
+
+
+def check_seed(seed: int, least: int = 0) -> None:
+    """Refuse a seed, or a number of seeds, that the noise generator has no stream for."""
+    if not least <= seed < 2**63:
+        raise FrictionloopError(f"seed = {seed}: must be a whole number from {least} to 2^63 - 1")
+
+
+def check_score(score_from_s: float, duration_s: float) -> None:
+    """Refuse a scored part that is empty."""
+    if not (math.isfinite(score_from_s) and 0 <= score_from_s < duration_s):
+        raise FrictionloopError(
+            f"score_from_s = {score_from_s:g} s: must be from 0 s to less than duration_s = {duration_s:g} s"
+        )

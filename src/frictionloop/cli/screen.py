@@ -1,0 +1,80 @@
+"""What a command shows: results on stdout, everything else on stderr, JSON with nothing around it."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
+
+
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C during work that keeps what is done; ``resumable`` if the same command with --resume goes on."""
+
+    def __init__(self, said: str, resumable: bool) -> None:
+        super().__init__(said)
+        self.resumable = resumable
+
+
+def say(line: str) -> None:
+    """Write one line to stderr."""
+    print(line, file=sys.stderr, flush=True)
+
+
+def show(*renderables: Any) -> None:
+    """Write to stdout as wide as the terminal, at most 100 columns, where lines are still easy to follow."""
+    from rich.console import Console
+
+    console = Console(highlight=False, markup=False)
+    console.width = min(console.width, 100)
+    for renderable in renderables:
+        console.print(renderable)
+
+
+def show_json(result: Mapping[str, Any]) -> None:
+    """Write one JSON object to stdout; NaN and infinity, which JSON lacks, become null."""
+    print(json.dumps(_plain(result), indent=2, ensure_ascii=False, allow_nan=False))
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(name): _plain(inner) for name, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(inner) for inner in value]
+    if hasattr(value, "tolist"):  # NumPy
+        return _plain(value.tolist())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value if value is None or isinstance(value, (bool, int, str)) else str(value)
+
+
+@contextmanager
+def waiting(text: str) -> Iterator[None]:
+    """Show that something is under way, on a terminal only."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status(text):
+        yield
+
+
+def columns(rows: list[tuple[str, ...]]) -> Any:
+    """Return rows as a borderless table: the first column a name, the last one free to wrap."""
+    from rich.table import Table
+
+    table = Table.grid(padding=(0, 2, 0, 0))
+    for index in range(len(rows[0])):
+        last = index == len(rows[0]) - 1
+        table.add_column(style="bold" if index == 0 else None, no_wrap=not last, overflow="fold")
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
+def seconds(value: float) -> str:
+    """Return a duration with a readable unit: 2.1 ms, 3.4 s."""
+    return f"{value * 1e3:.3g} ms" if value < 1 else f"{value:.3g} s"
