@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from frictionloop.quantities import FrictionloopError, replacing, unit_of
 
 SCHEMA = 1
 """Version of the parameter file and of the run file; a newer one is refused."""
+_TO_ESCAPE = re.compile(r'[\x00-\x1f"\\\x7f]')
 PRESETS = {"paper": presets.paper, "feasible": presets.feasible}
 
 
@@ -86,7 +88,7 @@ def _literal(value: Any) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
-        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+        return '"' + _TO_ESCAPE.sub(lambda match: f"\\u{ord(match[0]):04x}", value) + '"'
     if isinstance(value, (tuple, list)):
         return "[" + ", ".join(map(_literal, value)) + "]"
     return repr(value)

@@ -78,7 +78,7 @@ class ColouredNoise(Block):
     offset_n: float = 0.0
     """Mean of the force."""
     rms_n: NotNegative = 0.0
-    """Standard deviation over the band [low_hz, high_hz]."""
+    """Standard deviation, over all frequencies up to half the control rate."""
     exponent: Annotated[float, Field(ge=0, le=2)] = 1.0
     """0 white, 1 pink (friction of a sliding finger, ref. [18]), 2 Brownian."""
     low_hz: Positive = 0.5

@@ -68,13 +68,12 @@ def _place(tree: dict[str, Any], path: str, value: Any) -> None:
     node: Any = tree
     for name in parents:
         node = node.get(name) if isinstance(node, dict) else None
-    known = isinstance(node, dict) and leaf in node
-    # A block without this name may still take it: optional fields of another kind are checked on validation.
-    if not known:
-        raise FrictionloopError(unknown(path, _paths(tree)))
+    # A new kind may need a value that nothing has given yet: the path of a recording.
+    if not isinstance(node, dict) or (leaf not in node and path not in _known_names(tree)):
+        raise FrictionloopError(unknown(path, _known_names(tree)))
     if leaf == "kind" and value != node["kind"]:
         _change_kind(tree, parents[0], value)
-    elif isinstance(value, Mapping) and isinstance(node[leaf], dict) and value.get("kind", None) is None:
+    elif isinstance(value, Mapping) and isinstance(node.get(leaf), dict) and value.get("kind", None) is None:
         for name, inner in value.items():
             _place(tree, f"{path}.{name}", inner)
     else:

@@ -1,0 +1,55 @@
+"""A column of a file as it was found: its samples, where each stands, and how it is refused when it is not there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionloop.parameters.sources import Recording
+from frictionloop.quantities import FrictionloopError
+
+Array = NDArray[np.float64]
+SHOWN = 20
+"""Names listed in an error."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a file, not yet cut or scaled."""
+
+    samples: NDArray[Any]
+    place: Callable[[int], str]
+    """How the file calls sample i, and what stands there."""
+    rate_hz: float | None = None
+    decode: Callable[[NDArray[Any]], NDArray[Any]] = np.asarray
+    """From what is stored to the column's unit."""
+
+
+def no_column(recording: Recording, there: list[str]) -> FrictionloopError:
+    """Return the error that a column is not there, listing what is."""
+    shown = ", ".join(there[:SHOWN]) + (f" and {len(there) - SHOWN} more" if len(there) > SHOWN else "")
+    return FrictionloopError(
+        f"{recording.path}: column = {recording.column!r} is not there; accepted: {shown or 'nothing in this file'}"
+    )
+
+
+def refuse_gaps(path: str, values: Array, place: Callable[[int], str]) -> None:
+    """Refuse a NaN or an infinity, naming the first and where it stands."""
+    bad = np.flatnonzero(~np.isfinite(values))
+    if bad.size:
+        more = f" (and {bad.size - 1} more)" if bad.size > 1 else ""
+        raise FrictionloopError(f"{path}: {place(bad[0])}{more}; accepted: a finite number")
+
+
+def column_number(recording: Recording, names: list[str], count: int) -> int:
+    """Return the number of the column that is asked for by name or by number."""
+    column = recording.column.strip()
+    if column in names:
+        return names.index(column)
+    if column.isdecimal() and int(column) < count:
+        return int(column)
+    raise no_column(recording, [*map(repr, filter(None, names)), f"a number from 0 to {count - 1}"])
