@@ -21,7 +21,7 @@ from numba.core.caching import FunctionCache, IndexDataCacheFile
 from frictionloop.control.pi import PiGains, PiState, pi_step
 from frictionloop.loop.quadrature import NODES
 from frictionloop.loop.signals import build_signals
-from frictionloop.loop.slab import NODES_MAX, ROW, pointer
+from frictionloop.loop.slab import ROW, pointer
 from frictionloop.loop.tiles import (
     TRACES,
     build_control,
@@ -42,6 +42,7 @@ class Options(NamedTuple):
 
     law: int
     segments: int
+    before: int
     setpoint: int
     setpoint_shared: bool
     disturbance: int
@@ -70,8 +71,8 @@ def _build(width: int) -> Any:
     fill_signal, fill_noise = build_signals(width)
     pi = build_control(width, pi_step, len(PiState._fields), len(PiGains._fields))
     apply_late = build_delay(width)
-    plant = build_plant(width, 1, False)
-    plant_delayed, plant_switched = build_plant(width, 1, True), build_plant(width, 2, True)
+    plant = build_plant(width)
+    command, applied = ROW["command"], ROW["applied"]
     scores, record = build_scores(width), build_record(width)
     spread, settle = build_inputs(width)
     setpoint, disturbance, normal = ROW["setpoint"], ROW["disturbance"], ROW["normal"]
@@ -89,14 +90,13 @@ def _build(width: int) -> Any:
             scores(s, n, o.groups)
         if o.recording:
             record(s, n, k, trace, trace_size)
-        if o.ring_mask == 0:
-            plant(s, n, b.disturbance, at, o.disturbance_shared)
+        if o.ring_mask == 0 and o.segments == 1:
+            plant(s, n, b.disturbance, at, o.disturbance_shared, command, 0)
             return
         apply_late(s, n, k, b.history, o.ring_mask)
-        if o.segments == 1:
-            plant_delayed(s, n, b.disturbance, at, o.disturbance_shared)
-        else:
-            plant_switched(s, n, b.disturbance, at, o.disturbance_shared)
+        for segment in range(o.segments):
+            held = applied if segment < o.before else applied + 1
+            plant(s, n, b.disturbance, at, o.disturbance_shared, held, segment * (NODES - 1))
 
     @njit(error_model="numpy", nogil=True)
     def advance(slab, n, start, stop, o, buffers, setpoint_samples, disturbance_samples, chunk, trace):  # type: ignore[no-untyped-def]
@@ -185,11 +185,11 @@ def ring_size(longest_delay: float) -> int:
     return 1 << math.ceil(longest_delay + 1).bit_length() if longest_delay else 1
 
 
-def buffers(width: int, ring: int, table: np.ndarray, seeds: np.ndarray) -> Buffers:
+def buffers(width: int, ring: int, nodes: int, table: np.ndarray, seeds: np.ndarray) -> Buffers:
     """Return zeroed scratch and history for one tile."""
     return Buffers(
         setpoint=np.zeros(BLOCK * width),
-        disturbance=np.zeros(NODES_MAX * BLOCK * width),
+        disturbance=np.zeros(nodes * BLOCK * width),
         normals=np.zeros(BLOCK * width),
         history=np.zeros(ring * width),
         table=table,

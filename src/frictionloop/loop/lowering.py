@@ -11,11 +11,17 @@ import numpy as np
 from frictionloop.control.lookup import lookup_table
 from frictionloop.loop import signals
 from frictionloop.loop.kernel import EXTERNAL, PI, Buffers, Options, buffers, ring_size
-from frictionloop.loop.quadrature import segment_nodes
+from frictionloop.loop.quadrature import (
+    MAX_SEGMENTS,
+    PLATE_PER_SEGMENT,
+    segment_nodes,
+    segment_weights,
+    segments_needed,
+)
 from frictionloop.loop.slab import LANES, Slab
 from frictionloop.parameters import Constant, LogSweep, Sine, Source, Steps, System
 from frictionloop.physics.sources import Sampler, sampler, sweep_turns
-from frictionloop.sensing.lowpass import sensor_weights
+from frictionloop.quantities import FrictionloopError
 
 SETPOINT_STREAM, DISTURBANCE_STREAM = 1, 2
 """Streams of coloured noise; 0 is the sensor noise."""
@@ -33,7 +39,7 @@ class Tile:
     disturbance: Callable[[int, int], np.ndarray]
 
 
-STRUCTURAL = ("kind", "rate_hz", "table_size", "delay_s")
+STRUCTURAL = ("kind", "rate_hz", "table_size", "delay_s", "plate.cutoff_hz")
 """Last words of the paths whose values decide which systems can share a tile."""
 
 
@@ -45,7 +51,7 @@ def structure(system: System) -> tuple[object, ...]:
         system.disturbance.kind,
         c.rate_hz,
         c.model.table_size,
-        _switch(system) > 0,
+        *_segments(system),
         system.plate.kind,
         system.sensor.kind,
         c.kind,
@@ -61,6 +67,19 @@ def _switch(system: System) -> float:
     c = system.controller
     rest = c.delay_s - _delay_periods(system) / c.rate_hz
     return rest if rest > 1e-9 / c.rate_hz else 0.0
+
+
+def _segments(system: System) -> tuple[int, int]:
+    """Return the segments of a period before and after the command changes, at least one in all."""
+    plate, period, switch = system.plate.cutoff_hz, 1.0 / system.controller.rate_hz, _switch(system)
+    before, after = segments_needed(plate, switch), segments_needed(plate, period - switch)
+    if max(before, after) > MAX_SEGMENTS:
+        most = PLATE_PER_SEGMENT * MAX_SEGMENTS * system.controller.rate_hz
+        raise FrictionloopError(
+            f"plate.cutoff_hz = {plate:g} Hz: must be at most {most:g} Hz at controller.rate_hz = "
+            f"{system.controller.rate_hz:g} Hz (a faster envelope is over within the period and cannot be resolved)"
+        )
+    return before, after
 
 
 def lower(
@@ -80,11 +99,11 @@ def lower(
     slab = Slab(width)
     period = 1.0 / systems[0].controller.rate_hz
     switch = np.array([_switch(s) for s in systems])
-    segments = 2 if switch[0] > 0 else 1
-    _lower_plant(slab, systems, switch, period, segments)
+    before, after = _segments(systems[0])
+    nodes = _lower_plant(slab, systems, switch, period, before, after)
     table = _lower_controller(slab, systems)
     setpoint = _lower_signal(slab, "setpoint_signal", [s.setpoint for s in systems], True)
-    one_grid = segments == 1 or bool(np.all(switch == switch[0]))
+    one_grid = bool(np.all(switch == switch[0]))
     disturbance = _lower_signal(slab, "disturbance_signal", [s.disturbance for s in systems], one_grid)
     one_seed = bool(np.all(lane_seeds == lane_seeds[0]))
     rate = systems[0].controller.rate_hz
@@ -98,7 +117,8 @@ def lower(
     ring = ring_size(max(s.controller.delay_s * rate for s in systems))
     options = Options(
         law=EXTERNAL if external else PI,
-        segments=segments,
+        segments=before + after,
+        before=before,
         setpoint=setpoint[0],
         setpoint_shared=setpoint_shared,
         disturbance=disturbance[0],
@@ -111,14 +131,16 @@ def lower(
         ring_mask=ring - 1,
         dt=period,
     )
-    return Tile(slab, width, options, buffers(width, ring, table, lane_seeds), take_setpoint, take_disturbance)
+    return Tile(slab, width, options, buffers(width, ring, nodes, table, lane_seeds), take_setpoint, take_disturbance)
 
 
-def _lower_plant(slab: Slab, systems: Sequence[System], switch: np.ndarray, period: float, segments: int) -> None:
+def _lower_plant(
+    slab: Slab, systems: Sequence[System], switch: np.ndarray, period: float, before: int, after: int
+) -> int:
     nominal = np.array([s.friction.nominal_n for s in systems])
     susceptibility = np.array([s.friction.susceptibility_per_um2 for s in systems])
     ceiling = np.array([s.plate.max_amplitude_um for s in systems])
-    times, weights, since = segment_nodes(switch, period, segments)
+    times, since = segment_nodes(switch, period, before, after)
     nodes = len(times)
     plate_hz = np.array([s.plate.cutoff_hz for s in systems])
     sensor_hz = np.array([s.sensor.cutoff_hz for s in systems])
@@ -129,11 +151,12 @@ def _lower_plant(slab: Slab, systems: Sequence[System], switch: np.ndarray, peri
     slab.view("floor")[0] = nominal * np.exp(-susceptibility * ceiling**2)
     slab.view("node_time")[:nodes] = times
     slab.view("decay")[:nodes] = np.exp(-2 * np.pi * plate_hz * since)
-    slab.view("weight")[:nodes] = sensor_weights(sensor_hz, times, weights, period)
+    slab.view("weight")[:nodes] = segment_weights(sensor_hz, switch, period, before, after)
     sensor_decay = np.exp(-2 * np.pi * sensor_hz * period)
     slab.view("sensor_decay")[0] = sensor_decay
     slab.view("noise_gain")[0] = noise * (1 - sensor_decay)
     slab.view("delay_periods")[0] = [_delay_periods(s) for s in systems]
+    return nodes
 
 
 def _lower_controller(slab: Slab, systems: Sequence[System]) -> np.ndarray:

@@ -12,11 +12,11 @@ import numpy as np
 from numba import types
 from numba.extending import intrinsic, overload
 
-from frictionloop.loop.quadrature import NODES
+from frictionloop.loop.quadrature import MAX_SEGMENTS, NODES
 
 LANES = 32
 """Lanes of a full tile: best of 16 to 256 in C, and 4 registers of 8 doubles."""
-NODES_MAX = 2 * NODES - 1
+NODES_MAX = 2 * MAX_SEGMENTS * (NODES - 1) + 1
 
 _ROWS: tuple[tuple[str, int], ...] = (
     # what changes every period

@@ -112,45 +112,40 @@ def build_delay(width: int) -> Any:
     return apply_late
 
 
-def build_plant(width: int, segments: int, delayed: bool) -> Any:
-    """Lift one control period of plate, friction law and sensor by Gauss-Lobatto quadrature (loop/quadrature.py).
+def build_plant(width: int) -> Any:
+    """Lift plate, friction law and sensor over one segment of the period by quadrature (loop/quadrature.py).
 
-    The number of nodes is a constant here, so the loops over nodes unroll and the loop over lanes vectorises.
+    The number of nodes is a constant, so the loop over nodes unrolls and the loop over lanes vectorises.
     """
     count = lane_count(width)
     decay, weight = ROW["decay"], ROW["weight"]
     force, normal, friction_row, amplitude = ROW["measurement"], ROW["normal"], ROW["friction"], ROW["amplitude"]
     sensor_rows = (force, normal, ROW["sensor_decay"], ROW["noise_gain"])
-    law_rows, after, ceiling = (
-        (ROW["nominal"], ROW["halvings"]),
-        (force, amplitude, friction_row),
-        ROW["max_amplitude"],
-    )
-    in_force = ROW["applied"] + 2 - segments if delayed else ROW["command"]
+    law_rows, after, ceiling = (ROW["nominal"], ROW["halvings"]), (force, amplitude, friction_row), ROW["max_amplitude"]
 
     def lifted(d_step: int, d_lane: int) -> Any:
         """Disturbance of node j, lane i at d[j * d_step + i * d_lane]: one column for all lanes, or one for each."""
 
         @compiled
-        def plant(s, n, d, at):  # type: ignore[no-untyped-def]
+        def plant(s, n, d, at, command, first):  # type: ignore[no-untyped-def]
             for i in range(count(n)):
-                a, g = peek(s, amplitude * width + i), peek(s, friction_row * width + i)
+                start, g = peek(s, amplitude * width + i), peek(s, friction_row * width + i)
                 law = load(s, i, width, law_rows)
-                f_m = sensor_start(*load(s, i, width, sensor_rows))
-                f_m = sensor_node(f_m, g + peek(d, at + i * d_lane), peek(s, weight * width + i))
-                rest = 0.0  # a second partial sum: a lane alone waits for the chain of additions
-                for half in range(segments):
-                    command = limit_step(peek(s, (in_force + half) * width + i), peek(s, ceiling * width + i))
-                    start = a
-                    for m in range(1, NODES):
-                        j = half * (NODES - 1) + m
-                        a = lowpass_step(start, command, peek(s, (decay + j) * width + i))
-                        g = friction_step(a, *law)
-                        f, w = g + peek(d, at + j * d_step + i * d_lane), peek(s, (weight + j) * width + i)
-                        if m % 2:
-                            f_m = sensor_node(f_m, f, w)
-                        else:
-                            rest = sensor_node(rest, f, w)
+                held = limit_step(peek(s, command * width + i), peek(s, ceiling * width + i))
+                # Two partial sums: a lane alone waits for the chain of additions.
+                f_m = sensor_start(*load(s, i, width, sensor_rows)) if first == 0 else peek(s, force * width + i)
+                f = g + peek(d, at + first * d_step + i * d_lane)
+                rest = sensor_node(0.0, f, peek(s, (weight + first) * width + i) if first == 0 else 0.0)
+                a = start
+                for m in range(1, NODES):
+                    j = first + m
+                    a = lowpass_step(start, held, peek(s, (decay + j) * width + i))
+                    g = friction_step(a, *law)
+                    f, w = g + peek(d, at + j * d_step + i * d_lane), peek(s, (weight + j) * width + i)
+                    if m % 2:
+                        f_m = sensor_node(f_m, f, w)
+                    else:
+                        rest = sensor_node(rest, f, w)
                 store(s, i, width, after, (f_m + rest, a, g))
 
         return plant
@@ -158,11 +153,11 @@ def build_plant(width: int, segments: int, delayed: bool) -> Any:
     one_column, one_each = lifted(BLOCK, 0), lifted(BLOCK * width, 1)
 
     @compiled
-    def plant(s, n, d, k, shared):  # type: ignore[no-untyped-def]
+    def plant(s, n, d, k, shared, command, first):  # type: ignore[no-untyped-def]
         if shared:
-            one_column(s, n, d, k)
+            one_column(s, n, d, k, command, first)
         else:
-            one_each(s, n, d, k * width)
+            one_each(s, n, d, k * width, command, first)
 
     return plant
 

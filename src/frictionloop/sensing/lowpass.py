@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from frictionloop.parameters import LowpassSensor
 from frictionloop.quantities import Lti
 from frictionloop.quantities.arithmetic import fma, step
@@ -21,12 +19,6 @@ def sensor_start(measured_n: float, normal: float, decay: float, noise_gain_n: f
 def sensor_node(measured_n: float, force_n: float, weight: float) -> float:
     """f_m += W f(s): one node of the integral over the period of ws e^(-ws (T - s)) f(s) ds."""
     return fma(weight, force_n, measured_n)
-
-
-def sensor_weights(cutoff_hz: np.ndarray, times_s: np.ndarray, weights_s: np.ndarray, period_s: float) -> np.ndarray:
-    """Return W_j = w_j ws e^(-ws (T - s_j)) for quadrature times s_j and weights w_j, node axis first."""
-    omega = 2.0 * np.pi * np.asarray(cutoff_hz)
-    return np.asarray(weights_s * omega * np.exp(-omega * (period_s - times_s)))
 
 
 def linearise_sensor(sensor: LowpassSensor) -> Lti:
