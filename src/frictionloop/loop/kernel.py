@@ -6,31 +6,22 @@ called for chunks of time, so that threads, Ctrl-C and progress belong to the ca
 
 from __future__ import annotations
 
-import hashlib
 import math
-from functools import cache
-from pathlib import Path
 from threading import Lock
 from typing import Any, NamedTuple
 
 import numpy as np
-from llvmlite.binding import get_host_cpu_name
 from numba import njit
-from numba.core.caching import FunctionCache, IndexDataCacheFile
 
 from frictionloop.control.pi import PiGains, PiState, pi_step
+from frictionloop.loop.control_tile import build_control
+from frictionloop.loop.kernel_cache import KernelCache
+from frictionloop.loop.plant_tile import build_plant
 from frictionloop.loop.quadrature import NODES
+from frictionloop.loop.score_tile import build_scores
 from frictionloop.loop.signals import build_signals
 from frictionloop.loop.slab import ROW, pointer
-from frictionloop.loop.tiles import (
-    TRACES,
-    build_control,
-    build_delay,
-    build_inputs,
-    build_plant,
-    build_record,
-    build_scores,
-)
+from frictionloop.loop.tiles import TRACES, build_delay, build_inputs, build_record
 from frictionloop.quantities.normals import BLOCK
 
 EXTERNAL, PI = 0, 1
@@ -140,32 +131,6 @@ def _build(width: int) -> Any:
     return advance
 
 
-@cache
-def source_digest() -> str:
-    """Return a digest of the package's source: Numba's cache checks one file, but the kernel is built from many."""
-    digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parents[1].rglob("*.py")):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()
-
-
-class _Cache(FunctionCache):
-    """Numba's on-disk cache with one file per tile width, source and processor.
-
-    Numba keys closures by their contents, which differ from process to process, and lets processes that compile at
-    the same time number their files alike, so that one may load the other's kernel. A file name that says what is in
-    it avoids both.
-    """
-
-    def __init__(self, function: Any, width: int) -> None:
-        super().__init__(function)
-        name = f"{self._impl.filename_base}-{width}-{source_digest()[:16]}-{get_host_cpu_name()}"
-        self._cache_file = IndexDataCacheFile(self._cache_path, name, self._impl.locator.get_source_stamp())
-
-    def _index_key(self, sig: Any, codegen: Any) -> Any:
-        return (sig, codegen.magic_tuple())
-
-
 _kernels: dict[int, Any] = {}
 _building = Lock()
 
@@ -175,7 +140,7 @@ def kernel(width: int) -> Any:
     with _building:  # threads that start together must not compile it twice
         if width not in _kernels:
             advance = _build(width)
-            advance._cache = _Cache(advance.py_func, width)
+            advance._cache = KernelCache(advance.py_func, width)
             _kernels[width] = advance
         return _kernels[width]
 

@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.loop.record import system_of
-from frictionloop.loop.tiles import BOUND, IDENTITY, REGRESSION, SATURATION
+from frictionloop.loop.score_tile import BOUND, IDENTITY, REGRESSION, SATURATION
 from frictionloop.physics.friction import friction_force
 from frictionloop.quantities import FrictionloopError
 

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import joblib
 import numpy as np
 import xarray as xr
 
-from frictionloop.loop.lowering import STRUCTURAL, lower, structure
+from frictionloop.loop.kept import Result, resumed
+from frictionloop.loop.lowering import lower
 from frictionloop.loop.metrics import DEFAULT_METRICS, METRICS, Sums
 from frictionloop.loop.points import Points, fingerprint, points_of
 from frictionloop.loop.progress import progress_bar
-from frictionloop.loop.record import load, provenance, save
+from frictionloop.loop.record import provenance
 from frictionloop.loop.simulate import run_tile
 from frictionloop.loop.slab import LANES
+from frictionloop.loop.structure import STRUCTURAL, structure
 from frictionloop.loop.timing import periods_in
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
@@ -98,8 +99,8 @@ def sweep(
             f"score_from_s = {score_from_s!r} s: must be at least 0 and below duration_s = {duration_s!r} s"
         )
     key = fingerprint(system, grid, duration_s, score_from_s, names)
-    values = _resumed(path, key, names, grid) if resume else np.full((len(names), int(np.prod(grid.shape))), np.nan)
-    result = _Result(values, names, grid, provenance(system, duration_s=duration_s, fingerprint=key), path)
+    values = resumed(path, key, names, grid) if resume else np.full((len(names), int(np.prod(grid.shape))), np.nan)
+    result = Result(values, names, grid, provenance(system, duration_s=duration_s, fingerprint=key), path)
     result.keep()
     tiles = list(_tiles(structures, np.isnan(values).any(axis=0), len(grid.seeds)))
     job, of = joblib.delayed(_run), list(grid.lanes())
@@ -170,40 +171,3 @@ def _run(
     run_tile(tile, periods)
     sums = Sums._make([*tile.slab.view("sums")[: len(Sums._fields) - 1, : len(lanes)], periods - score_from])
     return lanes, np.array([METRICS[name].of(sums) for name in names])
-
-
-def _resumed(path: str | os.PathLike[str] | None, key: str, names: tuple[str, ...], grid: Points) -> np.ndarray:
-    """Return the values already done in a file, NaN for the rest."""
-    if path is None:
-        raise FrictionloopError("resume: needs the path of the file to continue")
-    if not Path(path).exists():
-        return np.full((len(names), int(np.prod(grid.shape))), np.nan)
-    kept = load(path)
-    if kept.attrs.get("fingerprint") != key:
-        raise FrictionloopError(
-            f"{path}: holds another sweep (system, points, seeds, duration or metrics differ); choose another file"
-        )
-    return np.array([kept[name].values.ravel() for name in names])
-
-
-class _Result:
-    """The growing result of a sweep and the file that keeps it."""
-
-    def __init__(
-        self, values: np.ndarray, names: tuple[str, ...], grid: Points, attrs: dict[str, Any], path: Any
-    ) -> None:
-        self.values, self.names, self.grid, self.attrs, self.path = values, names, grid, attrs, path
-
-    def dataset(self) -> xr.Dataset:
-        dims = (*self.grid.axes, "seed")
-        data = {
-            name: xr.Variable(
-                dims, row.reshape(self.grid.shape), {"units": METRICS[name].units, "long_name": METRICS[name].long_name}
-            )
-            for name, row in zip(self.names, self.values, strict=True)
-        }
-        return xr.Dataset(data, self.grid.coordinates(), self.attrs)
-
-    def keep(self) -> None:
-        if self.path is not None:
-            save(self.dataset(), self.path)

@@ -1,0 +1,37 @@
+"""Keeping the compiled kernel on disk between processes."""
+
+from __future__ import annotations
+
+import hashlib
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from llvmlite.binding import get_host_cpu_name
+from numba.core.caching import FunctionCache, IndexDataCacheFile
+
+
+@cache
+def source_digest() -> str:
+    """Return a digest of the package's source: Numba's cache checks one file, but the kernel is built from many."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parents[1].rglob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+class KernelCache(FunctionCache):
+    """Numba's on-disk cache with one file per tile width, source and processor.
+
+    Numba keys closures by their contents, which differ from process to process, and lets processes that compile at
+    the same time number their files alike, so that one may load the other's kernel. A file name that says what is in
+    it avoids both.
+    """
+
+    def __init__(self, function: Any, width: int) -> None:
+        super().__init__(function)
+        name = f"{self._impl.filename_base}-{width}-{source_digest()[:16]}-{get_host_cpu_name()}"
+        self._cache_file = IndexDataCacheFile(self._cache_path, name, self._impl.locator.get_source_stamp())
+
+    def _index_key(self, sig: Any, codegen: Any) -> Any:
+        return (sig, codegen.magic_tuple())
