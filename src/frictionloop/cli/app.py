@@ -43,7 +43,9 @@ app = App(
 )
 app["--help"].group = app["--version"].group = HERE
 for verb, group in ((reproduce, PAPER), (simulate, LOOP), (sweep, LOOP)):
-    app.command(verb.command, name=verb.__name__.rsplit(".", 1)[-1], help_epilogue=verb.EXAMPLES, group=group)
+    name = verb.__name__.rsplit(".", 1)[-1]
+    usage = f"frictionloop {name} {verb.ARGUMENTS}"
+    app.command(verb.command, name=name, usage=usage, help_epilogue=verb.EXAMPLES, group=group)
 
 
 def main(tokens: Sequence[str] | None = None) -> None:

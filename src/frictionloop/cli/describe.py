@@ -24,7 +24,7 @@ def system_rows(system: System) -> list[Row]:
 def _block_rows(name: str, block: dict[str, Any]) -> list[Row]:
     kind = [f"{block['kind']}:"] if "kind" in block else []
     values = [
-        f"{key} {_short(value)}"
+        f"{key}={short(value)}"
         for key, value in block.items()
         if key != "kind" and value is not None and not isinstance(value, dict)
     ]
@@ -34,7 +34,8 @@ def _block_rows(name: str, block: dict[str, Any]) -> list[Row]:
     return [(name, " ".join([*kind, ", ".join(values)])), *inner]
 
 
-def _short(value: Any) -> str:
+def short(value: Any) -> str:
+    """Return a value with at most six digits, a long list by its first values."""
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, (list, tuple)):
@@ -69,19 +70,18 @@ def metric_rows(found: dict[str, float]) -> list[Row]:
     """Return (metric, value with unit, what it says)."""
     short = found["r2_bound"] - found["r2_identity"]
     return [
-        ("r2_identity", number(found["r2_identity"]), "fit of the force f_a to its set-point f_r; 1 is perfect"),
+        ("r2_identity", number(found["r2_identity"]), "how well f_a follows f_r; 1 is perfect"),
         (
             "r2_bound",
             number(found["r2_bound"]),
-            f"the best any controller could reach here{'' if math.isnan(short) else f'; this one is {short:.4f} short of it'}",
+            "the most any controller could reach" + ("" if math.isnan(short) else f", {short:.4f} more"),
         ),
         (
             "r2_regression",
             number(found["r2_regression"]),
-            f"f_a = {number(found['slope'])} f_r + {number(found['intercept'])} N fits best",
+            f"of the line f_a = {number(found['slope'])} f_r + {number(found['intercept'])} N",
         ),
         ("rms_error", f"{found['rms_error'] * 1e3:.4g} mN", "rms of f_a - f_r"),
-        ("output_noise", f"{found['output_noise'] * 1e3:.4g} mN", "..."),
         ("saturation_index", f"{found['saturation_index']:.2%}", "of the commands were clamped"),
     ]
 

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 DOTTED = "--BLOCK.NAME"
 """The one option that all dotted flags are gathered under."""
 
+RUN_FILES, FIGURES = (".h5", ".hdf5", ".nc"), (".svg", ".pdf", ".png")
+
 SYSTEM = Group("System", sort_key=1)
 RUN = Group("Run", sort_key=2)
 RESULT = Group("Result", sort_key=3)
@@ -28,16 +30,22 @@ SystemFile = Annotated[
 ]
 Preset = Annotated[
     Literal["paper", "feasible"] | None,
-    Parameter(help="Ready-made system instead of a file; paper if neither is given.", group=SYSTEM),
+    Parameter(
+        metavar="NAME", help="Ready-made system instead of a file; paper if neither is given.", group=SYSTEM
+    ),
 ]
 Overrides = Annotated[
     list[str] | None,
     Parameter(
         name=DOTTED,
+        metavar="VALUE",
         help="Any parameter of the system by its dotted name, such as --controller.kp 12 or --setpoint.kind sine. "
-        "The run's summary and --save-system list the names.",
+        "The summary of a run and --save-system list the names.",
         group=SYSTEM,
     ),
+]
+Json = Annotated[
+    bool, Parameter(help="Print one JSON object instead of the summary.", show_default=False, group=RESULT)
 ]
 DurationS = Annotated[float, Parameter(help="Duration of a run in s.", group=RUN)]
 ScoreFromS = Annotated[float, Parameter(help="Start of the part that the metrics score, in s.", group=RUN)]
@@ -92,10 +100,23 @@ def system_from(file: Path | None, preset_name: str | None, flags: Iterable[str]
     return base.evolve(overrides_of(flags))
 
 
-def check_seed(seed: int, least: int = 0) -> None:
-    """Refuse a seed, or a number of seeds, that the noise generator has no stream for."""
-    if not least <= seed < 2**63:
-        raise FrictionloopError(f"seed = {seed}: must be a whole number from {least} to 2^63 - 1")
+def named(file: Path | None, preset_name: str | None, flags: Iterable[str] | None) -> str:
+    """Return in words where the system comes from and what was changed."""
+    changed = ", ".join(f"{name} = {value}" for name, value in overrides_of(flags).items())
+    origin = str(file) if file else f"{preset_name or 'paper'}()"
+    return f"{origin} with {changed}" if changed else origin
+
+
+def check_suffix(name: str, path: Path | None, accepted: tuple[str, ...]) -> None:
+    """Refuse an output whose name does not end like what will be in it."""
+    if path is not None and path.suffix not in accepted:
+        raise FrictionloopError(f"{name} = {str(path)!r}: must end in {' or '.join(accepted)}")
+
+
+def check_count(name: str, value: int, least: int, most: int = 2**63 - 1) -> None:
+    """Refuse a whole number outside its range."""
+    if not least <= value <= most:
+        raise FrictionloopError(f"{name} = {value}: must be a whole number from {least} to {most}")
 
 
 def check_score(score_from_s: float, duration_s: float) -> None:

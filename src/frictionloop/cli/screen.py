@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
@@ -73,6 +74,17 @@ def columns(rows: list[tuple[str, ...]]) -> Any:
     for row in rows:
         table.add_row(*row)
     return table
+
+
+class Stopwatch:
+    """How long something took, for the person who waited."""
+
+    def __init__(self) -> None:
+        self._start = time.perf_counter()
+
+    def elapsed_s(self) -> float:
+        """Return the seconds since the start."""
+        return time.perf_counter() - self._start
 
 
 def seconds(value: float) -> str:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
@@ -16,16 +15,14 @@ if TYPE_CHECKING:
 
     from frictionloop.parameters import System
 
-EXAMPLES = """\
-Examples
+ARGUMENTS = "[FILE] [OPTIONS]"
+EXAMPLES = """Examples
 
   frictionloop simulate --preset feasible --controller.kp 12
-  frictionloop simulate --setpoint.kind sine --setpoint.frequency_hz 5 --plot forces.svg
+  frictionloop simulate --setpoint.kind sine --plot forces.svg
   frictionloop simulate --preset feasible --save-system my-bench.toml
   frictionloop simulate my-bench.toml --duration-s 2 --out run.h5
 """
-
-RUN_FILES = (".h5", ".hdf5", ".nc")
 
 
 def command(
@@ -43,42 +40,68 @@ def command(
     ] = None,
     save_system: Annotated[
         Path | None,
-        Parameter(help="Write the system here (TOML): a start for a file of your own.", group=flags.RESULT),
+        Parameter(help="Write the system here (.toml): a start for a file of your own.", group=flags.RESULT),
     ] = None,
-    json: Annotated[bool, Parameter(help="Print one JSON object instead of the summary.", group=flags.RESULT)] = False,
+    json: flags.Json = False,
 ) -> None:
-    """Simulate one run of the loop and say how well the force followed its set-point."""
-    from frictionloop.cli import describe, plot as drawing
-    from frictionloop.loop.record import save
-    from frictionloop.parameters import write_toml
-
-    check_suffix(out, RUN_FILES, "out")
-    check_suffix(plot, drawing.FORMATS, "plot")
-    flags.check_seed(seed)
+    """Simulate one run and say how well the force followed its set-point."""
+    flags.check_suffix("out", out, flags.RUN_FILES)
+    flags.check_suffix("plot", plot, flags.FIGURES)
+    flags.check_count("seed", seed, 0)
     flags.check_score(score_from_s, duration_s)
-    system = flags.system_from(file, preset, overrides)
     if save_system is not None and save_system.exists():
-        raise FrictionloopError(f"{save_system}: exists already and is not replaced; choose another --save-system")
-    run, elapsed_s = _timed(system, duration_s, seed)
+        raise FrictionloopError(f"{save_system}: exists already and stays as it is; choose another --save-system")
+    system = flags.system_from(file, preset, overrides)
+    run, elapsed_s = _run(system, duration_s, seed)
+
+    from frictionloop.cli import describe
+
     metrics = describe.metrics_of(run, score_from_s)
-    if save_system is not None:
-        write_toml(system, save_system)
-    if out is not None:
-        save(run, out)
-    if plot is not None:
-        drawing.draw(run, plot)
-    saved = {"system": save_system, "run": out, "plot": plot}
+    saved = _save(run, system, {"run": out, "plot": plot, "system": save_system})
     if json:
+        result = {"system": system.model_dump(), "duration_s": duration_s, "seed": seed, "score_from_s": score_from_s}
         screen.show_json(
-            {
-                "system": system.model_dump(),
-                "duration_s": duration_s,
-                "seed": seed,
-                "score_from_s": score_from_s,
-                "metrics": metrics,
-                "units": describe.UNITS,
-                "saved": saved,
-                "elapsed_s": elapsed_s,
-            }
+            result | {"metrics": metrics, "units": describe.UNITS, "saved": saved, "elapsed_s": elapsed_s}
         )
-    ...
+        return
+    periods = f"{run.sizes['time']:,}".replace(",", " ")
+    screen.show(
+        screen.columns([("system", flags.named(file, preset, overrides)), *describe.system_rows(system)]),
+        "",
+        screen.columns(describe.metric_rows(metrics)),
+        "",
+        f"{duration_s:g} s of signal, {periods} control periods, simulated in {screen.seconds(elapsed_s)}",
+        *(f"saved {what} as {path}" for what, path in saved.items() if path),
+    )
+
+
+def _run(system: System, duration_s: float, seed: int) -> tuple[xr.Dataset, float]:
+    """Return the run and the seconds it took, without those that loading the compiled loop took."""
+    from frictionloop.loop.timing import periods_in
+
+    periods_in(system, duration_s)  # refuses a wrong duration before anything is compiled
+    with screen.waiting("loading the compiled loop; after an installation it is compiled first"):
+        from frictionloop.loop.simulate import simulate
+        from frictionloop.parameters import paper
+
+        simulate(paper(), 1 / paper().controller.rate_hz)
+    with screen.waiting("simulating"):
+        clock = screen.Stopwatch()
+        return simulate(system, duration_s, seed), clock.elapsed_s()
+
+
+def _save(run: xr.Dataset, system: System, paths: dict[str, Path | None]) -> dict[str, Path | None]:
+    """Save what was asked for and return the paths."""
+    if paths["run"] is not None:
+        from frictionloop.loop.record import save
+
+        save(run, paths["run"])
+    if paths["plot"] is not None:
+        from frictionloop.cli.plot import draw
+
+        draw(run, paths["plot"])
+    if paths["system"] is not None:
+        from frictionloop.parameters import write_toml
+
+        write_toml(system, paths["system"])
+    return paths

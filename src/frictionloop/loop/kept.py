@@ -38,6 +38,7 @@ class Result:
         self.values, self.names, self.grid, self.attrs, self.path = values, names, grid, attrs, path
 
     def dataset(self) -> xr.Dataset:
+        """Return the metrics over the sweep's axes, NaN where nothing has run."""
         dims = (*self.grid.axes, "seed")
         data = {
             name: xr.Variable(
@@ -48,5 +49,6 @@ class Result:
         return xr.Dataset(data, self.grid.coordinates(), self.attrs)
 
     def keep(self) -> None:
+        """Save what is there, if the sweep has a file."""
         if self.path is not None:
             save(self.dataset(), self.path)

@@ -102,7 +102,7 @@ def sweep(
     values = resumed(path, key, names, grid) if resume else np.full((len(names), int(np.prod(grid.shape))), np.nan)
     result = Result(values, names, grid, provenance(system, duration_s=duration_s, fingerprint=key), path)
     result.keep()
-    tiles = list(_tiles(structures, np.isnan(values).any(axis=0), len(grid.seeds)))
+    tiles = list(_tiles(structures, np.isnan(values).all(axis=0), len(grid.seeds)))
     job, of = joblib.delayed(_run), list(grid.lanes())
     calls = (job(system, tile, [of[lane] for lane in tile], duration_s, score_from_s, names) for tile in tiles)
     workers = joblib.Parallel(n_jobs=n_jobs or _cores(), prefer="threads", return_as="generator_unordered")

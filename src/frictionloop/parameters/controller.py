@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
@@ -28,10 +29,19 @@ class Model(Block):
             raise ValueError("table_size must be 0 (exact inverse) or at least 2")
         return self
 
+    @model_validator(mode="after")
+    def _clamp(self) -> Self:
+        if not sys.float_info.min <= self.floor_n < self.nominal_n:
+            raise ValueError(
+                f"susceptibility_per_um2 and max_amplitude_um give a clamp from {self.floor_n:g} to "
+                f"{self.nominal_n:g} N, which must be an interval above 0"
+            )
+        return self
+
     @property
     def floor_n(self) -> float:
         """Lowest force the controller believes reachable, g(max_amplitude_um)."""
-        return self.nominal_n * math.exp(-self.susceptibility_per_um2 * self.max_amplitude_um**2)
+        return self.nominal_n * math.exp(-self.susceptibility_per_um2 * (self.max_amplitude_um * self.max_amplitude_um))
 
 
 class PiController(Block):

@@ -22,7 +22,7 @@ CARRIER_UM = 2.5
 MODULATION_HZ = 1.0
 """Frequency of the amplitude modulation (paper, Sec. 2.1)."""
 NOMINAL_N = (0.5, 1.4)
-"""Range of f0, uniform: fingers on glass at 0.5 N of load (assumed from mu = 0.78 +- 0.35 on glass, Derler & Rotaru)."""
+"""Range of f0, uniform (assumed; a friction coefficient of 1 to 2.8 at 0.5 N of load)."""
 SUSCEPTIBILITY_PER_UM2 = 0.38
 """Median of tau (paper, Sec. 2.1)."""
 SUSCEPTIBILITY_SPREAD = 0.35
