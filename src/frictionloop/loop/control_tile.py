@@ -6,19 +6,21 @@ from typing import Any
 
 from frictionloop.control.lookup import interpolate_step, inverse_step, table_position
 from frictionloop.loop.slab import ROW, load, peek, poke, rows, store
-from frictionloop.loop.tiles import compiled, lane_count
+from frictionloop.loop.tiles import compiled_for, lane_count
 from frictionloop.sensing.measurement import Measurement
 
 
 def build_control(width: int, law: Any, states: int, gains: int) -> Any:
     """Lift a control law ``law(state, measurement, setpoint, gains, dt) -> state, (u, saturated)`` and the lookup.
 
-    With the exact inverse both are one loop, so that the force command stays in a register; a table is a gather, which
-    does not vectorise, and has a loop of its own.
+    The last two gains of every law are its clamp. With the exact inverse law and lookup are one loop, so that the force
+    command stays in a register; a table is a gather, which does not vectorise, and has a loop of its own. Returns the
+    tile and one that prepares the commands at the limits of the clamp.
     """
-    count = lane_count(width)
+    compiled, count = compiled_for(width), lane_count(width)
     setpoint, u_row, model, command = ROW["setpoint"], ROW["u"], ROW["model"], ROW["command"]
     state_rows, gain_rows = rows("controller_state", states), rows("controller_gains", gains)
+    low, high, at_limits = gain_rows[-2], gain_rows[-1], ROW["at_limits"]
     measurement_rows, command_rows, model_rows = rows("measurement"), (u_row, ROW["saturated"]), rows("model")
 
     @compiled
@@ -32,11 +34,32 @@ def build_control(width: int, law: Any, states: int, gains: int) -> Any:
         return wanted[0]
 
     @compiled
+    def exact(s, i, u):  # type: ignore[no-untyped-def]
+        return inverse_step(u, peek(s, model * width + i), peek(s, (model + 1) * width + i))
+
+    @compiled
+    def exact_or_limit(s, i, u):  # type: ignore[no-untyped-def]
+        # A lane alone waits for the logarithm and the root; at a limit of the clamp their result is known, and the
+        # processor, which predicts the branch, runs ahead. Lanes in a tile would only lose by it.
+        if u == peek(s, low * width + i):
+            return peek(s, at_limits * width + i)
+        if u == peek(s, high * width + i):
+            return peek(s, (at_limits + 1) * width + i)
+        return exact(s, i, u)
+
+    @compiled
+    def limits(s, n):  # type: ignore[no-untyped-def]
+        for i in range(count(n)):
+            poke(s, at_limits * width + i, exact(s, i, peek(s, low * width + i)))
+            poke(s, (at_limits + 1) * width + i, exact(s, i, peek(s, high * width + i)))
+
+    invert = exact_or_limit if width == 1 else exact
+
+    @compiled
     def control(s, n, dt, table, table_size):  # type: ignore[no-untyped-def]
         if table_size == 0:
             for i in range(count(n)):
-                a = inverse_step(decide(s, i, dt), peek(s, model * width + i), peek(s, (model + 1) * width + i))
-                poke(s, command * width + i, a)
+                poke(s, command * width + i, invert(s, i, decide(s, i, dt)))
         else:
             for i in range(count(n)):
                 decide(s, i, dt)
@@ -46,4 +69,4 @@ def build_control(width: int, law: Any, states: int, gains: int) -> Any:
                 square_0, square_1 = peek(table, cell * width + i), peek(table, (cell + 1) * width + i)
                 poke(s, command * width + i, interpolate_step(fraction, square_0, square_1))
 
-    return control
+    return control, limits

@@ -11,7 +11,6 @@ from threading import Lock
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from frictionloop.control.pi import PiGains, PiState, pi_step
 from frictionloop.loop.control_tile import build_control
@@ -20,8 +19,8 @@ from frictionloop.loop.plant_tile import build_plant
 from frictionloop.loop.quadrature import NODES
 from frictionloop.loop.score_tile import build_scores
 from frictionloop.loop.signals import build_signals
-from frictionloop.loop.slab import ROW, pointer
-from frictionloop.loop.tiles import TRACES, build_delay, build_inputs, build_record
+from frictionloop.loop.slab import ROW, ROWS, pointer
+from frictionloop.loop.tiles import TRACES, build_delay, build_inputs, build_record, compiled_for
 from frictionloop.quantities.normals import BLOCK
 
 EXTERNAL, PI = 0, 1
@@ -59,8 +58,9 @@ class Buffers(NamedTuple):
 
 
 def _build(width: int) -> Any:
+    compiled = compiled_for(width)
     fill_signal, fill_noise = build_signals(width)
-    pi = build_control(width, pi_step, len(PiState._fields), len(PiGains._fields))
+    pi, pi_limits = build_control(width, pi_step, len(PiState._fields), len(PiGains._fields))
     apply_late = build_delay(width)
     plant = build_plant(width)
     command, applied = ROW["command"], ROW["applied"]
@@ -68,13 +68,14 @@ def _build(width: int) -> Any:
     spread, settle = build_inputs(width)
     setpoint, disturbance, normal = ROW["setpoint"], ROW["disturbance"], ROW["normal"]
 
-    @njit(error_model="numpy")
+    @compiled
     def one_period(s, n, k, at, o, b, trace, trace_size):  # type: ignore[no-untyped-def]
         spread(s, n, setpoint, b.setpoint, at, o.setpoint_shared)
         spread(s, n, disturbance, b.disturbance, at, o.disturbance_shared)
         spread(s, n, normal, b.normals, at, o.noise_shared)
         if k == 0:
             settle(s, n)
+            pi_limits(s, n)
         if o.law == PI:
             pi(s, n, o.dt, b.table, o.table_size)
         if k >= o.score_from:
@@ -89,7 +90,7 @@ def _build(width: int) -> Any:
             held = applied if segment < o.before else applied + 1
             plant(s, n, b.disturbance, at, o.disturbance_shared, held, segment * (NODES - 1))
 
-    @njit(error_model="numpy", nogil=True)
+    @compiled
     def advance(slab, n, start, stop, o, buffers, setpoint_samples, disturbance_samples, chunk, trace):  # type: ignore[no-untyped-def]
         s, traces = pointer(slab), pointer(trace)
         r_samples, d_samples = pointer(setpoint_samples), pointer(disturbance_samples)
@@ -141,8 +142,21 @@ def kernel(width: int) -> Any:
         if width not in _kernels:
             advance = _build(width)
             advance._cache = KernelCache(advance.py_func, width)
+            _call_once(advance, width)
             _kernels[width] = advance
         return _kernels[width]
+
+
+def _call_once(advance: Any, width: int) -> None:
+    """Compile or load the kernel by running it for no time at all, and let it never be compiled again.
+
+    Numba does not guard the first call of a cached function: two threads would each load it, and the one that loses
+    runs code that has been freed.
+    """
+    nothing, none = np.zeros(0), Options(EXTERNAL, 1, 0, 0, True, 0, True, True, 0, 0, False, 0, 0, 1.0)
+    scratch = buffers(width, 1, 1, nothing, np.zeros(width, np.uint64))
+    advance(np.zeros(ROWS * width), width, 0, 0, none, scratch, nothing, nothing, 0, nothing)
+    advance.disable_compile()
 
 
 def ring_size(longest_delay: float) -> int:

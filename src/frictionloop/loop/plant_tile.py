@@ -6,7 +6,7 @@ from typing import Any
 
 from frictionloop.loop.quadrature import NODES
 from frictionloop.loop.slab import ROW, load, peek, store
-from frictionloop.loop.tiles import compiled, lane_count
+from frictionloop.loop.tiles import compiled_for, lane_count
 from frictionloop.physics.friction import friction_step
 from frictionloop.physics.plate import limit_step, lowpass_step
 from frictionloop.quantities.normals import BLOCK
@@ -18,7 +18,7 @@ def build_plant(width: int) -> Any:
 
     The number of nodes is a constant, so the loop over nodes unrolls and the loop over lanes vectorises.
     """
-    count = lane_count(width)
+    compiled, count = compiled_for(width), lane_count(width)
     decay, weight = ROW["decay"], ROW["weight"]
     force, normal, friction_row, amplitude = ROW["measurement"], ROW["normal"], ROW["friction"], ROW["amplitude"]
     sensor_rows = (force, normal, ROW["sensor_decay"], ROW["noise_gain"])

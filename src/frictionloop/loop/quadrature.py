@@ -9,7 +9,7 @@ cost twice the exponentials (docs/decisions/0001). A late command splits the per
 from __future__ import annotations
 
 import math
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -33,19 +33,20 @@ def gauss_lobatto(nodes: int = NODES) -> tuple[np.ndarray, np.ndarray]:
     return (x + 1.0) / 2.0, 1.0 / (nodes * (nodes - 1) * top(x) ** 2)
 
 
-def product_weights(theta: np.ndarray) -> np.ndarray:
+@lru_cache(maxsize=4096)
+def product_weights(theta: float) -> np.ndarray:
     """Return W_j with sum W_j f(x_j) = int_0^1 theta e^(-theta (1 - x)) f(x) dx, exact for degree nodes - 1.
 
-    ``theta`` is the sensor's corner (rad/s) times the segment's length, shape (lanes,); the result (nodes, lanes).
+    ``theta`` is the sensor's corner (rad/s) times the segment's length. One value at a time: sums over arrays of lanes
+    would round differently in a tile and alone.
     """
-    theta = np.asarray(theta, dtype=float)
-    x, w = np.polynomial.legendre.leggauss(48)
+    x, w = legendre.leggauss(48)
     # Beyond 40 time constants before the end the kernel is below 1e-17.
-    reach = np.minimum(1.0, 40.0 / np.maximum(theta, 1e-300))
-    back = (x[:, None] + 1.0) / 2.0 * reach
-    kernel = w[:, None] / 2.0 * reach * theta * np.exp(-theta * back)
-    moments = np.einsum("ql,qlk->kl", kernel, legendre.legvander(1.0 - 2.0 * back, NODES - 1))
-    return np.asarray(_interpolation() @ moments)
+    reach = min(1.0, 40.0 / max(theta, 1e-300))
+    back = (x + 1.0) / 2.0 * reach
+    kernel = w / 2.0 * reach * theta * np.exp(-theta * back)
+    weights = _interpolation() @ (kernel @ legendre.legvander(1.0 - 2.0 * back, NODES - 1))
+    return np.asarray(weights)
 
 
 @cache
@@ -86,5 +87,6 @@ def segment_weights(
     for segment, length in enumerate(lengths):
         left = left - length
         first = segment * (NODES - 1)
-        weights[first : first + NODES] += product_weights(omega * length) * np.exp(-omega * np.maximum(left, 0.0))
+        here = np.array([product_weights(theta) for theta in (omega * length).tolist()]).T
+        weights[first : first + NODES] += here * np.exp(-omega * np.maximum(left, 0.0))
     return weights

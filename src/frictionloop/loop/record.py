@@ -67,9 +67,11 @@ def system_of(run: xr.Dataset) -> System:
 
 def save(run: xr.Dataset, path: str | os.PathLike[str]) -> None:
     """Save a run or sweep as HDF5 (netCDF-4 layout). The old file stays whole until the new one is complete."""
+    encoding = {name: {"zlib": True, "complevel": 1, "shuffle": True} for name in run.data_vars if run[name].ndim}
+    # HDF5 writes to memory: when a disk is full, its own writing leaves handles that crash the interpreter at exit.
+    content = run.to_netcdf(engine="h5netcdf", encoding=encoding)
     with replacing(path) as beside:
-        encoding = {name: {"zlib": True, "complevel": 1, "shuffle": True} for name in run.data_vars if run[name].ndim}
-        run.to_netcdf(beside, engine="h5netcdf", encoding=encoding)
+        beside.write_bytes(content)
 
 
 def load(path: str | os.PathLike[str]) -> xr.Dataset:

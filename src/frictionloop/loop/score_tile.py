@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from frictionloop.loop.slab import ROW, peek, poke
-from frictionloop.loop.tiles import compiled, lane_count
+from frictionloop.loop.tiles import compiled_for, lane_count
 from frictionloop.quantities.arithmetic import fma
 
 IDENTITY, SATURATION, REGRESSION, BOUND = 1, 2, 4, 8
@@ -14,7 +14,7 @@ IDENTITY, SATURATION, REGRESSION, BOUND = 1, 2, 4, 8
 
 def build_scores(width: int) -> Any:
     """Lift the streaming sums of the metrics (loop/metrics.py turns them into numbers)."""
-    count = lane_count(width)
+    compiled, count = compiled_for(width), lane_count(width)
     sums, shift = ROW["sums"], ROW["shift"]
     r_row, g_row, d_row, sat = ROW["setpoint"], ROW["friction"], ROW["disturbance"], ROW["saturated"]
     floor, nominal = ROW["floor"], ROW["nominal"]

@@ -9,9 +9,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from frictionloop.loop.slab import ROW, load, peek, poke, rows
+from frictionloop.loop.tiles import compiled_for
 from frictionloop.quantities.arithmetic import exp2, fma, sin_turns, step
 from frictionloop.quantities.normals import BLOCK, draw
 
@@ -30,15 +30,15 @@ def sine_step(t: float, offset: float, amplitude: float, frequency_hz: float, _u
 @step
 def log_sweep_step(t: float, offset: float, amplitude: float, turns: float, octaves_per_s: float) -> float:
     """offset + amplitude sin(2 pi turns (2^(octaves_per_s t) - 1)), turns = f1 T / ln(f2/f1)."""
-    return fma(amplitude, sin_turns(turns * (exp2(octaves_per_s * t) - 1.0)), offset)
+    return fma(amplitude, sin_turns(turns * (exp2(octaves_per_s, t) - 1.0)), offset)
 
 
 def build_signals(width: int) -> tuple[Any, Any]:
     """Return the compiled ``fill_signal`` and ``fill_noise`` for tiles of this width."""
-    node_time = ROW["node_time"]
+    compiled, node_time = compiled_for(width), ROW["node_time"]
 
     def filler(formula: Any) -> Any:
-        @njit(error_model="numpy")
+        @compiled
         def fill(out, s, parameters, shared, first, nodes, dt):  # type: ignore[no-untyped-def]
             for j in range(nodes):
                 if shared:
@@ -56,7 +56,7 @@ def build_signals(width: int) -> tuple[Any, Any]:
 
     sine, sweep = filler(sine_step), filler(log_sweep_step)
 
-    @njit(error_model="numpy")
+    @compiled
     def fill_sampled(out, s, samples, start, periods, held, shared, nodes, dt):  # type: ignore[no-untyped-def]
         columns = 1 if shared else width
         for j in range(nodes):
@@ -67,7 +67,7 @@ def build_signals(width: int) -> tuple[Any, Any]:
                     fraction = peek(s, (node_time + j) * width + i) / dt
                     poke(out, (j * BLOCK + k) * columns + i, fma(fraction, y1 - y0, y0))
 
-    @njit(error_model="numpy", forceinline=True)
+    @compiled
     def scatter(out, at, z, columns):  # type: ignore[no-untyped-def]
         poke(out, at, z[0])
         poke(out, at + 8 * columns, z[1])
@@ -76,7 +76,7 @@ def build_signals(width: int) -> tuple[Any, Any]:
 
     setpoint_rows, disturbance_rows = rows("setpoint_signal"), rows("disturbance_signal")
 
-    @njit(error_model="numpy")
+    @compiled
     def fill_signal(out, s, kind, is_setpoint, shared, samples, chunk, first, periods, nodes, dt):  # type: ignore[no-untyped-def]
         if kind == SINE:
             sine(out, s, setpoint_rows if is_setpoint else disturbance_rows, shared, first, nodes, dt)
@@ -85,7 +85,7 @@ def build_signals(width: int) -> tuple[Any, Any]:
         else:
             fill_sampled(out, s, samples, first - chunk, periods, kind == HELD, shared, nodes, dt)
 
-    @njit(error_model="numpy")
+    @compiled
     def fill_noise(out, seeds, shared, first, counters):  # type: ignore[no-untyped-def]
         # ``counters`` is always BLOCK // 4, but as a constant the loop would be unrolled instead of vectorised.
         base = first // BLOCK * counters

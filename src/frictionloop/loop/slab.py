@@ -34,6 +34,7 @@ _ROWS: tuple[tuple[str, int], ...] = (
     # coefficients
     ("controller_gains", 16),
     ("model", 5),  # log2 f0, ln 2 / tau, clamp low, table cells per newton, last cell
+    ("at_limits", 2),  # commands at the low and the high end of the clamp
     ("nominal", 1),
     ("halvings", 1),
     ("max_amplitude", 1),

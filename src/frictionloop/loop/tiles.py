@@ -15,19 +15,36 @@ from frictionloop.loop.slab import ROW, peek, poke
 
 TRACES = ("f_r", "f_a", "f_m", "u", "a", "d", "saturated")
 
-compiled = njit(error_model="numpy")
+
+def compiled_for(width: int) -> Any:
+    """Return the decorator that compiles a function of a kernel for tiles of this width.
+
+    The width becomes part of its name: kernels are loaded from disk, where functions of different processes have the
+    same names, and the linker takes the first function of a name for all of them.
+    """
+
+    def compiled(function: Any) -> Any:
+        function.__qualname__ += f"_{width}"
+        return njit(error_model="numpy", nogil=True)(function)
+
+    return compiled
 
 
 def lane_count(width: int) -> Any:
     """Return n -> number of lanes to run: the constant 1 for single runs, so that their loops vanish."""
-    if width == 1:
-        return compiled(lambda n: 1)
-    return compiled(lambda n: n)
+
+    def one(n):  # type: ignore[no-untyped-def]
+        return 1
+
+    def given(n):  # type: ignore[no-untyped-def]
+        return n
+
+    return compiled_for(width)(one if width == 1 else given)
 
 
 def build_inputs(width: int) -> Any:
     """Return the tiles that bring a signal into its row, and that start the sensor settled on the first force."""
-    count = lane_count(width)
+    compiled, count = compiled_for(width), lane_count(width)
     force, friction_row, disturbance = ROW["measurement"], ROW["friction"], ROW["disturbance"]
 
     @compiled
@@ -50,7 +67,7 @@ def build_inputs(width: int) -> Any:
 
 def build_delay(width: int) -> Any:
     """Pick the commands in force during this period when they are applied later than the sample."""
-    count = lane_count(width)
+    compiled, count = compiled_for(width), lane_count(width)
     command, applied, delay = ROW["command"], ROW["applied"], ROW["delay_periods"]
 
     @compiled
@@ -66,7 +83,7 @@ def build_delay(width: int) -> Any:
 
 def build_record(width: int) -> Any:
     """Return the tile that writes the traces of one period, ``[trace][period][lane]``."""
-    count = lane_count(width)
+    compiled, count = compiled_for(width), lane_count(width)
     force, u, sat, r, d = ROW["measurement"], ROW["u"], ROW["saturated"], ROW["setpoint"], ROW["disturbance"]
     amplitude, friction_row = ROW["amplitude"], ROW["friction"]
 

@@ -13,7 +13,7 @@ from frictionloop.quantities.arithmetic import exp2, step
 @step
 def friction_step(amplitude_um: float, nominal_n: float, halvings_per_um2: float) -> float:
     """g(a) = f0 2^(-h a^2) = f0 e^(-tau a^2), h = tau / ln 2: the compiled step of equation (1)."""
-    return nominal_n * exp2(-halvings_per_um2 * (amplitude_um * amplitude_um))
+    return nominal_n * exp2(-halvings_per_um2 * amplitude_um, amplitude_um)
 
 
 def friction_force(amplitude_um: np.ndarray | float, friction: Friction) -> np.ndarray:

@@ -11,8 +11,8 @@ from frictionloop.quantities.arithmetic import fma, step
 
 @step
 def lowpass_step(amplitude_um: float, command_um: float, decay: float) -> float:
-    """a(t + h) = c (1 - e^(-wc h)) + a(t) e^(-wc h): exact while the command c is held; ``decay`` is e^(-wc h)."""
-    return fma(command_um, 1.0 - decay, amplitude_um * decay)
+    """a(t + h) = c + (a(t) - c) e^(-wc h): exact while the command c is held; ``decay`` is e^(-wc h)."""
+    return fma(amplitude_um - command_um, decay, command_um)
 
 
 @step

@@ -38,28 +38,23 @@ def double(_context: Any, x: Any) -> Any:
 
 
 ROUND = 6755399441055744.0  # 1.5 * 2**52: adding it leaves the nearest integer in the low bits
-ONE = 0x3FF0000000000000  # bits of 1.0
 SQRT_HALF = 0x3FE6A09E667F3BCD  # bits of sqrt(1/2)
 
 
 @step
-def exp2(x: float) -> float:
-    """Return 2^x for x < 1023; below -1000 the result is 2^-1000."""
-    x = max(x, -1000.0)
-    shifted = x + ROUND
-    r = x - (shifted - ROUND)  # exact, |r| <= 1/2: base 2 needs no constant split in two
+def exp2(x: float, factor: float = 1.0) -> float:
+    """Return 2^(x factor) for \|x factor\| < 1022; the product is not rounded before it is used."""
+    shifted = fma(x, factor, ROUND)
+    r = fma(x, factor, ROUND - shifted)  # exact but for one rounding, |r| <= 1/2
     r2 = r * r
-    p0 = fma(fma(0.055504108664821625, r, 0.24022650695910158), r2, fma(0.6931471805599453, r, 1.0))
+    p0 = fma(fma(0.05550410866444772, r, 0.24022650695910097), r2, fma(0.69314718055995, r, 1.0))
     p1 = fma(
-        fma(1.5252733841556773e-05, r, 0.00015403530463724353), r2, fma(0.001333355814640647, r, 0.009618129107587256)
+        fma(1.5252657260200837e-05, r, 0.0001540353044173605), r2, fma(0.0013333558230164974, r, 0.009618129107606888)
     )
-    p2 = fma(
-        fma(4.4558179083360645e-10, r, 7.074194297288521e-09),
-        r2,
-        fma(1.0178057087733941e-07, r, 1.3215432535912375e-06),
-    )
+    p2 = fma(7.072585949269223e-09, r2, fma(1.0208690299958306e-07, r, 1.321544258792169e-06))
     r4 = r2 * r2
-    return fma(fma(p2, r4, p1), r4, p0) * double((bits(shifted) << 52) + ONE)
+    # The integer part of the product is added to the exponent.
+    return double(bits(fma(fma(p2, r4, p1), r4, p0)) + (bits(shifted) << 52))
 
 
 @step
@@ -70,12 +65,10 @@ def log2(x: float) -> float:
     s = f / (2.0 + f)  # log2(1 + f) = 2 atanh(s) / ln 2, |s| < 0.172
     z = s * s
     z2 = z * z
-    p0 = fma(0.9617966939259898, z, 2.8853900817779268)
-    p1 = fma(0.4121985858409005, z, 0.5770780163455203)
-    p2 = fma(0.262334352504183, z, 0.32059853491395984)
-    p3 = fma(0.2136589569431927, z, 0.2209130842311768)
-    p = fma(fma(p3, z2, p2), z2 * z2, fma(p1, z2, p0))
-    return fma(s, p, float(exponent))
+    p0 = fma(0.9617966939243345, z, 2.885390081777927)
+    p1 = fma(0.4121984020482752, z, 0.5770780172463286)
+    p2 = fma(fma(0.2429160853987535, z, 0.2614442493522915), z, 0.32061638813224547)
+    return fma(s, fma(fma(p2, z2, p1), z2, p0), float(exponent))
 
 
 @step
