@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
@@ -25,6 +26,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
 }
 
 
+@cache
 def package_version() -> str:
     """Return the version of the installed package."""
     try:
