@@ -30,7 +30,7 @@ SUSCEPTIBILITY_SPREAD = 0.35
 LEVEL_SPREAD_N = 0.05
 """Standard deviation of a trial's constant part of d (assumed)."""
 FLUCTUATION = ColouredNoise(rms_n=0.05, exponent=1.0, low_hz=0.5, high_hz=50.0)
-"""Varying part of d, relative to f0: 5 % rms (assumed), 1/f as friction noise of a sliding finger (paper, ref. [18])."""
+"""Varying part of d relative to f0: 5 % rms (assumed), 1/f as the friction of a sliding finger (paper, ref. [18])."""
 RATE_HZ, DURATION_S = 200.0, 2.0
 PARAMETER_STREAM, FLUCTUATION_STREAM = 3, 4
 """Streams of the counter-based noise that no other part of the package draws from."""
@@ -67,7 +67,9 @@ def sliding_trials(n: int = 26, seed: int = 0) -> xr.Dataset:
     time = np.arange(samples) / RATE_HZ
     a = CARRIER_UM / 2 * (1 - np.cos(2 * np.pi * MODULATION_HZ * time))
     f0, tau, level = _fingers(n, seed)
-    g = np.array([friction_force(a, Friction(nominal_n=f, susceptibility_per_um2=t)) for f, t in zip(f0, tau)])
+    g = np.array(
+        [friction_force(a, Friction(nominal_n=f, susceptibility_per_um2=t)) for f, t in zip(f0, tau, strict=True)]
+    )
     d = np.maximum(level[:, None] + f0[:, None] * _fluctuations(n, seed, samples), -g)
     return _dataset(time, a, g + d, d, f0, tau)
 

@@ -1,1 +1,21 @@
-"""The paper's figures and claims on one page."""
+"""The paper's figures and claims, rebuilt: one self-contained page, SVG figures, and the claims as JSON."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from frictionloop.report.build import reproduce
+    from frictionloop.report.claims import Claim, Verdict, claims_table
+
+__all__ = ["Claim", "Verdict", "claims_table", "reproduce"]
+
+_HOME = {"reproduce": "build", "Claim": "claims", "Verdict": "claims", "claims_table": "claims"}
+
+
+def __getattr__(name: str) -> Any:
+    """Import a name when it is first used: drawing libraries load only when something is drawn."""
+    if name not in _HOME:
+        raise AttributeError(f"module 'frictionloop.report' has no attribute {name!r}")
+    return getattr(importlib.import_module(f"frictionloop.report.{_HOME[name]}"), name)

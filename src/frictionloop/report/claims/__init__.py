@@ -1,0 +1,29 @@
+"""The paper's claims as data, each with a verdict that its numbers decide."""
+
+from __future__ import annotations
+
+from frictionloop.report.claims.claim import Claim, Verdict
+from frictionloop.report.claims.equation3 import equation_3_claims
+from frictionloop.report.claims.gains import gain_claims
+from frictionloop.report.claims.model import model_claims
+from frictionloop.report.claims.noise import noise_claims
+from frictionloop.report.claims.population import population_claims
+from frictionloop.report.claims.sensor import sensor_claims
+from frictionloop.report.claims.table import claims_table
+from frictionloop.report.claims.tracking import tracking_claims
+from frictionloop.report.results import Results
+
+__all__ = ["Claim", "Verdict", "all_claims", "claims_table"]
+
+
+def all_claims(results: Results) -> list[Claim]:
+    """Return every claim in the order of the paper's topics."""
+    return [
+        *gain_claims(results),
+        *tracking_claims(results),
+        *noise_claims(results),
+        *equation_3_claims(results),
+        *model_claims(results),
+        *population_claims(results),
+        *sensor_claims(),
+    ]

@@ -1,0 +1,72 @@
+"""The figures: each a function from computed data to a matplotlib Figure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import NamedTuple
+
+from matplotlib.figure import Figure
+
+from frictionloop.parameters import paper
+from frictionloop.report.figures.diagram import figure_diagram
+from frictionloop.report.figures.equation3 import figure_equation_3
+from frictionloop.report.figures.fidelity import figure_fidelity_map, figure_fidelity_over_kp
+from frictionloop.report.figures.noise import figure_noise
+from frictionloop.report.figures.population import figure_population
+from frictionloop.report.figures.tracking import common_limits_n, figure_tracking
+from frictionloop.report.results import Results
+from frictionloop.report.systems import FEASIBLE, WORKING
+from frictionloop.report.tracking import KPS
+
+SHORT = {WORKING: "printed", FEASIBLE: "reachable"}
+"""What file names call the two systems that have figures of their own."""
+
+
+class Drawing(NamedTuple):
+    """A figure of the report: its file name without suffix, what it shows in words, and how to draw it."""
+
+    name: str
+    alt: str
+    draw: Callable[[], Figure]
+
+
+def drawings(results: Results) -> Iterator[Drawing]:
+    """Yield every figure in the order of the page."""
+    yield Drawing(
+        "fig-1a",
+        "Friction force against vibration amplitude for 26 synthetic trials",
+        partial(figure_population, results.population, paper().friction),
+    )
+    yield Drawing("fig-1b", "Block diagram of the closed loop with its parameters", partial(figure_diagram, paper()))
+    for name, fidelity in results.maps.items():
+        alt = f"Map of fidelity over both gains, {name}"
+        yield Drawing(f"fig-2a-{SHORT[name]}", alt, partial(figure_fidelity_map, fidelity, name))
+    yield Drawing(
+        "fig-2a-readings",
+        "Fidelity over the proportional gain for each reading of the amplitudes",
+        partial(figure_fidelity_over_kp, results.over_kp),
+    )
+    yield from _tracking(results)
+    yield from _noise(results)
+    yield Drawing(
+        "fig-equation-3",
+        "Noise of force and command over sensor noise, against the proportional gain",
+        partial(figure_equation_3, results.steady),
+    )
+
+
+def _tracking(results: Results) -> Iterator[Drawing]:
+    for name, runs in results.runs.items():
+        limits_n = common_limits_n(list(runs.values()))
+        for kp, letter in zip(KPS, "bcd", strict=True):
+            alt = f"Force against set-point, and both over time, at Kp = {kp:g}, {name}"
+            yield Drawing(f"fig-2{letter}-{SHORT[name]}", alt, partial(figure_tracking, runs[kp], kp, limits_n))
+
+
+def _noise(results: Results) -> Iterator[Drawing]:
+    draw = partial(figure_noise, results.noise)
+    fidelity = partial(draw, "r2_identity", "fidelity $R^2$", (-0.7, 1.02), "bottom")
+    saturation = partial(draw, "saturation_index", "saturation index", (0.0, 1.02), "top")
+    yield Drawing("fig-2e", "Fidelity against sensor noise", fidelity)
+    yield Drawing("fig-2f", "Saturation index against sensor noise", saturation)

@@ -1,0 +1,60 @@
+"""Fig. 2b to 2d: force on the finger against set-point, and a piece of both over time."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from frictionloop.loop.metrics import r2_identity, saturation_index
+from frictionloop.report.numbers import number
+from frictionloop.report.style import BLACK, BLUE, GREY, VERMILLION, new_figure, styled
+from frictionloop.report.tracking import piece
+
+DOTS = 1500
+"""Points of an input-output cloud, evenly spaced in time."""
+PIECE_S = (2.2, 2.6)
+"""The piece shown over time: the sweep passes 3 Hz."""
+
+GROUND = {"fc": "white", "ec": "none", "alpha": 0.8, "pad": 1.5}
+"""White ground of words that lie over data."""
+
+
+@styled
+def figure_tracking(run: xr.Dataset, kp: float, limits_n: tuple[float, float]) -> Figure:
+    """Return the input-output cloud of a run above a piece of its traces, forces within ``limits_n``."""
+    figure = new_figure(3.2, 4.9)
+    above, below = figure.subplots(2, height_ratios=(1.55, 1))
+    _cloud(above, run, limits_n)
+    above.set_title(f"$K_p$ = {number(kp)}")
+    scores = f"$R^2$ = {r2_identity(run):.3f}\nsaturated {saturation_index(run):.0%}"
+    above.text(0.04, 0.97, scores, transform=above.transAxes, va="top", linespacing=1.4, bbox=GROUND)
+    _traces(below, piece(run, *PIECE_S), limits_n)
+    below.plot([], [], "--", color=BLACK, lw=1, label="$f_a = f_r$")
+    figure.legend(*below.get_legend_handles_labels(), loc="outside lower center", ncols=2, handlelength=2.2)
+    return figure
+
+
+def _cloud(axes: Axes, run: xr.Dataset, limits_n: tuple[float, float]) -> None:
+    shown = run.isel(time=np.linspace(0, run.sizes["time"] - 1, DOTS).astype(int))
+    axes.plot(shown["f_r"], shown["f_a"], "o", ms=1.5, color=BLUE, alpha=0.5, mew=0)
+    axes.plot(limits_n, limits_n, "--", color=BLACK, lw=1)
+    axes.set(xlim=limits_n, ylim=limits_n, aspect="equal")
+    axes.set(xlabel="set-point $f_r$ (N)", ylabel="friction force $f_a$ (N)")
+
+
+def _traces(axes: Axes, run: xr.Dataset, limits_n: tuple[float, float]) -> None:
+    time = run["time"]
+    axes.plot(time, run["d"], ":", color=GREY, lw=1.2, label="disturbance $d$")
+    axes.plot(time, run["f_a"], color=BLUE, lw=0.8, label="friction $f_a$")
+    axes.plot(time, run["f_r"], "--", color=VERMILLION, lw=1.4, label="set-point $f_r$")
+    axes.set(xlim=PIECE_S, ylim=(min(limits_n[0], float(run["d"].min())), limits_n[1]))
+    axes.set(xlabel="time (s)", ylabel="force (N)")
+
+
+def common_limits_n(runs: list[xr.Dataset]) -> tuple[float, float]:
+    """Return limits that hold f_r and f_a of several runs, with a twentieth of room, in N."""
+    values = [float(getattr(run[name], end)()) for run in runs for name in ("f_r", "f_a") for end in ("min", "max")]
+    room = (max(values) - min(values)) / 20
+    return min(values) - room, max(values) + room

@@ -1,0 +1,70 @@
+"""The page: one HTML file that needs nothing beside it."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
+from markupsafe import Markup, escape
+
+from frictionloop.loop.record import package_version
+from frictionloop.parameters import System
+from frictionloop.report import gains, noise
+from frictionloop.report.claims import Claim, Verdict
+from frictionloop.report.claims.table import SYMBOLS, shown, with_unit
+from frictionloop.report.facts import facts
+from frictionloop.report.results import Results
+
+_SYMBOLS = ((r"\bK([pi])\b", r"<i>K</i><sub>\1</sub>"), (r"\b([fmσ])_([a-z])(?![a-z_])", r"<i>\1</i><sub>\2</sub>"))
+
+
+def maths(text: str) -> Markup:
+    """Return text with Kp, Ki, f_a and the like set as symbols."""
+    marked = str(escape(text))
+    for pattern, replacement in _SYMBOLS:
+        marked = re.sub(pattern, replacement, marked)
+    return Markup(marked)
+
+
+def accepted(claim: Claim) -> str:
+    """Return the numbers a claim accepts, in words."""
+    low, high = claim.accepted
+    if low == high:
+        return shown(low)
+    if math.isinf(high):
+        return f"at least {shown(low)}"
+    return f"at most {shown(high)}" if math.isinf(low) else f"{shown(low)} to {shown(high)}"
+
+
+def provenance(systems: Mapping[str, System]) -> dict[str, Any]:
+    """Return what a reader needs to make the same page again: version, digests of the systems, seeds."""
+    digests = {name: hashlib.sha256(system.model_dump_json().encode()).hexdigest() for name, system in systems.items()}
+    return {
+        "version": package_version(),
+        "systems": digests,
+        "seeds": {"traces": 1, "maps": 2, "cuts": gains.SEEDS, "noise": noise.SEEDS},
+    }
+
+
+def render(results: Results, claims: Sequence[Claim], figures: Mapping[str, str]) -> str:
+    """Return the page's HTML from computed results, claims, and figures as SVG elements by name."""
+    environment = Environment(
+        loader=PackageLoader("frictionloop.report"),
+        autoescape=select_autoescape(default_for_string=True, default=True),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"maths": maths, "shown": shown, "accepted": accepted}
+    environment.globals |= {"with_unit": with_unit, "symbols": SYMBOLS}
+    return environment.get_template("index.html.jinja").render(
+        claims=claims,
+        counts={verdict: sum(claim.verdict == verdict for claim in claims) for verdict in Verdict},
+        figures={name: Markup(figure) for name, figure in figures.items()},
+        facts=facts(results, claims),
+        provenance=provenance(results.systems),
+    )

@@ -1,0 +1,72 @@
+"""Everything the figures and claims are made of, computed once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import xarray as xr
+
+from frictionloop.parameters import System, feasible, paper
+from frictionloop.physics.trials import sliding_trials
+from frictionloop.report import gains, noise, steady, systems, tracking
+
+
+@dataclass(frozen=True)
+class Results:
+    """The data of the report; a dictionary is keyed by the names of ``systems.compared()``."""
+
+    systems: dict[str, System]
+    population: xr.Dataset
+    maps: dict[str, xr.Dataset]
+    over_kp: dict[str, xr.Dataset]
+    over_ki: dict[str, xr.Dataset]
+    variants: dict[str, xr.Dataset]
+    runs: dict[str, dict[float, xr.Dataset]]
+    noise: dict[str, xr.Dataset]
+    steady: xr.Dataset
+
+
+def variants() -> dict[str, dict[str, float]]:
+    """Return what the text leaves open beside the amplitudes, as overrides of ``feasible()``: noise and delay."""
+    sigma = {name: reading.sigma_n(1e-5) for name, reading in noise.NOISE_READINGS.items() if name != "rms"}
+    delays_s = {"half a period of delay": 1e-4, "one period of delay": 2e-4}
+    return {f"noise as {name}": {noise.NOISE: value} for name, value in sigma.items()} | {
+        name: {"controller.delay_s": value} for name, value in delays_s.items()
+    }
+
+
+Part = tuple[str, Callable[[], Any]]
+
+
+def parts() -> Iterator[Part]:
+    """Yield (field of ``Results``, how to compute it) in order; a field with several parts names them after a dot."""
+    compared = systems.compared()
+    ends = {systems.WORKING: paper(), systems.FEASIBLE: feasible()}
+    yield "population", sliding_trials
+    for name, system in ends.items():
+        yield f"maps.{name}", partial(gains.fidelity_map, system)
+        yield f"runs.{name}", partial(tracking.tracking_runs, system)
+        yield f"noise.{name}", partial(noise.noise_sweep, system)
+    for name, system in compared.items():
+        yield f"over_kp.{name}", partial(gains.fidelity_over, system, gains.KP)
+        yield f"over_ki.{name}", partial(gains.fidelity_over, system, gains.KI, gains.KIS)
+    for name, overrides in variants().items():
+        yield f"variants.{name}", partial(gains.fidelity_over, feasible().evolve(overrides), gains.KP)
+    yield "steady", partial(steady.noise_gain, feasible())
+
+
+def compute(advance: Callable[[], None] = lambda: None) -> Results:
+    """Return the results, calling ``advance`` after each part."""
+    fields: dict[str, Any] = {"systems": systems.compared()}
+    for name, work in parts():
+        field, dot, key = name.partition(".")
+        value = work()
+        if dot:
+            fields.setdefault(field, {})[key] = value
+        else:
+            fields[field] = value
+        advance()
+    return Results(**fields)

@@ -1,0 +1,18 @@
+"""The report's results, computed once for all tests of claims."""
+
+from __future__ import annotations
+
+import pytest
+
+from frictionloop.report.claims import all_claims
+from frictionloop.report.results import compute
+
+
+@pytest.fixture(scope="session")
+def results():
+    return compute()
+
+
+@pytest.fixture(scope="session")
+def claims(results):
+    return all_claims(results)

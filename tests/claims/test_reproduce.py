@@ -1,0 +1,130 @@
+"""The report as written: complete, self-contained, the same bytes twice."""
+
+from __future__ import annotations
+
+import json
+import re
+from html.parser import HTMLParser
+from xml.etree import ElementTree
+
+import pytest
+
+from frictionloop.quantities import FrictionloopError
+from frictionloop.report import build
+from frictionloop.report.figures import drawings
+from frictionloop.report.page import render
+from frictionloop.report.results import Results
+from frictionloop.report.style import svg
+
+DOI = "https://doi.org/10.1007/978-3-319-93399-3_29"
+VOID = {"meta", "link", "br", "img", "hr", "input"}
+
+
+class Page(HTMLParser):
+    """Collects what a page refers to and checks that its tags nest."""
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.links, self.ids, self.tags = [], [], [], set()
+
+    def handle_starttag(self, tag, attrs):
+        found = dict(attrs)
+        self.tags.add(tag)
+        self.links += [found[name] for name in ("href", "src", "xlink:href") if name in found]
+        self.ids += [found["id"]] if "id" in found else []
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        self.handle_starttag(tag, attrs)
+        if tag not in VOID:
+            self.open.pop()
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+@pytest.fixture(scope="session")
+def folder(results, tmp_path_factory):
+    """Reproduce into a folder, with the results that the other tests use too."""
+    target = tmp_path_factory.mktemp("report")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(build, "compute", lambda advance: results)
+        build.reproduce(target, progress=False)
+    return target
+
+
+@pytest.fixture(scope="session")
+def page(folder):
+    parsed = Page()
+    parsed.feed((folder / "index.html").read_text(encoding="utf-8"))
+    return parsed
+
+
+def test_the_page_is_well_formed(page):
+    assert page.open == []
+    assert len(set(page.ids)) == len(page.ids)
+
+
+def test_the_page_needs_nothing_beside_it(page, folder):
+    outside = {link for link in page.links if not link.startswith(("#", "data:"))}
+    assert outside == {DOI}
+    assert "script" not in page.tags
+    text = (folder / "index.html").read_text(encoding="utf-8")
+    assert not re.search(r"@import|url\((?!#|[\"']?#)", text)
+
+
+def test_links_within_the_page_lead_somewhere(page):
+    assert {link[1:] for link in page.links if link.startswith("#")} <= set(page.ids)
+
+
+def test_the_page_shows_every_figure_and_claim(page, results, folder):
+    claims = json.loads((folder / "claims.json").read_text(encoding="utf-8"))["claims"]
+    assert {f"claim-{claim['id']}" for claim in claims} <= set(page.ids)
+    names = [drawing.name for drawing in drawings(results)]
+    assert len(names) == len(set(names)) == build.FIGURES
+    assert {path.stem for path in (folder / "figures").iterdir()} == set(names)
+    for name in names:
+        assert any(id.startswith(f"{name}-") for id in page.ids), name
+
+
+def test_figures_are_svg_without_dates(folder):
+    for path in (folder / "figures").iterdir():
+        text = path.read_text(encoding="utf-8")
+        assert ElementTree.fromstring(text).tag.endswith("svg")
+        assert "dc:date" not in text and "<text" not in text
+
+
+@pytest.mark.parametrize("name", ["fig-1a", "fig-1b", "fig-2a-reachable", "fig-2c-printed", "fig-2e"])
+def test_a_figure_is_the_same_bytes_twice(results, folder, name):
+    drawing = next(drawing for drawing in drawings(results) if drawing.name == name)
+    assert svg(drawing.draw(), name) == (folder / "figures" / f"{name}.svg").read_text(encoding="utf-8")
+
+
+def test_the_page_is_the_same_text_twice(results, claims):
+    figures = {drawing.name: "<svg></svg>" for drawing in drawings(results)}
+    assert render(results, claims, figures) == render(results, claims, figures)
+
+
+def test_symbols_are_set(results, claims):
+    figures = {drawing.name: "" for drawing in drawings(results)}
+    text = render(results, claims, figures)
+    assert "<i>K</i><sub>p</sub> starts at 5" in text and "{{" not in text
+
+
+def test_a_folder_that_cannot_be_made_is_one_line(tmp_path):
+    (tmp_path / "taken").write_text("a file")
+    with pytest.raises(FrictionloopError) as caught:
+        build.reproduce(tmp_path / "taken")
+    assert "taken" in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_a_folder_that_cannot_be_written_is_one_line(tmp_path, monkeypatch):
+    monkeypatch.setattr(build.os, "access", lambda path, mode: False)
+    monkeypatch.setattr(build, "compute", lambda advance: pytest.fail("computed before looking"))
+    with pytest.raises(FrictionloopError, match="not writable"):
+        build.reproduce(tmp_path)
+
+
+def test_results_are_complete(results):
+    assert set(Results.__dataclass_fields__) == set(vars(results))

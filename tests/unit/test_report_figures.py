@@ -1,0 +1,113 @@
+"""Figures that need no simulation: the block diagram, the population, and the style they share."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+import frictionloop as fl
+from frictionloop.physics.trials import sliding_trials
+from frictionloop.report.figures.diagram import figure_diagram
+from frictionloop.report.figures.labels import controller_label, lookup_label, source_label
+from frictionloop.report.figures.population import binned, figure_population
+from frictionloop.report.numbers import number
+from frictionloop.report.style import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, inline, svg
+
+
+def words(figure):
+    return "\n".join(text.get_text() for axes in figure.axes for text in axes.texts)
+
+
+def test_the_diagram_shows_the_systems_own_numbers():
+    drawn = words(figure_diagram(fl.paper()))
+    for number_shown in ("= 10", "= 2 s⁻¹", "5 kHz", "0.8 N", "0.38", "100 Hz", "1000 Hz", "10⁻⁵ N", "0.6 ± 0.6"):
+        assert number_shown in drawn
+
+
+@pytest.mark.parametrize(
+    ("change", "shown"),
+    [
+        ({"controller.kp": 7.5}, "7.5"),
+        ({"controller.delay_s": 2e-4}, "delay 200 µs"),
+        ({"controller.model.table_size": 256}, "256 entries"),
+        ({"controller.model.nominal_n": 1.25}, "1.25 N"),
+        ({"plate.cutoff_hz": 150.0}, "150 Hz"),
+        ({"friction.susceptibility_per_um2": 0.51}, "0.51"),
+        ({"sensor.noise_rms_n": 3e-4}, "3×10⁻⁴ N"),
+        ({"setpoint": fl.Constant(offset_n=0.55)}, "constant 0.55 N"),
+        ({"disturbance": fl.ColouredNoise(rms_n=0.03)}, "0.03 N rms"),
+        ({"disturbance": fl.Steps(times_s=(0, 1), levels_n=(0.1, 0.35))}, "2 levels"),
+    ],
+)
+def test_the_diagram_changes_with_the_system(change, shown):
+    before, after = figure_diagram(fl.paper()), figure_diagram(fl.paper().evolve(change))
+    assert shown in words(after) and shown not in words(before)
+    assert svg(before, "x") != svg(after, "x")
+
+
+def test_blocks_of_the_diagram_do_not_overlap():
+    axes = figure_diagram(fl.paper()).axes[0]
+    boxes = [patch.get_bbox() for patch in axes.patches if patch.get_zorder() == 2 and hasattr(patch, "get_bbox")]
+    for i, one in enumerate(boxes):
+        assert not any(one.overlaps(other) for other in boxes[i + 1 :])
+
+
+def test_labels():
+    assert source_label(fl.paper().setpoint) == "sweep 1–100 Hz\n0.6 ± 0.6 N"
+    assert controller_label(fl.paper().controller)[2] == "5 kHz, no delay"
+    assert lookup_label(fl.paper().controller.model)[0] == "exact inverse of $g$"
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0, "0"),
+        (0.4, "0.4"),
+        (251.65, "252"),
+        (50000, "50000"),
+        (1e-5, "10⁻⁵"),
+        (-5.23e-5, "−5.23×10⁻⁵"),
+        (1.2e7, "1.2×10⁷"),
+    ],
+)
+def test_numbers_for_people(value, text):
+    assert number(value) == text
+
+
+def test_the_population_is_binned_over_all_trials():
+    trials = sliding_trials(5)
+    centres, mean, spread = binned(trials)
+    assert centres[0] == pytest.approx(0.125)
+    first = trials["f"].values[:, trials["a"].values < 0.25]
+    assert mean[0] == pytest.approx(first.mean()) and spread[0] == pytest.approx(first.std())
+    assert np.all(np.diff(mean) < 0)
+
+
+def test_the_population_figure_says_that_it_is_synthetic():
+    figure = figure_population(sliding_trials(3), fl.paper().friction)
+    assert figure.axes[0].get_title(loc="left") == "3 synthetic sliding trials"
+
+
+def test_svg_ids_carry_the_figures_name():
+    text = svg(figure_diagram(fl.paper()), "fig-x")
+    assert all(found.startswith("fig-x-") for found in re.findall(r'\bid="([^"]+)"', text))
+    referred = set(re.findall(r'(?:href="#|url\(#)([^")]+)', text))
+    assert referred <= set(re.findall(r'\bid="([^"]+)"', text))
+
+
+def test_an_inline_figure_has_a_label_and_no_fixed_size():
+    element = inline(svg(figure_diagram(fl.paper()), "fig-x"), 'the "loop"')
+    opening = element[: element.index(">")]
+    assert opening.startswith("<svg") and 'aria-label="the &quot;loop&quot;"' in opening
+    assert " width=" not in opening and " height=" not in opening
+
+
+def test_colours_differ_in_grey_or_by_their_dashes():
+    def lightness(colour):
+        red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
+        return 0.2126 * red + 0.7152 * green + 0.0722 * blue
+
+    shades = sorted(lightness(colour) for colour in (BLUE, VERMILLION, GREEN, ORANGE, SKY, PURPLE))
+    assert shades[-1] - shades[0] > 60
