@@ -38,8 +38,6 @@ VERDICTS = {
     "band-low": READING,
     "band-high": NOT,
     "disturbance-rejection": REPRODUCED,
-    "population-f0": NOT,
-    "population-tau": REPRODUCED,
     "dynamic-range": REPRODUCED,
     "dynamic-range-95-db": NOT,
     "dynamic-range-93-db": NOT,

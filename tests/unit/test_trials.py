@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictionloop.physics.trials import NOMINAL_N, mean_law, sliding_trials, standard_error
+from frictionloop.physics.trials import NOMINAL_N, sliding_trials
 from frictionloop.quantities import FrictionloopError
 
 
@@ -50,19 +50,6 @@ def test_each_trial_falls_clearly_and_trials_disagree():
     within = [np.corrcoef(trials["a"], force)[0, 1] for force in trials["f"].values]
     pooled = np.corrcoef(np.tile(trials["a"], 26), trials["f"].values.ravel())[0, 1]
     assert np.median(within) < -0.9 < pooled
-
-
-def test_the_mean_law_of_one_still_trial_is_its_own():
-    trials = sliding_trials(1)
-    trials["f"] = trials["f"] - trials["d"]
-    law = mean_law(trials)
-    assert law.nominal_n == pytest.approx(float(trials["f0"][0]), rel=1e-6)
-    assert law.susceptibility_per_um2 == pytest.approx(float(trials["tau"][0]), rel=1e-6)
-
-
-def test_standard_error():
-    trials = sliding_trials(26)
-    assert standard_error(trials, "f0") == pytest.approx(float(trials["f0"].std(ddof=1)) / np.sqrt(26))
 
 
 @pytest.mark.parametrize(("n", "seed"), [(0, 0), (26, -1)])

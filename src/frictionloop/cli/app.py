@@ -9,7 +9,7 @@ import sys
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 
-from cyclopts import App, CycloptsError, Group, Parameter
+from cyclopts import App, CycloptsError, Group, Parameter, UnusedCliTokensError
 
 from frictionloop.cli import reproduce, simulate, sweep
 from frictionloop.cli.flags import gather
@@ -17,8 +17,8 @@ from frictionloop.cli.helptext import HELP_STYLE
 from frictionloop.cli.screen import Interrupted, say
 from frictionloop.quantities.units import FrictionloopError
 
-BAD_INPUT, INTERRUPTED, PIPE_CLOSED = 2, 130, 141
-"""Exit codes; the last two are 128 plus the number of the signal, as shells give them."""
+NOT_WRITTEN, BAD_INPUT, INTERRUPTED = 1, 2, 130
+"""Exit codes; the last is 128 plus the number of the signal, as shells give it."""
 
 PAPER = Group("The paper", sort_key=1)
 LOOP = Group("The loop", sort_key=2)
@@ -40,6 +40,7 @@ app = App(
     help_formatter=HELP_STYLE,
     version=_version,
     default_parameter=Parameter(negative=()),
+    suppress_keyboard_interrupt=False,
 )
 app["--help"].group = app["--version"].group = HERE
 for verb, group in ((reproduce, PAPER), (simulate, LOOP), (sweep, LOOP)):
@@ -52,11 +53,13 @@ def main(tokens: Sequence[str] | None = None) -> None:
     """Run one command and leave with its exit code: 0, 2 for bad input, 130 after Ctrl-C."""
     try:
         code = _run(list(sys.argv[1:] if tokens is None else tokens))
-        sys.stdout.flush()
-    except BrokenPipeError:
-        # The reader has left: what Python still wants to flush at its exit goes nowhere.
+        print(end="", flush=True)
+    except OSError as error:
+        # A reader that has left (head, less) is no error. What Python still wants to flush at its exit goes nowhere.
+        if not isinstance(error, BrokenPipeError):
+            say(f"error: output: {error.strerror or error}")
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        code = PIPE_CLOSED
+        code = NOT_WRITTEN
     raise SystemExit(code)
 
 
@@ -65,7 +68,7 @@ def _run(tokens: list[str]) -> int:
         app(gather(tokens), print_error=False, exit_on_error=False, result_action="return_value")
         return 0
     except CycloptsError as error:
-        say(f"error: {' '.join(str(error).split())}")
+        say(f"error: {_one_line(error)}")
     except FrictionloopError as error:
         say(f"error: {error}")
     except Interrupted as stop:
@@ -77,6 +80,12 @@ def _run(tokens: list[str]) -> int:
         say("interrupted")
         return INTERRUPTED
     return BAD_INPUT
+
+
+def _one_line(error: CycloptsError) -> str:
+    if isinstance(error, UnusedCliTokensError):
+        return f"{shlex.join(error.unused_tokens or [])}: not expected here; see --help"
+    return " ".join(str(error).split())
 
 
 def _program() -> str:

@@ -39,7 +39,7 @@ def short(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, (list, tuple)):
-        shown = ", ".join(map(_short, value[:6]))
+        shown = ", ".join(map(short, value[:6]))
         return f"[{shown}]" if len(value) <= 6 else f"[{shown}, ... {len(value)} values]"
     return str(value)
 
@@ -68,13 +68,13 @@ UNITS = {"intercept": "N", "rms_error": "N", "output_noise": "N"}
 
 def metric_rows(found: dict[str, float]) -> list[Row]:
     """Return (metric, value with unit, what it says)."""
-    short = found["r2_bound"] - found["r2_identity"]
+    missing = found["r2_bound"] - found["r2_identity"]
     return [
         ("r2_identity", number(found["r2_identity"]), "how well f_a follows f_r; 1 is perfect"),
         (
             "r2_bound",
             number(found["r2_bound"]),
-            "the most any controller could reach" + ("" if math.isnan(short) else f", {short:.4f} more"),
+            "the most any controller could reach" + ("" if math.isnan(missing) else f", {missing:.4f} more"),
         ),
         (
             "r2_regression",
@@ -82,7 +82,7 @@ def metric_rows(found: dict[str, float]) -> list[Row]:
             f"of the line f_a = {number(found['slope'])} f_r + {number(found['intercept'])} N",
         ),
         ("rms_error", f"{found['rms_error'] * 1e3:.4g} mN", "rms of f_a - f_r"),
-        ("saturation_index", f"{found['saturation_index']:.2%}", "of the commands were clamped"),
+        ("saturation_index", number(found["saturation_index"]), "share of the commands that were clamped"),
     ]
 
 

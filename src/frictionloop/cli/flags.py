@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import tomllib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -18,8 +17,6 @@ if TYPE_CHECKING:
 DOTTED = "--BLOCK.NAME"
 """The one option that all dotted flags are gathered under."""
 
-RUN_FILES, FIGURES = (".h5", ".hdf5", ".nc"), (".svg", ".pdf", ".png")
-
 SYSTEM = Group("System", sort_key=1)
 RUN = Group("Run", sort_key=2)
 RESULT = Group("Result", sort_key=3)
@@ -30,9 +27,7 @@ SystemFile = Annotated[
 ]
 Preset = Annotated[
     Literal["paper", "feasible"] | None,
-    Parameter(
-        metavar="NAME", help="Ready-made system instead of a file; paper if neither is given.", group=SYSTEM
-    ),
+    Parameter(metavar="NAME", help="Ready-made system instead of a file; paper if neither is given.", group=SYSTEM),
 ]
 Overrides = Annotated[
     list[str] | None,
@@ -72,6 +67,8 @@ def gather(tokens: Sequence[str]) -> list[str]:
 
 def scalar(text: str) -> Any:
     """Return the TOML value a text holds: a number, true or false, a list; any other text as it stands."""
+    if "\n" in text:
+        return text
     try:
         value = tomllib.loads(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:
@@ -105,23 +102,3 @@ def named(file: Path | None, preset_name: str | None, flags: Iterable[str] | Non
     changed = ", ".join(f"{name} = {value}" for name, value in overrides_of(flags).items())
     origin = str(file) if file else f"{preset_name or 'paper'}()"
     return f"{origin} with {changed}" if changed else origin
-
-
-def check_suffix(name: str, path: Path | None, accepted: tuple[str, ...]) -> None:
-    """Refuse an output whose name does not end like what will be in it."""
-    if path is not None and path.suffix not in accepted:
-        raise FrictionloopError(f"{name} = {str(path)!r}: must end in {' or '.join(accepted)}")
-
-
-def check_count(name: str, value: int, least: int, most: int = 2**63 - 1) -> None:
-    """Refuse a whole number outside its range."""
-    if not least <= value <= most:
-        raise FrictionloopError(f"{name} = {value}: must be a whole number from {least} to {most}")
-
-
-def check_score(score_from_s: float, duration_s: float) -> None:
-    """Refuse a scored part that is empty."""
-    if not (math.isfinite(score_from_s) and 0 <= score_from_s < duration_s):
-        raise FrictionloopError(
-            f"score_from_s = {score_from_s:g} s: must be from 0 s to less than duration_s = {duration_s:g} s"
-        )

@@ -6,7 +6,7 @@ import json
 import math
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -31,7 +31,7 @@ def show(*renderables: Any) -> None:
     console = Console(highlight=False, markup=False)
     console.width = min(console.width, 100)
     for renderable in renderables:
-        console.print(renderable)
+        console.print(renderable, soft_wrap=isinstance(renderable, str))  # lines of text stay as they are
 
 
 def show_json(result: Mapping[str, Any]) -> None:
@@ -63,7 +63,7 @@ def waiting(text: str) -> Iterator[None]:
         yield
 
 
-def columns(rows: list[tuple[str, ...]]) -> Any:
+def columns(rows: Sequence[tuple[str, ...]]) -> Any:
     """Return rows as a borderless table: the first column a name, the last one free to wrap."""
     from rich.table import Table
 

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from frictionloop.cli import flags, screen
-from frictionloop.quantities.units import FrictionloopError
+from frictionloop.cli import checks, flags, screen
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,12 +44,12 @@ def command(
     json: flags.Json = False,
 ) -> None:
     """Simulate one run and say how well the force followed its set-point."""
-    flags.check_suffix("out", out, flags.RUN_FILES)
-    flags.check_suffix("plot", plot, flags.FIGURES)
-    flags.check_count("seed", seed, 0)
-    flags.check_score(score_from_s, duration_s)
-    if save_system is not None and save_system.exists():
-        raise FrictionloopError(f"{save_system}: exists already and stays as it is; choose another --save-system")
+    checks.check_output("out", out, checks.RUN_FILES)
+    checks.check_output("plot", plot, checks.FIGURES)
+    checks.check_output("save_system", save_system, checks.SYSTEMS)
+    checks.check_new("save_system", save_system)
+    checks.check_count("seed", seed, 0)
+    checks.check_score(score_from_s, duration_s)
     system = flags.system_from(file, preset, overrides)
     run, elapsed_s = _run(system, duration_s, seed)
 
@@ -60,9 +59,7 @@ def command(
     saved = _save(run, system, {"run": out, "plot": plot, "system": save_system})
     if json:
         result = {"system": system.model_dump(), "duration_s": duration_s, "seed": seed, "score_from_s": score_from_s}
-        screen.show_json(
-            result | {"metrics": metrics, "units": describe.UNITS, "saved": saved, "elapsed_s": elapsed_s}
-        )
+        screen.show_json(result | {"metrics": metrics, "units": describe.UNITS, "saved": saved, "elapsed_s": elapsed_s})
         return
     periods = f"{run.sizes['time']:,}".replace(",", " ")
     screen.show(
@@ -82,9 +79,8 @@ def _run(system: System, duration_s: float, seed: int) -> tuple[xr.Dataset, floa
     periods_in(system, duration_s)  # refuses a wrong duration before anything is compiled
     with screen.waiting("loading the compiled loop; after an installation it is compiled first"):
         from frictionloop.loop.simulate import simulate
-        from frictionloop.parameters import paper
 
-        simulate(paper(), 1 / paper().controller.rate_hz)
+        simulate(system, 1 / system.controller.rate_hz, seed)
     with screen.waiting("simulating"):
         clock = screen.Stopwatch()
         return simulate(system, duration_s, seed), clock.elapsed_s()

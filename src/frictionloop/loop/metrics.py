@@ -44,7 +44,8 @@ class Metric(NamedTuple):
 def _spread(sum_: Any, squares: Any, count: Any) -> Any:
     """Return sum (x - mean x)^2, NaN where x is constant (a goodness of fit has no meaning there)."""
     spread = squares - sum_ * sum_ / count
-    return np.where(spread > 1e-24 * count, spread, np.nan)
+    # What is left of the squares of a constant is their rounding.
+    return np.where(spread > 1e-12 * squares, spread, np.nan)
 
 
 def _covariance(s: Sums) -> Any:
@@ -56,7 +57,7 @@ def _r2_identity(s: Sums) -> Any:
 
 
 def _r2_regression(s: Sums) -> Any:
-    return _covariance(s) ** 2 / (_spread(s.r, s.r2, s.count) * _spread(s.f, s.f2, s.count))
+    return (_covariance(s) / _spread(s.r, s.r2, s.count)) * (_covariance(s) / _spread(s.f, s.f2, s.count))
 
 
 def _slope(s: Sums) -> Any:

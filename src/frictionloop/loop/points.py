@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from frictionloop.loop.timing import check_seed
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError, unit_of
 
@@ -60,8 +61,8 @@ def _units(path: str) -> dict[str, str]:
 
 
 def _seeds(seeds: int | Sequence[int]) -> tuple[int, ...]:
-    found = tuple(range(seeds)) if isinstance(seeds, (int, np.integer)) else tuple(int(s) for s in seeds)
-    if not found or min(found) < 0 or len(set(found)) < len(found):
+    found = tuple(range(seeds)) if isinstance(seeds, (int, np.integer)) else tuple(check_seed(s) for s in seeds)
+    if not found or len(set(found)) < len(found):
         raise FrictionloopError(
             f"seeds = {seeds!r}: must be a positive count or a list of different whole numbers >= 0"
         )

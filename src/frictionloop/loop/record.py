@@ -60,11 +60,12 @@ def to_dataset(traces: np.ndarray, system: System, seed: int) -> xr.Dataset:
 def system_of(run: xr.Dataset) -> System:
     """Return the System that a run carries."""
     try:
-        return System.from_tree(json.loads(run.attrs["system"]), "run: ")
-    except KeyError:
+        tree = json.loads(run.attrs["system"])
+    except (KeyError, TypeError, ValueError):
         raise FrictionloopError(
             "this Dataset carries no System (attribute 'system'); use one from simulate() or load()"
         ) from None
+    return System.from_tree(tree, "run: ")
 
 
 def save(run: xr.Dataset, path: str | os.PathLike[str]) -> None:

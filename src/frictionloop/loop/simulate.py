@@ -9,7 +9,7 @@ from frictionloop.loop.kernel import kernel
 from frictionloop.loop.lowering import Tile, lower
 from frictionloop.loop.record import to_dataset
 from frictionloop.loop.tiles import TRACES
-from frictionloop.loop.timing import check_memory, periods_in
+from frictionloop.loop.timing import check_memory, check_seed, periods_in
 from frictionloop.parameters import System
 from frictionloop.quantities.normals import BLOCK
 
@@ -48,7 +48,7 @@ def simulate(system: System, duration_s: float = 10.0, seed: int = 0) -> xr.Data
     duration_s : float
         Duration in s, a whole number of control periods, not past the end of a swept or recorded signal.
     seed : int
-        Seed of all noise; the same seed gives the same bits.
+        Seed of all noise, 0 to 2**64 - 1; the same seed gives the same bits.
 
     Returns
     -------
@@ -63,7 +63,7 @@ def simulate(system: System, duration_s: float = 10.0, seed: int = 0) -> xr.Data
         When the duration does not fit the control rate, the signals or the memory.
 
     """
-    periods = periods_in(system, duration_s)
+    periods, seed = periods_in(system, duration_s), check_seed(seed)
     check_memory(2 * 8 * len(TRACES) * periods, f"a run of {duration_s:g} s")
     traces = np.empty((len(TRACES), periods))
     run_tile(lower([system], [seed], recording=True), periods, traces.reshape(-1))

@@ -5,13 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from frictionloop.loop.kernel import kernel
-from frictionloop.loop.lowering import Tile, lower
+from frictionloop.loop.lowering import lower
 from frictionloop.loop.simulate import NO_TRACES
 from frictionloop.loop.slab import ROW
+from frictionloop.loop.timing import check_seed
 from frictionloop.parameters import System
+from frictionloop.physics.sources import longest_s
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.normals import BLOCK
 from frictionloop.sensing.measurement import Measurement
+
+_UNUSED = np.zeros(BLOCK + 1)  # samples of the set-point, which is the caller's affair
 
 
 class Stepper:
@@ -27,17 +31,19 @@ class Stepper:
     """
 
     def __init__(self, system: System, seed: int = 0) -> None:
-        self.system = system
+        self.system, seed = system, check_seed(seed)
         self._tile = lower([system], [seed], external=True)
         self._advance = kernel(1)
-        self._period = 0
-        self._samples = (0, NO_TRACES, NO_TRACES)
+        self._period, self._last = 0, round(min(longest_s(system.disturbance), 1e9) * system.controller.rate_hz)
+        self._disturbance = NO_TRACES
         self._view = self._tile.slab.data
         # The sensor has settled on the first force; one period run on a copy tells which.
         probe = lower([system], [seed], external=True)
-        self._advance(probe.slab.data, 1, 0, 1, probe.options, probe.buffers, *self._chunk(probe), 0, NO_TRACES)
-        first = float(probe.slab.view("nominal")[0, 0] + probe.slab.view("disturbance")[0, 0])
-        self.measured = Measurement(first)
+        first = probe.disturbance(0, 1)
+        self._advance(probe.slab.data, 1, 0, 1, probe.options, probe.buffers, _UNUSED, first, 0, NO_TRACES)
+        self.force_n = float(probe.slab.view("nominal")[0, 0] + probe.slab.view("disturbance")[0, 0])
+        """Friction force g(a) + d at the beginning of the last period, which no sensor shows."""
+        self.measured = Measurement(self.force_n)
         """The last measurement."""
 
     @property
@@ -46,17 +52,19 @@ class Stepper:
         return self._period / self.system.controller.rate_hz
 
     @property
-    def force_n(self) -> float:
-        """Friction force g(a) + d at the beginning of the last period, which no sensor shows."""
-        return float(self._view[ROW["friction"]])
-
-    @property
     def amplitude_um(self) -> float:
         """Vibration amplitude at the time of the last measurement."""
         return float(self._view[ROW["amplitude"]])
 
-    def _chunk(self, tile: Tile) -> tuple[np.ndarray, np.ndarray]:
-        return tile.setpoint(0, BLOCK), tile.disturbance(0, BLOCK)
+    def _sample(self, k: int, chunk: int) -> None:
+        """Take the disturbance of period k: a block ahead, or period by period where a recording ends."""
+        if k == chunk:
+            try:
+                self._disturbance = self._tile.disturbance(chunk, chunk + BLOCK)
+            except FrictionloopError:
+                self._disturbance = NO_TRACES
+        if self._disturbance.size <= BLOCK:
+            self._disturbance = self._tile.disturbance(chunk, k + 1)
 
     def tick(self, amplitude_command: float, motion: object = None) -> Measurement:
         """Advance by one control period with this amplitude command (um) and return the measurement at its end.
@@ -69,13 +77,16 @@ class Stepper:
         if motion is not None:
             raise FrictionloopError("motion: this plant has no moving finger; leave it out")
         k, tile = self._period, self._tile
+        if k >= self._last:
+            raise FrictionloopError(
+                f"tick: disturbance.sweep_s = {self._last / self.system.controller.rate_hz:g} s is over"
+            )
         chunk = k // BLOCK * BLOCK
-        if k == chunk:
-            self._samples = (chunk, tile.setpoint(chunk, chunk + BLOCK), tile.disturbance(chunk, chunk + BLOCK))
-        self._view[ROW["command"]] = amplitude_command
-        _, setpoint, disturbance = self._samples
-        self._advance(self._view, 1, k, k + 1, tile.options, tile.buffers, setpoint, disturbance, chunk, NO_TRACES)
+        self._sample(k, chunk)
+        self._view[ROW["command"]], g = amplitude_command, self._view[ROW["friction"]]
+        self._advance(self._view, 1, k, k + 1, tile.options, tile.buffers, _UNUSED, self._disturbance, chunk, NO_TRACES)
         self._period += 1
+        self.force_n = float(g + self._view[ROW["disturbance"]])
         force = self._view[ROW["measurement"]]
         self.measured = Measurement(float(force))
         return self.measured

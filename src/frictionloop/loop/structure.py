@@ -6,10 +6,13 @@ import math
 
 from frictionloop.loop.quadrature import MAX_SEGMENTS, PLATE_PER_SEGMENT, segments_needed
 from frictionloop.parameters import System
+from frictionloop.physics.sources import highest_hz
 from frictionloop.quantities import FrictionloopError
 
 STRUCTURAL = ("kind", "rate_hz", "table_size", "delay_s", "plate.cutoff_hz")
 """Last words of the paths whose values decide which systems can share a tile."""
+COUPLED = ("start_hz", "stop_hz", "low_hz", "high_hz", "start_s", "stop_s", "_um", "_um2")
+"""Last words of the paths whose values are checked against one another."""
 
 
 def structure(system: System) -> tuple[object, ...]:
@@ -40,7 +43,16 @@ def switch_s(system: System) -> float:
 
 
 def segments_of(system: System) -> tuple[int, int]:
-    """Return the segments of a period before and after the command changes, at least one in all."""
+    """Return the segments of a period before and after the command changes, at least one in all.
+
+    Raises ``FrictionloopError`` for a plate or a disturbance too fast for the nodes of a period to follow.
+    """
+    half, highest = system.controller.rate_hz / 2, highest_hz(system.disturbance)
+    if highest > half:
+        name = "frequency_hz" if system.disturbance.kind == "sine" else "start_hz and stop_hz"
+        raise FrictionloopError(
+            f"disturbance.{name} = {highest:g} Hz: must be at most half of controller.rate_hz, {half:g} Hz"
+        )
     plate, period, switch = system.plate.cutoff_hz, 1.0 / system.controller.rate_hz, switch_s(system)
     before, after = segments_needed(plate, switch), segments_needed(plate, period - switch)
     if max(before, after) > MAX_SEGMENTS:

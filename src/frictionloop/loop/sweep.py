@@ -18,7 +18,7 @@ from frictionloop.loop.progress import progress_bar
 from frictionloop.loop.record import provenance
 from frictionloop.loop.simulate import run_tile
 from frictionloop.loop.slab import LANES
-from frictionloop.loop.structure import STRUCTURAL, structure
+from frictionloop.loop.structure import COUPLED, STRUCTURAL, structure
 from frictionloop.loop.timing import periods_in
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
@@ -93,11 +93,7 @@ def sweep(
     if unknown or not names:
         raise FrictionloopError(f"metrics = {list(names)!r}: accepted are {', '.join(METRICS)}")
     grid = points_of(points, seeds)
-    structures = _structures(system, grid, duration_s)
-    if not 0 <= score_from_s < duration_s:
-        raise FrictionloopError(
-            f"score_from_s = {score_from_s!r} s: must be at least 0 and below duration_s = {duration_s!r} s"
-        )
+    structures = _structures(system, grid, duration_s, score_from_s)
     key = fingerprint(system, grid, duration_s, score_from_s, names)
     values = resumed(path, key, names, grid) if resume else np.full((len(names), int(np.prod(grid.shape))), np.nan)
     result = Result(values, names, grid, provenance(system, duration_s=duration_s, fingerprint=key), path)
@@ -124,12 +120,16 @@ def _cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _structures(system: System, grid: Points, duration_s: float) -> list[object]:
+def _structures(system: System, grid: Points, duration_s: float, score_from_s: float) -> list[object]:
     """Try every value of a sweep before anything runs and return the structure of each point."""
 
     def tried(override: dict[str, Any]) -> object:
         changed = system.evolve(override)
-        periods_in(changed, duration_s)
+        periods = periods_in(changed, duration_s)
+        if not (0 <= score_from_s < duration_s and round(score_from_s * changed.controller.rate_hz) < periods):
+            raise FrictionloopError(
+                f"score_from_s = {score_from_s!r} s: must be at least 0 and below duration_s = {duration_s!r} s"
+            )
         return structure(changed)
 
     # Systems are not kept: thousands of small objects would cost the garbage collector more than the kernel takes.
@@ -137,6 +137,7 @@ def _structures(system: System, grid: Points, duration_s: float) -> list[object]
     if not grid.gridded:
         return probed
     plain = all(not path.endswith(STRUCTURAL) and axis.dtype.kind in "if" for path, axis in grid.axes.items())
+    plain = plain and sum(path.endswith(COUPLED) for path in grid.axes) < 2
     return probed[:1] * len(grid.overrides) if plain else [tried(override) for override in grid.overrides]
 
 

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 import os
+from typing import Any
+
+import numpy as np
 
 from frictionloop.parameters import System
 from frictionloop.physics.sources import longest_s
@@ -18,6 +21,8 @@ def periods_in(system: System, duration_s: float) -> int:
     rate = system.controller.rate_hz
     if not (math.isfinite(duration_s) and duration_s > 0):
         raise FrictionloopError(f"duration_s = {duration_s!r} s: must be a positive number")
+    if duration_s * rate > 2**53:
+        raise FrictionloopError(f"duration_s = {duration_s!r} s: has too many control periods to count, shorten it")
     periods = round(duration_s * rate)
     if periods < 1 or abs(periods - duration_s * rate) > 1e-6 * max(periods, 1):
         near = max(periods, 1) / rate
@@ -32,6 +37,13 @@ def periods_in(system: System, duration_s: float) -> int:
                 f"duration_s = {duration_s:g} s runs past the end of {name}.sweep_s = {longest:g} s"
             )
     return periods
+
+
+def check_seed(seed: Any) -> int:
+    """Return a seed of the noise, refusing what is not a whole number of 64 bits."""
+    if not isinstance(seed, (int, np.integer)) or not 0 <= seed < 2**64:
+        raise FrictionloopError(f"seed = {seed!r}: must be a whole number from 0 to 2**64 - 1")
+    return int(seed)
 
 
 def check_memory(needed_bytes: int, what: str) -> None:

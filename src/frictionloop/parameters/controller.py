@@ -52,7 +52,7 @@ class PiController(Block):
     """Proportional gain K_p (paper, Sec. 2.3)."""
     ki: NotNegative = 2.0
     """Integral gain K_i (paper, Sec. 2.3; per second is a reading)."""
-    rate_hz: Annotated[float, Field(gt=0, le=1e6)] = 5000.0
+    rate_hz: Annotated[float, Field(gt=0, le=1e9)] = 5000.0
     """Rate of the control periods (paper, Sec. 4.1: "5 kHz timer")."""
     delay_s: Annotated[float, Field(ge=0, le=1)] = 0.0
     """Time from taking the sample to applying the amplitude command."""

@@ -6,13 +6,16 @@ import difflib
 from collections.abc import Mapping
 from typing import Any, Self
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, ValidationError, model_validator
 
 from frictionloop.parameters.block import Block
 from frictionloop.parameters.controller import Controller
 from frictionloop.parameters.plant import Friction, Plate, Sensor
 from frictionloop.parameters.sources import Source
 from frictionloop.quantities import FrictionloopError, unit_of
+
+_STEEPEST = 700.0
+"""Largest tau a_max^2: g(a_max) = f0 e^-700 is still a normal number."""
 
 
 class System(Block):
@@ -30,6 +33,15 @@ class System(Block):
     """How the force is measured."""
     controller: Controller
     """How the amplitude command is computed."""
+
+    @model_validator(mode="after")
+    def _some_friction_is_left(self) -> Self:
+        fall = self.friction.susceptibility_per_um2 * (self.plate.max_amplitude_um * self.plate.max_amplitude_um)
+        if not fall <= _STEEPEST:
+            raise ValueError(
+                f"friction.susceptibility_per_um2 * plate.max_amplitude_um^2 = {fall:g}: must be at most {_STEEPEST:g}"
+            )
+        return self
 
     def evolve(self, overrides: Mapping[str, Any]) -> Self:
         """Return a copy with some values replaced.

@@ -39,6 +39,13 @@ def longest_s(source: Source) -> float:
     return source.sweep_s if isinstance(source, LogSweep) else math.inf
 
 
+def highest_hz(source: Source) -> float:
+    """Return the highest frequency of a formula in Hz (0 for what is sampled: it is linear between samples)."""
+    if isinstance(source, Sine):
+        return source.frequency_hz
+    return max(source.start_hz, source.stop_hz) if isinstance(source, LogSweep) else 0.0
+
+
 def sampler(source: Source, rate_hz: float, seed: int, stream: int) -> Sampler | None:
     """Return the sampler of a source that is defined at control periods only, None for one that has a formula.
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -102,20 +100,3 @@ def _dataset(time: Array, a: Array, f: Array, d: Array, f0: Array, tau: Array) -
     }
     coordinates = {"time": ("sample", time, {"units": "s"}), "trial": np.arange(len(f0))}
     return xr.Dataset(variables, coordinates, {"source": "synthetic"})
-
-
-def mean_law(trials: xr.Dataset) -> Friction:
-    """Return the f0 and tau of equation (1) that fit the mean force over all trials best (least squares)."""
-    from scipy.optimize import curve_fit
-
-    def law(a: Array, f0: float, tau: float) -> Array:
-        return f0 * np.exp(-tau * a**2)
-
-    start = (float(np.mean(NOMINAL_N)), SUSCEPTIBILITY_PER_UM2)
-    (f0, tau), _ = curve_fit(law, trials["a"].values, trials["f"].mean("trial").values, p0=start)
-    return Friction(nominal_n=float(f0), susceptibility_per_um2=float(tau))
-
-
-def standard_error(trials: xr.Dataset, name: str) -> float:
-    """Return the standard error of the mean of a per-trial quantity, ``"f0"`` (N) or ``"tau"`` (um^-2)."""
-    return float(trials[name].std("trial", ddof=1)) / math.sqrt(trials.sizes["trial"])

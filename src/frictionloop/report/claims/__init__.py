@@ -7,7 +7,6 @@ from frictionloop.report.claims.equation3 import equation_3_claims
 from frictionloop.report.claims.gains import gain_claims
 from frictionloop.report.claims.model import model_claims
 from frictionloop.report.claims.noise import noise_claims
-from frictionloop.report.claims.population import population_claims
 from frictionloop.report.claims.sensor import sensor_claims
 from frictionloop.report.claims.table import claims_table
 from frictionloop.report.claims.tracking import tracking_claims
@@ -24,6 +23,5 @@ def all_claims(results: Results) -> list[Claim]:
         *noise_claims(results),
         *equation_3_claims(results),
         *model_claims(results),
-        *population_claims(results),
         *sensor_claims(),
     ]

@@ -1,0 +1,41 @@
+"""Values that only the command line takes, checked before any work is done."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from frictionloop.quantities.units import FrictionloopError
+
+RUN_FILES, FIGURES, TABLES, SYSTEMS = (".h5", ".hdf5", ".nc"), (".svg", ".pdf", ".png"), (".csv",), (".toml",)
+
+
+def check_output(name: str, path: Path | None, accepted: tuple[str, ...]) -> None:
+    """Refuse an output that has no folder or whose name does not end like what will be in it."""
+    if path is None:
+        return
+    if path.suffix not in accepted:
+        raise FrictionloopError(f"{name} = {str(path)!r}: must end in {' or '.join(accepted)}")
+    if not path.parent.is_dir():
+        raise FrictionloopError(f"{name} = {str(path)!r}: there is no folder {str(path.parent)!r}; create it first")
+
+
+def check_new(name: str, path: Path | None) -> None:
+    """Refuse to replace a file that a person may have edited."""
+    if path is not None and path.exists():
+        raise FrictionloopError(f"{name} = {str(path)!r}: exists and stays as it is; choose another name")
+
+
+def check_count(name: str, value: int, least: int, most: int = 2**63 - 1) -> None:
+    """Refuse a whole number outside its range."""
+    if not least <= value <= most:
+        raise FrictionloopError(f"{name} = {value}: must be a whole number from {least} to {most}")
+
+
+def check_score(score_from_s: float, duration_s: float) -> None:
+    """Refuse a scored part that is empty."""
+    # A wrong duration is complained about where it is used.
+    if not 0 <= score_from_s < math.inf or 0 < duration_s <= score_from_s:
+        raise FrictionloopError(
+            f"score_from_s = {score_from_s:g} s: must be from 0 s to less than duration_s = {duration_s:g} s"
+        )

@@ -1,0 +1,133 @@
+"""What a sweep found: how much is done, the best point of each metric, the whole as JSON or as a table."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from frictionloop.cli import describe, screen
+from frictionloop.loop.record import load
+from frictionloop.loop.sweep import sweep
+from frictionloop.parameters import paper
+from frictionloop.quantities import FrictionloopError, replacing
+
+SMALLEST = ("rms_error", "saturation_index", "output_noise")
+"""Metrics whose smallest value is the best; of the slope it is the one nearest to 1, of the others the largest."""
+
+
+def compiled() -> None:
+    """Compile the loop for tiles of lanes, or load it, so that a sweep's time is that of its runs."""
+    sweep(paper(), {"controller.kp": [1, 2, 3]}, 1 / paper().controller.rate_hz, progress=False)
+
+
+def check_finished(path: Path) -> None:
+    """Refuse to start over in a file that keeps an unfinished sweep."""
+    if not path.is_file():
+        return
+    try:
+        kept = load(path)
+    except FrictionloopError:
+        return
+    if "fingerprint" in kept.attrs and _runs_with_values(kept) < np.prod(list(kept.sizes.values())):
+        raise FrictionloopError(
+            f"{path}: keeps an unfinished sweep; add --resume to continue it, or choose another --out"
+        )
+
+
+def _runs_with_values(result: xr.Dataset) -> int:
+    """Return how many runs are done: one that is has some metric, though R2 of a constant set-point is NaN."""
+    return int(np.any([~np.isnan(values.values) for values in result.data_vars.values()], axis=0).sum())
+
+
+@dataclass(frozen=True)
+class Best:
+    """The best point of one metric; ``others`` are as good."""
+
+    metric: str
+    value: float
+    spread: float
+    point: dict[str, Any]
+    at_end: tuple[str, ...]
+    others: int
+
+
+class Outcome:
+    """A result of ``sweep``, perhaps not complete, and how long it took."""
+
+    def __init__(self, result: xr.Dataset, elapsed_s: float, complete: bool) -> None:
+        self.result, self.elapsed_s = result, elapsed_s
+        self.axes = [str(dim) for dim in result.dims if dim != "seed"]
+        self.seeds = result.sizes["seed"]
+        self.total = int(np.prod(list(result.sizes.values())))
+        self.done = self.total if complete else _runs_with_values(result)
+
+    def best(self, metric: str) -> Best | None:
+        """Return the best point by the mean over seeds, None where no run has a value."""
+        values = self.result[metric].transpose(*self.axes, "seed").values
+        good = ~np.isnan(values)
+        count = good.sum(axis=-1)
+        mean = np.where(count > 0, np.where(good, values, 0.0).sum(axis=-1) / np.maximum(count, 1), np.nan)
+        if np.isnan(mean).all():
+            return None
+        loss = mean if metric in SMALLEST else abs(mean - 1) if metric == "slope" else -mean
+        at = np.unravel_index(np.nanargmin(loss), loss.shape)
+        others = int(np.sum(loss == loss[at])) - 1
+        point = {path: self.result[path].values[k].item() for path, k in zip(self.axes, at, strict=True)}
+        sizes = zip(self.axes, at, loss.shape, strict=True)
+        at_end = tuple(path for path, k, size in sizes if size > 2 and k in (0, size - 1) and not others)
+        return Best(metric, float(mean[at]), float(np.nanstd(values[at])), point, at_end, others)
+
+    def summary(self, duration_s: float) -> list[Any]:
+        """Return what a person is shown."""
+        rows: list[describe.Row] = [("best", "value", "at")]
+        for name, values in self.result.data_vars.items():
+            rows.append(self._row(str(name), values.attrs.get("units", "1"), self.best(str(name))))
+        ends = any(best and best.at_end for best in map(self.best, map(str, self.result.data_vars)))
+        sizes = " x ".join(str(self.result.sizes[path]) for path in self.axes)
+        of = f"{sizes} points" + (f" x {self.seeds} seeds" if self.seeds > 1 else "")
+        return [
+            screen.columns(rows),
+            *(["* at the end of its range: the best may lie beyond"] if ends else []),
+            "",
+            f"{of} of {duration_s:g} s, {self.done} of {self.total} runs done, in {screen.seconds(self.elapsed_s)}",
+        ]
+
+    def _row(self, name: str, units: str, best: Best | None) -> describe.Row:
+        if best is None:
+            return name, "-", "no run has a value"
+        factor, unit = (1e3, " mN") if units == "N" else (1.0, "")
+        value = f"{best.value * factor:.4g}"
+        value += f" ± {best.spread * factor:.1g}" if self.seeds > 1 else ""
+        where = ", ".join(
+            f"{path}={describe.short(at)}{'*' if path in best.at_end else ''}" for path, at in best.point.items()
+        )
+        also = f" and {best.others} other point{'s' * (best.others > 1)}" if best.others else ""
+        return name, value + unit, where + also
+
+    def as_json(self) -> dict[str, Any]:
+        """Return everything: axes, values in the order of ``dims``, best points, whether it is complete."""
+        variables = self.result.data_vars.items()
+        bests = [best for name, _ in variables if (best := self.best(str(name)))]
+        return {
+            "dims": [*self.axes, "seed"],
+            "axes": {path: self.result[path].values for path in self.axes},
+            "seeds": self.result["seed"].values,
+            "metrics": {name: values.transpose(*self.axes, "seed").values for name, values in variables},
+            "units": {name: values.attrs["units"] for name, values in variables if values.attrs["units"] != "1"},
+            "best": {best.metric: {"value": best.value, "point": best.point} for best in bests},
+            "runs_done": self.done,
+            "runs": self.total,
+            "complete": self.done == self.total,
+            "elapsed_s": self.elapsed_s,
+        }
+
+    def write_csv(self, path: str | os.PathLike[str]) -> None:
+        """Write one row per run: the point, the seed, the metrics."""
+        table = self.result.to_dataframe(dim_order=[*self.axes, "seed"]).reset_index()
+        with replacing(path) as beside:
+            table.to_csv(beside, index=False)

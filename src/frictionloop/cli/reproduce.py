@@ -1,0 +1,34 @@
+"""``frictionloop reproduce``: the paper's figures and claims on one page."""
+
+from __future__ import annotations
+
+import json as json_text
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from frictionloop.cli import flags, screen
+
+ARGUMENTS = "[OPTIONS]"
+EXAMPLES = """Examples
+
+  frictionloop reproduce
+  frictionloop reproduce --out my-report --json
+"""
+
+
+def command(
+    *,
+    out: Annotated[Path, Parameter(help="Folder for the page and the claims.", group=flags.RESULT)] = Path("report"),
+    json: flags.Json = False,
+) -> None:
+    """Rebuild the paper's figures and check its numbers: index.html and claims.json in a folder."""
+    from frictionloop.report import claims_table, reproduce
+
+    claims = reproduce(out)
+    page = out / "index.html"
+    if json:
+        screen.show_json({"claims": json_text.loads((out / "claims.json").read_text(encoding="utf-8")), "page": page})
+    else:
+        screen.show(claims_table(claims), "", f"The page: {page}")

@@ -1,0 +1,102 @@
+"""``frictionloop sweep``: many runs over the values of some parameters, and the best point per metric."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+from frictionloop.cli import checks, flags, screen
+from frictionloop.cli.axes import axes_of
+from frictionloop.quantities.units import FrictionloopError
+
+ARGUMENTS = "[FILE] --over NAME=VALUES [OPTIONS]"
+EXAMPLES = r"""Examples
+
+  frictionloop sweep --over controller.kp=1:100:32:log \
+      --over controller.ki=0.1,1,10
+  frictionloop sweep --preset feasible --seeds 4 --out noise.h5 \
+      --over sensor.noise_rms_n=1e-6:1:25:log
+  frictionloop sweep my-bench.toml --over controller.kp=5,10,20 --csv table.csv
+"""
+
+
+def command(
+    file: flags.SystemFile = None,
+    /,
+    *,
+    preset: flags.Preset = None,
+    overrides: flags.Overrides = None,
+    over: Annotated[
+        list[str],
+        Parameter(
+            metavar="NAME=VALUES",
+            help="Values of one parameter: a,b,c or start:stop:count, with :log at the end for equal ratios. "
+            "Repeat it for more parameters: every combination is run.",
+            group=flags.RUN,
+        ),
+    ],
+    seeds: Annotated[int, Parameter(help="Runs per combination, with noise seeds 0, 1, ...", group=flags.RUN)] = 1,
+    duration_s: flags.DurationS = 10.0,
+    score_from_s: flags.ScoreFromS = 0.0,
+    jobs: Annotated[int | None, Parameter(help="Parallel workers; one per core if not given.", group=flags.RUN)] = None,
+    metrics: Annotated[
+        str | None,
+        Parameter(
+            help="Metrics to keep, such as r2_identity,output_noise; if not given r2_identity, rms_error and "
+            "saturation_index.",
+            group=flags.RESULT,
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None, Parameter(help="Keep the result here (HDF5, .h5), also on Ctrl-C.", group=flags.RESULT)
+    ] = None,
+    resume: Annotated[
+        bool,
+        Parameter(
+            help="Continue the sweep kept in --out instead of starting over.", show_default=False, group=flags.RESULT
+        ),
+    ] = False,
+    csv: Annotated[
+        Path | None, Parameter(help="Write a table with one row per run here (.csv).", group=flags.RESULT)
+    ] = None,
+    json: flags.Json = False,
+) -> None:
+    """Simulate every combination of some parameters' values and say which is best."""
+    checks.check_output("out", out, checks.RUN_FILES)
+    checks.check_output("csv", csv, checks.TABLES)
+    checks.check_count("seeds", seeds, 1, 1_000_000)
+    checks.check_count("jobs", 1 if jobs is None else jobs, 1, 1024)
+    checks.check_score(score_from_s, duration_s)
+    if resume and out is None:
+        raise FrictionloopError("resume: needs --out FILE.h5, the file of the sweep to continue")
+    system, axes = flags.system_from(file, preset, overrides), axes_of(over, seeds)
+    names = None if metrics is None else [name.strip() for name in metrics.split(",")]
+    with screen.waiting("loading the compiled loop; after an installation it is compiled first"):
+        from frictionloop.cli import outcome
+        from frictionloop.loop.sweep import SweepInterrupted, sweep
+
+        outcome.compiled()
+    if out is not None and not resume:
+        outcome.check_finished(out)
+    clock, interrupted = screen.Stopwatch(), False
+    options: dict[str, Any] = {"score_from_s": score_from_s, "n_jobs": jobs, "path": out, "resume": resume}
+    try:
+        result = sweep(system, axes, duration_s, seeds, names, **options)
+    except SweepInterrupted as stop:
+        result, interrupted = stop.partial, True
+    found = outcome.Outcome(result, clock.elapsed_s(), complete=not interrupted)
+    if csv is not None:
+        found.write_csv(csv)
+    saved = {"sweep": out, "table": csv}
+    if json:
+        asked = {"system": system.model_dump(), "duration_s": duration_s, "score_from_s": score_from_s}
+        screen.show_json(asked | found.as_json() | {"saved": saved})
+    else:
+        header = screen.columns([("system", flags.named(file, preset, overrides))])
+        lines = [f"saved {what} as {path}" for what, path in saved.items() if path]
+        screen.show(header, "", *found.summary(duration_s), *lines)
+    if interrupted:
+        kept = f"kept in {out}" if out else "not kept: without --out there is nothing to continue from"
+        raise screen.Interrupted(f"{found.done} of {found.total} runs done, {kept}", resumable=out is not None)
