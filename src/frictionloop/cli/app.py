@@ -43,6 +43,7 @@ app = App(
     suppress_keyboard_interrupt=False,
 )
 app["--help"].group = app["--version"].group = HERE
+# A verb is a module with a command, its ARGUMENTS and its EXAMPLES; what it computes with is imported inside.
 for verb, group in ((reproduce, PAPER), (simulate, LOOP), (sweep, LOOP)):
     name = verb.__name__.rsplit(".", 1)[-1]
     usage = f"frictionloop {name} {verb.ARGUMENTS}"

@@ -69,6 +69,7 @@ UNITS = {"intercept": "N", "rms_error": "N", "output_noise": "N"}
 def metric_rows(found: dict[str, float]) -> list[Row]:
     """Return (metric, value with unit, what it says)."""
     missing = found["r2_bound"] - found["r2_identity"]
+    offset = f"{'-' if found['intercept'] < 0 else '+'} {number(abs(found['intercept']))}"
     return [
         ("r2_identity", number(found["r2_identity"]), "how well f_a follows f_r; 1 is perfect"),
         (
@@ -79,10 +80,10 @@ def metric_rows(found: dict[str, float]) -> list[Row]:
         (
             "r2_regression",
             number(found["r2_regression"]),
-            f"of the line f_a = {number(found['slope'])} f_r + {number(found['intercept'])} N",
+            f"of the line f_a = {number(found['slope'])} f_r {offset} N",
         ),
         ("rms_error", f"{found['rms_error'] * 1e3:.4g} mN", "rms of f_a - f_r"),
-        ("saturation_index", number(found["saturation_index"]), "share of the commands that were clamped"),
+        ("saturation_index", f"{found['saturation_index']:.4g}", "share of the commands that were clamped"),
     ]
 
 

@@ -29,6 +29,6 @@ def command(
     claims = reproduce(out)
     page = out / "index.html"
     if json:
-        screen.show_json({"claims": json_text.loads((out / "claims.json").read_text(encoding="utf-8")), "page": page})
+        screen.show_json(json_text.loads((out / "claims.json").read_text(encoding="utf-8")) | {"page": page})
     else:
         screen.show(claims_table(claims), "", f"The page: {page}")

@@ -1,0 +1,65 @@
+"""Commands called in this process, and as a process of their own."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+from typing import NamedTuple
+
+import pytest
+
+from frictionloop.cli import main
+
+
+class Answer(NamedTuple):
+    code: int
+    out: str
+    err: str
+
+    def json(self):
+        def refuse(word):
+            raise AssertionError(f"{word} is not JSON")
+
+        assert (self.code, self.err) == (0, "")
+        return json.loads(self.out, parse_constant=refuse)
+
+
+@pytest.fixture
+def frictionloop(capsys, monkeypatch, tmp_path):
+    """Return a function that runs one command in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.argv", ["/elsewhere/frictionloop"])
+
+    def run(*tokens):
+        with pytest.raises(SystemExit) as left:
+            main([str(token) for token in tokens])
+        return Answer(left.value.code, *capsys.readouterr())
+
+    return run
+
+
+@pytest.fixture
+def process(tmp_path):
+    """Return a function that starts one command as a process in the same empty folder."""
+    started = []
+    # A shell that runs the tests in the background has told them to ignore Ctrl-C, and processes inherit that.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    def start(*tokens):
+        running = subprocess.Popen(
+            [sys.executable, "-m", "frictionloop", *map(str, tokens)],
+            cwd=tmp_path,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        started.append(running)
+        return running
+
+    yield start
+    signal.signal(signal.SIGINT, before)
+    for running in started:
+        running.kill()
+        running.communicate()

@@ -1,0 +1,113 @@
+"""The program itself: help, version, start-up, Ctrl-C, pipes that close, and ``reproduce``."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+
+VERBS = ("reproduce", "simulate", "sweep")
+
+
+@pytest.mark.parametrize("tokens", [(), ("--help",), ("-h",)])
+def test_help_lists_the_verbs(frictionloop, tokens):
+    answer = frictionloop(*tokens)
+    assert (answer.code, answer.err) == (0, "")
+    assert all(f"    {verb} " in answer.out for verb in VERBS)
+
+
+@pytest.mark.parametrize("verb", VERBS)
+@pytest.mark.parametrize("columns", [80, 120])
+def test_help_of_each_verb_has_examples_that_fit(frictionloop, monkeypatch, verb, columns):
+    monkeypatch.setenv("COLUMNS", str(columns))
+    answer = frictionloop(verb, "--help")
+    assert f"\n  frictionloop {verb}" in answer.out
+    assert max(len(line.rstrip()) for line in answer.out.splitlines()) <= columns
+
+
+def test_version(frictionloop):
+    assert frictionloop("--version").out == f"frictionloop {version('frictionloop')}\n"
+
+
+@pytest.mark.parametrize("tokens", [["--help"], ["sweep", "--help"], ["--version"], ["simulate", "--sed", "1"]])
+def test_nothing_heavy_is_imported_before_it_is_needed(tokens):
+    script = (
+        "import sys; from frictionloop.cli import main\n"
+        f"try: main({tokens!r})\n"
+        "except SystemExit: pass\n"
+        "heavy = {'numba', 'xarray', 'pandas', 'matplotlib', 'scipy', 'pydantic', 'joblib', 'h5py', 'jinja2'}\n"
+        "print('imported:', *(heavy & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout.splitlines()[-1].split()) == (0, ["imported:"])
+
+
+def test_module_and_script_are_the_same_program(process):
+    out, err = process("--version").communicate()
+    assert (out, err) == (f"frictionloop {version('frictionloop')}\n", "")
+
+
+def test_reader_that_leaves_is_no_error(process):
+    for tokens in (("simulate", "--json"), ("simulate",), ("--help",)):
+        running = process(*tokens)
+        running.stdout.close()
+        assert (running.wait(60), running.stderr.read()) == (1, "")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
+@pytest.mark.parametrize("json_flag", [[], ["--json"]])
+def test_full_output_is_one_line(json_flag):
+    command = [sys.executable, "-m", "frictionloop", "simulate", "--duration-s", "0.01", *json_flag]
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert (done.returncode, done.stderr) == (1, "error: output: No space left on device\n")
+
+
+def test_ctrl_c_is_quiet(frictionloop, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("frictionloop.cli.simulate._run", interrupted)
+    assert frictionloop("simulate") == (130, "", "interrupted\n")
+
+
+@pytest.fixture
+def report(monkeypatch):
+    """Put a small report in place of the paper's."""
+
+    def reproduce(folder):
+        claims = [{"id": "kp-range", "verdict": "reproduced"}]
+        Path(folder).mkdir(parents=True)
+        (Path(folder) / "claims.json").write_text(json.dumps({"schema": 1, "claims": claims}))
+        return claims
+
+    import frictionloop.report as rooms
+
+    monkeypatch.setattr(rooms, "reproduce", reproduce, raising=False)
+    monkeypatch.setattr(rooms, "claims_table", lambda claims: "\n".join(map(str, claims)), raising=False)
+
+
+def test_reproduce_prints_the_claims_and_where_the_page_is(frictionloop, report):
+    answer = frictionloop("reproduce")
+    assert (answer.code, answer.err) == (0, "")
+    assert "kp-range" in answer.out
+    assert answer.out.endswith("report/index.html\n")
+
+
+def test_reproduce_json_is_the_claims(frictionloop, report):
+    assert frictionloop("reproduce", "--out", "deep/er", "--json").json() == {
+        "schema": 1,
+        "claims": [{"id": "kp-range", "verdict": "reproduced"}],
+        "page": "deep/er/index.html",
+    }
+
+
+def test_reproduce_into_a_folder_that_cannot_be_made(frictionloop):
+    Path("file").write_text("")
+    answer = frictionloop("reproduce", "--out", "file")
+    assert (answer.code, answer.out) == (2, "")
+    assert answer.err == "error: file: cannot be made (Not a directory)\n"

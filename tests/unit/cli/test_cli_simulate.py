@@ -1,0 +1,156 @@
+"""``frictionloop simulate``: the same run as in Python, said on a screen, as JSON and in files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import frictionloop as fl
+from frictionloop.cli.flags import gather, overrides_of, scalar
+
+SHORT = ("simulate", "--preset", "feasible", "--duration-s", "0.2")
+
+
+def test_json_holds_the_metrics_of_the_same_run_in_python(frictionloop):
+    answer = frictionloop(*SHORT, "--controller.kp", "12", "--seed", "3", "--json").json()
+    system = fl.feasible().evolve({"controller.kp": 12})
+    run = fl.simulate(system, 0.2, seed=3)
+    line = fl.regression(run)
+    assert answer["metrics"] == {
+        "r2_identity": fl.r2_identity(run),
+        "r2_bound": fl.r2_bound(run),
+        "r2_regression": line.r2,
+        "slope": line.slope,
+        "intercept": line.intercept_n,
+        "rms_error": fl.rms_error(run),
+        "output_noise": fl.output_noise(run),
+        "saturation_index": fl.saturation_index(run),
+    }
+    assert fl.System.from_tree(answer["system"]) == system
+    assert (answer["seed"], answer["duration_s"], answer["score_from_s"]) == (3, 0.2, 0)
+    assert answer["saved"] == {"run": None, "plot": None, "system": None}
+    assert answer["elapsed_s"] > 0
+
+
+def test_score_from_s_leaves_the_start_out(frictionloop):
+    answer = frictionloop(*SHORT, "--score-from-s", "0.1", "--json").json()
+    run = fl.simulate(fl.feasible(), 0.2)
+    assert answer["metrics"]["rms_error"] == fl.rms_error(run, run.time >= 0.1)
+
+
+def test_json_has_no_nan_for_a_constant_set_point(frictionloop):
+    answer = frictionloop(*SHORT, "--setpoint.kind", "constant", "--json").json()
+    assert answer["metrics"]["r2_identity"] is None
+    assert answer["metrics"]["rms_error"] > 0
+
+
+def test_summary_says_system_metrics_and_time(frictionloop):
+    answer = frictionloop(*SHORT, "--controller.ki=3")
+    assert (answer.code, answer.err) == (0, "")
+    for words in ("feasible() with controller.ki = 3", "pi: kp=10, ki=3", "r2_bound", " mN ", "simulated in"):
+        assert words in answer.out
+    assert max(map(len, answer.out.splitlines())) <= 80
+
+
+def test_summary_of_a_constant_set_point_has_dashes(frictionloop):
+    answer = frictionloop(*SHORT, "--setpoint.kind", "constant")
+    assert answer.code == 0
+    assert "nan" not in answer.out
+
+
+def test_order_of_flags_does_not_matter_for_a_kind(frictionloop):
+    flags = ("--setpoint.frequency_hz", "5", "--setpoint.kind", "sine", "--json")
+    assert frictionloop(*SHORT, *flags).json()["system"]["setpoint"] == {
+        "kind": "sine",
+        "offset_n": 0.58,
+        "amplitude_n": 0.18,
+        "frequency_hz": 5,
+    }
+
+
+def test_lists_are_toml(frictionloop):
+    flags = ("--setpoint.kind", "steps", "--setpoint.times_s", "[0, 0.1]", "--setpoint.levels_n", "[0.4, 0.6]")
+    assert frictionloop(*SHORT, *flags, "--json").json()["system"]["setpoint"]["levels_n"] == [0.4, 0.6]
+
+
+def test_recording_as_disturbance(frictionloop):
+    Path("d.csv").write_text("force\n" + "\n".join(f"{0.1 + 0.001 * k}" for k in range(100)))
+    flags = (
+        "--disturbance.kind",
+        "recording",
+        "--disturbance.path",
+        "d.csv",
+        "--disturbance.column",
+        "force",
+        "--disturbance.offset_n",
+        "0",
+    )
+    answer = frictionloop(
+        "simulate", "--duration-s", "0.05", *flags, "--disturbance.rate_hz", "1000", "--out", "run.h5"
+    )
+    assert (answer.code, answer.err) == (0, "")
+    assert fl.load("run.h5").d.values[[0, -1]] == pytest.approx([0.1, 0.1498], abs=1e-4)
+
+
+def test_saved_files_can_be_used(frictionloop):
+    answer = frictionloop(*SHORT, "--out", "run.h5", "--plot", "run.svg", "--save-system", "bench.toml")
+    assert (answer.code, answer.err) == (0, "")
+    assert answer.out.endswith("saved run as run.h5\nsaved plot as run.svg\nsaved system as bench.toml\n")
+    assert fl.load("run.h5").identical(fl.simulate(fl.feasible(), 0.2))
+    assert Path("run.svg").read_text().startswith("<?xml")
+    assert fl.read_toml("bench.toml") == fl.feasible()
+    again = frictionloop("simulate", "bench.toml", "--duration-s", "0.2", "--out", "again.h5")
+    assert again.out.startswith("system            bench.toml")
+    assert fl.load("again.h5").identical(fl.load("run.h5"))
+
+
+@pytest.mark.parametrize("ending", ["png", "pdf"])
+def test_plot_in_other_formats(frictionloop, ending):
+    assert frictionloop(*SHORT, "--plot", f"run.{ending}").code == 0
+    assert Path(f"run.{ending}").stat().st_size > 5000
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("12", 12),
+        ("1e-5", 1e-5),
+        ("-0.5", -0.5),
+        ("true", True),
+        ("sine", "sine"),
+        ('"2"', "2"),
+        ("[1, 2.5]", [1, 2.5]),
+        (".5", ".5"),  # not TOML; validation reads it as a number
+        ("2026-01-01", "2026-01-01"),
+        ("1\ny = 2", "1\ny = 2"),
+        ("", ""),
+    ],
+)
+def test_scalar(text, value):
+    assert scalar(text) == value
+    assert type(scalar(text)) is type(value)
+
+
+@given(st.floats(allow_nan=False))
+def test_scalar_reads_every_float_back(value):
+    assert scalar(repr(value)) == value
+
+
+def test_gather_rewrites_dotted_flags_only():
+    tokens = ["simulate", "a.b.toml", "--controller.kp", "-1", "--x.y-z=2", "--out=./run.h5", "--", "--controller.ki"]
+    assert gather(tokens) == [
+        "simulate",
+        "a.b.toml",
+        "--BLOCK.NAME=controller.kp=-1",
+        "--BLOCK.NAME=x.y_z=2",
+        "--out=./run.h5",
+        "--",
+        "--controller.ki",
+    ]
+    assert overrides_of(["a.b=1", "a.kind=sine"]) == {"a.kind": "sine", "a.b": 1}
+    assert list(overrides_of(["a.b=1", "a.kind=sine"])) == ["a.kind", "a.b"]
+    assert np.isnan(overrides_of(["a.b=nan"])["a.b"])

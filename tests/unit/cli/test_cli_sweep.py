@@ -1,0 +1,176 @@
+"""``frictionloop sweep``: the same numbers as in Python, best points, and nothing lost on Ctrl-C."""
+
+from __future__ import annotations
+
+import csv
+import shlex
+import signal
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import frictionloop as fl
+from frictionloop.cli.axes import axes_of
+from frictionloop.cli.outcome import Outcome
+
+SHORT = ("sweep", "--preset", "feasible", "--duration-s", "0.1")
+GRID = (*SHORT, "--over", "controller.kp=1:16:3:log", "--over", "controller.ki=1,2", "--seeds", "2")
+
+
+def in_python(**more):
+    axes = {"controller.kp": [1.0, 4.0, 16.0], "controller.ki": [1, 2]}
+    return fl.sweep(fl.feasible(), axes, 0.1, seeds=2, **more)
+
+
+def test_json_holds_the_same_numbers_as_python(frictionloop):
+    answer = frictionloop(*GRID, "--json").json()
+    grid = in_python()
+    assert answer["dims"] == ["controller.kp", "controller.ki", "seed"]
+    assert answer["axes"] == {"controller.kp": [1, 4, 16], "controller.ki": [1, 2]}
+    assert list(answer["metrics"]) == ["r2_identity", "rms_error", "saturation_index"]
+    for name, values in answer["metrics"].items():
+        np.testing.assert_array_equal(values, grid[name])
+    mean = grid.rms_error.mean("seed")
+    best = mean.where(mean == mean.min(), drop=True)
+    assert answer["best"]["rms_error"]["value"] == pytest.approx(float(mean.min()), rel=1e-14)
+    assert answer["best"]["rms_error"]["point"] == {axis: best[axis].item() for axis in best.dims}
+    assert answer["units"] == {"rms_error": "N"}
+    assert (answer["runs_done"], answer["runs"], answer["complete"]) == (12, 12, True)
+
+
+def test_dotted_flags_change_the_system_that_is_swept(frictionloop):
+    answer = frictionloop(*GRID, "--sensor.noise_rms_n", "1e-3", "--metrics", "rms_error", "--json").json()
+    assert answer["system"]["sensor"]["noise_rms_n"] == 1e-3
+    assert list(answer["metrics"]) == ["rms_error"]
+
+
+def test_summary_names_the_best_points(frictionloop):
+    answer = frictionloop(*GRID)
+    assert (answer.code, answer.err) == (0, "")
+    for words in ("rms_error", " mN", "controller.kp=", "3 x 2 points x 2 seeds of 0.1 s, 12 of 12 runs done"):
+        assert words in answer.out
+    assert max(map(len, answer.out.splitlines())) <= 80
+
+
+def test_words_can_be_swept(frictionloop):
+    answer = frictionloop(*SHORT, "--over", "setpoint.kind=sine,constant", "--json").json()
+    assert answer["best"]["r2_identity"]["point"] == {"setpoint.kind": "sine"}
+    assert answer["metrics"]["r2_identity"][1] == [None]
+
+
+def test_sweep_without_any_value_is_still_complete(frictionloop):
+    tokens = (*SHORT, "--over", "controller.kp=1,2", "--setpoint.kind", "constant", "--metrics", "r2_identity")
+    assert frictionloop(*tokens, "--json").json()["complete"]
+    assert "no run has a value" in frictionloop(*tokens).out
+
+
+def test_csv_has_one_row_per_run(frictionloop):
+    assert frictionloop(*GRID, "--csv", "table.csv").code == 0
+    with open("table.csv", newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    flat = in_python().stack(run=("controller.kp", "controller.ki", "seed"))
+    assert len(rows) == 12
+    assert list(rows[0]) == ["controller.kp", "controller.ki", "seed", *flat.data_vars]
+    for name in rows[0]:
+        assert [float(row[name]) for row in rows] == list(flat[name].values)
+
+
+def test_axes():
+    assert axes_of(["a.b=1,2.5,x"]) == {"a.b": [1, 2.5, "x"]}
+    assert axes_of(["a.b-c=0:1:3"]) == {"a.b_c": [0, 0.5, 1]}
+    assert axes_of(["a.b=0:1:3:lin"]) == {"a.b": [0, 0.5, 1]}
+    assert axes_of(["a.b=1:100:3:log", "a.c=7"]) == {"a.b": [1, 10, 100], "a.c": [7]}
+    assert list(axes_of(["b.b=1", "a.a=1"])) == ["b.b", "a.a"]
+
+
+@pytest.mark.parametrize(
+    ("metric", "at"), [("rms_error", 0), ("saturation_index", 0), ("r2_identity", 3), ("slope", 1), ("r2_bound", 3)]
+)
+def test_best_is_the_smallest_the_largest_or_the_nearest_to_one(metric, at):
+    result = fl.sweep(fl.feasible(), {"controller.kp": [1, 2, 3, 4]}, 0.01, metrics=[metric])
+    result[metric][:] = np.array([[0.5], [1.2], [0.7], [1.4]])
+    best = Outcome(result, 1.0, complete=True).best(metric)
+    assert best.point == {"controller.kp": at + 1}
+    assert best.at_end == (("controller.kp",) if at != 1 else ())
+    assert best.others == 0
+
+
+def test_equal_points_are_counted():
+    result = fl.sweep(fl.feasible(), {"controller.kp": [1, 2, 3, 4]}, 0.01)
+    result["saturation_index"][:] = np.array([[0.5], [0.0], [0.0], [np.nan]])
+    best = Outcome(result, 1.0, complete=False).best("saturation_index")
+    assert (best.point, best.others, best.at_end) == ({"controller.kp": 2}, 1, ())
+
+
+def interrupt_once_running(running, kept):
+    while not kept.exists():
+        assert running.poll() is None, running.communicate()
+        time.sleep(0.01)
+    time.sleep(0.3)
+    running.send_signal(signal.SIGINT)
+    return *running.communicate(timeout=60), running.returncode
+
+
+def test_ctrl_c_keeps_what_is_done_and_resume_finishes_it(frictionloop, process, tmp_path):
+    long = ("--setpoint.kind", "sine", "--over", "controller.kp=1:18:64", "--over", "controller.ki=1:10:10:log")
+    tokens = ("sweep", "--preset", "feasible", *long, "--duration-s", "100", "--out")
+    running = process(*tokens, "kept.h5", "--jobs", "1")
+    out, err, code = interrupt_once_running(running, tmp_path / "kept.h5")
+    assert code == 130
+    said, command = err.splitlines()
+    done = int(said.split()[1])
+    assert 0 < done < 640
+    assert said == f"interrupted: {done} of 640 runs done, kept in kept.h5"
+    assert f"{done} of 640 runs done" in out
+    assert int(np.isfinite(fl.load("kept.h5").rms_error).sum()) == done
+
+    assert command.startswith("continue with: python -m frictionloop sweep ")
+    assert "keeps an unfinished sweep; add --resume" in frictionloop(*tokens, "kept.h5").err
+    again = shlex.split(command.removeprefix("continue with: python -m frictionloop "))
+    assert again == [*tokens, "kept.h5", "--jobs", "1", "--resume"]
+    resumed = frictionloop(*again[:-3], "--resume")
+    assert (resumed.code, resumed.err) == (0, "")
+    assert "640 of 640 runs done" in resumed.out
+    assert frictionloop(*tokens, "whole.h5").code == 0
+    assert fl.load("kept.h5").identical(fl.load("whole.h5"))
+
+
+def interrupted_after(monkeypatch, done):
+    def sweep(*_, **__):
+        partial = in_python()
+        for values in partial.data_vars.values():
+            values[done:] = np.nan
+        raise fl.SweepInterrupted(partial)
+
+    monkeypatch.setattr("frictionloop.loop.sweep.sweep", sweep)
+    monkeypatch.setattr("frictionloop.cli.outcome.compiled", lambda: None)
+
+
+def test_interrupted_without_out_says_that_nothing_is_kept(frictionloop, monkeypatch):
+    interrupted_after(monkeypatch, 1)
+    answer = frictionloop(*GRID)
+    assert answer.code == 130
+    assert answer.err == "interrupted: 4 of 12 runs done, not kept: without --out there is nothing to continue from\n"
+    assert "4 of 12 runs done" in answer.out
+
+
+def test_interrupted_json_says_that_it_is_not_complete(frictionloop, monkeypatch):
+    interrupted_after(monkeypatch, 2)
+    answer = frictionloop(*GRID, "--json", "--out", "kept.h5")
+    assert answer.code == 130
+    found = answer._replace(code=0, err="").json()
+    assert (found["runs_done"], found["complete"]) == (8, False)
+    assert found["metrics"]["rms_error"][2] == [[None, None], [None, None]]
+    assert answer.err.endswith(f"/elsewhere/frictionloop {shlex.join(GRID)} --json --out kept.h5 --resume\n")
+
+
+def test_resume_of_another_sweep_is_refused(frictionloop):
+    assert frictionloop(*GRID, "--out", "kept.h5").code == 0
+    before = Path("kept.h5").read_bytes()
+    answer = frictionloop(*GRID, "--controller.delay_s", "1e-4", "--out", "kept.h5", "--resume")
+    assert answer.code == 2
+    assert answer.err.startswith("error: kept.h5: holds another sweep")
+    assert Path("kept.h5").read_bytes() == before
+    assert frictionloop(*GRID, "--out", "kept.h5").code == 0  # a finished one may be replaced
