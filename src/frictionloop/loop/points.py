@@ -74,6 +74,8 @@ def points_of(points: Mapping[str, Any] | Sequence[Mapping[str, Any]], seeds: in
 
     A list may name its dimension with an attribute ``dim``.
     """
+    if len(points) == 0:
+        raise FrictionloopError("points: a sweep needs at least one path with values, or one override")
     if isinstance(points, Mapping):
         axes = {path: np.atleast_1d(np.asarray(values)) for path, values in points.items()}
         for path, axis in axes.items():
@@ -83,8 +85,6 @@ def points_of(points: Mapping[str, Any] | Sequence[Mapping[str, Any]], seeds: in
         overrides = tuple(dict(zip(axes, point, strict=True)) for point in values)
         return Points(axes, overrides, _seeds(seeds), gridded=True)
     overrides = tuple(dict(point) for point in points)
-    if not overrides:
-        raise FrictionloopError("points: a sweep needs at least one point")
     dim = getattr(points, "dim", "point")
     return Points({dim: np.arange(len(overrides))}, overrides, _seeds(seeds), gridded=False)
 

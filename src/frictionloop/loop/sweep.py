@@ -23,8 +23,8 @@ from frictionloop.loop.timing import periods_in
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 
-SAVE_EVERY = 64
-"""Tiles between two savings of what is done."""
+SAVE_EVERY = 1_000_000_000
+"""Control periods, over all lanes, between two savings of what is done: a few seconds of work."""
 
 
 class SweepInterrupted(KeyboardInterrupt):
@@ -104,15 +104,18 @@ def sweep(
     workers = joblib.Parallel(n_jobs=n_jobs or _cores(), prefer="threads", return_as="generator_unordered")
     with progress_bar("sweep", len(tiles), progress) as advance:
         try:
-            for done, (lanes, numbers) in enumerate(workers(calls), start=1):
+            unsaved = 0.0
+            for lanes, numbers in workers(calls):
                 values[:, lanes] = numbers
                 advance()
-                if done % SAVE_EVERY == 0:
+                unsaved += len(lanes) * duration_s * system.controller.rate_hz
+                if unsaved > SAVE_EVERY:
                     result.keep()
+                    unsaved = 0.0
         except KeyboardInterrupt:
-            result.keep()
             raise SweepInterrupted(result.dataset()) from None
-    result.keep()
+        finally:
+            result.keep()
     return result.dataset()
 
 

@@ -99,7 +99,7 @@ class Recording(Block):
     kind: Literal["recording"] = "recording"
     path: str
     """File: .csv, .tsv, .txt, .h5, .hdf5, .nc, .mat or .wav."""
-    column: str = "0"
+    column: Annotated[str, Field(coerce_numbers_to_str=True)] = "0"
     """Column name or number; for HDF5 and MAT the dataset, with [:, k] for a column of it (``"dataQ[:, 0]"``)."""
     rate_hz: Positive | None = None
     """Sampling rate of the file; a WAV file brings its own."""
