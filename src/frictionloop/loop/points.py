@@ -75,7 +75,7 @@ def points_of(points: Mapping[str, Any] | Sequence[Mapping[str, Any]], seeds: in
     A list may name its dimension with an attribute ``dim``.
     """
     if len(points) == 0:
-        raise FrictionloopError("points: a sweep needs at least one path with values, or one override")
+        raise FrictionloopError("points: a sweep needs at least one point: a path with values, or an override")
     if isinstance(points, Mapping):
         axes = {path: np.atleast_1d(np.asarray(values)) for path, values in points.items()}
         for path, axis in axes.items():

@@ -1,0 +1,114 @@
+"""Every block is a frozen, documented value with units; the presets are what the paper prints."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from pydantic import BaseModel, ValidationError
+
+import frictionloop as fl
+from frictionloop.parameters.system import kinds_of
+
+BLOCKS = [fl.System, fl.Model, *(kind for block in fl.System.model_fields for kind in kinds_of(block))]
+BLOCKS = list(dict.fromkeys(BLOCKS))
+FIELDS = [(block, name) for block in BLOCKS for name in block.model_fields]
+# Numbers without a unit, and words. A recording's scale is newtons per whatever unit its column has.
+DIMENSIONLESS = {"exponent", "table_size", "scale", "kind", "path", "column", "unit", "remove_mean"}
+
+
+def test_the_list_of_blocks_is_whole():
+    assert len(BLOCKS) == 12
+    assert {fl.Recording, fl.PiController, fl.LowpassPlate} < set(BLOCKS)
+
+
+@pytest.mark.parametrize(("block", "name"), FIELDS, ids=lambda value: getattr(value, "__name__", value))
+def test_every_field_is_documented_and_has_a_unit(block, name):
+    field = block.model_fields[name]
+    assert name == "kind" or (field.description and field.description.strip()), "a docstring below the field"
+    nested = isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel)
+    if not nested and block is not fl.System:
+        assert bool(fl.quantities.unit_of(name)) != (name in DIMENSIONLESS)
+
+
+@pytest.mark.parametrize("block", BLOCKS, ids=lambda block: block.__name__)
+def test_every_block_is_documented(block):
+    assert block.__doc__ and block.__doc__ != BaseModel.__doc__
+
+
+@pytest.mark.parametrize(
+    "block",
+    [fl.paper(), fl.Model(), fl.Constant(), fl.Sine(), fl.LogSweep(), fl.Steps(), fl.ColouredNoise(),
+     fl.Recording(path="a"), fl.Friction(), fl.LowpassPlate(), fl.LowpassSensor(), fl.PiController()],
+    ids=lambda block: type(block).__name__,
+)  # fmt: skip
+def test_every_block_is_a_frozen_hashable_value(block):
+    name = next(iter(type(block).model_fields))
+    with pytest.raises(ValidationError, match="frozen"):
+        setattr(block, name, getattr(block, name))
+    with pytest.raises(ValidationError, match="frozen"):
+        delattr(block, name)
+    same = type(block).model_validate(block.model_dump())
+    assert same == block
+    assert hash(same) == hash(block)
+
+
+@pytest.mark.parametrize("block", BLOCKS, ids=lambda block: block.__name__)
+def test_unknown_names_and_infinite_numbers_are_refused(block):
+    with pytest.raises(ValidationError):
+        block.model_validate({"no_such_name": 1.0})
+    for name, field in block.model_fields.items():
+        if field.annotation is float:
+            with pytest.raises(ValidationError, match="finite"):
+                block.model_validate({name: math.inf})
+            with pytest.raises(ValidationError, match="finite"):
+                block.model_validate({name: math.nan})
+
+
+def test_the_paper_is_as_printed():
+    """Values of Section 2; readings of what is ambiguous are in docs/paper-notes."""
+    system = fl.paper()
+    assert (system.friction.nominal_n, system.friction.susceptibility_per_um2) == (0.8, 0.38)
+    assert (system.plate.cutoff_hz, system.plate.max_amplitude_um) == (100.0, 2.5)
+    assert (system.sensor.cutoff_hz, system.sensor.noise_rms_n) == (1000.0, 1e-5)
+    assert (system.controller.kp, system.controller.ki, system.controller.rate_hz) == (10.0, 2.0, 5000.0)
+    assert (system.setpoint.start_hz, system.setpoint.stop_hz, system.setpoint.sweep_s) == (1.0, 100.0, 10.0)
+    # Peak to peak 1.2 N for the set-point and 0.8 N for the disturbance, neither ever negative.
+    assert (system.setpoint.offset_n, system.setpoint.amplitude_n) == (0.6, 0.6)
+    assert (system.disturbance.offset_n, system.disturbance.amplitude_n) == (0.4, 0.4)
+    model = system.controller.model
+    assert (model.nominal_n, model.susceptibility_per_um2) == (0.8, 0.38)
+    assert (model.max_amplitude_um, model.table_size) == (2.5, 0)
+
+
+def test_a_feasible_set_point_is_reachable_at_every_sample():
+    system = fl.feasible()
+    run = fl.simulate(system, 10.0)
+    floor = 0.8 * math.exp(-0.38 * 2.5**2)  # equation (1)
+    d, r = run["d"].values, run["f_r"].values
+    assert np.all(r >= floor + d)
+    assert np.all(r <= 0.8 + d)
+    # Not only with the disturbance of the moment but with the largest and the smallest one.
+    assert floor + d.max() <= r.min() and r.max() <= 0.8 + d.min()
+    band = fl.reachable(system, d)
+    assert band.low_n == pytest.approx(floor + 0.3, abs=1e-9)  # the sine reaches its crest at a sample
+    assert band.high_n == pytest.approx(0.8, abs=1e-9)
+    assert fl.r2_bound(run) == 1.0
+
+
+def test_the_paper_is_not_reachable():
+    run = fl.simulate(fl.paper(), 10.0)
+    band = fl.reachable(fl.paper(), run["d"].values)
+    assert band.low_n > band.high_n
+    assert fl.r2_bound(run) < 0.6
+
+
+@pytest.mark.parametrize("name", fl.READINGS)
+def test_every_reading_is_an_override_of_the_paper(name):
+    assert isinstance(fl.paper().evolve(fl.READINGS[name]), fl.System)
+
+
+def test_an_unknown_preset_lists_the_known():
+    with pytest.raises(fl.FrictionloopError, match="accepted: 'paper', 'feasible'"):
+        fl.preset("bench2")

@@ -1,0 +1,71 @@
+"""Equation (1): the friction law, its inverse, its slope and what it can reach."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import frictionloop as fl
+from frictionloop.physics.friction import friction_step, sensitivity_n_per_um
+
+finger = st.builds(fl.Friction, nominal_n=st.floats(0.1, 10), susceptibility_per_um2=st.floats(0.01, 10))
+amplitude = st.floats(0, 5)
+EPS = 2.0**-52
+
+
+@given(finger, amplitude)
+def test_the_compiled_step_is_equation_1(friction, a):
+    f0, tau = friction.nominal_n, friction.susceptibility_per_um2
+    exact = f0 * math.exp(-tau * a * a)
+    # The exponent tau a^2 <= 250 is rounded a few times, which the exponential turns into a relative error.
+    tolerance = 8 * EPS * (1 + tau * a * a)
+    assert friction_step(a, f0, tau / math.log(2.0)) == pytest.approx(exact, rel=tolerance)
+    assert fl.friction_force(a, friction) == pytest.approx(exact, rel=tolerance)
+
+
+def test_values_of_the_paper():
+    friction = fl.paper().friction
+    assert fl.friction_force(0.0, friction) == 0.8
+    # 0.38 * 2.5^2 = 2.375; e^-2.375 = 0.09301448921066349 (any table of exponentials)
+    assert fl.friction_force(2.5, friction) == pytest.approx(0.8 * 0.09301448921066349, rel=1e-14)
+
+
+@given(finger, st.floats(1e-3, 1))
+def test_the_amplitude_for_a_force_gives_that_force(friction, share):
+    force = share * friction.nominal_n
+    a = fl.amplitude_for(force, friction)
+    assert fl.friction_force(a, friction) == pytest.approx(force, rel=30 * EPS)  # ln 1000 = 7: 8 EPS (1 + 7) / 2
+
+
+def test_no_amplitude_outside_what_friction_can_be():
+    got = fl.amplitude_for([-0.1, 0.0, 0.8000001, 0.8, np.nan], fl.paper().friction)
+    np.testing.assert_array_equal(np.isnan(got), [True, True, True, False, True])
+    assert got[3] == 0.0
+
+
+@given(finger, amplitude)
+def test_the_slope_is_the_derivative(friction, a):
+    # A complex step differentiates without cancellation (Squire and Trapp, SIAM Rev. 40 (1998) 110).
+    h = 1e-30
+    derivative = (friction.nominal_n * np.exp(-friction.susceptibility_per_um2 * (a + 1j * h) ** 2)).imag / h
+    exponent = friction.susceptibility_per_um2 * a * a
+    assert sensitivity_n_per_um(a, friction) == pytest.approx(derivative, rel=8 * EPS * (1 + exponent), abs=1e-300)
+
+
+@given(finger, st.lists(amplitude, min_size=2, max_size=5))
+def test_vibration_only_lowers_friction(friction, amplitudes):
+    forces = fl.friction_force(np.sort(amplitudes), friction)
+    assert np.all(np.diff(forces) <= 0)
+    assert np.all((forces >= 0) & (forces <= friction.nominal_n))
+
+
+def test_reachable_band():
+    system = fl.paper()
+    floor = 0.8 * math.exp(-0.38 * 6.25)
+    assert fl.reachable(system) == pytest.approx((floor, 0.8), rel=1e-15)
+    assert fl.reachable(system, np.array([0.1, 0.3, 0.2])) == pytest.approx((floor + 0.3, 0.9), rel=1e-15)
+    assert fl.reachable(system, 0.4) == pytest.approx((floor + 0.4, 1.2), rel=1e-15)

@@ -1,0 +1,71 @@
+"""What the kernel must not cost: compiling twice, or memory that grows with the duration."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import textwrap
+import tracemalloc
+
+import pytest
+
+import frictionloop as fl
+
+FRESH_PROCESS = """
+    from numba.core import event
+
+    import frictionloop as fl
+    from frictionloop.loop.kernel import kernel
+    from frictionloop.loop.slab import LANES
+
+    with event.install_recorder("numba:compile") as compiled:
+        fl.simulate(fl.paper(), 0.01)
+        fl.sweep(fl.paper(), {"controller.kp": [1.0, 2.0, 3.0]}, 0.01)
+        fl.Stepper(fl.paper()).tick(1.0)
+    hits = [sum(kernel(width).stats.cache_hits.values()) for width in (1, LANES)]
+    print(len(compiled.buffer), *hits)
+"""
+
+
+def test_a_second_process_compiles_nothing():
+    def fresh():
+        script = [sys.executable, "-c", textwrap.dedent(FRESH_PROCESS)]
+        return subprocess.run(script, capture_output=True, text=True, check=True).stdout.split()
+
+    fresh()  # may compile, if no test has before
+    assert fresh() == ["0", "1", "1"]  # no compilation; the kernel of either width comes from the cache
+
+
+def peak_bytes(system, duration_s):
+    tracemalloc.start()
+    fl.sweep(system, {"controller.kp": [1.0, 2.0, 3.0, 4.0]}, duration_s, metrics=list(fl.METRICS), n_jobs=1)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    return peak
+
+
+@pytest.mark.parametrize(
+    ("disturbance", "short_s"),
+    [
+        (fl.Sine(offset_n=0.4, amplitude_n=0.4), 10.0),
+        (fl.Steps(times_s=(0.0, 1.0), levels_n=(0.1, 0.3)), 30.0),  # two chunks of 13 s of samples
+    ],
+    ids=["formula", "sampled"],
+)
+def test_a_sweeps_memory_does_not_grow_with_its_duration(disturbance, short_s):
+    system = fl.paper().evolve({"setpoint": fl.Sine(offset_n=0.6, amplitude_n=0.2), "disturbance": disturbance})
+    peak_bytes(system, 0.1)  # imports and caches
+    short, long = peak_bytes(system, short_s), peak_bytes(system, 100.0)
+    # One trace of 90 s more would be 3.6 MB for a single lane.
+    assert long < short + 100_000
+
+
+def test_a_run_keeps_its_traces_and_little_more():
+    system = fl.paper().evolve({"setpoint": fl.Sine(offset_n=0.6, amplitude_n=0.2)})
+    fl.simulate(system, 0.1)
+    tracemalloc.start()
+    run = fl.simulate(system, 20.0)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    # What check_memory promises: twice the traces.
+    assert run.nbytes < peak < 2 * 8 * 7 * 100_000

@@ -1,0 +1,192 @@
+"""How good a run is: against closed forms, against textbook tools, and the same from traces and from sums."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import linregress
+
+import frictionloop as fl
+
+RUN = fl.simulate(fl.paper().evolve({"setpoint.sweep_s": 1.0, "disturbance.frequency_hz": 3.0}), 1.0)
+
+
+def made(f_r, f_a, saturated=None, d=0.0):
+    """Return a Dataset that looks like a run of the paper's system."""
+    f_r = np.asarray(f_r, dtype=float)
+    rows = {
+        "f_r": f_r,
+        "f_a": np.broadcast_to(f_a, f_r.shape).astype(float),
+        "saturated": np.broadcast_to(False if saturated is None else saturated, f_r.shape),
+        "d": np.broadcast_to(d, f_r.shape).astype(float),
+    }
+    return xr.Dataset({name: ("time", row) for name, row in rows.items()}, attrs=RUN.attrs)
+
+
+TURN = np.linspace(0, 2 * np.pi, 1001)[:-1]  # one period: means of sin and sin^2 are exactly 0 and 1/2
+SINE = 0.5 + 0.2 * np.sin(TURN)
+
+
+def test_a_perfect_fit():
+    run = made(SINE, SINE)
+    assert fl.r2_identity(run) == 1.0
+    assert fl.rms_error(run) == 0.0
+    line = fl.regression(run)
+    assert line == pytest.approx((1.0, 1.0, 0.0), abs=1e-13)
+
+
+def test_an_offset():
+    """f_a = f_r + b: R2_identity = 1 - b^2 / (A^2/2), the regression does not see it."""
+    run = made(SINE, SINE + 0.1)
+    assert fl.r2_identity(run) == pytest.approx(1 - 0.1**2 / (0.2**2 / 2), abs=1e-12)
+    assert fl.rms_error(run) == pytest.approx(0.1, rel=1e-12)
+    assert fl.regression(run) == pytest.approx((1.0, 1.0, 0.1), abs=1e-12)
+    assert fl.r2_regression(run) == fl.regression(run).r2
+
+
+def test_a_gain():
+    """f_a = mean + k (f_r - mean): R2_identity = 1 - (1 - k)^2, slope k."""
+    run = made(SINE, 0.5 + 0.3 * (SINE - 0.5))
+    assert fl.r2_identity(run) == pytest.approx(1 - 0.7**2, abs=1e-12)
+    assert fl.regression(run) == pytest.approx((1.0, 0.3, 0.5 * 0.7), abs=1e-12)
+
+
+def test_a_phase():
+    """A lag of phi: R2_identity = 1 - 2 (1 - cos phi), squared correlation cos^2 phi."""
+    run = made(SINE, 0.5 + 0.2 * np.sin(TURN - 0.3))
+    assert fl.r2_identity(run) == pytest.approx(1 - 2 * (1 - math.cos(0.3)), abs=1e-12)
+    assert fl.r2_regression(run) == pytest.approx(math.cos(0.3) ** 2, abs=1e-12)
+
+
+def test_no_relation():
+    run = made(SINE, 0.5 + 0.2 * np.cos(TURN))
+    assert fl.r2_identity(run) == pytest.approx(-1.0, abs=1e-12)
+    assert fl.r2_regression(run) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_the_regression_is_the_textbooks():
+    line = fl.regression(RUN)
+    textbook = linregress(RUN["f_r"].values, RUN["f_a"].values)
+    assert line == pytest.approx((textbook.rvalue**2, textbook.slope, textbook.intercept), rel=1e-10)
+
+
+def test_output_noise_is_a_standard_deviation():
+    assert fl.output_noise(RUN) == pytest.approx(RUN["f_a"].values.std(), rel=1e-12)
+    assert fl.output_noise(made(SINE, 0.4)) == pytest.approx(0.0, abs=1e-8)  # root of 0.1^2 rounded
+
+
+def test_saturation_index_is_a_share():
+    saturated = np.arange(1000) % 4 == 0
+    assert fl.saturation_index(made(SINE, SINE, saturated)) == 0.25
+    assert fl.saturation_index(made(SINE, SINE, saturated), mask=np.arange(1000) < 4) == 0.25
+    assert fl.saturation_index(made(SINE, SINE)) == 0.0
+    assert fl.saturation_index(RUN) == pytest.approx(RUN["saturated"].values.mean(), rel=1e-15)
+
+
+def test_the_bound_is_the_set_point_clipped():
+    """d = 0: the band is [g(2.5 um), 0.8] N, so a square wave between -1 and 0.5 N keeps an error of 1 + g."""
+    floor = 0.8 * math.exp(-0.38 * 6.25)
+    square = np.where(np.arange(1000) < 500, -1.0, 0.5)
+    shortfall, spread = 500 * (floor + 1.0) ** 2, 1000 * 0.75**2
+    assert fl.r2_bound(made(square, square)) == pytest.approx(1 - shortfall / spread, rel=1e-12)
+    # With d = 1.2 even 0.5 N is below the band, which begins at g + 1.2.
+    both = 500 * (floor + 2.2) ** 2 + 500 * (floor + 0.7) ** 2
+    assert fl.r2_bound(made(square, square, d=1.2)) == pytest.approx(1 - both / spread, rel=1e-12)
+    assert fl.r2_bound(made(SINE, SINE)) == 1.0
+
+
+@pytest.mark.parametrize("metric", [fl.r2_identity, fl.r2_regression, fl.r2_bound])
+def test_a_constant_set_point_has_no_goodness_of_fit(metric):
+    assert math.isnan(metric(made(np.full(100, 0.3), SINE[:100])))
+
+
+METRICS = [
+    fl.r2_identity, fl.r2_regression, fl.rms_error, fl.saturation_index, fl.output_noise, fl.r2_bound,
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("metric", METRICS, ids=lambda metric: metric.__name__)
+def test_a_mask_scores_a_part(metric):
+    mask = RUN["time"].values >= 0.4
+    assert metric(RUN, mask) == pytest.approx(metric(RUN.isel(time=slice(2000, None))), rel=1e-12)
+    assert metric(RUN, mask) != metric(RUN)
+    assert metric(RUN, np.ones(5000, dtype=bool)) == metric(RUN)
+    assert metric(RUN, xr.DataArray(mask, dims="time")) == metric(RUN, mask)
+
+
+forces = st.lists(st.floats(-2, 2), min_size=3, max_size=30)
+
+
+@given(st.data(), forces)
+def test_the_regression_never_fits_worse_than_the_identity(data, f_r):
+    f_a = data.draw(st.lists(st.floats(-2, 2), min_size=len(f_r), max_size=len(f_r)))
+    identity, line = fl.r2_identity(made(f_r, f_a)), fl.r2_regression(made(f_r, f_a))
+    if not (math.isnan(identity) or math.isnan(line)):
+        # 1 - R2 are ratios of sums; where the spread is tiny their rounding is large.
+        spread = np.var(f_r) * np.var(f_a) / 16
+        assert line >= identity - 1e-13 / max(spread, 1e-13)
+        assert line <= 1 + 1e-13 / max(spread, 1e-13)
+
+
+@settings(max_examples=60)
+@given(
+    kp=st.floats(0, 100),
+    ki=st.floats(0, 1e4),
+    offset_n=st.floats(-0.5, 1.5),
+    disturbance_n=st.floats(-0.5, 0.5),
+    delay_s=st.sampled_from([0.0, 200e-6, 1e-3]),
+)
+def test_no_controller_beats_the_bound(kp, ki, offset_n, disturbance_n, delay_s):
+    system = fl.paper().evolve(
+        {
+            "setpoint": fl.Sine(offset_n=offset_n, amplitude_n=0.3, frequency_hz=20.0),
+            "disturbance": fl.Sine(offset_n=disturbance_n, amplitude_n=0.1, frequency_hz=7.0),
+            "controller.kp": kp,
+            "controller.ki": ki,
+            "controller.delay_s": delay_s,
+        }
+    )
+    run = fl.simulate(system, 0.1)
+    assert fl.r2_identity(run) <= fl.r2_bound(run) + 1e-12
+
+
+VARIETY = {
+    "the paper": {},
+    "kp 40": {"controller.kp": 40.0},
+    "a level far from the offset": {"setpoint": fl.Steps(times_s=(0.0, 0.3), levels_n=(0.3, 0.7))},
+    "noise": {"setpoint": fl.ColouredNoise(offset_n=0.6, rms_n=0.2), "sensor.noise_rms_n": 0.01},
+    "constant": {"setpoint": fl.Constant(offset_n=0.3)},
+    "steps of one level": {"setpoint": fl.Steps(times_s=(0.0,), levels_n=(0.3,))},
+    "unreachable": {"setpoint.offset_n": 5.0},
+}
+
+
+@pytest.mark.parametrize("score_from_s", [0.0, 0.35])
+@pytest.mark.parametrize("name", VARIETY)
+def test_sums_and_traces_give_the_same_numbers(name, score_from_s):
+    system = fl.paper().evolve({"setpoint.sweep_s": 1.0, "disturbance.frequency_hz": 3.0}).evolve(VARIETY[name])
+    run = fl.simulate(system, 0.8, seed=5)
+    mask = run["time"].values >= score_from_s - 1e-9
+    sums = fl.sweep(system, [{}], 0.8, seeds=[5], metrics=list(fl.METRICS), score_from_s=score_from_s)
+    lines = fl.regression(run, mask)
+    traces = {metric.__name__: metric(run, mask) for metric in METRICS} | {"slope": lines.slope}
+    assert set(traces) == set(fl.METRICS)
+    # N = 4000 sums of squares near 1 N^2, each rounded at the size of the sum: N^2 2^-53 / 2 at worst, sqrt(N) of
+    # that usually, over the spread of f_r: 1e-9 leaves both. Standard deviations are roots of such differences.
+    for metric, value in traces.items():
+        got = float(sums[metric].values.squeeze())
+        assert got == pytest.approx(value, rel=1e-9, abs=1e-7 if metric == "output_noise" else 1e-9, nan_ok=True), (
+            metric
+        )
+    if "constant" in name or "one level" in name:
+        assert math.isnan(traces["r2_identity"])
+
+
+def test_a_run_without_its_system_has_no_bound():
+    with pytest.raises(fl.FrictionloopError, match="carries no System"):
+        fl.r2_bound(RUN.drop_attrs())

@@ -1,0 +1,117 @@
+"""The package as others meet it: what importing costs, which names there are, what they say about themselves."""
+
+from __future__ import annotations
+
+import ast
+import doctest
+import importlib
+import inspect
+import itertools
+import pkgutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import frictionloop as fl
+
+FOLDER = Path(fl.__file__).parent
+MODULES = sorted(info.name for info in pkgutil.walk_packages([str(FOLDER)], "frictionloop."))
+
+
+def test_importing_the_package_imports_nothing_slow():
+    script = "import sys, frictionloop; print(*sorted({name.split('.')[0] for name in sys.modules}))"
+    loaded = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout.split()
+    assert "frictionloop" in loaded
+    slow = {
+        "numba",
+        "numpy",
+        "scipy",
+        "xarray",
+        "matplotlib",
+        "pandas",
+        "joblib",
+        "pydantic",
+        "h5py",
+        "control",
+        "dask",
+    }
+    assert not slow & set(loaded)
+
+
+def test_parameters_need_no_compiler():
+    script = "import sys, frictionloop as fl; fl.paper(); print(*{name.split('.')[0] for name in sys.modules})"
+    loaded = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout.split()
+    assert not {"numba", "scipy", "xarray", "matplotlib", "pandas"} & set(loaded)
+
+
+def test_every_public_name_exists():
+    assert fl.__all__ == dir(fl)
+    assert len(set(fl.__all__)) == len(fl.__all__)
+    for name in fl.__all__:
+        assert getattr(fl, name) is not None
+    assert fl.__version__
+
+
+def test_the_contract_of_names():
+    contract = """paper feasible simulate sweep Stepper r2_identity r2_regression rms_error saturation_index r2_bound
+    save load System FrictionloopError"""
+    assert set(contract.split()) <= set(fl.__all__)
+    names = {}
+    exec("from frictionloop import *", names)
+    assert set(fl.__all__) <= set(names)
+
+
+def test_an_unknown_name_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="no attribute 'smulate'"):
+        fl.smulate  # noqa: B018
+
+
+def public_nodes(body, prefix=""):
+    for node in body:
+        if isinstance(node, (ast.FunctionDef, ast.ClassDef)) and not node.name.startswith("_"):
+            yield prefix + node.name, node
+            if isinstance(node, ast.ClassDef):
+                yield from public_nodes(node.body, f"{node.name}.")
+
+
+@pytest.mark.parametrize("path", sorted(FOLDER.rglob("*.py")), ids=lambda path: str(path.relative_to(FOLDER)))
+def test_every_public_function_and_class_says_what_it_is(path):
+    tree = ast.parse(path.read_text())
+    assert ast.get_docstring(tree), "a docstring for the module"
+    silent = [name for name, node in public_nodes(tree.body) if not ast.get_docstring(node)]
+    assert not silent
+
+
+@pytest.mark.parametrize("name", [name for name in fl.__all__ if callable(getattr(fl, name))])
+def test_a_public_docstring_begins_with_a_sentence(name):
+    first = inspect.getdoc(getattr(fl, name)).split("\n\n")[0]
+    assert first.endswith((".", ":"))
+
+
+@pytest.mark.parametrize("name", [name for name in fl.__all__ if inspect.isfunction(getattr(fl, name))])
+def test_a_list_of_parameters_is_the_signature(name):
+    function = getattr(fl, name)
+    lines = inspect.getdoc(function).splitlines()
+    if "Parameters" not in lines:
+        return
+    section = itertools.takewhile(
+        lambda line: line not in ("Returns", "Raises"), lines[lines.index("Parameters") + 2 :]
+    )
+    listed = [name for line in section if line and line[0] != " " for name in line.split(" : ")[0].split(", ")]
+    assert listed == list(inspect.signature(function).parameters)
+
+
+@pytest.mark.parametrize("name", ["frictionloop", *MODULES])
+def test_examples_in_docstrings_run(name):
+    try:
+        module = importlib.import_module(name)
+    except ModuleNotFoundError as missing:
+        assert not missing.name.startswith("frictionloop"), missing
+        pytest.skip(f"needs {missing.name}")
+    assert doctest.testmod(module).failed == 0
+
+
+def test_types_are_shipped():
+    assert (FOLDER / "py.typed").exists()

@@ -1,0 +1,179 @@
+"""A run as a Dataset and as a file: everything comes back, and nothing is lost on the way."""
+
+from __future__ import annotations
+
+import errno
+import os
+import subprocess
+import sys
+import textwrap
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+
+import frictionloop as fl
+from frictionloop.loop.record import package_version
+
+SYSTEM = fl.paper().evolve({"controller.kp": 20.0, "disturbance": fl.Steps(times_s=(0.0, 0.1), levels_n=(0.1, 0.2))})
+RUN = fl.simulate(SYSTEM, 0.2, seed=3)
+
+
+@pytest.fixture
+def saved(tmp_path):
+    path = tmp_path / "run.h5"
+    fl.save(RUN, path)
+    return path
+
+
+def complaint(function, *arguments):
+    with pytest.raises(fl.FrictionloopError) as failure:
+        function(*arguments)
+    assert "\n" not in str(failure.value)
+    return str(failure.value)
+
+
+def test_what_a_run_holds():
+    assert dict(RUN.sizes) == {"time": 1000}
+    units = {"f_r": "N", "f_a": "N", "f_m": "N", "u": "N", "a": "um", "d": "N", "saturated": "1", "time": "s"}
+    assert {name: RUN[name].attrs["units"] for name in RUN.variables} == units
+    assert all(RUN[name].attrs["long_name"] for name in RUN.variables)
+    assert RUN["saturated"].dtype == bool
+    assert RUN["f_a"].dtype == np.float64
+    assert RUN.attrs["seed"] == 3
+    assert RUN.attrs["source"] == "simulated"
+    assert RUN.attrs["version"] == package_version() == fl.__version__
+    assert fl.system_of(RUN) == SYSTEM
+
+
+def test_the_file_gives_back_the_same_bits_types_and_attributes(saved):
+    back = fl.load(saved)
+    xr.testing.assert_identical(back, RUN)
+    for name in RUN.variables:
+        assert back[name].dtype == RUN[name].dtype
+    assert fl.system_of(back) == SYSTEM
+    again = fl.simulate(fl.system_of(back), 0.2, int(back.attrs["seed"]))
+    xr.testing.assert_identical(again, RUN)
+
+
+@pytest.mark.parametrize("seed", [0, 2**63, 2**64 - 1])
+def test_any_seed_survives_the_file(tmp_path, seed):
+    run = fl.simulate(SYSTEM, 0.01, seed)
+    fl.save(run, tmp_path / "run.h5")
+    assert int(fl.load(tmp_path / "run.h5").attrs["seed"]) == seed
+
+
+def test_a_sweep_survives_the_file(tmp_path):
+    grid = fl.sweep(fl.paper(), {"controller.kp": [1.0, 2.0], "plate.kind": ["lowpass"]}, 0.01, seeds=[5, 9])
+    fl.save(grid, tmp_path / "sweep.h5")
+    xr.testing.assert_identical(fl.load(tmp_path / "sweep.h5"), grid)
+
+
+def test_other_tools_read_the_file(saved):
+    with h5py.File(saved) as file:
+        np.testing.assert_array_equal(file["f_a"][:], RUN["f_a"].values)
+        np.testing.assert_array_equal(file["saturated"][:].astype(bool), RUN["saturated"].values)
+        np.testing.assert_array_equal(file["time"][:], RUN["time"].values)
+        assert file["a"].attrs["units"] == "um"
+        assert file.attrs["schema"] == 1
+        assert '"kp":20.0' in file.attrs["system"]
+    with xr.open_dataset(saved, engine="h5netcdf") as run:
+        xr.testing.assert_equal(run.load(), RUN)
+
+
+def test_a_newer_version_is_refused_by_name(saved):
+    with h5py.File(saved, "a") as file:
+        file.attrs["schema"] = 2
+    line = complaint(fl.load, saved)
+    assert line.startswith(f"{saved}: schema = 2 is newer")
+
+
+def test_a_truncated_file_is_one_line(saved):
+    whole = saved.read_bytes()
+    for keep in (len(whole) - 100, len(whole) // 2, 100, 0):
+        saved.write_bytes(whole[:keep])
+        assert complaint(fl.load, saved).startswith(f"{saved}: cannot be read")
+
+
+def test_what_is_no_run_file_is_one_line(tmp_path):
+    text = tmp_path / "run.h5"
+    text.write_text("time,f_a\n0,1\n")
+    assert complaint(fl.load, text).startswith(f"{text}: cannot be read")
+    assert "no such file" in complaint(fl.load, tmp_path / "none.h5")
+    assert complaint(fl.load, tmp_path).startswith(f"{tmp_path}: cannot be read")
+    other = tmp_path / "other.h5"
+    xr.Dataset({"x": ("t", [1.0])}).to_netcdf(other, engine="h5netcdf")
+    assert "is not a run file" in complaint(fl.load, other)
+
+
+@pytest.mark.parametrize(
+    ("attrs", "told"),
+    [
+        ({}, "carries no System"),
+        ({"system": "{"}, "carries no System"),
+        ({"system": 3}, "carries no System"),
+        ({"system": '{"setpoint": 3}'}, "run: setpoint = 3"),
+        ({"system": "[]"}, "run: "),
+    ],
+)
+def test_a_run_without_a_readable_system(attrs, told):
+    assert told in complaint(fl.system_of, RUN.drop_attrs().assign_attrs(attrs))
+
+
+def test_a_folder_that_does_not_exist(tmp_path):
+    path = tmp_path / "nowhere" / "run.h5"
+    assert complaint(fl.save, RUN, path).startswith(f"{path}: cannot be written")
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write anywhere")
+def test_a_folder_that_may_not_be_written(tmp_path):
+    tmp_path.chmod(0o500)
+    assert "cannot be written" in complaint(fl.save, RUN, tmp_path / "run.h5")
+
+
+FULL_DISK = """
+    import resource, signal, sys
+    import frictionloop as fl
+
+    run = fl.simulate(fl.paper(), 1.0)
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # writing past the limit then fails as on a full disk
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, resource.RLIM_INFINITY))
+    try:
+        fl.save(run, sys.argv[1])
+    except fl.FrictionloopError as error:
+        print(error)
+"""
+
+
+def test_a_full_disk_keeps_the_old_file(saved):
+    pytest.importorskip("resource")
+    before = saved.read_bytes()
+    told = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(FULL_DISK), str(saved)], capture_output=True, text=True, check=True
+    )
+    assert told.stdout.startswith(f"{saved}: cannot be written"), told
+    assert told.stdout.count("\n") == 1
+    assert told.stderr == ""
+    assert saved.read_bytes() == before
+    assert os.listdir(saved.parent) == [saved.name]
+
+
+def test_saving_again_replaces_the_file(saved):
+    shorter = fl.simulate(SYSTEM, 0.1, seed=4)
+    fl.save(shorter, saved)
+    xr.testing.assert_identical(fl.load(saved), shorter)
+    assert os.listdir(saved.parent) == [saved.name]
+
+
+def test_a_failure_on_the_way_keeps_the_old_file(saved, monkeypatch):
+    def half(path, content):
+        with path.open("wb") as file:
+            file.write(content[: len(content) // 2])
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    before = saved.read_bytes()
+    monkeypatch.setattr("pathlib.Path.write_bytes", half)
+    assert "No space left on device" in complaint(fl.save, RUN, saved)
+    assert saved.read_bytes() == before
+    assert os.listdir(saved.parent) == [saved.name]

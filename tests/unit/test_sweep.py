@@ -1,0 +1,177 @@
+"""Many runs at once: what the result looks like, and that every number is that of the run alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import frictionloop as fl
+
+BASE = fl.paper().evolve({"setpoint.sweep_s": 0.1, "sensor.noise_rms_n": 1e-3})
+DURATION_S = 0.06
+SCORES = {
+    "r2_identity": fl.r2_identity,
+    "r2_regression": fl.r2_regression,
+    "rms_error": fl.rms_error,
+    "saturation_index": fl.saturation_index,
+    "output_noise": fl.output_noise,
+    "r2_bound": fl.r2_bound,
+}
+
+
+def test_a_grid_has_a_dim_per_path_and_seeds_last():
+    grid = fl.sweep(BASE, {"controller.kp": [1.0, 10.0], "controller.ki": [0.0, 2.0, 20.0]}, DURATION_S, seeds=4)
+    assert set(grid.data_vars) == {"r2_identity", "rms_error", "saturation_index"}
+    for name in grid.data_vars:
+        assert grid[name].dims == ("controller.kp", "controller.ki", "seed")
+        assert grid[name].shape == (2, 3, 4)
+        assert grid[name].dtype == float
+        assert not grid[name].isnull().any()
+    assert grid["controller.kp"].values.tolist() == [1.0, 10.0]
+    assert grid["controller.ki"].attrs["units"] == "1/s"
+    assert grid["seed"].values.tolist() == [0, 1, 2, 3]
+    assert grid["rms_error"].attrs["units"] == "N"
+    assert fl.system_of(grid) == BASE
+    assert grid.attrs["duration_s"] == DURATION_S
+    assert grid.attrs["source"] == "simulated"
+
+
+def test_every_metric_has_a_unit_and_a_name():
+    grid = fl.sweep(BASE, {"controller.kp": [1.0]}, DURATION_S, metrics=list(fl.METRICS))
+    assert list(grid.data_vars) == list(fl.METRICS)
+    assert set(SCORES) | {"slope"} == set(fl.METRICS)
+    for name in fl.METRICS:
+        assert grid[name].attrs["units"] in {"1", "N"}
+        assert grid[name].attrs["long_name"]
+
+
+def test_a_list_of_points():
+    points = [{"controller.kp": 1.0}, {"controller.kp": 2.0, "friction.nominal_n": 0.9}, {}]
+    grid = fl.sweep(BASE, points, DURATION_S, seeds=[7, 3])
+    assert grid["rms_error"].dims == ("point", "seed")
+    assert grid["point"].values.tolist() == [0, 1, 2]
+    assert grid["seed"].values.tolist() == [7, 3]
+    np.testing.assert_array_equal(grid["controller.kp"].values, [1.0, 2.0, np.nan])
+    assert grid["friction.nominal_n"].dims == ("point",)
+    assert grid["friction.nominal_n"].attrs["units"] == "N"
+
+
+def test_a_list_may_name_its_dim():
+    class Fingers(list):
+        dim = "finger"
+
+    grid = fl.sweep(BASE, Fingers([{"friction.nominal_n": 0.7}, {"friction.nominal_n": 0.9}]), DURATION_S)
+    assert grid["rms_error"].dims == ("finger", "seed")
+
+
+def test_values_may_be_arrays_scalars_or_words():
+    grid = fl.sweep(BASE, {"controller.kp": np.float32([1, 2]), "controller.ki": 2.0, "plate.kind": "lowpass"}, 0.01)
+    assert grid["rms_error"].shape == (2, 1, 1, 1)
+    assert grid["plate.kind"].values.tolist() == ["lowpass"]
+
+
+STRUCTURAL = {
+    "kinds": {
+        "disturbance.kind": ["sine", "constant", "noise"],
+        "disturbance.offset_n": [0.1, 0.3],
+    },
+    "delays": {"controller.delay_s": [0.0, 50e-6, 200e-6, 330e-6, 0.002]},
+    "rates": {"controller.rate_hz": [1000.0, 5000.0, 20000.0]},
+    "table sizes": {"controller.model.table_size": [0, 2, 64]},
+    "plates": {"plate.cutoff_hz": [10.0, 100.0, 700.0, 2000.0]},
+    "sensors": {"sensor.cutoff_hz": [50.0, 1000.0, 30000.0], "sensor.noise_rms_n": [0.0, 1e-2]},
+}
+
+
+@pytest.mark.parametrize("name", STRUCTURAL)
+def test_every_number_of_a_sweep_is_that_of_the_run_alone(name):
+    grid = fl.sweep(BASE, STRUCTURAL[name], DURATION_S, seeds=[0, 5], metrics=list(SCORES))
+    stacked = grid.stack(run=grid["rms_error"].dims)
+    assert stacked.sizes["run"] == 2 * np.prod([len(values) for values in STRUCTURAL[name].values()])
+    for k in range(stacked.sizes["run"]):
+        one = stacked.isel(run=k)
+        overrides = {path: one[path].values.item() for path in STRUCTURAL[name]}
+        run = fl.simulate(BASE.evolve(overrides), DURATION_S, int(one["seed"]))
+        for metric, score in SCORES.items():
+            # Sums in another order, and squares of differences (test_metrics): 1e-9 of the metric.
+            assert float(one[metric]) == pytest.approx(score(run), rel=1e-9, abs=1e-9), (metric, overrides)
+
+
+def test_scoring_may_start_late():
+    grid = fl.sweep(BASE, [{}], DURATION_S, metrics=list(SCORES), score_from_s=0.02)
+    run = fl.simulate(BASE, DURATION_S)
+    for metric, score in SCORES.items():
+        late = score(run, run["time"].values > 0.02 - 1e-9)
+        assert float(grid[metric].squeeze()) == pytest.approx(late, rel=1e-9, abs=1e-9)
+        assert metric == "r2_bound" or late != score(run)  # nothing to clip here
+
+
+def complaint(points, *arguments, **options):
+    with pytest.raises(fl.FrictionloopError) as failure:
+        fl.sweep(BASE, points, *arguments, **options)
+    assert "\n" not in str(failure.value)
+    return str(failure.value)
+
+
+KPS = {"controller.kp": [1.0, 2.0]}
+BAD = {
+    "unknown path": (({"controller.kpp": [1.0]}, 0.01), {}, "unknown parameter 'controller.kpp'; did you mean"),
+    "unknown path in a list": (([{}, {"kp": 1.0}], 0.01), {}, "unknown parameter 'kp'"),
+    "bad value at the end": (({"controller.kp": [1.0, 2.0, -3.0]}, 0.01), {}, "controller.kp = -3.0"),
+    "NaN": (({"controller.kp": [1.0, np.nan]}, 0.01), {}, "controller.kp = nan"),
+    "unknown metric": ((KPS, 0.01), {"metrics": ["r2"]}, "metrics = ['r2']: accepted are r2_identity"),
+    "no metric": ((KPS, 0.01), {"metrics": []}, "metrics = []"),
+    "no value": (({"controller.kp": []}, 0.01), {}, "controller.kp: a sweep needs a list of at least one value"),
+    "no point": (([], 0.01), {}, "points: a sweep needs at least one point"),
+    "a table of values": (({"controller.kp": [[1.0, 2.0]]}, 0.01), {}, "got shape (1, 2)"),
+    "duration 0": ((KPS, 0.0), {}, "duration_s = 0.0 s"),
+    "a rate that does not divide": (({"controller.rate_hz": [5000.0, 3333.0]}, 0.01), {}, "rate_hz = 3333 Hz"),
+    "past the sweep": ((KPS, 1.0), {}, "runs past the end of setpoint.sweep_s"),
+    "together": (
+        ({"setpoint.start_hz": [1.0, 10.0], "setpoint.stop_hz": [10.0, 100.0]}, 0.01),
+        {},
+        "start_hz and stop_hz must differ",
+    ),
+    "no seed": ((KPS, 0.01), {"seeds": 0}, "seeds = 0"),
+    "a seed twice": ((KPS, 0.01), {"seeds": [1, 1]}, "seeds = [1, 1]"),
+    "a negative seed": ((KPS, 0.01), {"seeds": [-1]}, "seed = -1"),
+    "half a seed": ((KPS, 0.01), {"seeds": [0.5]}, "seed = 0.5"),
+    "scoring after the end": ((KPS, 0.01), {"score_from_s": 0.01}, "score_from_s = 0.01 s"),
+    "scoring nothing": ((KPS, 0.01), {"score_from_s": 0.00995}, "score_from_s = 0.00995 s"),
+    "scoring before the start": ((KPS, 0.01), {"score_from_s": -0.001}, "score_from_s = -0.001 s"),
+    "scoring from nowhere": ((KPS, 0.01), {"score_from_s": np.nan}, "score_from_s = nan s"),
+    "resume without a file": ((KPS, 0.01), {"resume": True}, "resume: needs the path"),
+    "a disturbance too fast": (
+        ({"disturbance.frequency_hz": [1.0, 1e4]}, 0.01),
+        {},
+        "disturbance.frequency_hz = 10000",
+    ),
+    "a plate too fast": (({"plate.cutoff_hz": [100.0, 1e6]}, 0.01), {}, "plate.cutoff_hz = 1e+06 Hz"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_is_one_line_and_nothing_runs(case, monkeypatch):
+    def runs(*_):
+        raise AssertionError("something has run")
+
+    monkeypatch.setattr("frictionloop.loop.sweep.run_tile", runs)
+    arguments, options, told = BAD[case]
+    assert told in complaint(*arguments, **options)
+
+
+def test_an_unwritable_file_is_refused_before_anything_runs(tmp_path, monkeypatch):
+    monkeypatch.setattr("frictionloop.loop.sweep.run_tile", lambda *_: pytest.fail("something has run"))
+    assert "cannot be written" in complaint(KPS, 0.01, path=tmp_path / "nowhere" / "sweep.h5")
+
+
+def test_a_progress_bar_on_demand(capsys):
+    fl.sweep(BASE, KPS, 0.01, progress=True)
+    assert "sweep" in capsys.readouterr().err
+    fl.sweep(BASE, KPS, 0.01)
+    assert capsys.readouterr() == ("", "")  # not on a terminal: silence
+
+
+def test_the_result_is_a_plain_dataset():
+    assert type(fl.sweep(BASE, KPS, 0.01)) is xr.Dataset

@@ -1,0 +1,142 @@
+"""Ctrl-C keeps what is done, and only the same sweep goes on from it."""
+
+from __future__ import annotations
+
+import signal
+import threading
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import frictionloop as fl
+from frictionloop.loop import sweep as sweep_module
+
+BASE = fl.paper().evolve({"sensor.noise_rms_n": 1e-3})
+KPS = {"controller.kp": np.linspace(0.5, 20.0, 100)}  # three full tiles and one of four lanes
+OPTIONS = {"duration_s": 0.02, "seeds": [3]}
+
+
+def interrupted(monkeypatch, after, **options):
+    """Run the sweep with Ctrl-C after some tiles; return what the exception carries."""
+    done, lock, run_tile = [], threading.Lock(), sweep_module.run_tile
+
+    def until_ctrl_c(tile, periods):
+        with lock:
+            if len(done) >= after:
+                raise KeyboardInterrupt
+            done.append(tile)
+        run_tile(tile, periods)
+
+    monkeypatch.setattr(sweep_module, "run_tile", until_ctrl_c)
+    with pytest.raises(fl.SweepInterrupted) as stopped:
+        fl.sweep(BASE, KPS, n_jobs=1, **OPTIONS, **options)
+    monkeypatch.setattr(sweep_module, "run_tile", run_tile)
+    return stopped.value.partial
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return fl.sweep(BASE, KPS, **OPTIONS)
+
+
+def test_ctrl_c_carries_what_is_done(monkeypatch, whole):
+    partial = interrupted(monkeypatch, after=2)
+    done = partial["rms_error"].notnull()
+    assert int(done.sum()) == 64  # two tiles of 32 lanes
+    for name in whole.data_vars:
+        np.testing.assert_array_equal(partial[name].values[done], whole[name].values[done])
+        assert partial[name].where(~done).isnull().all()
+
+
+def test_sweep_interrupted_is_a_keyboard_interrupt():
+    assert issubclass(fl.SweepInterrupted, KeyboardInterrupt)
+
+
+@pytest.mark.parametrize("after", [0, 1, 3])
+def test_resuming_equals_never_having_stopped(monkeypatch, tmp_path, whole, after):
+    path = tmp_path / "sweep.h5"
+    partial = interrupted(monkeypatch, after, path=path)
+    xr.testing.assert_identical(fl.load(path), partial)
+    run_tile, tiles = sweep_module.run_tile, []
+
+    def counted(tile, periods):
+        tiles.append(tile)
+        run_tile(tile, periods)
+
+    monkeypatch.setattr(sweep_module, "run_tile", counted)
+    resumed = fl.sweep(BASE, KPS, path=path, resume=True, **OPTIONS)
+    assert len(tiles) == 4 - after  # what was done is not done again
+    xr.testing.assert_identical(resumed, whole)
+    xr.testing.assert_identical(fl.load(path), whole)
+
+
+def test_resuming_what_is_finished_runs_nothing(monkeypatch, tmp_path, whole):
+    path = tmp_path / "sweep.h5"
+    fl.sweep(BASE, KPS, path=path, **OPTIONS)
+    monkeypatch.setattr(sweep_module, "run_tile", lambda *_: pytest.fail("something has run"))
+    xr.testing.assert_identical(fl.sweep(BASE, KPS, path=path, resume=True, **OPTIONS), whole)
+
+
+def test_resuming_without_a_file_starts(tmp_path, whole):
+    xr.testing.assert_identical(fl.sweep(BASE, KPS, path=tmp_path / "new.h5", resume=True, **OPTIONS), whole)
+
+
+def test_starting_over_replaces_the_file(tmp_path, whole):
+    path = tmp_path / "sweep.h5"
+    fl.sweep(BASE, {"controller.kp": [1.0]}, path=path, **OPTIONS)
+    fl.sweep(BASE, KPS, path=path, **OPTIONS)
+    xr.testing.assert_identical(fl.load(path), whole)
+
+
+@pytest.mark.parametrize(
+    ("system", "points", "options"),
+    [
+        (BASE.evolve({"friction.nominal_n": 0.9}), KPS, {}),
+        (BASE, {"controller.kp": np.linspace(0.5, 21.0, 100)}, {}),
+        (BASE, {"controller.ki": np.linspace(0.5, 20.0, 100)}, {}),
+        (BASE, KPS, {"duration_s": 0.03}),
+        (BASE, KPS, {"seeds": [4]}),
+        (BASE, KPS, {"score_from_s": 0.01}),
+        (BASE, KPS, {"metrics": ["rms_error"]}),
+    ],
+    ids=["system", "values", "path", "duration", "seeds", "scoring", "metrics"],
+)
+def test_only_the_same_sweep_is_resumed(tmp_path, whole, system, points, options):
+    path = tmp_path / "sweep.h5"
+    fl.save(whole, path)
+    with pytest.raises(fl.FrictionloopError, match="holds another sweep"):
+        fl.sweep(system, points, path=path, resume=True, **(OPTIONS | options))
+    xr.testing.assert_identical(fl.load(path), whole)
+
+
+def test_a_run_is_no_sweep_to_resume(tmp_path):
+    path = tmp_path / "run.h5"
+    fl.save(fl.simulate(BASE, 0.02), path)
+    with pytest.raises(fl.FrictionloopError, match="holds another sweep"):
+        fl.sweep(BASE, KPS, path=path, resume=True, **OPTIONS)
+    path.write_bytes(b"not HDF5")
+    with pytest.raises(fl.FrictionloopError, match="cannot be read"):
+        fl.sweep(BASE, KPS, path=path, resume=True, **OPTIONS)
+
+
+def test_a_real_signal_while_threads_work(monkeypatch, tmp_path):
+    """Not an exception of our own: SIGINT reaches the main thread while workers run in others."""
+    run_tile, calls = sweep_module.run_tile, []
+
+    def once_interrupted(tile, periods):
+        calls.append(tile)
+        if len(calls) == 3:
+            signal.raise_signal(signal.SIGINT)
+        run_tile(tile, periods)
+
+    monkeypatch.setattr(sweep_module, "run_tile", once_interrupted)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(fl.SweepInterrupted) as stopped:
+            fl.sweep(BASE, {"controller.kp": np.linspace(0, 20, 3200)}, n_jobs=2, path=tmp_path / "sweep.h5", **OPTIONS)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    partial = stopped.value.partial
+    assert partial["rms_error"].isnull().any()
+    xr.testing.assert_identical(fl.load(tmp_path / "sweep.h5"), partial)

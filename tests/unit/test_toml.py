@@ -1,0 +1,188 @@
+"""A System as a TOML file: out and in again, and every complaint in one line."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import frictionloop as fl
+
+number = st.floats(-1e9, 1e9)
+positive = st.floats(1e-9, 1e9)
+fraction = st.floats(0, 1)
+# Whatever a path, a column or a unit may be: quotes, backslashes, line ends, control characters, any script.
+text = st.text(max_size=20) | st.sampled_from(
+    ['a"b', "C:\\new\\table", "tab\tline\nend\r", "'''", '"""', "µN/√Hz", "\x7f\x00", "#"]
+)
+
+
+@st.composite
+def steps(draw):
+    levels = draw(st.lists(number, min_size=1, max_size=5))
+    gaps = draw(st.lists(st.floats(1e-3, 10), min_size=len(levels) - 1, max_size=len(levels) - 1))
+    return fl.Steps(times_s=tuple(sum(gaps[:k]) for k in range(len(levels))), levels_n=tuple(levels))
+
+
+@st.composite
+def windows(draw):
+    start = draw(st.floats(0, 1e3))
+    stop = draw(st.none() | st.floats(1e-3, 1e3).map(lambda length: start + length))
+    return fl.Recording(
+        path=draw(text), column=draw(text), rate_hz=draw(st.none() | positive), scale=draw(number),
+        offset_n=draw(number), unit=draw(text), start_s=start, stop_s=stop, remove_mean=draw(st.booleans()),
+    )  # fmt: skip
+
+
+frequencies = st.tuples(positive, positive).filter(lambda pair: pair[0] != pair[1])
+SOURCES = {
+    "constant": st.builds(fl.Constant, offset_n=number),
+    "sine": st.builds(fl.Sine, offset_n=number, amplitude_n=number, frequency_hz=positive),
+    "log_sweep": st.builds(
+        lambda ends, **rest: fl.LogSweep(start_hz=ends[0], stop_hz=ends[1], **rest),
+        frequencies, offset_n=number, amplitude_n=number, sweep_s=positive,
+    ),
+    "steps": steps(),
+    "noise": st.builds(
+        lambda ends, **rest: fl.ColouredNoise(low_hz=min(ends), high_hz=max(ends), **rest),
+        frequencies, offset_n=number, rms_n=positive | st.just(0.0), exponent=st.floats(0, 2),
+    ),
+    "recording": windows(),
+}  # fmt: skip
+model = st.builds(
+    fl.Model, nominal_n=positive, susceptibility_per_um2=st.floats(0.01, 10), max_amplitude_um=st.floats(0.1, 5),
+    table_size=st.just(0) | st.integers(2, 65536),
+)  # fmt: skip
+systems = st.builds(
+    fl.System,
+    setpoint=st.one_of(*SOURCES.values()),
+    disturbance=st.one_of(*SOURCES.values()),
+    friction=st.builds(fl.Friction, nominal_n=positive, susceptibility_per_um2=st.floats(1e-9, 1.0)),
+    plate=st.builds(fl.LowpassPlate, cutoff_hz=positive, max_amplitude_um=st.floats(1e-9, 20.0)),
+    sensor=st.builds(fl.LowpassSensor, cutoff_hz=positive, noise_rms_n=fraction),
+    controller=st.builds(
+        fl.PiController,
+        kp=positive,
+        ki=positive | st.just(0.0),
+        rate_hz=st.floats(1e-3, 1e6),
+        delay_s=fraction,
+        model=model,
+    ),
+)
+
+
+def test_every_kind_of_source_is_tried():
+    from frictionloop.parameters.system import kinds_of
+
+    assert {kind.model_fields["kind"].default for kind in kinds_of("setpoint")} == set(SOURCES)
+
+
+@settings(max_examples=300, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(system=systems)
+def test_out_and_in_again(system, tmp_path):
+    path = tmp_path / "system.toml"
+    fl.write_toml(system, path)
+    assert fl.read_toml(path) == system
+    assert fl.to_toml(fl.read_toml(path)) == fl.to_toml(system)
+
+
+@pytest.mark.parametrize("name", ["paper", "feasible"])
+def test_preset_alone(tmp_path, name):
+    path = tmp_path / "mine.toml"
+    path.write_text(f'preset = "{name}"\n')
+    assert fl.read_toml(path) == fl.preset(name) == getattr(fl, name)()
+
+
+def test_a_preset_file_holds_what_differs(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(
+        """
+        schema = 1
+        preset = "feasible"
+        [controller]
+        kp = 4          # a whole number is a number
+        model.table_size = 64
+        [disturbance]
+        path = "finger.csv"   # before its kind
+        kind = "recording"
+        """
+    )
+    expected = fl.feasible().evolve(
+        {
+            "controller.kp": 4.0,
+            "controller.model.table_size": 64,
+            "disturbance": fl.Recording(path="finger.csv", offset_n=0.15),
+        }
+    )
+    assert fl.read_toml(path) == expected
+
+
+def test_numbers_carry_their_units():
+    text = fl.to_toml(fl.paper())
+    assert "cutoff_hz = 100.0  # Hz" in text
+    assert "susceptibility_per_um2 = 0.38  # um^-2" in text
+    assert "ki = 2.0  # 1/s" in text
+    assert text.startswith("schema = 1\n")
+    assert tomllib.loads(text)["controller"]["model"]["table_size"] == 0
+
+
+WHOLE = fl.to_toml(fl.paper())
+BAD_FILES = {
+    "a newer version's": (WHOLE.replace("schema = 1", "schema = 2"), "schema = 2 is newer"),
+    "no schema number": (WHOLE.replace("schema = 1", 'schema = "one"'), "schema = 'one'"),
+    "not TOML": ("kp = = 3", "is not TOML"),
+    "an unfinished line": (WHOLE[: WHOLE.index('"log') + 3], "is not TOML"),
+    "an unknown preset": ('preset = "papr"', "preset = 'papr' is unknown; accepted: 'paper', 'feasible'"),
+    "a missing block": (WHOLE[: WHOLE.index("[controller]")], "controller is missing"),
+    "nothing": ("", "setpoint is missing"),
+    "a misspelt block": (WHOLE.replace("[plate]", "[plat]"), "plat"),
+    "a misspelt name": (WHOLE.replace("kp =", "kP ="), "controller.kP"),
+    "a wrong unit suffix": ('preset = "paper"\ncontroller.delay_ms = 0.2', "controller.delay_s (s)"),
+    "a negative tau": (
+        WHOLE.replace("susceptibility_per_um2 = 0.38", "susceptibility_per_um2 = -0.38"),
+        "friction.susceptibility_per_um2 = -0.38 um^-2: must be greater than 0",
+    ),
+    "a NaN": ('preset = "paper"\ncontroller.kp = nan', "controller.kp = nan N/N: must be a finite number"),
+    "an unknown kind": (WHOLE.replace('"log_sweep"', '"chirp"'), "setpoint"),
+    "no kind": (WHOLE.replace('kind = "log_sweep"\n', ""), "setpoint"),
+}
+
+
+@pytest.mark.parametrize("case", BAD_FILES)
+def test_a_bad_file_is_one_line_that_names_it(tmp_path, case):
+    content, told = BAD_FILES[case]
+    path = tmp_path / "bad.toml"
+    path.write_text(content)
+    with pytest.raises(fl.FrictionloopError) as failure:
+        fl.read_toml(path)
+    line = str(failure.value)
+    assert line.startswith(f"{path}: ")
+    assert told in line
+    assert "\n" not in line
+
+
+def test_unreadable_files(tmp_path):
+    with pytest.raises(fl.FrictionloopError, match="No such file"):
+        fl.read_toml(tmp_path / "none.toml")
+    with pytest.raises(fl.FrictionloopError, match="directory"):
+        fl.read_toml(tmp_path)
+    binary = tmp_path / "binary.toml"
+    binary.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(fl.FrictionloopError, match=r"binary\.toml: cannot be read"):
+        fl.read_toml(binary)
+
+
+def test_writing_where_there_is_no_folder(tmp_path):
+    with pytest.raises(fl.FrictionloopError, match="cannot be written"):
+        fl.write_toml(fl.paper(), tmp_path / "nowhere" / "system.toml")
+
+
+def test_writing_replaces_the_old_file_whole(tmp_path):
+    path = tmp_path / "system.toml"
+    fl.write_toml(fl.paper(), path)
+    fl.write_toml(fl.feasible(), path)
+    assert fl.read_toml(path) == fl.feasible()
+    assert os.listdir(tmp_path) == ["system.toml"]
