@@ -24,7 +24,7 @@ def resumed(path: str | os.PathLike[str] | None, key: str, names: tuple[str, ...
     kept = load(path)
     if kept.attrs.get("fingerprint") != key:
         raise FrictionloopError(
-            f"{path}: holds another sweep (system, points, seeds, duration or metrics differ); choose another file"
+            f"{path}: holds another sweep (system, points, seeds, times, metrics or version differ); choose another"
         )
     return np.array([kept[name].values.ravel() for name in names])
 

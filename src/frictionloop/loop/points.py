@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from frictionloop.loop.record import package_version
 from frictionloop.loop.timing import check_seed
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError, unit_of
@@ -91,5 +92,6 @@ def points_of(points: Mapping[str, Any] | Sequence[Mapping[str, Any]], seeds: in
 
 def fingerprint(system: System, points: Points, duration_s: float, score_from_s: float, metrics: Sequence[str]) -> str:
     """Return a digest of everything that decides a sweep's result, so that only the same sweep is resumed."""
-    asked = [system.model_dump(), points.overrides, points.seeds, duration_s, score_from_s, list(metrics)]
+    version = package_version()
+    asked = [version, system.model_dump(), points.overrides, points.seeds, duration_s, score_from_s, list(metrics)]
     return hashlib.sha256(json.dumps(asked, sort_keys=True, default=str).encode()).hexdigest()

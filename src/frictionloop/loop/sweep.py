@@ -20,7 +20,8 @@ from frictionloop.loop.simulate import run_tile
 from frictionloop.loop.slab import LANES
 from frictionloop.loop.structure import COUPLED, STRUCTURAL, structure
 from frictionloop.loop.timing import periods_in
-from frictionloop.parameters import System
+from frictionloop.parameters import Recording, System
+from frictionloop.physics.sources import sampler
 from frictionloop.quantities import FrictionloopError
 
 SAVE_EVERY = 1_000_000_000
@@ -125,6 +126,7 @@ def _cores() -> int:
 
 def _structures(system: System, grid: Points, duration_s: float, score_from_s: float) -> list[object]:
     """Try every value of a sweep before anything runs and return the structure of each point."""
+    read: set[tuple[Recording, float]] = set()
 
     def tried(override: dict[str, Any]) -> object:
         changed = system.evolve(override)
@@ -133,6 +135,14 @@ def _structures(system: System, grid: Points, duration_s: float, score_from_s: f
             raise FrictionloopError(
                 f"score_from_s = {score_from_s!r} s: must be at least 0 and below duration_s = {duration_s!r} s"
             )
+        for source in (changed.setpoint, changed.disturbance):
+            # A file that is missing or too short is found now, not when its tile runs.
+            rate = changed.controller.rate_hz
+            if isinstance(source, Recording) and (source, rate) not in read:
+                read.add((source, rate))
+                sampled = sampler(source, rate, 0, 0)
+                assert sampled is not None
+                sampled(0, periods)
         return structure(changed)
 
     # Systems are not kept: thousands of small objects would cost the garbage collector more than the kernel takes.
