@@ -1,0 +1,137 @@
+"""Cost against lanes, duration and threads; peak memory against duration; start-up of fresh processes."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import ours
+from build import Reference
+from contenders import KI, KP, OURS, QUIET, C
+from timing import Contender, cores, side_by_side
+
+LANES = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048)
+DURATIONS_S = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
+MEMORY_S = (1.0, 10.0, 100.0)
+MEMORY = """
+import resource, sys
+import numpy as np
+import ours
+ours.grid(np.geomspace(1, 10, 64), np.array([2.0]), 1, float(sys.argv[1]), noise=True)
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024) / 2**20)
+"""
+Told = Callable[[str], None]
+
+
+def measure(c: Reference, patience_s: float, told: Told) -> dict[str, Any]:
+    """All curves as {name: {x: [...], contender: [seconds, ...]}}."""
+    return {
+        "lanes": _curve(LANES, partial(_lanes, c), patience_s, told),
+        "duration_s": _curve(DURATIONS_S, partial(_duration, c), patience_s, told),
+        "threads": _curve(tuple(range(1, max(2 * cores(), 2) + 1)), partial(_threads, c), patience_s, told),
+        "memory": _memory(told),
+    }
+
+
+def _curve(
+    xs: tuple[float, ...], at: Callable[[Any], dict[str, Callable[[], Any]]], patience_s: float, told: Told
+) -> Any:
+    """Interleave all points of a curve, so that a busy moment does not bend it."""
+    calls = {(name, x): call for x in xs for name, call in at(x).items()}
+    timed = side_by_side(
+        [Contender(f"{name} at {x:g}", call, 5) for (name, x), call in calls.items()], patience_s, told
+    )
+    curve: dict[str, list[float]] = {}
+    for (name, _), contender in zip(calls, timed, strict=True):
+        curve.setdefault(name, []).append(contender.best)
+    return {"x": list(xs), **curve}
+
+
+def _lanes(c: Reference, lanes: int) -> dict[str, Callable[[], Any]]:
+    """2 s of signal, one thread."""
+    kp, ki = np.geomspace(1, 10, lanes), np.full(lanes, KI)
+    calls: dict[str, Callable[[], Any]] = {C: lambda: c.grid(QUIET, kp, ki, 10_000, 1)}
+    if ours.version():
+        calls[OURS] = partial(ours.grid, kp, ki[:1], 1, 2.0)
+    return calls
+
+
+def _duration(c: Reference, duration_s: float) -> dict[str, Callable[[], Any]]:
+    """One run with traces and a sweep of 64 lanes, one thread."""
+    periods, slow = round(duration_s * QUIET.rate_hz), replace(QUIET, noise_rms=1e-5, sweep_s=max(10.0, duration_s))
+    kp = np.geomspace(1, 10, 64)
+    calls: dict[str, Callable[[], Any]] = {
+        f"{C}, one run": lambda: c.one(slow, KP, KI, periods),
+        f"{C}, 64 lanes": lambda: c.grid(slow, kp, np.full(64, KI), periods, 1),
+    }
+    if ours.version():
+        calls[f"{OURS}, one run"] = partial(ours.one, KP, KI, duration_s)
+        calls[f"{OURS}, 64 lanes"] = partial(ours.grid, kp, np.array([KI]), 1, duration_s, noise=True)
+    return calls
+
+
+def _threads(c: Reference, threads: int) -> dict[str, Callable[[], Any]]:
+    """1024 lanes, 2 s."""
+    kp = np.geomspace(1, 10, 1024)
+    calls: dict[str, Callable[[], Any]] = {C: lambda: c.grid(QUIET, kp, np.full(1024, KI), 10_000, threads)}
+    if ours.version():
+        calls[OURS] = partial(ours.grid, kp, np.array([KI]), threads, 2.0)
+    return calls
+
+
+def _memory(told: Told) -> dict[str, list[float]]:
+    """Peak memory in MiB of a fresh process that sweeps 64 lanes (not on Windows, which has no getrusage)."""
+    if not ours.version() or sys.platform == "win32":
+        return {}
+    peaks = []
+    for duration_s in MEMORY_S:
+        told(f"memory of {duration_s:g} s")
+        command = [sys.executable, "-c", MEMORY, str(duration_s)]
+        run = subprocess.run(command, cwd=Path(__file__).parent, capture_output=True, text=True, check=True)
+        peaks.append(float(run.stdout.split()[-1]))
+    return {"x": list(MEMORY_S), OURS: peaks}
+
+
+def start_up(patience_s: float, told: Told) -> list[Contender]:
+    """Whole processes of the command line, after one run that fills the cache of compiled code."""
+    if not ours.version():
+        return []
+    with tempfile.TemporaryDirectory() as folder:
+        run = partial(subprocess.run, cwd=folder, capture_output=True, check=True)
+        calls = [Contender(name, partial(run, command), 5) for name, command in ours.commands().items()]
+        return side_by_side(calls, patience_s, told)
+
+
+def draw(curves: dict[str, Any], path: Path) -> None:
+    """Draw the curves as one figure."""
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(1, 4, figsize=(13, 3.2), layout="constrained")
+    names = {
+        "lanes": ("lanes (2 s, 1 thread)", "s"),
+        "duration_s": ("duration (s)", "s"),
+        "threads": ("threads (1024 lanes, 2 s)", "s"),
+        "memory": ("duration of 64 lanes (s)", "peak MiB"),
+    }
+    for axis, (key, (x_label, y_label)) in zip(axes, names.items(), strict=True):
+        for index, (name, values) in enumerate((n, v) for n, v in curves[key].items() if n != "x"):
+            style = "-" if name.startswith(OURS) else "--"
+            axis.plot(curves[key]["x"], values, style, marker="os^D"[index], markersize=4, label=name)
+        axis.set(xlabel=x_label, ylabel=y_label)
+        if key in ("lanes", "duration_s"):
+            axis.set(xscale="log", yscale="log")
+        else:
+            axis.set_ylim(bottom=0)
+        if curves[key]:
+            axis.legend(frameon=False, fontsize=7)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    plt.rcParams["svg.hashsalt"] = "frictionloop"
+    figure.savefig(path, metadata={"Date": None})

@@ -1,0 +1,70 @@
+"""Every call to frictionloop that the benchmark makes, so that a change of its interface is followed here alone."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from paper import Array
+
+METRICS = ("r2_identity", "saturation_index")
+
+
+def version() -> str | None:
+    """Version of frictionloop, None when it is not installed."""
+    try:
+        import frictionloop as fl
+    except ModuleNotFoundError:
+        return None
+    return str(fl.__version__)
+
+
+def _system(noise: bool, duration_s: float, gains: dict[str, float] | None = None) -> Any:
+    import frictionloop as fl
+
+    changes: dict[str, float] = dict(gains or {})
+    if not noise:
+        changes["sensor.noise_rms_n"] = 0.0
+    if duration_s > fl.paper().setpoint.sweep_s:  # the sweep refuses to run past its end, so long runs sweep slowly
+        changes["setpoint.sweep_s"] = duration_s
+    return fl.paper().evolve(changes) if changes else fl.paper()
+
+
+def one(kp: float, ki: float, duration_s: float = 10.0, noise: bool = True) -> Array:
+    """One run with all traces; returns f_a."""
+    import frictionloop as fl
+
+    system = _system(noise, duration_s, {"controller.kp": kp, "controller.ki": ki})
+    return fl.simulate(system, duration_s=duration_s, seed=0)["f_a"].values
+
+
+def grid(kp_axis: Array, ki_axis: Array, threads: int, duration_s: float = 10.0, noise: bool = False) -> Array:
+    """R2_identity on a grid of gains, Kp outer; with noise, all lanes share seed 0 (common random numbers)."""
+    import frictionloop as fl
+
+    points = {"controller.kp": kp_axis, "controller.ki": ki_axis}
+    system = _system(noise, duration_s)
+    swept = fl.sweep(system, points, duration_s=duration_s, seeds=1, metrics=METRICS, n_jobs=threads)
+    return swept["r2_identity"].values.ravel()
+
+
+def seeds(lanes: int, threads: int, duration_s: float = 10.0) -> Array:
+    """One point, a different noise seed in every lane."""
+    import frictionloop as fl
+
+    points = {"controller.kp": np.array([10.0])}
+    system = _system(True, duration_s)
+    swept = fl.sweep(system, points, duration_s=duration_s, seeds=lanes, metrics=METRICS, n_jobs=threads)
+    return swept["r2_identity"].values.ravel()
+
+
+def commands() -> dict[str, list[str]]:
+    """Command lines whose whole process is timed."""
+    program = str(Path(sys.executable).with_name("frictionloop"))
+    return {
+        "frictionloop --help": [program, "--help"],
+        "frictionloop simulate": [program, "simulate", "--preset", "paper"],
+    }

@@ -1,0 +1,50 @@
+/* What the loops of reference.c need, worked out once per call: constants of a control period, and the signals. */
+#include "reference_noise.h"
+
+#include <stdlib.h>
+
+#define PI 3.14159265358979323846
+
+typedef struct {
+    double f0, tau, a_max, plate_hz, sensor_hz, noise_rms, rate_hz;
+    double setpoint_offset, setpoint_amplitude, start_hz, stop_hz, sweep_s;
+    double disturbance_offset, disturbance_amplitude, disturbance_hz;
+} System;
+
+typedef struct {
+    double low, high, log2_f0, sensor_decay, noise_gain, first_force;
+    double E[6], W[6], W_f0[6]; /* at the nodes: plate decay, and weight times sensor kernel, bare and times f0 */
+    long n;
+    double *f_r, *d, *D; /* set-point, disturbance, and what disturbance and shared noise add to f_m over a period */
+} Plan;
+
+static Plan prepare(const System* s, long n, int noise, uint64_t number) {
+    Plan p = {.low = s->f0 * exp(-s->tau * s->a_max * s->a_max), .high = s->f0, .log2_f0 = log2_atanh(s->f0), .n = n};
+    double Ts = 1 / s->rate_hz, w = 2 * PI * s->sensor_hz, inner = sqrt(7), in_phase = 0, quadrature = 0, total = 0;
+    for (int j = 0; j < 6; j++) {
+        int end = j == 0 || j == 5, outer = j == 1 || j == 4;
+        double x = end ? 1 : sqrt(1. / 3 + (outer ? 2 : -2) * inner / 21), at = (1 + (j < 3 ? -x : x)) / 2;
+        double weight = (end ? 1. / 15 : (14 + (outer ? -inner : inner)) / 30) / 2;
+        double turn = 2 * PI * s->disturbance_hz * at * Ts;
+        p.E[j] = exp(-2 * PI * s->plate_hz * at * Ts);
+        p.W[j] = weight * w * Ts * exp(-w * (1 - at) * Ts);
+        p.W_f0[j] = p.W[j] * s->f0;
+        total += p.W[j], in_phase += p.W[j] * cos(turn), quadrature += p.W[j] * sin(turn);
+    }
+    p.sensor_decay = exp(-w * Ts), p.noise_gain = 1 - p.sensor_decay;
+    double* memory = malloc((3 * n + 2 * LANES) * sizeof(double)); /* signals, and scratch for the noise */
+    if (!memory) abort();
+    double *f_r = p.f_r = memory, *d = p.d = memory + n, *D = p.D = memory + 2 * n;
+    double octaves = log2(s->stop_hz / s->start_hz), rise = octaves / s->sweep_s * Ts; /* octaves per period */
+    double turns = s->start_hz * s->sweep_s / (octaves * log(2));
+    for (long k = 0; k < n; k++) {
+        double chirp = turns * (1 / exp2_minus_square(sqrt(k * rise)) - 1), t = k * (s->disturbance_hz * Ts);
+        double sine = s->disturbance_amplitude * sin_turns(t), cosine = s->disturbance_amplitude * sin_turns(t + 0.25);
+        f_r[k] = s->setpoint_offset + s->setpoint_amplitude * sin_turns(chirp);
+        d[k] = s->disturbance_offset + sine;
+        D[k] = s->disturbance_offset * total + sine * in_phase + cosine * quadrature;
+    }
+    p.first_force = s->f0 + p.d[0];
+    if (noise) gaussian_series(number, s->noise_rms * p.noise_gain, n, p.D, p.D + n);
+    return p;
+}

@@ -1,0 +1,70 @@
+"""The targets of the benchmark as data: a ratio of two measured times, and what it should be."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from contenders import C_JUMP, OURS, C
+
+
+@dataclass(frozen=True)
+class Target:
+    """`value` is a ratio or seconds; it should be at most (or at least) `limit`."""
+
+    what: str
+    value: float
+    limit: float | None
+    at_least: bool = False
+    unit: str = "x"
+
+    @property
+    def met(self) -> bool | None:
+        if self.limit is None:
+            return None
+        return self.value >= self.limit if self.at_least else self.value <= self.limit
+
+    def row(self) -> dict[str, Any]:
+        return asdict(self) | {"met": self.met}
+
+
+def of(best: dict[str, dict[str, float]], threads: int) -> Iterator[Target]:
+    """Targets that the measured sections allow; `best` holds seconds by section and contender."""
+    yield from _one(best.get("one run", {}))
+    yield from _grid(best.get("grid", {}), f"{threads} thread{'s' * (threads > 1)}")
+    for command, seconds in best.get("start-up", {}).items():
+        yield Target(f"{command}, fresh process", seconds, 0.5 if command.endswith("--help") else 2.0, unit="s")
+
+
+def _one(one: dict[str, float]) -> Iterator[Target]:
+    mine = one.get(OURS)
+    if mine is None:
+        return
+    yield Target("one run with traces / C, same straight-line loop", mine / one[C], 1.6)
+    yield Target("one run with traces / C with a branch on the clamp", mine / one[C_JUMP], None)
+    for peer, seconds in one.items():
+        asked = any(name in peer for name in ("python-control", "SciPy", "Drake"))
+        if peer not in (OURS, C, C_JUMP):
+            yield Target(f"one run: {peer} / {OURS}", seconds / mine, 300.0 if asked else None, at_least=True)
+
+
+def _grid(grid: dict[str, float], all_threads: str) -> Iterator[Target]:
+    mine = grid.get(f"{OURS}, {all_threads}")
+    if mine is None:
+        return
+    for threads in ("1 thread", all_threads) if all_threads != "1 thread" else ("1 thread",):
+        yield Target(f"grid, {threads} / C", grid[f"{OURS}, {threads}"] / grid[f"{C}, {threads}"], 1.3)
+    for kind in ("common", "1024 seeds"):
+        noisy = grid[f"{OURS}, noise, {kind}, {all_threads}"]
+        yield Target(f"grid with noise ({kind}) / without", noisy / mine, 1.2)
+        yield Target(
+            f"grid with noise ({kind}) / C with noise", noisy / grid[f"{C}, noise, {kind}, {all_threads}"], None
+        )
+    for peer, limit in (
+        (f"JAX vmap, {all_threads}", 5.0),
+        ("JAX vmap, 1 thread", None),
+        ("NumPy batch, 1 thread", 20.0),
+    ):
+        if peer in grid and not (limit is None and all_threads == "1 thread"):
+            yield Target(f"grid: {peer} / {OURS}, {all_threads}", grid[peer] / mine, limit, at_least=True)
