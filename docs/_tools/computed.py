@@ -1,0 +1,49 @@
+"""Sphinx extension: what the pages insert as ``{{ name }}``, computed from the package when the pages are built."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import facts
+import tables
+from page import command
+from sphinx.application import Sphinx
+from sphinx.config import Config
+
+VERBS = ("simulate", "sweep", "reproduce")
+
+
+def substitutions(source: Path) -> dict[str, Any]:
+    """Return every name that a page may insert."""
+    front = "![One run, open and closed loop](_static/frontpage.svg)"
+    found: dict[str, Any] = {
+        "n": facts.numbers(),
+        "presets": tables.presets(),
+        "metrics": tables.metrics(),
+        "front_page": front if (source / "_static" / "frontpage.svg").exists() else "",
+    }
+    found |= {f"parameters_{name}": tables.parameters(block) for name, block in tables.BLOCKS.items()}
+    for make in (
+        facts.readings,
+        facts.gains,
+        facts.integral_gains,
+        facts.noise_readings,
+        facts.delays,
+        facts.noise_gains,
+    ):
+        found[f"table_{make.__name__}"] = make()
+    for words in ("", *VERBS):
+        found[f"help_{words or 'all'}"] = f"```text\n{command(f'{words} --help'.strip())}```"
+    return found
+
+
+def compute(app: Sphinx, config: Config) -> None:
+    """Fill in MyST's substitutions."""
+    config.myst_substitutions = dict(config.myst_substitutions) | substitutions(Path(app.confdir))
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Register the extension; MyST reads its settings later, when the builder starts."""
+    app.connect("config-inited", compute, priority=100)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

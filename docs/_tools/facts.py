@@ -1,0 +1,180 @@
+"""Every number of the notes and of the model that is ours: computed when the documentation is built."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from tables import table
+
+import frictionloop as fl
+from frictionloop.design import integrated_noise_rms_n
+
+GAINS = (1.0, 5.0, 10.0, 20.0, 40.0)
+
+
+def score(system: fl.System) -> tuple[float, float]:
+    """Return R2 and saturation index of 10 s."""
+    run = fl.simulate(system, 10.0, seed=0)
+    return fl.r2_identity(run), fl.saturation_index(run)
+
+
+def readings() -> str:
+    """Return what each reading of the printed amplitudes allows, and what the loop makes of it."""
+    systems = {name: fl.paper().evolve(overrides) for name, overrides in fl.READINGS.items()}
+    return table(
+        ("Reading", "$f_r$ (N)", "$d$ (N)", "Band at all times (N)", "In reach", "Best $R^2$", "$R^2$ at 10, 2"),
+        (_reading(name, system) for name, system in (systems | {"`fl.feasible()`": fl.feasible()}).items()),
+    )
+
+
+def _reading(name: str, system: fl.System) -> Iterable[Any]:
+    run = fl.simulate(system, 10.0, seed=0)
+    d = run["d"].values
+    low, high = fl.reachable(system, d)
+    band = f"[{low:.3f}, {high:.3f}]" + (", empty" if low > high else "")
+    floor_n, nominal_n = fl.reachable(system)
+    in_reach = np.mean((run["f_r"] >= floor_n + d) & (run["f_r"] <= nominal_n + d))
+    signals = (f"{s.offset_n:g} ± {s.amplitude_n:g}" for s in (system.setpoint, system.disturbance))
+    return name, *signals, band, f"{in_reach:.0%}", f"{fl.r2_bound(run):.3f}", f"{fl.r2_identity(run):.3f}"
+
+
+def gains() -> str:
+    """Return R2 and saturation over kp, with and without sensor noise."""
+    rows = []
+    for kp in GAINS:
+        system = fl.feasible().evolve({"controller.kp": kp})
+        scores = *score(system), *score(system.evolve({"sensor.noise_rms_n": 0.0}))
+        literal = score(fl.paper().evolve({"controller.kp": kp}))[0]
+        rows.append((f"{kp:g}", *_formatted(scores), f"{literal:.3f}"))
+    header = "$K_p$", "$R^2$", "saturated", "$R^2$, no noise", "saturated, no noise", "$R^2$, `fl.paper()`"
+    return table(header, rows)
+
+
+def _formatted(scores: Iterable[float]) -> list[str]:
+    return [f"{x:.3f}" if i % 2 == 0 else f"{x:.1%}" for i, x in enumerate(scores)]
+
+
+def integral_gains() -> str:
+    """Return R2 over ki, and the time in which the integral corrects."""
+    rows = []
+    for ki in (0.2, 2.0, 20.0, 200.0, 2000.0, 10_000.0):
+        r2, saturated = score(fl.feasible().evolve({"controller.ki": ki}))
+        correction_s = (1 + 10.0) / ki
+        rows.append((f"{ki:g}", f"{correction_s:.2g} s", f"{r2:.3f}", f"{saturated:.1%}"))
+    return table(("$K_i$ (1/s)", "$(1 + K_p)/K_i$", "$R^2$", "saturated"), rows)
+
+
+def noise_readings() -> str:
+    """Return what the printed 1e-4 does, read as rms, as density and as variance."""
+    nyquist_hz = fl.feasible().controller.rate_hz / 2
+    readings = {
+        "none": 0.0,
+        r"rms, $10^{-4}$ N": 1e-4,
+        r"density, $10^{-4}\ \mathrm{N}/\sqrt{\mathrm{Hz}}$": 1e-4 * math.sqrt(nyquist_hz),
+        r"variance, $10^{-4}\ \mathrm{N}^2$": math.sqrt(1e-4),
+    }
+    rows = []
+    for name, rms_n in readings.items():
+        r2, saturated = score(fl.feasible().evolve({"sensor.noise_rms_n": rms_n}))
+        rows.append((name, f"{rms_n * 1e3:.3g}", f"{r2:.3f}", f"{saturated:.1%}"))
+    return table(("Reading", "rms (mN)", "$R^2$", "saturated"), rows)
+
+
+def delays() -> str:
+    """Return phase margin and largest stable kp over the delay."""
+    rows = []
+    for delay_s in (0.0, 100e-6, 200e-6, 300e-6, 400e-6):
+        loop = fl.linearise(fl.paper().evolve({"controller.delay_s": delay_s}))
+        margins = loop.margins()
+        state = "stable" if margins.stable else "unstable"
+        phase = f"{margins.phase_margin_deg:.0f}°"
+        rows.append((f"{delay_s * 1e6:g}", f"{delay_s * 1e6 + 100:g}", phase, f"{fl.kp_limit(loop):.1f}", state))
+    header = "`delay_s` (µs)", "with half the hold (µs)", "phase margin at 10, 2", "largest stable $K_p$", "10, 2 is"
+    return table(header, rows)
+
+
+def noise_gains() -> str:
+    """Return sigma_f / sigma_n of equation (3), printed and as the loop runs, and sigma_u / sigma_n."""
+    rows = []
+    for kp in GAINS:
+        loop = fl.linearise(fl.paper().evolve({"controller.kp": kp}))
+        sigma = loop.system.sensor.noise_rms_n
+        printed = integrated_noise_rms_n(loop, reading="printed") / sigma
+        sampled = fl.output_noise_rms_n(loop) / sigma, fl.command_noise_rms_n(loop) / sigma
+        rows.append((f"{kp:g}", f"{printed:.2f}", *(f"{x:.2f}" if math.isfinite(x) else "unstable" for x in sampled)))
+    force, command = r"$\sigma_f/\sigma_n$", r"$\sigma_u/\sigma_n$"
+    return table(("$K_p$", f"{force}, continuous", f"{force}, sampled", f"{command}, sampled"), rows)
+
+
+def numbers() -> dict[str, str]:
+    """Return the single numbers that the pages quote."""
+    paper = fl.paper()
+    run = fl.simulate(paper, 10.0, seed=0)
+    low, high = fl.reachable(paper, run["d"].values)
+    f0, floor = paper.friction.nominal_n, fl.reachable(paper).low_n
+    wide = fl.simulate(paper.evolve(fl.READINGS["disturbance of Sec. 2.1"]), 10.0)
+    literal_r2, lumped_r2, apart_n = literal_and_lumped()
+    steepest = fl.amplitude_for(f0 * math.exp(-0.5), paper.friction)
+    output_n = fl.output_noise_rms_n(paper.evolve({"sensor.noise_rms_n": 5e-5}))
+    return {
+        "bound": f"{fl.r2_bound(run):.3f}",
+        "r2": f"{fl.r2_identity(run):.3f}",
+        "regression": f"{fl.r2_regression(run):.3f}",
+        "slope": f"{fl.regression(run).slope:.2f}",
+        "low": f"{low:.3f}",
+        "high": f"{high:.3f}",
+        "floor": f"{floor:.4f}",
+        "reduction": f"{1 - floor / f0:.0%}",
+        "half": f"{float(fl.amplitude_for(f0 / 2, paper.friction)):.2f}",
+        "steepest": f"{float(steepest):.2f}",
+        "amplitude_for_floor_of_device": f"{float(fl.amplitude_for(f0 / 3, paper.friction)):.2f}",
+        "lowest_d": f"{float(wide['d'].min()):.1f}",
+        "lowest_f": f"{float(wide['f_a'].min()):.2f}",
+        "kp_limit": f"{fl.kp_limit(paper):.1f}",
+        "kp_limit_late": f"{fl.kp_limit(paper.evolve({'controller.delay_s': 200e-6})):.1f}",
+        "output_noise": f"{output_n * 1e5:.1f}",
+        "noise_harm_mn": f"{harmful_noise_n(0.05) * 1e3:.0f}",
+        "literal_r2": f"{literal_r2:.4f}",
+        "lumped_r2": f"{lumped_r2:.4f}",
+        "apart_mn": f"{apart_n * 1e3:.1f}",
+    } | sensor_numbers()
+
+
+def literal_and_lumped() -> tuple[float, float, float]:
+    """Return R2 with the low-pass before the friction law and with both lumped into P(s), and the rms between (N)."""
+    system = fl.feasible().evolve({"sensor.noise_rms_n": 0.0})
+    run = fl.simulate(system, 10.0)
+    f_r, d = run["f_r"].values, run["d"].values
+    lumped = fl.linearise(system).state_space().simulate(np.column_stack([f_r, d, np.zeros_like(d)]))[:, 0]
+    settled = run["time"].values >= 0.1
+    apart = np.sqrt(np.mean((lumped - run["f_a"].values)[settled] ** 2))
+    return fl.r2_identity(run, settled), fl.r2_identity(run.assign(f_a=("time", lumped)), settled), float(apart)
+
+
+def harmful_noise_n(loss: float) -> float:
+    """Return the rms of sensor noise that lowers R2 by ``loss``."""
+    rms_n = np.geomspace(1e-3, 1.0, 61)
+    r2 = fl.sweep(fl.feasible(), {"sensor.noise_rms_n": rms_n}, 10.0, progress=False)["r2_identity"].values[:, 0]
+    lost = score(fl.feasible().evolve({"sensor.noise_rms_n": 0.0}))[0] - r2
+    return float(np.exp(np.interp(loss, np.maximum.accumulate(lost), np.log(rms_n))))
+
+
+def sensor_numbers() -> dict[str, str]:
+    """Return the arithmetic of Section 3, from its printed values."""
+    mass_kg, stiffness_n_per_m, resonance_hz, floor_n, range_n = 0.4, 1e6, 145.0, 5e-5, 2.5
+    measured_n_per_m = mass_kg * (2 * math.pi * resonance_hz) ** 2
+    noise_band_hz = math.pi / 2 * 300.0  # equivalent noise bandwidth of a first-order pole
+    return {
+        "design_hz": f"{math.sqrt(stiffness_n_per_m / mass_kg) / (2 * math.pi):.1f}",
+        "measured_stiffness": f"{measured_n_per_m / 1e6:.2f}",
+        "measured_mass": f"{stiffness_n_per_m / (2 * math.pi * resonance_hz) ** 2:.1f}",
+        "floor_pm": f"{floor_n / stiffness_n_per_m * 1e12:.0f}",
+        "floor_measured_pm": f"{floor_n / measured_n_per_m * 1e12:.0f}",
+        "range_db": f"{20 * math.log10(range_n / floor_n):.2f}",
+        "ratio": f"{range_n / floor_n:,.0f}",
+        "density_as_rms_mn": f"{floor_n * math.sqrt(noise_band_hz) * 1e3:.1f}",
+        "rms_as_density": f"{floor_n / math.sqrt(noise_band_hz) * 1e6:.1f}",
+    }

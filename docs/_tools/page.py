@@ -1,0 +1,104 @@
+"""The code blocks of a page, run from top to bottom in one folder and one namespace.
+
+``python`` blocks run; if the last line ends with ``# refused`` the error is what the block shows. ``toml`` blocks whose
+first line is ``# some-name.toml`` become that file. Lines ``$ frictionloop ...`` of ``console`` blocks run.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import logging
+import os
+import shlex
+import warnings
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+from matplotlib.figure import Figure
+
+from frictionloop import FrictionloopError
+
+LANGUAGES = ("python", "toml", "console")
+REFUSED = "# refused"
+
+
+@dataclass
+class Page:
+    """What the blocks of one page share."""
+
+    folder: Path
+    style: dict[str, Any] = field(default_factory=dict)
+    names: dict[str, Any] = field(default_factory=lambda: {"__name__": "__main__"})
+
+    def run(self, language: str, text: str) -> tuple[str, list[Figure]]:
+        """Run one block; return what it printed (for ``console`` the block with the answers in it) and its figures."""
+        logging.disable(logging.WARNING)  # a cluster that starts and stops has much to say
+        try:
+            with contextlib.chdir(self.folder), warnings.catch_warnings(), mpl.rc_context(self.style):
+                warnings.simplefilter("error")
+                if language == "python":
+                    return self._python(text)
+                return (_file(text) if language == "toml" else _console(text)), []
+        finally:
+            logging.disable(logging.NOTSET)
+
+    def _python(self, code: str) -> tuple[str, list[Figure]]:
+        printed, figures = io.StringIO(), []
+
+        def show() -> None:
+            figures.extend(plt.figure(number) for number in plt.get_fignums())
+            plt.close("all")
+
+        shown, plt.show = plt.show, show
+        refused = code.rstrip().endswith(REFUSED)
+        try:
+            with contextlib.redirect_stdout(printed):
+                exec(compile(code, "<block>", "exec"), self.names)
+            if refused:
+                raise AssertionError(f"nothing was refused in\n{code}")
+        except FrictionloopError as error:
+            if not refused:
+                raise
+            printed.write(f"FrictionloopError: {error}\n")
+        finally:
+            plt.show = shown
+        return printed.getvalue(), figures
+
+
+def _file(text: str) -> str:
+    name = text.splitlines()[0].removeprefix("# ")
+    if name.endswith(".toml") and "/" not in name:
+        Path(name).write_text(text, encoding="utf-8")
+    return ""
+
+
+def _console(text: str) -> str:
+    """Return the block with the output of each ``$ frictionloop`` command after it."""
+    lines: list[str] = []
+    for line in text.splitlines():
+        lines.append(line)
+        if line.startswith("$ frictionloop "):
+            lines += [*command(line.removeprefix("$ frictionloop ")).splitlines(), ""]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def command(words: str, width: int = 80) -> str:
+    """Return what ``frictionloop`` prints when called with these words; anything but success is an error here."""
+    from frictionloop.cli import main
+
+    screen, columns = io.StringIO(), os.environ.get("COLUMNS")
+    os.environ["COLUMNS"] = str(width)
+    try:
+        with contextlib.redirect_stdout(screen), contextlib.redirect_stderr(screen):
+            main(shlex.split(words, comments=True))
+    except SystemExit as end:
+        if end.code:
+            raise RuntimeError(f"frictionloop {words}: exit code {end.code}\n{screen.getvalue()}") from None
+    finally:
+        os.environ.pop("COLUMNS")
+        os.environ.update({"COLUMNS": columns} if columns else {})
+    return "\n".join(line.rstrip() for line in screen.getvalue().splitlines()).strip("\n") + "\n"

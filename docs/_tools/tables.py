@@ -1,0 +1,115 @@
+"""Tables of the parameters, made from the models: name, unit, what is accepted, default, meaning and source."""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Iterable
+from typing import Any, Literal, Union, get_args, get_origin
+
+from pydantic.fields import FieldInfo
+
+import frictionloop as fl
+from frictionloop.parameters.block import Block
+from frictionloop.quantities import unit_of
+
+BLOCKS: dict[str, type[Block]] = {
+    "constant": fl.Constant,
+    "sine": fl.Sine,
+    "log_sweep": fl.LogSweep,
+    "steps": fl.Steps,
+    "noise": fl.ColouredNoise,
+    "recording": fl.Recording,
+    "friction": fl.Friction,
+    "plate": fl.LowpassPlate,
+    "sensor": fl.LowpassSensor,
+    "controller": fl.PiController,
+    "model": fl.Model,
+}
+"""The tables of the parameters page by the name they have there."""
+SIGNS = {"gt": "> {:g}", "ge": "≥ {:g}", "lt": "< {:g}", "le": "≤ {:g}"}
+UNITS = {"": "–", "1": "–", "um": "µm", "um^-2": "µm⁻²"}
+WORDS = {float: "a number", int: "a whole number", str: "text", bool: "`true`, `false`"}
+
+
+def table(header: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
+    """Return a Markdown table."""
+    header = list(header)
+    lines = [header, ["---"] * len(header), *([str(cell) for cell in row] for row in rows)]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def _unit(unit: str) -> str:
+    return UNITS.get(unit, unit)
+
+
+def parameters(block: type[Block]) -> str:
+    """Return the table of one block."""
+    rows = [
+        (f"`{name}`", _unit(unit_of(name)), accepted(field), default(field), _sentence(field.description or ""))
+        for name, field in block.model_fields.items()
+        if name not in ("kind", "model")
+    ]
+    return table(("Name", "Unit", "Accepted", "Default", "Meaning (source)"), rows)
+
+
+def accepted(field: FieldInfo) -> str:
+    """Return in words which values a field takes, besides being finite."""
+    limits = [
+        form.format(limit)
+        for bound in field.metadata
+        for sign, form in SIGNS.items()
+        if (limit := getattr(bound, sign, None)) is not None
+    ]
+    return ", ".join(limits) or _words(field.annotation)
+
+
+def _words(annotation: Any) -> str:
+    arguments = get_args(annotation)
+    if get_origin(annotation) is Literal:
+        return ", ".join(f"`{value}`" for value in arguments)
+    if get_origin(annotation) is tuple:
+        return "a list of numbers"
+    if get_origin(annotation) in (Union, types.UnionType):
+        return " or ".join(_optional(part) for part in arguments if part is not type(None)) + " or left out"
+    return WORDS[annotation]
+
+
+def _optional(part: Any) -> str:
+    bounds = FieldInfo.from_annotation(part)
+    return accepted(bounds)
+
+
+def default(field: FieldInfo) -> str:
+    """Return a field's default as TOML would have it."""
+    if field.is_required():
+        return "must be given"
+    if field.default is None:
+        return "left out"
+    value = list(field.default) if isinstance(field.default, tuple) else field.default
+    text = f"{value:g}" if isinstance(value, float) else str(value).lower() if isinstance(value, bool) else str(value)
+    return f'`"{text}"`' if isinstance(value, str) else f"`{text}`"
+
+
+def _sentence(description: str) -> str:
+    return " ".join(description.split()).replace("|", "\\|")
+
+
+def presets() -> str:
+    """Return what each preset holds, path by path."""
+    systems = {"`fl.paper()`": fl.paper(), "`fl.feasible()`": fl.feasible()}
+    paths = dict.fromkeys(path for system in systems.values() for path in system.paths())
+    rows = [(f"`{path}`", *(_value(s, path) for s in systems.values()), _unit(unit_of(path))) for path in paths]
+    return table(("Parameter", *systems, "Unit"), rows)
+
+
+def _value(system: fl.System, path: str) -> str:
+    value: Any = system
+    for name in path.split("."):
+        value = getattr(value, name)
+    return f"{value:g}" if isinstance(value, (int, float)) else f"`{value}`"
+
+
+def metrics() -> str:
+    """Return every metric by name."""
+    rows = [(f"`{name}`", m.long_name, _unit(m.units)) for name, m in fl.METRICS.items()]
+    return table(("Name", "Meaning", "Unit"), rows)

@@ -1,0 +1,110 @@
+"""The documentation: what its code blocks do when run, and that it leaves nothing out."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+import matplotlib as mpl
+import pytest
+
+import frictionloop as fl
+from frictionloop.parameters.system import kinds_of
+
+DOCS = Path(__file__).parents[2] / "docs"
+FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+WIDEST = 88
+"""Characters of a line of code that the pages show without scrolling."""
+STARTS_PROCESSES = {"sweep-on-a-cluster"}
+PAGES = [DOCS / "tutorial.md", *sorted((DOCS / "how-to").glob("*.md"))]
+
+
+@pytest.fixture
+def tools(monkeypatch):
+    monkeypatch.syspath_prepend(str(DOCS / "_tools"))
+    yield
+    for name in [name for name, module in sys.modules.items() if str(DOCS) in str(getattr(module, "__file__", ""))]:
+        del sys.modules[name]
+
+
+def blocks(page):
+    return FENCE.findall(page.read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize(
+    "path", [pytest.param(p, id=p.stem, marks=[pytest.mark.slow] * (p.stem in STARTS_PROCESSES)) for p in PAGES]
+)
+@pytest.mark.usefixtures("tools")
+def test_code_blocks_run(path, tmp_path):
+    from page import LANGUAGES, Page
+
+    mpl.use("Agg")
+    page, ran = Page(tmp_path), 0
+    for language, text in blocks(path):
+        if language in LANGUAGES:
+            page.run(language, text)
+            ran += language == "python"
+    assert ran > 0
+
+
+@pytest.mark.usefixtures("tools")
+def test_a_block_shows_what_it_prints_and_draws_and_what_is_refused(tmp_path):
+    from page import Page
+
+    page = Page(tmp_path)
+    page.run("python", "import frictionloop as fl\nimport matplotlib.pyplot as plt")
+    text, figures = page.run("python", "print(1)\nplt.plot([1, 2])\nplt.show()")
+    assert text == "1\n"
+    assert len(figures) == 1
+    assert page.run("python", "fl.preset('papre')  # refused")[0].startswith("FrictionloopError: preset")
+    with pytest.raises(fl.FrictionloopError):
+        page.run("python", "fl.preset('papre')")
+    with pytest.raises(AssertionError, match="nothing was refused"):
+        page.run("python", "fl.preset('paper')  # refused")
+    page.run("toml", '# mine.toml\nschema = 1\npreset = "paper"\n')
+    assert "r2_identity" in page.run("console", "$ frictionloop simulate mine.toml --duration-s 0.1")[0]
+    with pytest.raises(RuntimeError, match="exit code 2"):
+        page.run("console", "$ frictionloop simulate yours.toml")
+
+
+@pytest.mark.parametrize("path", [*PAGES, DOCS / "index.md"], ids=lambda path: path.stem)
+def test_code_fits_the_page(path):
+    lines = [line for _, text in blocks(path) for line in text.splitlines()]
+    assert [line for line in lines if len(line) > WIDEST] == []
+
+
+@pytest.mark.usefixtures("tools")
+def test_the_parameters_page_has_every_block_and_field():
+    from tables import BLOCKS, parameters
+
+    page = (DOCS / "parameters.md").read_text(encoding="utf-8")
+    kinds = {kind for block in fl.System.model_fields for kind in kinds_of(block)}
+    assert kinds | {fl.Model} == set(BLOCKS.values())
+    for name, block in BLOCKS.items():
+        assert f"{{{{ parameters_{name} }}}}" in page
+        table = parameters(block)
+        for field, about in block.model_fields.items():
+            if field not in ("kind", "model"):
+                assert f"| `{field}` |" in table
+                assert about.description
+
+
+def test_the_reference_has_every_public_name():
+    page = (DOCS / "reference.md").read_text(encoding="utf-8")
+    assert [name for name in fl.__all__ if not re.search(rf":: (\S*\.)?{name}$", page, re.MULTILINE)] == []
+
+
+def test_the_reference_has_every_name_of_the_analysis():
+    import frictionloop.design as design
+
+    page = (DOCS / "reference.md").read_text(encoding="utf-8")
+    assert [name for name in design.__all__ if not re.search(rf":: (\S*\.)?{name}$", page, re.MULTILINE)] == []
+
+
+@pytest.mark.usefixtures("tools")
+def test_the_numbers_of_the_notes_are_all_used():
+    from facts import numbers
+
+    pages = "".join((DOCS / name).read_text(encoding="utf-8") for name in ("model.md", "paper-notes.md"))
+    assert set(re.findall(r"\{\{ n\.(\w+) \}\}", pages)) == set(numbers())
