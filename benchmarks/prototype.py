@@ -21,7 +21,7 @@ from scipy.signal import iirnotch
 from frictionloop.control.lookup import inverse_step
 from frictionloop.control.pi import PiState, pi_step
 from frictionloop.loop.slab import LANES, load, peek, pointer, poke, store
-from frictionloop.physics.friction import friction_step
+from frictionloop.physics.friction import remaining_step
 from frictionloop.physics.plate import lowpass_step
 from frictionloop.quantities.arithmetic import fma, sin_turns, step
 from frictionloop.sensing.measurement import Measurement
@@ -29,7 +29,7 @@ from frictionloop.sensing.measurement import Measurement
 SUBSTEPS = 10  # 50 kHz inside a 5 kHz period
 NAMES = """
     a skin_x skin_v bristle force p v f_m integral n1 n2 command error2
-    decay f0 halvings speed k c per_mass s0 h a11 a12 a21 a22 b1 b2 sensor_decay
+    decay f0 per_unit speed k c per_mass s0 h a11 a12 a21 a22 b1 b2 sensor_decay
     kp ki low high log2_f0 um2_per_halving c0 c1 c2 d1 d2
 """
 ROW = {name: row for row, name in enumerate(NAMES.split())}
@@ -81,8 +81,8 @@ def plate(a, command, decay):  # type: ignore[no-untyped-def]
 
 
 @step
-def finger(skin_x, skin_v, bristle, a, f0, halvings, speed, k, c, per_mass, s0, h):  # type: ignore[no-untyped-def]
-    limit = friction_step(a, f0, halvings)
+def finger(skin_x, skin_v, bristle, a, f0, per_unit, speed, k, c, per_mass, s0, h):  # type: ignore[no-untyped-def]
+    limit = f0 * remaining_step(a * per_unit)
     return dahl_step(skin_x, skin_v, bristle, limit, speed, k, c, per_mass, s0, h)
 
 
@@ -90,7 +90,7 @@ def build(blocks: int):  # type: ignore[no-untyped-def]
     """Return the kernel with the first ``blocks`` of: control, plate, finger, suspension, notch."""
     plate_tile = lift(plate, "a command decay", "a")
     finger_tile = lift(
-        finger, "skin_x skin_v bristle a f0 halvings speed k c per_mass s0 h", "skin_x skin_v bristle force"
+        finger, "skin_x skin_v bristle a f0 per_unit speed k c per_mass s0 h", "skin_x skin_v bristle force"
     )
     sensor_tile = lift(suspension_step, "p v f_m force a11 a12 a21 a22 b1 b2 sensor_decay", "p v f_m")
     notch_tile = lift(notch_step, "n1 n2 f_m c0 c1 c2 d1 d2", "n1 n2 f_m")
@@ -134,7 +134,7 @@ def rough_bench() -> np.ndarray:
     phi = expm(h * np.array([[0, 1, 0], [-(resonance**2), -resonance / q, resonance**2], [0, 0, 0]]))
     c, d = iirnotch(145, 1.0, 1 / dt)
     values = {
-        **{"decay": math.exp(-2 * math.pi * 100 * h), "f0": 1.0, "halvings": 0.38 / math.log(2)},
+        **{"decay": math.exp(-2 * math.pi * 100 * h), "f0": 1.0, "per_unit": math.sqrt(0.38 / math.log(2))},
         **{"speed": 0.02, "k": 1e3, "c": 1.0, "per_mass": 1e4, "s0": 2e4, "h": h},
         **dict(zip(("a11", "a12", "b1", "a21", "a22", "b2"), phi[:2].ravel(), strict=True)),
         **{"sensor_decay": math.exp(-2 * math.pi * 1000 * h)},

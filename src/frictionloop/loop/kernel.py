@@ -19,7 +19,7 @@ from frictionloop.loop.plant_tile import build_plant
 from frictionloop.loop.quadrature import NODES
 from frictionloop.loop.score_tile import build_scores
 from frictionloop.loop.signals import build_signals
-from frictionloop.loop.slab import ROW, ROWS, pointer
+from frictionloop.loop.slab import ROW, ROWS, aligned, pointer
 from frictionloop.loop.tiles import TRACES, build_delay, build_inputs, build_record, compiled_for
 from frictionloop.quantities.normals import BLOCK
 
@@ -51,6 +51,7 @@ class Buffers(NamedTuple):
 
     setpoint: np.ndarray
     disturbance: np.ndarray
+    driven: np.ndarray
     normals: np.ndarray
     history: np.ndarray
     table: np.ndarray
@@ -59,7 +60,7 @@ class Buffers(NamedTuple):
 
 def _build(width: int) -> Any:
     compiled = compiled_for(width)
-    fill_signal, fill_noise = build_signals(width)
+    fill_signal, fill_driven, fill_noise = build_signals(width)
     pi, pi_limits = build_control(width, pi_step, len(PiState._fields), len(PiGains._fields))
     apply_late = build_delay(width)
     plant = build_plant(width)
@@ -67,12 +68,14 @@ def _build(width: int) -> Any:
     scores, record = build_scores(width), build_record(width)
     spread, settle = build_inputs(width)
     setpoint, disturbance, normal = ROW["setpoint"], ROW["disturbance"], ROW["normal"]
+    driven = ROW["driven"]
 
     @compiled
     def one_period(s, n, k, at, o, b, trace, trace_size):  # type: ignore[no-untyped-def]
         spread(s, n, setpoint, b.setpoint, at, o.setpoint_shared)
         spread(s, n, disturbance, b.disturbance, at, o.disturbance_shared)
         spread(s, n, normal, b.normals, at, o.noise_shared)
+        spread(s, n, driven, b.driven, at, o.disturbance_shared)
         if k == 0:
             settle(s, n)
             pi_limits(s, n)
@@ -83,12 +86,12 @@ def _build(width: int) -> Any:
         if o.recording:
             record(s, n, k, trace, trace_size)
         if o.ring_mask == 0 and o.segments == 1:
-            plant(s, n, b.disturbance, at, o.disturbance_shared, command, 0)
+            plant(s, n, command, 0)
             return
         apply_late(s, n, k, b.history, o.ring_mask)
         for segment in range(o.segments):
             held = applied if segment < o.before else applied + 1
-            plant(s, n, b.disturbance, at, o.disturbance_shared, held, segment * (NODES - 1))
+            plant(s, n, held, segment * (NODES - 1))
 
     @compiled
     def advance(slab, n, start, stop, o, buffers, setpoint_samples, disturbance_samples, chunk, trace):  # type: ignore[no-untyped-def]
@@ -97,6 +100,7 @@ def _build(width: int) -> Any:
         b = Buffers(
             pointer(buffers.setpoint),
             pointer(buffers.disturbance),
+            pointer(buffers.driven),
             pointer(buffers.normals),
             pointer(buffers.history),
             pointer(buffers.table),
@@ -124,6 +128,7 @@ def _build(width: int) -> Any:
                 nodes,
                 o.dt,
             )
+            fill_driven(b.driven, s, b.disturbance, o.disturbance_shared, nodes, end - first)
             fill_noise(b.normals, b.seeds, o.noise_shared, first, counters)
             while k < end:
                 one_period(s, n, k, k - first, o, b, traces, trace.size // len(TRACES))
@@ -155,7 +160,7 @@ def _call_once(advance: Any, width: int) -> None:
     """
     nothing, none = np.zeros(0), Options(EXTERNAL, 1, 0, 0, True, 0, True, True, 0, 0, False, 0, 0, 1.0)
     scratch = buffers(width, 1, 1, nothing, np.zeros(width, np.uint64))
-    advance(np.zeros(ROWS * width), width, 0, 0, none, scratch, nothing, nothing, 0, nothing)
+    advance(aligned(ROWS * width), width, 0, 0, none, scratch, nothing, nothing, 0, nothing)
     advance.disable_compile()
 
 
@@ -167,10 +172,11 @@ def ring_size(longest_delay: float) -> int:
 def buffers(width: int, ring: int, nodes: int, table: np.ndarray, seeds: np.ndarray) -> Buffers:
     """Return zeroed scratch and history for one tile."""
     return Buffers(
-        setpoint=np.zeros(BLOCK * width),
-        disturbance=np.zeros(nodes * BLOCK * width),
-        normals=np.zeros(BLOCK * width),
-        history=np.zeros(ring * width),
+        setpoint=aligned(BLOCK * width),
+        disturbance=aligned(nodes * BLOCK * width),
+        driven=aligned(BLOCK * width),
+        normals=aligned(BLOCK * width),
+        history=aligned(ring * width),
         table=table,
         seeds=seeds,
     )

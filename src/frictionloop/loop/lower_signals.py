@@ -25,13 +25,13 @@ class Signal(NamedTuple):
 
 
 def lower_signal(
-    slab: Slab, rows: str, sources: Sequence[Source], seeds: np.ndarray, stream: int, rate_hz: float, one_grid: bool
+    slab: Slab, rows: str, sources: Sequence[Source], seeds: np.ndarray, stream: int, rate_hz: float, nodes_alike: bool
 ) -> Signal:
-    """Set the formula rows of a signal, one source per lane; ``one_grid`` says that all lanes have the same nodes."""
+    """Set the formula rows of a signal, one source per lane; ``nodes_alike`` says that lanes may share it."""
     slab.view(rows)[:] = np.array([_formula(s) for s in sources]).T
     first = sources[0]
     drawn = isinstance(first, ColouredNoise) and bool(np.any(seeds != seeds[0]))
-    shared = one_grid and not drawn and all(s == first for s in sources)
+    shared = nodes_alike and not drawn and all(s == first for s in sources)
     if isinstance(first, (Constant, Sine)):
         return Signal(SINE, shared, _nothing)
     if isinstance(first, LogSweep):

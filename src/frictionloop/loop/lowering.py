@@ -15,6 +15,7 @@ from frictionloop.loop.quadrature import segment_nodes, segment_weights
 from frictionloop.loop.slab import LANES, Slab
 from frictionloop.loop.structure import delay_periods, segments_of, switch_s
 from frictionloop.parameters import System
+from frictionloop.physics.friction import halving_amplitude_um
 from frictionloop.physics.sources import Sampler
 
 SETPOINT_STREAM, DISTURBANCE_STREAM = 1, 2
@@ -49,12 +50,13 @@ def lower(
     slab, rate = Slab(width), systems[0].controller.rate_hz
     before, after = segments_of(systems[0])
     switch = np.array([switch_s(s) for s in systems])
-    one_grid = bool(np.all(switch == switch[0]))
     nodes = _lower_plant(slab, systems, switch, 1.0 / rate, before, after)
     table = _lower_controller(slab, systems)
     setpoints, disturbances = [s.setpoint for s in systems], [s.disturbance for s in systems]
+    # Lanes share the disturbance's share of the reading if they also share the nodes and their weights.
+    nodes_alike = all(bool(np.all(rows == rows[:, :1])) for rows in (slab.view("node_time"), slab.view("weight")))
     setpoint = lower_signal(slab, "setpoint_signal", setpoints, keys, SETPOINT_STREAM, rate, True)
-    disturbance = lower_signal(slab, "disturbance_signal", disturbances, keys, DISTURBANCE_STREAM, rate, one_grid)
+    disturbance = lower_signal(slab, "disturbance_signal", disturbances, keys, DISTURBANCE_STREAM, rate, nodes_alike)
     slab.view("shift")[0] = slab.view("setpoint_signal")[0]
     ring = ring_size(max(s.controller.delay_s * rate for s in systems))
     options = Options(
@@ -88,12 +90,14 @@ def _lower_plant(
     sensor_hz = np.array([s.sensor.cutoff_hz for s in systems])
     noise = np.array([s.sensor.noise_rms_n for s in systems])
     slab.view("nominal")[0] = slab.view("friction")[0] = nominal
-    slab.view("halvings")[0] = susceptibility / math.log(2.0)
+    unit = halving_amplitude_um(susceptibility)
+    slab.view("halving_amplitude")[:] = unit, 1.0 / unit
     slab.view("max_amplitude")[0] = ceiling
     slab.view("floor")[0] = nominal * np.exp(-susceptibility * ceiling**2)
     slab.view("node_time")[:nodes] = times
     slab.view("decay")[:nodes] = np.exp(-2 * np.pi * plate_hz * since)
-    slab.view("weight")[:nodes] = segment_weights(sensor_hz, switch, period, before, after)
+    weights = segment_weights(sensor_hz, switch, period, before, after)
+    slab.view("weight")[:nodes], slab.view("friction_weight")[:nodes] = weights, weights * nominal
     sensor_decay = np.exp(-2 * np.pi * sensor_hz * period)
     slab.view("sensor_decay")[0] = sensor_decay
     slab.view("noise_gain")[0] = noise * (1 - sensor_decay)

@@ -33,9 +33,9 @@ def log_sweep_step(t: float, offset: float, amplitude: float, turns: float, octa
     return fma(amplitude, sin_turns(turns * (exp2(octaves_per_s, t) - 1.0)), offset)
 
 
-def build_signals(width: int) -> tuple[Any, Any]:
-    """Return the compiled ``fill_signal`` and ``fill_noise`` for tiles of this width."""
-    compiled, node_time = compiled_for(width), ROW["node_time"]
+def build_signals(width: int) -> tuple[Any, Any, Any]:
+    """Return the compiled ``fill_signal``, ``fill_driven`` and ``fill_noise`` for tiles of this width."""
+    compiled, node_time, weight = compiled_for(width), ROW["node_time"], ROW["weight"]
 
     def filler(formula: Any) -> Any:
         @compiled
@@ -86,6 +86,22 @@ def build_signals(width: int) -> tuple[Any, Any]:
             fill_sampled(out, s, samples, first - chunk, periods, kind == HELD, shared, nodes, dt)
 
     @compiled
+    def fill_driven(out, s, d, shared, nodes, periods):  # type: ignore[no-untyped-def]
+        columns = 1 if shared else width
+        for k in range(periods * columns):
+            poke(out, k, 0.0)
+        for j in range(nodes):
+            if shared:
+                w = peek(s, (weight + j) * width)
+                for k in range(periods):
+                    poke(out, k, fma(w, peek(d, j * BLOCK + k), peek(out, k)))
+            else:
+                for k in range(periods):
+                    for i in range(width):
+                        f = peek(d, (j * BLOCK + k) * width + i)
+                        poke(out, k * width + i, fma(peek(s, (weight + j) * width + i), f, peek(out, k * width + i)))
+
+    @compiled
     def fill_noise(out, seeds, shared, first, counters):  # type: ignore[no-untyped-def]
         # ``counters`` is always BLOCK // 4, but as a constant the loop would be unrolled instead of vectorised.
         base = first // BLOCK * counters
@@ -99,4 +115,4 @@ def build_signals(width: int) -> tuple[Any, Any]:
                 for i in range(width):
                     scatter(out, c * width + i, draw(peek(seeds, i), NOISE_STREAM, counter), width)
 
-    return fill_signal, fill_noise
+    return fill_signal, fill_driven, fill_noise

@@ -24,6 +24,7 @@ _ROWS: tuple[tuple[str, int], ...] = (
     ("setpoint", 1),
     ("disturbance", 1),
     ("normal", 1),
+    ("driven", 1),  # what the disturbance adds to the reading over the period
     ("u", 1),
     ("saturated", 1),
     ("command", 1),
@@ -36,11 +37,12 @@ _ROWS: tuple[tuple[str, int], ...] = (
     ("model", 5),  # log2 f0, ln 2 / tau, clamp low, table cells per newton, last cell
     ("at_limits", 2),  # commands at the low and the high end of the clamp
     ("nominal", 1),
-    ("halvings", 1),
+    ("halving_amplitude", 2),  # in um, and its inverse
     ("max_amplitude", 1),
     ("floor", 1),
     ("decay", NODES_MAX),
     ("weight", NODES_MAX),
+    ("friction_weight", NODES_MAX),  # weight times f0
     ("sensor_decay", 1),
     ("noise_gain", 1),
     ("delay_periods", 1),
@@ -63,12 +65,20 @@ def rows(name: str, count: int | None = None) -> tuple[int, ...]:
     return tuple(range(ROW[name], ROW[name] + (COUNT[name] if count is None else count)))
 
 
+def aligned(size: int) -> np.ndarray:
+    """Return zeros that begin on a cache line: a vector of 8 doubles then never straddles two."""
+    line = 64
+    room = np.zeros(size + line // 8)
+    start = -room.ctypes.data % line // 8
+    return room[start : start + size]
+
+
 class Slab:
     """The rows of one tile, addressed by name; ``width`` is 1 for a single lane, else ``LANES``."""
 
     def __init__(self, width: int) -> None:
         self.width = width
-        self.data = np.zeros(ROWS * width)
+        self.data = aligned(ROWS * width)
 
     def view(self, name: str) -> np.ndarray:
         """Return the rows of a quantity as a view of shape (count, width)."""

@@ -50,7 +50,10 @@ class System(Block):
         mapping or a block, ``{"setpoint": fl.Sine(offset_n=0.6)}``; a new ``kind`` keeps the values that the
         new kind also has. An unknown path or a value outside its range raises ``FrictionloopError``.
         """
-        tree = self.model_dump()
+        # Blocks that no path enters stay as they are: sweeps evolve thousands of systems.
+        tree = {name: getattr(self, name) for name in type(self).model_fields}
+        for block in {path.split(".", 1)[0] for path in overrides} & tree.keys():
+            tree[block] = tree[block].model_dump()
         for path, value in overrides.items():
             _place(tree, path, value.model_dump() if isinstance(value, BaseModel) else value)
         return self.from_tree(tree)
@@ -70,7 +73,8 @@ class System(Block):
 
 def _paths(tree: Mapping[str, Any], prefix: str = "") -> list[str]:
     found: list[str] = []
-    for name, value in tree.items():
+    for name, block in tree.items():
+        value = block.model_dump() if isinstance(block, BaseModel) else block
         found += _paths(value, f"{prefix}{name}.") if isinstance(value, dict) else [prefix + name]
     return found
 

@@ -11,9 +11,14 @@ from frictionloop.quantities.arithmetic import exp2, step
 
 
 @step
-def friction_step(amplitude_um: float, nominal_n: float, halvings_per_um2: float) -> float:
-    """g(a) = f0 2^(-h a^2) = f0 e^(-tau a^2), h = tau / ln 2: the compiled step of equation (1)."""
-    return nominal_n * exp2(-halvings_per_um2 * amplitude_um, amplitude_um)
+def remaining_step(y: float) -> float:
+    """g/f0 = e^(-tau a^2) = 2^(-y^2), equation (1) for an amplitude y = a / halving_amplitude_um."""
+    return exp2(-y, y)
+
+
+def halving_amplitude_um(susceptibility_per_um2: np.ndarray | float) -> np.ndarray:
+    """Return the amplitude sqrt(ln 2 / tau) in um that halves friction, for tau in um^-2 of any shape."""
+    return np.sqrt(np.log(2.0) / np.asarray(susceptibility_per_um2))
 
 
 def friction_force(amplitude_um: np.ndarray | float, friction: Friction) -> np.ndarray:
