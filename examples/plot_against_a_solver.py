@@ -2,8 +2,9 @@
 An independent solver agrees
 ============================
 
-The loop of the model page, written again from its equations: SciPy integrates plate and sensor between samples with a
-tight tolerance, the controller is eight lines of Python. Both start from the same state; noise is off.
+The loop of the model page, written again from its equations: SciPy integrates plate
+and sensor between samples with a tight tolerance, the controller is eight lines of
+Python. Both start from the same state; noise is off.
 """
 
 import matplotlib.pyplot as plt
@@ -46,7 +47,9 @@ for k in range(1000):
     if not ((v > f0 and e > 0) or (v < low and e < 0)):
         integral += ki * dt * e
     command = np.sqrt(np.log(f0 / u) / tau)
-    state = solve_ivp(slope, (t, t + dt), state, "DOP853", args=(command,), rtol=1e-12, atol=1e-14).y[:, -1]
+    state = solve_ivp(
+        slope, (t, t + dt), state, "DOP853", args=(command,), rtol=1e-12, atol=1e-14
+    ).y[:, -1]
 
 # %%
 figure, axis = plt.subplots(figsize=(6.6, 2.8))

@@ -16,7 +16,7 @@ VERBS = ("simulate", "sweep", "reproduce")
 
 def substitutions(source: Path) -> dict[str, Any]:
     """Return every name that a page may insert."""
-    front = "![One run, open and closed loop](_static/frontpage.svg)"
+    front = "![The force asked for and the force on the finger, in open and in closed loop](_static/frontpage.svg)"
     found: dict[str, Any] = {
         "n": facts.numbers(),
         "presets": tables.presets(),

@@ -1,11 +1,19 @@
-"""Sphinx extension: in docstrings |x| is a magnitude and not reStructuredText's substitution."""
+"""Sphinx extension: docstrings as this package writes them.
+
+|x| is a magnitude and not reStructuredText's substitution, and what a parameter block accepts stands on its own page
+instead of in a list of its types.
+"""
 
 from __future__ import annotations
 
 import re
 from typing import Any
 
+from docutils import nodes
 from sphinx.application import Sphinx
+
+import frictionloop as fl
+from frictionloop.parameters.block import Block
 
 
 def magnitudes(_app: Sphinx, _what: str, _name: str, _object: Any, _options: Any, lines: list[str]) -> None:
@@ -15,7 +23,16 @@ def magnitudes(_app: Sphinx, _what: str, _name: str, _object: Any, _options: Any
         lines[i] = "".join(part if part.startswith("``") else part.replace("|", "\\|") for part in parts)
 
 
+def blocks(_app: Sphinx, _domain: str, kind: str, content: nodes.Element) -> None:
+    """Take the list of types out of the description of a parameter block."""
+    described = getattr(fl, content.parent[0]["fullname"], None) if kind == "class" else None
+    if isinstance(described, type) and issubclass(described, Block):
+        for fields in [child for child in content.children if isinstance(child, nodes.field_list)]:
+            content.remove(fields)
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Register the extension."""
+    """Register the extension; autodoc adds the types at priority 500."""
     app.connect("autodoc-process-docstring", magnitudes)
+    app.connect("object-description-transform", blocks, priority=800)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,6 @@ ROOMS = ("quantities", "physics", "sensing", "control", "loop")
 """Where the steps of the kernel live."""
 
 
-@cache
 def source_digest() -> str:
     """Return a digest of the kernel's source: Numba's cache checks one file, but the kernel is built from many."""
     digest = hashlib.sha256()
@@ -22,6 +20,10 @@ def source_digest() -> str:
         if path.parent.name in ROOMS:
             digest.update(path.read_bytes())
     return digest.hexdigest()
+
+
+SOURCE_DIGEST = source_digest()
+"""Taken on import, together with the code that it stands for."""
 
 
 class KernelCache(FunctionCache):
@@ -34,7 +36,7 @@ class KernelCache(FunctionCache):
 
     def __init__(self, function: Any, width: int) -> None:
         super().__init__(function)
-        name = f"{self._impl.filename_base}-{width}-{source_digest()[:16]}-{get_host_cpu_name()}"
+        name = f"{self._impl.filename_base}-{width}-{SOURCE_DIGEST[:16]}-{get_host_cpu_name()}"
         self._cache_file = IndexDataCacheFile(self._cache_path, name, self._impl.locator.get_source_stamp())
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
