@@ -98,6 +98,14 @@ def test_an_unknown_path_lists_near_ones(path, near):
 
 
 @pytest.mark.parametrize(
+    ("path", "block"), [("controler", "controller"), ("controller.modle", "controller.model"), ("plat", "plate")]
+)
+@pytest.mark.parametrize("given", [{}, {"kp": 3.0}, 1.0])
+def test_an_unknown_block_lists_near_ones(path, block, given):
+    assert complaint({path: given}).startswith(f"unknown parameter {path!r}; did you mean {block}")
+
+
+@pytest.mark.parametrize(
     "path", ["", ".", "controller.", ".kp", "controller.kp.x", "kind", "controller.model.model.kp"]
 )
 def test_a_malformed_path_is_unknown(path):
@@ -118,6 +126,9 @@ def test_a_malformed_path_is_unknown(path):
         ("controller.rate_hz", 0.0, "Hz: must be greater than 0"),
         ("controller.rate_hz", None, "Hz: must be a valid number"),
         ("controller.kp", "fast", "N/N: must be a valid number"),
+        ("controller.kp", True, "N/N: must be a number, not true or false"),
+        ("setpoint.offset_n", False, "N: must be a number, not true or false"),
+        ("controller.model.table_size", True, ": must be a number, not true or false"),
         ("controller.model.table_size", -1, ": must be greater than or equal to 0"),
         ("controller.model.table_size", 2.5, ": must be a valid integer"),
         ("sensor.noise_rms_n", -1e-5, "N: must be greater than or equal to 0"),

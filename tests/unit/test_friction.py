@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionloop as fl
-from frictionloop.physics.friction import friction_step, sensitivity_n_per_um
+from frictionloop.physics.friction import halving_amplitude_um, remaining_step, sensitivity_n_per_um
 
 finger = st.builds(fl.Friction, nominal_n=st.floats(0.1, 10), susceptibility_per_um2=st.floats(0.01, 10))
 amplitude = st.floats(0, 5)
@@ -23,7 +23,7 @@ def test_the_compiled_step_is_equation_1(friction, a):
     exact = f0 * math.exp(-tau * a * a)
     # The exponent tau a^2 <= 250 is rounded a few times, which the exponential turns into a relative error.
     tolerance = 8 * EPS * (1 + tau * a * a)
-    assert friction_step(a, f0, tau / math.log(2.0)) == pytest.approx(exact, rel=tolerance)
+    assert f0 * remaining_step(a / halving_amplitude_um(tau)) == pytest.approx(exact, rel=tolerance)
     assert fl.friction_force(a, friction) == pytest.approx(exact, rel=tolerance)
 
 
@@ -61,6 +61,23 @@ def test_vibration_only_lowers_friction(friction, amplitudes):
     forces = fl.friction_force(np.sort(amplitudes), friction)
     assert np.all(np.diff(forces) <= 0)
     assert np.all((forces >= 0) & (forces <= friction.nominal_n))
+
+
+@pytest.mark.parametrize("bad", [-1.0, np.nan, np.inf, [0.0, -1e-9], "1 um", None])
+def test_an_amplitude_is_finite_and_not_negative(bad):
+    with pytest.raises(fl.FrictionloopError, match=r"^amplitude_um = .* um"):
+        fl.friction_force(bad, fl.paper().friction)
+
+
+def test_a_force_is_a_number():
+    with pytest.raises(fl.FrictionloopError, match=r"^force_n = 'x': must be a number"):
+        fl.amplitude_for("x", fl.paper().friction)
+
+
+@pytest.mark.parametrize("bad", [[np.nan], [0.1, np.inf], [], "x"])
+def test_no_band_for_a_disturbance_that_is_none(bad):
+    with pytest.raises(fl.FrictionloopError, match=r"^disturbance_n "):
+        fl.reachable(fl.paper(), bad)
 
 
 def test_reachable_band():

@@ -190,3 +190,16 @@ def test_sums_and_traces_give_the_same_numbers(name, score_from_s):
 def test_a_run_without_its_system_has_no_bound():
     with pytest.raises(fl.FrictionloopError, match="carries no System"):
         fl.r2_bound(RUN.drop_attrs())
+
+
+@pytest.mark.parametrize("metric", [fl.r2_identity, fl.regression, fl.r2_bound, fl.output_noise])
+@pytest.mark.parametrize("mask", [[True], np.ones(51, dtype=bool), True])
+def test_a_mask_is_as_long_as_the_run(metric, mask):
+    run = fl.simulate(fl.paper(), 0.01)
+    with pytest.raises(fl.FrictionloopError, match=r"^mask: has shape .* must be one bool per control period"):
+        metric(run, mask)
+
+
+def test_a_mask_keeps_something():
+    with pytest.raises(fl.FrictionloopError, match="keeps no control period"):
+        fl.rms_error(fl.simulate(fl.paper(), 0.01), np.zeros(50))

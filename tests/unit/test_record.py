@@ -177,3 +177,8 @@ def test_a_failure_on_the_way_keeps_the_old_file(saved, monkeypatch):
     assert "No space left on device" in complaint(fl.save, RUN, saved)
     assert saved.read_bytes() == before
     assert os.listdir(saved.parent) == [saved.name]
+
+
+def test_a_file_has_a_name():
+    with pytest.raises(fl.FrictionloopError, match="must be the name of a file"):
+        fl.save(fl.simulate(fl.paper(), 0.01), "")

@@ -20,7 +20,7 @@ def complaint(system, *arguments, **options):
     return str(failure.value)
 
 
-@pytest.mark.parametrize("duration_s", [0.0, -1.0, math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("duration_s", [0.0, -1.0, math.nan, math.inf, -math.inf, "10", None, True])
 def test_a_duration_is_positive(duration_s):
     assert complaint(CONSTANT, duration_s) == f"duration_s = {duration_s!r} s: must be a positive number"
 
@@ -79,7 +79,7 @@ def test_memory_is_only_refused_when_it_is_short():
     check_memory(1000, "a little")
 
 
-@pytest.mark.parametrize("seed", [-1, 2**64, 1.5, "1", None])
+@pytest.mark.parametrize("seed", [-1, 2**64, 1.5, "1", None, True])
 def test_a_bad_seed(seed):
     assert complaint(CONSTANT, 0.01, seed=seed).startswith(f"seed = {seed!r}: must be a whole number")
 
@@ -111,3 +111,13 @@ def test_a_disturbance_faster_than_the_control_rate_can_resolve(disturbance, tol
         fl.Stepper(CONSTANT.evolve({"disturbance": disturbance}))
     # The set-point is only ever used at the samples.
     assert fl.simulate(CONSTANT.evolve({"setpoint": disturbance}), 0.01).sizes["time"] == 50
+
+
+@pytest.mark.parametrize(
+    "use", [fl.simulate, fl.Stepper, fl.linearise, fl.kp_limit, fl.reachable, fl.to_toml, lambda s: fl.sweep(s, {})]
+)
+@pytest.mark.parametrize("given", ["paper", None, fl.Friction()], ids=repr)
+def test_a_system_is_a_system(use, given):
+    with pytest.raises(fl.FrictionloopError, match=r"^system = .*: must be a System, e\.g\. fl\.paper") as failure:
+        use(given)
+    assert "\n" not in str(failure.value)

@@ -112,7 +112,7 @@ def test_steppers_do_not_share_anything():
     assert fresh.tick(2.0) == first
 
 
-@pytest.mark.parametrize("command", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("command", [math.nan, math.inf, -math.inf, "a", None, True])
 def test_a_command_must_be_finite(command):
     loop = fl.Stepper(BASE)
     with pytest.raises(fl.FrictionloopError, match="amplitude_command"):

@@ -121,6 +121,12 @@ BAD = {
     "bad value at the end": (({"controller.kp": [1.0, 2.0, -3.0]}, 0.01), {}, "controller.kp = -3.0"),
     "NaN": (({"controller.kp": [1.0, np.nan]}, 0.01), {}, "controller.kp = nan"),
     "unknown metric": ((KPS, 0.01), {"metrics": ["r2"]}, "metrics = ['r2']: accepted are r2_identity"),
+    "one metric's name": ((KPS, 0.01), {"metrics": "r2_identity"}, "metrics = 'r2_identity': must be a list of names"),
+    "a number as metrics": ((KPS, 0.01), {"metrics": 3}, "metrics = 3: must be a list of names"),
+    "text as workers": ((KPS, 0.01), {"n_jobs": "x"}, "n_jobs = 'x': must be a whole number of workers"),
+    "no worker": ((KPS, 0.01), {"n_jobs": 0}, "n_jobs = 0: must be a whole number of workers"),
+    "a bool as seeds": ((KPS, 0.01), {"seeds": True}, "seeds = True: must be a positive count"),
+    "text as score_from_s": ((KPS, 0.01), {"score_from_s": "x"}, "score_from_s = 'x' s: must be"),
     "no metric": ((KPS, 0.01), {"metrics": []}, "metrics = []"),
     "no value": (({"controller.kp": []}, 0.01), {}, "controller.kp: a sweep needs a list of at least one value"),
     "no point": (([], 0.01), {}, "points: a sweep needs at least one point"),
@@ -175,3 +181,15 @@ def test_a_progress_bar_on_demand(capsys):
 
 def test_the_result_is_a_plain_dataset():
     assert type(fl.sweep(BASE, KPS, 0.01)) is xr.Dataset
+
+
+def test_what_is_done_is_kept_after_so_many_periods_also_when_the_rate_is_swept(monkeypatch):
+    kept = []
+
+    def keep(result):
+        kept.append(result)
+
+    monkeypatch.setattr("frictionloop.loop.sweep.SAVE_EVERY", 500)
+    monkeypatch.setattr("frictionloop.loop.kept.Result.keep", keep)
+    fl.sweep(BASE, {"controller.rate_hz": [50_000.0, 25_000.0]}, 0.02, n_jobs=1)  # 1000 and 500 periods
+    assert len(kept) == 3  # before, after the first, at the end

@@ -141,6 +141,15 @@ BAD_FILES = {
     "a misspelt block": (WHOLE.replace("[plate]", "[plat]"), "plat"),
     "a misspelt name": (WHOLE.replace("kp =", "kP ="), "controller.kP"),
     "a wrong unit suffix": ('preset = "paper"\ncontroller.delay_ms = 0.2', "controller.delay_s (s)"),
+    "a misspelt name where all else is missing": (
+        "[plate]\ncutof_hz = 3",
+        "unknown parameter 'plate.cutof_hz'; did you mean plate.cutoff_hz (Hz)",
+    ),
+    "a block alone": ("[controller]\nkp = 3", 'setpoint is missing; with preset = "paper" a file needs only'),
+    "a misspelt empty block": ('preset = "paper"\n[controler]', "'controler'; did you mean controller"),
+    "a bool": ('preset = "paper"\ncontroller.kp = true', "controller.kp = True N/N: must be a number"),
+    "a bool in a whole file": (WHOLE.replace("kp = 10.0", "kp = true"), "controller.kp = True N/N: must be a number"),
+    "a list as preset": ("preset = [1]", "preset = [1] is unknown"),
     "a negative tau": (
         WHOLE.replace("susceptibility_per_um2 = 0.38", "susceptibility_per_um2 = -0.38"),
         "friction.susceptibility_per_um2 = -0.38 um^-2: must be greater than 0",

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from cyclopts import Group, Parameter
+from cyclopts import Group, Parameter, Token
 
 from frictionloop.quantities.units import FrictionloopError
 
@@ -39,6 +39,16 @@ Overrides = Annotated[
         group=SYSTEM,
     ),
 ]
+
+
+def whole(_type: Any, tokens: Sequence[Token]) -> int:
+    """Return the whole number a flag is given; cyclopts by itself would round."""
+    try:
+        return int(tokens[0].value)
+    except ValueError:
+        raise ValueError(f'unable to convert "{tokens[0].value}" into a whole number.') from None
+
+
 Json = Annotated[
     bool, Parameter(help="Print one JSON object instead of the summary.", show_default=False, group=RESULT)
 ]

@@ -31,7 +31,10 @@ def command(
     preset: flags.Preset = None,
     overrides: flags.Overrides = None,
     duration_s: flags.DurationS = 10.0,
-    seed: Annotated[int, Parameter(help="Seed of all noise: the same seed gives the same run.", group=flags.RUN)] = 0,
+    seed: Annotated[
+        int,
+        Parameter(help="Seed of all noise: the same seed gives the same run.", converter=flags.whole, group=flags.RUN),
+    ] = 0,
     score_from_s: flags.ScoreFromS = 0.0,
     out: Annotated[Path | None, Parameter(help="Save the traces here (HDF5, .h5).", group=flags.RESULT)] = None,
     plot: Annotated[

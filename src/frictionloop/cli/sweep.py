@@ -37,10 +37,16 @@ def command(
             group=flags.RUN,
         ),
     ],
-    seeds: Annotated[int, Parameter(help="Runs per combination, with noise seeds 0, 1, ...", group=flags.RUN)] = 1,
+    seeds: Annotated[
+        int,
+        Parameter(help="Runs per combination, with noise seeds 0, 1, ...", converter=flags.whole, group=flags.RUN),
+    ] = 1,
     duration_s: flags.DurationS = 10.0,
     score_from_s: flags.ScoreFromS = 0.0,
-    jobs: Annotated[int | None, Parameter(help="Parallel workers; one per core if not given.", group=flags.RUN)] = None,
+    jobs: Annotated[
+        int | None,
+        Parameter(help="Parallel workers; one per core if not given.", converter=flags.whole, group=flags.RUN),
+    ] = None,
     metrics: Annotated[
         str | None,
         Parameter(

@@ -9,7 +9,7 @@ import numpy as np
 
 from frictionloop.control.lookup import lookup_table
 from frictionloop.control.pi import linearise_pi
-from frictionloop.parameters import Model, System
+from frictionloop.parameters import Model, System, check_system
 from frictionloop.physics.friction import amplitude_for, friction_force
 from frictionloop.physics.plate import linearise_plate
 from frictionloop.quantities import FrictionloopError, Lti
@@ -52,6 +52,7 @@ def elements(system: System, amplitude_um: float | None = None, force_n: float |
     FrictionloopError
         Both are given, or the point cannot be reached.
     """
+    check_system(system)
     amplitude = _operating_amplitude_um(system, amplitude_um, force_n)
     gain = lumped_gain(system, amplitude)
     return Elements(

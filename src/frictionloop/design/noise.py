@@ -22,12 +22,33 @@ def output_noise_rms_n(system: System | LinearLoop) -> float:
     Exact stationary variance at the sampling instants of the sampled loop (discrete Lyapunov equation), for white
     noise of ``sensor.noise_rms_n`` drawn once per control period. Infinite when the loop is unstable. Small
     signals: the clamp and the curvature of the friction law are not in it.
+
+    Parameters
+    ----------
+    system
+        The loop (small signals around the middle of the reachable forces), or its `LinearLoop` at an operating point.
+
+    Raises
+    ------
+    FrictionloopError
+        For what is neither, or when plate and controller model have no force in common.
     """
     return _rms_n(system, "f_a")
 
 
 def command_noise_rms_n(system: System | LinearLoop) -> float:
-    """Return the rms of the force command u that the sensor noise causes, N; otherwise as `output_noise_rms_n`."""
+    """Return the rms of the force command u that the sensor noise causes, N; otherwise as `output_noise_rms_n`.
+
+    Parameters
+    ----------
+    system
+        The loop (small signals around the middle of the reachable forces), or its `LinearLoop` at an operating point.
+
+    Raises
+    ------
+    FrictionloopError
+        For what is neither, or when plate and controller model have no force in common.
+    """
     return _rms_n(system, "u")
 
 

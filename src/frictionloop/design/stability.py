@@ -19,6 +19,16 @@ def kp_limit(system: System | LinearLoop) -> float:
     A closed-loop pole sits on the unit circle where 1 + (kp + ki Ts / (z - 1)) P S(z) = 0, so every limit is a
     real, positive value of q(z) = -1 / P S(z) - ki Ts / (z - 1), |z| = 1. Between two limits stability does not change:
     one look at the poles decides, from kp = 0 upwards until the first stable stretch, whose end is returned.
+
+    Parameters
+    ----------
+    system
+        The loop (small signals around the middle of the reachable forces), or its `LinearLoop` at an operating point.
+
+    Raises
+    ------
+    FrictionloopError
+        For what is neither, or when plate and controller model have no force in common.
     """
     loop = system if isinstance(system, LinearLoop) else linearise(system)
     limits = _limits(loop)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from frictionloop.loop.metrics import METRICS
+from frictionloop.loop.formulas import METRICS
 from frictionloop.loop.points import Points
 from frictionloop.loop.record import load, save
 from frictionloop.quantities import FrictionloopError

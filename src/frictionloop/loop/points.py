@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import itertools
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.loop.record import package_version
-from frictionloop.loop.timing import check_seed
+from frictionloop.loop.timing import check_seed, is_whole
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError, unit_of
 
@@ -62,7 +62,11 @@ def _units(path: str) -> dict[str, str]:
 
 
 def _seeds(seeds: int | Sequence[int]) -> tuple[int, ...]:
-    found = tuple(range(seeds)) if isinstance(seeds, (int, np.integer)) else tuple(check_seed(s) for s in seeds)
+    found: tuple[int, ...] = ()
+    if isinstance(seeds, Iterable):
+        found = tuple(check_seed(s) for s in seeds)
+    elif is_whole(seeds):
+        found = tuple(range(seeds))
     if not found or len(set(found)) < len(found):
         raise FrictionloopError(
             f"seeds = {seeds!r}: must be a positive count or a list of different whole numbers >= 0"

@@ -58,10 +58,21 @@ def to_dataset(traces: np.ndarray, system: System, seed: int) -> xr.Dataset:
 
 
 def system_of(run: xr.Dataset) -> System:
-    """Return the System that a run carries."""
+    """Return the System that a run carries.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        From ``simulate``, ``sweep`` or ``load``.
+
+    Raises
+    ------
+    FrictionloopError
+        For a Dataset without a System, or with one that this version does not accept.
+    """
     try:
         tree = json.loads(run.attrs["system"])
-    except (KeyError, TypeError, ValueError):
+    except (AttributeError, KeyError, TypeError, ValueError):
         raise FrictionloopError(
             "this Dataset carries no System (attribute 'system'); use one from simulate() or load()"
         ) from None
@@ -69,7 +80,20 @@ def system_of(run: xr.Dataset) -> System:
 
 
 def save(run: xr.Dataset, path: str | os.PathLike[str]) -> None:
-    """Save a run or sweep as HDF5 (netCDF-4 layout). The old file stays whole until the new one is complete."""
+    """Save a run or sweep as HDF5 (netCDF-4 layout); the old file stays whole until the new one is complete.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        From ``simulate`` or ``sweep``.
+    path : path
+        File to write, replaced if it is there.
+
+    Raises
+    ------
+    FrictionloopError
+        For a file that cannot be written.
+    """
     encoding = {name: {"zlib": True, "complevel": 1, "shuffle": True} for name in run.data_vars if run[name].ndim}
     # HDF5 writes to memory: when a disk is full, its own writing leaves handles that crash the interpreter at exit.
     content = run.to_netcdf(engine="h5netcdf", encoding=encoding)
@@ -78,7 +102,18 @@ def save(run: xr.Dataset, path: str | os.PathLike[str]) -> None:
 
 
 def load(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Load a run or sweep that ``save`` wrote; a file of a newer version is refused by name."""
+    """Load a run or sweep that ``save`` wrote.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+
+    Raises
+    ------
+    FrictionloopError
+        For a file that cannot be read, is no run file, or was written by a newer version.
+    """
     try:
         with xr.open_dataset(path, engine="h5netcdf") as opened:
             run = opened.load()

@@ -13,7 +13,7 @@ IDENTITY, SATURATION, REGRESSION, BOUND = 1, 2, 4, 8
 
 
 def build_scores(width: int) -> Any:
-    """Lift the streaming sums of the metrics (loop/metrics.py turns them into numbers)."""
+    """Lift the streaming sums of the metrics (loop/formulas.py turns them into numbers)."""
     compiled, count = compiled_for(width), lane_count(width)
     sums, shift = ROW["sums"], ROW["shift"]
     r_row, g_row, d_row, sat = ROW["setpoint"], ROW["friction"], ROW["disturbance"], ROW["saturated"]

@@ -60,7 +60,8 @@ def simulate(system: System, duration_s: float = 10.0, seed: int = 0) -> xr.Data
     Raises
     ------
     FrictionloopError
-        When the duration does not fit the control rate, the signals or the memory.
+        For what is not a System, a bad seed, or a duration that does not fit the control rate, the signals or the
+        memory.
 
     """
     periods, seed = periods_in(system, duration_s), check_seed(seed)

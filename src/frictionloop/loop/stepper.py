@@ -8,8 +8,8 @@ from frictionloop.loop.kernel import kernel
 from frictionloop.loop.lowering import lower
 from frictionloop.loop.simulate import NO_TRACES
 from frictionloop.loop.slab import ROW
-from frictionloop.loop.timing import check_seed
-from frictionloop.parameters import System
+from frictionloop.loop.timing import check_seed, is_finite
+from frictionloop.parameters import System, check_system
 from frictionloop.physics.sources import longest_s
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.normals import BLOCK
@@ -28,9 +28,22 @@ class Stepper:
     >>> loop = fl.Stepper(fl.paper())
     >>> round(loop.measured.force, 3), loop.tick(1.0).force < loop.measured.force + 1
     (1.2, True)
+
+    Parameters
+    ----------
+    system : System
+        Its plate, friction, sensor, disturbance, rate and delay; set-point and gains are not used.
+    seed : int
+        Seed of all noise, 0 to 2**64 - 1.
+
+    Raises
+    ------
+    FrictionloopError
+        For what is not a System, a bad seed, or a plant too fast for the control rate.
     """
 
     def __init__(self, system: System, seed: int = 0) -> None:
+        check_system(system)
         self.system, seed = system, check_seed(seed)
         self._tile = lower([system], [seed], external=True)
         self._advance = kernel(1)
@@ -69,10 +82,19 @@ class Stepper:
     def tick(self, amplitude_command: float, motion: object = None) -> Measurement:
         """Advance by one control period with this amplitude command (um) and return the measurement at its end.
 
-        The command is limited to [0, a_max] and takes effect ``controller.delay_s`` after the period's start.
-        ``motion`` (position, speed, load) is for benches with a moving finger; the plant of Section 2 has none.
+        Parameters
+        ----------
+        amplitude_command : float
+            Amplitude in um, limited to [0, a_max]; it takes effect ``controller.delay_s`` after the period's start.
+        motion : None
+            Position, speed and load, for benches with a moving finger; the plant of Section 2 has none.
+
+        Raises
+        ------
+        FrictionloopError
+            For a command that is not finite, a motion, or a disturbance that is over.
         """
-        if not np.isfinite(amplitude_command):
+        if not is_finite(amplitude_command):
             raise FrictionloopError(f"amplitude_command = {amplitude_command!r} um: must be a finite number")
         if motion is not None:
             raise FrictionloopError("motion: this plant has no moving finger; leave it out")

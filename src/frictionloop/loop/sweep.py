@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import joblib
 import numpy as np
 import xarray as xr
 
+from frictionloop.loop.formulas import DEFAULT_METRICS, METRICS, Sums
 from frictionloop.loop.kept import Result, resumed
 from frictionloop.loop.lowering import lower
-from frictionloop.loop.metrics import DEFAULT_METRICS, METRICS, Sums
-from frictionloop.loop.points import Points, fingerprint, points_of
+from frictionloop.loop.points import fingerprint, points_of
 from frictionloop.loop.progress import progress_bar
 from frictionloop.loop.record import provenance
 from frictionloop.loop.simulate import run_tile
 from frictionloop.loop.slab import LANES
-from frictionloop.loop.structure import COUPLED, STRUCTURAL, structure
-from frictionloop.loop.timing import periods_in
-from frictionloop.parameters import Recording, System
-from frictionloop.physics.sources import sampler
+from frictionloop.loop.timing import is_whole, periods_in
+from frictionloop.loop.trying import placed, structures_of
+from frictionloop.parameters import System, check_system
 from frictionloop.quantities import FrictionloopError
 
 SAVE_EVERY = 1_000_000_000
@@ -84,17 +83,15 @@ def sweep(
     Raises
     ------
     FrictionloopError
-        For an unknown path, metric or value, naming it; nothing has run then.
+        For an unknown path, metric or value, naming it (nothing has run then), or a ``path`` that holds another sweep.
     SweepInterrupted
         On Ctrl-C, carrying the partial result.
 
     """
-    names = tuple(DEFAULT_METRICS if metrics is None else metrics)
-    unknown = [name for name in names if name not in METRICS]
-    if unknown or not names:
-        raise FrictionloopError(f"metrics = {list(names)!r}: accepted are {', '.join(METRICS)}")
+    check_system(system)
+    names, workers = _metrics(metrics), _workers(n_jobs)
     grid = points_of(points, seeds)
-    structures = _structures(system, grid, duration_s, score_from_s)
+    structures = structures_of(system, grid, duration_s, score_from_s)
     key = fingerprint(system, grid, duration_s, score_from_s, names)
     values = resumed(path, key, names, grid) if resume else np.full((len(names), int(np.prod(grid.shape))), np.nan)
     result = Result(values, names, grid, provenance(system, duration_s=duration_s, fingerprint=key), path)
@@ -102,17 +99,17 @@ def sweep(
     tiles = list(_tiles(structures, np.isnan(values).all(axis=0), len(grid.seeds)))
     job, of = joblib.delayed(_run), list(grid.lanes())
     calls = (job(system, tile, [of[lane] for lane in tile], duration_s, score_from_s, names) for tile in tiles)
-    workers = joblib.Parallel(n_jobs=n_jobs or _cores(), prefer="threads", return_as="generator_unordered")
+    parallel = joblib.Parallel(n_jobs=workers, prefer="threads", return_as="generator_unordered")
     with progress_bar("sweep", len(tiles), progress) as advance:
         try:
-            unsaved = 0.0
-            for lanes, numbers in workers(calls):
+            unsaved = 0
+            for lanes, numbers, work in parallel(calls):
                 values[:, lanes] = numbers
                 advance()
-                unsaved += len(lanes) * duration_s * system.controller.rate_hz
+                unsaved += work
                 if unsaved > SAVE_EVERY:
                     result.keep()
-                    unsaved = 0.0
+                    unsaved = 0
         except KeyboardInterrupt:
             raise SweepInterrupted(result.dataset()) from None
         finally:
@@ -120,38 +117,21 @@ def sweep(
     return result.dataset()
 
 
-def _cores() -> int:
+def _metrics(metrics: Sequence[str] | None) -> tuple[str, ...]:
+    if isinstance(metrics, str) or not isinstance(metrics, Iterable | None):
+        raise FrictionloopError(f"metrics = {metrics!r}: must be a list of names, e.g. ['r2_identity']")
+    names = tuple(DEFAULT_METRICS if metrics is None else metrics)
+    if not names or any(name not in list(METRICS) for name in names):
+        raise FrictionloopError(f"metrics = {list(names)!r}: accepted are {', '.join(METRICS)}")
+    return names
+
+
+def _workers(n_jobs: int | None) -> int:
+    if n_jobs is not None and not (is_whole(n_jobs) and n_jobs >= 1):
+        raise FrictionloopError(f"n_jobs = {n_jobs!r}: must be a whole number of workers, at least 1, or None")
+    if n_jobs is not None:
+        return n_jobs
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def _structures(system: System, grid: Points, duration_s: float, score_from_s: float) -> list[object]:
-    """Try every value of a sweep before anything runs and return the structure of each point."""
-    read: set[tuple[Recording, float]] = set()
-
-    def tried(override: dict[str, Any]) -> object:
-        changed = system.evolve(override)
-        periods = periods_in(changed, duration_s)
-        if not (0 <= score_from_s < duration_s and round(score_from_s * changed.controller.rate_hz) < periods):
-            raise FrictionloopError(
-                f"score_from_s = {score_from_s!r} s: must be at least 0 and below duration_s = {duration_s!r} s"
-            )
-        for source in (changed.setpoint, changed.disturbance):
-            # A file that is missing or too short is found now, not when its tile runs.
-            rate = changed.controller.rate_hz
-            if isinstance(source, Recording) and (source, rate) not in read:
-                read.add((source, rate))
-                sampled = sampler(source, rate, 0, 0)
-                assert sampled is not None
-                sampled(0, periods)
-        return structure(changed)
-
-    # Systems are not kept: thousands of small objects would cost the garbage collector more than the kernel takes.
-    probed = [tried(override) for override in grid.probes()]
-    if not grid.gridded:
-        return probed
-    plain = all(not path.endswith(STRUCTURAL) and axis.dtype.kind in "if" for path, axis in grid.axes.items())
-    plain = plain and sum(path.endswith(COUPLED) for path in grid.axes) < 2
-    return probed[:1] * len(grid.overrides) if plain else [tried(override) for override in grid.overrides]
 
 
 def _tiles(structures: Sequence[object], wanted: np.ndarray, seeds: int) -> Iterator[list[int]]:
@@ -173,15 +153,18 @@ def _run(
     duration_s: float,
     score_from_s: float,
     names: tuple[str, ...],
-) -> tuple[list[int], np.ndarray]:
-    """Run one tile; module-level and made of plain values, so that any joblib back end can ship it."""
+) -> tuple[list[int], np.ndarray, int]:
+    """Run one tile and return its lanes, their metrics and the control periods run.
+
+    Module-level and made of plain values, so that any joblib back end can ship it.
+    """
     groups = 0
     for name in names:
         groups |= METRICS[name].groups
-    systems = [system.evolve(override) for override, _ in points]
+    systems = [placed(system, override) for override, _ in points]
     periods = periods_in(systems[0], duration_s)
     score_from = round(score_from_s * systems[0].controller.rate_hz)
     tile = lower(systems, [seed for _, seed in points], groups=groups, score_from=score_from)
     run_tile(tile, periods)
     sums = Sums._make([*tile.slab.view("sums")[: len(Sums._fields) - 1, : len(lanes)], periods - score_from])
-    return lanes, np.array([METRICS[name].of(sums) for name in names])
+    return lanes, np.array([METRICS[name].of(sums) for name in names]), periods * len(lanes)

@@ -8,9 +8,22 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.parameters import System
+from frictionloop.parameters import System, check_system
 from frictionloop.physics.sources import longest_s
 from frictionloop.quantities import FrictionloopError
+
+
+def is_finite(value: Any) -> bool:
+    """Return whether a value is one finite number (a bool is none)."""
+    try:
+        return not isinstance(value, (bool, np.bool_)) and math.isfinite(value)
+    except (TypeError, OverflowError):
+        return False
+
+
+def is_whole(value: Any) -> bool:
+    """Return whether a value is a whole number (a bool is none)."""
+    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
 
 
 def periods_in(system: System, duration_s: float) -> int:
@@ -18,8 +31,9 @@ def periods_in(system: System, duration_s: float) -> int:
 
     Raises ``FrictionloopError`` when the duration is not positive, not whole, or longer than a swept signal.
     """
+    check_system(system)
     rate = system.controller.rate_hz
-    if not (math.isfinite(duration_s) and duration_s > 0):
+    if not (is_finite(duration_s) and duration_s > 0):
         raise FrictionloopError(f"duration_s = {duration_s!r} s: must be a positive number")
     if duration_s * rate > 2**53:
         raise FrictionloopError(f"duration_s = {duration_s!r} s: has too many control periods to count, shorten it")
@@ -41,7 +55,7 @@ def periods_in(system: System, duration_s: float) -> int:
 
 def check_seed(seed: Any) -> int:
     """Return a seed of the noise, refusing what is not a whole number of 64 bits."""
-    if not isinstance(seed, (int, np.integer)) or not 0 <= seed < 2**64:
+    if not is_whole(seed) or not 0 <= seed < 2**64:
         raise FrictionloopError(f"seed = {seed!r}: must be a whole number from 0 to 2**64 - 1")
     return int(seed)
 

@@ -5,7 +5,7 @@ from frictionloop.parameters.files import PRESETS, SCHEMA, preset, read_toml, to
 from frictionloop.parameters.plant import Friction, LowpassPlate, LowpassSensor, Plate, Sensor
 from frictionloop.parameters.presets import READINGS, feasible, paper
 from frictionloop.parameters.sources import ColouredNoise, Constant, LogSweep, Recording, Sine, Source, Steps
-from frictionloop.parameters.system import System
+from frictionloop.parameters.system import System, check_system
 
 __all__ = [
     "PRESETS",
@@ -27,6 +27,7 @@ __all__ = [
     "Source",
     "Steps",
     "System",
+    "check_system",
     "feasible",
     "paper",
     "preset",

@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from frictionloop.parameters.block import Block, NotNegative, Positive
+from frictionloop.parameters.block import Block, NotNegative, Number, Positive, Whole
 
 
 class Model(Block):
@@ -20,7 +20,7 @@ class Model(Block):
     """Believed susceptibility tau."""
     max_amplitude_um: Positive = 2.5
     """Believed largest amplitude: g(max_amplitude_um) is the lower end of the clamp."""
-    table_size: Annotated[int, Field(ge=0, le=65536)] = 0
+    table_size: Annotated[Whole, Field(ge=0, le=65536)] = 0
     """Entries of the lookup table, interpolated linearly in amplitude squared; 0 is the exact inverse."""
 
     @model_validator(mode="after")
@@ -52,9 +52,9 @@ class PiController(Block):
     """Proportional gain K_p (paper, Sec. 2.3)."""
     ki: NotNegative = 2.0
     """Integral gain K_i (paper, Sec. 2.3; per second is a reading)."""
-    rate_hz: Annotated[float, Field(gt=0, le=1e9)] = 5000.0
+    rate_hz: Annotated[Number, Field(gt=0, le=1e9)] = 5000.0
     """Rate of the control periods (paper, Sec. 4.1: "5 kHz timer")."""
-    delay_s: Annotated[float, Field(ge=0, le=1)] = 0.0
+    delay_s: Annotated[Number, Field(ge=0, le=1)] = 0.0
     """Time from taking the sample to applying the amplitude command."""
     model: Model = Model()
     """What the controller believes of the plant."""

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from frictionloop.parameters import presets
-from frictionloop.parameters.system import System
+from frictionloop.parameters.system import System, check_system
 from frictionloop.quantities import FrictionloopError, replacing, unit_of
 
 SCHEMA = 1
@@ -19,8 +19,19 @@ PRESETS = {"paper": presets.paper, "feasible": presets.feasible}
 
 
 def preset(name: str) -> System:
-    """Return the preset of that name, ``"paper"`` or ``"feasible"``."""
-    if name not in PRESETS:
+    """Return the preset of that name.
+
+    Parameters
+    ----------
+    name : str
+        ``"paper"`` or ``"feasible"``.
+
+    Raises
+    ------
+    FrictionloopError
+        For another name.
+    """
+    if name not in list(PRESETS):
         raise FrictionloopError(f"preset = {name!r} is unknown; accepted: {', '.join(map(repr, PRESETS))}")
     return PRESETS[name]()
 
@@ -28,8 +39,16 @@ def preset(name: str) -> System:
 def read_toml(path: str | os.PathLike[str]) -> System:
     """Return the System a TOML file describes.
 
-    The file holds ``schema = 1`` and one table per block. With ``preset = "paper"`` it needs only what differs;
-    without it every block must be there. Raises ``FrictionloopError`` naming file, field and value.
+    Parameters
+    ----------
+    path : path
+        File with ``schema = 1`` and one table per block. With ``preset = "paper"`` it needs only what differs; without
+        it every block must be there.
+
+    Raises
+    ------
+    FrictionloopError
+        For a file that cannot be read, or what is wrong in it, naming file, field and value.
     """
     where = f"{path}: "
     try:
@@ -60,12 +79,24 @@ def _flatten(tree: dict[str, Any], prefix: str = "") -> dict[str, Any]:
     flat: dict[str, Any] = {}
     # A kind comes first, so that the other values land in the block of that kind.
     for name, value in sorted(tree.items(), key=lambda item: item[0] != "kind"):
-        flat |= _flatten(value, f"{prefix}{name}.") if isinstance(value, dict) else {prefix + name: value}
+        flat |= _flatten(value, f"{prefix}{name}.") if isinstance(value, dict) and value else {prefix + name: value}
     return flat
 
 
 def to_toml(system: System) -> str:
-    """Return the System as TOML text, each number with its unit as a comment."""
+    """Return the System as TOML text, each number with its unit as a comment.
+
+    Parameters
+    ----------
+    system : System
+        What to write.
+
+    Raises
+    ------
+    FrictionloopError
+        For what is not a System.
+    """
+    check_system(system)
     lines = [f"schema = {SCHEMA}"]
     for name, block in system.model_dump().items():
         lines += ["", *_table(name, block)]
@@ -95,6 +126,20 @@ def _literal(value: Any) -> str:
 
 
 def write_toml(system: System, path: str | os.PathLike[str]) -> None:
-    """Write the System as a TOML file; the old file stays whole until the new one is complete."""
+    """Write the System as a TOML file; the old file stays whole until the new one is complete.
+
+    Parameters
+    ----------
+    system : System
+        What to write.
+    path : path
+        File to write, replaced if it is there.
+
+    Raises
+    ------
+    FrictionloopError
+        For what is not a System, or a file that cannot be written.
+    """
+    text = to_toml(system)
     with replacing(path) as beside:
-        beside.write_text(to_toml(system), encoding="utf-8")
+        beside.write_text(text, encoding="utf-8")

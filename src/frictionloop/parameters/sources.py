@@ -6,14 +6,14 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from frictionloop.parameters.block import Block, NotNegative, Positive
+from frictionloop.parameters.block import Block, NotNegative, Number, Positive
 
 
 class Constant(Block):
     """f(t) = offset."""
 
     kind: Literal["constant"] = "constant"
-    offset_n: float = 0.0
+    offset_n: Number = 0.0
     """Level of the force."""
 
 
@@ -21,9 +21,9 @@ class Sine(Block):
     """f(t) = offset + amplitude sin(2 pi frequency t)."""
 
     kind: Literal["sine"] = "sine"
-    offset_n: float = 0.0
+    offset_n: Number = 0.0
     """Mean of the force."""
-    amplitude_n: float = 0.0
+    amplitude_n: Number = 0.0
     """Zero-to-peak amplitude."""
     frequency_hz: Positive = 1.0
     """Frequency."""
@@ -33,9 +33,9 @@ class LogSweep(Block):
     """f(t) = offset + amplitude sin(2 pi f1 T/L (exp(L t/T) - 1)), L = ln(f2/f1): a sweep of equal time per octave."""
 
     kind: Literal["log_sweep"] = "log_sweep"
-    offset_n: float = 0.0
+    offset_n: Number = 0.0
     """Mean of the force."""
-    amplitude_n: float = 0.0
+    amplitude_n: Number = 0.0
     """Zero-to-peak amplitude."""
     start_hz: Positive = 1.0
     """Frequency f1 at t = 0."""
@@ -57,7 +57,7 @@ class Steps(Block):
     kind: Literal["steps"] = "steps"
     times_s: tuple[NotNegative, ...] = (0.0,)
     """Start of each level, rising, the first at 0."""
-    levels_n: tuple[float, ...] = (0.0,)
+    levels_n: tuple[Number, ...] = (0.0,)
     """Force from that time on."""
 
     @model_validator(mode="after")
@@ -75,11 +75,11 @@ class ColouredNoise(Block):
     """f(t) = offset + rms * n(t), n Gaussian of unit variance with a power spectrum falling as 1/f^exponent."""
 
     kind: Literal["noise"] = "noise"
-    offset_n: float = 0.0
+    offset_n: Number = 0.0
     """Mean of the force."""
     rms_n: NotNegative = 0.0
     """Standard deviation, over all frequencies up to half the control rate."""
-    exponent: Annotated[float, Field(ge=0, le=2)] = 1.0
+    exponent: Annotated[Number, Field(ge=0, le=2)] = 1.0
     """0 white, 1 pink (friction of a sliding finger, ref. [18]), 2 Brownian."""
     low_hz: Positive = 0.5
     """The spectrum is flat below."""
@@ -103,9 +103,9 @@ class Recording(Block):
     """Column name or number; for HDF5 and MAT the dataset, with [:, k] for a column of it (``"dataQ[:, 0]"``)."""
     rate_hz: Positive | None = None
     """Sampling rate of the file; a WAV file brings its own."""
-    scale: float = 1.0
+    scale: Number = 1.0
     """Newtons per unit of the column."""
-    offset_n: float = 0.0
+    offset_n: Number = 0.0
     """Added after scaling."""
     unit: str = "N"
     """Unit of the column, for the record (scale turns it into newtons)."""

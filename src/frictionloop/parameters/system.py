@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import difflib
+import reprlib
 from collections.abc import Mapping
 from typing import Any, Self
 
 from pydantic import BaseModel, ValidationError, model_validator
 
+from frictionloop.parameters import wording
 from frictionloop.parameters.block import Block
 from frictionloop.parameters.controller import Controller
 from frictionloop.parameters.plant import Friction, Plate, Sensor
 from frictionloop.parameters.sources import Source
-from frictionloop.quantities import FrictionloopError, unit_of
+from frictionloop.quantities import FrictionloopError
 
 _STEEPEST = 700.0
 """Largest tau a_max^2: g(a_max) = f0 e^-700 is still a normal number."""
@@ -46,9 +47,17 @@ class System(Block):
     def evolve(self, overrides: Mapping[str, Any]) -> Self:
         """Return a copy with some values replaced.
 
-        ``overrides`` maps dotted paths to values: ``{"controller.kp": 20.0}``. A whole block may be given as a
-        mapping or a block, ``{"setpoint": fl.Sine(offset_n=0.6)}``; a new ``kind`` keeps the values that the
-        new kind also has. An unknown path or a value outside its range raises ``FrictionloopError``.
+        Parameters
+        ----------
+        overrides : mapping
+            Dotted paths to values in the unit their name ends with: ``{"controller.kp": 20.0}``. A whole block may be
+            given as a mapping or a block, ``{"setpoint": fl.Sine(offset_n=0.6)}``; a new ``kind`` keeps the values
+            that the new kind also has.
+
+        Raises
+        ------
+        FrictionloopError
+            For an unknown path, naming near ones, or a value outside its range.
         """
         # Blocks that no path enters stay as they are: sweeps evolve thousands of systems.
         tree = {name: getattr(self, name) for name in type(self).model_fields}
@@ -64,7 +73,7 @@ class System(Block):
         try:
             return cls.model_validate(tree)
         except ValidationError as error:
-            raise FrictionloopError(where + explain(error, tree)) from None
+            raise FrictionloopError(where + wording.explain(cls, error, tree)) from None
 
     def paths(self) -> list[str]:
         """Return every settable dotted path."""
@@ -85,8 +94,8 @@ def _place(tree: dict[str, Any], path: str, value: Any) -> None:
     for name in parents:
         node = node.get(name) if isinstance(node, dict) else None
     # A new kind may need a value that nothing has given yet: the path of a recording.
-    if not isinstance(node, dict) or (leaf not in node and path not in _known_names(tree)):
-        raise FrictionloopError(unknown(path, _known_names(tree)))
+    if not isinstance(node, dict) or (leaf not in node and path not in wording.known_names(System, tree)):
+        raise FrictionloopError(wording.unknown(path, wording.known_names(System, tree)))
     if leaf == "kind" and value != node["kind"]:
         _change_kind(tree, parents[0], value)
     elif isinstance(value, Mapping) and isinstance(node.get(leaf), dict) and value.get("kind", None) is None:
@@ -110,65 +119,13 @@ def _change_kind(tree: dict[str, Any], block: str, kind: str) -> None:
     raise FrictionloopError(f"{block}.kind = {kind!r} is unknown; accepted: {accepted}")
 
 
-def kinds_of(block: str) -> list[type[Block]]:
+def kinds_of(block: str) -> list[type[BaseModel]]:
     """Return the parameter classes a block of the System may be."""
-    annotation = System.model_fields[block].annotation
-    return list(getattr(annotation, "__args__", (annotation,)))
+    return wording.kinds_of(System, block)
 
 
-def unknown(path: str, names: list[str]) -> str:
-    """Return the line that says a path does not exist and which near ones do."""
-    leaves = {name: name.rsplit(".", 1)[-1] for name in names}
-    near = difflib.get_close_matches(path, names, n=3, cutoff=0.6)
-    leaf = path.rsplit(".", 1)[-1]
-    near += [name for name in names if leaves[name] in difflib.get_close_matches(leaf, [leaves[name]], cutoff=0.6)]
-    if not near:
-        near = [name for name in names if name.startswith(path.split(".", 1)[0] + ".")] or names
-    hints = [f"{name} ({unit_of(name)})" if unit_of(name) else name for name in dict.fromkeys(near)]
-    return f"unknown parameter {path!r}; did you mean {', '.join(hints[:3])}?"
-
-
-def explain(error: ValidationError, tree: Mapping[str, Any]) -> str:
-    """Return pydantic's first complaint as one line: path, value, and what would be accepted."""
-    first = error.errors(include_url=False)[0]
-    kinds = {
-        model.model_fields["kind"].default
-        for b in System.model_fields
-        for model in kinds_of(b)
-        if "kind" in model.model_fields
-    }
-    path = ".".join(str(part) for part in first["loc"] if part not in kinds)
-    if first["type"] == "extra_forbidden":
-        block = path.rsplit(".", 1)[0] if "." in path else ""
-        names = [name for name in _known_names(tree) if name.startswith(block)]
-        return unknown(path, names)
-    message = first["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
-    if first["type"] == "missing":
-        return f"{path or 'system'} is missing"
-    if isinstance(first["input"], (dict, BaseModel)):
-        return f"{path or 'system'}: {message}"
-    unit = f" {unit_of(path)}" if unit_of(path) else ""
-    return f"{path} = {first['input']!r}{unit}: {message}"
-
-
-def _known_names(tree: Mapping[str, Any]) -> list[str]:
-    """Return the paths that the kinds named in a tree accept."""
-    names: list[str] = []
-    for block in System.model_fields:
-        given = tree.get(block)
-        kind = given.get("kind") if isinstance(given, Mapping) else None
-        for model in kinds_of(block):
-            if kind is None or model.model_fields["kind"].default == kind:
-                names += _fields(model, f"{block}.")
-    return list(dict.fromkeys(names))
-
-
-def _fields(model: type[BaseModel], prefix: str) -> list[str]:
-    found: list[str] = []
-    for name, field in model.model_fields.items():
-        inner = field.annotation
-        if isinstance(inner, type) and issubclass(inner, BaseModel):
-            found += _fields(inner, f"{prefix}{name}.")
-        else:
-            found.append(prefix + name)
-    return found
+def check_system(system: Any) -> None:
+    """Refuse what is not a System where one is needed."""
+    if not isinstance(system, System):
+        given = " ".join(reprlib.repr(system).split())
+        raise FrictionloopError(f"system = {given}: must be a System, e.g. fl.paper()")

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
-from frictionloop.parameters import Friction, System
+from frictionloop.parameters import Friction, System, check_system
+from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.arithmetic import exp2, step
 
 
@@ -22,16 +24,40 @@ def halving_amplitude_um(susceptibility_per_um2: np.ndarray | float) -> np.ndarr
 
 
 def friction_force(amplitude_um: np.ndarray | float, friction: Friction) -> np.ndarray:
-    """Return g(a) = f0 exp(-tau a^2) in N, equation (1) without d, for amplitudes in um of any shape."""
+    """Return g(a) = f0 exp(-tau a^2) in N, equation (1) without d (paper, Sec. 2.1).
+
+    Parameters
+    ----------
+    amplitude_um : array or float
+        Vibration amplitudes a >= 0 in um, zero-to-peak, of any shape.
+    friction : Friction
+        f0 and tau.
+
+    Raises
+    ------
+    FrictionloopError
+        For an amplitude that is negative or not finite.
+    """
+    _numbers("amplitude_um", amplitude_um, "um", least=0.0)
     return friction.nominal_n * np.exp(-friction.susceptibility_per_um2 * np.square(amplitude_um))
 
 
 def amplitude_for(force_n: np.ndarray | float, friction: Friction) -> np.ndarray:
     """Return the amplitude a = sqrt(ln(f0/f)/tau) in um at which g(a) = f, the inverse of equation (1).
 
-    ``force_n`` lies in (0, f0]; outside it no amplitude exists and the result is NaN.
+    Parameters
+    ----------
+    force_n : array or float
+        Friction forces f in N, 0 < f <= f0, of any shape; outside this range no amplitude exists, which gives NaN.
+    friction : Friction
+        f0 and tau.
+
+    Raises
+    ------
+    FrictionloopError
+        For forces that are not numbers.
     """
-    force = np.asarray(force_n, dtype=float)
+    force = _numbers("force_n", force_n, "N", finite=False)
     inside = (force > 0) & (force <= friction.nominal_n)
     exponent = np.log(friction.nominal_n / np.where(inside, force, 1.0))
     return np.where(inside, np.sqrt(np.abs(exponent) / friction.susceptibility_per_um2), np.nan)
@@ -49,11 +75,40 @@ def reachable(system: System, disturbance_n: np.ndarray | float = 0.0) -> Band:
 
     The band is empty (low above high) when the disturbance swings wider than f0 - g(a_max), as with the paper's
     printed numbers.
+
+    Parameters
+    ----------
+    system : System
+        Its friction law and the plate's a_max.
+    disturbance_n : array or float
+        Values of the disturbance d in N, at least one, of any shape.
+
+    Raises
+    ------
+    FrictionloopError
+        For what is not a System, or a disturbance that is empty or not finite.
     """
+    check_system(system)
+    disturbance = _numbers("disturbance_n", disturbance_n, "N")
+    if disturbance.size == 0:
+        raise FrictionloopError("disturbance_n is empty: must hold at least one force in N")
     floor = float(friction_force(system.plate.max_amplitude_um, system.friction))
-    return Band(floor + float(np.max(disturbance_n)), system.friction.nominal_n + float(np.min(disturbance_n)))
+    return Band(floor + float(disturbance.max()), system.friction.nominal_n + float(disturbance.min()))
 
 
 def sensitivity_n_per_um(amplitude_um: float, friction: Friction) -> float:
     """Return dg/da = -2 tau a g(a) in N/um, the slope at an operating point (negative: vibration lowers friction)."""
     return -2.0 * friction.susceptibility_per_um2 * amplitude_um * float(friction_force(amplitude_um, friction))
+
+
+def _numbers(name: str, values: object, unit: str, least: float = -math.inf, finite: bool = True) -> np.ndarray:
+    """Return values as an array, refusing what is no number, not finite or below the least."""
+    try:
+        found = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise FrictionloopError(f"{name} = {values!r}: must be a number or an array of numbers in {unit}") from None
+    wrong = found[~(np.isfinite(found) & (found >= least))] if finite else np.empty(0)
+    if wrong.size:
+        range_ = "" if least == -math.inf else f" and at least {least:g}"
+        raise FrictionloopError(f"{name} = {wrong[0]:g} {unit}: must be finite{range_}")
+    return found

@@ -14,6 +14,8 @@ from frictionloop.quantities.units import FrictionloopError
 def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Yield a path beside ``path`` to write to; on success it takes the old file's place, on failure it goes."""
     target = Path(path)
+    if not target.name:
+        raise FrictionloopError(f"path = {str(path)!r}: must be the name of a file")
     beside = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
         yield beside

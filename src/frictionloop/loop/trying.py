@@ -1,0 +1,60 @@
+"""Every value of a sweep tried before anything runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from frictionloop.loop.points import Points
+from frictionloop.loop.structure import COUPLED, STRUCTURAL, structure
+from frictionloop.loop.timing import is_finite, periods_in
+from frictionloop.parameters import Recording, System
+from frictionloop.physics.sources import sampler
+from frictionloop.quantities import FrictionloopError
+
+
+def structures_of(system: System, grid: Points, duration_s: float, score_from_s: float) -> list[object]:
+    """Try every value of a sweep before anything runs and return the structure of each point."""
+    read: set[tuple[Recording, float]] = set()
+
+    def tried(override: dict[str, Any]) -> object:
+        changed = system.evolve(override)
+        periods = periods_in(changed, duration_s)
+        scored = is_finite(score_from_s) and 0 <= score_from_s < duration_s
+        if not (scored and round(score_from_s * changed.controller.rate_hz) < periods):
+            raise FrictionloopError(
+                f"score_from_s = {score_from_s!r} s: must be at least 0 and below duration_s = {duration_s!r} s"
+            )
+        for source in (changed.setpoint, changed.disturbance):
+            # A file that is missing or too short is found now, not when its tile runs.
+            rate = changed.controller.rate_hz
+            if isinstance(source, Recording) and (source, rate) not in read:
+                read.add((source, rate))
+                sampled = sampler(source, rate, 0, 0)
+                assert sampled is not None
+                sampled(0, periods)
+        return structure(changed)
+
+    # Systems are not kept: thousands of small objects would cost the garbage collector more than the kernel takes.
+    probed = [tried(override) for override in grid.probes()]
+    if not grid.gridded:
+        return probed
+    plain = all(not path.endswith(STRUCTURAL) and axis.dtype.kind in "if" for path, axis in grid.axes.items())
+    plain = plain and sum(path.endswith(COUPLED) for path in grid.axes) < 2
+    return probed[:1] * len(grid.overrides) if plain else [tried(override) for override in grid.overrides]
+
+
+def placed(system: System, override: Mapping[str, Any]) -> System:
+    """Return ``system.evolve(override)`` for values that have been tried: numbers are placed without further checks."""
+    plain = all(type(value) in (int, float) and not path.endswith(".kind") for path, value in override.items())
+    return _copied(system, override) if plain else system.evolve(override)
+
+
+def _copied(block: Any, values: Mapping[str, Any]) -> Any:
+    own = {path: value for path, value in values.items() if "." not in path}
+    inner: dict[str, dict[str, Any]] = {}
+    for path, value in values.items():
+        head, dot, rest = path.partition(".")
+        if dot:
+            inner.setdefault(head, {})[rest] = value
+    return block.model_copy(update=own | {head: _copied(getattr(block, head), rest) for head, rest in inner.items()})

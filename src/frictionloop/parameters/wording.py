@@ -1,0 +1,82 @@
+"""What a System accepts, and the one line that says what is wrong with what was given."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from frictionloop.quantities import unit_of
+
+Model = type[BaseModel]
+
+
+def kinds_of(system: Model, block: str) -> list[Model]:
+    """Return the parameter classes a block of the System may be."""
+    annotation = system.model_fields[block].annotation
+    return list(getattr(annotation, "__args__", (annotation,)))
+
+
+def known_names(system: Model, tree: Mapping[str, Any]) -> list[str]:
+    """Return the paths that the kinds named in a tree accept."""
+    names: list[str] = []
+    for block in system.model_fields:
+        given = tree.get(block)
+        kind = given.get("kind") if isinstance(given, Mapping) else None
+        for model in kinds_of(system, block):
+            if kind is None or model.model_fields["kind"].default == kind:
+                names += _fields(model, f"{block}.")
+    return list(dict.fromkeys(names))
+
+
+def _fields(model: Model, prefix: str) -> list[str]:
+    found: list[str] = []
+    for name, field in model.model_fields.items():
+        inner = field.annotation
+        if isinstance(inner, type) and issubclass(inner, BaseModel):
+            found += _fields(inner, f"{prefix}{name}.")
+        else:
+            found.append(prefix + name)
+    return found
+
+
+def unknown(path: str, names: list[str]) -> str:
+    """Return the line that says a path does not exist and which near ones do."""
+    leaves = {name: name.rsplit(".", 1)[-1] for name in names}
+    # A path as short as this one may have been meant as a block.
+    depth = path.count(".") + 1
+    blocks = {".".join(name.split(".")[:depth]) for name in names if name.count(".") >= depth}
+    near = difflib.get_close_matches(path, [*names, *sorted(blocks)], n=3, cutoff=0.6)
+    leaf = path.rsplit(".", 1)[-1]
+    near += [name for name in names if leaves[name] in difflib.get_close_matches(leaf, [leaves[name]], cutoff=0.6)]
+    if not near:
+        near = [name for name in names if name.startswith(path.split(".", 1)[0] + ".")] or names
+    hints = [f"{name} ({unit_of(name)})" if unit_of(name) else name for name in dict.fromkeys(near)]
+    return f"unknown parameter {path!r}; did you mean {', '.join(hints[:3])}?"
+
+
+def explain(system: Model, error: ValidationError, tree: Mapping[str, Any]) -> str:
+    """Return the complaint of pydantic that helps most as one line: path, value, and what would be accepted."""
+    errors = error.errors(include_url=False)
+    # A misspelt name is often why another is missing.
+    first = next((each for each in errors if each["type"] == "extra_forbidden"), errors[0])
+    kinds = {
+        model.model_fields["kind"].default
+        for block in system.model_fields
+        for model in kinds_of(system, block)
+        if "kind" in model.model_fields
+    }
+    path = ".".join(str(part) for part in first["loc"] if part not in kinds)
+    if first["type"] == "extra_forbidden":
+        block = path.rsplit(".", 1)[0] if "." in path else ""
+        return unknown(path, [name for name in known_names(system, tree) if name.startswith(block)])
+    if first["type"] == "missing":
+        hint = "" if "." in path else '; with preset = "paper" a file needs only what differs'
+        return f"{path or 'system'} is missing{hint}"
+    message = first["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
+    if isinstance(first["input"], (dict, BaseModel)):
+        return f"{path or 'system'}: {message}"
+    unit = f" {unit_of(path)}" if unit_of(path) else ""
+    return f"{path} = {first['input']!r}{unit}: {message}"
