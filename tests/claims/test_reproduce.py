@@ -12,9 +12,10 @@ import pytest
 from frictionloop.quantities import FrictionloopError
 from frictionloop.report import build
 from frictionloop.report.figures import drawings
-from frictionloop.report.page import render
+from frictionloop.report.page import maths, render
 from frictionloop.report.results import Results
 from frictionloop.report.style import svg
+from frictionloop.report.tolerances import RULES
 
 DOI = "https://doi.org/10.1007/978-3-319-93399-3_29"
 VOID = {"meta", "link", "br", "img", "hr", "input"}
@@ -110,6 +111,21 @@ def test_symbols_are_set(results, claims):
     figures = {drawing.name: "" for drawing in drawings(results)}
     text = render(results, claims, figures)
     assert "<i>K</i><sub>p</sub> starts at 5" in text and "{{" not in text
+
+
+def test_the_first_sentence_tells_what_does_not_come_out(results, claims):
+    figures = {drawing.name: "" for drawing in drawings(results)}
+    text = " ".join(render(results, claims, figures).split())
+    first = text[text.index('<section id="short">') :]
+    assert "comes out in part" in first[: first.index("</b>")]
+    assert "no upper end" in first[: first.index("</b>")]
+    assert "end near 20 holds only for “reachable set-point”." in first
+
+
+def test_every_rule_of_agreement_is_on_the_page(results, claims):
+    figures = {drawing.name: "" for drawing in drawings(results)}
+    text = render(results, claims, figures)
+    assert all(str(maths(rule)) in text for rule in RULES)
 
 
 def test_a_folder_that_cannot_be_made_is_one_line(tmp_path):

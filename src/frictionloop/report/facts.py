@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from frictionloop.report import gains
 from frictionloop.report.claims import Claim
 from frictionloop.report.figures.fidelity import at_paper
-from frictionloop.report.noise import knee_n
+from frictionloop.report.noise import NOISE_READINGS, knee_n
 from frictionloop.report.numbers import number
 from frictionloop.report.results import Results
 from frictionloop.report.systems import FEASIBLE, WORKING, reachable_share
@@ -16,7 +16,21 @@ from frictionloop.report.systems import FEASIBLE, WORKING, reachable_share
 
 def facts(results: Results, claims: Sequence[Claim]) -> dict[str, str]:
     """Return formatted numbers by name."""
-    return _gains(results) | _noise(results) | {f"claim {claim.id}": str(claim.verdict) for claim in claims}
+    verdicts = {f"claim {claim.id}": str(claim.verdict) for claim in claims}
+    return _gains(results) | _noise(results) | verdicts | {f"holds {claim.id}": holding(claim) for claim in claims}
+
+
+def holding(claim: Claim) -> str:
+    """Return for which readings a claim holds, in words that follow "holds"."""
+    yes = [name for name, held in claim.holds.items() if held]
+    no = [name for name, held in claim.holds.items() if not held]
+    if not no:
+        return "under every reading"
+    if not yes:
+        return "under no reading"
+    names = yes if len(yes) <= len(no) else no
+    quoted = ", ".join(f"“{name}”" for name in names)
+    return f"only for {quoted}" if names is yes else f"except for {quoted}"
 
 
 def _gains(results: Results) -> dict[str, str]:
@@ -58,6 +72,8 @@ def _noise(results: Results) -> dict[str, str]:
     found = {f"knee {name} mN": "none" if sigma is None else number(1e3 * sigma) for name, sigma in knees.items()}
     for output in ("f", "u"):
         found[f"gain {output} 10"] = f"{float(steady[f'simulated_{output}'].sel(kp_simulated=10.0)):.2f}"
+    for name in ("amplitude density", "power density", "variance"):
+        found[f"sigma {name} N"] = number(NOISE_READINGS[name].sigma_n(1e-5), 2)
     found["gain f 1"] = f"{float(steady['simulated_f'].sel(kp_simulated=1.0)):.2f}"
     found["kp limit"] = f"{float(steady['kp_limit']):.1f}"
     found["cycle 20 mN"] = number(1e3 * 1e-5 * float(steady["simulated_f"].sel(kp_simulated=20.0)), 2)

@@ -10,6 +10,7 @@ import xarray as xr
 
 from frictionloop.loop.sweep import sweep
 from frictionloop.parameters import System
+from frictionloop.report.tolerances import R2_STEP
 
 KP, KI = "controller.kp", "controller.ki"
 R20 = (1, 1.12, 1.25, 1.4, 1.6, 1.8, 2, 2.24, 2.5, 2.8, 3.15, 3.55, 4, 4.5, 5, 5.6, 6.3, 7.1, 8, 9)
@@ -18,8 +19,6 @@ KPS = np.array([0.63, 0.71, 0.8, 0.9, *R20, *np.multiply(R20, 10), 100])
 """Proportional gains, N/N."""
 KIS = np.array([digits * decade for decade in (0.1, 1, 10, 100, 1e3, 1e4) for digits in R20[::2]] + [1e5])
 """Integral gains, 1/s; a map goes up to 10^4."""
-R2_STEP = 0.01
-"""Smallest difference of R2 that counts, 1 % of the set-point's variance (assumed; one for the whole report)."""
 SEEDS = 4
 DURATION_S = 10.0
 

@@ -11,6 +11,7 @@ import xarray as xr
 
 from frictionloop.loop.sweep import sweep
 from frictionloop.parameters import System
+from frictionloop.report.tolerances import R2_STEP
 
 NOISE = "sensor.noise_rms_n"
 LEVELS_N = np.geomspace(1e-6, 1.0, 49)
@@ -19,6 +20,8 @@ SEEDS = 8
 DURATION_S = 10.0
 RATE_HZ = 5000.0
 """Rate of the draws (paper, Sec. 4.1)."""
+BAND_HZ = RATE_HZ / 2
+"""Band of a one-sided density: all that draws at this rate can hold."""
 
 
 class NoiseReading(NamedTuple):
@@ -33,11 +36,13 @@ NOISE_READINGS: dict[str, NoiseReading] = {
     "rms": NoiseReading("N", lambda level: level, lambda sigma: sigma),
     "variance": NoiseReading("N²", math.sqrt, lambda sigma: sigma**2),
     "amplitude density": NoiseReading(
-        "N/√Hz", lambda level: level * math.sqrt(RATE_HZ / 2), lambda sigma: sigma / math.sqrt(RATE_HZ / 2)
+        "N/√Hz one-sided", lambda level: level * math.sqrt(BAND_HZ), lambda sigma: sigma / math.sqrt(BAND_HZ)
     ),
-    "power density": NoiseReading("N²/Hz", lambda level: math.sqrt(level * RATE_HZ), lambda sigma: sigma**2 / RATE_HZ),
+    "power density": NoiseReading(
+        "N²/Hz one-sided", lambda level: math.sqrt(level * BAND_HZ), lambda sigma: sigma**2 / BAND_HZ
+    ),
 }
-"""rms; variance (as random-number blocks ask for); one-sided density over 0 to 2.5 kHz; two-sided power."""
+"""rms; variance (as random-number blocks ask for); densities, both one-sided over 0 to 2.5 kHz."""
 
 
 def noise_sweep(system: System) -> xr.Dataset:
@@ -46,7 +51,7 @@ def noise_sweep(system: System) -> xr.Dataset:
     return found.rename({NOISE: "sigma"})
 
 
-def knee_n(metric: xr.DataArray, step: float = 0.01) -> float | None:
+def knee_n(metric: xr.DataArray, step: float = R2_STEP) -> float | None:
     """Return the noise (N rms) at which the median of a metric has moved by ``step`` from its value without noise.
 
     Interpolated over log sigma; None if it never moves that far.

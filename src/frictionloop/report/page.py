@@ -18,6 +18,7 @@ from frictionloop.report.claims import Claim, Verdict
 from frictionloop.report.claims.table import SYMBOLS, shown, with_unit
 from frictionloop.report.facts import facts
 from frictionloop.report.results import Results
+from frictionloop.report.tolerances import RULES
 
 _SYMBOLS = ((r"\bK([pi])\b", r"<i>K</i><sub>\1</sub>"), (r"\b([fmσ])_([a-z])(?![a-z_])", r"<i>\1</i><sub>\2</sub>"))
 
@@ -60,7 +61,7 @@ def render(results: Results, claims: Sequence[Claim], figures: Mapping[str, str]
         lstrip_blocks=True,
     )
     environment.filters |= {"maths": maths, "shown": shown, "accepted": accepted}
-    environment.globals |= {"with_unit": with_unit, "symbols": SYMBOLS}
+    environment.globals |= {"with_unit": with_unit, "symbols": SYMBOLS, "rules": RULES}
     return environment.get_template("index.html.jinja").render(
         claims=claims,
         counts={verdict: sum(claim.verdict == verdict for claim in claims) for verdict in Verdict},

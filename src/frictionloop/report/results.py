@@ -48,11 +48,11 @@ def parts() -> Iterator[Part]:
     yield "population", sliding_trials
     for name, system in ends.items():
         yield f"maps.{name}", partial(gains.fidelity_map, system)
-        yield f"runs.{name}", partial(tracking.tracking_runs, system)
-        yield f"noise.{name}", partial(noise.noise_sweep, system)
     for name, system in compared.items():
         yield f"over_kp.{name}", partial(gains.fidelity_over, system, gains.KP)
         yield f"over_ki.{name}", partial(gains.fidelity_over, system, gains.KI, gains.KIS)
+        yield f"runs.{name}", partial(tracking.tracking_runs, system)
+        yield f"noise.{name}", partial(noise.noise_sweep, system)
     for name, overrides in variants().items():
         yield f"variants.{name}", partial(gains.fidelity_over, feasible().evolve(overrides), gains.KP)
     yield "steady", partial(steady.noise_gain, feasible())

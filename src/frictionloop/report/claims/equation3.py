@@ -6,10 +6,10 @@ import math
 
 from frictionloop.parameters import feasible
 from frictionloop.report.claims.claim import Claim, python
-from frictionloop.report.claims.tolerances import HALF_DECADE, half_decade
 from frictionloop.report.numbers import number
 from frictionloop.report.results import Results
 from frictionloop.report.steady import linear_gain
+from frictionloop.report.tolerances import DECADE_FACTOR, HALF_DECADE, SAME, SAME_RULE, half_decade
 
 STEADY = "import frictionloop as fl; from frictionloop.report.steady import *; "
 FORCE, COMMAND = "output = friction force", "output = force command"
@@ -60,8 +60,8 @@ def _single_frequency(simulated: dict[str, float], linear: dict[str, float]) -> 
             "at 1 Hz, as printed": simulated["f_a"] / linear["tone"],
             "summed over the noise's spectrum": simulated["f_a"] / linear["f_a"],
         },
-        accepted=(0.95, 1.05),
-        tolerance="five per cent (assumed); the simulation's own scatter is below one",
+        accepted=(1 - SAME, 1 + SAME),
+        tolerance=SAME_RULE,
         explanation="As printed it holds for one frequency. Summed over a white spectrum (exactly, for the sampled "
         f"loop) it gives {linear['f_a']:.3f}, as simulated ({simulated['f_a']:.3f}); at 1 Hz alone it gives "
         f"{linear['tone']:.3f}.",
@@ -100,7 +100,7 @@ def _not_linear(simulated: dict[str, float], linear: dict[str, float]) -> Claim:
         unit="",
         measure="output noise, simulated over linear theory, Kp = 10",
         readings={FORCE: simulated["f_a"] / linear["f_a"], COMMAND: simulated["u"] / linear["u"]},
-        accepted=(math.sqrt(10), math.inf),
+        accepted=(DECADE_FACTOR, math.inf),
         tolerance="not predicted: half a decade or more above linear theory",
         explanation=f"Linear theory predicts both: {linear['f_a']:.2f} for the force and {linear['u']:.2f} for the "
         "command. No non-linearity is needed at these noise levels.",

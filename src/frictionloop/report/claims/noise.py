@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from frictionloop.parameters import feasible
 from frictionloop.report.claims.claim import Claim, Value, python
-from frictionloop.report.claims.tolerances import HALF_DECADE, ONE_PERCENT, half_decade
 from frictionloop.report.noise import NOISE, NOISE_READINGS, knee_n
 from frictionloop.report.numbers import number
 from frictionloop.report.results import Results
 from frictionloop.report.steady import steady_noise
-from frictionloop.report.systems import FEASIBLE, WORKING
+from frictionloop.report.systems import FEASIBLE
+from frictionloop.report.tolerances import HALF_DECADE, R2_RULE, R2_STEP, SATURATION_RULE, SATURATION_STEP, half_decade
 
-METRIC = {"r2_identity": "fidelity R²", "saturation_index": "saturation index"}
+METRIC = {
+    "r2_identity": ("fidelity R²", R2_STEP, R2_RULE),
+    "saturation_index": ("saturation index", SATURATION_STEP, SATURATION_RULE),
+}
 KNEE = "import frictionloop as fl; from frictionloop.report.noise import *; "
 PERCEIVED_N = 5e-4
 """Lowest force perceived (paper, Sec. 2.3, after its ref. [14])."""
@@ -39,13 +42,14 @@ def noise_claims(results: Results) -> list[Claim]:
 
 
 def _knee(results: Results, metric: str, id: str, title: str, quote: str) -> Claim:
-    knees = {name: knee_n(results.noise[name][metric]) for name in (WORKING, FEASIBLE)}
+    words, step, rule = METRIC[metric]
+    knees = {name: knee_n(sweep[metric], step) for name, sweep in results.noise.items()}
     readings: dict[str, Value] = {}
     for reading, of in NOISE_READINGS.items():
         for name, sigma in knees.items():
             readings[f"{reading} ({of.unit}), {name}"] = None if sigma is None else of.level(sigma)
-    feasible_n, wide_n = knees[FEASIBLE], knee_n(results.noise[FEASIBLE][metric], 0.05)
-    assert feasible_n is not None and wide_n is not None
+    feasible_n = knees[FEASIBLE]
+    assert feasible_n is not None
     return Claim(
         id=id,
         title=title,
@@ -53,16 +57,18 @@ def _knee(results: Results, metric: str, id: str, title: str, quote: str) -> Cla
         quote=quote,
         published=1e-4,
         unit="N",
-        measure=f"noise at which the {METRIC[metric]} has moved by 0.01, in the unit of each reading",
+        measure=f"noise at which the {words} has moved by {step:g}, in the unit of each reading; densities "
+        "one-sided to 2.5 kHz",
         readings=readings,
         accepted=half_decade(1e-4),
-        tolerance=f"{HALF_DECADE}; {ONE_PERCENT}",
+        tolerance=f"{HALF_DECADE}; {rule}",
         explanation=f"Harm starts at {number(1e3 * feasible_n)} mN rms with a reachable set-point "
-        f"({number(1e3 * wide_n)} mN if 0.05 were to count), some {number(feasible_n / 1e-4, 1)} times the level "
-        "printed if that is rms. Of the four readings of “10⁻⁴” this is "
+        f"(some {number(feasible_n / 1e-4, 1)} times the level "
+        "printed if that is rms). Of the four readings of “10⁻⁴” this is "
         f"{number(NOISE_READINGS['variance'].level(feasible_n), 2)} N² as a variance and "
-        f"{number(NOISE_READINGS['amplitude density'].level(feasible_n), 2)} N/√Hz as a density up to 2.5 kHz.",
-        command=python(KNEE + f"print(knee_n(noise_sweep(fl.paper()).{metric}))"),
+        f"{number(NOISE_READINGS['amplitude density'].level(feasible_n), 2)} N/√Hz as a one-sided "
+        "density up to 2.5 kHz.",
+        command=python(KNEE + f"print(knee_n(noise_sweep(fl.paper()).{metric}, {step:g}))"),
     )
 
 
@@ -78,7 +84,7 @@ def _subliminal() -> Claim:
         quote="A sensor with a noise level of 5·10⁻⁵ N produces an output noise that remains subliminal",
         published=PERCEIVED_N,
         unit="N",
-        measure="rms of f_a, everything else held",
+        measure="rms of f_a, everything else held; densities one-sided to 2.5 kHz",
         readings={f"{reading} ({of.unit})": output_n(reading) for reading, of in NOISE_READINGS.items()},
         accepted=(0.0, PERCEIVED_N),
         tolerance="below the perceivable force printed, 5·10⁻⁴ N",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from frictionloop.report.claims.claim import Claim, python
-from frictionloop.report.claims.tolerances import LAST_DIGIT, as_printed
+from frictionloop.report.tolerances import LAST_DIGIT, as_printed
 
 RANGE_N, NOISE_N = 2.5, 5e-5
 """Largest force and noise of the sensor (paper, Sec. 3.1)."""
@@ -40,7 +40,7 @@ def _ratio() -> Claim:
         unit="",
         measure="range over noise",
         readings={AS_PRINTED: RANGE_N / NOISE_N},
-        accepted=as_printed(50000, 10000),
+        accepted=as_printed(50000),
         tolerance=LAST_DIGIT,
         explanation="Exactly so.",
         command=python("print(2.5 / 5e-5)"),
@@ -57,7 +57,7 @@ def _decibels(printed: float, id: str, place: str, quote: str) -> Claim:
         unit="dB",
         measure="20 log₁₀ of the ratio",
         readings={AS_PRINTED: 20 * math.log10(50000)},
-        accepted=as_printed(printed, 1.0),
+        accepted=as_printed(printed),
         tolerance=LAST_DIGIT,
         explanation=f"20 log₁₀ 50,000 = 93.98 dB, which rounds to 94; {printed:.0f} dB would be "
         f"1:{10 ** (printed / 20):,.0f}. The paper prints both 95 and 93.",
@@ -75,7 +75,7 @@ def _resonance() -> Claim:
         unit="Hz",
         measure="√(k/m)/2π",
         readings={AS_PRINTED: math.sqrt(STIFFNESS_N_PER_M / MASS_KG) / (2 * math.pi)},
-        accepted=as_printed(250, 10),
+        accepted=as_printed(250),
         tolerance=LAST_DIGIT,
         explanation="With the stiffness read as 1 N/µm; “N.µm” is no stiffness.",
         command=python("import math; print(math.sqrt(1e6 / 0.4) / (2 * math.pi))"),
@@ -93,7 +93,7 @@ def _mass() -> Claim:
         unit="kg",
         measure="k/(2π · 145 Hz)²",
         readings={AS_PRINTED: STIFFNESS_N_PER_M / (2 * math.pi * 145) ** 2},
-        accepted=as_printed(MASS_KG, 0.1),
+        accepted=as_printed(MASS_KG),
         tolerance=LAST_DIGIT,
         explanation=f"145 Hz needs 1.2 kg on 1 N/µm, or {stiffness:.2f} N/µm under 400 g. The softer suspension moves "
         "7.5 µm at 2.5 N.",
@@ -111,7 +111,7 @@ def _displacement() -> Claim:
         unit="µm",
         measure="F/k",
         readings={AS_PRINTED: 2.0 / STIFFNESS_N_PER_M * 1e6},
-        accepted=as_printed(2.0, 1.0),
+        accepted=as_printed(2.0),
         tolerance=LAST_DIGIT,
         explanation="On 1 N/µm.",
         command=python("print(2.0 / 1e6 * 1e6)"),
@@ -130,7 +130,7 @@ def _displacement_noise() -> Claim:
         unit="pm",
         measure="noise/k",
         readings={"rms": rms_pm, "density below 1 kHz (pm/√Hz)": rms_pm / math.sqrt(bandwidth_hz)},
-        accepted=as_printed(0.5, 0.1),
+        accepted=as_printed(0.5),
         tolerance=LAST_DIGIT,
         explanation="5·10⁻⁵ N on 1 N/µm is 50 pm, a hundred times more. Spread over a first-order 1 kHz band (1571 "
         f"Hz of noise) it is {rms_pm / math.sqrt(bandwidth_hz):.1f} pm/√Hz, of the printed order but not the printed "
@@ -149,7 +149,7 @@ def _period() -> Claim:
         unit="ms",
         measure="1/rate",
         readings={"5 kHz timer": 1e3 / 5000.0},
-        accepted=as_printed(200.0, 100.0),
+        accepted=as_printed(200.0),
         tolerance=LAST_DIGIT,
         explanation="A 5 kHz timer ticks every 200 µs: a slip of the unit. A controller running every 200 ms could "
         "not even see a set-point that sweeps beyond 2.5 Hz.",

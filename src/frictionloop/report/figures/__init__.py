@@ -57,15 +57,16 @@ def drawings(results: Results) -> Iterator[Drawing]:
 
 
 def _tracking(results: Results) -> Iterator[Drawing]:
-    for name, runs in results.runs.items():
+    for name, short in SHORT.items():
+        runs = results.runs[name]
         limits_n = common_limits_n(list(runs.values()))
         for kp, letter in zip(KPS, "bcd", strict=True):
             alt = f"Force against set-point, and both over time, at Kp = {kp:g}, {name}"
-            yield Drawing(f"fig-2{letter}-{SHORT[name]}", alt, partial(figure_tracking, runs[kp], kp, limits_n))
+            yield Drawing(f"fig-2{letter}-{short}", alt, partial(figure_tracking, runs[kp], kp, limits_n))
 
 
 def _noise(results: Results) -> Iterator[Drawing]:
-    draw = partial(figure_noise, results.noise)
+    draw = partial(figure_noise, {name: results.noise[name] for name in SHORT})
     fidelity = partial(draw, "r2_identity", "fidelity $R^2$", (-0.7, 1.02), "bottom")
     saturation = partial(draw, "saturation_index", "saturation index", (0.0, 1.02), "top")
     yield Drawing("fig-2e", "Fidelity against sensor noise", fidelity)

@@ -10,9 +10,10 @@ from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator
 
-from frictionloop.report.gains import R2_STEP, optimum, useful_range
+from frictionloop.report.gains import Optimum, optimum, useful_range
 from frictionloop.report.numbers import number
 from frictionloop.report.style import BLACK, BLUE, GREY, VERMILLION, new_figure, styled
+from frictionloop.report.tolerances import R2_STEP
 
 PAPER_POINT = (10.0, 2.0)
 """Kp and Ki that the paper chose (Sec. 2.3)."""
@@ -20,6 +21,9 @@ PAPER_RANGE = (5.0, 20.0)
 """Kp with "good disturbance rejection" (paper, Sec. 2.3)."""
 BELOW_BEST = (0.5, 0.3, 0.2, 0.1, 0.05, 0.03, 0.02, R2_STEP, 0.005, 0.002)
 """Borders of a map's colours, as R2 below the best: finer where it matters."""
+
+EDGE_ROOM = 1.6
+"""Room above the largest Ki, a factor, for a best point on the edge of the map."""
 
 
 @styled
@@ -40,16 +44,23 @@ def figure_fidelity_map(fidelity: xr.Dataset, title: str) -> Figure:
         ms=12,
         clip_on=False,
         zorder=5,
-        label=f"best {best.r2:.3f} at {number(best.kp)}, {number(best.ki)}",
+        label=f"{_best_on(r2, best)} {best.r2:.3f} at {number(best.kp)}, {number(best.ki)}",
     )
     kp, ki = PAPER_POINT
     axes.plot(kp, ki, "o", color=VERMILLION, mec="white", ms=7, label=f"{at_paper(r2):.3f} at the paper's 10, 2")
     axes.set(xscale="log", yscale="log", xlabel="proportional gain $K_p$", ylabel="integral gain $K_i$ (1/s)")
     _plain_ticks(axes)
+    axes.set_ylim(float(r2["ki"][0]), float(r2["ki"][-1]) * EDGE_ROOM)
     axes.grid(False)
     axes.set_title(title)
-    figure.legend(loc="outside lower center", ncols=2, columnspacing=1.2)
+    figure.legend(loc="outside lower center")
     return figure
+
+
+def _best_on(r2: xr.DataArray, best: Optimum) -> str:
+    """Return what the best point is: on the map's edge a better one may lie beyond."""
+    edges = (float(r2["kp"][0]), float(r2["kp"][-1]), float(r2["ki"][0]), float(r2["ki"][-1]))
+    return "best of this map, at its edge:" if best.kp in edges[:2] or best.ki in edges[2:] else "best"
 
 
 def _colours(figure: Figure, axes: Axes, r2: xr.DataArray, best: float) -> None:
