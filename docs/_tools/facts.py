@@ -136,7 +136,7 @@ def numbers() -> dict[str, str]:
         "kp_limit": f"{fl.kp_limit(paper):.1f}",
         "kp_limit_late": f"{fl.kp_limit(paper.evolve({'controller.delay_s': 200e-6})):.1f}",
         "output_noise": f"{output_n * 1e5:.1f}",
-        "noise_harm_mn": f"{harmful_noise_n(0.05) * 1e3:.0f}",
+        "noise_harm_mn": f"{harmful_noise_n(0.01) * 1e3:.1f}",
         "literal_r2": f"{literal_r2:.4f}",
         "lumped_r2": f"{lumped_r2:.4f}",
         "apart_mn": f"{apart_n * 1e3:.1f}",

@@ -28,10 +28,11 @@ def lower_signal(
     slab: Slab, rows: str, sources: Sequence[Source], seeds: np.ndarray, stream: int, rate_hz: float, nodes_alike: bool
 ) -> Signal:
     """Set the formula rows of a signal, one source per lane; ``nodes_alike`` says that lanes may share it."""
-    slab.view(rows)[:] = np.array([_formula(s) for s in sources]).T
     first = sources[0]
+    alike = all(s is first or s == first for s in sources)
+    slab.view(rows)[:] = np.array([_formula(s) for s in (sources[:1] if alike else sources)]).T
     drawn = isinstance(first, ColouredNoise) and bool(np.any(seeds != seeds[0]))
-    shared = nodes_alike and not drawn and all(s == first for s in sources)
+    shared = nodes_alike and alike and not drawn
     if isinstance(first, (Constant, Sine)):
         return Signal(SINE, shared, _nothing)
     if isinstance(first, LogSweep):
