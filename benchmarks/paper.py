@@ -97,5 +97,5 @@ def r2_identity(f_a: Array, f_r: Array) -> float:
 
 
 def gain_grid(side: int = 32) -> tuple[Array, Array]:
-    """Axes of the sweep in the issue: Kp 1..100, Ki 0.1..100, logarithmic."""
+    """Axes of the grid: Kp 1..100, Ki 0.1..100, logarithmic."""
     return np.logspace(0, 2, side), np.logspace(-1, 2, side)
