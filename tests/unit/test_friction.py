@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionloop as fl
-from frictionloop.physics.friction import halving_amplitude_um, remaining_step, sensitivity_n_per_um
+from frictionloop.physics.friction import halving_amplitude_um, remaining_step
 
 finger = st.builds(fl.Friction, nominal_n=st.floats(0.1, 10), susceptibility_per_um2=st.floats(0.01, 10))
 amplitude = st.floats(0, 5)
@@ -45,15 +45,6 @@ def test_no_amplitude_outside_what_friction_can_be():
     got = fl.amplitude_for([-0.1, 0.0, 0.8000001, 0.8, np.nan], fl.paper().friction)
     np.testing.assert_array_equal(np.isnan(got), [True, True, True, False, True])
     assert got[3] == 0.0
-
-
-@given(finger, amplitude)
-def test_the_slope_is_the_derivative(friction, a):
-    # A complex step differentiates without cancellation (Squire and Trapp, SIAM Rev. 40 (1998) 110).
-    h = 1e-30
-    derivative = (friction.nominal_n * np.exp(-friction.susceptibility_per_um2 * (a + 1j * h) ** 2)).imag / h
-    exponent = friction.susceptibility_per_um2 * a * a
-    assert sensitivity_n_per_um(a, friction) == pytest.approx(derivative, rel=8 * EPS * (1 + exponent), abs=1e-300)
 
 
 @given(finger, st.lists(amplitude, min_size=2, max_size=5))

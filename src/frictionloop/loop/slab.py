@@ -51,7 +51,7 @@ _ROWS: tuple[tuple[str, int], ...] = (
     ("disturbance_signal", 4),
     # streaming metrics
     ("shift", 1),
-    ("sums", 9),
+    ("sums", 8),
 )
 ROW: dict[str, int] = {}
 COUNT: dict[str, int] = dict(_ROWS)

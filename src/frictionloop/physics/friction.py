@@ -96,11 +96,6 @@ def reachable(system: System, disturbance_n: np.ndarray | float = 0.0) -> Band:
     return Band(floor + float(disturbance.max()), system.friction.nominal_n + float(disturbance.min()))
 
 
-def sensitivity_n_per_um(amplitude_um: float, friction: Friction) -> float:
-    """Return dg/da = -2 tau a g(a) in N/um, the slope at an operating point (negative: vibration lowers friction)."""
-    return -2.0 * friction.susceptibility_per_um2 * amplitude_um * float(friction_force(amplitude_um, friction))
-
-
 def _numbers(name: str, values: object, unit: str, least: float = -math.inf, finite: bool = True) -> np.ndarray:
     """Return values as an array, refusing what is no number, not finite or below the least."""
     try:
