@@ -16,7 +16,7 @@ import peers
 import peers_jax
 import solvers
 from build import Reference
-from paper import Array, Paper, gain_grid
+from paper import Array, Paper, gain_grid, ramps
 from timing import Contender
 
 PERIODS = 50_000  # 10 s at 5 kHz
@@ -105,8 +105,11 @@ def grid(c: Reference, threads: int, quick: bool) -> tuple[list[Contender], dict
         if present("jax"):
             jax = peers_jax.Jax(on)
             add("JAX vmap", partial(jax.grid, QUIET, kp, ki, PERIODS), 4, on)
+            jax = peers_jax.Jax(on, ramps)
+            add("JAX vmap, 10 substeps", partial(jax.grid, QUIET, kp, ki, PERIODS), 4, on)
     add("Numba, scalar loop, prange", partial(peers.NumbaScalar().grid, QUIET, kp, ki, PERIODS), 3, threads)
     add("NumPy batch", partial(peers.numpy_batch, QUIET, kp, ki, PERIODS), 3, 1)
+    add("NumPy batch, 10 substeps", partial(peers.numpy_batch, QUIET, kp, ki, PERIODS, ramps), 3, 1)
     timed = [
         Contender(name, call, min(rounds, 3 if quick else rounds), threads=on) for name, call, rounds, on in entries
     ]

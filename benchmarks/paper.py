@@ -56,7 +56,7 @@ class Paper:
 
 @dataclass(frozen=True)
 class Period:
-    """What one control period needs: plate decay and sensor weight at the six Lobatto nodes."""
+    """What one control period needs: plate decay and sensor weight at the nodes of a rule."""
 
     at: Array
     plate: Array
@@ -74,6 +74,18 @@ def lobatto(p: Paper) -> Period:
     w = 2 * pi * p.sensor_hz
     kernel = w * np.exp(-w * (p.period_s - at)) * p.period_s
     return Period(at, np.exp(-2 * pi * p.plate_hz * at), weights * kernel, exp(-w * p.period_s))
+
+
+def ramps(p: Paper, substeps: int = 10) -> Period:
+    """The rule people write before looking for a better one: equal substeps, force linear in each."""
+    at = np.linspace(0.0, p.period_s, substeps + 1)
+    w, h = 2 * pi * p.sensor_hz, p.period_s / substeps
+    decay = exp(-w * h)
+    early, late = (1 - decay) / (w * h) - decay, 1 - (1 - decay) / (w * h)  # exact for a ramp over one substep
+    weight = np.zeros(substeps + 1)
+    for j in range(substeps):
+        weight[[j, j + 1]] += np.array([early, late]) * exp(-w * (p.period_s - at[j + 1]))
+    return Period(at, np.exp(-2 * pi * p.plate_hz * at), weight, exp(-w * p.period_s))
 
 
 def signals(p: Paper, periods: int, noise: Any, xp: Any = np) -> tuple[Any, Any, Any]:

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from paper import Array, Paper, draw, lobatto, signals
+from paper import Array, Paper, Period, draw, lobatto, signals
 from solvers import TOLERANCE, derivative
 
 
 class Jax:
     """`scan` over time, `vmap` over lanes, float64; for a grid, lanes split over `devices` host devices."""
 
-    def __init__(self, devices: int = 1) -> None:
+    def __init__(self, devices: int = 1, rule_of: Callable[[Paper], Period] = lobatto) -> None:
+        self._rule_of = rule_of
         if "jax" not in sys.modules:  # host devices must be asked for before jax starts
             os.environ["XLA_FLAGS"] = (
                 f"{os.environ.get('XLA_FLAGS', '')} --xla_force_host_platform_device_count={os.cpu_count()}"
@@ -30,7 +32,7 @@ class Jax:
         self._grid = jax.jit(jax.vmap(self._metric, in_axes=(None, None, 0, 0)), static_argnums=0)
 
     def _step(self, p: Paper, kp: Any, ki: Any) -> Any:
-        jnp, rule = self._jax.numpy, lobatto(p)
+        jnp, rule = self._jax.numpy, self._rule_of(p)
         plate, weight, sensor = rule.plate.tolist(), rule.weight.tolist(), rule.sensor
 
         def step(state: Any, now: Any) -> Any:
@@ -42,7 +44,7 @@ class Jax:
             command = jnp.sqrt(jnp.log(p.f0 / u) / p.tau)
             row = (g + d, f_m, u, a, v != u)
             away, f_m = a - command, sensor * f_m + weight[0] * g + added
-            for j in range(1, 6):
+            for j in range(1, len(weight)):
                 a = command + away * plate[j]
                 g = p.f0 * jnp.exp(-p.tau * a * a)
                 f_m += weight[j] * g

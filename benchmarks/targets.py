@@ -62,9 +62,10 @@ def _grid(grid: dict[str, float], all_threads: str) -> Iterator[Target]:
             f"grid with noise ({kind}) / C with noise", noisy / grid[f"{C}, noise, {kind}, {all_threads}"], None
         )
     for peer, limit in (
-        (f"JAX vmap, {all_threads}", 5.0),
-        ("JAX vmap, 1 thread", None),
-        ("NumPy batch, 1 thread", 20.0),
+        (f"JAX vmap, 10 substeps, {all_threads}", 5.0),
+        (f"JAX vmap, {all_threads}", None),
+        ("NumPy batch, 10 substeps, 1 thread", 20.0),
+        ("NumPy batch, 1 thread", None),
     ):
         if peer in grid and not (limit is None and all_threads == "1 thread"):
             yield Target(f"grid: {peer} / {OURS}, {all_threads}", grid[peer] / mine, limit, at_least=True)
