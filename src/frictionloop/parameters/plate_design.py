@@ -1,0 +1,150 @@
+"""What a builder chooses for the ultrasonic plate: glass, size and mode, drive, piezo patches, finger, carrier."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, ValidationError, model_validator
+
+from frictionloop.parameters import wording
+from frictionloop.parameters.block import Block, NotNegative, Number, Positive, Whole
+from frictionloop.quantities import FrictionloopError
+
+Side = Literal["length", "width"]
+"""The side along which the standing wave runs; its nodal lines are parallel to the other side."""
+
+
+class Glass(Block):
+    """Elastic constants of the plate; the defaults are those of soda-lime glass."""
+
+    young_modulus_pa: Positive = 72e9
+    """Young's modulus E in Pa (assumed: soda-lime)."""
+    poisson_ratio: Annotated[Number, Field(ge=0, lt=0.5)] = 0.22
+    """Poisson's ratio nu (assumed: soda-lime)."""
+    density_kg_per_m3: Positive = 2500.0
+    """Density rho in kg/m^3 (assumed: soda-lime)."""
+
+
+class PlateGeometry(Block):
+    """Size of the plate and the mode it vibrates in."""
+
+    length_mm: Positive = 255.0
+    """Longer side (paper, Sec. 4.1)."""
+    width_mm: Positive = 140.0
+    """Shorter side (paper, Sec. 4.1)."""
+    thickness_mm: Positive = 3.0
+    """Thickness h (paper, Sec. 4.1)."""
+    nodal_lines: Annotated[Whole, Field(ge=2)] = 12
+    """Nodal lines N of the mode; the printed 16 does not go with 3 mm and 46 kHz (physics.plate_readings)."""
+    wave_along: Side = "width"
+    """Side along which the nodal lines follow each other (assumed, see nodal_lines)."""
+
+    @property
+    def side_mm(self) -> float:
+        """Length of the side along which the wave runs."""
+        return self.length_mm if self.wave_along == "length" else self.width_mm
+
+
+class PlateDrive(Block):
+    """How the resonance is driven."""
+
+    quality_factor: Annotated[Number, Field(gt=0.5)] = 230.0
+    """Q of the mode without a finger (assumed: gives the envelope of 100 Hz of Sec. 2.2 at 46 kHz)."""
+    resonance_hz: Positive | None = None
+    """Measured resonance; left out, the mode's own by the exact theory."""
+    detuning_hz: Number = 0.0
+    """Carrier frequency less resonance, before the timer rounds it (assumed)."""
+    max_amplitude_um: Positive = 2.5
+    """Amplitude at full drive, zero-to-peak (paper, Sec. 4.1; zero-to-peak is assumed)."""
+
+
+class Piezo(Block):
+    """Piezoelectric patches, each half a wavelength long and centred on an antinode."""
+
+    patches: Annotated[Whole, Field(ge=1)] = 4
+    """Number of patches (paper, Sec. 4.1)."""
+    e31_n_per_vm: Positive = 15.0
+    """Transverse coefficient e31 in N/(V m), magnitude (assumed: a soft PZT)."""
+    patch_width_mm: Positive = 14.0
+    """Extent along the nodal lines (assumed)."""
+    patch_thickness_mm: Positive = 0.5
+    """Thickness (assumed)."""
+
+
+class FingerLoad(Block):
+    """What the vibration feels of a finger."""
+
+    resistance_n_s_per_m: NotNegative = 55.0
+    """Mechanical resistance at ultrasonic frequencies in N s/m (Monnoyer et al., World Haptics 2017)."""
+    contact_mm: Positive = 10.0
+    """Diameter of the contact (assumed: 8 to 12 mm)."""
+
+
+class Carrier(Block):
+    """How the carrier is made: pulse width modulation by a timer, then a band-pass."""
+
+    timer_hz: Positive = 36e6
+    """Clock of the timer: bus of a Teensy 3.1 at 72 MHz (forum.pjrc.com/threads/25164)."""
+    control_hz: Positive = 5000.0
+    """Rate at which the amplitude command changes (paper, Sec. 4.1)."""
+    band_low_hz: Positive = 10e3
+    """Lower edge of the band-pass (paper, Sec. 4.1)."""
+    band_high_hz: Positive = 50e3
+    """Upper edge of the band-pass (paper, Sec. 4.1)."""
+    filter_order: Annotated[Whole, Field(ge=1, le=6)] = 2
+    """Order of the Butterworth prototype (assumed)."""
+    alignment: Literal["centre", "edge"] = "centre"
+    """Where pulses grow from: a fixed centre (both edges set by the timer) or their first edge (assumed)."""
+
+    @model_validator(mode="after")
+    def _band_is_not_empty(self) -> Self:
+        if not self.band_low_hz < self.band_high_hz:
+            raise ValueError(f"band_low_hz = {self.band_low_hz:g}: must be below band_high_hz = {self.band_high_hz:g}")
+        return self
+
+
+class PlateDesign(Block):
+    """An ultrasonic plate as a builder describes it."""
+
+    glass: Glass = Glass()
+    """Material."""
+    geometry: PlateGeometry = PlateGeometry()
+    """Size and mode."""
+    drive: PlateDrive = PlateDrive()
+    """Resonance and amplitude."""
+    piezo: Piezo = Piezo()
+    """Actuators."""
+    finger: FingerLoad = FingerLoad()
+    """Load."""
+    carrier: Carrier = Carrier()
+    """Electronics."""
+
+    @classmethod
+    def from_tree(cls, tree: Mapping[str, Any], where: str = "") -> Self:
+        """Return the design a nested mapping describes; ``where`` (a file) is named in the error's one line."""
+        try:
+            return cls.model_validate(tree)
+        except ValidationError as error:
+            raise FrictionloopError(where + wording.explain(cls, error, tree)) from None
+
+    def evolve(self, overrides: Mapping[str, Any]) -> Self:
+        """Return a copy with some values replaced.
+
+        Parameters
+        ----------
+        overrides : mapping
+            Dotted paths to values in the unit their name ends with: ``{"drive.quality_factor": 150.0}``.
+
+        Raises
+        ------
+        FrictionloopError
+            For an unknown path, naming near ones, or a value outside its range.
+        """
+        tree = self.model_dump()
+        for path, value in overrides.items():
+            block, _, name = path.partition(".")
+            if not name or block not in tree or name not in tree[block]:
+                raise FrictionloopError(wording.unknown(path, wording.known_names(type(self), {})))
+            tree[block][name] = value
+        return self.from_tree(tree)
