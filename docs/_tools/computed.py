@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import facts
+import sensor_tables
 import tables
 from page import command
 from sphinx.application import Sphinx
@@ -33,6 +34,7 @@ def substitutions(source: Path) -> dict[str, Any]:
         facts.noise_gains,
     ):
         found[f"table_{make.__name__}"] = make()
+    found |= {f"sensor_{name}": text for name, text in sensor_tables.texts().items()}
     for words in ("", *VERBS):
         found[f"help_{words or 'all'}"] = f"```text\n{command(f'{words} --help'.strip())}```"
     return found

@@ -11,7 +11,7 @@ from importlib.metadata import PackageNotFoundError, version
 
 from cyclopts import App, CycloptsError, Group, Parameter, UnusedCliTokensError
 
-from frictionloop.cli import reproduce, simulate, sweep
+from frictionloop.cli import design, reproduce, simulate, sweep
 from frictionloop.cli.flags import gather
 from frictionloop.cli.helptext import HELP_STYLE
 from frictionloop.cli.screen import Interrupted, say
@@ -48,6 +48,7 @@ for verb, group in ((reproduce, PAPER), (simulate, LOOP), (sweep, LOOP)):
     name = verb.__name__.rsplit(".", 1)[-1]
     usage = f"frictionloop {name} {verb.ARGUMENTS}"
     app.command(verb.command, name=name, usage=usage, help_epilogue=verb.EXAMPLES, group=group)
+app.command(design.app)
 
 
 def main(tokens: Sequence[str] | None = None) -> None:

@@ -1,0 +1,34 @@
+"""``frictionloop design``: what a part of the bench does, and which part does what is wanted."""
+
+from __future__ import annotations
+
+from cyclopts import App, Group, Parameter
+
+from frictionloop.cli import design_plate, design_sensor
+from frictionloop.cli.helptext import HELP_STYLE
+
+EXAMPLES = "Each command has its own help with examples: frictionloop design sensor --help"
+
+app = App(
+    name="design",
+    help="Size a part of the bench: from its geometry to what it does, or the other way round.",
+    usage="frictionloop design COMMAND [OPTIONS]",
+    help_epilogue=EXAMPLES,
+    help_format="plaintext",
+    help_formatter=HELP_STYLE,
+    group=Group("The bench", sort_key=3),
+    default_parameter=Parameter(negative=()),
+)
+app["--help"].group = Group("About", sort_key=9)
+app.command(
+    design_sensor.command,
+    name="sensor",
+    usage=f"frictionloop design sensor {design_sensor.ARGUMENTS}",
+    help_epilogue=design_sensor.EXAMPLES,
+)
+app.command(
+    design_plate.design_plate,
+    name="plate",
+    usage=f"frictionloop design plate {design_plate.ARGUMENTS}",
+    help_epilogue=design_plate.EXAMPLES,
+)

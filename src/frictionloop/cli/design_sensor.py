@@ -1,0 +1,136 @@
+"""``frictionloop design sensor``: the force sensor, from geometry to noise and from a requirement to a geometry."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Group, Parameter
+
+from frictionloop.cli import checks, flags, screen
+
+if TYPE_CHECKING:
+    from frictionloop.design.sensor_search import SensorProposal
+    from frictionloop.parameters.sensor_design import SensorDesign
+
+ARGUMENTS = "[FILE] [OPTIONS]"
+EXAMPLES = r"""Examples
+
+  frictionloop design sensor
+  frictionloop design sensor --electrodes.gap_um 150 --adc.bits 13
+  frictionloop design sensor --resonance-hz 145 --range-n 2.5 \
+      --noise-rms-n 5e-5 --save-design my-sensor.toml
+  frictionloop design sensor my-sensor.toml --spice my-sensor.cir
+"""
+
+DESIGN = Group("Design", sort_key=1)
+WANTED = Group("Requirement: the geometry is searched if any is given", sort_key=2)
+PAPER_NOISE_N = 5e-5
+"""Noise that is asked for if a requirement names none (paper, Sec. 3.1)."""
+
+
+def command(
+    file: Annotated[
+        Path | None,
+        Parameter(name="FILE", help="TOML file with what differs from the built-in design.", group=DESIGN),
+    ] = None,
+    /,
+    *,
+    overrides: Annotated[
+        list[str] | None,
+        Parameter(
+            name=flags.DOTTED,
+            metavar="VALUE",
+            help="Any parameter of the design by its dotted name, such as --electrodes.gap_um 150 or --springs.kind "
+            "straight. --save-design lists the names.",
+            group=DESIGN,
+        ),
+    ] = None,
+    resonance_hz: Annotated[
+        float | None, Parameter(help="First resonance in Hz; that of the design if not given.", group=WANTED)
+    ] = None,
+    range_n: Annotated[
+        float | None, Parameter(help="Largest force in N; that of the design if not given.", group=WANTED)
+    ] = None,
+    noise_rms_n: Annotated[
+        float | None, Parameter(help="Noise of the output at rest in N rms; 5e-5 if not given.", group=WANTED)
+    ] = None,
+    noise_density_n_rthz: Annotated[
+        float | None,
+        Parameter(help="Instead: noise density of the electronics in N/rtHz.", group=WANTED),
+    ] = None,
+    save_design: Annotated[
+        Path | None, Parameter(help="Write the design here (.toml): a start for your own.", group=flags.RESULT)
+    ] = None,
+    spice: Annotated[
+        Path | None, Parameter(help="Write the analog chain here as a netlist for ngspice (.cir).", group=flags.RESULT)
+    ] = None,
+    json: flags.Json = False,
+) -> None:
+    """Size the force sensor: springs, electrodes and electronics to resonance, range and noise, or back."""
+    checks.check_output("save_design", save_design, checks.SYSTEMS)
+    checks.check_new("save_design", save_design)
+    checks.check_output("spice", spice, (".cir",))
+    wanted = {
+        "resonance_hz": resonance_hz,
+        "range_n": range_n,
+        "noise_rms_n": noise_rms_n,
+        "noise_density_n_rthz": noise_density_n_rthz,
+    }
+    design = _design_from(file, overrides)
+    proposal = None
+    if any(value is not None for value in wanted.values()):
+        proposal = _search(design, wanted)
+        design = proposal.design
+
+    from frictionloop.cli import sensor_proposal, sensor_text
+    from frictionloop.design.sensor import analyse_sensor
+
+    analysis = analyse_sensor(design)
+    saved = _save(design, {"design": save_design, "netlist": spice})
+    if json:
+        screen.show_json(sensor_proposal.as_json(analysis, proposal) | {"saved": saved})
+        return
+    changed = ", ".join(f"{name} = {value}" for name, value in flags.overrides_of(overrides).items())
+    origin = str(file) if file else "the built-in design"
+    screen.show(
+        screen.columns([("design", f"{origin} with {changed}" if changed else origin)]),
+        *([] if proposal is None else sensor_proposal.proposal_text(proposal)),
+        *sensor_text.analysis_text(analysis),
+        *(f"saved {what} as {path}" for what, path in saved.items() if path),
+    )
+
+
+def _design_from(file: Path | None, overrides: list[str] | None) -> SensorDesign:
+    from frictionloop.parameters.sensor_design import SensorDesign
+    from frictionloop.parameters.sensor_design_files import evolve_design, read_design
+
+    base = SensorDesign() if file is None else read_design(file)
+    return evolve_design(base, flags.overrides_of(overrides))
+
+
+def _search(design: SensorDesign, wanted: dict[str, float | None]) -> SensorProposal:
+    from frictionloop.design.sensor_search import propose_sensor
+    from frictionloop.design.sensor_wanted import SensorRequirement
+    from frictionloop.sensing.springs import resonance_hz
+
+    if wanted["noise_rms_n"] is None and wanted["noise_density_n_rthz"] is None:
+        wanted = wanted | {"noise_rms_n": PAPER_NOISE_N}
+    given: dict[str, Any] = {"resonance_hz": resonance_hz(design), "range_n": design.load.range_n}
+    return propose_sensor(
+        SensorRequirement(**given | {name: value for name, value in wanted.items() if value is not None}), design
+    )
+
+
+def _save(design: SensorDesign, paths: dict[str, Path | None]) -> dict[str, Path | None]:
+    if (path := paths["design"]) is not None:
+        from frictionloop.parameters.sensor_design_files import write_design
+
+        write_design(design, path)
+    if (path := paths["netlist"]) is not None:
+        from frictionloop.quantities import replacing
+        from frictionloop.sensing.netlist import to_spice
+
+        with replacing(path) as beside:
+            beside.write_text(to_spice(design), encoding="utf-8")
+    return paths

@@ -1,0 +1,130 @@
+"""A force sensor in words: what it does, where its noise comes from, and what was traded for what."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from frictionloop.cli import screen
+from frictionloop.design.sensor import BLOCK_TO_HZ, SensorAnalysis
+from frictionloop.sensing.noise_budget import PAPER_FLOOR_N, Budget
+
+Row = tuple[str, ...]
+
+
+def analysis_text(found: SensorAnalysis) -> list[Any]:
+    """Return everything about one design, part by part."""
+    return [
+        "",
+        screen.columns([("mechanics", ""), *_mechanics(found)]),
+        "",
+        screen.columns([("electronics", ""), *_electronics(found)]),
+        "",
+        table_of(_budget_rows(found)),
+        *_advice(found.at_rest, found.at_range),
+        "",
+        screen.columns(_comparison(found)),
+        "",
+        "the sensor in the loop, as a block of a system's TOML file:",
+        block_toml(found),
+    ]
+
+
+def _mechanics(found: SensorAnalysis) -> list[Row]:
+    design, (x, y) = found.design, found.stiffness
+    leaves = design.springs
+    shape = f"arc of {leaves.angle_deg:g} deg" if leaves.kind == "arc" else "straight"
+    size = f"radius {leaves.radius_mm:.4g} mm" if leaves.kind == "arc" else f"length {leaves.length_mm:.4g} mm"
+    return [
+        ("  springs", f"{leaves.count} x {shape}, {size}, {leaves.width_mm:.4g} mm x {leaves.thickness_mm:.4g} mm"),
+        ("  stiffness", f"{x * 1e-6:.4g} N/um along x, {y * 1e-6:.4g} N/um along y"),
+        ("  resonance", f"{found.resonance_hz:.4g} Hz with {design.moving.mass_kg:g} kg, Q {design.moving.q:g}"),
+        ("  travel", f"{found.travel_um:.4g} um at {design.load.range_n:g} N"),
+        ("  stress", f"{found.stress_mpa:.3g} MPa there; the springs yield at {design.springs.yield_mpa:g} MPa"),
+    ]
+
+
+def _electronics(found: SensorAnalysis) -> list[Row]:
+    design = found.design
+    delay_us = found.delay_s * 1e6
+    form, range_n, missed = design.readout.form, design.load.range_n, found.block_error
+    electrodes = design.electrodes
+    if found.clips_from_n is None:
+        peak = f"at most {found.peak_v:.3g} V of {design.amplifier.swing_v:g} V within the range"
+    elif found.clips_from_n == 0:
+        peak = f"CLIPS at rest: {found.peak_v:.3g} V of {design.amplifier.swing_v:g} V; lower excitation.amplitude_v"
+    else:
+        peak = f"CLIPS from {found.clips_from_n:.3g} N, {found.peak_v:.3g} V of {design.amplifier.swing_v:g} V at "
+        peak += f"{range_n:g} N; lower excitation.amplitude_v"
+    straight = (
+        f"reads {100 * found.nonlinearity:.2g} % high at {range_n:g} N" if found.nonlinearity > 1e-6 else "straight"
+    )
+    return [
+        ("  electrodes", f"{electrodes.area_mm2:.4g} mm2, gap {electrodes.gap_um:.4g} um"),
+        ("  capacitance", f"{sum(found.capacitance_f) / 2 * 1e12:.3g} pF per side"),
+        ("  excitation", f"{design.excitation.amplitude_v:.3g} V at {design.excitation.frequency_hz * 1e-3:g} kHz"),
+        ("  signal", f"{found.amplitude_v:.3g} V per side at rest, {peak}"),
+        ("  readout", f"{form}: {straight}"),
+        (
+            "  delay",
+            f"{delay_us:.1f} us of the band-pass: add it to controller.delay_s, and the block below is",
+        ),
+        ("", f"within {100 * missed.gain:.1g} % and {missed.phase_deg:.1g} deg to {BLOCK_TO_HZ:g} Hz"),
+    ]
+
+
+def _budget_rows(found: SensorAnalysis) -> list[Row]:
+    rest, loaded = found.at_rest, found.at_range
+    rows: list[Row] = [("noise", "N/rtHz", "N rms", f"at {loaded.force_n:g} N", "set by")]
+    for term, there in zip(rest.terms, loaded.terms, strict=True):
+        density = "slow" if math.isnan(term.density_n_rthz) else f"{term.density_n_rthz:.1e}"
+        marks = "  <- largest" if term is rest.dominant else ""
+        rows.append((f"  {term.name}", density, f"{term.rms_n:.1e}", f"{there.rms_n:.1e}", term.parameter + marks))
+    rows.append(("  all", "", f"{rest.rms_n:.1e}", f"{loaded.rms_n:.1e}", ""))
+    return rows
+
+
+def _advice(rest: Budget, loaded: Budget) -> list[str]:
+    if loaded.rms_n > 1.5 * rest.rms_n and loaded.dominant.name.startswith("excitation"):
+        return [f'  at {loaded.force_n:g} N the excitation\'s noise is largest; readout.form = "ratio" removes it']
+    return []
+
+
+def _comparison(found: SensorAnalysis) -> list[Row]:
+    rms_n, stiffness = found.at_rest.rms_n, found.stiffness.x_n_per_m
+    side = found.side_density_pm_rthz
+    own_n = math.hypot(*(t.rms_n for t in found.at_rest.terms if t.white and not t.name.startswith("excitation")))
+    floor_pm = PAPER_FLOOR_N / stiffness * 1e12
+    met = rms_n <= PAPER_FLOOR_N * (1 + 1e-6)  # a search ends on the requirement itself
+    return [
+        ("range", f"{found.dynamic_range_db:.1f} dB from {rms_n:.2g} N to {found.design.load.range_n:g} N"),
+        (
+            "paper's 5e-5 N",
+            f"{'met' if met else 'not met'}: all noise at rest is {rms_n:.2g} N rms",
+        ),
+        (
+            "paper's 0.5 pm",
+            f"right only as a density: amplifier and filters have {side:.2g} pm/rtHz per side, both sides together "
+            f"{own_n / stiffness * 1e12:.3g} pm rms; 5e-5 N are {floor_pm:.3g} pm on these springs",
+        ),
+    ]
+
+
+def block_toml(found: SensorAnalysis) -> str:
+    """Return the loop's ``sensor`` block as TOML."""
+    lines = ["[sensor]"]
+    for name, value in found.suspended.items():
+        lines.append(f'{name} = "{value}"' if isinstance(value, str) else f"{name} = {_digits(value)}")
+    return "\n".join(lines)
+
+
+def _digits(value: float) -> str:
+    return str(value) if isinstance(value, int) else repr(float(f"{value:.6g}"))
+
+
+def table_of(rows: list[Row]) -> Any:
+    """Return rows under a heading, numbers to the right."""
+    table = screen.columns(rows)
+    for column in table.columns[1:-1]:
+        column.justify = "right"
+    return table

@@ -1,0 +1,83 @@
+"""Electrodes: the plate capacitor, the force it makes, and the designs that cannot work."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from frictionloop.parameters.sensor_design import SensorDesign
+from frictionloop.parameters.sensor_design_files import evolve_design
+from frictionloop.quantities import FrictionloopError
+from frictionloop.sensing.electrodes import capacitance_f, check_geometry, electrostatic_n_per_m
+
+BALANCED = evolve_design(SensorDesign(), {"electrodes.imbalance": 0.0})
+
+
+def test_a_plate_capacitor():
+    # 8.854 pF/m * 200 mm^2 / 100 um
+    assert capacitance_f(BALANCED).plus == pytest.approx(8.8541878e-12 * 200e-6 / 100e-6, rel=1e-7)
+    slope = (capacitance_f(BALANCED, 1e-12).plus - capacitance_f(BALANCED, -1e-12).plus) / 2e-12
+    assert slope == pytest.approx(capacitance_f(BALANCED).plus / 100e-6, rel=1e-4)
+
+
+@given(st.floats(-0.9, 0.9), st.floats(0, 0.4))
+def test_the_ratio_of_charges_is_the_displacement(part, imbalance):
+    design = evolve_design(SensorDesign(), {"electrodes.imbalance": imbalance})
+    plus, minus = capacitance_f(design, part * 100e-6)
+    expected = (imbalance + part) / (1 + imbalance * part)
+    assert (plus - minus) / (plus + minus) == pytest.approx(expected, abs=1e-12)
+
+
+def test_the_electrostatic_force_grows_as_the_energy_says():
+    """k = -d^2 U/dx^2 at constant voltage has the sign of a negative spring: the curvature of the energy C V^2/2."""
+    h, mean_square = 1e-7, 50.0  # 10 V zero-to-peak
+    energy = [sum(capacitance_f(BALANCED, x)) * mean_square / 2 for x in (-h, 0.0, h)]
+    assert electrostatic_n_per_m(BALANCED) == pytest.approx((energy[0] - 2 * energy[1] + energy[2]) / h**2, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "line"),
+    [
+        (
+            {"electrodes.gap_um": 7.0},
+            r"^electrodes\.gap_um = 7 um: must be greater than the travel of 7\.\d+ um at load",
+        ),
+        ({"adc.range_n": 2.4}, r"^adc\.range_n = 2\.4 N: must be at least load\.range_n = 2\.5 N"),
+        ({"springs.yield_mpa": 4.0}, r"^load\.range_n = 2\.5 N: bends the springs to 4\.\d+ MPa; must stay below"),
+        ({"excitation.amplitude_v": 11.0}, r"^excitation\.amplitude_v = 11 V: must be at most excitation\.max_amplit"),
+    ],
+)
+def test_what_cannot_work_is_refused_in_one_line(overrides, line):
+    with pytest.raises(FrictionloopError, match=line):
+        check_geometry(evolve_design(SensorDesign(), overrides))
+
+
+@given(st.floats(1, 50))
+def test_the_gap_is_judged_against_the_travel(gap_um):
+    design = evolve_design(SensorDesign(), {"electrodes.gap_um": gap_um})
+    travel_um = 2.5 / 0.332036  # N over N/um, from test_springs
+    if gap_um > travel_um * 1.001:
+        check_geometry(design)
+    elif gap_um < travel_um * 0.999:
+        with pytest.raises(FrictionloopError, match=r"^electrodes\.gap_um"):
+            check_geometry(design)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "line"),
+    [
+        ("moving.q", 0, "moving.q = 0: must be greater than 0"),
+        ("electrodes.gap", 1, "unknown parameter 'electrodes.gap'; did you mean electrodes.gap_um (um)"),
+        ("springs.kind", "coil", "springs.kind = 'coil' is unknown; accepted: 'arc', 'straight'"),
+        ("readout.form", "product", "readout.form = 'product': must be 'subtraction' or 'ratio'"),
+        ("adc.bits", True, "adc.bits = True: must be a number"),
+        ("springs.radius_mm", float("nan"), "springs.radius_mm = nan mm: must be a finite number"),
+        ("springs.length_mm", 3.0, "unknown parameter 'springs.length_mm'"),
+    ],
+)
+def test_bad_parameters_are_one_line(path, value, line):
+    with pytest.raises(FrictionloopError) as caught:
+        evolve_design(SensorDesign(), {path: value})
+    assert line in str(caught.value)
+    assert "\n" not in str(caught.value)
