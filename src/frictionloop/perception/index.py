@@ -1,0 +1,169 @@
+"""Is a residual force felt? The index D of a spectrum or of a recorded residual."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import make_interp_spline
+from scipy.signal import welch
+
+from frictionloop.perception.checks import Array, number, numbers
+from frictionloop.perception.thresholds import HIGHEST_HZ, LOWEST_HZ, Impedance, force_threshold_n
+from frictionloop.quantities import FrictionloopError
+
+SEGMENT_S = 4.0
+"""Length of a Welch segment: 0.25 Hz between frequencies, the Hann window is 1 Hz wide (zero to zero)."""
+_POINTS_PER_DECADE = 400  # of F_th between the frequencies given: the integral then is good to 1e-5 (tested)
+
+Band = tuple[float, float]
+
+
+def index_of_spectrum(
+    frequency_hz: ArrayLike,
+    psd_n2_hz: ArrayLike,
+    finger: Impedance | None = None,
+    band_hz: Band = (LOWEST_HZ, HIGHEST_HZ),
+) -> Array:
+    """Return D = sqrt(integral of S(f) / F_th(f)^2 df), an index of how strongly a residual force is felt.
+
+    Energy summation over frequency, as the Pacinian channel (above 40 Hz) does; below 40 Hz it is a
+    simplification (assumed, from memory). S holds mean squares and F_th is zero-to-peak, so a sine exactly at its
+    threshold has D = 0.71 (-3 dB): well inside the +-6 dB of the thresholds.
+
+    Parameters
+    ----------
+    frequency_hz
+        Rising frequencies in Hz, shape (n,), covering the band.
+    psd_n2_hz
+        One-sided power density S of the residual in N^2/Hz, not negative, shape (..., n); linear in between.
+    finger
+        Impedance of the fingertip; None is `Fingertip()`.
+    band_hz
+        Limits of the integral, within 1 to 500 Hz. Over (40, 500) it is the share of the Pacinian channel.
+
+    Raises
+    ------
+    FrictionloopError
+        For frequencies that do not rise or do not cover the band, a negative density, shapes that do not fit.
+
+    Notes
+    -----
+    Source: research/physics.md, G.4.
+    """
+    low, high = _band(band_hz)
+    frequency = numbers("frequency_hz", frequency_hz, "Hz", 0.0)
+    density = numbers("psd_n2_hz", psd_n2_hz, "N^2/Hz", 0.0)
+    if frequency.ndim != 1 or frequency.size < 2 or np.any(np.diff(frequency) <= 0):
+        raise FrictionloopError(f"frequency_hz has shape {frequency.shape}: must be at least two rising frequencies")
+    if density.shape[-1:] != frequency.shape:
+        raise FrictionloopError(f"psd_n2_hz has shape {density.shape}: must be (..., {frequency.size})")
+    if frequency[0] > low or frequency[-1] < high:
+        raise FrictionloopError(
+            f"frequency_hz goes from {frequency[0]:g} to {frequency[-1]:g} Hz: must cover band_hz, {low:g} to {high:g}"
+        )
+    between = np.geomspace(low, high, math.ceil(_POINTS_PER_DECADE * math.log10(high / low)) + 2)
+    between[0], between[-1] = low, high
+    grid = np.union1d(frequency[(frequency > low) & (frequency < high)], between)
+    weighted = make_interp_spline(frequency, density, k=1, axis=-1)(grid) / force_threshold_n(grid, finger) ** 2
+    return np.asarray(np.sqrt(np.trapezoid(weighted, grid, axis=-1)))
+
+
+def index_of_residual(
+    residual_n: ArrayLike,
+    rate_hz: float,
+    finger: Impedance | None = None,
+    band_hz: Band = (LOWEST_HZ, HIGHEST_HZ),
+) -> Array:
+    """Return D of a recorded residual: `index_of_spectrum` of its Welch spectrum.
+
+    Hann windows of 4 s, or of the whole record if that is shorter, overlapping by half; a straight line is taken
+    out of each. Mean and slow drift therefore do not count: `slow_error_felt` judges them. With records below 4 s
+    the lower limit of the band blurs, since the window is 4 / duration wide.
+
+    Parameters
+    ----------
+    residual_n
+        Force residuals in N, for example f_a - f_r, shape (..., samples), at least 1 s long.
+    rate_hz
+        Sampling rate in Hz, at least twice the upper limit of the band.
+    finger
+        Impedance of the fingertip; None is `Fingertip()`.
+    band_hz
+        Limits of the integral, within 1 to 500 Hz.
+
+    Raises
+    ------
+    FrictionloopError
+        For a residual that is too short, no number or not finite, a rate too low, a band outside 1 to 500 Hz.
+    """
+    _, high = _band(band_hz)
+    rate = number("rate_hz", rate_hz, "Hz", 2 * high)
+    residual = numbers("residual_n", residual_n, "N")
+    samples = residual.shape[-1] if residual.ndim else 0
+    if samples < rate:
+        raise FrictionloopError(f"residual_n lasts {samples / rate:g} s: must last at least 1 s")
+    segment = min(samples, round(SEGMENT_S * rate))
+    frequency, density = welch(residual, rate, window="hann", nperseg=segment, detrend="linear", axis=-1)
+    # An odd number of samples has no bin at half the rate.
+    frequency[-1] = max(frequency[-1], min(high, rate / 2))
+    return index_of_spectrum(frequency, density, finger, band_hz)
+
+
+def index_db(index: ArrayLike) -> Array:
+    """Return 20 log10 D; minus infinity for D = 0. Raises ``FrictionloopError`` for a negative index."""
+    with np.errstate(divide="ignore"):
+        return np.asarray(20 * np.log10(numbers("index", index, "", 0.0)))
+
+
+def is_perceptible(index: ArrayLike, margin_db: float = 0.0) -> NDArray[np.bool_]:
+    """Return whether a residual is felt, D >= 1.
+
+    The thresholds are known to +-6 dB only: with ``margin_db=6`` the answer "felt" holds even if they are that much
+    too low, with ``margin_db=-6`` the answer "not felt" holds even if they are that much too high.
+
+    Parameters
+    ----------
+    index
+        D, not negative, of any shape.
+    margin_db
+        By how much D has to exceed 1, in dB.
+
+    Raises
+    ------
+    FrictionloopError
+        For an index that is negative, or a margin that is no number.
+    """
+    return np.asarray(numbers("index", index, "", 0.0) >= 10 ** (number("margin_db", margin_db, "dB") / 20))
+
+
+def relative_index(index: ArrayLike, plain_index: ArrayLike) -> Array:
+    """Return D of a run over D of plain sliding: below 1 the controller makes the finger feel less roughness.
+
+    Sliding itself is felt (D > 1), and masks. So what compares controllers is D against the same finger, path and
+    seed sliding at the constant amplitude of the same mean force. The uncertainty of the thresholds largely cancels.
+
+    Parameters
+    ----------
+    index
+        D of the run, not negative.
+    plain_index
+        D of the plain slide, positive, of a shape that broadcasts.
+
+    Raises
+    ------
+    FrictionloopError
+        For a negative index, or a plain slide that has none.
+    """
+    plain = numbers("plain_index", plain_index, "", 0.0)
+    if np.any(plain == 0):
+        raise FrictionloopError("plain_index = 0: must be positive, a plain slide has a residual")
+    return np.asarray(numbers("index", index, "", 0.0) / plain)
+
+
+def _band(band_hz: Band) -> Band:
+    limits = numbers("band_hz", band_hz, "Hz", LOWEST_HZ, HIGHEST_HZ)
+    if limits.shape != (2,) or limits[0] >= limits[1]:
+        raise FrictionloopError(f"band_hz = {band_hz!r}: must be a lower and a higher frequency in Hz")
+    return float(limits[0]), float(limits[1])

@@ -1,0 +1,124 @@
+"""The smallest vibration and the smallest force a fingertip feels, by frequency: x_th(f) and F_th(f)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from frictionloop.perception.checks import Array, number, numbers
+from frictionloop.quantities import FrictionloopError
+
+LOWEST_HZ, HIGHEST_HZ = 1.0, 500.0
+"""The range of the threshold table, and so of the index D."""
+UNCERTAINTY_DB = 6.0
+"""How far the thresholds may be off, either way: the table is from memory, and people differ (assumed)."""
+THRESHOLD_UM = {
+    1.0: 25.0,
+    3.0: 20.0,
+    5.0: 16.0,
+    10.0: 10.0,
+    20.0: 6.0,
+    30.0: 4.0,
+    40.0: 2.5,
+    60.0: 1.2,
+    80.0: 0.7,
+    100.0: 0.4,
+    150.0: 0.18,
+    200.0: 0.12,
+    250.0: 0.10,
+    300.0: 0.11,
+    400.0: 0.18,
+    500.0: 0.30,
+}
+"""Displacement threshold by frequency in Hz, um zero-to-peak (Bolanowski and Verrillo; assumed: from memory)."""
+
+
+class Impedance(Protocol):
+    """What is needed to know of a fingertip: a `Fingertip`, or the skin of a simulated finger."""
+
+    @property
+    def stiffness_n_m(self) -> float: ...  # noqa: D102
+    @property
+    def damping_n_s_m(self) -> float: ...  # noqa: D102
+    @property
+    def mass_kg(self) -> float: ...  # noqa: D102
+
+
+@dataclass(frozen=True)
+class Fingertip:
+    """Spring, damper and mass of a fingertip in the sliding direction, Z(f) = k - w^2 m + j w c with w = 2 pi f.
+
+    The values are those of doi:10.1186/s40648-017-0080-8, Table 1 (other studies: 500 to 2000 N/m).
+    """
+
+    stiffness_n_m: float = 1000.0
+    """Stiffness k in N/m, positive."""
+    damping_n_s_m: float = 1.0
+    """Damping c in N s/m, positive."""
+    mass_kg: float = 1e-4
+    """Moving mass m in kg, positive."""
+
+    def __post_init__(self) -> None:
+        impedance(self)
+
+
+def impedance(finger: Impedance) -> tuple[float, float, float]:
+    """Return k in N/m, c in N s/m and m in kg, refusing what is not positive."""
+    units = {"stiffness_n_m": "N/m", "damping_n_s_m": "N s/m", "mass_kg": "kg"}
+    if not all(hasattr(finger, name) for name in units):
+        raise FrictionloopError(f"finger = {finger!r}: must have {', '.join(units)}")
+    k, c, m = (number(f"finger {name}", getattr(finger, name), unit) for name, unit in units.items())
+    for (name, unit), value in zip(units.items(), (k, c, m), strict=True):
+        if value <= 0:
+            raise FrictionloopError(f"finger {name} = {value:g} {unit}: must be positive")
+    return k, c, m
+
+
+def displacement_threshold_um(frequency_hz: ArrayLike) -> Array:
+    """Return x_th(f), the smallest sinusoidal vibration felt, in um zero-to-peak.
+
+    Straight lines between the points of `THRESHOLD_UM` in log x_th over log f; +-6 dB.
+
+    Parameters
+    ----------
+    frequency_hz
+        Frequencies in Hz, 1 to 500, of any shape.
+
+    Raises
+    ------
+    FrictionloopError
+        For a frequency that is not a number or outside the table.
+    """
+    frequency = numbers("frequency_hz", frequency_hz, "Hz", LOWEST_HZ, HIGHEST_HZ)
+    return np.asarray(np.exp(np.interp(np.log(frequency), _LOG_HZ, _LOG_UM)))
+
+
+def force_threshold_n(frequency_hz: ArrayLike, finger: Impedance | None = None) -> Array:
+    """Return F_th(f) = x_th(f) |k - w^2 m + j w c|, the force that moves the skin by x_th, in N zero-to-peak.
+
+    From 25 mN at 1 Hz to 0.17 mN at 250 Hz with the default fingertip. The paper (Sec. 2.3, after its ref. [14])
+    takes 0.5 mN for all frequencies.
+
+    Parameters
+    ----------
+    frequency_hz
+        Frequencies in Hz, 1 to 500, of any shape.
+    finger
+        Impedance of the fingertip; None is `Fingertip()`.
+
+    Raises
+    ------
+    FrictionloopError
+        For a frequency outside the table, or a finger without positive stiffness, damping and mass.
+    """
+    k, c, m = impedance(finger or Fingertip())
+    omega = 2 * math.pi * numbers("frequency_hz", frequency_hz, "Hz", LOWEST_HZ, HIGHEST_HZ)
+    return 1e-6 * displacement_threshold_um(frequency_hz) * np.hypot(k - omega**2 * m, omega * c)
+
+
+_LOG_HZ = np.log(list(THRESHOLD_UM))
+_LOG_UM = np.log(list(THRESHOLD_UM.values()))

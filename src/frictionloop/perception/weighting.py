@@ -1,0 +1,159 @@
+"""The index D without storing a trace: a filter of gain 1 / F_th(f), so that D is the rms of the filtered residual."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.signal import sosfreqz
+
+from frictionloop.perception.checks import Array, number, numbers
+from frictionloop.perception.prototype import GRID_HZ, HIGHPASS_HZ, PROTOTYPE, Complex, gain_db, roots_of
+from frictionloop.perception.thresholds import Fingertip, Impedance, force_threshold_n, impedance
+from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.arithmetic import fma, step
+
+RATES_HZ = (1200.0, 200_000.0)
+"""Sampling rates that the filter is made for."""
+ERROR_DB = 0.45
+"""Largest distance between the filter's gain and 1 / F_th from 1 to 500 Hz; 0.12 dB rms over log f (tested)."""
+SETTLING_S = 2.0
+"""After so long a step in the residual has decayed to 1/400 in the high-pass, the slowest part (tested)."""
+
+
+@step
+def biquad_step(
+    s1: float, s2: float, x: float, b0: float, b1: float, b2: float, a1: float, a2: float
+) -> tuple[float, float, float]:
+    """y = b0 x + s1, then s1 = b1 x - a1 y + s2 and s2 = b2 x - a2 y: one section, transposed direct form II.
+
+    Returns the new s1 and s2, and y. The coefficients are a row of `weighting_sos` without its a0 = 1.
+    """
+    y = fma(b0, x, s1)
+    return fma(b1, x, fma(-a1, y, s2)), fma(b2, x, -a2 * y), y
+
+
+def weighting_sos(rate_hz: float, finger: Impedance | None = None) -> Array:
+    """Return the filter whose gain is 1 / F_th(f) in 1/N from 1 to 500 Hz and falls off on either side.
+
+        H(z) = gain prod (1 - z_i / z) / prod (1 - p_i / z),   D = rms of the filtered residual
+
+    Poles and zeros are z = exp(s / rate) of the fitted `PROTOTYPE`, and of the skin 1 / (k + s c + s^2 m), which
+    is exact for any finger. The skin leaves two zeros free: they take up what sampling changes of the gain, by
+    linear least squares on |H|^2. Nothing is searched for: another finger costs about two milliseconds.
+
+    Parameters
+    ----------
+    rate_hz
+        Sampling rate in Hz, 1200 to 200 000.
+    finger
+        Impedance of the fingertip; None is `Fingertip()`.
+
+    Returns
+    -------
+    Second-order sections as in `scipy.signal`, shape (5, 6); stable, and of minimum phase but for the two zeros at
+    0 Hz, which the first section has. Computed once for the same arguments.
+
+    Raises
+    ------
+    FrictionloopError
+        For a rate outside the range, or a finger whose gain the filter would miss by more than 0.45 dB.
+    """
+    # A copy: the cached array must not change, and scipy.signal does not take a read-only one.
+    return _sections(number("rate_hz", rate_hz, "Hz", *RATES_HZ), *impedance(finger or Fingertip())).copy()
+
+
+def weighting_error_db(rate_hz: float, finger: Impedance | None = None, frequency_hz: ArrayLike | None = None) -> Array:
+    """Return 20 log10 (|H(f)| F_th(f)), how far the filter is off the thresholds.
+
+    Parameters
+    ----------
+    rate_hz, finger
+        As in `weighting_sos`.
+    frequency_hz
+        Frequencies in Hz, 1 to 500, of any shape; None is 400 frequencies evenly spaced in log f.
+
+    Raises
+    ------
+    FrictionloopError
+        As `weighting_sos` and `force_threshold_n`.
+    """
+    frequency = GRID_HZ if frequency_hz is None else numbers("frequency_hz", frequency_hz, "Hz")
+    return _error_db(weighting_sos(rate_hz, finger), rate_hz, finger or Fingertip(), frequency)
+
+
+def settled_state(sos: Array, first_n: ArrayLike = 0.0) -> Array:
+    """Return the state of the filter after a constant residual, so that a mean does not enter as a step.
+
+    The high-pass blocks a constant: its section holds s1 = -b0 x and s2 = b2 x, all others hold 0.
+
+    Parameters
+    ----------
+    sos
+        From `weighting_sos`.
+    first_n
+        First residual x in N, of any shape, one per lane.
+
+    Returns
+    -------
+    s1 and s2 of each section, shape (sections, ..., 2): the ``zi`` of `scipy.signal.sosfilt`.
+
+    Raises
+    ------
+    FrictionloopError
+        For a residual that is no number or not finite.
+    """
+    first = numbers("first_n", first_n, "N")
+    state = np.zeros((len(sos), *first.shape, 2))
+    state[0, ..., 0], state[0, ..., 1] = -sos[0, 0] * first, sos[0, 2] * first
+    return state
+
+
+@lru_cache(maxsize=4096)
+def _sections(rate: float, k: float, c: float, m: float) -> Array:
+    finger = Fingertip(k, c, m)
+    skin = roots_of(math.sqrt(k / m) / (2 * math.pi), c / (2 * math.sqrt(k * m)))
+    # A pole above half the rate would come back mirrored; the two free zeros make up for a real one just as well.
+    skin = np.where(np.abs(skin.imag) < math.pi * rate, skin, -np.abs(skin))
+    zeros = [np.ones(2), *(np.exp(roots_of(*pair) / rate) for pair in PROTOTYPE.zeros), np.zeros(2)]
+    corners = [(HIGHPASS_HZ, math.sqrt(0.5)), *PROTOTYPE.poles]
+    poles = [*(np.exp(roots_of(*pair) / rate) for pair in corners), np.exp(skin / rate)]
+    sos = np.array([[*np.poly(z), *np.poly(p)] for z, p in zip([*zeros, np.zeros(2)], poles, strict=True)])
+    sos[-1, :3] = _free_zeros(sos, rate, finger)
+    error = _error_db(sos, rate, finger, GRID_HZ)
+    if not np.abs(error).max() <= ERROR_DB:
+        raise FrictionloopError(f"no weighting filter for {finger} at rate_hz = {rate:g} Hz: take a higher rate")
+    return sos
+
+
+def _free_zeros(sos: Array, rate: float, finger: Fingertip) -> Array:
+    """Return b0, b1, b2 with |b|^2 = c0 + c1 x + c2 x^2, x = sin(w/2)^2, nearest to what the gain lacks."""
+    k, c, m = impedance(finger)
+    omega = 2 * math.pi * GRID_HZ
+    wanted = 10 ** (gain_db(PROTOTYPE, GRID_HZ) / 20) * 1e6 / np.hypot(k - omega**2 * m, omega * c)
+    lacking = (wanted / _gain(sos, rate, GRID_HZ)) ** 2
+    x = np.sin(math.pi * GRID_HZ / rate) ** 2
+    powers = np.vander(x / x[-1], 3) / lacking[:, None]  # relative, so that decibels are what is small
+    c2, c1, c0 = np.linalg.lstsq(powers, np.ones_like(x), rcond=None)[0] / x[-1] ** np.array([2, 1, 0])
+    zeros = _inside(np.roots([c2, c1, c0]).astype(complex))
+    polynomial = np.poly(zeros).real
+    # Negative c0 is a hopeless fit, which the caller refuses by its error.
+    return np.asarray(polynomial * math.sqrt(abs(c0)) / polynomial.sum())
+
+
+def _inside(x: Complex) -> Complex:
+    """Return the z inside the unit circle at which sin(w/2)^2 = (2 - z - 1/z) / 4 is x."""
+    u = 1 - 2 * x
+    root = np.sqrt(u**2 - 1)
+    outer = np.where(np.abs(u + root) > 1, u + root, u - root)
+    return np.asarray(1 / outer)
+
+
+def _gain(sos: Array, rate: float, frequency_hz: Array) -> Array:
+    return np.abs(sosfreqz(sos, frequency_hz.ravel(), fs=rate)[1]).reshape(frequency_hz.shape)
+
+
+def _error_db(sos: Array, rate: float, finger: Fingertip | Impedance, frequency_hz: Array) -> Array:
+    return np.asarray(20 * np.log10(_gain(sos, rate, frequency_hz) * force_threshold_n(frequency_hz, finger)))

@@ -1,0 +1,185 @@
+"""The index D of spectra and residuals: lines, bands, scaling, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+from frictionloop.perception import (
+    Fingertip,
+    force_threshold_n,
+    index_db,
+    index_of_residual,
+    index_of_spectrum,
+    is_perceptible,
+    relative_index,
+)
+from frictionloop.perception.thresholds import THRESHOLD_UM
+from frictionloop.quantities import FrictionloopError
+
+RATE = 5000.0
+GRID = np.linspace(0, 2500, 10001)
+FLAT = np.ones_like(GRID)
+
+
+def times(duration_s):
+    return np.arange(round(duration_s * RATE)) / RATE
+
+
+def exact(density, low, high):
+    """The integral of S / F_th^2, by adaptive quadrature between the kinks of the table."""
+    edges = [low, *(f for f in THRESHOLD_UM if low < f < high), high]
+
+    def integrand(f):
+        return density(f) / float(force_threshold_n(f)) ** 2
+
+    return math.sqrt(sum(quad(integrand, a, b, epsrel=1e-10)[0] for a, b in pairwise(edges)))
+
+
+@pytest.mark.parametrize(("low", "high"), [(1.0, 500.0), (40.0, 500.0), (1.0, 40.0), (7.3, 8.1), (499.0, 500.0)])
+@pytest.mark.parametrize("exponent", [0.0, 1.0, 2.0])
+def test_power_laws_against_quadrature(low, high, exponent):
+    density = np.maximum(GRID, 0.25) ** -exponent
+    grid = np.union1d(GRID, np.geomspace(0.5, 500, 5000))
+    fine = np.maximum(grid, 0.25) ** -exponent
+    wanted = exact(lambda f: f**-exponent, low, high)
+    assert index_of_spectrum(grid, fine, band_hz=(low, high)) == pytest.approx(wanted, rel=1e-5)
+    # S is linear between frequencies: at 1 Hz the chord of 1/f^2 over h = 0.25 Hz is up to 6 h^2 / 8 = 4.7 % above it,
+    # 3.1 % on average, half of that in D.
+    assert index_of_spectrum(GRID, density, band_hz=(low, high)) == pytest.approx(wanted, rel=0.016)
+
+
+def test_thresholds_are_followed_between_the_frequencies_given():
+    assert index_of_spectrum([1.0, 500.0], [1.0, 1.0]) == pytest.approx(exact(lambda f: 1.0, 1.0, 500.0), rel=1e-5)
+
+
+@given(st.floats(1, 499), st.floats(1e-3, 1e3))
+def test_index_grows_with_the_force_and_energies_add(split, gain):
+    whole = index_of_spectrum(GRID, FLAT)
+    assert index_of_spectrum(GRID, gain**2 * FLAT) == pytest.approx(gain * whole, rel=1e-12)
+    if 1.01 < split < 495:
+        parts = [index_of_spectrum(GRID, FLAT, band_hz=band) for band in ((1.0, split), (split, 500.0))]
+        assert math.hypot(*parts) == pytest.approx(whole, rel=2e-5)
+
+
+@pytest.mark.parametrize("frequency_hz", [3.0, 10.0, 33.3, 100.0, 250.0, 400.0])
+@pytest.mark.parametrize("phase", [0.0, 1.0])
+def test_a_sine_is_its_rms_over_the_threshold(frequency_hz, phase):
+    sine = 0.01 * np.sin(2 * np.pi * frequency_hz * times(20) + phase)
+    wanted = 0.01 / math.sqrt(2) / float(force_threshold_n(frequency_hz))
+    # The window spreads the line over +-0.5 Hz, and F_th bends over that width: 1.2 % at 3 Hz, where it is widest.
+    assert index_of_residual(sine, RATE) == pytest.approx(wanted, rel=0.012)
+
+
+def test_a_sine_at_its_threshold_has_minus_3_db():
+    sine = float(force_threshold_n(200.0)) * np.sin(2 * np.pi * 200.0 * times(8))
+    assert index_db(index_of_residual(sine, RATE)) == pytest.approx(-10 * math.log10(2), abs=0.01)
+
+
+@given(st.floats(-10, 10), st.floats(-0.1, 0.1))
+@settings(max_examples=20)
+def test_mean_and_straight_drift_do_not_count(mean, slope):
+    t = times(8)
+    ripple = 1e-3 * np.sin(2 * np.pi * 60 * t)
+    alone, drifting = index_of_residual([ripple, ripple + mean + slope * t], RATE)
+    assert drifting == pytest.approx(alone, rel=1e-9)
+
+
+def test_lanes_are_independent_and_nothing_is_nothing():
+    noise = np.random.default_rng(0).normal(size=(2, 3, 20000))
+    together = index_of_residual(noise, RATE)
+    assert together.shape == (2, 3)
+    assert together[1, 2] == pytest.approx(float(index_of_residual(noise[1, 2], RATE)), rel=1e-12)
+    assert index_of_residual(np.zeros(20000), RATE) == 0.0
+
+
+@pytest.mark.parametrize("samples", [5000, 5001, 20001])
+def test_any_length_from_one_second_on(samples):
+    assert index_of_residual(np.random.default_rng(0).normal(size=samples), RATE) > 0
+
+
+@pytest.mark.parametrize("samples", [4001, 4002])
+def test_a_rate_of_twice_the_upper_limit_is_enough(samples):
+    noise = np.random.default_rng(0).normal(size=samples)
+    assert index_of_residual(noise, 1000.0) > 0
+    assert index_of_residual(noise, 400.0, band_hz=(1.0, 200.0)) > 0
+
+
+def test_a_stiffer_finger_feels_less():
+    assert index_of_spectrum(GRID, FLAT, Fingertip(stiffness_n_m=2000.0)) < index_of_spectrum(GRID, FLAT)
+
+
+def test_decibels_and_verdicts():
+    np.testing.assert_allclose(index_db([1.0, 10.0, 0.5]), [0.0, 20.0, -20 * math.log10(2)], atol=1e-14)
+    assert index_db(0.0) == -math.inf
+    np.testing.assert_array_equal(is_perceptible([0.4, 0.99, 1.0, 2.5]), [False, False, True, True])
+    # 6 dB is a factor of 1.995.
+    np.testing.assert_array_equal(is_perceptible([0.4, 0.6, 1.9, 2.0], 6.0), [False, False, False, True])
+    np.testing.assert_array_equal(is_perceptible([0.4, 0.6, 1.9, 2.0], -6.0), [False, True, True, True])
+    np.testing.assert_array_equal(relative_index([1.0, 3.0], 2.0), [0.5, 1.5])
+
+
+@given(st.floats(1e-3, 1e3), st.floats(0.5, 2))
+@settings(max_examples=20)
+def test_relative_index_does_not_depend_on_the_level_of_the_thresholds(level, ratio):
+    """Thresholds that are a factor off for all frequencies drop out of the ratio."""
+    plain, run = index_of_spectrum(GRID, np.outer([1.0, ratio**2], FLAT) * level**2)
+    assert relative_index(run, plain) == pytest.approx(ratio, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("frequency", "density", "message"),
+    [
+        ([1.0, 500.0], [1.0, -1.0], "psd_n2_hz = -1 "),
+        ([1.0, 500.0], [1.0, math.nan], "psd_n2_hz = nan "),
+        ([1.0, 500.0], [1.0], r"psd_n2_hz has shape \(1,\): must be \(..., 2\)"),
+        ([1.0, 500.0], 1.0, r"psd_n2_hz has shape \(\)"),
+        ([500.0, 1.0], [1.0, 1.0], "frequency_hz has shape .* rising"),
+        ([1.0], [1.0], "frequency_hz has shape .* rising"),
+        (1.0, 1.0, "frequency_hz has shape .* rising"),
+        ([2.0, 500.0], [1.0, 1.0], "frequency_hz goes from 2 to 500 Hz: must cover band_hz, 1 to 500"),
+        ([1.0, 250.0], [1.0, 1.0], "frequency_hz goes from 1 to 250 Hz: must cover band_hz, 1 to 500"),
+        ([-1.0, 500.0], [1.0, 1.0], "frequency_hz = -1 Hz"),
+    ],
+)
+def test_a_spectrum_covers_the_band(frequency, density, message):
+    with pytest.raises(FrictionloopError, match=rf"^{message}"):
+        index_of_spectrum(frequency, density)
+
+
+@pytest.mark.parametrize("bad", [(0.5, 500.0), (1.0, 600.0), (40.0, 40.0), (50.0, 40.0), (1.0,), "low"])
+def test_a_band_lies_within_the_table(bad):
+    with pytest.raises(FrictionloopError, match=r"^band_hz "):
+        index_of_spectrum(GRID, FLAT, band_hz=bad)
+
+
+@pytest.mark.parametrize(
+    ("residual", "rate", "message"),
+    [
+        (np.zeros(4999), RATE, "residual_n lasts 0.9998 s: must last at least 1 s"),
+        (1.0, RATE, "residual_n lasts 0 s"),
+        ([math.nan] * 5000, RATE, "residual_n = nan N"),
+        ("x", RATE, "residual_n = 'x'"),
+        (np.zeros(5000), 999.0, "rate_hz = 999 Hz: must be finite and at least 1000"),
+        (np.zeros(5000), math.nan, "rate_hz = nan"),
+    ],
+)
+def test_a_residual_is_long_and_dense_enough(residual, rate, message):
+    with pytest.raises(FrictionloopError, match=rf"^{message}"):
+        index_of_residual(residual, rate)
+
+
+def test_an_index_is_not_negative_and_plain_sliding_has_one():
+    for call in (index_db, is_perceptible, lambda d: relative_index(d, 1.0)):
+        with pytest.raises(FrictionloopError, match=r"^index = -1 "):
+            call(-1.0)
+    with pytest.raises(FrictionloopError, match=r"^plain_index = 0: must be positive"):
+        relative_index(1.0, [1.0, 0.0])
+    with pytest.raises(FrictionloopError, match=r"^margin_db = nan dB"):
+        is_perceptible(1.0, math.nan)
