@@ -13,17 +13,23 @@ from typing import Any
 
 _HOME = {
     "quantities": "FrictionloopError Lti",
-    "parameters": "READINGS System feasible paper preset read_toml to_toml write_toml",
+    "parameters": "READINGS RETUNED System bench feasible paper preset read_toml to_toml write_toml",
     "parameters.sources": "ColouredNoise Constant LogSweep Recording Sine Steps",
-    "parameters.plant": "Friction LowpassPlate LowpassSensor",
+    "parameters.plant": "Friction LowpassPlate LowpassSensor ResonantPlate SuspendedSensor",
+    "parameters.finger": "FingerFriction RigidFinger Skin",
+    "parameters.motion": "Sliding Strokes",
+    "parameters.touch": "LoadCells PositionSensor Touch",
     "parameters.controller": "Model PiController",
+    "physics.fingers": "capable fingers",
     "physics.friction": "amplitude_for friction_force reachable",
     "sensing.measurement": "Measurement",
     "design": "command_noise_rms_n kp_limit linearise output_noise_rms_n",
     "loop.record": "load save system_of",
     "loop.simulate": "simulate",
-    "loop.stepper": "Stepper",
+    "loop.stepper": "Movement Stepper",
     "loop.sweep": "SweepInterrupted sweep",
+    "loop.felt": "perceptual_index plain_like plain_stroke relative_index",
+    "loop.step_times": "step_times",
     "loop.metrics": "METRICS output_noise r2_bound r2_identity r2_regression regression rms_error saturation_index",
 }
 _ROOM_OF = {name: f"frictionloop.{room}" for room, names in _HOME.items() for name in names.split()}

@@ -36,10 +36,15 @@ class ForceCommand(NamedTuple):
 def pi_step(
     state: PiState, measurement: Measurement, setpoint_n: float, gains: PiGains, dt: float
 ) -> tuple[PiState, ForceCommand]:
-    """e = f_r - f_m; v = kp e + I; u = clip(v, low, high); I += ki dt e unless e pushes v further into the clamp."""
+    """e = f_r - f_m; v = kp e + I; u = clip(v, low, high); I += ki dt e unless e pushes v further into the clamp.
+
+    Without a sliding finger (``valid`` 0) there is no error to act on: u = I, which is held.
+    """
     (integral,) = state
     kp, ki, low, high = gains
-    error = setpoint_n - measurement[0]
+    force, _, _, _, valid = measurement
+    kp, ki = valid * kp, valid * ki
+    error = setpoint_n - force
     v = fma(kp, error, integral)
     u = min(max(v, low), high)
     pushes = ((v > high) & (error > 0.0)) | ((v < low) & (error < 0.0))

@@ -6,18 +6,18 @@ from typing import Any
 
 from frictionloop.control.lookup import interpolate_step, inverse_step, table_position
 from frictionloop.loop.slab import ROW, load, peek, poke, rows, store
-from frictionloop.loop.tiles import compiled_for, lane_count
+from frictionloop.loop.tiles import Lifting
 from frictionloop.sensing.measurement import Measurement
 
 
-def build_control(width: int, law: Any, states: int, gains: int) -> Any:
+def build_control(lifting: Lifting, law: Any, states: int, gains: int) -> Any:
     """Lift a control law ``law(state, measurement, setpoint, gains, dt) -> state, (u, saturated)`` and the lookup.
 
     The last two gains of every law are its clamp. With the exact inverse law and lookup are one loop, so that the force
     command stays in a register; a table is a gather, which does not vectorise, and has a loop of its own. Returns the
     tile and one that prepares the commands at the limits of the clamp.
     """
-    compiled, count = compiled_for(width), lane_count(width)
+    width, compiled, count = lifting
     setpoint, u_row, model, command = ROW["setpoint"], ROW["u"], ROW["model"], ROW["command"]
     state_rows, gain_rows = rows("controller_state", states), rows("controller_gains", gains)
     low, high, at_limits = gain_rows[-2], gain_rows[-1], ROW["at_limits"]

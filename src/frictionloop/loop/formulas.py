@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictionloop.loop.score_tile import BOUND, IDENTITY, REGRESSION, SATURATION
+from frictionloop.loop.score_tile import BOUND, IDENTITY, PERCEPTION, REGRESSION, SATURATION, STEPS
 
 
 class Sums(NamedTuple):
@@ -26,6 +26,20 @@ class Sums(NamedTuple):
     fr: Any
     shortfall2: Any
     count: Any
+    felt2: Any = np.nan
+    """Squares of the residual over its threshold."""
+    up: Any = np.nan
+    """Steps up that the force followed; then sums of times to 63 % and from 10 to 90 %, in periods, and squares."""
+    up_63: Any = np.nan
+    up_63_2: Any = np.nan
+    up_90: Any = np.nan
+    up_90_2: Any = np.nan
+    down: Any = np.nan
+    down_63: Any = np.nan
+    down_63_2: Any = np.nan
+    down_90: Any = np.nan
+    down_90_2: Any = np.nan
+    period_s: Any = np.nan
 
 
 class Metric(NamedTuple):
@@ -64,6 +78,11 @@ def _force_std(s: Sums) -> Any:
     return np.sqrt(np.maximum(s.f2 / s.count - (s.f / s.count) ** 2, 0.0))
 
 
+def _mean_s(sum_: Any, count: Any, period_s: Any) -> Any:
+    """Return a mean time in s, NaN where there was none."""
+    return np.where(count > 0, sum_ / np.maximum(count, 1.0), np.nan) * period_s
+
+
 METRICS: dict[str, Metric] = {
     "r2_identity": Metric(_r2_identity, IDENTITY, "1", "goodness of fit to f_a = f_r"),
     "r2_regression": Metric(_r2_regression, REGRESSION, "1", "squared correlation of f_a on f_r"),
@@ -78,6 +97,17 @@ METRICS: dict[str, Metric] = {
         BOUND,
         "1",
         "best r2_identity any controller could reach",
+    ),
+    "perceptual_index": Metric(
+        lambda s: np.sqrt(s.felt2 / s.count), PERCEPTION, "1", "residual over its threshold, rms: felt above 1"
+    ),
+    "rise_63_s": Metric(lambda s: _mean_s(s.up_63, s.up, s.period_s), STEPS, "s", "mean time to 63 % of a step up"),
+    "rise_10_90_s": Metric(lambda s: _mean_s(s.up_90, s.up, s.period_s), STEPS, "s", "mean time from 10 to 90 % up"),
+    "fall_63_s": Metric(
+        lambda s: _mean_s(s.down_63, s.down, s.period_s), STEPS, "s", "mean time to 63 % of a step down"
+    ),
+    "fall_10_90_s": Metric(
+        lambda s: _mean_s(s.down_90, s.down, s.period_s), STEPS, "s", "mean time from 10 to 90 % of a step down"
     ),
 }
 """Every metric by name."""

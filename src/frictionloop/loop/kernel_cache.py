@@ -9,7 +9,7 @@ from typing import Any
 from llvmlite.binding import get_host_cpu_name
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 
-ROOMS = ("quantities", "physics", "sensing", "control", "loop")
+ROOMS = ("quantities", "physics", "sensing", "control", "perception", "loop")
 """Where the steps of the kernel live."""
 
 
@@ -27,16 +27,16 @@ SOURCE_DIGEST = source_digest()
 
 
 class KernelCache(FunctionCache):
-    """Numba's on-disk cache with one file per tile width, source and processor.
+    """Numba's on-disk cache with one file per kernel and tile width, source and processor.
 
     Numba keys closures by their contents, which differ from process to process, and lets processes that compile at
     the same time number their files alike, so that one may load the other's kernel. A file name that says what is in
     it avoids both.
     """
 
-    def __init__(self, function: Any, width: int) -> None:
+    def __init__(self, function: Any, what: str) -> None:
         super().__init__(function)
-        name = f"{self._impl.filename_base}-{width}-{SOURCE_DIGEST[:16]}-{get_host_cpu_name()}"
+        name = f"{self._impl.filename_base}-{what}-{SOURCE_DIGEST[:16]}-{get_host_cpu_name()}"
         self._cache_file = IndexDataCacheFile(self._cache_path, name, self._impl.locator.get_source_stamp())
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:

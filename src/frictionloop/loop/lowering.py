@@ -9,12 +9,25 @@ from dataclasses import dataclass
 import numpy as np
 
 from frictionloop.control.lookup import lookup_table
-from frictionloop.loop.kernel import EXTERNAL, PI, Buffers, Options, buffers, ring_size
+from frictionloop.loop.exchange import EXTERNAL, NOTHING, PI, Buffers, Options, buffers, ring_size
+from frictionloop.loop.felt_tile import FADE_S
+from frictionloop.loop.formulas import Sums
+from frictionloop.loop.lower_finger import keys_of, lower_finger
 from frictionloop.loop.lower_signals import lower_signal
 from frictionloop.loop.quadrature import segment_nodes, segment_weights
+from frictionloop.loop.score_tile import PERCEPTION
 from frictionloop.loop.slab import LANES, Slab
-from frictionloop.loop.structure import delay_periods, segments_of, switch_s
+from frictionloop.loop.structure import (
+    contact_of,
+    delay_periods,
+    kernel_of,
+    moving_of,
+    segments_of,
+    substeps_of,
+    switch_s,
+)
 from frictionloop.parameters import System
+from frictionloop.perception.weighting import weighting_sos
 from frictionloop.physics.friction import halving_amplitude_um
 from frictionloop.physics.sources import Sampler
 
@@ -26,6 +39,7 @@ SETPOINT_STREAM, DISTURBANCE_STREAM = 1, 2
 class Tile:
     """Lanes of one structure, ready for the kernel."""
 
+    kernel: str
     slab: Slab
     options: Options
     buffers: Buffers
@@ -46,11 +60,17 @@ def lower(
     width = 1 if len(systems) == 1 else LANES
     # A tile is always full: lanes beyond the last system repeat it and are not read.
     systems = [*systems, *[systems[-1]] * (width - len(systems))]
-    keys = np.array([*seeds, *[seeds[-1]] * (width - len(seeds))], dtype=np.uint64)
-    slab, rate = Slab(width), systems[0].controller.rate_hz
-    before, after = segments_of(systems[0])
+    keys = keys_of(systems, [*seeds, *[seeds[-1]] * (width - len(seeds))])
+    slab, rate, name = Slab(width), systems[0].controller.rate_hz, kernel_of(systems[0])
     switch = np.array([switch_s(s) for s in systems])
-    nodes = _lower_plant(slab, systems, switch, 1.0 / rate, before, after)
+    _lower_friction(slab, systems)
+    roughness = NOTHING
+    if name == "quadrature":
+        before, after = segments_of(systems[0])
+        nodes = _lower_plant(slab, systems, switch, 1.0 / rate, before, after)
+    else:
+        before, after = substeps_of(systems[0])
+        nodes, roughness = before + after + 1, lower_finger(slab, systems, keys)
     table = _lower_controller(slab, systems)
     setpoints, disturbances = [s.setpoint for s in systems], [s.disturbance for s in systems]
     # Lanes share the disturbance's share of the reading if they also share the nodes and their weights.
@@ -74,26 +94,37 @@ def lower(
         table_size=systems[0].controller.model.table_size,
         ring_mask=ring - 1,
         dt=1.0 / rate,
+        moving=moving_of(systems[0]),
+        switch=float(switch[0]) * rate,
+        contact=contact_of(systems[0]),
     )
-    return Tile(slab, options, buffers(width, ring, nodes, table, keys), setpoint.take, disturbance.take)
+    weighting = _lower_perception(slab, rate) if groups & PERCEPTION else NOTHING
+    scratch = buffers(width, ring, nodes, table, keys, roughness, weighting)
+    return Tile(name, slab, options, scratch, setpoint.take, disturbance.take)
 
 
-def _lower_plant(
-    slab: Slab, systems: Sequence[System], switch: np.ndarray, period: float, before: int, after: int
-) -> int:
+def _lower_friction(slab: Slab, systems: Sequence[System]) -> None:
     nominal = np.array([s.friction.nominal_n for s in systems])
     susceptibility = np.array([s.friction.susceptibility_per_um2 for s in systems])
     ceiling = np.array([s.plate.max_amplitude_um for s in systems])
-    times, since = segment_nodes(switch, period, before, after)
-    nodes = len(times)
-    plate_hz = np.array([s.plate.cutoff_hz for s in systems])
-    sensor_hz = np.array([s.sensor.cutoff_hz for s in systems])
-    noise = np.array([s.sensor.noise_rms_n for s in systems])
     slab.view("nominal")[0] = slab.view("friction")[0] = nominal
     unit = halving_amplitude_um(susceptibility)
     slab.view("halving_amplitude")[:] = unit, 1.0 / unit
     slab.view("max_amplitude")[0] = ceiling
     slab.view("floor")[0] = nominal * np.exp(-susceptibility * ceiling**2)
+    slab.view("delay_periods")[0] = [delay_periods(s) for s in systems]
+    slab.view("measurement")[4] = slab.view("scored")[0] = 1.0
+
+
+def _lower_plant(
+    slab: Slab, systems: Sequence[System], switch: np.ndarray, period: float, before: int, after: int
+) -> int:
+    nominal = slab.view("nominal")[0]
+    times, since = segment_nodes(switch, period, before, after)
+    nodes = len(times)
+    plate_hz = np.array([s.plate.cutoff_hz for s in systems])
+    sensor_hz = np.array([s.sensor.cutoff_hz for s in systems])
+    noise = np.array([s.sensor.noise_rms_n for s in systems])
     slab.view("node_time")[:nodes] = times
     slab.view("decay")[:nodes] = np.exp(-2 * np.pi * plate_hz * since)
     weights = segment_weights(sensor_hz, switch, period, before, after)
@@ -101,7 +132,6 @@ def _lower_plant(
     sensor_decay = np.exp(-2 * np.pi * sensor_hz * period)
     slab.view("sensor_decay")[0] = sensor_decay
     slab.view("noise_gain")[0] = noise * (1 - sensor_decay)
-    slab.view("delay_periods")[0] = [delay_periods(s) for s in systems]
     return nodes
 
 
@@ -123,3 +153,16 @@ def _lower_controller(slab: Slab, systems: Sequence[System]) -> np.ndarray:
     if size == 0:
         return np.zeros(0)
     return np.ascontiguousarray(np.array([lookup_table(m) for m in models]).T).ravel()
+
+
+def sums_of(tile: Tile, lanes: int, periods: int) -> Sums:
+    """Return the sums of a tile's first lanes after a run in which so many periods may have counted."""
+    view = tile.slab.view
+    *rows, scored = view("sums")[:, :lanes]
+    count = scored if tile.kernel == "substeps" else periods
+    return Sums(*rows, count, view("percept")[1, :lanes], *view("step_sums")[:, :lanes], tile.options.dt)
+
+
+def _lower_perception(slab: Slab, rate_hz: float) -> np.ndarray:
+    slab.view("taper")[0] = 1.0 - math.exp(-1.0 / (FADE_S * rate_hz))
+    return np.ascontiguousarray(weighting_sos(rate_hz)[:, [0, 1, 2, 4, 5]]).ravel()

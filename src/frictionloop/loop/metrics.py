@@ -17,10 +17,11 @@ METRICS = formulas.METRICS
 """Every metric by name."""
 
 
-def _kept(run: xr.Dataset, mask: Any) -> Any:
+def kept(run: xr.Dataset, mask: Any) -> Any:
     """Return what picks the scored periods out of a trace."""
-    if mask is None:
+    if mask is None and "scored" not in run:
         return slice(None)
+    mask = run["scored"].values if mask is None else mask
     keep = np.asarray(mask, dtype=bool)
     if keep.shape != run["time"].shape:
         raise FrictionloopError(
@@ -32,18 +33,26 @@ def _kept(run: xr.Dataset, mask: Any) -> Any:
 
 
 def _sums(run: xr.Dataset, mask: Any, bound: bool = False) -> Sums:
-    keep = _kept(run, mask)
+    keep = kept(run, mask)
     r, f = run["f_r"].values[keep], run["f_a"].values[keep]
     shift = r[0]
     shortfall2 = np.nan
     if bound:
-        d, system = run["d"].values[keep], system_of(run)
-        floor = friction_force(system.plate.max_amplitude_um, system.friction)
-        shortfall2 = np.sum((np.clip(r, floor + d, system.friction.nominal_n + d) - r) ** 2)
+        d = run["d"].values[keep]
+        floor, top = _reach(run, keep)
+        shortfall2 = np.sum((np.clip(r, floor + d, top + d) - r) ** 2)
     error2 = np.sum((f - r) ** 2)
     saturated = np.sum(run["saturated"].values[keep])
     r, f = r - shift, f - shift
     return Sums(error2, r.sum(), r @ r, saturated, f.sum(), f @ f, f @ r, shortfall2, r.size)
+
+
+def _reach(run: xr.Dataset, keep: Any) -> tuple[Any, Any]:
+    """Return the lowest and the highest force that vibration can leave: constants, or traces of a finger."""
+    if "limit" in run:
+        return run["floor"].values[keep], run["limit"].values[keep]
+    system = system_of(run)
+    return friction_force(system.plate.max_amplitude_um, system.friction), system.friction.nominal_n
 
 
 def r2_identity(run: xr.Dataset, mask: Any = None) -> float:
@@ -91,7 +100,7 @@ def regression(run: xr.Dataset, mask: Any = None) -> Regression:
     FrictionloopError
         For a mask of another shape or that keeps nothing.
     """
-    sums, keep = _sums(run, mask), _kept(run, mask)
+    sums, keep = _sums(run, mask), kept(run, mask)
     slope = float(METRICS["slope"].of(sums))
     intercept = float(run["f_a"].values[keep].mean() - slope * run["f_r"].values[keep].mean())
     return Regression(float(METRICS["r2_regression"].of(sums)), slope, intercept)

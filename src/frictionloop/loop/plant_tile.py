@@ -6,20 +6,20 @@ from typing import Any
 
 from frictionloop.loop.quadrature import NODES
 from frictionloop.loop.slab import ROW, load, peek, store
-from frictionloop.loop.tiles import compiled_for, lane_count
+from frictionloop.loop.tiles import Lifting
 from frictionloop.physics.friction import remaining_step
 from frictionloop.physics.plate import limit_step, lowpass_step
 from frictionloop.sensing.lowpass import sensor_node, sensor_start
 
 
-def build_plant(width: int) -> Any:
+def build_plant(lifting: Lifting) -> Any:
     """Lift plate, friction law and sensor over one segment of the period by quadrature (loop/quadrature.py).
 
     The number of nodes is a constant, so the loop over nodes unrolls and the loop over lanes vectorises. Inside, the
     amplitude is counted in the amplitude that halves friction, and the weights carry f0: two products less per node.
     The disturbance's share of the reading is already summed over the nodes.
     """
-    compiled, count = compiled_for(width), lane_count(width)
+    width, compiled, count = lifting
     decay, friction_weight, weight = ROW["decay"], ROW["friction_weight"], ROW["weight"]
     force, friction_row, amplitude, driven = ROW["measurement"], ROW["friction"], ROW["amplitude"], ROW["driven"]
     sensor_rows = (force, ROW["normal"], ROW["sensor_decay"], ROW["noise_gain"])

@@ -23,7 +23,15 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "a": ("um", "vibration amplitude, zero-to-peak"),
     "d": ("N", "disturbance"),
     "saturated": ("1", "command was clamped"),
+    "position": ("m", "position of the finger along the stroke"),
+    "speed": ("m/s", "speed of the finger"),
+    "load": ("N", "normal force"),
+    "limit": ("N", "friction limit without vibration"),
+    "floor": ("N", "friction limit at the largest amplitude"),
+    "sliding": ("1", "the sensors see a finger that slides"),
+    "scored": ("1", "metrics count this period"),
 }
+_FLAGS = ("saturated", "sliding", "scored")
 
 
 @cache
@@ -50,8 +58,8 @@ def to_dataset(traces: np.ndarray, system: System, seed: int) -> xr.Dataset:
     """Return the Dataset of one run from its traces, shape (variables, periods), row k holding the values at t_k."""
     time = np.arange(traces.shape[1]) / system.controller.rate_hz
     data = {
-        name: xr.Variable("time", row != 0 if name == "saturated" else row, {"units": units, "long_name": meaning})
-        for row, (name, (units, meaning)) in zip(traces, VARIABLES.items(), strict=True)
+        name: xr.Variable("time", row != 0 if name in _FLAGS else row, {"units": units, "long_name": meaning})
+        for row, (name, (units, meaning)) in zip(traces, VARIABLES.items(), strict=False)
     }
     coordinate = {"time": xr.Variable("time", time, {"units": "s", "long_name": "time"})}
     return xr.Dataset(data, coordinate, provenance(system, seed=seed))

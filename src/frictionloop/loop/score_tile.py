@@ -5,22 +5,27 @@ from __future__ import annotations
 from typing import Any
 
 from frictionloop.loop.slab import ROW, peek, poke
-from frictionloop.loop.tiles import compiled_for, lane_count
+from frictionloop.loop.tiles import Lifting
 from frictionloop.quantities.arithmetic import fma
 
-IDENTITY, SATURATION, REGRESSION, BOUND = 1, 2, 4, 8
+IDENTITY, SATURATION, REGRESSION, BOUND, PERCEPTION, STEPS = 1, 2, 4, 8, 16, 32
 """Groups of streaming sums a run may ask for, as bits."""
 
 
-def build_scores(width: int) -> Any:
-    """Lift the streaming sums of the metrics (loop/formulas.py turns them into numbers)."""
-    compiled, count = compiled_for(width), lane_count(width)
+def build_scores(lifting: Lifting, masked: bool = False) -> Any:
+    """Lift the streaming sums of the metrics (loop/formulas.py turns them into numbers).
+
+    ``masked`` kernels count only periods whose ``scored`` row is 1, and how many there are.
+    """
+    width, compiled, count = lifting
     sums, shift = ROW["sums"], ROW["shift"]
     r_row, g_row, d_row, sat = ROW["setpoint"], ROW["friction"], ROW["disturbance"], ROW["saturated"]
-    floor, nominal = ROW["floor"], ROW["nominal"]
+    floor, nominal, scored = ROW["floor"], ROW["nominal"], ROW["scored"]
 
     @compiled
     def add(s, i, row, x, y):  # type: ignore[no-untyped-def]
+        if masked:
+            x = x * peek(s, scored * width + i)
         poke(s, (sums + row) * width + i, fma(x, y, peek(s, (sums + row) * width + i)))
 
     @compiled
@@ -32,6 +37,8 @@ def build_scores(width: int) -> Any:
             add(s, i, 0, error, error)
             add(s, i, 1, r, 1.0)
             add(s, i, 2, r, r)
+            if masked:
+                add(s, i, 8, 1.0, 1.0)
         if groups & SATURATION:
             for i in range(count(n)):
                 add(s, i, 3, peek(s, sat * width + i), 1.0)

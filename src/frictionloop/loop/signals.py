@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from frictionloop.loop.slab import ROW, load, peek, poke, rows
-from frictionloop.loop.tiles import compiled_for
+from frictionloop.loop.tiles import Lifting
 from frictionloop.quantities.arithmetic import exp2, fma, sin_turns, step
 from frictionloop.quantities.normals import BLOCK, draw
 
@@ -33,9 +33,9 @@ def log_sweep_step(t: float, offset: float, amplitude: float, turns: float, octa
     return fma(amplitude, sin_turns(turns * (exp2(octaves_per_s, t) - 1.0)), offset)
 
 
-def build_signals(width: int) -> tuple[Any, Any, Any]:
-    """Return the compiled ``fill_signal``, ``fill_driven`` and ``fill_noise`` for tiles of this width."""
-    compiled, node_time, weight = compiled_for(width), ROW["node_time"], ROW["weight"]
+def build_signals(lifting: Lifting) -> tuple[Any, Any, Any]:
+    """Return the compiled ``fill_signal``, ``fill_driven`` and ``fill_noise`` for the tiles of a kernel."""
+    (width, compiled, _), node_time, weight = lifting, ROW["node_time"], ROW["weight"]
 
     def filler(formula: Any) -> Any:
         @compiled
@@ -102,17 +102,17 @@ def build_signals(width: int) -> tuple[Any, Any, Any]:
                         poke(out, k * width + i, fma(peek(s, (weight + j) * width + i), f, peek(out, k * width + i)))
 
     @compiled
-    def fill_noise(out, seeds, shared, first, counters):  # type: ignore[no-untyped-def]
+    def fill_noise(out, at, seeds, shared, first, counters, stream):  # type: ignore[no-untyped-def]
         # ``counters`` is always BLOCK // 4, but as a constant the loop would be unrolled instead of vectorised.
         base = first // BLOCK * counters
         if shared:
             seed = peek(seeds, 0)
             for c in range(counters):
-                scatter(out, c, draw(seed, NOISE_STREAM, np.uint64(base + c)), 1)
+                scatter(out, at + c, draw(seed, stream, np.uint64(base + c)), 1)
         else:
             for c in range(counters):
                 counter = np.uint64(base + c)
                 for i in range(width):
-                    scatter(out, c * width + i, draw(peek(seeds, i), NOISE_STREAM, counter), width)
+                    scatter(out, at + c * width + i, draw(peek(seeds, i), stream, counter), width)
 
     return fill_signal, fill_driven, fill_noise

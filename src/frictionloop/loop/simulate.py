@@ -8,7 +8,8 @@ import xarray as xr
 from frictionloop.loop.kernel import kernel
 from frictionloop.loop.lowering import Tile, lower
 from frictionloop.loop.record import to_dataset
-from frictionloop.loop.tiles import TRACES
+from frictionloop.loop.structure import kernel_of
+from frictionloop.loop.tiles import traces_of
 from frictionloop.loop.timing import check_memory, check_seed, periods_in
 from frictionloop.parameters import System
 from frictionloop.quantities.normals import BLOCK
@@ -20,7 +21,7 @@ NO_TRACES = np.zeros(0)
 
 def run_tile(tile: Tile, periods: int, traces: np.ndarray = NO_TRACES) -> None:
     """Run a tile from t = 0 for some control periods; its slab then holds the sums, ``traces`` the traces."""
-    advance = kernel(tile.slab.width)
+    advance = kernel(tile.kernel, tile.slab.width)
     for start in range(0, periods, CHUNK):
         stop = min(start + CHUNK, periods)
         setpoint, disturbance = tile.setpoint(start, stop), tile.disturbance(start, stop)
@@ -65,7 +66,8 @@ def simulate(system: System, duration_s: float = 10.0, seed: int = 0) -> xr.Data
 
     """
     periods, seed = periods_in(system, duration_s), check_seed(seed)
-    check_memory(2 * 8 * len(TRACES) * periods, f"a run of {duration_s:g} s")
-    traces = np.empty((len(TRACES), periods))
+    names = traces_of(kernel_of(system))
+    check_memory(2 * 8 * len(names) * periods, f"a run of {duration_s:g} s")
+    traces = np.empty((len(names), periods))
     run_tile(lower([system], [seed], recording=True), periods, traces.reshape(-1))
     return to_dataset(traces, system, seed)

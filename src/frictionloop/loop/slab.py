@@ -51,7 +51,42 @@ _ROWS: tuple[tuple[str, int], ...] = (
     ("disturbance_signal", 4),
     # streaming metrics
     ("shift", 1),
-    ("sums", 8),
+    ("sums", 9),
+    # the bench: a finger that moves, skin that yields, a sensor that resonates
+    ("motion", 7),  # at t_k: position (m), speed (m/s), load (N), factor on f0, occluded, direction, place along stroke
+    ("motion_next", 7),  # the same at t_k+1
+    ("rough", 1),
+    ("stroke_plan", 9),
+    ("load_plan", 11),
+    ("tremor", 4),  # displacement and load, each with its rate
+    ("tremor_coefficients", 12),
+    ("limit_coefficients", 6),
+    ("occlusion_coefficients", 2),
+    ("moist_loss", 1),
+    ("roughness_per_m", 1),
+    ("touch", 2),
+    ("touch_coefficients", 7),
+    ("draws", 4),  # unit normals of both tremors, of position and load
+    ("limit_n", 1),  # f0
+    ("scored", 1),  # 1 where a period counts
+    ("unscored", 2),  # way from the middle, in m, beyond which nothing counts; least load that counts, in N
+    ("held", 1),  # amplitude that the drive aims at
+    ("contact", 4),
+    ("contact_force", 1),
+    ("contact_coefficients", 20),  # of substeps before the command changes and after
+    ("compliance", 1),  # of the skin, m/N
+    ("amplitude_decay", 4),  # over half a substep and a whole one, before and after
+    ("suspension", 3),
+    ("suspension_coefficients", 20),
+    ("noise", 1),
+    ("noise_coefficients", 2),
+    ("converter", 3),
+    # perception and step times
+    ("taper", 3),  # gain per period, two states
+    ("percept", 2),  # weighted residual, sum of its squares
+    ("percept_state", 12),
+    ("step", 6),  # from, to, periods since, when 10 % and 63 % were passed, 1 once 90 % was
+    ("step_sums", 10),  # up, then down: number, times to 63 % and their squares, from 10 to 90 % and their squares
 )
 ROW: dict[str, int] = {}
 COUNT: dict[str, int] = dict(_ROWS)

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
+from frictionloop.loop.exchange import GIVEN, STILL
 from frictionloop.loop.kernel import kernel
 from frictionloop.loop.lowering import lower
+from frictionloop.loop.motion_tile import DIRECTION, LOAD, PLACE, POSITION, SPEED
 from frictionloop.loop.simulate import NO_TRACES
 from frictionloop.loop.slab import ROW
 from frictionloop.loop.timing import check_seed, is_finite
@@ -16,6 +20,14 @@ from frictionloop.quantities.normals import BLOCK
 from frictionloop.sensing.measurement import Measurement
 
 _UNUSED = np.zeros(BLOCK + 1)  # samples of the set-point, which is the caller's affair
+
+
+class Movement(NamedTuple):
+    """Where a finger is at the time of a sample, how fast it goes and how hard it presses."""
+
+    position_m: float
+    speed_m_s: float
+    load_n: float
 
 
 class Stepper:
@@ -46,17 +58,20 @@ class Stepper:
         check_system(system)
         self.system, seed = system, check_seed(seed)
         self._tile = lower([system], [seed], external=True)
-        self._advance = kernel(1)
+        self._advance = kernel(self._tile.kernel, 1)
         self._period, self._last = 0, round(min(longest_s(system.disturbance), 1e9) * system.controller.rate_hz)
         self._disturbance = NO_TRACES
         self._view = self._tile.slab.data
-        # The sensor has settled on the first force; one period run on a copy tells which.
-        probe = lower([system], [seed], external=True)
+        self._bench = self._tile.kernel == "substeps"
+        # The sensor has settled on the first force, which one period tells: of a bench its sample alone, of the plant
+        # of Section 2 all of it, run on a copy.
+        probe = self._tile if self._bench else lower([system], [seed], external=True)
         first = probe.disturbance(0, 1)
         self._advance(probe.slab.data, 1, 0, 1, probe.options, probe.buffers, _UNUSED, first, 0, NO_TRACES)
-        self.force_n = float(probe.slab.view("nominal")[0, 0] + probe.slab.view("disturbance")[0, 0])
-        """Friction force g(a) + d at the beginning of the last period, which no sensor shows."""
-        self.measured = Measurement(self.force_n)
+        force = probe.slab.view("friction" if self._bench else "nominal")[0, 0]
+        self.force_n = float(force + probe.slab.view("disturbance")[0, 0])
+        """Friction force on the finger, which no sensor shows: on a bench at the last sample, else a period before."""
+        self.measured = self._told() if self._bench else Measurement(self.force_n)
         """The last measurement."""
 
     @property
@@ -79,15 +94,19 @@ class Stepper:
         if self._disturbance.size <= BLOCK:
             self._disturbance = self._tile.disturbance(chunk, k + 1)
 
-    def tick(self, amplitude_command: float, motion: object = None) -> Measurement:
+    def _told(self) -> Measurement:
+        return Measurement(*(float(value) for value in self._tile.slab.view("measurement")[:, 0]))
+
+    def tick(self, amplitude_command: float, motion: Movement | None = None) -> Measurement:
         """Advance by one control period with this amplitude command (um) and return the measurement at its end.
 
         Parameters
         ----------
         amplitude_command : float
             Amplitude in um, limited to [0, a_max]; it takes effect ``controller.delay_s`` after the period's start.
-        motion : None
-            Position, speed and load, for benches with a moving finger; the plant of Section 2 has none.
+        motion : Movement, optional
+            Where the finger is at the end of the period, how fast (m/s) and how hard (N) it presses, for a finger that
+            is somebody's; by default it goes on with the strokes of its system. Between samples it moves in a line.
 
         Raises
         ------
@@ -96,19 +115,32 @@ class Stepper:
         """
         if not is_finite(amplitude_command):
             raise FrictionloopError(f"amplitude_command = {amplitude_command!r} um: must be a finite number")
+        k, tile, options = self._period, self._tile, self._tile.options
         if motion is not None:
-            raise FrictionloopError("motion: this plant has no moving finger; leave it out")
-        k, tile = self._period, self._tile
+            self._move(motion)
+            options = options._replace(moving=GIVEN)
         if k >= self._last:
             raise FrictionloopError(
                 f"tick: disturbance.sweep_s = {self._last / self.system.controller.rate_hz:g} s is over"
             )
+        self._period += 1
+        # A bench's period ends with its sample, which the kernel takes at the beginning of the next.
+        k += self._bench
         chunk = k // BLOCK * BLOCK
         self._sample(k, chunk)
         self._view[ROW["command"]], g = amplitude_command, self._view[ROW["friction"]]
-        self._advance(self._view, 1, k, k + 1, tile.options, tile.buffers, _UNUSED, self._disturbance, chunk, NO_TRACES)
-        self._period += 1
+        self._advance(self._view, 1, k, k + 1, options, tile.buffers, _UNUSED, self._disturbance, chunk, NO_TRACES)
+        g = self._view[ROW["friction"]] if self._bench else g
         self.force_n = float(g + self._view[ROW["disturbance"]])
-        force = self._view[ROW["measurement"]]
-        self.measured = Measurement(float(force))
+        self.measured = self._told() if self._bench else Measurement(float(self._view[ROW["measurement"]]))
         return self.measured
+
+    def _move(self, motion: Movement) -> None:
+        if self._tile.options.moving == STILL:
+            raise FrictionloopError('motion: nobody moves on this plant; leave it out, or take motion.kind "strokes"')
+        if not all(is_finite(value) for value in motion) or motion[2] < 0:
+            raise FrictionloopError(f"motion = {motion!r}: must be finite, with load_n at least 0")
+        position, speed, load = motion
+        rows = self._tile.slab.view("motion_next")
+        direction = 1.0 if speed >= 0 else -1.0
+        rows[[POSITION, SPEED, LOAD, DIRECTION, PLACE], 0] = position, speed, load, direction, position

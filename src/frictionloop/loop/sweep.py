@@ -10,9 +10,9 @@ import joblib
 import numpy as np
 import xarray as xr
 
-from frictionloop.loop.formulas import DEFAULT_METRICS, METRICS, Sums
+from frictionloop.loop.formulas import DEFAULT_METRICS, METRICS
 from frictionloop.loop.kept import Result, resumed
-from frictionloop.loop.lowering import lower
+from frictionloop.loop.lowering import lower, sums_of
 from frictionloop.loop.points import fingerprint, points_of
 from frictionloop.loop.progress import progress_bar
 from frictionloop.loop.record import provenance
@@ -91,7 +91,7 @@ def sweep(
     check_system(system)
     names, workers = _metrics(metrics), _workers(n_jobs)
     grid = points_of(points, seeds)
-    structures = structures_of(system, grid, duration_s, score_from_s)
+    structures = structures_of(system, grid, duration_s, score_from_s, names)
     key = fingerprint(system, grid, duration_s, score_from_s, names)
     values = resumed(path, key, names, grid) if resume else np.full((len(names), int(np.prod(grid.shape))), np.nan)
     result = Result(values, names, grid, provenance(system, duration_s=duration_s, fingerprint=key), path)
@@ -166,5 +166,5 @@ def _run(
     score_from = round(score_from_s * systems[0].controller.rate_hz)
     tile = lower(systems, [seed for _, seed in points], groups=groups, score_from=score_from)
     run_tile(tile, periods)
-    sums = Sums._make([*tile.slab.view("sums")[: len(Sums._fields) - 1, : len(lanes)], periods - score_from])
+    sums = sums_of(tile, len(lanes), periods - score_from)
     return lanes, np.array([METRICS[name].of(sums) for name in names]), periods * len(lanes)

@@ -7,31 +7,44 @@ score_tile.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from numba import njit
 
-from frictionloop.loop.slab import ROW, peek, poke
+from frictionloop.loop.slab import ROW, peek, poke, rows
 
 TRACES = ("f_r", "f_a", "f_m", "u", "a", "d", "saturated")
+BENCH_TRACES = (*TRACES, "position", "speed", "load", "limit", "floor", "sliding", "scored")
+"""Traces of the two kernels, in the order of their rows."""
+_BENCH_ROWS = (*rows("motion")[:3], ROW["nominal"], ROW["floor"], ROW["measurement"] + 4, ROW["scored"])
 
 
-def compiled_for(width: int) -> Any:
-    """Return the decorator that compiles a function of a kernel for tiles of this width.
+def traces_of(kernel: str) -> tuple[str, ...]:
+    """Return the names of the traces that a kernel records."""
+    return TRACES if kernel == "quadrature" else BENCH_TRACES
 
-    The width becomes part of its name: kernels are loaded from disk, where functions of different processes have the
-    same names, and the linker takes the first function of a name for all of them.
+
+class Lifting(NamedTuple):
+    """How the tiles of one kernel are compiled."""
+
+    width: int
+    """Lanes of a tile."""
+    compiled: Any
+    """Decorator that compiles a function."""
+    count: Any
+    """n -> number of lanes to run: the constant 1 for single runs, so that their loops vanish."""
+
+
+def lifting(kernel: str, width: int) -> Lifting:
+    """Return how to compile the functions of a kernel for tiles of this width.
+
+    Kernel and width become part of every function's name: kernels are loaded from disk, where functions of different
+    processes have the same names, and the linker takes the first function of a name for all of them.
     """
 
     def compiled(function: Any) -> Any:
-        function.__qualname__ += f"_{width}"
+        function.__qualname__ += f"_{kernel}_{width}"
         return njit(error_model="numpy", nogil=True)(function)
-
-    return compiled
-
-
-def lane_count(width: int) -> Any:
-    """Return n -> number of lanes to run: the constant 1 for single runs, so that their loops vanish."""
 
     def one(n):  # type: ignore[no-untyped-def]
         return 1
@@ -39,12 +52,12 @@ def lane_count(width: int) -> Any:
     def given(n):  # type: ignore[no-untyped-def]
         return n
 
-    return compiled_for(width)(one if width == 1 else given)
+    return Lifting(width, compiled, compiled(one if width == 1 else given))
 
 
-def build_inputs(width: int) -> Any:
+def build_inputs(lifting: Lifting) -> Any:
     """Return the tiles that bring a signal into its row, and that start the sensor settled on the first force."""
-    compiled, count = compiled_for(width), lane_count(width)
+    width, compiled, count = lifting
     force, friction_row, disturbance = ROW["measurement"], ROW["friction"], ROW["disturbance"]
 
     @compiled
@@ -65,9 +78,9 @@ def build_inputs(width: int) -> Any:
     return spread, settle
 
 
-def build_delay(width: int) -> Any:
+def build_delay(lifting: Lifting) -> Any:
     """Pick the commands in force during this period when they are applied later than the sample."""
-    compiled, count = compiled_for(width), lane_count(width)
+    width, compiled, count = lifting
     command, applied, delay = ROW["command"], ROW["applied"], ROW["delay_periods"]
 
     @compiled
@@ -81,11 +94,12 @@ def build_delay(width: int) -> Any:
     return apply_late
 
 
-def build_record(width: int) -> Any:
+def build_record(lifting: Lifting, traces: tuple[str, ...] = TRACES) -> Any:
     """Return the tile that writes the traces of one period, ``[trace][period][lane]``."""
-    compiled, count = compiled_for(width), lane_count(width)
+    width, compiled, count = lifting
     force, u, sat, r, d = ROW["measurement"], ROW["u"], ROW["saturated"], ROW["setpoint"], ROW["disturbance"]
     amplitude, friction_row = ROW["amplitude"], ROW["friction"]
+    more = traces[len(TRACES) :]
 
     @compiled
     def record(s, n, k, out, size):  # type: ignore[no-untyped-def]
@@ -99,5 +113,8 @@ def build_record(width: int) -> Any:
             poke(out, 4 * size + at, peek(s, amplitude * width + i))
             poke(out, 5 * size + at, disturbance)
             poke(out, 6 * size + at, peek(s, sat * width + i))
+            if more:
+                for j in range(len(_BENCH_ROWS)):
+                    poke(out, (7 + j) * size + at, peek(s, _BENCH_ROWS[j] * width + i))
 
     return record

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from frictionloop.loop.formulas import METRICS
 from frictionloop.loop.points import Points
+from frictionloop.loop.score_tile import STEPS
 from frictionloop.loop.structure import COUPLED, STRUCTURAL, structure
 from frictionloop.loop.timing import is_finite, periods_in
 from frictionloop.parameters import Recording, System
@@ -13,7 +15,9 @@ from frictionloop.physics.sources import sampler
 from frictionloop.quantities import FrictionloopError
 
 
-def structures_of(system: System, grid: Points, duration_s: float, score_from_s: float) -> list[object]:
+def structures_of(
+    system: System, grid: Points, duration_s: float, score_from_s: float, names: Sequence[str]
+) -> list[object]:
     """Try every value of a sweep before anything runs and return the structure of each point."""
     read: set[tuple[Recording, float]] = set()
 
@@ -24,6 +28,11 @@ def structures_of(system: System, grid: Points, duration_s: float, score_from_s:
         if not (scored and round(score_from_s * changed.controller.rate_hz) < periods):
             raise FrictionloopError(
                 f"score_from_s = {score_from_s!r} s: must be at least 0 and below duration_s = {duration_s!r} s"
+            )
+        stepped = [name for name in names if METRICS[name].groups == STEPS]
+        if stepped and changed.setpoint.kind != "steps":
+            raise FrictionloopError(
+                f"metric {stepped[0]}: needs steps to follow; setpoint.kind is {changed.setpoint.kind!r}, not 'steps'"
             )
         for source in (changed.setpoint, changed.disturbance):
             # A file that is missing or too short is found now, not when its tile runs.

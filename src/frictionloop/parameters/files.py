@@ -15,7 +15,7 @@ from frictionloop.quantities import FrictionloopError, replacing, unit_of
 SCHEMA = 1
 """Version of the parameter file and of the run file; a newer one is refused."""
 _TO_ESCAPE = re.compile(r'[\x00-\x1f"\\\x7f]')
-PRESETS = {"paper": presets.paper, "feasible": presets.feasible}
+PRESETS = {"paper": presets.paper, "feasible": presets.feasible, "bench": presets.bench}
 
 
 def preset(name: str) -> System:
@@ -24,7 +24,7 @@ def preset(name: str) -> System:
     Parameters
     ----------
     name : str
-        ``"paper"`` or ``"feasible"``.
+        ``"paper"``, ``"feasible"`` or ``"bench"``.
 
     Raises
     ------

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from frictionloop.parameters.controller import Controller
-from frictionloop.parameters.plant import Friction, LowpassPlate, LowpassSensor
-from frictionloop.parameters.sources import LogSweep, Sine
+from frictionloop.parameters.controller import Controller, Model
+from frictionloop.parameters.finger import FingerFriction, Skin
+from frictionloop.parameters.motion import Strokes
+from frictionloop.parameters.plant import Friction, LowpassPlate, LowpassSensor, ResonantPlate, SuspendedSensor
+from frictionloop.parameters.sources import Constant, LogSweep, Sine
 from frictionloop.parameters.system import System
 
 
@@ -35,6 +37,28 @@ def feasible() -> System:
     )
 
 
+def bench() -> System:
+    """Return the device of Sections 3 and 4 under one finger, with the printed gains, which ring on it (docs/bench).
+
+    The set-point is the middle one of Section 4.2; ``RETUNED`` are gains that hold.
+    """
+    finger = FingerFriction(nominal_n=BENCH_NOMINAL_N)
+    return System(
+        setpoint=Sine(offset_n=0.6, amplitude_n=0.1, frequency_hz=1.0),
+        disturbance=Constant(offset_n=0.0),
+        friction=finger,
+        plate=ResonantPlate(),
+        sensor=SuspendedSensor(),
+        controller=Controller(delay_s=200e-6, model=Model(nominal_n=BENCH_NOMINAL_N)),
+        finger=Skin(),
+        motion=Strokes(),
+    )
+
+
+BENCH_NOMINAL_N = 0.95
+"""Friction f0 of the bench's finger at 0.5 N: middle of 0.5 to 1.4 N (research on fingers, assumed)."""
+RETUNED: dict[str, float] = {"controller.kp": 0.062, "controller.ki": 134.0}
+"""Gains that hold on ``bench()``: little but integral action, which crosses below the resonance of the sensor."""
 READINGS: dict[str, dict[str, float]] = {
     "peak-to-peak": {},
     "zero-to-peak set-point": {"setpoint.amplitude_n": 1.2},

@@ -11,8 +11,11 @@ from pydantic import BaseModel, ValidationError, model_validator
 from frictionloop.parameters import wording
 from frictionloop.parameters.block import Block
 from frictionloop.parameters.controller import Controller
-from frictionloop.parameters.plant import Friction, Plate, Sensor
+from frictionloop.parameters.finger import AnyFriction, Finger, RigidFinger
+from frictionloop.parameters.motion import Motion, Sliding
+from frictionloop.parameters.plant import Plate, Sensor
 from frictionloop.parameters.sources import Source
+from frictionloop.parameters.touch import Touch
 from frictionloop.quantities import FrictionloopError
 
 _STEEPEST = 700.0
@@ -26,14 +29,20 @@ class System(Block):
     """Set-point force f_r over time."""
     disturbance: Source
     """Disturbance d added to the friction force."""
-    friction: Friction
-    """How friction falls with vibration."""
+    friction: AnyFriction
+    """How friction falls with vibration, and what else it depends on."""
     plate: Plate
     """How the amplitude follows its command."""
     sensor: Sensor
     """How the force is measured."""
     controller: Controller
     """How the amplitude command is computed."""
+    finger: Finger = RigidFinger()
+    """The skin between friction and bone."""
+    motion: Motion = Sliding()
+    """How the finger moves and presses."""
+    touch: Touch = Touch()
+    """What is measured of the motion."""
 
     @model_validator(mode="after")
     def _some_friction_is_left(self) -> Self:
@@ -42,6 +51,13 @@ class System(Block):
             raise ValueError(
                 f"friction.susceptibility_per_um2 * plate.max_amplitude_um^2 = {fall:g}: must be at most {_STEEPEST:g}"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _moves(self) -> Self:
+        for block, kind in (("friction", self.friction.kind), ("finger", self.finger.kind)):
+            if kind in ("finger", "skin") and self.motion.kind == "sliding":
+                raise ValueError(f'{block}.kind = "{kind}" needs a speed and a load: motion.kind must be "strokes"')
         return self
 
     def evolve(self, overrides: Mapping[str, Any]) -> Self:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from frictionloop.parameters import Friction, System, check_system
+from frictionloop.parameters import FrictionLaw, System, check_system
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.arithmetic import exp2, step
 
@@ -23,14 +23,14 @@ def halving_amplitude_um(susceptibility_per_um2: np.ndarray | float) -> np.ndarr
     return np.sqrt(np.log(2.0) / np.asarray(susceptibility_per_um2))
 
 
-def friction_force(amplitude_um: np.ndarray | float, friction: Friction) -> np.ndarray:
+def friction_force(amplitude_um: np.ndarray | float, friction: FrictionLaw) -> np.ndarray:
     """Return g(a) = f0 exp(-tau a^2) in N, equation (1) without d (paper, Sec. 2.1).
 
     Parameters
     ----------
     amplitude_um : array or float
         Vibration amplitudes a >= 0 in um, zero-to-peak, of any shape.
-    friction : Friction
+    friction : FrictionLaw
         f0 and tau.
 
     Raises
@@ -42,14 +42,14 @@ def friction_force(amplitude_um: np.ndarray | float, friction: Friction) -> np.n
     return friction.nominal_n * np.exp(-friction.susceptibility_per_um2 * np.square(amplitude_um))
 
 
-def amplitude_for(force_n: np.ndarray | float, friction: Friction) -> np.ndarray:
+def amplitude_for(force_n: np.ndarray | float, friction: FrictionLaw) -> np.ndarray:
     """Return the amplitude a = sqrt(ln(f0/f)/tau) in um at which g(a) = f, the inverse of equation (1).
 
     Parameters
     ----------
     force_n : array or float
         Friction forces f in N, 0 < f <= f0, of any shape; outside this range no amplitude exists, which gives NaN.
-    friction : Friction
+    friction : FrictionLaw
         f0 and tau.
 
     Raises

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from frictionloop.parameters import LowpassPlate
+from frictionloop.parameters import LowpassPlate, ResonantPlate
 from frictionloop.quantities import Lti
 from frictionloop.quantities.arithmetic import fma, step
 
@@ -21,6 +21,6 @@ def limit_step(command_um: float, max_amplitude_um: float) -> float:
     return min(max(command_um, 0.0), max_amplitude_um)
 
 
-def linearise_plate(plate: LowpassPlate) -> Lti:
+def linearise_plate(plate: LowpassPlate | ResonantPlate) -> Lti:
     """Return P(s) = 1 / (1 + s/wc), amplitude command to amplitude."""
     return Lti((1.0,), (1.0 / (2.0 * math.pi * plate.cutoff_hz), 1.0))

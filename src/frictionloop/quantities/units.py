@@ -4,7 +4,12 @@ from __future__ import annotations
 
 _UNITS = (
     ("_per_um2", "um^-2"),
+    ("_n_rthz", "N/rtHz"),
     ("_mm_s", "mm/s"),
+    ("_n_s_m", "N s/m"),
+    ("_n_m", "N/m"),
+    ("_kg", "kg"),
+    ("_mm", "mm"),
     ("_um", "um"),
     ("_hz", "Hz"),
     ("_s", "s"),

@@ -6,7 +6,7 @@ from frictionloop.parameters import (
     ColouredNoise,
     Constant,
     Controller,
-    Friction,
+    FrictionLaw,
     LogSweep,
     Model,
     Plate,
@@ -62,7 +62,7 @@ def plate_label(plate: Plate) -> list[str]:
     return ["first-order low-pass", f"{number(plate.cutoff_hz)} Hz", f"$a$ ≤ {number(plate.max_amplitude_um)} µm"]
 
 
-def friction_label(friction: Friction) -> list[str]:
+def friction_label(friction: FrictionLaw) -> list[str]:
     """Return the friction law, equation (1)."""
     f0, tau = number(friction.nominal_n), number(friction.susceptibility_per_um2)
     return ["$f_0\\,\\exp(-\\tau a^2)$", f"$f_0$ = {f0} N", f"$\\tau$ = {tau} µm⁻²"]

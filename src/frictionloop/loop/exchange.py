@@ -1,0 +1,110 @@
+"""What Python and a compiled kernel exchange: the options all lanes of a tile share, scratch and history."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from frictionloop.loop.slab import aligned, pointer
+from frictionloop.quantities.arithmetic import step
+from frictionloop.quantities.normals import BLOCK
+
+NOTHING = np.zeros(0)
+EXTERNAL, PI = 0, 1
+"""Who commands: the caller (``Stepper``) or a control law of the kernel."""
+STILL, STROKES, GIVEN = 0, 1, 2
+"""Who moves the finger: nobody, its strokes, or the caller."""
+LAWS = ("rigid", "dahl", "lugre", "slider")
+"""Contact laws of the kernel."""
+
+
+class Options(NamedTuple):
+    """What all lanes of a tile share: the structure of the loop and how its signals are made."""
+
+    law: int
+    """EXTERNAL or PI."""
+    segments: int
+    before: int
+    setpoint: int
+    setpoint_shared: bool
+    disturbance: int
+    disturbance_shared: bool
+    noise_shared: bool
+    groups: int
+    score_from: int
+    recording: bool
+    table_size: int
+    ring_mask: int
+    dt: float
+    moving: int
+    """STILL, STROKES or GIVEN."""
+    switch: float
+    """When in the period the command changes, 0 to 1."""
+    contact: int
+    """Number of the contact law in ``LAWS``."""
+
+
+class Buffers(NamedTuple):
+    """Scratch and history of one tile."""
+
+    setpoint: np.ndarray
+    disturbance: np.ndarray
+    driven: np.ndarray
+    normals: np.ndarray
+    history: np.ndarray
+    table: np.ndarray
+    seeds: np.ndarray
+    draws: np.ndarray
+    """Unit normals of tremor, position and load, one block after the other."""
+    roughness: np.ndarray
+    """Table of n(x), ``[cell][lane]``."""
+    weighting: np.ndarray
+    """Coefficients of the perceptual weighting filter, five a section."""
+
+
+@step
+def pointers(buffers: Any) -> Any:
+    """Return the addresses of the arrays, which have no reference counts (compiled code only)."""
+    return Buffers(
+        pointer(buffers.setpoint),
+        pointer(buffers.disturbance),
+        pointer(buffers.driven),
+        pointer(buffers.normals),
+        pointer(buffers.history),
+        pointer(buffers.table),
+        pointer(buffers.seeds),
+        pointer(buffers.draws),
+        pointer(buffers.roughness),
+        pointer(buffers.weighting),
+    )
+
+
+def ring_size(longest_delay: float) -> int:
+    """Return the length of the command history: 1 without delay, else a power of two that holds two periods more."""
+    return 1 << math.ceil(longest_delay + 1).bit_length() if longest_delay else 1
+
+
+def buffers(
+    width: int,
+    ring: int,
+    nodes: int,
+    table: np.ndarray,
+    seeds: np.ndarray,
+    roughness: np.ndarray = NOTHING,
+    weighting: np.ndarray = NOTHING,
+) -> Buffers:
+    """Return zeroed scratch and history for one tile."""
+    return Buffers(
+        setpoint=aligned(BLOCK * width),
+        disturbance=aligned(nodes * BLOCK * width),
+        driven=aligned(BLOCK * width),
+        normals=aligned(BLOCK * width),
+        history=aligned(ring * width),
+        table=table,
+        seeds=seeds,
+        draws=aligned(4 * BLOCK * width if roughness.size else 0),
+        roughness=roughness,
+        weighting=weighting,
+    )

@@ -1,0 +1,139 @@
+"""Is what a run leaves of the error felt? The perceptual index D of a run, and beside that of a plain stroke."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.optimize import brentq
+from scipy.signal import lfilter, sosfilt
+
+from frictionloop.loop.felt_tile import FADE_S
+from frictionloop.loop.lowering import lower
+from frictionloop.loop.metrics import kept
+from frictionloop.loop.record import system_of, to_dataset
+from frictionloop.loop.simulate import run_tile
+from frictionloop.loop.structure import kernel_of
+from frictionloop.loop.tiles import traces_of
+from frictionloop.loop.timing import check_seed, is_finite, periods_in
+from frictionloop.parameters import System
+from frictionloop.perception.weighting import weighting_sos
+from frictionloop.quantities import FrictionloopError
+
+
+def perceptual_index(run: xr.Dataset, mask: Any = None) -> float:
+    """Return the index D of the residual f_a - f_r, its rms in units of the threshold of touch: felt above 1.
+
+    D = sqrt(int S(f)/F_th(f)^2 df) from 1 to 500 Hz, by the filter of `perception.weighting`. Thresholds are good to
+    6 dB, and a plain stroke is felt by itself, so controllers are compared by `relative_index`.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        From ``simulate`` or ``load``.
+    mask : array of bool, optional
+        The control periods to score, shape (time,); all that are ``scored`` if not given. Where nothing is scored the
+        residual is faded out.
+
+    Raises
+    ------
+    FrictionloopError
+        For a mask of another shape or that keeps nothing, or a control rate that the filter is not made for.
+    """
+    return _index(run["f_a"].values - run["f_r"].values, run, mask)
+
+
+def _index(residual: np.ndarray, run: xr.Dataset, mask: Any) -> float:
+    scored = np.ones(residual.size)
+    if mask is not None or "scored" in run:
+        scored = np.zeros(residual.size)
+        scored[kept(run, mask)] = 1.0
+    rate_hz = system_of(run).controller.rate_hz
+    gain = 1.0 - np.exp(-1.0 / (FADE_S * rate_hz))
+    weight = scored
+    for _ in range(2):
+        weight = lfilter([gain], [1.0, gain - 1.0], weight)
+    weighted = sosfilt(weighting_sos(rate_hz), residual * weight)
+    return float(np.sqrt(np.sum((weighted * scored) ** 2) / np.sum(scored)))
+
+
+def plain_stroke(system: System, amplitude_um: float = 0.0, duration_s: float = 10.0, seed: int = 0) -> xr.Dataset:
+    """Return a run without control: the same finger, path and seed under a constant amplitude.
+
+    Parameters
+    ----------
+    system : System
+        Its plant; set-point and gains are not used.
+    amplitude_um : float
+        Amplitude in um, limited to [0, a_max].
+    duration_s, seed
+        As in ``simulate``.
+
+    Raises
+    ------
+    FrictionloopError
+        For an amplitude that is not finite, or as ``simulate``.
+    """
+    if not is_finite(amplitude_um):
+        raise FrictionloopError(f"amplitude_um = {amplitude_um!r} um: must be a finite number")
+    periods = periods_in(system, duration_s)
+    traces = np.empty((len(traces_of(kernel_of(system))), periods))
+    tile = lower([system], [check_seed(seed)], recording=True, external=True)
+    tile.slab.view("command")[:] = amplitude_um
+    run_tile(tile, periods, traces.reshape(-1))
+    return to_dataset(traces, system, seed)
+
+
+def plain_like(run: xr.Dataset) -> xr.Dataset:
+    """Return the plain stroke of a run's finger, path and seed whose mean force is that of the run.
+
+    Raises
+    ------
+    FrictionloopError
+        For a mean force that no constant amplitude gives.
+    """
+    system, seed, keep = system_of(run), int(run.attrs["seed"]), kept(run, None)
+    duration_s, wanted = run["time"].size / system.controller.rate_hz, float(run["f_a"].values[keep].mean())
+
+    def excess(amplitude_um: float) -> float:
+        plain = plain_stroke(system, amplitude_um, duration_s, seed)
+        return float(plain["f_a"].values[keep].mean()) - wanted
+
+    most = system.plate.max_amplitude_um
+    ends = excess(0.0), excess(most)
+    if not ends[0] >= 0.0 >= ends[1]:
+        raise FrictionloopError(
+            f"the run's mean force is {wanted:.3g} N; plain strokes of this finger have {wanted + ends[1]:.3g} to "
+            f"{wanted + ends[0]:.3g} N"
+        )
+    return plain_stroke(system, brentq(excess, 0.0, most, xtol=1e-4), duration_s, seed)
+
+
+def relative_index(run: xr.Dataset, mask: Any = None) -> float:
+    """Return D of a run over D of its plain stroke (``plain_like``), whose force is detrended stroke by stroke.
+
+    Below 1 control makes sliding smoother than it is by itself; above 1 it adds what is felt.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        From ``simulate`` or ``load``.
+    mask : array of bool, optional
+        The control periods to score, as in ``perceptual_index``.
+
+    Raises
+    ------
+    FrictionloopError
+        As ``perceptual_index`` and ``plain_like``.
+    """
+    plain = plain_like(run)
+    force, keep = plain["f_a"].values, np.zeros(plain["time"].size, dtype=bool)
+    keep[kept(plain, mask)] = True
+    edges = np.flatnonzero(np.diff(keep.astype(int))) + 1
+    residual = np.zeros(force.size)
+    for part in np.split(np.arange(force.size), edges):
+        if keep[part[0]] and part.size > 1:
+            line = np.polynomial.Polynomial.fit(part, force[part], 1)
+            residual[part] = force[part] - line(part)
+    return perceptual_index(run, mask) / _index(residual, plain, mask)

@@ -1,0 +1,115 @@
+"""From Systems to the numbers of a substep kernel: finger, motion, contact, suspension."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from frictionloop.loop.motion_tile import DIRECTION, FACTOR, OCCLUDED
+from frictionloop.loop.slab import Slab
+from frictionloop.loop.structure import substeps_of, switch_s
+from frictionloop.parameters import FingerFriction, Skin, Strokes, System
+from frictionloop.physics.contact import contact_coefficients
+from frictionloop.physics.friction_limit import limit_coefficients, occlusion_coefficients
+from frictionloop.physics.motion import load_plan, stroke_plan, stroke_step
+from frictionloop.physics.roughness import cells_per_m, roughness_table
+from frictionloop.physics.tremor import tremor_coefficients, tremor_start
+from frictionloop.sensing.suspended import converter, noise_coefficients, suspension_coefficients
+from frictionloop.sensing.touch import touch_coefficients
+
+_PERSON = 0x9E3779B97F4A7C15
+"""2^64 over the golden ratio, odd: people with numbers 0, 1, ... get keys that are far apart."""
+_PLAIN = FingerFriction(load_exponent=0.0, occlusion_ratio=1.0, moist_loss=0.0, roughness_rms=0.0)
+"""A friction limit that depends on nothing: equation (1) under a finger that moves."""
+
+
+def keys_of(systems: Sequence[System], seeds: Sequence[int]) -> np.ndarray:
+    """Return the key of each lane's noise: the seed, moved on by the person's number."""
+    people = [s.motion.person if isinstance(s.motion, Strokes) else 0 for s in systems]
+    return np.array([(seed + _PERSON * p) % 2**64 for seed, p in zip(seeds, people, strict=True)], dtype=np.uint64)
+
+
+def lower_finger(slab: Slab, systems: Sequence[System], keys: np.ndarray) -> np.ndarray:
+    """Set the rows of finger, motion and sensor, one system per lane; return the tables of roughness."""
+    dt = 1.0 / systems[0].controller.rate_hz
+    before, after = substeps_of(systems[0])
+    switch = switch_s(systems[0])
+    steps = (switch / max(before, 1), (dt - switch) / after)
+    _lower_times(slab, before, after, steps)
+    _fill(slab, "limit_n", [(s.friction.nominal_n,) for s in systems])
+    rates = [-2.0 * math.pi * s.plate.cutoff_hz for s in systems]
+    _fill(slab, "amplitude_decay", [tuple(math.exp(r * h * x) for h in steps for x in (0.5, 1.0)) for r in rates])
+    _fill(slab, "contact_coefficients", [tuple(x for h in steps for x in _contact(s, h or dt)) for s in systems])
+    skins = [s.finger for s in systems]
+    _fill(slab, "compliance", [(1.0 / f.stiffness_n_m if isinstance(f, Skin) else 0.0,) for f in skins])
+    _fill(
+        slab,
+        "suspension_coefficients",
+        [tuple(x for h in steps for x in suspension_coefficients(s.sensor, h)) for s in systems],
+    )
+    _fill(slab, "noise_coefficients", [noise_coefficients(s.sensor, dt) for s in systems])
+    _fill(slab, "converter", [converter(s.sensor) for s in systems])
+    if not isinstance(systems[0].motion, Strokes):
+        for row, value in ((FACTOR, 1.0), (DIRECTION, 1.0)):
+            slab.view("motion")[row] = slab.view("motion_next")[row] = value
+        return np.zeros(0)
+    return _lower_motion(slab, systems, keys, dt)
+
+
+def _lower_times(slab: Slab, before: int, after: int, steps: tuple[float, float]) -> None:
+    """Times at which the disturbance is wanted: the sample, and the middle of every substep."""
+    early, late = steps
+    middles = [early * (j + 0.5) for j in range(before)]
+    middles += [early * before + late * (j + 0.5) for j in range(after)]
+    slab.view("node_time")[1 : 1 + len(middles)] = np.array(middles)[:, None]
+
+
+def _contact(system: System, h: float) -> tuple[float, ...]:
+    f = system.finger
+    if not isinstance(f, Skin):
+        return (0.0,) * 10
+    return contact_coefficients(
+        h, f.stiffness_n_m, f.damping_n_s_m, f.mass_kg, f.bristle_stiffness_n_m, f.bristle_damping_n_s_m
+    )
+
+
+def _lower_motion(slab: Slab, systems: Sequence[System], keys: np.ndarray, dt: float) -> np.ndarray:
+    motions = [s.motion for s in systems if isinstance(s.motion, Strokes)]
+    frictions = [s.friction if isinstance(s.friction, FingerFriction) else _PLAIN for s in systems]
+    seeds = [int(key) for key in keys]
+    plans = [stroke_plan(m) for m in motions]
+    _fill(slab, "stroke_plan", plans)
+    _fill(slab, "load_plan", [load_plan(m, key) for m, key in zip(motions, seeds, strict=True)])
+    trembles = [_tremors(m, dt) for m in motions]
+    _fill(slab, "tremor_coefficients", [(*along, *across) for along, across in trembles])
+    _fill(
+        slab,
+        "tremor",
+        [
+            (*tremor_start(along, key, 0), *tremor_start(across, key, 1))
+            for (along, across), key in zip(trembles, seeds, strict=True)
+        ],
+    )
+    _fill(slab, "limit_coefficients", [limit_coefficients(f) for f in frictions])
+    _fill(slab, "occlusion_coefficients", [occlusion_coefficients(f, dt) for f in frictions])
+    _fill(slab, "moist_loss", [(f.moist_loss,) for f in frictions])
+    _fill(slab, "roughness_per_m", [(cells_per_m(f.roughness_longest_mm),) for f in frictions])
+    _fill(slab, "touch_coefficients", [touch_coefficients(s.touch, dt) for s in systems])
+    _fill(slab, "touch", [stroke_step(0.0, plan) for plan in plans])
+    edges = [plan.half_stroke_m - 1e-3 * m.unscored_mm for plan, m in zip(plans, motions, strict=True)]
+    _fill(slab, "unscored", [(edge, s.touch.load.touch_n) for edge, s in zip(edges, systems, strict=True)])
+    slab.view("motion")[OCCLUDED] = 0.0
+    tables = [roughness_table(f.roughness_rms, key) for f, key in zip(frictions, seeds, strict=True)]
+    return np.ascontiguousarray(np.array(tables).T).ravel()
+
+
+def _tremors(motion: Strokes, dt: float) -> tuple[Any, Any]:
+    shape = (motion.tremor_hz, motion.tremor_width_hz, dt)
+    return tremor_coefficients(1e-6 * motion.tremor_um, *shape), tremor_coefficients(motion.tremor_n, *shape)
+
+
+def _fill(slab: Slab, name: str, lanes: Sequence[Sequence[float]]) -> None:
+    slab.view(name)[:] = np.array(lanes, dtype=float).T

@@ -1,0 +1,88 @@
+"""Parameters of how the finger moves and presses: the paper's endless slide, or strokes as people make them."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from frictionloop.parameters.block import Block, NotNegative, Number, Positive, Whole, default_kind
+
+TURN_SHARE = 0.625
+"""Distance covered in a reversal over that at full speed for as long, 5/8 (physics/motion)."""
+
+
+class Sliding(Block):
+    """The finger always slides; its position, speed and load are not known (paper, Sec. 2)."""
+
+    kind: Literal["sliding"] = "sliding"
+
+
+class Strokes(Block):
+    """Back and forth at a constant speed with smooth reversals, under a load that drifts, trembles and lifts."""
+
+    kind: Literal["strokes"] = "strokes"
+    speed_mm_s: Positive = 20.0
+    """Speed between reversals (paper, Sec. 4.2)."""
+    stroke_mm: Positive = 60.0
+    """Distance between the two ends, around the middle of the plate (assumed)."""
+    reversal_s: Positive = 0.1
+    """Time from full speed to full speed the other way (assumed)."""
+    start: Annotated[Number, Field(ge=0, le=1)] = 0.0
+    """Where in the cycle t = 0 is: 0 at rest at the left end, 0.25 mid-stroke going right, 0.5 at the right end."""
+    load_n: Positive = 0.5
+    """Mean normal force in contact (0.49 N: Smith 2002)."""
+    load_drift: Annotated[Number, Field(ge=0, lt=0.5)] = 0.1
+    """Standard deviation of the slow drift of the load, relative (0.1 to 0.2, assumed)."""
+    load_drift_s: Positive = 10.0
+    """Period of the faster of the drift's two components (assumed)."""
+    tremor_um: NotNegative = 30.0
+    """Standard deviation of the tremor's displacement along the stroke (about 30 um: Growdon 2000)."""
+    tremor_n: NotNegative = 0.03
+    """Standard deviation of the tremor's normal force (15 to 60 mN, assumed: 30 um on 0.5 to 2 N/mm)."""
+    tremor_hz: Annotated[Number, Field(ge=1, le=50)] = 10.0
+    """Frequency at which the tremor's spectrum peaks (8 to 12 Hz: Sutton & Sykes 1967)."""
+    tremor_width_hz: Annotated[Number, Field(ge=0.1, le=50)] = 4.0
+    """Width of that peak at half power (assumed: 8 to 12 Hz)."""
+    landing_s: Positive = 0.05
+    """Duration of the load's rise at landing and of its fall at lift-off (assumed)."""
+    contact_s: NotNegative = 0.0
+    """Time on the plate from landing to lift-off, both included; 0: landed before t = 0, never lifts."""
+    lifted_s: Positive = 0.5
+    """Time in the air between lift-off and landing, where ``contact_s`` is not 0 (assumed)."""
+    person: Annotated[Whole, Field(ge=0, lt=2**31)] = 0
+    """Number of the person: others tremble otherwise, and over other skin, at the same seed."""
+    unscored_mm: NotNegative = 2.0
+    """Way around each reversal that metrics leave out: while friction turns over, the skin yields twice F/k, 1.8 mm."""
+
+    @model_validator(mode="after")
+    def _room_to_turn(self) -> Self:
+        longest = self.stroke_mm / (TURN_SHARE * self.speed_mm_s)
+        if self.reversal_s > longest:
+            raise ValueError(
+                f"reversal_s = {self.reversal_s:g} s leaves no stroke of {self.stroke_mm:g} mm at "
+                f"{self.speed_mm_s:g} mm/s: must be at most {longest:.6g}"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _time_to_land(self) -> Self:
+        if 0 < self.contact_s < 2 * self.landing_s:
+            raise ValueError(
+                f"contact_s = {self.contact_s:g} s is shorter than landing and lift-off: must be 0 (never lifts) or at "
+                f"least {2 * self.landing_s:g}"
+            )
+        return self
+
+    @property
+    def plateau_s(self) -> float:
+        """Time at full speed in one stroke."""
+        return self.stroke_mm / self.speed_mm_s - TURN_SHARE * self.reversal_s
+
+    @property
+    def cycle_s(self) -> float:
+        """Time of one stroke there and back."""
+        return 2.0 * (self.plateau_s + self.reversal_s)
+
+
+Motion = Annotated[Sliding | Strokes, Field(discriminator="kind"), default_kind("sliding")]

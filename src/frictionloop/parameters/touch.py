@@ -1,0 +1,42 @@
+"""Parameters of what tells where and how hard the finger touches: a position sensor and four load cells."""
+
+from __future__ import annotations
+
+from frictionloop.parameters.block import Block, NotNegative, Positive
+
+
+class PositionSensor(Block):
+    """Position along the stroke: white noise, and a speed from a tracker without lag at constant speed."""
+
+    noise_um: NotNegative = 10.0
+    """Standard deviation of one sample (assumed; 25 um features with the sensor of the paper's ref. [14])."""
+    fastest_mm_s: Positive = 500.0
+    """Fastest stroke the sensor follows (assumed)."""
+    tracking_hz: Positive = 20.0
+    """Bandwidth of the tracker that gives the speed (assumed)."""
+
+
+class LoadCells(Block):
+    """Four normal-force sensors at the corners of the plate (paper, Sec. 4.1)."""
+
+    noise_n: NotNegative = 1e-3
+    """Standard deviation of one sample of one cell (assumed)."""
+    length_mm: Positive = 255.0
+    """Distance between cells along the stroke (paper, Sec. 4.1: the plate's length)."""
+    width_mm: Positive = 140.0
+    """Distance between cells across the stroke (paper, Sec. 4.1: the plate's width)."""
+    height_mm: NotNegative = 3.0
+    """Height of the touched face above the cells, through which friction tilts the plate (assumed: its thickness)."""
+    touch_n: Positive = 0.02
+    """Least measured load that counts as touch (assumed: ten standard deviations of its noise)."""
+    least_speed_mm_s: NotNegative = 2.0
+    """Least measured speed that counts as sliding (assumed)."""
+
+
+class Touch(Block):
+    """What the controller gets to know besides the friction force."""
+
+    position: PositionSensor = PositionSensor()
+    """Position sensor."""
+    load: LoadCells = LoadCells()
+    """Load cells."""

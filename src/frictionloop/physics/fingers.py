@@ -1,0 +1,193 @@
+"""A population of fingers: who they are, and which forces each can be made to feel."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from pydantic import ValidationError
+from scipy.special import ndtr
+
+from frictionloop.parameters.finger import FingerFriction
+from frictionloop.parameters.motion import Strokes
+from frictionloop.physics.friction import halving_amplitude_um
+from frictionloop.physics.friction_limit import limit_coefficients, limit_step, vibrated_step
+from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.normals import normals
+
+POPULATION_STREAM = 21
+"""Stream of the counter-based noise that fingers are drawn from."""
+SLOTS = 16
+"""Numbers kept for each finger, used or not: finger i is the same whatever the size of the population."""
+UNIFORM = {
+    "friction.nominal_n": (0.5, 1.4),  # assumed: coefficients of 1 to 2.8, inside the 0.4 to 2.8 that are published
+    "friction.load_exponent": (0.67, 1.0),  # Dzidek 2014, smooth glass
+    "friction.speed_slope": (-0.15, 0.15),  # assumed; both signs are published
+    "motion.load_drift": (0.1, 0.2),  # assumed
+    "motion.tremor_hz": (8.0, 12.0),  # Sutton & Sykes 1967
+}
+LOG_UNIFORM = {
+    "friction.occlusion_ratio": (1.0, 5.0),  # assumed; up to 10 in Adams 2013
+    "friction.roughness_rms": (0.02, 0.10),  # assumed; within 0.10 in Derler & Rotaru
+    "finger.damping_n_s_m": (0.5, 2.0),  # assumed, after Wiertlewski & Hayward 2012
+    "motion.tremor_um": (30.0, 120.0),  # Growdon 2000: 30, and 4 to 5 times that with the arm extended
+    "motion.tremor_n": (0.015, 0.060),  # assumed: 30 um on 0.5 to 2 N/mm
+}
+LOG_NORMAL = {  # median and standard deviation of the logarithm
+    "friction.susceptibility_per_um2": (0.38, 0.35),  # median: paper, Sec. 2.1; spread assumed
+    "finger.stiffness_n_m": (1000.0, 0.35),  # median: robomechjournal 10.1186/s40648-017-0080-8; spread assumed
+    "motion.load_n": (0.55, 0.25),  # assumed, around the 0.49 to 0.64 N of Smith 2002
+}
+MOIST_LOSS = 0.3
+"""Share of tau that a dry finger loses on its way to a wet one (direction: Gueorguiev 2017; assumed)."""
+
+
+class Fingers(list[dict[str, float]]):
+    """Overrides of a `System`, one finger each; a sweep over them has the dimension ``finger``."""
+
+    dim = "finger"
+
+
+def fingers(n: int, seed: int) -> Fingers:
+    """Return a random population as overrides for `sweep`.
+
+    Distributions are those of docs/finger.md, independent of each other but for moisture m, uniform from 0 to 1, which
+    lowers ``friction.susceptibility_per_um2`` by 30 % m and leaves the rest of the 30 % to occlusion
+    (``friction.moist_loss``). ``motion.person`` is i: at one seed of a run each has tremor and roughness of
+    its own. The system needs friction of kind "finger", a finger of kind "skin" and motion of kind "strokes".
+
+    Parameters
+    ----------
+    n : int
+        Number of fingers, at least 1.
+    seed : int
+        Seed, from 0 to 2^64 - 1. Finger i depends on the seed and i alone.
+
+    Raises
+    ------
+    FrictionloopError
+        For an n below 1 or a seed out of range, or what is not a whole number.
+    """
+    _check_whole("n", n, 1, 2**32)
+    _check_whole("seed", seed, 0, 2**64 - 1)
+    z = normals(seed, POPULATION_STREAM, 0, n * SLOTS).reshape(n, SLOTS)
+    return Fingers(_finger(row) | {"motion.person": i} for i, row in enumerate(z))
+
+
+def reach(values: Mapping[str, Any], max_amplitude_um: float = 2.5, contact_s: float = 0.0) -> tuple[float, float]:
+    """Return the lowest and the highest friction in N that a sliding finger can be given at any time of a contact.
+
+    With w growing from 0 at landing, the highest force is the limit without vibration where it is least, the lowest one
+    the limit at ``max_amplitude_um`` where it is greatest. Roughness, tremor and drift of the load are left out.
+
+    Parameters
+    ----------
+    values : mapping
+        Dotted paths to values, as from `fingers`; those of ``friction`` and of ``motion`` count, and what is missing is
+        the default of `FingerFriction` and `Strokes`.
+    max_amplitude_um : float
+        Largest amplitude of the plate, at least 0 (2.5: paper, Sec. 4.1).
+    contact_s : float
+        Time since landing until which both forces must be held, at least 0.
+
+    Raises
+    ------
+    FrictionloopError
+        For a value out of its range.
+    """
+    for name, value, unit in (("max_amplitude_um", max_amplitude_um, "um"), ("contact_s", contact_s, "s")):
+        if not (math.isfinite(value) and value >= 0):
+            raise FrictionloopError(f"{name} = {value!r} {unit}: must be finite and at least 0")
+    friction, motion = _block(FingerFriction, "friction", values), _block(Strokes, "motion", values)
+    y = max_amplitude_um / float(halving_amplitude_um(friction.susceptibility_per_um2))
+    states = _extremes(friction, y * y * math.log(2.0), -math.expm1(-contact_s / friction.occlusion_s))
+    factors = [_factor(friction, motion, w) for w in states]
+    low = max(f * vibrated_step(y, w, friction.moist_loss) for f, w in zip(factors, states, strict=True))
+    return friction.nominal_n * low, friction.nominal_n * min(factors)
+
+
+def capable(
+    population: Sequence[Mapping[str, Any]],
+    low_n: float = 0.3,
+    high_n: float = 0.9,
+    max_amplitude_um: float = 2.5,
+    contact_s: float = 0.0,
+) -> xr.Dataset:
+    """Return which fingers can be given which forces.
+
+    Parameters
+    ----------
+    population : sequence of mappings
+        Fingers, as from `fingers`.
+    low_n, high_n : float
+        Forces asked for in N (0.3 and 0.9: paper, Sec. 4.2), low below high.
+    max_amplitude_um, contact_s : float
+        As for `reach`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``finger``: ``lowest_n`` and ``highest_n`` (N), ``reaches_low``, ``reaches_high`` and ``capable`` (both).
+
+    Raises
+    ------
+    FrictionloopError
+        For a value out of its range.
+    """
+    if not 0 < low_n < high_n < math.inf:
+        raise FrictionloopError(f"low_n = {low_n!r} N, high_n = {high_n!r} N: must be above 0, and low below high")
+    band = np.array([reach(each, max_amplitude_um, contact_s) for each in population]).reshape(-1, 2)
+    low, high = band[:, 0] <= low_n, band[:, 1] >= high_n
+    variables = {
+        "lowest_n": ("finger", band[:, 0], {"units": "N"}),
+        "highest_n": ("finger", band[:, 1], {"units": "N"}),
+        "reaches_low": ("finger", low),
+        "reaches_high": ("finger", high),
+        "capable": ("finger", low & high),
+    }
+    attributes = {"low_n": low_n, "high_n": high_n, "max_amplitude_um": max_amplitude_um, "contact_s": contact_s}
+    return xr.Dataset(variables, {"finger": np.arange(len(band))}, attributes)
+
+
+def _finger(z: np.ndarray) -> dict[str, float]:
+    drawn = iter(z.tolist())
+    found = {path: low + (high - low) * float(ndtr(next(drawn))) for path, (low, high) in UNIFORM.items()}
+    for path, (low, high) in LOG_UNIFORM.items():
+        found[path] = low * (high / low) ** float(ndtr(next(drawn)))
+    for path, (median, spread) in LOG_NORMAL.items():
+        found[path] = median * math.exp(spread * next(drawn))
+    left = 1.0 - MOIST_LOSS * float(ndtr(next(drawn)))
+    found["friction.susceptibility_per_um2"] *= left
+    found["friction.moist_loss"] = 1.0 - (1.0 - MOIST_LOSS) / left
+    return found
+
+
+def _factor(friction: FingerFriction, motion: Strokes, occluded: float) -> float:
+    speed_m_s = 1e-3 * motion.speed_mm_s
+    return float(limit_step(motion.load_n, speed_m_s, occluded, 0.0, tuple(limit_coefficients(friction))))
+
+
+def _extremes(friction: FingerFriction, exponent: float, reached: float) -> list[float]:
+    """Return the w among which (1 + g w) e^(c l w) and 1 + g w are greatest and least; c = tau a_max^2."""
+    gain, growth = friction.occlusion_ratio - 1.0, exponent * friction.moist_loss
+    if gain >= 0.0 or growth == 0.0:
+        return [0.0, reached]
+    return [0.0, reached, min(max(-1.0 / growth - 1.0 / gain, 0.0), reached)]
+
+
+def _block(block: Any, name: str, values: Mapping[str, Any]) -> Any:
+    own = {path.removeprefix(f"{name}."): value for path, value in values.items() if path.startswith(f"{name}.")}
+    try:
+        return block(**own)
+    except ValidationError as error:
+        first = error.errors()[0]
+        path = ".".join((name, *map(str, first["loc"])))
+        raise FrictionloopError(f"{path} = {first['input']!r}: {first['msg']}") from None
+
+
+def _check_whole(name: str, value: Any, least: int, most: int) -> None:
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not least <= value <= most:
+        raise FrictionloopError(f"{name} = {value!r}: must be a whole number from {least} to {most}")

@@ -1,0 +1,65 @@
+"""The fingertip's skin: a lateral spring, damper and mass between bone and contact, m x'' + c x' + k x = F.
+
+The bone moves over the glass with speed w, the tip lags behind it by x, and so slides with v = w - x'. Over a step the
+skin follows the implicit midpoint rule, which keeps the books of energy exactly at any step: with F the mean force of
+the step, the work F (x1 - x0) is what spring and mass gain plus what the damper takes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frictionloop.quantities.arithmetic import fma, step
+
+SKIN_STIFFNESS_N_PER_M = 1e3
+"""k, from a fingertip model (doi 10.1186/s40648-017-0080-8, Table 1); 0.6 to 2 N/mm elsewhere, from memory."""
+SKIN_DAMPING_N_S_PER_M = 1.0
+"""c, same table: 1.6 of critical with the mass and stiffness given here."""
+SKIN_MASS_KG = 1e-4
+"""m, same table."""
+
+
+@step
+def free_slide_step(
+    lag_m: float, lag_speed_m_s: float, speed_m_s: float, dt: float, inertia: float, elastic: float
+) -> float:
+    """dt w - (2 m A x' - dt k A x): how far the tip slides in a step without force, A = 1 / (2 m/dt + c + k dt/2)."""
+    return fma(dt, speed_m_s, fma(elastic, lag_m, -(inertia * lag_speed_m_s)))
+
+
+@step
+def follow_step(lag_m: float, lag_speed_m_s: float, moved_m: float, two_per_dt: float) -> tuple[float, float]:
+    """x + dx, 2 dx/dt - x': lag and its speed after a step in which the lag changed by dx."""
+    return lag_m + moved_m, fma(two_per_dt, moved_m, -lag_speed_m_s)
+
+
+def series_stiffness_n_per_m(
+    skin_stiffness_n_per_m: np.ndarray | float, bristle_stiffness_n_per_m: np.ndarray | float
+) -> np.ndarray:
+    """Return k s0/(k + s0), what the bone feels of a tip that sticks; rising friction follows at this times w.
+
+    Parameters
+    ----------
+    skin_stiffness_n_per_m, bristle_stiffness_n_per_m : array or float
+        k > 0 and s0 > 0 in N/m, of shapes that broadcast.
+    """
+    k, s0 = np.asarray(skin_stiffness_n_per_m), np.asarray(bristle_stiffness_n_per_m)
+    return np.asarray(k * s0 / (k + s0))
+
+
+def skin_energy_j(
+    lag_m: np.ndarray | float,
+    lag_speed_m_s: np.ndarray | float,
+    skin_stiffness_n_per_m: np.ndarray | float,
+    skin_mass_kg: np.ndarray | float,
+) -> np.ndarray:
+    """Return (k x^2 + m x'^2)/2 in J, what spring and mass of the skin hold.
+
+    Parameters
+    ----------
+    lag_m, lag_speed_m_s : array or float
+        x in m and x' in m/s, of any shape.
+    skin_stiffness_n_per_m, skin_mass_kg : array or float
+        k in N/m and m in kg.
+    """
+    return np.asarray((skin_stiffness_n_per_m * np.square(lag_m) + skin_mass_kg * np.square(lag_speed_m_s)) / 2.0)

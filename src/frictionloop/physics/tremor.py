@@ -1,0 +1,120 @@
+"""Physiological tremor: a resonance driven by white noise, whose displacement and speed belong together.
+
+    x'' + 2 pi b x' + w^2 x = u,    w^2 = (2 pi f)^2 + 2 (pi b)^2
+
+The spectrum of x peaks at f exactly and is b wide at half power. The drive u is held over a control period, one unit
+normal each, so the step is exact and x' is the derivative of x between samples as well.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import cholesky, solve_discrete_lyapunov
+
+from frictionloop.quantities.arithmetic import fma, step
+from frictionloop.quantities.normals import normals
+
+TANGENTIAL_STREAM, NORMAL_STREAM = 16, 17
+"""Streams of the counter-based noise that drive the displacement along the stroke and the normal force."""
+START_STREAM = 19
+"""Stream of the stationary start: numbers 0 and 1 for the displacement, 2 and 3 for the normal force."""
+
+
+class TremorState(NamedTuple):
+    """Displacement x (or normal force) and its rate of change per second."""
+
+    displacement: float
+    rate: float
+
+
+class TremorCoefficients(NamedTuple):
+    """x[k+1] = a11 x + a12 x' + b1 z, x'[k+1] = a21 x + a22 x' + b2 z."""
+
+    a11: float
+    a12: float
+    a21: float
+    a22: float
+    b1: float
+    b2: float
+
+
+@step
+def tremor_step(state: TremorState, normal: float, coefficients: TremorCoefficients) -> TremorState:
+    """State after one control period with a unit normal z held over it."""
+    x, rate = state
+    a11, a12, a21, a22, b1, b2 = coefficients
+    return TremorState(fma(a11, x, fma(a12, rate, b1 * normal)), fma(a21, x, fma(a22, rate, b2 * normal)))
+
+
+def resonance(frequency_hz: float, width_hz: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return A, shape (2, 2), and B, shape (2,), of d/dt (x, x') = A (x, x') + B u."""
+    omega2 = (2.0 * math.pi * frequency_hz) ** 2 + 2.0 * (math.pi * width_hz) ** 2
+    return np.array([[0.0, 1.0], [-omega2, -2.0 * math.pi * width_hz]]), np.array([0.0, 1.0])
+
+
+def tremor_coefficients(rms: float, frequency_hz: float, width_hz: float, dt: float) -> TremorCoefficients:
+    """Return the coefficients for a standard deviation, in closed form of its stationary covariance.
+
+    Parameters
+    ----------
+    rms : float
+        Standard deviation of x, in the unit wanted of x (m or N), at least 0.
+    frequency_hz, width_hz : float
+        Peak f and width b of the spectrum in Hz, above 0.
+    dt : float
+        Control period in s; 1/dt at least some ten times f.
+    """
+    transition, drive = _held(frequency_hz, width_hz, dt)
+    gain = rms / math.sqrt(_unit_covariance(transition, drive)[0, 0])
+    (a11, a12), (a21, a22) = transition.tolist()
+    b1, b2 = (gain * drive).tolist()
+    return TremorCoefficients(a11, a12, a21, a22, b1, b2)
+
+
+def covariance(coefficients: TremorCoefficients) -> np.ndarray:
+    """Return the stationary covariance of (x, x') that the coefficients keep, P = A P A' + b b', shape (2, 2)."""
+    a11, a12, a21, a22, b1, b2 = coefficients
+    scale = math.hypot(b1, b2) or 1.0
+    unit = _unit_covariance(np.array([[a11, a12], [a21, a22]]), np.array([b1, b2]) / scale)
+    return np.asarray(scale * scale * unit)
+
+
+def tremor_start(coefficients: TremorCoefficients, seed: int, which: int = 0) -> TremorState:
+    """Return a state drawn from the stationary distribution, so that the tremor has no start-up transient.
+
+    Parameters
+    ----------
+    coefficients : TremorCoefficients
+        Of the tremor to start.
+    seed : int
+        Seed of the run.
+    which : int
+        0 for the displacement along the stroke, 1 for the normal force: they are independent.
+    """
+    z0, z1 = normals(seed, START_STREAM, 2 * which, 2 * which + 2).tolist()
+    if coefficients.b2 == 0.0:
+        return TremorState(0.0, 0.0)
+    root = cholesky(covariance(coefficients), lower=True)
+    return TremorState(float(root[0, 0] * z0), float(root[1, 0] * z0 + root[1, 1] * z1))
+
+
+def _held(frequency_hz: float, width_hz: float, dt: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return e^(A dt) and what a held drive adds, in closed form: populations take thousands of them."""
+    decay = math.pi * width_hz
+    omega2 = (2.0 * math.pi * frequency_hz) ** 2 + 2.0 * decay**2
+    damped = math.sqrt(omega2 - decay**2)
+    left, cosine, sine = math.exp(-decay * dt), math.cos(damped * dt), math.sin(damped * dt) / damped
+    a11, a12 = left * (cosine + decay * sine), left * sine
+    a21, a22 = -omega2 * a12, left * (cosine - decay * sine)
+    return np.array([[a11, a12], [a21, a22]]), np.array([(1.0 - a11) / omega2, a12])
+
+
+def _unit_covariance(transition: np.ndarray, drive: np.ndarray) -> np.ndarray:
+    # Rates are some 100 times displacements; without scaling, the solution would lose digits.
+    scale = np.array([1.0, math.sqrt(-transition[0, 1] / transition[1, 0])])
+    ratio = scale[None, :] / scale[:, None]
+    p = solve_discrete_lyapunov(transition / ratio, np.outer(drive * scale, drive * scale), method="bilinear")
+    return np.asarray(p / np.outer(scale, scale))

@@ -1,0 +1,162 @@
+"""The population of fingers: its distributions, that a finger stays itself, and what it can be made to feel."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import kstest, lognorm, loguniform, spearmanr, uniform
+
+from frictionloop.parameters.finger import FingerFriction, Skin
+from frictionloop.parameters.motion import Strokes
+from frictionloop.physics.fingers import (
+    LOG_NORMAL,
+    LOG_UNIFORM,
+    MOIST_LOSS,
+    SLOTS,
+    UNIFORM,
+    Fingers,
+    capable,
+    fingers,
+    reach,
+)
+from frictionloop.quantities import FrictionloopError
+
+MANY = fingers(4000, 1)
+PLAIN = {"friction.occlusion_ratio": 1.0, "friction.moist_loss": 0.0}
+
+
+LEAST_P = 1e-3 / (len(UNIFORM) + len(LOG_UNIFORM) + len(LOG_NORMAL))
+"""One in a thousand for all tests of distributions together."""
+
+
+def column(path):
+    return np.array([finger[path] for finger in MANY])
+
+
+@pytest.mark.parametrize("path", [*UNIFORM, *LOG_UNIFORM, *LOG_NORMAL])
+def test_each_parameter_has_its_distribution(path):
+    values = column(path)
+    if path in UNIFORM:
+        low, high = UNIFORM[path]
+        assert kstest(values, uniform(low, high - low).cdf).pvalue > LEAST_P
+    elif path in LOG_UNIFORM:
+        assert kstest(values, loguniform(*LOG_UNIFORM[path]).cdf).pvalue > LEAST_P
+    else:
+        if path == "friction.susceptibility_per_um2":  # as it would be dry
+            values = values * (1 - column("friction.moist_loss")) / (1 - MOIST_LOSS)
+        median, spread = LOG_NORMAL[path]
+        assert kstest(values, lognorm(spread, scale=median).cdf).pvalue > LEAST_P
+
+
+def test_parameters_are_independent():
+    paths = [*UNIFORM, *LOG_UNIFORM, "finger.stiffness_n_m", "motion.load_n", "friction.moist_loss"]
+    ranks = np.asarray(spearmanr(np.array([column(path) for path in paths]), axis=1).statistic)
+    others = ranks[np.triu_indices_from(ranks, 1)]
+    assert np.max(np.abs(others)) < 5 / math.sqrt(len(MANY))
+
+
+def test_moisture_takes_up_to_thirty_percent():
+    loss = column("friction.moist_loss")
+    assert loss.min() >= 0 and loss.max() <= MOIST_LOSS
+    # Moist or not at landing, occlusion brings all to the same share of what they would be dry.
+    left_at_landing = (1 - MOIST_LOSS) / (1 - loss)
+    assert kstest((1 - left_at_landing) / MOIST_LOSS, uniform.cdf).pvalue > 1e-3
+
+
+@given(st.integers(1, 60), st.integers(1, 60), st.integers(0, 2**64 - 1))
+@settings(max_examples=20, deadline=None)
+def test_a_finger_is_the_same_in_any_population(n, m, seed):
+    small, large = sorted((n, m))
+    assert fingers(large, seed)[:small] == fingers(small, seed)
+
+
+def test_a_population_names_its_dimension_and_seeds_differ():
+    assert isinstance(MANY, Fingers)
+    assert MANY.dim == "finger"
+    assert fingers(26, 0) == fingers(26, 0)
+    assert fingers(26, 0) != fingers(26, 1)
+    assert len({finger["friction.nominal_n"] for finger in MANY}) == len(MANY)
+    drawn = len(UNIFORM) + len(LOG_UNIFORM) + len(LOG_NORMAL) + 1
+    assert drawn <= SLOTS
+    assert len(MANY[0]) == drawn + 1
+    assert [finger["motion.person"] for finger in MANY] == list(range(len(MANY)))
+
+
+def test_every_finger_is_a_valid_one():
+    blocks = {"friction": FingerFriction, "finger": Skin, "motion": Strokes}
+    for finger in MANY[:200]:
+        for name, block in blocks.items():
+            own = {path.split(".")[1]: value for path, value in finger.items() if path.startswith(name)}
+            assert all(getattr(block(**own), leaf) == value for leaf, value in own.items())
+
+
+@given(st.floats(0.3, 2), st.floats(0.1, 1), st.floats(0.1, 2), st.floats(0.5, 1))
+def test_reach_at_landing_is_equation_1(f0, tau, load, exponent):
+    finger = {"friction.nominal_n": f0, "friction.susceptibility_per_um2": tau, "motion.load_n": load}
+    low, high = reach(finger | {"friction.load_exponent": exponent})
+    exact = f0 * (load / 0.5) ** exponent
+    assert high == pytest.approx(exact, rel=1e-13)
+    assert low == pytest.approx(exact * math.exp(-tau * 6.25), rel=1e-13)
+
+
+@given(st.floats(0.1, 5), st.floats(0, 0.5), st.floats(0, 100), st.floats(0, 4))
+def test_reach_over_a_contact_is_the_worst_of_its_moments(ratio, loss, contact_s, a_max):
+    finger = {"friction.occlusion_ratio": ratio, "friction.moist_loss": loss, "friction.nominal_n": 1.0}
+    low, high = reach(finger, a_max, contact_s)
+    w = -np.expm1(-np.linspace(0, contact_s, 2001) / 20.0)
+    factor = 1 + (ratio - 1) * w
+    lowest = factor * np.exp(-0.38 * a_max**2 * (1 - loss * w))
+    assert high == pytest.approx(factor.min(), rel=1e-12)
+    assert low >= lowest.max() * (1 - 1e-12)
+    # On a grid the peak is missed by at most half its curvature times half a step squared: below 1e-5 here.
+    assert low == pytest.approx(lowest.max(), rel=1e-5)
+
+
+def test_who_can_feel_what():
+    population = Fingers(
+        [
+            PLAIN | {"friction.nominal_n": 1.0},  # to 1.0 and down to 0.093
+            PLAIN | {"friction.nominal_n": 0.8},  # not up to 0.9
+            PLAIN | {"friction.nominal_n": 1.0, "friction.susceptibility_per_um2": 0.19},  # down to 0.305
+        ]
+    )
+    found = capable(population)
+    assert found["capable"].values.tolist() == [True, False, False]
+    assert found["reaches_low"].values.tolist() == [True, True, False]
+    assert found["reaches_high"].values.tolist() == [True, False, True]
+    np.testing.assert_allclose(found["lowest_n"], [math.exp(-2.375), 0.8 * math.exp(-2.375), math.exp(-1.1875)])
+    assert found["lowest_n"].attrs["units"] == "N"
+    assert found.sizes == {"finger": 3}
+
+
+def test_many_cannot_and_longer_contact_makes_it_no_easier():
+    short, long = capable(MANY[:500]), capable(MANY[:500], contact_s=10.0)
+    assert 0.2 < float(short["capable"].mean()) < 0.8
+    assert not np.any(long["capable"] & ~short["capable"])
+    weaker = capable(MANY[:500], max_amplitude_um=1.25)
+    assert not np.any(weaker["capable"] & ~short["capable"])
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: fingers(0, 1), r"^n = 0: must be a whole number from 1 to "),
+        (lambda: fingers(2.5, 1), r"^n = 2\.5: must be a whole number"),
+        (lambda: fingers(True, 1), r"^n = True: must be a whole number"),
+        (lambda: fingers(3, -1), r"^seed = -1: must be a whole number from 0 to 18446744073709551615$"),
+        (lambda: fingers(3, 2**64), r"^seed = 18446744073709551616: must be a whole number"),
+        (lambda: reach({"friction.nominal_n": -1.0}), r"^friction\.nominal_n = -1\.0: .*greater than 0$"),
+        (lambda: reach({"friction.nominal": 1.0}), r"^friction\.nominal = 1\.0: "),
+        (lambda: reach({}, max_amplitude_um=-1.0), r"^max_amplitude_um = -1\.0 um: must be finite"),
+        (lambda: reach({}, contact_s=math.nan), r"^contact_s = nan s: must be finite"),
+        (lambda: capable(MANY[:1], 0.9, 0.3), r"^low_n = 0\.9 N, high_n = 0\.3 N: .*low below high$"),
+    ],
+)
+def test_bad_requests_are_refused_in_one_line(call, message):
+    with pytest.raises(FrictionloopError, match=message) as caught:
+        call()
+    assert "\n" not in str(caught.value)

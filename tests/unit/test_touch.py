@@ -1,0 +1,188 @@
+"""Position, speed and load as measured; statics of the four load cells and what their noise does to the centre."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numba import njit
+from scipy.linalg import solve_discrete_lyapunov
+
+from frictionloop.parameters.motion import Sliding, Strokes
+from frictionloop.parameters.touch import LoadCells, PositionSensor, Touch
+from frictionloop.quantities import FrictionloopError
+from frictionloop.sensing.load_cells import CORNERS, cell_forces, centre_of_pressure
+from frictionloop.sensing.touch import TouchState, check_follows, speed_noise_m_s, touch_coefficients, touch_step
+
+DT = 2e-4
+CELLS = LoadCells()
+QUIET = Touch(position=PositionSensor(noise_um=0.0), load=LoadCells(noise_n=0.0))
+
+
+@njit
+def track(state, position, load, z_position, z_load, coefficients):
+    out = np.empty((position.size, 4))
+    for k in range(position.size):
+        state, seen = touch_step(state, position[k], load[k], z_position[k], z_load[k], coefficients)
+        out[k] = seen
+    return out
+
+
+@njit
+def touch_lanes(tracked, speed, position, load, z, coefficients):
+    out = np.empty((position.size, 6))
+    for i in range(position.size):
+        state, seen = touch_step((tracked[i], speed[i]), position[i], load[i], z[i], -z[i], coefficients)
+        out[i, 0], out[i, 1] = state
+        out[i, 2], out[i, 3], out[i, 4], out[i, 5] = seen
+    return out
+
+
+def test_a_quiet_sensor_follows_a_stroke_without_lag():
+    t = np.arange(0, 1, DT)
+    still = np.zeros_like(t)
+    seen = track(TouchState(0.0, 0.0), 0.02 * t, still + 0.5, still, still, touch_coefficients(QUIET, DT))
+    np.testing.assert_array_equal(seen[:, 0], 0.02 * t)
+    np.testing.assert_array_equal(seen[:, 2], 0.5)
+    # Error of a critically damped tracker after a step of speed: v (1 + w t) e^(-w t) at most.
+    wt = 2 * math.pi * 20 * t
+    assert np.all(np.abs(seen[:, 1] - 0.02) <= 0.02 * (1 + wt) * np.exp(-wt) + 1e-12)
+    np.testing.assert_array_equal(seen[:, 3], seen[:, 1] >= 0.002)
+
+
+def test_noise_of_each_reading():
+    n = 400_000
+    z = np.random.default_rng(0).standard_normal((2, n))
+    still = np.zeros(n)
+    seen = track(TouchState(0.0, 0.0), still, still + 0.5, *z, touch_coefficients(Touch(), DT))
+    assert np.std(seen[:, 0]) == pytest.approx(10e-6, rel=5 / math.sqrt(2 * n))
+    assert np.std(seen[:, 2]) == pytest.approx(2e-3, rel=5 / math.sqrt(2 * n))
+    # The speed decays as e^(-w t): some w n dt/2 = 5000 independent values.
+    assert np.std(seen[:, 1]) == pytest.approx(speed_noise_m_s(PositionSensor(), DT), rel=5 / math.sqrt(2 * 5000))
+
+
+@given(st.floats(0.1, 500), st.floats(0.1, 100))
+def test_speed_noise_against_the_covariance_of_the_tracker(tracking_hz, noise_um):
+    sensor = PositionSensor(tracking_hz=tracking_hz, noise_um=noise_um)
+    c = touch_coefficients(Touch(position=sensor), DT)
+    gain = np.array([c.position_gain, c.speed_gain * DT])  # speeds per period, so that both are lengths
+    predict = np.array([[1.0, 1.0], [0.0, 1.0]])
+    keep = predict - np.outer(gain, predict[0])
+    covariance = solve_discrete_lyapunov(keep, np.outer(gain, gain), method="bilinear")
+    exact = math.sqrt(covariance[1, 1]) * 1e-6 * noise_um / DT
+    # Both poles lie at 1 - w dt, from 1e-4 of the circle on: the equation loses (w dt)^-3 of its digits.
+    lost = 1e-15 / (2 * math.pi * tracking_hz * DT) ** 3
+    assert speed_noise_m_s(sensor, DT) == pytest.approx(exact, rel=1e-9 + lost)
+
+
+def test_a_lifted_finger_gives_no_valid_reading_and_lands_without_a_jump_of_speed():
+    n = 5000
+    t = np.arange(n) * DT
+    load = np.where((t > 0.3) & (t < 0.6), 0.0, 0.5)
+    z = np.random.default_rng(1).standard_normal((2, n))
+    seen = track(TouchState(0.0, 0.02), 0.02 * t, load, *z, touch_coefficients(Touch(), DT))
+    assert np.all(seen[load == 0.0, 3] == 0.0)
+    assert np.all(seen[load == 0.0, 1] == 0.0)
+    assert np.all(seen[(t > 0.01) & (t < 0.3), 3] == 1.0)
+    landed = seen[t >= 0.6]
+    assert np.max(np.abs(landed[:, 1])) < 0.02 + 0.005  # overshoot of a tracker with two equal poles: 13.5 %
+    assert np.all(landed[200:, 3] == 1.0)
+
+
+def test_a_finger_at_rest_is_not_sliding():
+    state = TouchState(0.0, 0.0)
+    for _ in range(100):
+        state, (_, speed, load, valid) = touch_step(state, 0.0, 0.5, 0.0, 0.0, touch_coefficients(QUIET, DT))
+    assert (speed, load, valid) == (0.0, 0.5, 0.0)
+    anything = Touch(load=LoadCells(least_speed_mm_s=0.0))
+    assert touch_step(state, 0.0, 0.5, 0.0, 0.0, touch_coefficients(anything, DT))[1][3] == 1.0
+
+
+@given(st.lists(st.tuples(*[st.floats(-0.1, 0.1)] * 3, st.floats(0, 1), st.floats(-5, 5)), min_size=32, max_size=32))
+def test_lanes_have_the_bits_of_a_single_step(lanes):
+    coefficients = touch_coefficients(Touch(), DT)
+    together = touch_lanes(*np.array(lanes).T.copy(), coefficients)
+    for row, (tracked, speed, position, load, z) in zip(together, lanes, strict=True):
+        state, seen = touch_step((tracked, speed), position, load, z, -z, coefficients)
+        assert tuple(row) == (*state, *seen)
+
+
+place = st.tuples(st.floats(0.03, 5), st.floats(-127, 127), st.floats(-70, 70), st.floats(-3, 3))
+
+
+@given(place)
+def test_the_cells_hold_the_plate_in_balance(given_):
+    load, x, y, tangential = given_
+    f = cell_forces(load, x, y, CELLS, tangential)
+    sx, sy = CORNERS.T
+    assert f.sum() == pytest.approx(load, rel=1e-13)
+    size = 255 * (load + abs(tangential))
+    assert (f * sx * 127.5).sum() == pytest.approx(load * x + tangential * 3.0, abs=1e-13 * size)
+    assert (f * sy * 70).sum() == pytest.approx(load * y, abs=1e-13 * size)
+    # A rigid plate stays plane: on equal springs the two diagonals carry the same.
+    assert f[0] + f[3] == pytest.approx(f[1] + f[2], abs=1e-13 * size)
+
+
+@given(place)
+def test_the_centre_of_pressure_is_where_the_finger_is(given_):
+    load, x, y, tangential = given_
+    seen = centre_of_pressure(cell_forces(load, x, y, CELLS, tangential), CELLS, tangential)
+    size = 1e-13 * (255 + 3 * abs(tangential) / load)
+    assert seen.load_n == pytest.approx(load, rel=1e-13)
+    assert seen.x_mm == pytest.approx(x, abs=10 * size)
+    assert seen.y_mm == pytest.approx(y, abs=10 * size)
+    assert seen.valid == 1.0
+
+
+def test_friction_shifts_an_uncorrected_centre_by_its_lever():
+    seen = centre_of_pressure(cell_forces(0.5, 10.0, 0.0, CELLS, 0.8), CELLS)
+    assert float(seen.x_mm) == pytest.approx(10.0 + 0.8 * 3.0 / 0.5, rel=1e-13)
+
+
+@pytest.mark.parametrize(("load", "x", "y"), [(0.5, 0.0, 0.0), (0.5, 100.0, 30.0), (2.0, -120.0, -60.0)])
+def test_noise_of_the_centre_against_draws(load, x, y):
+    n = 200_000
+    forces = cell_forces(load, x, y, CELLS) + 1e-3 * np.random.default_rng(2).standard_normal((n, 4))
+    seen, exact = centre_of_pressure(forces, CELLS), centre_of_pressure(cell_forces(load, x, y, CELLS), CELLS)
+    # 5 deviations of a standard deviation, and what the first order leaves out, (sigma_N/N)^2.
+    slack = 5 / math.sqrt(2 * n) + 4 * (2e-3 / load) ** 2
+    assert np.std(seen.load_n) == pytest.approx(seen.load_noise_n, rel=slack)
+    assert np.std(seen.x_mm) == pytest.approx(float(exact.x_noise_mm), rel=slack)
+    assert np.std(seen.y_mm) == pytest.approx(float(exact.y_noise_mm), rel=slack)
+
+
+def test_without_touch_there_is_no_centre():
+    seen = centre_of_pressure(np.array([[0.0, 0.0, 0.0, 0.0], [0.1, 0.1, 0.1, 0.1]]), CELLS)
+    np.testing.assert_array_equal(seen.valid, [0.0, 1.0])
+    np.testing.assert_array_equal(np.isnan(seen.x_mm), [True, False])
+    np.testing.assert_array_equal(np.isnan(seen.y_noise_mm), [True, False])
+
+
+def test_strokes_that_the_sensors_do_not_follow_are_refused():
+    check_follows(Sliding(), Touch())
+    check_follows(Strokes(speed_mm_s=500.0), Touch())
+    with pytest.raises(FrictionloopError, match=r"^motion\.speed_mm_s = 501 mm/s: .*\.fastest_mm_s = 500 mm/s$"):
+        check_follows(Strokes(speed_mm_s=501.0), Touch())
+    with pytest.raises(FrictionloopError, match=r"^motion\.stroke_mm = 300 mm: .*\.length_mm = 255 mm long$"):
+        check_follows(Strokes(stroke_mm=300.0), Touch())
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ((-0.1, 0.0, 0.0), r"^load_n = -0\.1 N: must be finite, from 0"),
+        ((0.5, 128.0, 0.0), r"^x_mm = 128 mm: must be finite, from -127\.5 to 127\.5$"),
+        ((0.5, 0.0, np.nan), r"^y_mm = nan mm: "),
+    ],
+)
+def test_places_off_the_plate_are_refused(values, message):
+    with pytest.raises(FrictionloopError, match=message):
+        cell_forces(*values, CELLS)
+
+
+def test_four_cells_are_needed():
+    with pytest.raises(FrictionloopError, match=r"^forces_n has shape \(3,\); accepted: \(\.\.\., 4\)$"):
+        centre_of_pressure(np.zeros(3), CELLS)
