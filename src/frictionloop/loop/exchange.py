@@ -40,8 +40,8 @@ class Options(NamedTuple):
     dt: float
     moving: int
     """STILL, STROKES or GIVEN."""
-    switch: float
-    """When in the period the command changes, 0 to 1."""
+    irregular: bool
+    """Commands come late by chance, or ticks are lost."""
     contact: int
     """Number of the contact law in ``LAWS``."""
 
@@ -60,6 +60,8 @@ class Buffers(NamedTuple):
     """Unit normals of tremor, position and load, one block after the other."""
     roughness: np.ndarray
     """Table of n(x), ``[cell][lane]``."""
+    timing: np.ndarray
+    """Unit normals of jitter and of lost ticks, one block after the other."""
     weighting: np.ndarray
     """Coefficients of the perceptual weighting filter, five a section."""
 
@@ -77,6 +79,7 @@ def pointers(buffers: Any) -> Any:
         pointer(buffers.seeds),
         pointer(buffers.draws),
         pointer(buffers.roughness),
+        pointer(buffers.timing),
         pointer(buffers.weighting),
     )
 
@@ -106,5 +109,6 @@ def buffers(
         seeds=seeds,
         draws=aligned(4 * BLOCK * width if roughness.size else 0),
         roughness=roughness,
+        timing=aligned(2 * BLOCK * width),
         weighting=weighting,
     )

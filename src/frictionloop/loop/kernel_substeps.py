@@ -19,11 +19,15 @@ from frictionloop.loop.start_tile import build_start
 from frictionloop.loop.step_tile import build_steps
 from frictionloop.loop.suspension_tile import build_sensor
 from frictionloop.loop.tiles import BENCH_TRACES, build_delay, build_inputs, build_record, lifting
+from frictionloop.loop.timing_tile import build_timing
 from frictionloop.physics.tremor import NORMAL_STREAM, TANGENTIAL_STREAM
 from frictionloop.quantities.normals import BLOCK
 from frictionloop.sensing.touch import LOAD_STREAM, POSITION_STREAM
 
-_STREAMS = tuple(np.uint64(stream) for stream in (TANGENTIAL_STREAM, NORMAL_STREAM, POSITION_STREAM, LOAD_STREAM))
+JITTER_STREAM, LOST_STREAM = 24, 25
+"""Streams of the counter-based noise that make commands late and lose ticks."""
+_DRAWN = (TANGENTIAL_STREAM, NORMAL_STREAM, POSITION_STREAM, LOAD_STREAM, JITTER_STREAM, LOST_STREAM)
+_STREAMS = tuple(np.uint64(stream) for stream in _DRAWN)
 
 
 def build_substeps(width: int) -> Any:
@@ -37,11 +41,12 @@ def build_substeps(width: int) -> Any:
     take_over, go_on, begin, accept = build_motion(lift)
     follow = build_touch(lift)
     settle, tell = build_start(lift)
-    suspend_before, suspend_after, read = build_sensor(lift)
-    plant = build_bench(lift, spread, suspend_before, suspend_after)
+    suspend, read = build_sensor(lift)
+    plant, (time_switch, keep, restore) = build_bench(lift, spread, suspend), build_timing(lift)
     felt, (begin_steps, passages) = build_felt(lift), build_steps(lift)
     setpoint, disturbance, normal, draws = ROW["setpoint"], ROW["disturbance"], ROW["normal"], ROW["draws"]
-    tangential, across, position, load = _STREAMS
+    tangential, across, position, load, jitter, lost = _STREAMS
+    timing_draws = ROW["timing_draws"]
 
     @compiled
     def sense(s, n, k, at, o, b):  # type: ignore[no-untyped-def]
@@ -54,6 +59,10 @@ def build_substeps(width: int) -> Any:
             if k == 0:
                 begin(s, n, b.roughness)
             take_over(s, n)
+        if o.irregular:
+            spread(s, n, timing_draws, b.timing, at, o.noise_shared)
+            spread(s, n, timing_draws + 1, b.timing, BLOCK + at, o.noise_shared)
+            time_switch(s, n)
         if k == 0:
             settle(s, n, o.contact == 0)
             pi_limits(s, n)
@@ -63,6 +72,14 @@ def build_substeps(width: int) -> Any:
         read(s, n)
         if o.moving != STILL:
             follow(s, n)
+
+    @compiled
+    def decide(s, n, o, b):  # type: ignore[no-untyped-def]
+        if o.irregular:
+            keep(s, n)
+        pi(s, n, o.dt, b.table, o.table_size)
+        if o.irregular:
+            restore(s, n)
 
     @compiled
     def score(s, n, k, o, b, trace, trace_size):  # type: ignore[no-untyped-def]
@@ -80,8 +97,7 @@ def build_substeps(width: int) -> Any:
 
     @compiled
     def move_on(s, n, k, o, b):  # type: ignore[no-untyped-def]
-        if o.ring_mask != 0:
-            apply_late(s, n, k, b.history, o.ring_mask)
+        apply_late(s, n, k, b.history, o.ring_mask)
         plant(s, n, k % BLOCK, o, b)
 
     @compiled
@@ -97,6 +113,12 @@ def build_substeps(width: int) -> Any:
         fill_noise(b.draws, columns, b.seeds, o.noise_shared, first, counters, across)
         fill_noise(b.draws, 2 * columns, b.seeds, o.noise_shared, first, counters, position)
         fill_noise(b.draws, 3 * columns, b.seeds, o.noise_shared, first, counters, load)
+
+    @compiled
+    def fill_timing(b, o, first, counters):  # type: ignore[no-untyped-def]
+        columns = BLOCK if o.noise_shared else BLOCK * width
+        fill_noise(b.timing, 0, b.seeds, o.noise_shared, first, counters, jitter)
+        fill_noise(b.timing, columns, b.seeds, o.noise_shared, first, counters, lost)
 
     @compiled
     def advance(slab, n, start, stop, o, buffers, setpoint_samples, disturbance_samples, chunk, trace):  # type: ignore[no-untyped-def]
@@ -117,12 +139,14 @@ def build_substeps(width: int) -> Any:
             fill_noise(b.normals, 0, b.seeds, o.noise_shared, first, counters, NOISE_STREAM)
             if o.moving != STILL:
                 fill_draws(b, o, first, counters)
+            if o.irregular:
+                fill_timing(b, o, first, counters)
             while k < end:
                 if o.law == EXTERNAL and k > entered:
                     obey(s, n, k - 1, o, b)
                 sense(s, n, k, k - first, o, b)
                 if o.law == PI:
-                    pi(s, n, o.dt, b.table, o.table_size)
+                    decide(s, n, o, b)
                 score(s, n, k, o, b, traces, size)
                 if o.law == PI:
                     move_on(s, n, k, o, b)

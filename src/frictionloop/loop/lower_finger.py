@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from scipy.special import ndtri
 
 from frictionloop.loop.motion_tile import DIRECTION, FACTOR, OCCLUDED
 from frictionloop.loop.slab import Slab
@@ -35,21 +36,18 @@ def keys_of(systems: Sequence[System], seeds: Sequence[int]) -> np.ndarray:
 def lower_finger(slab: Slab, systems: Sequence[System], keys: np.ndarray) -> np.ndarray:
     """Set the rows of finger, motion and sensor, one system per lane; return the tables of roughness."""
     dt = 1.0 / systems[0].controller.rate_hz
-    before, after = substeps_of(systems[0])
-    switch = switch_s(systems[0])
-    steps = (switch / max(before, 1), (dt - switch) / after)
-    _lower_times(slab, before, after, steps)
+    substeps = substeps_of(systems[0])
+    h = dt / substeps
+    slab.view("node_time")[1 : 1 + substeps] = (h * (np.arange(substeps) + 0.5))[:, None]
     _fill(slab, "limit_n", [(s.friction.nominal_n,) for s in systems])
     rates = [-2.0 * math.pi * s.plate.cutoff_hz for s in systems]
-    _fill(slab, "amplitude_decay", [tuple(math.exp(r * h * x) for h in steps for x in (0.5, 1.0)) for r in rates])
-    _fill(slab, "contact_coefficients", [tuple(x for h in steps for x in _contact(s, h or dt)) for s in systems])
+    _fill(slab, "amplitude_decay", [(math.exp(r * h / 2.0), math.exp(r * h)) for r in rates])
+    _fill(slab, "contact_coefficients", [_contact(s, h) for s in systems])
     skins = [s.finger for s in systems]
     _fill(slab, "compliance", [(1.0 / f.stiffness_n_m if isinstance(f, Skin) else 0.0,) for f in skins])
-    _fill(
-        slab,
-        "suspension_coefficients",
-        [tuple(x for h in steps for x in suspension_coefficients(s.sensor, h)) for s in systems],
-    )
+    _fill(slab, "suspension_coefficients", [suspension_coefficients(s.sensor, h) for s in systems])
+    _fill(slab, "timing", [_timing(s) for s in systems])
+    slab.view("switch")[:] = slab.view("timing")[:1]
     _fill(slab, "noise_coefficients", [noise_coefficients(s.sensor, dt) for s in systems])
     _fill(slab, "converter", [converter(s.sensor) for s in systems])
     if not isinstance(systems[0].motion, Strokes):
@@ -59,12 +57,10 @@ def lower_finger(slab: Slab, systems: Sequence[System], keys: np.ndarray) -> np.
     return _lower_motion(slab, systems, keys, dt)
 
 
-def _lower_times(slab: Slab, before: int, after: int, steps: tuple[float, float]) -> None:
-    """Times at which the disturbance is wanted: the sample, and the middle of every substep."""
-    early, late = steps
-    middles = [early * (j + 0.5) for j in range(before)]
-    middles += [early * before + late * (j + 0.5) for j in range(after)]
-    slab.view("node_time")[1 : 1 + len(middles)] = np.array(middles)[:, None]
+def _timing(system: System) -> tuple[float, float, float]:
+    c = system.controller
+    lost_below = float(ndtri(c.lost_ticks)) if c.lost_ticks else -math.inf
+    return switch_s(system) * c.rate_hz, c.jitter_s * c.rate_hz, lost_below
 
 
 def _contact(system: System, h: float) -> tuple[float, ...]:

@@ -20,6 +20,7 @@ from frictionloop.loop.slab import LANES, Slab
 from frictionloop.loop.structure import (
     contact_of,
     delay_periods,
+    is_irregular,
     kernel_of,
     moving_of,
     segments_of,
@@ -62,15 +63,15 @@ def lower(
     systems = [*systems, *[systems[-1]] * (width - len(systems))]
     keys = keys_of(systems, [*seeds, *[seeds[-1]] * (width - len(seeds))])
     slab, rate, name = Slab(width), systems[0].controller.rate_hz, kernel_of(systems[0])
-    switch = np.array([switch_s(s) for s in systems])
     _lower_friction(slab, systems)
     roughness = NOTHING
     if name == "quadrature":
         before, after = segments_of(systems[0])
+        switch = np.array([switch_s(s) for s in systems])
         nodes = _lower_plant(slab, systems, switch, 1.0 / rate, before, after)
     else:
-        before, after = substeps_of(systems[0])
-        nodes, roughness = before + after + 1, lower_finger(slab, systems, keys)
+        before, after = 0, substeps_of(systems[0])
+        nodes, roughness = after + 1, lower_finger(slab, systems, keys)
     table = _lower_controller(slab, systems)
     setpoints, disturbances = [s.setpoint for s in systems], [s.disturbance for s in systems]
     # Lanes share the disturbance's share of the reading if they also share the nodes and their weights.
@@ -78,7 +79,8 @@ def lower(
     setpoint = lower_signal(slab, "setpoint_signal", setpoints, keys, SETPOINT_STREAM, rate, True)
     disturbance = lower_signal(slab, "disturbance_signal", disturbances, keys, DISTURBANCE_STREAM, rate, nodes_alike)
     slab.view("shift")[0] = slab.view("setpoint_signal")[0]
-    ring = ring_size(max(s.controller.delay_s * rate for s in systems))
+    # A bench always looks up what the last command was: jitter may keep it in force.
+    ring = ring_size(max(max(s.controller.delay_s * rate, float(name == "substeps")) for s in systems))
     options = Options(
         law=EXTERNAL if external else PI,
         segments=before + after,
@@ -95,7 +97,7 @@ def lower(
         ring_mask=ring - 1,
         dt=1.0 / rate,
         moving=moving_of(systems[0]),
-        switch=float(switch[0]) * rate,
+        irregular=any(is_irregular(s) for s in systems),
         contact=contact_of(systems[0]),
     )
     weighting = _lower_perception(slab, rate) if groups & PERCEPTION else NOTHING
@@ -160,7 +162,8 @@ def sums_of(tile: Tile, lanes: int, periods: int) -> Sums:
     view = tile.slab.view
     *rows, scored = view("sums")[:, :lanes]
     count = scored if tile.kernel == "substeps" else periods
-    return Sums(*rows, count, view("percept")[1, :lanes], *view("step_sums")[:, :lanes], tile.options.dt)
+    more = (view("percept")[1, :lanes], *view("step_sums")[:, :lanes], tile.options.dt)
+    return Sums._make([*rows, count, *more])
 
 
 def _lower_perception(slab: Slab, rate_hz: float) -> np.ndarray:

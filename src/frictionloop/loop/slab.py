@@ -70,14 +70,17 @@ _ROWS: tuple[tuple[str, int], ...] = (
     ("limit_n", 1),  # f0
     ("scored", 1),  # 1 where a period counts
     ("unscored", 2),  # way from the middle, in m, beyond which nothing counts; least load that counts, in N
-    ("held", 1),  # amplitude that the drive aims at
+    ("switch", 1),  # when in the period the command changes, 0 to 1
+    ("timing", 3),  # the same without jitter, jitter in periods, normal below which a tick is lost
+    ("timing_draws", 2),
+    ("kept", 19),  # the controller's state and commands before a tick that may be lost
     ("contact", 4),
     ("contact_force", 1),
-    ("contact_coefficients", 20),  # of substeps before the command changes and after
+    ("contact_coefficients", 10),
     ("compliance", 1),  # of the skin, m/N
-    ("amplitude_decay", 4),  # over half a substep and a whole one, before and after
+    ("amplitude_decay", 2),  # over half a substep and a whole one
     ("suspension", 3),
-    ("suspension_coefficients", 20),
+    ("suspension_coefficients", 10),
     ("noise", 1),
     ("noise_coefficients", 2),
     ("converter", 3),

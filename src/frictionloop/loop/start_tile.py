@@ -18,7 +18,7 @@ def build_start(lifting: Lifting) -> tuple[Any, Any]:
     """Return ``settle``: finger and sensor before t = 0 have had time enough; and ``tell``: f_a and its band at t_k."""
     width, compiled, count = lifting
     now, contact, force = ROW["motion"], ROW["contact"], ROW["contact_force"]
-    limit_row, per_bristle, compliance = ROW["limit_n"], ROW["contact_coefficients"] + 17, ROW["compliance"]
+    limit_row, per_bristle, compliance = ROW["limit_n"], ROW["contact_coefficients"] + 7, ROW["compliance"]
     springs, disturbance, friction_row = ROW["suspension"], ROW["disturbance"], ROW["friction"]
     floor, nominal, ceiling = ROW["floor"], ROW["nominal"], ROW["max_amplitude"]
     per_halving, loss = ROW["halving_amplitude"] + 1, ROW["moist_loss"]

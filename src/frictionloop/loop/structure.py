@@ -12,7 +12,18 @@ from frictionloop.physics.sources import highest_hz
 from frictionloop.quantities import FrictionloopError
 from frictionloop.sensing.touch import check_follows
 
-STRUCTURAL = ("kind", "rate_hz", "table_size", "delay_s", "plate.cutoff_hz", "plate.frequency_hz", "plate.q", "contact")
+STRUCTURAL = (
+    "kind",
+    "rate_hz",
+    "table_size",
+    "delay_s",
+    "jitter_s",
+    "lost_ticks",
+    "plate.cutoff_hz",
+    "plate.frequency_hz",
+    "plate.q",
+    "contact",
+)
 """Last words of the paths whose values decide which systems can share a tile."""
 SUBSTEP_S = 20e-6
 """Longest substep of a bench: the contact errs by less than a millinewton (docs/contact)."""
@@ -28,7 +39,7 @@ def structure(system: System) -> tuple[object, ...]:
         system.disturbance.kind,
         c.rate_hz,
         c.model.table_size,
-        *(segments_of(system) if kernel_of(system) == "quadrature" else (*substeps_of(system), switch_s(system))),
+        *(segments_of(system) if kernel_of(system) == "quadrature" else (substeps_of(system), is_irregular(system))),
         system.sensor.kind,
         contact_of(system),
         system.motion.kind,
@@ -39,22 +50,27 @@ def structure(system: System) -> tuple[object, ...]:
 def kernel_of(system: System) -> str:
     """Return which kernel runs a system: by quadrature what feeds nothing back within a period, else by substeps."""
     still = system.motion.kind == "sliding" and system.finger.kind == "rigid"
-    return "quadrature" if still and system.sensor.kind == "lowpass" else "substeps"
+    plain = still and system.sensor.kind == "lowpass" and not is_irregular(system)
+    return "quadrature" if plain else "substeps"
 
 
-def substeps_of(system: System) -> tuple[int, int]:
-    """Return the substeps of a period before and after the command changes, each at most SUBSTEP_S long."""
+def substeps_of(system: System) -> int:
+    """Return the substeps of a period, each at most SUBSTEP_S long."""
     check_follows(system.motion, system.touch)
     _check_disturbance(system)
-    period, switch = 1.0 / system.controller.rate_hz, switch_s(system)
-    before, after = (math.ceil(length / SUBSTEP_S - 1e-9) for length in (switch, period - switch))
-    if before + after >= NODES_MAX:
-        least = 1.0 / (SUBSTEP_S * (NODES_MAX - 2))
+    rate = system.controller.rate_hz
+    count = math.ceil(1.0 / (rate * SUBSTEP_S) - 1e-9)
+    if count >= NODES_MAX:
         raise FrictionloopError(
-            f"controller.rate_hz = {system.controller.rate_hz:g} Hz: must be at least {least:g} Hz on a bench, whose "
-            f"substeps are {1e6 * SUBSTEP_S:g} us"
+            f"controller.rate_hz = {rate:g} Hz: must be at least {1.0 / (SUBSTEP_S * (NODES_MAX - 1)):g} Hz on a "
+            f"bench, whose substeps are {1e6 * SUBSTEP_S:g} us"
         )
-    return before, max(after, 1)
+    return count
+
+
+def is_irregular(system: System) -> bool:
+    """Return whether commands come late by chance or ticks are lost."""
+    return system.controller.jitter_s > 0.0 or system.controller.lost_ticks > 0.0
 
 
 def delay_periods(system: System) -> int:

@@ -17,8 +17,8 @@ from frictionloop.sensing.suspended import (
 )
 
 
-def build_sensor(lifting: Lifting) -> tuple[Any, Any, Any]:
-    """Lift the suspension over one substep of each phase, and the reading at t_k with its noise and converter."""
+def build_sensor(lifting: Lifting) -> tuple[Any, Any]:
+    """Lift the suspension over one substep, and the reading at t_k with its noise and converter."""
     width, compiled, count = lifting
     state_rows, given_rows, force = rows("suspension"), rows("suspension_coefficients"), ROW["contact_force"]
     direction, pushed, reading = ROW["motion"] + DIRECTION, ROW["driven"], ROW["measurement"]
@@ -29,19 +29,13 @@ def build_sensor(lifting: Lifting) -> tuple[Any, Any, Any]:
         rows("converter"),
     )
 
-    def for_phase(phase: int) -> Any:
-        coefficient_rows = given_rows[10 * phase : 10 * (phase + 1)]
-
-        @compiled
-        def suspend(s, n):  # type: ignore[no-untyped-def]
-            for i in range(count(n)):
-                f = fma(peek(s, direction * width + i), peek(s, pushed * width + i), peek(s, force * width + i))
-                given = SuspensionCoefficients(*load(s, i, width, coefficient_rows))
-                store(
-                    s, i, width, state_rows, suspension_step(SuspensionState(*load(s, i, width, state_rows)), f, given)
-                )
-
-        return suspend
+    @compiled
+    def suspend(s, n):  # type: ignore[no-untyped-def]
+        for i in range(count(n)):
+            f = fma(peek(s, direction * width + i), peek(s, pushed * width + i), peek(s, force * width + i))
+            given = SuspensionCoefficients(*load(s, i, width, given_rows))
+            state = SuspensionState(*load(s, i, width, state_rows))
+            store(s, i, width, state_rows, suspension_step(state, f, given))
 
     @compiled
     def read(s, n):  # type: ignore[no-untyped-def]
@@ -52,4 +46,4 @@ def build_sensor(lifting: Lifting) -> tuple[Any, Any, Any]:
             decay, gain = load(s, i, width, noise_rows)
             poke(s, noise * width + i, fma(decay, n_k, gain * peek(s, normal * width + i)))
 
-    return for_phase(0), for_phase(1), read
+    return suspend, read

@@ -56,6 +56,10 @@ class PiController(Block):
     """Rate of the control periods (paper, Sec. 4.1: "5 kHz timer")."""
     delay_s: Annotated[Number, Field(ge=0, le=1)] = 0.0
     """Time from taking the sample to applying the amplitude command."""
+    jitter_s: Annotated[Number, Field(ge=0, le=1)] = 0.0
+    """Chance lateness of the command, |normal| of this standard deviation, at most to the end of its period."""
+    lost_ticks: Annotated[Number, Field(ge=0, lt=1)] = 0.0
+    """Share of ticks that do not happen: the controller keeps its state and its command."""
     model: Model = Model()
     """What the controller believes of the plant."""
 

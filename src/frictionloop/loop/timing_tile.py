@@ -1,0 +1,49 @@
+"""The tiles of an imperfect clock: commands that come late by chance, and ticks that are lost."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from frictionloop.loop.slab import ROW, peek, poke, rows
+from frictionloop.loop.tiles import Lifting
+
+
+def build_timing(lifting: Lifting) -> tuple[Any, Any, Any]:
+    """Return the tiles that say when the command changes, and that keep and restore what a lost tick would change."""
+    width, compiled, count = lifting
+    switch, timing, draws, kept = ROW["switch"], ROW["timing"], ROW["timing_draws"], ROW["kept"]
+    changed = (*rows("controller_state"), ROW["u"], ROW["saturated"], ROW["command"])
+    state, others, state_count = changed[0], changed[16:], 16
+
+    @compiled
+    def time_switch(s, n):  # type: ignore[no-untyped-def]
+        for i in range(count(n)):
+            late = peek(s, (timing + 1) * width + i) * abs(peek(s, draws * width + i))
+            poke(s, switch * width + i, min(peek(s, timing * width + i) + late, 1.0))
+
+    @compiled
+    def keep(s, n):  # type: ignore[no-untyped-def]
+        for row in range(state_count):
+            for i in range(count(n)):
+                poke(s, (kept + row) * width + i, peek(s, (state + row) * width + i))
+        for i in range(count(n)):
+            poke(s, (kept + 16) * width + i, peek(s, others[0] * width + i))
+            poke(s, (kept + 17) * width + i, peek(s, others[1] * width + i))
+            poke(s, (kept + 18) * width + i, peek(s, others[2] * width + i))
+
+    @compiled
+    def choose(s, n, row, saved):  # type: ignore[no-untyped-def]
+        for i in range(count(n)):
+            lost = peek(s, (draws + 1) * width + i) < peek(s, (timing + 2) * width + i)
+            value, before = peek(s, row * width + i), peek(s, (kept + saved) * width + i)
+            poke(s, row * width + i, before if lost else value)
+
+    @compiled
+    def restore(s, n):  # type: ignore[no-untyped-def]
+        for row in range(state_count):
+            choose(s, n, state + row, row)
+        choose(s, n, others[0], 16)
+        choose(s, n, others[1], 17)
+        choose(s, n, others[2], 18)
+
+    return time_switch, keep, restore
