@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -25,7 +25,10 @@ MEMORY = """
 import resource, sys
 import numpy as np
 import ours
-ours.grid(np.geomspace(1, 10, 64), np.array([2.0]), 1, float(sys.argv[1]), noise=True)
+if sys.argv[2] == "bench":
+    ours.population(64, 1, float(sys.argv[1]))
+else:
+    ours.grid(np.geomspace(1, 10, 64), np.array([2.0]), 1, float(sys.argv[1]), noise=True)
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024) / 2**20)
 """
 Told = Callable[[str], None]
@@ -91,13 +94,24 @@ def _memory(told: Told) -> dict[str, list[float]]:
     """Peak memory in MiB of a fresh process that sweeps 64 lanes (not on Windows, which has no getrusage)."""
     if not ours.version() or sys.platform == "win32":
         return {}
-    peaks = []
-    for duration_s in MEMORY_S:
-        told(f"memory of {duration_s:g} s")
-        command = [sys.executable, "-c", MEMORY, str(duration_s)]
-        run = subprocess.run(command, cwd=Path(__file__).parent, capture_output=True, text=True, check=True)
-        peaks.append(float(run.stdout.split()[-1]))
-    return {"x": list(MEMORY_S), OURS: peaks}
+    peaks: dict[str, list[float]] = {}
+    for which, name in (("paper", OURS), ("bench", f"{OURS}, bench")):
+        for duration_s in MEMORY_S:
+            told(f"memory of {duration_s:g} s")
+            command = [sys.executable, "-c", MEMORY, str(duration_s), which]
+            run = subprocess.run(command, cwd=Path(__file__).parent, capture_output=True, text=True, check=True)
+            peaks.setdefault(name, []).append(float(run.stdout.split()[-1]))
+    return {"x": list(MEMORY_S), **peaks}
+
+
+def bench(threads: int, quick: bool) -> Iterator[tuple[str, list[Contender], int]]:
+    """The bench block by block over 256 lanes, and a population of 1,000 fingers."""
+    rounds = 3 if quick else 7
+    steps = ours.bench_steps().items()
+    timed = [Contender(name, partial(ours.bench, *step, 256, threads), rounds, threads=threads) for name, step in steps]
+    yield "bench", timed, 256
+    whole = Contender("1,000 fingers", partial(ours.population, 1000, threads), rounds, threads=threads)
+    yield "population", [whole], 1000
 
 
 def start_up(patience_s: float, told: Told) -> list[Contender]:

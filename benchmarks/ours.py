@@ -61,6 +61,44 @@ def seeds(lanes: int, threads: int, duration_s: float = 10.0) -> Array:
     return swept["r2_identity"].values.ravel()
 
 
+def bench_steps() -> dict[str, tuple[Any, tuple[str, ...]]]:
+    """Systems that add one block of the bench after the other, and the metrics asked of them."""
+    import frictionloop as fl
+
+    bench, held = fl.bench().evolve(fl.RETUNED), ("r2_identity",)
+    still = {"motion.kind": "sliding", "finger.kind": "rigid", "friction.kind": "gaussian"}
+    level = {"setpoint": bench.setpoint, "disturbance": bench.disturbance}
+    found = {
+        "the loop of Section 2": (fl.paper().evolve(level), held),
+        "+ resonant sensor, noise, converter, delay": (bench.evolve(still), held),
+        "+ strokes, tremor, roughness, touch sensors": (bench.evolve({"finger.kind": "rigid"}), held),
+        "+ skin, Dahl contact": (bench, held),
+        "  skin, LuGre contact": (bench.evolve({"finger.contact": "lugre"}), held),
+        "  skin, slider": (bench.evolve({"finger.contact": "slider"}), held),
+        "+ perceptual index": (bench, (*held, "perceptual_index")),
+    }
+    late = bench.evolve({"controller.jitter_s": 2e-5, "controller.lost_ticks": 0.01})
+    return found | {"+ jitter, lost ticks": (late, (*held, "perceptual_index"))}
+
+
+def bench(system: Any, metrics: tuple[str, ...], lanes: int, threads: int, duration_s: float = 10.0) -> Array:
+    """One system with a seed of its own in every lane."""
+    import frictionloop as fl
+
+    swept = fl.sweep(system, [{}], duration_s=duration_s, seeds=lanes, metrics=metrics, n_jobs=threads)
+    return swept["r2_identity"].values.ravel()
+
+
+def population(fingers: int, threads: int, duration_s: float = 10.0) -> Array:
+    """A population on the bench: every finger and its noise different."""
+    import frictionloop as fl
+
+    system = fl.bench().evolve(fl.RETUNED)
+    metrics = ("r2_identity", "rms_error", "perceptual_index")
+    swept = fl.sweep(system, fl.fingers(fingers, 1), duration_s=duration_s, metrics=metrics, n_jobs=threads)
+    return swept["r2_identity"].values.ravel()
+
+
 def commands() -> dict[str, list[str]]:
     """Command lines whose whole process is timed."""
     program = str(Path(sys.executable).with_name("frictionloop"))

@@ -2,7 +2,7 @@
 
     python benchmarks/run.py                    every table and curve (about ten minutes)
     python benchmarks/run.py --quick            fewer repeats, slow contenders cut short
-    python benchmarks/run.py --only grid        one section: one, grid, start-up or curves
+    python benchmarks/run.py --only grid        one section: one, grid, bench, start-up or curves
     python benchmarks/run.py --docs             also draw docs/_static/benchmarks.svg
 
 Contenders take turns, and the shortest of several repeats counts. Results go to latest.json and latest.md in
@@ -27,7 +27,7 @@ from build import Reference
 from timing import Contender, commit_date, cores, machine, side_by_side
 
 HERE = Path(__file__).parent
-SECTIONS = ("one", "grid", "start-up", "curves")
+SECTIONS = ("one", "grid", "bench", "start-up", "curves")
 
 
 def arguments() -> argparse.Namespace:
@@ -79,6 +79,9 @@ def measure(options: argparse.Namespace, console: Console) -> dict[str, Any]:
             status.update("checking that all grids agree")
             timed, differences = contenders.grid(c, threads, options.quick)
             sections["grid"] = rows(side_by_side(timed, options.patience_s, status.update), differences, 1024)
+        if "bench" in wanted and ours.version():
+            for name, timed, lanes in curves.bench(threads, options.quick):
+                sections[name] = rows(side_by_side(timed, options.patience_s, status.update), {}, lanes)
         if "start-up" in wanted:
             sections["start-up"] = rows(curves.start_up(options.patience_s, status.update), {}, 1)
         if "curves" in wanted:

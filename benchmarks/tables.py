@@ -15,6 +15,8 @@ Cells = tuple[str, list[str], list[list[str]]]
 TITLES = {
     "one run": "One run of 10 s with traces (50 000 control periods, noise drawn)",
     "grid": "32 x 32 gains, 10 s each, metrics only (51.2 million control periods)",
+    "bench": "The bench block by block: 256 lanes with seeds of their own, 10 s each, metrics only",
+    "population": "A population on the bench: 10 s each, three metrics",
     "start-up": "Fresh process, warm cache",
 }
 NOTES = (
@@ -48,6 +50,8 @@ def tables(result: dict[str, Any]) -> Iterator[Cells]:
                 ["", "time", "spread"],
                 [[r["name"], duration(r["seconds"]), f"{r['spread']:.0%}"] for r in rows],
             )
+        elif rows and name in ("bench", "population"):
+            yield _bench(name, rows)
         elif rows:
             yield _section(name, rows, result["threads"])
     for name, curve in result["curves"].items():
@@ -55,6 +59,18 @@ def tables(result: dict[str, Any]) -> Iterator[Cells]:
             yield _curve(name, curve)
     if result["targets"]:
         yield "Targets", ["", "measured", "to reach", ""], [_target(target) for target in result["targets"]]
+
+
+def _bench(name: str, rows: list[dict[str, Any]]) -> Cells:
+    """In the order of the blocks, with what each adds per control period of a lane, over all threads."""
+    cells, before = [], 0.0
+    for row in rows:
+        per_period = 1e9 / row["periods_per_s"]
+        added = f"{per_period - before:.1f} ns" if row["name"].startswith("+") else ""
+        cells.append([row["name"], duration(row["seconds"]), f"{row['spread']:.0%}"])
+        cells[-1] += [times(row["periods_per_s"] / 1e6), f"{per_period:.1f} ns", added]
+        before = before if row["name"].startswith(" ") else per_period
+    return TITLES[name], ["", "time", "spread", "million periods/s", "per period", "added"], cells
 
 
 def _section(name: str, rows: list[dict[str, Any]], threads: int) -> Cells:

@@ -33,6 +33,11 @@ def of(best: dict[str, dict[str, float]], threads: int) -> Iterator[Target]:
     """Targets that the measured sections allow; `best` holds seconds by section and contender."""
     yield from _one(best.get("one run", {}))
     yield from _grid(best.get("grid", {}), f"{threads} thread{'s' * (threads > 1)}")
+    for name, seconds in best.get("population", {}).items():
+        yield Target(f"{name} x 10 s on the bench", seconds, 5.0, unit="s")
+    for name, seconds in best.get("bench", {}).items():
+        if name == "+ jitter, lost ticks":
+            yield Target("the bench with all blocks, million periods/s", 256 * 0.05 / seconds, 10.0, at_least=True)
     for command, seconds in best.get("start-up", {}).items():
         yield Target(f"{command}, fresh process", seconds, 0.5 if command.endswith("--help") else 2.0, unit="s")
 
