@@ -88,10 +88,15 @@ def plain_stroke(system: System, amplitude_um: float = 0.0, duration_s: float = 
 def plain_like(run: xr.Dataset) -> xr.Dataset:
     """Return the plain stroke of a run's finger, path and seed whose mean force is that of the run.
 
+    Parameters
+    ----------
+    run : xarray.Dataset
+        From ``simulate`` or ``load``; its ``scored`` periods give the mean.
+
     Raises
     ------
     FrictionloopError
-        For a mean force that no constant amplitude gives.
+        For a run without its System, or a mean force that no constant amplitude gives.
     """
     system, seed, keep = system_of(run), int(run.attrs["seed"]), kept(run, None)
     duration_s, wanted = run["time"].size / system.controller.rate_hz, float(run["f_a"].values[keep].mean())

@@ -68,7 +68,7 @@ def build_substeps(width: int) -> Any:
             pi_limits(s, n)
         if o.moving == STROKES:
             go_on(s, n, (k + 1) * o.dt, b.roughness)
-        tell(s, n)
+        tell(s, n, o.contact)
         read(s, n)
         if o.moving != STILL:
             follow(s, n)

@@ -161,7 +161,8 @@ def sums_of(tile: Tile, lanes: int, periods: int) -> Sums:
     """Return the sums of a tile's first lanes after a run in which so many periods may have counted."""
     view = tile.slab.view
     *rows, scored = view("sums")[:, :lanes]
-    count = scored if tile.kernel == "substeps" else periods
+    # Where nothing is scored nothing can be said: NaN, which passes through the formulas without a warning.
+    count = np.where(scored > 0, scored, np.nan) if tile.kernel == "substeps" else periods
     more = (view("percept")[1, :lanes], *view("step_sums")[:, :lanes], tile.options.dt)
     return Sums._make([*rows, count, *more])
 

@@ -76,6 +76,7 @@ _ROWS: tuple[tuple[str, int], ...] = (
     ("kept", 19),  # the controller's state and commands before a tick that may be lost
     ("contact", 4),
     ("contact_force", 1),
+    ("vibrated_limit", 1),  # friction limit at t_k under the amplitude of then
     ("contact_coefficients", 10),
     ("compliance", 1),  # of the skin, m/N
     ("amplitude_decay", 2),  # over half a substep and a whole one

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+from frictionloop.loop.exchange import LAWS
 from frictionloop.loop.motion_tile import DIRECTION, FACTOR, OCCLUDED, SPEED
-from frictionloop.loop.slab import ROW, peek, poke
+from frictionloop.loop.slab import ROW, load, peek, poke, rows
 from frictionloop.loop.tiles import Lifting
+from frictionloop.physics.contact import ContactCoefficients, ContactState
+from frictionloop.physics.contact_bristle import lugre_force_step
 from frictionloop.physics.friction_limit import vibrated_step
 from frictionloop.quantities.arithmetic import fma
 
@@ -21,7 +24,9 @@ def build_start(lifting: Lifting) -> tuple[Any, Any]:
     limit_row, per_bristle, compliance = ROW["limit_n"], ROW["contact_coefficients"] + 7, ROW["compliance"]
     springs, disturbance, friction_row = ROW["suspension"], ROW["disturbance"], ROW["friction"]
     floor, nominal, ceiling = ROW["floor"], ROW["nominal"], ROW["max_amplitude"]
-    per_halving, loss = ROW["halving_amplitude"] + 1, ROW["moist_loss"]
+    per_halving, loss, amplitude = ROW["halving_amplitude"] + 1, ROW["moist_loss"], ROW["amplitude"]
+    contact_rows, given_rows, vibrated = rows("contact"), rows("contact_coefficients"), ROW["vibrated_limit"]
+    rigid, lugre = LAWS.index("rigid"), LAWS.index("lugre")
 
     @compiled
     def settle(s, n, stiff):  # type: ignore[no-untyped-def]
@@ -39,15 +44,31 @@ def build_start(lifting: Lifting) -> tuple[Any, Any]:
             poke(s, (springs + 2) * width + i, pushed)
 
     @compiled
-    def tell(s, n):  # type: ignore[no-untyped-def]
+    def tell(s, n, law):  # type: ignore[no-untyped-def]
+        for i in range(count(n)):
+            top = peek(s, limit_row * width + i) * peek(s, (now + FACTOR) * width + i)
+            scale, occluded = peek(s, per_halving * width + i), peek(s, (now + OCCLUDED) * width + i)
+            moist = peek(s, loss * width + i)
+            poke(s, nominal * width + i, top)
+            poke(s, floor * width + i, top * vibrated_step(peek(s, ceiling * width + i) * scale, occluded, moist))
+            y = peek(s, amplitude * width + i) * scale
+            poke(s, vibrated * width + i, top * vibrated_step(y, occluded, moist))
+        if law == rigid:
+            for i in range(count(n)):
+                limit = peek(s, vibrated * width + i)
+                forward = peek(s, (now + SPEED) * width + i) >= 0.0
+                poke(s, force * width + i, limit if forward else -limit)
+        elif law == lugre:
+            for i in range(count(n)):
+                state = ContactState(*load(s, i, width, contact_rows))
+                given = ContactCoefficients(*load(s, i, width, given_rows))
+                speed = peek(s, (now + SPEED) * width + i)
+                poke(s, force * width + i, lugre_force_step(state, peek(s, vibrated * width + i), speed, given))
+        else:
+            for i in range(count(n)):
+                z = peek(s, (contact + 2) * width + i)
+                poke(s, force * width + i, peek(s, given_rows[6] * width + i) * z)
         for i in range(count(n)):
             poke(s, friction_row * width + i, peek(s, (now + DIRECTION) * width + i) * peek(s, force * width + i))
-            top = peek(s, limit_row * width + i) * peek(s, (now + FACTOR) * width + i)
-            poke(s, nominal * width + i, top)
-            y, occluded = (
-                peek(s, ceiling * width + i) * peek(s, per_halving * width + i),
-                peek(s, (now + OCCLUDED) * width + i),
-            )
-            poke(s, floor * width + i, top * vibrated_step(y, occluded, peek(s, loss * width + i)))
 
     return settle, tell

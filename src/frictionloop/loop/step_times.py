@@ -7,6 +7,9 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from frictionloop.loop.record import system_of
+from frictionloop.quantities import FrictionloopError
+
 
 class StepTime(NamedTuple):
     """One step of the set-point that the force followed."""
@@ -29,7 +32,15 @@ def step_times(run: xr.Dataset) -> list[StepTime]:
     ----------
     run : xarray.Dataset
         From ``simulate`` or ``load``, with a set-point of kind "steps".
+
+    Raises
+    ------
+    FrictionloopError
+        For a run without its System, or with a set-point of another kind.
     """
+    kind = system_of(run).setpoint.kind
+    if kind != "steps":
+        raise FrictionloopError(f"step_times: needs steps to follow; setpoint.kind is {kind!r}, not 'steps'")
     time, r, f = (run[name].values for name in ("time", "f_r", "f_a"))
     scored = run["scored"].values if "scored" in run else np.ones(r.size, dtype=bool)
     starts = np.flatnonzero(np.diff(r)) + 1

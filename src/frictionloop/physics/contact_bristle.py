@@ -62,6 +62,18 @@ def lugre_step(
 
 
 @step
+def lugre_force_step(state: ContactState, limit_n: float, speed_m_s: float, coefficients: ContactCoefficients) -> float:
+    """F = s0 z + s1(v) (v - s0 |v| z/Fc) at an instant, as the traces tell it; of the other laws it is s0 z."""
+    _, lag_speed, bristle, _ = state
+    dt, _, _, _, _, _, stiffness, per_stiffness, damping, guard = coefficients
+    slip = speed_m_s - lag_speed
+    limit = max(limit_n * per_stiffness, LEAST_LIMIT_M)
+    rate = fma(-abs(slip), bristle / limit, slip) * dt
+    limited = damping / fma(0.25 * guard * dt, abs(slip) / limit, 1.0)
+    return stiffness * fma(limited, rate, bristle) if limit_n > 0.0 else 0.0
+
+
+@step
 def dahl_pass(z: float, limit: float, way: float, free: float, coupling: float) -> tuple[float, float]:
     """dz (1 + theta (q + B)) = free - (q + B) z, q = d/l: change and mean of the deflection for a way d = |v| dt."""
     three, six = fma(3.0, limit, way), fma(6.0, limit, way)
