@@ -10,7 +10,6 @@ from frictionloop.design.sensor import SensorAnalysis, analyse_sensor
 from frictionloop.design.sensor_search import propose_sensor
 from frictionloop.design.sensor_wanted import SensorRequirement
 from frictionloop.parameters.sensor_design import SensorDesign
-from frictionloop.parameters.sensor_design_files import evolve_design
 from frictionloop.sensing.electrodes import electrostatic_n_per_m
 from frictionloop.sensing.noise_budget import noise_budget
 
@@ -24,7 +23,7 @@ def budget() -> str:
     """Return the noise of the built-in design at rest and at full load, and of the ratio form at full load."""
     design = SensorDesign()
     rest, loaded = noise_budget(design), noise_budget(design, design.load.range_n)
-    ratio = noise_budget(evolve_design(design, {"readout.form": "ratio"}), design.load.range_n)
+    ratio = noise_budget(design.evolve({"readout.form": "ratio"}), design.load.range_n)
     rows = []
     for one, two, three in zip(rest.terms, loaded.terms, ratio.terms, strict=True):
         density = "slow" if math.isnan(one.density_n_rthz) else f"{one.density_n_rthz * 1e6:.2g}"
@@ -53,7 +52,7 @@ def gaps() -> str:
     """Return electronics' noise and straightness over the gap."""
     rows = []
     for gap in (50.0, 100.0, 200.0, 300.0):
-        found = analyse_sensor(evolve_design(SensorDesign(), {"electrodes.gap_um": gap, "excitation.amplitude_v": 5.0}))
+        found = analyse_sensor(SensorDesign().evolve({"electrodes.gap_um": gap, "excitation.amplitude_v": 5.0}))
         density, rms = found.at_rest.white_density_n_rthz * 1e6, found.at_rest.rms_n * 1e6
         rows.append((f"{gap:g}", f"{density:.2f}", f"{rms:.0f}", f"{100 * found.nonlinearity:.2f} %"))
     return table(("Gap (µm)", "electronics (µN/√Hz)", "all noise (µN rms)", "subtraction off by"), rows)
@@ -63,7 +62,7 @@ def bits() -> str:
     """Return the noise over the converter's bits."""
     rows = []
     for count in (12, 13, 16, 18):
-        found = noise_budget(evolve_design(SensorDesign(), {"adc.bits": count}))
+        found = noise_budget(SensorDesign().evolve({"adc.bits": count}))
         quantised = next(t.rms_n for t in found.terms if t.parameter == "adc.bits")
         rows.append((str(count), _micro(quantised), f"{found.rms_n * 1e6:.0f}"))
     return table(("Effective bits", "converter (µN rms)", "all noise (µN rms)"), rows)

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from frictionloop.parameters.sensor_design import SensorDesign
-from frictionloop.parameters.sensor_design_files import evolve_design
 from frictionloop.sensing import baseband, front_end, springs
 from frictionloop.sensing.electrodes import capacitance_f
 from frictionloop.sensing.netlist import to_spice
@@ -51,7 +50,7 @@ def ngspice(tmp_path):
 @pytest.mark.parametrize("overrides", DESIGNS.values(), ids=DESIGNS)
 @pytest.mark.parametrize("side", ["p", "m"])
 def test_ac(ngspice, overrides, side):
-    design = evolve_design(SensorDesign(), overrides)
+    design = SensorDesign().evolve(overrides)
     found = ngspice(to_spice(design), f"ac {SWEEP}", f"wrdata out.txt v({side}_ca) v({side}_bp)")
     frequency = found[:, 0]
     electrode = capacitance_f(design)[side == "m"]
@@ -75,7 +74,7 @@ def test_ac_of_the_low_pass(ngspice):
 @pytest.mark.parametrize("overrides", DESIGNS.values(), ids=DESIGNS)
 def test_noise_of_the_linear_part(ngspice, overrides):
     """Density at the demodulator's input, and with it the terms of the budget that arise before it."""
-    design = evolve_design(SensorDesign(), overrides)
+    design = SensorDesign().evolve(overrides)
     found = ngspice(to_spice(design), f"noise v(p_bp) Vexc {SWEEP}", "setplot noise1", "wrdata out.txt onoise_spectrum")
     frequency, amplifier = found[:, 0], design.amplifier
     blocks = front_end.charge_amplifier(design, capacitance_f(design).plus)
@@ -94,7 +93,7 @@ def test_noise_of_the_linear_part(ngspice, overrides):
 @pytest.mark.parametrize("name", ["default", "slow amplifier, small Rf"])
 def test_a_step_of_displacement_in_time(ngspice, name):
     """Both sides at 0.5 um, then at 1 um: the difference settles on the static curve."""
-    design = evolve_design(SensorDesign(), DESIGNS[name])
+    design = SensorDesign().evolve(DESIGNS[name])
     deck = to_spice(design).replace("Vx x 0 DC 0", "Vx x 0 PULSE(0.5 1 2m 1u 1u 1 2)")
     found = ngspice(deck, "tran 0.1u 5m 0 0.1u", "wrdata out.txt v(diff) v(p_out)")
     time, diff = found[:, 0], found[:, 1]
@@ -107,7 +106,7 @@ def test_a_step_of_displacement_in_time(ngspice, name):
 
 def test_a_moving_frame_in_time(ngspice):
     """A displacement of 1 um at 500 Hz: amplitude and phase of the difference beside the baseband model."""
-    design = evolve_design(SensorDesign(), {"electrodes.imbalance": 0.0})
+    design = SensorDesign().evolve({"electrodes.imbalance": 0.0})
     deck = to_spice(design).replace("Vx x 0 DC 0", "Vx x 0 SIN(0 1 500)")
     found = ngspice(deck, "tran 0.1u 6m 0 0.1u", "wrdata out.txt v(diff)")
     late = found[:, 0] >= 4e-3

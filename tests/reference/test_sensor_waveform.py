@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 
 from frictionloop.parameters.sensor_design import SensorDesign
-from frictionloop.parameters.sensor_design_files import evolve_design
 from frictionloop.quantities import FrictionloopError
 from frictionloop.sensing import baseband, front_end
 from frictionloop.sensing.noise_budget import noise_budget
 from frictionloop.sensing.waveform import waveform
 
-CALM = evolve_design(SensorDesign(), {"moving.q": 2.0})
+CALM = SensorDesign().evolve({"moving.q": 2.0})
 """A resonance that dies out in the 0.1 s before the response is taken: e^(-23)."""
 TONES_HZ = np.array([10.0, 50, 100, 140, 150, 200, 300, 400, 500])
 
@@ -43,7 +42,7 @@ def response(design, amplitude_n=0.01):
 )
 def test_gain_and_phase(overrides):
     """0.1 % and 0.1 degree to 500 Hz."""
-    design = evolve_design(CALM, overrides)
+    design = CALM.evolve(overrides)
     ratio = response(design) / baseband.sensor_response(design, TONES_HZ)
     assert np.max(np.abs(np.abs(ratio) - 1)) < 1e-3
     assert np.max(np.abs(np.angle(ratio, deg=True))) < 0.1
@@ -64,7 +63,7 @@ def test_the_samples_cost_what_they_must(samples):
 
     The images that they add instead, at N - 1 times the carrier, pass the amplifier at a part of order 1/N.
     """
-    design = evolve_design(SensorDesign(), {"electrodes.imbalance": 0.0})
+    design = SensorDesign().evolve({"electrodes.imbalance": 0.0})
     found = waveform(design, lambda t: np.full_like(t, 0.01), 1e-3, samples).force_n[-1]
     assert 1 - found / 0.01 == pytest.approx(1 - np.sinc(1 / samples) ** 4, rel=10 / samples)
 
@@ -72,7 +71,7 @@ def test_the_samples_cost_what_they_must(samples):
 @pytest.mark.parametrize("form", ["subtraction", "ratio"])
 @pytest.mark.parametrize("force", [-2.5, 0.7, 2.5])
 def test_steady_forces_read_as_the_static_curve(form, force):
-    design = evolve_design(SensorDesign(), {"readout.form": form})
+    design = SensorDesign().evolve({"readout.form": form})
     found = waveform(design, lambda t: np.full_like(t, force), 1e-3)
     expected = front_end.readings(design, *front_end.amplitudes_v(design, force)).force_n
     # 0.04 % from the samples, of the force and, in a subtraction, of the imbalance.
@@ -82,9 +81,9 @@ def test_steady_forces_read_as_the_static_curve(form, force):
 
 def test_a_clipped_amplifier_reads_too_little():
     """Clipped at b of its peak, a sine keeps 2/pi (asin b + b sqrt(1 - b^2)) of its fundamental."""
-    design = evolve_design(SensorDesign(), {"electrodes.imbalance": 0.0, "readout.form": "ratio"})
+    design = SensorDesign().evolve({"electrodes.imbalance": 0.0, "readout.form": "ratio"})
     peak = front_end.peak_amplifier_v(design, 0.0)
-    limited = evolve_design(design, {"amplifier.swing_v": 0.8 * peak})
+    limited = design.evolve({"amplifier.swing_v": 0.8 * peak})
     found = waveform(limited, lambda t: np.full_like(t, 0.5), 1e-3)
 
     def fundamental(volts):
@@ -100,7 +99,7 @@ def test_a_clipped_amplifier_reads_too_little():
 
 
 def test_same_seed_same_noise():
-    quiet = evolve_design(SensorDesign(), {})
+    quiet = SensorDesign().evolve({})
     one, two, other = (waveform(quiet, np.zeros_like, 1e-3, 16, seed=seed).force_n for seed in (3, 3, 4))
     np.testing.assert_array_equal(one, two)
     assert not np.array_equal(one, other)
@@ -120,7 +119,7 @@ NOISE = [
 
 
 def measured_noise(overrides, force_n, duration_s):
-    design = evolve_design(SensorDesign(), overrides)
+    design = SensorDesign().evolve(overrides)
     found = waveform(design, lambda t: np.full_like(t, force_n), duration_s, samples_per_period=32, seed=11)
     # Noise with the correlation e^(-wc |t|) has a variance that is known to sqrt(2/(wc T)), its root to half of that.
     error = math.sqrt(2 / (2 * math.pi * design.filters.cutoff_hz * duration_s)) / 2

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from frictionloop.design.sensor import analyse_sensor, clips_from_n, suspended_values
 from frictionloop.design.sensor_search import propose_sensor, sensor_for_block
 from frictionloop.design.sensor_wanted import GAP_PER_TRAVEL, LARGEST_GAP_UM, SensorRequirement
+from frictionloop.parameters.files import read_design, to_toml, write_toml
 from frictionloop.parameters.sensor_design import SensorDesign
-from frictionloop.parameters.sensor_design_files import design_toml, evolve_design, read_design, write_design
 from frictionloop.quantities import FrictionloopError
 from frictionloop.sensing import baseband, front_end
 
@@ -28,7 +28,7 @@ LOOP_BLOCK = {
     "range_n": 2.5,
 }
 """The sensor of ``fl.bench()`` (DESIGN)."""
-QUIET = evolve_design(SensorDesign(), {"environment.vibration_m_s2_rthz": 1e-9, "environment.tilt_urad": 0.01})
+QUIET = SensorDesign().evolve({"environment.vibration_m_s2_rthz": 1e-9, "environment.tilt_urad": 0.01})
 
 
 def test_the_figures_of_the_paper():
@@ -46,23 +46,21 @@ def test_the_figures_of_the_paper():
 
 
 def test_the_nonlinearity_is_the_square_of_the_travel_over_the_gap():
-    balanced = evolve_design(SensorDesign(), {"electrodes.imbalance": 0.0})
+    balanced = SensorDesign().evolve({"electrodes.imbalance": 0.0})
     found = analyse_sensor(balanced)
     part = found.travel_um / 100
     assert found.nonlinearity == pytest.approx(part**2 / (1 - part**2), rel=1e-9)
-    assert analyse_sensor(evolve_design(balanced, {"readout.form": "ratio"})).nonlinearity == pytest.approx(
-        0, abs=1e-12
-    )
+    assert analyse_sensor(balanced.evolve({"readout.form": "ratio"})).nonlinearity == pytest.approx(0, abs=1e-12)
 
 
 @pytest.mark.parametrize(("swing", "expected"), [(12.0, None), (7.0, 0.0)])
 def test_no_clipping_and_clipping_at_rest(swing, expected):
-    assert clips_from_n(evolve_design(SensorDesign(), {"amplifier.swing_v": swing})) == expected
+    assert clips_from_n(SensorDesign().evolve({"amplifier.swing_v": swing})) == expected
 
 
 @given(st.floats(8.2, 8.7))
 def test_clipping_starts_where_the_amplitude_reaches_the_swing(swing):
-    design = evolve_design(SensorDesign(), {"amplifier.swing_v": swing})
+    design = SensorDesign().evolve({"amplifier.swing_v": swing})
     force = clips_from_n(design)
     assert force is not None
     assert front_end.peak_amplifier_v(design, force) == pytest.approx(swing, rel=1e-6)
@@ -76,7 +74,7 @@ def test_clipping_starts_where_the_amplitude_reaches_the_swing(swing):
 @settings(max_examples=15, deadline=None)
 @given(st.floats(60, 300), st.floats(0.5, 5), st.floats(6e-5, 1e-3), st.sampled_from(["subtraction", "ratio"]))
 def test_what_is_proposed_does_what_was_asked(resonance, range_n, noise, form):
-    base = evolve_design(QUIET, {"readout.form": form})
+    base = QUIET.evolve({"readout.form": form})
     proposal = propose_sensor(SensorRequirement(resonance, range_n, noise_rms_n=noise), base)
     found = analyse_sensor(proposal.design)
     assert found.resonance_hz == pytest.approx(resonance, rel=1e-9)
@@ -169,7 +167,7 @@ IMPOSSIBLE = [
 @pytest.mark.parametrize(("wanted", "overrides", "line"), IMPOSSIBLE, ids=[line[:40] for *_, line in IMPOSSIBLE])
 def test_what_cannot_be_met_says_what_limits(wanted, overrides, line):
     with pytest.raises(FrictionloopError) as caught:
-        propose_sensor(SensorRequirement(*wanted), evolve_design(SensorDesign(), overrides))
+        propose_sensor(SensorRequirement(*wanted), SensorDesign().evolve(overrides))
     assert line in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -182,10 +180,10 @@ def test_an_easy_requirement_ends_at_the_widest_gap():
 
 @pytest.mark.parametrize("overrides", [{}, {"springs.kind": "straight", "springs.length_mm": 25.0, "adc.bits": 18}])
 def test_a_file_comes_back(tmp_path, overrides):
-    design = evolve_design(SensorDesign(), overrides)
-    write_design(design, tmp_path / "sensor.toml")
-    assert read_design(tmp_path / "sensor.toml") == design
-    assert (tmp_path / "sensor.toml").read_text() == design_toml(design)
+    design = SensorDesign().evolve(overrides)
+    write_toml(design, tmp_path / "sensor.toml")
+    assert read_design(tmp_path / "sensor.toml", SensorDesign()) == design
+    assert (tmp_path / "sensor.toml").read_text() == to_toml(design)
 
 
 @pytest.mark.parametrize(
@@ -196,7 +194,7 @@ def test_a_file_comes_back(tmp_path, overrides):
         ("[electrodes]\ngap = 3", "s.toml: unknown parameter 'electrodes.gap'"),
         ("[moving]\nq = -1", "s.toml: moving.q = -1: must be greater than 0"),
         ("[moving]\nq = 'x'", "s.toml: moving.q = 'x': must be a valid number"),
-        ("moving = 3", "s.toml: unknown parameter 'moving'"),
+        ("moving = 3", "s.toml: moving = 3: must be a table of values"),
         (None, "s.toml: cannot be read (No such file or directory)"),
     ],
 )
@@ -205,6 +203,6 @@ def test_a_bad_file_is_one_line(tmp_path, monkeypatch, text, line):
     if text is not None:
         (tmp_path / "s.toml").write_text(text)
     with pytest.raises(FrictionloopError) as caught:
-        read_design("s.toml")
+        read_design("s.toml", SensorDesign())
     assert line in str(caught.value)
     assert "\n" not in str(caught.value)

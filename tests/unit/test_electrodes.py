@@ -7,11 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictionloop.parameters.sensor_design import SensorDesign
-from frictionloop.parameters.sensor_design_files import evolve_design
 from frictionloop.quantities import FrictionloopError
 from frictionloop.sensing.electrodes import capacitance_f, check_geometry, electrostatic_n_per_m
 
-BALANCED = evolve_design(SensorDesign(), {"electrodes.imbalance": 0.0})
+BALANCED = SensorDesign().evolve({"electrodes.imbalance": 0.0})
 
 
 def test_a_plate_capacitor():
@@ -23,7 +22,7 @@ def test_a_plate_capacitor():
 
 @given(st.floats(-0.9, 0.9), st.floats(0, 0.4))
 def test_the_ratio_of_charges_is_the_displacement(part, imbalance):
-    design = evolve_design(SensorDesign(), {"electrodes.imbalance": imbalance})
+    design = SensorDesign().evolve({"electrodes.imbalance": imbalance})
     plus, minus = capacitance_f(design, part * 100e-6)
     expected = (imbalance + part) / (1 + imbalance * part)
     assert (plus - minus) / (plus + minus) == pytest.approx(expected, abs=1e-12)
@@ -50,12 +49,12 @@ def test_the_electrostatic_force_grows_as_the_energy_says():
 )
 def test_what_cannot_work_is_refused_in_one_line(overrides, line):
     with pytest.raises(FrictionloopError, match=line):
-        check_geometry(evolve_design(SensorDesign(), overrides))
+        check_geometry(SensorDesign().evolve(overrides))
 
 
 @given(st.floats(1, 50))
 def test_the_gap_is_judged_against_the_travel(gap_um):
-    design = evolve_design(SensorDesign(), {"electrodes.gap_um": gap_um})
+    design = SensorDesign().evolve({"electrodes.gap_um": gap_um})
     travel_um = 2.5 / 0.332036  # N over N/um, from test_springs
     if gap_um > travel_um * 1.001:
         check_geometry(design)
@@ -78,6 +77,6 @@ def test_the_gap_is_judged_against_the_travel(gap_um):
 )
 def test_bad_parameters_are_one_line(path, value, line):
     with pytest.raises(FrictionloopError) as caught:
-        evolve_design(SensorDesign(), {path: value})
+        SensorDesign().evolve({path: value})
     assert line in str(caught.value)
     assert "\n" not in str(caught.value)

@@ -10,15 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictionloop.parameters.sensor_design import SensorDesign
-from frictionloop.parameters.sensor_design_files import evolve_design
 from frictionloop.sensing import front_end, springs
 from frictionloop.sensing.electrodes import capacitance_f
 
 DESIGN = SensorDesign()
 FREQUENCIES = np.geomspace(10, 1e7, 61)
 designs = st.builds(
-    lambda cf, rf, cpar, gbw, q: evolve_design(
-        DESIGN,
+    lambda cf, rf, cpar, gbw, q: DESIGN.evolve(
         {
             "amplifier.feedback_pf": cf,
             "amplifier.feedback_mohm": rf,
@@ -58,7 +56,7 @@ def test_the_op_amp_stage_is_its_circuit(design, electrode_f):
 
 
 def test_with_a_fast_op_amp_it_is_the_charge_over_the_capacitor():
-    fast = evolve_design(DESIGN, {"amplifier.gain_bandwidth_mhz": 1e6, "amplifier.feedback_mohm": 1e6})
+    fast = DESIGN.evolve({"amplifier.gain_bandwidth_mhz": 1e6, "amplifier.feedback_mohm": 1e6})
     blocks, carrier = front_end.charge_amplifier(fast, 17.7e-12), np.array(120e3)
     assert blocks.charge.response(carrier) == pytest.approx(1 / 22e-12, rel=1e-5)
     assert blocks.voltage_noise.response(carrier) == pytest.approx(1 + (17.7 + 100) / 22, rel=1e-5)  # 6.35
@@ -85,13 +83,13 @@ def test_the_low_pass_is_its_parts():
 
 def test_thermal_noise_of_a_kilohm():
     # 4.07 nV/rtHz at 300 K, from any table
-    warm = evolve_design(DESIGN, {"environment.temperature_k": 300.0})
+    warm = DESIGN.evolve({"environment.temperature_k": 300.0})
     assert front_end.thermal_v_rthz(warm, 1000.0) == pytest.approx(4.07e-9, rel=1e-3)
 
 
 @given(st.floats(-2.5, 2.5), st.floats(0, 0.3))
 def test_the_ratio_reads_the_force_exactly(force, imbalance):
-    design = evolve_design(DESIGN, {"readout.form": "ratio", "electrodes.imbalance": imbalance})
+    design = DESIGN.evolve({"readout.form": "ratio", "electrodes.imbalance": imbalance})
     read = front_end.readings(design, *front_end.amplitudes_v(design, force)).force_n
     # r = (d + p)/(1 + d p) with p = x/e, read through its slope at rest: p/(1 + d p).
     part = springs.travel_m(design, force) / 100e-6
@@ -100,7 +98,7 @@ def test_the_ratio_reads_the_force_exactly(force, imbalance):
 
 @given(st.floats(-2.5, 2.5))
 def test_the_subtraction_errs_by_the_square(force):
-    design = evolve_design(DESIGN, {"electrodes.imbalance": 0.0})
+    design = DESIGN.evolve({"electrodes.imbalance": 0.0})
     part = springs.travel_m(design, force) / 100e-6
     read = front_end.readings(design, *front_end.amplitudes_v(design, force)).force_n
     assert read == pytest.approx(force / (1 - part**2), abs=1e-12)
@@ -109,7 +107,7 @@ def test_the_subtraction_errs_by_the_square(force):
 @pytest.mark.parametrize("form", ["subtraction", "ratio"])
 @pytest.mark.parametrize("force", [-2.5, 0.0, 1.0])
 def test_slopes_are_those_of_the_reading(form, force):
-    design = evolve_design(DESIGN, {"readout.form": form})
+    design = DESIGN.evolve({"readout.form": form})
     volts = front_end.amplitudes_v(design, force)
     found, h = front_end.readings(design, *volts), 1e-5
     for side, slope in ((0, found.per_plus_n_per_v), (1, found.per_minus_n_per_v)):
@@ -130,7 +128,7 @@ def test_amplitudes_are_charge_over_feedback(force):
 
 @given(st.floats(-10, 10), st.integers(4, 20))
 def test_the_converter_rounds_to_its_steps_and_holds_at_its_ends(force, bits):
-    design = evolve_design(DESIGN, {"adc.bits": bits})
+    design = DESIGN.evolve({"adc.bits": bits})
     step = 5.0 / 2**bits
     read = float(front_end.converted_n(design, np.array(force)))
     assert read / step == pytest.approx(round(read / step), abs=1e-9)

@@ -13,13 +13,11 @@ from scipy.constants import Boltzmann
 from scipy.linalg import solve_continuous_lyapunov
 
 from frictionloop.parameters.sensor_design import SensorDesign
-from frictionloop.parameters.sensor_design_files import evolve_design
 from frictionloop.sensing import baseband, springs
 from frictionloop.sensing.noise_budget import noise_budget, side_density_pm_rthz
 
 DESIGN = SensorDesign()
-IDEAL = evolve_design(
-    DESIGN,
+IDEAL = DESIGN.evolve(
     {
         "amplifier.gain_bandwidth_mhz": 1e6,
         "amplifier.feedback_mohm": 1e4,
@@ -50,7 +48,7 @@ def test_amplifier_noise_is_noise_gain_times_root_two_over_the_slope():
 
 
 def test_feedback_noise_is_its_current_into_the_capacitor():
-    design = evolve_design(IDEAL, {"amplifier.feedback_mohm": 100.0})
+    design = IDEAL.evolve({"amplifier.feedback_mohm": 100.0})
     current = math.sqrt(4 * Boltzmann * 295.0 / 100e6)
     volts = current / (2 * math.pi * 120e3 * 22e-12)
     slope_v_per_m = 10 * 8.8541878e-12 * 200e-6 / 100e-6**2 / 22e-12
@@ -70,7 +68,7 @@ def test_filter_noise_is_that_of_its_resistors_and_buffer():
 
 @given(st.floats(0, 0.3), st.floats(-2.5, 2.5))
 def test_excitation_noise_is_the_unbalance_times_the_noise(imbalance, force):
-    design = evolve_design(DESIGN, {"electrodes.imbalance": imbalance})
+    design = DESIGN.evolve({"electrodes.imbalance": imbalance})
     part = springs.travel_m(design, force) / 100e-6
     unequal = (imbalance + part) / (1 - part**2)
     expected = abs(unequal) * 1e-6 * 100e-6 * stiffness(design)
@@ -79,13 +77,13 @@ def test_excitation_noise_is_the_unbalance_times_the_noise(imbalance, force):
 
 @given(st.floats(0, 0.3), st.floats(-2.5, 2.5))
 def test_the_ratio_has_no_excitation_noise(imbalance, force):
-    design = evolve_design(DESIGN, {"electrodes.imbalance": imbalance, "readout.form": "ratio"})
+    design = DESIGN.evolve({"electrodes.imbalance": imbalance, "readout.form": "ratio"})
     assert term(design, "excitation amplitude", force).rms_n < 1e-18
 
 
 def test_both_forms_are_the_same_at_rest_when_balanced():
-    design = evolve_design(DESIGN, {"electrodes.imbalance": 0.0})
-    other = evolve_design(design, {"readout.form": "ratio"})
+    design = DESIGN.evolve({"electrodes.imbalance": 0.0})
+    other = design.evolve({"readout.form": "ratio"})
     for one, two in zip(noise_budget(design).terms, noise_budget(other).terms, strict=True):
         assert one.rms_n == pytest.approx(two.rms_n, rel=1e-12, abs=1e-18)
 
@@ -93,7 +91,7 @@ def test_both_forms_are_the_same_at_rest_when_balanced():
 @given(st.integers(6, 24))
 def test_quantisation_is_a_step_over_root_twelve(bits):
     """Of a signal that wanders over many steps, measured."""
-    design = evolve_design(DESIGN, {"adc.bits": bits})
+    design = DESIGN.evolve({"adc.bits": bits})
     step = 5.0 / 2**bits
     found = term(design, "ADC quantisation")
     error = np.random.default_rng(1).uniform(-step / 2, step / 2, 100_000)
@@ -104,7 +102,7 @@ def test_quantisation_is_a_step_over_root_twelve(bits):
 @pytest.mark.parametrize("q", [1.0, 20.0, 300.0])
 def test_thermal_motion_has_the_energy_of_equipartition(q):
     """k <x^2> = kB T whatever Q is, seen through a low-pass that passes it all."""
-    design = evolve_design(DESIGN, {"moving.q": q, "filters.cutoff_hz": 1e6, "filters.bandpass_q": 0.5})
+    design = DESIGN.evolve({"moving.q": q, "filters.cutoff_hz": 1e6, "filters.bandpass_q": 0.5})
     expected = math.sqrt(Boltzmann * 295.0 * stiffness(design))
     # At Q = 1 the force noise passes above resonance; 1/f^4 leaves little beyond the grid.
     assert term(design, "thermomechanical").rms_n == pytest.approx(expected, rel=2e-4)
@@ -113,7 +111,7 @@ def test_thermal_motion_has_the_energy_of_equipartition(q):
 @pytest.mark.parametrize("q", [0.7, 20.0, 200.0])
 @pytest.mark.parametrize("cutoff", [300.0, 1000.0])
 def test_vibration_agrees_with_lyapunovs_integral(q, cutoff):
-    design = evolve_design(DESIGN, {"moving.q": q, "filters.cutoff_hz": cutoff, "filters.bandpass_q": 0.5})
+    design = DESIGN.evolve({"moving.q": q, "filters.cutoff_hz": cutoff, "filters.bandpass_q": 0.5})
     omega, turn = 2 * math.pi * springs.resonance_hz(design), 2 * math.pi * cutoff
     # In units of the resonance: suspension, then the pole.
     ratio = turn / omega
@@ -128,7 +126,7 @@ def test_vibration_agrees_with_lyapunovs_integral(q, cutoff):
 @pytest.mark.parametrize("q", [1.0, 5.0, 40.0])
 def test_electronics_pass_two_poles(q):
     """Flat noise before the band-pass meets its envelope pole f/(2 Q) and the low-pass: pi/2 f1 f2/(f1 + f2)."""
-    design = evolve_design(DESIGN, {"filters.bandpass_q": q, "amplifier.gain_bandwidth_mhz": 1e6})
+    design = DESIGN.evolve({"filters.bandpass_q": q, "amplifier.gain_bandwidth_mhz": 1e6})
     found = term(design, "amplifier voltage")
     envelope = 120e3 / (2 * q)
     band = math.pi / 2 * envelope * 1000 / (envelope + 1000)
@@ -159,7 +157,7 @@ def test_a_mode_of_welch_agrees_with_the_demodulated_density():
     f, density = signal.welch(product, rate, nperseg=24_000)
     low = (f > 100) & (f < 3000)
     # 100 segments (200 overlapping), 29 lines: 2 % in power. Warped tuning leaves 1 %.
-    tuned = evolve_design(DESIGN, {"filters.bandpass_q": q})
+    tuned = DESIGN.evolve({"filters.bandpass_q": q})
     from frictionloop.sensing.front_end import bandpass
 
     model = baseband.demodulated_density(tuned, lambda x: np.abs(bandpass(tuned).response(x)), f[low])
@@ -182,9 +180,9 @@ def test_any_budget_adds_up(gap, area, volts, imbalance, form):
         "electrodes.imbalance": imbalance,
         "readout.form": form,
     }
-    budget = noise_budget(evolve_design(DESIGN, overrides))
+    budget = noise_budget(DESIGN.evolve(overrides))
     assert all(each.rms_n >= 0 and math.isfinite(each.rms_n) for each in budget.terms)
     assert budget.dominant.rms_n <= budget.rms_n <= math.sqrt(len(budget.terms)) * budget.dominant.rms_n
     assert budget.rms_n**2 == pytest.approx(sum(each.rms_n**2 for each in budget.terms), rel=1e-12)
-    quieter = noise_budget(evolve_design(DESIGN, overrides | {"electrodes.gap_um": gap / 1.5}))
+    quieter = noise_budget(DESIGN.evolve(overrides | {"electrodes.gap_um": gap / 1.5}))
     assert quieter.white_density_n_rthz < budget.white_density_n_rthz

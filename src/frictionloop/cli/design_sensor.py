@@ -102,11 +102,11 @@ def command(
 
 
 def _design_from(file: Path | None, overrides: list[str] | None) -> SensorDesign:
+    from frictionloop.parameters.files import read_design
     from frictionloop.parameters.sensor_design import SensorDesign
-    from frictionloop.parameters.sensor_design_files import evolve_design, read_design
 
-    base = SensorDesign() if file is None else read_design(file)
-    return evolve_design(base, flags.overrides_of(overrides))
+    base = SensorDesign() if file is None else read_design(file, SensorDesign())
+    return base.evolve(flags.overrides_of(overrides))
 
 
 def _search(design: SensorDesign, wanted: dict[str, float | None]) -> SensorProposal:
@@ -124,9 +124,9 @@ def _search(design: SensorDesign, wanted: dict[str, float | None]) -> SensorProp
 
 def _save(design: SensorDesign, paths: dict[str, Path | None]) -> dict[str, Path | None]:
     if (path := paths["design"]) is not None:
-        from frictionloop.parameters.sensor_design_files import write_design
+        from frictionloop.parameters import write_toml
 
-        write_design(design, path)
+        write_toml(design, path)
     if (path := paths["netlist"]) is not None:
         from frictionloop.quantities import replacing
         from frictionloop.sensing.netlist import to_spice

@@ -1,5 +1,6 @@
-"""Linear analysis of the loop: equation (2) as frequency responses and state space, margins, equation (3)."""
+"""Linear analysis of the loop: equation (2) as responses and state space, margins, equation (3), re-tuned gains."""
 
+from frictionloop.design.band import operating_band
 from frictionloop.design.elements import Elements, elements, lumped_gain
 from frictionloop.design.linear import LinearLoop, linearise
 from frictionloop.design.margins import Margins
@@ -11,6 +12,7 @@ from frictionloop.design.noise import (
     output_noise_rms_n,
 )
 from frictionloop.design.responses import Reading
+from frictionloop.design.retune import Retuned, retune
 from frictionloop.design.stability import kp_limit
 from frictionloop.design.state_space import StateSpace
 
@@ -19,6 +21,7 @@ __all__ = [
     "LinearLoop",
     "Margins",
     "Reading",
+    "Retuned",
     "StateSpace",
     "command_noise_rms_n",
     "elements",
@@ -28,5 +31,7 @@ __all__ = [
     "linearise",
     "lumped_gain",
     "noise_spectrum",
+    "operating_band",
     "output_noise_rms_n",
+    "retune",
 ]

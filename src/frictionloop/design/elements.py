@@ -9,11 +9,14 @@ import numpy as np
 
 from frictionloop.control.lookup import lookup_table
 from frictionloop.control.pi import linearise_pi
-from frictionloop.parameters import Model, System, check_system
-from frictionloop.physics.friction import amplitude_for, friction_force
+from frictionloop.design.operating import law_at, operating_amplitude_um
+from frictionloop.parameters import LowpassSensor, Model, Sensor, Skin, Strokes, System, check_system
+from frictionloop.physics.contact_linear import linearise_dahl, linearise_lugre, linearise_slider
+from frictionloop.physics.friction import friction_force
 from frictionloop.physics.plate import linearise_plate
-from frictionloop.quantities import FrictionloopError, Lti
+from frictionloop.quantities import Lti
 from frictionloop.sensing.lowpass import linearise_sensor
+from frictionloop.sensing.suspended import linearise_suspended
 
 
 @dataclass(frozen=True)
@@ -23,20 +26,30 @@ class Elements:
     controller: Lti
     """C(s) = (kp + ki/s) exp(-s delay_s), error to force command, N/N."""
     plate: Lti
-    """P(s), force command to friction force, N/N: the lookup table, the plate and the friction law lumped."""
-    sensor: Lti
-    """S(s), force plus noise to measured force, N/N."""
+    """P(s), force command to friction force, N/N: lookup table, plate, friction law and contact lumped."""
+    stages: tuple[Lti, ...]
+    """S(s) as blocks in series: springs if there are any, then the electronics' pole. Noise enters before the last."""
     amplitude_um: float
     """Vibration amplitude of the operating point, um zero-to-peak."""
     force_n: float
     """Friction force g(a) of the operating point, N, without the disturbance."""
+    occluded: float = 0.0
+    """How far occlusion has come at the operating point, 0 to 1."""
+
+    @property
+    def sensor(self) -> Lti:
+        """S(s), force to measured force, N/N."""
+        return math.prod(self.stages[1:], start=self.stages[0])
 
 
-def elements(system: System, amplitude_um: float | None = None, force_n: float | None = None) -> Elements:
+def elements(
+    system: System, amplitude_um: float | None = None, force_n: float | None = None, occluded: float = 0.0
+) -> Elements:
     """Return C, P and S of equation (2) at an operating point.
 
     The literal order of the paper's Section 2.2 is kept, low-pass on the amplitude, then g: small signals then see
-    P(s) = `lumped_gain` times the plate's low-pass.
+    P(s) = `lumped_gain` times the plate's low-pass, times the contact of a finger that slides steadily
+    (physics/contact_linear; 1 without skin).
 
     Parameters
     ----------
@@ -45,7 +58,9 @@ def elements(system: System, amplitude_um: float | None = None, force_n: float |
     amplitude_um
         Vibration amplitude of the operating point, um, from 0 to the smaller a_max of plate and controller model.
     force_n
-        The operating point as a force g(a) instead, N. Without either: the middle of the reachable forces.
+        The operating point as a force g(a) instead, N. Without either: as in `linearise`.
+    occluded
+        How far occlusion under a `FingerFriction` has come: 0 just landed, 1 after long contact.
 
     Raises
     ------
@@ -53,26 +68,50 @@ def elements(system: System, amplitude_um: float | None = None, force_n: float |
         Both are given, or the point cannot be reached.
     """
     check_system(system)
-    amplitude = _operating_amplitude_um(system, amplitude_um, force_n)
-    gain = lumped_gain(system, amplitude)
+    law = law_at(system, occluded)
+    amplitude = operating_amplitude_um(system, law, amplitude_um, force_n)
+    force = float(friction_force(amplitude, law))
+    gain = lumped_gain(system, amplitude, occluded)
     return Elements(
         controller=linearise_pi(system.controller),
-        plate=Lti((gain,), (1.0,)) * linearise_plate(system.plate),
-        sensor=linearise_sensor(system.sensor),
+        plate=Lti((gain,), (1.0,)) * linearise_plate(system.plate) * linearise_contact(system, force),
+        stages=linearise_stages(system.sensor),
         amplitude_um=amplitude,
-        force_n=float(friction_force(amplitude, system.friction)),
+        force_n=force,
+        occluded=occluded,
     )
 
 
-def lumped_gain(system: System, amplitude_um: float) -> float:
+def lumped_gain(system: System, amplitude_um: float, occluded: float = 0.0) -> float:
     """Return df/du of lookup table and friction law in series, -tau g(a) d(a^2)/du; 1 where the model is right.
 
     With the exact inverse this is g'(a) / g_model'(a), finite at a = 0 too; with a table d(a^2)/du is the slope of
     the cell that holds ``amplitude_um``.
     """
-    force = float(friction_force(amplitude_um, system.friction))
+    law = law_at(system, occluded)
     slope = _square_per_newton(system.controller.model, amplitude_um)
-    return -system.friction.susceptibility_per_um2 * force * slope
+    return -law.susceptibility_per_um2 * float(friction_force(amplitude_um, law)) * slope
+
+
+def linearise_contact(system: System, force_n: float) -> Lti:
+    """Return friction limit to friction force at steady sliding with this force (N), N/N; 1 without skin."""
+    finger, motion = system.finger, system.motion
+    if not (isinstance(finger, Skin) and isinstance(motion, Strokes)):
+        return Lti((1.0,), (1.0,))
+    speed_m_s = 1e-3 * motion.speed_mm_s
+    if finger.contact == "dahl":
+        return linearise_dahl(force_n, speed_m_s, finger.bristle_stiffness_n_m)
+    if finger.contact == "lugre":
+        return linearise_lugre(force_n, speed_m_s, finger.bristle_stiffness_n_m, finger.bristle_damping_n_s_m)
+    return linearise_slider()
+
+
+def linearise_stages(sensor: Sensor) -> tuple[Lti, ...]:
+    """Return the sensor's blocks in series, the electronics' pole last."""
+    if isinstance(sensor, LowpassSensor):
+        return (linearise_sensor(sensor),)
+    whole, pole = linearise_suspended(sensor), Lti((1.0,), (1.0 / (2.0 * math.pi * sensor.cutoff_hz), 1.0))
+    return Lti(whole.num, tuple(np.polydiv(whole.den, pole.den)[0])), pole
 
 
 def _square_per_newton(model: Model, amplitude_um: float) -> float:
@@ -84,18 +123,3 @@ def _square_per_newton(model: Model, amplitude_um: float) -> float:
     cell = int(np.clip(np.searchsorted(-squares, -(amplitude_um**2), side="right") - 1, 0, squares.size - 2))
     spacing_n = (model.nominal_n - model.floor_n) / (squares.size - 1)
     return float(squares[cell + 1] - squares[cell]) / spacing_n
-
-
-def _operating_amplitude_um(system: System, amplitude_um: float | None, force_n: float | None) -> float:
-    limit_um = min(system.plate.max_amplitude_um, system.controller.model.max_amplitude_um)
-    floor_n, nominal_n = float(friction_force(limit_um, system.friction)), system.friction.nominal_n
-    if amplitude_um is not None and force_n is not None:
-        raise FrictionloopError("operating point: give amplitude_um or force_n, not both")
-    if amplitude_um is not None:
-        if not 0 <= amplitude_um <= limit_um:
-            raise FrictionloopError(f"amplitude_um = {amplitude_um:g} um: must be between 0 and {limit_um:g}")
-        return float(amplitude_um)
-    force = (floor_n + nominal_n) / 2 if force_n is None else force_n
-    if not floor_n <= force <= nominal_n:
-        raise FrictionloopError(f"force_n = {force:g} N: must be between {floor_n:.6g} and {nominal_n:g}")
-    return float(amplitude_for(force, system.friction))

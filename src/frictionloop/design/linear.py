@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from frictionloop.control.pi import linearise_pi
 from frictionloop.design.closed import close
 from frictionloop.design.elements import Elements, elements
 from frictionloop.design.margins import Margins, margins, search_grid
@@ -23,8 +24,8 @@ from frictionloop.design.responses import (
     sampled_responses,
 )
 from frictionloop.design.sampled import SampledPlant, sample
-from frictionloop.design.state_space import Complex, StateSpace
-from frictionloop.parameters import System
+from frictionloop.design.state_space import Array, Complex, StateSpace
+from frictionloop.parameters import LowpassSensor, System
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,8 +61,8 @@ class LinearLoop:
         Returns
         -------
         xarray.Dataset
-            Complex ``G``, ``S``, ``T``, ``f_a_from_f_r``, ``f_a_from_d``, ``f_a_from_n`` and ``u_from_n`` (N/N) over
-            ``frequency`` (Hz).
+            Complex ``G``, ``S``, ``T``, ``f_a_from_f_r``, ``f_a_from_d``, ``f_a_from_n``, ``u_from_f_r`` and
+            ``u_from_n`` (N/N) over ``frequency`` (Hz). Noise enters before the electronics' pole, behind any springs.
 
         Raises
         ------
@@ -106,29 +107,47 @@ class LinearLoop:
         gain, ki = abs(self.elements.plate.num[-1]), self.system.controller.ki
         # |G| of the integral alone is 1 at gain ki / 2 pi: no crossover lies lower.
         lowest_hz = 0.1 * gain * ki / (2 * math.pi) if ki > 0 else self.nyquist_hz
-        grid = search_grid(self.nyquist_hz, self.plant.whole_periods, lowest_hz)
-        return margins(lambda f: self.responses(f)["G"], grid, self.nyquist_hz, self.is_stable())
+        return margins(lambda f: self.responses(f)["G"], self.search_grid(lowest_hz), self.nyquist_hz, self.is_stable())
+
+    def search_grid(self, lowest_hz: float = math.inf) -> Array:
+        """Return frequencies in Hz, from ``lowest_hz`` or lower to `nyquist_hz`, between which responses do little."""
+        sensor = self.system.sensor
+        around = (
+            [] if isinstance(sensor, LowpassSensor) else [(sensor.resonance_hz, sensor.resonance_hz / (2 * sensor.q))]
+        )
+        return search_grid(self.nyquist_hz, self.plant.whole_periods, min(lowest_hz, self.nyquist_hz), around)
+
+    def with_gains(self, kp: float, ki: float) -> LinearLoop:
+        """Return the same loop at the same operating point with other gains, kp in N/N and ki in 1/s."""
+        system = self.system.evolve({"controller.kp": kp, "controller.ki": ki})
+        return LinearLoop(system, replace(self.elements, controller=linearise_pi(system.controller)), self.plant)
 
     def to_control(self) -> Any:
         """Return the closed loop as a ``control.StateSpace``; raises when python-control is not installed."""
         return self._closed.to_control()
 
 
-def linearise(system: System, amplitude_um: float | None = None, *, force_n: float | None = None) -> LinearLoop:
+def linearise(
+    system: System, amplitude_um: float | None = None, *, force_n: float | None = None, occluded: float = 0.0
+) -> LinearLoop:
     """Return the loop for small signals around an operating point, equation (2).
 
     Parameters
     ----------
     system
-        The loop; its set-point and disturbance are not used.
+        The loop. A finger that strokes is taken to slide steadily, at the strokes' speed and mean load; commands that
+        come late by chance and lost ticks are left out.
     amplitude_um, force_n
         Operating point, as a vibration amplitude (um, 0 to a_max) or as a friction force g(a) (N, g(a_max) to f0);
-        one or neither. Without either it is the middle of the reachable forces.
+        one or neither. Without either it is the mean of set-point less disturbance for a finger that strokes, and for
+        the loop of Section 2, whose signals may be out of reach, the middle of the reachable forces.
+    occluded
+        How far occlusion under a `FingerFriction` has come: 0 just landed, 1 after long contact.
 
     Raises
     ------
     FrictionloopError
-        Both are given, or the point cannot be reached.
+        Both are given, the point cannot be reached, or the finger is too slow or too light for the controller to act.
     """
-    loop = elements(system, amplitude_um, force_n)
+    loop = elements(system, amplitude_um, force_n, occluded)
     return LinearLoop(system, loop, sample(loop, 1.0 / system.controller.rate_hz))

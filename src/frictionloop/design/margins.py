@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,8 @@ from scipy.optimize import brentq, minimize_scalar
 
 from frictionloop.design.state_space import Array, Complex
 
+_WIDTHS = np.sinh(np.linspace(-4.0, 4.0, 161))
+"""Distances from a resonance in half widths, 0.05 apart at its peak."""
 LoopGain = Callable[[Array], Complex]
 """Frequencies in Hz to G, complex."""
 
@@ -37,13 +39,17 @@ class Margins:
     """Whether the closed loop is stable (from its poles, not from the margins)."""
 
 
-def search_grid(nyquist_hz: float, whole_periods: int, lowest_hz: float) -> Array:
-    """Return frequencies in Hz, dense enough for resonances (0.4 % apart) and for the turns that a delay adds."""
+def search_grid(
+    nyquist_hz: float, whole_periods: int, lowest_hz: float, around: Sequence[tuple[float, float]]
+) -> Array:
+    """Return frequencies in Hz, dense enough for the turns that a delay adds and for resonances (frequency, width)."""
     lowest = min(1e-6, lowest_hz / nyquist_hz)
     relative = np.geomspace(lowest, 1.0, math.ceil(600 * -math.log10(lowest)))
     even = np.linspace(0.0, 1.0, 100 * (whole_periods + 4))[1:]
     # G is real at the Nyquist frequency itself, so it is looked at apart.
-    return np.union1d(relative, even)[:-1] * nyquist_hz
+    grid = np.union1d(relative, even)[:-1] * nyquist_hz
+    near = np.array([centre + width * _WIDTHS for centre, width in around]).ravel()
+    return np.union1d(grid, near[(near > grid[0]) & (near < nyquist_hz)])
 
 
 def crossings(value: Callable[[Array], Array], grid: Array) -> Array:

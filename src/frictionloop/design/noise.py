@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 import xarray as xr
@@ -11,27 +12,30 @@ from scipy.integrate import tanhsinh
 
 from frictionloop.design.linear import LinearLoop, linearise
 from frictionloop.design.responses import Reading
-from frictionloop.design.state_space import Array
-from frictionloop.parameters import System
+from frictionloop.design.state_space import Array, Complex
+from frictionloop.parameters import LowpassSensor, System
 from frictionloop.quantities import FrictionloopError
+from frictionloop.sensing.suspended import noise_coefficients
 
 
 def output_noise_rms_n(system: System | LinearLoop) -> float:
     """Return sigma_f, the rms of f_a that the sensor noise causes, N: equation (3) for the loop as it runs.
 
-    Exact stationary variance at the sampling instants of the sampled loop (discrete Lyapunov equation), for white
-    noise of ``sensor.noise_rms_n`` drawn once per control period. Infinite when the loop is unstable. Small
-    signals: the clamp and the curvature of the friction law are not in it.
+    Exact stationary variance at the sampling instants of the sampled loop (discrete Lyapunov equation). A sensor of
+    Section 2 has white noise of ``sensor.noise_rms_n`` drawn once per control period. A suspended one has
+    ``noise_density_n_rthz`` before its pole and, after it, the converter's rounding: white noise of step/sqrt(12)
+    (Widrow), true while the noise before it moves the reading by about a step or more. Infinite when the loop is
+    unstable. Small signals: the clamp and the curvature of the friction law are not in it.
 
     Parameters
     ----------
     system
-        The loop (small signals around the middle of the reachable forces), or its `LinearLoop` at an operating point.
+        The loop (at the operating point of `linearise`), or its `LinearLoop` at another one.
 
     Raises
     ------
     FrictionloopError
-        For what is neither, or when plate and controller model have no force in common.
+        For what is neither, or an operating point that cannot be reached.
     """
     return _rms_n(system, "f_a")
 
@@ -42,12 +46,12 @@ def command_noise_rms_n(system: System | LinearLoop) -> float:
     Parameters
     ----------
     system
-        The loop (small signals around the middle of the reachable forces), or its `LinearLoop` at an operating point.
+        The loop (at the operating point of `linearise`), or its `LinearLoop` at another one.
 
     Raises
     ------
     FrictionloopError
-        For what is neither, or when plate and controller model have no force in common.
+        For what is neither, or an operating point that cannot be reached.
     """
     return _rms_n(system, "u")
 
@@ -56,7 +60,7 @@ def integrated_noise_rms_n(system: System | LinearLoop, output: str = "f_a", rea
     """Return the same rms as an integral over the noise's spectrum, N: equation (3) summed over frequency.
 
     sigma_f^2 = integral from 0 to rate/2 of 2 sigma_n^2 Ts |f_a_from_n(f)|^2 df, where 2 sigma_n^2 Ts is the
-    one-sided density of the noise and f_a_from_n is -G/(1+G) in every continuous reading.
+    one-sided density of the noise and f_a_from_n is -G/(1+G) in every continuous reading without springs.
 
     Parameters
     ----------
@@ -80,26 +84,23 @@ def integrated_noise_rms_n(system: System | LinearLoop, output: str = "f_a", rea
         return math.inf
 
     def power(frequency: Array) -> Array:
-        response = loop.responses(frequency.ravel(), reading)[f"{output}_from_n"]
-        return np.asarray(np.abs(response) ** 2).reshape(frequency.shape)
+        return _spectrum(loop, loop.responses(frequency.ravel(), reading), output).reshape(frequency.shape)
 
     edges = _edges(loop)
     panels = tanhsinh(power, edges[:-1], edges[1:], rtol=1e-10, atol=0.0)
-    return math.sqrt(_density_n2_per_hz(loop) * float(np.sum(panels.integral)))
+    return math.sqrt(float(np.sum(panels.integral)))
 
 
 def noise_spectrum(system: System | LinearLoop, frequency_hz: ArrayLike, reading: Reading = "sampled") -> xr.Dataset:
     """Return the one-sided spectra of f_a and u that the sensor noise causes, N^2/Hz over ``frequency`` in Hz.
 
-    2 sigma_n^2 Ts |f_a_from_n|^2: the integrand of equation (3); arguments as in `LinearLoop.frequency_response`.
+    2 sigma_n^2 Ts |f_a_from_n|^2, and as much for a converter: the integrand of equation (3). Arguments as in
+    `LinearLoop.frequency_response`.
     """
     loop = _linear(system)
     response = loop.frequency_response(frequency_hz, reading)
-    density = _density_n2_per_hz(loop)
-    spectra = {
-        output: ("frequency", density * np.abs(response[f"{output}_from_n"].values) ** 2, {"units": "N^2/Hz"})
-        for output in ("f_a", "u")
-    }
+    values = {str(name): variable.values for name, variable in response.items()}
+    spectra = {f: ("frequency", _spectrum(loop, values, f), {"units": "N^2/Hz"}) for f in ("f_a", "u")}
     return xr.Dataset(spectra, response.coords, response.attrs)
 
 
@@ -116,11 +117,27 @@ def _linear(system: System | LinearLoop) -> LinearLoop:
 
 def _rms_n(system: System | LinearLoop, output: str) -> float:
     loop = _linear(system)
-    return loop.system.sensor.noise_rms_n * math.sqrt(loop.state_space().variance("n")[output])
+    closed = loop.state_space()
+    return math.sqrt(sum(sigma**2 * closed.variance(source)[output] for source, sigma in _sources(loop).items()))
 
 
-def _density_n2_per_hz(loop: LinearLoop) -> float:
-    return 2.0 * loop.system.sensor.noise_rms_n**2 / loop.system.controller.rate_hz
+def _sources(loop: LinearLoop) -> dict[str, float]:
+    """Return the standard deviations, N, of what is drawn anew each period, by the input it enters at.
+
+    The noise is held over its period before the sensor's pole; that of a suspended sensor is given behind the pole,
+    where such draws leave gain/(1 - decay) times less. Rounding of the measured force does what -f_r does.
+    """
+    sensor = loop.system.sensor
+    decay, gain = noise_coefficients(sensor, loop.plant.period_s)
+    if isinstance(sensor, LowpassSensor):
+        return {"n": sensor.noise_rms_n}
+    return {"n": gain / (1.0 - decay), "f_r": sensor.step_n / math.sqrt(12.0)}
+
+
+def _spectrum(loop: LinearLoop, responses: Mapping[str, Complex], output: str) -> Array:
+    """Return the one-sided density of an output, N^2/Hz."""
+    powers = [sigma**2 * np.abs(responses[f"{output}_from_{source}"]) ** 2 for source, sigma in _sources(loop).items()]
+    return np.asarray(2.0 * loop.plant.period_s * np.sum(powers, axis=0))
 
 
 def _edges(loop: LinearLoop) -> Array:

@@ -23,6 +23,7 @@ LONG_NAMES = {
     "f_a_from_f_r": "friction force from set-point",
     "f_a_from_d": "friction force from disturbance",
     "f_a_from_n": "friction force from sensor noise",
+    "u_from_f_r": "force command from set-point",
     "u_from_n": "force command from sensor noise",
 }
 """The responses by name; S is the sensitivity here, not the sensor."""
@@ -61,6 +62,7 @@ def sampled_responses(plant: SampledPlant, controller: Controller, frequency_hz:
         "f_a_from_f_r": f_a_u * C * S,
         "f_a_from_d": f_a_d - f_a_u * C * f_m_d * S,
         "f_a_from_n": f_a_n - f_a_u * C * f_m_n * S,
+        "u_from_f_r": C * S,
         "u_from_n": -C * f_m_n * S,
     }
 
@@ -68,6 +70,7 @@ def sampled_responses(plant: SampledPlant, controller: Controller, frequency_hz:
 def continuous_responses(loop: Elements, period_s: float, frequency_hz: Array, reading: Reading) -> dict[str, Complex]:
     """Return the responses of `LONG_NAMES` at s = j 2 pi f, equation (2), with sampling as ``reading`` says."""
     controller, plate, sensor = (block.response(frequency_hz) for block in (loop.controller, loop.plate, loop.sensor))
+    electronics = loop.stages[-1].response(frequency_hz)
     C = controller * _hold(np.asarray(2j * np.pi * frequency_hz), period_s, loop.controller.delay_s, reading)
     G = C * plate * sensor
     S = 1 / (1 + G)
@@ -77,8 +80,9 @@ def continuous_responses(loop: Elements, period_s: float, frequency_hz: Array, r
         "T": G * S,
         "f_a_from_f_r": C * plate * S,
         "f_a_from_d": S,
-        "f_a_from_n": -G * S,
-        "u_from_n": -C * sensor * S,
+        "f_a_from_n": -C * plate * electronics * S,
+        "u_from_f_r": C * S,
+        "u_from_n": -C * electronics * S,
     }
 
 

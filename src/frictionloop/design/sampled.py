@@ -98,13 +98,20 @@ def sample(loop: Elements, period_s: float) -> SampledPlant:
 
 
 def _continuous(loop: Elements, period_s: float) -> tuple[Array, Array, Array]:
-    """Return A, B, C of dx/dt = A x + B [u, d, n], [f_a - d, f_m] = C x, t in periods: the plate drives the sensor."""
-    a_p, b_p, c_p = _block(loop.plate, period_s)
-    a_s, b_s, c_s = _block(loop.sensor, period_s)
-    plate, sensor = len(a_p), len(a_s)
-    matrix = np.block([[a_p, np.zeros((plate, sensor))], [b_s @ c_p, a_s]])
-    drive = np.block([[b_p, np.zeros((plate, 2))], [np.zeros((sensor, 1)), b_s, b_s]])
-    output = np.block([[c_p, np.zeros((1, sensor))], [np.zeros((1, plate)), c_s]])
+    """Return A, B, C of dx/dt = A x + B [u, d, n], [f_a - d, f_m] = C x, t in periods: each block drives the next.
+
+    u enters the plate, d the first stage of the sensor, n its last.
+    """
+    blocks = [_block(block, period_s) for block in (loop.plate, *loop.stages)]
+    ends = np.cumsum([0, *(len(a) for a, _, _ in blocks)])
+    matrix, drive, output = np.zeros((ends[-1], ends[-1])), np.zeros((ends[-1], 3)), np.zeros((2, ends[-1]))
+    for k, (a, b, c) in enumerate(blocks):
+        here = slice(ends[k], ends[k + 1])
+        matrix[here, here] = a
+        if k > 0:
+            matrix[here, ends[k - 1] : ends[k]] = b @ blocks[k - 1][2]
+        drive[here] = b * [k == 0, k == 1, k == len(blocks) - 1]
+        output[:, here] = c * np.array([[k == 0], [k == len(blocks) - 1]])
     return matrix, drive, output
 
 

@@ -29,7 +29,6 @@ from frictionloop.design.sensor_wanted import (
     with_electrodes,
 )
 from frictionloop.parameters.sensor_design import ArcSprings, SensorDesign
-from frictionloop.parameters.sensor_design_files import evolve_design
 from frictionloop.quantities import FrictionloopError
 from frictionloop.sensing import springs
 
@@ -105,7 +104,7 @@ def sensor_for_block(values: Mapping[str, Any], base: SensorDesign | None = None
     requirement = SensorRequirement(
         values["resonance_hz"], values["range_n"], noise_density_n_rthz=values["noise_density_n_rthz"]
     )
-    return propose_sensor(requirement, evolve_design(SensorDesign() if base is None else base, changes))
+    return propose_sensor(requirement, (base or SensorDesign()).evolve(changes))
 
 
 def _with_springs(requirement: SensorRequirement, base: SensorDesign) -> SensorDesign:

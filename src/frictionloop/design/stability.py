@@ -8,7 +8,7 @@ import numpy as np
 
 from frictionloop.design.closed import close
 from frictionloop.design.linear import LinearLoop, linearise
-from frictionloop.design.margins import real_axis, search_grid
+from frictionloop.design.margins import real_axis
 from frictionloop.design.state_space import Array, Complex
 from frictionloop.parameters import System
 
@@ -23,12 +23,12 @@ def kp_limit(system: System | LinearLoop) -> float:
     Parameters
     ----------
     system
-        The loop (small signals around the middle of the reachable forces), or its `LinearLoop` at an operating point.
+        The loop (at the operating point of `linearise`), or its `LinearLoop` at another one.
 
     Raises
     ------
     FrictionloopError
-        For what is neither, or when plate and controller model have no force in common.
+        For what is neither, or an operating point that cannot be reached.
     """
     loop = system if isinstance(system, LinearLoop) else linearise(system)
     limits = _limits(loop)
@@ -47,6 +47,5 @@ def _limits(loop: LinearLoop) -> Array:
         turn = 2j * np.pi * frequency * loop.plant.period_s
         return np.asarray(-1.0 / loop.plant.response(frequency)[:, 1, 0] - step / np.expm1(turn))
 
-    grid = search_grid(loop.nyquist_hz, loop.plant.whole_periods, loop.nyquist_hz)
-    values = limit(real_axis(limit, grid, loop.nyquist_hz)).real
+    values = limit(real_axis(limit, loop.search_grid(), loop.nyquist_hz)).real
     return np.unique(values[values > 0])

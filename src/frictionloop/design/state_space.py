@@ -69,7 +69,8 @@ class StateSpace:
         drive = self.B[:, column]
         spread = solve_discrete_lyapunov(self.A, np.outer(drive, drive))
         powers = np.einsum("ij,jk,ik->i", self.C, spread, self.C) + self.D[:, column] ** 2
-        return dict(zip(self.outputs, map(float, powers), strict=True))
+        # Rounding can leave a variance of 0 below it.
+        return dict(zip(self.outputs, map(float, np.maximum(powers, 0.0)), strict=True))
 
     def to_control(self) -> Any:
         """Return the same system as a ``control.StateSpace``; raises when python-control is not installed."""

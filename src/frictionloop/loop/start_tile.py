@@ -11,14 +11,15 @@ from frictionloop.loop.tiles import Lifting
 from frictionloop.physics.contact import ContactCoefficients, ContactState
 from frictionloop.physics.contact_bristle import lugre_force_step
 from frictionloop.physics.friction_limit import vibrated_step
+from frictionloop.physics.motion import StrokePlan
 from frictionloop.quantities.arithmetic import fma
-
-CREEP_M_S = 1e-3
-"""Speed above which a finger is sliding already at t = 0 (assumed)."""
 
 
 def build_start(lifting: Lifting) -> tuple[Any, Any]:
-    """Return ``settle``: finger and sensor before t = 0 have had time enough; and ``tell``: f_a and its band at t_k."""
+    """Return ``settle``: finger and sensor before t = 0 have had time enough; and ``tell``: f_a and its band at t_k.
+
+    A finger slides at t = 0 if it goes at half the speed of its stroke or more; one at rest only trembles.
+    """
     width, compiled, count = lifting
     now, contact, force = ROW["motion"], ROW["contact"], ROW["contact_force"]
     limit_row, per_bristle, compliance = ROW["limit_n"], ROW["contact_coefficients"] + 7, ROW["compliance"]
@@ -26,6 +27,7 @@ def build_start(lifting: Lifting) -> tuple[Any, Any]:
     floor, nominal, ceiling = ROW["floor"], ROW["nominal"], ROW["max_amplitude"]
     per_halving, loss, amplitude = ROW["halving_amplitude"] + 1, ROW["moist_loss"], ROW["amplitude"]
     contact_rows, given_rows, vibrated = rows("contact"), rows("contact_coefficients"), ROW["vibrated_limit"]
+    full_speed = ROW["stroke_plan"] + StrokePlan._fields.index("speed_m_s")
     rigid, lugre = LAWS.index("rigid"), LAWS.index("lugre")
 
     @compiled
@@ -33,7 +35,8 @@ def build_start(lifting: Lifting) -> tuple[Any, Any]:
         for i in range(count(n)):
             speed = peek(s, (now + SPEED) * width + i)
             limit = peek(s, limit_row * width + i) * peek(s, (now + FACTOR) * width + i)
-            f = limit if speed >= CREEP_M_S else (-limit if speed <= -CREEP_M_S else 0.0)
+            slides = 0.5 * peek(s, full_speed * width + i)
+            f = limit if speed >= slides else (-limit if speed <= -slides else 0.0)
             f = (limit if speed >= 0.0 else -limit) if stiff else f
             poke(s, force * width + i, f)
             poke(s, contact * width + i, f * peek(s, compliance * width + i))

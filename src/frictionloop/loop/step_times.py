@@ -45,7 +45,7 @@ def step_times(run: xr.Dataset) -> list[StepTime]:
     scored = run["scored"].values if "scored" in run else np.ones(r.size, dtype=bool)
     starts = np.flatnonzero(np.diff(r)) + 1
     found: list[StepTime] = []
-    for start, stop in zip(starts, [*starts[1:], r.size], strict=True):
+    for start, stop in zip(starts, np.append(starts, r.size)[1:], strict=True):
         low, high = float(r[start - 1]), float(r[start])
         way = (f[start:stop] - low) / (high - low)
         at = [_first(way >= share) for share in (0.1, 0.632, 0.9)]

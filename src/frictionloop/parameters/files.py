@@ -6,12 +6,14 @@ import os
 import re
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from frictionloop.parameters import presets
+from frictionloop.parameters.description import Description
 from frictionloop.parameters.system import System, check_system
 from frictionloop.quantities import FrictionloopError, replacing, unit_of
 
+Design = TypeVar("Design", bound=Description)
 SCHEMA = 1
 """Version of the parameter file and of the run file; a newer one is refused."""
 _TO_ESCAPE = re.compile(r'[\x00-\x1f"\\\x7f]')
@@ -50,6 +52,39 @@ def read_toml(path: str | os.PathLike[str]) -> System:
     FrictionloopError
         For a file that cannot be read, or what is wrong in it, naming file, field and value.
     """
+    tree = _read(path)
+    base = tree.pop("preset", None)
+    if base is None:
+        return System.from_tree(tree, f"{path}: ")
+    try:
+        return preset(base).evolve(_flatten(tree))
+    except FrictionloopError as error:
+        raise FrictionloopError(f"{path}: {error}") from None
+
+
+def read_design(path: str | os.PathLike[str], default: Design) -> Design:
+    """Return the design a TOML file describes; what it leaves out is as in ``default``.
+
+    Parameters
+    ----------
+    path : path
+        File with ``schema = 1`` and one table per block.
+    default : SensorDesign or PlateDesign
+        What to start from, which also says what is described.
+
+    Raises
+    ------
+    FrictionloopError
+        For a file that cannot be read, or what is wrong in it, naming file, field and value.
+    """
+    tree = _read(path)
+    try:
+        return default.evolve(_flatten(tree))
+    except FrictionloopError as error:
+        raise FrictionloopError(f"{path}: {error}") from None
+
+
+def _read(path: str | os.PathLike[str]) -> dict[str, Any]:
     where = f"{path}: "
     try:
         tree = tomllib.loads(Path(path).read_text(encoding="utf-8"))
@@ -58,13 +93,7 @@ def read_toml(path: str | os.PathLike[str]) -> System:
     except tomllib.TOMLDecodeError as error:
         raise FrictionloopError(f"{where}is not TOML: {error}") from None
     check_schema(tree.pop("schema", SCHEMA), where)
-    base = tree.pop("preset", None)
-    if base is None:
-        return System.from_tree(tree, where)
-    try:
-        return preset(base).evolve(_flatten(tree))
-    except FrictionloopError as error:
-        raise FrictionloopError(f"{where}{error}") from None
+    return tree
 
 
 def check_schema(schema: Any, where: str) -> None:
@@ -83,20 +112,21 @@ def _flatten(tree: dict[str, Any], prefix: str = "") -> dict[str, Any]:
     return flat
 
 
-def to_toml(system: System) -> str:
-    """Return the System as TOML text, each number with its unit as a comment.
+def to_toml(system: Description) -> str:
+    """Return a System, or a design, as TOML text, each number with its unit as a comment.
 
     Parameters
     ----------
-    system : System
+    system : System, SensorDesign or PlateDesign
         What to write.
 
     Raises
     ------
     FrictionloopError
-        For what is not a System.
+        For what is none of them.
     """
-    check_system(system)
+    if not isinstance(system, Description):
+        check_system(system)
     lines = [f"schema = {SCHEMA}"]
     for name, block in system.model_dump().items():
         lines += ["", *_table(name, block)]
@@ -125,12 +155,12 @@ def _literal(value: Any) -> str:
     return repr(value)
 
 
-def write_toml(system: System, path: str | os.PathLike[str]) -> None:
-    """Write the System as a TOML file; the old file stays whole until the new one is complete.
+def write_toml(system: Description, path: str | os.PathLike[str]) -> None:
+    """Write a System, or a design, as a TOML file; the old file stays whole until the new one is complete.
 
     Parameters
     ----------
-    system : System
+    system : System, SensorDesign or PlateDesign
         What to write.
     path : path
         File to write, replaced if it is there.
@@ -138,7 +168,7 @@ def write_toml(system: System, path: str | os.PathLike[str]) -> None:
     Raises
     ------
     FrictionloopError
-        For what is not a System, or a file that cannot be written.
+        For what is none of them, or a file that cannot be written.
     """
     text = to_toml(system)
     with replacing(path) as beside:

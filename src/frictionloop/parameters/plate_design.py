@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
-from frictionloop.parameters import wording
 from frictionloop.parameters.block import Block, NotNegative, Number, Positive, Whole
-from frictionloop.quantities import FrictionloopError
+from frictionloop.parameters.description import Description
 
 Side = Literal["length", "width"]
 """The side along which the standing wave runs; its nodal lines are parallel to the other side."""
@@ -104,7 +102,7 @@ class Carrier(Block):
         return self
 
 
-class PlateDesign(Block):
+class PlateDesign(Description):
     """An ultrasonic plate as a builder describes it."""
 
     glass: Glass = Glass()
@@ -119,32 +117,3 @@ class PlateDesign(Block):
     """Load."""
     carrier: Carrier = Carrier()
     """Electronics."""
-
-    @classmethod
-    def from_tree(cls, tree: Mapping[str, Any], where: str = "") -> Self:
-        """Return the design a nested mapping describes; ``where`` (a file) is named in the error's one line."""
-        try:
-            return cls.model_validate(tree)
-        except ValidationError as error:
-            raise FrictionloopError(where + wording.explain(cls, error, tree)) from None
-
-    def evolve(self, overrides: Mapping[str, Any]) -> Self:
-        """Return a copy with some values replaced.
-
-        Parameters
-        ----------
-        overrides : mapping
-            Dotted paths to values in the unit their name ends with: ``{"drive.quality_factor": 150.0}``.
-
-        Raises
-        ------
-        FrictionloopError
-            For an unknown path, naming near ones, or a value outside its range.
-        """
-        tree = self.model_dump()
-        for path, value in overrides.items():
-            block, _, name = path.partition(".")
-            if not name or block not in tree or name not in tree[block]:
-                raise FrictionloopError(wording.unknown(path, wording.known_names(type(self), {})))
-            tree[block][name] = value
-        return self.from_tree(tree)

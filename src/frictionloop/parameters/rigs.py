@@ -7,15 +7,13 @@ koyo.jtekt.co.jp, table 8-1.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Any, Self
+from typing import Annotated
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
-from frictionloop.parameters import wording
 from frictionloop.parameters.block import Block, NotNegative, Number, Positive
+from frictionloop.parameters.description import Description
 from frictionloop.parameters.plant import SuspendedSensor
-from frictionloop.quantities import FrictionloopError
 
 Share = Annotated[Number, Field(ge=0, lt=1)]
 
@@ -29,7 +27,7 @@ class SensorErrors(Block):
     """Reading without a force (assumed)."""
     nonlinearity: Annotated[Number, Field(gt=-0.3, lt=0.3)] = 0.0057
     """Relative excess of the reading at ``sensor.range_n``, growing with the square of the force. Default: (x/e)^2 of
-    the subtraction for 7.5 um, 2.5 N on 0.4 kg at 145 Hz, in a gap of 100 um (docs/force-sensor; the gap is assumed)."""
+    the subtraction for 7.5 um (2.5 N on 0.4 kg at 145 Hz) in a gap of 100 um (docs/force-sensor; gap assumed)."""
 
 
 class Pulley(Block):
@@ -88,7 +86,7 @@ class Base(Block):
     """Its density is flat up to this frequency and falls as 1/f in amplitude above (assumed)."""
 
 
-class CalibrationBench(Block):
+class CalibrationBench(Description):
     """The sensor and everything it is calibrated with."""
 
     sensor: SuspendedSensor = SuspendedSensor()
@@ -103,32 +101,3 @@ class CalibrationBench(Block):
     """Short forces."""
     base: Base = Base()
     """Unwanted forces."""
-
-    @classmethod
-    def from_tree(cls, tree: Mapping[str, Any], where: str = "") -> Self:
-        """Return the bench a nested mapping describes; ``where`` (a file) is named in the error's one line."""
-        try:
-            return cls.model_validate(tree)
-        except ValidationError as error:
-            raise FrictionloopError(where + wording.explain(cls, error, tree)) from None
-
-    def evolve(self, overrides: Mapping[str, Any]) -> Self:
-        """Return a copy with some values replaced.
-
-        Parameters
-        ----------
-        overrides : mapping
-            Dotted paths to values in the unit their name ends with: ``{"pulley.bearing_friction": 0.1}``.
-
-        Raises
-        ------
-        FrictionloopError
-            For an unknown path, naming near ones, or a value outside its range.
-        """
-        tree = self.model_dump()
-        for path, value in overrides.items():
-            block, _, name = path.partition(".")
-            if not name or block not in tree or name not in tree[block]:
-                raise FrictionloopError(wording.unknown(path, wording.known_names(type(self), {})))
-            tree[block][name] = value
-        return self.from_tree(tree)

@@ -12,6 +12,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from frictionloop.parameters.block import Block, Number, Whole
+from frictionloop.parameters.description import Description
 
 LEAST, MOST = 1e-9, 1e9
 """Bounds of every number, far outside what can be built, within which no formula overflows."""
@@ -168,7 +169,7 @@ class Environment(Block):
     """Slow changes of the base's tilt, rms (assumed)."""
 
 
-class SensorDesign(Block):
+class SensorDesign(Description):
     """A capacitive force sensor from springs to converter."""
 
     springs: Springs = ArcSprings()

@@ -75,6 +75,8 @@ def explain(system: Model, error: ValidationError, tree: Mapping[str, Any]) -> s
     if first["type"] == "missing":
         hint = "" if "." in path else '; with preset = "paper" a file needs only what differs'
         return f"{path or 'system'} is missing{hint}"
+    if first["type"] in ("model_type", "dict_type"):
+        return f"{path} = {first['input']!r}: must be a table of values"
     message = first["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
     if isinstance(first["input"], (dict, BaseModel)):
         return f"{path or 'system'}: {message}"

@@ -1,0 +1,126 @@
+"""Where a loop is looked at: the friction law that holds there, and the amplitude that gives the force asked for."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from frictionloop.parameters import FingerFriction, Friction, LogSweep, Recording, Sine, Source, Steps, Strokes, System
+from frictionloop.parameters.sources import ColouredNoise
+from frictionloop.physics.friction import amplitude_for, friction_force
+from frictionloop.physics.friction_limit import limit_coefficients, limit_step
+from frictionloop.quantities import FrictionloopError
+
+NOISE_BAND = 2.0
+"""Standard deviations of a coloured noise that count as its band (assumed: it is inside 95 % of the time)."""
+
+
+class Asked(NamedTuple):
+    """Lowest, mean and highest friction force g(a) that set-point and disturbance ask for, N."""
+
+    low_n: float
+    mean_n: float
+    high_n: float
+
+
+def law_at(system: System, occluded: float = 0.0) -> Friction:
+    """Return the law f0 exp(-tau a^2) that holds at the mean load and the stroke's speed, for small signals.
+
+    f0 (N/N0)^n (v/v0)^p (1 + (M - 1) w) and tau (1 - l w) of `FingerFriction`, without roughness, tremor and drift;
+    other friction is its own law.
+
+    Parameters
+    ----------
+    system
+        The loop.
+    occluded
+        How far occlusion has come, w: 0 just landed, 1 after long contact.
+
+    Raises
+    ------
+    FrictionloopError
+        For a w out of range, or a finger so slow or so light that the controller holds its output.
+    """
+    if not 0 <= occluded <= 1:
+        raise FrictionloopError(f"occluded = {occluded:g}: must be between 0 (just landed) and 1 (after long contact)")
+    motion, friction = system.motion, system.friction
+    if isinstance(motion, Strokes):
+        _check_slides(system, motion)
+    if not (isinstance(friction, FingerFriction) and isinstance(motion, Strokes)):
+        return Friction(nominal_n=friction.nominal_n, susceptibility_per_um2=friction.susceptibility_per_um2)
+    speed_m_s = 1e-3 * motion.speed_mm_s
+    factor = limit_step(motion.load_n, speed_m_s, occluded, 0.0, tuple(limit_coefficients(friction)))
+    tau = friction.susceptibility_per_um2 * (1.0 - friction.moist_loss * occluded)
+    return Friction(nominal_n=friction.nominal_n * factor, susceptibility_per_um2=tau)
+
+
+def asked(system: System) -> Asked:
+    """Return the friction forces f_r - d that the signals of a system ask for.
+
+    Raises
+    ------
+    FrictionloopError
+        For a recording whose level is not known without reading it.
+    """
+    r, d = _band(system.setpoint, "setpoint"), _band(system.disturbance, "disturbance")
+    return Asked(r.low_n - d.high_n, r.mean_n - d.mean_n, r.high_n - d.low_n)
+
+
+def reach_n(system: System, law: Friction) -> tuple[float, float]:
+    """Return the lowest and highest friction force that plate and controller model allow under a law, N."""
+    return float(friction_force(_largest_um(system), law)), law.nominal_n
+
+
+def operating_amplitude_um(system: System, law: Friction, amplitude_um: float | None, force_n: float | None) -> float:
+    """Return the amplitude of an operating point given as amplitude, as force, or not at all (`linearise`)."""
+    low, high = reach_n(system, law)
+    if amplitude_um is not None and force_n is not None:
+        raise FrictionloopError("operating point: give amplitude_um or force_n, not both")
+    if amplitude_um is not None:
+        largest = _largest_um(system)
+        if not 0 <= amplitude_um <= largest:
+            raise FrictionloopError(f"amplitude_um = {amplitude_um:g} um: must be between 0 and {largest:g}")
+        return float(amplitude_um)
+    name, force = "force_n", force_n
+    if force is None and isinstance(system.motion, Strokes):
+        name, force = "mean of setpoint less disturbance", asked(system).mean_n
+    if force is None:
+        force = (low + high) / 2
+    if not low <= force <= high:
+        raise FrictionloopError(f"{name} = {force:g} N: must be between {low:.6g} and {high:g}{_under(system)}")
+    return float(amplitude_for(force, law))
+
+
+def _largest_um(system: System) -> float:
+    return min(system.plate.max_amplitude_um, system.controller.model.max_amplitude_um)
+
+
+def _under(system: System) -> str:
+    motion = system.motion
+    return f" at motion.load_n = {motion.load_n:g} N" if isinstance(motion, Strokes) else ""
+
+
+def _check_slides(system: System, motion: Strokes) -> None:
+    cells = system.touch.load
+    for name, value, least, unit in (
+        ("speed_mm_s", motion.speed_mm_s, cells.least_speed_mm_s, "mm/s"),
+        ("load_n", motion.load_n, cells.touch_n, "N"),
+    ):
+        if value < least:
+            raise FrictionloopError(
+                f"motion.{name} = {value:g} {unit}: the controller holds its output below {least:g}"
+            )
+
+
+def _band(source: Source, name: str) -> Asked:
+    if isinstance(source, Steps):
+        levels = source.levels_n
+        return Asked(min(levels), math.fsum(levels) / len(levels), max(levels))
+    if isinstance(source, Recording) and not source.remove_mean:
+        raise FrictionloopError(f'{name}.kind = "recording": its level is not known here; give force_n or amplitude_um')
+    swing = 0.0
+    if isinstance(source, Sine | LogSweep):
+        swing = abs(source.amplitude_n)
+    elif isinstance(source, ColouredNoise):
+        swing = NOISE_BAND * source.rms_n
+    return Asked(source.offset_n - swing, source.offset_n, source.offset_n + swing)

@@ -1,0 +1,117 @@
+"""The simplest re-tuned controller: the PI gains that hold at every operating point of a band."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from frictionloop.design.band import operating_band
+from frictionloop.design.closed import close
+from frictionloop.design.linear import LinearLoop
+from frictionloop.design.margins import Margins
+from frictionloop.design.pi_region import PiRegion, open_stretches
+from frictionloop.design.stability import kp_limit
+from frictionloop.parameters import System
+from frictionloop.quantities import FrictionloopError
+
+KPS = 60
+"""Values of kp looked at before the best one is refined."""
+BEYOND = 2.0
+"""Largest kp looked at, over the one at which the loop rings without integral action: some ki can calm it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Retuned:
+    """PI gains, and the loops they were chosen for with these gains in them."""
+
+    kp: float
+    """Proportional gain, N/N."""
+    ki: float
+    """Integral gain, 1/s."""
+    loops: tuple[LinearLoop, ...]
+    """One per operating point."""
+    margins: tuple[Margins, ...]
+    """Their margins, in the same order."""
+
+    @property
+    def overrides(self) -> dict[str, float]:
+        """The gains as overrides for ``System.evolve``."""
+        return {"controller.kp": self.kp, "controller.ki": self.ki}
+
+    @property
+    def worst(self) -> tuple[LinearLoop, Margins]:
+        """The loop with the largest Ms, and its margins."""
+        return max(zip(self.loops, self.margins, strict=True), key=lambda pair: pair[1].sensitivity_peak)
+
+
+def retune(system: System | Sequence[LinearLoop], sensitivity_peak: float = 1.5, least_ki: float = 0.0) -> Retuned:
+    """Return the PI gains with the largest ki whose Ms stays below a limit at every operating point.
+
+    The rule of Astrom, Panagopoulos and Hagglund ("Design of PI controllers based on non-convex optimization",
+    Automatica 34, 1998): of a slow disturbance w/ki is left, so the largest ki is best, and Ms = max |1/(1 + G)| bounds
+    every margin: phase margin >= 2 asin(1/(2 Ms)), gain margin >= Ms/(Ms - 1).
+
+    Parameters
+    ----------
+    system
+        The loop, at the operating points of `operating_band`; or one or more loops of your own choice. The gains they
+        have are not used.
+    sensitivity_peak
+        Largest Ms, above 1. It is met to 0.1 %.
+    least_ki
+        Least ki worth having, 1/s, above which the search must get.
+
+    Raises
+    ------
+    FrictionloopError
+        No gains reach ``least_ki``: the line says how far they get and what limits them. An Ms that no loop has, or no
+        operating point.
+    """
+    if not (math.isfinite(sensitivity_peak) and sensitivity_peak > 1):
+        raise FrictionloopError(f"sensitivity_peak = {sensitivity_peak:g}: must be above 1, e.g. 1.5")
+    points = operating_band(system) if isinstance(system, System) else list(system)
+    if not points:
+        raise FrictionloopError("system = []: must be a System or at least one LinearLoop")
+    kp, ki = _largest_ki(points, sensitivity_peak)
+    loops = tuple(loop.with_gains(kp, ki) for loop in points)
+    found = Retuned(kp, ki, loops, tuple(loop.margins() for loop in loops))
+    if ki <= max(least_ki, 0.0):
+        raise FrictionloopError(_too_little(found, sensitivity_peak, least_ki))
+    return found
+
+
+def _largest_ki(points: Sequence[LinearLoop], sensitivity_peak: float) -> tuple[float, float]:
+    """Return the kp with the largest allowed ki, and that ki: a grid of kp, refined around its best value."""
+    regions = [PiRegion.of(loop, sensitivity_peak) for loop in points]
+    plants = [loop.plant.state_space() for loop in points]
+
+    def ki_at(kp: float) -> float:
+        for low, high in reversed(open_stretches(regions, kp)):
+            # Stability changes only across a forbidden stretch: one look inside an open one decides.
+            if all(close(plant, kp, (low + high) / 2).is_stable() for plant in plants):
+                return high
+        return 0.0
+
+    grid = np.linspace(0.0, BEYOND * min(kp_limit(loop.with_gains(0.0, 0.0)) for loop in points), KPS)
+    values = [ki_at(kp) for kp in grid]
+    best = int(np.argmax(values))
+    around = grid[max(best - 1, 0)], grid[min(best + 1, KPS - 1)]
+    refined = minimize_scalar(
+        lambda kp: -ki_at(kp), bounds=around, method="bounded", options={"xatol": 1e-6 * grid[-1]}
+    )
+    return max((values[best], float(grid[best])), (-float(refined.fun), float(refined.x)))[::-1]
+
+
+def _too_little(found: Retuned, sensitivity_peak: float, least_ki: float) -> str:
+    loop, _ = found.worst
+    grid = loop.search_grid()
+    peak_hz = grid[np.argmax(np.abs(loop.responses(grid)["S"]))]
+    return (
+        f"least_ki = {least_ki:g} 1/s: no PI gains with Ms <= {sensitivity_peak:g} get there, kp = {found.kp:.3g} and "
+        f"ki = {found.ki:.4g} 1/s get farthest; the limit is |S| at {peak_hz:.3g} Hz, at {loop.elements.force_n:.3g} N "
+        f"and occluded = {loop.elements.occluded:g}"
+    )

@@ -1,0 +1,63 @@
+"""Recordings to parameters, with uncertainty: sees datasets only, a simulated rig and a recording look the same."""
+
+from frictionloop.identification.calibration import Calibration, calibrate
+from frictionloop.identification.channels import channel, rate_of, read_channels
+from frictionloop.identification.estimate import Estimate, Interval
+from frictionloop.identification.figures_of_merit import (
+    ConverterFigures,
+    FloorReading,
+    bits_for,
+    converter_figures,
+    dynamic_range_db,
+    floor_readings,
+    r2_missing,
+    residual_share,
+    uniform_std_n,
+)
+from frictionloop.identification.frequency_response import FrequencyResponse, frequency_response
+from frictionloop.identification.noise import (
+    FirstOrderNoise,
+    NoiseSpectrum,
+    band_rms,
+    fit_corner,
+    floor_density,
+    noise_spectrum,
+)
+from frictionloop.identification.plateaus import Plateaus, plateaus
+from frictionloop.identification.pulley import PulleyFriction, exponent_for_r2, pulley_friction, r2_with_friction
+from frictionloop.identification.resonance import Resonance, fit_resonance
+
+__all__ = [
+    "Calibration",
+    "ConverterFigures",
+    "Estimate",
+    "FirstOrderNoise",
+    "FloorReading",
+    "FrequencyResponse",
+    "Interval",
+    "NoiseSpectrum",
+    "Plateaus",
+    "PulleyFriction",
+    "Resonance",
+    "band_rms",
+    "bits_for",
+    "calibrate",
+    "channel",
+    "converter_figures",
+    "dynamic_range_db",
+    "exponent_for_r2",
+    "fit_corner",
+    "fit_resonance",
+    "floor_density",
+    "floor_readings",
+    "frequency_response",
+    "noise_spectrum",
+    "plateaus",
+    "pulley_friction",
+    "r2_missing",
+    "r2_with_friction",
+    "rate_of",
+    "read_channels",
+    "residual_share",
+    "uniform_std_n",
+]

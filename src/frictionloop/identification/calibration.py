@@ -1,0 +1,118 @@
+"""Reading over force: the straight line of Fig. 4a, what scatters about it, and what the way there leaves."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.constants import g as STANDARD_GRAVITY
+from scipy.stats import linregress
+
+from frictionloop.identification.estimate import Estimate
+from frictionloop.identification.plateaus import Plateaus, plateaus
+from frictionloop.quantities import FrictionloopError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """A straight line through the steps of a calibration, reading = offset + sensitivity * force."""
+
+    sensitivity: Estimate
+    """Unit of the reading per N."""
+    offset: Estimate
+    """In the unit of the reading."""
+    r2: float
+    """1 - sum of squared residuals over that of the readings about their mean."""
+    residual_rms_n: float
+    """Standard deviation of a step about the line (two parameters taken off), as a force in N."""
+    load_std_n: float
+    """Standard deviation of the forces in N; residual_rms_n is about sqrt(1 - r2) of it."""
+    hysteresis: float
+    """Largest difference between two visits of one mass, up and down, over the span; NaN without such visits."""
+    weights_error: float
+    """Relative standard error of the sensitivity that the tolerance of the weights makes; 0 if none is told."""
+    steps: Plateaus
+    residuals_n: Array
+    """Residual of every step as a force in N."""
+
+    def force_n(self, reading: Array | float) -> Array:
+        """Return the force in N that a reading stands for."""
+        return np.asarray((np.asarray(reading, dtype=float) - self.offset.value) / self.sensitivity.value)
+
+
+def calibrate(
+    recording: xr.Dataset, settle_s: float = 1.0, gravity_m_s2: float = STANDARD_GRAVITY, tolerance: float = 0.0
+) -> Calibration:
+    """Return sensitivity, offset and straightness from weights, by least squares over the steps.
+
+        reading_i = offset + sensitivity * m_i g + residual_i
+
+    Errors in variables: a weight's mark is fixed and its mass scatters about it (Berkson's case), so the slope is not
+    lowered as by noise in the abscissa. The errors appear as scatter, yet hardly average out: a weight that hangs twice
+    errs twice alike. ``weights_error`` is what they do to the slope for masses uniform within +-tolerance, each its
+    own. Errors that all steps share (gravity, a pulley that always drags the same way) change the slope unseen;
+    standard errors know nothing of them. `pulley_friction` (pulley.py) finds a drag from steps up and down.
+
+    Parameters
+    ----------
+    recording : xarray.Dataset
+        Columns ``mass`` in kg and ``f_m`` in N, V or counts, over ``time`` in s.
+    settle_s : float
+        Time left out after each change of mass in s.
+    gravity_m_s2 : float
+        Local gravity g in m/s^2, positive; the standard value is up to 0.3 % off.
+    tolerance : float
+        Relative tolerance of the weights, from 0 to below 1.
+
+    Raises
+    ------
+    FrictionloopError
+        For a column that is missing or has another unit, too few steps, or a number out of range.
+    """
+    if not (math.isfinite(gravity_m_s2) and gravity_m_s2 > 0):
+        raise FrictionloopError(f"gravity_m_s2 = {gravity_m_s2!r} m/s^2: must be positive")
+    if not 0 <= tolerance < 1:
+        raise FrictionloopError(f"tolerance = {tolerance!r}: must be at least 0 and below 1")
+    steps = plateaus(recording, settle_s)
+    force = steps.mass_kg * gravity_m_s2
+    line = linregress(force, steps.reading)
+    if line.slope == 0:
+        raise FrictionloopError(
+            f"recording: 'f_m' does not change with 'mass'; is it the sensor's column ({steps.unit})?"
+        )
+    residuals = (steps.reading - line.intercept - line.slope * force) / line.slope
+    freedom = force.size - 2
+    ratio = "N/N" if steps.unit == "N" else f"{steps.unit}/N"
+    return Calibration(
+        sensitivity=Estimate(float(line.slope), float(line.stderr), ratio, freedom),
+        offset=Estimate(float(line.intercept), float(line.intercept_stderr), steps.unit, freedom),
+        r2=float(line.rvalue) ** 2,
+        residual_rms_n=float(np.sqrt(np.sum(residuals**2) / freedom)),
+        load_std_n=float(np.std(force, ddof=1)),
+        hysteresis=_hysteresis(steps),
+        weights_error=_weights_error(steps.mass_kg, tolerance),
+        steps=steps,
+        residuals_n=residuals,
+    )
+
+
+def _weights_error(mass_kg: Array, tolerance: float) -> float:
+    """Return the standard deviation of sum w_i m_i e(m_i), w the weights of the slope, e uniform within +-tolerance."""
+    away = mass_kg - mass_kg.mean()
+    share = away * mass_kg / float(np.sum(away**2))
+    together = [float(np.sum(share[mass_kg == mass])) for mass in np.unique(mass_kg)]
+    return tolerance / math.sqrt(3) * math.hypot(*together)
+
+
+def _hysteresis(steps: Plateaus) -> float:
+    apart = []
+    for mass in np.unique(steps.mass_kg):
+        up, down = (steps.reading[(steps.mass_kg == mass) & (steps.direction == way)] for way in (1, -1))
+        if up.size and down.size:
+            apart.append(abs(float(up.mean() - down.mean())))
+    return max(apart) / float(np.ptp(steps.reading)) if apart else math.nan

@@ -1,0 +1,111 @@
+"""Columns of a recording as arrays: named, in the unit they say, evenly sampled, without gaps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from frictionloop.parameters import Recording
+from frictionloop.physics.recording import read_recording
+from frictionloop.quantities import FrictionloopError
+
+Array = NDArray[np.float64]
+READING = "f_m"
+"""Name of the sensor's reading, as in a run of the loop."""
+READING_UNITS = ("N", "V", "counts")
+_UNEVEN = 1e-3  # of a sampling interval
+
+
+def channel(recording: xr.Dataset, name: str, units: tuple[str, ...]) -> Array:
+    """Return a column over ``time``, refusing one that is not there, has another unit, or holds no finite numbers.
+
+    Parameters
+    ----------
+    recording : xarray.Dataset
+        Variables over ``time``, each with an attribute ``units``.
+    name : str
+        Column.
+    units : tuple of str
+        Units accepted.
+
+    Raises
+    ------
+    FrictionloopError
+        In one line, naming the column, what was found and what is accepted.
+    """
+    if not isinstance(recording, xr.Dataset):
+        raise FrictionloopError(f"recording is a {type(recording).__name__}: must be an xarray.Dataset")
+    if name not in recording.data_vars:
+        there = ", ".join(map(str, recording.data_vars)) or "none"
+        raise FrictionloopError(f"recording has no column {name!r}; there: {there}")
+    column = recording[name]
+    unit = column.attrs.get("units")
+    if unit not in units:
+        accepted = " or ".join(map(repr, units))
+        raise FrictionloopError(f"recording: units of {name!r} = {unit!r}: must be {accepted}")
+    if column.dims != ("time",):
+        raise FrictionloopError(f"recording: {name!r} has dimensions {column.dims}: must have ('time',)")
+    if column.dtype.kind not in "iuf":
+        raise FrictionloopError(f"recording: {name!r} holds {column.dtype}: must hold numbers")
+    values = np.asarray(column.values, dtype=float)
+    bad = np.flatnonzero(~np.isfinite(values))
+    if bad.size:
+        raise FrictionloopError(f"recording: {name!r} is {values[bad[0]]} at row {bad[0]}: must be finite")
+    return values
+
+
+def rate_of(recording: xr.Dataset) -> float:
+    """Return the sampling rate in Hz, from ``time`` in s, whose steps must agree within 0.1 %.
+
+    Raises ``FrictionloopError`` for a time that is missing, in another unit, too short or uneven.
+    """
+    if "time" not in recording.coords:
+        raise FrictionloopError("recording has no coordinate 'time'; accepted: time in s")
+    unit = recording["time"].attrs.get("units")
+    if unit != "s":
+        raise FrictionloopError(f"recording: units of 'time' = {unit!r}: must be 's'")
+    time = np.asarray(recording["time"].values, dtype=float)
+    if time.size < 2:
+        raise FrictionloopError(f"recording holds {time.size} samples: must hold at least two")
+    step = (time[-1] - time[0]) / (time.size - 1)
+    uneven = np.flatnonzero(~(np.abs(np.diff(time) - step) <= _UNEVEN * abs(step)))
+    if not step > 0 or uneven.size:
+        row = int(uneven[0]) if uneven.size else 0
+        raise FrictionloopError(f"recording: 'time' is uneven at row {row}: must rise in equal steps")
+    # A rate that was a round number comes back as one.
+    return float(f"{1 / step:.9g}")
+
+
+def read_channels(files: Mapping[str, Recording], rate_hz: float, units: Mapping[str, str] | None = None) -> xr.Dataset:
+    """Return columns of files as one recording, all at one rate and cut to the shortest.
+
+    Parameters
+    ----------
+    files : mapping
+        Name of the column here ("f_m", "hammer", "mass") to where it stands (path, column, rate, scale; read as in
+        ``physics.recording``). At another rate than the file's the samples are resampled band-limited, which a column
+        of steps such as "mass" does not survive: give the file's rate.
+    rate_hz : float
+        Sampling rate of the result in Hz.
+    units : mapping, optional
+        Units after scaling; "kg" for "mass" and "N" for the rest where nothing is said.
+
+    Raises
+    ------
+    FrictionloopError
+        For no files, and whatever ``read_recording`` refuses.
+    """
+    if not files:
+        raise FrictionloopError("files is empty: must name at least one column, for example 'f_m'")
+    default = {"mass": "kg"}
+    columns = {name: read_recording(file, rate_hz) for name, file in files.items()}
+    samples = min(column.size for column in columns.values())
+    data = {
+        name: xr.Variable("time", column[:samples], {"units": (units or {}).get(name, default.get(name, "N"))})
+        for name, column in columns.items()
+    }
+    time = xr.Variable("time", np.arange(samples) / rate_hz, {"units": "s"})
+    return xr.Dataset(data, {"time": time}, {"source": "recorded"})

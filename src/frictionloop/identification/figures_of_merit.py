@@ -1,0 +1,118 @@
+"""What the printed figures of a force sensor imply, as plain formulas: R2, floor, dynamic range, converter bits."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from frictionloop.quantities import FrictionloopError
+
+HANN_BINS = 1.5
+"""Equivalent noise bandwidth of a Hann window in bins."""
+
+
+def residual_share(r2: float) -> float:
+    """Return the residual's standard deviation over that of the readings, sqrt(1 - R2); R2 = 0.95 gives 0.22.
+
+    Raises ``FrictionloopError`` for an R2 outside 0 to 1.
+    """
+    if not 0 <= r2 <= 1:
+        raise FrictionloopError(f"r2 = {r2!r}: must be from 0 to 1")
+    return math.sqrt(1 - r2)
+
+
+def uniform_std_n(range_n: float = 2.5) -> float:
+    """Return the standard deviation of loads spread evenly from 0 to the range, range/sqrt(12)."""
+    return _positive("range_n", range_n, "N") / math.sqrt(12)
+
+
+def r2_missing(residual_n: float, load_std_n: float) -> float:
+    """Return 1 - R2 for a residual (standard deviations in N): r^2/(r^2 + l^2). 5e-5 N on 0.72 N leave 4.8e-9."""
+    return 1 / (1 + (_positive("load_std_n", load_std_n, "N") / _positive("residual_n", residual_n, "N")) ** 2)
+
+
+def dynamic_range_db(range_n: float, floor_n: float) -> float:
+    """Return 20 log10(range/floor); 2.5 N over 5e-5 N is 93.98 dB. Raises ``FrictionloopError`` if not positive."""
+    return 20 * math.log10(_positive("range_n", range_n, "N") / _positive("floor_n", floor_n, "N"))
+
+
+class FloorReading(NamedTuple):
+    """A printed floor under one reading of the word."""
+
+    density_n_rthz: float
+    rms_n: float
+    """Standard deviation behind the low-pass."""
+    range_db: float
+    """Range over that rms."""
+
+
+def floor_readings(
+    floor_n: float = 5e-5, cutoff_hz: float = 300.0, bin_hz: float = 0.1, range_n: float = 2.5
+) -> dict[str, FloorReading]:
+    """Return what a floor means as rms, as density and per bin of a spectrum, behind a first-order pole.
+
+        rms = density sqrt(pi/2 cutoff),   per bin: density = floor/sqrt(bin * 1, or 1.5 with a Hann window)
+
+    Parameters
+    ----------
+    floor_n : float
+        The printed number, 5e-5 (paper, Sec. 3.3).
+    cutoff_hz : float
+        Low-pass in Hz, 300 (paper, Sec. 3.3).
+    bin_hz : float
+        Distance of frequencies in Hz; 0.1 for a sample of 10 s (paper, Sec. 3.3).
+    range_n : float
+        Largest force in N, 2.5 (paper, Sec. 3.1).
+
+    Raises
+    ------
+    FrictionloopError
+        For a number that is not positive.
+    """
+    floor = _positive("floor_n", floor_n, "N")
+    width = math.sqrt(math.pi / 2 * _positive("cutoff_hz", cutoff_hz, "Hz"))
+    bin_ = _positive("bin_hz", bin_hz, "Hz")
+    densities = {
+        "rms": floor / width,
+        "density": floor,
+        "per bin": floor / math.sqrt(bin_),
+        "per bin, Hann": floor / math.sqrt(HANN_BINS * bin_),
+    }
+    return {
+        name: FloorReading(density, density * width, dynamic_range_db(range_n, density * width))
+        for name, density in densities.items()
+    }
+
+
+class ConverterFigures(NamedTuple):
+    """What a converter over +-range leaves."""
+
+    step_n: float
+    rms_n: float
+    """Step over sqrt(12), the noise it adds if what it converts moves over several steps."""
+    range_db: float
+    """Range over that noise."""
+
+
+def converter_figures(bits: float, range_n: float = 2.5) -> ConverterFigures:
+    """Return step, noise and dynamic range of a converter of so many (effective) bits over +-range.
+
+    Raises ``FrictionloopError`` for a number that is not positive.
+    """
+    step = 2 * _positive("range_n", range_n, "N") / 2 ** _positive("bits", bits, "")
+    return ConverterFigures(step, step / math.sqrt(12), dynamic_range_db(range_n, step / math.sqrt(12)))
+
+
+def bits_for(floor_n: float = 5e-5, range_n: float = 2.5) -> tuple[float, float]:
+    """Return the bits with which a converter's noise, and with which its step, is as large as a floor.
+
+    Raises ``FrictionloopError`` for a number that is not positive.
+    """
+    steps = 2 * _positive("range_n", range_n, "N") / _positive("floor_n", floor_n, "N")
+    return math.log2(steps / math.sqrt(12)), math.log2(steps)
+
+
+def _positive(name: str, value: float, unit: str) -> float:
+    if not (math.isfinite(value) and value > 0):
+        raise FrictionloopError(f"{name} = {value!r} {unit}".rstrip() + ": must be finite and positive")
+    return float(value)

@@ -1,0 +1,91 @@
+"""What a System and the designs behind it have in common: blocks in a frozen whole, changed only by ``evolve``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Self
+
+from pydantic import BaseModel, ValidationError
+
+from frictionloop.parameters import wording
+from frictionloop.parameters.block import Block
+from frictionloop.quantities import FrictionloopError
+
+
+class Description(Block):
+    """A whole made of blocks."""
+
+    def evolve(self, overrides: Mapping[str, Any]) -> Self:
+        """Return a copy with some values replaced.
+
+        Parameters
+        ----------
+        overrides : mapping
+            Dotted paths to values in the unit their name ends with: ``{"controller.kp": 20.0}``. A whole block may be
+            given as a mapping or a block, ``{"setpoint": fl.Sine(offset_n=0.6)}``; a new ``kind`` keeps the values
+            that the new kind also has.
+
+        Raises
+        ------
+        FrictionloopError
+            For an unknown path, naming near ones, or a value outside its range.
+        """
+        # Blocks that no path enters stay as they are: sweeps evolve thousands of systems.
+        tree = {name: getattr(self, name) for name in type(self).model_fields}
+        for block in {path.split(".", 1)[0] for path in overrides} & tree.keys():
+            tree[block] = tree[block].model_dump()
+        # A kind comes first, so that other values land in the block of that kind.
+        for path, value in sorted(overrides.items(), key=lambda item: not item[0].endswith(".kind")):
+            _place(type(self), tree, path, value.model_dump() if isinstance(value, BaseModel) else value)
+        return self.from_tree(tree)
+
+    @classmethod
+    def from_tree(cls, tree: Mapping[str, Any], where: str = "") -> Self:
+        """Return what a nested mapping describes; ``where`` (a file) is named in errors."""
+        try:
+            return cls.model_validate(tree)
+        except ValidationError as error:
+            raise FrictionloopError(where + wording.explain(cls, error, tree)) from None
+
+    def paths(self) -> list[str]:
+        """Return every settable dotted path."""
+        return _paths(self.model_dump())
+
+
+def _paths(tree: Mapping[str, Any], prefix: str = "") -> list[str]:
+    found: list[str] = []
+    for name, block in tree.items():
+        value = block.model_dump() if isinstance(block, BaseModel) else block
+        found += _paths(value, f"{prefix}{name}.") if isinstance(value, dict) else [prefix + name]
+    return found
+
+
+def _place(whole: type[Description], tree: dict[str, Any], path: str, value: Any) -> None:
+    *parents, leaf = path.split(".")
+    node: Any = tree
+    for name in parents:
+        node = node.get(name) if isinstance(node, dict) else None
+    # A new kind may need a value that nothing has given yet: the path of a recording.
+    if not isinstance(node, dict) or (leaf not in node and path not in wording.known_names(whole, tree)):
+        raise FrictionloopError(wording.unknown(path, wording.known_names(whole, tree)))
+    if leaf == "kind" and value != node["kind"]:
+        _change_kind(whole, tree, parents[0], value)
+    elif isinstance(value, Mapping) and isinstance(node.get(leaf), dict) and value.get("kind", None) is None:
+        for name, inner in value.items():
+            _place(whole, tree, f"{path}.{name}", inner)
+    else:
+        node[leaf] = dict(value) if isinstance(value, Mapping) else value
+
+
+def _change_kind(whole: type[Description], tree: dict[str, Any], block: str, kind: str) -> None:
+    """Swap a block for one of another kind, keeping the values both kinds have."""
+    for model in wording.kinds_of(whole, block):
+        if model.model_fields["kind"].default == kind:
+            kept = {name: value for name, value in tree[block].items() if name in model.model_fields}
+            tree[block] = kept | {"kind": kind}
+            for name, field in model.model_fields.items():
+                if name not in kept and not field.is_required():
+                    tree[block][name] = field.get_default(call_default_factory=True)
+            return
+    accepted = ", ".join(repr(model.model_fields["kind"].default) for model in wording.kinds_of(whole, block))
+    raise FrictionloopError(f"{block}.kind = {kind!r} is unknown; accepted: {accepted}")
