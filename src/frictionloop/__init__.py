@@ -23,7 +23,7 @@ _HOME = {
     "physics.fingers": "capable fingers",
     "physics.friction": "amplitude_for friction_force reachable",
     "sensing.measurement": "Measurement",
-    "design": "command_noise_rms_n kp_limit linearise output_noise_rms_n",
+    "design": "command_noise_rms_n kp_limit linearise operating_band output_noise_rms_n retune",
     "loop.record": "load save system_of",
     "loop.simulate": "simulate",
     "loop.stepper": "Movement Stepper",
