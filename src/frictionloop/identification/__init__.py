@@ -16,13 +16,12 @@ from frictionloop.identification.figures_of_merit import (
 )
 from frictionloop.identification.frequency_response import FrequencyResponse, frequency_response
 from frictionloop.identification.noise import (
-    FirstOrderNoise,
     NoiseSpectrum,
     band_rms,
-    fit_corner,
     floor_density,
     noise_spectrum,
 )
+from frictionloop.identification.noise_corner import FirstOrderNoise, fit_corner
 from frictionloop.identification.plateaus import Plateaus, plateaus
 from frictionloop.identification.pulley import PulleyFriction, exponent_for_r2, pulley_friction, r2_with_friction
 from frictionloop.identification.resonance import Resonance, fit_resonance
