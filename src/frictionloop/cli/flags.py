@@ -25,8 +25,10 @@ SystemFile = Annotated[
     Path | None,
     Parameter(name="FILE", help="TOML file that describes the system; the preset is used without it.", group=SYSTEM),
 ]
+PresetName = Literal["paper", "feasible", "bench"]
+"""The presets of `parameters.PRESETS`, written out so that help need not import it; a test holds the two together."""
 Preset = Annotated[
-    Literal["paper", "feasible"] | None,
+    PresetName | None,
     Parameter(metavar="NAME", help="Ready-made system instead of a file; paper if neither is given.", group=SYSTEM),
 ]
 Overrides = Annotated[
@@ -82,6 +84,8 @@ def scalar(text: str) -> Any:
     try:
         value = tomllib.loads(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:
+        if text.startswith("[") and text.endswith("]"):
+            raise FrictionloopError(f"{text}: is no list; write one like [0.4, 0.8], with 0 before the point") from None
         return text
     return value if isinstance(value, (bool, int, float, str, list)) else text
 

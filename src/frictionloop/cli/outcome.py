@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import os
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,16 +16,33 @@ import xarray as xr
 from frictionloop.cli import describe, screen
 from frictionloop.loop.record import load
 from frictionloop.loop.sweep import sweep
-from frictionloop.parameters import paper
+from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError, replacing
 
-SMALLEST = ("rms_error", "saturation_index", "output_noise")
+SMALLEST = (
+    "rms_error",
+    "saturation_index",
+    "output_noise",
+    "perceptual_index",
+    "rise_63_s",
+    "rise_10_90_s",
+    "fall_63_s",
+    "fall_10_90_s",
+)
 """Metrics whose smallest value is the best; of the slope it is the one nearest to 1, of the others the largest."""
 
 
-def compiled() -> None:
-    """Compile the loop for tiles of lanes, or load it, so that a sweep's time is that of its runs."""
-    sweep(paper(), {"controller.kp": [1, 2, 3]}, 1 / paper().controller.rate_hz, progress=False)
+def compiled(system: System, points: Any, seeds: int, metrics: Sequence[str] | None) -> None:
+    """Compile the loop for tiles of lanes, or load it, so that a sweep's time is that of its runs.
+
+    What is wrong with the first point is left to the sweep to say, which then has nothing to wait for.
+    """
+    if isinstance(points, Mapping):
+        first, count = {path: values[0] for path, values in points.items()}, math.prod(map(len, points.values()))
+    else:
+        first, count = points[0], len(points)
+    with suppress(FrictionloopError):
+        sweep(system, [first] * min(seeds * count, 3), 1 / system.controller.rate_hz, 1, metrics, progress=False)
 
 
 def check_finished(path: Path) -> None:
@@ -42,6 +62,17 @@ def check_finished(path: Path) -> None:
 def _runs_with_values(result: xr.Dataset) -> int:
     """Return how many runs are done: one that is has some metric, though R2 of a constant set-point is NaN."""
     return int(np.any([~np.isnan(values.values) for values in result.data_vars.values()], axis=0).sum())
+
+
+def loss_of(metric: str, values: np.ndarray) -> np.ndarray:
+    """Return values of a metric turned so that the smallest is the best."""
+    return values if metric in SMALLEST else abs(values - 1) if metric == "slope" else -values
+
+
+def shown(value: float, units: str, spread: float | None = None) -> str:
+    """Return a value for a person, newtons as mN and seconds as ms."""
+    factor, unit = {"N": (1e3, " mN"), "s": (1e3, " ms")}.get(units, (1.0, ""))
+    return f"{value * factor:.4g}" + ("" if spread is None else f" ± {spread * factor:.1g}") + unit
 
 
 @dataclass(frozen=True)
@@ -74,7 +105,7 @@ class Outcome:
         mean = np.where(count > 0, np.where(good, values, 0.0).sum(axis=-1) / np.maximum(count, 1), np.nan)
         if np.isnan(mean).all():
             return None
-        loss = mean if metric in SMALLEST else abs(mean - 1) if metric == "slope" else -mean
+        loss = loss_of(metric, mean)
         at = np.unravel_index(np.nanargmin(loss), loss.shape)
         others = int(np.sum(loss == loss[at])) - 1
         point = {path: self.result[path].values[k].item() for path, k in zip(self.axes, at, strict=True)}
@@ -94,20 +125,22 @@ class Outcome:
             screen.columns(rows),
             *(["* at the end of its range: the best may lie beyond"] if ends else []),
             "",
-            f"{of} of {duration_s:g} s, {self.done} of {self.total} runs done, in {screen.seconds(self.elapsed_s)}",
+            self.work(of, duration_s),
         ]
+
+    def work(self, of: str, duration_s: float) -> str:
+        """Return the line that says how much was run."""
+        return f"{of} of {duration_s:g} s, {self.done} of {self.total} runs done, in {screen.seconds(self.elapsed_s)}"
 
     def _row(self, name: str, units: str, best: Best | None) -> describe.Row:
         if best is None:
             return name, "-", "no run has a value"
-        factor, unit = (1e3, " mN") if units == "N" else (1.0, "")
-        value = f"{best.value * factor:.4g}"
-        value += f" ± {best.spread * factor:.1g}" if self.seeds > 1 else ""
+        value = shown(best.value, units, best.spread if self.seeds > 1 else None)
         where = ", ".join(
             f"{path}={describe.short(at)}{'*' if path in best.at_end else ''}" for path, at in best.point.items()
         )
         also = f" and {best.others} other point{'s' * (best.others > 1)}" if best.others else ""
-        return name, value + unit, where + also
+        return name, value, where + also
 
     def as_json(self) -> dict[str, Any]:
         """Return everything: axes, values in the order of ``dims``, best points, whether it is complete."""

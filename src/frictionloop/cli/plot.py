@@ -1,36 +1,87 @@
-"""The figure of one run: set-point and force, and the vibration that made the force."""
+"""The figure of one run: set-point and force, the vibration that made the force, and how the finger moved."""
 
 from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from frictionloop.quantities import replacing
-from frictionloop.report.style import BLUE, GREY, new_figure, styled, svg
+from frictionloop.report.style import BLUE, GREEN, GREY, ORANGE, PURPLE, new_figure, styled, svg
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-SILVER = "#b3b3b3"
+SILVER, SHADE = "#b3b3b3", "#ececec"
+MOVING = (
+    ("position", "position\n(mm)", 1e3, GREEN),
+    ("speed", "speed\n(mm/s)", 1e3, ORANGE),
+    ("load", "load\n(N)", 1.0, PURPLE),
+)
+"""Traces of a finger that moves: name, label, factor, colour."""
+BINS = 3000
+"""Stretches of time that a trace is drawn in, each by its lowest and highest value: more than a page has dots."""
 
 
 @styled
 def figure_of(run: xr.Dataset) -> Figure:
-    """Return f_r and f_a over time, above the vibration amplitude a."""
-    figure = new_figure(8.0, 4.5)
-    force, amplitude = figure.subplots(2, sharex=True, height_ratios=(3, 1))
+    """Return f_r and f_a over time, above the amplitude a and, where it is known, the motion of the finger."""
+    moving = [each for each in MOVING if each[0] in run]
+    figure = new_figure(8.0, 4.5 + 1.0 * len(moving))
+    force, amplitude, *rest = figure.subplots(2 + len(moving), sharex=True, height_ratios=(3, 1, *(1 for _ in moving)))
     time = run["time"].values
+    if "limit" in run:
+        top, bottom = (_ends(time, run[name].values + run["d"].values) for name in ("limit", "floor"))
+        label = "within reach of the plate"
+        force.fill_between(top[0], bottom[1], top[1], color="#e8f1f8", linewidth=0, label=label, zorder=0.5)
     # A wide light line under a thin dark one stays readable where a fast sweep fills the page; dashes do not.
-    force.plot(time, run["f_r"].values, color=SILVER, linewidth=2.6, label="set-point $f_r$")
-    force.plot(time, run["f_a"].values, color=BLUE, linewidth=1.0, label="force on the finger $f_a$")
-    force.set(ylabel="force (N)")
-    amplitude.plot(time, run["a"].values, color=GREY, linewidth=1.0)
-    amplitude.set(ylabel="vibration\namplitude (µm)", xlabel="time (s)", xlim=(0, time[-1] + time[1]), ylim=(0, None))
-    figure.legend(*force.get_legend_handles_labels(), loc="outside upper right", ncols=2)
+    force.plot(*_ends(time, run["f_r"].values), color=SILVER, linewidth=2.6, label="set-point $f_r$")
+    force.plot(*_ends(time, run["f_a"].values), color=BLUE, linewidth=1.0, label="force on the finger $f_a$")
+    force.set(ylabel="force (N)", ylim=_room(run))
+    amplitude.plot(*_ends(time, run["a"].values), color=GREY, linewidth=1.0)
+    amplitude.set(ylabel="vibration\namplitude (µm)", ylim=(0, None))
+    for axes, (name, label, factor, colour) in zip(rest, moving, strict=True):
+        axes.plot(*_ends(time, factor * run[name].values), color=colour, linewidth=1.0)
+        axes.set(ylabel=label)
+        axes.margins(y=0.15)
+    if "scored" in run:
+        _shade(figure.axes, time, ~run["scored"].values)
+    figure.axes[-1].set(xlabel="time (s)", xlim=(0, time[-1] + (time[1] if time.size > 1 else 1.0)))
+    figure.legend(*force.get_legend_handles_labels(), loc="outside upper right", ncols=4)
     figure.align_ylabels()
     return figure
+
+
+def _ends(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return a trace as its lowest and highest values in short stretches, in turn, so that a long run draws quickly."""
+    if time.size <= 4 * BINS:
+        return time, values
+    length = -(-time.size // BINS)
+    starts = np.arange(0, time.size, length)
+    low, high = np.minimum.reduceat(values, starts), np.maximum.reduceat(values, starts)
+    return np.repeat(time[starts], 2), np.stack([low, high], axis=1).ravel()
+
+
+def _room(run: xr.Dataset) -> tuple[float, float] | tuple[None, None]:
+    """Return limits for the forces that count; those of a reversal and what is only within reach may leave."""
+    if "scored" not in run or not run["scored"].values.any():
+        return None, None
+    counted = np.concatenate([run[name].values[run["scored"].values] for name in ("f_r", "f_a")])
+    low, high = min(0.0, float(counted.min())), float(counted.max())
+    return low, high + 0.08 * (high - low)
+
+
+def _shade(panels: Any, time: np.ndarray, left_out: np.ndarray) -> None:
+    """Shade what metrics leave out."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], left_out, [False]]).astype(int)))
+    stops = np.append(time, time[-1])
+    for k, (start, stop) in enumerate(edges.reshape(-1, 2)):
+        for axes in panels:
+            label = "not scored" if k == 0 and axes is panels[0] else None
+            axes.axvspan(time[start], stops[stop], color=SHADE, linewidth=0, zorder=0.7, label=label)
 
 
 def draw(run: xr.Dataset, path: str | os.PathLike[str]) -> None:

@@ -76,6 +76,24 @@ def columns(rows: Sequence[tuple[str, ...]]) -> Any:
     return table
 
 
+def table(rows: Sequence[tuple[str, ...]]) -> Any:
+    """Return rows under a heading, numbers to the right; in a narrow terminal the first column wraps alone."""
+    from rich.table import Table
+
+    grid = Table.grid(padding=(0, 2, 0, 0))
+    for index in range(len(rows[0])):
+        numbers = 0 < index < len(rows[0]) - 1
+        grid.add_column(
+            style="bold" if index == 0 else None,
+            no_wrap=index > 0,
+            overflow="fold",
+            justify="right" if numbers else "left",
+        )
+    for row in rows:
+        grid.add_row(*row)
+    return grid
+
+
 class Stopwatch:
     """How long something took, for the person who waited."""
 

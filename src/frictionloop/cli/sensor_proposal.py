@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from frictionloop.cli import screen
-from frictionloop.cli.sensor_text import Row, table_of
+from frictionloop.cli.sensor_text import Row
 from frictionloop.design.sensor import SensorAnalysis, analyse_sensor
 from frictionloop.design.sensor_search import Option, SensorProposal
 from frictionloop.design.sensor_wanted import LARGEST_GAP_UM
@@ -29,7 +29,8 @@ def proposal_text(proposal: SensorProposal) -> list[Any]:
     return [
         screen.columns([("wanted", f"{wanted.resonance_hz:.4g} Hz, {wanted.range_n:g} N, {noise}")]),
         "",
-        table_of(rows),
+        screen.table(rows),
+        "* proposed",
         "",
         screen.columns(
             [
@@ -45,12 +46,12 @@ def proposal_text(proposal: SensorProposal) -> list[Any]:
 
 
 def _option_row(option: Option, chosen: bool) -> Row:
-    area = f"  {option.area_mm2:g} mm2"
+    area = f"{option.area_mm2:g} mm2"
     if option.design is None:
         return (area, "none", "", "", "no gap is quiet enough")
     found = analyse_sensor(option.design)
     largest = found.at_range.dominant
-    mark = "  <- proposed" if chosen else ""
+    mark = " *" if chosen else ""
     return (
         area,
         f"{option.design.electrodes.gap_um:.4g} um",

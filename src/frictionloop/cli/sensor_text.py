@@ -20,7 +20,8 @@ def analysis_text(found: SensorAnalysis) -> list[Any]:
         "",
         screen.columns([("electronics", ""), *_electronics(found)]),
         "",
-        table_of(_budget_rows(found)),
+        screen.table(_budget_rows(found)),
+        "* largest at rest",
         *_advice(found.at_rest, found.at_range),
         "",
         screen.columns(_comparison(found)),
@@ -67,9 +68,9 @@ def _electronics(found: SensorAnalysis) -> list[Row]:
         ("  readout", f"{form}: {straight}"),
         (
             "  delay",
-            f"{delay_us:.1f} us of the band-pass: add it to controller.delay_s, and the block below is",
+            f"{delay_us:.1f} us of the band-pass: add it to controller.delay_s, and the block below is within "
+            f"{100 * missed.gain:.1g} % and {missed.phase_deg:.1g} deg to {BLOCK_TO_HZ:g} Hz",
         ),
-        ("", f"within {100 * missed.gain:.1g} % and {missed.phase_deg:.1g} deg to {BLOCK_TO_HZ:g} Hz"),
     ]
 
 
@@ -78,15 +79,15 @@ def _budget_rows(found: SensorAnalysis) -> list[Row]:
     rows: list[Row] = [("noise", "N/rtHz", "N rms", f"at {loaded.force_n:g} N", "set by")]
     for term, there in zip(rest.terms, loaded.terms, strict=True):
         density = "slow" if math.isnan(term.density_n_rthz) else f"{term.density_n_rthz:.1e}"
-        marks = "  <- largest" if term is rest.dominant else ""
-        rows.append((f"  {term.name}", density, f"{term.rms_n:.1e}", f"{there.rms_n:.1e}", term.parameter + marks))
-    rows.append(("  all", "", f"{rest.rms_n:.1e}", f"{loaded.rms_n:.1e}", ""))
+        marks = " *" if term is rest.dominant else ""
+        rows.append((term.name, density, f"{term.rms_n:.1e}", f"{there.rms_n:.1e}", term.parameter + marks))
+    rows.append(("all", "", f"{rest.rms_n:.1e}", f"{loaded.rms_n:.1e}", ""))
     return rows
 
 
 def _advice(rest: Budget, loaded: Budget) -> list[str]:
     if loaded.rms_n > 1.5 * rest.rms_n and loaded.dominant.name.startswith("excitation"):
-        return [f'  at {loaded.force_n:g} N the excitation\'s noise is largest; readout.form = "ratio" removes it']
+        return [f'at {loaded.force_n:g} N the excitation\'s noise is largest; readout.form = "ratio" removes it']
     return []
 
 
@@ -120,11 +121,3 @@ def block_toml(found: SensorAnalysis) -> str:
 
 def _digits(value: float) -> str:
     return str(value) if isinstance(value, int) else repr(float(f"{value:.6g}"))
-
-
-def table_of(rows: list[Row]) -> Any:
-    """Return rows under a heading, numbers to the right."""
-    table = screen.columns(rows)
-    for column in table.columns[1:-1]:
-        column.justify = "right"
-    return table

@@ -12,15 +12,18 @@ from frictionloop.cli import checks, flags, screen
 if TYPE_CHECKING:
     import xarray as xr
 
+    from frictionloop.loop.step_times import StepTime
     from frictionloop.parameters import System
 
 ARGUMENTS = "[FILE] [OPTIONS]"
-EXAMPLES = """Examples
+EXAMPLES = r"""Examples
 
   frictionloop simulate --preset feasible --controller.kp 12
   frictionloop simulate --setpoint.kind sine --plot forces.svg
   frictionloop simulate --preset feasible --save-system my-bench.toml
   frictionloop simulate my-bench.toml --duration-s 2 --out run.h5
+  frictionloop simulate --preset bench --plot bench.png \
+      --controller.kp 0.062 --controller.ki 134
 """
 
 
@@ -38,7 +41,7 @@ def command(
     score_from_s: flags.ScoreFromS = 0.0,
     out: Annotated[Path | None, Parameter(help="Save the traces here (HDF5, .h5).", group=flags.RESULT)] = None,
     plot: Annotated[
-        Path | None, Parameter(help="Draw set-point and force here (.svg, .pdf or .png).", group=flags.RESULT)
+        Path | None, Parameter(help="Draw forces, amplitude and motion here (.svg, .pdf or .png).", group=flags.RESULT)
     ] = None,
     save_system: Annotated[
         Path | None,
@@ -56,23 +59,43 @@ def command(
     system = flags.system_from(file, preset, overrides)
     run, elapsed_s = _run(system, duration_s, seed)
 
-    from frictionloop.cli import describe
+    from frictionloop.cli import advice, describe, scores
 
-    metrics = describe.metrics_of(run, score_from_s)
+    with screen.waiting("scoring"):
+        metrics, mask = scores.metrics_of(run, score_from_s), scores.scored_periods(run, score_from_s)
+        rings = advice.ringing(run, mask, metrics)
+    times, steps = _steps(run, system, score_from_s)
     saved = _save(run, system, {"run": out, "plot": plot, "system": save_system})
     if json:
         result = {"system": system.model_dump(), "duration_s": duration_s, "seed": seed, "score_from_s": score_from_s}
-        screen.show_json(result | {"metrics": metrics, "units": describe.UNITS, "saved": saved, "elapsed_s": elapsed_s})
+        result |= {"metrics": metrics, "units": scores.UNITS, "scored": float(mask.mean())}
+        result |= {"steps": [each._asdict() for each in times], "ringing": advice.as_json(rings)}
+        screen.show_json(result | {"saved": saved, "elapsed_s": elapsed_s})
         return
     periods = f"{run.sizes['time']:,}".replace(",", " ")
+    rows = [*scores.metric_rows(metrics), *scores.step_rows(times, steps)] if mask.any() else []
+    rows += scores.scored_rows(mask)
     screen.show(
         screen.columns([("system", flags.named(file, preset, overrides)), *describe.system_rows(system)]),
         "",
-        screen.columns(describe.metric_rows(metrics)),
+        screen.columns(rows),
         "",
+        *([*advice.lines(rings, metrics), ""] if rings else []),
         f"{duration_s:g} s of signal, {periods} control periods, simulated in {screen.seconds(elapsed_s)}",
         *(f"saved {what} as {path}" for what, path in saved.items() if path),
     )
+
+
+def _steps(run: xr.Dataset, system: System, score_from_s: float) -> tuple[list[StepTime], int]:
+    """Return the times of the steps that were followed, and how many steps there were."""
+    if system.setpoint.kind != "steps":
+        return [], 0
+    import numpy as np
+
+    from frictionloop.loop.step_times import step_times
+
+    starts = run["time"].values[1:][np.diff(run["f_r"].values) != 0]
+    return [each for each in step_times(run) if each.start_s >= score_from_s], int(np.sum(starts >= score_from_s))
 
 
 def _run(system: System, duration_s: float, seed: int) -> tuple[xr.Dataset, float]:

@@ -9,7 +9,7 @@ import numpy as np
 from frictionloop.control.pi import PiGains, PiState, pi_step
 from frictionloop.loop.bench_tile import build_bench
 from frictionloop.loop.control_tile import build_control
-from frictionloop.loop.exchange import EXTERNAL, GIVEN, PI, STILL, STROKES, pointers
+from frictionloop.loop.exchange import EXTERNAL, GIVEN, PI, STILL, pointers
 from frictionloop.loop.felt_tile import build_felt
 from frictionloop.loop.motion_tile import build_motion, build_touch
 from frictionloop.loop.score_tile import PERCEPTION, STEPS, build_scores
@@ -66,7 +66,8 @@ def build_substeps(width: int) -> Any:
         if k == 0:
             settle(s, n, o.contact == 0)
             pi_limits(s, n)
-        if o.moving == STROKES:
+        # Also under a finger that the caller moves: from the next period on it may move by itself.
+        if o.moving != STILL:
             go_on(s, n, (k + 1) * o.dt, b.roughness)
         tell(s, n, o.contact)
         read(s, n)

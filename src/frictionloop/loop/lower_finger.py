@@ -96,7 +96,7 @@ def _lower_motion(slab: Slab, systems: Sequence[System], keys: np.ndarray, dt: f
     _fill(slab, "touch_coefficients", [touch_coefficients(s.touch, dt) for s in systems])
     _fill(slab, "touch", [stroke_step(0.0, plan) for plan in plans])
     edges = [plan.half_stroke_m - 1e-3 * m.unscored_mm for plan, m in zip(plans, motions, strict=True)]
-    _fill(slab, "unscored", [(edge, s.touch.load.touch_n) for edge, s in zip(edges, systems, strict=True)])
+    _fill(slab, "unscored", [(edge, 0.5 * m.load_n) for edge, m in zip(edges, motions, strict=True)])
     slab.view("motion")[OCCLUDED] = 0.0
     tables = [roughness_table(f.roughness_rms, key) for f, key in zip(frictions, seeds, strict=True)]
     return np.ascontiguousarray(np.array(tables).T).ravel()

@@ -69,11 +69,12 @@ def build_motion(lifting: Lifting) -> tuple[Any, Any, Any, Any]:
             poke(s, rough * width + i, roughness_between(fraction, here, there))
 
     @compiled
-    def limit(s, n):  # type: ignore[no-untyped-def]
+    def limit(s, n, begins):  # type: ignore[no-untyped-def]
         for i in range(count(n)):
             pressed, speed = peek(s, (after + LOAD) * width + i), peek(s, (after + SPEED) * width + i)
             given = OcclusionCoefficients(*load(s, i, width, occlusion_rows))
             occluded = occlusion_step(peek(s, (now + OCCLUDED) * width + i), pressed, given)
+            occluded = 0.0 if begins else occluded
             law = LimitCoefficients(*load(s, i, width, limit_rows))
             poke(s, (after + OCCLUDED) * width + i, occluded)
             poke(s, (after + FACTOR) * width + i, limit_step(pressed, speed, occluded, peek(s, rough * width + i), law))
@@ -83,18 +84,18 @@ def build_motion(lifting: Lifting) -> tuple[Any, Any, Any, Any]:
         tremble(s, n)
         move(s, n, t)
         scan(s, n, table)
-        limit(s, n)
+        limit(s, n, False)
 
     @compiled
     def begin(s, n, table):  # type: ignore[no-untyped-def]
         move(s, n, 0.0)
         scan(s, n, table)
-        limit(s, n)
+        limit(s, n, True)
 
     @compiled
     def accept(s, n, table):  # type: ignore[no-untyped-def]
         scan(s, n, table)
-        limit(s, n)
+        limit(s, n, False)
 
     return take_over, go_on, begin, accept
 

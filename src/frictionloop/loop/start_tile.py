@@ -28,7 +28,7 @@ def build_start(lifting: Lifting) -> tuple[Any, Any]:
     per_halving, loss, amplitude = ROW["halving_amplitude"] + 1, ROW["moist_loss"], ROW["amplitude"]
     contact_rows, given_rows, vibrated = rows("contact"), rows("contact_coefficients"), ROW["vibrated_limit"]
     full_speed = ROW["stroke_plan"] + StrokePlan._fields.index("speed_m_s")
-    rigid, lugre = LAWS.index("rigid"), LAWS.index("lugre")
+    rigid, lugre, slider = LAWS.index("rigid"), LAWS.index("lugre"), LAWS.index("slider")
 
     @compiled
     def settle(s, n, stiff):  # type: ignore[no-untyped-def]
@@ -71,6 +71,11 @@ def build_start(lifting: Lifting) -> tuple[Any, Any]:
             for i in range(count(n)):
                 z = peek(s, (contact + 2) * width + i)
                 poke(s, force * width + i, peek(s, given_rows[6] * width + i) * z)
+        if law == slider:
+            # Under a falling limit its bristle has slid with that of the middle of the substep.
+            for i in range(count(n)):
+                f, limit = peek(s, force * width + i), peek(s, vibrated * width + i)
+                poke(s, force * width + i, min(max(f, -limit), limit))
         for i in range(count(n)):
             poke(s, friction_row * width + i, peek(s, (now + DIRECTION) * width + i) * peek(s, force * width + i))
 

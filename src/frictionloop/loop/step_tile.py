@@ -15,15 +15,17 @@ def follow_step(
 ) -> tuple[tuple[float, float, float, float, float, float], float]:
     """Times, in control periods since the step, of the first passage of 10 and 63 %; and 1 at that of 90 %, else 0.
 
-    A set-point that changes begins a new step; one that has not got to 90 % by then is not counted.
+    A set-point that changes begins a new step; one that has not got to 90 % by then is not counted, nor one
+    that had before it was asked to.
     """
     stepped = setpoint_n != to_n
     from_n = to_n if stepped else from_n
     since = 0.0 if stepped else since + 1.0
     at_10, at_63 = -1.0 if stepped else at_10, -1.0 if stepped else at_63
-    done = 0.0 if stepped else done
     way = (force_n - from_n) * (1.0 if setpoint_n > from_n else -1.0)
     whole = abs(setpoint_n - from_n)
+    # A force that is there already has not followed.
+    done = (1.0 if way >= 0.9 * whole else 0.0) if stepped else done
     at_10 = since if (at_10 < 0.0) & (way >= 0.1 * whole) else at_10
     at_63 = since if (at_63 < 0.0) & (way >= 0.632 * whole) else at_63
     arrived = 1.0 if (done == 0.0) & (way >= 0.9 * whole) else 0.0

@@ -48,6 +48,8 @@ def step_times(run: xr.Dataset) -> list[StepTime]:
     for start, stop in zip(starts, np.append(starts, r.size)[1:], strict=True):
         low, high = float(r[start - 1]), float(r[start])
         way = (f[start:stop] - low) / (high - low)
+        if way[0] >= 0.9:  # there already: it has not followed
+            continue
         at = [_first(way >= share) for share in (0.1, 0.632, 0.9)]
         if None not in at and scored[start : start + at[2] + 1].all():  # type: ignore[operator]
             t10, t63, t90 = (time[start + k] - time[start] for k in at)  # type: ignore[operator]

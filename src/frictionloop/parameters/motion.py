@@ -53,7 +53,10 @@ class Strokes(Block):
     person: Annotated[Whole, Field(ge=0, lt=2**31)] = 0
     """Number of the person: others tremble otherwise, and over other skin, at the same seed."""
     unscored_mm: NotNegative = 2.0
-    """Way around each reversal that metrics leave out: while friction turns over, the skin yields twice F/k, 1.8 mm."""
+    """Way around each reversal that metrics leave out, as they do less than half the load.
+
+    While friction turns over, the skin yields twice F/k, 1.8 mm at 0.9 N.
+    """
 
     @model_validator(mode="after")
     def _room_to_turn(self) -> Self:

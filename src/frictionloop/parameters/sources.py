@@ -124,3 +124,10 @@ class Recording(Block):
 
 
 Source = Annotated[Constant | Sine | LogSweep | Steps | ColouredNoise | Recording, Field(discriminator="kind")]
+
+
+def largest_n(source: Source) -> float:
+    """Return the largest magnitude of a signal in N; of noise and recordings only that of the offset is known."""
+    if isinstance(source, Steps):
+        return max(abs(level) for level in source.levels_n)
+    return abs(source.offset_n) + (abs(source.amplitude_n) if isinstance(source, Sine | LogSweep) else 0.0)

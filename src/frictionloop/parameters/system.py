@@ -12,8 +12,8 @@ from frictionloop.parameters.controller import Controller
 from frictionloop.parameters.description import Description
 from frictionloop.parameters.finger import AnyFriction, Finger, RigidFinger
 from frictionloop.parameters.motion import Motion, Sliding
-from frictionloop.parameters.plant import Plate, Sensor
-from frictionloop.parameters.sources import Source
+from frictionloop.parameters.plant import Plate, Sensor, SuspendedSensor
+from frictionloop.parameters.sources import Source, largest_n
 from frictionloop.parameters.touch import Touch
 from frictionloop.quantities import FrictionloopError
 
@@ -57,6 +57,17 @@ class System(Description):
         for block, kind in (("friction", self.friction.kind), ("finger", self.finger.kind)):
             if kind in ("finger", "skin") and self.motion.kind == "sliding":
                 raise ValueError(f'{block}.kind = "{kind}" needs a speed and a load: motion.kind must be "strokes"')
+        return self
+
+    @model_validator(mode="after")
+    def _reads_what_it_controls(self) -> Self:
+        if isinstance(self.sensor, SuspendedSensor):
+            wanted, model = largest_n(self.setpoint), self.controller.model.nominal_n
+            for name, force in (("the set-point reaches", wanted), ("controller.model.nominal_n is", model)):
+                if force > self.sensor.range_n:
+                    raise ValueError(
+                        f"sensor.range_n = {self.sensor.range_n:g} N: {name} {force:g} N; must be at least that"
+                    )
         return self
 
 

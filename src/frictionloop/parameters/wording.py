@@ -62,13 +62,11 @@ def explain(system: Model, error: ValidationError, tree: Mapping[str, Any]) -> s
     errors = error.errors(include_url=False)
     # A misspelt name is often why another is missing.
     first = next((each for each in errors if each["type"] == "extra_forbidden"), errors[0])
-    kinds = {
-        model.model_fields["kind"].default
-        for block in system.model_fields
-        for model in kinds_of(system, block)
-        if "kind" in model.model_fields
-    }
-    path = ".".join(str(part) for part in first["loc"] if part not in kinds)
+    # Pydantic puts the kind of a block behind its name.
+    parts = [str(part) for part in first["loc"]]
+    if len(parts) > 1 and parts[0] in system.model_fields and parts[1] in _kinds(system, parts[0]):
+        del parts[1]
+    path = ".".join(parts)
     if first["type"] == "extra_forbidden":
         block = path.rsplit(".", 1)[0] if "." in path else ""
         return unknown(path, [name for name in known_names(system, tree) if name.startswith(block)])
@@ -82,3 +80,8 @@ def explain(system: Model, error: ValidationError, tree: Mapping[str, Any]) -> s
         return f"{path or 'system'}: {message}"
     unit = f" {unit_of(path)}" if unit_of(path) else ""
     return f"{path} = {first['input']!r}{unit}: {message}"
+
+
+def _kinds(system: Model, block: str) -> list[str]:
+    models = kinds_of(system, block)
+    return [model.model_fields["kind"].default for model in models if "kind" in model.model_fields]

@@ -19,7 +19,8 @@ SIMULATE = [
     (("--setpoint.offset_n", "0.5 N"), "setpoint.offset_n = '0.5 N' N: must be a valid number"),
     (("--setpoint.kind", "sinus"), "setpoint.kind = 'sinus' is unknown; accepted: 'constant', 'sine'"),
     (("--disturbance.kind", "recording", "--disturbance.path", "no.csv"), "no.csv: there is no such file"),
-    (("--preset", "papr"), 'Invalid value "papr" for --preset. Choose from: "paper", "feasible"'),
+    (("--preset", "papr"), 'Invalid value "papr" for --preset. Choose from: "paper", "feasible", "bench"'),
+    (("--setpoint.kind", "steps", "--setpoint.levels_n", "[.4, 0.6]"), "[.4, 0.6]: is no list; write one like [0.4"),
     (("--sed", "3"), "Unknown option: --sed. Did you mean --seed?"),
     (("--seed", "x"), "Invalid value for --seed"),
     (("--seed", "1.5"), 'Invalid value for --seed: unable to convert "1.5" into a whole number'),
@@ -43,7 +44,15 @@ SIMULATE = [
     (("--json=3",), "Invalid value for --json"),
 ]
 SWEEP = [
-    ((), "--over requires an argument"),
+    ((), "over: give --over NAME=VALUES, such as controller.kp=1,2,5, or --fingers N"),
+    (("--over",), "--over requires an argument"),
+    (("--over", "controller.kp=1", "--fingers", "3"), "over and fingers: give one"),
+    (("--over", "controller.kp=1", "--fingers-seed", "3"), "fingers_seed = 3: needs --fingers N"),
+    (("--fingers", "3"), 'fingers = 3: needs friction.kind = "finger", not "gaussian"; --preset bench has all'),
+    (("--fingers", "0"), "fingers = 0: must be a whole number from 1 to 1000000"),
+    (("--fingers", "500000", "--seeds", "4"), "fingers = 500000: must be a whole number from 1 to 250000"),
+    (("--fingers", "2.5"), "Invalid value for --fingers"),
+    (("--fingers", "3", "--fingers-seed", "-1"), "fingers_seed = -1: must be a whole number from 0"),
     (("--over", "controller.kp"), "over = 'controller.kp': accepted: NAME=a,b,c or NAME=start:stop:count"),
     (("--over", "controller.kp=1:2"), "accepted: NAME=a,b,c or NAME=start:stop:count"),
     (("--over", "controller.kp=1:2:x"), "accepted: NAME=a,b,c or NAME=start:stop:count"),
@@ -70,15 +79,44 @@ SWEEP_KP = [
     (("--out", "no/sweep.h5"), "out = 'no/sweep.h5': there is no folder 'no'"),
     (("--score-from-s", "1"), "score_from_s = 1 s: must be from 0 s to less than duration_s = 0.01 s"),
 ]
+BENCH = [
+    (("--plate.q", "0"), "plate.q = 0: must be greater than 0"),
+    (("--plate.cutoff_hz", "90"), "unknown parameter 'plate.cutoff_hz'"),
+    (("--sensor.resonance_hz", "-1"), "sensor.resonance_hz = -1 Hz: must be greater than 0"),
+    (("--sensor.noise_rms_n", "1"), "unknown parameter 'sensor.noise_rms_n'; did you mean sensor.noise_density_n_rthz"),
+    (("--sensor.adc_bits", "1.5"), "sensor.adc_bits = 1.5: must be a valid integer"),
+    (("--controller.jitter_s", "2"), "controller.jitter_s = 2 s: must be less than or equal to 1"),
+    (("--controller.lost_ticks", "1"), "controller.lost_ticks = 1: must be less than 1"),
+    (("--controller.rate_hz", "20"), "controller.rate_hz = 20 Hz: must be at least"),
+    (("--finger.kind", "soft"), "finger.kind = 'soft' is unknown; accepted: 'rigid', 'skin'"),
+    (("--finger.contact", "glue"), "contact = 'glue': must be 'dahl', 'lugre' or 'slider'"),
+    (("--finger.stiffness", "1"), "unknown parameter 'finger.stiffness'; did you mean finger.stiffness_n_m (N/m)"),
+    (("--motion.kind", "sliding"), 'friction.kind = "finger" needs a speed and a load: motion.kind must be "strokes"'),
+    (("--motion.load_n", "-1"), "motion.load_n = -1 N: must be greater than 0"),
+    (("--motion.speed_mm_s", "600"), "touch.position.fastest_mm_s"),
+    (("--motion.contact_s", "0.01"), "contact_s = 0.01 s is shorter than landing and lift-off"),
+    (("--touch.position.noise", "3"), "did you mean touch.position.noise_um (um)"),
+    (("--touch.position.noise_um", "-3"), "touch.position.noise_um = -3 um: must be greater than or equal to 0"),
+    (("--touch.noise_um", "3"), "unknown parameter 'touch.noise_um'; did you mean touch.position.noise_um (um)"),
+]
+SWEEP_BENCH = [
+    (("--fingers", "3", "--finger.kind", "rigid"), 'needs finger.kind = "skin", not "rigid"'),
+    (("--fingers", "3", "--motion.load-n", "1"), "motion.load_n: every one of --fingers brings its own; leave it out"),
+    (("--fingers", "3", "--metrics", "rise_63_s"), "metric rise_63_s: needs steps to follow; setpoint.kind is 'sine'"),
+    (("--over", "finger.kind=skin,soft"), "finger.kind = 'soft' is unknown; accepted: 'rigid', 'skin'"),
+    (("--over", "motion.speed_mm_s=20,600"), "touch.position.fastest_mm_s"),
+]
 OTHERS = [
     (("simulat",), 'Unknown command "simulat". Did you mean "simulate"?'),
-    (("--bogus",), 'Unknown command "--bogus". Available commands: reproduce, simulate, sweep.'),
+    (("--bogus",), 'Unknown command "--bogus". Available commands: reproduce, simulate, sweep, design.'),
     (("reproduce", "x"), "x: not expected here"),
 ]
 ALL = [
     *((("simulate", *tokens), line) for tokens, line in SIMULATE),
     *((("sweep", *tokens), line) for tokens, line in SWEEP),
     *(((*KP, *tokens), line) for tokens, line in SWEEP_KP),
+    *((("simulate", "--preset", "bench", *tokens), line) for tokens, line in BENCH),
+    *((("sweep", "--preset", "bench", *tokens), line) for tokens, line in SWEEP_BENCH),
     *OTHERS,
 ]
 
@@ -103,6 +141,9 @@ def test_one_line(frictionloop, tokens, line):
         (b"\xff\xfe\x00", "bench.toml: cannot be read"),
         (b"[controller]\nkp = 3", "bench.toml: setpoint is missing"),
         (b'preset = "paper"\n[controller]\nkp = -3', "bench.toml: controller.kp = -3 N/N: must be greater"),
+        (b'preset = "bank"', "bench.toml: preset = 'bank' is unknown; accepted: 'paper', 'feasible', 'bench'"),
+        (b'preset = "bench"\n[plate]\nq = 0', "bench.toml: plate.q = 0: must be greater than 0"),
+        (b'preset = "bench"\n[touch.load]\nnoise = 0', "bench.toml: unknown parameter 'touch.load.noise'"),
     ],
 )
 def test_file_is_named(frictionloop, content, line):

@@ -86,7 +86,15 @@ def test_axes():
 
 
 @pytest.mark.parametrize(
-    ("metric", "at"), [("rms_error", 0), ("saturation_index", 0), ("r2_identity", 3), ("slope", 1), ("r2_bound", 3)]
+    ("metric", "at"),
+    [
+        ("rms_error", 0),
+        ("saturation_index", 0),
+        ("perceptual_index", 0),
+        ("r2_identity", 3),
+        ("slope", 1),
+        ("r2_bound", 3),
+    ],
 )
 def test_best_is_the_smallest_the_largest_or_the_nearest_to_one(metric, at):
     result = fl.sweep(fl.feasible(), {"controller.kp": [1, 2, 3, 4]}, 0.01, metrics=[metric])
@@ -145,7 +153,7 @@ def interrupted_after(monkeypatch, done):
         raise fl.SweepInterrupted(partial)
 
     monkeypatch.setattr("frictionloop.loop.sweep.sweep", sweep)
-    monkeypatch.setattr("frictionloop.cli.outcome.compiled", lambda: None)
+    monkeypatch.setattr("frictionloop.cli.outcome.compiled", lambda *_: None)
 
 
 def test_interrupted_without_out_says_that_nothing_is_kept(frictionloop, monkeypatch):

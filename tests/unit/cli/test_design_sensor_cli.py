@@ -38,8 +38,26 @@ def test_the_answer_fits_a_hundred_columns(frictionloop, more):
     answer = frictionloop(*SENSOR, *more)
     assert (answer.code, answer.err) == (0, "")
     assert max(len(line.rstrip()) for line in answer.out.splitlines()) <= 100
-    for said in ("resonance", "stress", "base vibration", "<- largest", "paper's 0.5 pm"):
+    for said in ("resonance", "stress", "base vibration", "* largest at rest", "paper's 0.5 pm"):
         assert said in answer.out
+
+
+@pytest.mark.parametrize("columns", [80, 100])
+def test_names_of_flags_are_never_broken(frictionloop, monkeypatch, columns):
+    monkeypatch.setenv("COLUMNS", str(columns))
+    answer = frictionloop(*SENSOR, "--resonance-hz", "145", "--noise-rms-n", "5e-5")
+    assert max(len(line.rstrip()) for line in answer.out.splitlines()) <= columns
+    for term in frictionloop(*SENSOR, "--json").json()["noise_at_rest"]["terms"]:
+        assert term["parameter"] in answer.out
+    assert sum(line.rstrip().endswith(" *") for line in answer.out.splitlines()) == 2  # proposed, and largest
+
+
+@pytest.mark.parametrize("columns", [80, 100])
+def test_the_plate_fits(frictionloop, monkeypatch, columns):
+    monkeypatch.setenv("COLUMNS", str(columns))
+    answer = frictionloop("design", "plate", "--frequency-hz", "40000", "--bandwidth-hz", "150", "--readings")
+    assert (answer.code, answer.err) == (0, "")
+    assert max(len(line.rstrip()) for line in answer.out.splitlines()) <= columns
 
 
 def test_the_block_is_toml_of_the_loop(frictionloop):

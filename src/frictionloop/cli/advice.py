@@ -1,0 +1,94 @@
+"""Does the loop ring? What a run shows, asked of the linear analysis, and gains that hold instead."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from frictionloop.quantities import FrictionloopError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+CLAMPED, MISSING = 0.05, 0.1
+"""A run is looked at if more commands than this are clamped, or R2 is further than this below its bound (chosen)."""
+CLOSE = 4.0
+"""Ms above which a loop is said to be near ringing: less than 0.25 from -1, a phase margin below 15 degrees."""
+HELD_PEAK = 2.0
+"""Ms of the gains that are named instead, dry and moist: a phase margin of at least 29 degrees."""
+LOWEST_HZ = 5.0
+"""Ringing is looked for above the tracking of a set-point (chosen)."""
+
+
+class Ringing(NamedTuple):
+    """A loop that rings or nearly does."""
+
+    stable: bool
+    frequency_hz: float
+    """Where the error has most power."""
+    kp: float
+    ki: float
+    held: dict[str, float]
+    """Gains that hold, as overrides; empty if none were found."""
+
+
+def ringing(run: xr.Dataset, mask: np.ndarray, metrics: dict[str, float]) -> Ringing | None:
+    """Return what is known of a run that rings, None for one that shows no sign of it or is stable."""
+    # Of a constant set-point R2 is NaN: any such run is looked at.
+    calm = metrics["saturation_index"] <= CLAMPED and metrics["r2_bound"] - metrics["r2_identity"] <= MISSING
+    if calm or not mask.any():
+        return None
+    from frictionloop.design import operating_band, retune
+    from frictionloop.loop.record import system_of
+
+    system = system_of(run)
+    try:
+        points = operating_band(system, occluded=(0.0, 1.0))
+        margins = [point.margins() for point in points]
+    except FrictionloopError:  # what cannot be linearised (a recording) is not judged
+        return None
+    stable = all(each.stable for each in margins)
+    if stable and max(each.sensitivity_peak for each in margins) < CLOSE:
+        return None
+    try:
+        held = {path: _three_digits(gain) for path, gain in retune(points, HELD_PEAK).overrides.items()}
+    except FrictionloopError:
+        held = {}
+    return Ringing(stable, _loudest_hz(run, mask), system.controller.kp, system.controller.ki, held)
+
+
+def _loudest_hz(run: xr.Dataset, mask: np.ndarray) -> float:
+    time, error = run["time"].values, (run["f_a"].values - run["f_r"].values) * mask
+    spectrum = np.abs(np.fft.rfft(error * np.hanning(error.size)))
+    frequency = np.fft.rfftfreq(error.size, time[1] - time[0] if time.size > 1 else 1.0)
+    spectrum[frequency < LOWEST_HZ] = 0.0
+    return float(frequency[np.argmax(spectrum)])
+
+
+def lines(found: Ringing, metrics: dict[str, float]) -> list[str]:
+    """Return what a person is told."""
+    clamped, gains = metrics["saturation_index"], f"kp = {found.kp:.3g}, ki = {found.ki:.4g}"
+    signs = [f"{clamped:.0%} of the commands are clamped"] if clamped > CLAMPED else []
+    signs += ["the force does not follow"] if metrics["r2_identity"] < 0 else []
+    what = f"near {found.frequency_hz:.3g} Hz" + (f": {', '.join(signs)}." if signs else ".")
+    said = [f"This loop is close to ringing, {what}" if found.stable else f"This loop rings {what}"]
+    said.append(f"{gains}: {'nearly ' if found.stable else ''}too much for this sensor, plate and delay.")
+    if found.held:
+        said.append(f"Gains that hold: {' '.join(f'--{path} {gain:g}' for path, gain in found.held.items())}")
+    return said
+
+
+def _three_digits(gain: float) -> float:
+    """Return a gain with three digits, not above the one given."""
+    if gain <= 0:
+        return gain
+    digit: float = 10.0 ** (math.floor(math.log10(gain)) - 2)
+    return float(f"{math.floor(gain / digit) * digit:.3g}")
+
+
+def as_json(found: Ringing | None) -> dict[str, Any] | None:
+    """Return the same for a program."""
+    return None if found is None else found._asdict()

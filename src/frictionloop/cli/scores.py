@@ -1,0 +1,144 @@
+"""How good a run is, in words: one row per metric with what it says."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from frictionloop.quantities import FrictionloopError
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+
+    from frictionloop.cli.describe import Row
+    from frictionloop.loop.step_times import StepTime
+
+UNITS = {"intercept": "N", "rms_error": "N", "output_noise": "N"}
+"""Units of the metrics that have one; the others are pure numbers."""
+
+
+def scored_periods(run: xr.Dataset, score_from_s: float = 0.0) -> np.ndarray:
+    """Return which control periods count: from ``score_from_s`` on, without reversals and what is in the air."""
+    late = run["time"].values >= score_from_s
+    return late & run["scored"].values if "scored" in run else late
+
+
+def metrics_of(run: xr.Dataset, score_from_s: float = 0.0) -> dict[str, float]:
+    """Return every metric of a run by name, NaN where nothing counts or a metric has no meaning.
+
+    ``slope`` and ``intercept`` belong to r2_regression.
+    """
+    import frictionloop as fl
+
+    mask = scored_periods(run, score_from_s)
+    names = [
+        "r2_identity",
+        "r2_bound",
+        "r2_regression",
+        "slope",
+        "intercept",
+        "rms_error",
+        "output_noise",
+        "saturation_index",
+        "perceptual_index",
+        "relative_index",
+    ]
+    if not mask.any():
+        return dict.fromkeys(names, math.nan)
+    line = fl.regression(run, mask)
+    found = {
+        "r2_identity": fl.r2_identity(run, mask),
+        "r2_bound": fl.r2_bound(run, mask),
+        "r2_regression": line.r2,
+        "slope": line.slope,
+        "intercept": line.intercept_n,
+        "rms_error": fl.rms_error(run, mask),
+        "output_noise": fl.output_noise(run, mask),
+        "saturation_index": fl.saturation_index(run, mask),
+        "perceptual_index": _or_nan(fl.perceptual_index, run, mask),
+    }
+    # A plain stroke of a finger without roughness and tremor is no yardstick.
+    strokes = fl.system_of(run).motion.kind == "strokes"
+    return found | {"relative_index": _or_nan(fl.relative_index, run, mask) if strokes else math.nan}
+
+
+def _or_nan(metric: Any, run: xr.Dataset, mask: np.ndarray) -> float:
+    try:
+        return float(metric(run, mask))
+    except FrictionloopError:  # a control rate without a filter; a mean force that no constant amplitude gives
+        return math.nan
+
+
+def metric_rows(found: dict[str, float]) -> list[Row]:
+    """Return (metric, value with unit, what it says)."""
+    missing = found["r2_bound"] - found["r2_identity"]
+    offset = f"{'-' if found['intercept'] < 0 else '+'} {number(abs(found['intercept']))}"
+    line = f"of the line f_a = {number(found['slope'])} f_r {offset} N"
+    beyond = "" if math.isnan(missing) else f", {number(missing)} more"
+    rows: list[Row] = [
+        ("r2_identity", number(found["r2_identity"]), "how well f_a follows f_r; 1 is perfect"),
+        ("r2_bound", number(found["r2_bound"]), f"the most any controller could reach{beyond}"),
+        (
+            "r2_regression",
+            number(found["r2_regression"]),
+            line if found["slope"] == found["slope"] else "f_r is constant",
+        ),
+        ("rms_error", newtons(found["rms_error"]), "rms of f_a - f_r"),
+        ("saturation_index", share(found["saturation_index"]), "share of the commands that were clamped"),
+    ]
+    if not math.isnan(found["perceptual_index"]):
+        rows.append(("perceptual_index", f"{found['perceptual_index']:.3g}", "f_a - f_r as touch has it; felt above 1"))
+    if not math.isnan(found["relative_index"]):
+        side = "below 1: smoother than" if found["relative_index"] < 1 else "above 1: rougher than"
+        said = f"{side} this stroke without control"
+        rows.append(("relative_index", f"{found['relative_index']:.3g}", said))
+    return rows
+
+
+def scored_rows(mask: np.ndarray) -> list[Row]:
+    """Return the row that says which share of a run counts, if not all of it does."""
+    if mask.all():
+        return []
+    if not mask.any():
+        return [("scored", "0 %", "all periods are at a reversal, lifted, or before --score-from-s")]
+    return [("scored", f"{100 * mask.mean():.3g} %", "of the periods; not those at reversals, or lifted")]
+
+
+def step_rows(times: Sequence[StepTime], steps: int) -> list[Row]:
+    """Return a row for the steps up and one for those down: mean times of those that were followed."""
+    rows: list[Row] = []
+    for name, some in (
+        ("rise", [each for each in times if each.to_n > each.from_n]),
+        ("fall", [each for each in times if each.to_n < each.from_n]),
+    ):
+        if some:
+            to_63, rise = (1e3 * sum(column) / len(some) for column in zip(*(each[3:] for each in some), strict=True))
+            rows.append(
+                (name, f"{rise:.3g} ms", f"from 10 to 90 %; {to_63:.3g} ms to 63 %; mean of {_steps(len(some))}")
+            )
+    missed = steps - len(times)
+    return [
+        *rows,
+        *([("not followed", _steps(missed), "90 % not reached in time, or around a reversal")] if missed else []),
+    ]
+
+
+def _steps(count: int) -> str:
+    return f"{count} step{'s' * (count != 1)}"
+
+
+def newtons(value: float) -> str:
+    """Return a force in millinewtons, or a dash where there is none."""
+    return "-" if math.isnan(value) else f"{value * 1e3:.4g} mN"
+
+
+def share(value: float) -> str:
+    """Return a share from 0 to 1."""
+    return "-" if math.isnan(value) else f"{value:.4g}"
+
+
+def number(value: float) -> str:
+    """Return a metric to four decimals, or a dash where it has no meaning (a constant set-point has no R2)."""
+    return "-" if math.isnan(value) else f"{value:.4f}" if abs(value) < 100 else f"{value:.4g}"

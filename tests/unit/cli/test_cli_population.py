@@ -1,0 +1,152 @@
+"""``frictionloop sweep --fingers``: a population on the bench, in numbers that Python gives too."""
+
+from __future__ import annotations
+
+import csv
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import frictionloop as fl
+from frictionloop.cli.population import METRICS, Population, reach_of
+
+N, SEED = 12, 5
+POPULATION = (
+    *("sweep", "--preset", "bench", "--duration-s", "0.5", "--score-from-s", "0.2"),
+    *(word for path, gain in fl.RETUNED.items() for word in (f"--{path}", str(gain))),
+    *("--fingers", N, "--fingers-seed", SEED),
+)
+
+
+def in_python():
+    system = fl.bench().evolve(fl.RETUNED)
+    return fl.sweep(system, fl.fingers(N, SEED), 0.5, metrics=METRICS, score_from_s=0.2)
+
+
+def test_json_holds_the_same_numbers_as_python(frictionloop):
+    answer, result = frictionloop(*POPULATION, "--json").json(), in_python()
+    assert answer["dims"] == ["finger", "seed"]
+    assert list(answer["metrics"]) == list(METRICS)
+    for name, values in answer["metrics"].items():
+        np.testing.assert_array_equal(values, result[name])
+        assert answer["population"][name]["median"] == np.median(result[name])
+    rms = sorted(result.rms_error.values[:, 0])
+    assert answer["population"]["rms_error"] == {"median": np.median(rms), "worst_decile": rms[10], "fingers": N}
+    r2 = sorted(result.r2_identity.values[:, 0])
+    assert answer["population"]["r2_identity"]["worst_decile"] == r2[1]  # 11 of 12 are as good or better
+    able = fl.capable(fl.fingers(N, SEED), 0.5, 0.7, contact_s=0.5)
+    assert answer["capable"] == able.capable.values.tolist()
+    assert answer["asked_n"] == [pytest.approx(0.5), pytest.approx(0.7)]
+    some = result.rms_error.values[able.capable.values, 0]
+    assert answer["population_capable"]["rms_error"]["median"] == np.median(some)
+    assert (answer["fingers_seed"], answer["runs"], answer["complete"]) == (SEED, N, True)
+
+
+def test_summary(frictionloop, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "100")
+    answer = frictionloop(*POPULATION)
+    assert (answer.code, answer.err) == (0, "")
+    able = fl.capable(fl.fingers(N, SEED), 0.5, 0.7, contact_s=0.5)
+    count = int(able.capable.sum())
+    assert f"able: {count} of {N} fingers can be given the set-point, 0.5 to 0.7 N," in answer.out
+    low, high = int((~able.reaches_low).sum()), int((~able.reaches_high).sum())
+    assert f"for 0.5 s on the plate; {low} cannot get so low, {high} cannot get so high" in answer.out
+    median = 1e3 * float(in_python().rms_error.median())
+    assert re.search(rf"^rms_error +{median:.4g} mN ", answer.out, re.MULTILINE)
+    assert f"{N} fingers of 0.5 s, {N} of {N} runs done" in answer.out
+    assert max(len(line.rstrip()) for line in answer.out.splitlines()) <= 100
+
+
+def test_files_hold_who_can_what(frictionloop):
+    assert frictionloop(*POPULATION, "--csv", "f.csv", "--out", "f.h5").code == 0
+    kept, able = fl.load("f.h5"), fl.capable(fl.fingers(N, SEED), 0.5, 0.7, contact_s=0.5)
+    np.testing.assert_array_equal(kept.capable, able.capable)
+    np.testing.assert_array_equal(kept.lowest_n, able.lowest_n)
+    with open("f.csv", newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [row["capable"] for row in rows] == [str(each) for each in able.capable.values]
+    nominal = [each["friction.nominal_n"] for each in fl.fingers(N, SEED)]
+    assert [float(row["friction.nominal_n"]) for row in rows] == nominal
+    before = Path("f.csv").read_bytes()
+    resumed = frictionloop(*POPULATION, "--csv", "f.csv", "--out", "f.h5", "--resume")
+    assert (resumed.code, Path("f.csv").read_bytes()) == (0, before)
+
+
+def test_one_finger_and_several_seeds(frictionloop):
+    words = ("sweep", "--preset", "bench", "--duration-s", "0.5", "--fingers", "1", "--seeds", "2")
+    answer = frictionloop(*words)
+    assert "1 finger x 2 seeds of 0.5 s, 2 of 2 runs done" in answer.out
+    found = frictionloop(*words, "--json").json()
+    assert found["population"]["rms_error"]["median"] == pytest.approx(np.mean(found["metrics"]["rms_error"]))
+
+
+def population(setpoint, duration_s=0.01, **more):
+    system = fl.bench().evolve({"setpoint": setpoint, **more})
+    people = fl.fingers(4, 0)
+    result = fl.sweep(system, people, duration_s, metrics=["rms_error"])
+    return Population(result, 1.0, True, system, people)
+
+
+def test_worst_decile_of_each_kind_of_metric():
+    found = population(fl.Constant(offset_n=0.6))
+    for name, values, worst in (
+        ("rms_error", [0.1, 0.4, 0.2, 0.3], 0.4),
+        ("perceptual_index", [3.0, 2.0, 1.0, np.nan], 3.0),
+        ("r2_identity", [0.1, 0.4, 0.2, 0.3], 0.1),
+        ("slope", [1.1, 0.8, 1.0, 1.15], 0.8),
+        ("rise_63_s", [np.nan] * 4, np.nan),
+    ):
+        found.result[name] = (("finger", "seed"), np.array(values)[:, None])
+        spread = found.spread(name)
+        assert spread["worst_decile"] == pytest.approx(worst, nan_ok=True)
+        assert spread["fingers"] == np.sum(~np.isnan(values))
+
+
+def test_a_constant_set_point_is_one_level():
+    text = population(fl.Constant(offset_n=0.6)).summary(0.01)
+    assert any("the set-point, 0.6 N," in str(line) for line in text)
+
+
+def test_the_finger_is_held_as_long_as_it_touches():
+    people = fl.fingers(30, 0)
+    system = fl.bench().evolve({"motion.contact_s": 2.0})
+    band, reach = reach_of(system, people, 10.0)
+    assert reach.hold_s == 2.0
+    np.testing.assert_array_equal(band.highest_n, fl.capable(people, contact_s=2.0).highest_n)
+    _, weak = reach_of(system.evolve({"plate.max_amplitude_um": 1.0}), people, 10.0)
+    assert weak.low.sum() < reach.low.sum()
+
+
+def test_values_of_the_system_that_no_finger_brings_count():
+    people = fl.fingers(5, 0)
+    band, _ = reach_of(fl.bench().evolve({"friction.reference_load_n": 0.25}), people, 1.0)
+    plain, _ = reach_of(fl.bench(), people, 1.0)
+    ratio = 2.0 ** np.array([each["friction.load_exponent"] for each in people])
+    np.testing.assert_allclose(band.highest_n, ratio * plain.highest_n, rtol=1e-12)
+
+
+def test_a_recorded_set_point_is_not_judged(frictionloop):
+    Path("r.csv").write_text("force\n" + "0.6\n" * 1000)
+    words = ("--setpoint.kind", "recording", "--setpoint.path", "r.csv", "--setpoint.rate_hz", "1000")
+    more = ("--setpoint.column", "force", "--setpoint.offset_n", "0")
+    answer = frictionloop("sweep", "--preset", "bench", "--duration-s", "0.5", "--fingers", "3", *words, *more)
+    assert (answer.code, answer.err) == (0, "")
+    assert "is not known: it is a recording" in answer.out
+
+
+def test_interrupted_population_says_what_is_done_and_how_to_go_on(frictionloop, monkeypatch):
+    def sweep(*_, **__):
+        partial = in_python()
+        for values in partial.data_vars.values():
+            values[5:] = np.nan
+        raise fl.SweepInterrupted(partial)
+
+    monkeypatch.setattr("frictionloop.loop.sweep.sweep", sweep)
+    monkeypatch.setattr("frictionloop.cli.outcome.compiled", lambda *_: None)
+    answer = frictionloop(*POPULATION, "--out", "f.h5")
+    assert answer.code == 130
+    assert "of 5 fingers" in answer.out
+    assert answer.err.startswith(f"interrupted: 5 of {N} runs done, kept in f.h5\ncontinue with: ")
+    assert int(np.isfinite(fl.load("f.h5").rms_error).sum()) == 5
