@@ -1,4 +1,4 @@
-"""Build reference.c with the machine's C compiler (or zig from the ziglang wheel) and call it through ctypes."""
+"""Build the C loops with the machine's C compiler (or zig from the ziglang wheel) and call them through ctypes."""
 
 from __future__ import annotations
 
@@ -30,6 +30,9 @@ FLAGS = (
     "-pthread",
 )
 WIDE = "-mprefer-vector-width=512"  # x86 only; compilers default to 256 bits there
+MIX = ("-fschedule-insns", "-fsched-pressure")  # gcc then mixes the two halves of a tile
+OWN = ("f0", "tau", "a_max", "model_f0", "model_tau", "model_a_max", "plate_hz", "sensor_hz", "noise_rms", "kp", "ki")
+"""What each lane of reference_lanes.c has of its own, in the order of its `Lane`."""
 
 
 def compiler() -> list[str]:
@@ -42,22 +45,23 @@ def compiler() -> list[str]:
     raise SystemExit("no C compiler: install cc, or `pip install ziglang`")
 
 
-def build(cc: list[str] | None = None) -> Path:
-    """Compile once per compiler and source; later calls find the library in the temporary folder."""
+def build(cc: list[str] | None = None, name: str = "reference", more: tuple[str, ...] = ()) -> Path:
+    """Compile once per compiler, flags and source; later calls find the library in the temporary folder."""
     cc = cc or compiler()
     text = (
         b"".join(source.read_bytes() for source in sorted(HERE.glob("reference*.[ch]")))
-        + " ".join((*cc, *FLAGS, WIDE)).encode()
+        + " ".join((*cc, *FLAGS, WIDE, *more)).encode()
     )
     folder = Path(tempfile.gettempdir()) / f"frictionloop-benchmarks-{os.getuid() if hasattr(os, 'getuid') else 0}"
     folder.mkdir(mode=0o700, exist_ok=True)
-    library = folder / f"reference-{hashlib.sha256(text).hexdigest()[:16]}.so"
+    library = folder / f"{name}-{hashlib.sha256(text).hexdigest()[:16]}.so"
     if not library.exists():
         fresh = library.with_suffix(f".{os.getpid()}")
-        command = [*cc, *FLAGS, str(HERE / "reference.c"), "-o", str(fresh), "-lm"]
-        if subprocess.run(
-            [*command, WIDE], check=False, capture_output=True
-        ).returncode:  # a compiler without the x86 option
+        command = [*cc, *FLAGS, str(HERE / f"{name}.c"), "-o", str(fresh), "-lm"]
+        for known in ((WIDE, *more), (WIDE,), more):  # not every compiler knows them
+            if not subprocess.run([*command, *known], check=False, capture_output=True).returncode:
+                break
+        else:
             subprocess.run(command, check=True)
         fresh.replace(library)
     return library
@@ -76,6 +80,8 @@ class Reference:
             getattr(self._c, name).argtypes = [pointer, pointer, long, number, pointer]
             getattr(self._c, name).restype = None
         self._c.run_grid.argtypes = [pointer, long, pointer, pointer, number, long, ctypes.c_int, pointer]
+        self._run_lanes = ctypes.CDLL(str(build(self.cc, "reference_lanes", MIX))).run_lanes
+        self._run_lanes.argtypes = [pointer, long, pointer, pointer, long, ctypes.c_int, pointer]
 
     @property
     def version(self) -> str:
@@ -101,6 +107,24 @@ class Reference:
         address = None if own is None else own.ctypes.data
         if self._c.run_grid(
             numbers.ctypes.data, len(kp), gains.ctypes.data, address, 0, periods, threads, out.ctypes.data
+        ):
+            raise RuntimeError("the C reference could not start its threads")
+        return out
+
+    def lanes(self, p: Paper, own: dict[str, Any], periods: int, threads: int, seeds: Any = None) -> Array:
+        """The same two numbers from reference_lanes.c, where every lane has a System of its own.
+
+        `own` holds numbers or arrays over lanes by the names of `OWN`; the rest is the paper's, and the controller's
+        model that of the finger unless it is given. Without `seeds` there is no noise.
+        """
+        given: dict[str, Any] = {name: getattr(p, name) for name in OWN if hasattr(p, name)} | own
+        columns: list[Any] = [given.get(name, given.get(name.removeprefix("model_"))) for name in OWN]
+        rows = np.ascontiguousarray(np.stack(np.broadcast_arrays(*columns), axis=-1), dtype=np.float64)
+        numbers, out = np.array(p.numbers()), np.empty((len(rows), 2))
+        streams = None if seeds is None else np.ascontiguousarray(seeds, dtype=np.uint64)
+        address = None if streams is None else streams.ctypes.data
+        if self._run_lanes(
+            numbers.ctypes.data, len(rows), rows.ctypes.data, address, periods, threads, out.ctypes.data
         ):
             raise RuntimeError("the C reference could not start its threads")
         return out

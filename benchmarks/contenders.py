@@ -23,7 +23,7 @@ PERIODS = 50_000  # 10 s at 5 kHz
 KP, KI = 10.0, 2.0
 NOISY = Paper()
 QUIET = replace(NOISY, noise_rms=0.0)
-OURS, C, C_JUMP = "frictionloop", "C", "C, clamp branch"
+OURS, C, C_JUMP, C_LANES = "frictionloop", "C", "C, clamp branch", "C, a System per lane"
 CHAOS_KP = 15.0  # above, rounding alone changes traces; R2 is compared below
 
 Trace = Callable[[Paper, float, float, int], Array]
@@ -84,6 +84,7 @@ def grid(c: Reference, threads: int, quick: bool) -> tuple[list[Contender], dict
     """32 x 32 gains, metrics only, without and with noise; and the largest difference in R2 below the chaotic gains."""
     kp_axis, ki_axis = gain_grid()
     kp, ki = (axis.ravel() for axis in np.meshgrid(kp_axis, ki_axis, indexing="ij"))
+    own = {"kp": kp, "ki": ki}
     entries: list[tuple[str, Callable[[], Any], int, int]] = []
 
     def add(name: str, call: Callable[[], Any], rounds: int, on: int) -> None:
@@ -99,6 +100,13 @@ def grid(c: Reference, threads: int, quick: bool) -> tuple[list[Contender], dict
         add(
             f"{C}, noise, 1024 seeds",
             lambda on=on: c.grid(NOISY, kp, ki, PERIODS, on, np.arange(kp.size))[:, 0],
+            11,
+            on,
+        )
+        add(C_LANES, lambda on=on: c.lanes(QUIET, own, PERIODS, on)[:, 0], 11, on)
+        add(
+            f"{C_LANES}, noise, 1024 seeds",
+            lambda on=on: c.lanes(NOISY, own, PERIODS, on, np.arange(kp.size))[:, 0],
             11,
             on,
         )

@@ -1,4 +1,4 @@
-/* What the loops of reference.c need, worked out once per call: constants of a control period, and the signals. */
+/* What the loops need, worked out once per call: constants of a control period, and the signals. */
 #include "reference_noise.h"
 
 #include <stdlib.h>
@@ -18,16 +18,25 @@ typedef struct {
     double *f_r, *d, *D; /* set-point, disturbance, and what disturbance and shared noise add to f_m over a period */
 } Plan;
 
-static Plan prepare(const System* s, long n, int noise, uint64_t number) {
-    Plan p = {.low = s->f0 * exp(-s->tau * s->a_max * s->a_max), .high = s->f0, .log2_f0 = log2_atanh(s->f0), .n = n};
-    double Ts = 1 / s->rate_hz, w = 2 * PI * s->sensor_hz, inner = sqrt(7), in_phase = 0, quadrature = 0, total = 0;
+/* Six Gauss-Lobatto nodes and weights on [0, 1]. */
+static void lobatto(double at[6], double weight[6]) {
+    double inner = sqrt(7);
     for (int j = 0; j < 6; j++) {
         int end = j == 0 || j == 5, outer = j == 1 || j == 4;
-        double x = end ? 1 : sqrt(1. / 3 + (outer ? 2 : -2) * inner / 21), at = (1 + (j < 3 ? -x : x)) / 2;
-        double weight = (end ? 1. / 15 : (14 + (outer ? -inner : inner)) / 30) / 2;
-        double turn = 2 * PI * s->disturbance_hz * at * Ts;
-        p.E[j] = exp(-2 * PI * s->plate_hz * at * Ts);
-        p.W[j] = weight * w * Ts * exp(-w * (1 - at) * Ts);
+        double x = end ? 1 : sqrt(1. / 3 + (outer ? 2 : -2) * inner / 21);
+        at[j] = (1 + (j < 3 ? -x : x)) / 2;
+        weight[j] = (end ? 1. / 15 : (14 + (outer ? -inner : inner)) / 30) / 2;
+    }
+}
+
+static Plan prepare(const System* s, long n, int noise, uint64_t number) {
+    Plan p = {.low = s->f0 * exp(-s->tau * s->a_max * s->a_max), .high = s->f0, .log2_f0 = log2_atanh(s->f0), .n = n};
+    double Ts = 1 / s->rate_hz, w = 2 * PI * s->sensor_hz, in_phase = 0, quadrature = 0, total = 0, at[6], weight[6];
+    lobatto(at, weight);
+    for (int j = 0; j < 6; j++) {
+        double turn = 2 * PI * s->disturbance_hz * at[j] * Ts;
+        p.E[j] = exp(-2 * PI * s->plate_hz * at[j] * Ts);
+        p.W[j] = weight[j] * w * Ts * exp(-w * (1 - at[j]) * Ts);
         p.W_f0[j] = p.W[j] * s->f0;
         total += p.W[j], in_phase += p.W[j] * cos(turn), quadrature += p.W[j] * sin(turn);
     }

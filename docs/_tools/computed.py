@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import bench_diagram
 import facts
 import sensor_tables
 import tables
@@ -12,7 +13,10 @@ from page import command
 from sphinx.application import Sphinx
 from sphinx.config import Config
 
-VERBS = ("simulate", "sweep", "reproduce")
+from frictionloop.parameters.plate_design import PlateDesign
+from frictionloop.parameters.sensor_design import SensorDesign
+
+VERBS = ("simulate", "sweep", "reproduce", "design", "design sensor", "design plate")
 
 
 def substitutions(source: Path) -> dict[str, Any]:
@@ -22,6 +26,9 @@ def substitutions(source: Path) -> dict[str, Any]:
         "n": facts.numbers(),
         "presets": tables.presets(),
         "metrics": tables.metrics(),
+        "design_plate": tables.design(PlateDesign),
+        "design_sensor": tables.design(SensorDesign),
+        "bench_diagram": bench_diagram.image(source),
         "front_page": front if (source / "_static" / "frontpage.svg").exists() else "",
     }
     found |= {f"parameters_{name}": tables.parameters(block) for name, block in tables.BLOCKS.items()}
@@ -36,7 +43,7 @@ def substitutions(source: Path) -> dict[str, Any]:
         found[f"table_{make.__name__}"] = make()
     found |= {f"sensor_{name}": text for name, text in sensor_tables.texts().items()}
     for words in ("", *VERBS):
-        found[f"help_{words or 'all'}"] = f"```text\n{command(f'{words} --help'.strip())}```"
+        found[f"help_{words.replace(' ', '_') or 'all'}"] = f"```text\n{command(f'{words} --help'.strip())}```"
     return found
 
 

@@ -1,7 +1,8 @@
 """The code blocks of a page, run from top to bottom in one folder and one namespace.
 
 ``python`` blocks run; if the last line ends with ``# refused`` the error is what the block shows. ``toml`` blocks whose
-first line is ``# some-name.toml`` become that file. Lines ``$ frictionloop ...`` of ``console`` blocks run.
+first line is ``# some-name.toml`` become that file. Lines ``$ frictionloop ...`` of ``console`` blocks run, also with
+``| head -n 3`` or ``| tail -n 3`` after them.
 """
 
 from __future__ import annotations
@@ -79,11 +80,25 @@ def _file(text: str) -> str:
 def _console(text: str) -> str:
     """Return the block with the output of each ``$ frictionloop`` command after it."""
     lines: list[str] = []
+    started = ""
     for line in text.splitlines():
         lines.append(line)
-        if line.startswith("$ frictionloop "):
-            lines += [*command(line.removeprefix("$ frictionloop ")).splitlines(), ""]
+        if line.startswith("$ frictionloop ") or started:
+            started += line.removeprefix("$ frictionloop ").removesuffix("\\")
+            if not line.endswith("\\"):
+                words, _, pipe = started.partition(" | ")
+                lines += [*_piped(command(words).splitlines(), pipe), ""]
+                started = ""
     return "\n".join(lines).rstrip() + "\n"
+
+
+def _piped(lines: list[str], pipe: str) -> list[str]:
+    if not pipe:
+        return lines
+    program, option, count = pipe.split()
+    assert program in ("head", "tail")
+    assert option == "-n"
+    return lines[: int(count)] if program == "head" else lines[-int(count) :]
 
 
 def command(words: str, width: int = 80) -> str:

@@ -20,14 +20,46 @@ BLOCKS: dict[str, type[Block]] = {
     "noise": fl.ColouredNoise,
     "recording": fl.Recording,
     "friction": fl.Friction,
+    "friction_finger": fl.FingerFriction,
     "plate": fl.LowpassPlate,
+    "plate_resonant": fl.ResonantPlate,
     "sensor": fl.LowpassSensor,
+    "sensor_suspended": fl.SuspendedSensor,
+    "finger_skin": fl.Skin,
+    "motion_strokes": fl.Strokes,
+    "touch_position": fl.PositionSensor,
+    "touch_load": fl.LoadCells,
     "controller": fl.PiController,
     "model": fl.Model,
 }
 """The tables of the parameters page by the name they have there."""
+VALUELESS = fl.RigidFinger, fl.Sliding
+"""Kinds that are chosen and have nothing to set."""
 SIGNS = {"gt": "> {:g}", "ge": "≥ {:g}", "lt": "< {:g}", "le": "≤ {:g}"}
-UNITS = {"": "–", "1": "–", "um": "µm", "um^-2": "µm⁻²"}
+UNITS = {"": "–", "1": "–", "um": "µm", "um^-2": "µm⁻²", "N/rtHz": "N/√Hz"}
+DESIGN_UNITS = {
+    "young_modulus_pa": "Pa",
+    "density_kg_per_m3": "kg/m³",
+    "e31_n_per_vm": "N/(V m)",
+    "resistance_n_s_per_m": "N s/m",
+    "vibration_m_s2_rthz": "m/s²/√Hz",
+    "noise_nv_rthz": "nV/√Hz",
+    "current_noise_fa_rthz": "fA/√Hz",
+    "noise_rthz": "1/√Hz",
+    "_gpa": "GPa",
+    "_mpa": "MPa",
+    "_deg": "°",
+    "_mm2": "mm²",
+    "_v": "V",
+    "_pf": "pF",
+    "_nf": "nF",
+    "_uh": "µH",
+    "_mohm": "MΩ",
+    "_mhz": "MHz",
+    "_k": "K",
+    "_urad": "µrad",
+}
+"""Units that only design files have, by the end of a name."""
 WORDS = {float: "a number", int: "a whole number", str: "text", bool: "`true`, `false`"}
 
 
@@ -44,12 +76,40 @@ def _unit(unit: str) -> str:
 
 def parameters(block: type[Block]) -> str:
     """Return the table of one block."""
-    rows = [
-        (f"`{name}`", _unit(unit_of(name)), accepted(field), default(field), _sentence(field.description or ""))
-        for name, field in block.model_fields.items()
-        if name not in ("kind", "model")
-    ]
-    return table(("Name", "Unit", "Accepted", "Default", "Meaning (source)"), rows)
+    return table(HEADER, _rows(block))
+
+
+HEADER = "Name", "Unit", "Accepted", "Default", "Meaning (source)"
+
+
+def _rows(block: type[Block], prefix: str = "") -> Iterable[tuple[str, ...]]:
+    for name, field in block.model_fields.items():
+        if name not in ("kind", "model"):
+            meaning = _sentence(field.description or "")
+            yield f"`{prefix}{name}`", _design_unit(name), accepted(field), default(field), meaning
+
+
+def _design_unit(name: str) -> str:
+    own = next((unit for end, unit in DESIGN_UNITS.items() if name.endswith(end)), None)
+    return own or _unit(unit_of(name))
+
+
+def design(whole: type[Block]) -> str:
+    """Return the table of a design file: dotted names, block by block; of a second kind what differs."""
+    rows: list[tuple[str, ...]] = []
+    for name, field in whole.model_fields.items():
+        kinds: tuple[Any, ...] = get_args(field.annotation) or (field.annotation,)
+        for kind in kinds:
+            if (given := kind.model_fields.get("kind")) is not None:
+                meaning = _sentence(kind.__doc__ or "") + (
+                    " What differs from the first kind:" if kind != kinds[0] else ""
+                )
+                rows.append(
+                    (f"`{name}.kind`", "–", f'`"{given.default}"`', default(kinds[0].model_fields["kind"]), meaning)
+                )
+            rows += [row for row in _rows(kind, f"{name}.") if row not in rows]
+    plain = (tuple(cell.replace("≥ 1e-09, ", "").replace(", ≤ 1e+09", "") for cell in row) for row in rows)
+    return table(HEADER, plain)
 
 
 def accepted(field: FieldInfo) -> str:
@@ -96,13 +156,17 @@ def _sentence(description: str) -> str:
 
 def presets() -> str:
     """Return what each preset holds, path by path."""
-    systems = {"`fl.paper()`": fl.paper(), "`fl.feasible()`": fl.feasible()}
-    paths = dict.fromkeys(path for system in systems.values() for path in system.paths())
+    systems = {"`fl.paper()`": fl.paper(), "`fl.feasible()`": fl.feasible(), "`fl.bench()`": fl.bench()}
+    blocks = list(fl.System.model_fields)
+    every = dict.fromkeys(path for system in systems.values() for path in system.paths())
+    paths = sorted(every, key=lambda path: blocks.index(path.split(".")[0]))
     rows = [(f"`{path}`", *(_value(s, path) for s in systems.values()), _unit(unit_of(path))) for path in paths]
     return table(("Parameter", *systems, "Unit"), rows)
 
 
 def _value(system: fl.System, path: str) -> str:
+    if path not in system.paths():
+        return ""
     value: Any = system
     for name in path.split("."):
         value = getattr(value, name)

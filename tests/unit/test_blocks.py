@@ -11,16 +11,26 @@ from pydantic import BaseModel, ValidationError
 import frictionloop as fl
 from frictionloop.parameters.system import kinds_of
 
-BLOCKS = [fl.System, fl.Model, *(kind for block in fl.System.model_fields for kind in kinds_of(block))]
+BLOCKS = [
+    fl.System,
+    fl.Model,
+    fl.PositionSensor,
+    fl.LoadCells,
+    *(kind for block in fl.System.model_fields for kind in kinds_of(block)),
+]
 BLOCKS = list(dict.fromkeys(BLOCKS))
 FIELDS = [(block, name) for block in BLOCKS for name in block.model_fields]
 # Numbers without a unit, and words. A recording's scale is newtons per whatever unit its column has.
-DIMENSIONLESS = {"exponent", "table_size", "scale", "kind", "path", "column", "unit", "remove_mean"}
+DIMENSIONLESS = {
+    "exponent", "table_size", "scale", "kind", "path", "column", "unit", "remove_mean", "load_exponent", "speed_slope",
+    "occlusion_ratio", "moist_loss", "roughness_rms", "q", "adc_bits", "lost_ticks", "contact", "start", "load_drift",
+    "person",
+}  # fmt: skip
 
 
 def test_the_list_of_blocks_is_whole():
-    assert len(BLOCKS) == 12
-    assert {fl.Recording, fl.PiController, fl.LowpassPlate} < set(BLOCKS)
+    assert len(BLOCKS) == 22
+    assert {fl.Recording, fl.PiController, fl.LowpassPlate, fl.Strokes, fl.Skin} < set(BLOCKS)
 
 
 @pytest.mark.parametrize(("block", "name"), FIELDS, ids=lambda value: getattr(value, "__name__", value))
@@ -40,7 +50,9 @@ def test_every_block_is_documented(block):
 @pytest.mark.parametrize(
     "block",
     [fl.paper(), fl.Model(), fl.Constant(), fl.Sine(), fl.LogSweep(), fl.Steps(), fl.ColouredNoise(),
-     fl.Recording(path="a"), fl.Friction(), fl.LowpassPlate(), fl.LowpassSensor(), fl.PiController()],
+     fl.Recording(path="a"), fl.Friction(), fl.LowpassPlate(), fl.LowpassSensor(), fl.PiController(), fl.bench(),
+     fl.FingerFriction(), fl.ResonantPlate(), fl.SuspendedSensor(), fl.RigidFinger(), fl.Skin(), fl.Sliding(),
+     fl.Strokes(), fl.Touch(), fl.PositionSensor(), fl.LoadCells()],
     ids=lambda block: type(block).__name__,
 )  # fmt: skip
 def test_every_block_is_a_frozen_hashable_value(block):
@@ -80,6 +92,22 @@ def test_the_paper_is_as_printed():
     model = system.controller.model
     assert (model.nominal_n, model.susceptibility_per_um2) == (0.8, 0.38)
     assert (model.max_amplitude_um, model.table_size) == (2.5, 0)
+
+
+def test_the_bench_is_as_printed_and_researched():
+    """Sections 3 and 4 of the paper, and research/physics.md I for what it does not say."""
+    system = fl.bench()
+    plate, sensor, motion = system.plate, system.sensor, system.motion
+    assert (plate.frequency_hz, plate.q, plate.max_amplitude_um) == (46e3, 230.0, 2.5)
+    assert plate.cutoff_hz == pytest.approx(100.0, rel=1e-12)  # f/(2 Q), the 100 Hz of Section 2.2
+    assert (sensor.moving_mass_kg, sensor.resonance_hz, sensor.cutoff_hz) == (0.4, 145.0, 1000.0)
+    assert (sensor.noise_density_n_rthz, sensor.adc_bits, sensor.range_n) == (2.3e-6, 16, 2.5)
+    assert sensor.stiffness_n_m == pytest.approx(0.33e6, rel=0.01)  # physics.md F 19: 0.33 N/um
+    # 5e-5 N over the noise bandwidth of a 300 Hz pole (paper, Sec. 3.3).
+    assert fl.SuspendedSensor(cutoff_hz=300.0).noise_rms_n == pytest.approx(5e-5, rel=0.01)
+    assert (motion.speed_mm_s, motion.load_n) == (20.0, 0.5)
+    c = system.controller
+    assert (c.kp, c.ki, c.rate_hz, c.delay_s) == (10.0, 2.0, 5000.0, 200e-6)
 
 
 def test_a_feasible_set_point_is_reachable_at_every_sample():

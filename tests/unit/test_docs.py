@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import re
 import sys
 from pathlib import Path
@@ -10,6 +11,9 @@ import matplotlib as mpl
 import pytest
 
 import frictionloop as fl
+from frictionloop.parameters.block import Block
+from frictionloop.parameters.plate_design import PlateDesign
+from frictionloop.parameters.sensor_design import SensorDesign
 from frictionloop.parameters.system import kinds_of
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -17,7 +21,8 @@ FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 WIDEST = 88
 """Characters of a line of code that the pages show without scrolling."""
 STARTS_PROCESSES = {"sweep-on-a-cluster"}
-PAGES = [DOCS / "tutorial.md", *sorted((DOCS / "how-to").glob("*.md"))]
+BENCH = ("bench", "bench-gains", "plate", "force-sensor")
+PAGES = [DOCS / "tutorial.md", *(DOCS / f"{name}.md" for name in BENCH), *sorted((DOCS / "how-to").glob("*.md"))]
 
 
 @pytest.fixture
@@ -63,6 +68,8 @@ def test_a_block_shows_what_it_prints_and_draws_and_what_is_refused(tmp_path):
     with pytest.raises(AssertionError, match="nothing was refused"):
         page.run("python", "fl.preset('paper')  # refused")
     page.run("toml", '# mine.toml\nschema = 1\npreset = "paper"\n')
+    block = "$ frictionloop simulate mine.toml \\\n    --duration-s 0.1 | head -n 1\n"
+    assert page.run("console", block)[0].splitlines()[2:] == ["system            mine.toml"]
     assert "r2_identity" in page.run("console", "$ frictionloop simulate mine.toml --duration-s 0.1")[0]
     with pytest.raises(RuntimeError, match="exit code 2"):
         page.run("console", "$ frictionloop simulate yours.toml")
@@ -74,13 +81,29 @@ def test_code_fits_the_page(path):
     assert [line for line in lines if len(line) > WIDEST] == []
 
 
+def inner(kind):
+    """Blocks that a block holds."""
+    found = [field.annotation for field in kind.model_fields.values()]
+    return [block for block in found if isinstance(block, type) and issubclass(block, Block)]
+
+
+@pytest.mark.parametrize("design", [PlateDesign, SensorDesign])
+@pytest.mark.usefixtures("tools")
+def test_the_table_of_a_design_has_every_value(design):
+    from tables import design as table_of
+
+    table = table_of(design)
+    assert [path for path in design().paths() if f"| `{path}` |" not in table] == []
+
+
 @pytest.mark.usefixtures("tools")
 def test_the_parameters_page_has_every_block_and_field():
-    from tables import BLOCKS, parameters
+    from tables import BLOCKS, VALUELESS, parameters
 
     page = (DOCS / "parameters.md").read_text(encoding="utf-8")
     kinds = {kind for block in fl.System.model_fields for kind in kinds_of(block)}
-    assert kinds | {fl.Model} == set(BLOCKS.values())
+    blocks = {block for kind in kinds for block in [kind, *inner(kind)]} - {fl.Touch}
+    assert blocks == {*BLOCKS.values(), *VALUELESS}
     for name, block in BLOCKS.items():
         assert f"{{{{ parameters_{name} }}}}" in page
         table = parameters(block)
@@ -100,6 +123,22 @@ def test_the_reference_has_every_name_of_the_analysis():
 
     page = (DOCS / "reference.md").read_text(encoding="utf-8")
     assert [name for name in design.__all__ if not re.search(rf":: (\S*\.)?{name}$", page, re.MULTILINE)] == []
+
+
+@pytest.mark.parametrize("room", ["perception", "identification", "loop.rigs"])
+def test_the_reference_has_every_name_of_the_room(room):
+    page = (DOCS / "reference.md").read_text(encoding="utf-8")
+    listed = page.split(f".. currentmodule:: frictionloop.{room}\n")[1].split("currentmodule")[0]
+    names = importlib.import_module(f"frictionloop.{room}").__all__
+    assert [name for name in names if not re.search(rf":: {name}$", listed, re.MULTILINE)] == []
+
+
+def test_the_contents_have_every_page():
+    listed = re.findall(r"^[\w/-]+$", (DOCS / "index.md").read_text(encoding="utf-8"), re.MULTILINE)
+    pages = {
+        path.relative_to(DOCS).with_suffix("").as_posix() for path in [*DOCS.glob("*.md"), *DOCS.glob("how-to/*.md")]
+    }
+    assert pages - {"index"} <= set(listed)
 
 
 @pytest.mark.usefixtures("tools")

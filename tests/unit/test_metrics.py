@@ -9,9 +9,11 @@ import pytest
 import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.signal import lfilter, sosfilt
 from scipy.stats import linregress
 
 import frictionloop as fl
+from frictionloop.perception.weighting import weighting_sos
 
 RUN = fl.simulate(fl.paper().evolve({"setpoint.sweep_s": 1.0, "disturbance.frequency_hz": 3.0}), 1.0)
 
@@ -155,12 +157,43 @@ def test_no_controller_beats_the_bound(kp, ki, offset_n, disturbance_n, delay_s)
     assert fl.r2_identity(run) <= fl.r2_bound(run) + 1e-12
 
 
+def index_of(run, score_from_s):
+    """D of the periods from ``score_from_s`` on, the filter having run since t = 0 (faded in by two low-passes)."""
+    gain = -math.expm1(-1 / (0.01 * 5000))
+    fade = lfilter([gain], [1, gain - 1], lfilter([gain], [1, gain - 1], np.ones(run["time"].size)))
+    felt = sosfilt(weighting_sos(5000.0), (run["f_a"] - run["f_r"]).values * fade)
+    return float(np.sqrt(np.mean(felt[round(score_from_s * 5000) :] ** 2)))
+
+
+def mean_step_times(run, score_from_s):
+    """Means over the steps whose 90 % was reached in the scored part."""
+    steps = fl.step_times(run)
+    found = {}
+    for name, sign in (("rise", 1), ("fall", -1)):
+        f_a, time = run["f_a"].values, run["time"].values
+        kept = []
+        for step in steps:
+            after = (time >= step.start_s - 1e-9) & ((f_a - step.from_n) / (step.to_n - step.from_n) >= 0.9)
+            arrived_s = time[after][0]
+            if sign * (step.to_n - step.from_n) > 0 and arrived_s >= score_from_s - 1e-9:
+                kept.append(step)
+        found[f"{name}_63_s"] = np.mean([step.to_63_s for step in kept]) if kept else math.nan
+        found[f"{name}_10_90_s"] = np.mean([step.rise_s for step in kept]) if kept else math.nan
+    return found
+
+
 VARIETY = {
     "the paper": {},
     "kp 40": {"controller.kp": 40.0},
     "a level far from the offset": {"setpoint": fl.Steps(times_s=(0.0, 0.3), levels_n=(0.3, 0.7))},
     "noise": {"setpoint": fl.ColouredNoise(offset_n=0.6, rms_n=0.2), "sensor.noise_rms_n": 0.01},
     "constant": {"setpoint": fl.Constant(offset_n=0.3)},
+    "steps up and down": {
+        "setpoint": fl.Steps(times_s=(0.0, 0.2, 0.4, 0.6, 0.7), levels_n=(0.5, 0.7, 0.55, 0.65, 0.5)),
+        "disturbance": fl.Constant(offset_n=0.1),
+        "controller.ki": 1000.0,
+        "controller.kp": 1.5,
+    },
     "steps of one level": {"setpoint": fl.Steps(times_s=(0.0,), levels_n=(0.3,))},
     "unreachable": {"setpoint.offset_n": 5.0},
 }
@@ -172,17 +205,22 @@ def test_sums_and_traces_give_the_same_numbers(name, score_from_s):
     system = fl.paper().evolve({"setpoint.sweep_s": 1.0, "disturbance.frequency_hz": 3.0}).evolve(VARIETY[name])
     run = fl.simulate(system, 0.8, seed=5)
     mask = run["time"].values >= score_from_s - 1e-9
-    sums = fl.sweep(system, [{}], 0.8, seeds=[5], metrics=list(fl.METRICS), score_from_s=score_from_s)
     lines = fl.regression(run, mask)
     traces = {metric.__name__: metric(run, mask) for metric in METRICS} | {"slope": lines.slope}
-    assert set(traces) == set(fl.METRICS)
+    traces["perceptual_index"] = index_of(run, score_from_s)
+    if system.setpoint.kind == "steps":
+        traces |= mean_step_times(run, score_from_s)
+        assert set(traces) == set(fl.METRICS)
+    sums = fl.sweep(system, [{}], 0.8, seeds=[5], metrics=list(traces), score_from_s=score_from_s)
+    if score_from_s == 0:
+        assert traces["perceptual_index"] == pytest.approx(fl.perceptual_index(run), rel=1e-12)
     # N = 4000 sums of squares near 1 N^2, each rounded at the size of the sum: N^2 2^-53 / 2 at worst, sqrt(N) of
     # that usually, over the spread of f_r: 1e-9 leaves both. Standard deviations are roots of such differences.
+    # The recursive filter of the index adds its own rounding, 1e-9 of the largest residual over its threshold (1e3).
+    absolute = {"output_noise": 1e-7, "perceptual_index": 1e-6}
     for metric, value in traces.items():
         got = float(sums[metric].values.squeeze())
-        assert got == pytest.approx(value, rel=1e-9, abs=1e-7 if metric == "output_noise" else 1e-9, nan_ok=True), (
-            metric
-        )
+        assert got == pytest.approx(value, rel=1e-9, abs=absolute.get(metric, 1e-9), nan_ok=True), metric
     if "constant" in name or "one level" in name:
         assert math.isnan(traces["r2_identity"])
 

@@ -18,6 +18,8 @@ SCORES = {
     "output_noise": fl.output_noise,
     "r2_bound": fl.r2_bound,
 }
+STEP_METRICS = {"rise_63_s", "rise_10_90_s", "fall_63_s", "fall_10_90_s"}
+NEWTONS = {"rms_error", "output_noise"}
 
 
 def test_a_grid_has_a_dim_per_path_and_seeds_last():
@@ -38,11 +40,12 @@ def test_a_grid_has_a_dim_per_path_and_seeds_last():
 
 
 def test_every_metric_has_a_unit_and_a_name():
-    grid = fl.sweep(BASE, {"controller.kp": [1.0]}, DURATION_S, metrics=list(fl.METRICS))
+    stepped = BASE.evolve({"setpoint": fl.Steps(times_s=(0.0, 0.02), levels_n=(0.5, 0.7))})
+    grid = fl.sweep(stepped, {"controller.kp": [1.0]}, DURATION_S, metrics=list(fl.METRICS))
     assert list(grid.data_vars) == list(fl.METRICS)
-    assert set(SCORES) | {"slope"} == set(fl.METRICS)
+    assert set(SCORES) | {"slope", "perceptual_index", *STEP_METRICS} == set(fl.METRICS)
     for name in fl.METRICS:
-        assert grid[name].attrs["units"] in {"1", "N"}
+        assert grid[name].attrs["units"] == ("s" if name in STEP_METRICS else "N" if name in NEWTONS else "1")
         assert grid[name].attrs["long_name"]
 
 
@@ -121,6 +124,11 @@ BAD = {
     "bad value at the end": (({"controller.kp": [1.0, 2.0, -3.0]}, 0.01), {}, "controller.kp = -3.0"),
     "NaN": (({"controller.kp": [1.0, np.nan]}, 0.01), {}, "controller.kp = nan"),
     "unknown metric": ((KPS, 0.01), {"metrics": ["r2"]}, "metrics = ['r2']: accepted are r2_identity"),
+    "times of steps without steps": (
+        (KPS, 0.01),
+        {"metrics": ["rms_error", "rise_63_s"]},
+        "metric rise_63_s: needs steps to follow; setpoint.kind is 'log_sweep', not 'steps'",
+    ),
     "one metric's name": ((KPS, 0.01), {"metrics": "r2_identity"}, "metrics = 'r2_identity': must be a list of names"),
     "a number as metrics": ((KPS, 0.01), {"metrics": 3}, "metrics = 3: must be a list of names"),
     "text as workers": ((KPS, 0.01), {"n_jobs": "x"}, "n_jobs = 'x': must be a whole number of workers"),

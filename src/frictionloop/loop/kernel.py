@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 
 from frictionloop.loop.exchange import EXTERNAL, NOTHING, STILL, Options, buffers
-from frictionloop.loop.kernel_cache import KernelCache
 from frictionloop.loop.kernel_quadrature import build_quadrature
 from frictionloop.loop.kernel_substeps import build_substeps
 from frictionloop.loop.slab import ROWS, aligned
+from frictionloop.quantities.compiled import SourceCache
 
 BUILDERS = {"quadrature": build_quadrature, "substeps": build_substeps}
 _kernels: dict[tuple[str, int], Any] = {}
@@ -27,7 +27,7 @@ def kernel(name: str, width: int) -> Any:
     with _building:  # threads that start together must not compile it twice
         if (name, width) not in _kernels:
             advance = BUILDERS[name](width)
-            advance._cache = KernelCache(advance.py_func, f"{name}-{width}")
+            advance._cache = SourceCache(advance.py_func, f"{name}-{width}")
             _call_once(advance, width)
             _kernels[name, width] = advance
         return _kernels[name, width]

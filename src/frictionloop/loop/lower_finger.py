@@ -15,7 +15,7 @@ from frictionloop.loop.structure import substeps_of, switch_s
 from frictionloop.parameters import FingerFriction, Skin, Strokes, System
 from frictionloop.physics.contact import contact_coefficients
 from frictionloop.physics.friction_limit import limit_coefficients, occlusion_coefficients
-from frictionloop.physics.motion import load_plan, stroke_plan, stroke_step
+from frictionloop.physics.motion import load_plan, stroke_plan
 from frictionloop.physics.roughness import cells_per_m, roughness_table
 from frictionloop.physics.tremor import tremor_coefficients, tremor_start
 from frictionloop.sensing.suspended import converter, noise_coefficients, suspension_coefficients
@@ -94,7 +94,6 @@ def _lower_motion(slab: Slab, systems: Sequence[System], keys: np.ndarray, dt: f
     _fill(slab, "moist_loss", [(f.moist_loss,) for f in frictions])
     _fill(slab, "roughness_per_m", [(cells_per_m(f.roughness_longest_mm),) for f in frictions])
     _fill(slab, "touch_coefficients", [touch_coefficients(s.touch, dt) for s in systems])
-    _fill(slab, "touch", [stroke_step(0.0, plan) for plan in plans])
     edges = [plan.half_stroke_m - 1e-3 * m.unscored_mm for plan, m in zip(plans, motions, strict=True)]
     _fill(slab, "unscored", [(edge, 0.5 * m.load_n) for edge, m in zip(edges, motions, strict=True)])
     slab.view("motion")[OCCLUDED] = 0.0

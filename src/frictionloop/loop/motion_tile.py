@@ -28,7 +28,7 @@ def build_motion(lifting: Lifting) -> tuple[Any, Any, Any, Any]:
     occlusion_rows, draw_row, per_m = rows("occlusion_coefficients"), ROW["draws"], ROW["roughness_per_m"]
     tremor, tremor_rows = rows("tremor"), rows("tremor_coefficients")
     along, across = (tremor[:2], tremor_rows[:6]), (tremor[2:], tremor_rows[6:])
-    scored, unscored = ROW["scored"], ROW["unscored"]
+    scored, unscored, tracked = ROW["scored"], ROW["unscored"], ROW["touch"]
 
     @compiled
     def take_over(s, n):  # type: ignore[no-untyped-def]
@@ -89,6 +89,10 @@ def build_motion(lifting: Lifting) -> tuple[Any, Any, Any, Any]:
     @compiled
     def begin(s, n, table):  # type: ignore[no-untyped-def]
         move(s, n, 0.0)
+        # The tracker of the position sensor has settled, too.
+        for i in range(count(n)):
+            poke(s, tracked * width + i, peek(s, (after + POSITION) * width + i))
+            poke(s, (tracked + 1) * width + i, peek(s, (after + SPEED) * width + i))
         scan(s, n, table)
         limit(s, n, True)
 

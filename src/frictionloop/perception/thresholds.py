@@ -41,11 +41,19 @@ class Impedance(Protocol):
     """What is needed to know of a fingertip: a `Fingertip`, or the skin of a simulated finger."""
 
     @property
-    def stiffness_n_m(self) -> float: ...  # noqa: D102
+    def stiffness_n_m(self) -> float:
+        """Stiffness k."""
+        ...
+
     @property
-    def damping_n_s_m(self) -> float: ...  # noqa: D102
+    def damping_n_s_m(self) -> float:
+        """Damping c."""
+        ...
+
     @property
-    def mass_kg(self) -> float: ...  # noqa: D102
+    def mass_kg(self) -> float:
+        """Moving mass m."""
+        ...
 
 
 @dataclass(frozen=True)

@@ -76,9 +76,7 @@ def tremor_coefficients(rms: float, frequency_hz: float, width_hz: float, dt: fl
 
 def covariance(coefficients: TremorCoefficients) -> np.ndarray:
     """Return the stationary covariance of (x, x') that the coefficients keep, P = A P A' + b b', shape (2, 2)."""
-    a11, a12, a21, a22, b1, b2 = coefficients
-    scale = math.hypot(b1, b2) or 1.0
-    unit = _unit_covariance(np.array([[a11, a12], [a21, a22]]), np.array([b1, b2]) / scale)
+    scale, unit = _scaled_covariance(coefficients)
     return np.asarray(scale * scale * unit)
 
 
@@ -97,8 +95,16 @@ def tremor_start(coefficients: TremorCoefficients, seed: int, which: int = 0) ->
     z0, z1 = normals(seed, START_STREAM, 2 * which, 2 * which + 2).tolist()
     if coefficients.b2 == 0.0:
         return TremorState(0.0, 0.0)
-    root = cholesky(covariance(coefficients), lower=True)
+    # The root is taken before scaling: squares of a tremor of 1e-170 N would be no numbers any more.
+    scale, unit = _scaled_covariance(coefficients)
+    root = scale * cholesky(unit, lower=True)
     return TremorState(float(root[0, 0] * z0), float(root[1, 0] * z0 + root[1, 1] * z1))
+
+
+def _scaled_covariance(coefficients: TremorCoefficients) -> tuple[float, np.ndarray]:
+    a11, a12, a21, a22, b1, b2 = coefficients
+    scale = math.hypot(b1, b2) or 1.0
+    return scale, _unit_covariance(np.array([[a11, a12], [a21, a22]]), np.array([b1, b2]) / scale)
 
 
 def _held(frequency_hz: float, width_hz: float, dt: float) -> tuple[np.ndarray, np.ndarray]:

@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 
 from frictionloop.quantities.arithmetic import cos_turns, log2, sin_turns, step
+from frictionloop.quantities.compiled import SourceCache
 
 BLOCK = 32
 """Periods per block: one call to ``draw`` serves periods c, c+8, c+16 and c+24 of a block."""
@@ -61,6 +62,9 @@ def fill_normals(out: np.ndarray, seed: Word, stream: Word, first_block: int) ->
             z = draw(seed, stream, counter)
             for m in range(4):
                 out[block * BLOCK + m * 8 + c] = z[m]
+
+
+fill_normals._cache = SourceCache(fill_normals.py_func, "normals")  # called from Python, too
 
 
 def normals(seed: int, stream: int, start: int, stop: int) -> np.ndarray:

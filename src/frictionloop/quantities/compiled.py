@@ -1,4 +1,4 @@
-"""Keeping the compiled kernel on disk between processes."""
+"""Keeping compiled functions on disk between processes."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from llvmlite.binding import get_host_cpu_name
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 
 ROOMS = ("quantities", "physics", "sensing", "control", "perception", "loop")
-"""Where the steps of the kernel live."""
+"""Where compiled steps live."""
 
 
 def source_digest() -> str:
-    """Return a digest of the kernel's source: Numba's cache checks one file, but the kernel is built from many."""
+    """Return a digest of all compiled source: Numba's cache checks one file, but a kernel is built from many."""
     digest = hashlib.sha256()
     for path in sorted(Path(__file__).parents[1].rglob("*.py")):
         if path.parent.name in ROOMS:
@@ -26,8 +26,8 @@ SOURCE_DIGEST = source_digest()
 """Taken on import, together with the code that it stands for."""
 
 
-class KernelCache(FunctionCache):
-    """Numba's on-disk cache with one file per kernel and tile width, source and processor.
+class SourceCache(FunctionCache):
+    """Numba's on-disk cache with one file per function, source and processor.
 
     Numba keys closures by their contents, which differ from process to process, and lets processes that compile at
     the same time number their files alike, so that one may load the other's kernel. A file name that says what is in
