@@ -36,30 +36,23 @@ BLOCKS: dict[str, type[Block]] = {
 VALUELESS = fl.RigidFinger, fl.Sliding
 """Kinds that are chosen and have nothing to set."""
 SIGNS = {"gt": "> {:g}", "ge": "≥ {:g}", "lt": "< {:g}", "le": "≤ {:g}"}
-UNITS = {"": "–", "1": "–", "um": "µm", "um^-2": "µm⁻²", "N/rtHz": "N/√Hz"}
-DESIGN_UNITS = {
-    "young_modulus_pa": "Pa",
-    "density_kg_per_m3": "kg/m³",
-    "e31_n_per_vm": "N/(V m)",
-    "resistance_n_s_per_m": "N s/m",
-    "vibration_m_s2_rthz": "m/s²/√Hz",
-    "noise_nv_rthz": "nV/√Hz",
-    "current_noise_fa_rthz": "fA/√Hz",
-    "noise_rthz": "1/√Hz",
-    "_gpa": "GPa",
-    "_mpa": "MPa",
-    "_deg": "°",
-    "_mm2": "mm²",
-    "_v": "V",
-    "_pf": "pF",
-    "_nf": "nF",
-    "_uh": "µH",
-    "_mohm": "MΩ",
-    "_mhz": "MHz",
-    "_k": "K",
-    "_urad": "µrad",
+UNITS = {
+    "": "–",
+    "1": "–",
+    "um": "µm",
+    "um^-2": "µm⁻²",
+    "N/rtHz": "N/√Hz",
+    "m/s^2/rtHz": "m/s²/√Hz",
+    "nV/rtHz": "nV/√Hz",
+    "fA/rtHz": "fA/√Hz",
+    "1/rtHz": "1/√Hz",
+    "deg": "°",
+    "mm^2": "mm²",
+    "uH": "µH",
+    "Mohm": "MΩ",
+    "urad": "µrad",
+    "kg/m^3": "kg/m³",
 }
-"""Units that only design files have, by the end of a name."""
 WORDS = {float: "a number", int: "a whole number", str: "text", bool: "`true`, `false`"}
 
 
@@ -86,12 +79,7 @@ def _rows(block: type[Block], prefix: str = "") -> Iterable[tuple[str, ...]]:
     for name, field in block.model_fields.items():
         if name not in ("kind", "model"):
             meaning = _sentence(field.description or "")
-            yield f"`{prefix}{name}`", _design_unit(name), accepted(field), default(field), meaning
-
-
-def _design_unit(name: str) -> str:
-    own = next((unit for end, unit in DESIGN_UNITS.items() if name.endswith(end)), None)
-    return own or _unit(unit_of(name))
+            yield f"`{prefix}{name}`", _unit(unit_of(name)), accepted(field), default(field), meaning
 
 
 def design(whole: type[Block]) -> str:

@@ -96,7 +96,9 @@ def test_figures_are_svg_without_dates(folder):
         assert "dc:date" not in text and "<text" not in text
 
 
-@pytest.mark.parametrize("name", ["fig-1a", "fig-1b", "fig-2a-reachable", "fig-2c-printed", "fig-2e"])
+@pytest.mark.parametrize(
+    "name", ["fig-1a", "fig-1b", "fig-2a-reachable", "fig-2c-printed", "fig-2e", "fig-3", "fig-4b", "fig-5a", "fig-5c"]
+)
 def test_a_figure_is_the_same_bytes_twice(results, folder, name):
     drawing = next(drawing for drawing in drawings(results) if drawing.name == name)
     assert svg(drawing.draw(), name) == (folder / "figures" / f"{name}.svg").read_text(encoding="utf-8")

@@ -32,9 +32,9 @@ class Margins:
     phase_crossover_hz: float
     """Where G is real and negative with that gain margin; NaN if nowhere."""
     sensitivity_peak: float
-    """Ms = max |1/(1 + G)| up to half the control rate."""
+    """Ms = max |1/(1 + G)| up to half the control rate; infinite if the loop is unstable."""
     modulus_margin: float
-    """Smallest distance of G from -1, 1/Ms."""
+    """Smallest distance of G from -1, 1/Ms of a stable loop."""
     stable: bool
     """Whether the closed loop is stable (from its poles, not from the margins)."""
 
@@ -91,7 +91,7 @@ def margins(loop_gain: LoopGain, grid: Array, nyquist_hz: float, stable: bool) -
         delay_margin_s=delay_margin_s if stable else 0.0,
         crossover_hz=crossover_hz,
         phase_crossover_hz=phase_crossover_hz,
-        sensitivity_peak=peak,
+        sensitivity_peak=peak if stable else math.inf,  # a number, too, but it would say nothing
         modulus_margin=1.0 / peak,
         stable=stable,
     )

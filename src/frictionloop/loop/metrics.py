@@ -65,7 +65,7 @@ def r2_identity(run: xr.Dataset, mask: Any = None) -> float:
     run : xarray.Dataset
         From ``simulate`` or ``load``.
     mask : array of bool, optional
-        The control periods to score, shape (time,); all if not given.
+        The control periods to score, shape (time,), in place of those that are ``scored``.
 
     Raises
     ------
@@ -93,7 +93,7 @@ def regression(run: xr.Dataset, mask: Any = None) -> Regression:
     run : xarray.Dataset
         From ``simulate`` or ``load``.
     mask : array of bool, optional
-        The control periods to score, shape (time,); all if not given.
+        The control periods to score, shape (time,), in place of those that are ``scored``.
 
     Raises
     ------
@@ -114,7 +114,7 @@ def r2_regression(run: xr.Dataset, mask: Any = None) -> float:
     run : xarray.Dataset
         From ``simulate`` or ``load``.
     mask : array of bool, optional
-        The control periods to score, shape (time,); all if not given.
+        The control periods to score, shape (time,), in place of those that are ``scored``.
 
     Raises
     ------
@@ -132,7 +132,7 @@ def rms_error(run: xr.Dataset, mask: Any = None) -> float:
     run : xarray.Dataset
         From ``simulate`` or ``load``.
     mask : array of bool, optional
-        The control periods to score, shape (time,); all if not given.
+        The control periods to score, shape (time,), in place of those that are ``scored``.
 
     Raises
     ------
@@ -150,7 +150,7 @@ def saturation_index(run: xr.Dataset, mask: Any = None) -> float:
     run : xarray.Dataset
         From ``simulate`` or ``load``.
     mask : array of bool, optional
-        The control periods to score, shape (time,); all if not given.
+        The control periods to score, shape (time,), in place of those that are ``scored``.
 
     Raises
     ------
@@ -168,7 +168,7 @@ def output_noise(run: xr.Dataset, mask: Any = None) -> float:
     run : xarray.Dataset
         From ``simulate`` or ``load``.
     mask : array of bool, optional
-        The control periods to score, shape (time,); all if not given.
+        The control periods to score, shape (time,), in place of those that are ``scored``.
 
     Raises
     ------
@@ -188,7 +188,7 @@ def r2_bound(run: xr.Dataset, mask: Any = None) -> float:
     run : xarray.Dataset
         From ``simulate`` or ``load``.
     mask : array of bool, optional
-        The control periods to score, shape (time,); all if not given.
+        The control periods to score, shape (time,), in place of those that are ``scored``.
 
     Raises
     ------

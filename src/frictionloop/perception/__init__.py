@@ -12,7 +12,7 @@ from frictionloop.perception.index import (
     index_of_residual,
     index_of_spectrum,
     is_perceptible,
-    relative_index,
+    ratio_to_plain,
 )
 from frictionloop.perception.thresholds import (
     Fingertip,
@@ -41,7 +41,7 @@ __all__ = [
     "index_of_residual",
     "index_of_spectrum",
     "is_perceptible",
-    "relative_index",
+    "ratio_to_plain",
     "settled_state",
     "slow_error_felt",
     "streaming_index",

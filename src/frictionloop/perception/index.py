@@ -138,7 +138,7 @@ def is_perceptible(index: ArrayLike, margin_db: float = 0.0) -> NDArray[np.bool_
     return np.asarray(numbers("index", index, "", 0.0) >= 10 ** (number("margin_db", margin_db, "dB") / 20))
 
 
-def relative_index(index: ArrayLike, plain_index: ArrayLike) -> Array:
+def ratio_to_plain(index: ArrayLike, plain_index: ArrayLike) -> Array:
     """Return D of a run over D of plain sliding: below 1 the controller makes the finger feel less roughness.
 
     Sliding itself is felt (D > 1), and masks. So what compares controllers is D against the same finger, path and

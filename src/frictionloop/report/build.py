@@ -17,7 +17,7 @@ from frictionloop.report.style import inline, svg
 
 SCHEMA = 1
 """Version of claims.json."""
-FIGURES = 14
+FIGURES = 21
 """Figures of the report, for the progress bar."""
 
 
@@ -55,7 +55,7 @@ def reproduce(folder: str | os.PathLike[str] = "report", *, progress: bool | Non
 
 def claims_json(claims: Sequence[Claim], results: Results) -> str:
     """Return the claims and their provenance as JSON text."""
-    tree = {"schema": SCHEMA, **provenance(results.systems), "claims": [claim.as_dict() for claim in claims]}
+    tree = {"schema": SCHEMA, **provenance(results), "claims": [claim.as_dict() for claim in claims]}
     return json.dumps(tree, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from frictionloop.report import gains
 from frictionloop.report.claims import Claim
+from frictionloop.report.device_facts import device_facts
 from frictionloop.report.figures.fidelity import at_paper
 from frictionloop.report.noise import NOISE_READINGS, knee_n
 from frictionloop.report.numbers import number
@@ -17,7 +18,15 @@ from frictionloop.report.systems import FEASIBLE, WORKING, reachable_share
 def facts(results: Results, claims: Sequence[Claim]) -> dict[str, str]:
     """Return formatted numbers by name."""
     verdicts = {f"claim {claim.id}": str(claim.verdict) for claim in claims}
-    return _gains(results) | _noise(results) | verdicts | {f"holds {claim.id}": holding(claim) for claim in claims}
+    limit = {claim.id: claim.ours for claim in claims}["printed-gains-stable"]
+    device = device_facts(results) | {"bench kp limit": number(limit or math.nan, 2)}
+    return (
+        _gains(results)
+        | _noise(results)
+        | device
+        | verdicts
+        | {f"holds {claim.id}": holding(claim) for claim in claims}
+    )
 
 
 def holding(claim: Claim) -> str:

@@ -12,11 +12,11 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescap
 from markupsafe import Markup, escape
 
 from frictionloop.loop.record import package_version
-from frictionloop.parameters import System
-from frictionloop.report import gains, noise
+from frictionloop.report import gains, noise, protocol
 from frictionloop.report.claims import Claim, Verdict
 from frictionloop.report.claims.table import SYMBOLS, shown, with_unit
 from frictionloop.report.facts import facts
+from frictionloop.report.people import bench_systems
 from frictionloop.report.results import Results
 from frictionloop.report.tolerances import RULES
 
@@ -41,13 +41,15 @@ def accepted(claim: Claim) -> str:
     return f"at most {shown(high)}" if math.isinf(low) else f"{shown(low)} to {shown(high)}"
 
 
-def provenance(systems: Mapping[str, System]) -> dict[str, Any]:
+def provenance(results: Results) -> dict[str, Any]:
     """Return what a reader needs to make the same page again: version, digests of the systems, seeds."""
+    systems = results.systems | bench_systems()
     digests = {name: hashlib.sha256(system.model_dump_json().encode()).hexdigest() for name, system in systems.items()}
+    strokes = len(protocol.LOADS) * len(protocol.LEVELS_N)
     return {
         "version": package_version(),
         "systems": digests,
-        "seeds": {"traces": 1, "maps": 2, "cuts": gains.SEEDS, "noise": noise.SEEDS},
+        "seeds": {"traces": 1, "maps": 2, "cuts": gains.SEEDS, "noise": noise.SEEDS, "rigs": 1, "strokes": strokes},
     }
 
 
@@ -67,5 +69,5 @@ def render(results: Results, claims: Sequence[Claim], figures: Mapping[str, str]
         counts={verdict: sum(claim.verdict == verdict for claim in claims) for verdict in Verdict},
         figures={name: Markup(figure) for name, figure in figures.items()},
         facts=facts(results, claims),
-        provenance=provenance(results.systems),
+        provenance=provenance(results),
     )

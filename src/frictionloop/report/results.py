@@ -11,7 +11,7 @@ import xarray as xr
 
 from frictionloop.parameters import System, feasible, paper
 from frictionloop.physics.trials import sliding_trials
-from frictionloop.report import gains, noise, steady, systems, tracking
+from frictionloop.report import calibration, device, gains, noise, people, steady, systems, tracking
 
 
 @dataclass(frozen=True)
@@ -27,6 +27,19 @@ class Results:
     runs: dict[str, dict[float, xr.Dataset]]
     noise: dict[str, xr.Dataset]
     steady: xr.Dataset
+    rigs: calibration.Rigs
+    tracked: dict[str, xr.Dataset]
+    """Sines on the bench by controller, and by lookup table without control."""
+    stepped: dict[str, xr.Dataset]
+    """Steps on the bench by controller."""
+    stronger: dict[str, xr.Dataset]
+    """Steps with a plate of twice the amplitude."""
+    people: dict[str, xr.Dataset]
+    """A population by controller."""
+    felt: dict[str, dict[str, float]]
+    """Perceptual indices by controller."""
+    fluctuations: dict[str, dict[str, float]]
+    """rms of the error at a constant set-point by controller and by what is taken away, N."""
 
 
 def variants() -> dict[str, dict[str, float]]:
@@ -56,6 +69,27 @@ def parts() -> Iterator[Part]:
     for name, overrides in variants().items():
         yield f"variants.{name}", partial(gains.fidelity_over, feasible().evolve(overrides), gains.KP)
     yield "steady", partial(steady.noise_gain, feasible())
+    yield "rigs", calibration.all_rigs
+    yield from bench_parts()
+
+
+def bench_parts() -> Iterator[Part]:
+    """Yield the parts that run on the bench, in the same form."""
+    finger = people.the_finger()
+    for name, overrides in device.CONTROLLERS.items():
+        yield f"tracked.{name}", partial(device.tracking, finger, overrides)
+        yield f"stepped.{name}", partial(device.stepping, finger, overrides)
+    for name in people.LOOKUPS[1:]:
+        table = {**device.CONTROLLERS[device.OPEN], **people.lookup(name, finger)}
+        yield f"tracked.{name}", partial(device.tracking, finger, table)
+    for name in device.CLOSED:
+        overrides = device.CONTROLLERS[name]
+        yield f"stronger.{name}", partial(device.stepping, finger, people.stronger(overrides))
+        yield f"felt.{name}", partial(people.felt, finger, overrides)
+        taken = tuple(people.WITHOUT) if name == device.RETUNED_GAINS else people.ENDS
+        yield f"fluctuations.{name}", partial(people.fluctuations, finger, overrides, taken)
+    for name in (device.OPEN, device.PRINTED, device.RETUNED_GAINS):
+        yield f"people.{name}", partial(people.population, name)
 
 
 def compute(advance: Callable[[], None] = lambda: None) -> Results:

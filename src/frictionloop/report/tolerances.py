@@ -15,6 +15,10 @@ RMS_FACTOR = 2.0
 """Smallest ratio of two rms forces that counts as louder: 6 dB, a quarter of the power (assumed)."""
 SAME = 0.05
 """Largest difference of two computations of one number, as a share of it (assumed; the scatter is below 1 %)."""
+OVERSHOOT = 0.1
+"""Smallest overshoot that counts, over the step: the tenth that rise times leave out at either end (assumed)."""
+MOST = 0.95
+"""Share of a population that counts as all of it (assumed)."""
 DECADE_FACTOR = math.sqrt(10)
 """Half a decade: where a power of ten ends and the next begins."""
 
@@ -25,6 +29,16 @@ SAME_RULE = f"two computations of one number agree within {SAME:.0%} (assumed); 
 LAST_DIGIT = "half a unit of the last digit that is not zero, which is how printed round numbers are taken (assumed)"
 STEP_125 = "rounds to the printed gain in the series 1, 2, 5, 10 that the text's gains come from"
 HALF_DECADE = "half a decade either way, where the next power of ten begins"
+MEASURED = (
+    f"a measured force agrees within a factor of {RMS_FACTOR:g}, as one person's fingertip is not another's (assumed)"
+)
+MEASURED_R2 = (
+    f"a measured R² agrees if what is not explained over what is, sqrt((1 − R²)/R²), is within a factor of "
+    f"{RMS_FACTOR:g} (assumed)"
+)
+WITHIN_SD = "a measured time agrees within the printed standard deviation"
+OVERSHOOT_RULE = f"less than {OVERSHOOT:.0%} of a step is no overshoot (assumed)"
+MOST_RULE = f"{MOST:.0%} of a population count as all of it (assumed)"
 RULES = (
     R2_RULE,
     SATURATION_RULE,
@@ -33,6 +47,11 @@ RULES = (
     f"a printed number: {LAST_DIGIT}",
     f"a gain of the text: {STEP_125}",
     f"a printed power of ten: {HALF_DECADE}",
+    MEASURED,
+    MEASURED_R2,
+    WITHIN_SD,
+    OVERSHOOT_RULE,
+    MOST_RULE,
 )
 """Every rule, for the page."""
 
@@ -62,3 +81,18 @@ def nearest_125(value: float) -> Interval:
 def half_decade(value: float) -> Interval:
     """Return the numbers within a factor of sqrt(10)."""
     return value / DECADE_FACTOR, value * DECADE_FACTOR
+
+
+def as_measured(value: float) -> Interval:
+    """Return the numbers within a factor of ``RMS_FACTOR``."""
+    return value / RMS_FACTOR, value * RMS_FACTOR
+
+
+def as_measured_r2(r2: float) -> Interval:
+    """Return the R2 whose sqrt((1 - R2)/R2) is within a factor of ``RMS_FACTOR`` of the printed one's.
+
+    >>> [round(end, 3) for end in as_measured_r2(0.98)]
+    [0.925, 0.995]
+    """
+    share = (1.0 - r2) / r2
+    return 1.0 / (1.0 + share * RMS_FACTOR**2), 1.0 / (1.0 + share / RMS_FACTOR**2)

@@ -9,11 +9,18 @@ from typing import NamedTuple
 from matplotlib.figure import Figure
 
 from frictionloop.parameters import paper
+from frictionloop.parameters.sensor_design import SensorDesign
+from frictionloop.report.claims.steps import this_skin_limit_ms
+from frictionloop.report.device import CLOSED
+from frictionloop.report.figures.calibration import figure_linearity, figure_spectrum
+from frictionloop.report.figures.closed_loop import figure_closed_loop, figure_people
 from frictionloop.report.figures.diagram import figure_diagram
 from frictionloop.report.figures.equation3 import figure_equation_3
 from frictionloop.report.figures.fidelity import figure_fidelity_map, figure_fidelity_over_kp
 from frictionloop.report.figures.noise import figure_noise
 from frictionloop.report.figures.population import figure_population
+from frictionloop.report.figures.sensor import figure_sensor
+from frictionloop.report.figures.steps import figure_overshoot, figure_steps
 from frictionloop.report.figures.tracking import common_limits_n, figure_tracking
 from frictionloop.report.results import Results
 from frictionloop.report.systems import FEASIBLE, WORKING
@@ -54,6 +61,22 @@ def drawings(results: Results) -> Iterator[Drawing]:
         "Noise of force and command over sensor noise, against the proportional gain",
         partial(figure_equation_3, results.steady),
     )
+    yield from _device(results)
+
+
+def _device(results: Results) -> Iterator[Drawing]:
+    sensor, rigs = partial(figure_sensor, SensorDesign()), results.rigs
+    yield Drawing("fig-3", "Schematic of the force sensor: frame, springs, electrodes and electronics", sensor)
+    yield Drawing("fig-4a", "Reading against weight, two rigs, with residuals", partial(figure_linearity, rigs))
+    yield Drawing("fig-4b", "Response to a hammer and noise over frequency", partial(figure_spectrum, rigs))
+    alt = "Friction force against set-point in open loop and under three controllers"
+    yield Drawing("fig-5a", alt, partial(figure_closed_loop, results.tracked))
+    alt = "Error of 26 fingers in open loop and under two controllers"
+    yield Drawing("fig-5a-population", alt, partial(figure_people, results.people))
+    steps = partial(figure_steps, results.stepped, {"rising": this_skin_limit_ms()})
+    yield Drawing("fig-5b", "Steps of the set-point over time, and the times of the responses", steps)
+    close = partial(figure_overshoot, results.stepped, CLOSED)
+    yield Drawing("fig-5c", "Mean force and amplitude around falling and rising steps", close)
 
 
 def _tracking(results: Results) -> Iterator[Drawing]:

@@ -1,0 +1,79 @@
+"""Claims of Sec. 4.2 and 5 about the errors that the closed loop leaves, on the bench under one finger."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+
+from frictionloop.report.claims.claim import Claim, Value, python
+from frictionloop.report.claims.closed_loop import BENCH, STEPS
+from frictionloop.report.device import CLOSED, IDEAL, RETUNED_GAINS, fit
+from frictionloop.report.numbers import number
+from frictionloop.report.protocol import LEVELS_N
+from frictionloop.report.results import Results
+from frictionloop.report.step_response import steady_error_n
+from frictionloop.report.tolerances import as_printed
+
+STEADY_N = 0.02
+"""What the steady friction is held within (paper, Sec. 5)."""
+
+
+def error_claims(results: Results) -> list[Claim]:
+    """Return the claims about where the errors are and how large they are once the force is steady."""
+    return [_low_forces(results.tracked), _steady(results.stepped)]
+
+
+def _low_forces(tracked: Mapping[str, xr.Dataset]) -> Claim:
+    def share(runs: xr.Dataset) -> float:
+        squares = [fit(runs.sel(level=n)).rms_n ** 2 for n in LEVELS_N]
+        return squares[0] / sum(squares)
+
+    low = tracked[RETUNED_GAINS].sel(level=LEVELS_N[0])
+    return Claim(
+        id="low-forces-err-most",
+        title="Low forces cause most of the errors",
+        place="Sec. 4.2",
+        quote="Low friction values are causing most of the errors, in part because the large amplitude needed were not "
+        "achievable by the current ultrasonic plate",
+        published="most",
+        unit="",
+        measure="share of the lowest level in the squared error of all three",
+        readings={name: share(tracked[name]) for name in CLOSED},
+        accepted=(0.5, 1.0),
+        tolerance="most: more than half",
+        explanation=f"The plate does run out of amplitude there, in {float(low['saturated'].mean()):.0%} of the "
+        f"periods with the re-tuned gains. Their error is as large at high forces, where friction and its "
+        f"fluctuations are larger; only a faster loop leaves the saturation as the largest part.",
+        command=python(
+            BENCH + "runs = tracking(the_finger(), CONTROLLERS[PRINTED]); "
+            "squares = [fit(runs.sel(level=n)).rms_n ** 2 for n in runs['level'].values]; print(squares[0] / "
+            "sum(squares))"
+        ),
+    )
+
+
+def _steady(stepped: Mapping[str, xr.Dataset]) -> Claim:
+    errors = {name: steady_error_n(stepped[name]) for name in CLOSED}
+    readings: dict[str, Value] = {f"{name}, rms": float(np.sqrt(np.mean(e**2))) for name, e in errors.items()}
+    readings |= {f"{name}, 95% of the time": float(np.quantile(np.abs(e), 0.95)) for name, e in errors.items()}
+    return Claim(
+        id="steady-20-mn",
+        title="Steady friction stays within 20 mN",
+        place="Sec. 5, Fig. 5b",
+        quote="The steady state friction is maintained within 20 mN of the set point",
+        published=STEADY_N,
+        unit="N",
+        measure="f_a − f_r from 200 ms after a step on",
+        readings=readings,
+        accepted=(0.0, as_printed(STEADY_N)[1]),
+        tolerance="at most what rounds to the printed number",
+        explanation=f"The re-tuned gains leave {number(1e3 * (readings[f'{RETUNED_GAINS}, rms'] or 0))} mN rms, just "
+        f"more than rounds to 20; without resonance and delay the printed gains leave "
+        f"{number(1e3 * (readings[f'{IDEAL}, rms'] or 0))} mN. As a bound that holds most of the time it is missed "
+        f"by a factor of two.",
+        command=python(
+            STEPS + "print((steady_error_n(stepping(the_finger(), CONTROLLERS[PRINTED])) ** 2).mean() ** 0.5)"
+        ),
+    )

@@ -1,0 +1,79 @@
+"""The protocol of Section 4.2 run on the bench under each controller: tracking, steps, and a population."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from joblib import Parallel, delayed
+
+from frictionloop.loop.simulate import simulate
+from frictionloop.parameters import RETUNED, System
+from frictionloop.report import protocol
+
+OPEN, PRINTED, RETUNED_GAINS, IDEAL = "open loop", "printed gains", "re-tuned gains", "printed gains, ideal sensor"
+CONTROLLERS: dict[str, Mapping[str, Any]] = {
+    # A converter of one bit reads 0 N whatever the force, and a gain of 1 then leaves the lookup table alone: u = f_r.
+    OPEN: {"controller.kp": 1.0, "controller.ki": 0.0, "sensor.adc_bits": 1},
+    PRINTED: {},
+    RETUNED_GAINS: RETUNED,
+    IDEAL: {"sensor.kind": "lowpass", "controller.delay_s": 0.0},
+}
+"""What commands the plate. The last is a control: the sensor of Section 2 and no computing delay."""
+CLOSED = (PRINTED, RETUNED_GAINS, IDEAL)
+KEPT = ("f_r", "f_a", "a", "saturated")
+
+
+def run_all(jobs: Iterable[tuple[System, int]]) -> list[xr.Dataset]:
+    """Return the scored part of the stroke of every (system, seed); the kernel runs in threads."""
+    parallel = Parallel(n_jobs=-1, prefer="threads")
+    return list(parallel(delayed(_run)(system, seed) for system, seed in jobs))
+
+
+def _run(system: System, seed: int) -> xr.Dataset:
+    run = simulate(system, protocol.STROKE_S, seed)
+    kept = run[list(KEPT)].isel(time=slice(round(protocol.START_S * system.controller.rate_hz), None))
+    return kept.assign_coords(time=kept["time"] - protocol.START_S)
+
+
+def tracking(finger: Mapping[str, float], overrides: Mapping[str, Any]) -> xr.Dataset:
+    """Return f_r, f_a (N), a (um) and saturated over ``level``, ``stroke`` and ``time`` for one finger."""
+    strokes = protocol.strokes(protocol.finger_system(finger).evolve(overrides))
+    jobs = [
+        (stroke.evolve({"setpoint": protocol.sines(level_n)}), protocol.seed_of(i, j))
+        for i, level_n in enumerate(protocol.LEVELS_N)
+        for j, stroke in enumerate(strokes)
+    ]
+    runs, n = run_all(jobs), len(strokes)
+    levels = [xr.concat(runs[n * i : n * (i + 1)], "stroke") for i in range(len(protocol.LEVELS_N))]
+    return xr.concat(levels, "level").assign_coords(level=list(protocol.LEVELS_N))
+
+
+def stepping(finger: Mapping[str, float], overrides: Mapping[str, Any]) -> xr.Dataset:
+    """Return the same over ``stroke`` and ``time`` for a set-point that steps."""
+    strokes = protocol.strokes(protocol.finger_system(finger).evolve({**overrides, "setpoint": protocol.steps()}))
+    return xr.concat(run_all((stroke, protocol.seed_of(0, j)) for j, stroke in enumerate(strokes)), "stroke")
+
+
+class Fit(NamedTuple):
+    """Goodness of fit to f_a = f_r, of a regression of f_a on f_r, its slope, and the rms of f_a - f_r in N."""
+
+    identity: float
+    regression: float
+    slope: float
+    rms_n: float
+
+
+def fit(runs: xr.Dataset) -> Fit:
+    """Return both kinds of R2 over everything in a Dataset (as in loop/metrics, for several runs together)."""
+    r, f = runs["f_r"].values.ravel(), runs["f_a"].values.ravel()
+    error2, spread = np.mean((f - r) ** 2), r.var()
+    covariance = np.mean((r - r.mean()) * (f - f.mean()))
+    return Fit(
+        float(1.0 - error2 / spread),
+        float(covariance**2 / (spread * f.var())),
+        float(covariance / spread),
+        float(np.sqrt(error2)),
+    )

@@ -1,0 +1,100 @@
+"""Fig. 5a: force against set-point over five strokes at three levels, and the same for a population."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from frictionloop.report.device import CONTROLLERS, OPEN, PRINTED, RETUNED_GAINS, fit
+from frictionloop.report.figures.tracking import GROUND
+from frictionloop.report.numbers import number
+from frictionloop.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, new_figure, styled
+
+DOTS = 100
+"""Points of one stroke."""
+GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
+LEVEL_LOOKS = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"))
+LIMITS_N = (0.25, 0.95)
+TITLES = {
+    "open loop": "open loop: the lookup alone",
+    "printed gains": "closed loop, printed gains",
+    "re-tuned gains": "closed loop, re-tuned gains",
+    "printed gains, ideal sensor": "printed gains, ideal sensor",
+}
+
+
+@styled
+def figure_closed_loop(tracked: Mapping[str, xr.Dataset]) -> Figure:
+    """Return force against set-point for each controller, a panel each, with the regression and both kinds of R2."""
+    figure = new_figure(9.2, 3.5)
+    panels = figure.subplots(1, len(CONTROLLERS), sharex=True, sharey=True)
+    top_n = 1.05 * max(float(tracked[name]["f_a"].quantile(0.999)) for name in CONTROLLERS)
+    for axes, name in zip(panels, CONTROLLERS, strict=True):
+        _cloud(axes, tracked[name], top_n)
+        axes.set_title(TITLES[name], fontsize=8.5)
+        axes.set_xlabel("set-point $f_r$ (N)")
+    panels[0].set_ylabel("friction force $f_a$ (N)")
+    handles, words = panels[0].get_legend_handles_labels()
+    figure.legend(handles, words, loc="outside lower center", ncols=len(words), markerscale=2.5)
+    return figure
+
+
+def _cloud(axes: Axes, runs: xr.Dataset, top_n: float) -> None:
+    # Multiples of the golden ratio: spread evenly over the stroke and over the period of the set-point.
+    some = np.sort((np.arange(DOTS) * GOLDEN % 1.0 * runs.sizes["time"]).astype(int))
+    for (color, marker), level_n in zip(LEVEL_LOOKS, runs["level"].values, strict=True):
+        part = runs.sel(level=level_n).isel(time=some)
+        look: dict[str, Any] = {"ms": 1.6, "mew": 0, "alpha": 0.55, "color": color}
+        axes.plot(
+            part["f_r"].values.ravel(),
+            part["f_a"].values.ravel(),
+            marker,
+            ls="none",
+            **look,
+            label=f"{level_n} ± 0.1 N",
+        )
+    found = fit(runs)
+    r = runs["f_r"].values.ravel()
+    offset = float(runs["f_a"].mean()) - found.slope * r.mean()
+    ends = np.array([r.min(), r.max()])
+    axes.plot(LIMITS_N, LIMITS_N, "--", color=GREY, lw=1.2, label="$f_a = f_r$")
+    axes.plot(ends, offset + found.slope * ends, color=BLACK, lw=1.6, label="regression")
+    scores = (
+        f"regression $R^2$ {found.regression:.2f}\nto $f_a = f_r$: {_score(found.identity)}\n"
+        f"error {number(1e3 * found.rms_n)} mN rms"
+    )
+    axes.text(0.04, 0.97, scores, transform=axes.transAxes, va="top", linespacing=1.4, fontsize=8, bbox=GROUND)
+    axes.set(xlim=LIMITS_N, ylim=(0, top_n))
+
+
+def _score(r2: float) -> str:
+    return f"{r2:.2f}" if r2 > -1 else number(r2, 2)
+
+
+@styled
+def figure_people(people: Mapping[str, xr.Dataset]) -> Figure:
+    """Return the rms error of each finger of a population under each controller, capable ones filled."""
+    figure = new_figure(4.8, 4.0)
+    axes = figure.subplots()
+    order = np.argsort(people[RETUNED_GAINS]["rms_n"].values)
+    able = people[RETUNED_GAINS]["capable"].values[order]
+    looks = {OPEN: ("D", GREY), PRINTED: ("s", VERMILLION), RETUNED_GAINS: ("o", BLUE)}
+    place = np.arange(1, order.size + 1)
+    for name, (marker, color) in looks.items():
+        error_mn = 1e3 * people[name]["rms_n"].values[order]
+        axes.plot(place[able], error_mn[able], marker, color=color, ms=5, label=name)
+        axes.plot(place[~able], error_mn[~able], marker, color=color, mfc="white", ms=5)
+    axes.axhline(20, color=BLACK, ls=":", lw=1.1)
+    axes.text(order.size + 0.6, 19, "20 mN", fontsize=7.5, ha="right", va="top")
+    axes.plot([], [], "o", color=BLACK, mfc="white", label="hollow: cannot reach 0.3 and 0.9 N")
+    axes.set(yscale="log", xlim=(0, order.size + 1), xlabel="finger, sorted by its error with the re-tuned gains")
+    axes.set_ylabel("error $f_a - f_r$ (mN rms)")
+    axes.set_yticks([10, 20, 50, 100, 200, 500, 1000], ["10", "20", "50", "100", "200", "500", "1000"])
+    axes.minorticks_off()
+    figure.legend(loc="outside lower center", ncols=2)
+    return figure

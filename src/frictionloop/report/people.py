@@ -1,0 +1,107 @@
+"""Beyond the chosen finger: other lookup tables, a population, what is felt, and what makes the force fluctuate."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from frictionloop.loop.felt import perceptual_index, relative_index
+from frictionloop.loop.simulate import simulate
+from frictionloop.parameters import Constant, System
+from frictionloop.physics.fingers import capable
+from frictionloop.report import device, protocol
+
+LOOKUPS = ("lookup of the bench", "lookup of Sec. 2.1", "lookup fitted to the finger")
+STILL_N = 0.6
+"""Constant set-point on which fluctuations are compared: the middle of the levels."""
+WITHOUT: dict[str, Mapping[str, Any]] = {
+    "all": {},
+    "no sensor noise": {},
+    "no tremor": {"motion.tremor_um": 0.0, "motion.tremor_n": 0.0},
+    "no roughness": {"friction.roughness_rms": 0.0},
+    "neither": {"motion.tremor_um": 0.0, "motion.tremor_n": 0.0, "friction.roughness_rms": 0.0},
+}
+"""What is taken away to see where the fluctuations come from; the sensor's noise has another name in either sensor."""
+ENDS = ("all", "neither")
+QUIET = {
+    "suspended": {"sensor.noise_density_n_rthz": 0.0, "sensor.adc_bits": 32},
+    "lowpass": {"sensor.noise_rms_n": 0.0},
+}
+
+
+def lookup(name: str, finger: Mapping[str, float]) -> dict[str, float]:
+    """Return the model that a lookup table is made of, as overrides."""
+    friction: Any = protocol.finger_system(finger).friction
+    load_n: float = protocol.finger_system(finger).motion.load_n  # type: ignore[union-attr]
+    pressed = (load_n / friction.reference_load_n) ** friction.load_exponent
+    fitted = {
+        "controller.model.nominal_n": friction.nominal_n * pressed,
+        "controller.model.susceptibility_per_um2": friction.susceptibility_per_um2,
+    }
+    return dict(zip(LOOKUPS, ({}, {"controller.model.nominal_n": 0.8}, fitted), strict=True))[name]
+
+
+def population(controller: str) -> xr.Dataset:
+    """Return the fit of each finger, levels pooled and one stroke each, and what it can reach, over ``finger``."""
+    some, levels = protocol.population()[: protocol.POPULATION], len(protocol.LEVELS_N)
+    able = capable(some, protocol.LOW_N, protocol.HIGH_N, contact_s=protocol.SCORED_S)
+    runs = device.run_all(job for finger in some for job in _jobs(finger, device.CONTROLLERS[controller]))
+    fits = np.array([device.fit(xr.concat(runs[i : i + levels], "level")) for i in range(0, len(runs), levels)])
+    variables = {name: ("finger", column) for name, column in zip(device.Fit._fields, fits.T, strict=True)}
+    found = xr.Dataset(variables, {"finger": np.arange(len(some))})
+    return found.assign({name: able[name] for name in ("capable", "lowest_n", "highest_n")})
+
+
+def _jobs(finger: Mapping[str, float], overrides: Mapping[str, Any]) -> Iterator[tuple[System, int]]:
+    system = protocol.finger_system(finger).evolve(overrides)
+    for i, level_n in enumerate(protocol.LEVELS_N):
+        yield system.evolve({"setpoint": protocol.sines(level_n)}), protocol.seed_of(i, 0)
+
+
+def felt(finger: Mapping[str, float], overrides: Mapping[str, Any]) -> dict[str, float]:
+    """Return D of the middle level, and D over that of the same stroke under a constant amplitude (``relative``)."""
+    system = protocol.finger_system(finger).evolve({**overrides, "setpoint": protocol.sines(protocol.LEVELS_N[1])})
+    run = simulate(system, protocol.STROKE_S, protocol.seed_of(1, 0))
+    scored = run["time"].values >= protocol.START_S
+    return {"index": perceptual_index(run, scored), "relative": relative_index(run, scored)}
+
+
+def fluctuation_n(finger: Mapping[str, float], controller: Mapping[str, Any], without: str) -> float:
+    """Return the rms of f_a - f_r over five strokes at a constant set-point with something taken away, in N."""
+    changes = {**controller, **WITHOUT[without], "setpoint": Constant(offset_n=STILL_N)}
+    system = protocol.finger_system(finger).evolve(changes)
+    if without == "no sensor noise":
+        system = system.evolve(QUIET[system.sensor.kind])
+    strokes = protocol.strokes(system)
+    runs = device.run_all((stroke, protocol.seed_of(1, j)) for j, stroke in enumerate(strokes))
+    return float(np.sqrt(np.mean([np.mean((run["f_a"].values - run["f_r"].values) ** 2) for run in runs])))
+
+
+def fluctuations(
+    finger: Mapping[str, float], controller: Mapping[str, Any], without: Iterable[str] = ENDS
+) -> dict[str, float]:
+    """Return the rms with each of these things of ``WITHOUT`` taken away, in N."""
+    return {name: fluctuation_n(finger, controller, name) for name in without}
+
+
+def stronger(system_overrides: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the same controller on a plate of twice the amplitude, known to it."""
+    return {**system_overrides, "plate.max_amplitude_um": 5.0, "controller.model.max_amplitude_um": 5.0}
+
+
+@cache
+def the_finger() -> Mapping[str, float]:
+    """Return the finger that the protocol's rule picks."""
+    people = protocol.population()
+    return MappingProxyType(people[protocol.chosen(people)])
+
+
+def bench_systems() -> dict[str, System]:
+    """Return the middle stroke of each controller, for the provenance of the page."""
+    base = protocol.finger_system(the_finger())
+    return {f"bench, {name}": base.evolve(overrides) for name, overrides in device.CONTROLLERS.items()}
