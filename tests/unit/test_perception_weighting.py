@@ -13,7 +13,6 @@ from scipy.signal import freqs_zpk, sos2zpk, sosfilt, sosfilt_zi, sosfreqz
 
 from frictionloop.perception import (
     Fingertip,
-    biquad_step,
     displacement_threshold_um,
     force_threshold_n,
     settled_state,
@@ -23,6 +22,7 @@ from frictionloop.perception import (
 from frictionloop.perception.prototype import GRID_HZ, HIGHPASS_HZ, PROTOTYPE, fit_prototype, gain_db, roots_of
 from frictionloop.perception.weighting import ERROR_DB, RATES_HZ, SETTLING_S
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.biquad import biquad_step
 
 RATES = [1200.0, 2000.0, 5000.0, 10_000.0, 50_000.0, 200_000.0]
 rates = st.floats(math.log(RATES_HZ[0]), math.log(RATES_HZ[1])).map(lambda x: min(math.exp(x), RATES_HZ[1]))

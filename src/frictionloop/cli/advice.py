@@ -14,7 +14,10 @@ if TYPE_CHECKING:
 
 
 CLAMPED, MISSING = 0.05, 0.1
-"""A run is looked at if more commands than this are clamped, or R2 is further than this below its bound (chosen)."""
+"""A run is looked at if more commands than this are clamped, or R2 is further than this below its bound (chosen).
+
+A bound that is itself this far below 1 explains clamped commands.
+"""
 CLOSE = 4.0
 """Ms above which a loop is said to be near ringing: less than 0.25 from -1, a phase margin below 15 degrees."""
 HELD_PEAK = 2.0
@@ -37,8 +40,10 @@ class Ringing(NamedTuple):
 
 def ringing(run: xr.Dataset, mask: np.ndarray, metrics: dict[str, float]) -> Ringing | None:
     """Return what is known of a run that rings, None for one that shows no sign of it or is stable."""
-    # Of a constant set-point R2 is NaN: any such run is looked at.
-    calm = metrics["saturation_index"] <= CLAMPED and metrics["r2_bound"] - metrics["r2_identity"] <= MISSING
+    bound = metrics["r2_bound"]
+    # A set-point out of reach clamps by itself. Of a constant one R2 is NaN: any such run is looked at.
+    quiet = metrics["saturation_index"] <= CLAMPED or bound < 1.0 - MISSING
+    calm = quiet and bound - metrics["r2_identity"] <= MISSING
     if calm or not mask.any():
         return None
     from frictionloop.design import operating_band, retune

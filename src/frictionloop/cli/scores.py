@@ -57,11 +57,12 @@ def metrics_of(run: xr.Dataset, score_from_s: float = 0.0) -> dict[str, float]:
         "rms_error": fl.rms_error(run, mask),
         "output_noise": fl.output_noise(run, mask),
         "saturation_index": fl.saturation_index(run, mask),
-        "perceptual_index": _or_nan(fl.perceptual_index, run, mask),
     }
-    # A plain stroke of a finger without roughness and tremor is no yardstick.
-    strokes = fl.system_of(run).motion.kind == "strokes"
-    return found | {"relative_index": _or_nan(fl.relative_index, run, mask) if strokes else math.nan}
+    felt = {"perceptual_index": math.nan, "relative_index": math.nan}
+    # What is felt of a finger that is none says little, and costs half a second of imports.
+    if fl.system_of(run).motion.kind == "strokes":
+        felt = {name: _or_nan(getattr(fl, name), run, mask) for name in felt}
+    return found | felt
 
 
 def _or_nan(metric: Any, run: xr.Dataset, mask: np.ndarray) -> float:

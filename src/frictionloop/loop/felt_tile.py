@@ -10,8 +10,8 @@ from typing import Any
 
 from frictionloop.loop.slab import ROW, load, peek, poke
 from frictionloop.loop.tiles import Lifting
-from frictionloop.perception.weighting import biquad_step
 from frictionloop.quantities.arithmetic import fma
+from frictionloop.quantities.biquad import biquad_step
 
 FADE_S = 0.01
 """Time constant of each of the two low-passes that fade the residual (assumed)."""

@@ -28,7 +28,6 @@ from frictionloop.loop.structure import (
     switch_s,
 )
 from frictionloop.parameters import System
-from frictionloop.perception.weighting import weighting_sos
 from frictionloop.physics.friction import halving_amplitude_um
 from frictionloop.physics.sources import Sampler
 
@@ -168,5 +167,7 @@ def sums_of(tile: Tile, lanes: int, periods: int) -> Sums:
 
 
 def _lower_perception(slab: Slab, rate_hz: float) -> np.ndarray:
+    from frictionloop.perception.weighting import weighting_sos  # half a second of scipy, not needed for every run
+
     slab.view("taper")[0] = 1.0 - math.exp(-1.0 / (FADE_S * rate_hz))
     return np.ascontiguousarray(weighting_sos(rate_hz)[:, [0, 1, 2, 4, 5]]).ravel()

@@ -21,7 +21,6 @@ from frictionloop.perception.thresholds import (
     force_threshold_n,
 )
 from frictionloop.perception.weighting import (
-    biquad_step,
     settled_state,
     weighting_error_db,
     weighting_sos,
@@ -32,7 +31,6 @@ __all__ = [
     "Fingertip",
     "Impedance",
     "Jnd",
-    "biquad_step",
     "displacement_threshold_um",
     "force_jnd_n",
     "force_threshold_n",

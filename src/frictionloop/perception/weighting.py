@@ -13,7 +13,6 @@ from frictionloop.perception.checks import Array, number, numbers
 from frictionloop.perception.prototype import GRID_HZ, HIGHPASS_HZ, PROTOTYPE, Complex, gain_db, roots_of
 from frictionloop.perception.thresholds import Fingertip, Impedance, force_threshold_n, impedance
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.arithmetic import fma, step
 
 RATES_HZ = (1200.0, 200_000.0)
 """Sampling rates that the filter is made for."""
@@ -21,18 +20,6 @@ ERROR_DB = 0.45
 """Largest distance between the filter's gain and 1 / F_th from 1 to 500 Hz; 0.12 dB rms over log f (tested)."""
 SETTLING_S = 2.0
 """After so long a step in the residual has decayed to 1/400 in the high-pass, the slowest part (tested)."""
-
-
-@step
-def biquad_step(
-    s1: float, s2: float, x: float, b0: float, b1: float, b2: float, a1: float, a2: float
-) -> tuple[float, float, float]:
-    """y = b0 x + s1, then s1 = b1 x - a1 y + s2 and s2 = b2 x - a2 y: one section, transposed direct form II.
-
-    Returns the new s1 and s2, and y. The coefficients are a row of `weighting_sos` without its a0 = 1.
-    """
-    y = fma(b0, x, s1)
-    return fma(b1, x, fma(-a1, y, s2)), fma(b2, x, -a2 * y), y
 
 
 def weighting_sos(rate_hz: float, finger: Impedance | None = None) -> Array:
