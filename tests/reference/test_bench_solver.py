@@ -146,16 +146,22 @@ def solve(system, periods, seed, slider_step_s=2e-6):
     commands, integral, out = deque([0.0] * (late + 2), maxlen=late + 2), 0.0, []
     pole = math.exp(-2 * math.pi * system.touch.position.tracking_hz * dt)
     tracked, speed = stroke(system.motion, 0.0)[:2]
+    cells = system.touch.load
+    mean = system.motion.load_n * contact_share(system.motion, 0.0)
+    landed_m = 1.0 if mean > 0 else 0.0
     for k in range(periods):
         t = k * dt
         x, _, sign = stroke(system.motion, t)
         pressed = system.motion.load_n * contact_share(system.motion, t)
-        if pressed >= system.touch.load.touch_n:
+        touches = pressed >= max(cells.touch_n, cells.touch_share * mean)
+        if touches:
+            mean += (1 - math.exp(-dt / cells.mean_s)) * (pressed - mean)
             error = x - (tracked + speed * dt)
             tracked, speed = tracked + speed * dt + (1 - pole**2) * error, speed + (1 - pole) ** 2 / dt * error
+            landed_m += abs(speed) * dt
         else:
-            tracked, speed = x, 0.0
-        valid = pressed >= system.touch.load.touch_n and abs(speed) >= 1e-3 * system.touch.load.least_speed_mm_s
+            tracked, speed, landed_m = x, 0.0, 0.0
+        valid = touches and abs(speed) >= 1e-3 * cells.least_speed_mm_s and landed_m >= 1e-3 * cells.developed_mm
         f_m = plant.y[5] * (1 if speed >= 0 else -1)
         wanted = r.levels_n[max(i for i, start in enumerate(r.times_s) if start <= t + 1e-9)]
         e = wanted - f_m if valid else 0.0

@@ -136,3 +136,8 @@ def test_a_lifted_finger_leaves_the_controller_as_it_was():
     error = run["f_r"].values[landed] - run["f_m"].values[landed]
     assert abs(u[landed] - u[last]) <= system.controller.kp * abs(error) + 1e-12
     assert math.isfinite(u[landed])
+    # Nor did it wind up while the load fell, over 50 ms, to the share at which the finger is let go: by then friction
+    # lacks 30 %, so ki times half of that over the 20 ms it took is all there is, and kp times it.
+    c, share, before = system.controller, system.touch.load.touch_share, first - 300
+    missing = (1 - share) * run["limit"].values[before]
+    assert abs(u[last] - u[before]) <= missing * (c.ki * 0.02 / 2 + c.kp) + 0.05

@@ -24,7 +24,7 @@ FIELDS = [(block, name) for block in BLOCKS for name in block.model_fields]
 DIMENSIONLESS = {
     "exponent", "table_size", "scale", "kind", "path", "column", "unit", "remove_mean", "load_exponent", "speed_slope",
     "occlusion_ratio", "moist_loss", "roughness_rms", "q", "adc_bits", "lost_ticks", "contact", "start", "load_drift",
-    "person",
+    "person", "static_ratio", "touch_share",
 }  # fmt: skip
 
 

@@ -33,11 +33,11 @@ def track(state, position, load, z_position, z_load, coefficients):
 
 @njit
 def touch_lanes(tracked, speed, position, load, z, coefficients):
-    out = np.empty((position.size, 6))
+    out = np.empty((position.size, 8))
     for i in range(position.size):
-        state, seen = touch_step((tracked[i], speed[i]), position[i], load[i], z[i], -z[i], coefficients)
-        out[i, 0], out[i, 1] = state
-        out[i, 2], out[i, 3], out[i, 4], out[i, 5] = seen
+        state, seen = touch_step((tracked[i], speed[i], 0.4, 1e-3), position[i], load[i], z[i], -z[i], coefficients)
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = state
+        out[i, 4], out[i, 5], out[i, 6], out[i, 7] = seen
     return out
 
 
@@ -92,6 +92,25 @@ def test_a_lifted_finger_gives_no_valid_reading_and_lands_without_a_jump_of_spee
     assert np.all(landed[200:, 3] == 1.0)
 
 
+def test_friction_counts_only_once_the_skin_is_stretched_and_under_most_of_the_load():
+    t = np.arange(10_000) * DT
+    # Lifts over 50 ms from 1 s on, lands over 50 ms from 1.4 s on.
+    load = 0.5 * np.interp(t, [1.0, 1.05, 1.4, 1.45], [1.0, 0.0, 0.0, 1.0])
+    still = np.zeros_like(t)
+    start = TouchState(0.0, 0.02, 0.5)
+    seen = track(start, 0.02 * t, load, still, still, touch_coefficients(QUIET, DT))
+    valid = seen[:, 3] == 1.0
+    cells = QUIET.load
+    assert np.all(valid[load == 0.5] | (t[load == 0.5] > 1.4))
+    # The running mean has hardly moved while the load fell to its share.
+    left = t[np.flatnonzero(~valid)[0]]
+    assert left == pytest.approx(1.0 + 0.05 * (1 - cells.touch_share), abs=2e-3)
+    back = t[np.flatnonzero(~valid)[-1]]
+    waited = back - (1.4 + 0.05 * cells.touch_share)
+    assert waited >= 1e-3 * cells.developed_mm / 0.02 - 2e-3
+    assert np.all(valid[t > back])
+
+
 def test_a_finger_at_rest_is_not_sliding():
     state = TouchState(0.0, 0.0)
     for _ in range(100):
@@ -106,7 +125,7 @@ def test_lanes_have_the_bits_of_a_single_step(lanes):
     coefficients = touch_coefficients(Touch(), DT)
     together = touch_lanes(*np.array(lanes).T.copy(), coefficients)
     for row, (tracked, speed, position, load, z) in zip(together, lanes, strict=True):
-        state, seen = touch_step((tracked, speed), position, load, z, -z, coefficients)
+        state, seen = touch_step((tracked, speed, 0.4, 1e-3), position, load, z, -z, coefficients)
         assert tuple(row) == (*state, *seen)
 
 

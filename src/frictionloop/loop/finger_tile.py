@@ -8,7 +8,7 @@ from frictionloop.loop.motion_tile import FACTOR, OCCLUDED, SPEED
 from frictionloop.loop.slab import ROW, load, peek, poke, rows, store
 from frictionloop.loop.tiles import Lifting
 from frictionloop.physics.contact import ContactCoefficients, ContactState
-from frictionloop.physics.friction_limit import vibrated_step
+from frictionloop.physics.friction_limit import static_step, vibrated_step
 from frictionloop.physics.plate import limit_step, lowpass_step
 from frictionloop.quantities.arithmetic import fma, step
 
@@ -31,6 +31,7 @@ def build_finger(lifting: Lifting, law: Any) -> Any:
     now, after, limit_row, loss = ROW["motion"], ROW["motion_next"], ROW["limit_n"], ROW["moist_loss"]
     decay, amplitude, applied, switch = ROW["amplitude_decay"], ROW["amplitude"], ROW["applied"], ROW["switch"]
     per_halving, ceiling = ROW["halving_amplitude"] + 1, ROW["max_amplitude"]
+    static_rows = rows("static")
     state_rows, force, given_rows = rows("contact"), ROW["contact_force"], rows("contact_coefficients")
 
     @compiled
@@ -52,8 +53,11 @@ def build_finger(lifting: Lifting, law: Any) -> Any:
             left = vibrated_step(y, occluded, peek(s, loss * width + i))
             limit = peek(s, limit_row * width + i) * between(s, i, FACTOR, fraction) * left
             speed = between(s, i, SPEED, fraction)
+            before = ContactState(*load(s, i, width, state_rows))
+            static_gain, per_static_speed = load(s, i, width, static_rows)
+            limit = limit * static_step(speed - before.lag_speed_m_s, static_gain, per_static_speed)
             given = ContactCoefficients(*load(s, i, width, given_rows))
-            state, f = law(ContactState(*load(s, i, width, state_rows)), limit, speed, given)
+            state, f = law(before, limit, speed, given)
             store(s, i, width, state_rows, state)
             poke(s, force * width + i, f)
 

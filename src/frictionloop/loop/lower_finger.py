@@ -14,7 +14,7 @@ from frictionloop.loop.slab import Slab
 from frictionloop.loop.structure import substeps_of, switch_s
 from frictionloop.parameters import FingerFriction, Skin, Strokes, System
 from frictionloop.physics.contact import contact_coefficients
-from frictionloop.physics.friction_limit import limit_coefficients, occlusion_coefficients
+from frictionloop.physics.friction_limit import limit_coefficients, occlusion_coefficients, static_coefficients
 from frictionloop.physics.motion import load_plan, stroke_plan
 from frictionloop.physics.roughness import cells_per_m, roughness_table
 from frictionloop.physics.tremor import tremor_coefficients, tremor_start
@@ -91,6 +91,7 @@ def _lower_motion(slab: Slab, systems: Sequence[System], keys: np.ndarray, dt: f
     )
     _fill(slab, "limit_coefficients", [limit_coefficients(f) for f in frictions])
     _fill(slab, "occlusion_coefficients", [occlusion_coefficients(f, dt) for f in frictions])
+    _fill(slab, "static", [static_coefficients(f) for f in frictions])
     _fill(slab, "moist_loss", [(f.moist_loss,) for f in frictions])
     _fill(slab, "roughness_per_m", [(cells_per_m(f.roughness_longest_mm),) for f in frictions])
     _fill(slab, "touch_coefficients", [touch_coefficients(s.touch, dt) for s in systems])

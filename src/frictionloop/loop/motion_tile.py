@@ -11,7 +11,7 @@ from frictionloop.physics.motion import LoadPlan, StrokePlan, load_step, stroke_
 from frictionloop.physics.roughness import roughness_between, roughness_cells
 from frictionloop.physics.tremor import TremorCoefficients, TremorState, tremor_step
 from frictionloop.quantities.arithmetic import fma
-from frictionloop.sensing.touch import TouchCoefficients, TouchState, touch_step
+from frictionloop.sensing.touch import DEVELOPED_M, TouchCoefficients, TouchState, touch_step
 
 POSITION, SPEED, LOAD, FACTOR, OCCLUDED, DIRECTION, PLACE = range(7)
 """Rows of ``motion`` and ``motion_next``."""
@@ -92,7 +92,10 @@ def build_motion(lifting: Lifting) -> tuple[Any, Any, Any, Any]:
         # The tracker of the position sensor has settled, too.
         for i in range(count(n)):
             poke(s, tracked * width + i, peek(s, (after + POSITION) * width + i))
+            pressed = peek(s, (after + LOAD) * width + i)
             poke(s, (tracked + 1) * width + i, peek(s, (after + SPEED) * width + i))
+            poke(s, (tracked + 2) * width + i, pressed)
+            poke(s, (tracked + 3) * width + i, DEVELOPED_M if pressed > 0.0 else 0.0)
         scan(s, n, table)
         limit(s, n, True)
 

@@ -62,10 +62,11 @@ _ROWS: tuple[tuple[str, int], ...] = (
     ("tremor_coefficients", 12),
     ("limit_coefficients", 6),
     ("occlusion_coefficients", 2),
+    ("static", 2),  # static ratio less 1, and the inverse of its speed
     ("moist_loss", 1),
     ("roughness_per_m", 1),
-    ("touch", 2),
-    ("touch_coefficients", 7),
+    ("touch", 4),
+    ("touch_coefficients", 10),
     ("draws", 4),  # unit normals of both tremors, of position and load
     ("limit_n", 1),  # f0
     ("scored", 1),  # 1 where a period counts

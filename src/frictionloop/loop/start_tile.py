@@ -10,7 +10,7 @@ from frictionloop.loop.slab import ROW, load, peek, poke, rows
 from frictionloop.loop.tiles import Lifting
 from frictionloop.physics.contact import ContactCoefficients, ContactState
 from frictionloop.physics.contact_bristle import lugre_force_step
-from frictionloop.physics.friction_limit import vibrated_step
+from frictionloop.physics.friction_limit import static_step, vibrated_step
 from frictionloop.physics.motion import StrokePlan
 from frictionloop.quantities.arithmetic import fma
 
@@ -26,6 +26,7 @@ def build_start(lifting: Lifting) -> tuple[Any, Any]:
     springs, disturbance, friction_row = ROW["suspension"], ROW["disturbance"], ROW["friction"]
     floor, nominal, ceiling = ROW["floor"], ROW["nominal"], ROW["max_amplitude"]
     per_halving, loss, amplitude = ROW["halving_amplitude"] + 1, ROW["moist_loss"], ROW["amplitude"]
+    static_rows = rows("static")
     contact_rows, given_rows, vibrated = rows("contact"), rows("contact_coefficients"), ROW["vibrated_limit"]
     full_speed = ROW["stroke_plan"] + StrokePlan._fields.index("speed_m_s")
     rigid, lugre, slider = LAWS.index("rigid"), LAWS.index("lugre"), LAWS.index("slider")
@@ -55,7 +56,9 @@ def build_start(lifting: Lifting) -> tuple[Any, Any]:
             poke(s, nominal * width + i, top)
             poke(s, floor * width + i, top * vibrated_step(peek(s, ceiling * width + i) * scale, occluded, moist))
             y = peek(s, amplitude * width + i) * scale
-            poke(s, vibrated * width + i, top * vibrated_step(y, occluded, moist))
+            slip = peek(s, (now + SPEED) * width + i) - peek(s, contact_rows[1] * width + i)
+            gain, per_speed = load(s, i, width, static_rows)
+            poke(s, vibrated * width + i, top * vibrated_step(y, occluded, moist) * static_step(slip, gain, per_speed))
         if law == rigid:
             for i in range(count(n)):
                 limit = peek(s, vibrated * width + i)

@@ -140,6 +140,12 @@ class Stepper:
             raise FrictionloopError('motion: nobody moves on this plant; leave it out, or take motion.kind "strokes"')
         if not all(is_finite(value) for value in motion) or motion[2] < 0:
             raise FrictionloopError(f"motion = {motion!r}: must be finite, with load_n at least 0")
+        fastest = 1e-3 * self.system.touch.position.fastest_mm_s
+        if abs(motion[1]) > fastest:
+            raise FrictionloopError(
+                f"motion.speed_m_s = {motion[1]:g} m/s: the position sensor follows up to {fastest:g} m/s "
+                "(touch.position.fastest_mm_s)"
+            )
         position, speed, load = motion
         rows = self._tile.slab.view("motion_next")
         direction = 1.0 if speed >= 0 else -1.0

@@ -27,6 +27,13 @@ class FingerFriction(FrictionLaw):
     """Speed v0 at which the limit is ``nominal_n`` (paper, Sec. 4.2)."""
     slow_mm_s: Positive = 1.0
     """Speed below which the limit no longer depends on it (assumed)."""
+    static_ratio: Annotated[Number, Field(ge=1, le=5)] = 1.0
+    """Limit of a tip that sticks over that of one that slides; 1 is none, above it slow fingers stick and slip.
+
+    1.4 on one measured finger (docs/finger-validation), 1.5 in physics models of fingers; none is assumed.
+    """
+    static_mm_s: Positive = 2.0
+    """Slip speed over which the static share fades, as e^-(v/vs)^2 (assumed)."""
     occlusion_ratio: Annotated[Number, Field(gt=0, le=20)] = 2.0
     """Limit after long contact over that just after landing; 1 is none (1 to 10: Adams 2013; 2 is assumed)."""
     occlusion_s: Positive = 20.0

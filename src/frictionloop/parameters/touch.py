@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from frictionloop.parameters.block import Block, NotNegative, Positive
+from typing import Annotated
+
+from pydantic import Field
+
+from frictionloop.parameters.block import Block, NotNegative, Number, Positive
 
 
 class PositionSensor(Block):
@@ -29,8 +33,14 @@ class LoadCells(Block):
     """Height of the touched face above the cells, through which friction tilts the plate (assumed: its thickness)."""
     touch_n: Positive = 0.02
     """Least measured load that counts as touch (assumed: ten standard deviations of its noise)."""
+    touch_share: Annotated[Number, Field(ge=0, lt=1)] = 0.7
+    """Least share of the load's running mean that counts as touch: a finger that lifts is let go early (assumed)."""
+    mean_s: Positive = 0.5
+    """Time constant of that mean, which waits while the finger is lifted (assumed)."""
     least_speed_mm_s: NotNegative = 2.0
     """Least measured speed that counts as sliding (assumed)."""
+    developed_mm: NotNegative = 0.5
+    """Way since landing before a reading is valid: the skin stretches by F/k, and the load still rises (assumed)."""
 
 
 class Touch(Block):

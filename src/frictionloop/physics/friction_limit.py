@@ -61,6 +61,13 @@ def limit_step(
 
 
 @step
+def static_step(slip_m_s: float, static_gain: float, per_static_speed: float) -> float:
+    """1 + (r - 1) e^-(v/vs)^2: factor on the limit of a tip that slips at v (Stribeck; r is the static ratio)."""
+    y = slip_m_s * per_static_speed
+    return fma(static_gain, exp2(-min(y * y, 1000.0)), 1.0)
+
+
+@step
 def vibrated_step(y: float, occluded: float, moist_loss: float) -> float:
     """e^(-tau(t) a^2) = 2^(-y^2 (1 - l w)): what vibration leaves; moisture takes away from its effect."""
     return exp2(-y * fma(-moist_loss, occluded, 1.0), y)
@@ -77,6 +84,11 @@ def limit_coefficients(friction: FingerFriction) -> LimitCoefficients:
         half_slope=0.5 * friction.speed_slope,
         occlusion_gain=friction.occlusion_ratio - 1.0,
     )
+
+
+def static_coefficients(friction: FingerFriction) -> tuple[float, float]:
+    """Return r - 1 and sqrt(log2 e)/vs in s/m, the coefficients of `static_step`."""
+    return friction.static_ratio - 1.0, math.sqrt(math.log2(math.e)) / (1e-3 * friction.static_mm_s)
 
 
 def occlusion_coefficients(friction: FingerFriction, dt: float) -> OcclusionCoefficients:

@@ -10,15 +10,19 @@ from frictionloop.parameters.touch import PositionSensor, Touch
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.arithmetic import fma, step
 
+DEVELOPED_M = 1.0
+"""A way after which friction has developed whatever the finger: where a finger that has landed before t = 0 starts."""
 POSITION_STREAM, LOAD_STREAM = 22, 23
 """Streams of the counter-based noise of the position sensor and of the measured load."""
 
 
 class TouchState(NamedTuple):
-    """Tracked position in m and speed in m/s."""
+    """Tracked position in m and speed in m/s, running mean of the load in N, way in m since landing."""
 
     position: float
     speed: float
+    mean_load: float = 0.0
+    way: float = DEVELOPED_M
 
 
 class TouchCoefficients(NamedTuple):
@@ -32,6 +36,9 @@ class TouchCoefficients(NamedTuple):
     position_gain: float
     speed_gain: float
     """Gain of the tracker's speed, over dt, in 1/s."""
+    touch_share: float
+    mean_gain: float
+    developed_m: float
 
 
 @step
@@ -42,18 +49,23 @@ def touch_step(  # type: ignore[no-untyped-def]
 
     The measured load is the sum of four cells, each with noise of its own: N + 2 sigma z. The tracker predicts x + v dt
     and corrects both by its error e: x += alpha e, v += beta e/dt. Without touch it waits at the last sample.
+
+    A reading is valid while the finger slides under most of its usual load, and once it has gone so far since landing
+    that its skin is stretched: before, force below the set-point is no error to act on.
     """
-    tracked, speed = state
-    position_noise, load_noise, touch_n, least_speed, dt, position_gain, speed_gain = coefficients
+    tracked, speed, mean, way = state
+    noise_m, load_noise, touch_n, least_speed, dt, position_gain, speed_gain, share, gain, developed = coefficients
     load = fma(load_noise, z_load, load_n)
-    position = fma(position_noise, z_position, position_m)
+    position = fma(noise_m, z_position, position_m)
     predicted = fma(speed, dt, tracked)
     error = position - predicted
-    touches = load >= touch_n
+    touches = load >= max(touch_n, share * mean)
+    mean = fma(gain, load - mean, mean) if touches else mean
     tracked = fma(position_gain, error, predicted) if touches else position
     speed = fma(speed_gain, error, speed) if touches else 0.0
-    valid = 1.0 if touches & (abs(speed) >= least_speed) else 0.0
-    return TouchState(tracked, speed), (position, speed, load, valid)
+    way = fma(abs(speed), dt, way) if touches else 0.0
+    slides = touches & (abs(speed) >= least_speed) & (way >= developed)
+    return TouchState(tracked, speed, mean, way), (position, speed, load, 1.0 if slides else 0.0)
 
 
 def touch_coefficients(touch: Touch, dt: float) -> TouchCoefficients:
@@ -67,6 +79,9 @@ def touch_coefficients(touch: Touch, dt: float) -> TouchCoefficients:
         dt=dt,
         position_gain=1.0 - pole * pole,
         speed_gain=(1.0 - pole) ** 2 / dt,
+        touch_share=touch.load.touch_share,
+        mean_gain=-math.expm1(-dt / touch.load.mean_s),
+        developed_m=1e-3 * touch.load.developed_mm,
     )
 
 
