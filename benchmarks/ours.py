@@ -99,6 +99,20 @@ def population(fingers: int, threads: int, duration_s: float = 10.0) -> Array:
     return swept["r2_identity"].values.ravel()
 
 
+def stepped(fingers: int, threads: int, duration_s: float) -> Array:
+    """A population on the bench that follows steps every 0.5 s, scored as touch has it and by its step times."""
+    import frictionloop as fl
+
+    times_s = np.arange(0.0, duration_s, 0.5)
+    levels_n = np.where(np.arange(times_s.size) % 2, 0.7, 0.5)
+    steps = fl.Steps(times_s=tuple(times_s.tolist()), levels_n=tuple(levels_n.tolist()))
+    system = fl.bench().evolve(fl.RETUNED | {"setpoint": steps})
+    times = ("rise_63_s", "rise_10_90_s", "fall_63_s", "fall_10_90_s")
+    metrics = ("r2_identity", "rms_error", "perceptual_index", *times)
+    swept = fl.sweep(system, fl.fingers(fingers, 1), duration_s=duration_s, metrics=metrics, n_jobs=threads)
+    return swept["rise_63_s"].values.ravel()
+
+
 def commands() -> dict[str, list[str]]:
     """Command lines whose whole process is timed."""
     program = str(Path(sys.executable).with_name("frictionloop"))

@@ -58,6 +58,29 @@ def test_no_clipping_and_clipping_at_rest(swing, expected):
     assert clips_from_n(SensorDesign().evolve({"amplifier.swing_v": swing})) == expected
 
 
+def test_a_sensor_that_clips_has_no_range_and_no_block():
+    found = analyse_sensor(SensorDesign().evolve({"amplifier.swing_v": 8.4}))
+    assert found.clips
+    assert (found.dynamic_range_db, found.suspended, found.omitted) == (None, None, None)
+    assert not analyse_sensor(SensorDesign()).clips
+
+
+@pytest.mark.parametrize("form", ["subtraction", "ratio"])
+def test_the_block_and_what_it_leaves_out_are_all_noise(form):
+    """In power: electronics of the block, its converter, what is left out."""
+    found = analyse_sensor(SensorDesign().evolve({"readout.form": form}))
+    left, design = found.omitted, found.design
+    white = sum(term.rms_n**2 for term in found.at_rest.terms if term.white)
+    step = 2 * design.adc.range_n / 2**design.adc.bits
+    assert white + step**2 / 12 + left.rest_rms_n**2 == pytest.approx(found.at_rest.rms_n**2, rel=1e-12)
+    assert sorted(left.at_rest_n) == ["base vibration", "thermomechanical", "tilt"]
+    # Tilt by hand, m g theta; the load adds to the electronics only.
+    assert left.at_rest_n["tilt"] == pytest.approx(0.4 * 9.80665 * 1e-6, rel=1e-12)
+    assert left.force_n == design.load.range_n
+    added = found.at_range.rms_n**2 - found.at_rest.rms_n**2
+    assert left.under_load_n**2 == pytest.approx(max(added, 0.0), rel=1e-6, abs=1e-14)
+
+
 @given(st.floats(8.2, 8.7))
 def test_clipping_starts_where_the_amplitude_reaches_the_swing(swing):
     design = SensorDesign().evolve({"amplifier.swing_v": swing})

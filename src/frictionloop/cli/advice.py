@@ -12,30 +12,45 @@ from frictionloop.quantities import FrictionloopError
 if TYPE_CHECKING:
     import xarray as xr
 
+    from frictionloop.parameters import System
 
 CLAMPED, MISSING = 0.05, 0.1
 """A run is looked at if more commands than this are clamped, or R2 is further than this below its bound (chosen).
 
 A bound that is itself this far below 1 explains clamped commands.
 """
+SIGNS = ("saturation_index", "r2_identity")
+"""Metrics in which ringing shows."""
 CLOSE = 4.0
 """Ms above which a loop is said to be near ringing: less than 0.25 from -1, a phase margin below 15 degrees."""
 HELD_PEAK = 2.0
 """Ms of the gains that are named instead, dry and moist: a phase margin of at least 29 degrees."""
+FAR = 0.5
+"""A population is looked at if its median R2 is further than this below its bound (chosen), as not all reach it."""
 LOWEST_HZ = 5.0
 """Ringing is looked for above the tracking of a set-point (chosen)."""
+
+
+class Band(NamedTuple):
+    """The operating points that were looked at: the levels of the set-point, and states of the finger."""
+
+    low_n: float
+    high_n: float
+    dry_and_moist: bool
 
 
 class Ringing(NamedTuple):
     """A loop that rings or nearly does."""
 
     stable: bool
-    frequency_hz: float
-    """Where the error has most power."""
+    frequency_hz: float | None
+    """Where the error of a run has most power; None without a run: only clamping settles it."""
     kp: float
     ki: float
     held: dict[str, float]
     """Gains that hold, as overrides; empty if none were found."""
+    band: Band
+    """Where they hold."""
 
 
 def ringing(run: xr.Dataset, mask: np.ndarray, metrics: dict[str, float]) -> Ringing | None:
@@ -46,10 +61,26 @@ def ringing(run: xr.Dataset, mask: np.ndarray, metrics: dict[str, float]) -> Rin
     calm = quiet and bound - metrics["r2_identity"] <= MISSING
     if calm or not mask.any():
         return None
-    from frictionloop.design import operating_band, retune
     from frictionloop.loop.record import system_of
 
-    system = system_of(run)
+    found = of_system(system_of(run))
+    return None if found is None else found._replace(frequency_hz=_loudest_hz(run, mask))
+
+
+def of_population(system: System, median_r2: float, duration_s: float) -> Ringing | None:
+    """Return what the linear analysis says of the system of a population that follows badly, None if it holds."""
+    if not median_r2 < 1.0 - FAR:  # also NaN; no bound is above 1
+        return None
+    from frictionloop.loop.sweep import sweep
+
+    bound = sweep(system, [{}], duration_s, metrics=["r2_bound"], n_jobs=1, progress=False)["r2_bound"].values.item()
+    return of_system(system) if bound - median_r2 > FAR else None
+
+
+def of_system(system: System) -> Ringing | None:
+    """Return what the linear analysis says of a system, dry and moist; None if it neither rings nor nearly does."""
+    from frictionloop.design import operating_band, retune
+
     try:
         points = operating_band(system, occluded=(0.0, 1.0))
         margins = [point.margins() for point in points]
@@ -62,7 +93,9 @@ def ringing(run: xr.Dataset, mask: np.ndarray, metrics: dict[str, float]) -> Rin
         held = {path: _three_digits(gain) for path, gain in retune(points, HELD_PEAK).overrides.items()}
     except FrictionloopError:
         held = {}
-    return Ringing(stable, _loudest_hz(run, mask), system.controller.kp, system.controller.ki, held)
+    forces_n = [point.elements.force_n for point in points]
+    band = Band(min(forces_n), max(forces_n), len({point.elements.occluded for point in points}) > 1)
+    return Ringing(stable, None, system.controller.kp, system.controller.ki, held, band)
 
 
 def _loudest_hz(run: xr.Dataset, mask: np.ndarray) -> float:
@@ -78,12 +111,19 @@ def lines(found: Ringing, metrics: dict[str, float]) -> list[str]:
     clamped, gains = metrics["saturation_index"], f"kp = {found.kp:.3g}, ki = {found.ki:.4g}"
     signs = [f"{clamped:.0%} of the commands are clamped"] if clamped > CLAMPED else []
     signs += ["the force does not follow"] if metrics["r2_identity"] < 0 else []
-    what = f"near {found.frequency_hz:.3g} Hz" + (f": {', '.join(signs)}." if signs else ".")
-    said = [f"This loop is close to ringing, {what}" if found.stable else f"This loop rings {what}"]
+    near = "" if found.frequency_hz is None else f"{',' if found.stable else ''} near {found.frequency_hz:.3g} Hz"
+    what = f"This loop {'is close to ringing' if found.stable else 'rings'}{near}"
+    said = [what + (f": {', '.join(signs)}." if signs else ".")]
     said.append(f"{gains}: {'nearly ' if found.stable else ''}too much for this sensor, plate and delay.")
     if found.held:
         said.append(f"Gains that hold: {' '.join(f'--{path} {gain:g}' for path, gain in found.held.items())}")
+        said.append(f"They hold {_where(found.band)}.")
     return said
+
+
+def _where(band: Band) -> str:
+    levels = f"{band.low_n:.3g}" + (f" to {band.high_n:.3g}" if band.high_n > band.low_n else "")
+    return f"{'dry and moist, ' if band.dry_and_moist else ''}at the set-point's levels ({levels} N)"
 
 
 def _three_digits(gain: float) -> float:
@@ -96,4 +136,4 @@ def _three_digits(gain: float) -> float:
 
 def as_json(found: Ringing | None) -> dict[str, Any] | None:
     """Return the same for a program."""
-    return None if found is None else found._asdict()
+    return None if found is None else found._asdict() | {"band": found.band._asdict()}

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from pydantic import BaseModel
 
-from frictionloop.cli import describe, screen
+from frictionloop.cli import advice, describe, screen
 from frictionloop.cli.derived import finger_values
 from frictionloop.cli.flags import overrides_of
 from frictionloop.cli.outcome import Outcome, loss_of, shown
@@ -75,11 +75,14 @@ class Population(Outcome):
     def __init__(self, result: xr.Dataset, elapsed_s: float, complete: bool, system: System, people: Fingers) -> None:
         super().__init__(result, elapsed_s, complete)
         # Sweeps keep what they were given; the duration is that of each run.
-        band, self.reach = reach_of(system, people, float(result.attrs["duration_s"]))
+        duration_s = float(result.attrs["duration_s"])
+        band, self.reach = reach_of(system, people, duration_s)
         more: dict[str, Any] = {name: band[name] for name in ("lowest_n", "highest_n")}
         if self.reach is not None:
             more["capable"] = ("finger", self.reach.low & self.reach.high)
         self.result = result.assign_coords(more)
+        self._median = {name: self.spread(name)["median"] if name in result else math.nan for name in advice.SIGNS}
+        self.rings = advice.of_population(system, self._median["r2_identity"], duration_s) if complete else None
 
     def spread(self, metric: str, some: np.ndarray | None = None) -> dict[str, float]:
         """Return median and worst decile over fingers (of ``some``), each by its mean over seeds, and their number."""
@@ -118,6 +121,7 @@ class Population(Outcome):
             "",
             *self._reach_lines(total),
             "",
+            *([*advice.lines(self.rings, self._median), ""] if self.rings else []),
             self.work(of, duration_s),
         ]
 
@@ -141,6 +145,7 @@ class Population(Outcome):
         found["lowest_n"], found["highest_n"] = self.result["lowest_n"].values, self.result["highest_n"].values
         found["asked_n"] = None if self.reach is None else [self.reach.low_n, self.reach.high_n]
         found["capable"] = able
+        found["ringing"] = advice.as_json(self.rings)
         if able is not None:
             found["population_capable"] = {name: self.spread(name, able) for name in names}
         return found

@@ -62,19 +62,22 @@ def _option_row(option: Option, chosen: bool) -> Row:
 
 
 def as_json(found: SensorAnalysis, proposal: SensorProposal | None) -> dict[str, Any]:
-    """Return everything as plain values, forces in N, densities in N/rtHz."""
+    """Return everything as plain values, forces in N, densities in N/rtHz; null what a sensor that clips has not."""
     result: dict[str, Any] = {
         "design": found.design.model_dump(),
         "stiffness": found.stiffness._asdict(),
         "capacitance_f": found.capacitance_f._asdict(),
+        "clips": found.clips,
         "sensor": found.suspended,
-        "block_error": found.block_error._asdict(),
+        "not_in_sensor": None if found.omitted is None else found.omitted._asdict(),
+        "block_error": None if found.clips else found.block_error._asdict(),
         "dynamic_range_db": found.dynamic_range_db,
     }
     names = (
         "resonance_hz travel_um stress_mpa amplitude_v peak_v clips_from_n nonlinearity side_density_pm_rthz delay_s"
     )
     result |= {name: getattr(found, name) for name in names.split()}
+    result |= {"nonlinearity": None} if found.clips else {}
     for name, budget in (("noise_at_rest", found.at_rest), ("noise_at_range", found.at_range)):
         result[name] = {
             "force_n": budget.force_n,

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from frictionloop.cli import screen
+from frictionloop.cli import screen, sensor_block
 from frictionloop.design.sensor import BLOCK_TO_HZ, SensorAnalysis
 from frictionloop.sensing.noise_budget import PAPER_FLOOR_N, Budget
 
 Row = tuple[str, ...]
+WITHHELD = "no range, no verdict and no [sensor] block: an amplifier clips within the range (signal, above)"
 
 
 def analysis_text(found: SensorAnalysis) -> list[Any]:
@@ -21,13 +22,10 @@ def analysis_text(found: SensorAnalysis) -> list[Any]:
         screen.columns([("electronics", ""), *_electronics(found)]),
         "",
         screen.table(_budget_rows(found)),
-        "* largest at rest",
-        *_advice(found.at_rest, found.at_range),
+        "* largest at rest" + (", all as if nothing clipped" if found.clips else ""),
+        *([] if found.clips else _advice(found.at_rest, found.at_range)),
         "",
-        screen.columns(_comparison(found)),
-        "",
-        "the sensor in the loop, as a block of a system's TOML file:",
-        block_toml(found),
+        *([WITHHELD] if found.clips else [screen.columns(_comparison(found)), "", *sensor_block.block_text(found)]),
     ]
 
 
@@ -60,17 +58,21 @@ def _electronics(found: SensorAnalysis) -> list[Row]:
     straight = (
         f"reads {100 * found.nonlinearity:.2g} % high at {range_n:g} N" if found.nonlinearity > 1e-6 else "straight"
     )
+    delay = f"{delay_us:.1f} us of the band-pass"
+    if found.clips:
+        straight = "falls behind the force where an amplifier clips"
+    else:
+        delay += (
+            f": add it to controller.delay_s, and the block below is within {100 * missed.gain:.1g} % and "
+            f"{missed.phase_deg:.1g} deg to {BLOCK_TO_HZ:g} Hz"
+        )
     return [
         ("  electrodes", f"{electrodes.area_mm2:.4g} mm2, gap {electrodes.gap_um:.4g} um"),
         ("  capacitance", f"{sum(found.capacitance_f) / 2 * 1e12:.3g} pF per side"),
         ("  excitation", f"{design.excitation.amplitude_v:.3g} V at {design.excitation.frequency_hz * 1e-3:g} kHz"),
         ("  signal", f"{found.amplitude_v:.3g} V per side at rest, {peak}"),
         ("  readout", f"{form}: {straight}"),
-        (
-            "  delay",
-            f"{delay_us:.1f} us of the band-pass: add it to controller.delay_s, and the block below is within "
-            f"{100 * missed.gain:.1g} % and {missed.phase_deg:.1g} deg to {BLOCK_TO_HZ:g} Hz",
-        ),
+        ("  delay", delay),
     ]
 
 
@@ -109,15 +111,3 @@ def _comparison(found: SensorAnalysis) -> list[Row]:
             f"{own_n / stiffness * 1e12:.3g} pm rms; 5e-5 N are {floor_pm:.3g} pm on these springs",
         ),
     ]
-
-
-def block_toml(found: SensorAnalysis) -> str:
-    """Return the loop's ``sensor`` block as TOML."""
-    lines = ["[sensor]"]
-    for name, value in found.suspended.items():
-        lines.append(f'{name} = "{value}"' if isinstance(value, str) else f"{name} = {_digits(value)}")
-    return "\n".join(lines)
-
-
-def _digits(value: float) -> str:
-    return str(value) if isinstance(value, int) else repr(float(f"{value:.6g}"))

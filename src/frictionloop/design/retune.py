@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -32,7 +32,7 @@ class Retuned:
     """Proportional gain, N/N."""
     ki: float
     """Integral gain, 1/s."""
-    loops: tuple[LinearLoop, ...]
+    loops: tuple[LinearLoop, ...] = field(repr=False)
     """One per operating point."""
     margins: tuple[Margins, ...]
     """Their margins, in the same order."""

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
+from frictionloop.design.sensor_block import Omitted, omitted
 from frictionloop.parameters.sensor_design import SensorDesign
 from frictionloop.sensing import baseband, front_end, noise_budget, springs
 from frictionloop.sensing.electrodes import Sides, capacitance_f, check_geometry
@@ -59,14 +60,24 @@ class SensorAnalysis:
     """What else the loop's block lacks."""
 
     @property
-    def dynamic_range_db(self) -> float:
-        """Range over noise at rest, 20 log10."""
-        return 20 * math.log10(self.design.load.range_n / self.at_rest.rms_n)
+    def clips(self) -> bool:
+        """Whether an amplifier clips within the range: then the sensor has no range and no block in the loop."""
+        return self.clips_from_n is not None
 
     @property
-    def suspended(self) -> dict[str, Any]:
-        """Values of the ``sensor`` block of kind "suspended" that stands for this design in the loop."""
-        return suspended_values(self.design)
+    def dynamic_range_db(self) -> float | None:
+        """Range over noise at rest, 20 log10; None if it clips."""
+        return None if self.clips else 20 * math.log10(self.design.load.range_n / self.at_rest.rms_n)
+
+    @property
+    def suspended(self) -> dict[str, Any] | None:
+        """Values of the ``sensor`` block of kind "suspended" that stands for it in the loop; None if it clips."""
+        return None if self.clips else suspended_values(self.design)
+
+    @property
+    def omitted(self) -> Omitted | None:
+        """Noise that this block leaves out; None if it clips."""
+        return None if self.clips else omitted(self.at_rest, self.at_range)
 
 
 def suspended_values(design: SensorDesign) -> dict[str, Any]:

@@ -149,10 +149,18 @@ def test_the_printed_gains_ring_and_it_is_said(frictionloop):
     assert "This loop rings near 14" in answer.out  # the resonance at 145 Hz, pulled down by the delay
     assert "of the commands are clamped, the force does not follow." in answer.out
     assert "kp = 10, ki = 2: too much for this sensor, plate and delay." in answer.out
+    assert "\nThey hold dry and moist, at the set-point's levels (0.5 to 0.7 N).\n" in answer.out
     gains = re.search(r"^Gains that hold: (.*)$", answer.out, re.MULTILINE)[1]
     held = frictionloop(*SHORT, *gains.split())
     assert "This loop" not in held.out
     assert float(re.search(r"r2_identity +(\S+)", held.out)[1]) > 0.5
+
+
+def test_retuned_gains_print_without_the_loops():
+    said = repr(fl.retune(fl.bench()))
+    assert said.startswith("Retuned(kp=0.0")
+    assert "ki=" in said and "sensitivity_peak=" in said
+    assert "System" not in said and "loops" not in said
 
 
 def test_ringing_as_json(frictionloop):
@@ -160,6 +168,7 @@ def test_ringing_as_json(frictionloop):
     assert not found["stable"]
     assert 130 < found["frequency_hz"] < 150
     assert (found["kp"], found["ki"]) == (10, 2)
+    assert found["band"] == {"low_n": pytest.approx(0.5), "high_n": pytest.approx(0.7), "dry_and_moist": True}
     system = fl.bench().evolve(found["held"])
     assert fl.linearise(system).margins().stable
 

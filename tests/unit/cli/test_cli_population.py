@@ -82,6 +82,40 @@ def test_one_finger_and_several_seeds(frictionloop):
     assert found["population"]["rms_error"]["median"] == pytest.approx(np.mean(found["metrics"]["rms_error"]))
 
 
+def test_a_population_of_a_loop_that_rings_is_told(frictionloop, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "100")
+    words = ("sweep", "--preset", "bench", "--duration-s", "1", "--fingers", N)
+    answer = frictionloop(*words)
+    assert (answer.code, answer.err) == (0, "")
+    assert re.search(
+        r"^This loop rings: \d+% of the commands are clamped, the force does not", answer.out, re.MULTILINE
+    )
+    assert "\nkp = 10, ki = 2: too much for this sensor, plate and delay.\n" in answer.out
+    assert "\nThey hold dry and moist, at the set-point's levels (0.5 to 0.7 N).\n" in answer.out
+    gains = re.search(r"^Gains that hold: (.*)$", answer.out, re.MULTILINE)[1].split()
+    assert "Gains that hold" not in frictionloop(*words, *gains).out
+    found = frictionloop(*words, "--json").json()["ringing"]
+    assert (found["stable"], found["frequency_hz"]) == (False, None)
+    assert fl.linearise(fl.bench().evolve(found["held"])).margins().stable
+    assert max(len(line.rstrip()) for line in answer.out.splitlines()) <= 100
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        [word for path, gain in fl.RETUNED.items() for word in (f"--{path}", gain)],
+        ("--metrics", "rms_error"),
+        ("--plate.max_amplitude_um", "0.01"),
+    ],
+    ids=["gains that hold", "R2 not asked for", "out of reach"],
+)
+def test_nothing_is_said_of_ringing_otherwise(frictionloop, words):
+    """Nearly without vibration no controller does better: the bound is as low as the median."""
+    tokens = ("sweep", "--preset", "bench", "--duration-s", "1", "--fingers", N, *words)
+    assert frictionloop(*tokens, "--json").json()["ringing"] is None
+    assert "This loop" not in frictionloop(*tokens).out
+
+
 def population(setpoint, duration_s=0.01, **more):
     system = fl.bench().evolve({"setpoint": setpoint, **more})
     people = fl.fingers(4, 0)

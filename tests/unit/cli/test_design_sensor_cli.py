@@ -32,13 +32,18 @@ def test_help_has_examples_that_fit(frictionloop, monkeypatch, columns):
 
 
 @pytest.mark.parametrize(
-    "more", [(), ("--resonance-hz", "145", "--noise-rms-n", "5e-5"), ("--amplifier.swing_v", "8.4")]
+    ("more", "last"),
+    [
+        ((), "paper's 0.5 pm"),
+        (("--resonance-hz", "145", "--noise-rms-n", "5e-5"), "paper's 0.5 pm"),
+        (("--amplifier.swing_v", "8.4"), "no range, no verdict"),
+    ],
 )
-def test_the_answer_fits_a_hundred_columns(frictionloop, more):
+def test_the_answer_fits_a_hundred_columns(frictionloop, more, last):
     answer = frictionloop(*SENSOR, *more)
     assert (answer.code, answer.err) == (0, "")
     assert max(len(line.rstrip()) for line in answer.out.splitlines()) <= 100
-    for said in ("resonance", "stress", "base vibration", "* largest at rest", "paper's 0.5 pm"):
+    for said in ("resonance", "stress", "base vibration", "* largest at rest", last):
         assert said in answer.out
 
 
@@ -92,6 +97,37 @@ def test_clipping_is_said(frictionloop):
     assert "CLIPS from 1.0" in frictionloop(*SENSOR, "--amplifier.swing_v", "8.4").out
     assert "CLIPS at rest" in frictionloop(*SENSOR, "--amplifier.swing_v", "7").out
     assert frictionloop(*SENSOR, "--amplifier.swing_v", "7", "--json").json()["clips_from_n"] == 0
+
+
+@pytest.mark.parametrize("more", [("--electrodes.gap_um", "30"), ("--amplifier.swing_v", "8.4")], ids=["rest", "load"])
+def test_a_sensor_that_clips_has_no_range_no_verdict_and_no_block(frictionloop, more):
+    answer = frictionloop(*SENSOR, *more)
+    assert (answer.code, answer.err) == (0, "")
+    for withheld in ("dB", "paper's", "[sensor]\n", "block below", "noise_density", "% high"):
+        assert withheld not in answer.out
+    assert "\nno range, no verdict and no [sensor] block: an amplifier clips within the range" in answer.out
+    found = frictionloop(*SENSOR, *more, "--json").json()
+    assert found["clips"] is True
+    withheld = ("sensor", "not_in_sensor", "block_error", "dynamic_range_db", "nonlinearity")
+    assert [found[name] for name in withheld] == [None] * 5
+    fine = frictionloop(*SENSOR, "--json").json()
+    assert fine["clips"] is False
+    assert None not in [fine[name] for name in withheld]
+
+
+def test_what_the_block_leaves_out_is_said_above_it(frictionloop):
+    found = frictionloop(*SENSOR, "--json").json()
+    out = " ".join(frictionloop(*SENSOR).out.split())
+    said = out[out.index("not in the block") : out.index("[sensor]")]
+    rest = {term["name"]: term["rms_n"] for term in found["noise_at_rest"]["terms"]}
+    for name in ("base vibration", "tilt", "thermomechanical"):
+        assert f"{name}{'*' * (name == found['noise_at_rest']['dominant'])} {rest[name]:.1e}" in said
+    assert said.count("*") == 1
+    assert "under 2.5 N also excitation amplitude 1.1e-04 N rms, the largest there." in said
+    quiet = " ".join(frictionloop(*SENSOR, "--readout.form", "ratio", "--adc.bits", "12").out.split())
+    said = quiet[quiet.index("not in the block") : quiet.index("[sensor]")]
+    assert "excitation" not in said  # common to both sides
+    assert "*" not in said  # the converter is largest, and the block has it
 
 
 @pytest.mark.parametrize(
