@@ -121,7 +121,7 @@ def test_the_first_sentence_tells_what_does_not_come_out(results, claims):
     first = text[text.index('<section id="short">') :]
     assert "comes out in part" in first[: first.index("</b>")]
     assert "no upper end" in first[: first.index("</b>")]
-    assert "end near 20 holds only for “reachable set-point”." in first
+    assert "end near 20 holds under no reading, only for “reachable set-point”." in first
 
 
 def test_every_rule_of_agreement_is_on_the_page(results, claims):

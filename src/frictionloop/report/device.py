@@ -13,7 +13,7 @@ from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import RETUNED, System
 from frictionloop.report import protocol
 
-OPEN, PRINTED, RETUNED_GAINS, IDEAL = "open loop", "printed gains", "re-tuned gains", "printed gains, ideal sensor"
+OPEN, PRINTED, RETUNED_GAINS, IDEAL = "open loop", "printed gains", "re-tuned gains", "ideal sensor"
 CONTROLLERS: dict[str, Mapping[str, Any]] = {
     # A converter of one bit reads 0 N whatever the force, and a gain of 1 then leaves the lookup table alone: u = f_r.
     OPEN: {"controller.kp": 1.0, "controller.ki": 0.0, "sensor.adc_bits": 1},
@@ -21,7 +21,7 @@ CONTROLLERS: dict[str, Mapping[str, Any]] = {
     RETUNED_GAINS: RETUNED,
     IDEAL: {"sensor.kind": "lowpass", "controller.delay_s": 0.0},
 }
-"""What commands the plate. The last is a control: the sensor of Section 2 and no computing delay."""
+"""What commands the plate. The last is a control: the printed gains, the sensor of Section 2, no computing delay."""
 CLOSED = (PRINTED, RETUNED_GAINS, IDEAL)
 KEPT = ("f_r", "f_a", "a", "saturated")
 

@@ -13,7 +13,7 @@ from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNE
 from frictionloop.report.numbers import number
 from frictionloop.report.people import the_finger
 from frictionloop.report.results import Results
-from frictionloop.report.step_response import DIRECTIONS, times_ms
+from frictionloop.report.step_response import DIRECTIONS, SHARE_10_90, times_ms
 
 SHORT = {OPEN: "open", PRINTED: "printed gains", RETUNED_GAINS: "retuned", IDEAL: "ideal"}
 """What the facts call the controllers."""
@@ -33,6 +33,7 @@ def device_facts(results: Results) -> dict[str, str]:
         "retuned kp": number(RETUNED["controller.kp"]),
         "retuned ki": number(RETUNED["controller.ki"]),
         "skin limit": f"{this_skin_limit_ms():.0f}",
+        "skin limit full": f"{this_skin_limit_ms() / SHARE_10_90:.0f}",
         "calibration missing": number(1 - rigs.weights.r2, 2),
         "calibration residual mN": number(1e3 * rigs.weights.residual_rms_n, 2),
         "rubbing friction": f"{rigs.rubbing_friction:.3f}",

@@ -33,10 +33,11 @@ def holding(claim: Claim) -> str:
     """Return for which readings a claim holds, in words that follow "holds"."""
     yes = [name for name, held in claim.holds.items() if held]
     no = [name for name, held in claim.holds.items() if not held]
+    beside = [name for name, held in claim.compared_holds.items() if held]
     if not no:
         return "under every reading"
     if not yes:
-        return "under no reading"
+        return "under no reading" + (f", only for {', '.join(f'“{name}”' for name in beside)}" if beside else "")
     names = yes if len(yes) <= len(no) else no
     quoted = ", ".join(f"“{name}”" for name in names)
     return f"only for {quoted}" if names is yes else f"except for {quoted}"

@@ -20,7 +20,7 @@ from frictionloop.report.people import bench_systems
 from frictionloop.report.results import Results
 from frictionloop.report.tolerances import RULES
 
-_SYMBOLS = ((r"\bK([pi])\b", r"<i>K</i><sub>\1</sub>"), (r"\b([fmσ])_([a-z])(?![a-z_])", r"<i>\1</i><sub>\2</sub>"))
+_SYMBOLS = ((r"\bK([pi])\b", r"<i>K</i><sub>\1</sub>"), (r"\b([fkmσ])_([a-z])(?![a-z_])", r"<i>\1</i><sub>\2</sub>"))
 
 
 def maths(text: str) -> Markup:
@@ -34,11 +34,12 @@ def maths(text: str) -> Markup:
 def accepted(claim: Claim) -> str:
     """Return the numbers a claim accepts, in words."""
     low, high = claim.accepted
+    low_text, high_text = (shown(end, claim.digits) if math.isfinite(end) else "" for end in claim.accepted)
     if low == high:
-        return shown(low)
+        return low_text
     if math.isinf(high):
-        return f"at least {shown(low)}"
-    return f"at most {shown(high)}" if math.isinf(low) else f"{shown(low)} to {shown(high)}"
+        return f"at least {low_text}"
+    return f"at most {high_text}" if math.isinf(low) else f"{low_text} to {high_text}"
 
 
 def provenance(results: Results) -> dict[str, Any]:
@@ -62,8 +63,8 @@ def render(results: Results, claims: Sequence[Claim], figures: Mapping[str, str]
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"maths": maths, "shown": shown, "accepted": accepted}
-    environment.globals |= {"with_unit": with_unit, "symbols": SYMBOLS, "rules": RULES}
+    environment.filters |= {"maths": maths, "accepted": accepted}
+    environment.globals |= {"with_unit": with_unit, "shown": shown, "symbols": SYMBOLS, "rules": RULES}
     return environment.get_template("index.html.jinja").render(
         claims=claims,
         counts={verdict: sum(claim.verdict == verdict for claim in claims) for verdict in Verdict},

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -105,7 +105,12 @@ def steady_error_n(runs: xr.Dataset) -> np.ndarray:
 
 
 def skin_limit_ms(system: System, step_n: float) -> float:
-    """Return the least time from 10 to 90 % of a rise, 0.8 dF/(k v) in ms: stuck skin pulls as fast as it moves."""
-    stiffness_n_m: float = system.finger.stiffness_n_m  # type: ignore[union-attr]
+    """Return the least time from 10 to 90 % of a rise at a steady speed, 0.8 dF/(k_s v) in ms.
+
+    Stuck skin pulls as fast as the finger moves; k_s = k s0/(k + s0) is the skin in series with the stuck contact.
+    """
+    finger: Any = system.finger
+    k, s0 = finger.stiffness_n_m, finger.bristle_stiffness_n_m
+    stiffness_n_m: float = k * s0 / (k + s0)
     speed_m_s: float = 1e-3 * system.motion.speed_mm_s  # type: ignore[union-attr]
     return 1e3 * SHARE_10_90 * step_n / (stiffness_n_m * speed_m_s)

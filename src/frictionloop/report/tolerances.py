@@ -36,6 +36,12 @@ MEASURED_R2 = (
     f"a measured R² agrees if what is not explained over what is, sqrt((1 − R²)/R²), is within a factor of "
     f"{RMS_FACTOR:g} (assumed)"
 )
+NOISE_LEVEL = (
+    f"a noise level printed with one digit agrees within a factor of {RMS_FACTOR:g}, 6 dB: less than what the base "
+    f"and the window of a spectrum make of it (assumed)"
+)
+FLOOR_ACCURACY = f"as fine as the floor: residuals at most {RMS_FACTOR:g} times the printed noise (assumed)"
+TIME_RATIO = f"a ratio of two measured times agrees within a factor of {RMS_FACTOR:g} (assumed)"
 WITHIN_SD = "a measured time agrees within the printed standard deviation"
 OVERSHOOT_RULE = f"less than {OVERSHOOT:.0%} of a step is no overshoot (assumed)"
 MOST_RULE = f"{MOST:.0%} of a population count as all of it (assumed)"
@@ -49,6 +55,9 @@ RULES = (
     f"a printed power of ten: {HALF_DECADE}",
     MEASURED,
     MEASURED_R2,
+    NOISE_LEVEL,
+    FLOOR_ACCURACY,
+    TIME_RATIO,
     WITHIN_SD,
     OVERSHOOT_RULE,
     MOST_RULE,

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any
+from typing import Any, TypeVar
 
+from frictionloop.report.device import RETUNED_GAINS
+
+T = TypeVar("T")
 Value = float | None
 """A computed number; None where what was looked for does not exist."""
 
@@ -16,11 +19,13 @@ class Verdict(StrEnum):
     """What the numbers say about a claim."""
 
     REPRODUCED = "reproduced"
-    """Every reading gives an accepted number."""
+    """Every reading of the text gives an accepted number."""
     NOT_REPRODUCED = "not reproduced"
-    """No reading does."""
+    """No reading does, nor do the re-tuned gains."""
     READING_DEPENDENT = "reading-dependent"
-    """Some do."""
+    """Some readings do."""
+    OTHER_GAINS = "only with other gains"
+    """No reading does, but the re-tuned gains do in at least one way of counting."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +45,7 @@ class Claim:
     measure: str
     """What the number is, where title and unit do not say."""
     readings: Mapping[str, Value]
-    """The computed number under each reading of the text; the working reading is first."""
+    """The computed number under each reading of the text; the working reading is first. Only these decide."""
     accepted: tuple[float, float]
     """Numbers that agree with the claim, both ends included: set by a rule, never by the result."""
     tolerance: str
@@ -48,6 +53,10 @@ class Claim:
     explanation: str
     command: str
     """A command line that prints ``ours``."""
+    compared: Mapping[str, Value] = field(default_factory=dict)
+    """The number for what the text does not say: other gains, an ideal sensor, a reachable set-point."""
+    digits: int = 3
+    """Digits of the numbers where they are shown."""
 
     @property
     def ours(self) -> Value:
@@ -57,16 +66,27 @@ class Claim:
     @property
     def holds(self) -> dict[str, bool]:
         """Whether each reading's number is accepted."""
+        return {name: self._accepts(value) for name, value in self.readings.items()}
+
+    @property
+    def compared_holds(self) -> dict[str, bool]:
+        """Whether the number of each comparison is accepted."""
+        return {name: self._accepts(value) for name, value in self.compared.items()}
+
+    def _accepts(self, value: Value) -> bool:
         low, high = self.accepted
-        return {name: value is not None and low <= value <= high for name, value in self.readings.items()}
+        return value is not None and low <= value <= high
 
     @property
     def verdict(self) -> Verdict:
-        """Reproduced if every reading holds, not reproduced if none does, else reading-dependent."""
+        """What the readings decide; comparisons only tell "not reproduced" from "only with other gains"."""
         held = self.holds.values()
         if all(held):
             return Verdict.REPRODUCED
-        return Verdict.READING_DEPENDENT if any(held) else Verdict.NOT_REPRODUCED
+        if any(held):
+            return Verdict.READING_DEPENDENT
+        retuned = having(self.compared_holds, [RETUNED_GAINS])
+        return Verdict.OTHER_GAINS if any(retuned.values()) else Verdict.NOT_REPRODUCED
 
     def as_dict(self) -> dict[str, Any]:
         """Return the claim for JSON: an end of ``accepted`` that is infinite becomes null."""
@@ -80,11 +100,23 @@ class Claim:
             "unit": self.unit,
             "measure": self.measure,
             "readings": dict(self.readings),
+            "compared": dict(self.compared),
             "tolerance": {"accepted": [_finite(end) for end in self.accepted], "from": self.tolerance},
             "verdict": str(self.verdict),
             "explanation": self.explanation,
             "command": self.command,
         }
+
+
+def having(values: Mapping[str, T], names: Collection[str]) -> dict[str, T]:
+    """Return the entries of which one part of the name, between commas, is one of ``names``."""
+    return {name: value for name, value in values.items() if not set(names).isdisjoint(name.split(", "))}
+
+
+def lacking(values: Mapping[str, T], names: Collection[str]) -> dict[str, T]:
+    """Return the other entries."""
+    kept = having(values, names)
+    return {name: value for name, value in values.items() if name not in kept}
 
 
 def _finite(value: float) -> Value:

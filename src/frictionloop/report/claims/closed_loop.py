@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from frictionloop.report.claims.claim import Claim, Value, python
+from frictionloop.report.claims.claim import Claim, Value, having, lacking, python
 from frictionloop.report.device import CLOSED, IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit
 from frictionloop.report.numbers import number
 from frictionloop.report.people import LOOKUPS
@@ -41,10 +41,7 @@ def _open_r2(tracked: Mapping[str, xr.Dataset]) -> Claim:
     fits = {name: fit(runs) for name, runs in _tables(tracked).items()}
     within = np.mean([fit(tracked[OPEN].sel(level=n)).regression for n in LEVELS_N])
     readings: dict[str, Value] = {f"{name}, pooled": found.regression for name, found in fits.items()}
-    readings |= {
-        f"{LOOKUPS[0]}, mean of the levels": float(within),
-        f"{LOOKUPS[0]}, to f_a = f_r": fits[LOOKUPS[0]].identity,
-    }
+    readings |= {f"{LOOKUPS[0]}, mean of the levels": float(within)}
     return Claim(
         id="open-loop-r2",
         title="Open loop: R² = 0.22",
@@ -55,6 +52,7 @@ def _open_r2(tracked: Mapping[str, xr.Dataset]) -> Claim:
         unit="",
         measure="squared correlation of f_a on f_r over 5 strokes × 3 levels, the lookup table alone",
         readings=readings,
+        compared={f"{LOOKUPS[0]}, to f_a = f_r": fits[LOOKUPS[0]].identity},
         accepted=as_measured_r2(0.22),
         tolerance=MEASURED_R2,
         explanation="Poor, as printed, and less so than printed if the three levels are pooled: their spread is large "
@@ -108,7 +106,8 @@ def _closed_r2(tracked: Mapping[str, xr.Dataset]) -> Claim:
         published=0.98,
         unit="",
         measure="both kinds of fit over 5 strokes × 3 levels pooled",
-        readings=readings,
+        readings=having(readings, [PRINTED]),
+        compared=lacking(readings, [PRINTED]),
         accepted=as_measured_r2(0.98),
         tolerance=MEASURED_R2,
         explanation=f"Not with the printed gains, which ring on this bench (error "
@@ -133,13 +132,15 @@ def _closed_r2_within(tracked: Mapping[str, xr.Dataset]) -> Claim:
         title="R² = 0.98 says how well one sine is followed",
         place="Sec. 4.2, Fig. 5a",
         quote="three 1 Hz sine of 0.1 N amplitude with a mean of [0.4 0.6 0.8] N … goodness of fit R² = 0.98",
-        published=0.98,
+        published="implied",
         unit="",
         measure="both kinds of fit within one level, mean of the three levels",
-        readings=readings,
+        readings=having(readings, [PRINTED]),
+        compared=lacking(readings, [PRINTED]),
         accepted=as_measured_r2(0.98),
-        tolerance=MEASURED_R2,
-        explanation="Five sixths of the pooled variance are the distance of the levels. Within one sine the error that "
+        tolerance=f"{MEASURED_R2}, around the 0.98 that is printed of the pooled levels",
+        explanation="The paper prints 0.98 of all levels together. Five sixths "
+        "of the pooled variance are the distance of the levels. Within one sine the error that "
         f"gives 0.98 gives 0.87 to f_a = f_r; here {low:.2f}, {middle:.2f} and {high:.2f} with the re-tuned gains.",
         command=python(
             BENCH + "runs = tracking(the_finger(), CONTROLLERS[PRINTED]); "

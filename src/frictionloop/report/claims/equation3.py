@@ -56,6 +56,7 @@ def _single_frequency(simulated: dict[str, float], linear: dict[str, float]) -> 
         published=1.0,
         unit="",
         measure="rms of f_a, simulated over predicted, Kp = 10",
+        digits=4,
         readings={
             "at 1 Hz, as printed": simulated["f_a"] / linear["tone"],
             "summed over the noise's spectrum": simulated["f_a"] / linear["f_a"],
@@ -99,6 +100,7 @@ def _not_linear(simulated: dict[str, float], linear: dict[str, float]) -> Claim:
         published="not predicted",
         unit="",
         measure="output noise, simulated over linear theory, Kp = 10",
+        digits=4,
         readings={FORCE: simulated["f_a"] / linear["f_a"], COMMAND: simulated["u"] / linear["u"]},
         accepted=(DECADE_FACTOR, math.inf),
         tolerance="not predicted: half a decade or more above linear theory",

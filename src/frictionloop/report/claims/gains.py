@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from frictionloop.report.claims.claim import Claim, python
+from frictionloop.parameters import READINGS
+from frictionloop.report.claims.claim import Claim, having, lacking, python
 from frictionloop.report.gains import at, optimum, spread, useful_range
 from frictionloop.report.numbers import number
 from frictionloop.report.results import Results
@@ -38,7 +39,8 @@ def _range_low(results: Results) -> Claim:
         published=5.0,
         unit="",
         measure="Kp",
-        readings=low,
+        readings=having(low, READINGS),
+        compared=lacking(low, READINGS),
         accepted=nearest_125(5.0),
         tolerance=f"{STEP_125}; useful means R² the same as the best at Ki = 2, and {R2_RULE}",
         explanation="With a set-point out of reach R² is nearly flat above 5, because the clamp decides. With a "
@@ -59,7 +61,8 @@ def _range_high(results: Results) -> Claim:
         published=20.0,
         unit="",
         measure="Kp",
-        readings=high,
+        readings=having(high, READINGS),
+        compared=lacking(high, READINGS),
         accepted=nearest_125(20.0),
         tolerance=f"{STEP_125}; useful means R² the same as the best at Ki = 2, and {R2_RULE}",
         explanation="With a reachable set-point R² falls where the sampled loop becomes unstable, a little above 20. "
@@ -80,7 +83,8 @@ def _optimum(results: Results) -> Claim:
         published=10.0,
         unit="",
         measure="Kp; noise (densities one-sided to 2.5 kHz) and delay are varied with a reachable set-point",
-        readings=best,
+        readings=having(best, READINGS),
+        compared=lacking(best, READINGS),
         accepted=nearest_125(10.0),
         tolerance=STEP_125,
         explanation="Without computing delay the best gain at Ki = 2 lies just under the stability limit, near 20, "
@@ -102,7 +106,8 @@ def _ki_influence(results: Results) -> Claim:
         published="moderate",
         unit="",
         measure="change of R² for Ki from 2 to 10⁴ 1/s at Kp = 10",
-        readings=changed,
+        readings=having(changed, READINGS),
+        compared=lacking(changed, READINGS),
         accepted=(0.0, R2_STEP),
         tolerance=f"moderate: {R2_RULE}",
         explanation="With the printed amplitudes the clamp decides, and Ki changes nothing that counts. With a "
@@ -129,7 +134,8 @@ def _close_to_possible(results: Results) -> Claim:
         published="the right balance",
         unit="",
         measure="R² possible minus R² at Kp = 10, Ki = 2",
-        readings={name: missing(name) for name in results.systems},
+        readings={name: missing(name) for name in READINGS},
+        compared={FEASIBLE: missing(FEASIBLE)},
         accepted=(0.0, R2_STEP),
         tolerance=f"{R2_RULE}; possible is the set-point clipped to what friction can reach",
         explanation=f"R² at 10, 2 is {share:.1%} of what any controller could reach with the printed amplitudes; what "

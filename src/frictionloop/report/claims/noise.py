@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from frictionloop.parameters import feasible
-from frictionloop.report.claims.claim import Claim, Value, python
+from frictionloop.report.claims.claim import Claim, Value, having, lacking, python
 from frictionloop.report.noise import NOISE, NOISE_READINGS, knee_n
 from frictionloop.report.numbers import number
 from frictionloop.report.results import Results
@@ -59,7 +59,8 @@ def _knee(results: Results, metric: str, id: str, title: str, quote: str) -> Cla
         unit="N",
         measure=f"noise at which the {words} has moved by {step:g}, in the unit of each reading; densities "
         "one-sided to 2.5 kHz",
-        readings=readings,
+        readings=lacking(readings, [FEASIBLE]),
+        compared=having(readings, [FEASIBLE]),
         accepted=half_decade(1e-4),
         tolerance=f"{HALF_DECADE}; {rule}",
         explanation=f"Harm starts at {number(1e3 * feasible_n)} mN rms with a reachable set-point "

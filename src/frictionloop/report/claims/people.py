@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.physics.fingers import capable
-from frictionloop.report.claims.claim import Claim, Value, python
+from frictionloop.report.claims.claim import Claim, Value, having, lacking, python
 from frictionloop.report.claims.closed_loop import BENCH
 from frictionloop.report.device import CLOSED, IDEAL, PRINTED, RETUNED_GAINS
 from frictionloop.report.numbers import number
@@ -64,7 +64,7 @@ def _population(people: Mapping[str, xr.Dataset]) -> Claim:
     for part in ("all", "capable"):
         for name in (PRINTED, RETUNED_GAINS):
             some = people[name] if part == "all" else people[name].where(people[name]["capable"], drop=True)
-            readings[f"{part} fingers, {name}"] = float(some["regression"].median())
+            readings[f"{name}, {part} fingers"] = float(some["regression"].median())
     able = int(people[PRINTED]["capable"].sum())
     retuned = people[RETUNED_GAINS]
     worst = retuned.isel(finger=int(np.argmax(retuned["rms_n"].values)))
@@ -74,12 +74,13 @@ def _population(people: Mapping[str, xr.Dataset]) -> Claim:
         place="Sec. 6",
         quote="a PI controller was sufficient to considerably reduce the variability of the stimuli produced by "
         "ultrasonic friction modulation",
-        published=0.98,
+        published="implied",
         unit="",
         measure=f"median over {POPULATION} fingers of the squared correlation of f_a on f_r, three levels pooled",
-        readings=readings,
+        readings=having(readings, [PRINTED]),
+        compared=lacking(readings, [PRINTED]),
         accepted=as_measured_r2(0.98),
-        tolerance=MEASURED_R2,
+        tolerance=f"{MEASURED_R2}, around the 0.98 that is printed of one person",
         explanation=f"The paper evaluates one person. With the re-tuned gains the median finger is followed as well, "
         f"the median of the {able} that reach 0.3 and 0.9 N throughout a stroke better; the worst finger keeps an "
         f"error of {number(1e3 * float(worst['rms_n']))} mN rms: it goes from {number(float(worst['lowest_n']), 2)} to "
@@ -102,7 +103,8 @@ def _fluctuations(fluctuations: Mapping[str, Mapping[str, float]]) -> Claim:
         published="of the user",
         unit="",
         measure="rms of f_a − f_r at a constant 0.6 N over that without tremor and roughness",
-        readings={name: ratio(name) for name in (RETUNED_GAINS, PRINTED, IDEAL)},
+        readings={PRINTED: ratio(PRINTED)},
+        compared={name: ratio(name) for name in CLOSED if name != PRINTED},
         accepted=(RMS_FACTOR, math.inf),
         tolerance=RMS_RULE,
         explanation=f"With the re-tuned gains {number(1e3 * retuned['all'])} mN are left; without tremor "
@@ -112,8 +114,7 @@ def _fluctuations(fluctuations: Mapping[str, Mapping[str, float]]) -> Claim:
         f"and with an ideal sensor the constant error that Ki = 2 is too slow for "
         f"({number(1e3 * fluctuations[IDEAL]['neither'])} mN).",
         command=python(
-            BENCH
-            + "found = fluctuations(the_finger(), CONTROLLERS[RETUNED_GAINS]); print(found['all'] / found['neither'])"
+            BENCH + "found = fluctuations(the_finger(), CONTROLLERS[PRINTED]); print(found['all'] / found['neither'])"
         ),
     )
 
@@ -128,7 +129,8 @@ def _clean(felt: Mapping[str, Mapping[str, float]]) -> Claim:
         published="clean",
         unit="",
         measure="perceptual index of f_a − f_r over that of the same stroke at a constant amplitude",
-        readings={name: felt[name]["relative"] for name in CLOSED},
+        readings={PRINTED: felt[PRINTED]["relative"]},
+        compared={name: felt[name]["relative"] for name in CLOSED if name != PRINTED},
         accepted=(0.0, 1.0),
         tolerance="clean: control adds nothing to what sliding lets one feel",
         explanation=f"The ringing of the printed gains is felt (index {number(felt[PRINTED]['index'])}, eight times "

@@ -56,6 +56,7 @@ def _decibels(printed: float, id: str, place: str, quote: str) -> Claim:
         published=printed,
         unit="dB",
         measure="20 log₁₀ of the ratio",
+        digits=4,
         readings={AS_PRINTED: 20 * math.log10(50000)},
         accepted=as_printed(printed),
         tolerance=LAST_DIGIT,

@@ -13,6 +13,13 @@ from frictionloop.report.calibration import FLOORS, Rigs
 from frictionloop.report.numbers import number
 from frictionloop.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, new_figure, styled
 
+WAYS = (
+    (1, "^", BLUE, "weights put on"),
+    (-1, "v", VERMILLION, "weights taken off"),
+    (0, "o", GREY, "first zero"),
+)
+"""Directions of a calibration's steps, how they are marked, and their words."""
+
 
 @styled
 def figure_linearity(rigs: Rigs) -> Figure:
@@ -23,8 +30,8 @@ def figure_linearity(rigs: Rigs) -> Figure:
     for column, (found, title) in enumerate(((rigs.weights, "pulley on ball bearings"), (rigs.rubbing, rubbed))):
         _line(panels[0, column], found, title)
         _residuals(panels[1, column], found)
-    panels[0, 0].set_ylabel("reading (N)")
-    panels[1, 0].set_ylabel("residual (mN)")
+        panels[0, column].set_ylabel("reading (N)")
+        panels[1, column].set_ylabel("residual (mN)")
     return figure
 
 
@@ -32,7 +39,7 @@ def _line(axes: Axes, found: Calibration, title: str) -> None:
     force = found.steps.mass_kg * GRAVITY
     ends = np.array([0.0, 2.5])
     axes.plot(ends, found.offset.value + found.sensitivity.value * ends, color=BLACK, lw=1.1, label="linear regression")
-    for way, marker, color, words in ((1, "^", BLUE, "weights put on"), (-1, "v", VERMILLION, "weights taken off")):
+    for way, marker, color, words in WAYS:
         part = found.steps.direction == way
         axes.plot(
             force[part], found.steps.reading[part], marker, color=color, mfc="white", ms=5, ls="none", label=words
@@ -46,7 +53,7 @@ def _line(axes: Axes, found: Calibration, title: str) -> None:
 
 def _residuals(axes: Axes, found: Calibration) -> None:
     force = found.steps.mass_kg * GRAVITY
-    for way, marker, color in ((1, "^", BLUE), (-1, "v", VERMILLION), (0, "o", GREY)):
+    for way, marker, color, _ in WAYS:
         part = found.steps.direction == way
         axes.plot(force[part], 1e3 * found.residuals_n[part], marker, color=color, mfc="white", ms=4, ls="none")
     axes.axhline(0, color=BLACK, lw=0.8)
@@ -100,16 +107,18 @@ def _response(axes: Axes, rigs: Rigs) -> None:
 
 
 def _noise(axes: Axes, rigs: Rigs) -> None:
-    for name, color in zip(FLOORS, (VERMILLION, BLUE, GREEN), strict=True):
+    looks = ((VERMILLION, "-"), (BLUE, (0, (5, 2))), (GREEN, "-"))
+    for name, (color, dashes) in zip(FLOORS, looks, strict=True):
         spectrum = rigs.spectrum(name)
-        axes.plot(spectrum.frequency_hz, spectrum.density, color=color, lw=0.8, alpha=0.9, label=name)
+        words = name if "still" in name else f"{name}, base 20 µg"
+        axes.plot(spectrum.frequency_hz, spectrum.density, color=color, ls=dashes, lw=0.8, alpha=0.9, label=words)
     marks = {"per bin": PURPLE, "density": ORANGE, "rms": BLACK}
-    words = {"per bin": "5×10⁻⁵ N per 0.1 Hz bin", "density": "5×10⁻⁵ N/√Hz", "rms": "5×10⁻⁵ N rms below 300 Hz"}
+    readings = {"per bin": "5×10⁻⁵ N per 0.1 Hz bin", "density": "5×10⁻⁵ N/√Hz", "rms": "5×10⁻⁵ N rms below 300 Hz"}
     for name, reading in floor_readings().items():
         if name in marks:
             axes.axhline(reading.density_n_rthz, color=marks[name], ls="--", lw=1.1)
             below = 0.6 if name == "rms" else 0.9  # room for the noise that lies on this line
-            axes.text(2.2, reading.density_n_rthz * below, words[name], fontsize=7.5, va="top", color=BLACK)
+            axes.text(2.2, reading.density_n_rthz * below, readings[name], fontsize=7.5, va="top", color=BLACK)
     axes.set(xscale="log", yscale="log", xlim=(2, 2500), ylim=(2e-7, 1e-3), xlabel="frequency (Hz)")
     axes.set_ylabel("noise of the reading (N/√Hz)")
     _ticks(axes, (2, 10, 100, 1000))

@@ -24,7 +24,7 @@ TITLES = {
     "open loop": "open loop: the lookup alone",
     "printed gains": "closed loop, printed gains",
     "re-tuned gains": "closed loop, re-tuned gains",
-    "printed gains, ideal sensor": "printed gains, ideal sensor",
+    "ideal sensor": "printed gains, ideal sensor",
 }
 
 
@@ -91,10 +91,12 @@ def figure_people(people: Mapping[str, xr.Dataset]) -> Figure:
         axes.plot(place[~able], error_mn[~able], marker, color=color, mfc="white", ms=5)
     axes.axhline(20, color=BLACK, ls=":", lw=1.1)
     axes.text(order.size + 0.6, 19, "20 mN", fontsize=7.5, ha="right", va="top")
-    axes.plot([], [], "o", color=BLACK, mfc="white", label="hollow: cannot reach 0.3 and 0.9 N")
-    axes.set(yscale="log", xlim=(0, order.size + 1), xlabel="finger, sorted by its error with the re-tuned gains")
+    axes.plot([], [], "o", color=BLACK, mfc="white", label="hollow: does not reach\n0.3 and 0.9 N")
+    axes.set(yscale="log", xlim=(0.2, order.size + 0.8), xlabel="finger, sorted by its error with the re-tuned gains")
+    axes.set_xticks([1, *range(5, order.size + 1, 5)])
     axes.set_ylabel("error $f_a - f_r$ (mN rms)")
     axes.set_yticks([10, 20, 50, 100, 200, 500, 1000], ["10", "20", "50", "100", "200", "500", "1000"])
     axes.minorticks_off()
-    figure.legend(loc="outside lower center", ncols=2)
+    axes.set_ylim(3.5, None)
+    axes.legend(loc="lower right", ncols=2, fontsize=7.5)
     return figure

@@ -15,6 +15,7 @@ from frictionloop.report.step_response import step_windows, times_ms
 from frictionloop.report.style import BLACK, BLUE, GREEN, GREY, VERMILLION, new_figure, styled
 
 LOOKS = {OPEN: (GREY, "-."), PRINTED: (VERMILLION, ":"), RETUNED_GAINS: (BLUE, "-"), IDEAL: (GREEN, "--")}
+SHOWN = (OPEN, PRINTED, RETUNED_GAINS)
 SHOWN_S = (4.0, 6.1)
 """The piece of a stroke shown: two steps up and two down."""
 CLOSE_MS = (-20.0, 120.0)
@@ -28,12 +29,14 @@ def figure_steps(stepped: Mapping[str, xr.Dataset], skin_ms: Mapping[str, float]
     figure = new_figure(9.2, 4.6)
     grid = figure.add_gridspec(3, 2, width_ratios=(1.5, 1))
     above: Axes | None = None
-    for row, name in enumerate((OPEN, PRINTED, RETUNED_GAINS)):
-        axes = figure.add_subplot(grid[row, 0], sharex=above)
+    for row, name in enumerate(SHOWN):
+        axes = figure.add_subplot(grid[row, 0], sharex=above, sharey=above)
         above = above or axes
         _traces(axes, stepped[name].isel(stroke=STROKE), name)
         axes.tick_params(labelbottom=row == 2)
     axes.set_xlabel("time (s)")
+    shown = [stepped[name].isel(stroke=STROKE).sel(time=slice(*SHOWN_S))["f_a"].max() for name in SHOWN]
+    axes.set_ylim(0, max(1.05 * float(max(shown)), 1.0))
     _times(figure.add_subplot(grid[:, 1]), stepped, skin_ms)
     return figure
 
@@ -43,8 +46,7 @@ def _traces(axes: Axes, run: xr.Dataset, name: str) -> None:
     color, _ = LOOKS[name]
     axes.plot(part["time"], part["f_a"], color=color, lw=0.9)
     axes.plot(part["time"], part["f_r"], "--", color=BLACK, lw=1.0)
-    top = max(1.05 * float(part["f_a"].max()), 1.0)
-    axes.set(xlim=SHOWN_S, ylim=(0, top), ylabel="$f_a$ (N)")
+    axes.set(xlim=SHOWN_S, ylabel="$f_a$ (N)")
     axes.set_title(f"{name} (dashes: set-point)", fontsize=8.5)
 
 
