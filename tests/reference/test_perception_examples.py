@@ -1,4 +1,4 @@
-"""The worked examples of research/physics.md, G.4, and the streaming index against the spectral one."""
+"""Examples worked by hand before the code was written, and the streaming index against the spectral one."""
 
 from __future__ import annotations
 

@@ -95,14 +95,14 @@ def test_the_paper_is_as_printed():
 
 
 def test_the_bench_is_as_printed_and_researched():
-    """Sections 3 and 4 of the paper, and research/physics.md I for what it does not say."""
+    """Sections 3 and 4 of the paper, and a study of the literature for what it does not say."""
     system = fl.bench()
     plate, sensor, motion = system.plate, system.sensor, system.motion
     assert (plate.frequency_hz, plate.q, plate.max_amplitude_um) == (46e3, 230.0, 2.5)
     assert plate.cutoff_hz == pytest.approx(100.0, rel=1e-12)  # f/(2 Q), the 100 Hz of Section 2.2
     assert (sensor.moving_mass_kg, sensor.resonance_hz, sensor.cutoff_hz) == (0.4, 145.0, 1000.0)
     assert (sensor.noise_density_n_rthz, sensor.adc_bits, sensor.range_n) == (2.3e-6, 16, 2.5)
-    assert sensor.stiffness_n_m == pytest.approx(0.33e6, rel=0.01)  # physics.md F 19: 0.33 N/um
+    assert sensor.stiffness_n_m == pytest.approx(0.33e6, rel=0.01)  # 0.33 N/um
     # 5e-5 N over the noise bandwidth of a 300 Hz pole (paper, Sec. 3.3).
     assert fl.SuspendedSensor(cutoff_hz=300.0).noise_rms_n == pytest.approx(5e-5, rel=0.01)
     assert (motion.speed_mm_s, motion.load_n) == (20.0, 0.5)

@@ -141,7 +141,7 @@ def test_printed_gains_ring_and_the_retuned_ones_hold() -> None:
 
 @pytest.mark.parametrize(("q", "limit"), [(5.0, 0.37), (10.0, 0.18)])
 def test_largest_kp_without_bristles_is_that_of_the_study(q: float, limit: float) -> None:
-    """research/physics.md, 0.4: two digits, 300 us of delay with half the hold, and a force at its limit at once."""
+    """Worked out apart, two digits: 300 us of delay with half the hold, and a force at its limit at once."""
     assert kp_limit(BENCH.evolve({"sensor.q": q, "finger.contact": "slider"})) == pytest.approx(limit, abs=0.005)
 
 

@@ -32,7 +32,7 @@ QUIET = SensorDesign().evolve({"environment.vibration_m_s2_rthz": 1e-9, "environ
 
 
 def test_the_figures_of_the_paper():
-    """0.4 kg at 145 Hz: physics.md D.1 to D.4, by hand."""
+    """0.4 kg at 145 Hz, by hand."""
     found = analyse_sensor(SensorDesign())
     assert found.stiffness.x_n_per_m == pytest.approx(0.4 * (2 * math.pi * found.resonance_hz) ** 2, rel=1e-12)
     assert found.travel_um == pytest.approx(2.5 / 0.332, rel=2e-3)

@@ -151,7 +151,7 @@ def test_r2_over_a_pulley():
 
 
 def test_printed_figures():
-    # 22 % (physics.md F.15) and 93.98 dB, 1.1 mN and 2.8 mN (D.6), 0.18, 0.022 mN and 16.6 bits (D.5).
+    # By hand: 22 %, 93.98 dB, 1.1 mN and 2.8 mN, 0.18, 0.022 mN and 16.6 bits.
     assert find.residual_share(0.95) == pytest.approx(0.22, abs=5e-3)
     assert find.residual_share(0.95) * find.uniform_std_n(2.5) == pytest.approx(0.16, abs=5e-3)
     assert find.dynamic_range_db(2.5, 5e-5) == pytest.approx(93.98, abs=5e-3)

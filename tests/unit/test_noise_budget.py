@@ -44,7 +44,7 @@ def test_amplifier_noise_is_noise_gain_times_root_two_over_the_slope():
     one_side_m = math.sqrt(2) * 4.5e-9 * noise_gain / slope_v_per_m
     expected = one_side_m / math.sqrt(2) * stiffness(IDEAL)  # two sides: noise sqrt(2), signal 2
     assert term(IDEAL, "amplifier voltage").density_n_rthz == pytest.approx(expected, rel=1e-3)
-    assert one_side_m == pytest.approx(0.50e-12, rel=0.02)  # physics.md D.4
+    assert one_side_m == pytest.approx(0.50e-12, rel=0.02)
 
 
 def test_feedback_noise_is_its_current_into_the_capacitor():

@@ -1,4 +1,4 @@
-"""Just-noticeable differences against the figures of research/physics.md, G.1 and G.5."""
+"""Just-noticeable differences against published figures."""
 
 from __future__ import annotations
 

