@@ -12,13 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from frictionloop.parameters import Skin
 from frictionloop.physics.skin import SKIN_DAMPING_N_S_PER_M, SKIN_MASS_KG, SKIN_STIFFNESS_N_PER_M
 from frictionloop.quantities import FrictionloopError
 
-BRISTLE_STIFFNESS_N_PER_M = 2e4
-"""s0, assumed (1e4 to 5e4 N/m from memory): the tip creeps 25 um before it slides at 0.5 N."""
-BRISTLE_DAMPING_N_S_PER_M = 1.4
-"""s1 of LuGre, assumed: about sqrt(s0 m), the usual choice for a bristle that carries the mass m."""
+BRISTLE_STIFFNESS_N_PER_M, BRISTLE_DAMPING_N_S_PER_M = Skin().bristle_stiffness_n_m, Skin().bristle_damping_n_s_m
+"""s0 and s1 where none are given; sources in parameters/finger."""
 LEAST_LIMIT_M = 1e-18
 """Deflection at the limit below which a step would divide by zero; 2e-14 N with s0 = 2e4 N/m, far below any force."""
 

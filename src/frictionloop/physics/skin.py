@@ -9,14 +9,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from frictionloop.parameters import Skin
 from frictionloop.quantities.arithmetic import fma, step
 
-SKIN_STIFFNESS_N_PER_M = 1e3
-"""k, from a fingertip model (doi 10.1186/s40648-017-0080-8, Table 1); 0.6 to 2 N/mm elsewhere, from memory."""
-SKIN_DAMPING_N_S_PER_M = 1.0
-"""c, same table: 1.6 of critical with the mass and stiffness given here."""
-SKIN_MASS_KG = 1e-4
-"""m, same table."""
+_SKIN = Skin()
+SKIN_STIFFNESS_N_PER_M, SKIN_DAMPING_N_S_PER_M, SKIN_MASS_KG = _SKIN.stiffness_n_m, _SKIN.damping_n_s_m, _SKIN.mass_kg
+"""k, c and m where none are given; sources in parameters/finger."""
 
 
 @step
