@@ -10,6 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import frictionloop as fl
+from frictionloop.parameters.system import kinds_of
 
 number = st.floats(-1e9, 1e9)
 positive = st.floats(1e-9, 1e9)
@@ -75,8 +76,6 @@ systems = st.builds(
 
 
 def test_every_kind_of_source_is_tried():
-    from frictionloop.parameters.system import kinds_of
-
     assert {kind.model_fields["kind"].default for kind in kinds_of("setpoint")} == set(SOURCES)
 
 
@@ -195,3 +194,9 @@ def test_writing_replaces_the_old_file_whole(tmp_path):
     fl.write_toml(fl.feasible(), path)
     assert fl.read_toml(path) == fl.feasible()
     assert os.listdir(tmp_path) == ["system.toml"]
+
+
+@pytest.mark.parametrize("kind", [each.model_fields["kind"].default for each in kinds_of("controller")])
+def test_the_kind_of_a_controller_comes_first(kind):
+    lines = fl.to_toml(fl.bench().evolve({"controller.kind": kind})).splitlines()
+    assert lines[lines.index("[controller]") + 1] == f'kind = "{kind}"'

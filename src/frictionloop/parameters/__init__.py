@@ -1,9 +1,12 @@
 """The System and its blocks: frozen, validated, TOML in and out."""
 
-from frictionloop.parameters.controller import Controller, Model, PiController
+from frictionloop.parameters.controller import Controller, LookupController, OracleController, PiController
 from frictionloop.parameters.files import PRESETS, SCHEMA, preset, read_toml, to_toml, write_toml
+from frictionloop.parameters.filtered import FilteredPiController, NotchPiController
 from frictionloop.parameters.finger import AnyFriction, Finger, FingerFriction, RigidFinger, Skin
+from frictionloop.parameters.model import Model
 from frictionloop.parameters.motion import Motion, Sliding, Strokes
+from frictionloop.parameters.observing import ObserverController, SuperTwistingController
 from frictionloop.parameters.plant import (
     Friction,
     FrictionLaw,
@@ -18,6 +21,7 @@ from frictionloop.parameters.presets import READINGS, RETUNED, bench, feasible, 
 from frictionloop.parameters.sources import ColouredNoise, Constant, LogSweep, Recording, Sine, Source, Steps
 from frictionloop.parameters.system import System, check_system
 from frictionloop.parameters.touch import LoadCells, PositionSensor, Touch
+from frictionloop.parameters.tracking import TrackerController
 
 __all__ = [
     "PRESETS",
@@ -28,16 +32,21 @@ __all__ = [
     "ColouredNoise",
     "Constant",
     "Controller",
+    "FilteredPiController",
     "Finger",
     "FingerFriction",
     "Friction",
     "FrictionLaw",
     "LoadCells",
     "LogSweep",
+    "LookupController",
+    "OracleController",
     "LowpassPlate",
     "LowpassSensor",
     "Model",
     "Motion",
+    "NotchPiController",
+    "ObserverController",
     "PiController",
     "Plate",
     "PositionSensor",
@@ -51,9 +60,11 @@ __all__ = [
     "Source",
     "Steps",
     "Strokes",
+    "SuperTwistingController",
     "SuspendedSensor",
     "System",
     "Touch",
+    "TrackerController",
     "bench",
     "check_system",
     "feasible",

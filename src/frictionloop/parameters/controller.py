@@ -1,50 +1,19 @@
-"""Parameters of the controller: what it believes of the plant, its gains and its timing."""
+"""Parameters of the controllers: the simplest two, and every kind there is."""
 
 from __future__ import annotations
 
-import math
-import sys
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from frictionloop.parameters.block import Block, NotNegative, Number, Positive, Whole
-
-
-class Model(Block):
-    """What the controller believes: it alone feeds the lookup table and the clamp."""
-
-    nominal_n: Positive = 0.8
-    """Believed friction f0 without vibration: upper end of the clamp."""
-    susceptibility_per_um2: Positive = 0.38
-    """Believed susceptibility tau."""
-    max_amplitude_um: Positive = 2.5
-    """Believed largest amplitude: g(max_amplitude_um) is the lower end of the clamp."""
-    table_size: Annotated[Whole, Field(ge=0, le=65536)] = 0
-    """Entries of the lookup table, interpolated linearly in amplitude squared; 0 is the exact inverse."""
-
-    @model_validator(mode="after")
-    def _table(self) -> Self:
-        if self.table_size == 1:
-            raise ValueError("table_size must be 0 (exact inverse) or at least 2")
-        return self
-
-    @model_validator(mode="after")
-    def _clamp(self) -> Self:
-        if not sys.float_info.min <= self.floor_n < self.nominal_n:
-            raise ValueError(
-                f"susceptibility_per_um2 and max_amplitude_um give a clamp from {self.floor_n:g} to "
-                f"{self.nominal_n:g} N, which must be an interval above 0"
-            )
-        return self
-
-    @property
-    def floor_n(self) -> float:
-        """Lowest force the controller believes reachable, g(max_amplitude_um)."""
-        return self.nominal_n * math.exp(-self.susceptibility_per_um2 * (self.max_amplitude_um * self.max_amplitude_um))
+from frictionloop.parameters.block import NotNegative, default_kind
+from frictionloop.parameters.filtered import FilteredPiController, NotchPiController
+from frictionloop.parameters.observing import ObserverController, SuperTwistingController
+from frictionloop.parameters.timing import Timing
+from frictionloop.parameters.tracking import TrackerController
 
 
-class PiController(Block):
+class PiController(Timing):
     """v = kp e + I, u = clip(v, g(a_max), f0), dI/dt = ki e with conditional integration (paper, Sec. 2.3)."""
 
     kind: Literal["pi"] = "pi"
@@ -52,16 +21,42 @@ class PiController(Block):
     """Proportional gain K_p (paper, Sec. 2.3)."""
     ki: NotNegative = 2.0
     """Integral gain K_i (paper, Sec. 2.3; per second is a reading)."""
-    rate_hz: Annotated[Number, Field(gt=0, le=1e9)] = 5000.0
-    """Rate of the control periods (paper, Sec. 4.1: "5 kHz timer")."""
-    delay_s: Annotated[Number, Field(ge=0, le=1)] = 0.0
-    """Time from taking the sample to applying the amplitude command."""
-    jitter_s: Annotated[Number, Field(ge=0, le=1)] = 0.0
-    """Chance lateness of the command, |normal| of this standard deviation, at most to the end of its period."""
-    lost_ticks: Annotated[Number, Field(ge=0, lt=1)] = 0.0
-    """Share of ticks that do not happen: the controller keeps its state and its command."""
-    model: Model = Model()
-    """What the controller believes of the plant."""
 
 
-Controller = PiController
+class LookupController(Timing):
+    """u = clip(f_r, g(a_max), f0): the lookup table alone, open loop (paper, Sec. 2.2 and ref. [15])."""
+
+    kind: Literal["lookup"] = "lookup"
+    overdrive: bool = False
+    """Whether the amplitude command overshoots so that the plate gets there in one period (paper, ref. [14])."""
+
+
+class OracleController(Timing):
+    """A reference no law can be: it knows the plant and the finger instead of measuring them (docs/oracle).
+
+    At each sample it knows the true state and parameters of plate, skin and contact, the limit of the friction, the
+    disturbance, the set-point and the commands under way. The drive's range, the plate, the delay and the hold bind it
+    as they bind any law. It uses ``model`` for the traces alone: ``u`` is the force its amplitude command stands for.
+    """
+
+    kind: Literal["oracle"] = "oracle"
+    preview: bool = False
+    """Whether it is clairvoyant. False: limit, speed, disturbance and set-point are taken to stay as they are.
+
+    True: it also knows them at the end of the period in which its command is in force, and so a delay does not matter:
+    ``delay_s`` is taken as 0.
+    """
+
+
+Controller = Annotated[
+    PiController
+    | LookupController
+    | OracleController
+    | FilteredPiController
+    | NotchPiController
+    | ObserverController
+    | SuperTwistingController
+    | TrackerController,
+    Field(discriminator="kind"),
+    default_kind("pi"),
+]

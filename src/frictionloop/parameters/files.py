@@ -135,7 +135,8 @@ def to_toml(system: Description) -> str:
 
 def _table(name: str, block: dict[str, Any]) -> list[str]:
     lines = [f"[{name}]"]
-    for key, value in block.items():
+    # What follows depends on the kind, which an inherited value may precede.
+    for key, value in sorted(block.items(), key=lambda item: item[0] != "kind"):
         if value is not None and not isinstance(value, dict):
             unit = unit_of(key)
             lines.append(f"{key} = {_literal(value)}" + (f"  # {unit}" if unit else ""))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from frictionloop.parameters.controller import Controller, Model
+from frictionloop.parameters.controller import PiController
 from frictionloop.parameters.finger import FingerFriction, Skin
+from frictionloop.parameters.model import Model
 from frictionloop.parameters.motion import Strokes
 from frictionloop.parameters.plant import Friction, LowpassPlate, LowpassSensor, ResonantPlate, SuspendedSensor
 from frictionloop.parameters.sources import Constant, LogSweep, Sine
@@ -18,7 +19,7 @@ def paper() -> System:
         friction=Friction(),
         plate=LowpassPlate(),
         sensor=LowpassSensor(),
-        controller=Controller(),
+        controller=PiController(),
     )
 
 
@@ -49,7 +50,7 @@ def bench() -> System:
         friction=finger,
         plate=ResonantPlate(),
         sensor=SuspendedSensor(),
-        controller=Controller(delay_s=200e-6, model=Model(nominal_n=BENCH_NOMINAL_N)),
+        controller=PiController(delay_s=200e-6, model=Model(nominal_n=BENCH_NOMINAL_N, resonance_hz=145.0)),
         finger=Skin(),
         motion=Strokes(),
     )

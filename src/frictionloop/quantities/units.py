@@ -8,6 +8,7 @@ _UNITS = (
     ("_n_s_per_m", "N s/m"),
     ("_n_per_vm", "N/(V m)"),
     ("_m_s2_rthz", "m/s^2/rtHz"),
+    ("_um_per_n", "um/N"),
     ("_n_rthz", "N/rtHz"),
     ("_nv_rthz", "nV/rtHz"),
     ("_fa_rthz", "fA/rtHz"),
@@ -37,7 +38,7 @@ _UNITS = (
     ("_v", "V"),
     ("_k", "K"),
 )
-_UNITS_WITHOUT_SUFFIX = {"kp": "N/N", "ki": "1/s"}
+_UNITS_WITHOUT_SUFFIX = {"kp": "N/N", "ki": "1/s", "k1": "N^0.5/s", "k2": "N/s^2"}
 
 
 class FrictionloopError(ValueError):

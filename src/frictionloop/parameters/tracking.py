@@ -1,0 +1,88 @@
+"""Parameters of the tracker: an observer of the friction limit that learns the finger while it slides."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from frictionloop.parameters.block import NotNegative, Number, Positive
+from frictionloop.parameters.timing import Timing
+
+SHARES = (0.07, 0.125, 0.25, 0.5, 1.0)
+"""Shares of the way to its limit that friction goes in a period, at which gains are scheduled; 1 is a slider's."""
+Row = tuple[Number, Number, Number, Number, Number, Number, Number]
+Schedule = tuple[Row, Row, Row, Row, Row]
+SCHEDULE: Schedule = (
+    (15.68, 26.53, 1.798, 9.073, 0.9322, 0.14, 0.6608),
+    (10.49, 17.01, 1.855, 7.243, 0.9975, 0.1426, 0.9148),
+    (8.023, 25.39, 2.007, 9.849, 0.9978, 0.2931, 0.9148),
+    (48.82, 46.28, 2.096, 12.84, 0.9762, 1, 0.9286),
+    (14, 14, 1.569, 6.559, 0.8844, 1, 0.9268),
+)
+"""Gains for the bench at Ms 2.0 (`design.tune_tracker`)."""
+
+
+class TrackerController(Timing):
+    """An observer of the friction limit that learns susceptibility and contact, and inverts them (control/tracker)."""
+
+    kind: Literal["tracker"] = "tracker"
+    schedule: Schedule = SCHEDULE
+    """A row for each of 5 shares (0.07 to 1) of the way to its limit that friction goes in a period.
+
+    Gains per newton of innovation: on the limit (N), the friction (N), the springs' force and rate, the reading; then
+    the share of the error to correct in a period, and the trust in the newest limit.
+    """
+    resonance_share: Annotated[Number, Field(gt=0, le=2)] = 0.966
+    """Resonance that the observer is given over that of the model: too low is benign, too high fatal (tune_tracker)."""
+    broadened_q: Positive = 2.0
+    """Quality factor that the observer is given in place of the model's: broad, it holds for others (tune_tracker)."""
+    compliance_um_per_n: Annotated[Number, Field(ge=0, le=1000)] = 10.0
+    """Compliance of the contact to begin with: friction follows its limit with T = compliance F / speed; 0: at once."""
+    largest_compliance_um_per_n: Annotated[Number, Field(ge=0, le=1000)] = 80.0
+    """Largest compliance that is learnt: 50 is the bench's Dahl contact, the skin adds to it (assumed)."""
+    compliance_learning: Annotated[Number, Field(ge=0, le=1)] = 0.015
+    """Step of the estimate of the compliance; 0 keeps it."""
+    susceptibility_learning: Annotated[Number, Field(ge=0, le=1)] = 3e-5
+    """Step of the estimate of the susceptibility; 0 keeps it."""
+    load_exponent: Annotated[Number, Field(ge=0, le=2)] = 0.85
+    """Exponent with which the measured load is fed forward (middle of 2/3 to 1: Dzidek 2014); 0 feeds nothing."""
+    load_hz: Positive = 50.0
+    """Low-pass on the measured load before it is fed forward, above the tremor (assumed)."""
+    skin_stiffness_n_m: Positive = 1000.0
+    """Believed stiffness of the skin: rising friction follows no faster than this times the speed (as Skin's)."""
+    largest_jump_n: NotNegative = 0.03
+    """Most that one reading may move the estimated limit: a reversal rings (assumed)."""
+
+    @property
+    def overdrive(self) -> bool:
+        """The amplitude command always overshoots so that the plate gets there in one period."""
+        return True
+
+    @model_validator(mode="after")
+    def _one_period(self) -> Self:
+        if self.delay_s * self.rate_hz > 1.0 + 1e-9:
+            raise ValueError(
+                f"delay_s = {self.delay_s:g} s: must be at most one control period, {1.0 / self.rate_hz:g} s, under a "
+                "tracker"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _within(self) -> Self:
+        if self.compliance_um_per_n > self.largest_compliance_um_per_n:
+            raise ValueError(
+                f"compliance_um_per_n = {self.compliance_um_per_n:g} um/N: must be at most "
+                f"largest_compliance_um_per_n, {self.largest_compliance_um_per_n:g}"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _useful(self) -> Self:
+        for row in self.schedule:
+            if not (all(value >= 0 for value in row) and 0 < row[5] <= 1 and 0 < row[6] <= 1.5):
+                raise ValueError(
+                    f"schedule row {row}: gains must be at least 0, the share of the error above 0 and at most 1, the "
+                    "trust above 0 and at most 1.5"
+                )
+        return self
