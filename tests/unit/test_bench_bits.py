@@ -143,12 +143,14 @@ def test_sums_and_traces_give_the_same_numbers():
             steps = fl.step_times(run)
             counted += len(steps)
             up, down = ([s for s in steps if (s.to_n > s.from_n) == rises] for rises in (True, False))
-            traces = {
-                name: getattr(fl, name)(run)
-                for name in metrics
-                if name not in ("slope",) and not name.startswith(("rise", "fall"))
-            } | {
+            kept = run["scored"].values.astype(bool)
+            f_a, f_r = run["f_a"].values[kept], run["f_r"].values[kept]
+            traces = {name: getattr(fl, name)(run) for name in metrics if hasattr(fl, name)} | {
                 "slope": fl.regression(run).slope,
+                "mean_force": f_a.mean(),
+                "mean_setpoint": f_r.mean(),
+                "setpoint_spread": f_r.std(),
+                "scored_periods": kept.sum(),
                 "rise_63_s": np.mean([s.to_63_s for s in up]) if up else np.nan,
                 "rise_10_90_s": np.mean([s.rise_s for s in up]) if up else np.nan,
                 "fall_63_s": np.mean([s.to_63_s for s in down]) if down else np.nan,

@@ -208,6 +208,9 @@ def test_sums_and_traces_give_the_same_numbers(name, score_from_s):
     lines = fl.regression(run, mask)
     traces = {metric.__name__: metric(run, mask) for metric in METRICS} | {"slope": lines.slope}
     traces["perceptual_index"] = index_of(run, score_from_s)
+    f_r, f_a = run["f_r"].values[mask], run["f_a"].values[mask]
+    traces |= {"mean_force": f_a.mean(), "mean_setpoint": f_r.mean(), "setpoint_spread": f_r.std()}
+    traces["scored_periods"] = f_r.size
     if system.setpoint.kind == "steps":
         traces |= mean_step_times(run, score_from_s)
         assert set(traces) == set(fl.METRICS)
@@ -217,7 +220,7 @@ def test_sums_and_traces_give_the_same_numbers(name, score_from_s):
     # N = 4000 sums of squares near 1 N^2, each rounded at the size of the sum: N^2 2^-53 / 2 at worst, sqrt(N) of
     # that usually, over the spread of f_r: 1e-9 leaves both. Standard deviations are roots of such differences.
     # The recursive filter of the index adds its own rounding, 1e-9 of the largest residual over its threshold (1e3).
-    absolute = {"output_noise": 1e-7, "perceptual_index": 1e-6}
+    absolute = {"output_noise": 1e-7, "setpoint_spread": 1e-7, "perceptual_index": 1e-6}
     for metric, value in traces.items():
         got = float(sums[metric].values.squeeze())
         assert got == pytest.approx(value, rel=1e-9, abs=absolute.get(metric, 1e-9), nan_ok=True), metric

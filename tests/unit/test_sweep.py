@@ -19,7 +19,8 @@ SCORES = {
     "r2_bound": fl.r2_bound,
 }
 STEP_METRICS = {"rise_63_s", "rise_10_90_s", "fall_63_s", "fall_10_90_s"}
-NEWTONS = {"rms_error", "output_noise"}
+MOMENTS = {"mean_force", "mean_setpoint", "setpoint_spread", "scored_periods"}
+NEWTONS = {"rms_error", "output_noise", *MOMENTS} - {"scored_periods"}
 
 
 def test_a_grid_has_a_dim_per_path_and_seeds_last():
@@ -43,7 +44,7 @@ def test_every_metric_has_a_unit_and_a_name():
     stepped = BASE.evolve({"setpoint": fl.Steps(times_s=(0.0, 0.02), levels_n=(0.5, 0.7))})
     grid = fl.sweep(stepped, {"controller.kp": [1.0]}, DURATION_S, metrics=list(fl.METRICS))
     assert list(grid.data_vars) == list(fl.METRICS)
-    assert set(SCORES) | {"slope", "perceptual_index", *STEP_METRICS} == set(fl.METRICS)
+    assert set(SCORES) | {"slope", "perceptual_index", *STEP_METRICS, *MOMENTS} == set(fl.METRICS)
     for name in fl.METRICS:
         assert grid[name].attrs["units"] == ("s" if name in STEP_METRICS else "N" if name in NEWTONS else "1")
         assert grid[name].attrs["long_name"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from frictionloop.control.law import ForceCommand
 from frictionloop.parameters import PiController
 from frictionloop.quantities import Lti
 from frictionloop.quantities.arithmetic import fma, step
@@ -25,13 +26,6 @@ class PiGains(NamedTuple):
     high: float
 
 
-class ForceCommand(NamedTuple):
-    """Force u after the clamp in N, and whether the clamp acted (1 or 0)."""
-
-    u: float
-    saturated: float
-
-
 @step
 def pi_step(
     state: PiState, measurement: Measurement, setpoint_n: float, gains: PiGains, dt: float
@@ -39,6 +33,8 @@ def pi_step(
     """e = f_r - f_m; v = kp e + I; u = clip(v, low, high); I += ki dt e unless e pushes v further into the clamp.
 
     Without a sliding finger (``valid`` 0) there is no error to act on: u = I, which is held.
+
+    Operations of a tick: 2 multiplications (ki dt is one number), 3 additions, 7 comparisons.
     """
     (integral,) = state
     kp, ki, low, high = gains

@@ -12,8 +12,11 @@ from frictionloop.physics.contact_slider import slider_step
 from frictionloop.quantities.normals import BLOCK
 
 
-def build_bench(lifting: Lifting, spread: Any, suspend: Any) -> Any:
-    """Return the tile of the plant; ``o`` are the options of the loop, ``b`` its buffers (loop/exchange.py)."""
+def build_bench(lifting: Lifting, spread: Any, suspend: Any) -> tuple[Any, Any]:
+    """Return the tile of a finger's substep under any contact law, and that of the plant.
+
+    ``o`` are the options of the loop, ``b`` its buffers (loop/exchange.py).
+    """
     compiled, driven = lifting.compiled, ROW["driven"]
     rigid, dahl, lugre, slider = (
         build_finger(lifting, law) for law in (rigid_step, dahl_step, lugre_step, slider_step)
@@ -37,4 +40,4 @@ def build_bench(lifting: Lifting, spread: Any, suspend: Any) -> Any:
             finger(s, n, o.contact, float(j), float(o.segments))
             suspend(s, n)
 
-    return plant
+    return finger, plant

@@ -4,23 +4,24 @@ from __future__ import annotations
 
 from typing import Any
 
+from frictionloop.control.law import Law
 from frictionloop.control.lookup import interpolate_step, inverse_step, table_position
 from frictionloop.loop.slab import ROW, load, peek, poke, rows, store
 from frictionloop.loop.tiles import Lifting
 from frictionloop.sensing.measurement import Measurement
 
 
-def build_control(lifting: Lifting, law: Any, states: int, gains: int) -> Any:
-    """Lift a control law ``law(state, measurement, setpoint, gains, dt) -> state, (u, saturated)`` and the lookup.
+def build_control(lifting: Lifting, law: Law) -> Any:
+    """Lift a control law and the lookup; return the tile and one that prepares the commands at the limits of the clamp.
 
-    The last two gains of every law are its clamp. With the exact inverse law and lookup are one loop, so that the force
-    command stays in a register; a table is a gather, which does not vectorise, and has a loop of its own. Returns the
-    tile and one that prepares the commands at the limits of the clamp.
+    With the exact inverse law and lookup are one loop, so that the force command stays in a register; a table is a
+    gather, which does not vectorise, and has a loop of its own.
     """
     width, compiled, count = lifting
     setpoint, u_row, model, command = ROW["setpoint"], ROW["u"], ROW["model"], ROW["command"]
-    state_rows, gain_rows = rows("controller_state", states), rows("controller_gains", gains)
-    low, high, at_limits = gain_rows[-2], gain_rows[-1], ROW["at_limits"]
+    state_rows, law_step = rows("controller_state", law.states), law.step
+    gain_rows, at_limits = (*rows("controller_gains", law.gains), *rows("clamp")), ROW["at_limits"]
+    low, high = rows("clamp")
     measurement_rows, command_rows, model_rows = rows("measurement"), (u_row, ROW["saturated"]), rows("model")
 
     @compiled
@@ -28,7 +29,7 @@ def build_control(lifting: Lifting, law: Any, states: int, gains: int) -> Any:
         f, x, v, normal_force, valid = load(s, i, width, measurement_rows)
         measured = Measurement(f, x, v, normal_force, valid)
         given = load(s, i, width, gain_rows)
-        state, wanted = law(load(s, i, width, state_rows), measured, peek(s, setpoint * width + i), given, dt)
+        state, wanted = law_step(load(s, i, width, state_rows), measured, peek(s, setpoint * width + i), given, dt)
         store(s, i, width, state_rows, state)
         store(s, i, width, command_rows, wanted)
         return wanted[0]
@@ -56,7 +57,7 @@ def build_control(lifting: Lifting, law: Any, states: int, gains: int) -> Any:
     invert = exact_or_limit if width == 1 else exact
 
     @compiled
-    def control(s, n, dt, table, table_size):  # type: ignore[no-untyped-def]
+    def control(s, n, number, dt, table, table_size):  # type: ignore[no-untyped-def]
         if table_size == 0:
             for i in range(count(n)):
                 poke(s, command * width + i, invert(s, i, decide(s, i, dt)))

@@ -12,19 +12,34 @@ from frictionloop.quantities.arithmetic import step
 from frictionloop.quantities.normals import BLOCK
 
 NOTHING = np.zeros(0)
-EXTERNAL, PI = 0, 1
-"""Who commands: the caller (``Stepper``) or a control law of the kernel."""
+ORACLE, EXTERNAL, PI = -1, 0, 1
+"""Who commands: the oracle, the caller (``Stepper``), or the control law of this number (control/laws)."""
 STILL, STROKES, GIVEN = 0, 1, 2
 """Who moves the finger: nobody, its strokes, or the caller."""
-LAWS = ("rigid", "dahl", "lugre", "slider")
+CONTACTS = ("rigid", "dahl", "lugre", "slider")
 """Contact laws of the kernel."""
+
+
+class Plan(NamedTuple):
+    """How an oracle looks ahead (loop/oracle_tile)."""
+
+    preview: bool = False
+    late: int = 0
+    """Whole periods of the delay."""
+    predicted: int = 0
+    """Substeps until its command takes effect."""
+    steps: int = 1
+    """Steps of a trial per period."""
+    landing: int = 1
+    """Periods of a trial after that of the command tried, in which the amplitude goes where it has to stay."""
+    trials: int = 1
 
 
 class Options(NamedTuple):
     """What all lanes of a tile share: the structure of the loop and how its signals are made."""
 
     law: int
-    """EXTERNAL or PI."""
+    """ORACLE, EXTERNAL or the number of a control law."""
     segments: int
     before: int
     setpoint: int
@@ -43,7 +58,9 @@ class Options(NamedTuple):
     irregular: bool
     """Commands come late by chance, or ticks are lost."""
     contact: int
-    """Number of the contact law in ``LAWS``."""
+    """Number of the contact law in ``CONTACTS``."""
+    plan: Plan
+    """Of an oracle."""
 
 
 class Buffers(NamedTuple):

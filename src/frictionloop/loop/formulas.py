@@ -40,6 +40,8 @@ class Sums(NamedTuple):
     down_90: Any = np.nan
     down_90_2: Any = np.nan
     period_s: Any = np.nan
+    shift: Any = 0.0
+    """Constant that r and f are counted from, N."""
 
 
 class Metric(NamedTuple):
@@ -78,6 +80,10 @@ def _force_std(s: Sums) -> Any:
     return np.sqrt(np.maximum(s.f2 / s.count - (s.f / s.count) ** 2, 0.0))
 
 
+def _setpoint_std(s: Sums) -> Any:
+    return np.sqrt(np.maximum(s.r2 / s.count - (s.r / s.count) ** 2, 0.0))
+
+
 def _mean_s(sum_: Any, count: Any, period_s: Any) -> Any:
     """Return a mean time in s, NaN where there was none."""
     return np.where(count > 0, sum_ / np.maximum(count, 1.0), np.nan) * period_s
@@ -109,6 +115,10 @@ METRICS: dict[str, Metric] = {
     "fall_10_90_s": Metric(
         lambda s: _mean_s(s.down_90, s.down, s.period_s), STEPS, "s", "mean time from 10 to 90 % of a step down"
     ),
+    "mean_force": Metric(lambda s: s.shift + s.f / s.count, REGRESSION, "N", "mean of f_a"),
+    "mean_setpoint": Metric(lambda s: s.shift + s.r / s.count, IDENTITY, "N", "mean of f_r"),
+    "setpoint_spread": Metric(_setpoint_std, IDENTITY, "N", "standard deviation of f_r"),
+    "scored_periods": Metric(lambda s: s.count, IDENTITY, "1", "control periods that count"),
 }
 """Every metric by name."""
 DEFAULT_METRICS = ("r2_identity", "rms_error", "saturation_index")

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.loop.exchange import EXTERNAL, NOTHING, STILL, Options, buffers
+from frictionloop.loop.exchange import EXTERNAL, NOTHING, STILL, Options, Plan, buffers
 from frictionloop.loop.kernel_quadrature import build_quadrature
 from frictionloop.loop.kernel_substeps import build_substeps
 from frictionloop.loop.slab import ROWS, aligned
@@ -39,7 +39,7 @@ def _call_once(advance: Any, width: int) -> None:
     Numba does not guard the first call of a cached function: two threads would each load it, and the one that loses
     runs code that has been freed.
     """
-    none = Options(EXTERNAL, 1, 0, 0, True, 0, True, True, 0, 0, False, 0, 0, 1.0, STILL, False, 0)
+    none = Options(EXTERNAL, 1, 0, 0, True, 0, True, True, 0, 0, False, 0, 0, 1.0, STILL, False, 0, Plan())
     scratch = buffers(width, 1, 1, NOTHING, np.zeros(width, np.uint64))
     advance(aligned(ROWS * width), width, 0, 0, none, scratch, NOTHING, NOTHING, 0, NOTHING)
     advance.disable_compile()

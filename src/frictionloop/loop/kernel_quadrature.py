@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from frictionloop.control.pi import PiGains, PiState, pi_step
+from frictionloop.control.laws import LAWS
 from frictionloop.loop.control_tile import build_control
 from frictionloop.loop.exchange import PI, pointers
 from frictionloop.loop.felt_tile import build_felt
@@ -23,7 +23,7 @@ def build_quadrature(width: int) -> Any:
     lift = lifting("quadrature", width)
     compiled = lift.compiled
     fill_signal, fill_driven, fill_noise = build_signals(lift)
-    pi, pi_limits = build_control(lift, pi_step, len(PiState._fields), len(PiGains._fields))
+    pi, pi_limits = build_control(lift, LAWS[PI - 1])
     apply_late = build_delay(lift)
     plant = build_plant(lift)
     command, applied = ROW["command"], ROW["applied"]
@@ -43,7 +43,7 @@ def build_quadrature(width: int) -> Any:
             settle(s, n)
             pi_limits(s, n)
         if o.law == PI:
-            pi(s, n, o.dt, b.table, o.table_size)
+            pi(s, n, PI, o.dt, b.table, o.table_size)
         if k >= o.score_from:
             scores(s, n, o.groups)
         if o.groups & PERCEPTION:

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.control.pi import PiGains, PiState, pi_step
 from frictionloop.loop.bench_tile import build_bench
-from frictionloop.loop.control_tile import build_control
-from frictionloop.loop.exchange import EXTERNAL, GIVEN, PI, STILL, pointers
+from frictionloop.loop.exchange import EXTERNAL, GIVEN, ORACLE, STILL, pointers
 from frictionloop.loop.felt_tile import build_felt
+from frictionloop.loop.laws_tile import build_laws
 from frictionloop.loop.motion_tile import build_motion, build_touch
+from frictionloop.loop.oracle_tile import build_oracle
 from frictionloop.loop.score_tile import PERCEPTION, STEPS, build_scores
 from frictionloop.loop.signals import NOISE_STREAM, build_signals
 from frictionloop.loop.slab import ROW, pointer
@@ -35,14 +35,15 @@ def build_substeps(width: int) -> Any:
     lift = lifting("substeps", width)
     compiled = lift.compiled
     fill_signal, _, fill_noise = build_signals(lift)
-    pi, pi_limits = build_control(lift, pi_step, len(PiState._fields), len(PiGains._fields))
+    control, limits = build_laws(lift)
     apply_late, scores = build_delay(lift), build_scores(lift, masked=True)
     record, spread = build_record(lift, BENCH_TRACES), build_inputs(lift)[0]
     take_over, go_on, begin, accept = build_motion(lift)
     follow = build_touch(lift)
     settle, tell = build_start(lift)
     suspend, read = build_sensor(lift)
-    plant, (time_switch, keep, restore) = build_bench(lift, spread, suspend), build_timing(lift)
+    (finger, plant), (time_switch, keep, restore) = build_bench(lift, spread, suspend), build_timing(lift)
+    oracle = build_oracle(lift, spread, finger)
     felt, (begin_steps, passages) = build_felt(lift), build_steps(lift)
     setpoint, disturbance, normal, draws = ROW["setpoint"], ROW["disturbance"], ROW["normal"], ROW["draws"]
     tangential, across, position, load, jitter, lost = _STREAMS
@@ -65,7 +66,7 @@ def build_substeps(width: int) -> Any:
             time_switch(s, n)
         if k == 0:
             settle(s, n, o.contact == 0)
-            pi_limits(s, n)
+            limits(s, n)
         # Also under a finger that the caller moves: from the next period on it may move by itself.
         if o.moving != STILL:
             go_on(s, n, (k + 1) * o.dt, b.roughness)
@@ -75,10 +76,13 @@ def build_substeps(width: int) -> Any:
             follow(s, n)
 
     @compiled
-    def decide(s, n, o, b):  # type: ignore[no-untyped-def]
+    def decide(s, n, k, at, o, b):  # type: ignore[no-untyped-def]
         if o.irregular:
             keep(s, n)
-        pi(s, n, o.dt, b.table, o.table_size)
+        if o.law == ORACLE:
+            oracle(s, n, k, at, o, b)
+        else:
+            control(s, n, o.law, o.dt, b.table, o.table_size)
         if o.irregular:
             restore(s, n)
 
@@ -146,10 +150,10 @@ def build_substeps(width: int) -> Any:
                 if o.law == EXTERNAL and k > entered:
                     obey(s, n, k - 1, o, b)
                 sense(s, n, k, k - first, o, b)
-                if o.law == PI:
-                    decide(s, n, o, b)
+                if o.law != EXTERNAL:
+                    decide(s, n, k, k - first, o, b)
                 score(s, n, k, o, b, traces, size)
-                if o.law == PI:
+                if o.law != EXTERNAL:
                     move_on(s, n, k, o, b)
                 k += 1
 

@@ -42,7 +42,7 @@ def lower_finger(slab: Slab, systems: Sequence[System], keys: np.ndarray) -> np.
     _fill(slab, "limit_n", [(s.friction.nominal_n,) for s in systems])
     rates = [-2.0 * math.pi * s.plate.cutoff_hz for s in systems]
     _fill(slab, "amplitude_decay", [(math.exp(r * h / 2.0), math.exp(r * h)) for r in rates])
-    _fill(slab, "contact_coefficients", [_contact(s, h) for s in systems])
+    _fill(slab, "contact_coefficients", [contact_of_step(s, h) for s in systems])
     skins = [s.finger for s in systems]
     _fill(slab, "compliance", [(1.0 / f.stiffness_n_m if isinstance(f, Skin) else 0.0,) for f in skins])
     _fill(slab, "suspension_coefficients", [suspension_coefficients(s.sensor, h) for s in systems])
@@ -63,7 +63,8 @@ def _timing(system: System) -> tuple[float, float, float]:
     return switch_s(system) * c.rate_hz, c.jitter_s * c.rate_hz, lost_below
 
 
-def _contact(system: System, h: float) -> tuple[float, ...]:
+def contact_of_step(system: System, h: float) -> tuple[float, ...]:
+    """Return the coefficients of the contact for a step of h seconds."""
     f = system.finger
     if not isinstance(f, Skin):
         return (0.0,) * 10

@@ -5,14 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from frictionloop.control.laws import law_number, law_of
 from frictionloop.control.lookup import lookup_table
-from frictionloop.loop.exchange import EXTERNAL, NOTHING, PI, Buffers, Options, buffers, ring_size
+from frictionloop.control.overdrive import overdrive_gains
+from frictionloop.loop.exchange import EXTERNAL, NOTHING, ORACLE, Buffers, Options, buffers, ring_size
 from frictionloop.loop.felt_tile import FADE_S
 from frictionloop.loop.formulas import Sums
 from frictionloop.loop.lower_finger import keys_of, lower_finger
+from frictionloop.loop.lower_oracle import lower_oracle, plan_of
 from frictionloop.loop.lower_signals import lower_signal
 from frictionloop.loop.quadrature import segment_nodes, segment_weights
 from frictionloop.loop.score_tile import PERCEPTION
@@ -22,12 +26,13 @@ from frictionloop.loop.structure import (
     delay_periods,
     is_irregular,
     kernel_of,
+    late_s,
     moving_of,
     segments_of,
     substeps_of,
     switch_s,
 )
-from frictionloop.parameters import System
+from frictionloop.parameters import OracleController, System
 from frictionloop.physics.friction import halving_amplitude_um
 from frictionloop.physics.sources import Sampler
 
@@ -79,9 +84,9 @@ def lower(
     disturbance = lower_signal(slab, "disturbance_signal", disturbances, keys, DISTURBANCE_STREAM, rate, nodes_alike)
     slab.view("shift")[0] = slab.view("setpoint_signal")[0]
     # A bench always looks up what the last command was: jitter may keep it in force.
-    ring = ring_size(max(max(s.controller.delay_s * rate, float(name == "substeps")) for s in systems))
+    ring = ring_size(max(max(late_s(s) * rate, float(name == "substeps")) for s in systems))
     options = Options(
-        law=EXTERNAL if external else PI,
+        law=EXTERNAL if external else _number(systems[0].controller),
         segments=before + after,
         before=before,
         setpoint=setpoint.how,
@@ -98,10 +103,17 @@ def lower(
         moving=moving_of(systems[0]),
         irregular=any(is_irregular(s) for s in systems),
         contact=contact_of(systems[0]),
+        plan=plan_of(systems[0]),
     )
+    if options.law == ORACLE:
+        lower_oracle(slab, systems)
     weighting = _lower_perception(slab, rate) if groups & PERCEPTION else NOTHING
     scratch = buffers(width, ring, nodes, table, keys, roughness, weighting)
     return Tile(name, slab, options, scratch, setpoint.take, disturbance.take)
+
+
+def _number(controller: Any) -> int:
+    return ORACLE if isinstance(controller, OracleController) else law_number(controller)
 
 
 def _lower_friction(slab: Slab, systems: Sequence[System]) -> None:
@@ -141,10 +153,10 @@ def _lower_controller(slab: Slab, systems: Sequence[System]) -> np.ndarray:
     low = np.array([m.floor_n for m in models])
     high = np.array([m.nominal_n for m in models])
     size = models[0].table_size
-    gains = slab.view("controller_gains")
-    gains[0] = [s.controller.kp for s in systems]
-    gains[1] = [s.controller.ki for s in systems]
-    gains[2], gains[3] = low, high
+    if not isinstance(systems[0].controller, OracleController):
+        _lower_law(slab, [s.controller for s in systems])
+    slab.view("clamp")[:] = low, high
+    slab.view("overdrive_gains")[:] = np.array([overdrive_gains(s.controller) for s in systems]).T
     model = slab.view("model")
     model[0] = np.log2(high)
     model[1] = [math.log(2.0) / m.susceptibility_per_um2 for m in models]
@@ -156,13 +168,20 @@ def _lower_controller(slab: Slab, systems: Sequence[System]) -> np.ndarray:
     return np.ascontiguousarray(np.array([lookup_table(m) for m in models]).T).ravel()
 
 
+def _lower_law(slab: Slab, controllers: Sequence[Any]) -> None:
+    law = law_of(controllers[0])
+    slab.view("controller_gains")[: law.gains] = np.array([law.gains_of(c) for c in controllers]).T
+    if law.start_of is not None:
+        slab.view("controller_state")[: law.states] = np.array([law.start_of(c) for c in controllers]).T
+
+
 def sums_of(tile: Tile, lanes: int, periods: int) -> Sums:
     """Return the sums of a tile's first lanes after a run in which so many periods may have counted."""
     view = tile.slab.view
     *rows, scored = view("sums")[:, :lanes]
     # Where nothing is scored nothing can be said: NaN, which passes through the formulas without a warning.
-    count = np.where(scored > 0, scored, np.nan) if tile.kernel == "substeps" else periods
-    more = (view("percept")[1, :lanes], *view("step_sums")[:, :lanes], tile.options.dt)
+    count = np.where(scored > 0, scored, np.nan) if tile.kernel == "substeps" else np.full(lanes, float(periods))
+    more = (view("percept")[1, :lanes], *view("step_sums")[:, :lanes], tile.options.dt, view("shift")[0, :lanes])
     return Sums._make([*rows, count, *more])
 
 

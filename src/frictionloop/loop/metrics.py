@@ -44,7 +44,7 @@ def _sums(run: xr.Dataset, mask: Any, bound: bool = False) -> Sums:
     error2 = np.sum((f - r) ** 2)
     saturated = np.sum(run["saturated"].values[keep])
     r, f = r - shift, f - shift
-    return Sums(error2, r.sum(), r @ r, saturated, f.sum(), f @ f, f @ r, shortfall2, r.size)
+    return Sums(error2, r.sum(), r @ r, saturated, f.sum(), f @ f, f @ r, shortfall2, r.size, shift=shift)
 
 
 def _reach(run: xr.Dataset, keep: Any) -> tuple[Any, Any]:

@@ -31,9 +31,12 @@ _ROWS: tuple[tuple[str, int], ...] = (
     ("amplitude", 1),
     ("friction", 1),  # g(a) at t_k
     ("applied", 2),  # amplitude command in force before and after the switch
-    ("controller_state", 16),
+    ("controller_state", 32),
     # coefficients
-    ("controller_gains", 16),
+    ("controller_gains", 72),
+    ("clamp", 2),  # lowest and highest force command
+    ("overdrive", 1),  # believed amplitude
+    ("overdrive_gains", 3),
     ("model", 5),  # log2 f0, ln 2 / tau, clamp low, table cells per newton, last cell
     ("at_limits", 2),  # commands at the low and the high end of the clamp
     ("nominal", 1),
@@ -74,7 +77,7 @@ _ROWS: tuple[tuple[str, int], ...] = (
     ("switch", 1),  # when in the period the command changes, 0 to 1
     ("timing", 3),  # the same without jitter, jitter in periods, normal below which a tick is lost
     ("timing_draws", 2),
-    ("kept", 19),  # the controller's state and commands before a tick that may be lost
+    ("kept", 36),  # the controller's state and commands before a tick that may be lost
     ("contact", 4),
     ("contact_force", 1),
     ("vibrated_limit", 1),  # friction limit at t_k under the amplitude of then
@@ -86,6 +89,12 @@ _ROWS: tuple[tuple[str, int], ...] = (
     ("noise", 1),
     ("noise_coefficients", 2),
     ("converter", 3),
+    # the oracle's trials
+    ("trial_kept", 12),  # amplitude, contact and motion at t_k+1 as they are
+    ("trial_start", 5),  # amplitude and contact when the command takes effect
+    ("trial", 7),  # force wanted along the motion, amplitude it needs, command and error, the ones before, slope
+    ("trial_coefficients", 13),  # rows from contact_coefficients to amplitude_decay for the longer steps of a trial
+    ("trial_decay", 1),  # of the amplitude, over a period
     # perception and step times
     ("taper", 3),  # gain per period, two states
     ("percept", 2),  # weighted residual, sum of its squares
@@ -174,10 +183,12 @@ def _load(slab, lane, width, row_numbers):  # type: ignore[no-untyped-def]
     if len(row_numbers) == 1:
         return lambda slab, lane, width, row_numbers: (peek(slab, row_numbers[0] * width + lane),)
 
-    def load_rest(slab, lane, width, row_numbers):  # type: ignore[no-untyped-def]
-        return (peek(slab, row_numbers[0] * width + lane), *load(slab, lane, width, row_numbers[1:]))
+    half = len(row_numbers) // 2  # one by one, compiling a law of many gains would run out of Python's stack
 
-    return load_rest
+    def load_halves(slab, lane, width, row_numbers):  # type: ignore[no-untyped-def]
+        return (*load(slab, lane, width, row_numbers[:half]), *load(slab, lane, width, row_numbers[half:]))
+
+    return load_halves
 
 
 @overload(store)
@@ -185,8 +196,12 @@ def _store(slab, lane, width, row_numbers, values):  # type: ignore[no-untyped-d
     if len(row_numbers) == 0:
         return lambda slab, lane, width, row_numbers, values: None
 
-    def store_rest(slab, lane, width, row_numbers, values):  # type: ignore[no-untyped-def]
-        poke(slab, row_numbers[0] * width + lane, values[0])
-        store(slab, lane, width, row_numbers[1:], values[1:])
+    if len(row_numbers) == 1:
+        return lambda slab, lane, width, row_numbers, values: poke(slab, row_numbers[0] * width + lane, values[0])
+    half = len(row_numbers) // 2
 
-    return store_rest
+    def store_halves(slab, lane, width, row_numbers, values):  # type: ignore[no-untyped-def]
+        store(slab, lane, width, row_numbers[:half], values[:half])
+        store(slab, lane, width, row_numbers[half:], values[half:])
+
+    return store_halves

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from frictionloop.loop.exchange import LAWS
+from frictionloop.loop.exchange import CONTACTS
 from frictionloop.loop.motion_tile import DIRECTION, FACTOR, OCCLUDED, SPEED
 from frictionloop.loop.slab import ROW, load, peek, poke, rows
 from frictionloop.loop.tiles import Lifting
@@ -29,7 +29,7 @@ def build_start(lifting: Lifting) -> tuple[Any, Any]:
     static_rows = rows("static")
     contact_rows, given_rows, vibrated = rows("contact"), rows("contact_coefficients"), ROW["vibrated_limit"]
     full_speed = ROW["stroke_plan"] + StrokePlan._fields.index("speed_m_s")
-    rigid, lugre, slider = LAWS.index("rigid"), LAWS.index("lugre"), LAWS.index("slider")
+    rigid, lugre, slider = CONTACTS.index("rigid"), CONTACTS.index("lugre"), CONTACTS.index("slider")
 
     @compiled
     def settle(s, n, stiff):  # type: ignore[no-untyped-def]

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from frictionloop.loop.exchange import LAWS, STILL, STROKES
+from frictionloop.loop.exchange import CONTACTS, STILL, STROKES
 from frictionloop.loop.quadrature import MAX_SEGMENTS, PLATE_PER_SEGMENT, segments_needed
 from frictionloop.loop.slab import NODES_MAX
-from frictionloop.parameters import Skin, Strokes, System
+from frictionloop.parameters import OracleController, Skin, Strokes, System
 from frictionloop.physics.sources import highest_hz
 from frictionloop.quantities import FrictionloopError
 from frictionloop.sensing.touch import check_follows
@@ -17,6 +17,7 @@ STRUCTURAL = (
     "rate_hz",
     "table_size",
     "delay_s",
+    "preview",
     "jitter_s",
     "lost_ticks",
     "plate.cutoff_hz",
@@ -31,6 +32,7 @@ COUPLED = (
     *("start_hz", "stop_hz", "low_hz", "high_hz", "start_s", "stop_s", "_um", "_um2"),
     *("speed_mm_s", "stroke_mm", "reversal_s", "contact_s", "landing_s", "fastest_mm_s", "length_mm"),
     *("range_n", "setpoint.offset_n", "setpoint.amplitude_n", "model.nominal_n"),
+    *("notch_depth", "notch_width"),
 )
 """Last words of the paths whose values are checked against one another."""
 
@@ -48,13 +50,14 @@ def structure(system: System) -> tuple[object, ...]:
         contact_of(system),
         system.motion.kind,
         c.kind,
+        *((c.preview, late_s(system)) if isinstance(c, OracleController) else ()),
     )
 
 
 def kernel_of(system: System) -> str:
     """Return which kernel runs a system: by quadrature what feeds nothing back within a period, else by substeps."""
     still = system.motion.kind == "sliding" and system.finger.kind == "rigid"
-    plain = still and system.sensor.kind == "lowpass" and not is_irregular(system)
+    plain = still and system.sensor.kind == "lowpass" and not is_irregular(system) and system.controller.kind == "pi"
     return "quadrature" if plain else "substeps"
 
 
@@ -77,15 +80,21 @@ def is_irregular(system: System) -> bool:
     return system.controller.jitter_s > 0.0 or system.controller.lost_ticks > 0.0
 
 
+def late_s(system: System) -> float:
+    """Return the delay of the command in s: 0 for an oracle who knows what happens meanwhile."""
+    c = system.controller
+    return 0.0 if isinstance(c, OracleController) and c.preview else c.delay_s
+
+
 def delay_periods(system: System) -> int:
     """Return the whole control periods of the delay."""
-    return math.floor(system.controller.delay_s * system.controller.rate_hz + 1e-9)
+    return math.floor(late_s(system) * system.controller.rate_hz + 1e-9)
 
 
 def switch_s(system: System) -> float:
     """Return how long after the sample the command in force changes, in s; 0 when it changes at the sample."""
     c = system.controller
-    rest = c.delay_s - delay_periods(system) / c.rate_hz
+    rest = late_s(system) - delay_periods(system) / c.rate_hz
     return rest if rest > 1e-9 / c.rate_hz else 0.0
 
 
@@ -117,7 +126,7 @@ def _check_disturbance(system: System) -> None:
 
 def contact_of(system: System) -> int:
     """Return the number of the contact law in the kernel."""
-    return LAWS.index(system.finger.contact if isinstance(system.finger, Skin) else "rigid")
+    return CONTACTS.index(system.finger.contact if isinstance(system.finger, Skin) else "rigid")
 
 
 def moving_of(system: System) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from frictionloop.loop.slab import ROW, peek, poke, rows
+from frictionloop.loop.slab import COUNT, ROW, peek, poke
 from frictionloop.loop.tiles import Lifting
 
 
@@ -12,8 +12,8 @@ def build_timing(lifting: Lifting) -> tuple[Any, Any, Any]:
     """Return the tiles that say when the command changes, and that keep and restore what a lost tick would change."""
     width, compiled, count = lifting
     switch, timing, draws, kept = ROW["switch"], ROW["timing"], ROW["timing_draws"], ROW["kept"]
-    changed = (*rows("controller_state"), ROW["u"], ROW["saturated"], ROW["command"])
-    state, others, state_count = changed[0], changed[16:], 16
+    state, state_count = ROW["controller_state"], COUNT["controller_state"]
+    u, saturated, command, believed = ROW["u"], ROW["saturated"], ROW["command"], ROW["overdrive"]
 
     @compiled
     def time_switch(s, n):  # type: ignore[no-untyped-def]
@@ -27,9 +27,10 @@ def build_timing(lifting: Lifting) -> tuple[Any, Any, Any]:
             for i in range(count(n)):
                 poke(s, (kept + row) * width + i, peek(s, (state + row) * width + i))
         for i in range(count(n)):
-            poke(s, (kept + 16) * width + i, peek(s, others[0] * width + i))
-            poke(s, (kept + 17) * width + i, peek(s, others[1] * width + i))
-            poke(s, (kept + 18) * width + i, peek(s, others[2] * width + i))
+            poke(s, (kept + state_count) * width + i, peek(s, u * width + i))
+            poke(s, (kept + state_count + 1) * width + i, peek(s, saturated * width + i))
+            poke(s, (kept + state_count + 2) * width + i, peek(s, command * width + i))
+            poke(s, (kept + state_count + 3) * width + i, peek(s, believed * width + i))
 
     @compiled
     def choose(s, n, row, saved):  # type: ignore[no-untyped-def]
@@ -42,8 +43,9 @@ def build_timing(lifting: Lifting) -> tuple[Any, Any, Any]:
     def restore(s, n):  # type: ignore[no-untyped-def]
         for row in range(state_count):
             choose(s, n, state + row, row)
-        choose(s, n, others[0], 16)
-        choose(s, n, others[1], 17)
-        choose(s, n, others[2], 18)
+        choose(s, n, u, state_count)
+        choose(s, n, saturated, state_count + 1)
+        choose(s, n, command, state_count + 2)
+        choose(s, n, believed, state_count + 3)
 
     return time_switch, keep, restore

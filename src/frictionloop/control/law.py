@@ -1,0 +1,56 @@
+"""What every control law has in common: its step, its rows of numbers, and what it costs on a microcontroller."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+
+class Clamp(NamedTuple):
+    """Lowest and highest force in N that the controller's model can command: the last two gains of every law."""
+
+    low: float
+    high: float
+
+
+class ForceCommand(NamedTuple):
+    """Force u after the clamp in N, and whether the clamp acted (1 or 0)."""
+
+    u: float
+    saturated: float
+
+
+class Operations(NamedTuple):
+    """Operations of a law's tick; a fused multiply-add counts as one of each, negations and constants as none."""
+
+    multiplications: int = 0
+    additions: int = 0
+    comparisons: int = 0
+    """With those of clamps and absolute values."""
+    divisions: int = 0
+    roots: int = 0
+    exponentials: int = 0
+    """2^x."""
+    logarithms: int = 0
+    """log2 x."""
+    lookups: int = 0
+    """Inversions of the friction law behind the law (control/lookup)."""
+
+
+class Law(NamedTuple):
+    """A control law: ``step(state, measurement, setpoint_n, gains, dt) -> state, ForceCommand``."""
+
+    kind: str
+    """Kind of the parameters it runs with."""
+    step: Any
+    states: int
+    gains_of: Callable[[Any], tuple[float, ...]]
+    """Controller parameters -> gains of the step without the clamp."""
+    gains: int
+    """How many these are."""
+    start_of: Callable[[Any], tuple[float, ...]] | None = None
+    """Controller parameters -> state at t = 0; all zero where it is missing."""
+    frozen: tuple[int, ...] = ()
+    """Indices of slow states (estimates of the finger), which the linear analysis holds where they are."""
+    operations: Operations | None = None
+    """What a tick costs at most, with the lookup and without overdrive behind it; None where it is not known."""

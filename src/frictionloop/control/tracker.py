@@ -1,0 +1,133 @@
+"""The tracker: which amplitude gives the wanted friction, by an observer that learns the finger while it slides.
+
+One law for any contact, speed and load. It observes the logarithm of the friction limit, in which fingers differ by an
+offset, load and vibration add up, and the loop gain is the same for all (control/limit_observer). By the correlation
+of innovations with their sensitivities (a recursive prediction error method, Ljung, System Identification, ch. 11) it
+learns the compliance of the contact, on which the pole between limit and friction depends, and the susceptibility.
+Gains are scheduled by that pole, which moves with speed and force.
+
+Commands: the amplitude at which friction goes the given share of its error in a period, reached by overdrive. A
+finger that is stuck, lands or is lifted holds the limit: the law then is a lookup by what it last knew, and goes on
+without a jump. There is no integrator to wind up; the estimates are bounded.
+
+Operations of a tick: 177 multiplications, 157 additions, 79 comparisons, 12 divisions, 1 root, 3 exp2, 2 log2.
+"""
+
+from __future__ import annotations
+
+import math
+
+from frictionloop.control.law import ForceCommand
+from frictionloop.control.limit_observer import (
+    limit_of,
+    scheduled,
+    sensitivity_step,
+    sensor_step,
+    share_of,
+    stuck_share,
+)
+from frictionloop.control.overdrive import OverdriveGains, overdrive_step
+from frictionloop.control.tracker_state import TrackerState
+from frictionloop.quantities.arithmetic import exp2, fma, log2, step
+from frictionloop.sensing.measurement import Measurement
+
+LOG2_E = 1.4426950408889634
+HALF_LN_2 = 0.34657359027997264
+LOWEST, HIGHEST = -3.3, 3.6
+"""Bounds of log2 of the limit: 0.1 to 12 N (assumed)."""
+LARGEST_N = 5.0
+"""Bound of the believed friction: twice what the sensor reads (a reading that jumps moves it by 17 times as much)."""
+FASTEST_C, FASTEST_FALL = 2.0, 2e-4
+"""Most that one reading may move compliance (um/N) and susceptibility (assumed: their ranges in 8 ms and 1.4 s)."""
+LARGEST_BY_C, LARGEST_BY_T = 0.02, 4.0
+"""Sensitivities of the reading, N per um/N and N um^2, at which they begin anew: while a tip sticks they grow."""
+SLOWEST_M_S = 0.002
+"""Speed below which the contact's time constant no longer grows (the least that counts as sliding)."""
+SMOOTH = 0.1
+"""Gain of the smoothed rate of friction (assumed: 2 ms)."""
+CALM_C, CALM_T = 2e-3, 1e-3
+"""Shares by which compliance falls and susceptibility rises in a tick of ringing (chosen on fingers(300, 3))."""
+FORGET = 4e-4
+"""Gain of the mean squares of the sensitivities (assumed: half a second)."""
+
+
+@step
+def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: float):  # type: ignore[no-untyped-def]
+    """One tick; see the module."""
+    a, command, d, trusted, f, x1, x2, x3, before, load, rising, f_before, c, fall, pc, pt = state[:16]
+    sc, st = state[16:21], state[21:26]
+    rest, decay_rest, decay_left, decay, inverse, most_um, most_c, learn_c, learn_t, exponent, load_gain = gains[:11]
+    skin, jump, log2_nominal, model_fall, sf, s1, s2, s3 = gains[11:19]
+    sensor, table = gains[19:32], gains[32:67]
+    low, high = gains[67], gains[68]
+    force, _, speed, pressed, valid = measurement
+
+    forward = 1.0 if speed >= 0.0 else -1.0
+    turned = forward * before < 0.0
+    sign = -1.0 if turned else 1.0
+    f, f_before, x1, x2, x3 = sign * f, sign * f_before, sign * x1, sign * x2, sign * x3
+    v = max(abs(speed), SLOWEST_M_S)
+    way_um, fastest = v * dt * 1e6, skin * v
+    load = fma(load_gain, log2(max(pressed * 2.0, 0.04)) - load, load)
+    push = exponent * load
+
+    # Correct by the reading.
+    error = force - x3
+    limit = limit_of(d + push, fall, a)
+    share = share_of(c, f, way_um)
+    kd, kf = scheduled(share, *table[0:5]), scheduled(share, *table[5:10])
+    k1, k2, k3 = scheduled(share, *table[10:15]), scheduled(share, *table[15:20]), scheduled(share, *table[20:25])
+    lead, trust = scheduled(share, *table[25:30]), scheduled(share, *table[30:35])
+    w = stuck_share(f, limit, rising, fastest, valid)
+    steady = (w == 0.0) & (f > 0.15) & (abs(error) < 0.03) & (abs(rising) < 0.5 * fastest)
+    learns = 1.0 if steady else 0.0
+    pc = fma(learns * FORGET, fma(sc[4], sc[4], -pc), pc)
+    pt = fma(learns * FORGET, fma(st[4], st[4], -pt), pt)
+    step_c = min(max(learn_c * error * sc[4] / (pc + 1e-10), -FASTEST_C), FASTEST_C)
+    c = min(max(fma(learns, step_c, c), 0.0), most_c)
+    step_t = min(max(learn_t * error * st[4] / (pt + 5e-9), -FASTEST_FALL), FASTEST_FALL)
+    # Friction that falls faster than the skin follows rings: less lag and more effect of vibration are safe beliefs.
+    rings = valid if rising < -2.0 * fastest else 0.0
+    c = fma(-CALM_C * rings, c, c)
+    fall = min(max(fma(CALM_T * rings, fall, fma(learns, step_t, fall)), 0.2), 3.0)
+    slides = 1.0 - w
+    per_force = 1.0 / min(max(f, 0.1), 2.0)
+    up = slides * min(max(kd * error, -jump), jump) * per_force
+    d = min(max(fma(LOG2_E, up, d), LOWEST), HIGHEST)
+    limit = fma(limit, up, limit)
+    f = fma(w * sf, error, fma(slides, min(max(kf * error, -2.0 * jump), 2.0 * jump), f))
+    f = min(max(f, -LARGEST_N), LARGEST_N)
+    x1, x2 = fma(fma(slides, k1, w * s1), error, x1), fma(fma(slides, k2, w * s2), error, x2)
+    x3 = fma(fma(slides, k3, w * s3), error, x3)
+    rising = fma(SMOOTH, (f - f_before) / dt - rising, rising)
+
+    # Go on to when the command takes effect.
+    a_then = fma(decay_rest, a - command, command)
+    limit_then = limit_of(d + push, fall, a_then)
+    mean = 0.5 * (limit + limit_then)
+    share = share_of(c, mean, way_um)
+    mean = limit_then if share > 0.97 else mean
+    change = min(share * (mean - f), 1.2 * fastest * dt)
+    f_then = fma(rest, change, f)
+
+    # Command.
+    wanted_limit = max(fma(setpoint_n - f_then, 1.0 / lead, f_then), 0.02)
+    trusted = fma(trust, d - trusted, trusted)
+    square = (trusted + push - log2(wanted_limit)) / fall
+    held = min(max(square, 0.0), most_um * most_um)
+    _, command = overdrive_step(a_then, math.sqrt(held), OverdriveGains(decay, inverse, most_um))
+    u = min(max(exp2(fma(-model_fall, held, log2_nominal)), low), high)
+
+    # Go on to the next sample.
+    k = (kd * per_force, kf, k1, k2, k3)
+    added_c = -share * share * max(mean, 0.05) / way_um * (mean - f)
+    added_t = -HALF_LN_2 * share * mean * fma(a, a, a_then * a_then)
+    keep = 0.0 if turned | (abs(sc[4]) > LARGEST_BY_C) | (abs(st[4]) > LARGEST_BY_T) else 1.0
+    by_c = sensitivity_step(sc, keep, k, w, share, mean, added_c, sensor)
+    by_t = sensitivity_step(st, keep, k, w, share, mean, added_t, sensor)
+    x1, x2, x3 = sensor_step(x1, x2, x3, f, f + change, sensor)
+    state = TrackerState(
+        fma(decay_left, a_then - command, command), command, d, trusted, f + change, x1, x2, x3, forward, load, rising,
+        f, c, fall, pc, pt, *by_c, *by_t,
+    )  # fmt: skip
+    return state, ForceCommand(u, 1.0 if square != held else 0.0)

@@ -1,0 +1,183 @@
+"""PI behind a cascade of biquads: against scipy and NumPy, by hand, and what it must never do."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import signal
+
+import frictionloop as fl
+from frictionloop.control.expected import ExpectedState
+from frictionloop.control.filtered_pi import GAINS, STATES, filtered_pi_gains, filtered_pi_start, filtered_pi_step
+from frictionloop.control.laws import law_of
+from frictionloop.control.notch import notch_section, section_response
+from frictionloop.control.pi import PiGains, PiState, pi_step
+from frictionloop.sensing.measurement import Measurement
+
+RATE = 5000.0
+CLAMP = (0.1, 0.9)
+
+
+def run(controller, setpoints, forces, valid=None, clamp=CLAMP):
+    """Commands, saturated and the state after each step."""
+    gains = tuple(map(float, (*filtered_pi_gains(controller), *clamp)))
+    state = tuple(map(float, filtered_pi_start(controller)))
+    out, states = [], []
+    for r, f, ok in zip(setpoints, forces, np.ones(len(forces)) if valid is None else valid, strict=True):
+        told = Measurement(float(f), 0.0, 0.0, 0.0, float(ok))
+        state, command = filtered_pi_step(state, told, float(r), gains, 1.0 / RATE)
+        out.append(tuple(command))
+        states.append(state)
+    return np.array(out), np.array(states)
+
+
+def sos_of(sections):
+    return np.array([[b0, b1, b2, 1.0, a1, a2] for b0, b1, b2, a1, a2 in sections])
+
+
+def filters(count, seed):
+    """Stable sections, poles and zeros at random, within -2 to 2."""
+    draw = np.random.default_rng(seed)
+    found = []
+    for _ in range(count):
+        radius, angle = draw.uniform(0.2, 0.97), draw.uniform(0.0, np.pi)
+        b = draw.uniform(-1.0, 1.0, 3)
+        found.append((*b.tolist(), -2 * radius * math.cos(angle), radius**2))
+    return tuple(found)
+
+
+def test_a_law_fits_its_rows():
+    assert STATES <= 32
+    assert GAINS <= 46
+    assert len(filtered_pi_gains(fl.NotchPiController(feedforward=True))) == GAINS
+    assert len(filtered_pi_start(fl.NotchPiController())) == STATES
+    assert law_of(fl.NotchPiController()) is law_of(fl.FilteredPiController())
+
+
+@pytest.mark.parametrize("count", range(7))
+def test_filter_and_pi_against_scipy_and_numpy(count):
+    """Cumulative sum and sosfilt where nothing clamps."""
+    draw = np.random.default_rng(count)
+    sections, error = filters(count, count), 0.01 * draw.standard_normal(400)
+    controller = fl.FilteredPiController(kp=0.3, ki=50.0, sections=sections)
+    got, _ = run(controller, np.full(400, 0.5), 0.5 - error, clamp=(-100.0, 100.0))
+    filtered = signal.sosfilt(sos_of(sections), error) if count else error
+    integral = 50.0 / RATE * np.concatenate([[0.0], np.cumsum(filtered)[:-1]])
+    np.testing.assert_allclose(
+        got[:, 0], 0.3 * filtered + integral, rtol=0, atol=1e-12 * np.max(np.abs(filtered)) * 400
+    )
+    assert not got[:, 1].any()
+
+
+def test_clamp_and_conditional_integration_in_plain_python():
+    """The contract's text on the filtered error, with a notch, through long stretches in the clamp."""
+    draw = np.random.default_rng(3)
+    setpoint = np.repeat(draw.uniform(0.0, 1.2, 20), 50)
+    force = 0.5 + 0.4 * np.sin(np.arange(1000) / 40.0)
+    controller = fl.NotchPiController(kp=0.5, ki=300.0, notch_depth=0.1, notch_width=0.5)
+    got, states = run(controller, setpoint, force)
+    t = np.tan(np.pi * controller.notch_hz / RATE)
+    analogue = lambda zeta: [1.0, 2 * zeta * t, t * t]  # noqa: E731  (s in units of 2 rate)
+    b, a = signal.bilinear(analogue(controller.notch_depth), analogue(controller.notch_width), fs=0.5)
+    filtered = signal.lfilter(b, a, setpoint - force)
+    integral = 0.0
+    for k, e in enumerate(filtered):
+        v = 0.5 * e + integral
+        assert got[k, 0] == pytest.approx(min(max(v, CLAMP[0]), CLAMP[1]), abs=1e-12)
+        if not ((v > CLAMP[1] and e > 0) or (v < CLAMP[0] and e < 0)):
+            integral += 300.0 / RATE * e
+        assert states[k, 0] == pytest.approx(integral, abs=1e-11)
+    assert 0.2 < got[:, 1].mean() < 0.9  # the clamp did act, and did let go
+
+
+@pytest.mark.parametrize(("hz", "depth", "width"), [(138.0, 0.1, 0.5), (10.0, 0.0, 10.0), (2400.0, 0.5, 0.5)])
+def test_notch_against_scipy(hz, depth, width):
+    """Bilinear with prewarping: scipy maps the analogue notch whose centre is warped to 2 rate tan(pi f/rate)."""
+    w = 2 * RATE * math.tan(math.pi * hz / RATE)
+    b, a = signal.bilinear([1, 2 * depth * w, w * w], [1, 2 * width * w, w * w], fs=RATE)
+    got = notch_section(hz, depth, width, RATE)
+    np.testing.assert_allclose(got, [*b, *a[1:]], rtol=1e-9, atol=1e-12)
+    frequency = np.array([1.0, hz, 0.4 * RATE])
+    np.testing.assert_allclose(
+        section_response(got, frequency, RATE), signal.freqz(b, a, frequency, fs=RATE)[1], rtol=1e-7, atol=1e-12
+    )
+    assert abs(section_response(got, hz, RATE)) == pytest.approx(depth / width, abs=1e-12)
+    assert sum(got[:3]) / (1 + sum(got[3:])) == pytest.approx(1.0, rel=1e-9)  # at rest
+    assert max(map(abs, got)) <= 2.0
+
+
+@given(st.lists(st.floats(-5, 5), min_size=1, max_size=60), st.integers(0, 2**31))
+def test_without_sections_it_is_pi_to_the_bit(forces, seed):
+    draw = np.random.default_rng(seed)
+    setpoints, valid = draw.uniform(-0.5, 1.5, len(forces)), draw.integers(0, 2, len(forces))
+    kp, ki = draw.uniform(0, 20), draw.uniform(0, 500)
+    got, states = run(fl.FilteredPiController(kp=kp, ki=ki), setpoints, forces, valid)
+    state = PiState(0.0)
+    for k, (r, f, ok) in enumerate(zip(setpoints, forces, valid, strict=True)):
+        told = Measurement(float(f), 0.0, 0.0, 0.0, float(ok))
+        state, command = pi_step(state, told, float(r), PiGains(kp, ki, *CLAMP), 1.0 / RATE)
+        assert (command.u, command.saturated, state.integral) == (*got[k], states[k, 0])
+
+
+wild = st.floats(-1e3, 1e3) | st.sampled_from([0.0, -1e3, 1e3])
+
+
+@settings(max_examples=150)
+@given(
+    st.lists(st.tuples(wild, st.floats(-2, 3), st.booleans()), min_size=1, max_size=150),
+    st.integers(0, 6),
+    st.booleans(),
+    st.booleans(),
+    st.floats(0, 5),
+    st.floats(0, 1000),
+)
+def test_it_never_leaves_its_clamp_nor_winds_up(told, count, feedforward, overdrive, kp, ki):
+    """For an error e inside |e| <= E: I goes on only while v is inside, so it stays within the clamp and ki dt E."""
+    forces, setpoints, valid = (np.array(column, dtype=float) for column in zip(*told, strict=True))
+    controller = fl.FilteredPiController(
+        kp=kp, ki=ki, sections=filters(count, 1), feedforward=feedforward, overdrive=overdrive, delay_s=330e-6
+    )
+    got, states = run(controller, setpoints, forces, valid)
+    assert np.all((got[:, 0] >= CLAMP[0]) & (got[:, 0] <= CLAMP[1]))
+    assert np.all(np.isfinite(states))
+    first, read = 13, 13 + ExpectedState._fields.index("reading")
+    expected = np.concatenate([[0.8], states[:-1, read]]) if feedforward else setpoints
+    error = valid * (expected - forces)
+    largest = np.max(np.abs(signal.sosfilt(sos_of(filters(count, 1)), error) if count else error))
+    ahead = setpoints if feedforward else np.zeros(1)
+    room = ki / RATE * largest * (1 + 1e-9) + 1e-9
+    assert np.max(states[:, 0]) <= max(0.0, CLAMP[1] - ahead.min()) + room
+    assert np.min(states[:, 0]) >= min(0.0, CLAMP[0] - ahead.max()) - room
+    # Forces of the expected reading: at most what a resonance of step inputs within the commands can reach.
+    if feedforward:
+        span = max(CLAMP[1], setpoints.max(), 0.8) - min(CLAMP[0], setpoints.min(), 0.8)
+        assert np.ptp(np.append(states[:, first : first + 5], 0.8)) <= span * (1 + 1e-9)
+
+
+@settings(max_examples=30)
+@given(st.floats(-5, 5), st.booleans())
+def test_a_filter_that_rested_does_not_kick(before, feedforward):
+    """While the finger does not slide u holds; back again, the first error meets filters at rest."""
+    controller = fl.NotchPiController(kp=0.2, ki=100.0, notch_depth=0.1, notch_width=0.5, feedforward=feedforward)
+    valid = np.concatenate([np.ones(50), np.zeros(2000), np.ones(1)])
+    force = np.concatenate([np.full(50, before), np.full(2000, 77.0), np.full(1, 0.5)])
+    got, states = run(controller, np.full(2051, 0.5), force, valid)
+    assert np.ptp(got[50:2050, 0]) == 0.0
+    assert np.ptp(states[49:2050, 0]) == 0.0
+    assert np.max(np.abs(states[2049, 1:13])) < 1e-12
+    ahead = 0.5 if feedforward else 0.0
+    reading = states[2049, 20] if feedforward else 0.5
+    b0 = notch_section(controller.notch_hz, controller.notch_depth, controller.notch_width, RATE)[0]
+    v = ahead + states[2049, 0] + 0.2 * b0 * (reading - 0.5)
+    assert got[2050, 0] == pytest.approx(min(max(v, CLAMP[0]), CLAMP[1]), abs=1e-12)
+
+
+def test_without_feedback_the_setpoint_is_commanded():
+    controller = fl.NotchPiController(kp=0.0, ki=0.0, feedforward=True)
+    setpoint = np.array([0.5, 0.3, 0.05, 1.3, 0.7])
+    got, _ = run(controller, setpoint, np.zeros(5))
+    np.testing.assert_allclose(got, np.column_stack([[0.5, 0.3, 0.1, 0.9, 0.7], [0, 0, 1, 1, 0]]), rtol=1e-15)

@@ -1,0 +1,135 @@
+"""What the tracker learns from fingers that are as it believes, and how the observer feels what it learns."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.linalg import solve_discrete_are
+
+import frictionloop as fl
+from frictionloop.control.tracker import tracker_step
+from frictionloop.control.tracker_gains import observed, sensor_matrices, tracker_gains, tracker_start
+from frictionloop.control.tracker_state import TrackerState
+from frictionloop.parameters.tracking import SCHEDULE, SHARES, TrackerController
+from frictionloop.sensing.measurement import Measurement
+
+DT, SPEED, NOISE_N = 1.0 / 5000, 0.02, 1e-4
+LN2 = np.log(2.0)
+
+
+def controller(**changes):
+    return TrackerController(**{"model": fl.bench().controller.model, "rate_hz": 5000, "delay_s": 2e-4} | changes)
+
+
+MODEL = observed(controller())
+
+
+class Finger:
+    """What the tracker believes, as a plant: a limit that walks, contact and sensor stepped as the docstrings say."""
+
+    def __init__(self, compliance_um_per_n, tau, walk, noise_n=NOISE_N):
+        self.c, self.tau, self.rng = 1e-6 * compliance_um_per_n, tau, np.random.default_rng(3)
+        self.walk, self.noise_n = walk, noise_n
+        self.A, self.b0, self.b1 = sensor_matrices(MODEL, DT)
+        self.x, self.f, self.a, self.ln_limit, self.command = np.zeros(3), 0.0, 0.0, np.log(0.95), 0.0
+        self.pole = np.exp(-2 * np.pi * MODEL.plate_hz * DT)
+
+    def period(self, command):
+        """Advance by a period, at whose end the command takes effect; return the reading."""
+        after = self.command + (self.a - self.command) * self.pole
+        limits = np.exp(self.ln_limit - self.tau * np.array([self.a, after]) ** 2)
+        self.ln_limit += self.walk * self.rng.normal() - 2e-4 * (self.ln_limit - np.log(0.95))
+        mean = limits[1] if self.c == 0.0 else limits.mean()
+        change = min((mean - self.f) * DT / (DT + self.c * mean / SPEED), 1.2e3 * SPEED * DT)
+        self.x = self.A @ self.x + self.b0 * self.f + self.b1 * (self.f + change)
+        self.f, self.a, self.command = self.f + change, after, command
+        return self.x[2] + self.noise_n * self.rng.normal()
+
+
+def stepped(c, state, y, setpoint_n):
+    gains = (*tracker_gains(c), c.model.floor_n, c.model.nominal_n)
+    after, _ = tracker_step(tuple(state), Measurement(y, 0.0, SPEED, 0.5, 1.0), setpoint_n, gains, DT)
+    return TrackerState(*after)
+
+
+def tracked(c, finger, ticks, hz=1.0):
+    """Return the states before each tick and the readings, for a sine of 0.6 +- 0.1 N."""
+    state, y, states, readings = TrackerState(*tracker_start(c)), 0.0, [], []
+    for k in range(ticks):
+        states.append(state)
+        readings.append(y)
+        state = stepped(c, state, y, 0.6 + 0.1 * np.sin(2 * np.pi * hz * k * DT))
+        y = finger.period(state.command)
+    return states, readings
+
+
+def replayed(c, states, readings, parameter, value):
+    """Return the expected readings of an observer with another parameter: same readings, same commands."""
+    state, found = states[0]._replace(**{parameter: value}), []
+    for own, y in zip(states, readings, strict=True):
+        state = state._replace(amplitude=own.amplitude, command=own.command)
+        found.append(state.reading)
+        state = stepped(c, state, y, 0.6)
+    return np.array(found)
+
+
+@pytest.mark.parametrize(("parameter", "by", "step"), [("compliance", "by_c4", 1e-3), ("fall", "by_t4", 1e-6)])
+@pytest.mark.parametrize("compliance", [20.0, 45.0])
+def test_sensitivities_against_finite_differences(parameter, by, step, compliance):
+    """d(expected reading)/d(parameter) with learning off, under a schedule that is the same at all shares.
+
+    That the compliance also chooses the gains is left out of the sensitivity: it moves the reading by what the next
+    innovations bring, which nothing before them correlates with.
+    """
+    share = 1.0 / (1.0 + compliance * 0.6e-6 / (SPEED * DT))
+    flat = (tuple(float(np.interp(share, SHARES, column)) for column in np.array(SCHEDULE).T),) * 5
+    learning = {"compliance_learning": 0.0, "susceptibility_learning": 0.0, "schedule": flat}
+    c = controller(compliance_um_per_n=compliance, **learning)
+    states, readings = tracked(c, Finger(compliance, 0.38, 3e-4, 1e-5), 3000, hz=4.0)
+    start = getattr(states[0], parameter)
+    ahead, behind = (replayed(c, states, readings, parameter, start + sign * step) for sign in (1, -1))
+    slope, told = (ahead - behind) / (2 * step), np.array([getattr(state, by) for state in states])
+    scored = slice(1500, None)
+    np.testing.assert_allclose(told[scored], slope[scored], atol=0.03 * np.abs(slope[scored]).max())
+
+
+def matched(walk):
+    """Return a schedule of the Kalman gains for the noise that is there."""
+    A, b0, b1 = sensor_matrices(MODEL, DT)
+    rows = []
+    for share, quick in zip(SHARES, SCHEDULE, strict=True):
+        F = np.zeros((5, 5))
+        F[0, 0], F[1, :2], F[2:, 2:] = 1.0, (share, 1.0 - share), A
+        F[2:, :2] = np.outer(b0, [0.0, 1.0]) + np.outer(b1, F[1, :2])
+        Q = np.diag([(0.6 * walk) ** 2, *[1e-14] * 4])
+        P = solve_discrete_are(F.T, np.eye(5)[:, 4:], Q, [[NOISE_N**2]])
+        rows.append((*(P[:, 4] / (P[4, 4] + NOISE_N**2)).tolist(), *quick[5:]))
+    return tuple(rows)
+
+
+def learnt(compliance, tau, walk, schedule, ticks=40000):
+    states, _ = tracked(controller(schedule=schedule), Finger(compliance, tau, walk), ticks)
+    at = np.array([(state.compliance, LN2 * state.fall) for state in states])
+    return at[ticks // 2 :, 0].mean(), at[ticks // 2 :, 1].mean()
+
+
+@pytest.mark.parametrize("compliance", [0.0, 30.0, 50.0])
+def test_it_learns_the_contact(compliance):
+    """From 10 um/N to the truth within 20 %, by gains that suit the noise; the susceptibility stays right."""
+    found, tau = learnt(compliance, 0.38, 3e-3, matched(3e-3))
+    assert found == pytest.approx(compliance, rel=0.2, abs=2.0)
+    assert tau == pytest.approx(0.38, rel=0.1)
+
+
+@pytest.mark.parametrize("compliance", [0.0, 30.0, 50.0])
+def test_it_corrects_a_wrong_susceptibility(compliance):
+    """Believed 0.38, true 0.28 per um^2; the sign of the correction is right whatever the contact."""
+    _, tau = learnt(compliance, 0.28, 3e-3, matched(3e-3), ticks=80000)
+    assert 0.27 < tau < 0.36
+
+
+@pytest.mark.parametrize(("compliance", "least", "most"), [(0.0, 0.0, 5.0), (30.0, 27.0, 48.0), (50.0, 45.0, 75.0)])
+def test_gains_for_robustness_bias_what_is_learnt(compliance, least, most):
+    """The default schedule expects another noise, and the compliance comes out a third too large."""
+    found, _ = learnt(compliance, 0.38, 3e-3, SCHEDULE)
+    assert least <= found <= most
