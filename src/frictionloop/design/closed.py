@@ -1,4 +1,4 @@
-"""The sampled plant closed by the PI law: the loop as a state space."""
+"""The sampled plant closed by a control law: the loop as a state space."""
 
 from __future__ import annotations
 
@@ -6,46 +6,45 @@ import numpy as np
 
 from frictionloop.design.state_space import StateSpace
 
-INPUTS = ("f_r", "d", "n")
+INPUTS = ("f_r", "d", "n", "q")
+"""Set-point, disturbance, noise before the sensor's pole, error of the reading (a converter's rounding)."""
 OUTPUTS = ("f_a", "f_m", "u")
 
 
-def close(plant: StateSpace, kp: float, ki: float) -> StateSpace:
-    """Return the loop e = f_r - f_m, u = kp e + I, I[k+1] = I[k] + ki Ts e around a plant.
-
-    The integral is a state only when ki is not 0, so that its idle pole at 1 does not count as instability.
+def close(plant: StateSpace, law: StateSpace) -> StateSpace:
+    """Return the loop of a control law around a plant.
 
     Parameters
     ----------
     plant
         Inputs u, d, n and outputs f_a, f_m, in that order, without a direct path from u.
-    kp
-        Proportional gain, N/N.
-    ki
-        Integral gain, 1/s.
+    law
+        Inputs f_r, f_m and outputs u, c: the force command, and what the plant gets of it behind the overdrive
+        (design/law_space).
 
     Returns
     -------
     StateSpace
-        Inputs f_r, d, n and outputs f_a, f_m, u: the values at t_k, before the update, with the u computed there.
+        Inputs f_r, d, n, q and outputs f_a, f_m, u: the values at t_k, before the update, with the u computed there.
     """
-    states, integrals = len(plant.A), int(ki != 0)
-    command, f_m = plant.B[:, :1], plant.C[1:]
-    # e and u as rows over the states [x, I] and over the inputs [f_r, d, n].
-    e_x = np.hstack([-f_m, np.zeros((1, integrals))])
-    e_w = np.hstack([np.ones((1, 1)), -plant.D[1:, 1:]])
-    u_x = kp * e_x + np.hstack([np.zeros((1, states)), np.ones((1, integrals))])
-    u_w = kp * e_w
-    free = np.block([[plant.A, np.zeros((states, integrals))], [np.zeros((integrals, states)), np.eye(integrals)]])
-    driven = np.hstack([np.zeros((states, 1)), plant.B[:, 1:]])
-    error_in = np.full((integrals, 1), ki * plant.period_s)
-    outputs = np.hstack([plant.C, np.zeros((2, integrals))])
-    through = np.hstack([np.zeros((2, 1)), plant.D[:, 1:]])
+    states = len(law.A)
+    command, f_m, late = plant.B[:, :1], plant.C[1:], law.C[1:]
+    # Reading f_m + q over the states [plant, law] and over the inputs; from it u and c.
+    read_x = np.hstack([f_m, np.zeros((1, states))])
+    read_w = np.hstack([np.zeros((1, 1)), plant.D[1:, 1:], np.ones((1, 1))])
+    set_w = np.array([[1.0, 0.0, 0.0, 0.0]])
+    said_x = law.D[:, 1:] @ read_x + np.hstack([np.zeros((2, len(plant.A))), law.C])
+    said_w = law.D[:, 1:] @ read_w + law.D[:, :1] @ set_w
+    free = np.block([[plant.A, command @ late], [np.zeros((states, len(plant.A))), law.A]])
+    free[: len(plant.A)] += command @ (law.D[1:, 1:] @ read_x)
+    free[len(plant.A) :] += law.B[:, 1:] @ read_x
+    driven = np.hstack([np.zeros((len(plant.A), 1)), plant.B[:, 1:], np.zeros((len(plant.A), 1))])
+    f_a_x, f_a_w = np.hstack([plant.C[:1], np.zeros((1, states))]), np.hstack([[[0.0]], plant.D[:1, 1:], [[0.0]]])
     return StateSpace(
-        A=free + np.vstack([command @ u_x, error_in @ e_x]),
-        B=np.vstack([driven + command @ u_w, error_in @ e_w]),
-        C=np.vstack([outputs, u_x]),
-        D=np.vstack([through, u_w]),
+        A=free,
+        B=np.vstack([driven + command @ said_w[1:], law.B[:, 1:] @ read_w + law.B[:, :1] @ set_w]),
+        C=np.vstack([f_a_x, read_x, said_x[:1]]),
+        D=np.vstack([f_a_w, read_w, said_w[:1]]),
         period_s=plant.period_s,
         inputs=INPUTS,
         outputs=OUTPUTS,

@@ -10,7 +10,7 @@ import numpy as np
 from frictionloop.control.lookup import lookup_table
 from frictionloop.control.pi import linearise_pi
 from frictionloop.design.operating import law_at, operating_amplitude_um
-from frictionloop.parameters import LowpassSensor, Model, Sensor, Skin, Strokes, System, check_system
+from frictionloop.parameters import LowpassSensor, Model, PiController, Sensor, Skin, Strokes, System, check_system
 from frictionloop.physics.contact_linear import linearise_dahl, linearise_lugre, linearise_slider
 from frictionloop.physics.friction import friction_force
 from frictionloop.physics.plate import linearise_plate
@@ -23,8 +23,10 @@ from frictionloop.sensing.suspended import linearise_suspended
 class Elements:
     """C(s), P(s), S(s) of equation (2) for small signals, and where on the friction law they hold."""
 
-    controller: Lti
-    """C(s) = (kp + ki/s) exp(-s delay_s), error to force command, N/N."""
+    controller: Lti | None
+    """C(s) = (kp + ki/s) exp(-s delay_s) of a PI law, error to force command, N/N; other laws: `law_space`."""
+    delay_s: float
+    """Time from a sample to the command computed from it."""
     plate: Lti
     """P(s), force command to friction force, N/N: lookup table, plate, friction law and contact lumped."""
     stages: tuple[Lti, ...]
@@ -73,7 +75,8 @@ def elements(
     force = float(friction_force(amplitude, law))
     gain = lumped_gain(system, amplitude, occluded)
     return Elements(
-        controller=linearise_pi(system.controller),
+        controller=linearise_pi(system.controller) if isinstance(system.controller, PiController) else None,
+        delay_s=system.controller.delay_s,
         plate=Lti((gain,), (1.0,)) * linearise_plate(system.plate) * linearise_contact(system, force),
         stages=linearise_stages(system.sensor),
         amplitude_um=amplitude,

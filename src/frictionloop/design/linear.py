@@ -14,6 +14,8 @@ from numpy.typing import ArrayLike
 from frictionloop.control.pi import linearise_pi
 from frictionloop.design.closed import close
 from frictionloop.design.elements import Elements, elements
+from frictionloop.design.jacobian import linear_range_n
+from frictionloop.design.law_space import law_space
 from frictionloop.design.margins import Margins, margins, search_grid
 from frictionloop.design.responses import (
     LONG_NAMES,
@@ -23,9 +25,14 @@ from frictionloop.design.responses import (
     continuous_responses,
     sampled_responses,
 )
+from frictionloop.design.rest import rest_of
 from frictionloop.design.sampled import SampledPlant, sample
 from frictionloop.design.state_space import Array, Complex, StateSpace
-from frictionloop.parameters import LowpassSensor, System
+from frictionloop.parameters import LowpassSensor, PiController, System
+from frictionloop.quantities import FrictionloopError
+
+LOW = 1e-9
+"""Share of the Nyquist frequency that counts as low: below every crossover of a loop with integral action."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,20 +61,22 @@ class LinearLoop:
         frequency_hz
             Frequencies in Hz, shape (frequencies,), above 0 and up to half the control rate.
         reading
-            "sampled" is the loop as it runs: zero-order hold, delay and PI sum exact, d linear between samples, n
+            "sampled" is the loop as it runs: zero-order hold, delay and law exact, d linear between samples, n
             held over its period, responses from samples to samples. "held", "lag" and "printed" are equation (2) in
-            continuous time with the hold exact, as half a period of delay, and (delay too) left out.
+            continuous time with the hold exact, as half a period of delay, and (delay too) left out; they are for PI.
 
         Returns
         -------
         xarray.Dataset
-            Complex ``G``, ``S``, ``T``, ``f_a_from_f_r``, ``f_a_from_d``, ``f_a_from_n``, ``u_from_f_r`` and
-            ``u_from_n`` (N/N) over ``frequency`` (Hz). Noise enters before the electronics' pole, behind any springs.
+            Complex ``G``, ``S``, ``T``, ``f_a_from_f_r``, ``f_a_from_d``, ``f_a_from_n``, ``u_from_f_r``,
+            ``u_from_n``, ``f_a_from_q`` and ``u_from_q`` (N/N) over ``frequency`` (Hz). Noise n enters before the
+            electronics' pole, behind any springs; q is an error of the reading itself. G, S and T are those of the
+            feedback: a law may treat the set-point otherwise.
 
         Raises
         ------
         FrictionloopError
-            A frequency outside the range, or an unknown reading.
+            A frequency outside the range, an unknown reading or one for PI, or a law without a linear analysis.
         """
         frequency = np.atleast_1d(np.asarray(frequency_hz, dtype=float))
         variables = {
@@ -83,16 +92,32 @@ class LinearLoop:
         checked_reading(reading)
         frequency = checked_frequency(np.atleast_1d(np.asarray(frequency_hz, dtype=float)), self.nyquist_hz)
         if reading == "sampled":
-            return sampled_responses(self.plant, self.system.controller, frequency)
+            return sampled_responses(self.plant, self.law, frequency)
         return continuous_responses(self.elements, self.plant.period_s, frequency, reading)
 
     @cached_property
-    def _closed(self) -> StateSpace:
-        return close(self.plant.state_space(), self.system.controller.kp, self.system.controller.ki)
+    def law(self) -> StateSpace:
+        """The control law, inputs f_r, f_m, outputs u, c (`law_space`); raises where it has no linear analysis."""
+        return law_space(self.system, self.elements, self.plant)
 
-    def state_space(self) -> StateSpace:
-        """Return the closed loop at the sampling instants: inputs f_r, d, n, outputs f_a, f_m, u (all N)."""
-        return self._closed
+    @cached_property
+    def linear_range_n(self) -> float:
+        """How far the measured force may jump, N, before the law departs from its linear form by 5 %."""
+        return linear_range_n(rest_of(self.system, self.elements, self.plant))
+
+    @cached_property
+    def _closed(self) -> StateSpace:
+        return close(self.plant.state_space(), self.law)
+
+    def state_space(self, inputs: tuple[str, ...] = ("f_r", "d", "n")) -> StateSpace:
+        """Return the closed loop at the sampling instants, outputs f_a, f_m, u (all N).
+
+        Parameters
+        ----------
+        inputs
+            Which of set-point f_r, disturbance d, sensor noise n and error of the reading q go in, in this order.
+        """
+        return self._closed.driven_by(inputs)
 
     def poles(self) -> Complex:
         """Return the closed loop's poles in the z plane, shape (states,)."""
@@ -104,9 +129,10 @@ class LinearLoop:
 
     def margins(self) -> Margins:
         """Return how far the sampled loop is from instability (`Margins`)."""
-        gain, ki = abs(self.elements.plate.num[-1]), self.system.controller.ki
-        # |G| of the integral alone is 1 at gain ki / 2 pi: no crossover lies lower.
-        lowest_hz = 0.1 * gain * ki / (2 * math.pi) if ki > 0 else self.nyquist_hz
+        # An integral's |G| f is constant at low frequencies, and no crossover lies lower than there.
+        low_hz = LOW * self.nyquist_hz
+        gain = float(np.abs(self.responses(low_hz)["G"][0]))
+        lowest_hz = 0.1 * low_hz * gain if gain > 1 else self.nyquist_hz
         return margins(lambda f: self.responses(f)["G"], self.search_grid(lowest_hz), self.nyquist_hz, self.is_stable())
 
     def search_grid(self, lowest_hz: float = math.inf) -> Array:
@@ -118,13 +144,23 @@ class LinearLoop:
         return search_grid(self.nyquist_hz, self.plant.whole_periods, min(lowest_hz, self.nyquist_hz), around)
 
     def with_gains(self, kp: float, ki: float) -> LinearLoop:
-        """Return the same loop at the same operating point with other gains, kp in N/N and ki in 1/s."""
+        """Return the same loop at the same operating point with other PI gains, kp in N/N and ki in 1/s."""
+        check_pi(self.system)
         system = self.system.evolve({"controller.kp": kp, "controller.ki": ki})
+        assert isinstance(system.controller, PiController)
         return LinearLoop(system, replace(self.elements, controller=linearise_pi(system.controller)), self.plant)
 
     def to_control(self) -> Any:
-        """Return the closed loop as a ``control.StateSpace``; raises when python-control is not installed."""
-        return self._closed.to_control()
+        """Return `state_space` as a ``control.StateSpace``; raises when python-control is not installed."""
+        return self.state_space().to_control()
+
+
+def check_pi(system: System) -> PiController:
+    """Return the controller of a System, refusing one that has no kp and ki."""
+    controller = system.controller
+    if not isinstance(controller, PiController):
+        raise FrictionloopError(f'controller.kind = "{controller.kind}": has no kp and ki; must be "pi" for this')
+    return controller
 
 
 def linearise(
@@ -135,8 +171,9 @@ def linearise(
     Parameters
     ----------
     system
-        The loop. A finger that strokes is taken to slide steadily, at the strokes' speed and mean load; commands that
-        come late by chance and lost ticks are left out.
+        The loop, with any control law. A finger that strokes is taken to slide steadily, at the strokes' speed and mean
+        load; commands that come late by chance and lost ticks are left out. The law is linearised when it is asked
+        for: one that has no linear analysis still has a plant.
     amplitude_um, force_n
         Operating point, as a vibration amplitude (um, 0 to a_max) or as a friction force g(a) (N, g(a_max) to f0);
         one or neither. Without either it is the mean of set-point less disturbance for a finger that strokes, and for

@@ -86,7 +86,7 @@ def integrated_noise_rms_n(system: System | LinearLoop, output: str = "f_a", rea
     def power(frequency: Array) -> Array:
         return _spectrum(loop, loop.responses(frequency.ravel(), reading), output).reshape(frequency.shape)
 
-    edges = _edges(loop)
+    edges = panel_edges(loop, loop.poles())
     panels = tanhsinh(power, edges[:-1], edges[1:], rtol=1e-10, atol=0.0)
     return math.sqrt(float(np.sum(panels.integral)))
 
@@ -117,7 +117,7 @@ def _linear(system: System | LinearLoop) -> LinearLoop:
 
 def _rms_n(system: System | LinearLoop, output: str) -> float:
     loop = _linear(system)
-    closed = loop.state_space()
+    closed = loop.state_space(("n", "q"))
     return math.sqrt(sum(sigma**2 * closed.variance(source)[output] for source, sigma in _sources(loop).items()))
 
 
@@ -125,13 +125,13 @@ def _sources(loop: LinearLoop) -> dict[str, float]:
     """Return the standard deviations, N, of what is drawn anew each period, by the input it enters at.
 
     The noise is held over its period before the sensor's pole; that of a suspended sensor is given behind the pole,
-    where such draws leave gain/(1 - decay) times less. Rounding of the measured force does what -f_r does.
+    where such draws leave gain/(1 - decay) times less. Rounding is an error of the reading.
     """
     sensor = loop.system.sensor
     decay, gain = noise_coefficients(sensor, loop.plant.period_s)
     if isinstance(sensor, LowpassSensor):
         return {"n": sensor.noise_rms_n}
-    return {"n": gain / (1.0 - decay), "f_r": sensor.step_n / math.sqrt(12.0)}
+    return {"n": gain / (1.0 - decay), "q": sensor.step_n / math.sqrt(12.0)}
 
 
 def _spectrum(loop: LinearLoop, responses: Mapping[str, Complex], output: str) -> Array:
@@ -140,12 +140,11 @@ def _spectrum(loop: LinearLoop, responses: Mapping[str, Complex], output: str) -
     return np.asarray(2.0 * loop.plant.period_s * np.sum(powers, axis=0))
 
 
-def _edges(loop: LinearLoop) -> Array:
-    """Return the frequencies that cut 0 to the Nyquist frequency into panels on which the spectrum is smooth.
+def panel_edges(loop: LinearLoop, poles: Complex) -> Array:
+    """Return the frequencies that cut 0 to the Nyquist frequency into panels on which what has these poles is smooth.
 
     A pole makes a peak at its frequency, as wide as its damping: panels grow from there by factors of 8.
     """
-    poles = loop.poles()
     logs = np.log(poles[np.abs(poles) > 1e-6]) / (2 * np.pi * loop.plant.period_s)
     widths = np.abs(logs.real)[:, None] * 8.0 ** np.arange(-1, 20)
     centres = np.abs(logs.imag)[:, None]

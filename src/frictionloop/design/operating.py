@@ -66,9 +66,27 @@ def asked(system: System) -> Asked:
     return Asked(r.low_n - d.high_n, r.mean_n - d.mean_n, r.high_n - d.low_n)
 
 
+def mean_disturbance_n(system: System) -> float:
+    """Return the mean of the disturbance, N; that of a recording counts as its offset."""
+    disturbance = system.disturbance
+    if isinstance(disturbance, Recording):
+        return disturbance.offset_n
+    return _band(disturbance, "disturbance").mean_n
+
+
 def reach_n(system: System, law: Friction) -> tuple[float, float]:
     """Return the lowest and highest friction force that plate and controller model allow under a law, N."""
     return float(friction_force(_largest_um(system), law)), law.nominal_n
+
+
+def check_reach(system: System) -> None:
+    """Refuse a set-point that vibration cannot give at any time, whatever the law."""
+    wanted, (low, high) = asked(system), reach_n(system, law_at(system))
+    if wanted.high_n <= low or wanted.low_n >= high:
+        raise FrictionloopError(
+            f"system: saturation is the limit: set-point less disturbance is {wanted.low_n:.3g} to {wanted.high_n:.3g} "
+            f"N, and vibration can leave only {low:.3g} to {high:.3g} N"
+        )
 
 
 def operating_amplitude_um(system: System, law: Friction, amplitude_um: float | None, force_n: float | None) -> float:

@@ -1,4 +1,4 @@
-"""Equation (2) over frequency: exact for the sampled loop, and as continuous-time readings of the printed text."""
+"""Equation (2) over frequency: exact for any sampled law, for PI also as continuous-time readings of the text."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ import numpy as np
 
 from frictionloop.design.elements import Elements
 from frictionloop.design.sampled import SampledPlant
-from frictionloop.design.state_space import Array, Complex
-from frictionloop.parameters import Controller
+from frictionloop.design.state_space import Array, Complex, StateSpace
 from frictionloop.quantities import FrictionloopError
 
 Reading = Literal["sampled", "held", "lag", "printed"]
 """How time is treated: "sampled", exact at the sampling instants; the others read equation (2) in continuous time
-with G(s) times "held" exp(-s delay) (1 - exp(-s Ts)) / (s Ts), "lag" exp(-s (delay + Ts/2)), or "printed" 1."""
+with G(s) times "held" exp(-s delay) (1 - exp(-s Ts)) / (s Ts), "lag" exp(-s (delay + Ts/2)), or "printed" 1, for
+PI only."""
 
 LONG_NAMES = {
-    "G": "loop gain G = C P S",
+    "G": "loop gain G = C P S, C from measured force to command",
     "S": "sensitivity 1/(1 + G)",
     "T": "complementary sensitivity G/(1 + G)",
     "f_a_from_f_r": "friction force from set-point",
@@ -25,6 +25,8 @@ LONG_NAMES = {
     "f_a_from_n": "friction force from sensor noise",
     "u_from_f_r": "force command from set-point",
     "u_from_n": "force command from sensor noise",
+    "f_a_from_q": "friction force from an error of the reading",
+    "u_from_q": "force command from an error of the reading",
 }
 """The responses by name; S is the sensitivity here, not the sensor."""
 
@@ -44,34 +46,39 @@ def checked_reading(reading: str) -> None:
         raise FrictionloopError(f"reading = {reading!r}: accepted are {', '.join(map(repr, get_args(Reading)))}")
 
 
-def sampled_responses(plant: SampledPlant, controller: Controller, frequency_hz: Array) -> dict[str, Complex]:
+def sampled_responses(plant: SampledPlant, law: StateSpace, frequency_hz: Array) -> dict[str, Complex]:
     """Return the responses of `LONG_NAMES` from samples to samples, z = exp(j 2 pi f Ts).
 
-    C(z) = kp + ki Ts / (z - 1); G = C (f_m from u); the disturbance passes the sensor between the samples too, so
-    f_a_from_d is not quite S, nor f_a_from_n quite -T.
+    The law has two inputs: u = C_r f_r - C_y f_m, and c behind the overdrive likewise; PI has C_r = C_y. G = C_y
+    (f_m from c). The disturbance passes the sensor between the samples too, so f_a_from_d is not quite S, nor
+    f_a_from_n quite -T.
     """
-    response = plant.response(frequency_hz)
-    (f_a_u, f_a_d, f_a_n), (f_m_u, f_m_d, f_m_n) = response[:, 0].T, response[:, 1].T
-    C = controller.kp + controller.ki * plant.period_s / np.expm1(2j * np.pi * frequency_hz * plant.period_s)
-    G = C * f_m_u
+    response, said = plant.response(frequency_hz), law.response(frequency_hz)
+    (f_a_c, f_a_d, f_a_n), (f_m_c, f_m_d, f_m_n) = response[:, 0].T, response[:, 1].T
+    (u_r, u_m), (c_r, c_m) = said[:, 0].T, said[:, 1].T
+    G = -c_m * f_m_c
     S = 1 / (1 + G)
     return {
         "G": G,
         "S": S,
         "T": G * S,
-        "f_a_from_f_r": f_a_u * C * S,
-        "f_a_from_d": f_a_d - f_a_u * C * f_m_d * S,
-        "f_a_from_n": f_a_n - f_a_u * C * f_m_n * S,
-        "u_from_f_r": C * S,
-        "u_from_n": -C * f_m_n * S,
+        "f_a_from_f_r": f_a_c * c_r * S,
+        "f_a_from_d": f_a_d + f_a_c * c_m * f_m_d * S,
+        "f_a_from_n": f_a_n + f_a_c * c_m * f_m_n * S,
+        "u_from_f_r": u_r + u_m * f_m_c * c_r * S,
+        "u_from_n": u_m * f_m_n * S,
+        "f_a_from_q": f_a_c * c_m * S,
+        "u_from_q": u_m * S,
     }
 
 
 def continuous_responses(loop: Elements, period_s: float, frequency_hz: Array, reading: Reading) -> dict[str, Complex]:
     """Return the responses of `LONG_NAMES` at s = j 2 pi f, equation (2), with sampling as ``reading`` says."""
+    if loop.controller is None:
+        raise FrictionloopError(f'reading = {reading!r}: is for controller.kind = "pi"; other laws have "sampled"')
     controller, plate, sensor = (block.response(frequency_hz) for block in (loop.controller, loop.plate, loop.sensor))
     electronics = loop.stages[-1].response(frequency_hz)
-    C = controller * _hold(np.asarray(2j * np.pi * frequency_hz), period_s, loop.controller.delay_s, reading)
+    C = controller * _hold(np.asarray(2j * np.pi * frequency_hz), period_s, loop.delay_s, reading)
     G = C * plate * sensor
     S = 1 / (1 + G)
     return {
@@ -83,6 +90,8 @@ def continuous_responses(loop: Elements, period_s: float, frequency_hz: Array, r
         "f_a_from_n": -C * plate * electronics * S,
         "u_from_f_r": C * S,
         "u_from_n": -C * electronics * S,
+        "f_a_from_q": -C * plate * S,
+        "u_from_q": -C * S,
     }
 
 

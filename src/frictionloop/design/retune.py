@@ -11,6 +11,7 @@ from scipy.optimize import minimize_scalar
 
 from frictionloop.design.band import operating_band
 from frictionloop.design.closed import close
+from frictionloop.design.law_space import pi_space
 from frictionloop.design.linear import LinearLoop
 from frictionloop.design.margins import Margins
 from frictionloop.design.pi_region import PiRegion, open_stretches
@@ -48,7 +49,9 @@ class Retuned:
         return max(zip(self.loops, self.margins, strict=True), key=lambda pair: pair[1].sensitivity_peak)
 
 
-def retune(system: System | Sequence[LinearLoop], sensitivity_peak: float = 1.5, least_ki: float = 0.0) -> Retuned:
+def retune(
+    system: System | Sequence[LinearLoop], sensitivity_peak: float | Sequence[float] = 1.5, least_ki: float = 0.0
+) -> Retuned:
     """Return the PI gains with the largest ki whose Ms stays below a limit at every operating point.
 
     The rule of Astrom, Panagopoulos and Hagglund ("Design of PI controllers based on non-convex optimization",
@@ -61,38 +64,48 @@ def retune(system: System | Sequence[LinearLoop], sensitivity_peak: float = 1.5,
         The loop, at the operating points of `operating_band`; or one or more loops of your own choice. The gains they
         have are not used.
     sensitivity_peak
-        Largest Ms, above 1. It is met to 0.1 %.
+        Largest Ms, above 1. It is met to 0.1 %. Or one for each of the loops.
     least_ki
         Least ki worth having, 1/s, above which the search must get.
 
     Raises
     ------
     FrictionloopError
-        No gains reach ``least_ki``: the line says how far they get and what limits them. An Ms that no loop has, or no
-        operating point.
+        The law is not PI, or no gains reach ``least_ki``: the line says how far they get and what limits them. An Ms
+        that no loop has, or no operating point.
     """
-    if not (math.isfinite(sensitivity_peak) and sensitivity_peak > 1):
-        raise FrictionloopError(f"sensitivity_peak = {sensitivity_peak:g}: must be above 1, e.g. 1.5")
     points = operating_band(system) if isinstance(system, System) else list(system)
     if not points:
         raise FrictionloopError("system = []: must be a System or at least one LinearLoop")
-    kp, ki = _largest_ki(points, sensitivity_peak)
+    peaks = _peaks(sensitivity_peak, len(points))
+    kp, ki = _largest_ki(points, peaks)
     loops = tuple(loop.with_gains(kp, ki) for loop in points)
     found = Retuned(kp, ki, loops, tuple(loop.margins() for loop in loops))
     if ki <= max(least_ki, 0.0):
-        raise FrictionloopError(_too_little(found, sensitivity_peak, least_ki))
+        raise FrictionloopError(_too_little(found, min(peaks), least_ki))
     return found
 
 
-def _largest_ki(points: Sequence[LinearLoop], sensitivity_peak: float) -> tuple[float, float]:
+def _peaks(sensitivity_peak: float | Sequence[float], loops: int) -> list[float]:
+    """Return the largest Ms of each loop."""
+    peaks = [sensitivity_peak] * loops if isinstance(sensitivity_peak, float | int) else list(sensitivity_peak)
+    for peak in peaks:
+        if not (math.isfinite(peak) and peak > 1):
+            raise FrictionloopError(f"sensitivity_peak = {peak:g}: must be above 1, e.g. 1.5")
+    if len(peaks) != loops:
+        raise FrictionloopError(f"sensitivity_peak = {peaks}: must be one number, or one for each of {loops} loops")
+    return peaks
+
+
+def _largest_ki(points: Sequence[LinearLoop], peaks: Sequence[float]) -> tuple[float, float]:
     """Return the kp with the largest allowed ki, and that ki: a grid of kp, refined around its best value."""
-    regions = [PiRegion.of(loop, sensitivity_peak) for loop in points]
+    regions = [PiRegion.of(loop, peak) for loop, peak in zip(points, peaks, strict=True)]
     plants = [loop.plant.state_space() for loop in points]
 
     def ki_at(kp: float) -> float:
         for low, high in reversed(open_stretches(regions, kp)):
             # Stability changes only across a forbidden stretch: one look inside an open one decides.
-            if all(close(plant, kp, (low + high) / 2).is_stable() for plant in plants):
+            if all(close(plant, pi_space(kp, (low + high) / 2, plant.period_s)).is_stable() for plant in plants):
                 return high
         return 0.0
 

@@ -76,7 +76,7 @@ def sample(loop: Elements, period_s: float) -> SampledPlant:
     it (Franklin, Powell, Workman, Digital Control of Dynamic Systems, ch. 6: triangle-hold equivalent).
     """
     matrix, drive, output = _continuous(loop, period_s)
-    delay_s = loop.controller.delay_s
+    delay_s = loop.delay_s
     whole = math.floor(delay_s / period_s + 1e-9)  # as the simulator rounds: a whole delay stays whole
     rest = delay_s / period_s - whole
     rest = rest if rest > 1e-9 else 0.0

@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from frictionloop.design.closed import close
-from frictionloop.design.linear import LinearLoop, linearise
+from frictionloop.design.law_space import pi_space
+from frictionloop.design.linear import LinearLoop, check_pi, linearise
 from frictionloop.design.margins import real_axis
 from frictionloop.design.state_space import Array, Complex
 from frictionloop.parameters import System
@@ -28,20 +29,19 @@ def kp_limit(system: System | LinearLoop) -> float:
     Raises
     ------
     FrictionloopError
-        For what is neither, or an operating point that cannot be reached.
+        For what is neither, an operating point that cannot be reached, or a law that has no kp.
     """
     loop = system if isinstance(system, LinearLoop) else linearise(system)
-    limits = _limits(loop)
-    plant, ki = loop.plant.state_space(), loop.system.controller.ki
+    plant, ki, limits = loop.plant.state_space(), check_pi(loop.system).ki, _limits(loop)
     for low, high in zip([0.0, *limits], limits, strict=False):
-        if close(plant, (low + high) / 2, ki).is_stable():
+        if close(plant, pi_space((low + high) / 2, ki, plant.period_s)).is_stable():
             return float(high)
     return math.nan
 
 
 def _limits(loop: LinearLoop) -> Array:
     """Return every kp > 0 that puts a closed-loop pole on the unit circle, rising."""
-    step = loop.system.controller.ki * loop.plant.period_s
+    step = check_pi(loop.system).ki * loop.plant.period_s
 
     def limit(frequency: Array) -> Complex:
         turn = 2j * np.pi * frequency * loop.plant.period_s

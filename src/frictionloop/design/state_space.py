@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -34,6 +34,11 @@ class StateSpace:
     outputs: tuple[str, ...]
     """Names of y, in N."""
 
+    def driven_by(self, inputs: tuple[str, ...]) -> StateSpace:
+        """Return the same system with these of its inputs alone, in this order."""
+        columns = [self.inputs.index(name) for name in inputs]
+        return replace(self, B=self.B[:, columns], D=self.D[:, columns], inputs=inputs)
+
     def poles(self) -> Complex:
         """Return the eigenvalues of A; the system is stable when all lie inside the unit circle."""
         return np.linalg.eigvals(self.A).astype(complex)
@@ -44,9 +49,11 @@ class StateSpace:
 
     def response(self, frequency_hz: ArrayLike) -> Complex:
         """Return C (z - A)^-1 B + D at z = exp(j 2 pi f Ts), shape (frequencies, outputs, inputs), f in Hz."""
-        z = np.exp(2j * np.pi * self.period_s * np.atleast_1d(np.asarray(frequency_hz, dtype=float)))
-        inner = z[:, None, None] * np.eye(len(self.A)) - self.A
-        return np.asarray(self.C @ np.linalg.solve(inner, np.broadcast_to(self.B, (z.size, *self.B.shape))) + self.D)
+        turn = 2j * np.pi * self.period_s * np.atleast_1d(np.asarray(frequency_hz, dtype=float))
+        eye = np.eye(len(self.A))
+        # z - A = (z - 1) - (A - 1): an integrator's z - 1 keeps its digits at low frequencies.
+        inner = np.expm1(turn)[:, None, None] * eye - (self.A - eye)
+        return np.asarray(self.C @ np.linalg.solve(inner, np.broadcast_to(self.B, (turn.size, *self.B.shape))) + self.D)
 
     def simulate(self, inputs: ArrayLike) -> Array:
         """Return y, shape (periods, outputs), for inputs w of shape (periods, inputs), starting from rest."""
@@ -69,8 +76,10 @@ class StateSpace:
         drive = self.B[:, column]
         spread = solve_discrete_lyapunov(self.A, np.outer(drive, drive))
         powers = np.einsum("ij,jk,ik->i", self.C, spread, self.C) + self.D[:, column] ** 2
-        # Rounding can leave a variance of 0 below it.
-        return dict(zip(self.outputs, map(float, np.maximum(powers, 0.0)), strict=True))
+        # Rounding of the Lyapunov equation leaves something beside a variance of 0, on either side of it.
+        states = len(self.A)
+        rounding = states**2 * np.finfo(float).eps * np.linalg.norm(spread, 2) * np.sum(self.C**2, axis=1)
+        return dict(zip(self.outputs, map(float, np.where(powers > rounding, powers, 0.0)), strict=True))
 
     def to_control(self) -> Any:
         """Return the same system as a ``control.StateSpace``; raises when python-control is not installed."""

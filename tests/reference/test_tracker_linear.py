@@ -1,0 +1,96 @@
+"""The tuning's small-signal form of the tracker against the Jacobian of the compiled law, and against the real loop."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import frictionloop as fl
+from frictionloop.control.tracker_gains import observed
+from frictionloop.design import linearise
+from frictionloop.design.tracker_loop import Plant, Row, _tracker, answer
+from frictionloop.parameters.tracking import SCHEDULE, SHARES
+
+TS = 1 / 5000
+FREQUENCY_HZ = np.geomspace(1.0, 2400.0, 80)
+Z = np.exp(2j * np.pi * FREQUENCY_HZ * TS)
+
+
+def bench(contact, compliance, speed_mm_s=20.0):
+    return fl.bench().evolve(
+        {
+            "controller.kind": "tracker", "controller.compliance_um_per_n": compliance, "finger.contact": contact,
+            "motion.stroke_mm": 240.0, "motion.speed_mm_s": speed_mm_s,
+        }
+    )  # fmt: skip
+
+
+def row_at(share):
+    return Row(*(float(np.interp(share, SHARES, column)) for column in np.array(SCHEDULE).T))
+
+
+def share_of(compliance, force_n, speed_mm_s):
+    return 1.0 / (1.0 + compliance * force_n / (speed_mm_s * 1e3 * TS))
+
+
+def tuned_law(row, model, share):
+    """Return the commanded limit from the reading (N/N), the loop cut behind the command: states 0 to 6 and 11."""
+    own = [0, 1, 2, 3, 4, 5, 6, 11]
+    unit = np.eye(12)
+    free, _ = _tracker(row, model, share, unit, -unit[4], TS)
+    driven, _ = _tracker(row, model, share, np.zeros((12, 1)), np.ones(1), TS)
+    A, b = free[np.ix_(own, own)], driven[own, 0]
+    return np.array([(z * np.linalg.solve(z * np.eye(8) - A, b))[6] for z in Z])
+
+
+@pytest.mark.parametrize(
+    ("contact", "compliance", "force_n", "speed_mm_s"),
+    [("slider", 0.0, 0.6, 20.0), ("dahl", 50.0, 0.6, 20.0), ("dahl", 50.0, 0.4, 20.0), ("dahl", 50.0, 0.8, 80.0),
+     ("dahl", 20.0, 0.6, 20.0)],
+)  # fmt: skip
+def test_the_law_is_the_one_that_is_tuned(contact, compliance, force_n, speed_mm_s):
+    """Command from reading, dL = (F/u) (tau/tau_model) du, estimates held: the same linear law to 1e-4."""
+    system = bench(contact, compliance, speed_mm_s)
+    loop, share = linearise(system, force_n=force_n), share_of(compliance, force_n, speed_mm_s)
+    model = system.controller.model
+    u = model.nominal_n * np.exp(-model.susceptibility_per_um2 * loop.elements.amplitude_um**2)
+    found = loop.law.response(FREQUENCY_HZ)[:, 0, 1] * force_n / u
+    np.testing.assert_allclose(found, tuned_law(row_at(share), observed(system.controller), share), rtol=1e-4)
+
+
+def sensitivities(contact, force_n, speed_mm_s, compliance, true_share):
+    system = bench(contact, compliance, speed_mm_s)
+    model, sensor = system.controller.model, system.sensor
+    real = {"resonance_hz": sensor.resonance_hz, "resonance_q": sensor.q, "sensor_hz": sensor.cutoff_hz}
+    share = share_of(compliance, force_n, speed_mm_s)
+    plant = Plant(model.model_copy(update=real), true_share)
+    tuned = answer(row_at(share), observed(system.controller), share, plant, Z, TS).sensitivity
+    return np.abs(tuned), np.abs(linearise(system, force_n=force_n).responses(FREQUENCY_HZ)["S"])
+
+
+@pytest.mark.parametrize("force_n", [0.4, 0.6, 0.8])
+def test_sensitivity_with_a_slider(force_n):
+    """|S| within 1 %: only the plate's bend within a period is left out."""
+    tuned, real = sensitivities("slider", force_n, 20.0, 0.0, 1.0)
+    np.testing.assert_allclose(tuned, real, rtol=0.01)
+
+
+@pytest.mark.parametrize(("force_n", "speed_mm_s"), [(0.4, 20.0), (0.6, 20.0), (0.8, 20.0), (0.6, 50.0)])
+def test_sensitivity_with_bristles(force_n, speed_mm_s):
+    """The real contact goes 1 - e^(-dt/T) of its way in a period; its bend between samples is what is left out.
+
+    A line between samples loses sinc^2(f dt) of the force, so |S| may be off by |T| (1 - sinc^2) to first order.
+    """
+    x = speed_mm_s * 1e3 * TS / (50.0 * force_n)
+    tuned, real = sensitivities("dahl", force_n, speed_mm_s, 50.0, -np.expm1(-x))
+    loop = linearise(bench("dahl", 50.0, speed_mm_s), force_n=force_n).responses(FREQUENCY_HZ)
+    left_out = np.abs(loop["T"]) * (1.0 - np.sinc(FREQUENCY_HZ * TS) ** 2)
+    assert np.all(np.abs(tuned / real - 1.0) < 0.01 + 1.2 * left_out)
+
+
+def test_sensitivity_peak_with_bristles_is_above_the_tuned_one():
+    """Ms 2.0 is asked of a contact that goes 1/(1 + T/dt) of its way; the real one goes further (`tune_tracker`)."""
+    for force_n in (0.4, 0.6, 0.8):
+        share = share_of(50.0, force_n, 20.0)
+        tuned, real = sensitivities("dahl", force_n, 20.0, 50.0, share)
+        assert tuned.max() < real.max() < 2.3
