@@ -1,0 +1,231 @@
+"""The robust default: PI and notch with the least residual whose margins hold on a resonance that is not known well."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize, minimize_scalar
+
+from frictionloop.control.notch import notch_section
+from frictionloop.design.band import operating_band
+from frictionloop.design.detuned import Plants, detuned, stiffened
+from frictionloop.design.disturbance import Spectrum
+from frictionloop.design.linear import LinearLoop
+from frictionloop.design.operating import check_reach
+from frictionloop.design.pi_region import open_stretches
+from frictionloop.design.state_space import Array
+from frictionloop.parameters import System
+from frictionloop.quantities import FrictionloopError
+
+KPS = 20
+"""Values of kp looked at for each notch."""
+SHARES = (1.0, 0.85, 0.7, 0.55, 0.4)
+"""Of the largest ki of a stretch, that are tried where a residual is to be least."""
+STARTS = [
+    (place, width, share)
+    for place in (0.85, 0.92, 0.97, 1.0)
+    for width in (0.15, 0.5, 2.0, 7.0)
+    for share in (0.01, 0.1, 0.4)
+]
+"""Notches looked at before the best is refined: centre over resonance, width, depth over width."""
+NO_NOTCH = np.log([1.0, 1.0, 1.0])
+"""Depth and width alike: the gain is 1 everywhere."""
+
+
+@dataclass(frozen=True)
+class Notched:
+    """Gains and notch, and how they hold at the worst of the operating points and resonances they were made for."""
+
+    kp: float
+    """Proportional gain, N/N."""
+    ki: float
+    """Integral gain, 1/s."""
+    notch_hz: float
+    notch_depth: float
+    notch_width: float
+    overdrive: bool
+    """Whether they are for a plate under overdrive."""
+    sensitivity_peak: float
+    """Largest Ms over operating points and resonances."""
+    peak_hz: float
+    """Where it is."""
+    residual_n: float
+    """Largest rms of S times the disturbance, N; NaN without a spectrum."""
+
+    @property
+    def overrides(self) -> dict[str, Any]:
+        """Gains and notch as overrides for ``System.evolve``."""
+        names = ("kp", "ki", "notch_hz", "notch_depth", "notch_width", "overdrive")
+        return {"controller.kind": "notch_pi"} | {f"controller.{name}": getattr(self, name) for name in names}
+
+
+def retune_notch(
+    system: System | Sequence[LinearLoop],
+    sensitivity_peak: float | Mapping[float, float] = 1.5,
+    resonance_error: float = 0.05,
+    disturbance: Spectrum | None = None,
+    overdrive: bool = False,
+    least_ki: float = 0.0,
+) -> Notched:
+    """Return PI gains and a notch with the least residual such that Ms stays below a limit, whatever the resonance.
+
+    At each operating point Ms = max |1/(1 + G)| is held with the resonance of the plant at 1 - e, 1 and 1 + e times
+    that of the system. For a notch and a kp the ki allowed are exact (`PiRegion`); notch and kp are searched.
+    Objective is the largest ki, as for `retune`, or the least rms of S times a disturbance, sqrt(int |S|^2 D df), at
+    the worst operating point.
+
+    Parameters
+    ----------
+    system
+        The loop, at the operating points of `operating_band`; or loops of your own choice. Their gains are not used.
+    sensitivity_peak
+        Largest Ms, above 1. It is met to 0.1 %. Or limits that widen with the error of the resonance, in place of
+        ``resonance_error``: {0.0: 1.7, 0.05: 2.0, 0.1: 2.6}.
+    resonance_error
+        Largest relative error of the resonance, e, 0 to 0.5.
+    disturbance
+        Power density of the disturbance in N^2/Hz over frequencies in Hz.
+    overdrive
+        Design for the plate under overdrive: the lag of the believed plate is then out of the loop.
+    least_ki
+        Least ki worth having, 1/s, above which the search must get.
+
+    Raises
+    ------
+    FrictionloopError
+        No controller of this form reaches ``least_ki`` within the margins: the line names what limits it. A value out
+        of range, a sensor without a resonance, or no operating point.
+    """
+    limits = _limits(sensitivity_peak, resonance_error)
+    points = _points(system)
+    cases = [(loop, 1.0 + sign * e, peak) for loop in points for e, peak in limits.items() for sign in _signs(e)]
+    loops, peaks = [detuned(loop, factor) for loop, factor, _ in cases], [peak for _, _, peak in cases]
+    centre = points[0].system.sensor.resonance_hz  # type: ignore[union-attr]
+    search = _Search(Plants.of(loops, overdrive), peaks, centre, disturbance)
+    x = search.best()
+    fine = _Search(Plants.of(loops, overdrive, fine=True), peaks, centre, disturbance)
+    _, kp, ki = fine.gains(x, refine=True)
+    found = fine.result(x, kp, ki, overdrive)
+    if ki <= max(least_ki, 0.0):
+        raise FrictionloopError(_too_little(found, points, limits, least_ki))
+    return found
+
+
+class _Search:
+    """Notches x = (log centre over resonance, log width, log depth over width), and the gains that go with each."""
+
+    def __init__(
+        self, plants: Plants, peaks: Sequence[float], resonance_hz: float, disturbance: Spectrum | None
+    ) -> None:
+        self.plants, self.peaks, self.resonance_hz = plants, peaks, resonance_hz
+        self.density = None if disturbance is None else np.asarray(disturbance(plants.frequency_hz), dtype=float)
+
+    def best(self) -> Array:
+        """Return the best notch of a grid, refined (Nelder and Mead)."""
+        grid = np.log(np.array(STARTS))
+        start = grid[int(np.argmin([self.gains(x)[0] for x in grid]))]
+        simplex = start + np.vstack([np.zeros(3), np.diag([0.03, 0.3, 0.5])])
+        options = {"initial_simplex": simplex, "xatol": 1e-3, "fatol": 1e-5, "maxfev": 120}
+        return np.asarray(minimize(lambda x: self.gains(x)[0], start, method="Nelder-Mead", options=options).x)
+
+    def notch(self, x: Array) -> tuple[float, float, float]:
+        """Return Hz, depth and width, inside what the parameters of the controller take."""
+        hz = min(self.resonance_hz * math.exp(x[0]), 0.45 * self.plants.rate_hz)
+        width = min(math.exp(x[1]), 10.0)
+        return hz, width * min(math.exp(x[2]), 1.0), width
+
+    def gains(self, x: Array, refine: bool = False) -> tuple[float, float, float]:
+        """Return cost, kp and ki: the best that a notch allows."""
+        plants = self.plants.behind(notch_section(*self.notch(x), self.plants.rate_hz))
+        regions = plants.regions(self.peaks)
+
+        def at(kp: float) -> tuple[float, float, float]:
+            for low, high in reversed(open_stretches(regions, kp)):
+                # Stability changes only across a forbidden stretch: one look inside an open one decides.
+                if plants.stable(kp, (low + high) / 2):
+                    return min(self._cost(plants, kp, ki) for ki in self._tried(low, high))
+            return 1.0, kp, 0.0
+
+        kps = np.linspace(0.0, plants.kp_limit(), KPS)
+        tried = [at(kp) for kp in kps]
+        best = int(np.argmin([cost for cost, _, _ in tried]))
+        if not refine:
+            return tried[best]
+        around = kps[max(best - 1, 0)], kps[min(best + 1, KPS - 1)]
+        finer = minimize_scalar(
+            lambda kp: at(kp)[0], bounds=around, method="bounded", options={"xatol": 1e-4 * kps[-1]}
+        )
+        return min(tried[best], at(float(finer.x)))
+
+    def _tried(self, low: float, high: float) -> list[float]:
+        return [high] if self.density is None else [share * high for share in SHARES if share * high > low]
+
+    def _cost(self, plants: Plants, kp: float, ki: float) -> tuple[float, float, float]:
+        """Return what is to be least, with the gains: minus ki, or the residual in N less 1."""
+        return -ki if self.density is None else self.residual_n(plants, kp, ki) - 1.0, kp, ki
+
+    def residual_n(self, plants: Plants, kp: float, ki: float) -> float:
+        """Return the rms of S times the disturbance in the worst loop, NaN without a disturbance."""
+        if self.density is None:
+            return math.nan
+        power = self.density / np.abs(plants.returned(kp, ki)) ** 2
+        return float(np.sqrt(np.max(np.trapezoid(power, plants.frequency_hz, axis=1))))
+
+    def result(self, x: Array, kp: float, ki: float, overdrive: bool) -> Notched:
+        """Return the notch with its gains and what they achieve."""
+        plants = self.plants.behind(notch_section(*self.notch(x), self.plants.rate_hz))
+        nearest = np.min(np.abs(plants.returned(kp, ki)), axis=0)
+        at = int(np.argmin(nearest))
+        peak, peak_hz = float(1.0 / nearest[at]), float(plants.frequency_hz[at])
+        return Notched(kp, ki, *self.notch(x), overdrive, peak, peak_hz, self.residual_n(plants, kp, ki))
+
+
+def _points(system: System | Sequence[LinearLoop]) -> list[LinearLoop]:
+    if not isinstance(system, System):
+        if not len(system):
+            raise FrictionloopError("system = []: must be a System or at least one LinearLoop")
+        return list(system)
+    check_reach(system)
+    plain = system if hasattr(system.controller, "kp") else system.evolve({"controller.kind": "pi"})
+    return operating_band(plain)
+
+
+def _limits(sensitivity_peak: float | Mapping[float, float], resonance_error: float) -> dict[float, float]:
+    """Return the largest Ms by error of the resonance."""
+    if isinstance(sensitivity_peak, Mapping):
+        limits = dict(sensitivity_peak)
+    else:
+        limits = {0.0: sensitivity_peak, resonance_error: sensitivity_peak}
+    for error, peak in limits.items():
+        if not (math.isfinite(peak) and peak > 1):
+            raise FrictionloopError(f"sensitivity_peak = {peak:g}: must be above 1, e.g. 1.5")
+        if not 0 <= error <= 0.5:
+            raise FrictionloopError(f"resonance_error = {error:g}: must be from 0 to 0.5, e.g. 0.05")
+    if not limits:
+        raise FrictionloopError("sensitivity_peak = {}: needs one limit at least, e.g. {0.05: 1.5}")
+    return limits
+
+
+def _signs(error: float) -> tuple[float, ...]:
+    return (-1.0, 1.0) if error > 0 else (0.0,)
+
+
+def _too_little(found: Notched, points: Sequence[LinearLoop], limits: Mapping[float, float], least_ki: float) -> str:
+    """Return what limits: the resonance if springs that follow at once would do, the delay and the lags if not."""
+    controller, sensor = points[0].system.controller, points[0].system.sensor
+    stiff = Plants.of([stiffened(loop) for loop in points], found.overdrive)
+    ki = _Search(stiff, [min(limits.values())] * len(points), 1.0, None).gains(NO_NOTCH)[2]
+    lag_us = 1e6 * (controller.delay_s + 0.5 / controller.rate_hz)
+    limit = f"the delay, {lag_us:.0f} us with half the hold, is the limit: without resonance ki = {ki:.4g} 1/s"
+    if ki > least_ki:
+        hz = sensor.resonance_hz  # type: ignore[union-attr]
+        limit = f"the resonance, {hz:g} Hz +- {max(limits):.0%}, is the limit: without it ki = {ki:.4g} 1/s"
+    wanted = ", ".join(f"{peak:g} at +-{error:.0%}" for error, peak in limits.items())
+    return (
+        f"least_ki = {least_ki:g} 1/s: no PI and notch with Ms <= {wanted} get there, kp = {found.kp:.3g} "
+        f"and ki = {found.ki:.4g} 1/s get farthest; {limit}"
+    )

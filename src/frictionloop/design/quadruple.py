@@ -1,0 +1,104 @@
+"""A, B, C, D as a plain tuple, and what is done with it: to and from z, in series, balanced and truncated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.linalg import solve_continuous_lyapunov, svd
+
+from frictionloop.design.state_space import Array, Complex
+from frictionloop.quantities import Lti
+
+
+class Quadruple(NamedTuple):
+    """A, B, C, D of a linear system, shapes (n, n), (n, inputs), (outputs, n), (outputs, inputs)."""
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+
+    def at(self, z: ArrayLike) -> Complex:
+        """Return C (z - A)^-1 B + D, shape (points, outputs, inputs), at complex numbers z (or s)."""
+        points = np.atleast_1d(np.asarray(z, dtype=complex))
+        inner = points[:, None, None] * np.eye(len(self.A)) - self.A
+        return np.asarray(
+            self.C @ np.linalg.solve(inner, np.broadcast_to(self.B, (points.size, *self.B.shape))) + self.D
+        )
+
+
+def bilinear(system: Quadruple, back: bool = False) -> Quadruple:
+    """Return the system in w, z = (1 + w)/(1 - w), of a system in z; ``back`` is the other way.
+
+    Stability and every norm over frequency stay. A pole at z = -1 (or w = 1) raises ``numpy.linalg.LinAlgError``.
+    """
+    A, B, C, D = system
+    eye, sign = np.eye(len(A)), -1.0 if back else 1.0
+    inner, root = np.linalg.inv(eye + sign * A), np.sqrt(2.0)
+    moved = (eye + A) @ inner if back else (A - eye) @ inner
+    return Quadruple(moved, root * inner @ B, root * C @ inner, D - sign * C @ inner @ B)
+
+
+def series(blocks: Sequence[Quadruple]) -> Quadruple:
+    """Return the systems one after the other, the first one driven first."""
+    A, B, C, D = blocks[0]
+    for a, b, c, d in blocks[1:]:
+        A, B = np.block([[A, np.zeros((len(A), len(a)))], [b @ C, a]]), np.vstack([B, b @ D])
+        C, D = np.hstack([d @ C, c]), d @ D
+    return Quadruple(A, B, C, D)
+
+
+def realised(filter_: Lti, period_s: float) -> Quadruple:
+    """Return a stable filter without delay sampled by Tustin's rule, its states of equal size (balanced).
+
+    Section after section, each in the time of its own poles: the companion form of the whole loses every digit when
+    poles lie three decades apart.
+    """
+    from scipy.signal import tf2zpk, zpk2sos
+
+    sections = zpk2sos(*tf2zpk(filter_.num, filter_.den), pairing="minimal", analog=True)
+    blocks = [_section(row[:3], row[3:]) for row in sections]
+    whole = series(blocks)
+    # s = (2/Ts) w
+    half = period_s / 2
+    return bilinear(balanced(Quadruple(whole.A * half, whole.B * half, whole.C, whole.D))[0], back=True)
+
+
+def _section(num: Array, den: Array) -> Quadruple:
+    """Return one section in controllable form, of second order or, where the first coefficients are 0, of first."""
+    if den[0] == 0:
+        gain, rate, lead = num[2] / den[2], den[2] / den[1], num[1] / den[1]
+        return Quadruple(*(np.array([[x]]) for x in (-rate, rate, gain - lead, lead)))
+    rate = np.sqrt(abs(den[2] / den[0]))
+    b, a = num / den[0] / rate ** np.arange(3), den / den[0] / rate ** np.arange(3)
+    A, B = np.array([[0.0, rate], [-a[2] * rate, -a[1] * rate]]), np.array([[0.0], [rate]])
+    return Quadruple(A, B, np.array([[b[2] - a[2] * b[0], b[1] - a[1] * b[0]]]), np.array([[b[0]]]))
+
+
+def balanced(system: Quadruple, order: int | None = None) -> tuple[Quadruple, Array]:
+    """Return a stable system (in w or s) in balanced states, the last ones left out beyond ``order``.
+
+    Laub, Heath, Paige, Ward, IEEE Trans. Automatic Control 32, 1987: the square-root method. The norm of the error is
+    at most twice the sum of the singular values left out (Glover 1984; Enns 1984).
+
+    Returns
+    -------
+    tuple
+        The system, and all Hankel singular values, falling.
+    """
+    A, B, C, D = system
+    reach, seen = _root(solve_continuous_lyapunov(A, -B @ B.T)), _root(solve_continuous_lyapunov(A.T, -C.T @ C))
+    left, sizes, right = svd(seen.T @ reach)
+    keep = int(np.sum(sizes > 1e-13 * sizes[0])) if order is None else order
+    scale = 1 / np.sqrt(sizes[:keep])
+    into, out = scale[:, None] * (left[:, :keep].T @ seen.T), reach @ right[:keep].T * scale
+    return Quadruple(into @ A @ out, into @ B, C @ out, D), sizes
+
+
+def _root(gramian: Array) -> Array:
+    """Return R with R R' the Gramian, which rounding may have left a little below 0."""
+    values, vectors = np.linalg.eigh((gramian + gramian.T) / 2)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))

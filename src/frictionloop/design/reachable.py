@@ -1,0 +1,174 @@
+"""The least residual any linear time-invariant controller leaves of what fingers do on a bench, finger by finger."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from joblib import Parallel, delayed
+
+from frictionloop.design.causes import mean_occlusion
+from frictionloop.design.elements import linearise_contact
+from frictionloop.design.limits import stubborn
+from frictionloop.design.linear import linearise
+from frictionloop.design.residual_bands import stretches
+from frictionloop.design.state_space import Array
+from frictionloop.design.waterbed import waterbed_bound
+from frictionloop.loop.felt import plain_stroke
+from frictionloop.parameters import FingerFriction, System
+from frictionloop.quantities import FrictionloopError
+
+LEVELS_N = (0.4, 0.6, 0.8)
+"""Middles of the set-points (paper, Sec. 4.2)."""
+PEAKS = (1.7, 2.0)
+MEASURED = ("force", "force and load")
+"""What a controller measures; the load, if it does, it feeds forward."""
+SEGMENT_S = 2.0
+"""Longest segment of Welch's estimate: several to a run of 10 s, and tremor still resolved."""
+PER_OCTAVE = 16
+"""Bands per octave that the estimate is averaged over: its scatter would count as valleys to hide |S| in."""
+
+
+def least_residual(
+    system: System,
+    fingers: Sequence[Mapping[str, Any]],
+    duration_s: float = 11.0,
+    seed: int = 0,
+    *,
+    score_from_s: float = 1.0,
+    peaks: Sequence[float] = PEAKS,
+    levels_n: Sequence[float] = LEVELS_N,
+) -> xr.Dataset:
+    """Return the computed limit of each finger: `waterbed_bound` of its own disturbance on its own plant.
+
+    Around a force F friction moves by F d(ln Fmax), with Fmax(t) the friction limit of a stroke without vibration:
+    its density is F^2 times Welch's estimate over the scored stretches. A measured load, fed forward at once and
+    without error, takes n ln N out of ln Fmax (n the exponent of the load): the best case. The contact passes it on
+    with its own lag, of a Dahl contact at F, of none on a slider. Delay and zeros are those of the plant at F
+    (`stubborn`). Squares of the levels are averaged. The set-point is taken to be fed forward without error.
+
+    Parameters
+    ----------
+    system : System
+        The bench: speed, contact, delay and sensor count; its law and set-point do not.
+    fingers : sequence of mappings
+        Fingers as overrides. One that cannot be given a level has NaN.
+    duration_s, score_from_s : float
+        Duration of the stroke and the start of its scored part, in s.
+    seed : int
+        Seed of tremor and roughness.
+    peaks : sequence of float
+        Largest |S| allowed, each above 1.
+    levels_n : sequence of float
+        Forces in N.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``residual_rms_n`` (N) over ``measured`` ("force", "force and load"), ``sensitivity_peak`` and ``finger``;
+        ``open_rms_n``, what the bands hold before any control, over ``measured`` and ``finger``.
+
+    Raises
+    ------
+    FrictionloopError
+        For friction of another kind than "finger", or as ``simulate`` and `waterbed_bound`.
+    """
+    if not isinstance(system.friction, FingerFriction):
+        raise FrictionloopError(
+            f'friction.kind = "{system.friction.kind}": must be "finger" to have a limit that moves'
+        )
+    owns = [system.evolve({**each, "controller.kind": "lookup"}) for each in fingers]
+    asked = tuple(peaks), tuple(levels_n)
+    parallel = Parallel(n_jobs=-1, prefer="threads")
+    rows = parallel(delayed(_limits)(own, duration_s, seed, score_from_s, *asked) for own in owns)
+    found = np.array(rows).reshape(len(owns), len(MEASURED), 1 + len(asked[0]))
+    about = {"units": "N", "long_name": "least rms of f_a - f_r"}
+    table = ("measured", "sensitivity_peak", "finger"), np.moveaxis(found[..., 1:], 0, -1), about
+    before = ("measured", "finger"), found[..., 0].T, {"units": "N", "long_name": "rms before any control"}
+    coordinates = {"measured": list(MEASURED), "sensitivity_peak": list(asked[0])}
+    return xr.Dataset({"residual_rms_n": table, "open_rms_n": before}, coordinates)
+
+
+def _limits(
+    system: System, duration_s: float, seed: int, score_from_s: float, peaks: Sequence[float], levels: Sequence[float]
+) -> list[list[float]]:
+    frequency_hz, densities = log_limit_psd(system, duration_s, seed, score_from_s)
+    occluded = mean_occlusion(system, score_from_s, duration_s)
+    squares = np.zeros((len(MEASURED), 1 + len(peaks)))
+    for force_n in levels:
+        try:
+            loop = linearise(system, force_n=force_n, occluded=occluded)
+        except FrictionloopError:  # out of this finger's reach
+            return [[math.nan] * squares.shape[1]] * len(MEASURED)
+        delay, zeros = stubborn(loop)
+        lag = np.abs(linearise_contact(system, force_n).response(frequency_hz)) ** 2
+        nyquist_hz = loop.nyquist_hz
+        for row, density in zip(squares, densities, strict=True):
+            psd = force_n**2 * lag * density
+            row[0] += power_of(frequency_hz, psd, nyquist_hz)
+            for k, peak in enumerate(peaks):
+                bound = waterbed_bound(frequency_hz, psd, peak, nyquist_hz, delay_periods=delay, zeros=tuple(zeros))
+                row[1 + k] += bound.residual_rms_n**2
+    return np.sqrt(squares / len(levels)).tolist()
+
+
+def power_of(frequency_hz: Array, psd: Array, nyquist_hz: float) -> float:
+    """Return the integral of a density whose frequencies stand for bands as in `waterbed_bound`."""
+    edges = np.concatenate([[0.0], (frequency_hz[1:] + frequency_hz[:-1]) / 2, [nyquist_hz]])
+    return float(np.diff(edges) @ psd)
+
+
+def log_limit_psd(
+    system: System, duration_s: float, seed: int, score_from_s: float
+) -> tuple[Array, tuple[Array, Array]]:
+    """Return frequencies in Hz and densities in 1/Hz of ln Fmax of a plain stroke, with and without n ln N in it."""
+    run, rate_hz = plain_stroke(system, 0.0, duration_s, seed), system.controller.rate_hz
+    scored = run["scored"].values & (run["time"].values >= score_from_s - 0.5 / rate_hz)
+    load = system.friction.load_exponent * np.log(np.where(scored, run["load"].values, 1.0))  # type: ignore[union-attr]
+    whole = np.log(np.where(scored, run["limit"].values, 1.0))
+    parts = stretches(scored)
+    (frequency_hz, left_in), (_, fed) = (stretch_psd(each, parts, rate_hz) for each in (whole, whole - load))
+    return frequency_hz, (left_in, fed)
+
+
+def stretch_psd(signal: Array, parts: Sequence[Array], rate_hz: float) -> tuple[Array, Array]:
+    """Return Welch's one-sided density of several stretches, averaged in bands of 1/16 octave, above 0 Hz.
+
+    Each segment loses its straight line, so what is slower than a segment is left out of the density.
+    """
+    from scipy.signal import welch
+
+    longest = max((part.size for part in parts), default=0)
+    size = min(round(SEGMENT_S * rate_hz), longest)
+    used = [part for part in parts if part.size >= max(size, 2)]
+    if not used:
+        raise FrictionloopError("least_residual: a finger is never scored")
+    options = {"fs": rate_hz, "nperseg": size, "detrend": "linear"}
+    found = [welch(signal[part], **options) for part in used]
+    density = np.average([each for _, each in found], axis=0, weights=[part.size for part in used])
+    return _smoothed(found[0][0][1:], density[1:])
+
+
+def _smoothed(frequency_hz: Array, density: Array) -> tuple[Array, Array]:
+    band = np.floor(PER_OCTAVE * np.log2(frequency_hz / frequency_hz[0]) + 1e-9).astype(int)
+    _, index, counts = np.unique(band, return_inverse=True, return_counts=True)
+    return tuple(np.bincount(index, each) / counts for each in (frequency_hz, density))  # type: ignore[return-value]
+
+
+def least_residual_table(
+    system: System,
+    fingers: Sequence[Mapping[str, Any]],
+    speeds_mm_s: Sequence[float] = (20.0, 80.0),
+    contacts: Sequence[str] = ("dahl", "slider"),
+    **options: Any,
+) -> xr.Dataset:
+    """Return `least_residual` over ``speed_mm_s`` and ``contact`` too, for the same arguments."""
+    found = []
+    for speed, contact in itertools.product(speeds_mm_s, contacts):
+        own = system.evolve({"motion.speed_mm_s": speed, "finger.contact": contact})
+        found.append(least_residual(own, fingers, **options).expand_dims(speed_mm_s=[float(speed)], contact=[contact]))
+    return xr.combine_by_coords(found)  # type: ignore[return-value]

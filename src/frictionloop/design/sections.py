@@ -1,0 +1,108 @@
+"""A controller as a processor runs it: sections of second order, and a PI behind them that has the integrator.
+
+C(z) = (kp + ki Ts/(z - 1)) prod_i (b0 + b1/z + b2/z^2) / (1 + a1/z + a2/z^2), every coefficient within +-2 (Q31 with
+one bit of headroom), every section stable. A gain of any size goes into kp and ki, which a processor scales once.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from frictionloop.design.pairing import ANGLES, paired, zeros_of
+from frictionloop.design.quadruple import Quadruple
+from frictionloop.design.state_space import Complex
+from frictionloop.quantities import FrictionloopError
+
+SECTIONS = 6
+"""Most sections the law has room for."""
+LARGEST = 2.0
+"""Largest coefficient, by magnitude."""
+Section = tuple[float, float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Cascade:
+    """Sections b0, b1, b2, a1, a2 and the PI behind them."""
+
+    kp: float
+    """Proportional gain, N/N."""
+    ki: float
+    """Integral gain, 1/s."""
+    sections: tuple[Section, ...]
+    """Coefficients of every section, in the order in which they run."""
+    period_s: float
+    """Control period Ts."""
+
+    @property
+    def overrides(self) -> dict[str, object]:
+        """The controller as overrides for ``System.evolve``."""
+        return {
+            "controller.kind": "filtered_pi",
+            "controller.kp": self.kp,
+            "controller.ki": self.ki,
+            "controller.sections": self.sections,
+        }
+
+    def response(self, frequency_hz: ArrayLike) -> Complex:
+        """Return C at z = exp(j 2 pi f Ts), error to force command, f in Hz above 0."""
+        turn = 2j * np.pi * np.asarray(frequency_hz, dtype=float) * self.period_s
+        back = np.exp(-turn)
+        value = self.kp + self.ki * self.period_s / np.expm1(turn)
+        for b0, b1, b2, a1, a2 in self.sections:
+            value = value * (b0 + b1 * back + b2 * back**2) / (1 + a1 * back + a2 * back**2)
+        return np.asarray(value)
+
+
+def factorise(filter_: Quadruple, kp: float, ki: float, period_s: float) -> Cascade:
+    """Return the cascade of a stable filter (one input, one output) behind which kp + ki Ts/(z - 1) stands.
+
+    The first two have what is fast and what rings when it is inverted, as the law wants it (control/filtered_pi).
+    Sections are scaled so that no frequency is larger behind any of them than in front of the first; the gain goes into
+    kp and ki.
+
+    Raises
+    ------
+    FrictionloopError
+        A pole on or outside the unit circle, more than 12 states, or a coefficient that Q31 with one bit of headroom
+        cannot hold.
+    """
+    poles = np.linalg.eigvals(filter_.A).astype(complex)
+    _check_poles(poles)
+    zeros, gain = zeros_of(filter_)
+    back, so_far, sections = np.exp(-1j * ANGLES), np.ones(ANGLES.size, dtype=complex), []
+    for b, a in paired(zeros, poles):
+        shape = so_far * np.polyval(b[::-1], back) / np.polyval(a[::-1], back)
+        size = max(float(np.abs(shape).max()), float(np.abs(b).max()) / LARGEST)
+        so_far, gain = shape / size, gain * size
+        b0, b1, b2, a1, a2 = map(float, (*(b / size), *a[1:]))
+        sections.append((b0, b1, b2, a1, a2))
+    return checked(Cascade(kp * gain, ki * gain, tuple(sections), period_s))
+
+
+def checked(cascade: Cascade) -> Cascade:
+    """Return the cascade, refusing more than six sections, unstable ones and coefficients beyond +-2."""
+    if len(cascade.sections) > SECTIONS:
+        raise FrictionloopError(f"sections: {len(cascade.sections)} are needed, at most {SECTIONS} are accepted")
+    for i, section in enumerate(cascade.sections):
+        for coefficient in section:
+            if not abs(coefficient) <= LARGEST:
+                raise FrictionloopError(
+                    f"sections[{i}]: coefficient {coefficient:g} overflows Q31; accepted are -2 to 2"
+                )
+        _check_poles(np.roots([1.0, *section[3:]]).astype(complex))
+    if not (math.isfinite(cascade.kp) and math.isfinite(cascade.ki)):
+        raise FrictionloopError(f"kp = {cascade.kp:g}, ki = {cascade.ki:g} 1/s: must be finite")
+    return cascade
+
+
+def _check_poles(poles: Complex) -> None:
+    outside = np.abs(poles) >= 1.0 - 1e-9  # rounding
+    if np.any(outside):
+        worst = complex(np.asarray(poles)[np.argmax(np.abs(poles))])
+        raise FrictionloopError(
+            f"the controller is not stable by itself (a pole at {worst:.4g}): ask for less performance or more margin"
+        )
