@@ -1,0 +1,106 @@
+"""How robust each law is for small signals, around the levels of the protocol and over resonances of the sensor."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from frictionloop.control.cost import cycles_m4
+from frictionloop.control.laws import law_of
+from frictionloop.design.linear import LinearLoop, linearise
+from frictionloop.design.margins import Margins
+from frictionloop.design.tournament import protocol
+from frictionloop.design.tournament.plain import occluded_at
+from frictionloop.design.tournament.run import Tournament
+from frictionloop.parameters import Skin, System
+from frictionloop.quantities import FrictionloopError
+
+SHIFTS = (0.0, 0.05, 0.1)
+"""How far off the true resonance may be, either way."""
+
+
+class Robustness(NamedTuple):
+    """Margins of one law on the median finger, the worst over the levels; NaN where it has no linear loop."""
+
+    sensitivity_peak: float = math.nan
+    """Ms = max |1/(1 + G)| with the resonance as the bench says; infinite if unstable."""
+    sensitivity_peak_5: float = math.nan
+    """The same, worst with the true resonance up to 5 % off; then 10 %."""
+    sensitivity_peak_10: float = math.nan
+    gain_margin: float = math.nan
+    """Factor on G nearest to 1 that makes the loop unstable."""
+    phase_margin_deg: float = math.nan
+    """Phase above -180 degrees at the crossover nearest to -1; negative beyond a resonance of a stable loop."""
+    delay_margin_s: float = math.nan
+    stable: bool | None = None
+    """At all levels, with the true resonance up to 10 % off."""
+
+
+def median_system(tournament: Tournament, law: str, speed_mm_s: float, contact: str) -> System | None:
+    """Return the bench with the median of the capable fingers under a law; None if no finger is capable."""
+    some = protocol.able(tournament.system, tournament.people, speed_mm_s, tournament.duration_s)
+    finger = protocol.median_finger(tournament.people, some)
+    if finger is None:
+        return None
+    at = protocol.Condition(speed_mm_s, contact, protocol.SINES[1])
+    own = {path: value for path, value in finger.items() if path != "sensor.resonance_hz"}
+    return learnt(tournament.system.evolve({**protocol.overrides_of(at), **tournament.laws[law], **own}))
+
+
+def learnt(system: System) -> System:
+    """Return a system whose tracker begins with the compliance that it is to learn: margins are those of then."""
+    if system.controller.kind != "tracker" or not isinstance(system.finger, Skin):
+        return system
+    stiff = system.finger.contact == "slider"
+    compliance = 0.0 if stiff else 1e6 / system.finger.bristle_stiffness_n_m
+    return system.evolve({"controller.compliance_um_per_n": compliance})
+
+
+def loop_at(system: System, level_n: float, occlude_s: float) -> LinearLoop | None:
+    """Return the loop for small signals around a level, None for a law that has none."""
+    if system.controller.kind == "oracle":
+        return None
+    occluded = occluded_at(system.friction.occlusion_s, occlude_s)  # type: ignore[union-attr]
+    loop = linearise(system, force_n=level_n, occluded=occluded)
+    try:
+        return loop if loop.law else None
+    except FrictionloopError:  # an oracle, a law that is saturated or has no rest
+        return None
+
+
+def robustness(tournament: Tournament, law: str, speed_mm_s: float, contact: str) -> Robustness:
+    """Return the margins of a law at one speed and contact."""
+    system = median_system(tournament, law, speed_mm_s, contact)
+    found = None if system is None else {shift: _around(system, shift, tournament.middle_s) for shift in SHIFTS}
+    if found is None or any(each is None for margins in found.values() for each in margins):
+        return Robustness()
+    every: Mapping[float, Any] = found
+    nominal: list[Margins] = every[0.0]
+    peaks = [max(each.sensitivity_peak for shift in SHIFTS[: k + 1] for each in every[shift]) for k in range(3)]
+    return Robustness(
+        peaks[0],
+        peaks[1],
+        peaks[2],
+        min((each.gain_margin for each in nominal), key=lambda factor: abs(math.log(factor))),
+        min((each.phase_margin_deg for each in nominal), key=abs),
+        min(each.delay_margin_s for each in nominal),
+        all(each.stable for margins in every.values() for each in margins),
+    )
+
+
+def cycles(system: System) -> int | None:
+    """Return the estimated cycles a tick of a system's law on a Cortex-M4, None if it does not tell its operations."""
+    operations = None if system.controller.kind == "oracle" else law_of(system.controller).operations
+    return None if operations is None else cycles_m4(operations)
+
+
+def _around(system: System, shift: float, occlude_s: float) -> list[Margins | None]:
+    true_hz: float = getattr(system.sensor, "resonance_hz", 0.0)
+    factors = (1.0 - shift, 1.0 + shift) if shift and true_hz else (1.0,)
+    found: list[Margins | None] = []
+    for factor in factors:
+        off = system if factor == 1.0 else system.evolve({"sensor.resonance_hz": factor * true_hz})
+        loops = [loop_at(off, level, occlude_s) for level in protocol.LEVELS_N]
+        found += [None if loop is None else loop.margins() for loop in loops]
+    return found

@@ -1,0 +1,170 @@
+"""The scores of a tournament, one number per finger under each condition."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from frictionloop.design.tournament import protocol
+from frictionloop.design.tournament.entrants import CLAIRVOYANT, ORACLE
+from frictionloop.design.tournament.limits import StepLimits, step_limits
+from frictionloop.design.tournament.plain import occluded_at
+from frictionloop.design.tournament.pooled import Moments, pooled, pooled_rms
+from frictionloop.design.tournament.run import PLAIN, Tournament
+from frictionloop.quantities import FrictionloopError
+
+
+class Score(NamedTuple):
+    """What a score is called for a person, its unit, and whether more of it is better."""
+
+    long_name: str
+    units: str = "1"
+    larger_is_better: bool = False
+
+
+SCORES: dict[str, Score] = {
+    "r2_identity": Score("R2 of f_a = f_r, three levels pooled", larger_is_better=True),
+    "r2_regression": Score("R2 of the regression, three levels pooled", larger_is_better=True),
+    **{f"r2_identity_{n:g}_n": Score(f"R2 of f_a = f_r around {n:g} N", "1", True) for n in protocol.LEVELS_N},
+    **{f"r2_regression_{n:g}_n": Score(f"R2 of the regression around {n:g} N", "1", True) for n in protocol.LEVELS_N},
+    "worst_level_r2_identity": Score("R2 of f_a = f_r at the worst level", "1", True),
+    "residual_rms_n": Score("rms of f_a - f_r, sines", "N"),
+    "hold_rms_n": Score("rms of f_a - f_r, holds", "N"),
+    "landing_rms_n": Score("rms of f_a - f_r, landings", "N"),
+    "rise_63_s": Score("time to 63 % of a step up", "s"),
+    "rise_10_90_s": Score("time from 10 to 90 % of a step up", "s"),
+    "fall_63_s": Score("time to 63 % of a step down", "s"),
+    "fall_10_90_s": Score("time from 10 to 90 % of a step down", "s"),
+    "rise_63_over_limit": Score("the same time up over the skin's limit"),
+    "rise_10_90_over_limit": Score("the same time up over the skin's limit"),
+    "fall_63_over_bound": Score("the same time down over the time-optimal bound of the plate"),
+    "fall_10_90_over_bound": Score("the same time down over the time-optimal bound of the plate"),
+    "perceptual_index": Score("perceptual index D, sines"),
+    "relative_index": Score("D over that of a plain stroke at the level"),
+    "saturation_index": Score("share of commands that are clamped, sines"),
+    "over_oracle": Score("rms over that of the oracle without preview, sines"),
+    "over_clairvoyant": Score("rms over that of the clairvoyant oracle, sines"),
+}
+"""Every score by name. Times are NaN for a finger whose force does not follow the steps."""
+_DIMS = ("law", "speed_mm_s", "contact", "finger")
+
+
+def scores(tournament: Tournament) -> xr.Dataset:
+    """Return every score over law, speed_mm_s, contact and finger.
+
+    ``capable`` (speed_mm_s, finger) says which fingers can be given 0.3 and 0.9 N all along; ``resonance`` (finger) is
+    the true one over the bench's.
+    """
+    laws, speeds = list(tournament.laws), list(tournament.speeds_mm_s)
+    own = tournament.cells.sel(speed_mm_s=speeds).transpose("task", *_DIMS)
+    cells = own.sel(law=laws)
+    found = _fits(cells) | _levels(cells) | _times(cells) | _limited(cells, _limits(tournament))
+    plain = _over_tasks(own.sel(law=[PLAIN]), "perceptual_index", protocol.SINES)
+    found["perceptual_index"] = _over_tasks(cells, "perceptual_index", protocol.SINES)
+    found["relative_index"] = found["perceptual_index"] / plain
+    found |= {f"over_{name}": _over(laws, found["residual_rms_n"], name) for name in (ORACLE, CLAIRVOYANT)}
+    variables: dict[str, Any] = {
+        name: (_DIMS, found[name], {"units": score.units, "long_name": score.long_name})
+        for name, score in SCORES.items()
+    }
+    # As long as a finger must be able to hold the forces, it is on the plate.
+    able = [protocol.able(tournament.system, tournament.people, v, tournament.duration_s) for v in speeds]
+    variables["capable"] = (("speed_mm_s", "finger"), np.array(able))
+    met = [each.get("sensor.resonance_hz", np.nan) for each in tournament.people]
+    nominal = getattr(tournament.system.sensor, "resonance_hz", np.nan)
+    coordinates = {name: cells[name] for name in _DIMS} | {"resonance": ("finger", np.array(met) / nominal)}
+    return xr.Dataset(variables, coordinates, tournament.cells.attrs)
+
+
+def oracle_errors(scored: xr.Dataset) -> list[str]:
+    """Return a line for each finger on which a law leaves less residual than the clairvoyant oracle: a wrong score."""
+    if CLAIRVOYANT not in scored["law"].values:
+        return []
+    found = []
+    for law in (str(name) for name in scored["law"].values if name != CLAIRVOYANT):
+        ratio = scored["over_clairvoyant"].sel(law=law)
+        for v, k, i in zip(*np.nonzero(ratio.values < 1.0), strict=True):
+            at = f"{scored['speed_mm_s'].values[v]:g} mm/s, {scored['contact'].values[k]}, finger {i}"
+            found.append(f"scoring error: {law} leaves {ratio.values[v, k, i]:.4f} of the clairvoyant residual ({at})")
+    return found
+
+
+def spread(values: np.ndarray, larger_is_better: bool) -> tuple[float, float]:
+    """Return the median over fingers and the worst decile: nine fingers in ten do as well or better.
+
+    A finger without a value, a step that was never followed, counts as the worst; infinity stands for it.
+    """
+    if values.size == 0 or np.isnan(values).all():
+        return np.nan, np.nan
+    loss = np.sort(np.where(np.isnan(values), np.inf, -values if larger_is_better else values))
+    sign = -1.0 if larger_is_better else 1.0
+    middle = loss[(loss.size - 1) // 2], loss[loss.size // 2]
+    median = middle[0] if middle[0] == middle[1] else float(np.mean(middle))
+    return float(sign * median), float(sign * loss[int(np.ceil(0.9 * loss.size - 1e-9)) - 1])
+
+
+def _fits(cells: xr.Dataset) -> dict[str, np.ndarray]:
+    sines = cells.sel(task=list(protocol.SINES))
+    names = ("scored_periods", "rms_error", "mean_setpoint", "mean_force", "setpoint_spread", "output_noise", "slope")
+    fit = pooled(Moments(*(sines[name].values for name in names)))
+    holds, landings = cells.sel(task=list(protocol.HOLDS)), cells["rms_error"].sel(task=protocol.LANDINGS)
+    count = sines["scored_periods"].values
+    return {
+        "r2_identity": fit.r2_identity,
+        "r2_regression": fit.r2_regression,
+        "residual_rms_n": fit.rms_error,
+        "hold_rms_n": pooled_rms(holds["scored_periods"].values, holds["rms_error"].values),
+        "landing_rms_n": landings.values,
+        "saturation_index": np.sum(count * sines["saturation_index"].values, axis=0) / count.sum(axis=0),
+    }
+
+
+def _levels(cells: xr.Dataset) -> dict[str, np.ndarray]:
+    found = {}
+    for task, level in zip(protocol.SINES, protocol.LEVELS_N, strict=True):
+        for name in ("r2_identity", "r2_regression"):
+            found[f"{name}_{level:g}_n"] = cells[name].sel(task=task).values
+    return found | {"worst_level_r2_identity": cells["r2_identity"].sel(task=list(protocol.SINES)).values.min(axis=0)}
+
+
+def _times(cells: xr.Dataset) -> dict[str, np.ndarray]:
+    return {name: cells[name].sel(task=protocol.STEPPED).values for name in StepLimits._fields}
+
+
+def _limited(cells: xr.Dataset, limits: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    found = {}
+    for name in StepLimits._fields:
+        against = "limit" if name.startswith("rise") else "bound"
+        over = cells[name].sel(task=protocol.STEPPED).values / limits[name][None, :, None, :]
+        found[f"{name.removesuffix('_s')}_over_{against}"] = over
+    return found
+
+
+def _limits(tournament: Tournament) -> dict[str, np.ndarray]:
+    """Return the step limits by name, each over speed and finger; NaN for a finger too light for the law to act."""
+    system, people = tournament.system, tournament.people
+    occluded = occluded_at(system.friction.occlusion_s, tournament.middle_s)  # type: ignore[union-attr]
+    none = StepLimits(*(np.nan,) * 4)
+    rows = []
+    for speed in tournament.speeds_mm_s:
+        moving = system.evolve({"motion.speed_mm_s": speed, "motion.stroke_mm": protocol.STROKE_MM})
+        for each in people:
+            try:
+                rows.append(step_limits(moving, each, occluded))
+            except FrictionloopError:
+                rows.append(none)
+    table = np.array(rows).reshape(len(tournament.speeds_mm_s), len(people), 4)
+    return {name: table[..., k] for k, name in enumerate(StepLimits._fields)}
+
+
+def _over_tasks(cells: xr.Dataset, name: str, tasks: tuple[str, ...]) -> np.ndarray:
+    some = cells.sel(task=list(tasks))
+    return pooled_rms(some["scored_periods"].values, some[name].values)
+
+
+def _over(laws: list[str], rms: np.ndarray, name: str) -> np.ndarray:
+    if name not in laws:
+        return np.full_like(rms, np.nan)
+    return np.asarray(rms / rms[laws.index(name)])

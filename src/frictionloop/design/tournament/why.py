@@ -1,0 +1,105 @@
+"""Why laws of a tournament win or lose: their residuals split by cause and by frequency, on the fingers it scored."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from frictionloop.design.causes import CAUSES
+from frictionloop.design.residual import residual_by_cause
+from frictionloop.design.residual_bands import residual_bands
+from frictionloop.design.tournament import protocol
+from frictionloop.design.tournament.protocol import Condition
+from frictionloop.design.tournament.run import Tournament
+from frictionloop.design.tournament.scores import spread
+from frictionloop.quantities import FrictionloopError
+
+MOST, FEW = 100, 20
+"""Fingers that are split by cause at most, and by frequency, which takes traces."""
+TASK = protocol.SINES[1]
+"""What they do: the sine in the middle."""
+Row = dict[str, Any]
+
+
+def check_laws(wanted: Iterable[str], laws: Iterable[str]) -> list[str]:
+    """Return the laws to explain; refuse one that does not compete, one twice, or none."""
+    asked, there = list(wanted), list(laws)
+    for name in asked:
+        if name not in there:
+            raise FrictionloopError(f"why: {name!r} is not compared; accepted: {', '.join(there)}")
+    if not asked or len(set(asked)) < len(asked):
+        raise FrictionloopError(f"why = {','.join(asked)!r}: must name at least one law, none of them twice")
+    return asked
+
+
+def reasons(tournament: Tournament, laws: Iterable[str], *, n_jobs: int | None = None) -> xr.Dataset:
+    """Return `residual_by_cause` and `residual_bands` of some laws over law, speed and contact.
+
+    On the first 100 capable fingers of the population (of all if none is capable) at the sine around 0.6 N; bands on
+    the first 20. A cause that cannot be taken away under one law has NaN there.
+
+    Raises
+    ------
+    FrictionloopError
+        For a law that did not compete.
+    """
+    asked, speeds = check_laws(laws, tournament.laws), list(tournament.speeds_mm_s)
+    cells = itertools.product(asked, speeds, protocol.CONTACTS)
+    parts = [_split(tournament, *cell, n_jobs) for cell in cells]
+    everyone = sorted({i for part in parts for i in part["finger"].values.tolist()})
+    names = [name for name in CAUSES if any(name in part["cause"].values for part in parts)]
+    flat = [part.reindex(finger=everyone, cause=names) for part in parts]
+    axes: dict[str, list[Any]] = {"law": asked, "speed_mm_s": speeds, "contact": list(protocol.CONTACTS)}
+    shape = tuple(len(values) for values in axes.values())
+    data: dict[str, Any] = {}
+    for name, first in flat[0].data_vars.items():
+        stacked = np.array([part[name].values for part in flat])
+        data[str(name)] = ((*axes, *first.dims), stacked.reshape(*shape, *first.shape), first.attrs)
+    own = {str(name): flat[0][name] for name in flat[0].coords}
+    return xr.Dataset(data, own | axes)
+
+
+def _split(tournament: Tournament, law: str, speed: float, contact: str, n_jobs: int | None) -> xr.Dataset:
+    some = np.flatnonzero(protocol.able(tournament.system, tournament.people, speed, tournament.duration_s))
+    numbers = (some if some.size else np.arange(len(tournament.people)))[:MOST]
+    people = [tournament.people[i] for i in numbers]
+    at = Condition(speed, contact, TASK)
+    bench = tournament.system.evolve({**protocol.overrides_of(at, tournament.duration_s), **tournament.laws[law]})
+    seed, start_s = protocol.noise_seed(tournament.seed, TASK), tournament.start_s
+    options: dict[str, Any] = {"score_from_s": start_s, "n_jobs": n_jobs, "progress": False}
+    found = residual_by_cause(bench, people, tournament.duration_s, [seed], **options)
+    bands = residual_bands(bench, people[:FEW], tournament.duration_s, seed, score_from_s=start_s)
+    return found.drop_vars("kind").assign(band_rms=bands["rms"].median("finger")).assign_coords(finger=numbers)
+
+
+def reason_rows(found: xr.Dataset) -> list[Row]:
+    """Return a row for each law, speed, contact and part of the residual: medians and worst deciles, N."""
+    rows = []
+    for law, speed, contact in itertools.product(
+        *(found[dim].values.tolist() for dim in ("law", "speed_mm_s", "contact"))
+    ):
+        cell = found.sel(law=law, speed_mm_s=speed, contact=contact)
+        where = {"law": law, "speed_mm_s": speed, "contact": contact}
+        for name in ("all", "silent", "left_over_costs", "left_over_alone"):
+            rows.append(where | {"part": name, **_spread("rms", cell[name])})
+        for cause in found["cause"].values.tolist():
+            own = cell.sel(cause=cause)
+            values = {
+                key: value for name in ("cost", "alone", "without") for key, value in _spread(name, own[name]).items()
+            }
+            rows.append(where | {"part": cause, **values})
+        for low, high, rms in zip(
+            *(cell[name].values.tolist() for name in ("low_hz", "high_hz", "band_rms")), strict=True
+        ):
+            rows.append(where | {"part": f"{low:g}-{high:g} Hz", "rms_median": rms})
+    return rows
+
+
+def _spread(name: str, values: xr.DataArray) -> dict[str, float]:
+    there = values.values[np.isfinite(values.values)]
+    median, worst = spread(there, larger_is_better=False)
+    return {f"{name}_median": median, f"{name}_worst_decile": worst}

@@ -1,0 +1,221 @@
+"""Laws compared: who competes, on whom, and what a file of results accepts."""
+
+from __future__ import annotations
+
+import subprocess
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import frictionloop as fl
+from frictionloop.design import tournament as rooms
+from frictionloop.design.tournament import entrants, protocol, run, store
+
+SHORT = {"duration_s": 1.0, "start_s": 0.4, "progress": False}
+LAWS = ["lookup", "retuned_pi"]
+
+
+def short(path=None, count=3, seed=5, laws=LAWS, speeds=(20.0,), system=None, **more):
+    return rooms.compare(system or fl.bench(), count, seed, laws, speeds, path=path, **SHORT | more)
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return short()
+
+
+def test_every_entrant_is_a_system():
+    for name, entrant in entrants.ENTRANTS.items():
+        assert fl.bench().evolve(entrant(fl.bench())).controller.kind, name
+
+
+def test_the_printed_and_the_re_tuned_gains():
+    printed = fl.bench().evolve(entrants.ENTRANTS["printed_pi"](fl.bench())).controller
+    assert (printed.kp, printed.ki) == (10.0, 2.0)  # paper, Sec. 2.3
+    assert entrants.retuned_pi(fl.bench()) == {"controller.kind": "pi", **fl.RETUNED}
+    assert entrants.retuned_pi(fl.bench().evolve({"controller.kp": 3.0})) == entrants.retuned_pi(fl.bench())
+    slower = fl.bench().evolve({"controller.delay_s": 400e-6})
+    gains = entrants.retuned_pi(slower)
+    found = fl.retune(slower)
+    assert (gains["controller.kp"], gains["controller.ki"]) == (found.kp, found.ki)
+
+
+def test_fingers_are_those_of_the_seed_and_meet_three_resonances():
+    people, plain = protocol.population(fl.bench(), 7, 5), fl.fingers(7, 5)
+    assert [{k: v for k, v in each.items() if k != "sensor.resonance_hz"} for each in people] == plain
+    met = [each["sensor.resonance_hz"] / 145.0 for each in people]
+    np.testing.assert_allclose(met, [1.0, 0.95, 1.05, 1.0, 0.95, 1.05, 1.0], rtol=1e-15)
+    assert fl.bench().evolve(people[1]).controller.model.resonance_hz == 145.0
+    assert rooms.tuning_population(4) == fl.fingers(4, rooms.TUNING_SEED)
+
+
+def test_no_two_tasks_or_populations_share_noise():
+    seeds = {protocol.noise_seed(seed, task) for seed in range(20) for task in protocol.TASKS}
+    assert len(seeds) == 20 * len(protocol.TASKS)
+
+
+def test_what_is_asked_is_the_paper_s_protocol():
+    sine = protocol.setpoint_of("sine 0.8")
+    assert (sine.offset_n, sine.amplitude_n, sine.frequency_hz) == (0.8, 0.1, 1.0)
+    assert protocol.setpoint_of("hold 0.4") == fl.Constant(offset_n=0.4)
+    steps = protocol.setpoint_of("steps")
+    assert steps.times_s[:3] == (0.0, 0.5, 1.0)
+    assert steps.levels_n[:3] == (0.35, 0.75, 0.35)
+    assert (steps.times_s[-1], len(steps.times_s)) == (10.5, 22)
+    at = protocol.Condition(80.0, "slider", "landings")
+    system = fl.bench().evolve(protocol.overrides_of(at))
+    assert (system.motion.speed_mm_s, system.finger.contact, system.motion.contact_s) == (80.0, "slider", 1.0)
+    assert fl.bench().evolve(protocol.overrides_of(at._replace(task="steps"))).motion.contact_s == 0.0
+
+
+def test_capable_fingers_are_those_of_capable(whole):
+    speed = {"motion.speed_mm_s": 80.0}
+    people = fl.fingers(40, 5)
+    wanted = fl.capable([each | speed for each in people], 0.3, 0.9, contact_s=11.0)["capable"].values
+    np.testing.assert_array_equal(protocol.able(fl.bench(), people, 80.0), wanted)
+    assert 0 < wanted.sum() < 40
+    chosen = protocol.median_finger(people, wanted)
+    assert people.index(chosen) in np.flatnonzero(wanted)
+    assert protocol.median_finger(people, np.zeros(40, dtype=bool)) is None
+
+
+def test_the_cells_are_those_of_a_sweep(whole):
+    assert whole.cells["law"].values.tolist() == ["plain", *LAWS]
+    law = {"controller.kind": "lookup"}
+    at = protocol.Condition(20.0, "slider", "hold 0.6")
+    system = fl.bench().evolve({**protocol.overrides_of(at, 1.0), **law})
+    people, seeds = protocol.population(fl.bench(), 3, 5), [protocol.noise_seed(5, "hold 0.6")]
+    alone = fl.sweep(system, people, 1.0, seeds, ["rms_error"], score_from_s=0.4)
+    cell = whole.cells["rms_error"].sel(law="lookup", speed_mm_s=20.0, contact="slider", task="hold 0.6")
+    np.testing.assert_array_equal(cell, alone["rms_error"].values[:, 0])
+
+
+def test_what_was_interrupted_goes_on(whole, tmp_path, monkeypatch):
+    path, calls, really = tmp_path / "r.h5", [], run._Trial.run
+
+    def stopping(self, law, at):
+        calls.append(at)
+        if len(calls) == 6:
+            raise KeyboardInterrupt
+        return really(self, law, at)
+
+    monkeypatch.setattr(run._Trial, "run", stopping)
+    with pytest.raises(rooms.TournamentInterrupted) as stop:
+        short(path)
+    total = 2 * (2 * len(protocol.TASKS) + len(protocol.SINES))
+    assert (stop.value.done, stop.value.total) == (5, total)
+    resumed = short(path, resume=True)
+    assert len(calls) == 6 + total - 5
+    xr.testing.assert_identical(resumed.cells, whole.cells)
+    again = short(path, resume=True, laws=["lookup"])
+    assert len(calls) == 6 + total - 5
+    xr.testing.assert_identical(again.cells, whole.cells)
+
+
+def test_more_laws_and_speeds_join_a_file(whole, tmp_path):
+    path = tmp_path / "r.h5"
+    short(path, laws=["retuned_pi"])
+    both = short(path, resume=True)
+    xr.testing.assert_identical(both.cells.sel(law=whole.cells["law"]), whole.cells)
+    more = short(path, resume=True, laws=["lookup"], speeds=(40.0,))
+    assert more.cells["speed_mm_s"].values.tolist() == [20.0, 40.0]
+    assert np.isnan(more.cells["rms_error"].sel(law="retuned_pi", speed_mm_s=40.0)).all()
+    assert rooms.scores(more)["speed_mm_s"].values.tolist() == [40.0]
+
+
+def test_a_file_refuses_what_it_does_not_keep(tmp_path, monkeypatch):
+    path = tmp_path / "r.h5"
+    short(path, count=2, laws=["lookup"])
+    before = path.read_bytes()
+
+    def refused(match, **more):
+        with pytest.raises(fl.FrictionloopError, match=match) as error:
+            short(path, **{"count": 2, "laws": ["lookup"], "resume": True} | more)
+        assert "\n" not in str(error.value)
+
+    refused("exists; add --resume", resume=False)
+    refused("of seed = 5, not 6", seed=6)
+    refused("of fingers = 2, not 3", count=3)
+    refused("of duration_s = 1.0, not 1.2", duration_s=1.2)
+    refused("of another bench", system=fl.bench().evolve({"controller.delay_s": 1e-4}))
+    monkeypatch.setitem(entrants.ENTRANTS, "lookup", lambda system: {"controller.kind": "lookup", **MODEL})
+    refused("keeps lookup with other parameters")
+    assert path.read_bytes() == before
+    fl.save(fl.simulate(fl.paper(), 0.01), tmp_path / "run.h5")
+    with pytest.raises(fl.FrictionloopError, match="keeps no tournament"):
+        short(tmp_path / "run.h5", resume=True)
+    with pytest.raises(fl.FrictionloopError, match="needs the file"):
+        short(resume=True)
+    with pytest.raises(fl.FrictionloopError, match="cannot be written"):
+        short(tmp_path / "nowhere" / "r.h5")
+
+
+MODEL = {"controller.model.nominal_n": 0.9}
+
+
+@pytest.mark.parametrize(
+    ("more", "match"),
+    [
+        ({"seed": 3}, "seed = 3: is that of the fingers laws are tuned on"),
+        ({"laws": ["retuned_ip"]}, "'retuned_ip' is unknown; did you mean retuned_pi"),
+        ({"laws": ["lookup", "lookup"]}, "none of them twice"),
+        ({"laws": []}, "at least one law"),
+        ({"speeds": ()}, "at least one speed"),
+        ({"speeds": (20.0, 20.0)}, "none of them twice"),
+        ({"speeds": (-1.0,)}, "motion.speed_mm_s"),
+        ({"system": fl.paper()}, 'friction.kind = "gaussian": must be "finger"'),
+        ({"count": 0}, "n = 0"),
+        ({"duration_s": 0.3}, "score_from_s"),
+    ],
+    ids=str,
+)
+def test_bad_input_is_one_line(more, match):
+    with pytest.raises(fl.FrictionloopError, match=match) as error:
+        short(**more)
+    assert "\n" not in str(error.value)
+
+
+def test_nothing_depends_on_git(monkeypatch):
+    store.commit_of.cache_clear()
+    monkeypatch.setenv("PATH", "")
+    assert store.commit_of() == ""
+    store.commit_of.cache_clear()
+
+    def other(words, **_):
+        raise subprocess.CalledProcessError(128, words)
+
+    monkeypatch.setattr(subprocess, "run", other)
+    assert store.commit_of() == ""
+    store.commit_of.cache_clear()
+
+
+def test_reasons_are_those_of_the_fingers_that_are_scored(whole):
+    found = rooms.reasons(whole, ["retuned_pi"])
+    able = np.flatnonzero(protocol.able(whole.system, whole.people, 20.0, whole.duration_s))
+    numbers = (able if able.size else np.arange(len(whole.people))).tolist()
+    assert found["finger"].values.tolist() == numbers
+    cell = whole.cells["rms_error"].sel(law="retuned_pi", speed_mm_s=20.0, task="sine 0.6", finger=numbers)
+    for contact in protocol.CONTACTS:
+        got = found["all"].sel(law="retuned_pi", speed_mm_s=20.0, contact=contact).values
+        assert np.array_equal(got, cell.sel(contact=contact).values)
+    rows = rooms.reason_rows(found)
+    roughness = next(row for row in rows if (row["part"], row["contact"]) == ("roughness", "dahl"))
+    cost = found["cost"].sel(law="retuned_pi", speed_mm_s=20.0, contact="dahl", cause="roughness").values
+    assert roughness["cost_median"] == pytest.approx(np.median(cost), rel=1e-12)
+    for wrong in ([], ["retuned_pi", "retuned_pi"], ["oracle"]):
+        with pytest.raises(fl.FrictionloopError, match="why"):
+            rooms.reasons(whole, wrong)
+
+
+def test_entrants_of_ones_own_run_under_their_names():
+    own = {"mine": lambda system: {"controller.kind": "lookup"}, "oracle": entrants.ENTRANTS["oracle"]}
+    found, named = short(laws=own), short(laws=["lookup", "oracle"])
+    assert list(found.laws) == ["mine", "oracle"]
+    for mine, theirs in (("mine", "lookup"), ("oracle", "oracle")):
+        np.testing.assert_array_equal(found.cells["rms_error"].sel(law=mine), named.cells["rms_error"].sel(law=theirs))
+
+
+def test_an_oracle_has_no_margins():
+    found = rooms.margin_rows(short(count=12, laws=["oracle"]))
+    assert found and all(np.isnan(row["sensitivity_peak"]) and row["cycles_m4"] is None for row in found)
