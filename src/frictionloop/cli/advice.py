@@ -45,10 +45,15 @@ class Ringing(NamedTuple):
     stable: bool
     frequency_hz: float | None
     """Where the error of a run has most power; None without a run: only clamping settles it."""
-    kp: float
-    ki: float
+    law: str
+    """Kind of the controller."""
+    sensitivity_peak: float | None
+    """Largest Ms of the points looked at; None if one is unstable."""
+    kp: float | None
+    ki: float | None
+    """Gains of a PI law."""
     held: dict[str, float]
-    """Gains that hold, as overrides; empty if none were found."""
+    """Gains that hold, as overrides; empty if none were found, or the law is not PI."""
     band: Band
     """Where they hold."""
 
@@ -86,16 +91,19 @@ def of_system(system: System) -> Ringing | None:
         margins = [point.margins() for point in points]
     except FrictionloopError:  # what cannot be linearised (a recording) is not judged
         return None
-    stable = all(each.stable for each in margins)
-    if stable and max(each.sensitivity_peak for each in margins) < CLOSE:
+    stable, peak = all(each.stable for each in margins), max(each.sensitivity_peak for each in margins)
+    if stable and peak < CLOSE:
         return None
+    forces_n = [point.elements.force_n for point in points]
+    band = Band(min(forces_n), max(forces_n), len({point.elements.occluded for point in points}) > 1)
+    controller, known = system.controller, peak if stable else None
+    if controller.kind != "pi":
+        return Ringing(stable, None, controller.kind, known, None, None, {}, band)
     try:
         held = {path: _three_digits(gain) for path, gain in retune(points, HELD_PEAK).overrides.items()}
     except FrictionloopError:
         held = {}
-    forces_n = [point.elements.force_n for point in points]
-    band = Band(min(forces_n), max(forces_n), len({point.elements.occluded for point in points}) > 1)
-    return Ringing(stable, None, system.controller.kp, system.controller.ki, held, band)
+    return Ringing(stable, None, "pi", known, controller.kp, controller.ki, held, band)
 
 
 def _loudest_hz(run: xr.Dataset, mask: np.ndarray) -> float:
@@ -108,17 +116,24 @@ def _loudest_hz(run: xr.Dataset, mask: np.ndarray) -> float:
 
 def lines(found: Ringing, metrics: dict[str, float]) -> list[str]:
     """Return what a person is told."""
-    clamped, gains = metrics["saturation_index"], f"kp = {found.kp:.3g}, ki = {found.ki:.4g}"
+    clamped = metrics["saturation_index"]
     signs = [f"{clamped:.0%} of the commands are clamped"] if clamped > CLAMPED else []
     signs += ["the force does not follow"] if metrics["r2_identity"] < 0 else []
     near = "" if found.frequency_hz is None else f"{',' if found.stable else ''} near {found.frequency_hz:.3g} Hz"
     what = f"This loop {'is close to ringing' if found.stable else 'rings'}{near}"
     said = [what + (f": {', '.join(signs)}." if signs else ".")]
-    said.append(f"{gains}: {'nearly ' if found.stable else ''}too much for this sensor, plate and delay.")
+    said.append(f"{_gains(found)}: {'nearly ' if found.stable else ''}too much for this sensor, plate and delay.")
     if found.held:
         said.append(f"Gains that hold: {' '.join(f'--{path} {gain:g}' for path, gain in found.held.items())}")
         said.append(f"They hold {_where(found.band)}.")
     return said
+
+
+def _gains(found: Ringing) -> str:
+    if found.kp is not None and found.ki is not None:
+        return f"kp = {found.kp:.3g}, ki = {found.ki:.4g}"
+    peak = "unstable" if found.sensitivity_peak is None else f"Ms {found.sensitivity_peak:.3g}"
+    return f"Law {found.law} as tuned ({peak} {_where(found.band)})"
 
 
 def _where(band: Band) -> str:

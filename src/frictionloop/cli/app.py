@@ -11,7 +11,7 @@ from importlib.metadata import PackageNotFoundError, version
 
 from cyclopts import App, CycloptsError, Group, Parameter, UnusedCliTokensError
 
-from frictionloop.cli import design, reproduce, simulate, sweep
+from frictionloop.cli import compare, design, reproduce, simulate, sweep
 from frictionloop.cli.flags import gather
 from frictionloop.cli.helptext import HELP_STYLE
 from frictionloop.cli.screen import Interrupted, say
@@ -44,7 +44,7 @@ app = App(
 )
 app["--help"].group = app["--version"].group = HERE
 # A verb is a module with a command, its ARGUMENTS and its EXAMPLES; what it computes with is imported inside.
-for verb, group in ((reproduce, PAPER), (simulate, LOOP), (sweep, LOOP)):
+for verb, group in ((reproduce, PAPER), (simulate, LOOP), (sweep, LOOP), (compare, LOOP)):
     name = verb.__name__.rsplit(".", 1)[-1]
     usage = f"frictionloop {name} {verb.ARGUMENTS}"
     app.command(verb.command, name=name, usage=usage, help_epilogue=verb.EXAMPLES, group=group)

@@ -26,6 +26,12 @@ def check_new(name: str, path: Path | None) -> None:
         raise FrictionloopError(f"{name} = {str(path)!r}: exists and stays as it is; choose another name")
 
 
+def check_folder(name: str, path: Path | None) -> None:
+    """Refuse a folder for figures that is a file, or that has no folder to be made in."""
+    if path is not None and not path.is_dir() and (path.exists() or not path.parent.is_dir()):
+        raise FrictionloopError(f"{name} = {str(path)!r}: must be a folder, or a new one in a folder that is there")
+
+
 def check_count(name: str, value: int, least: int, most: int = 2**63 - 1) -> None:
     """Refuse a whole number outside its range."""
     if not least <= value <= most:

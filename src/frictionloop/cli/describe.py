@@ -25,7 +25,8 @@ def system_rows(system: System) -> list[Row]:
 
 def _block_rows(name: str, block: BaseModel, notes: dict[str, str]) -> list[Row]:
     kind, values, inner = "", [], []
-    for key, value in block:
+    for key in block.model_dump():  # in the order of files: a law's own values before what all controllers have
+        value = getattr(block, key)
         if key == "kind":
             kind = str(value)
         elif isinstance(value, BaseModel):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from cyclopts import App, Group, Parameter
 
-from frictionloop.cli import design_plate, design_sensor
+from frictionloop.cli import design_controller, design_plate, design_sensor
 from frictionloop.cli.helptext import HELP_STYLE
 
 EXAMPLES = "Each command has its own help with examples: frictionloop design sensor --help"
@@ -31,4 +31,10 @@ app.command(
     name="plate",
     usage=f"frictionloop design plate {design_plate.ARGUMENTS}",
     help_epilogue=design_plate.EXAMPLES,
+)
+app.command(
+    design_controller.command,
+    name="controller",
+    usage=f"frictionloop design controller {design_controller.ARGUMENTS}",
+    help_epilogue=design_controller.EXAMPLES,
 )

@@ -30,6 +30,8 @@ SMALLEST = (
     "fall_10_90_s",
 )
 """Metrics whose smallest value is the best; of the slope it is the one nearest to 1, of the others the largest."""
+DESCRIPTIVE = ("mean_force", "mean_setpoint", "setpoint_spread", "scored_periods")
+"""Metrics that say what a run was; no value of theirs is the best."""
 
 
 def compiled(system: System, points: Any, seeds: int, metrics: Sequence[str] | None) -> None:
@@ -116,9 +118,10 @@ class Outcome:
     def summary(self, duration_s: float) -> list[Any]:
         """Return what a person is shown."""
         rows: list[describe.Row] = [("best", "value", "at")]
-        for name, values in self.result.data_vars.items():
-            rows.append(self._row(str(name), values.attrs.get("units", "1"), self.best(str(name))))
-        ends = any(best and best.at_end for best in map(self.best, map(str, self.result.data_vars)))
+        judged = {str(name): values for name, values in self.result.data_vars.items() if name not in DESCRIPTIVE}
+        for name, values in judged.items():
+            rows.append(self._row(name, values.attrs.get("units", "1"), self.best(name)))
+        ends = any(best and best.at_end for best in map(self.best, judged))
         sizes = " x ".join(str(self.result.sizes[path]) for path in self.axes)
         of = f"{sizes} points" + (f" x {self.seeds} seeds" if self.seeds > 1 else "")
         return [
@@ -145,7 +148,7 @@ class Outcome:
     def as_json(self) -> dict[str, Any]:
         """Return everything: axes, values in the order of ``dims``, best points, whether it is complete."""
         variables = self.result.data_vars.items()
-        bests = [best for name, _ in variables if (best := self.best(str(name)))]
+        bests = [best for name, _ in variables if name not in DESCRIPTIVE and (best := self.best(str(name)))]
         return {
             "dims": [*self.axes, "seed"],
             "axes": {path: self.result[path].values for path in self.axes},

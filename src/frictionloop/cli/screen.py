@@ -85,6 +85,7 @@ def table(rows: Sequence[tuple[str, ...]]) -> Any:
         numbers = 0 < index < len(rows[0]) - 1
         grid.add_column(
             style="bold" if index == 0 else None,
+            min_width=min(max(len(row[0]) for row in rows), 14) if index == 0 else None,
             no_wrap=index > 0,
             overflow="fold",
             justify="right" if numbers else "left",

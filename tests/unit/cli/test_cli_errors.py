@@ -108,7 +108,7 @@ SWEEP_BENCH = [
 ]
 OTHERS = [
     (("simulat",), 'Unknown command "simulat". Did you mean "simulate"?'),
-    (("--bogus",), 'Unknown command "--bogus". Available commands: reproduce, simulate, sweep, design.'),
+    (("--bogus",), 'Unknown command "--bogus". Available commands: reproduce, simulate, sweep, compare, design.'),
     (("reproduce", "x"), "x: not expected here"),
 ]
 ALL = [

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-VERBS = ("reproduce", "simulate", "sweep")
+VERBS = ("reproduce", "simulate", "sweep", "compare")
 
 
 @pytest.mark.parametrize("tokens", [(), ("--help",), ("-h",)])
@@ -33,7 +33,9 @@ def test_version(frictionloop):
     assert frictionloop("--version").out == f"frictionloop {version('frictionloop')}\n"
 
 
-@pytest.mark.parametrize("tokens", [["--help"], ["sweep", "--help"], ["--version"], ["simulate", "--sed", "1"]])
+@pytest.mark.parametrize(
+    "tokens", [["--help"], ["sweep", "--help"], ["compare", "--help"], ["--version"], ["simulate", "--sed", "1"]]
+)
 def test_nothing_heavy_is_imported_before_it_is_needed(tokens):
     script = (
         "import sys; from frictionloop.cli import main\n"

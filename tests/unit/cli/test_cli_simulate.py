@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -62,7 +63,8 @@ def test_summary_says_system_metrics_and_time(frictionloop):
 def test_summary_of_a_constant_set_point_has_dashes(frictionloop):
     answer = frictionloop(*SHORT, "--setpoint.kind", "constant")
     assert answer.code == 0
-    assert "nan" not in answer.out
+    assert "nan" not in re.findall(r"\w+", answer.out)
+    assert re.search(r"^r2_identity +-", answer.out, re.MULTILINE)
 
 
 def test_order_of_flags_does_not_matter_for_a_kind(frictionloop):

@@ -1,0 +1,186 @@
+"""``frictionloop compare``: control laws on one bench, on fingers that none of them was tuned on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from frictionloop.cli import checks, flags, screen
+from frictionloop.cli import tournament_files as files
+from frictionloop.quantities.units import FrictionloopError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from frictionloop.design.tournament import Tournament
+    from frictionloop.parameters import System
+
+ARGUMENTS = "[FILE] [OPTIONS]"
+EXAMPLES = r"""Examples
+
+  frictionloop compare --fingers 26
+  frictionloop compare my-bench.toml --fingers 1000 --seed 11 \
+      --out results.h5 --resume
+  frictionloop compare --fingers 50 --laws lookup,retuned_pi --speeds 20 \
+      --csv scores.csv --plots figures --why retuned_pi
+"""
+MOST_FINGERS = 1_000_000
+PROTOCOLS = (
+    "setpoint.",
+    "motion.speed_mm_s",
+    "motion.stroke_mm",
+    "motion.contact_s",
+    "motion.lifted_s",
+    "finger.contact",
+)
+"""Starts of the names that the protocol gives values to."""
+
+
+def command(
+    file: flags.SystemFile = None,
+    /,
+    *,
+    preset: Annotated[
+        flags.PresetName | None,
+        Parameter(
+            metavar="NAME", help="Ready-made bench instead of a file; bench if neither is given.", group=flags.SYSTEM
+        ),
+    ] = None,
+    overrides: flags.Overrides = None,
+    fingers: Annotated[
+        int, Parameter(help="Number of random fingers that are scored.", converter=flags.whole, group=flags.RUN)
+    ] = 1000,
+    seed: Annotated[
+        int | None,
+        Parameter(
+            help="Seed of these fingers; 11 if not given. Any but 3, that of the fingers laws are tuned on.",
+            converter=flags.whole,
+            group=flags.RUN,
+        ),
+    ] = None,
+    laws: Annotated[
+        str | None, Parameter(help="Laws to compare, such as lookup,retuned_pi; all if not given.", group=flags.RUN)
+    ] = None,
+    speeds: Annotated[str, Parameter(help="Speeds of the strokes in mm/s.", group=flags.RUN)] = "20,80",
+    duration_s: Annotated[
+        float, Parameter(help="Duration of a run in s; the first second does not count.", group=flags.RUN)
+    ] = 11.0,
+    jobs: Annotated[
+        int | None,
+        Parameter(help="Parallel workers; one per core if not given.", converter=flags.whole, group=flags.RUN),
+    ] = None,
+    out: Annotated[
+        Path | None, Parameter(help="Keep the results here (HDF5, .h5), also on Ctrl-C.", group=flags.RESULT)
+    ] = None,
+    resume: Annotated[
+        bool,
+        Parameter(help="Continue what is kept in --out, also with more laws.", show_default=False, group=flags.RESULT),
+    ] = False,
+    csv: Annotated[
+        Path | None, Parameter(help="Write every score here (.csv), one row each.", group=flags.RESULT)
+    ] = None,
+    plots: Annotated[
+        Path | None, Parameter(help="Folder for figures: residuals, steps, sensitivities (.svg).", group=flags.RESULT)
+    ] = None,
+    why: Annotated[
+        str | None,
+        Parameter(
+            help="Laws whose residual to split by cause: tremor, roughness, resonance, ...; 100 fingers at most.",
+            group=flags.RESULT,
+        ),
+    ] = None,
+    json: flags.Json = False,
+) -> None:
+    """Compare control laws: paper's sines, holds, steps and landings on unseen fingers, two speeds, two contacts."""
+    checks.check_output("out", out, checks.RUN_FILES)
+    checks.check_output("csv", csv, checks.TABLES)
+    checks.check_count("fingers", fingers, 1, MOST_FINGERS)
+    checks.check_count("jobs", 1 if jobs is None else jobs, 1, 1024)
+    checks.check_folder("plots", plots)
+    if resume and out is None:
+        raise FrictionloopError("resume: needs --out FILE.h5, the file of the tournament to continue")
+    _check_overrides(overrides)
+    system = flags.system_from(file, preset or (None if file else "bench"), overrides)
+
+    from frictionloop.design import tournament as rooms
+    from frictionloop.design.tournament.entrants import entrants
+
+    at = rooms.EVALUATION_SEED if seed is None else seed
+    explained = [] if why is None else rooms.check_laws(_names(why) or [], entrants(_names(laws)))
+    options: dict[str, Any] = {"path": out, "resume": resume, "n_jobs": jobs, "duration_s": duration_s}
+    clock = screen.Stopwatch()
+    try:
+        ran = rooms.compare(system, fingers, at, _names(laws), _speeds(speeds), **options)
+    except rooms.TournamentInterrupted as stop:
+        kept = f"kept in {out}" if out else "not kept: without --out there is nothing to continue from"
+        raise screen.Interrupted(f"{stop.done} of {stop.total} cells done, {kept}", resumable=out is not None) from None
+    with screen.waiting("scoring"):
+        scored = rooms.scores(ran)
+        rows, margins = rooms.score_rows(scored), rooms.margin_rows(ran)
+    errors, causes = rooms.oracle_errors(scored), files.causes(ran, explained, jobs, plots)
+    saved: dict[str, Any] = {"results": out, "table": csv, "figures": plots}
+    if csv is not None:
+        files.write_csv(rooms.tidy_rows(rows, margins), csv)
+    if plots is not None:
+        with screen.waiting("drawing"):
+            files.draw(ran, scored, plots)
+    if json:
+        _show_json(
+            system,
+            ran,
+            scored,
+            {"scores": rows, "margins": margins, "causes": causes, "errors": errors, "saved": saved},
+        )
+    else:
+        from frictionloop.cli.tournament_text import summary
+        from frictionloop.cli.why_text import why_summary
+
+        origin = flags.named(file, preset or (None if file else "bench"), overrides)
+        lines = [f"saved {what} as {path}" for what, path in saved.items() if path]
+        took = screen.seconds(clock.elapsed_s())
+        said = f"{origin}, {fingers} fingers of seed {at}, runs of {duration_s:g} s, in {took}"
+        screen.show(
+            screen.columns([("bench", said)]), "", *summary(ran, scored, rows, margins), *why_summary(causes), *lines
+        )
+    if errors:
+        raise FrictionloopError(f"{errors[0]}" + (f", and {len(errors) - 1} more" if len(errors) > 1 else ""))
+
+
+def _names(laws: str | None) -> list[str] | None:
+    return None if laws is None else [name.strip() for name in laws.split(",")]
+
+
+def _speeds(text: str) -> list[float]:
+    try:
+        return [float(each) for each in text.split(",")]
+    except ValueError:
+        raise FrictionloopError(
+            f"speeds = {text!r}: must be numbers in mm/s with commas between, such as 20,80"
+        ) from None
+
+
+def _check_overrides(overrides: list[str] | None) -> None:
+    """Refuse values that the protocol, a finger or a law would replace."""
+    given = flags.overrides_of(overrides)
+    if not given:
+        return
+    from frictionloop.parameters.timing import Timing
+    from frictionloop.physics.fingers import fingers
+
+    one, timing = fingers(1, 0)[0], tuple(f"controller.{name}" for name in Timing.model_fields)
+    for path in given:
+        if path in one:
+            raise FrictionloopError(f"{path}: every finger of a comparison brings its own; leave it out")
+        if path.startswith(PROTOCOLS):
+            raise FrictionloopError(f"{path}: the protocol of a comparison sets it; leave it out")
+        if path.startswith("controller.") and not path.startswith(timing):
+            raise FrictionloopError(f"{path}: every law of a comparison brings its own; leave it out")
+
+
+def _show_json(system: System, ran: Tournament, scored: xr.Dataset, more: dict[str, Any]) -> None:
+    about = {"system": system.model_dump(), "laws": ran.laws, "seed": ran.seed, "fingers": len(ran.people)}
+    about |= {"speeds_mm_s": ran.speeds_mm_s, "duration_s": ran.duration_s, "score_from_s": ran.start_s}
+    about["capable"] = {f"{v:g}": scored["capable"].sel(speed_mm_s=v).values for v in ran.speeds_mm_s}
+    screen.show_json(about | more)

@@ -1,0 +1,140 @@
+"""A designed controller as a person and as a program is shown it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from frictionloop.cli import screen
+from frictionloop.cli.tournament_text import number
+
+if TYPE_CHECKING:
+    from frictionloop.design.corners import Corner
+    from frictionloop.design.headroom import Headroom
+    from frictionloop.design.synthesis import Designed, Wanted
+    from frictionloop.parameters import System
+
+Row = tuple[str, ...]
+UNITS = {"ki": "1/s", "k1": "sqrt(N)/s", "k2": "N/s^2"}
+"""Units that a parameter's name does not tell."""
+
+
+def gain_rows(designed: Designed) -> list[Row]:
+    """Return one row per value that the synthesis chose."""
+    rows: list[Row] = []
+    for path, value in designed.overrides.items():
+        name = path.removeprefix("controller.")
+        if name == "sections":
+            rows += [(f"section {i}", "  ".join(f"{c:+.6f}" for c in section)) for i, section in enumerate(value, 1)]
+        elif name != "kind":
+            rows.append((name, _value(name, value)))
+    return rows
+
+
+def _value(name: str, value: Any) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    unit = UNITS.get(name, "Hz" if name.endswith("_hz") else "")
+    return f"{value:.4g} {unit}".rstrip()
+
+
+def margin_text(system: System, found: Sequence[Corner], wanted: Wanted) -> list[Any]:
+    """Return the table of margins, worst over forces, per resonance on a dry and a moist finger."""
+    forces = [each.loop.elements.force_n for each in found]
+    moist = max(each.loop.elements.occluded for each in found)
+    said = f"margins, worst from {min(forces):.3g} to {max(forces):.3g} N"
+    if moist:
+        said += f", dry / moist (occluded {moist:.0%}) finger"
+    head: Row = ("resonance", "Ms", "asked", "gain", "phase, deg", "delay left, us", "")
+    rows = [head, *(_margin_row(found, off, wanted) for off in sorted({each.off for each in found}))]
+    return [said, screen.table(rows)]
+
+
+def _margin_row(found: Sequence[Corner], off: float, wanted: Wanted) -> Row:
+    here = [each for each in found if each.off == off]
+    states = sorted({each.loop.elements.occluded for each in here})
+    groups = [[each.margins for each in here if each.loop.elements.occluded == state] for state in states]
+    asked = {round(error, 9): peak for error, peak in wanted.limits.items()}[round(abs(off), 9)]
+
+    def both(values: Sequence[float]) -> str:
+        return "/".join(map(number, values))
+
+    return (
+        f"{off:+.3g}".replace("+0", "as described") if off == 0 else f"{100 * off:+.3g} %",
+        both([max(m.sensitivity_peak for m in group) for group in groups]),
+        f"{asked:.3g}",
+        both([min((m.gain_margin for m in group), key=lambda factor: abs(math.log(factor))) for group in groups]),
+        both([min((m.phase_margin_deg for m in group), key=abs) for group in groups]),
+        both([1e6 * min(m.delay_margin_s for m in group) for group in groups]),
+        "",
+    )
+
+
+def headroom_text(left: Headroom, wanted: Wanted) -> list[Any]:
+    """Return what is left to gain, and what limits it."""
+    lag, periods = left.lag, left.delay_periods
+    rows: list[Row] = []
+    if math.isfinite(left.least_rms_n):
+        rows += [
+            ("disturbance", _mn(left.disturbance_rms_n), "friction noise, tremor and drift without control, rms"),
+            ("this loop", _mn(left.residual_rms_n), f"of it left; |S| is 1 at {number(left.zero_db_hz)} Hz"),
+            (
+                "least possible",
+                _mn(left.least_rms_n),
+                f"under any linear law with Ms up to {wanted.sensitivity_peak:g}; |S| is 1 at "
+                f"{number(left.least_zero_db_hz)} Hz",
+            ),
+        ]
+    rows += [
+        (
+            "delay",
+            f"{number(left.delay_limit_hz)} Hz",
+            f"highest crossover with 45 deg of margin, all but delay and hold inverted; {number(left.plain_limit_hz)} "
+            f"Hz with nothing inverted; a force is answered after {periods} period{'s' * (periods != 1)}",
+        ),
+        (
+            "phase lag",
+            f"{lag.total:.0f} deg",
+            f"where |S| is 1: springs {lag.springs:.0f}, plate and contact {lag.plate:.0f}, electronics "
+            f"{lag.electronics:.0f}, delay {lag.delay:.0f}, hold {lag.hold:.0f}",
+        ),
+        (
+            "Bode integral",
+            f"{left.bode_integral:.4f}".replace("-0.0000", "0.0000"),
+            f"mean of ln|S|, {left.unstable_sum:.4f} whatever the law: what goes down comes up elsewhere",
+        ),
+    ]
+    return ["what is left to gain, at the mean force on a dry finger", screen.columns(rows)]
+
+
+def _mn(force_n: float) -> str:
+    return f"{1e3 * force_n:.3g} mN"
+
+
+def as_json(
+    law: str, designed: Designed, system: System, wanted: Wanted, found: Sequence[Corner], left: Headroom
+) -> dict[str, Any]:
+    """Return everything by name, SI units."""
+    lean = left._asdict()
+    for name in ("loop", "frequency_hz", "sensitivity", "least"):
+        del lean[name]
+    lean["lag"] = left.lag._asdict() | {"fixed": left.lag.fixed, "total": left.lag.total}
+    return {
+        "law": law,
+        "controller": dict(designed.overrides),
+        "notes": designed.notes,
+        "wanted": asdict(wanted) | {"limits": {f"{e:g}": peak for e, peak in sorted(wanted.limits.items())}},
+        "margins": [
+            {
+                "resonance_off": each.off,
+                "force_n": each.loop.elements.force_n,
+                "occluded": each.loop.elements.occluded,
+                **asdict(each.margins),
+            }
+            for each in found
+        ],
+        "headroom": lean,
+        "system": system.model_dump(),
+    }

@@ -1,0 +1,135 @@
+"""``frictionloop design controller``: from a bench to a controller that holds on it, and what is left to gain."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Group, Parameter
+
+from frictionloop.cli import checks, flags, screen
+from frictionloop.quantities.units import FrictionloopError
+
+if TYPE_CHECKING:
+    from frictionloop.design.synthesis import Designed, Wanted
+    from frictionloop.parameters import System
+
+ARGUMENTS = "[FILE] [OPTIONS]"
+EXAMPLES = r"""Examples
+
+  frictionloop design controller
+  frictionloop design controller my-bench.toml --out my-controller.toml
+  frictionloop design controller my-bench.toml --law hinf \
+      --sensitivity-peak 1.5 --resonance-error 0.1 --plots figures
+"""
+WANTED = Group("What must hold", sort_key=2)
+SLOW = {"hinf", "lqg"}
+"""Laws that identify the friction noise by simulation first."""
+
+
+def command(
+    file: Annotated[
+        Path | None,
+        Parameter(name="FILE", help="TOML file that describes the bench; bench() without it.", group=flags.SYSTEM),
+    ] = None,
+    /,
+    *,
+    overrides: flags.Overrides = None,
+    law: Annotated[
+        str | None,
+        Parameter(
+            help="Control law: notch_pi, pi, observer, super_twisting, hinf or lqg; notch_pi if not given, "
+            "pi for a force sensor without a resonance.",
+            group=WANTED,
+        ),
+    ] = None,
+    sensitivity_peak: Annotated[
+        float,
+        Parameter(help="Largest Ms = max |1/(1 + G)| with the resonance as described.", group=WANTED),
+    ] = 1.7,
+    resonance_error: Annotated[
+        float,
+        Parameter(
+            help="Share by which the resonance may be off. Then, and at twice that, Ms may be larger: 2.0 and 2.6 if "
+            "1.7 is asked.",
+            group=WANTED,
+        ),
+    ] = 0.05,
+    out: Annotated[
+        Path | None, Parameter(help="Write the system with its new controller here (.toml).", group=flags.RESULT)
+    ] = None,
+    plots: Annotated[
+        Path | None, Parameter(help="Folder for figures: sensitivity and step (.svg).", group=flags.RESULT)
+    ] = None,
+    json: flags.Json = False,
+) -> None:
+    """Find a controller for a bench: gains, margins on every finger and resonance, and what is left to gain."""
+    checks.check_output("out", out, checks.SYSTEMS)
+    checks.check_new("out", out)
+    checks.check_folder("plots", plots)
+    system = flags.system_from(file, None if file else "bench", overrides)
+
+    from frictionloop.cli import controller_text
+    from frictionloop.design.corners import corners
+    from frictionloop.design.headroom import headroom
+    from frictionloop.design.synthesis import Wanted, default_law
+
+    wanted, name = Wanted(sensitivity_peak, resonance_error), law or default_law(system)
+    designed, after = _designed(system, name, wanted)
+    with screen.waiting("checking margins"):
+        found, left = corners(after, wanted.limits), headroom(after, sensitivity_peak)
+    figures = {} if plots is None else _figures(system, after, left, wanted)
+    saved = _save(after, out, plots, figures)
+    if json:
+        screen.show_json(controller_text.as_json(name, designed, after, wanted, found, left) | {"saved": saved})
+        return
+    origin = flags.named(file, None if file else "bench", overrides)
+    screen.show(
+        screen.columns([("bench", origin), ("law", name), *controller_text.gain_rows(designed)]),
+        "",
+        *controller_text.margin_text(after, found, wanted),
+        "",
+        *controller_text.headroom_text(left, wanted),
+        *(["", *designed.notes] if designed.notes else []),
+        *(["", *(f"saved {what} as {path}" for what, path in saved.items() if path)] if any(saved.values()) else []),
+    )
+
+
+def _designed(system: System, law: str, wanted: Wanted) -> tuple[Designed, System]:
+    """Return the controller, and the system with it."""
+    from frictionloop.design.synthesis import design_controller
+
+    noise = ", after the friction noise is identified by simulation" if law in SLOW else ""
+    with screen.waiting(f"designing {law}{noise}; this takes from a second to a minute"):
+        designed = design_controller(system, law, wanted)
+    return designed, system.evolve(dict(designed.overrides))
+
+
+def _figures(before: System, after: System, left: Any, wanted: Wanted) -> dict[str, str]:
+    """Return every figure as SVG text, before anything is written."""
+    from frictionloop.report.figures.controller import drawings
+    from frictionloop.report.style import svg
+
+    with screen.waiting("simulating a step and drawing"):
+        return {
+            name: svg(draw(), f"controller-{name}")
+            for name, draw in drawings(before, after, left, wanted.limits).items()
+        }
+
+
+def _save(system: System, out: Path | None, plots: Path | None, figures: dict[str, str]) -> dict[str, Path | None]:
+    """Write what was asked for and return the paths."""
+    from frictionloop.parameters import write_toml
+    from frictionloop.quantities import replacing
+
+    if plots is not None:
+        try:
+            plots.mkdir(exist_ok=True)
+        except OSError as error:
+            raise FrictionloopError(f"plots = {str(plots)!r}: cannot be created ({error.strerror})") from None
+        for name, text in figures.items():
+            with replacing(plots / f"{name}.svg") as beside:
+                beside.write_text(text, encoding="utf-8")
+    if out is not None:
+        write_toml(system, out)
+    return {"controller": out, "figures": plots}

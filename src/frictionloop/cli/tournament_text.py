@@ -1,0 +1,89 @@
+"""A tournament as a person is shown it: one table for each speed and contact, one of margins, and what is wrong."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from frictionloop.cli import screen
+from frictionloop.control.cost import BUDGET_CYCLES
+from frictionloop.design.tournament import Tournament, value_of
+
+Rows = list[dict[str, Any]]
+SHOWN = (
+    ("r2_identity", "R2", 1.0),
+    ("residual_rms_n", "rms, mN", 1e3),
+    ("fall_63_s", "fall, ms", 1e3),
+    ("relative_index", "D/plain", 1.0),
+    ("over_oracle", "/oracle", 1.0),
+)
+"""Scores of the terminal's table, under short names; the rest is in --csv and --json."""
+MARGINS = (
+    ("sensitivity_peak", "Ms", 1.0),
+    ("sensitivity_peak_5", "±5 %", 1.0),
+    ("sensitivity_peak_10", "±10 %", 1.0),
+    ("phase_margin_deg", "phase", 1.0),
+    ("delay_margin_s", "delay", 1e3),
+)
+
+
+def number(value: float, digits: int = 3) -> str:
+    """Return a number as short as it says something; - is none, ∞ is beyond all measure."""
+    if math.isnan(value):
+        return "-"
+    if math.isinf(value):
+        return "∞" if value > 0 else "-∞"
+    if 0.9 <= value < 1.0:
+        return f"{value:.{digits}f}".removeprefix("0")
+    return f"{value:.{digits}g}" if abs(value) < 1000 else f"{value:.0f}"
+
+
+def summary(tournament: Tournament, scored: xr.Dataset, rows: Rows, margins: Rows) -> list[Any]:
+    """Return what is shown."""
+    found: list[Any] = []
+    for v, speed in enumerate(tournament.speeds_mm_s):
+        able = int(scored["capable"].values[v].sum())
+        population = "capable" if able else "all"
+        count = able or scored.sizes["finger"]
+        for contact in scored["contact"].values.tolist():
+            told = f"{count} {population} fingers" if able else f"all {count} fingers, none of them capable"
+            found += [f"{speed:g} mm/s, {contact}: median / worst decile of {told}"]
+            at = {"speed_mm_s": speed, "contact": contact, "population": population}
+            found += [screen.table(_scores(tournament, rows, at)), ""]
+    found += ["median capable finger, worst of three levels, by linear analysis; - is not known;"]
+    found += [f"phase margin in degrees, delay margin in ms, estimated cycles of {BUDGET_CYCLES} a tick"]
+    found += [screen.table(_margins(margins)), ""]
+    found += ["R2, rms: three sines pooled; fall: to 63 %; D/plain: perceptual index over that of a plain stroke"]
+    found += [_code(tournament.cells)]
+    return found
+
+
+def _scores(tournament: Tournament, rows: Rows, at: dict[str, Any]) -> list[tuple[str, ...]]:
+    heads = ("law", *(head for _, head, _ in SHOWN), "")
+    table: list[tuple[str, ...]] = [heads]
+    for law in tournament.laws:
+        cells = []
+        for score, _, factor in SHOWN:
+            both = [factor * value_of(rows, key, law=law, score=score, **at) for key in ("median", "worst_decile")]
+            cells.append("-" if math.isnan(both[0]) else " / ".join(map(number, both)).replace(" / ", "/"))
+        table.append((law, *cells, ""))
+    return table
+
+
+def _margins(margins: Rows) -> list[tuple[str, ...]]:
+    table: list[tuple[str, ...]] = [("law", "at", *(head for _, head, _ in MARGINS), "stable", "cycles", "")]
+    for row in margins:
+        cells = [number(factor * row[name]) for name, _, factor in MARGINS]
+        stable = {True: "yes", False: "no", None: "-"}[row["stable"]]
+        cost = "-" if row["cycles_m4"] is None else str(row["cycles_m4"])
+        table.append((row["law"], f"{row['speed_mm_s']:g} {row['contact']}", *cells, stable, cost, ""))
+    return table
+
+
+def _code(cells: xr.Dataset) -> str:
+    commits = sorted(set(np.unique(cells["commit"].values).tolist()) - {""})
+    several = f", of several commits: {', '.join(each[:12] for each in commits)}" if len(commits) > 1 else ""
+    return f"version {cells.attrs['version']}" + (several or (f", commit {commits[0]}" if commits else ""))

@@ -1,0 +1,143 @@
+"""``frictionloop compare``: the numbers that Python gives, one line for what is wrong, nothing lost on Ctrl-C."""
+
+from __future__ import annotations
+
+import csv
+
+import pytest
+
+import frictionloop as fl
+from frictionloop.design import tournament as rooms
+from frictionloop.design.tournament import run
+
+WORDS = (
+    "compare",
+    "--fingers",
+    "3",
+    "--seed",
+    "0",
+    "--duration-s",
+    "1.6",
+    "--speeds",
+    "20",
+    "--laws",
+    "lookup,retuned_pi",
+)
+
+
+def in_python():
+    ran = rooms.compare(fl.bench(), 3, 0, ["lookup", "retuned_pi"], [20.0], duration_s=1.6, progress=False)
+    return rooms.score_rows(rooms.scores(ran))
+
+
+def test_json_and_csv_hold_the_numbers_of_python(frictionloop):
+    found = frictionloop(*WORDS, "--json", "--csv", "s.csv").json()
+    rows = in_python()
+    assert len(found["scores"]) == len(rows)
+    for got, wanted in zip(found["scores"], rows, strict=True):
+        for name, value in wanted.items():
+            if isinstance(value, float) and not abs(value) < float("inf"):
+                assert got[name] is None
+            else:
+                assert got[name] == value
+    assert found["laws"]["retuned_pi"] == {"controller.kind": "pi", **fl.RETUNED}
+    assert (found["seed"], found["fingers"], found["errors"]) == (0, 3, [])
+    with open("s.csv", newline="") as stream:
+        table = list(csv.DictReader(stream))
+    assert len(table) == len(rows) + 8 * len(found["margins"])
+    first = next(row for row in table if row["score"] == "residual_rms_n" and row["population"] == "all")
+    assert float(first["median"]) == next(
+        row["median"] for row in rows if row["score"] == "residual_rms_n" and row["population"] == "all"
+    )
+    assert {row["score"] for row in table} >= {"sensitivity_peak", "delay_margin_s", "relative_index"}
+
+
+def test_summary_files_and_figures(frictionloop, tmp_path, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "100")
+    answer = frictionloop(*WORDS, "--out", "r.h5", "--plots", "figures")
+    assert (answer.code, answer.err) == (0, "")
+    assert "20 mm/s, dahl: median / worst decile of" in answer.out
+    assert "20 mm/s, slider: median / worst decile of" in answer.out
+    assert max(len(line.rstrip()) for line in answer.out.splitlines()) <= 100
+    assert "saved results as r.h5" in answer.out
+    assert fl.load(tmp_path / "r.h5").attrs["kind"] == "tournament"
+    drawn = sorted(path.name for path in (tmp_path / "figures").iterdir())
+    assert "residuals.svg" in drawn
+    assert all((tmp_path / "figures" / name).read_text().startswith("<?xml") for name in drawn)
+    refused = frictionloop(*WORDS, "--out", "r.h5")
+    assert (refused.code, refused.err) == (
+        2,
+        "error: r.h5: exists; add --resume (resume=True) to continue it, or choose another file\n",
+    )
+    again = frictionloop(*WORDS, "--out", "r.h5", "--resume")
+    tables = [text[text.index("20 mm/s") : text.index("saved")] for text in (answer.out, again.out)]
+    assert tables[0] == tables[1]
+
+
+def test_why_says_where_the_residual_comes_from(frictionloop, tmp_path, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "100")
+    explained = (*WORDS, "--why", "retuned_pi,lookup")
+    answer = frictionloop(*explained, "--plots", "figures")
+    assert (answer.code, answer.err) == (0, "")
+    assert "20 mm/s, slider: where the residual comes from" in answer.out
+    assert "retuned_pi: costs" in answer.out and "unknown finger" in answer.out
+    assert max(len(line.rstrip()) for line in answer.out.splitlines()) <= 100
+    assert (tmp_path / "figures" / "causes-20-mm-s.svg").read_text().startswith("<?xml")
+    rows = frictionloop(*explained, "--json").json()["causes"]
+    ran = rooms.compare(fl.bench(), 3, 0, ["lookup", "retuned_pi"], [20.0], duration_s=1.6, progress=False)
+    wanted = rooms.reason_rows(rooms.reasons(ran, ["retuned_pi", "lookup"]))
+    assert rows == wanted
+    assert frictionloop(*WORDS, "--json").json()["causes"] == []
+    refused = frictionloop(*WORDS, "--why", "observer")
+    assert (refused.code, refused.out) == (2, "")
+    assert refused.err.startswith("error: why: 'observer' is not compared; accepted: lookup, retuned_pi")
+
+
+def test_interrupted_says_how_to_go_on(frictionloop, monkeypatch):
+    really = run._Trial.run
+
+    def stopping(self, law, at):
+        if at.task == "hold 0.4":
+            raise KeyboardInterrupt
+        return really(self, law, at)
+
+    monkeypatch.setattr(run._Trial, "run", stopping)
+    answer = frictionloop(*WORDS, "--out", "r.h5")
+    assert answer.code == 130
+    assert "interrupted: 9 of 38 cells done, kept in r.h5" in answer.err
+    assert answer.err.rstrip().endswith("--resume")
+    assert "not kept" in frictionloop(*WORDS).err
+
+
+def test_a_law_better_than_the_clairvoyant_oracle_is_an_error(frictionloop, monkeypatch):
+    monkeypatch.setattr(rooms, "oracle_errors", lambda scored: ["scoring error: x leaves 0.9", "more"])
+    answer = frictionloop(*WORDS)
+    assert (answer.code, answer.err) == (2, "error: scoring error: x leaves 0.9, and 1 more\n")
+    assert "20 mm/s, dahl" in answer.out
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--laws", "retunedpi"), "error: laws: 'retunedpi' is unknown; did you mean retuned_pi"),
+        (("--seed", "3"), "error: seed = 3: is that of the fingers laws are tuned on"),
+        (("--speeds", "fast"), "error: speeds = 'fast': must be numbers"),
+        (("--speeds", "0"), "error: motion.speed_mm_s = 0"),
+        (("--fingers", "0"), "error: fingers = 0: must be a whole number"),
+        (("--out", "nowhere/r.h5"), "error: out = 'nowhere/r.h5': there is no folder"),
+        (("--out", "r.txt"), "error: out = 'r.txt': must end in"),
+        (("--plots", "nowhere/figures"), "error: plots = 'nowhere/figures': must be a folder"),
+        (("--resume",), "error: resume: needs --out"),
+        (("--preset", "paper"), 'error: friction.kind = "gaussian": must be "finger"'),
+        (("--friction.nominal_n", "0.8"), "error: friction.nominal_n: every finger of a comparison brings its own"),
+        (("--setpoint.kind", "sine"), "error: setpoint.kind: the protocol of a comparison sets it"),
+        (("--controller.kp", "1"), "error: controller.kp: every law of a comparison brings its own"),
+        (("missing.toml",), "error: missing.toml: cannot be read"),
+    ],
+    ids=str,
+)
+def test_what_is_wrong_is_said_in_one_line(frictionloop, words, said):
+    answer = frictionloop("compare", *words)
+    assert (answer.code, answer.out) == (2, "")
+    assert answer.err.startswith(said)
+    assert answer.err.count("\n") == 1

@@ -1,0 +1,165 @@
+"""``frictionloop design controller``: what it prints, what it writes, and what it refuses."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import frictionloop as fl
+from frictionloop.cli import main
+from frictionloop.design.operating import law_at
+from frictionloop.design.synthesis import SYNTHESES, design_controller
+
+CONTROLLER = ("design", "controller")
+CONTACT_S, OCCLUSION_S = 10.0, 20.0
+
+
+@pytest.fixture(scope="module")
+def designed(tmp_path_factory, request):
+    """Answer, system and figures of one whole run with the default law."""
+    folder = tmp_path_factory.mktemp("designed")
+    capture = request.config.pluginmanager.getplugin("capturemanager")
+    saved = folder / "c.toml"
+    with capture.global_and_fixture_disabled(), pytest.MonkeyPatch.context() as patch:
+        lines = []
+        patch.setattr("builtins.print", lambda *words, **_: lines.append(" ".join(map(str, words))))
+        with pytest.raises(SystemExit) as left:
+            main([*CONTROLLER, "--out", str(saved), "--plots", str(folder / "figures"), "--json"])
+    assert left.value.code == 0
+    return json.loads("\n".join(lines)), fl.read_toml(saved), folder
+
+
+def test_help_has_examples_that_fit(frictionloop, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    out = frictionloop(*CONTROLLER, "--help").out
+    assert "\n  frictionloop design controller my-bench.toml" in out
+    assert max(len(line.rstrip()) for line in out.splitlines()) <= 80
+
+
+def test_the_margins_are_those_of_the_file(designed):
+    found, system, _ = designed
+    assert found["system"] == json.loads(json.dumps(system.model_dump()))
+    assert {row["resonance_off"] for row in found["margins"]} == {-0.1, -0.05, 0.0, 0.05, 0.1}
+    for row in found["margins"]:
+        there = system.evolve({"sensor.resonance_hz": 145.0 * (1 + row["resonance_off"])})
+        margins = fl.linearise(there, force_n=row["force_n"], occluded=row["occluded"]).margins()
+        for name in ("sensitivity_peak", "gain_margin", "phase_margin_deg", "delay_margin_s"):
+            assert row[name] == pytest.approx(getattr(margins, name), rel=1e-5)
+        assert margins.stable
+
+
+def test_the_margins_hold_between_the_corners_too(designed):
+    found, system, _ = designed
+    moist = 1 - math.exp(-CONTACT_S / OCCLUSION_S)
+    assert sorted({row["occluded"] for row in found["margins"]}) == pytest.approx([0.0, moist])
+    f = np.union1d(np.geomspace(0.1, 2500, 4000), np.linspace(100, 200, 2000))
+    for off in (-0.1, -0.07, -0.03, 0.0, 0.03, 0.07, 0.1):
+        limit = 1.7 if off == 0 else 2.0 if abs(off) < 0.05 else 2.6
+        there = system.evolve({"sensor.resonance_hz": 145.0 * (1 + off)})
+        for occluded in (0.0, moist / 2, moist):
+            loop = fl.linearise(there, force_n=0.55, occluded=occluded)
+            assert loop.is_stable()
+            assert np.abs(loop.responses(f)["S"]).max() <= limit * 1.001
+
+
+def test_what_is_left_to_gain(designed):
+    found, system, _ = designed
+    left = found["headroom"]
+    assert 0 < left["least_rms_n"] < left["residual_rms_n"] < left["disturbance_rms_n"]
+    assert left["bode_integral"] == pytest.approx(left["unstable_sum"], abs=1e-6)
+    # Delay and half a hold take 300 us: 360 f 300e-6 = 45 degrees.
+    assert left["delay_limit_hz"] == pytest.approx(45 / (360 * 300e-6), rel=1e-6)
+    # Roughness, tremor and drift as the parameters have them: 5 % and, by the load, 6 % and the drift.
+    friction, motion, force = system.friction, system.motion, 0.6
+    parts = (friction.roughness_rms, friction.load_exponent * motion.tremor_n / motion.load_n)
+    parts += (friction.load_exponent * motion.load_drift,)
+    assert left["disturbance_rms_n"] == pytest.approx(force * math.hypot(*parts), rel=0.03)
+
+
+def test_it_simulates_and_follows(designed):
+    _, system, _ = designed
+    rms = {name: fl.rms_error(fl.simulate(each, 4.0)) for name, each in (("new", system), ("old", fl.bench()))}
+    assert rms["new"] < 0.25 * rms["old"]
+
+
+def test_figures_are_drawn(designed):
+    figures = designed[2] / "figures"
+    assert sorted(path.name for path in figures.iterdir()) == ["sensitivity.svg", "step.svg"]
+    assert all(path.read_text(encoding="utf-8").rstrip().endswith("</svg>") for path in figures.iterdir())
+
+
+@pytest.mark.parametrize("columns", [80, 100])
+def test_the_answer_fits_and_says_what_was_found(frictionloop, monkeypatch, columns):
+    monkeypatch.setenv("COLUMNS", str(columns))
+    answer = frictionloop(*CONTROLLER, "--law", "pi", "--out", "c.toml")
+    assert (answer.code, answer.err) == (0, "")
+    assert max(len(line.rstrip()) for line in answer.out.splitlines()) <= columns
+    controller = fl.read_toml("c.toml").controller
+    assert f"{controller.kp:.4g}" in answer.out
+    assert f"{controller.ki:.4g} 1/s" in answer.out
+    for said in ("as described", "+10 %", "least possible", "Bode integral", "saved controller as c.toml"):
+        assert said in answer.out
+    assert frictionloop("simulate", "c.toml", "--duration-s", "0.5").code == 0
+
+
+def test_a_sensor_without_a_resonance_gets_pi(frictionloop):
+    found = frictionloop(*CONTROLLER, "--sensor.kind", "lowpass", "--json").json()
+    assert found["law"] == "pi"
+    assert {row["resonance_off"] for row in found["margins"]} == {0.0}
+
+
+@pytest.mark.parametrize(
+    ("tokens", "said"),
+    [
+        (("--law", "observr"), "law: 'observr' is unknown; did you mean observer"),
+        (("--sensitivity-peak", "1"), "sensitivity_peak = 1: must be above 1"),
+        (("--resonance-error", "0.6"), "resonance_error = 0.6: must be from 0 to 0.25"),
+        (("--setpoint.offset_n", "2"), "saturation is the limit"),
+        (("--sensor.resonance_hz", "2500"), "a notch must lie below half of controller.rate_hz, 2500 Hz"),
+        (("--controller.notch_hz", "3000", "--controller.kind", "notch_pi"), "notch_hz = 3000 Hz: must be below half"),
+        (
+            ("--controller.kind", "filtered_pi", "--controller.sections", "[[3.0, 0.0, 0.0, 0.0, 0.0]]"),
+            "coefficient 3 must be from -2 to 2, which Q31",
+        ),
+        (("--law", "pi", "--sensitivity-peak", "1.001"), "ki must be above 6.28 1/s to lower anything felt"),
+        (("no.toml",), "no.toml: cannot be read"),
+        (("--setpoint.kind", "nothing"), "setpoint.kind"),
+    ],
+)
+def test_bad_input_is_one_line_and_leaves_nothing(frictionloop, tokens, said):
+    answer = frictionloop(*CONTROLLER, "--out", "c.toml", "--plots", "figures", *tokens)
+    assert (answer.code, answer.out) == (2, "")
+    assert answer.err.startswith("error: ")
+    assert answer.err.count("\n") == 1
+    assert said in answer.err
+    assert list(Path().iterdir()) == []
+
+
+def test_a_saved_controller_is_never_replaced(frictionloop):
+    Path("c.toml").write_text("# mine\n")
+    answer = frictionloop(*CONTROLLER, "--out", "c.toml")
+    assert answer.code == 2
+    assert "exists and stays as it is" in answer.err
+    assert Path("c.toml").read_text() == "# mine\n"
+
+
+def test_a_synthesis_that_fails_leaves_nothing(frictionloop, monkeypatch):
+    def fails(*_):
+        raise fl.FrictionloopError("the LQG synthesis does not converge: no solution")
+
+    monkeypatch.setitem(SYNTHESES, "lqg", fails)
+    answer = frictionloop(*CONTROLLER, "--law", "lqg", "--out", "c.toml")
+    assert (answer.code, answer.out, answer.err.count("\n")) == (2, "", 1)
+    assert "does not converge" in answer.err
+    assert list(Path().iterdir()) == []
+
+
+def test_saturation_is_judged_by_the_friction_law():
+    law = law_at(fl.bench())
+    lowest = law.nominal_n * math.exp(-law.susceptibility_per_um2 * 2.5**2)
+    with pytest.raises(fl.FrictionloopError, match=f"only {lowest:.3g} to 0.95 N"):
+        design_controller(fl.bench().evolve({"setpoint.offset_n": 1.5}), "pi")
