@@ -12,6 +12,7 @@ import sys
 
 import pytest
 
+from frictionloop.report.beyond import NOTCH, TRACKER
 from frictionloop.report.build import claims_json
 from frictionloop.report.claims import Claim, Verdict, claims_table
 from frictionloop.report.claims.claim import having, lacking
@@ -84,6 +85,8 @@ VERDICTS = {
     "population-r2": OTHER,
     "fluctuations-of-the-finger": OTHER,
     "clean-of-artefacts": NOT,
+    "pi-reduces-variability": OTHER,
+    "higher-order-cancels": REPRODUCED,
 }
 """The page's prose says the same as these; a change here is a change there."""
 NOT_OF_A_RUN = {
@@ -107,7 +110,8 @@ ON_THE_BENCH = {
     **dict.fromkeys(("closed-loop-r2", "closed-loop-r2-within", "low-forces-err-most", "steady-20-mn"), CLOSED),
     **dict.fromkeys(("fall-time", "rise-time", "faster-than-open", "stronger-plate-faster"), CLOSED),
     **dict.fromkeys(("amplitude-overshoot", "fluctuations-of-the-finger", "clean-of-artefacts"), CLOSED),
-    "population-r2": (PRINTED, RETUNED_GAINS),
+    **dict.fromkeys(("population-r2", "pi-reduces-variability"), (PRINTED, RETUNED_GAINS)),
+    "higher-order-cancels": (TRACKER, NOTCH),
 }
 """Claims of runs on the bench, where the set-point is the protocol's, and what each has to be judged under."""
 

@@ -17,7 +17,7 @@ from frictionloop.report.style import inline, svg
 
 SCHEMA = 1
 """Version of claims.json."""
-FIGURES = 21
+FIGURES = 23
 """Figures of the report, for the progress bar."""
 
 

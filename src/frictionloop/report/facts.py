@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 from frictionloop.report import gains
+from frictionloop.report.beyond_table import beyond_facts
 from frictionloop.report.claims import Claim
 from frictionloop.report.device_facts import device_facts
 from frictionloop.report.figures.fidelity import at_paper
@@ -24,6 +25,7 @@ def facts(results: Results, claims: Sequence[Claim]) -> dict[str, str]:
         _gains(results)
         | _noise(results)
         | device
+        | beyond_facts(results.beyond)
         | verdicts
         | {f"holds {claim.id}": holding(claim) for claim in claims}
     )

@@ -13,6 +13,7 @@ from markupsafe import Markup, escape
 
 from frictionloop.loop.record import package_version
 from frictionloop.report import gains, noise, protocol
+from frictionloop.report.beyond_table import beyond_rows
 from frictionloop.report.claims import Claim, Verdict
 from frictionloop.report.claims.table import SYMBOLS, shown, with_unit
 from frictionloop.report.facts import facts
@@ -70,5 +71,6 @@ def render(results: Results, claims: Sequence[Claim], figures: Mapping[str, str]
         counts={verdict: sum(claim.verdict == verdict for claim in claims) for verdict in Verdict},
         figures={name: Markup(figure) for name, figure in figures.items()},
         facts=facts(results, claims),
+        beyond=beyond_rows(results.beyond),
         provenance=provenance(results),
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from frictionloop.report.claims.amplitude import amplitude_claims
+from frictionloop.report.claims.beyond import beyond_claims
 from frictionloop.report.claims.characterisation import characterisation_claims
 from frictionloop.report.claims.claim import Claim, Verdict
 from frictionloop.report.claims.closed_loop import closed_loop_claims
@@ -38,4 +39,5 @@ def all_claims(results: Results) -> list[Claim]:
         *step_claims(results),
         *amplitude_claims(results),
         *people_claims(results),
+        *beyond_claims(results.beyond),
     ]

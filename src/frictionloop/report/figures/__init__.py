@@ -10,8 +10,10 @@ from matplotlib.figure import Figure
 
 from frictionloop.parameters import paper
 from frictionloop.parameters.sensor_design import SensorDesign
+from frictionloop.report.beyond import LAWS
 from frictionloop.report.claims.steps import this_skin_limit_ms
-from frictionloop.report.device import CLOSED
+from frictionloop.report.device import CLOSED, OPEN, PRINTED
+from frictionloop.report.figures.beyond import figure_close_steps
 from frictionloop.report.figures.calibration import figure_linearity, figure_spectrum
 from frictionloop.report.figures.closed_loop import figure_closed_loop, figure_people
 from frictionloop.report.figures.diagram import figure_diagram
@@ -21,6 +23,7 @@ from frictionloop.report.figures.noise import figure_noise
 from frictionloop.report.figures.population import figure_population
 from frictionloop.report.figures.sensor import figure_sensor
 from frictionloop.report.figures.steps import figure_overshoot, figure_steps
+from frictionloop.report.figures.tournament import figure_residuals
 from frictionloop.report.figures.tracking import common_limits_n, figure_tracking
 from frictionloop.report.results import Results
 from frictionloop.report.systems import FEASIBLE, WORKING
@@ -62,6 +65,7 @@ def drawings(results: Results) -> Iterator[Drawing]:
         partial(figure_equation_3, results.steady),
     )
     yield from _device(results)
+    yield from _beyond(results)
 
 
 def _device(results: Results) -> Iterator[Drawing]:
@@ -77,6 +81,14 @@ def _device(results: Results) -> Iterator[Drawing]:
     yield Drawing("fig-5b", "Steps of the set-point over time, and the times of the responses", steps)
     close = partial(figure_overshoot, results.stepped, CLOSED)
     yield Drawing("fig-5c", "Mean force and amplitude around falling and rising steps", close)
+
+
+def _beyond(results: Results) -> Iterator[Drawing]:
+    race = results.beyond
+    alt = "Share of capable fingers against residual, per control law, for both contacts"
+    yield Drawing("beyond-residuals", alt, partial(figure_residuals, race.scored))
+    alt = "Steps of the force on one finger, per control law, for both contacts"
+    yield Drawing("beyond-steps", alt, partial(figure_close_steps, race.traces, list(LAWS), (OPEN, PRINTED)))
 
 
 def _tracking(results: Results) -> Iterator[Drawing]:

@@ -9,6 +9,7 @@ from frictionloop.parameters import (
     FrictionLaw,
     LogSweep,
     Model,
+    PiController,
     Plate,
     Recording,
     Sensor,
@@ -41,9 +42,11 @@ def _power(exponent: float) -> str:
 
 
 def controller_label(controller: Controller) -> list[str]:
-    """Return gains, rate and delay."""
+    """Return gains (or the kind of a law that is not PI), rate and delay."""
     rate = f"{number(controller.rate_hz / 1000)} kHz"
     delay = f", delay {number(controller.delay_s * 1e6)} µs" if controller.delay_s else ", no delay"
+    if not isinstance(controller, PiController):
+        return [controller.kind, rate + delay]
     return [f"$K_p$ = {number(controller.kp)}", f"$K_i$ = {number(controller.ki)} s⁻¹", rate + delay]
 
 
