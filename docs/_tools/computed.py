@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import bench_diagram
+import compared
 import facts
 import sensor_tables
 import tables
@@ -16,7 +17,7 @@ from sphinx.config import Config
 from frictionloop.parameters.plate_design import PlateDesign
 from frictionloop.parameters.sensor_design import SensorDesign
 
-VERBS = ("simulate", "sweep", "reproduce", "design", "design sensor", "design plate")
+VERBS = ("simulate", "sweep", "compare", "reproduce", "design", "design sensor", "design plate", "design controller")
 
 
 def substitutions(source: Path) -> dict[str, Any]:
@@ -26,6 +27,7 @@ def substitutions(source: Path) -> dict[str, Any]:
         "n": facts.numbers(),
         "presets": tables.presets(),
         "metrics": tables.metrics(),
+        "compared": compared.compared(),
         "design_plate": tables.design(PlateDesign),
         "design_sensor": tables.design(SensorDesign),
         "bench_diagram": bench_diagram.image(source),

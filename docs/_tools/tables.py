@@ -30,6 +30,13 @@ BLOCKS: dict[str, type[Block]] = {
     "touch_position": fl.PositionSensor,
     "touch_load": fl.LoadCells,
     "controller": fl.PiController,
+    "controller_lookup": fl.LookupController,
+    "controller_notch": fl.NotchPiController,
+    "controller_filtered": fl.FilteredPiController,
+    "controller_observer": fl.ObserverController,
+    "controller_super_twisting": fl.SuperTwistingController,
+    "controller_oracle": fl.OracleController,
+    "controller_tracker": fl.TrackerController,
     "model": fl.Model,
 }
 """The tables of the parameters page by the name they have there."""
@@ -52,6 +59,8 @@ UNITS = {
     "Mohm": "MΩ",
     "urad": "µrad",
     "kg/m^3": "kg/m³",
+    "N^0.5/s": "√N/s",
+    "N/s^2": "N/s²",
 }
 WORDS = {float: "a number", int: "a whole number", str: "text", bool: "`true`, `false`"}
 

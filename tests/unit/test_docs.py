@@ -21,7 +21,7 @@ FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 WIDEST = 88
 """Characters of a line of code that the pages show without scrolling."""
 STARTS_PROCESSES = {"sweep-on-a-cluster"}
-BENCH = ("bench", "bench-gains", "plate", "force-sensor")
+BENCH = ("bench", "bench-gains", "controllers", "plate", "force-sensor")
 PAGES = [DOCS / "tutorial.md", *(DOCS / f"{name}.md" for name in BENCH), *sorted((DOCS / "how-to").glob("*.md"))]
 
 
@@ -147,3 +147,27 @@ def test_the_numbers_of_the_notes_are_all_used():
 
     pages = "".join((DOCS / name).read_text(encoding="utf-8") for name in ("model.md", "paper-notes.md"))
     assert set(re.findall(r"\{\{ n\.(\w+) \}\}", pages)) == set(numbers())
+
+
+SCORES = """law,speed_mm_s,contact,population,fingers,score,unit,median,worst_decile
+pi,20.0,dahl,all,9,residual_rms_n,N,0.5,0.6
+pi,20.0,dahl,capable,4,residual_rms_n,N,0.02125,0.03333333
+pi,20.0,dahl,capable,4,saturation_index,1,0.1,0.2
+pi,20.0,dahl,capable,4,over_oracle,1,nan,nan
+pi,20.0,dahl,median capable finger,1,sensitivity_peak,1,inf,nan
+"""
+
+
+@pytest.mark.usefixtures("tools")
+def test_the_table_of_laws_shows_scores_that_are_kept_or_says_how_to_get_them(tmp_path):
+    from compared import compared, keep
+
+    kept = tmp_path / "kept.csv"
+    assert "make tournament" in compared(kept)
+    (tmp_path / "scores.csv").write_text(SCORES)
+    keep(tmp_path / "scores.csv", kept)
+    assert "saturation_index" not in kept.read_text()
+    assert "all" not in kept.read_text().split(",")
+    title, _, _, _, row = compared(kept).splitlines()
+    assert title == "**20 mm/s, dahl**, median / worst decile of 4 capable fingers:"
+    assert [cell.strip() for cell in row.strip("|").split("|")] == ["`pi`", "21.2 / 33.3", *["–"] * 6, "∞", "–", "–"]
