@@ -1,0 +1,101 @@
+/* Made by protocol/generate.py from protocol/frictionloop.toml: change that file. */
+#ifndef FL_PROTOCOL_H
+#define FL_PROTOCOL_H
+
+#include "fl_fixed.h"
+
+#define FL_MAJOR 1
+#define FL_MINOR 0
+#define FL_LARGEST_BODY 272
+#define FL_TICK_HZ 5000
+#define FL_SILENCE_MS 200
+#define FL_TABLE_HASH 0x1d16e8d1u
+#define FL_WORDS 742
+
+enum fl_board { FL_BOARD_HOST = 0, FL_BOARD_MPS2 = 1, FL_BOARD_TEENSY31 = 2 };
+
+enum fl_source { FL_SOURCE_HOLD = 0, FL_SOURCE_TIME = 1, FL_SOURCE_POSITION = 2 };
+
+enum fl_state { FL_STATE_IDLE = 0, FL_STATE_OPEN = 1, FL_STATE_CLOSED = 2, FL_STATE_FAULT = 3 };
+
+enum fl_fault { FL_FAULT_NONE = 0, FL_FAULT_FORCE_RANGE = 1, FL_FAULT_SENSOR_STUCK = 2, FL_FAULT_SENSOR_SATURATED = 3, FL_FAULT_HOST_SILENT = 4, FL_FAULT_TICK_OVERRUN = 5, FL_FAULT_BAD_PARAMETER = 6 };
+
+enum fl_refusal { FL_REFUSAL_UNKNOWN_MESSAGE = 1, FL_REFUSAL_WRONG_LENGTH = 2, FL_REFUSAL_WRONG_VERSION = 3, FL_REFUSAL_UNKNOWN_WORD = 4, FL_REFUSAL_OUT_OF_RANGE = 5, FL_REFUSAL_WRONG_CRC = 6, FL_REFUSAL_NOT_NOW = 7, FL_REFUSAL_STILL_AT_FAULT = 8 };
+
+enum fl_message { FL_MESSAGE_IDENTIFY = 1, FL_MESSAGE_IDENTITY = 2, FL_MESSAGE_GET = 3, FL_MESSAGE_WORDS = 4, FL_MESSAGE_SET = 5, FL_MESSAGE_COMMIT = 6, FL_MESSAGE_WAVEFORM = 7, FL_MESSAGE_PLAY = 8, FL_MESSAGE_MODE = 9, FL_MESSAGE_STREAM = 10, FL_MESSAGE_TELEMETRY = 11, FL_MESSAGE_HEARTBEAT = 12, FL_MESSAGE_STATUS = 13, FL_MESSAGE_CLEAR = 14, FL_MESSAGE_STATISTICS = 15, FL_MESSAGE_COUNTED = 16, FL_MESSAGE_DONE = 17, FL_MESSAGE_REFUSED = 18, FL_MESSAGE_FAULT = 19 };
+
+enum fl_channel { FL_CHANNEL_F_R, FL_CHANNEL_F_M, FL_CHANNEL_U, FL_CHANNEL_A, FL_CHANNEL_POSITION, FL_CHANNEL_SPEED, FL_CHANNEL_LOAD, FL_CHANNEL_FLAGS, FL_CHANNELS };
+
+/* The parameter table: FL_WORDS words in this order. */
+typedef struct {
+    int32_t law_number;  /* count: control law (control/laws): 1 PI, 2 lookup, 3 filtered PI, 4 observer, 5 super-twisting, 6 tracker */
+    fl_gain law_gains[80];  /* gain: gains of the law, as its fixed-point step takes them; unused ones are 0 */
+    int32_t law_start[32];  /* count: state of the law when the loop closes, each in the format of the law's table */
+    int32_t law_low_n;  /* q28, N: lowest force command, g(a_max) by the controller's model */
+    int32_t law_high_n;  /* q28, N: highest force command, f0 by the controller's model */
+    int32_t lookup_squares_um2[257];  /* q25, um^2: a^2 at 257 forces from low_n to high_n, evenly spaced */
+    fl_gain lookup_cells_per_n;  /* gain, 1/N: 256 over high_n - low_n */
+    int32_t overdrive_decay;  /* q28: decay of the believed plate in a period; 0 without overdrive */
+    fl_gain overdrive_inverse;  /* gain: 1/(1 - decay) */
+    int32_t drive_largest_um;  /* q28, um: amplitude at duty 1/2 */
+    int32_t drive_ceiling_um;  /* q28, um: largest amplitude ever commanded */
+    int32_t drive_ramp_um;  /* q28, um: largest fall of the amplitude per tick while ramping down */
+    int32_t drive_duty[257];  /* count: duty in 2^-17 at 257 amplitudes from 0 to largest_um: asin(a/largest)/pi */
+    int32_t force_axes;  /* count: 1: the first channel, along the motion; 2: magnitude of both */
+    int32_t force_zero_counts[2];  /* count: converter counts at no force */
+    fl_gain force_n_per_count[2];  /* gain, N: newtons a count */
+    int32_t touch_zero_counts;  /* count: load counts at no load */
+    fl_gain touch_n_per_count;  /* gain, N: newtons of load a count */
+    fl_gain touch_m_per_count;  /* gain, m: metres of position a count */
+    int32_t touch_position_gain;  /* q28: alpha of the tracker */
+    fl_gain touch_speed_gain;  /* gain, 1/s: beta of the tracker over dt */
+    int32_t touch_touch_n;  /* q28, N: least load that counts as touch */
+    int32_t touch_touch_share;  /* q28: least share of the running mean of the load */
+    int32_t touch_mean_gain;  /* q28: gain of that mean */
+    int32_t touch_least_speed_m_s;  /* q28, m/s: least speed that counts as sliding */
+    int32_t touch_developed_m;  /* q28, m: way since landing before a reading is valid */
+    int32_t setpoint_hold_n;  /* q28, N: set-point while no table plays */
+    int32_t safety_force_limit_n;  /* q28, N: largest plausible force */
+    int32_t safety_force_ticks;  /* count: ticks at which a force must be out of range */
+    int32_t safety_stuck_ticks;  /* count: ticks at which a reading must not change */
+    int32_t safety_overrun_ticks;  /* count: late ticks in a second */
+} fl_parameters;
+
+/* Least and largest value of the words of each parameter; of a gain, of its shift. */
+typedef struct { uint16_t first, count, stride; int32_t low, high; } fl_range;
+#define FL_RANGES 31
+#define FL_RANGE_TABLE { \
+    {0, 1, 1, 0, 15}, \
+    {1, 80, 2, -1, 62}, \
+    {161, 32, 1, INT32_MIN, 2147483647}, \
+    {193, 1, 1, 0, 2147483647}, \
+    {194, 1, 1, 0, 2147483647}, \
+    {195, 257, 1, 0, 2147483647}, \
+    {452, 1, 2, -1, 62}, \
+    {454, 1, 1, 0, 268435456}, \
+    {455, 1, 2, -1, 62}, \
+    {457, 1, 1, 0, 2120640102}, \
+    {458, 1, 1, 0, 2120640102}, \
+    {459, 1, 1, 3, 2120640102}, \
+    {460, 257, 1, 0, 65536}, \
+    {717, 1, 1, 1, 2}, \
+    {718, 2, 1, -32768, 32767}, \
+    {720, 2, 2, -1, 62}, \
+    {724, 1, 1, -32768, 32767}, \
+    {725, 1, 2, -1, 62}, \
+    {727, 1, 2, -1, 62}, \
+    {729, 1, 1, 0, 268435456}, \
+    {730, 1, 2, -1, 62}, \
+    {732, 1, 1, 0, 2147483647}, \
+    {733, 1, 1, 0, 268435456}, \
+    {734, 1, 1, 0, 268435456}, \
+    {735, 1, 1, 0, 2147483647}, \
+    {736, 1, 1, 0, 2147483647}, \
+    {737, 1, 1, 0, 2147483647}, \
+    {738, 1, 1, 0, 2147483647}, \
+    {739, 1, 1, 1, 50000}, \
+    {740, 1, 1, 2, 500000}, \
+    {741, 1, 1, 1, 5000}, \
+}
+
+#endif

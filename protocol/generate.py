@@ -1,0 +1,85 @@
+"""Write firmware/core/fl_protocol.h from frictionloop.toml: `python protocol/generate.py`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from frictionloop.quantities.schema import BITS, WORDS, Word, parameter_words, schema, table_hash, word_count
+
+HEADER = Path(__file__).resolve().parents[1] / "firmware" / "core" / "fl_protocol.h"
+TYPES = {"gain": "fl_gain"}
+NUMBERED = ("boards", "sources", "states", "faults", "refusals")
+
+
+def header() -> str:
+    """Return the text of the header."""
+    return "\n".join([*_top(), *_names(), *_messages(), *_channels(), *_parameters(), "", "#endif", ""])
+
+
+def _top() -> Iterator[str]:
+    protocol = schema()["protocol"]
+    yield "/* Made by protocol/generate.py from protocol/frictionloop.toml: change that file. */"
+    yield "#ifndef FL_PROTOCOL_H\n#define FL_PROTOCOL_H\n"
+    yield '#include "fl_fixed.h"\n'
+    for name, value in protocol.items():
+        yield f"#define FL_{name.upper()} {value}"
+    yield f"#define FL_TABLE_HASH 0x{table_hash():08x}u"
+    yield f"#define FL_WORDS {word_count()}"
+
+
+def _names() -> Iterator[str]:
+    for group in NUMBERED:
+        singular = group.rstrip("s")
+        names = ", ".join(f"FL_{singular.upper()}_{name.upper()} = {value}" for name, value in schema()[group].items())
+        yield f"\nenum fl_{singular} {{ {names} }};"
+
+
+def _messages() -> Iterator[str]:
+    names = ", ".join(f"FL_MESSAGE_{m['name'].upper()} = {m['type']}" for m in schema()["message"])
+    yield f"\nenum fl_message {{ {names} }};"
+
+
+def _channels() -> Iterator[str]:
+    names = ", ".join(f"FL_CHANNEL_{channel['name'].upper()}" for channel in schema()["channel"])
+    yield f"\nenum fl_channel {{ {names}, FL_CHANNELS }};"
+
+
+def _parameters() -> Iterator[str]:
+    yield "\n/* The parameter table: FL_WORDS words in this order. */"
+    yield "typedef struct {"
+    for word in parameter_words().values():
+        yield f"    {TYPES.get(word.format, 'int32_t')} {_identifier(word)}{_array(word)};  /* {_meaning(word)} */"
+    yield "} fl_parameters;"
+    yield "\n/* Least and largest value of the words of each parameter; of a gain, of its shift. */"
+    yield "typedef struct { uint16_t first, count, stride; int32_t low, high; } fl_range;"
+    ranges = [_range(word) for word in parameter_words().values()]
+    yield f"#define FL_RANGES {len(ranges)}"
+    yield "#define FL_RANGE_TABLE { \\"
+    yield " \\\n".join(f"    {line}," for line in ranges) + " \\\n}"
+
+
+def _identifier(word: Word) -> str:
+    return word.name.replace(".", "_")
+
+
+def _array(word: Word) -> str:
+    return f"[{word.count}]" if word.count > 1 else ""
+
+
+def _meaning(word: Word) -> str:
+    unit = f", {word.unit}" if word.unit else ""
+    return f"{word.format}{unit}: {word.text}"
+
+
+def _range(word: Word) -> str:
+    scale = 2 ** BITS.get(word.format, 0)
+    low = -(2**31) if word.low is None else min(max(round(word.low * scale), -(2**31)), 2**31 - 1)
+    high = 2**31 - 1 if word.high is None else min(max(round(word.high * scale), -(2**31)), 2**31 - 1)
+    lowest = "INT32_MIN" if low == -(2**31) else str(low)
+    return f"{{{word.first}, {word.count}, {WORDS.get(word.format, 1)}, {lowest}, {high}}}"
+
+
+if __name__ == "__main__":
+    HEADER.write_text(header(), encoding="utf-8")
+    print(f"{HEADER.name}: {word_count()} words")

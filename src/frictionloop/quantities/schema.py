@@ -1,0 +1,91 @@
+"""What host and firmware exchange, as protocol/frictionloop.toml describes it: parameter words and their names."""
+
+from __future__ import annotations
+
+import tomllib
+import zlib
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from frictionloop.quantities.files import FrictionloopError
+
+WORDS = {"gain": 2}
+"""Words a number takes; other formats take one."""
+BITS = {"q28": 28, "q25": 25, "count": 0}
+"""Binary places of the formats that have a fixed number of them."""
+
+
+class Word(NamedTuple):
+    """A parameter of the firmware: `count` numbers from word `first` on."""
+
+    name: str
+    first: int
+    count: int
+    format: str
+    unit: str
+    low: float | None
+    high: float | None
+    text: str
+
+    @property
+    def words(self) -> int:
+        """Words that all its numbers take."""
+        return self.count * WORDS.get(self.format, 1)
+
+
+def firmware_folder() -> Path:
+    """Return the folder of the C sources: in an installed package beside it, in a checkout at its root."""
+    return _beside("firmware")
+
+
+def schema_path() -> Path:
+    """Return the path of the schema."""
+    return _beside("protocol") / "frictionloop.toml"
+
+
+@cache
+def schema() -> dict[str, Any]:
+    """Return the schema as its file has it."""
+    return tomllib.loads(schema_path().read_text(encoding="utf-8"))
+
+
+@cache
+def parameter_words() -> dict[str, Word]:
+    """Return the parameters by name, in the order of their words."""
+    words: dict[str, Word] = {}
+    first = 0
+    for entry in schema()["parameter"]:
+        word = Word(
+            entry["name"],
+            first,
+            entry.get("count", 1),
+            entry["format"],
+            entry.get("unit", ""),
+            entry.get("min"),
+            entry.get("max"),
+            entry["text"],
+        )
+        words[word.name] = word
+        first += word.words
+    return words
+
+
+def word_count() -> int:
+    """Return how many words the table has."""
+    last = list(parameter_words().values())[-1]
+    return last.first + last.words
+
+
+def table_hash() -> int:
+    """Return the CRC-32 of names and formats: host and firmware with the same hash mean the same by a word."""
+    lines = [f"{word.name} {word.format} {word.count}\n" for word in parameter_words().values()]
+    return zlib.crc32("".join(lines).encode("ascii"))
+
+
+def _beside(folder: str) -> Path:
+    package = Path(__file__).resolve().parents[1]
+    for place in (package / f"_{folder}", package.parents[1] / folder):
+        if place.is_dir():
+            return place
+    raise FrictionloopError(f"{folder}: is not part of this installation of frictionloop; reinstall it")
