@@ -11,11 +11,13 @@ from frictionloop.loop.slab import aligned, pointer
 from frictionloop.quantities.arithmetic import step
 from frictionloop.quantities.normals import BLOCK
 
-NOTHING = np.zeros(0)
-ORACLE, EXTERNAL, PI = -1, 0, 1
-"""Who commands: the oracle, the caller (``Stepper``), or the control law of this number (control/laws)."""
+NOTHING, NO_WORDS = np.zeros(0), np.zeros(0, np.int32)
+FIRMWARE, ORACLE, EXTERNAL, PI = -2, -1, 0, 1
+"""Who commands: the C core, the oracle, the caller (``Stepper``), or the control law of this number (control/laws)."""
 STILL, STROKES, GIVEN = 0, 1, 2
 """Who moves the finger: nobody, its strokes, or the caller."""
+CORE_GIVEN, CORE_TOLD = 6, 3
+"""Numbers that go to the C core in a tick (measurement, set-point) and come back (u, saturated, amplitude)."""
 CONTACTS = ("rigid", "dahl", "lugre", "slider")
 """Contact laws of the kernel."""
 
@@ -61,6 +63,12 @@ class Options(NamedTuple):
     """Number of the contact law in ``CONTACTS``."""
     plan: Plan
     """Of an oracle."""
+    pulsed: bool = False
+    """The carrier is made of pulses of whole ticks."""
+    core: int = 0
+    """Address of the C core's function."""
+    core_words: int = 0
+    """Words of the C core per lane."""
 
 
 class Buffers(NamedTuple):
@@ -81,6 +89,10 @@ class Buffers(NamedTuple):
     """Unit normals of jitter and of lost ticks, one block after the other."""
     weighting: np.ndarray
     """Coefficients of the perceptual weighting filter, five a section."""
+    core: np.ndarray
+    """Words and state of the C core, lane by lane."""
+    core_given: np.ndarray
+    """What the C core is given and tells."""
 
 
 @step
@@ -98,6 +110,8 @@ def pointers(buffers: Any) -> Any:
         pointer(buffers.roughness),
         pointer(buffers.timing),
         pointer(buffers.weighting),
+        pointer(buffers.core),
+        pointer(buffers.core_given),
     )
 
 
@@ -114,6 +128,7 @@ def buffers(
     seeds: np.ndarray,
     roughness: np.ndarray = NOTHING,
     weighting: np.ndarray = NOTHING,
+    core: np.ndarray = NO_WORDS,
 ) -> Buffers:
     """Return zeroed scratch and history for one tile."""
     return Buffers(
@@ -128,4 +143,6 @@ def buffers(
         roughness=roughness,
         timing=aligned(2 * BLOCK * width),
         weighting=weighting,
+        core=core,
+        core_given=aligned(CORE_GIVEN + CORE_TOLD),
     )

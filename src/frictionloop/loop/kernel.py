@@ -39,7 +39,7 @@ def _call_once(advance: Any, width: int) -> None:
     Numba does not guard the first call of a cached function: two threads would each load it, and the one that loses
     runs code that has been freed.
     """
-    none = Options(EXTERNAL, 1, 0, 0, True, 0, True, True, 0, 0, False, 0, 0, 1.0, STILL, False, 0, Plan())
+    none = Options(EXTERNAL, 1, 0, 0, True, 0, True, True, 0, 0, False, 0, 0, 1.0, STILL, False, 0, Plan(), False, 0, 0)
     scratch = buffers(width, 1, 1, NOTHING, np.zeros(width, np.uint64))
     advance(aligned(ROWS * width), width, 0, 0, none, scratch, NOTHING, NOTHING, 0, NOTHING)
     advance.disable_compile()

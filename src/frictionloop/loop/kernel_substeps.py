@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 
 from frictionloop.loop.bench_tile import build_bench
-from frictionloop.loop.exchange import EXTERNAL, GIVEN, ORACLE, STILL, pointers
+from frictionloop.loop.exchange import EXTERNAL, FIRMWARE, GIVEN, ORACLE, STILL, pointers
 from frictionloop.loop.felt_tile import build_felt
+from frictionloop.loop.fixed_tile import build_fixed
 from frictionloop.loop.laws_tile import build_laws
 from frictionloop.loop.motion_tile import build_motion, build_touch
 from frictionloop.loop.oracle_tile import build_oracle
+from frictionloop.loop.pulse_tile import build_pulses
 from frictionloop.loop.score_tile import PERCEPTION, STEPS, build_scores
 from frictionloop.loop.signals import NOISE_STREAM, build_signals
 from frictionloop.loop.slab import ROW, pointer
@@ -36,14 +38,14 @@ def build_substeps(width: int) -> Any:
     compiled = lift.compiled
     fill_signal, _, fill_noise = build_signals(lift)
     control, limits = build_laws(lift)
-    apply_late, scores = build_delay(lift), build_scores(lift, masked=True)
+    apply_late, pulse, scores = build_delay(lift), build_pulses(lift), build_scores(lift, masked=True)
     record, spread = build_record(lift, BENCH_TRACES), build_inputs(lift)[0]
     take_over, go_on, begin, accept = build_motion(lift)
     follow = build_touch(lift)
     settle, tell = build_start(lift)
     suspend, read = build_sensor(lift)
     (finger, plant), (time_switch, keep, restore) = build_bench(lift, spread, suspend), build_timing(lift)
-    oracle = build_oracle(lift, spread, finger)
+    oracle, fixed = build_oracle(lift, spread, finger), build_fixed(lift)
     felt, (begin_steps, passages) = build_felt(lift), build_steps(lift)
     setpoint, disturbance, normal, draws = ROW["setpoint"], ROW["disturbance"], ROW["normal"], ROW["draws"]
     tangential, across, position, load, jitter, lost = _STREAMS
@@ -81,6 +83,8 @@ def build_substeps(width: int) -> Any:
             keep(s, n)
         if o.law == ORACLE:
             oracle(s, n, k, at, o, b)
+        elif o.law == FIRMWARE:
+            fixed(s, n, o.core, b.core, o.core_words, b.core_given, o.irregular)
         else:
             control(s, n, o.law, o.dt, b.table, o.table_size)
         if o.irregular:
@@ -103,6 +107,8 @@ def build_substeps(width: int) -> Any:
     @compiled
     def move_on(s, n, k, o, b):  # type: ignore[no-untyped-def]
         apply_late(s, n, k, b.history, o.ring_mask)
+        if o.pulsed:
+            pulse(s, n)
         plant(s, n, k % BLOCK, o, b)
 
     @compiled

@@ -12,7 +12,17 @@ import numpy as np
 from frictionloop.control.laws import law_number, law_of
 from frictionloop.control.lookup import lookup_table
 from frictionloop.control.overdrive import overdrive_gains
-from frictionloop.loop.exchange import EXTERNAL, NOTHING, ORACLE, Buffers, Options, buffers, ring_size
+from frictionloop.loop.exchange import (
+    EXTERNAL,
+    FIRMWARE,
+    NO_WORDS,
+    NOTHING,
+    ORACLE,
+    Buffers,
+    Options,
+    buffers,
+    ring_size,
+)
 from frictionloop.loop.felt_tile import FADE_S
 from frictionloop.loop.formulas import Sums
 from frictionloop.loop.lower_finger import keys_of, lower_finger
@@ -77,6 +87,8 @@ def lower(
         before, after = 0, substeps_of(systems[0])
         nodes, roughness = after + 1, lower_finger(slab, systems, keys)
     table = _lower_controller(slab, systems)
+    fixed = systems[0].controller.form == "firmware" and not external
+    core = _lower_core(systems) if fixed else NO_WORDS
     setpoints, disturbances = [s.setpoint for s in systems], [s.disturbance for s in systems]
     # Lanes share the disturbance's share of the reading if they also share the nodes and their weights.
     nodes_alike = all(bool(np.all(rows == rows[:, :1])) for rows in (slab.view("node_time"), slab.view("weight")))
@@ -104,15 +116,20 @@ def lower(
         irregular=any(is_irregular(s) for s in systems),
         contact=contact_of(systems[0]),
         plan=plan_of(systems[0]),
+        pulsed=any(s.plate.pulse_ticks for s in systems),
+        core=_core_address() if fixed else 0,
+        core_words=core.size // width,
     )
     if options.law == ORACLE:
         lower_oracle(slab, systems)
     weighting = _lower_perception(slab, rate) if groups & PERCEPTION else NOTHING
-    scratch = buffers(width, ring, nodes, table, keys, roughness, weighting)
+    scratch = buffers(width, ring, nodes, table, keys, roughness, weighting, core)
     return Tile(name, slab, options, scratch, setpoint.take, disturbance.take)
 
 
 def _number(controller: Any) -> int:
+    if controller.form == "firmware":
+        return FIRMWARE
     return ORACLE if isinstance(controller, OracleController) else law_number(controller)
 
 
@@ -125,6 +142,7 @@ def _lower_friction(slab: Slab, systems: Sequence[System]) -> None:
     slab.view("halving_amplitude")[:] = unit, 1.0 / unit
     slab.view("max_amplitude")[0] = ceiling
     slab.view("floor")[0] = nominal * np.exp(-susceptibility * ceiling**2)
+    slab.view("pulse_ticks")[0] = [s.plate.pulse_ticks for s in systems]
     slab.view("delay_periods")[0] = [delay_periods(s) for s in systems]
     slab.view("measurement")[4] = slab.view("scored")[0] = 1.0
 
@@ -166,6 +184,18 @@ def _lower_controller(slab: Slab, systems: Sequence[System]) -> np.ndarray:
     if size == 0:
         return np.zeros(0)
     return np.ascontiguousarray(np.array([lookup_table(m) for m in models]).T).ravel()
+
+
+def _core_address() -> int:
+    from frictionloop.control.simulated import core_address
+
+    return core_address()
+
+
+def _lower_core(systems: Sequence[System]) -> np.ndarray:
+    from frictionloop.control.simulated import core_context
+
+    return np.concatenate([core_context(s.controller) for s in systems])
 
 
 def _lower_law(slab: Slab, controllers: Sequence[Any]) -> None:

@@ -43,6 +43,7 @@ _ROWS: tuple[tuple[str, int], ...] = (
     ("halving_amplitude", 2),  # in um, and its inverse
     ("max_amplitude", 1),
     ("floor", 1),
+    ("pulse_ticks", 1),
     ("decay", NODES_MAX),
     ("weight", NODES_MAX),
     ("friction_weight", NODES_MAX),  # weight times f0

@@ -14,6 +14,8 @@ from frictionloop.sensing.touch import check_follows
 
 STRUCTURAL = (
     "kind",
+    "form",
+    "pulse_ticks",
     "rate_hz",
     "table_size",
     "delay_s",
@@ -50,6 +52,8 @@ def structure(system: System) -> tuple[object, ...]:
         contact_of(system),
         system.motion.kind,
         c.kind,
+        c.form,
+        system.plate.pulse_ticks > 0,
         *((c.preview, late_s(system)) if isinstance(c, OracleController) else ()),
     )
 
@@ -57,8 +61,13 @@ def structure(system: System) -> tuple[object, ...]:
 def kernel_of(system: System) -> str:
     """Return which kernel runs a system: by quadrature what feeds nothing back within a period, else by substeps."""
     still = system.motion.kind == "sliding" and system.finger.kind == "rigid"
-    plain = still and system.sensor.kind == "lowpass" and not is_irregular(system) and system.controller.kind == "pi"
+    plain = still and system.sensor.kind == "lowpass" and not is_irregular(system) and _is_plain_pi(system)
     return "quadrature" if plain else "substeps"
+
+
+def _is_plain_pi(system: System) -> bool:
+    c = system.controller
+    return c.kind == "pi" and c.form == "float" and system.plate.pulse_ticks == 0
 
 
 def substeps_of(system: System) -> int:

@@ -5,9 +5,18 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from frictionloop.parameters.block import Block, NotNegative, Positive, Whole, default_kind
+
+
+def _halved(ticks: int) -> int:
+    if 0 < ticks < 4:
+        raise ValueError("must be 0 (pulses of any width) or at least 4 ticks")
+    return ticks
+
+
+PulseTicks = Annotated[Whole, Field(ge=0, le=65536), AfterValidator(_halved)]
 
 
 class FrictionLaw(Block):
@@ -33,6 +42,8 @@ class LowpassPlate(Block):
     """Cutoff of the envelope (paper, Sec. 2.2, after ref. [10])."""
     max_amplitude_um: Positive = 2.5
     """Largest amplitude the drive reaches, zero-to-peak (paper, Sec. 2.2; zero-to-peak is assumed)."""
+    pulse_ticks: PulseTicks = 0
+    """Clock ticks of a carrier period: pulses are whole ticks wide; 783 on a Teensy 3.1 at 46 kHz, 0 is any width."""
 
 
 class ResonantPlate(Block):
@@ -45,6 +56,8 @@ class ResonantPlate(Block):
     """Quality factor; 230 gives the 100 Hz of Section 2.2."""
     max_amplitude_um: Positive = 2.5
     """Largest amplitude the drive reaches, zero-to-peak (paper, Sec. 4.1; zero-to-peak is assumed)."""
+    pulse_ticks: PulseTicks = 0
+    """Clock ticks of a carrier period: pulses are whole ticks wide; 783 on a Teensy 3.1 at 46 kHz, 0 is any width."""
 
     @property
     def cutoff_hz(self) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
@@ -21,6 +21,8 @@ class Timing(Block):
     """Chance lateness of the command, |normal| of this standard deviation, at most to the end of its period."""
     lost_ticks: Annotated[Number, Field(ge=0, lt=1)] = 0.0
     """Share of ticks that do not happen: the controller keeps its state and its command."""
+    form: Literal["float", "firmware"] = "float"
+    """The float64 law, or the fixed-point C that runs on the microcontroller (control/compiled)."""
     model: Model = Model()
     """What the controller believes of the plant."""
 
