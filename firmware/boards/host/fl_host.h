@@ -36,6 +36,9 @@ void fl_host_lookup(const int32_t *words, size_t count, const int32_t *forces, i
 void fl_host_overdrive(
     const int32_t *words, size_t count, int32_t *believed, const int32_t *wanted, int32_t *commands);
 
+/* A tick for a simulator with floating point: see simulated.c. */
+void fl_host_simulated(int32_t *context, double *given);
+
 /* Square roots, for tests. */
 void fl_host_roots(size_t count, const uint64_t *squares, uint32_t *roots);
 

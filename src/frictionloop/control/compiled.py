@@ -33,6 +33,7 @@ void fl_host_run(const int32_t *, size_t, int32_t *, int32_t *, const int32_t *,
 void fl_host_steps(const int32_t *, size_t, int32_t *, const int32_t *, const int32_t *, int32_t *);
 void fl_host_lookup(const int32_t *, size_t, const int32_t *, int32_t *);
 void fl_host_overdrive(const int32_t *, size_t, int32_t *, const int32_t *, int32_t *);
+void fl_host_simulated(int32_t *, double *);
 void fl_host_roots(size_t, const uint64_t *, uint32_t *);
 """  # of firmware/boards/host/fl_host.h
 

@@ -195,7 +195,7 @@ def _core_address() -> int:
 def _lower_core(systems: Sequence[System]) -> np.ndarray:
     from frictionloop.control.simulated import core_context
 
-    return np.concatenate([core_context(s.controller) for s in systems])
+    return np.concatenate([core_context(s) for s in systems])
 
 
 def _lower_law(slab: Slab, controllers: Sequence[Any]) -> None:

@@ -1,0 +1,60 @@
+"""The firmware's controller inside the simulator: `controller.form = "firmware"`."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import frictionloop as fl
+
+FORM = {"controller.form": "firmware"}
+
+
+def both(system, **run):
+    return fl.simulate(system, **run), fl.simulate(system.evolve(FORM), **run)
+
+
+def test_where_the_loop_is_not_chaotic_it_is_the_same_loop():
+    """On the reachable signals of Section 2 what fixed point rounds away dies out."""
+    floating, fixed = both(fl.feasible(), duration_s=2.0)
+    assert float(np.abs(floating.f_a - fixed.f_a).max()) < 0.4e-3  # 0.2 mN each of command and amplitude
+    assert np.array_equal(floating.f_r, fixed.f_r)
+
+
+def test_on_the_bench_it_leaves_as_much():
+    floating, fixed = both(fl.bench(), duration_s=4.0, seed=3)
+    assert fl.rms_error(fixed) == pytest.approx(fl.rms_error(floating), rel=0.02)
+
+
+def test_lanes_of_a_sweep_have_states_of_their_own():
+    """A lane in a grid has the bits of the same run alone."""
+    system = fl.bench().evolve(FORM)
+    masses = [0.3, 0.4, 0.5]
+    grid = fl.sweep(system, {"sensor.moving_mass_kg": masses}, duration_s=0.5, metrics=["rms_error"])
+    alone = [
+        float(fl.rms_error(fl.simulate(system.evolve({"sensor.moving_mass_kg": m}), duration_s=0.5))) for m in masses
+    ]
+    assert np.array_equal(grid.rms_error.to_numpy().ravel(), alone)
+
+
+def test_a_lost_tick_keeps_command_and_state():
+    runs = both(fl.feasible().evolve({"controller.lost_ticks": 0.5}), duration_s=0.5)
+    floating, fixed = (np.diff(run.u.to_numpy()) == 0 for run in runs)
+    assert 0.4 < fixed.mean() < 0.6
+    assert np.mean(floating == fixed) > 0.99  # the same ticks; a command may also happen to stay
+
+
+def test_it_is_in_the_file(tmp_path):
+    path = tmp_path / "run.h5"
+    fl.save(fl.simulate(fl.feasible().evolve(FORM), duration_s=0.1), path)
+    assert '"form":"firmware"' in fl.load(path).attrs["system"].replace(" ", "")
+
+
+def test_a_gain_too_large_for_fixed_point_is_one_line():
+    with pytest.raises(fl.FrictionloopError, match=r"^kp[^\n]*$|^[^\n]*kp[^\n]*$"):
+        fl.simulate(fl.feasible().evolve({**FORM, "controller.kp": 1e12}), duration_s=0.1)
+
+
+def test_the_oracle_has_no_firmware():
+    with pytest.raises(fl.FrictionloopError, match="oracle"):
+        fl.simulate(fl.bench().evolve({**FORM, "controller.kind": "oracle"}), duration_s=0.1)
