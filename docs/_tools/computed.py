@@ -8,6 +8,7 @@ from typing import Any
 import bench_diagram
 import compared
 import facts
+import protocol_tables
 import sensor_tables
 import tables
 from page import command
@@ -44,6 +45,7 @@ def substitutions(source: Path) -> dict[str, Any]:
     ):
         found[f"table_{make.__name__}"] = make()
     found |= {f"sensor_{name}": text for name, text in sensor_tables.texts().items()}
+    found |= {f"protocol_{name}": text for name, text in protocol_tables.texts().items()}
     for words in ("", *VERBS):
         found[f"help_{words.replace(' ', '_') or 'all'}"] = f"```text\n{command(f'{words} --help'.strip())}```"
     return found

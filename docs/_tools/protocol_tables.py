@@ -1,0 +1,120 @@
+"""Tables of the protocol page, made from the schema that host and firmware are made from."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from typing import Any
+
+from tables import UNITS, table
+
+from frictionloop.device.codec import encode, uncoded
+from frictionloop.quantities.schema import parameter_words, schema, schema_path
+
+GROUPS = "boards", "sources", "states", "faults", "refusals"
+FIELDS = "Field", "Format", "Meaning"
+RAW = {"q28": "2⁻²⁸", "q25": "2⁻²⁵", "count": "whole number", "gain": "mantissa · 2^−shift"}
+
+
+def texts() -> dict[str, str]:
+    """Return what the page inserts, by name."""
+    parts = header(), messages(), bodies(), channels(), words(), example()
+    names = "header", "messages", "bodies", "channels", "words", "example"
+    return dict(zip(names, parts, strict=True)) | {group: named(group) for group in GROUPS} | numbers()
+
+
+def numbers() -> dict[str, str]:
+    """Return the constants of the protocol as text."""
+    return {name: str(value) for name, value in schema()["protocol"].items()}
+
+
+def header() -> str:
+    """Return the fields of the header."""
+    return table(FIELDS, (_field(entry) for entry in schema()["header"]))
+
+
+def messages() -> str:
+    """Return the list of the messages."""
+    rows = (
+        (entry["type"], f"`{entry['name']}`", f"to {entry['to']}", _code(entry.get("reply")), entry.get("text", ""))
+        for entry in schema()["message"]
+    )
+    return table(("Type", "Message", "Goes", "Answered by", "Meaning"), rows)
+
+
+def bodies() -> str:
+    """Return the fields of each message that has some."""
+    with_fields = (entry for entry in schema()["message"] if "fields" in entry)
+    return "\n\n".join(
+        f"**`{entry['name']}`** (type {entry['type']}, to {entry['to']})\n\n"
+        + table(FIELDS, (_field(field) for field in entry["fields"]))
+        for entry in with_fields
+    )
+
+
+def named(group: str) -> str:
+    """Return numbers, names and meanings of a group; the meanings are the comments beside them in the schema."""
+    section = schema_path().read_text(encoding="utf-8").split(f"[{group}]\n")[1].split("\n\n")[0]
+    meanings = dict(re.findall(r"^(\w+) = \d+ *(?:# (.*))?$", section, re.MULTILINE))
+    rows = ((number, f"`{name}`", meanings[name]) for name, number in schema()[group].items())
+    return table(("Number", "Name", "Meaning"), rows)
+
+
+def channels() -> str:
+    """Return the telemetry channels."""
+    rows = (
+        (bit, f"`{entry['name']}`", _scale(entry), _range(entry), entry["text"])
+        for bit, entry in enumerate(schema()["channel"])
+    )
+    return table(("Bit", "Channel", "One step", "Range", "Meaning"), rows)
+
+
+def words() -> str:
+    """Return the parameter table."""
+    rows = (
+        (
+            word.first if word.words == 1 else f"{word.first}–{word.first + word.words - 1}",
+            f"`{word.name}`" + (f" × {word.count}" if word.count > 1 else ""),
+            RAW[word.format],
+            _unit(word.unit),
+            _accepted(word.low, word.high, "shift " if word.format == "gain" else ""),
+            word.text,
+        )
+        for word in parameter_words().values()
+    )
+    return table(("Words", "Name", "Format", "Unit", "Accepted", "Meaning"), rows)
+
+
+def example() -> str:
+    """Return the bytes of a frame, as they go over the line."""
+    frame = encode("mode", 1, state=schema()["states"]["closed"])
+    bare = uncoded(frame[:-1]) or b""
+    return (
+        f"`mode` with `state = 2` as frame 1 has header and body `{bare.hex(' ')}` and is sent as `{frame.hex(' ')}`."
+    )
+
+
+def _field(entry: dict[str, Any]) -> Iterable[str]:
+    many = " to the end" if entry.get("repeated") else f" × {entry['length']}" if "length" in entry else ""
+    kind = "u8" if entry["format"] == "bytes" else entry["format"]
+    return f"`{entry['name']}`", f"{kind}{many}", entry["text"]
+
+
+def _code(name: str | None) -> str:
+    return f"`{name}`" if name else "–"
+
+
+def _unit(unit: str) -> str:
+    return {"um^2": "µm²", **UNITS}.get(unit, unit)
+
+
+def _scale(entry: dict[str, Any]) -> str:
+    return f"{entry['scale']:g} {_unit(entry['unit'])}" if entry["unit"] else "–"
+
+
+def _range(entry: dict[str, Any]) -> str:
+    return f"±{32767 * entry['scale']:.3g} {_unit(entry['unit'])}" if entry["unit"] else "bits"
+
+
+def _accepted(low: float | None, high: float | None, what: str) -> str:
+    return "any" if low is None or high is None else f"{what}{low:g} to {high:g}"

@@ -1,0 +1,143 @@
+"""Frames: COBS(header, body, CRC-16) and a zero byte; what firmware/core/fl_frame.c does, on the host."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from dataclasses import dataclass
+from typing import Any
+
+from frictionloop.device.extra import needed
+from frictionloop.device.layout import HEADER, LARGEST_BODY, LAYOUTS, TYPES
+from frictionloop.quantities import FrictionloopError
+
+cobs = needed("cobs.cobs", "cobs")
+crc16 = needed("fastcrc.crc16", "fastcrc").ibm_3740
+
+LARGEST_CODED = HEADER.size + LARGEST_BODY + 2 + 2
+"""Bytes of the largest frame before its zero byte: with CRC and COBS's byte per 254 begun."""
+REMEMBERED = 256
+"""Frames that are known again when a line repeats them (assumed; 0.8 s of telemetry)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Message:
+    """What a frame says; ``message["tick"]`` is its field of that name."""
+
+    name: str
+    sequence: int
+    time_us: int
+    fields: dict[str, Any]
+
+    def __getitem__(self, name: str) -> Any:
+        """Return a field by its name."""
+        return self.fields[name]
+
+
+def encode(name: str, sequence: int, time_us: int = 0, /, **fields: Any) -> bytes:
+    """Return the frame of a message, with its zero byte.
+
+    Parameters
+    ----------
+    name : str
+        Of the message, as in protocol/frictionloop.toml.
+    sequence : int
+        Number of the frame, 0 to 65535.
+    time_us : int
+        The device's microseconds; 0 from a host.
+    **fields
+        Its fields, whole numbers or bytes; of a repeated one a list or array.
+
+    Raises
+    ------
+    FrictionloopError
+        For an unknown message, missing or unknown fields, or a value that does not fit.
+    """
+    if name not in LAYOUTS:
+        raise FrictionloopError(f"message {name!r}: unknown; must be one of {', '.join(LAYOUTS)}")
+    return framed(HEADER.pack(LAYOUTS[name].type, sequence, time_us) + LAYOUTS[name].pack(fields))
+
+
+def framed(content: bytes) -> bytes:
+    """Return the frame of header and body."""
+    return bytes(cobs.encode(content + crc16(content).to_bytes(2, "little"))) + b"\0"
+
+
+class Decoder:
+    """Takes bytes as they come, whole frames or parts; finds itself again at the next zero byte after any junk."""
+
+    def __init__(self) -> None:
+        self.whole = 0
+        """Frames accepted."""
+        self.broken = 0
+        """Frames with a wrong code, CRC, type or length."""
+        self.missed = 0
+        """Frames that the sender's sequence says are missing."""
+        self.repeated = 0
+        """Frames that came again and were passed over."""
+        self.restarts = 0
+        """Times the sequence went back: the sender began anew."""
+        self._begun = bytearray()
+        self._too_long = False
+        self._seen: OrderedDict[bytes, None] = OrderedDict()
+        self._last: int | None = None
+
+    def feed(self, data: bytes) -> list[Message]:
+        """Return the messages that these bytes complete."""
+        *ended, rest = data.split(b"\0")
+        messages = []
+        for part in ended:
+            coded = bytes(self._begun) + part if self._begun else part
+            self._begun.clear()
+            if self._too_long:
+                self._too_long = False
+                self.broken += 1
+            elif coded and (message := self._message(coded)) is not None:
+                messages.append(message)
+        self._wait_for(rest)
+        return messages
+
+    def _wait_for(self, rest: bytes) -> None:
+        if not self._too_long:
+            self._begun += rest
+        if len(self._begun) > LARGEST_CODED:  # no frame: wait for the next zero byte with nothing in hand
+            self._begun.clear()
+            self._too_long = True
+
+    def _message(self, coded: bytes) -> Message | None:
+        content = uncoded(coded) if len(coded) <= LARGEST_CODED else None
+        kind = None if content is None else TYPES.get(content[0])
+        if content is None or kind is None or (fields := kind.unpack(content[HEADER.size :])) is None:
+            self.broken += 1
+            return None
+        _, sequence, time_us = HEADER.unpack_from(content)
+        return Message(kind.name, sequence, time_us, fields) if self._is_new(sequence, coded) else None
+
+    def _is_new(self, sequence: int, coded: bytes) -> bool:
+        """Count what is missing before this frame; say no to one that came before, byte by byte the same."""
+        if coded in self._seen:
+            self.repeated += 1
+            return False
+        self._seen[coded] = None
+        if len(self._seen) > REMEMBERED:
+            self._seen.popitem(last=False)
+        if self._last is not None:
+            step = (sequence - self._last) % 2**16
+            if 0 < step < 2**15:
+                self.missed += step - 1
+            else:
+                self.restarts += 1
+        self._last = sequence
+        self.whole += 1
+        return True
+
+
+def uncoded(coded: bytes) -> bytes | None:
+    """Return header and body of a frame without its zero byte, None where it is broken."""
+    try:
+        content = bytes(cobs.decode(coded))
+    except cobs.DecodeError:
+        return None
+    content, check = content[:-2], content[-2:]
+    if len(content) < HEADER.size or crc16(content) != int.from_bytes(check, "little"):
+        return None
+    return content

@@ -1,0 +1,75 @@
+"""The C framing as a library on this machine, for the tests beside it."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from cffi import FFI
+
+from frictionloop.quantities.schema import firmware_folder
+
+SOURCES = "fl_frame.c", "fl_crc.c"
+FLAGS = ["-std=c11", "-O2", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off"]
+DECLARED = """
+typedef struct {
+    uint8_t frame[281]; uint16_t count; uint8_t begun, left, zero, too_long; uint32_t whole, broken;
+} fl_decoder;
+size_t fl_frame_encode(uint8_t *out, size_t room, const uint8_t *frame, size_t count);
+int fl_decode(fl_decoder *decoder, uint8_t byte);
+uint16_t fl_crc16(uint16_t crc, const uint8_t *bytes, size_t count);
+uint32_t fl_crc32(uint32_t crc, const uint8_t *bytes, size_t count);
+"""
+
+
+Build = Callable[..., Path]
+
+
+@pytest.fixture(scope="session")
+def build(tmp_path_factory: pytest.TempPathFactory) -> Build:
+    """Return what compiles the framing with some more sources or flags and returns the file."""
+
+    def built(name: str, *extra: str | Path) -> Path:
+        folder = firmware_folder() / "core"
+        compiler = [cc] if (cc := shutil.which("cc")) else [sys.executable, "-m", "ziglang", "cc", "-fno-sanitize=all"]
+        sources = [folder / source for source in SOURCES]
+        target = tmp_path_factory.mktemp("core") / name
+        subprocess.run([*compiler, *FLAGS, f"-I{folder}", *sources, *extra, "-o", target], check=True)
+        return target
+
+    return built
+
+
+class Core:
+    """The C framing, called from Python."""
+
+    def __init__(self, path: Path) -> None:
+        self.ffi = FFI()
+        self.ffi.cdef(DECLARED)
+        self.lib: Any = self.ffi.dlopen(str(path))
+
+    def encoded(self, frame: bytes, room: int = 300) -> bytes:
+        """Return what C makes of a frame."""
+        out = self.ffi.new("uint8_t[]", room)
+        return bytes(self.ffi.buffer(out, self.lib.fl_frame_encode(out, room, frame, len(frame))))
+
+    def decoded(self, stream: bytes) -> tuple[list[bytes], int]:
+        """Return the frames that C finds and how many were broken."""
+        decoder = self.ffi.new("fl_decoder *")
+        found = []
+        for byte in stream:
+            if length := self.lib.fl_decode(decoder, byte):
+                found.append(bytes(self.ffi.buffer(decoder.frame, length)))
+        assert decoder.whole == len(found)
+        return found, decoder.broken
+
+
+@pytest.fixture(scope="session")
+def core(build: Build) -> Core:
+    """Return the C framing as a library."""
+    return Core(build("frames.so", "-shared", "-fPIC"))

@@ -1,0 +1,137 @@
+"""Messages to bytes and back, by the schema; the same bytes from Python and from C."""
+
+from __future__ import annotations
+
+import struct
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from frictionloop import FrictionloopError
+from frictionloop.device.codec import LARGEST_CODED, Decoder, encode, framed, uncoded
+from frictionloop.device.layout import LAYOUTS, REPLIES, TYPES
+from frictionloop.quantities.schema import schema
+
+NUMBERS = {
+    "u8": st.integers(0, 2**8 - 1),
+    "u16": st.integers(0, 2**16 - 1),
+    "u32": st.integers(0, 2**32 - 1),
+    "i16": st.integers(-(2**15), 2**15 - 1),
+    "i32": st.integers(-(2**31), 2**31 - 1),
+}
+
+
+def field(entry: dict[str, Any]) -> st.SearchStrategy[Any]:
+    if entry["format"] == "bytes":
+        return st.binary(min_size=entry["length"], max_size=entry["length"])
+    one = NUMBERS[entry["format"]]
+    return st.lists(one, max_size=64) if entry.get("repeated") else one
+
+
+@st.composite
+def messages(draw: st.DrawFn) -> tuple[str, int, int, dict[str, Any]]:
+    entry = draw(st.sampled_from(schema()["message"]))
+    fields = {each["name"]: draw(field(each)) for each in entry.get("fields", [])}
+    return entry["name"], draw(NUMBERS["u16"]), draw(NUMBERS["u32"]), fields
+
+
+def by_hand(name: str, sequence: int, time_us: int, fields: dict[str, Any]) -> bytes:
+    """Header and body, one field after the other."""
+    entry = next(entry for entry in schema()["message"] if entry["name"] == name)
+    content = struct.pack("<BHI", entry["type"], sequence, time_us)
+    for each in entry.get("fields", []):
+        value = fields[each["name"]]
+        if each["format"] == "bytes":
+            content += value
+            continue
+        size, signed = int(each["format"][1:]) // 8, each["format"][0] == "i"
+        for number in value if each.get("repeated") else [value]:
+            content += number.to_bytes(size, "little", signed=signed)
+    return content
+
+
+@given(messages(), st.integers(1, 300))
+def test_a_message_comes_back_however_it_is_cut(message: Any, cut: int) -> None:
+    name, sequence, time_us, fields = message
+    frame = encode(name, sequence, time_us, **fields)
+    decoder, found = Decoder(), []
+    for start in range(0, len(frame), cut):
+        found += decoder.feed(frame[start : start + cut])
+    (back,) = found
+    assert (back.name, back.sequence, back.time_us) == (name, sequence, time_us)
+    assert {
+        key: value if isinstance(value, bytes) else np.asarray(value).tolist() for key, value in back.fields.items()
+    } == fields
+    assert (decoder.whole, decoder.broken, decoder.missed) == (1, 0, 0)
+
+
+@given(messages())
+def test_python_and_c_make_the_same_bytes(core: Any, message: Any) -> None:
+    content = by_hand(*message)
+    name, sequence, time_us, fields = message
+    frame = encode(name, sequence, time_us, **fields)
+    assert core.encoded(content) == frame
+    assert core.decoded(frame) == ([content], 0)
+
+
+@given(st.binary(max_size=400).map(lambda junk: junk.replace(b"\0", b"\1")))
+def test_python_and_c_accept_and_refuse_the_same(core: Any, junk: bytes) -> None:
+    frames = core.decoded(junk + b"\0")[0]
+    assert [uncoded(junk)] == (frames or [None])
+
+
+def test_every_request_names_a_reply_that_exists() -> None:
+    asked = [entry["name"] for entry in schema()["message"] if entry["to"] == "device"]
+    assert sorted(asked) == sorted(REPLIES)
+    assert set(REPLIES.values()) <= set(LAYOUTS)
+    assert len(TYPES) == len(LAYOUTS) == len(schema()["message"])
+
+
+@pytest.mark.parametrize(
+    ("name", "fields", "words"),
+    [
+        ("helo", {}, "message 'helo': unknown; must be one of identify, identity, get"),
+        ("get", {"first": 1}, "get: fields first; must be first, count"),
+        ("get", {"first": -1, "count": 1}, "get: first = -1; must be a whole number from 0 to 65535"),
+        ("mode", {"state": 1.5}, "mode: state = 1.5; must be a whole number from 0 to 255"),
+        ("set", {"first": 0, "values": [2**31]}, "set: values = [2147483648]; must be whole numbers of int32"),
+        ("set", {"first": 0, "values": [0.5]}, "set: values = [0.5]; must be whole numbers of int32"),
+        ("set", {"first": 0, "values": [0] * 68}, "set: 274 bytes; must be at most 272"),
+    ],
+)
+def test_what_does_not_fit_is_refused_by_name(name: str, fields: dict[str, Any], words: str) -> None:
+    with pytest.raises(FrictionloopError) as refused:
+        encode(name, 0, **fields)
+    assert str(refused.value).startswith(words)
+
+
+def status(sequence: int, tick: int = 0) -> bytes:
+    return encode("status", sequence, 7, state=0, fault=0, tick=tick)
+
+
+def test_gaps_repeats_and_restarts_of_the_sequence_are_counted() -> None:
+    decoder = Decoder()
+    found = decoder.feed(
+        status(65534) + status(65535) + status(2) + status(2) + status(65535) + status(3) + status(0, 9)
+    )
+    assert [message.sequence for message in found] == [65534, 65535, 2, 3, 0]
+    assert (decoder.missed, decoder.repeated, decoder.restarts, decoder.broken) == (2, 2, 1, 0)
+
+
+def test_an_unknown_type_or_a_wrong_length_is_broken() -> None:
+    decoder = Decoder()
+    assert not decoder.feed(framed(struct.pack("<BHI", 200, 0, 0)))
+    assert not decoder.feed(framed(struct.pack("<BHIB", LAYOUTS["status"].type, 0, 0, 0)))
+    assert decoder.broken == 2
+
+
+def test_what_has_no_end_takes_no_room() -> None:
+    decoder = Decoder()
+    for _ in range(1000):
+        decoder.feed(b"\x55" * 1000)
+        assert len(decoder._begun) <= LARGEST_CODED
+    assert [message.name for message in decoder.feed(b"\0" + status(1))] == ["status"]
+    assert decoder.broken == 1
