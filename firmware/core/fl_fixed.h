@@ -26,7 +26,7 @@ static inline int32_t fl_clip(int32_t x, int32_t low, int32_t high) { return x <
 
 /* x * 2^-shift, rounded to the nearest, halves up; shift -1 to 62. */
 static inline int64_t fl_scale(int64_t product, int32_t shift) {
-    if (shift <= 0) return shift == 0 ? product : product * 2;
+    if (shift <= 0) return shift == 0 ? product : (int64_t)fl_saturate(product) * 2; /* all callers saturate */
     return ((product >> (shift - 1)) + 1) >> 1;
 }
 

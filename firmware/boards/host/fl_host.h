@@ -1,0 +1,42 @@
+/* The core as a shared library: one tick, or many in one call. Everything is int32_t, so that a caller needs no
+ * structures: `words` is the parameter table (fl_parameters), `measurement` five words (fl_measurement).
+ *
+ * The amplitude goes through lookup and overdrive, up to drive.ceiling_um; ramps, touch and faults are fl_app's. */
+#ifndef FL_HOST_H
+#define FL_HOST_H
+
+#include <stddef.h>
+
+#include "fl_protocol.h"
+
+/* How many states the law of a number has; -1 where it is not built in. */
+int32_t fl_host_states(uint32_t number);
+
+/* Binary places of a state. */
+int32_t fl_host_places(uint32_t number, uint32_t index);
+
+/* Law, lookup and overdrive: the amplitude command in um; `state` and `believed` (um) go on by one period. */
+int32_t fl_host_tick(
+    const int32_t *words, int32_t *state, int32_t *believed, const int32_t *measurement, int32_t setpoint);
+
+/* `count` ticks one after the other; out is u, saturated and amplitude command of each. */
+void fl_host_run(
+    const int32_t *words, size_t count, int32_t *state, int32_t *believed, const int32_t *measurements,
+    const int32_t *setpoints, int32_t *out);
+
+/* `count` steps of the law alone, each from a state of its own (row by row); out is u and saturated of each. */
+void fl_host_steps(
+    const int32_t *words, size_t count, int32_t *states, const int32_t *measurements, const int32_t *setpoints,
+    int32_t *out);
+
+/* Amplitudes at `count` forces. */
+void fl_host_lookup(const int32_t *words, size_t count, const int32_t *forces, int32_t *amplitudes);
+
+/* `count` amplitude commands, each from a belief of its own, which goes on by one period. */
+void fl_host_overdrive(
+    const int32_t *words, size_t count, int32_t *believed, const int32_t *wanted, int32_t *commands);
+
+/* Square roots, for tests. */
+void fl_host_roots(size_t count, const uint64_t *squares, uint32_t *roots);
+
+#endif

@@ -1,0 +1,100 @@
+"""Numbers as the firmware holds them, and what the fixed-point form of a law is made of (firmware/core/fl_fixed.h)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+from frictionloop.quantities import FrictionloopError
+
+Q28 = 2.0**28
+"""Steps of a signal in one of its unit."""
+MANTISSA_BITS = 30
+SHIFTS = (-1, 62)
+"""Least and largest shift of a gain."""
+WORD = 2**31
+"""Numbers of 32 bits go from -2^31 to 2^31 - 1."""
+
+
+class Gain(NamedTuple):
+    """A coefficient: mantissa 2^-shift."""
+
+    mantissa: int
+    shift: int
+
+    @property
+    def value(self) -> float:
+        """The number it stands for."""
+        return math.ldexp(self.mantissa, -self.shift)
+
+
+class Quantised(NamedTuple):
+    """The fixed-point form of a law, beside its `Law`."""
+
+    gains: Callable[[Any], Sequence[Gain]]
+    """Controller parameters -> gains in the order that its C step takes them."""
+    places: Callable[[Any], tuple[int, ...]]
+    """Controller parameters -> binary places of each state."""
+
+
+def to_q28(value: float, name: str) -> int:
+    """Return the nearest multiple of 2^-28, as a whole number of them.
+
+    Raises
+    ------
+    FrictionloopError
+        When it is not within -8 to 8, which is what 32 bits hold.
+    """
+    return to_places(value, 28, name)
+
+
+def to_places(value: float, places: int, name: str) -> int:
+    """Return the nearest multiple of 2^-places, as a whole number of them; an error where 32 bits do not hold it."""
+    scaled = value * 2.0**places
+    if not -WORD - 0.5 <= scaled < WORD - 0.5:
+        largest = math.ldexp(1.0, 31 - places)
+        raise FrictionloopError(f"{name} = {value:g}: must be from -{largest:g} to {largest:g} to fit the firmware")
+    return math.floor(scaled + 0.5)
+
+
+def to_gain(value: float, name: str = "gain") -> Gain:
+    """Return mantissa and shift of a coefficient: 30 bits, value = mantissa 2^-shift to a relative 2^-30.
+
+    Below 2^-33 in magnitude the mantissa has fewer bits, and the error stays below 2^-63.
+
+    Raises
+    ------
+    FrictionloopError
+        When it is not finite or its magnitude is 2^31 or more.
+    """
+    if not abs(value) < WORD:
+        raise FrictionloopError(f"{name} = {value:g}: must be less than 2^31 in magnitude to fit the firmware")
+    _, exponent = math.frexp(value)
+    shift = min(MANTISSA_BITS - exponent, SHIFTS[1])
+    mantissa = round(math.ldexp(value, shift))
+    if abs(mantissa) == 1 << MANTISSA_BITS:  # rounded up to the next power of 2
+        mantissa, shift = mantissa // 2, shift - 1
+    if shift < SHIFTS[0]:
+        raise FrictionloopError(f"{name} = {value:g}: must be less than 2^31 in magnitude to fit the firmware")
+    return Gain(mantissa, shift) if value else Gain(0, 0)
+
+
+def pi_gains(controller: Any) -> tuple[Gain, ...]:
+    """Return kp and ki dt of `pi_step`."""
+    return to_gain(controller.kp, "controller.kp"), integral_gain(controller)
+
+
+def integral_gain(controller: Any) -> Gain:
+    """Return ki dt, by which an error goes into the integral in a period.
+
+    The integral is at most by ki dt e beyond the clamp. Forces that differ by 8 N and an integral within 8 N leave
+    (8 - f0)/8 for ki dt; more would mean an integral that overflows.
+    """
+    step, room = controller.ki / controller.rate_hz, 1.0 - controller.model.nominal_n / 8.0
+    if not step <= room:
+        raise FrictionloopError(
+            f"controller.ki = {controller.ki:g} 1/s: must be at most {room * controller.rate_hz:g} 1/s at this rate "
+            "and f0, so that the firmware's integral stays below 8 N"
+        )
+    return to_gain(step, "controller.ki / rate_hz")
