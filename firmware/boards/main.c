@@ -14,7 +14,7 @@ void fl_tick(int32_t late) {
     fl_app_took(app, board_took());
 }
 
-/* One turn of the background; returns 0 when there was nothing to do. */
+/* One turn of the background; returns 0 when no byte moved: then only an interrupt brings anything new. */
 static int serve(void) {
     static uint8_t out[64];
     static size_t sent, filled;
@@ -25,8 +25,9 @@ static int serve(void) {
         sent = 0;
         filled = fl_app_transmit(app, out, sizeof out, board_now_us());
     }
-    sent += board_write(out + sent, filled - sent);
-    return received > 0 || filled > 0;
+    size_t moved = board_write(out + sent, filled - sent);
+    sent += moved;
+    return received > 0 || moved > 0;
 }
 
 int main(void) {

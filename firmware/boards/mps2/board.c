@@ -12,7 +12,7 @@ enum {
 };
 
 const fl_identity board_identity = {FL_BOARD_MPS2, 0, fl_built_revision};
-static uint8_t ring[RING];
+static volatile uint8_t ring[RING];
 static volatile uint32_t filled, taken;
 static uint32_t began;
 
@@ -38,7 +38,7 @@ void tick_interrupt(void) {
     lasted = TIMER_INTERRUPT;
 }
 
-void port_received(void) {
+void port_interrupt(void) {
     while (UART_STATE & WAITING) {
         uint8_t byte = (uint8_t)UART_DATA;
         if (filled - taken == RING) continue;

@@ -22,7 +22,7 @@
 enum { UART0_INTERRUPT = 0, TIMER0_INTERRUPT = 8, INTERRUPTS = 32 };
 enum { CLOCK_HZ = 25000000, TICK_COUNTS = CLOCK_HZ / FL_TICK_HZ };
 
-void port_received(void);
+void port_interrupt(void);
 void tick_interrupt(void);
 
 /* semihosting.c: one string to the debugger, and the end of the run */

@@ -22,7 +22,7 @@ __attribute__((section(".vectors"), used)) const vector vectors[16 + INTERRUPTS]
     [0] = {.stack = stack_top},
     [1] = {.handler = reset},
     [2 ... 15] = {.handler = fault},
-    [16] = {.handler = port_received},
+    [16] = {.handler = port_interrupt},
     [17 ... 15 + TIMER0_INTERRUPT] = {.handler = fault},
     [16 + TIMER0_INTERRUPT] = {.handler = tick_interrupt},
     [17 + TIMER0_INTERRUPT ... 15 + INTERRUPTS] = {.handler = fault},

@@ -26,7 +26,7 @@ __attribute__((section(".vectors"), used)) const vector vectors[16 + INTERRUPTS]
     [1] = {.handler = reset},
     [2 ... 15] = {.handler = fault},
     [16 ... 15 + UART0_INTERRUPT] = {.handler = fault},
-    [16 + UART0_INTERRUPT] = {.handler = port_received},
+    [16 + UART0_INTERRUPT] = {.handler = port_interrupt},
     [17 + UART0_INTERRUPT ... 15 + PIT0_INTERRUPT] = {.handler = fault},
     [16 + PIT0_INTERRUPT] = {.handler = tick_interrupt},
     [17 + PIT0_INTERRUPT ... 15 + INTERRUPTS] = {.handler = fault},

@@ -25,7 +25,7 @@ void carrier_off(void);
 
 /* port.c: UART0 at pins 0 and 1, 2 Mbaud 8N1 */
 void port_start(void);
-void port_received(void);
+void port_interrupt(void);
 
 /* board.c */
 void tick_interrupt(void);
