@@ -140,7 +140,9 @@ def _words(parameters: bytes | Sequence[int]) -> list[int]:
 
 def _built(words: Sequence[int], revision: str) -> str:
     if not (revision.isascii() and revision.isprintable() and len(revision) <= REVISION_BYTES):
-        raise FrictionloopError(f"revision = {revision!r}: must be printable ASCII, at most {REVISION_BYTES} characters")
+        raise FrictionloopError(
+            f"revision = {revision!r}: must be printable ASCII, at most {REVISION_BYTES} characters"
+        )
     literal = "".join(f"\\x{byte:02x}" for byte in revision.encode("ascii"))
     numbers = ", ".join("INT32_MIN" if word == -(2**31) else str(word) for word in words)
     return (
