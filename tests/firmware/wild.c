@@ -92,7 +92,8 @@ static void play(fl_app *app, uint32_t now) {
     say(app, FL_MESSAGE_WAVEFORM, body, 2 + 2 * (size_t)count, now);
     uint32_t crc = fl_crc32(0, body + 2, 2 * (size_t)count);
     body[0] = (uint8_t)below(3), body[1] = (uint8_t)below(2);
-    fl_put32(fl_put32(fl_put32(fl_put16(body + 2, count), (uint32_t)any(0, UINT32_MAX)), (uint32_t)any(-8000000, 8000000)), crc);
+    uint8_t *at = fl_put32(fl_put16(body + 2, count), (uint32_t)any(0, UINT32_MAX));
+    fl_put32(fl_put32(at, (uint32_t)any(-8000000, 8000000)), crc);
     say(app, FL_MESSAGE_PLAY, body, 16, now);
 }
 
@@ -136,8 +137,10 @@ static void check(const fl_app *app, fl_drive drive, int32_t before, uint32_t no
 
 static fl_sample sampled(void) {
     static fl_sample sample;
-    if (below(4) == 0)
-        sample = (fl_sample){{any(-32768, 32767), any(-32768, 32767)}, any(INT32_MIN, INT32_MAX), any(INT32_MIN, INT32_MAX)};
+    if (below(4) == 0) {
+        sample.force[0] = any(-32768, 32767), sample.force[1] = any(-32768, 32767);
+        sample.position = any(INT32_MIN, INT32_MAX), sample.load = any(INT32_MIN, INT32_MAX);
+    }
     if (below(1000) == 0) sample.force[0] = any(INT32_MIN, INT32_MAX);
     sample.position = (int32_t)((uint32_t)sample.position + below(100));
     return sample;
@@ -146,7 +149,7 @@ static fl_sample sampled(void) {
 int main(int count, char **arguments) {
     if (count != 3) return 2;
     state = strtoull(arguments[1], 0, 10) * 2654435769u + 1;
-    uint32_t ticks = (uint32_t)strtoul(arguments[2], 0, 10), now = draw(), seen[4] = {0}, accepted = 0;
+    uint32_t ticks = (uint32_t)strtoul(arguments[2], 0, 10), now = draw(), seen[4] = {0}, accepted = 0, quiet = 0;
     fl_app *app = malloc(sizeof *app);
     fl_table table;
     fill(&table);
@@ -156,7 +159,9 @@ int main(int count, char **arguments) {
     for (uint32_t k = 0; k < ticks; k++) {
         uint8_t out[300];
         now += 200;
-        if (below(below(100) ? 20 : 3000) == 0) talk(app, now);
+        if (quiet) quiet--;
+        else if (below(20) == 0) talk(app, now);
+        if (below(4000) == 0) quiet = 1500; /* ticks, 0.3 s */
         accepted += app->parameters.asked;
         fl_sample sample = sampled();
         fl_drive drive = fl_app_tick(app, &sample, now, below(5000) == 0);
