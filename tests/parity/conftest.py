@@ -146,22 +146,21 @@ class Parity:
     wild, realistic, quantised = staticmethod(wild_inputs), staticmethod(realistic_inputs), staticmethod(quantised)
 
     @staticmethod
-    def one_step_differences(controller, inputs, chunk=100_000):
-        """Largest difference of u in N, and differences of the next states with the quantised ones in float64.
+    def one_step(controller, inputs, chunk=100_000):
+        """Difference of u in N, u in float64, and differences of the next states from those in float64.
 
         Both forms start each tick from the same state: that of a float64 run along the inputs, quantised.
         """
-        along, fixed, worst, states = FloatLaw(controller), FixedLaw(controller), 0.0, []
+        law, fixed, found = FloatLaw(controller), FixedLaw(controller), []
         for k in range(0, len(inputs[0]), chunk):
             counts, back = quantised(inputs[0][k : k + chunk], inputs[1][k : k + chunk])
-            visited, _ = along.along(*back)
+            visited, _ = law.along(*back)
             stored = np.rint(visited * fixed.scale)
             assert np.all(np.abs(stored) < 2.0**31), "a state overflows its format"
-            after, forces = along.each(stored / fixed.scale, *back)
+            after, forces = law.each(stored / fixed.scale, *back)
             state, out = fixed.each(stored.astype(np.int32), *counts)
-            worst = max(worst, float(np.max(np.abs(out[:, 0] / 2.0**28 - forces))))
-            states.append(state / fixed.scale - after)
-        return worst, np.concatenate(states)
+            found.append((out[:, 0] / 2.0**28 - forces, forces, state / fixed.scale - after))
+        return tuple(np.concatenate(part) for part in zip(*found, strict=True))
 
 
 @pytest.fixture(scope="session")
