@@ -1,4 +1,4 @@
-"""The firmware's parameter table from a System: what bench, sensors and limits decide, beside the controller's words."""
+"""The firmware's parameter table from a System: what bench, sensors and limits decide beside the controller."""
 
 from __future__ import annotations
 
