@@ -15,8 +15,11 @@ from frictionloop.quantities import FrictionloopError
 
 RETURN = 0x10000000
 """Where an interrupt returns to, an address without memory: unicorn does not know the hardware's 0xFFFFFFF9."""
-HARD_FAULT = 3
-THUMB = 1 << 24
+HARD_FAULT, VECTORS = 3, 16 + 95
+FRAME_BYTES = 32
+"""Eight registers on the stack (ARMv7-M B1.5.6)."""
+FRAME = bytes(range(1, FRAME_BYTES + 1))
+"""Put there in their place, to be found again: unicorn keeps the registers themselves."""
 LONGEST_US = 5_000_000
 """Of the host's time: a stretch of the image that takes longer has hung."""
 
@@ -24,8 +27,8 @@ LONGEST_US = 5_000_000
 class Processor:
     """Runs an image from its reset vector; interrupts come when they are asked for, and run to their end.
 
-    Unicorn has no interrupt controller, so `interrupt` does what the hardware does: eight words on the stack, the vector,
-    and back. The background runs until it waits for an interrupt (WFI).
+    Unicorn has no interrupt controller, so `interrupt` does what the hardware does: registers kept, room for them on the
+    stack, the vector, and back. The background runs until it waits for an interrupt (WFI).
     """
 
     def __init__(self, image_path: Path, bank: Bank) -> None:
@@ -44,13 +47,12 @@ class Processor:
             if address + len(content) > FLASH_BYTES:
                 raise FrictionloopError(f"{image_path}: has {len(content)} bytes at 0x{address:08x}, outside the flash")
             uc.mem_write(address, content)
-        self._frame = [
-            getattr(arm, f"UC_ARM_REG_{name}") for name in ("R0", "R1", "R2", "R3", "R12", "LR", "PC", "XPSR")
-        ]
+        self._background = uc.context_save()
+        self._vectors = struct.unpack(f"<{VECTORS}I", uc.mem_read(FLASH, 4 * VECTORS))
 
     def vector(self, number: int) -> int:
         """Return an entry of the vector table."""
-        return int.from_bytes(self.uc.mem_read(FLASH + 4 * number, 4), "little")
+        return self._vectors[number]
 
     def reset(self) -> None:
         """Begin as after power comes, and go on until the background first rests."""
@@ -66,21 +68,15 @@ class Processor:
     def interrupt(self, number: int) -> None:
         """Run an exception from entry to return; 16 and up are interrupts."""
         uc, arm = self.uc, self._arm
-        before = uc.reg_read_batch(self._frame)
-        old = uc.reg_read(arm.UC_ARM_REG_SP)
-        stack = (old - 32) & ~7
-        uc.mem_write(stack, struct.pack("<8I", *before[:7], before[7] | THUMB))
+        uc.context_update(self._background)
+        stack = (uc.reg_read(arm.UC_ARM_REG_SP) - FRAME_BYTES) & ~7
+        uc.mem_write(stack, FRAME)
         uc.reg_write(arm.UC_ARM_REG_SP, stack)
         uc.reg_write(arm.UC_ARM_REG_LR, RETURN | 1)
         self._run(self.vector(number), RETURN)
-        if self.failure is None and uc.reg_read(arm.UC_ARM_REG_SP) != stack:
-            raise FrictionloopError("the image returns from an interrupt with another stack pointer")
-        after = struct.unpack("<8I", uc.mem_read(stack, 32))
-        for register, value in zip(self._frame[:6], after, strict=False):
-            uc.reg_write(register, value)
-        uc.reg_write(arm.UC_ARM_REG_XPSR, after[7])
-        uc.reg_write(arm.UC_ARM_REG_PC, after[6] | 1)
-        uc.reg_write(arm.UC_ARM_REG_SP, old)
+        if uc.reg_read(arm.UC_ARM_REG_SP) != stack or uc.mem_read(stack, FRAME_BYTES) != FRAME:
+            raise FrictionloopError("the image returns from an interrupt with another stack than it was given")
+        uc.context_restore(self._background)
 
     def stop(self, why: Exception) -> None:
         """End the run from within a callback; `failure` says why."""
