@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,10 +10,10 @@ from typing import Any
 import pytest
 from cffi import FFI
 
+from frictionloop.control.compiler import FLAGS, compiler, shared_library
 from frictionloop.quantities.schema import firmware_folder
 
 SOURCES = "fl_frame.c", "fl_crc.c"
-FLAGS = ["-std=c11", "-O2", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off"]
 DECLARED = """
 typedef struct {
     uint8_t frame[281]; uint16_t count; uint8_t begun, left, zero, too_long; uint32_t whole, broken;
@@ -36,10 +34,9 @@ def build(tmp_path_factory: pytest.TempPathFactory) -> Build:
 
     def built(name: str, *extra: str | Path) -> Path:
         folder = firmware_folder() / "core"
-        compiler = [cc] if (cc := shutil.which("cc")) else [sys.executable, "-m", "ziglang", "cc", "-fno-sanitize=all"]
         sources = [folder / source for source in SOURCES]
         target = tmp_path_factory.mktemp("core") / name
-        subprocess.run([*compiler, *FLAGS, f"-I{folder}", *sources, *extra, "-o", target], check=True)
+        subprocess.run([*compiler(), *FLAGS, f"-I{folder}", *sources, *extra, "-o", target], check=True)
         return target
 
     return built
@@ -70,6 +67,7 @@ class Core:
 
 
 @pytest.fixture(scope="session")
-def core(build: Build) -> Core:
+def core() -> Core:
     """Return the C framing as a library."""
-    return Core(build("frames.so", "-shared", "-fPIC"))
+    folder = firmware_folder() / "core"
+    return Core(shared_library("frames", [folder / source for source in SOURCES], [folder]))
