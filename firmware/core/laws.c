@@ -7,7 +7,7 @@ const fl_law fl_laws[] = {
     {0, 0, 0, 0, 0},
     {"pi", fl_pi_step, 1, 2, 0},
     {"lookup", fl_open_loop_step, 1, 0, 0},
-    {"filtered_pi", 0, 0, 0, 0},
+    {"filtered_pi", fl_filtered_pi_step, 21, 52, 0},
     {"observer", 0, 0, 0, 0},
     {"super_twisting", 0, 0, 0, 0},
     {"tracker", 0, 0, 0, 0},

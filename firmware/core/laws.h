@@ -4,6 +4,6 @@
 
 #include "fl_law.h"
 
-fl_step fl_pi_step, fl_open_loop_step;
+fl_step fl_pi_step, fl_open_loop_step, fl_filtered_pi_step;
 
 #endif

@@ -13,6 +13,7 @@ from frictionloop.control.laws import law_number, law_of
 from frictionloop.control.lookup import lookup_table
 from frictionloop.control.overdrive import overdrive_gains
 from frictionloop.control.quantised import Gain, Quantised, pi_gains, to_gain, to_places, to_q28
+from frictionloop.control.quantised_filtered import filtered_gains, filtered_state_places
 from frictionloop.parameters import Model, System
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import BITS, firmware_folder, parameter_words, word_count
@@ -20,6 +21,7 @@ from frictionloop.quantities.schema import BITS, firmware_folder, parameter_word
 FORMS: dict[str, Quantised] = {
     "pi": Quantised(pi_gains, lambda c: (28,)),
     "lookup": Quantised(lambda c: (), lambda c: (28,)),
+    "filtered_pi": Quantised(filtered_gains, filtered_state_places),
 }
 """Laws that the firmware has, by the kind of `LAWS`."""
 CELLS = 256
