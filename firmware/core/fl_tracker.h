@@ -10,7 +10,7 @@
  *       reading's is above 0.02; typical is 1e-7, and mean squares of 1e-12 decide how much is learnt
  *   sensitivities by the fall         q26, springs q27, rate q26, reading q28 (+-8): begin anew above 4; typical is 1e-4
  *   mean squares                      q60 and q52 in two words each
- * Of a sensitivity beyond its range the reading's is beyond its limit at the next tick, which is what counts.
+ * Of sensitivities beyond their range the reading's passes its limit within a few ticks, and all begin anew.
  *
  * In all three groups springs, rate and reading have 1, 0 and 2 places more than the friction that drives them (the
  * observer's friction is taken as q22 there), so that one set of coefficients steps all. */

@@ -131,8 +131,8 @@ fl_force_command fl_tracker_step(
         x[i] = fl_saturate(x[i] + product(gain, error, shifts[i]));
     }
     const fl_gain smooth = gains[SMOOTH_RATE];
-    rising = fl_saturate(
-        rising - product(SMOOTH, rising, 31) + fl_product(smooth, fl_subtract(f, before), 28, 15));
+    const int64_t slope = fl_shift(smooth.mantissa * ((int64_t)f - before), smooth.shift + 13);
+    rising = fl_saturate(rising - product(SMOOTH, rising, 31) + slope);
 
     /* Go on to when the command takes effect. */
     const int32_t a_then = fl_fma(gains[DECAY_REST], fl_subtract(a, state[COMMAND]), state[COMMAND]);
