@@ -1,0 +1,168 @@
+"""The two forms of a law side by side: the float64 step in compiled loops, and the C core; and what they are fed."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from numba import njit
+from numba.np.unsafe.ndarray import to_fixed_tuple
+
+import frictionloop as fl
+from frictionloop.control.compiled import host_library, host_words, quantised_start, state_places
+from frictionloop.control.laws import law_of
+from frictionloop.sensing.measurement import Measurement
+
+
+@cache
+def loops(law):
+    """Return (along, each): states before and u at each tick of a run; u and next state of steps from own states."""
+    step, states, gains = law.step, law.states, law.gains + 2
+
+    @njit
+    def one(state, row, setpoint, numbers, dt):
+        measured = Measurement(row[0], row[1], row[2], row[3], row[4])
+        after, command = step(to_fixed_tuple(state, states), measured, setpoint, to_fixed_tuple(numbers, gains), dt)
+        return np.array(after), command.u
+
+    @njit
+    def along(start, rows, setpoints, numbers, dt):
+        visited, forces, state = np.empty((len(rows), states)), np.empty(len(rows)), start.copy()
+        for k in range(len(rows)):
+            visited[k] = state
+            state, forces[k] = one(state, rows[k], setpoints[k], numbers, dt)
+        return visited, forces
+
+    @njit
+    def each(starts, rows, setpoints, numbers, dt):
+        after, forces = np.empty((len(rows), states)), np.empty(len(rows))
+        for k in range(len(rows)):
+            after[k], forces[k] = one(starts[k], rows[k], setpoints[k], numbers, dt)
+        return after, forces
+
+    return along, each
+
+
+class FloatLaw:
+    """A controller's float64 law, batch by batch."""
+
+    def __init__(self, controller):
+        law = law_of(controller)
+        self._along, self._each = loops(law)
+        model = controller.model
+        self._numbers = np.array([*law.gains_of(controller), model.floor_n, model.nominal_n], dtype=float)
+        start = law.start_of(controller) if law.start_of else (0.0,) * law.states
+        self.state, self._dt = np.array(start, dtype=float), 1.0 / controller.rate_hz
+
+    def along(self, rows, setpoints):
+        """Go on by these ticks: states before each, and commands."""
+        visited, forces = self._along(self.state, rows, setpoints, self._numbers, self._dt)
+        self.state = self._each(visited[-1:], rows[-1:], setpoints[-1:], self._numbers, self._dt)[0][0]
+        return visited, forces
+
+    def each(self, states, rows, setpoints):
+        """One step from each state: the next ones, and commands."""
+        return self._each(states, rows, setpoints, self._numbers, self._dt)
+
+
+class FixedLaw:
+    """A controller's law in the C core."""
+
+    def __init__(self, controller, library=None):
+        self.ffi, self._lib = library or host_library()
+        self.words = host_words(fl.bench().evolve({"controller": controller}))
+        self.scale = 2.0 ** np.array(state_places(controller))
+        self.state, self.believed = np.array(quantised_start(controller), dtype=np.int32), np.zeros(1, dtype=np.int32)
+
+    def _at(self, array):
+        return self.ffi.cast("int32_t *", array.ctypes.data)
+
+    def each(self, states, rows, setpoints):
+        """One step from each state: the next ones, and rows of (u, saturated)."""
+        after, out = states.copy(), np.empty((len(rows), 2), dtype=np.int32)
+        self._lib.fl_host_steps(self._at(self.words), len(rows), *map(self._at, (after, rows, setpoints, out)))
+        return after, out
+
+    def run(self, rows, setpoints):
+        """Go on by these ticks: rows of (u, saturated, amplitude command)."""
+        out = np.empty((len(rows), 3), dtype=np.int32)
+        arrays = (self.state, self.believed, rows, setpoints, out)
+        self._lib.fl_host_run(self._at(self.words), len(rows), *map(self._at, arrays))
+        return out
+
+    def lookup(self, forces):
+        """Amplitudes at forces."""
+        out = np.empty_like(forces)
+        self._lib.fl_host_lookup(self._at(self.words), len(forces), self._at(forces), self._at(out))
+        return out
+
+    def overdrive(self, believed, wanted):
+        """New beliefs, and commands."""
+        believed, out = believed.copy(), np.empty_like(wanted)
+        self._lib.fl_host_overdrive(self._at(self.words), len(wanted), *map(self._at, (believed, wanted, out)))
+        return believed, out
+
+
+def wild_inputs(count, seed):
+    """Set-points and forces that jump anywhere the sensor and the tables reach, for short and long, and gaps."""
+    rng = np.random.default_rng(seed)
+
+    def held(low, high, mean):
+        changes = rng.random(count) < 1.0 / mean
+        changes[0] = True
+        return rng.uniform(low, high, count)[changes][np.cumsum(changes) - 1]
+
+    steady = held(0, 1, 500) < 0.5
+    forces = np.where(steady, held(-2.5, 2.5, 100), rng.uniform(-2.5, 2.5, count))
+    setpoints = np.where(held(0, 1, 500) < 0.5, held(0, 3.2, 200), rng.uniform(0, 3.2, count))
+    rows = np.column_stack([forces, rng.uniform(0, 0.1, count), rng.uniform(-0.3, 0.3, count),
+                            rng.uniform(0, 3, count), held(0, 1, 300) < 0.9])  # fmt: skip
+    return rows, setpoints
+
+
+def realistic_inputs(count, seed):
+    """What the sensors tell and the set-point is in a run of the bench."""
+    run = fl.simulate(fl.bench().evolve(fl.RETUNED), duration_s=count / 5000.0, seed=seed)
+    rows = np.column_stack([run[name].values for name in ("f_m", "position", "speed", "load", "sliding")])
+    return rows.astype(float), run["f_r"].values.astype(float)
+
+
+def quantised(rows, setpoints):
+    """The same inputs as the firmware gets them, and what these numbers are in float64."""
+    counts = np.rint(rows * 2.0**28)
+    counts[:, 4] = rows[:, 4]
+    told = np.rint(setpoints * 2.0**28)
+    back = counts / 2.0**28
+    back[:, 4] = rows[:, 4]
+    fixed = np.ascontiguousarray(counts.astype(np.int32)), told.astype(np.int32)
+    return fixed, (np.ascontiguousarray(back), told / 2.0**28)
+
+
+class Parity:
+    """What tests of parity need, in one place."""
+
+    FloatLaw, FixedLaw = FloatLaw, FixedLaw
+    wild, realistic, quantised = staticmethod(wild_inputs), staticmethod(realistic_inputs), staticmethod(quantised)
+
+    @staticmethod
+    def one_step(controller, inputs, chunk=100_000):
+        """Difference of u in N, u in float64, and differences of the next states from those in float64.
+
+        Both forms start each tick from the same state: that of a float64 run along the inputs, quantised.
+        """
+        law, fixed, found = FloatLaw(controller), FixedLaw(controller), []
+        for k in range(0, len(inputs[0]), chunk):
+            counts, back = quantised(inputs[0][k : k + chunk], inputs[1][k : k + chunk])
+            visited, _ = law.along(*back)
+            stored = np.rint(visited * fixed.scale)
+            assert np.all(np.abs(stored) < 2.0**31), "a state overflows its format"
+            after, forces = law.each(stored / fixed.scale, *back)
+            state, out = fixed.each(stored.astype(np.int32), *counts)
+            found.append((out[:, 0] / 2.0**28 - forces, forces, state / fixed.scale - after))
+        return tuple(np.concatenate(part) for part in zip(*found, strict=True))
+
+
+@pytest.fixture(scope="session")
+def parity():
+    return Parity
