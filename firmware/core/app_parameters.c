@@ -1,0 +1,108 @@
+/* The parameter table: a copy that waits is written word by word, checked as a whole, and swapped in at a
+ * tick. */
+#include <string.h>
+
+#include "fl_app_parts.h"
+
+#define INDEX(member) ((uint16_t)(offsetof(fl_parameters, member) / 4))
+
+static const fl_range ranges[FL_RANGES] = FL_RANGE_TABLE;
+
+/* Whether a word may have a value: within its range; of a gain any mantissa but the one that has no
+ * negative. */
+static int fits(uint16_t index, int32_t value) {
+    const fl_range *range = ranges;
+    while (range + 1 < ranges + FL_RANGES && range[1].first <= index) range++;
+    if (range->stride == 2 && (index - range->first) % 2 == 0) return value != INT32_MIN;
+    return value >= range->low && value <= range->high;
+}
+
+/* Index of the first entry that breaks the order; `sign` 1: none falls, -1: none rises. */
+static uint16_t unordered(const fl_table *table, uint16_t first, int64_t sign) {
+    for (uint16_t k = first + 1; k < first + 257; k++)
+        if (sign * ((int64_t)table->words[k] - table->words[k - 1]) < 0) return k;
+    return FL_NO_INDEX;
+}
+
+uint16_t fl_check_table(const fl_table *table) {
+    const fl_parameters *p = &table->named;
+    for (uint16_t k = 0; k < FL_WORDS; k++)
+        if (!fits(k, table->words[k])) return k;
+    if ((uint32_t)p->law_number >= fl_law_count || !fl_laws[p->law_number].step) return INDEX(law_number);
+    if (p->law_low_n >= p->law_high_n) return INDEX(law_high_n);
+    if (p->drive_largest_um <= 0) return INDEX(drive_largest_um);
+    if (p->drive_ceiling_um > p->drive_largest_um) return INDEX(drive_ceiling_um);
+    if (p->drive_duty[0] != 0) return INDEX(drive_duty);
+    uint16_t wrong = unordered(table, INDEX(lookup_squares_um2), -1);
+    return wrong != FL_NO_INDEX ? wrong : unordered(table, INDEX(drive_duty), 1);
+}
+
+/* A table that fails its checks is not run, not even at amplitude 0: its shifts may be anything. In its
+ * place all is zero, which gives no amplitude, until the host commits one that passes. */
+void fl_parameters_start(fl_app *app, const fl_parameters *parameters) {
+    app->tables[0].named = *parameters;
+    uint16_t wrong = fl_check_table(&app->tables[0]);
+    if (wrong != FL_NO_INDEX) {
+        memset(&app->tables[0], 0, sizeof app->tables[0]);
+        app->raised = (fl_raised){FL_FAULT_BAD_PARAMETER, 0, wrong};
+        app->fault = FL_FAULT_BAD_PARAMETER;
+        app->state = FL_STATE_FAULT;
+        app->bad_table = app->tell_fault = 1;
+    }
+    app->tables[1] = app->tables[0];
+    app->derived[0] = fl_derive(&app->tables[0].named);
+}
+
+/* From the tick. A law that was changed under way begins anew. */
+void fl_parameters_take(fl_app *app) {
+    if (!app->parameters.asked) return;
+    int32_t before = fl_in_force(app)->law_number;
+    app->parameters.in_force ^= 1;
+    if (fl_in_force(app)->law_number != before) app->closing = -1;
+    app->bad_table = 0;
+    app->parameters.stale = 1;
+    fl_fence();
+    app->parameters.asked = 0;
+}
+
+/* The copy that waits, equal to the one in force where nothing was written since. */
+static fl_table *waiting(fl_app *app) {
+    fl_table *table = &app->tables[!app->parameters.in_force];
+    if (app->parameters.stale) *table = app->tables[app->parameters.in_force];
+    app->parameters.stale = 0;
+    return table;
+}
+
+fl_answer fl_set(fl_app *app, uint16_t first, const uint8_t *values, uint16_t count) {
+    if (first >= FL_WORDS || count > FL_WORDS - first)
+        return (fl_answer){FL_REFUSAL_UNKNOWN_WORD, first < FL_WORDS ? FL_WORDS : first};
+    for (uint16_t k = 0; k < count; k++)
+        if (!fits(first + k, (int32_t)fl_u32(values + 4 * k)))
+            return (fl_answer){FL_REFUSAL_OUT_OF_RANGE, (uint16_t)(first + k)};
+    if (app->parameters.asked) return (fl_answer){FL_REFUSAL_NOT_NOW, FL_NO_INDEX};
+    fl_table *table = waiting(app);
+    for (uint16_t k = 0; k < count; k++) table->words[first + k] = (int32_t)fl_u32(values + 4 * k);
+    return (fl_answer){0, FL_NO_INDEX};
+}
+
+static uint32_t crc_of(const fl_table *table) {
+    uint32_t crc = 0;
+    for (uint16_t k = 0; k < FL_WORDS; k++) {
+        uint8_t bytes[4];
+        fl_put32(bytes, (uint32_t)table->words[k]);
+        crc = fl_crc32(crc, bytes, 4);
+    }
+    return crc;
+}
+
+/* Until the tick has taken it, the same commit again is done already. */
+fl_answer fl_commit(fl_app *app, uint32_t crc) {
+    fl_table *table = app->parameters.asked ? &app->tables[!app->parameters.in_force] : waiting(app);
+    if (crc_of(table) != crc) return (fl_answer){FL_REFUSAL_WRONG_CRC, FL_NO_INDEX};
+    uint16_t wrong = fl_check_table(table);
+    if (wrong != FL_NO_INDEX) return (fl_answer){FL_REFUSAL_OUT_OF_RANGE, wrong};
+    app->derived[!app->parameters.in_force] = fl_derive(&table->named);
+    fl_fence();
+    app->parameters.asked = 1;
+    return (fl_answer){0, FL_NO_INDEX};
+}

@@ -1,0 +1,98 @@
+/* States and faults (docs/firmware-states.md). A fault is raised while the loop is on, that of the table
+ * always; it is latched, told once, and cleared by the host when its cause is over. */
+#include "fl_app_parts.h"
+
+static int on(const fl_app *app) { return app->state == FL_STATE_OPEN || app->state == FL_STATE_CLOSED; }
+
+static void count(uint32_t *ticks, int holds) {
+    if (!holds) *ticks = 0;
+    else if (*ticks < UINT32_MAX) *ticks += 1;
+}
+
+/* A channel that is not there has gain 0: it is neither stuck nor saturated. */
+static int used(const fl_parameters *p, int k) {
+    return k < p->force_axes && p->force_n_per_count[k].mantissa != 0;
+}
+
+static int at_end(int32_t counts) { return counts <= INT16_MIN || counts >= INT16_MAX; }
+
+void fl_watch_step(fl_app *app, const fl_sample *sample, const fl_measurement *m, int32_t late) {
+    const fl_parameters *p = fl_in_force(app);
+    fl_watch *watch = &app->watch;
+    int ends = 0;
+    for (int k = 0; k < 2; k++) {
+        ends |= used(p, k) && at_end(sample->force[k]);
+        count(&watch->stuck[k], used(p, k) && m->valid && sample->force[k] == watch->last[k]);
+        watch->last[k] = sample->force[k];
+    }
+    count(&watch->saturated, ends);
+    count(&watch->out_of_range, m->force > p->safety_force_limit_n || m->force < -p->safety_force_limit_n);
+    if (++watch->second >= FL_TICK_HZ) watch->second = watch->late = 0;
+    if (late) {
+        watch->late++;
+        app->overruns++;
+    }
+}
+
+/* A reading that has been the same for n ticks has not changed n - 1 times. */
+static int is_stuck(const fl_app *app, int k) {
+    return app->watch.stuck[k] + 1 >= (uint32_t)fl_in_force(app)->safety_stuck_ticks;
+}
+
+/* The fault that there is reason for, the more telling first. */
+static fl_raised cause(const fl_app *app, const fl_sample *sample, const fl_measurement *m, uint32_t now_us) {
+    const fl_parameters *p = fl_in_force(app);
+    const fl_watch *watch = &app->watch;
+    int32_t silent_us = (int32_t)(now_us - app->heard_us);
+    uint32_t tick = app->tick;
+    if (watch->saturated >= (uint32_t)p->safety_force_ticks)
+        return (fl_raised){FL_FAULT_SENSOR_SATURATED, tick, sample->force[!at_end(sample->force[0])]};
+    if (watch->out_of_range >= (uint32_t)p->safety_force_ticks)
+        return (fl_raised){FL_FAULT_FORCE_RANGE, tick, m->force};
+    for (int k = 0; k < 2; k++)
+        if (is_stuck(app, k)) return (fl_raised){FL_FAULT_SENSOR_STUCK, tick, sample->force[k]};
+    if (silent_us > FL_SILENCE_MS * 1000) return (fl_raised){FL_FAULT_HOST_SILENT, tick, silent_us};
+    if (watch->late >= (uint32_t)p->safety_overrun_ticks)
+        return (fl_raised){FL_FAULT_TICK_OVERRUN, tick, (int32_t)watch->late};
+    return (fl_raised){FL_FAULT_NONE, tick, 0};
+}
+
+static void raise(fl_app *app, fl_raised raised) {
+    app->raised = raised;
+    app->fault = raised.fault;
+    app->state = FL_STATE_FAULT;
+    fl_fence();
+    app->tell_fault = 1;
+}
+
+static void obey(fl_app *app) {
+    if (app->asked_clear && app->state == FL_STATE_FAULT && !app->bad_table) {
+        app->state = FL_STATE_IDLE;
+        app->fault = FL_FAULT_NONE;
+    }
+    app->asked_clear = 0;
+    uint8_t wanted = app->asked_state;
+    app->asked_state = FL_NO_STATE;
+    if (wanted == FL_NO_STATE || app->state == FL_STATE_FAULT) return;
+    if (wanted == FL_STATE_CLOSED && app->state != FL_STATE_CLOSED) app->closing = -1;
+    app->state = wanted;
+}
+
+void fl_state_step(fl_app *app, const fl_sample *sample, const fl_measurement *m, uint32_t now_us) {
+    obey(app);
+    if (!on(app)) return;
+    fl_raised found = cause(app, sample, m, now_us);
+    if (found.fault != FL_FAULT_NONE) raise(app, found);
+}
+
+int fl_cause_lasts(const fl_app *app) {
+    const fl_watch *watch = &app->watch;
+    switch (app->fault) {
+    case FL_FAULT_FORCE_RANGE: return watch->out_of_range > 0;
+    case FL_FAULT_SENSOR_SATURATED: return watch->saturated > 0;
+    case FL_FAULT_SENSOR_STUCK: return is_stuck(app, 0) || is_stuck(app, 1);
+    case FL_FAULT_TICK_OVERRUN: return watch->late >= (uint32_t)fl_in_force(app)->safety_overrun_ticks;
+    case FL_FAULT_BAD_PARAMETER: return app->bad_table;
+    default: return 0; /* a host that asks is not silent */
+    }
+}

@@ -1,0 +1,113 @@
+/* What struct fl_app holds: all memory of the firmware but the stack, in the hands of the caller.
+ *
+ * What the background prepares and the tick takes exists twice: one copy in force, which the tick alone
+ * reads, and one that waits, which the background alone writes. fl_swap says which is which. */
+#ifndef FL_APP_STATE_H
+#define FL_APP_STATE_H
+
+#include "fl_app.h"
+#include "fl_frame.h"
+
+enum {
+    FL_SAMPLES = 48,     /* of telemetry: 9.6 ms at every tick */
+    FL_REPLIES = 16,     /* frames that may come in before one goes out */
+    FL_NO_INDEX = 65535, /* of a refusal that is about no word or point */
+    FL_NO_STATE = 255,
+    FL_CLOSING = 512,    /* ticks over which the clamp opens after closing: 0.1 s (assumed) */
+    FL_RAM = 16384       /* bytes, of the 64 KB of the Teensy */
+};
+
+/* `asked` is set by the background, taken by the next tick, which then sets `stale`: the copy that waits is
+ * to be made equal to the one in force before it is written to. */
+typedef struct { volatile uint8_t in_force, asked, stale; } fl_swap;
+
+typedef union {
+    fl_parameters named;
+    int32_t words[FL_WORDS];
+} fl_table;
+_Static_assert(sizeof(fl_table) == 4 * FL_WORDS, "the table is words and nothing else");
+
+/* What the tick would have to divide for: duty-table cells an amplitude, and the duty of the ceiling. */
+typedef struct {
+    fl_gain cells_per_um;
+    int32_t ceiling_duty;
+} fl_derived;
+
+/* How the set-point table is played: `step` points a tick or a um, 2^-24. */
+typedef struct {
+    uint8_t source, loops;
+    uint16_t count;
+    uint32_t step;
+    int32_t start_um;
+} fl_play;
+
+typedef struct {
+    int64_t position, way; /* m, q44: a step of 20 mm/s is 4 um, of which the tracker needs 1e-5 */
+    int32_t speed, mean_load;
+    uint8_t begun;
+} fl_touch;
+
+/* Ticks in a row at which something was so. */
+typedef struct {
+    uint32_t out_of_range, saturated, stuck[2];
+    int32_t last[2];
+    uint32_t late, second; /* late ticks in this second, ticks of it */
+} fl_watch;
+
+typedef struct {
+    uint8_t fault;
+    uint32_t tick;
+    int32_t value;
+} fl_raised;
+
+typedef struct {
+    uint32_t tick;
+    int16_t values[FL_CHANNELS];
+} fl_kept;
+
+typedef struct {
+    uint8_t type, reason;
+    uint16_t sequence, first, count;
+} fl_reply;
+
+struct fl_app {
+    fl_identity identity;
+    /* parameters and set-point tables */
+    fl_table tables[2];
+    fl_derived derived[2];
+    fl_swap parameters;
+    int16_t points[2][FL_POINTS];
+    fl_play plays[2];
+    fl_swap table;
+    uint64_t phase; /* points, 2^-24 */
+    /* the loop; the tick alone writes */
+    volatile uint32_t tick;
+    volatile uint8_t state, fault, bad_table;
+    fl_touch touch;
+    fl_watch watch;
+    int32_t law_state[FL_STATES];
+    int32_t closing, believed, amplitude;
+    fl_raised raised;
+    uint32_t overruns, longest;
+    /* asked of the tick; the background sets, the tick takes */
+    volatile uint8_t asked_state, asked_clear;
+    volatile uint8_t tell_fault; /* the tick sets, the background takes */
+    volatile uint32_t heard_us;
+    /* telemetry: the tick writes `head`, the background `tail` */
+    fl_kept samples[FL_SAMPLES];
+    volatile uint16_t head, tail, decimation;
+    volatile uint32_t dropped;
+    uint16_t mask, spacing; /* of the samples in the ring: ticks from one to the next */
+    /* the link; the background alone */
+    fl_decoder decoder;
+    uint16_t last_sequence, played_sequence, sequence;
+    uint8_t heard, played;
+    uint32_t played_crc, missed;
+    fl_reply replies[FL_REPLIES];
+    uint8_t first_reply, reply_count;
+    uint16_t coded, sent;
+    uint8_t out[FL_LARGEST_CODED];
+};
+_Static_assert(sizeof(struct fl_app) <= FL_RAM, "the firmware's memory is within its budget");
+
+#endif

@@ -1,0 +1,138 @@
+"""A board on this machine with a host beside it: frames go over in memory, ticks come when the test wants."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import frictionloop as fl
+from frictionloop.control.parameter_words import firmware_words
+from frictionloop.device.codec import Decoder, Message, encode
+from frictionloop.device.host_board import Drive, HostBoard, Sample, load
+from frictionloop.parameters.presets import RETUNED
+from frictionloop.quantities.schema import parameter_words, schema
+
+TICK_US = 200
+TALK = ("fault", "telemetry")
+
+
+class Rig:
+    """A host, a board and the time, which only `tick` moves on."""
+
+    def __init__(self, words: np.ndarray, **changed: Any) -> None:
+        self.words = words.copy()
+        for name, values in changed.items():
+            self.change(name.replace("__", "."), values)
+        self.board = HostBoard(self.words)
+        self.decoder, self.sequence, self.now_us, self.ticks = Decoder(), 0, 0, 0
+        self.told: list[Message] = []
+        self.drive = Drive(0, 0.0)
+
+    def change(self, name: str, values: Any) -> None:
+        """Change words of the table that a board starts with or that `commit` sends."""
+        word = parameter_words()[name]
+        self.words[word.first : word.first + word.words] = values
+
+    def listen(self) -> list[Message]:
+        """Take what the board has to send; what it says by itself is kept in ``told``."""
+        messages = self.decoder.feed(self.board.transmit(self.now_us))
+        self.told += [message for message in messages if message.name in TALK]
+        return [message for message in messages if message.name not in TALK]
+
+    def ask(self, name: str, **fields: Any) -> Message:
+        """Send one frame and return the one answer to it."""
+        self.sequence += 1
+        self.board.receive(encode(name, self.sequence, **fields), self.now_us)
+        (answer,) = self.listen()
+        return answer
+
+    def reason(self, name: str, **fields: Any) -> str:
+        """Send one frame and return "done", or why it is refused."""
+        answer = self.ask(name, **fields)
+        assert answer["sequence"] == self.sequence
+        reasons = {number: reason for reason, number in schema()["refusals"].items()}
+        return "done" if answer.name == "done" else reasons[answer["reason"]]
+
+    def tick(self, count: int = 1, sample: Sample | None = None, late: bool = False) -> Drive:
+        """Run ticks, of a finger that slides at 20 mm/s under 0.5 N where no sample is given; nobody speaks."""
+        for _ in range(count):
+            self.ticks += 1
+            self.now_us += TICK_US
+            self.drive = self.board.tick(sample or self.slides(), self.now_us, late)
+        return self.drive
+
+    def run(self, count: int, sample: Sample | None = None) -> Drive:
+        """Run ticks with a host that is there."""
+        while count:
+            self.ask("heartbeat")
+            self.tick(some := min(count, 500), sample)
+            count -= some
+        return self.drive
+
+    def slides(self, force: int = 8000) -> Sample:
+        """Return a sample of that finger, with a least bit of noise."""
+        return Sample(force + self.ticks % 2, 0, 4 * self.ticks, round(0.5 * 2**16 / 10))
+
+    @property
+    def state(self) -> str:
+        """Name of the state."""
+        return names("states")[self.ask("heartbeat")["state"]]
+
+    @property
+    def fault(self) -> str:
+        """Name of the fault."""
+        return names("faults")[self.ask("heartbeat")["fault"]]
+
+    def mode(self, state: str) -> str:
+        """Ask for a state, let a tick take it, and return what was answered."""
+        answer = self.reason("mode", state=schema()["states"][state])
+        self.tick()
+        return answer
+
+    def telemetry(self) -> dict[str, np.ndarray]:
+        """Return all samples told so far, by channel in its unit, and their ticks; every frame has all channels."""
+        self.listen()
+        frames = [message for message in self.told if message.name == "telemetry"]
+        channels, rows, ticks = schema()["channel"], [], []
+        for frame in frames:
+            assert frame["mask"] == 2 ** len(channels) - 1
+            rows.append(frame["values"].reshape(-1, len(channels)))
+            ticks.append(frame["tick"] + frame["decimation"] * np.arange(len(rows[-1])))
+        values = np.concatenate(rows)
+        told = {channel["name"]: values[:, k] * channel["scale"] for k, channel in enumerate(channels)}
+        return {"tick": np.concatenate(ticks), **told}
+
+    def stream(self, decimation: int = 1) -> None:
+        """Ask for all channels."""
+        assert self.reason("stream", decimation=decimation, mask=2 ** len(schema()["channel"]) - 1) == "done"
+
+
+def names(group: str) -> dict[int, str]:
+    """Return the names of a group of the schema by number."""
+    return {number: name for name, number in schema()[group].items()}
+
+
+@pytest.fixture(scope="session")
+def words() -> np.ndarray:
+    """Return the parameter table of the bench with gains that hold."""
+    return firmware_words(fl.bench().evolve(RETUNED))
+
+
+@pytest.fixture
+def rig(words: np.ndarray) -> Rig:
+    """Return a board of that table, idle, and its host."""
+    return Rig(words)
+
+
+@pytest.fixture
+def make_rig(words: np.ndarray) -> Any:
+    """Return what makes a board of that table with some words changed: ``make_rig(safety__stuck_ticks=9)``."""
+    return lambda **changed: Rig(words, **changed)
+
+
+@pytest.fixture(scope="session")
+def library() -> tuple[Any, Any]:
+    """Return (ffi, library) of the firmware."""
+    return load()

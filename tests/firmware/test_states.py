@@ -1,0 +1,139 @@
+"""The table of docs/firmware-states.md, cell by cell: every event in every state."""
+
+from __future__ import annotations
+
+import re
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from frictionloop.device.host_board import Sample
+from frictionloop.quantities.schema import schema
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "firmware-states.md"
+END = 32767
+
+
+def table() -> list[tuple[str, str, str]]:
+    """Return (event, state, what follows) of every cell of the page's table."""
+    rows = [
+        [cell.strip().strip("`") for cell in line.strip("|\n ").split("|")]
+        for line in PAGE.read_text(encoding="utf-8").splitlines()
+        if line.startswith("|")
+    ]
+    head, _, *body = rows
+    assert head[1:] == list(schema()["states"])
+    return [(row[0], state, cell) for row in body for state, cell in zip(head[1:], row[1:], strict=True)]
+
+
+def commit(rig) -> str:
+    table = rig.words.astype("<i4").tobytes()
+    for first in range(0, len(rig.words), 64):
+        rig.ask("set", first=first, values=rig.words[first : first + 64])
+    return rig.reason("commit", crc=zlib.crc32(table))
+
+
+def commit_bad(rig) -> str:
+    rig.words[0] = 15  # no such law
+    return commit(rig)
+
+
+def silence(rig) -> str:
+    rig.tick(1001)
+    return "done"
+
+
+def ticks(count: int, sample: Callable[[int], Sample]) -> Callable[..., str]:
+    def event(rig) -> str:
+        for _ in range(count):
+            rig.tick(1, sample(rig.ticks))
+        return "done"
+
+    return event
+
+
+def moving(force: int) -> Callable[[int], Sample]:
+    return lambda k: Sample(force + k % 2, 0, 4 * k, 3277)
+
+
+def late(rig) -> str:
+    rig.tick(5, late=True)
+    return "done"
+
+
+def ask(name: str, **fields: int) -> Callable[..., str]:
+    return lambda rig: rig.reason(name, **fields)
+
+
+EVENTS: dict[str, Callable[..., str]] = {
+    **{f"mode {state}": ask("mode", state=number) for state, number in schema()["states"].items()},
+    "clear": ask("clear"),
+    "commit": commit,
+    "commit, bad": commit_bad,
+    "force_range": ticks(25, moving(32000)),
+    "sensor_saturated": ticks(25, lambda k: Sample(END, 0, 4 * k, 3277)),
+    "sensor_stuck": ticks(2501, lambda k: Sample(8000, 0, 4 * k, 3277)),
+    "host_silent": silence,
+    "tick_overrun": late,
+}
+FAULTS = [name for name in schema()["faults"] if name in EVENTS]
+
+
+def bring(rig, state: str) -> None:
+    """Bring a board into a state with a finger that has slid for a while."""
+    rig.run(300)
+    if state in ("open", "closed"):
+        assert rig.mode(state) == "done"
+    if state == "fault":
+        rig.mode("open")
+        silence(rig)
+    assert rig.state == state
+
+
+@pytest.mark.parametrize(("event", "state", "follows"), table())
+def test_every_cell(make_rig, event: str, state: str, follows: str):
+    # A host that is quiet only where silence is the event: other events last longer than its patience.
+    rig = make_rig()
+    if event == "sensor_stuck":
+        rig = make_rig(safety__stuck_ticks=500)
+        happens = ticks(501, lambda k: Sample(8000, 0, 4 * k, 3277))
+    else:
+        happens = EVENTS[event]
+    bring(rig, state)
+    was = rig.fault
+    answer = happens(rig)
+    rig.tick()
+    name, refusal = re.fullmatch(r"(\w+)(?:, refused `?(\w+)`?)?", follows).groups()
+    assert (rig.state, answer) == (name, refusal or "done")
+    raised = event if event in FAULTS and state in ("open", "closed") else was if state == name == "fault" else "none"
+    assert rig.fault == raised
+
+
+def test_the_table_has_every_event():
+    assert {event for event, _, _ in table()} == set(EVENTS)
+
+
+def test_a_board_that_starts_with_a_bad_table_is_at_fault_until_a_good_one_is_committed(make_rig, words):
+    rig = make_rig(safety__force_ticks=0)
+    rig.tick()
+    assert (rig.state, rig.fault) == ("fault", "bad_parameter")
+    assert rig.told[0]["value"] == 739  # where the schema has safety.force_ticks
+    assert rig.reason("clear") == "still_at_fault"
+    rig.words = words
+    assert commit(rig) == "done"
+    rig.tick()
+    assert rig.state == "fault"
+    assert rig.reason("clear") == "done"
+    rig.tick()
+    assert rig.state == "idle"
+    assert rig.mode("closed") == "done"
+    assert rig.state == "closed"
+
+
+def test_clear_and_a_mode_may_come_between_two_ticks(rig):
+    bring(rig, "fault")
+    assert rig.reason("clear") == "done"
+    assert rig.mode("open") == "done"
+    assert rig.state == "open"
