@@ -35,7 +35,8 @@ class Processor:
         unicorn = needed("unicorn", "unicorn", "emulator")
         arm = self._arm = needed("unicorn.arm_const", "unicorn", "emulator")
         self._error, self._timed_out = unicorn.UcError, unicorn.UC_QUERY_TIMEOUT
-        self.bank = bank
+        bank.connect()
+        self._read_register, self._write_register = bank.read, bank.write
         self.failure: Exception | None = None
         uc = self.uc = unicorn.Uc(unicorn.UC_ARCH_ARM, unicorn.UC_MODE_THUMB | unicorn.UC_MODE_MCLASS)
         uc.ctl_set_cpu_model(arm.UC_CPU_ARM_CORTEX_M4)
@@ -101,13 +102,13 @@ class Processor:
 
     def _read(self, uc: Any, offset: int, width: int, page: int) -> int:
         try:
-            return self.bank.read(page + offset, width)
+            return self._read_register(page + offset, width)
         except FrictionloopError as error:
             self.stop(error)
             return 0
 
     def _write(self, uc: Any, offset: int, width: int, value: int, page: int) -> None:
         try:
-            self.bank.write(page + offset, width, value)
+            self._write_register(page + offset, width, value)
         except FrictionloopError as error:
             self.stop(error)

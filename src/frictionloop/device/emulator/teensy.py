@@ -54,8 +54,8 @@ class TeensyEmulator:
         self.processor = Processor(Path(image_path), bank)
         self.processor.reset()
         self._watchdog.check_started()
-        if not self._enabled(PIT0_INTERRUPT) or bank.values["PIT_TCTRL0"] & 3 != 3:
-            raise FrictionloopError(f"{image_path}: rests without having started the timer")
+        if not (self._enabled(PIT0_INTERRUPT) and self._enabled(UART0_INTERRUPT)) or bank.values["PIT_TCTRL0"] & 3 != 3:
+            raise FrictionloopError(f"{image_path}: rests without having started timer and port")
         self._running = True
         frequencies = self.frequencies()
         self._tick_counts = bank.values["PIT_LDVAL0"] + 1
@@ -86,14 +86,12 @@ class TeensyEmulator:
         processor.interrupt(16 + PIT0_INTERRUPT)
         self._in_tick = False
         self.ticks += 1
-        while True:
-            arrived = port.arrive()
-            asks = port.interrupts() and self._enabled(UART0_INTERRUPT)
-            if asks:
+        processor.rest()
+        while port.arrive() or port.interrupts():
+            while port.interrupts():
                 processor.interrupt(16 + UART0_INTERRUPT)
             processor.rest()
-            if not arrived and not port.interrupts():
-                return self.duty
+        return self.duty
 
     def receive(self, data: bytes) -> None:
         """Put bytes on the wire to the device: as many as fit into a tick arrive in each."""
