@@ -7,8 +7,6 @@
 
 #include "fl_app.h"
 
-enum { FL_APP_ROOM = 20 * 1024 }; /* bytes for fl_app; main.c checks them against fl_app_size() */
-
 /* Clocks, converters, carrier, port, timer; the first tick comes after it returns. Amplitude is 0 throughout. */
 void board_start(void);
 

@@ -1,9 +1,10 @@
 /* The main program of every board: the tick in the timer's interrupt, the host in the background. */
 #include "board.h"
 #include "built.h"
+#include "fl_app_state.h"
 
-static uint64_t room[FL_APP_ROOM / 8]; /* fl_app is known to the core alone */
-static fl_app *const app = (fl_app *)(void *)room;
+static fl_app state;
+static fl_app *const app = &state;
 volatile uint32_t fl_ticks;
 
 void fl_tick(int32_t late) {
@@ -31,7 +32,6 @@ static int serve(void) {
 }
 
 int main(void) {
-    if (fl_app_size() > sizeof room) board_stop();
     board_start();
     fl_app_start(app, &board_identity, &fl_built_parameters.table);
     board_run();

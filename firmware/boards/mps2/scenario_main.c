@@ -1,17 +1,25 @@
-/* The scenario in the timer's interrupt and the background, for -icount runs: prints the digests and ends. */
+/* The scenario in the timer's interrupt and the background, for -icount runs: prints the digests and ends.
+ *
+ * The background may take longer than a tick, to make a frame of telemetry; the interrupt then passes one by, so that
+ * the order is the host's, whatever the speed. */
 #include "built.h"
+#include "fl_app_state.h"
 #include "mps2.h"
 #include "scenario.h"
 
 volatile uint32_t fl_ticks;
-static uint64_t room[FL_APP_ROOM / 8];
-static fl_app *const app = (fl_app *)(void *)room;
+static fl_app state;
+static fl_app *const app = &state;
 static fl_scenario scenario;
-static volatile uint32_t late;
+static volatile uint32_t served, passed, late;
 
 void fl_tick(int32_t tick_late) {
     if (fl_ticks >= FL_SCENARIO_TICKS) return;
     late += (uint32_t)tick_late;
+    if (served != fl_ticks) {
+        passed++;
+        return;
+    }
     fl_scenario_tick(&scenario, app, fl_ticks);
     fl_ticks++;
 }
@@ -24,18 +32,18 @@ static void print(const char *name, uint64_t value) {
 }
 
 int main(void) {
-    if (fl_app_size() > sizeof room) board_stop();
     board_start();
     fl_scenario_start(&scenario, app, &board_identity, &fl_built_parameters.table);
     board_run();
     for (uint32_t tick = 0; tick < FL_SCENARIO_TICKS; tick++) {
         while (fl_ticks == tick) {}
         fl_scenario_background(&scenario, app, tick);
-        if (fl_ticks != tick + 1 && tick + 1 < FL_SCENARIO_TICKS) late++; /* then the order was another than on the host */
+        served = tick + 1;
     }
     print("drives", scenario.drives);
     print("bytes", scenario.bytes);
     print("sent", scenario.sent);
+    print("passed", passed);
     print("late", late);
     semihosting_exit(0);
 }

@@ -34,7 +34,7 @@ def loaded(path: Path) -> list[tuple[int, bytes]]:
     """
     try:
         with path.open("rb") as file:
-            segments = list(elf_file(file).iter_segments())
-            return [(part["p_paddr"], part.data()) for part in segments if part["p_type"] == "PT_LOAD"]
+            segments = [part for part in elf_file(file).iter_segments() if part["p_type"] == "PT_LOAD"]
+            return [(part["p_paddr"], part.data()) for part in segments if part["p_filesz"]]
     except OSError as error:
         raise FrictionloopError(f"{path}: cannot be read ({error.strerror or error})") from None

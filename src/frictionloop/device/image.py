@@ -18,7 +18,7 @@ BOARDS = {"teensy31": ("main.c",), "mps2": ("main.c", "stimulus.c"), "mps2-scena
 """Boards with the files they share with others; a scenario is a program of its own on the same board."""
 REVISION_BYTES = 16
 """Of ``identity.revision``."""
-_COMMON = ("-std=c11", "-Wall", "-Wextra", "-Werror", "-ffreestanding", "-fno-unwind-tables", "-ffp-contract=off")
+_COMMON = ("-std=c11", "-g", "-Wall", "-Wextra", "-Werror", "-ffreestanding", "-fno-unwind-tables", "-ffp-contract=off")
 _SECTIONS = ("-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections")
 _ZIG = ("-target", "thumb-freestanding-eabi", "-mcpu=cortex_m4", "-fno-sanitize=all")
 _GCC = (
@@ -52,7 +52,7 @@ def build(
     folder: Path,
     *,
     revision: str = "0",
-    optimise: str = "2",
+    optimise: str = "s",
     compiler: str = "zig",
 ) -> Image:
     """Build the image of a board and check it.

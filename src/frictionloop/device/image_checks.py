@@ -44,7 +44,7 @@ def check(elf: Path, *, flash_configuration: bool) -> None:
 
 def sizes(elf: Path) -> tuple[int, int]:
     """Return the bytes of flash, from 0 to the end of what is loaded, and of RAM, stack and all."""
-    flash = max(address + len(content) for address, content in loaded(elf) if content)
+    flash = max(address + len(content) for address, content in loaded(elf))
     with elf.open("rb") as file:
         sections = [(part["sh_flags"], part["sh_addr"], part["sh_size"]) for part in elf_file(file).iter_sections()]
     allocated = 2  # SHF_ALLOC
