@@ -11,7 +11,7 @@ from importlib.metadata import PackageNotFoundError, version
 
 from cyclopts import App, CycloptsError, Group, Parameter, UnusedCliTokensError
 
-from frictionloop.cli import compare, design, firmware, reproduce, simulate, sweep
+from frictionloop.cli import compare, design, device, firmware, reproduce, simulate, sweep
 from frictionloop.cli.flags import gather
 from frictionloop.cli.helptext import HELP_STYLE
 from frictionloop.cli.screen import Interrupted, say
@@ -50,6 +50,7 @@ for verb, group in ((reproduce, PAPER), (simulate, LOOP), (sweep, LOOP), (compar
     app.command(verb.command, name=name, usage=usage, help_epilogue=verb.EXAMPLES, group=group)
 app.command(design.app)
 app.command(firmware.app)
+app.command(device.app)
 
 
 def main(tokens: Sequence[str] | None = None) -> None:

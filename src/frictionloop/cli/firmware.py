@@ -33,7 +33,7 @@ app = App(
     help_epilogue="Each command has its own help with examples: frictionloop firmware export --help",
     help_format="plaintext",
     help_formatter=HELP_STYLE,
-    group=Group("The device", sort_key=4),
+    group=flags.DEVICE,
     default_parameter=Parameter(negative=()),
 )
 app["--help"].group = Group("About", sort_key=9)

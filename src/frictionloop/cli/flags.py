@@ -20,6 +20,8 @@ DOTTED = "--BLOCK.NAME"
 SYSTEM = Group("System", sort_key=1)
 RUN = Group("Run", sort_key=2)
 RESULT = Group("Result", sort_key=3)
+DEVICE = Group("The device", sort_key=4)
+"""Where the verbs of the firmware stand among all."""
 
 SystemFile = Annotated[
     Path | None,

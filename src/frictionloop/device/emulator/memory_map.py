@@ -19,9 +19,7 @@ class Register(NamedTuple):
 
 
 def _block(prefix: str, base: int, width: int, names: dict[str, int], resets: dict[str, int]) -> list[Register]:
-    return [
-        Register(f"{prefix}_{name}", base + offset, width, resets.get(name, 0)) for name, offset in names.items()
-    ]
+    return [Register(f"{prefix}_{name}", base + offset, width, resets.get(name, 0)) for name, offset in names.items()]
 
 
 _ADC = {

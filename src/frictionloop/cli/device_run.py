@@ -1,0 +1,118 @@
+"""``frictionloop device run``: the loop on a device, recorded."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from frictionloop.cli import checks, flags, screen
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+ARGUMENTS = "ADDRESS [FILE] [OPTIONS]"
+EXAMPLES = r"""Examples
+
+  frictionloop device run sim: --duration-s 4 --plot forces.svg
+  frictionloop device run serial:///dev/ttyACM0 my-controller.toml --out run.h5
+  frictionloop device run tcp://bench:5555 --setpoint.offset_n 0.5 --open
+"""
+
+
+def command(
+    address: Annotated[str, Parameter(name="ADDRESS", help="As in device info.", group=flags.SYSTEM)],
+    file: Annotated[
+        Path | None,
+        Parameter(
+            name="FILE",
+            help="System whose controller is loaded first, and whose set-point is played; bench() without it.",
+            group=flags.SYSTEM,
+        ),
+    ] = None,
+    /,
+    *,
+    overrides: flags.Overrides = None,
+    duration_s: flags.DurationS = 10.0,
+    decimation: Annotated[int, Parameter(help="Ticks per sample that is recorded.", group=flags.RUN)] = 1,
+    open_loop: Annotated[
+        bool, Parameter(name="open", help="Lookup table alone, nothing fed back.", show_default=False, group=flags.RUN)
+    ] = False,
+    out: Annotated[Path | None, Parameter(help="Save the recording here (HDF5, .h5).", group=flags.RESULT)] = None,
+    plot: Annotated[
+        Path | None, Parameter(help="Draw the recording here (.svg, .pdf or .png).", group=flags.RESULT)
+    ] = None,
+    json: flags.Json = False,
+) -> None:
+    """Load a controller into a device, close the loop, play the set-point and record."""
+    checks.check_output("out", out, checks.RUN_FILES)
+    checks.check_output("plot", plot, checks.FIGURES)
+    checks.check_count("decimation", decimation, 1, 65535)
+    system = flags.system_from(file, None if file else "bench", overrides)
+
+    from frictionloop.device import connect
+
+    with connect(address) as device:
+        device.upload(system)
+        with _progress(duration_s, decimation / device.info.tick_hz) as progress:
+            run = device.run(
+                system.setpoint,
+                duration_s,
+                path=out,
+                state="open" if open_loop else "closed",
+                decimation=decimation,
+                progress=progress,
+            )
+    if plot is not None:
+        from frictionloop.cli.plot import draw
+
+        draw(run, plot)
+    found = summary(run)
+    if json:
+        screen.show_json({**found, "saved": {"run": out, "plot": plot}})
+        return
+    origin = flags.named(file, None if file else "bench", overrides)
+    rows = [("device", address), ("system", origin), *((name, text) for name, text in _worded(found))]
+    screen.show(screen.columns(rows), *(f"saved as {path}" for path in (out, plot) if path))
+
+
+def summary(run: xr.Dataset) -> dict[str, Any]:
+    """Return what a recording says of itself: error of the measured force where it counts, and what was lost."""
+    import numpy as np
+
+    counts = run["scored"].values.astype(bool)
+    error = (run["f_m"] - run["f_r"]).values[counts]
+    rms = float(np.sqrt(np.nanmean(error**2))) if np.isfinite(error).any() else float("nan")
+    names = ("lost_samples", "gaps", "reconnects", "broken_frames", "missed_frames")
+    lost = {name: run.attrs[name] for name in names if name in run.attrs}
+    return {"samples": run.sizes["time"], "counted": float(counts.mean()), "measured_rms_error_n": rms, **lost}
+
+
+def _worded(found: dict[str, Any]) -> list[tuple[str, str]]:
+    lost = int(found["lost_samples"])
+    return [
+        ("recorded", f"{found['samples']:,} samples, {100 * found['counted']:.3g} % of them under a sliding finger"),
+        ("f_m - f_r", f"{1e3 * found['measured_rms_error_n']:.4g} mN rms, by the device's own sensor"),
+        ("lost", f"{lost:,} samples" if lost else "nothing"),
+    ]
+
+
+@contextmanager
+def _progress(duration_s: float, sample_s: float) -> Iterator[Callable[[int], None]]:
+    """Yield what takes the number of samples recorded so far; the bar counts seconds."""
+    from frictionloop.loop.progress import progress_bar
+
+    shown = 0
+    with progress_bar("recording, s", max(math.ceil(duration_s), 1)) as another:
+
+        def go_to(samples: int) -> None:
+            nonlocal shown
+            while shown < math.floor(samples * sample_s + 1e-9):
+                another()
+                shown += 1
+
+        yield go_to
