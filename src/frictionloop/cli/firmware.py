@@ -11,7 +11,7 @@ from frictionloop.cli import checks, flags, screen
 from frictionloop.cli.helptext import HELP_STYLE
 
 if TYPE_CHECKING:
-    from frictionloop.control.table import Table
+    from frictionloop.device.export import Table
 
 ARGUMENTS = "[FILE] --out FOLDER [OPTIONS]"
 EXPORT_EXAMPLES = r"""Examples
@@ -78,7 +78,7 @@ def build(
 
 
 def _table(file: Path | None, preset: str | None, overrides: list[str] | None, out: Path) -> Table:
-    from frictionloop.control.table import table_of
+    from frictionloop.device.export import table_of
 
     checks.check_folder("out", out)
     return table_of(flags.system_from(file, preset or (None if file else "bench"), overrides))

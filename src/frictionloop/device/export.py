@@ -14,9 +14,10 @@ import numpy as np
 from frictionloop.control.cost import BUDGET_CYCLES, cycles_m4
 from frictionloop.control.laws import law_of
 from frictionloop.control.parameter_words import firmware_words
+from frictionloop.device.words import from_words
 from frictionloop.parameters import System, write_toml
 from frictionloop.quantities import FrictionloopError, replacing
-from frictionloop.quantities.schema import BITS, Word, parameter_words, table_hash
+from frictionloop.quantities.schema import parameter_words, table_hash
 
 HEADING = ("word", "name", "value", "unit", "raw", "meaning")
 
@@ -32,11 +33,12 @@ class Table:
         """Yield every number: first word, name, value in its unit, unit, raw words, meaning."""
         for word in parameter_words().values():
             each = word.words // word.count
+            value = np.atleast_1d(from_words(word, self.words[word.first : word.first + word.words]))
             for k in range(word.count):
                 first = word.first + k * each
                 raw = self.words[first : first + each].tolist()
                 name = f"{word.name}[{k}]" if word.count > 1 else word.name
-                yield first, name, number(word, raw), word.unit, " ".join(map(str, raw)), word.text
+                yield first, name, value[k], word.unit, " ".join(map(str, raw)), word.text
 
     def summary(self) -> dict[str, Any]:
         """Return what a person wants to know first, by name."""
@@ -82,11 +84,3 @@ def table_of(system: System) -> Table:
         For a law that the firmware does not have, or a value that fixed point cannot hold.
     """
     return Table(system, firmware_words(system))
-
-
-def number(word: Word, raw: list[int]) -> float:
-    """Return what raw words of a parameter stand for, in its unit."""
-    if word.format == "gain":
-        mantissa, shift = raw
-        return float(np.ldexp(float(mantissa), -shift))
-    return float(np.ldexp(float(raw[0]), -BITS[word.format]))
