@@ -8,9 +8,10 @@
 static const fl_gain n_per_point = {1759218604, 32};
 
 static int32_t at(const int16_t *points, const fl_play *play, uint64_t phase) {
-    uint32_t here = (uint32_t)(phase >> 24), share = (uint32_t)(phase >> 8) & 0xffff;
+    uint32_t here = (uint32_t)(phase >> 24), share = (uint32_t)phase & 0xffffff;
     uint32_t next = here + 1 < play->count ? here + 1 : play->loops ? 0 : here;
-    int64_t between = (int64_t)points[here] * 65536 + (int64_t)(points[next] - points[here]) * share;
+    int64_t rise = fl_scale((int64_t)(points[next] - points[here]) * share, 24 - 16);
+    int64_t between = (int64_t)points[here] * 65536 + rise;
     return fl_mul(n_per_point, (int32_t)between);
 }
 

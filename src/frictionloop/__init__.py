@@ -35,6 +35,9 @@ _HOME = {
     "loop.sweep": "SweepInterrupted sweep",
     "loop.felt": "perceptual_index plain_like plain_stroke relative_index",
     "loop.step_times": "step_times",
+    "device.device": "Device connect",
+    "device.errors": "DeviceError",
+    "device.running": "Interrupted",
     "loop.metrics": "METRICS output_noise r2_bound r2_identity r2_regression regression rms_error saturation_index",
 }
 _ROOM_OF = {name: f"frictionloop.{room}" for room, names in _HOME.items() for name in names.split()}

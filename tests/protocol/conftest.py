@@ -1,7 +1,8 @@
-"""The C framing as a library on this machine, for the tests beside it."""
+"""The C framing as a library on this machine, and a board made of Python, for the tests beside it."""
 
 from __future__ import annotations
 
+import importlib.util
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -71,3 +72,12 @@ def core() -> Core:
     """Return the C framing as a library."""
     folder = firmware_folder() / "core"
     return Core(shared_library("frames", [folder / source for source in SOURCES], [folder]))
+
+
+@pytest.fixture(scope="session")
+def boards() -> Any:
+    """Return the module board.py: `Board`, `Line`, `BadLine`."""
+    spec = importlib.util.spec_from_file_location("board", Path(__file__).with_name("board.py"))
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module

@@ -96,6 +96,12 @@ class Decoder:
         self._wait_for(rest)
         return messages
 
+    def forget(self) -> None:
+        """Forget the frame that has begun: the line was cut there."""
+        self.broken += bool(self._begun or self._too_long)
+        self._begun.clear()
+        self._too_long = False
+
     def _wait_for(self, rest: bytes) -> None:
         if not self._too_long:
             self._begun += rest

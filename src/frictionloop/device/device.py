@@ -1,0 +1,273 @@
+"""One board and what can be asked of it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from types import TracebackType
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+import xarray as xr
+
+from frictionloop.device.errors import DeviceError, NoReply
+from frictionloop.device.link import Link
+from frictionloop.device.recorder import ALL, CHANNELS, SCALES, TICK_HZ, Recorder
+from frictionloop.device.recording import clock_fit, to_dataset
+from frictionloop.device.running import STATES, Interrupted, Running
+from frictionloop.device.table import Parameters
+from frictionloop.device.transport import Pipe, opener
+from frictionloop.device.waveform import table, table_of
+from frictionloop.loop.record import save
+from frictionloop.parameters import Source, System
+from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.schema import schema
+
+BOARDS = {number: name for name, number in schema()["boards"].items()}
+KEPT_AS = "interrupted-run.h5"
+"""File of a run that ended early and was given no path."""
+
+
+class Info(NamedTuple):
+    """Who answers."""
+
+    board: str
+    revision: str
+    serial: int
+    law: int
+    tick_hz: int
+    version: str
+    table_hash: int
+    waveform: int
+
+
+def connect(address: str) -> Device:
+    """Return the device at an address.
+
+    Parameters
+    ----------
+    address : str
+        ``"sim:"``, ``"emulated:"``, ``"serial:///dev/ttyACM0"`` or ``"tcp://host:port"``.
+
+    Raises
+    ------
+    FrictionloopError
+        For an address of no known form; DeviceError, which is one, when there is no such port, it is not ours to open
+        or in use, nothing there speaks the protocol, or another version of it.
+    """
+    return Device(opener(address), address)
+
+
+class Device:
+    """A board behind a line; use it in a ``with`` statement, at whose end the plate is switched off.
+
+    While the loop is on, the host must be heard every 200 ms, which `run` and `stream` see to: between them the
+    firmware ramps the plate down by itself.
+
+    Parameters
+    ----------
+    opening : callable
+        Opens the line; called again after it was unplugged.
+    address : str
+        What errors call it.
+    """
+
+    def __init__(self, opening: Callable[[], Pipe], address: str = "device") -> None:
+        self._opening, self.address = opening, address
+        self.system: System | None = None
+        """What the device was set up from."""
+        self._link = Link(opening())
+        try:
+            self.info = self._identified()
+        except Exception:
+            self._link.pipe.close()
+            raise
+        self.parameters = Parameters(self._link, self.info.table_hash)
+        """The parameters in force, by name, in their units."""
+
+    def __enter__(self) -> Self:
+        """Return the device."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        """Switch the plate off and let go of the line."""
+        self.close()
+
+    def close(self) -> None:
+        """Switch the plate off, if the device is there, and let go of the line."""
+        try:
+            self._link.ask("mode", state=STATES["idle"])
+        except DeviceError:
+            pass
+        finally:
+            self._link.pipe.close()
+
+    def reconnect(self) -> None:
+        """Open the line again after the device was unplugged."""
+        self._link.pipe.close()
+        self._link.reopened(self._opening())
+        self.info = self._identified()
+
+    def set(self, name: str, value: Any) -> None:
+        """Write a parameter, in its unit, into the copy that waits for `commit`."""
+        self.parameters.set(name, value)
+
+    def commit(self) -> None:
+        """Put the parameters that wait in force, checked as a whole."""
+        self.parameters.commit()
+        self.system = None
+
+    def mode(self, state: str) -> None:
+        """Ask for a state of the loop: ``"idle"``, ``"open"`` (lookup alone) or ``"closed"``."""
+        if state not in STATES or state == "fault":
+            raise FrictionloopError(f"mode {state!r}: must be one of idle, open, closed")
+        self._link.ask("mode", state=STATES[state])
+
+    def clear(self) -> None:
+        """Clear a fault; refused while its cause lasts."""
+        self._link.ask("clear")
+
+    def statistics(self) -> dict[str, float]:
+        """Return what the device has counted since reset; ``longest_us`` is its longest tick."""
+        counted = {name: float(value) for name, value in self._link.ask("statistics").fields.items()}
+        return counted | {"longest_us": counted["longest_us"] / 256}
+
+    def play(
+        self,
+        force_n: Any,
+        *,
+        spacing_s: float | None = None,
+        spacing_m: float | None = None,
+        start_m: float = 0.0,
+        loop: bool = False,
+    ) -> None:
+        """Play set-points at even times or places; `table` in `waveform` has the arguments."""
+        table(force_n, self.info.waveform, spacing_s, spacing_m, start_m, loop).send(self._link)
+
+    def stream(self, duration_s: float, decimation: int = 50) -> Iterator[dict[str, np.ndarray]]:
+        """Yield telemetry as it comes, for so long: ``tick`` and the channels, in their units."""
+        self._link.ask("stream", decimation=decimation, mask=ALL)
+        until = self._link.pipe.clock() + duration_s
+        try:
+            while (left := until - self._link.pipe.clock()) > 0:
+                for message in self._link.poll(left):
+                    if message.name == "telemetry" and message["mask"] == ALL:
+                        samples = message["values"].reshape(-1, len(CHANNELS)) * SCALES
+                        ticks = message["tick"] + decimation * np.arange(len(samples))
+                        yield {"tick": ticks, **dict(zip(CHANNELS, samples.T, strict=True))}
+        finally:
+            self._link.ask("stream", decimation=0, mask=0)
+
+    def run(
+        self,
+        setpoint: Source | float | np.ndarray,
+        duration_s: float,
+        *,
+        path: str | os.PathLike[str] | None = None,
+        state: str = "closed",
+        decimation: int = 1,
+        progress: Callable[[int], Any] | None = None,
+    ) -> xr.Dataset:
+        """Run the loop on the device and return what it recorded, in the form of `simulate`.
+
+        Parameters
+        ----------
+        setpoint : source, float or array
+            A source as in a System (``fl.Sine(...)``), a force in N that is held, or forces in N at every tick.
+        duration_s : float
+            Duration in s, a whole number of samples.
+        path : path, optional
+            File to save to; what is there is saved as well when the run ends early, by default to
+            ``interrupted-run.h5``.
+        state : str
+            ``"closed"``, or ``"open"`` for the lookup alone.
+        decimation : int
+            Ticks per sample, 1 or more.
+        progress : callable, optional
+            Called with the number of samples recorded so far.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over ``time``, from the first sample in that state. Samples that were lost are NaN and not ``scored``; the
+            attributes count them (``lost_samples``, ``gaps``) and hold the fit of the clocks.
+
+        Raises
+        ------
+        FrictionloopError
+            For a set-point or duration that does not fit; Interrupted, which is one, when the device faults or is
+            gone in mid-run.
+        """
+        rows = _rows(duration_s, decimation)
+        if state not in ("open", "closed"):
+            raise FrictionloopError(f"state = {state!r}: must be open or closed")
+        played = table_of(setpoint, duration_s, self.info.waveform)
+        played.send(self._link)
+        recorder = Recorder(rows, decimation, STATES[state])
+        running = Running(self._link, self._opening, recorder)
+        before = self._counts()
+        try:
+            running.start()
+            running.go(progress)
+            run = self._dataset(running, before, rows, played.error_n)
+        except (DeviceError, KeyboardInterrupt) as end:
+            kept = path or KEPT_AS
+            run = self._dataset(running, before, recorder.reached, played.error_n)
+            save(run, kept)
+            if isinstance(end, KeyboardInterrupt):
+                raise
+            raise Interrupted(str(end), run, kept) from None
+        finally:
+            running.stop()
+        if path is not None:
+            save(run, path)
+        return run
+
+    def _dataset(self, running: Running, before: dict[str, int], rows: int, error_n: float) -> xr.Dataset:
+        counts = {name: now - before[name] for name, now in self._counts().items()}
+        attrs: dict[str, Any] = {**counts, **clock_fit(self._link.clock_pairs), "reconnects": running.reconnects}
+        device = {"board": self.info.board, "revision": self.info.revision, "serial": self.info.serial}
+        attrs |= {"setpoint_error_n": error_n, **device}
+        return to_dataset(running.recorder, rows, self._link.pipe.source, self.system, attrs)
+
+    def _counts(self) -> dict[str, int]:
+        decoder = self._link.decoder
+        return {
+            "broken_frames": decoder.broken,
+            "missed_frames": decoder.missed,
+            "repeated_frames": decoder.repeated,
+        }
+
+    def _identified(self) -> Info:
+        try:
+            told = self._link.ask("identify").fields
+        except NoReply:
+            raise NoReply(
+                f"{self.address}: nothing there speaks frictionloop's protocol; is it the right port?"
+            ) from None
+        major = schema()["protocol"]["major"]
+        if told["major"] != major:
+            raise DeviceError(
+                f"{self.address}: speaks version {told['major']}.{told['minor']} of the protocol; must be {major}.x"
+            )
+        return Info(
+            BOARDS.get(told["board"], f"board {told['board']}"),
+            told["revision"].rstrip(b"\0").decode("ascii", "replace"),
+            told["serial"],
+            told["law"],
+            told["tick_hz"],
+            f"{told['major']}.{told['minor']}",
+            told["table_hash"],
+            told["waveform"],
+        )
+
+
+def _rows(duration_s: float, decimation: int) -> int:
+    if decimation < 1 or decimation > 65535:
+        raise FrictionloopError(f"decimation = {decimation}: must be from 1 to 65535")
+    rows = duration_s * TICK_HZ / decimation
+    if not (np.isfinite(rows) and round(rows) >= 1 and abs(rows - round(rows)) < 1e-6 * max(rows, 1)):
+        raise FrictionloopError(
+            f"duration_s = {duration_s:g}: must be a whole number of samples of {decimation / TICK_HZ:g} s"
+        )
+    return round(rows)

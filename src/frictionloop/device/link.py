@@ -1,0 +1,131 @@
+"""Requests and their replies over a pipe, with time-out, repeat and heartbeat."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Any
+
+import numpy as np
+
+from frictionloop.device.codec import Decoder, Message, encode
+from frictionloop.device.errors import NoReply, Refused
+from frictionloop.device.layout import REPLIES
+from frictionloop.device.transport import Pipe
+from frictionloop.quantities.schema import schema
+
+REPEAT_S = 0.1
+"""Wait so long for a reply before asking again: many times what a frame takes at 2 Mbaud (assumed)."""
+ATTEMPTS = 10
+"""Ask so often; a second in all (assumed)."""
+BEAT_S = schema()["protocol"]["silence_ms"] / 1000 / 5
+"""Time between heartbeats: four must be lost before the device takes its host for gone."""
+INBOX = 4096
+"""Messages kept for `poll`; a device that streams to a host that does not listen loses the oldest."""
+NO_INDEX = 65535
+REFUSALS = {number: name for name, number in schema()["refusals"].items()}
+
+
+class Link:
+    """One end of the line. Messages that answer nothing (telemetry, faults, late replies) wait for `poll`."""
+
+    def __init__(self, pipe: Pipe) -> None:
+        self.pipe, self.decoder = pipe, Decoder()
+        self.clock_pairs: list[tuple[int, float, float]] = []
+        """(device's us modulo 2^32, host's time between asking and hearing, round trip), both in s, of heartbeats."""
+        self._sequence = 0
+        self._inbox: deque[Message] = deque(maxlen=INBOX)
+        self._spoken = self._heard = pipe.clock()
+        self._beat_at: float | None = None
+
+    def ask(self, name: str, /, **fields: Any) -> Message:
+        """Send a request until it is answered, and return the answer.
+
+        Raises
+        ------
+        Refused
+            When the device refuses.
+        NoReply
+            When nothing comes.
+        Unplugged
+            When the line is gone.
+        """
+        sequence = self._sequence
+        self._sequence = (sequence + 1) % 2**16
+        frame = encode(name, sequence, **fields)
+        for _ in range(ATTEMPTS):
+            self._send(frame)
+            until = self.pipe.clock() + REPEAT_S
+            while (left := until - self.pipe.clock()) > 0:
+                messages = self._take(left)
+                found = [message for message in messages if answers(message, name, sequence, fields)]
+                self._inbox.extend(message for message in messages if message not in found)
+                if found:
+                    return _accepted(found[0], name, fields)
+        raise NoReply(f"{name}: no reply in {ATTEMPTS * REPEAT_S:g} s")
+
+    def poll(self, timeout_s: float) -> list[Message]:
+        """Return the messages that have come, waiting up to so long for some; keeps the heart beating."""
+        if self.pipe.clock() - self._spoken >= BEAT_S:
+            self._beat_at = self.pipe.clock()
+            self._send(encode("heartbeat", self._sequence))
+            self._sequence = (self._sequence + 1) % 2**16
+        if not self._inbox:
+            self._inbox += self._take(min(timeout_s, max(self._spoken + BEAT_S - self.pipe.clock(), 0.0)))
+        messages = list(self._inbox)
+        self._inbox.clear()
+        return messages
+
+    def forget(self, name: str) -> None:
+        """Throw away the messages of a kind that wait for `poll`."""
+        self._inbox = deque((message for message in self._inbox if message.name != name), INBOX)
+
+    def reopened(self, pipe: Pipe) -> None:
+        """Go on over another pipe to the same device; the sequences and all counts go on as well."""
+        self.pipe, self._beat_at = pipe, None
+        self.decoder.forget()
+
+    @property
+    def silent_s(self) -> float:
+        """How long nothing whole has come in."""
+        return self.pipe.clock() - self._heard
+
+    def _send(self, frame: bytes) -> None:
+        # A zero byte ahead: whatever a bad line left behind ends there and does not take this frame with it.
+        self.pipe.write(b"\0" + frame)
+        self._spoken = self.pipe.clock()
+
+    def _take(self, timeout_s: float) -> list[Message]:
+        """Read once and return what came."""
+        messages = self.decoder.feed(self.pipe.read(timeout_s))
+        if messages:
+            self._heard = self.pipe.clock()
+        for message in messages:
+            if message.name == "status" and self._beat_at is not None:
+                pair = (message.time_us, (self._beat_at + self._heard) / 2, self._heard - self._beat_at)
+                self.clock_pairs.append(pair)
+                self._beat_at = None
+        return messages
+
+
+def answers(message: Message, name: str, sequence: int, asked: dict[str, Any]) -> bool:
+    """Return whether a message answers this request, and not an earlier one that was given up."""
+    if message.name == "refused":
+        return bool(message["sequence"] == sequence)
+    if message.name != REPLIES[name]:
+        return False
+    if message.name == "done":
+        return bool(message["sequence"] == sequence)
+    if message.name == "words":
+        return bool(message["first"] == asked["first"] and len(message["values"]) == asked["count"])
+    return True
+
+
+def _accepted(message: Message, name: str, fields: dict[str, Any]) -> Message:
+    if message.name != "refused":
+        return message
+    reason = REFUSALS.get(message["reason"], f"reason {message['reason']}")
+    index = None if message["index"] == NO_INDEX else int(message["index"])
+    given = ", ".join(f"{key} = {value}" for key, value in fields.items() if not isinstance(value, np.ndarray | list))
+    where = "" if index is None else f", at {index}"
+    asked = f"{name} ({given})" if given else name
+    raise Refused(f"{asked}: the device refuses, {reason.replace('_', ' ')}{where}", reason, index)

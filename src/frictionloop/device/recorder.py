@@ -1,0 +1,111 @@
+"""Telemetry into rows: which sample is which, what is missing, and nothing that cannot be."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frictionloop.device.codec import Message
+from frictionloop.quantities.schema import schema
+
+CHANNELS = tuple(channel["name"] for channel in schema()["channel"])
+SCALES = np.array([float(channel["scale"]) for channel in schema()["channel"]])
+ALL = (1 << len(CHANNELS)) - 1
+"""Mask of all channels."""
+FLAGS = CHANNELS.index("flags")
+TICK_HZ: int = schema()["protocol"]["tick_hz"]
+STATES = {number: name for name, number in schema()["states"].items()}
+SLACK_US = 2_000_000
+"""Frames wait for the line at most so long on the device (assumed; its ring holds some ms)."""
+
+DOUBTED = 8
+"""After so many frames in a row that do not follow from the last good one, that one is no longer believed (assumed)."""
+
+
+class Recorder:
+    """Rows of a run, one per `decimation` ticks, from the first sample at which the loop is in the state asked for."""
+
+    def __init__(self, rows: int, decimation: int, state: int) -> None:
+        self.decimation, self.state = decimation, state
+        self.raw = np.zeros((rows, len(CHANNELS)), np.int16)
+        self.recorded = np.zeros(rows, bool)
+        self.start_tick: int | None = None
+        self.reached = 0
+        """Rows up to the last one seen."""
+        self.implausible = 0
+        """Samples in frames that passed their CRC and cannot be: another mask, a time that does not fit."""
+        self.dropped = 0
+        """Samples that the device dropped, by its own count."""
+        self._last: tuple[int, int, int] | None = None  # tick, time_us, dropped of the frame before
+        self._doubted = 0
+
+    def take(self, message: Message) -> None:
+        """Take a telemetry message."""
+        values = message["values"]
+        if not self._is_plausible(message):
+            self.implausible += len(values) // len(CHANNELS)
+            self._doubted += 1
+            if self._doubted >= DOUBTED:  # it was the one before these that cannot be
+                self._last, self._doubted = None, 0
+            return
+        self._doubted = 0
+        before = self._last
+        self._last = message["tick"], message.time_us, message["dropped"]
+        if before is not None:
+            self.dropped += (message["dropped"] - before[2]) % 2**16
+        samples = values.reshape(-1, len(CHANNELS))
+        if self.start_tick is None:
+            samples = self._begin(message["tick"], samples)
+        if self.start_tick is not None and len(samples):
+            self._keep(message["tick"], samples)
+
+    @property
+    def is_full(self) -> bool:
+        """Whether the last row is there or past."""
+        return self.reached >= len(self.recorded)
+
+    def _is_plausible(self, message: Message) -> bool:
+        if message["mask"] != ALL or message["decimation"] != self.decimation:
+            return False
+        if len(message["values"]) % len(CHANNELS) or not len(message["values"]):
+            return False
+        if self._last is None:
+            return True
+        ticks = (message["tick"] - self._last[0]) % 2**32
+        if not 0 < ticks < 2**31 or ticks % self.decimation:
+            return False
+        late_us = (message.time_us - self._last[1] - ticks * (1_000_000 // TICK_HZ) + 2**31) % 2**32 - 2**31
+        return abs(late_us) <= SLACK_US
+
+    def _begin(self, tick: int, samples: np.ndarray) -> np.ndarray:
+        there = np.flatnonzero(state_of(samples[:, FLAGS]) == self.state)
+        if there.size:
+            self.start_tick = (tick + int(there[0]) * self.decimation) % 2**32
+        return samples
+
+    def _keep(self, tick: int, samples: np.ndarray) -> None:
+        assert self.start_tick is not None
+        ticks = (tick - self.start_tick + 2**31) % 2**32 - 2**31  # negative where the frame began before the run
+        first = ticks // self.decimation
+        samples, first = samples[max(-first, 0) :], max(first, 0)
+        last = min(first + len(samples), len(self.recorded))
+        if first < last:
+            self.raw[first:last] = samples[: last - first]
+            self.recorded[first:last] = True
+        self.reached = max(self.reached, min(first + len(samples), len(self.recorded)))
+
+
+def state_of(flags: np.ndarray) -> np.ndarray:
+    """Return the state in the channel `flags`."""
+    return flags.astype(np.int32) >> 2 & 3
+
+
+def fault_of(flags: np.ndarray) -> np.ndarray:
+    """Return the fault in the channel `flags`."""
+    return flags.astype(np.int32) >> 4 & 15
+
+
+def gaps(recorded: np.ndarray) -> list[tuple[int, int]]:
+    """Return (first row, rows) of each stretch that is missing."""
+    edges = np.diff(np.concatenate([[False], ~recorded, [False]]).astype(np.int8))
+    starts, stops = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+    return [(int(start), int(stop - start)) for start, stop in zip(starts, stops, strict=True)]

@@ -1,0 +1,109 @@
+"""A run on a device: start, record, keep the heart beating, come back after a glitch, stop."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import time
+from collections.abc import Callable
+from typing import Any
+
+import xarray as xr
+
+from frictionloop.device.codec import Message
+from frictionloop.device.errors import DeviceError, NoReply, Unplugged
+from frictionloop.device.link import Link
+from frictionloop.device.recorder import ALL, TICK_HZ, Recorder
+from frictionloop.device.transport import Pipe
+from frictionloop.quantities.schema import schema
+
+SILENT_S = 2.0
+"""A device that streams and says nothing for so long is given up (assumed)."""
+REOPENED = 20
+"""Attempts to open a line that went away, `PAUSE_S` apart: what an adapter takes to come back (assumed)."""
+PAUSE_S = 0.1
+FAULTS = {number: name for name, number in schema()["faults"].items()}
+STATES = schema()["states"]
+
+
+class Interrupted(DeviceError):
+    """A run that ended early; `run` is what was recorded, `path` the file that keeps it."""
+
+    def __init__(self, why: str, run: xr.Dataset, path: str | os.PathLike[str]) -> None:
+        recorded = int(run["scored"].sum())
+        super().__init__(f"{why}; {recorded} samples recorded so far are in {path}")
+        self.run, self.path = run, path
+
+
+class Running:
+    """One run: `go` fills the recorder or raises what ended it."""
+
+    def __init__(self, link: Link, reopen: Callable[[], Pipe], recorder: Recorder) -> None:
+        self.link, self.reopen, self.recorder = link, reopen, recorder
+        self.reconnects = 0
+        self._since = link.pipe.clock()
+        self._tick: int | None = None
+
+    def start(self) -> None:
+        """Ask for telemetry, then for the state."""
+        self.link.ask("stream", decimation=self.recorder.decimation, mask=ALL)
+        self.link.ask("mode", state=self.recorder.state)
+        self.link.forget("status")  # what it said before
+        self._since = self.link.pipe.clock()
+
+    def go(self, progress: Callable[[int], Any] | None = None) -> None:
+        """Record until the last row; raises DeviceError when the device leaves the state or is gone."""
+        rows = len(self.recorder.recorded)
+        longest_s = rows * self.recorder.decimation / TICK_HZ + SILENT_S
+        while not self.recorder.is_full and self.link.pipe.clock() - self._since < longest_s:
+            for message in self._messages():
+                self._hear(message)
+            if self.link.silent_s > SILENT_S:
+                raise NoReply(f"the device has said nothing for {SILENT_S:g} s")
+            if progress:
+                progress(self.recorder.reached)
+
+    def stop(self) -> None:
+        """Ask the device to be idle and quiet, if it is there."""
+        with contextlib.suppress(DeviceError):
+            self.link.ask("mode", state=STATES["idle"])
+            self.link.ask("stream", decimation=0, mask=0)
+
+    def _hear(self, message: Message) -> None:
+        if message.name == "telemetry":
+            self.recorder.take(message)
+        elif message.name == "fault":
+            raise DeviceError(_fault(message["fault"], f"at tick {message['tick']}, value {message['value']}"))
+        elif message.name == "status":
+            self._check(message)
+
+    def _check(self, status: Message) -> None:
+        if status["state"] == STATES["fault"]:
+            raise DeviceError(_fault(status["fault"], f"before tick {status['tick']}"))
+        if self._tick is not None and (status["tick"] - self._tick) % 2**32 >= 2**31:
+            raise DeviceError(f"the device began anew (tick {status['tick']} after {self._tick})")
+        self._tick = status["tick"]
+        if status["state"] != self.recorder.state:
+            raise DeviceError("the device is no longer in the state asked for: somebody else uses it, or it began anew")
+
+    def _messages(self) -> list[Message]:
+        try:
+            return self.link.poll(SILENT_S)
+        except Unplugged as gone:
+            self.link.pipe.close()
+            self.link.reopened(self._opened(gone))
+            self.reconnects += 1
+            return []
+
+    def _opened(self, gone: Unplugged) -> Pipe:
+        """Return the line opened again; the device has gone on meanwhile, or has ramped down."""
+        for _ in range(REOPENED):
+            try:
+                return self.reopen()
+            except DeviceError:
+                time.sleep(PAUSE_S)
+        raise gone
+
+
+def _fault(number: int, where: str) -> str:
+    return f"fault {FAULTS.get(number, number)} {where}"

@@ -1,0 +1,89 @@
+"""A serial port: the board's UART behind an adapter, or USB."""
+
+from __future__ import annotations
+
+import errno
+import os
+import select
+import time
+
+from frictionloop.device.errors import DeviceError, Unplugged
+from frictionloop.device.extra import needed
+
+BAUD = 2_000_000
+"""Of the Teensy's UART0: 72 MHz / 16 / 2.25, exactly."""
+_BULK = 65536
+_GONE_AFTER_S = 1.0  # a write that does not get through for so long has no one at the other end (assumed)
+
+
+class SerialPipe:
+    """A serial port that no other program may have at the same time (Linux and macOS).
+
+    Raises
+    ------
+    DeviceError
+        For a port that does not exist, is not ours to open, or is in use.
+    """
+
+    source = "device"
+
+    def __init__(self, port: str) -> None:
+        serial = needed("serial", "pyserial")
+        self._name, self._gone = port, (serial.SerialException, OSError)
+        try:
+            self._port = serial.Serial(port, BAUD, timeout=0, write_timeout=_GONE_AFTER_S, exclusive=True)
+        except (serial.SerialException, OSError, ValueError) as error:
+            raise DeviceError(f"{port}: {_why(port, getattr(error, 'errno', None), error)}") from None
+
+    def read(self, timeout_s: float) -> bytes:
+        """Return what has come in, waiting up to so long for the first byte."""
+        try:
+            # in_waiting and single bytes starve at 83 kB/s: wait for any, then take all there is.
+            select.select([self._port.fileno()], [], [], max(timeout_s, 0.0))
+            return bytes(self._port.read(_BULK))
+        except self._gone as error:
+            raise Unplugged(f"{self._name}: unplugged ({error})") from None
+
+    def write(self, data: bytes) -> None:
+        """Send bytes."""
+        try:
+            self._port.write(data)
+        except self._gone as error:
+            raise Unplugged(f"{self._name}: unplugged ({error})") from None
+
+    def close(self) -> None:
+        """Let go of the port."""
+        self._port.close()
+
+    def clock(self) -> float:
+        """Return the time in s."""
+        return time.monotonic()
+
+
+def ports() -> list[str]:
+    """Return the serial ports of this machine."""
+    return [port.device for port in needed("serial.tools.list_ports", "pyserial").comports()]
+
+
+def _why(port: str, code: int | None, error: Exception) -> str:
+    if code == errno.ENOENT:
+        return f"no such port; there is {', '.join(ports()) or 'none'}"
+    if code == errno.EACCES:
+        group = _group(port)
+        return (
+            f"permission denied; it belongs to the group '{group}': sudo usermod -aG {group} $USER, then log in again"
+        )
+    if code in (errno.EBUSY, errno.EAGAIN):
+        return "in use by another program; only one host may have a device"
+    return f"cannot be opened ({str(error).splitlines()[0]})"
+
+
+def _group(port: str) -> str:
+    """Return the group that owns a port."""
+    import grp
+
+    number = os.stat(port).st_gid
+    try:
+        return grp.getgrgid(number).gr_name
+    except KeyError:
+        return str(number)

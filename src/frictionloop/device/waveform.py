@@ -1,0 +1,137 @@
+"""Set-points as the firmware plays them: a table of at most 2048 points over time or over position."""
+
+from __future__ import annotations
+
+import zlib
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from frictionloop.device.link import Link
+from frictionloop.device.recorder import TICK_HZ
+from frictionloop.parameters import Constant, Sine, Source
+from frictionloop.physics.sources import evaluate, longest_s, sampler
+from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.schema import schema
+
+N_PER_POINT = 1e-4
+POINTS_A_FRAME = 128
+PHASE = 2.0**24
+LARGEST_ERROR_N = 2e-3
+"""RMS by which a table may miss its set-point: a tenth of the smallest difference felt, 20 mN (assumed)."""
+
+
+class Table(NamedTuple):
+    """A set-point table: points in 0.1 mN, and how it is played."""
+
+    points: np.ndarray
+    source: str
+    loops: bool
+    step: int
+    """Points per tick, or per um, in 2^-24."""
+    start_um: int = 0
+    error_n: float = 0.0
+    """RMS of what is played against what was asked for."""
+
+    def send(self, link: Link) -> None:
+        """Write the table into the copy that waits and put it in force."""
+        for first in range(0, len(self.points), POINTS_A_FRAME):
+            link.ask("waveform", first=first, values=self.points[first : first + POINTS_A_FRAME])
+        link.ask(
+            "play",
+            source=schema()["sources"][self.source],
+            loops=int(self.loops),
+            count=len(self.points),
+            step=self.step,
+            start_um=self.start_um,
+            crc=zlib.crc32(self.points.astype("<i2").tobytes()),
+        )
+
+
+def table(
+    force_n: Any, most: int, spacing_s: float | None, spacing_m: float | None, start_m: float, loops: bool
+) -> Table:
+    """Return the table of forces at even times or places.
+
+    Parameters
+    ----------
+    force_n : array
+        Forces in N, 1 to `most` of them, within -3.2768 to 3.2767.
+    most : int
+        Points the device takes.
+    spacing_s, spacing_m : float, optional
+        Time in s or way in m from one to the next; one of the two.
+    start_m : float
+        Position of the first.
+    loops : bool
+        Whether it begins again at its end.
+
+    Raises
+    ------
+    FrictionloopError
+        For too many points, a force out of range, or a spacing that the firmware cannot follow.
+    """
+    points = _points(force_n, most)
+    if (spacing_s is None) == (spacing_m is None):
+        raise FrictionloopError("play: give spacing_s for a table over time, or spacing_m for one over position")
+    spacing, per = (spacing_s, TICK_HZ) if spacing_s is not None else (spacing_m, 1e6)
+    name = "spacing_s" if spacing_s is not None else "spacing_m"
+    step = PHASE / (spacing * per) if spacing is not None and spacing > 0 else 0.0
+    if not 1 <= step < 2**32:
+        raise FrictionloopError(
+            f"{name} = {spacing:g}: must be from {PHASE / (per * 2.0**32):.2g} to {PHASE / per:.2g}"
+        )
+    return Table(points, "time" if spacing_s is not None else "position", loops, round(step), round(start_m * 1e6))
+
+
+def table_of(setpoint: Source | float | np.ndarray, duration_s: float, most: int) -> Table:
+    """Return the table of a set-point for a run: a source, a force that is held, or forces at every tick.
+
+    Raises
+    ------
+    FrictionloopError
+        When 2048 points do not hold it to 2 mN rms.
+    """
+    if isinstance(setpoint, int | float):
+        setpoint = Constant(offset_n=float(setpoint))
+    if isinstance(setpoint, np.ndarray):
+        return table(setpoint, most, 1 / TICK_HZ, None, 0.0, False)
+    if isinstance(setpoint, Constant):
+        return table([setpoint.offset_n], most, 1 / TICK_HZ, None, 0.0, False)
+    if isinstance(setpoint, Sine):
+        phase = np.arange(most) / most
+        force = setpoint.offset_n + setpoint.amplitude_n * np.sin(2 * np.pi * phase)
+        return table(force, most, 1 / (setpoint.frequency_hz * most), None, 0.0, True)
+    return _sampled(setpoint, duration_s, most)
+
+
+def _sampled(setpoint: Source, duration_s: float, most: int) -> Table:
+    """Return the table of what does not repeat: at every tick if they are few enough, else spread over the run."""
+    if duration_s > longest_s(setpoint):
+        raise FrictionloopError(f"duration_s = {duration_s:g}: the set-point lasts {longest_s(setpoint):g} s")
+    ticks = round(duration_s * TICK_HZ)
+    take = sampler(setpoint, TICK_HZ, 0, 0)
+    wanted = evaluate(setpoint, np.arange(ticks + 1) / TICK_HZ) if take is None else take(0, ticks)  # type: ignore[arg-type]
+    places = np.linspace(0.0, ticks, min(most, ticks + 1))
+    found = table(np.interp(places, np.arange(ticks + 1), wanted), most, places[1] / TICK_HZ, None, 0.0, False)
+    played = np.interp(np.arange(ticks + 1), places, found.points * N_PER_POINT)
+    error = float(np.sqrt(np.mean((played - wanted) ** 2)))
+    if error > LARGEST_ERROR_N:
+        raise FrictionloopError(
+            f"set-point of {duration_s:g} s: {most} points miss it by {error:.2g} N rms; must be at most "
+            f"{LARGEST_ERROR_N:g} N (a shorter run, a slower signal, or one that repeats)"
+        )
+    return found._replace(error_n=error)
+
+
+def _points(force_n: Any, most: int) -> np.ndarray:
+    force = np.atleast_1d(np.asarray(force_n, dtype=float))
+    if force.ndim != 1 or not 1 <= force.size <= most:
+        raise FrictionloopError(f"set-point table: {force.size} points; must be 1 to {most}")
+    points = np.rint(force / N_PER_POINT)
+    wrong = np.flatnonzero(~((points >= -(2**15)) & (points < 2**15)))
+    if wrong.size:
+        raise FrictionloopError(
+            f"set-point table: {force[wrong[0]]:g} N at point {wrong[0]}; must be from -3.2768 to 3.2767 N"
+        )
+    return points.astype(np.int16)

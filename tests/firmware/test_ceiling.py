@@ -1,0 +1,71 @@
+"""Whatever table, readings and bytes come: never more than the ceiling, never undefined behaviour."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from frictionloop.device.codec import encode
+from frictionloop.device.host_board import HostBoard, Sample
+from frictionloop.quantities.schema import firmware_folder, parameter_words
+
+WATCHED = ["-fsanitize=undefined,address", "-fno-sanitize-recover=all", "-g", "-O1"]
+"""Reading beyond an array, overflow, a shift too far: each ends the program."""
+AT = {name: word.first for name, word in parameter_words().items()}
+
+
+@pytest.fixture(scope="module")
+def wild(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    if not (cc := shutil.which("cc")):
+        pytest.skip("no cc here: zig brings no address sanitizer")
+    core, program = firmware_folder() / "core", tmp_path_factory.mktemp("wild") / "wild"
+    sources = [*sorted(core.glob("*.c")), Path(__file__).parent / "wild.c"]
+    flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", f"-I{core}", *WATCHED]
+    subprocess.run([cc, *flags, *sources, "-o", program], check=True)
+    return program
+
+
+def roam(wild: Path, seed: int, ticks: int) -> np.ndarray:
+    """Run it and return the ticks in each state, and the tables that were committed."""
+    done = subprocess.run([wild, str(seed), str(ticks)], check=False, capture_output=True, text=True)
+    assert done.returncode == 0, (done.stdout + done.stderr)[-2000:]
+    return np.array(done.stdout.split(), dtype=int)
+
+
+def test_random_tables_samples_and_bytes_under_the_sanitizers(wild):
+    seen = sum(roam(wild, seed, 20_000) for seed in range(8))
+    assert np.all(seen > 100)  # it has been everywhere
+
+
+@pytest.mark.slow
+def test_many_more_of_them(wild):
+    assert np.all(sum(roam(wild, seed, 500_000) for seed in range(100, 120)) > 10_000)
+
+
+@settings(max_examples=200)
+@given(
+    st.lists(st.integers(0, 65536), min_size=256, max_size=256),
+    st.integers(0, 2**31 - 1),
+    st.lists(st.one_of(st.binary(max_size=40), st.tuples(*[st.integers(-(2**31), 2**31 - 1)] * 4)), max_size=40),
+)
+def test_duty_is_at_most_that_of_the_ceiling(words, duties, ceiling, happenings):
+    largest = words[AT["drive.largest_um"]]
+    table, duty = words.copy(), np.array([0, *sorted(duties)])
+    table[AT["drive.ceiling_um"]] = ceiling = min(ceiling, int(largest))
+    table[AT["drive.duty"] :][:257] = duty
+    board = HostBoard(table)
+    board.receive(encode("mode", 1, state=2), 0)
+    most = np.interp(256 * ceiling / largest, np.arange(257), duty)
+    for k, happens in enumerate(happenings):
+        if isinstance(happens, bytes):
+            board.receive(happens, 200 * k)
+            continue
+        drive = board.tick(Sample(*happens), 200 * k)
+        assert 0 <= drive.duty <= most + 1
+        assert 0 <= drive.amplitude_um * 2**28 <= ceiling

@@ -1,0 +1,170 @@
+"""Each fault: when exactly it is raised, what it tells, that it brings the amplitude down and stays."""
+
+from __future__ import annotations
+
+import pytest
+
+from frictionloop.device.host_board import Sample
+from frictionloop.quantities.schema import schema
+
+N_PER_COUNT = 5.0 / 2**16
+
+
+def faults(rig) -> list[tuple[str, int, int]]:
+    """Return what the board told by itself: name, tick, value."""
+    rig.listen()
+    names = {number: name for name, number in schema()["faults"].items()}
+    return [(names[m["fault"]], m["tick"], m["value"]) for m in rig.told if m.name == "fault"]
+
+
+def closed(rig):
+    rig.run(300)
+    rig.mode("closed")
+    return rig
+
+
+def feed(rig, count: int, force: int, across: int = 0, jitter: int = 1) -> None:
+    for _ in range(count):
+        rig.tick(1, Sample(force + jitter * (rig.ticks % 2), across, 4 * rig.ticks, 3277))
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_force_out_of_range_for_the_ticks_of_its_word(make_rig, sign: int):
+    rig = closed(make_rig(safety__force_ticks=7))
+    outside = sign * 31458  # 0.96 * 32768 = 31457.28
+    feed(rig, 6, outside, jitter=sign)
+    feed(rig, 1, sign * 31455)  # within: the count begins anew
+    feed(rig, 6, outside, jitter=sign)
+    assert faults(rig) == []
+    feed(rig, 1, outside, jitter=0)
+    assert faults(rig) == [("force_range", rig.ticks, round(outside * N_PER_COUNT * 2**28))]
+
+
+def test_a_converter_at_its_end_is_saturated_not_out_of_range(make_rig):
+    for end in (32767, -32768):
+        rig = closed(make_rig(safety__force_ticks=7))
+        feed(rig, 6, end, jitter=0)
+        assert faults(rig) == []
+        feed(rig, 1, end, jitter=0)
+        assert faults(rig) == [("sensor_saturated", rig.ticks, end)]
+
+
+def test_the_second_channel_counts_where_there_is_one(make_rig):
+    gain = [671088640, 43]
+    rig = closed(make_rig(force__axes=2, force__n_per_count=gain * 2, safety__force_ticks=7))
+    feed(rig, 7, 0, across=32767)
+    assert faults(rig) == [("sensor_saturated", rig.ticks, 32767)]
+    rig = closed(make_rig(force__axes=2, force__n_per_count=[*gain, 0, 0], safety__force_ticks=7))
+    feed(rig, 7, 0, across=32767)
+    assert faults(rig) == []
+
+
+def test_stuck_while_the_finger_slides(make_rig):
+    rig = closed(make_rig(safety__stuck_ticks=50))
+    feed(rig, 49, 8000, jitter=0)
+    assert faults(rig) == []
+    feed(rig, 1, 8000, jitter=0)
+    assert faults(rig) == [("sensor_stuck", rig.ticks, 8000)]
+
+
+def test_a_finger_at_rest_leaves_the_reading_as_it_is(make_rig):
+    rig = closed(make_rig(safety__stuck_ticks=50))
+    for _ in range(10):  # 1 s; the tracked speed takes 0.05 s to be below that of sliding
+        rig.run(500, Sample(8000 + rig.ticks % 2, 0, 4 * rig.ticks, 0))
+    assert faults(rig) == []
+
+
+def test_silence_of_more_than_200_ms(rig):
+    closed(rig)
+    rig.ask("heartbeat")
+    rig.tick(1000)
+    assert faults(rig) == []
+    rig.tick(1)
+    assert faults(rig) == [("host_silent", rig.ticks, 200_200)]
+
+
+def test_silence_is_told_across_the_end_of_the_clock(rig):
+    rig.now_us = 2**32 - 100_000 - 300 * 200
+    closed(rig)
+    rig.ask("heartbeat")
+    rig.tick(1000)
+    assert rig.now_us > 2**32
+    assert faults(rig) == []
+    rig.tick(1)
+    assert [name for name, *_ in faults(rig)] == ["host_silent"]
+
+
+def test_broken_frames_are_no_sign_of_life(rig):
+    closed(rig)
+    rig.ask("heartbeat")
+    for _ in range(11):
+        rig.tick(100)
+        rig.board.receive(b"\x05\x0c\x01\x02\x03\x00", rig.now_us)
+    assert [name for name, *_ in faults(rig)] == ["host_silent"]
+
+
+def test_late_ticks_within_a_second(make_rig):
+    rig = closed(make_rig(safety__overrun_ticks=3))
+    rig.run(5000 - rig.ticks)  # the second ends
+    for _ in range(2):
+        rig.tick(1, late=True)
+    rig.run(5000)
+    for _ in range(2):
+        rig.tick(1, late=True)
+    assert faults(rig) == []
+    rig.tick(1, late=True)
+    assert faults(rig) == [("tick_overrun", rig.ticks, 3)]
+    assert rig.reason("clear") == "still_at_fault"
+    rig.run(5000)
+    assert rig.reason("clear") == "done"
+    assert rig.ask("statistics")["overruns"] == 5
+
+
+def test_the_amplitude_goes_down_by_the_ramp_and_stays_down(rig):
+    closed(rig)
+    before = rig.run(500).amplitude_um
+    assert before > 0.5
+    ramp_um = 2.5 / 50  # 10 ms from the largest amplitude
+    feed(rig, 24, 32767, jitter=0)
+    at = rig.drive.amplitude_um
+    steps = []
+    while at > 0 and len(steps) < 100:
+        feed(rig, 1, 32767, jitter=0)
+        steps.append(at - rig.drive.amplitude_um)
+        at = rig.drive.amplitude_um
+    assert steps[:-1] == pytest.approx([ramp_um] * (len(steps) - 1), abs=2**-27)
+    assert 0 < steps[-1] <= ramp_um + 2**-27
+    assert rig.drive.duty == 0
+    rig.run(1000)
+    assert (rig.state, rig.drive.amplitude_um) == ("fault", 0.0)
+    assert len(faults(rig)) == 1
+
+
+def test_a_fault_is_told_once_with_the_tick_it_was_raised_and_the_first_one_stays(rig):
+    closed(rig)
+    feed(rig, 25, 32767, jitter=0)
+    raised = rig.ticks
+    rig.tick(1100)  # silence too
+    assert faults(rig) == [("sensor_saturated", raised, 32767)]
+    assert rig.fault == "sensor_saturated"
+
+
+def test_clear_is_refused_while_the_sensor_is_at_its_end(rig):
+    closed(rig)
+    feed(rig, 25, 32767, jitter=0)
+    assert rig.reason("clear") == "still_at_fault"
+    assert rig.mode("closed") == "not_now"
+    rig.tick()
+    assert rig.reason("clear") == "done"
+    rig.tick()
+    assert (rig.state, rig.fault) == ("idle", "none")
+
+
+def test_what_is_wrong_before_the_loop_is_on_stops_it_at_its_first_tick(rig):
+    rig.run(300)
+    feed(rig, 100, 32767, jitter=0)
+    assert (rig.state, faults(rig)) == ("idle", [])
+    assert rig.reason("mode", state=2) == "done"
+    feed(rig, 1, 32767, jitter=0)
+    assert rig.state == "fault"
+    assert rig.drive.amplitude_um == 0.0

@@ -1,0 +1,139 @@
+"""The parameter table: written in pieces, checked word by word and as a whole, in force at a tick."""
+
+from __future__ import annotations
+
+import zlib
+
+import numpy as np
+import pytest
+
+from frictionloop.quantities.schema import BITS, WORDS, parameter_words, word_count
+
+AT = {name: word.first for name, word in parameter_words().items()}
+
+
+def write(rig, words: np.ndarray) -> None:
+    for first in range(0, len(words), 64):
+        answer = rig.ask("set", first=first, values=words[first : first + 64])
+        assert answer.name == "done"
+
+
+def crc(words: np.ndarray) -> int:
+    return zlib.crc32(words.astype("<i4").tobytes())
+
+
+def read(rig) -> np.ndarray:
+    parts = []
+    for first in range(0, word_count(), 64):
+        answer = rig.ask("get", first=first, count=min(64, word_count() - first))
+        assert (answer.name, answer["first"]) == ("words", first)
+        parts.append(answer["values"])
+    return np.concatenate(parts)
+
+
+def test_words_are_in_force_from_the_next_tick_on(rig, words):
+    np.testing.assert_array_equal(read(rig), words)
+    changed = words.copy()
+    changed[AT["setpoint.hold_n"]] = round(0.4 * 2**28)
+    write(rig, changed)
+    rig.tick()
+    np.testing.assert_array_equal(read(rig), words)
+    assert rig.reason("commit", crc=crc(changed)) == "done"
+    np.testing.assert_array_equal(read(rig), words)
+    rig.tick()
+    np.testing.assert_array_equal(read(rig), changed)
+
+
+def test_one_word_after_the_other_without_writing_the_rest(rig, words):
+    changed = words.copy()
+    for level in (0.3, 0.5, 0.7):
+        changed[AT["setpoint.hold_n"]] = round(level * 2**28)
+        rig.ask("set", first=AT["setpoint.hold_n"], values=changed[AT["setpoint.hold_n"] :][:1])
+        assert rig.reason("commit", crc=crc(changed)) == "done"
+        rig.tick()
+        np.testing.assert_array_equal(read(rig), changed)
+
+
+def test_between_commit_and_tick_nothing_is_written_and_the_same_commit_is_done(rig, words):
+    assert rig.reason("commit", crc=crc(words)) == "done"
+    assert rig.reason("commit", crc=crc(words)) == "done"
+    assert rig.reason("set", first=0, values=words[:1]) == "not_now"
+    rig.tick()
+    assert rig.reason("set", first=0, values=words[:1]) == "done"
+
+
+def test_a_wrong_crc_changes_nothing(rig, words):
+    changed = words.copy()
+    changed[AT["setpoint.hold_n"]] += 1
+    write(rig, changed)
+    assert rig.reason("commit", crc=crc(words)) == "wrong_crc"
+    rig.tick()
+    np.testing.assert_array_equal(read(rig), words)
+
+
+def limits() -> list[tuple[int, int]]:
+    """Return (index, value) just outside the range of each parameter's last number."""
+    found = []
+    for word in parameter_words().values():
+        scale = 2 ** BITS.get(word.format, 0)
+        index = word.first + word.words - 1  # of a gain, its shift
+        low = None if word.low is None else round(word.low * scale)
+        high = None if word.high is None else round(word.high * scale)
+        found += [(index, low - 1)] if low is not None and low > -(2**31) else []
+        found += [(index, high + 1)] if high is not None and high < 2**31 - 1 else []
+        if WORDS.get(word.format):
+            found.append((index - 1, -(2**31)))
+    return found
+
+
+@pytest.mark.parametrize(("index", "value"), limits())
+def test_a_word_out_of_range_is_refused_by_its_index_and_none_of_the_frame_is_written(rig, words, index, value):
+    first = max(index - 3, 0)
+    values = words[first : index + 1].copy()
+    values[0] += -1 if values[0] > 2 else 1
+    values[-1] = value
+    answer = rig.ask("set", first=first, values=values)
+    assert (answer.name, answer["reason"], answer["index"]) == ("refused", 5, index)
+    assert rig.reason("commit", crc=crc(words)) == "done"  # what waits is still the table in force
+
+
+@pytest.mark.parametrize("name", parameter_words())
+def test_the_ends_of_a_range_are_accepted(rig, words, name):
+    word, scale = parameter_words()[name], 2 ** BITS.get(parameter_words()[name].format, 0)
+    for limit, extreme in ((word.low, -(2**31)), (word.high, 2**31 - 1)):
+        value = extreme if limit is None else max(min(round(limit * scale), 2**31 - 1), -(2**31))
+        assert rig.reason("set", first=word.first + word.words - 1, values=[value]) == "done"
+
+
+WHOLE = {
+    "law unknown": ({"law.number": [15]}, AT["law.number"]),
+    "no law": ({"law.number": [0]}, AT["law.number"]),
+    "clamp empty": ({"law.low_n": [1 << 28]}, AT["law.high_n"]),
+    "ceiling above the largest": ({"drive.ceiling_um": [3 << 28]}, AT["drive.ceiling_um"]),
+    "no largest": ({"drive.largest_um": [0], "drive.ceiling_um": [0]}, AT["drive.largest_um"]),
+    "duty at rest": ({"drive.duty": [1]}, AT["drive.duty"]),
+    "lookup rises": ({"lookup.squares_um2": [1 << 25, (1 << 25) + 1]}, AT["lookup.squares_um2"] + 1),
+    "duty falls": ({"drive.duty": [0, 900, 899]}, AT["drive.duty"] + 2),
+}
+
+
+@pytest.mark.parametrize("case", WHOLE)
+def test_a_table_that_makes_no_sense_is_refused_by_the_index_of_what_is_wrong(rig, words, case):
+    changed, index = words.copy(), WHOLE[case][1]
+    for name, values in WHOLE[case][0].items():
+        changed[AT[name] : AT[name] + len(values)] = values
+    write(rig, changed)
+    answer = rig.ask("commit", crc=crc(changed))
+    assert (answer.name, answer["reason"], answer["index"]) == ("refused", 5, index)
+    rig.tick()
+    np.testing.assert_array_equal(read(rig), words)
+
+
+def test_words_beyond_the_table(rig):
+    for name, fields in (("set", {"values": [0, 0]}), ("get", {"count": 2})):
+        answer = rig.ask(name, first=word_count() - 1, **fields)
+        assert (answer["reason"], answer["index"]) == (4, word_count())
+        answer = rig.ask(name, first=60_000, **fields)
+        assert (answer["reason"], answer["index"]) == (4, 60_000)
+    assert rig.reason("get", first=0, count=0) == "out_of_range"
+    assert rig.reason("get", first=0, count=65) == "out_of_range"

@@ -1,0 +1,176 @@
+/* A board under random tables, samples and bytes, with the sanitizers watching: `wild SEED TICKS`.
+ *
+ * After every tick: duty at most that of the ceiling (by arithmetic of its own), amplitude within 0 and the ceiling, no
+ * rise while idle or at fault, and the loop on only while the host was heard. Prints how often it was in each state. */
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "fl_app_parts.h"
+
+static uint64_t state;
+static uint32_t draw(void) { /* xorshift64*, Vigna 2016 */
+    state ^= state >> 12, state ^= state << 25, state ^= state >> 27;
+    return (uint32_t)((state * 2685821657736338717u) >> 32);
+}
+static uint32_t below(uint32_t n) { return draw() % n; }
+
+static int32_t any(int64_t low, int64_t high) {
+    switch (below(4)) {
+    case 0: return (int32_t)low;
+    case 1: return (int32_t)high;
+    default: return (int32_t)(low + (int64_t)((((uint64_t)draw() << 32) | draw()) % (uint64_t)(high - low + 1)));
+    }
+}
+
+static int rising(const void *a, const void *b) {
+    int32_t x = *(const int32_t *)a, y = *(const int32_t *)b;
+    return (x > y) - (x < y);
+}
+static int falling(const void *a, const void *b) { return rising(b, a); }
+
+/* A table that passes its checks, with any number that they leave. */
+static void fill(fl_table *table) {
+    static const fl_range ranges[FL_RANGES] = FL_RANGE_TABLE;
+    for (int k = 0; k < FL_RANGES; k++)
+        for (int i = 0; i < ranges[k].count * ranges[k].stride; i++)
+            table->words[ranges[k].first + i] = ranges[k].stride == 2 && i % 2 == 0
+                                                    ? any(INT32_MIN + 1, INT32_MAX)
+                                                    : any(ranges[k].low, ranges[k].high);
+    fl_parameters *p = &table->named;
+    do p->law_number = (int32_t)below(fl_law_count);
+    while (!fl_laws[p->law_number].step);
+    if (p->law_low_n == p->law_high_n) p->law_high_n ^= 1;
+    if (p->law_low_n > p->law_high_n) {
+        int32_t low = p->law_high_n;
+        p->law_high_n = p->law_low_n, p->law_low_n = low;
+    }
+    if (p->drive_largest_um == 0) p->drive_largest_um = 1;
+    p->drive_ceiling_um = any(0, p->drive_largest_um);
+    qsort(p->lookup_squares_um2, 257, 4, falling);
+    qsort(p->drive_duty, 257, 4, rising);
+    p->drive_duty[0] = 0;
+    p->safety_force_ticks = 1 + (int32_t)below(300); /* so that it gets somewhere before it faults */
+    if (below(2)) p->safety_force_limit_n = INT32_MAX;
+}
+
+static void say(fl_app *app, uint8_t type, const void *body, size_t count, uint32_t now) {
+    static uint16_t sequence;
+    uint8_t frame[FL_LARGEST_FRAME], coded[FL_LARGEST_CODED];
+    frame[0] = type;
+    fl_put32(fl_put16(frame + 1, sequence), 0);
+    sequence += below(8) != 0;
+    memcpy(frame + FL_HEADER, body, count);
+    size_t length = fl_frame_encode(coded, sizeof coded, frame, FL_HEADER + count);
+    if (below(50) == 0) coded[below((uint32_t)length)] ^= (uint8_t)(1 << below(8));
+    fl_app_receive(app, coded, length, now);
+}
+
+static void commit(fl_app *app, uint32_t now) {
+    fl_table table;
+    uint8_t body[2 + 256];
+    uint32_t crc = 0;
+    fill(&table);
+    if (below(4) == 0) table.words[below(FL_WORDS)] = (int32_t)draw();
+    for (int first = 0; first < FL_WORDS; first += 64) {
+        int count = FL_WORDS - first < 64 ? FL_WORDS - first : 64;
+        uint8_t *at = fl_put16(body, (uint16_t)first);
+        for (int k = 0; k < count; k++) at = fl_put32(at, (uint32_t)table.words[first + k]);
+        crc = fl_crc32(crc, body + 2, 4 * (size_t)count);
+        say(app, FL_MESSAGE_SET, body, 2 + 4 * (size_t)count, now);
+    }
+    fl_put32(body, crc);
+    say(app, FL_MESSAGE_COMMIT, body, 4, now);
+}
+
+static void play(fl_app *app, uint32_t now) {
+    uint8_t body[2 + 256];
+    uint16_t count = (uint16_t)(1 + below(128));
+    for (int k = 0; k < 256; k++) body[2 + k] = (uint8_t)draw();
+    fl_put16(body, 0);
+    say(app, FL_MESSAGE_WAVEFORM, body, 2 + 2 * (size_t)count, now);
+    uint32_t crc = fl_crc32(0, body + 2, 2 * (size_t)count);
+    body[0] = (uint8_t)below(3), body[1] = (uint8_t)below(2);
+    uint8_t *at = fl_put32(fl_put16(body + 2, count), (uint32_t)any(0, UINT32_MAX));
+    fl_put32(fl_put32(at, (uint32_t)any(-8000000, 8000000)), crc);
+    say(app, FL_MESSAGE_PLAY, body, 16, now);
+}
+
+static void talk(fl_app *app, uint32_t now) {
+    uint8_t bytes[300];
+    for (size_t k = 0; k < sizeof bytes; k++) bytes[k] = below(3) ? (uint8_t)draw() : 0;
+    switch (below(12)) {
+    case 0: commit(app, now); break;
+    case 1: play(app, now); break;
+    case 2: fl_app_receive(app, bytes, below(300), now); break;
+    case 3: say(app, (uint8_t)below(24), bytes, below(FL_LARGEST_BODY + 1), now); break;
+    case 4: say(app, FL_MESSAGE_CLEAR, bytes, 0, now); break;
+    case 5: bytes[0] = 0, say(app, FL_MESSAGE_MODE, bytes, 1, now); break;
+    case 6: bytes[0] = 1, say(app, FL_MESSAGE_MODE, bytes, 1, now); break;
+    case 7: case 8: bytes[0] = 2, say(app, FL_MESSAGE_MODE, bytes, 1, now); break;
+    case 9: bytes[0] = (uint8_t)below(4), bytes[1] = 0, say(app, FL_MESSAGE_STREAM, bytes, 4, now); break;
+    default: say(app, FL_MESSAGE_HEARTBEAT, bytes, 0, now); break;
+    }
+}
+
+static double ceiling_duty(const fl_parameters *p) {
+    if (p->drive_largest_um <= 0) return 0;
+    double at = 256.0 * p->drive_ceiling_um / p->drive_largest_um;
+    int cell = at >= 256 ? 255 : (int)at;
+    return p->drive_duty[cell] + (at - cell) * (p->drive_duty[cell + 1] - p->drive_duty[cell]);
+}
+
+static void check(const fl_app *app, fl_drive drive, int32_t before, uint32_t now, uint32_t tick) {
+    const fl_parameters *p = fl_in_force(app);
+    int on = app->state == FL_STATE_OPEN || app->state == FL_STATE_CLOSED;
+    const char *wrong = drive.duty < 0 || drive.duty > ceiling_duty(p) + 1             ? "duty"
+                        : drive.amplitude < 0 || drive.amplitude > p->drive_ceiling_um ? "amplitude"
+                        : !on && drive.amplitude > before                              ? "rises"
+                        : on && (int32_t)(now - app->heard_us) > FL_SILENCE_MS * 1000  ? "silence"
+                                                                                       : 0;
+    if (!wrong) return;
+    printf("tick %" PRIu32 ": %s: state %d duty %d amplitude %d ceiling %d (%f)\n", tick, wrong, app->state, drive.duty,
+           drive.amplitude, p->drive_ceiling_um, ceiling_duty(p));
+    exit(1);
+}
+
+static fl_sample sampled(void) {
+    static fl_sample sample;
+    if (below(4) == 0) {
+        sample.force[0] = any(-32768, 32767), sample.force[1] = any(-32768, 32767);
+        sample.position = any(INT32_MIN, INT32_MAX), sample.load = any(INT32_MIN, INT32_MAX);
+    }
+    if (below(1000) == 0) sample.force[0] = any(INT32_MIN, INT32_MAX);
+    sample.position = (int32_t)((uint32_t)sample.position + below(100));
+    return sample;
+}
+
+int main(int count, char **arguments) {
+    if (count != 3) return 2;
+    state = strtoull(arguments[1], 0, 10) * 2654435769u + 1;
+    uint32_t ticks = (uint32_t)strtoul(arguments[2], 0, 10), now = draw(), seen[4] = {0}, accepted = 0, quiet = 0;
+    fl_app *app = malloc(sizeof *app);
+    fl_table table;
+    fill(&table);
+    if (below(3) == 0) table.words[below(FL_WORDS)] = (int32_t)draw();
+    fl_app_start(app, &(fl_identity){FL_BOARD_HOST, 1, "wild"}, &table.named);
+    int32_t before = 0;
+    for (uint32_t k = 0; k < ticks; k++) {
+        uint8_t out[300];
+        now += 200;
+        if (quiet) quiet--;
+        else if (below(20) == 0) talk(app, now);
+        if (below(4000) == 0) quiet = 1500; /* ticks, 0.3 s */
+        accepted += app->parameters.asked;
+        fl_sample sample = sampled();
+        fl_drive drive = fl_app_tick(app, &sample, now, below(5000) == 0);
+        check(app, drive, before, now, k);
+        before = drive.amplitude;
+        seen[app->state]++;
+        if (below(3) == 0) fl_app_transmit(app, out, below(sizeof out), now);
+    }
+    free(app);
+    printf("%" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRIu32 "\n", seen[0], seen[1], seen[2], seen[3], accepted);
+    return 0;
+}

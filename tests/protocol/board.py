@@ -1,0 +1,203 @@
+"""A board made of Python that says what the schema says, and the line to it.
+
+Its telemetry is a known function of the tick, so that a wrong value shows.
+"""
+
+from __future__ import annotations
+
+import random
+import zlib
+from typing import Any
+
+import numpy as np
+
+from frictionloop.device.codec import Decoder, Message, encode
+from frictionloop.device.errors import Unplugged
+from frictionloop.quantities.schema import schema, table_hash, word_count
+
+SAMPLES = 16
+STATES, REFUSALS, FAULTS = (schema()[group] for group in ("states", "refusals", "faults"))
+
+
+class Board:
+    """Streams 16 samples a frame at 5 kHz and answers; a host that is silent for 200 ms is a fault."""
+
+    def __init__(self, major: int = 1, hash_of_table: int | None = None) -> None:
+        self.tick, self.state, self.fault, self.heard = 1000, STATES["idle"], 0, 1000
+        self.decimation, self.next, self.sequence = 0, 0, 0
+        self.words, self.waiting = np.zeros(word_count(), np.int32), np.zeros(word_count(), np.int32)
+        self.points, self.played = np.zeros(2048, np.int16), None
+        self.major, self.hash = major, table_hash() if hash_of_table is None else hash_of_table
+        self.decoder, self.out = Decoder(), []
+        self.since = 0  # tick of the last change of state that was asked for
+
+    def values(self, ticks: np.ndarray, state: int) -> np.ndarray:
+        """Return the samples at ticks, (ticks, 8)."""
+        mixed = (ticks[:, None] * 2654435761 + np.arange(8) * 40503 + 12345) >> 5
+        samples = (mixed % 65521 - 32760).astype(np.int16)
+        samples[:, 7] = state << 2 | 1 | (samples[:, 0] & 1) << 1
+        return samples
+
+    def advance(self, ticks: int) -> None:
+        """Let time pass."""
+        self.tick += ticks
+        if self.state in (1, 2) and self.tick - self.heard > schema()["protocol"]["silence_ms"] * 5:
+            self.raise_fault("host_silent")
+        while self.decimation and self.next + SAMPLES * self.decimation <= self.tick:
+            ticks_of = self.next + self.decimation * np.arange(SAMPLES)
+            values = self.values(ticks_of, self.state).reshape(-1)
+            self.say("telemetry", tick=self.next, decimation=self.decimation, mask=255, dropped=0, values=values)
+            self.next += SAMPLES * self.decimation
+
+    def raise_fault(self, name: str) -> None:
+        self.state, self.fault = STATES["fault"], FAULTS[name]
+        self.say("fault", fault=self.fault, tick=self.tick, value=7)
+
+    def say(self, name: str, **fields: Any) -> None:
+        self.out.append(encode(name, self.sequence, self.tick * 200 % 2**32, **fields))
+        self.sequence = (self.sequence + 1) % 2**16
+
+    def receive(self, data: bytes) -> None:
+        for message in self.decoder.feed(data):
+            self.heard = self.tick
+            getattr(self, f"on_{message.name}")(message, message.fields)
+        self.decoder._seen.clear()  # what is asked again is answered again
+
+    def done(self, message: Message) -> None:
+        self.say("done", sequence=message.sequence)
+
+    def refuse(self, message: Message, reason: str, index: int = 65535) -> None:
+        self.say("refused", sequence=message.sequence, reason=REFUSALS[reason], index=index)
+
+    def on_identify(self, message: Message, fields: dict[str, Any]) -> None:
+        who = {"major": self.major, "minor": 0, "board": 0, "law": 1, "tick_hz": 5000, "table_hash": self.hash}
+        size = {"parameters": word_count(), "waveform": 2048, "serial": 77, "revision": b"1.2".ljust(16, b"\0")}
+        self.say("identity", **who, **size)
+
+    def on_get(self, message: Message, fields: dict[str, Any]) -> None:
+        first, count = fields["first"], fields["count"]
+        self.say("words", first=first, values=self.words[first : first + count])
+
+    def on_set(self, message: Message, fields: dict[str, Any]) -> None:
+        first, values = fields["first"], fields["values"]
+        self.waiting[first : first + len(values)] = values
+        self.done(message)
+
+    def on_commit(self, message: Message, fields: dict[str, Any]) -> None:
+        if zlib.crc32(self.waiting.astype("<i4").tobytes()) != fields["crc"]:
+            return self.refuse(message, "wrong_crc")
+        self.words[:] = self.waiting
+        return self.done(message)
+
+    def on_waveform(self, message: Message, fields: dict[str, Any]) -> None:
+        first, values = fields["first"], fields["values"]
+        self.points[first : first + len(values)] = values
+        self.done(message)
+
+    def on_play(self, message: Message, fields: dict[str, Any]) -> None:
+        if zlib.crc32(self.points[: fields["count"]].astype("<i2").tobytes()) != fields["crc"]:
+            return self.refuse(message, "wrong_crc")
+        self.played = fields
+        return self.done(message)
+
+    def on_mode(self, message: Message, fields: dict[str, Any]) -> None:
+        if self.fault:
+            return self.refuse(message, "not_now")
+        self.state, self.since = fields["state"], self.tick
+        return self.done(message)
+
+    def on_stream(self, message: Message, fields: dict[str, Any]) -> None:
+        if fields["decimation"] and not self.decimation:
+            self.next = self.tick
+        self.decimation = fields["decimation"]
+        self.done(message)
+
+    def on_heartbeat(self, message: Message, fields: dict[str, Any]) -> None:
+        self.say("status", state=self.state, fault=self.fault, tick=self.tick)
+
+    def on_clear(self, message: Message, fields: dict[str, Any]) -> None:
+        self.state = self.fault = 0
+        self.done(message)
+
+    def on_statistics(self, message: Message, fields: dict[str, Any]) -> None:
+        counts = dict.fromkeys(("overruns", "frames", "broken", "missed", "dropped"), 3)
+        self.say("counted", ticks=self.tick, longest_us=384, **counts)
+
+
+class Line:
+    """A line to a board with the board's clock; `spoil` is what it does to the bytes of a frame, None to hold it up."""
+
+    source = "simulated"
+
+    def __init__(self, board: Board, spoil: Any = None) -> None:
+        self.board, self.spoil = board, spoil or (lambda frame: frame)
+        self.is_open, self.held = True, b""
+
+    def clock(self) -> float:
+        return self.board.tick / 5000
+
+    def write(self, data: bytes) -> None:
+        self.check()
+        self.board.receive(data)
+
+    def read(self, timeout_s: float) -> bytes:
+        until = self.board.tick + max(round(timeout_s * 5000), 1)
+        while True:
+            self.check()
+            got = b"".join(self.spoil(frame) for frame in self.board.out)
+            self.board.out.clear()
+            if got or self.board.tick >= until:
+                return got
+            self.board.advance(min(SAMPLES, until - self.board.tick))
+
+    def check(self) -> None:
+        if not self.is_open:
+            raise Unplugged("the line: unplugged")
+
+    def close(self) -> None:
+        self.is_open = False
+
+
+class BadLine(Line):
+    """A line that flips, drops and repeats bytes, stalls, and goes away."""
+
+    def __init__(self, board: Board, draw: random.Random) -> None:
+        super().__init__(board, self.spoilt)
+        self.draw, self.events, self.stalled_to = draw, [], 0
+
+    def write(self, data: bytes) -> None:
+        super().write(self.damaged(data))
+
+    def spoilt(self, frame: bytes) -> bytes:
+        chance = self.draw.random()
+        if chance < 1e-4 and self.board.state == STATES["closed"] and self.board.tick - self.board.since > 500:
+            self.events.append("gone")
+            self.is_open, self.held = False, b""  # what was under way is lost
+            return b""
+        if chance < 1e-3 and self.board.tick > self.stalled_to:
+            self.events.append("stall")
+            self.stalled_to = self.board.tick + self.draw.randrange(5000)
+        line = self.held + self.damaged(frame)
+        if self.board.tick < self.stalled_to:
+            self.held = line
+            return b""
+        self.held = b""
+        return line
+
+    def damaged(self, frame: bytes) -> bytes:
+        line, way = bytearray(frame), self.draw.random()
+        first = self.draw.randrange(len(line))
+        last = self.draw.randrange(first, len(line)) + 1
+        if way < 0.005:
+            for _ in range(self.draw.randrange(1, 9)):
+                line[self.draw.randrange(len(line))] ^= 1 << self.draw.randrange(8)
+        elif way < 0.010:
+            del line[first:last]
+        elif way < 0.015:
+            line[first:first] = line[first:last]
+        elif way < 0.018:
+            line *= 2
+        else:
+            return frame
+        self.events.append("damage")
+        return bytes(line)

@@ -1,0 +1,212 @@
+"""The device as its user sees it, against a board made of Python."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import frictionloop as fl
+from frictionloop.device.device import Device
+from frictionloop.device.errors import Refused
+from frictionloop.device.running import Interrupted
+from frictionloop.quantities.schema import parameter_words, word_count
+
+
+@pytest.fixture
+def board(boards: Any) -> Any:
+    return boards.Board()
+
+
+@pytest.fixture
+def device(boards: Any, board: Any) -> Any:
+    with Device(lambda: boards.Line(board)) as found:
+        yield found
+
+
+def test_who_answers(device: Device) -> None:
+    assert (device.info.board, device.info.revision, device.info.serial) == ("host", "1.2", 77)
+    assert device.statistics()["longest_us"] == 1.5
+
+
+def test_parameters_are_read_and_written_in_their_units(device: Device, board: Any) -> None:
+    device.set("setpoint.hold_n", 0.5)
+    device.set("touch.n_per_count", 1.5e-4)
+    device.set("force.zero_counts", [-3, 4])
+    assert device.parameters["setpoint.hold_n"] == 0.0  # it waits
+    device.commit()
+    assert device.parameters["setpoint.hold_n"] == 0.5
+    assert device.parameters["touch.n_per_count"] == pytest.approx(1.5e-4, rel=2**-29)
+    assert device.parameters["force.zero_counts"].tolist() == [-3, 4]
+    assert board.words[parameter_words()["setpoint.hold_n"].first] == 2**27
+    assert len(device.parameters) == len(list(device.parameters)) == len(parameter_words())
+
+
+def test_what_another_host_left_waiting_is_written_over(device: Device, board: Any) -> None:
+    board.waiting[:] = 5
+    device.set("law.number", 2)
+    device.commit()
+    wanted = np.zeros(word_count(), np.int32)
+    wanted[0] = 2
+    np.testing.assert_array_equal(board.words, wanted)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("setpoint.hold", 1, "parameter 'setpoint.hold': unknown; near: setpoint.hold_n"),
+        ("setpoint.hold_n", 9, "setpoint.hold_n = 9 N: must be a number from 0 to 8 N"),
+        ("setpoint.hold_n", float("nan"), "setpoint.hold_n = nan N: must be a number from 0 to 8 N"),
+        ("setpoint.hold_n", "much", "setpoint.hold_n = 'much': must be a number from 0 to 8 N"),
+        ("safety.force_ticks", 2.5, "safety.force_ticks = 2.5: must be a whole number from 1 to 50000"),
+        ("force.zero_counts", 1, "force.zero_counts: 1 numbers; must be 2"),
+        ("touch.n_per_count", 1e10, "touch.n_per_count = 1e+10 N: must be a number of magnitude below 2^31 N"),
+    ],
+)
+def test_a_parameter_that_does_not_fit_is_refused_by_name(device: Device, name: str, value: Any, words: str) -> None:
+    with pytest.raises(fl.FrictionloopError) as refused:
+        device.set(name, value)
+    assert str(refused.value).startswith(words)
+
+
+def test_another_version_and_another_table_are_refused(boards: Any) -> None:
+    with pytest.raises(fl.DeviceError, match=r"^device: speaks version 2.0 of the protocol; must be 1.x$"):
+        Device(lambda: boards.Line(boards.Board(major=2)))
+    other = Device(lambda: boards.Line(boards.Board(hash_of_table=5)))
+    with pytest.raises(fl.DeviceError, match=r"parameter table is another one \(hash 00000005"):
+        other.set("setpoint.hold_n", 0.5)
+
+
+def test_what_says_nothing_is_no_device(boards: Any, board: Any) -> None:
+    board.receive = lambda data: None
+    with pytest.raises(fl.DeviceError, match="nothing there speaks frictionloop's protocol"):
+        Device(lambda: boards.Line(board))
+
+
+def test_set_points_over_time_and_position(device: Device, board: Any) -> None:
+    device.play(np.linspace(0, 1, 300), spacing_s=1e-3)
+    assert (board.played["source"], board.played["count"], board.played["step"]) == (1, 300, round(2**24 / 5))
+    np.testing.assert_array_equal(board.points[:300], np.rint(np.linspace(0, 1e4, 300)))
+    device.play([0.1, 0.2], spacing_m=1e-3, start_m=-0.01, loop=True)
+    assert board.played == board.played | {"source": 2, "loops": 1, "step": round(2**24 / 1e3), "start_um": -10000}
+
+
+@pytest.mark.parametrize(
+    ("force_n", "how", "words"),
+    [
+        (np.zeros(2049), {"spacing_s": 1e-3}, "set-point table: 2049 points; must be 1 to 2048"),
+        ([0.0, 4.0], {"spacing_s": 1e-3}, "set-point table: 4 N at point 1; must be from -3.2768 to 3.2767 N"),
+        ([0.0, np.nan], {"spacing_s": 1e-3}, "set-point table: nan N at point 1; must be from -3.2768 to 3.2767 N"),
+        ([0.0], {}, "play: give spacing_s for a table over time, or spacing_m for one over position"),
+        ([0.0], {"spacing_s": 0.0}, "spacing_s = 0: must be from"),
+    ],
+)
+def test_a_bad_table_is_refused(device: Device, force_n: Any, how: dict[str, Any], words: str) -> None:
+    with pytest.raises(fl.FrictionloopError) as refused:
+        device.play(force_n, **how)
+    assert str(refused.value).startswith(words)
+
+
+def test_a_run_has_the_form_of_a_simulated_one(device: Device, board: Any, tmp_path: Any) -> None:
+    run = device.run(fl.Sine(offset_n=0.5, amplitude_n=0.2, frequency_hz=2.0), 1.0, path=tmp_path / "run.h5")
+    simulated = fl.simulate(fl.bench(), duration_s=0.1)
+    assert run.sizes["time"] == 5000
+    assert run.attrs["lost_samples"] == run.attrs["gaps"] == 0
+    for name in run.data_vars:
+        if name in simulated:
+            assert run[name].attrs == simulated[name].attrs
+            assert run[name].dtype == simulated[name].dtype
+    assert run.time.attrs == simulated.time.attrs
+    np.testing.assert_allclose(run.time, np.arange(5000) / 5000)
+    assert run.attrs["source"] == "simulated"
+    assert run.attrs["clock_rate"] == pytest.approx(1.0, abs=1e-6)
+    kept = fl.load(tmp_path / "run.h5")
+    np.testing.assert_array_equal(kept.f_m, run.f_m)
+    assert kept.attrs["revision"] == "1.2"
+    assert (board.played["loops"], board.played["step"]) == (1, round(2**24 * 2048 * 2 / 5000))
+    assert board.state == 0
+    assert board.decimation == 0
+
+
+def test_a_fault_ends_a_run_and_keeps_what_was_recorded(device: Device, board: Any, tmp_path: Any) -> None:
+    def later(rows: int) -> None:
+        if rows > 1000:
+            board.raise_fault("force_range")
+
+    with pytest.raises(
+        Interrupted, match=r"^fault force_range at tick \d+, value 7; \d+ samples recorded so far are in"
+    ):
+        device.run(0.5, 2.0, path=tmp_path / "cut.h5", progress=later)
+    kept = fl.load(tmp_path / "cut.h5")
+    assert 1000 < kept.sizes["time"] < 1200
+    assert kept.scored.all()
+    with pytest.raises(Refused, match=r"^mode \(state = 2\): the device refuses, not now$"):
+        device.mode("closed")
+    device.clear()
+    device.mode("closed")
+
+
+def test_an_unplugged_device_ends_a_run_and_keeps_it_in_a_file(
+    boards: Any, board: Any, tmp_path: Any, monkeypatch: Any
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("frictionloop.device.running.PAUSE_S", 0.0)
+    lines: list[Any] = []
+
+    def opened() -> Any:
+        if lines and not there:
+            raise fl.DeviceError("no such port")
+        lines.append(boards.Line(board))
+        return lines[-1]
+
+    there = True
+    device = Device(opened)
+
+    def pulled(rows: int) -> None:
+        nonlocal there
+        if rows > 1000:
+            lines[-1].is_open = there = False
+
+    with pytest.raises(Interrupted, match=r"unplugged; .* samples recorded so far are in interrupted-run.h5") as ended:
+        device.run(0.5, 2.0, progress=pulled)
+    kept = fl.load("interrupted-run.h5")
+    assert kept.sizes["time"] == ended.value.run.sizes["time"] > 1000
+    there, board.state, board.fault = True, 0, 0
+    device.reconnect()
+    assert device.run(0.5, 0.1).sizes["time"] == 500
+
+
+def test_a_device_that_stops_talking_ends_a_run(device: Device, board: Any, tmp_path: Any) -> None:
+    def later(rows: int) -> None:
+        if rows > 1000:
+            board.say = lambda name, **fields: None
+
+    with pytest.raises(Interrupted, match="said nothing for 2 s"):
+        device.run(0.5, 2.0, path=tmp_path / "cut.h5", progress=later)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda d: d.run(0.5, 0.00015), "duration_s = 0.00015: must be a whole number of samples of 0.0002 s"),
+        (lambda d: d.run(fl.paper().setpoint, 10.0), "set-point of 10 s: 2048 points miss it by"),
+        (lambda d: d.run(fl.paper().setpoint, 20.0), "duration_s = 20: the set-point lasts 10 s"),
+        (lambda d: d.run(0.5, 1.0, state="fault"), "state = 'fault': must be open or closed"),
+        (lambda d: d.mode("on"), "mode 'on': must be one of idle, open, closed"),
+        (lambda d: fl.connect("usb"), "address 'usb': must be one of sim:, emulated:, serial:"),
+        (lambda d: fl.connect("tcp://host"), "address 'tcp://host': must be one of"),
+    ],
+)
+def test_bad_requests_are_refused_in_words(device: Device, call: Any, words: str) -> None:
+    with pytest.raises(fl.FrictionloopError) as refused:
+        call(device)
+    assert str(refused.value).startswith(words)
+
+
+def test_telemetry_as_it_comes(device: Device, board: Any) -> None:
+    parts = list(device.stream(0.5, decimation=10))
+    ticks = np.concatenate([part["tick"] for part in parts])
+    assert len(ticks) == pytest.approx(250, abs=16)
+    assert set(np.diff(ticks)) == {10}
+    np.testing.assert_array_equal(np.concatenate([part["f_m"] for part in parts]), board.values(ticks, 0)[:, 1] * 1e-4)
