@@ -14,6 +14,13 @@ from frictionloop.control.lookup import lookup_table
 from frictionloop.control.overdrive import overdrive_gains
 from frictionloop.control.quantised import Gain, Quantised, pi_gains, to_gain, to_places, to_q28
 from frictionloop.control.quantised_filtered import filtered_gains, filtered_state_places
+from frictionloop.control.quantised_observer import (
+    OBSERVER_PLACES,
+    SUPER_TWISTING_PLACES,
+    disturbance_observer_quantised,
+    super_twisting_quantised,
+)
+from frictionloop.control.quantised_tracker import TRACKER_PLACES, tracker_quantised
 from frictionloop.parameters import Model, System
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import BITS, firmware_folder, parameter_words, word_count
@@ -22,6 +29,9 @@ FORMS: dict[str, Quantised] = {
     "pi": Quantised(pi_gains, lambda c: (28,)),
     "lookup": Quantised(lambda c: (), lambda c: (28,)),
     "filtered_pi": Quantised(filtered_gains, filtered_state_places),
+    "observer": Quantised(disturbance_observer_quantised, lambda c: OBSERVER_PLACES),
+    "super_twisting": Quantised(super_twisting_quantised, lambda c: SUPER_TWISTING_PLACES),
+    "tracker": Quantised(tracker_quantised, lambda c: TRACKER_PLACES),
 }
 """Laws that the firmware has, by the kind of `LAWS`."""
 CELLS = 256
