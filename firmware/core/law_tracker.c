@@ -79,7 +79,7 @@ fl_force_command fl_tracker_step(
     int32_t *by_c = state + BY_C, *by_t = state + BY_T;
     const int32_t valid = measurement->valid;
     const int32_t forward = measurement->speed >= 0 ? 1 : -1;
-    const int32_t turned = forward * state[FORWARD] < 0;
+    const int32_t turned = forward > 0 ? state[FORWARD] < 0 : state[FORWARD] > 0;
     if (turned) turn(state);
     int32_t f = state[FRICTION], d = state[D], c = state[COMPLIANCE], fall = state[FALL];
     int32_t rising = state[RISING], *x = state + SPRING;
