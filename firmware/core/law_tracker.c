@@ -84,18 +84,10 @@ static int32_t learnt(fl_gain learn, int32_t error, int32_t s, int64_t mean, int
 
 fl_force_command fl_tracker_step(
     int32_t *state, const fl_measurement *measurement, int32_t setpoint, const fl_gain *gains, fl_clamp clamp) {
-<<<<<<< HEAD
     int32_t *x = state + SPRING, *by_c = state + BY_C, *by_t = state + BY_T;
     const int32_t valid = measurement->valid, a = state[AMPLITUDE];
-    const int32_t forward = measurement->speed >= 0 ? 1 : -1, turned = forward * state[FORWARD] < 0;
-=======
-    const fl_gain *sensor = gains + SENSOR, *table = gains + TABLE;
-    int32_t *by_c = state + BY_C, *by_t = state + BY_T;
-    const int32_t valid = measurement->valid;
     const int32_t forward = measurement->speed >= 0 ? 1 : -1;
     const int32_t turned = forward > 0 ? state[FORWARD] < 0 : state[FORWARD] > 0;
-    if (turned) turn(state);
->>>>>>> app
     int32_t f = state[FRICTION], d = state[D], c = state[COMPLIANCE], fall = state[FALL];
     int32_t rising = state[RISING], before = state[BEFORE];
     if (turned) {
