@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from frictionloop.control.compiler import shared_library
+from frictionloop.control.compiler import FLAGS, shared_library
 from frictionloop.control.law import Law
 from frictionloop.control.laws import law_number, law_of
 from frictionloop.control.lookup import lookup_table
 from frictionloop.control.overdrive import overdrive_gains
 from frictionloop.control.quantised import Gain, Quantised, pi_gains, to_gain, to_places, to_q28
 from frictionloop.control.quantised_filtered import filtered_gains, filtered_state_places
+from frictionloop.control.quantised_observer import (
+    OBSERVER_PLACES,
+    SUPER_TWISTING_PLACES,
+    disturbance_observer_quantised,
+    super_twisting_quantised,
+)
+from frictionloop.control.quantised_tracker import TRACKER_PLACES, tracker_quantised
 from frictionloop.parameters import Model, System
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import BITS, firmware_folder, parameter_words, word_count
@@ -22,6 +30,9 @@ FORMS: dict[str, Quantised] = {
     "pi": Quantised(pi_gains, lambda c: (28,)),
     "lookup": Quantised(lambda c: (), lambda c: (28,)),
     "filtered_pi": Quantised(filtered_gains, filtered_state_places),
+    "observer": Quantised(disturbance_observer_quantised, lambda c: OBSERVER_PLACES),
+    "super_twisting": Quantised(super_twisting_quantised, lambda c: SUPER_TWISTING_PLACES),
+    "tracker": Quantised(tracker_quantised, lambda c: TRACKER_PLACES),
 }
 """Laws that the firmware has, by the kind of `LAWS`."""
 CELLS = 256
@@ -112,8 +123,13 @@ def host_words(system: System) -> np.ndarray:
 
 
 @cache
-def host_library() -> tuple[Any, Any]:
+def host_library(flags: tuple[str, ...] = FLAGS, command: tuple[str, ...] | None = None) -> tuple[Any, Any]:
     """Return (ffi, library): the C core on this machine, compiled at the first call.
+
+    Parameters
+    ----------
+    flags, command
+        As `shared_library` takes them; the same bits come from all.
 
     Raises
     ------
@@ -124,11 +140,16 @@ def host_library() -> tuple[Any, Any]:
         import cffi
     except ImportError:
         raise FrictionloopError("cffi is not installed: install frictionloop[firmware]") from None
-    core, host = firmware_folder() / "core", firmware_folder() / "boards" / "host"
-    sources = [*sorted(core.glob("*.c")), *sorted(host.glob("*.c"))]
     ffi = cffi.FFI()
     ffi.cdef(_DECLARATIONS)
-    return ffi, ffi.dlopen(str(shared_library("core", sources, (core, host))))
+    sources, folders = host_sources()
+    return ffi, ffi.dlopen(str(shared_library("core", sources, folders, flags, command)))
+
+
+def host_sources() -> tuple[list[Path], list[Path]]:
+    """Return the C files of the host library, and the folders of their headers."""
+    folders = [firmware_folder() / "core", firmware_folder() / "boards" / "host"]
+    return [source for folder in folders for source in sorted(folder.glob("*.c"))], folders
 
 
 def _form(law: Law) -> Quantised:

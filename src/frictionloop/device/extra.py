@@ -1,4 +1,4 @@
-"""Libraries of the extra ``frictionloop[device]``, imported where they are used."""
+"""Libraries of the extras that talk to devices, imported where they are used."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import Any
 from frictionloop.quantities import FrictionloopError
 
 
-def needed(module: str, package: str) -> Any:
-    """Import a module of the extra, or say in one line how to get it."""
+def needed(module: str, package: str, extra: str = "device") -> Any:
+    """Import a module of an extra, or say in one line how to get it."""
     try:
         return importlib.import_module(module)
     except ImportError:
-        raise FrictionloopError(f"{package} is missing; install it with: pip install 'frictionloop[device]'") from None
+        raise FrictionloopError(f"{package} is missing; install it with: pip install 'frictionloop[{extra}]'") from None

@@ -1,0 +1,71 @@
+/* Teensy 3.1: the board of board.h, and the interrupt of its timer. */
+#include "board.h"
+#include "built.h"
+#include "registers.h"
+#include "teensy31.h"
+
+enum {
+    LATE_COUNTS = BUS_HZ / 100000, /* 10 us after its time a tick is late (assumed): a twentieth of the period */
+    PIT_ON = 1 << 0, PIT_INTERRUPT = 1 << 1, PIT_EXPIRED = 1,
+    TRACE_ON = 1 << 24, COUNTER_ON = 1 << 0,
+    TICK_PRIORITY = 0x40,
+};
+
+const fl_identity board_identity = {FL_BOARD_TEENSY31, 0, fl_built_revision};
+static uint32_t began; /* cycle at which the tick began */
+
+void board_start(void) {
+    carrier_off();
+    clock_start();
+    DEMCR |= TRACE_ON;
+    DWT_CYCCNT = 0;
+    DWT_CTRL |= COUNTER_ON;
+    converters_start();
+    port_start();
+    carrier_start();
+}
+
+void board_run(void) {
+    SIM_SCGC6 |= 1u << 23; /* PIT */
+    PIT_MCR = 0;
+    PIT_LDVAL0 = TICK_COUNTS - 1;
+    NVIC_IPR(PIT0_INTERRUPT) = TICK_PRIORITY;
+    NVIC_ISER(PIT0_INTERRUPT / 32) = 1u << PIT0_INTERRUPT % 32;
+    PIT_TCTRL0 = PIT_INTERRUPT | PIT_ON;
+}
+
+/* A tick is late when the timer is well past its end, or when the tick before it lasted into this period. */
+void tick_interrupt(void) {
+    static uint32_t lasted;
+    began = DWT_CYCCNT;
+    uint32_t after = TICK_COUNTS - 1 - PIT_CVAL0;
+    PIT_TFLG0 = PIT_EXPIRED;
+    fl_tick(after > LATE_COUNTS || lasted);
+    watchdog_refresh();
+    lasted = PIT_TFLG0;
+}
+
+/* Twice the same tick around the reading of the counter: no tick came between. */
+uint32_t board_now_us(void) {
+    uint32_t tick, counts;
+    do {
+        tick = fl_ticks;
+        counts = TICK_COUNTS - 1 - PIT_CVAL0;
+    } while (tick != fl_ticks);
+    return tick * FL_TICK_US + counts / (BUS_HZ / 1000000);
+}
+
+fl_sample board_sample(void) { return converters_read(); }
+
+void board_drive(int32_t duty) { carrier_set(duty); }
+
+/* cycles * 2^8 / 72; a tick of 1.8 s would wrap */
+uint32_t board_took(void) { return (DWT_CYCCNT - began) * 32u / 9u; }
+
+void board_rest(void) { __asm volatile("wfi"); }
+
+_Noreturn void board_stop(void) {
+    __asm volatile("cpsid i" ::: "memory");
+    carrier_off();
+    for (;;) {} /* the watchdog ends this, and the host finds a device that began anew */
+}

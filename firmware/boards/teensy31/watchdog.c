@@ -1,0 +1,30 @@
+/* The watchdog: resets the processor, and so drops the amplitude, when no tick has come for WATCHDOG_MS. */
+#include "registers.h"
+#include "teensy31.h"
+
+enum {
+    ENABLED = 1 << 0,
+    IN_STOP = 1 << 6,
+    IN_WAIT = 1 << 7,
+    RESERVED = 1 << 8, /* reads 1 after reset, 23.7.1 */
+};
+
+/* Within 20 bus cycles of each other and 256 of reset (23.3.1): the first thing the reset handler calls.
+ * Runs from the 1 kHz oscillator, which no error in clock.c can stop; may not be changed afterwards. */
+void watchdog_start(void) {
+    WDOG_UNLOCK = 0xC520;
+    WDOG_UNLOCK = 0xD928;
+    __asm volatile("nop\n nop"); /* a cycle until the registers are open */
+    WDOG_TOVALH = 0;
+    WDOG_TOVALL = WATCHDOG_MS;
+    WDOG_PRESC = 0;
+    WDOG_STCTRLH = RESERVED | IN_WAIT | IN_STOP | ENABLED;
+}
+
+/* Both words within 20 bus cycles of each other, 23.3.2: nothing may come between them. */
+void watchdog_refresh(void) {
+    __asm volatile("cpsid i" ::: "memory");
+    WDOG_REFRESH = 0xA602;
+    WDOG_REFRESH = 0xB480;
+    __asm volatile("cpsie i" ::: "memory");
+}

@@ -1,0 +1,49 @@
+"""The converters and the delay block that starts them."""
+
+from __future__ import annotations
+
+from frictionloop.device.emulator.bank import Bank
+from frictionloop.quantities import FrictionloopError
+
+CALIBRATE, DONE = 1 << 7, 1 << 7
+INPUTS = {("ADC0", 8): 0, ("ADC1", 9): 1, ("ADC0", 12): 2, ("ADC1", 0): 3}
+"""What the bench connects to which channel: force along and across the motion, load, position (docs: wiring)."""
+HALF = 32768
+PDB_ON = 1 << 7 | 4 << 8
+"""PDBEN, trigger from the timer PIT0."""
+
+
+class Converters:
+    """ADC0, ADC1 (31 of the manual) and PDB (34): a conversion gives what the bench has at the input it is set to."""
+
+    def __init__(self, bank: Bank) -> None:
+        self._bank = bank
+        for adc in ("ADC0", "ADC1"):
+            bank.on_write[f"{adc}_SC3"] = lambda value, adc=adc: self._calibrated(adc, value)  # type: ignore[misc]
+
+    def _calibrated(self, adc: str, value: int) -> None:
+        if value & CALIBRATE:
+            hertz = self._bank.values[f"{adc}_CFG1"]
+            if hertz & 0x60 != 0x60:  # ADIV by 8: 36 MHz / 2 / 8 is below the 4 MHz of 31.4.6
+                raise FrictionloopError(f"{adc}: calibrated faster than at 4 MHz")
+            self._bank.values[f"{adc}_SC3"] = value & ~CALIBRATE
+
+    def convert(self, counts: tuple[int, int, int, int]) -> None:
+        """Convert both inputs of both converters, if the delay block is set to start them.
+
+        Parameters
+        ----------
+        counts
+            Force along and across, load, position: -32768 to 32767, the middle of the converter's range being 0.
+        """
+        values = self._bank.values
+        if values["PDB_SC"] & PDB_ON != PDB_ON:
+            return
+        for channel, adc in enumerate(("ADC0", "ADC1")):
+            started = values[f"PDB_CH{channel}C1"]
+            for pretrigger, (control, result) in enumerate((("SC1A", "RA"), ("SC1B", "RB"))):
+                if started >> pretrigger & 1:
+                    source = INPUTS.get((adc, values[f"{adc}_{control}"] & 0x3F))
+                    if source is None:
+                        raise FrictionloopError(f"{adc}_{control} = {values[f'{adc}_{control}']:#x}: nothing connected")
+                    values[f"{adc}_{result}"] = counts[source] + HALF

@@ -1,0 +1,77 @@
+"""The registers of the MK20DX256 that the firmware may touch: name, address, width and value after reset.
+
+Read from the K20 Sub-Family Reference Manual, K20P64M72SF1RM, and the ARMv7-M Architecture Reference Manual, not from
+firmware/boards/teensy31/registers.h: two readings of the same text.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Register(NamedTuple):
+    """A register: width in bytes, value after reset."""
+
+    name: str
+    address: int
+    width: int
+    reset: int = 0
+
+
+def _block(prefix: str, base: int, width: int, names: dict[str, int], resets: dict[str, int]) -> list[Register]:
+    return [
+        Register(f"{prefix}_{name}", base + offset, width, resets.get(name, 0)) for name, offset in names.items()
+    ]
+
+
+_ADC = {
+    "SC1A": 0x00, "SC1B": 0x04, "CFG1": 0x08, "CFG2": 0x0C, "RA": 0x10, "RB": 0x14, "SC2": 0x20, "SC3": 0x24,
+    "PG": 0x2C, "MG": 0x30, "CLPD": 0x34, "CLPS": 0x38, "CLP4": 0x3C, "CLP3": 0x40, "CLP2": 0x44, "CLP1": 0x48,
+    "CLP0": 0x4C,
+}  # fmt: skip
+_ADC_RESET = {
+    "SC1A": 0x1F, "SC1B": 0x1F, "PG": 0x8200, "MG": 0x8200, "CLPD": 0x0A, "CLPS": 0x20, "CLP4": 0x200, "CLP3": 0x100,
+    "CLP2": 0x80, "CLP1": 0x40, "CLP0": 0x20,
+}  # fmt: skip
+_UART = {
+    "BDH": 0x00, "BDL": 0x01, "C1": 0x02, "C2": 0x03, "S1": 0x04, "D": 0x07, "C4": 0x0A, "PFIFO": 0x10, "CFIFO": 0x11,
+    "TWFIFO": 0x13, "TCFIFO": 0x14, "RWFIFO": 0x15, "RCFIFO": 0x16,
+}  # fmt: skip
+_PDB = {
+    "SC": 0x00, "MOD": 0x04, "IDLY": 0x0C, "CH0C1": 0x10, "CH0S": 0x14, "CH0DLY0": 0x18, "CH1C1": 0x38, "CH1S": 0x3C,
+    "CH1DLY0": 0x40,
+}  # fmt: skip
+_FTM = {"SC": 0x00, "CNT": 0x04, "MOD": 0x08, "C0SC": 0x0C, "C0V": 0x10, "CNTIN": 0x4C}
+_PIT = {"MCR": 0x00, "LDVAL0": 0x100, "CVAL0": 0x104, "TCTRL0": 0x108, "TFLG0": 0x10C}
+_SIM = {"SCGC3": 0x1030, "SCGC4": 0x1034, "SCGC5": 0x1038, "SCGC6": 0x103C, "CLKDIV1": 0x1044, "UIDL": 0x1060}
+_WDOG = {"STCTRLH": 0x00, "TOVALH": 0x04, "TOVALL": 0x06, "REFRESH": 0x0C, "UNLOCK": 0x0E, "PRESC": 0x16}
+
+REGISTERS = (
+    *_block("SIM", 0x40047000, 4, _SIM, {"SCGC4": 0xF0100030, "SCGC5": 0x40182, "SCGC6": 0x40000001}),
+    *_block("MCG", 0x40064000, 1, {"C1": 0, "C2": 1, "C5": 4, "C6": 5, "S": 6}, {"C1": 0x04, "C2": 0x80, "S": 0x10}),
+    Register("OSC_CR", 0x40065000, 1),
+    *_block("WDOG", 0x40052000, 2, _WDOG, {"STCTRLH": 0x01D3, "TOVALH": 0x4C, "TOVALL": 0x4B4C, "PRESC": 0x0400}),
+    *_block("ADC0", 0x4003B000, 4, _ADC, _ADC_RESET),
+    *_block("ADC1", 0x400BB000, 4, _ADC, _ADC_RESET),
+    *_block("PDB", 0x40036000, 4, _PDB, {"MOD": 0xFFFF, "IDLY": 0xFFFF}),
+    *_block("FTM0", 0x40038000, 4, _FTM, {}),
+    *_block("PIT", 0x40037000, 4, _PIT, {"MCR": 0x02}),
+    *_block("UART0", 0x4006A000, 1, _UART, {"BDL": 0x04, "S1": 0xC0, "RWFIFO": 0x01}),
+    Register("PORTB_PCR16", 0x4004A040, 4),
+    Register("PORTB_PCR17", 0x4004A044, 4),
+    Register("PORTC_PCR1", 0x4004B004, 4),
+    Register("GPIOC_PCOR", 0x400FF088, 4),
+    Register("GPIOC_PDDR", 0x400FF094, 4),
+    *(Register(f"NVIC_ISER{word}", 0xE000E100 + 4 * word, 4) for word in range(4)),
+    *(Register(f"NVIC_IPR{interrupt}", 0xE000E400 + interrupt, 1) for interrupt in range(95)),
+    Register("DEMCR", 0xE000EDFC, 4),
+    Register("DWT_CTRL", 0xE0001000, 4, 0x40000000),
+    Register("DWT_CYCCNT", 0xE0001004, 4),
+)
+"""All of them. What is not here, the firmware may not touch."""
+PAGE = 0x1000
+PAGES = tuple(sorted({register.address // PAGE * PAGE for register in REGISTERS}))
+FLASH, FLASH_BYTES = 0, 256 * 1024
+RAM, RAM_BYTES = 0x1FFF8000, 64 * 1024
+UART0_INTERRUPT, PIT0_INTERRUPT = 45, 68
+"""Table 3-4 of the manual."""

@@ -1,0 +1,120 @@
+"""A Cortex-M4 in unicorn: memory, registers behind callbacks, reset, interrupts, rest."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from frictionloop.device.elf import loaded
+from frictionloop.device.emulator.bank import Bank
+from frictionloop.device.emulator.memory_map import FLASH, FLASH_BYTES, PAGE, PAGES, RAM, RAM_BYTES
+from frictionloop.device.extra import needed
+from frictionloop.quantities import FrictionloopError
+
+RETURN = 0x10000000
+"""Where an interrupt returns to, an address without memory: unicorn does not know the hardware's 0xFFFFFFF9."""
+HARD_FAULT, VECTORS = 3, 16 + 95
+FRAME_BYTES = 32
+"""Eight registers on the stack (ARMv7-M B1.5.6)."""
+FRAME = bytes(range(1, FRAME_BYTES + 1))
+"""Put there in their place, to be found again: unicorn keeps the registers themselves."""
+LONGEST_US = 5_000_000
+"""Of the host's time: a stretch of the image that takes longer has hung."""
+
+
+class Processor:
+    """Runs an image from its reset vector; interrupts come when they are asked for, and run to their end.
+
+    Unicorn has no interrupt controller, so `interrupt` does what the hardware does: registers kept, room for them on the
+    stack, the vector, and back. The background runs until it waits for an interrupt (WFI).
+    """
+
+    def __init__(self, image_path: Path, bank: Bank) -> None:
+        unicorn = needed("unicorn", "unicorn", "emulator")
+        arm = self._arm = needed("unicorn.arm_const", "unicorn", "emulator")
+        self._error, self._timed_out = unicorn.UcError, unicorn.UC_QUERY_TIMEOUT
+        bank.connect()
+        self._read_register, self._write_register = bank.read, bank.write
+        self.failure: Exception | None = None
+        self.on_access: Callable[[], None] | None = None
+        uc = self.uc = unicorn.Uc(unicorn.UC_ARCH_ARM, unicorn.UC_MODE_THUMB | unicorn.UC_MODE_MCLASS)
+        uc.ctl_set_cpu_model(arm.UC_CPU_ARM_CORTEX_M4)
+        uc.mem_map(FLASH, FLASH_BYTES, unicorn.UC_PROT_READ | unicorn.UC_PROT_EXEC)
+        uc.mem_map(RAM, RAM_BYTES, unicorn.UC_PROT_ALL)
+        for page in PAGES:
+            uc.mmio_map(page, PAGE, self._read, page, self._write, page)
+        for address, content in loaded(image_path):
+            if address + len(content) > FLASH_BYTES:
+                raise FrictionloopError(f"{image_path}: has {len(content)} bytes at 0x{address:08x}, outside the flash")
+            uc.mem_write(address, content)
+        self._background = uc.context_save()
+        self._vectors = struct.unpack(f"<{VECTORS}I", uc.mem_read(FLASH, 4 * VECTORS))
+
+    def vector(self, number: int) -> int:
+        """Return an entry of the vector table."""
+        return self._vectors[number]
+
+    def reset(self) -> None:
+        """Begin as after power comes, and go on until the background first rests."""
+        self.uc.reg_write(self._arm.UC_ARM_REG_SP, self.vector(0))
+        self._run(self.vector(1), RETURN, LONGEST_US)
+        if self.uc.query(self._timed_out):
+            raise FrictionloopError(f"the image does not come to rest within {LONGEST_US / 1e6:g} s after reset")
+
+    def rest(self) -> None:
+        """Go on in the background until it rests."""
+        self._run(self.uc.reg_read(self._arm.UC_ARM_REG_PC) | 1, RETURN)
+
+    def interrupt(self, number: int) -> None:
+        """Run an exception from entry to return; 16 and up are interrupts."""
+        uc, arm = self.uc, self._arm
+        uc.context_update(self._background)
+        stack = (uc.reg_read(arm.UC_ARM_REG_SP) - FRAME_BYTES) & ~7
+        uc.mem_write(stack, FRAME)
+        uc.reg_write(arm.UC_ARM_REG_SP, stack)
+        uc.reg_write(arm.UC_ARM_REG_LR, RETURN | 1)
+        self._run(self.vector(number), RETURN)
+        if uc.reg_read(arm.UC_ARM_REG_SP) != stack or uc.mem_read(stack, FRAME_BYTES) != FRAME:
+            raise FrictionloopError("the image returns from an interrupt with another stack than it was given")
+        uc.context_restore(self._background)
+
+    def stop(self, why: Exception) -> None:
+        """End the run from within a callback; `failure` says why."""
+        self.failure = self.failure or why
+        self.uc.emu_stop()
+
+    def _run(self, begin: int, until: int, limit_us: int = 0) -> None:
+        try:
+            self.uc.emu_start(begin | 1, until, limit_us)
+        except self._error as error:
+            self._fault(str(error))
+        if self.failure is not None:
+            raise self.failure
+
+    def _fault(self, what: str) -> None:
+        """Run the handler of the hard fault, whose end is an endless loop that `stop` leaves."""
+        place = self.uc.reg_read(self._arm.UC_ARM_REG_PC)
+        reason = FrictionloopError(f"the image faults at 0x{place:08x}: {what}")
+        with suppress(self._error):
+            self.uc.emu_start(self.vector(HARD_FAULT) | 1, RETURN, LONGEST_US)
+        self.failure = reason
+
+    def _read(self, uc: Any, offset: int, width: int, page: int) -> int:
+        if self.on_access:
+            self.on_access()
+        try:
+            return self._read_register(page + offset, width)
+        except FrictionloopError as error:
+            self.stop(error)
+            return 0
+
+    def _write(self, uc: Any, offset: int, width: int, value: int, page: int) -> None:
+        if self.on_access:
+            self.on_access()
+        try:
+            self._write_register(page + offset, width, value)
+        except FrictionloopError as error:
+            self.stop(error)
