@@ -1,35 +1,50 @@
 /* The tick: sample -> measurement -> set-point -> law -> amplitude -> duty.
  *
- * Open: u is the set-point within the clamp. Closed: the law's. The change between them has no bump upwards
- * in amplitude: a law begins with its start words, a PI law with the integral at what open loop commands,
- * and for FL_CLOSING ticks the lower clamp comes down from there to where it belongs, so that the amplitude
- * begins with at most what the set-point asks for. Its anti-windup knows the clamp. Opening again commands
+ * Open: u is the set-point within the clamp. Closed: the law's. The law begins with its start words when
+ * the loop goes on. While it is open, the law runs along with both ends of its clamp at what is commanded,
+ * so that its observers know what goes on. When it closes, an integral begins with what open loop commands,
+ * and for FL_CLOSING ticks the lower clamp comes down from there to where it belongs: the amplitude begins
+ * with at most what the set-point asks for, and the law's anti-windup knows why. Opening again commands
  * what the set-point asks for. Idle and fault: the amplitude falls by drive.ramp_um a tick to 0. */
+#include <string.h>
+
 #include "fl_app_parts.h"
 #include "fl_lookup.h"
 #include "fl_overdrive.h"
+#include "laws.h"
 
-enum { PI = 1, FILTERED_PI = 3 }; /* laws whose first state is the integral in N */
+static void begin(fl_app *app, const fl_parameters *p) {
+    memcpy(app->law_state, p->law_start, sizeof app->law_state);
+    app->law_runs = 1;
+    app->closing = -1;
+}
 
-static void close_loop(fl_app *app, const fl_parameters *p, int32_t open) {
-    const fl_law *law = &fl_laws[p->law_number];
-    for (int k = 0; k < FL_STATES; k++) app->law_state[k] = p->law_start[k];
-    app->closing = FL_CLOSING;
-    if (p->law_number != PI && p->law_number != FILTERED_PI) return;
-    int finer = (law->places ? law->places[0] : 28) - 28;
-    app->law_state[0] = finer < 0 ? open >> -finer : fl_saturate((int64_t)open * ((int64_t)1 << finer));
+/* The clamp of the law while it closes; `open` is what open loop would command. */
+static fl_clamp closing(fl_app *app, const fl_parameters *p, int32_t open, int32_t setpoint) {
+    if (app->closing < 0) {
+        fl_begin *integral = fl_begins[p->law_number];
+        if (integral) integral(app->law_state, open, setpoint, p->law_gains);
+        app->closing = FL_CLOSING;
+    }
+    int32_t down = (int32_t)((int64_t)(open - p->law_low_n) * app->closing / FL_CLOSING);
+    if (app->closing > 0) app->closing--;
+    return (fl_clamp){p->law_low_n + down, p->law_high_n};
 }
 
 static fl_force_command decide(
     fl_app *app, const fl_parameters *p, const fl_measurement *m, int32_t setpoint) {
     int32_t open = fl_clip(setpoint, p->law_low_n, p->law_high_n);
-    if (app->state == FL_STATE_OPEN) return (fl_force_command){open, open != setpoint};
-    if (app->state != FL_STATE_CLOSED) return (fl_force_command){p->law_high_n, 0};
-    if (app->closing < 0) close_loop(app, p, open);
-    int32_t down = (int32_t)((int64_t)(open - p->law_low_n) * app->closing / FL_CLOSING);
-    if (app->closing > 0) app->closing--;
-    fl_clamp clamp = {p->law_low_n + down, p->law_high_n};
-    return fl_laws[p->law_number].step(app->law_state, m, setpoint, p->law_gains, clamp);
+    if (app->state != FL_STATE_OPEN && app->state != FL_STATE_CLOSED) {
+        app->law_runs = 0;
+        return (fl_force_command){p->law_high_n, 0};
+    }
+    if (!app->law_runs) begin(app, p);
+    fl_step *step = fl_laws[p->law_number].step;
+    if (app->state == FL_STATE_CLOSED)
+        return step(app->law_state, m, setpoint, p->law_gains, closing(app, p, open, setpoint));
+    step(app->law_state, m, setpoint, p->law_gains, (fl_clamp){open, open});
+    app->closing = -1;
+    return (fl_force_command){open, open != setpoint};
 }
 
 /* The amplitude command, never above the ceiling. */

@@ -58,7 +58,7 @@ void fl_parameters_take(fl_app *app) {
     if (!app->parameters.asked) return;
     int32_t before = fl_in_force(app)->law_number;
     app->parameters.in_force ^= 1;
-    if (fl_in_force(app)->law_number != before) app->closing = -1;
+    if (fl_in_force(app)->law_number != before) app->law_runs = 0;
     app->bad_table = 0;
     app->parameters.stale = 1;
     fl_fence();

@@ -74,7 +74,6 @@ static void obey(fl_app *app) {
     uint8_t wanted = app->asked_state;
     app->asked_state = FL_NO_STATE;
     if (wanted == FL_NO_STATE || app->state == FL_STATE_FAULT) return;
-    if (wanted == FL_STATE_CLOSED && app->state != FL_STATE_CLOSED) app->closing = -1;
     app->state = wanted;
 }
 

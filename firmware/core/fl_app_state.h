@@ -86,7 +86,8 @@ struct fl_app {
     fl_touch touch;
     fl_watch watch;
     int32_t law_state[FL_STATES];
-    int32_t closing, believed, amplitude;
+    int32_t closing, believed, amplitude; /* ticks left of closing, -1 before it; um, um */
+    uint8_t law_runs;
     fl_raised raised;
     uint32_t overruns, longest;
     /* asked of the tick; the background sets, the tick takes */

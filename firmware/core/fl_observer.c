@@ -5,7 +5,7 @@
 void fl_observe(int32_t *state, const fl_measurement *measurement, const fl_gain *gains) {
     const int32_t y = measurement->force, valid = measurement->valid;
     const int32_t direction = measurement->speed >= 0 ? 1 : -1;
-    const int32_t begins = state[FL_FORWARD] == 0, turns = direction * state[FL_FORWARD] < 0;
+    const int32_t begins = state[FL_FORWARD] == 0, turns = direction > 0 ? state[FL_FORWARD] < 0 : state[FL_FORWARD] > 0;
     const int32_t y26 = (int32_t)fl_scale(y, 2), p = state[FL_PLATE];
     int32_t x1 = state[FL_SPRING], x2 = state[FL_RATE], x3 = state[FL_READING];
     int64_t d = state[FL_REST]; /* of a reversal it may leave +-8 N before it is limited */
@@ -42,20 +42,20 @@ void fl_predict(int32_t *state, int32_t command, const fl_gain *gains) {
     for (int k = FL_NEXT; k < FL_OBSERVER_STATES - 1; k++) state[k] = state[k + 1];
     if (whole > 0 && FL_NOW + whole < FL_OBSERVER_STATES) state[FL_NOW + whole] = command;
     state[FL_NOW] = n;
-    state[FL_PLATE] = fl_sum(fl_term(g[FL_PP], p) + fl_term(g[FL_PO], o) + fl_term(g[FL_PN], n), g[FL_PP]);
+    state[FL_PLATE] = fl_sum(fl_term(g[FL_PP], p) + fl_term(g[FL_PO], o) + fl_term(g[FL_PN], n));
     state[FL_AHEAD] = fl_fma(g[FL_PP], fl_subtract(state[FL_AHEAD], command), command);
     g = gains + FL_X1P;
     state[FL_SPRING] = fl_sum(
         fl_term(g[0], p) + fl_term(g[1], x1) + fl_term(g[2], x2) + fl_term(g[3], o) + fl_term(g[4], n)
-            + fl_term(g[5], d), g[0]);
+        + fl_term(g[5], d));
     g = gains + FL_X2P;
     state[FL_RATE] = fl_sum(
         fl_term(g[0], p) + fl_term(g[1], x1) + fl_term(g[2], x2) + fl_term(g[3], o) + fl_term(g[4], n)
-            + fl_term(g[5], d), g[0]);
+        + fl_term(g[5], d));
     g = gains + FL_X3P;
     state[FL_READING] = fl_sum(
         fl_term(g[0], p) + fl_term(g[1], x1) + fl_term(g[2], x2) + fl_term(g[3], x3) + fl_term(g[4], o)
-            + fl_term(g[5], n) + fl_term(g[6], d), g[0]);
+            + fl_term(g[5], n) + fl_term(g[6], d));
 }
 
 int32_t fl_held(int32_t ahead, int32_t wanted, const fl_gain *gains, fl_clamp clamp) {

@@ -43,3 +43,8 @@ fl_force_command fl_filtered_pi_step(
     int32_t u = fl_clip(fl_add(ahead, fl_mul(gains[WIDEN], within)), clamp.low, clamp.high);
     return (fl_force_command){u, v != within};
 }
+
+/* With feed-forward the set-point is ahead of the integral. */
+void fl_filtered_pi_begin(int32_t *state, int32_t force, int32_t setpoint, const fl_gain *gains) {
+    state[0] = fl_mul(gains[NARROW], fl_subtract(force, fl_expects(gains + EXPECTED) ? setpoint : 0));
+}

@@ -13,3 +13,8 @@ fl_force_command fl_pi_step(
     int32_t u = fl_clip(v, clamp.low, clamp.high);
     return (fl_force_command){u, v != u};
 }
+
+void fl_pi_begin(int32_t *state, int32_t force, int32_t setpoint, const fl_gain *gains) {
+    (void)setpoint, (void)gains;
+    state[0] = force;
+}

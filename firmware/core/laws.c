@@ -13,3 +13,6 @@ const fl_law fl_laws[] = {
     {"tracker", fl_tracker_step, 28, 71, fl_tracker_places},
 };
 const uint32_t fl_law_count = sizeof fl_laws / sizeof fl_laws[0];
+
+fl_begin *const fl_begins[] = {0, fl_pi_begin, 0, fl_filtered_pi_begin, 0, 0, 0};
+_Static_assert(sizeof fl_begins / sizeof fl_begins[0] == sizeof fl_laws / sizeof fl_laws[0], "for each law");

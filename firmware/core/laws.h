@@ -8,4 +8,12 @@ fl_step fl_pi_step, fl_open_loop_step, fl_filtered_pi_step;
 fl_step fl_disturbance_observer_step, fl_super_twisting_step, fl_tracker_step;
 extern const int8_t fl_disturbance_observer_places[], fl_super_twisting_places[], fl_tracker_places[];
 
+/* Sets the integral of a law that has one so that, with no error, it commands `force`: for closing without
+ * a bump. */
+typedef void fl_begin(int32_t *state, int32_t force, int32_t setpoint, const fl_gain *gains);
+fl_begin fl_pi_begin, fl_filtered_pi_begin;
+
+/* By number as fl_laws; 0 where a law has no integral. */
+extern fl_begin *const fl_begins[];
+
 #endif

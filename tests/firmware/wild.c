@@ -1,7 +1,8 @@
 /* A board under random tables, samples and bytes, with the sanitizers watching: `wild SEED TICKS`.
  *
- * After every tick: duty at most that of the ceiling (by arithmetic of its own), amplitude within 0 and the ceiling, no
- * rise while idle or at fault, and the loop on only while the host was heard. Prints how often it was in each state. */
+ * After every tick: duty at most that of the ceiling (by arithmetic of its own), amplitude within 0 and the
+ * ceiling, no rise while idle or at fault, and the loop on only while the host was heard. Prints how often
+ * it was in each state. */
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>

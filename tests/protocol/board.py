@@ -13,6 +13,7 @@ import numpy as np
 
 from frictionloop.device.codec import Decoder, Message, encode
 from frictionloop.device.errors import Unplugged
+from frictionloop.device.transport import Pipe
 from frictionloop.quantities.schema import schema, table_hash, word_count
 
 SAMPLES = 16
@@ -124,7 +125,7 @@ class Board:
         self.say("counted", ticks=self.tick, longest_us=384, **counts)
 
 
-class Line:
+class Line(Pipe):
     """A line to a board with the board's clock; `spoil` is what it does to the bytes of a frame, None to hold it up."""
 
     source = "simulated"

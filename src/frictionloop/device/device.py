@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 import xarray as xr
 
+from frictionloop.control.parameter_words import firmware_words
 from frictionloop.device.errors import DeviceError, NoReply
 from frictionloop.device.link import Link
 from frictionloop.device.recorder import ALL, CHANNELS, SCALES, TICK_HZ, Recorder
@@ -17,7 +18,7 @@ from frictionloop.device.recording import clock_fit, to_dataset
 from frictionloop.device.running import STATES, Interrupted, Running
 from frictionloop.device.table import Parameters
 from frictionloop.device.transport import Pipe, opener
-from frictionloop.device.waveform import table, table_of
+from frictionloop.device.waveform import table, table_of, with_setpoint
 from frictionloop.loop.record import save
 from frictionloop.parameters import Source, System
 from frictionloop.quantities import FrictionloopError
@@ -41,13 +42,17 @@ class Info(NamedTuple):
     waveform: int
 
 
-def connect(address: str) -> Device:
+def connect(address: str, system: System | None = None, seed: int = 0) -> Device:
     """Return the device at an address.
 
     Parameters
     ----------
     address : str
         ``"sim:"``, ``"emulated:"``, ``"serial:///dev/ttyACM0"`` or ``"tcp://host:port"``.
+    system : System, optional
+        The bench of a simulated or emulated board, `bench()` by default.
+    seed : int
+        Seed of its noise.
 
     Raises
     ------
@@ -55,7 +60,7 @@ def connect(address: str) -> Device:
         For an address of no known form; DeviceError, which is one, when there is no such port, it is not ours to open
         or in use, nothing there speaks the protocol, or another version of it.
     """
-    return Device(opener(address), address)
+    return Device(opener(address, system, seed), address)
 
 
 class Device:
@@ -74,9 +79,9 @@ class Device:
 
     def __init__(self, opening: Callable[[], Pipe], address: str = "device") -> None:
         self._opening, self.address = opening, address
-        self.system: System | None = None
-        """What the device was set up from."""
         self._link = Link(opening())
+        self.system = self._link.pipe.system
+        """What the device was set up from, None where nobody knows."""
         try:
             self.info = self._identified()
         except Exception:
@@ -116,6 +121,18 @@ class Device:
         """Put the parameters that wait in force, checked as a whole."""
         self.parameters.commit()
         self.system = None
+
+    def upload(self, system: System) -> None:
+        """Set the device up from a System: write the whole parameter table and put it in force.
+
+        Raises
+        ------
+        FrictionloopError
+            When the firmware has no such law, or a value does not fit it.
+        """
+        self.parameters.write(firmware_words(system))
+        self.parameters.commit()
+        self.system = system
 
     def mode(self, state: str) -> None:
         """Ask for a state of the loop: ``"idle"``, ``"open"`` (lookup alone) or ``"closed"``."""
@@ -209,10 +226,10 @@ class Device:
         try:
             running.start()
             running.go(progress)
-            run = self._dataset(running, before, rows, played.error_n)
+            run = self._dataset(running, before, rows, setpoint, played.error_n)
         except (DeviceError, KeyboardInterrupt) as end:
             kept = path or KEPT_AS
-            run = self._dataset(running, before, recorder.reached, played.error_n)
+            run = self._dataset(running, before, recorder.reached, setpoint, played.error_n)
             save(run, kept)
             if isinstance(end, KeyboardInterrupt):
                 raise
@@ -223,12 +240,14 @@ class Device:
             save(run, path)
         return run
 
-    def _dataset(self, running: Running, before: dict[str, int], rows: int, error_n: float) -> xr.Dataset:
+    def _dataset(
+        self, running: Running, before: dict[str, int], rows: int, setpoint: Any, error_n: float
+    ) -> xr.Dataset:
         counts = {name: now - before[name] for name, now in self._counts().items()}
         attrs: dict[str, Any] = {**counts, **clock_fit(self._link.clock_pairs), "reconnects": running.reconnects}
         device = {"board": self.info.board, "revision": self.info.revision, "serial": self.info.serial}
         attrs |= {"setpoint_error_n": error_n, **device}
-        return to_dataset(running.recorder, rows, self._link.pipe.source, self.system, attrs)
+        return to_dataset(running.recorder, rows, self._link.pipe, with_setpoint(self.system, setpoint), attrs)
 
     def _counts(self) -> dict[str, int]:
         decoder = self._link.decoder

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -38,6 +39,7 @@ class Processor:
         bank.connect()
         self._read_register, self._write_register = bank.read, bank.write
         self.failure: Exception | None = None
+        self.on_access: Callable[[], None] | None = None
         uc = self.uc = unicorn.Uc(unicorn.UC_ARCH_ARM, unicorn.UC_MODE_THUMB | unicorn.UC_MODE_MCLASS)
         uc.ctl_set_cpu_model(arm.UC_CPU_ARM_CORTEX_M4)
         uc.mem_map(FLASH, FLASH_BYTES, unicorn.UC_PROT_READ | unicorn.UC_PROT_EXEC)
@@ -101,6 +103,8 @@ class Processor:
         self.failure = reason
 
     def _read(self, uc: Any, offset: int, width: int, page: int) -> int:
+        if self.on_access:
+            self.on_access()
         try:
             return self._read_register(page + offset, width)
         except FrictionloopError as error:
@@ -108,6 +112,8 @@ class Processor:
             return 0
 
     def _write(self, uc: Any, offset: int, width: int, value: int, page: int) -> None:
+        if self.on_access:
+            self.on_access()
         try:
             self._write_register(page + offset, width, value)
         except FrictionloopError as error:

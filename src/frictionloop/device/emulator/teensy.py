@@ -41,7 +41,9 @@ class TeensyEmulator:
         bank = self._bank = Bank()
         self._clocks, self._converters = Clocks(bank), Converters(bank)
         self._port, self._watchdog = SerialPort(bank), Watchdog(bank)
-        self._in_tick = self._running = False
+        self.in_tick = False
+        """Whether the tick's interrupt runs."""
+        self._running = False
         self.ticks = 0
         """Ticks so far."""
         self.late_us = 0.0
@@ -82,9 +84,9 @@ class TeensyEmulator:
         port.begin(self._bytes_a_tick)
         self._converters.convert((*force_counts, load_counts, position))
         self._watchdog.check(self.ticks * self._tick_counts / self._bus_hz)
-        self._in_tick = True
+        self.in_tick = True
         processor.interrupt(16 + PIT0_INTERRUPT)
-        self._in_tick = False
+        self.in_tick = False
         self.ticks += 1
         processor.rest()
         while port.arrive() or port.interrupts():
@@ -137,7 +139,7 @@ class TeensyEmulator:
     def _timer(self) -> int:
         """Counts down; the background reads it in the middle of a period."""
         counts = self._bank.values["PIT_LDVAL0"] + 1
-        passed = min(round(self.late_us * 1e-6 * self._bus_hz), counts - 1) if self._in_tick else counts // 2
+        passed = min(round(self.late_us * 1e-6 * self._bus_hz), counts - 1) if self.in_tick else counts // 2
         return counts - 1 - passed
 
     def _cycles(self) -> int:

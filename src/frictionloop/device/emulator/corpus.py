@@ -1,0 +1,67 @@
+"""What a tick is fed for measuring it: strokes of a finger, and what no finger does."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from frictionloop.device.codec import encode
+from frictionloop.quantities.schema import schema
+
+TICK_HZ = 5000
+LEAST, LARGEST = -32768, 32767
+
+
+class Counts(NamedTuple):
+    """What the converters give."""
+
+    force: tuple[int, int]
+    load: int
+    position: int
+
+
+def strokes(count: int, seed: int = 0) -> Iterator[Counts]:
+    """Yield samples of a finger at 20 mm/s under 0.5 N: there and back, a lift every second, noise, drifting friction."""
+    rng = np.random.default_rng(seed)
+    for k in range(count):
+        phase = k % TICK_HZ
+        way = phase if phase < TICK_HZ // 2 else TICK_HZ - phase
+        direction = 1 if phase < TICK_HZ // 2 else -1
+        touching = not 2000 <= phase < 2200
+        force = direction * (8000 + 3000 * np.sin(k / 40)) if touching else 0.0
+        load = 3277 if touching else 0
+        noise = np.rint(rng.normal(0, (40, 40, 20, 3))).astype(int)
+        yield Counts((int(force) + int(noise[0]), int(noise[1])), load + int(noise[2]), 4 * way - 5000 + int(noise[3]))
+
+
+def edges(count: int, seed: int = 0) -> Iterator[Counts]:
+    """Yield samples that jump between the ends of the converters, 0, and anywhere."""
+    rng = np.random.default_rng(seed)
+    ends = np.array([LEAST, LEAST + 1, -1, 0, 1, LARGEST - 1, LARGEST])
+    for _ in range(count):
+        anywhere, chosen = rng.integers(LEAST, LARGEST + 1, 4), rng.choice(ends, 4)
+        force, across, load, position = (int(x) for x in np.where(rng.random(4) < 0.5, anywhere, chosen))
+        yield Counts((force, across), load, position)
+
+
+def opening(state: str = "closed") -> bytes:
+    """Return the frames of a host that asks for the most work: a table over position, all telemetry, the loop closed."""
+    points = np.rint(6000 + 2000 * np.sin(np.arange(128) / 5)).astype("<i2")
+    play = {"source": schema()["sources"]["position"], "loops": 1, "count": len(points), "step": 2**20, "start_um": 0}
+    channels = 2 ** len(schema()["channel"]) - 1
+    return b"".join(
+        (
+            encode("waveform", 1, first=0, values=points),
+            encode("play", 2, **play, crc=zlib.crc32(points.tobytes())),
+            encode("stream", 3, decimation=1, mask=channels),
+            encode("mode", 4, state=schema()["states"][state]),
+        )
+    )
+
+
+def heartbeat(sequence: int) -> bytes:
+    """Return the frame that keeps the loop closed."""
+    return encode("heartbeat", sequence)
