@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Group, Parameter
 
 from frictionloop.cli import checks, flags, screen
-from frictionloop.quantities.units import FrictionloopError
+from frictionloop.cli.figure_files import write_figures
 
 if TYPE_CHECKING:
     from frictionloop.design.synthesis import Designed, Wanted
@@ -120,16 +120,9 @@ def _figures(before: System, after: System, left: Any, wanted: Wanted) -> dict[s
 def _save(system: System, out: Path | None, plots: Path | None, figures: dict[str, str]) -> dict[str, Path | None]:
     """Write what was asked for and return the paths."""
     from frictionloop.parameters import write_toml
-    from frictionloop.quantities import replacing
 
     if plots is not None:
-        try:
-            plots.mkdir(exist_ok=True)
-        except OSError as error:
-            raise FrictionloopError(f"plots = {str(plots)!r}: cannot be created ({error.strerror})") from None
-        for name, text in figures.items():
-            with replacing(plots / f"{name}.svg") as beside:
-                beside.write_text(text, encoding="utf-8")
+        write_figures("plots", plots, figures)
     if out is not None:
         write_toml(system, out)
     return {"controller": out, "figures": plots}

@@ -7,6 +7,7 @@ import csv
 import pytest
 
 import frictionloop as fl
+from frictionloop.design import synthesis
 from frictionloop.design import tournament as rooms
 from frictionloop.design.tournament import run
 
@@ -93,6 +94,17 @@ def test_why_says_where_the_residual_comes_from(frictionloop, tmp_path, monkeypa
     assert refused.err.startswith("error: why: 'observer' is not compared; accepted: lookup, retuned_pi")
 
 
+def test_files_are_written_before_the_residual_is_split(frictionloop, tmp_path, monkeypatch):
+    def stopped(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(rooms, "reasons", stopped)
+    answer = frictionloop(*WORDS, "--why", "lookup", "--csv", "s.csv", "--plots", "figures")
+    assert answer.code == 130
+    assert (tmp_path / "s.csv").read_text().startswith("law,")
+    assert (tmp_path / "figures" / "residuals.svg").exists()
+
+
 def test_interrupted_says_how_to_go_on(frictionloop, monkeypatch):
     really = run._Trial.run
 
@@ -123,6 +135,10 @@ def test_a_law_better_than_the_clairvoyant_oracle_is_an_error(frictionloop, monk
         (("--seed", "3"), "error: seed = 3: is that of the fingers laws are tuned on"),
         (("--speeds", "fast"), "error: speeds = 'fast': must be numbers"),
         (("--speeds", "0"), "error: motion.speed_mm_s = 0"),
+        (("--speeds", "20,20"), "error: speeds = [20.0, 20.0] mm/s: must name"),
+        (("--duration-s", "0.5"), "error: score_from_s = 1.0 s: must be"),
+        (("--duration-s", "1.50001"), "error: duration_s = 1.50001 s is not a whole number"),
+        (("--why", "nobody"), "error: why: 'nobody' is not compared"),
         (("--fingers", "0"), "error: fingers = 0: must be a whole number"),
         (("--out", "nowhere/r.h5"), "error: out = 'nowhere/r.h5': there is no folder"),
         (("--out", "r.txt"), "error: out = 'r.txt': must end in"),
@@ -136,7 +152,11 @@ def test_a_law_better_than_the_clairvoyant_oracle_is_an_error(frictionloop, monk
     ],
     ids=str,
 )
-def test_what_is_wrong_is_said_in_one_line(frictionloop, words, said):
+def test_what_is_wrong_is_said_in_one_line_before_any_law_is_designed(frictionloop, monkeypatch, words, said):
+    def designed(*_):
+        raise AssertionError("a law was designed")
+
+    monkeypatch.setattr(synthesis, "design_controller", designed)
     answer = frictionloop("compare", *words)
     assert (answer.code, answer.out) == (2, "")
     assert answer.err.startswith(said)
