@@ -128,13 +128,13 @@ def test_what_can_be_taken_away_depends_on_the_system():
     ("options", "said"),
     [
         ({"causes": ["wind"]}, "causes: 'wind' is not one of this system; it has tangential tremor"),
-        ({"causes": []}, "causes = []: must name at least one"),
+        ({"causes": []}, "causes = '': must name at least one"),
         ({"causes": ["roughness", "roughness"]}, "none of them twice"),
         ({"fingers": []}, r"fingers = \[\]: must hold at least one"),
     ],
 )
 def test_what_is_wrong_is_said(options, said):
-    with pytest.raises(fl.FrictionloopError, match=said.replace("[]:", r"\[\]:") if "causes" in said else said):
+    with pytest.raises(fl.FrictionloopError, match=said):
         split(BENCH, **options)
     with pytest.raises(fl.FrictionloopError, match="causes: 'wind' is unknown; accepted: tangential tremor"):
         causes.without(BENCH, ["wind"])

@@ -13,7 +13,7 @@ from frictionloop.cli.tournament_text import number
 if TYPE_CHECKING:
     from frictionloop.design.corners import Corner
     from frictionloop.design.headroom import Headroom
-    from frictionloop.design.synthesis import Designed, Wanted
+    from frictionloop.design.wanted import Designed, Wanted
     from frictionloop.parameters import System
 
 Row = tuple[str, ...]

@@ -11,7 +11,7 @@ from frictionloop.cli import checks, flags, screen
 from frictionloop.cli.figure_files import write_figures
 
 if TYPE_CHECKING:
-    from frictionloop.design.synthesis import Designed, Wanted
+    from frictionloop.design.wanted import Designed, Wanted
     from frictionloop.parameters import System
 
 ARGUMENTS = "[FILE] [OPTIONS]"
@@ -72,7 +72,8 @@ def command(
     from frictionloop.cli import controller_text
     from frictionloop.design.corners import corners
     from frictionloop.design.headroom import headroom
-    from frictionloop.design.synthesis import Wanted, default_law
+    from frictionloop.design.synthesis import default_law
+    from frictionloop.design.wanted import Wanted
 
     wanted, name = Wanted(sensitivity_peak, resonance_error), law or default_law(system)
     designed, after = _designed(system, name, wanted)
