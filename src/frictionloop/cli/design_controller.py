@@ -91,7 +91,7 @@ def command(
         *controller_text.margin_text(after, found, wanted),
         "",
         *controller_text.headroom_text(left, wanted),
-        *(["", *designed.notes] if designed.notes else []),
+        *(["", *(screen.wrapped(note) for note in designed.notes)] if designed.notes else []),
         *(["", *(f"saved {what} as {path}" for what, path in saved.items() if path)] if any(saved.values()) else []),
     )
 

@@ -101,7 +101,7 @@ def _variants(names: Sequence[str], there: Sequence[str]) -> Iterator[tuple[str,
     for name in names:
         yield "without", name, frozenset({name})
         # A resonance that is not where it is believed to be is one that is there.
-        kept = {name, "resonance"} if name == "detuning" else {name}
+        kept = {name, "resonance"} if name == "misjudged resonance" else {name}
         yield "alone", name, frozenset(moving - kept if name in DISTURBANCES else (moving | limits) - kept)
 
 

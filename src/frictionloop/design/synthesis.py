@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from typing import Any
 
 from frictionloop.design.corners import band_of, broken, corners, with_shifts
 from frictionloop.design.disturbance import Spectrum, touch_spectrum
@@ -20,6 +21,8 @@ LEAST_KI = 2.0 * math.pi * LOWEST_HZ
 """Least ki worth having, 1/s: with less nothing above 1 Hz, where touch begins to count, is lowered."""
 MODEL_ERROR = 0.3
 """Share of the set-point that feed-forward leaves to the feedback: spread of tau over fingers (assumed)."""
+SLOW = 0.1
+"""Share of the resonance below which an observer's bandwidth is called slow: a PI gets there (assumed)."""
 Synthesis = Callable[[System, Wanted], Designed]
 
 
@@ -47,7 +50,8 @@ def observer(system: System, wanted: Wanted) -> Designed:
     from frictionloop.design.observed import tune_observer
 
     spectrum, notes = _spectrum(system, MODEL_ERROR)
-    return Designed(tune_observer(system, "observer", wanted.limits, spectrum), notes)
+    found = tune_observer(system, "observer", wanted.limits, spectrum)
+    return Designed(found, (*notes, *_slow(system, found)))
 
 
 def super_twisting(system: System, wanted: Wanted) -> Designed:
@@ -56,7 +60,8 @@ def super_twisting(system: System, wanted: Wanted) -> Designed:
 
     spectrum, notes = _spectrum(system, MODEL_ERROR)
     said = "margins are those of small signals, inside the sliding mode; k1 and k2 stay as they are"
-    return Designed(tune_observer(system, "super_twisting", wanted.limits, spectrum), (*notes, said))
+    found = tune_observer(system, "super_twisting", wanted.limits, spectrum)
+    return Designed(found, (*notes, *_slow(system, found), said))
 
 
 def hinf(system: System, wanted: Wanted) -> Designed:
@@ -133,6 +138,19 @@ def _in_terms_of(wanted: Wanted) -> Iterator[None]:
 def _plain(system: System) -> System:
     """Return the loop with a law whose operating points need no Jacobian."""
     return system.evolve({"controller.kind": "pi"})
+
+
+def _slow(system: System, found: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return what to say of an observer whose bandwidth the resonance keeps low: why, and which law gets further."""
+    sensor, bandwidth_hz = system.sensor, found["controller.bandwidth_hz"]
+    if not isinstance(sensor, SuspendedSensor) or bandwidth_hz > SLOW * sensor.resonance_hz:
+        return ()
+    return (
+        f"slow: this law follows what its model does not know to some {bandwidth_hz:.2g} Hz only. It takes the "
+        f"resonance of {sensor.resonance_hz:g} Hz away by its model; with the resonance off, or believed low to be "
+        "safe from that, a wider bandwidth breaks the limits on Ms. --law notch_pi is held to the same limits and "
+        "gets further.",
+    )
 
 
 def _check_notch(system: System) -> None:
