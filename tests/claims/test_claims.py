@@ -249,6 +249,7 @@ def test_every_command_is_wired_to_its_number(claims):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(600)
 def test_commands_of_populations_are_wired_and_verdicts_are_those_of_the_whole_protocol(whole_claims):
     assert {claim.id: claim.verdict for claim in whole_claims} == VERDICTS
     by_id = {claim.id: claim for claim in whole_claims}
