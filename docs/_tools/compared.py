@@ -25,7 +25,7 @@ PAIRS = (
     ("r2_identity", "$R^2$", 1.0),
     ("fall_63_s", "fall to 63 % (ms)", 1e3),
     ("rise_10_90_over_limit", "rise / skin's", 1.0),
-    ("relative_index", "D / plain", 1.0),
+    ("relative_index", "felt", 1.0),
     ("over_oracle", "/ oracle", 1.0),
 )
 """Scores shown as median / worst decile of the capable fingers."""

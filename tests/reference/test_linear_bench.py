@@ -7,26 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from steady_finger import SILENT
+from steady_finger import SLIDING as STEADY
 
 import frictionloop as fl
 from frictionloop.design import kp_limit, linearise, noise_spectrum
 
 RATE_HZ, TS = 5000, 1 / 5000
 SETTLE_S, SCORE_S = 2.0, 1.0
-STEADY = {
-    "motion.tremor_um": 0.0,
-    "motion.tremor_n": 0.0,
-    "motion.load_drift": 0.0,
-    "motion.stroke_mm": 2000.0,
-    "touch.load.length_mm": 3000.0,
-    "motion.start": 0.02,
-    "friction.roughness_rms": 0.0,
-    "friction.occlusion_ratio": 1.0,
-    "friction.moist_loss": 0.0,
-    "friction.load_exponent": 0.0,
-}
-"""A finger that slides steadily: what is left of the bench is what is linearised."""
-SILENT = {"sensor.noise_density_n_rthz": 0.0, "sensor.adc_bits": 32}
 TONES_HZ = np.array([3, 17, 41, 89, 137, 149, 211, 307, 499])
 """Whole periods in SCORE_S, on both sides of the resonance."""
 LOOPS = {

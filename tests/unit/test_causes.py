@@ -87,7 +87,7 @@ def test_springs_that_follow_at_once_are_none():
 
 def test_a_notch_without_a_resonance_undoes_none():
     system = BENCH.evolve({"controller.kind": "notch_pi", "controller.notch_hz": 120.0, "controller.kp": 2.0})
-    told = system.evolve(causes.without(system, ["resonance", "detuning"])).controller
+    told = system.evolve(causes.without(system, ["resonance", "misjudged resonance"])).controller
     assert (told.kind, told.kp, told.ki) == ("filtered_pi", 2.0, system.controller.ki)
     rate_hz = system.controller.rate_hz
     w = 2.0 * rate_hz * math.tan(math.pi * 120.0 / rate_hz)  # prewarped
@@ -115,7 +115,7 @@ def test_what_can_be_taken_away_depends_on_the_system():
     assert held.setpoint == fl.Constant(offset_n=held.setpoint.offset_n)
     assert held.setpoint.offset_n == pytest.approx(0.6)
     off = BENCH.evolve({"controller.model.resonance_hz": 138.0, "controller.model.resonance_q": 15.0})
-    found = off.evolve(causes.without(off, ["detuning"])).sensor
+    found = off.evolve(causes.without(off, ["misjudged resonance"])).sensor
     assert (found.resonance_hz, found.q) == (138.0, 15.0)
     known = BENCH.evolve({"motion.load_n": 0.7, "friction.occlusion_ratio": 1.0, "friction.moist_loss": 0.0})
     model = known.evolve(causes.without(known, ["unknown finger"])).controller.model
@@ -128,13 +128,13 @@ def test_what_can_be_taken_away_depends_on_the_system():
     ("options", "said"),
     [
         ({"causes": ["wind"]}, "causes: 'wind' is not one of this system; it has tangential tremor"),
-        ({"causes": []}, "causes = []: must name at least one"),
+        ({"causes": []}, "causes = '': must name at least one"),
         ({"causes": ["roughness", "roughness"]}, "none of them twice"),
         ({"fingers": []}, r"fingers = \[\]: must hold at least one"),
     ],
 )
 def test_what_is_wrong_is_said(options, said):
-    with pytest.raises(fl.FrictionloopError, match=said.replace("[]:", r"\[\]:") if "causes" in said else said):
+    with pytest.raises(fl.FrictionloopError, match=said):
         split(BENCH, **options)
     with pytest.raises(fl.FrictionloopError, match="causes: 'wind' is unknown; accepted: tangential tremor"):
         causes.without(BENCH, ["wind"])

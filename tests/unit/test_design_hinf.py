@@ -11,7 +11,7 @@ import xarray as xr
 import frictionloop as fl
 from frictionloop.control.filtered_pi import filtered_pi_gains
 from frictionloop.design.hinf import design_hinf, design_lqg
-from frictionloop.design.hinf_wanted import Wanted
+from frictionloop.design.hinf_wanted import HinfWanted
 from frictionloop.design.linear import linearise
 from frictionloop.design.noise_model import NoiseModel
 from frictionloop.design.plant_grid import residual_rms_n
@@ -110,7 +110,7 @@ def test_the_norm_of_the_weighted_bench_is_what_the_synthesis_says() -> None:
 
 def test_without_overdrive_the_loop_is_the_same() -> None:
     f = np.geomspace(0.1, 2400, 200)
-    one, two = (design_hinf(BENCH, NOISE, wanted=Wanted(overdrive=on)) for on in (True, False))
+    one, two = (design_hinf(BENCH, NOISE, wanted=HinfWanted(overdrive=on)) for on in (True, False))
     assert two.overrides["controller.overdrive"] is False
     # One state more, which the balanced truncation takes away with the pole and zero that cancel.
     assert one.response(f) == pytest.approx(two.response(f), rel=0.02)
@@ -134,7 +134,7 @@ def test_it_leaves_less_than_the_pi_on_capable_fingers(method, contact) -> None:
 
 
 def test_fewer_states_are_checked_again() -> None:
-    small = design_hinf(BENCH, NOISE, wanted=Wanted(order=8))
+    small = design_hinf(BENCH, NOISE, wanted=HinfWanted(order=8))
     assert (small.order, len(small.cascade.sections)) == (9, 4)
     assert float(small.table["sensitivity_peak"].sel(resonance=[-0.05, 0.0, 0.05], gain=1.0).max()) <= 2.0
 
@@ -142,9 +142,9 @@ def test_fewer_states_are_checked_again() -> None:
 @pytest.mark.parametrize(
     ("wanted", "words"),
     [
-        (Wanted(sensitivity_peaks=(1.02, 1.02, 1.02)), r"^sensitivity_peaks = .* gets to .* resonance off by"),
-        (Wanted(order=13), "^order = 13: must be from 1 to 12"),
-        (Wanted(resonance=0.6), "^resonance = 0.6: must be from 0 to 0.45"),
+        (HinfWanted(sensitivity_peaks=(1.02, 1.02, 1.02)), r"^sensitivity_peaks = .* gets to .* resonance off by"),
+        (HinfWanted(order=13), "^order = 13: must be from 1 to 12"),
+        (HinfWanted(resonance=0.6), "^resonance = 0.6: must be from 0 to 0.45"),
     ],
 )
 def test_what_cannot_be_had_is_said_in_one_line(wanted, words) -> None:

@@ -20,8 +20,9 @@ DOCS = Path(__file__).parents[2] / "docs"
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 WIDEST = 88
 """Characters of a line of code that the pages show without scrolling."""
-STARTS_PROCESSES = {"sweep-on-a-cluster"}
-BENCH = ("bench", "bench-gains", "controllers", "plate", "force-sensor")
+SLOW = {"sweep-on-a-cluster", "design-a-controller", "controllers", "my-labs-bench"}
+"""Pages that start processes or design controllers; building the documentation runs them too."""
+BENCH = ("bench", "bench-gains", "controllers", "oracle", "plate", "force-sensor")
 PAGES = [DOCS / "tutorial.md", *(DOCS / f"{name}.md" for name in BENCH), *sorted((DOCS / "how-to").glob("*.md"))]
 
 
@@ -38,7 +39,7 @@ def blocks(page):
 
 
 @pytest.mark.parametrize(
-    "path", [pytest.param(p, id=p.stem, marks=[pytest.mark.slow] * (p.stem in STARTS_PROCESSES)) for p in PAGES]
+    "path", [pytest.param(p, id=p.stem, marks=[pytest.mark.slow] * (p.stem in SLOW)) for p in PAGES]
 )
 @pytest.mark.usefixtures("tools")
 def test_code_blocks_run(path, tmp_path):

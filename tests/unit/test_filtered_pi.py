@@ -8,31 +8,16 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from run_filtered import CLAMP, RATE, TOLD, columns, run
 from scipy import signal
 
 import frictionloop as fl
 from frictionloop.control.expected import ExpectedState
-from frictionloop.control.filtered_pi import GAINS, STATES, filtered_pi_gains, filtered_pi_start, filtered_pi_step
+from frictionloop.control.filtered_pi import GAINS, STATES, filtered_pi_gains, filtered_pi_start
 from frictionloop.control.laws import law_of
 from frictionloop.control.notch import notch_section, section_response
 from frictionloop.control.pi import PiGains, PiState, pi_step
 from frictionloop.sensing.measurement import Measurement
-
-RATE = 5000.0
-CLAMP = (0.1, 0.9)
-
-
-def run(controller, setpoints, forces, valid=None, clamp=CLAMP):
-    """Commands, saturated and the state after each step."""
-    gains = tuple(map(float, (*filtered_pi_gains(controller), *clamp)))
-    state = tuple(map(float, filtered_pi_start(controller)))
-    out, states = [], []
-    for r, f, ok in zip(setpoints, forces, np.ones(len(forces)) if valid is None else valid, strict=True):
-        told = Measurement(float(f), 0.0, 0.0, 0.0, float(ok))
-        state, command = filtered_pi_step(state, told, float(r), gains, 1.0 / RATE)
-        out.append(tuple(command))
-        states.append(state)
-    return np.array(out), np.array(states)
 
 
 def sos_of(sections):
@@ -123,12 +108,9 @@ def test_without_sections_it_is_pi_to_the_bit(forces, seed):
         assert (command.u, command.saturated, state.integral) == (*got[k], states[k, 0])
 
 
-wild = st.floats(-1e3, 1e3) | st.sampled_from([0.0, -1e3, 1e3])
-
-
 @settings(max_examples=150)
 @given(
-    st.lists(st.tuples(wild, st.floats(-2, 3), st.booleans()), min_size=1, max_size=150),
+    TOLD,
     st.integers(0, 6),
     st.booleans(),
     st.booleans(),
@@ -137,7 +119,7 @@ wild = st.floats(-1e3, 1e3) | st.sampled_from([0.0, -1e3, 1e3])
 )
 def test_it_never_leaves_its_clamp_nor_winds_up(told, count, feedforward, overdrive, kp, ki):
     """For an error e inside |e| <= E: I goes on only while v is inside, so it stays within the clamp and ki dt E."""
-    forces, setpoints, valid = (np.array(column, dtype=float) for column in zip(*told, strict=True))
+    forces, setpoints, valid = columns(told)
     controller = fl.FilteredPiController(
         kp=kp, ki=ki, sections=filters(count, 1), feedforward=feedforward, overdrive=overdrive, delay_s=330e-6
     )

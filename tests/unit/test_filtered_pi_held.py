@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from run_filtered import CLAMP, RATE, TOLD, columns, run
 from scipy import signal
 
 import frictionloop as fl
-from frictionloop.control.filtered_pi import filtered_pi_gains, filtered_pi_start, filtered_pi_step, hold_gain
-from frictionloop.sensing.measurement import Measurement
+from frictionloop.control.filtered_pi import filtered_pi_gains, hold_gain
 
-RATE, CLAMP, KP, KI = 5000.0, (0.1, 0.9), 0.4, 60.0
+KP, KI = 0.4, 60.0
 THROUGH = (1.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -31,17 +31,6 @@ HELD = (
 
 INVERSES = [np.sum(np.abs(signal.lfilter([1.0, *s[3:]], s[:3], np.eye(1, 40000)[0]))) for s in HELD]
 """Largest output of each one's inverse for an input of at most 1."""
-
-
-def run(controller, setpoints, forces, valid=None):
-    gains = tuple(map(float, (*filtered_pi_gains(controller), *CLAMP)))
-    state, out, states = tuple(map(float, filtered_pi_start(controller))), [], []
-    for r, f, ok in zip(setpoints, forces, np.ones(len(forces)) if valid is None else valid, strict=True):
-        told = Measurement(float(f), 0.0, 0.0, 0.0, float(ok))
-        state, command = filtered_pi_step(state, told, float(r), gains, 1.0 / RATE)
-        out.append(tuple(command))
-        states.append(state)
-    return np.array(out), np.array(states)
 
 
 def law(held, **changes):
@@ -68,18 +57,15 @@ def test_held_sections_are_hanus_on_a_state_space(count):
     assert 0.1 < got[:, 1].mean() < 0.95
 
 
-wild = st.floats(-1e3, 1e3) | st.sampled_from([0.0, -1e3, 1e3])
-
-
 @settings(max_examples=60)
 @given(
-    st.lists(st.tuples(wild, st.floats(-2, 3), st.booleans()), min_size=1, max_size=150),
+    TOLD,
     st.integers(1, 4),
     st.booleans(),
 )
 def test_nothing_winds_up_whatever_the_error(told, count, feedforward):
     """kp y + I is the command, so I moves towards it by ki dt/kp of the way, and never beyond."""
-    forces, setpoints, valid = (np.array(column, dtype=float) for column in zip(*told, strict=True))
+    forces, setpoints, valid = columns(told)
     controller = law(HELD[:count], feedforward=feedforward, overdrive=feedforward)
     assert filtered_pi_gains(controller)[2] != 0.0
     got, states = run(controller, setpoints, forces, valid)

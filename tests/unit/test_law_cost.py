@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import math
 from collections import Counter
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,8 +15,10 @@ import frictionloop as fl
 from frictionloop.control.cost import BUDGET_CYCLES, CYCLES_M4, cycles_m4
 from frictionloop.control.law import Operations
 from frictionloop.control.laws import LAWS
+from frictionloop.quantities import biquad
 from frictionloop.sensing.measurement import Measurement
 
+DOCS = Path(__file__).parents[2] / "docs"
 MODULES = (
     "control.expected", "control.filtered_pi", "control.force_observer", "control.disturbance_observer",
     "control.limit_observer", "control.open_loop", "control.overdrive", "control.pi", "control.super_twisting",
@@ -104,6 +107,25 @@ def test_a_law_takes_the_operations_it_says(law, monkeypatch):
     """The lookup is not in the step; the tracker inverts the limit itself."""
     counted = operations_of(law, monkeypatch, CHANGES.get(law.kind, {}))
     assert law.operations == counted._replace(lookups=0 if law.kind == "tracker" else 1)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.kind)
+def test_texts_say_what_is_counted(law):
+    """The page that says what a law costs, and the docstring of a step that says it in numbers of its own."""
+    counts = [(name, count) for name, count in law.operations._asdict().items() if count and name != "lookups"]
+    said = ", ".join(f"{count} {name[:-1] if count == 1 else name}" for name, count in counts)
+    if law.kind != "tracker":  # its page speaks of no operations
+        assert said in " ".join((DOCS / "controllers.md").read_text(encoding="utf-8").split())
+    if law.kind in ("pi", "filtered_pi", "lookup"):
+        assert said in " ".join(law.step.py_func.__doc__.split())
+
+
+def test_a_section_takes_five_multiplications_and_four_additions(monkeypatch):
+    """And a held one 1 and 1 more, that foresee the command."""
+    monkeypatch.setattr(biquad, "fma", counted_fma)
+    COUNTS.clear()
+    biquad.biquad_step.py_func(*map(Counted, (0.1, 0.2, 0.3, 0.4, 0.2, 0.1, -0.3, 0.1)))
+    assert dict(COUNTS) == {"multiplications": 5, "additions": 4}
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.kind)

@@ -7,7 +7,7 @@ import os
 
 import pytest
 
-from frictionloop.quantities import FrictionloopError, replacing
+from frictionloop.quantities import FrictionloopError, replacing, why_unwritable
 
 
 @pytest.fixture
@@ -66,12 +66,17 @@ def test_a_failing_rename_keeps_the_old_file(old, monkeypatch):
     only(old, "old")
 
 
-def test_a_missing_folder_is_one_line(tmp_path):
+def test_a_missing_folder_is_one_line_and_speaks_of_no_old_file(tmp_path):
     path = tmp_path / "nowhere" / "new.txt"
     with pytest.raises(FrictionloopError) as failure, replacing(path) as beside:
         beside.write_text("new")
-    assert str(path) in str(failure.value)
-    assert "\n" not in str(failure.value)
+    assert str(failure.value) == f"{path}: cannot be written (No such file or directory)"
+
+
+def test_why_a_folder_takes_no_file_leaving_nothing_in_it(tmp_path):
+    assert why_unwritable(tmp_path) == ""
+    assert os.listdir(tmp_path) == []
+    assert why_unwritable(tmp_path / "nowhere") == "No such file or directory"
 
 
 def test_a_file_in_place_of_the_folder_is_one_line(old):

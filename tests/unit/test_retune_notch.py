@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -38,16 +39,25 @@ def closed_loop(system, notch, kp, ki, overdrive):
 CASES = {
     "dahl": ({}, 0.05, False, None),
     "slider": ({"finger.contact": "slider"}, 0.05, False, None),
+    "residual": ({}, 0.05, False, touch_spectrum(BENCH)),
     "ten percent, residual": ({}, 0.10, False, touch_spectrum(BENCH)),
     "overdrive, residual": ({"finger.contact": "slider"}, 0.05, True, touch_spectrum(BENCH, 0.3)),
 }
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_margins_hold_at_every_point_and_resonance(case):
+@cache
+def found_for(case):
     changes, error, overdrive, disturbance = CASES[case]
-    system = BENCH.evolve(changes)
-    found = retune_notch(system, 1.5, error, disturbance=disturbance, overdrive=overdrive)
+    return retune_notch(BENCH.evolve(changes), 1.5, error, disturbance=disturbance, overdrive=overdrive)
+
+
+SLOW = ("slider", "ten percent, residual")
+
+
+@pytest.mark.parametrize("case", [pytest.param(case, marks=[pytest.mark.slow] * (case in SLOW)) for case in CASES])
+def test_margins_hold_at_every_point_and_resonance(case):
+    changes, error, overdrive, _ = CASES[case]
+    system, found = BENCH.evolve(changes), found_for(case)
     notch = found.notch_hz, found.notch_depth, found.notch_width
     worst = 0.0
     for force in (0.5, 0.6, 0.7):
@@ -66,6 +76,7 @@ def test_margins_hold_at_every_point_and_resonance(case):
     assert evolved.controller.notch_hz == found.notch_hz
 
 
+@pytest.mark.slow
 def test_limits_may_widen_with_the_error():
     """Nominal, +-5 % and +-10 %, overdrive on, each checked by itself at the middle point; one at least is used up."""
     limits = {0.0: 1.7, 0.05: 2.0, 0.1: 2.6}
@@ -85,14 +96,13 @@ def test_limits_may_widen_with_the_error():
 
 def test_it_beats_pi_alone_on_what_it_was_made_for():
     pi = fl.retune(BENCH)
-    assert retune_notch(BENCH, 1.5, 0.05).ki > 1.3 * pi.ki  # although PI was given the resonance
+    assert found_for("dahl").ki > 1.3 * pi.ki  # although PI was given the resonance
     f = np.geomspace(0.3, 1000, 3000)
-    density = touch_spectrum(BENCH)
+    found, density = found_for("residual"), touch_spectrum(BENCH)
 
     def residual(gain):
         return np.sqrt(np.trapezoid(density(f) / np.abs(1 + gain) ** 2, f))
 
-    found = retune_notch(BENCH, 1.5, 0.05, disturbance=density)
     plant = fl.linearise(BENCH).plant.response(f)[:, 1, 0]
     t = math.tan(math.pi * found.notch_hz / RATE)
     s = 1j * np.tan(np.pi * f / RATE) / t
@@ -162,7 +172,7 @@ def test_refused_in_one_line(case):
 
 def test_what_it_finds_holds_in_the_simulated_loop():
     """+-5 % of the resonance, both contacts: no limit cycle, which would leave far more than the best."""
-    found = retune_notch(BENCH, 1.5, 0.05, disturbance=touch_spectrum(BENCH))
+    found = found_for("residual")
     system = BENCH.evolve(found.overrides)
     points = [
         {"sensor.resonance_hz": 145.0 * factor, "finger.contact": contact}

@@ -28,6 +28,7 @@ def elsewhere(monkeypatch):
     return fl.sweep(fl.paper(), POINTS, **OPTIONS)
 
 
+@pytest.mark.slow
 def test_on_a_dask_cluster_of_two_workers(monkeypatch, in_threads):
     distributed = pytest.importorskip("dask.distributed")
     cluster = distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None)

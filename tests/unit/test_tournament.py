@@ -9,8 +9,10 @@ import pytest
 import xarray as xr
 
 import frictionloop as fl
+from frictionloop.design import synthesis
 from frictionloop.design import tournament as rooms
 from frictionloop.design.tournament import entrants, protocol, run, store
+from frictionloop.design.wanted import Designed
 
 SHORT = {"duration_s": 1.0, "start_s": 0.4, "progress": False}
 LAWS = ["lookup", "retuned_pi"]
@@ -25,9 +27,28 @@ def whole():
     return short()
 
 
-def test_every_entrant_is_a_system():
-    for name, entrant in entrants.ENTRANTS.items():
-        assert fl.bench().evolve(entrant(fl.bench())).controller.kind, name
+DESIGNED = ("notch_pi", "hinf", "lqg")
+"""Entrants whose synthesis takes from some seconds to half a minute."""
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in DESIGNED)) for name in entrants.ENTRANTS]
+)
+def test_every_entrant_is_a_system(name):
+    assert fl.bench().evolve(entrants.ENTRANTS[name](fl.bench())).controller.kind
+
+
+@pytest.mark.parametrize("law", DESIGNED)
+def test_an_entrant_that_is_designed_is_what_the_synthesis_of_its_law_finds(law, monkeypatch):
+    asked = []
+
+    def design_controller(*given):
+        asked.append(given)
+        return Designed({"controller.kind": "lookup"})
+
+    monkeypatch.setattr(synthesis, "design_controller", design_controller)
+    assert entrants.ENTRANTS[law](fl.bench()) == {"controller.kind": "lookup"}
+    assert asked == [(fl.bench(), law)]
 
 
 def test_the_printed_and_the_re_tuned_gains():

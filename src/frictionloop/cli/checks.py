@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+from frictionloop.quantities.files import why_unwritable
 from frictionloop.quantities.units import FrictionloopError
 
 RUN_FILES, FIGURES, TABLES, SYSTEMS = (".h5", ".hdf5", ".nc"), (".svg", ".pdf", ".png"), (".csv",), (".toml",)
@@ -18,6 +19,7 @@ def check_output(name: str, path: Path | None, accepted: tuple[str, ...]) -> Non
         raise FrictionloopError(f"{name} = {str(path)!r}: must end in {' or '.join(accepted)}")
     if not path.parent.is_dir():
         raise FrictionloopError(f"{name} = {str(path)!r}: there is no folder {str(path.parent)!r}; create it first")
+    _check_writable(name, path, path.parent)
 
 
 def check_new(name: str, path: Path | None) -> None:
@@ -30,6 +32,14 @@ def check_folder(name: str, path: Path | None) -> None:
     """Refuse a folder for figures that is a file, or that has no folder to be made in."""
     if path is not None and not path.is_dir() and (path.exists() or not path.parent.is_dir()):
         raise FrictionloopError(f"{name} = {str(path)!r}: must be a folder, or a new one in a folder that is there")
+    if path is not None:
+        _check_writable(name, path, path if path.is_dir() else path.parent)
+
+
+def _check_writable(name: str, path: Path, folder: Path) -> None:
+    why = why_unwritable(folder)
+    if why:
+        raise FrictionloopError(f"{name} = {str(path)!r}: nothing can be written in {str(folder)!r} ({why})")
 
 
 def check_count(name: str, value: int, least: int, most: int = 2**63 - 1) -> None:

@@ -119,13 +119,15 @@ def command(
     with screen.waiting("scoring"):
         scored = rooms.scores(ran)
         rows, margins = rooms.score_rows(scored), rooms.margin_rows(ran)
-    errors, causes = rooms.oracle_errors(scored), files.causes(ran, explained, jobs, plots)
+    errors = rooms.oracle_errors(scored)
     saved: dict[str, Any] = {"results": out, "table": csv, "figures": plots}
     if csv is not None:
         files.write_csv(rooms.tidy_rows(rows, margins), csv)
     if plots is not None:
         with screen.waiting("drawing"):
             files.draw(ran, scored, plots)
+    # Last, as it may take longest: what is asked for as a file is then written already.
+    causes = files.causes(ran, explained, jobs, plots)
     if json:
         _show_json(
             system,

@@ -13,7 +13,7 @@ from frictionloop.cli.tournament_text import number
 if TYPE_CHECKING:
     from frictionloop.design.corners import Corner
     from frictionloop.design.headroom import Headroom
-    from frictionloop.design.synthesis import Designed, Wanted
+    from frictionloop.design.wanted import Designed, Wanted
     from frictionloop.parameters import System
 
 Row = tuple[str, ...]
@@ -42,14 +42,17 @@ def _value(name: str, value: Any) -> str:
 
 def margin_text(system: System, found: Sequence[Corner], wanted: Wanted) -> list[Any]:
     """Return the table of margins, worst over forces, per resonance on a dry and a moist finger."""
+    from frictionloop.design.corners import stroke_of
+
     forces = [each.loop.elements.force_n for each in found]
     moist = max(each.loop.elements.occluded for each in found)
     said = f"margins, worst from {min(forces):.3g} to {max(forces):.3g} N"
     if moist:
         said += f", dry / moist (occluded {moist:.0%}) finger"
+    said += stroke_of(system)
     head: Row = ("resonance", "Ms", "asked", "gain", "phase, deg", "delay left, us", "")
     rows = [head, *(_margin_row(found, off, wanted) for off in sorted({each.off for each in found}))]
-    return [said, screen.table(rows)]
+    return [screen.wrapped(said), screen.table(rows)]
 
 
 def _margin_row(found: Sequence[Corner], off: float, wanted: Wanted) -> Row:

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Group, Parameter
 
 from frictionloop.cli import checks, flags, screen
-from frictionloop.quantities.units import FrictionloopError
+from frictionloop.cli.figure_files import write_figures
 
 if TYPE_CHECKING:
-    from frictionloop.design.synthesis import Designed, Wanted
+    from frictionloop.design.wanted import Designed, Wanted
     from frictionloop.parameters import System
 
 ARGUMENTS = "[FILE] [OPTIONS]"
@@ -72,7 +72,8 @@ def command(
     from frictionloop.cli import controller_text
     from frictionloop.design.corners import corners
     from frictionloop.design.headroom import headroom
-    from frictionloop.design.synthesis import Wanted, default_law
+    from frictionloop.design.synthesis import default_law
+    from frictionloop.design.wanted import Wanted
 
     wanted, name = Wanted(sensitivity_peak, resonance_error), law or default_law(system)
     designed, after = _designed(system, name, wanted)
@@ -90,7 +91,7 @@ def command(
         *controller_text.margin_text(after, found, wanted),
         "",
         *controller_text.headroom_text(left, wanted),
-        *(["", *designed.notes] if designed.notes else []),
+        *(["", *(screen.wrapped(note) for note in designed.notes)] if designed.notes else []),
         *(["", *(f"saved {what} as {path}" for what, path in saved.items() if path)] if any(saved.values()) else []),
     )
 
@@ -120,16 +121,9 @@ def _figures(before: System, after: System, left: Any, wanted: Wanted) -> dict[s
 def _save(system: System, out: Path | None, plots: Path | None, figures: dict[str, str]) -> dict[str, Path | None]:
     """Write what was asked for and return the paths."""
     from frictionloop.parameters import write_toml
-    from frictionloop.quantities import replacing
 
     if plots is not None:
-        try:
-            plots.mkdir(exist_ok=True)
-        except OSError as error:
-            raise FrictionloopError(f"plots = {str(plots)!r}: cannot be created ({error.strerror})") from None
-        for name, text in figures.items():
-            with replacing(plots / f"{name}.svg") as beside:
-                beside.write_text(text, encoding="utf-8")
+        write_figures("plots", plots, figures)
     if out is not None:
         write_toml(system, out)
     return {"controller": out, "figures": plots}

@@ -63,6 +63,13 @@ def waiting(text: str) -> Iterator[None]:
         yield
 
 
+def wrapped(text: str) -> Any:
+    """Return prose that is broken where the terminal ends."""
+    from rich.text import Text
+
+    return Text(text)
+
+
 def columns(rows: Sequence[tuple[str, ...]]) -> Any:
     """Return rows as a borderless table: the first column a name, the last one free to wrap."""
     from rich.table import Table

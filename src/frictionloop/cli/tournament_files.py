@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from frictionloop.cli import screen
+from frictionloop.cli.figure_files import write_figures
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
     from frictionloop.design.tournament import Tournament
 
@@ -29,18 +29,9 @@ def write_csv(rows: list[dict[str, Any]], path: Path) -> None:
 def draw(ran: Tournament, scored: xr.Dataset, folder: Path) -> None:
     """Draw the figures of a tournament into a folder."""
     from frictionloop.report.figures.tournament import drawings
-
-    for name, _, drawn in drawings(ran, scored):
-        _write_figure(folder, name, drawn())
-
-
-def _write_figure(folder: Path, name: str, figure: Figure) -> None:
-    from frictionloop.quantities import replacing
     from frictionloop.report.style import svg
 
-    folder.mkdir(exist_ok=True)
-    with replacing(folder / f"{name}.svg") as beside:
-        beside.write_text(svg(figure, name), encoding="utf-8")
+    write_figures("plots", folder, {name: svg(drawn(), name) for name, _, drawn in drawings(ran, scored)})
 
 
 def causes(ran: Tournament, laws: list[str], jobs: int | None, folder: Path | None) -> list[dict[str, Any]]:
@@ -53,7 +44,9 @@ def causes(ran: Tournament, laws: list[str], jobs: int | None, folder: Path | No
         found = rooms.reasons(ran, laws, n_jobs=jobs)
     if folder is not None:
         from frictionloop.report.figures.why import figure_why
+        from frictionloop.report.style import svg
 
-        for speed in ran.speeds_mm_s:
-            _write_figure(folder, f"causes-{speed:g}-mm-s", figure_why(found, speed))
+        names = {speed: f"causes-{speed:g}-mm-s" for speed in ran.speeds_mm_s}
+        drawn = {name: svg(figure_why(found, speed), name) for speed, name in names.items()}
+        write_figures("plots", folder, drawn)
     return rooms.reason_rows(found)

@@ -17,7 +17,7 @@ SHOWN = (
     ("r2_identity", "R2", 1.0),
     ("residual_rms_n", "rms, mN", 1e3),
     ("fall_63_s", "fall, ms", 1e3),
-    ("relative_index", "D/plain", 1.0),
+    ("relative_index", "felt", 1.0),
     ("over_oracle", "/oracle", 1.0),
 )
 """Scores of the terminal's table, under short names; the rest is in --csv and --json."""
@@ -28,6 +28,15 @@ MARGINS = (
     ("phase_margin_deg", "phase", 1.0),
     ("delay_margin_s", "delay", 1e3),
 )
+
+
+LEGEND = (
+    "R2, rms: of three sines pooled; fall: time to 63 % of a step down",
+    "felt: how much of the error touch feels, over a stroke without control; below 1 it feels less",
+    "/oracle: rms over that of a law that knows plant and finger; Ms: largest gain on a disturbance",
+    "±5 %, ±10 %: Ms with the sensor's resonance off by that much, either way",
+)
+"""What the heads of the tables mean."""
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -56,7 +65,7 @@ def summary(tournament: Tournament, scored: xr.Dataset, rows: Rows, margins: Row
     found += ["median capable finger, worst of three levels, by linear analysis; - is not known;"]
     found += [f"phase margin in degrees, delay margin in ms, estimated cycles of {BUDGET_CYCLES} a tick"]
     found += [screen.table(_margins(margins)), ""]
-    found += ["R2, rms: three sines pooled; fall: to 63 %; D/plain: perceptual index over that of a plain stroke"]
+    found += LEGEND
     found += [_code(tournament.cells)]
     return found
 

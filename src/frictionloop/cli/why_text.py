@@ -8,8 +8,16 @@ from typing import Any
 from frictionloop.cli import screen
 
 Rows = list[dict[str, Any]]
-WHOLE = {"all": "all", "silent": "no disturbance", "left_over_costs": "interplay"}
+WHOLE = {"all": "all", "silent": "no disturbance", "left_over_costs": "only together"}
 """Parts that are of no one cause, as they are called here; `left_over_alone` is in --json."""
+LEGEND = (
+    "costs: what a cause adds to all, sqrt(all² - without it²); below 0 more is left without it",
+    "alone: what is left with that disturbance, or limit of the loop, and nothing else",
+    "only together: what disturbances add beyond their costs, because they act on each other",
+    "resonance: of the sensor's springs; misjudged: it is not where the controller believes it to be",
+    "Hz: by frequency, of up to 20 fingers",
+)
+"""What the words of the tables mean."""
 
 
 def why_summary(rows: Rows) -> list[Any]:
@@ -22,9 +30,7 @@ def why_summary(rows: Rows) -> list[Any]:
         some = [row for row in rows if (row["speed_mm_s"], row["contact"]) == (speed, contact)]
         found += ["", f"{speed:g} mm/s, {contact}: where the residual comes from, mN, median / worst decile"]
         found += [screen.table(_table(some, laws))]
-    found += ["", "costs: sqrt(all² - without²), below 0 it helps; alone: that disturbance, or limit, and nothing else"]
-    found += ["interplay: what the disturbances' costs leave over of the whole; Hz: of up to 20 fingers", ""]
-    return found
+    return [*found, "", *LEGEND, ""]
 
 
 def _table(rows: Rows, laws: list[str]) -> list[tuple[str, ...]]:

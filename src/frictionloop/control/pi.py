@@ -34,7 +34,8 @@ def pi_step(
 
     Without a sliding finger (``valid`` 0) there is no error to act on: u = I, which is held.
 
-    Operations of a tick: 2 multiplications (ki dt is one number), 3 additions, 7 comparisons.
+    Operations of a tick: 5 multiplications, 3 additions, 7 comparisons; 2 multiplications where ki dt is one number and
+    ``valid`` a branch.
     """
     (integral,) = state
     kp, ki, low, high = gains

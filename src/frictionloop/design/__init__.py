@@ -3,6 +3,7 @@
 from frictionloop.design.band import operating_band
 from frictionloop.design.disturbance import touch_spectrum
 from frictionloop.design.elements import Elements, elements, lumped_gain
+from frictionloop.design.high_order import Synthesised
 from frictionloop.design.hinf import design_hinf, design_lqg
 from frictionloop.design.law_space import law_space
 from frictionloop.design.limits import (
@@ -29,7 +30,6 @@ from frictionloop.design.retune import Retuned, retune
 from frictionloop.design.robustness import robustness
 from frictionloop.design.stability import kp_limit
 from frictionloop.design.state_space import StateSpace
-from frictionloop.design.synthesised import Synthesised
 from frictionloop.design.tracker_tuning import TrackerTuning, tune_tracker
 from frictionloop.design.waterbed import Waterbed, waterbed_bound
 

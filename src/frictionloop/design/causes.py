@@ -135,14 +135,14 @@ DISTURBANCES: dict[str, Callable[[System, float, float], Overrides | None]] = {
 }
 """What moves the force or its reading."""
 LIMITS: dict[str, Callable[[System, float, float], Overrides | None]] = {
-    "detuning": _as_believed,
+    "misjudged resonance": _as_believed,
     "resonance": _no_springs,
     "saturation": _stronger,
     "unknown finger": _calibrated,
 }
 """What the loop cannot do: know the sensor's resonance, do without it, push harder, know f0 and tau of the finger.
 
-Detuning comes before the resonance: with both taken away there are no springs.
+A misjudged resonance comes before the resonance: with both taken away there are no springs.
 """
 CAUSES = DISTURBANCES | LIMITS
 

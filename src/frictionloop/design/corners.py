@@ -10,7 +10,7 @@ from frictionloop.design.band import operating_band
 from frictionloop.design.detuned import detuned
 from frictionloop.design.linear import LinearLoop, linearise
 from frictionloop.design.margins import Margins
-from frictionloop.parameters import FingerFriction, Strokes, SuspendedSensor, System
+from frictionloop.parameters import FingerFriction, Skin, Strokes, SuspendedSensor, System
 
 CONTACT_S = 10.0
 """How long a finger that never lifts is looked at, s: as long as a trial (paper, Sec. 4.2)."""
@@ -64,6 +64,13 @@ def with_shifts(system: System, limits: Mapping[float, float]) -> list[tuple[Lin
         if sprung or not off
         for point in points
     ]
+
+
+def stroke_of(system: System) -> str:
+    """Return on which contact and at which speed a loop is linearised, for a person; empty for neither."""
+    finger, motion = system.finger, system.motion
+    contact = f", contact {finger.contact}" if isinstance(finger, Skin) else ""
+    return contact + (f", {motion.speed_mm_s:g} mm/s" if isinstance(motion, Strokes) else "")
 
 
 def at_mean(system: System, off: float = 0.0) -> LinearLoop:

@@ -14,7 +14,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from frictionloop.design.hinf_wanted import Wanted, broken, check
+from frictionloop.design.high_order import Lead, Method, Synthesised
+from frictionloop.design.hinf_wanted import HinfWanted, broken, check
 from frictionloop.design.linear import linearise
 from frictionloop.design.lqg import lqg
 from frictionloop.design.margins import margins
@@ -24,7 +25,6 @@ from frictionloop.design.quadruple import Quadruple, balanced, bilinear
 from frictionloop.design.riccati import Generalised, synthesise
 from frictionloop.design.sections import factorise
 from frictionloop.design.state_space import Complex
-from frictionloop.design.synthesised import Lead, Method, Synthesised
 from frictionloop.design.weighted_plant import BOTH_CONTACTS, ONE_CONTACT, Weights, weighted_plant
 from frictionloop.parameters import LowpassSensor, Skin, System
 from frictionloop.quantities import FrictionloopError
@@ -39,7 +39,7 @@ def design_hinf(
     system: System,
     noise: NoiseModel | None = None,
     weights: Weights | None = None,
-    wanted: Wanted | None = None,
+    wanted: HinfWanted | None = None,
     force_n: float | None = None,
 ) -> Synthesised:
     """Return the H-infinity controller with the most performance that holds over a grid of plants.
@@ -55,7 +55,7 @@ def design_hinf(
     weights
         All but ``performance``, which is searched for. None: `BOTH_CONTACTS`, or `ONE_CONTACT` if one is wanted.
     wanted
-        What must hold. None: `Wanted` as it is.
+        What must hold. None: `HinfWanted` as it is.
     force_n
         Operating point as friction force in N; None as in `linearise`.
 
@@ -65,21 +65,21 @@ def design_hinf(
         Nothing holds, not even with the least performance: the line says what the limit is. A synthesis that does not
         converge, or coefficients that Q31 cannot hold.
     """
-    return _search("hinf", system, noise, weights, wanted or Wanted(), force_n)
+    return _search("hinf", system, noise, weights, wanted or HinfWanted(), force_n)
 
 
 def design_lqg(
     system: System,
     noise: NoiseModel | None = None,
     weights: Weights | None = None,
-    wanted: Wanted | None = None,
+    wanted: HinfWanted | None = None,
     force_n: float | None = None,
 ) -> Synthesised:
     """Return the LQG controller (Kalman filter, LQR) on the same weighted plant, searched for in the same way.
 
     Arguments and errors as of `design_hinf`.
     """
-    return _search("lqg", system, noise, weights, wanted or Wanted(), force_n)
+    return _search("lqg", system, noise, weights, wanted or HinfWanted(), force_n)
 
 
 def _search(
@@ -87,7 +87,7 @@ def _search(
     system: System,
     noise: NoiseModel | None,
     weights: Weights | None,
-    wanted: Wanted,
+    wanted: HinfWanted,
     force_n: float | None,
 ) -> Synthesised:
     weights = weights or (BOTH_CONTACTS if len(wanted.contact) > 1 else ONE_CONTACT)
@@ -122,7 +122,7 @@ def _search(
     return _most(attempt, wanted)
 
 
-def _most(attempt: Callable[[float], Synthesised], wanted: Wanted) -> Synthesised:
+def _most(attempt: Callable[[float], Synthesised], wanted: HinfWanted) -> Synthesised:
     """Return the attempt with the most performance that holds, by bisection."""
     low, high = (math.log(p) for p in PERFORMANCE)
     best = attempt(PERFORMANCE[0])
@@ -155,7 +155,7 @@ def _command_noise_n(
     return float(noise.sensor_n_rthz * np.sqrt(np.mean(amplification**2) * nyquist_hz))
 
 
-def _grid(system: System, wanted: Wanted, force_n: float | None) -> PlantGrid:
+def _grid(system: System, wanted: HinfWanted, force_n: float | None) -> PlantGrid:
     r = wanted.resonance
     off = (0.0,) if isinstance(system.sensor, LowpassSensor) else tuple(sorted({-2 * r, -r, 0.0, r, 2 * r}))
     speed = getattr(system.motion, "speed_mm_s", 0.0)

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from frictionloop.design.high_order import Synthesised
 from frictionloop.design.sections import SECTIONS
-from frictionloop.design.synthesised import Synthesised
 from frictionloop.design.weighted_plant import Weights
 from frictionloop.quantities import FrictionloopError
 
 
 @dataclass(frozen=True)
-class Wanted:
+class HinfWanted:
     """What a synthesised controller has to hold."""
 
     sensitivity_peaks: tuple[float, float, float] = (1.7, 2.0, 2.6)
@@ -36,7 +36,7 @@ class Wanted:
     """Most states of the sections, at most 12."""
 
 
-def broken(found: Synthesised, wanted: Wanted) -> str:
+def broken(found: Synthesised, wanted: HinfWanted) -> str:
     """Return in one line what does not hold, or nothing."""
     table = found.table.isel(speed_mm_s=0)
     near = table["sensitivity_peak"].sel(gain=1.0)
@@ -59,7 +59,7 @@ def broken(found: Synthesised, wanted: Wanted) -> str:
     return ""
 
 
-def check(wanted: Wanted, weights: Weights) -> None:
+def check(wanted: HinfWanted, weights: Weights) -> None:
     """Refuse what is out of range."""
     for name, value, low, high in (
         ("sensitivity_peaks", min(wanted.sensitivity_peaks), 1.01, 10.0),

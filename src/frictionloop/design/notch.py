@@ -8,32 +8,17 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize, minimize_scalar
 
 from frictionloop.control.notch import notch_section
 from frictionloop.design.band import operating_band
 from frictionloop.design.detuned import Plants, detuned, stiffened
 from frictionloop.design.disturbance import Spectrum
 from frictionloop.design.linear import LinearLoop
+from frictionloop.design.notch_search import NO_NOTCH, NotchSearch
 from frictionloop.design.operating import check_reach
-from frictionloop.design.pi_region import open_stretches
 from frictionloop.design.state_space import Array
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
-
-KPS = 20
-"""Values of kp looked at for each notch."""
-SHARES = (1.0, 0.85, 0.7, 0.55, 0.4)
-"""Of the largest ki of a stretch, that are tried where a residual is to be least."""
-STARTS = [
-    (place, width, share)
-    for place in (0.85, 0.92, 0.97, 1.0)
-    for width in (0.15, 0.5, 2.0, 7.0)
-    for share in (0.01, 0.1, 0.4)
-]
-"""Notches looked at before the best is refined: centre over resonance, width, depth over width."""
-NO_NOTCH = np.log([1.0, 1.0, 1.0])
-"""Depth and width alike: the gain is 1 everywhere."""
 
 
 @dataclass(frozen=True)
@@ -105,83 +90,23 @@ def retune_notch(
     cases = [(loop, 1.0 + sign * e, peak) for loop in points for e, peak in limits.items() for sign in _signs(e)]
     loops, peaks = [detuned(loop, factor) for loop, factor, _ in cases], [peak for _, _, peak in cases]
     centre = points[0].system.sensor.resonance_hz  # type: ignore[union-attr]
-    search = _Search(Plants.of(loops, overdrive), peaks, centre, disturbance)
+    search = NotchSearch(Plants.of(loops, overdrive), peaks, centre, disturbance)
     x = search.best()
-    fine = _Search(Plants.of(loops, overdrive, fine=True), peaks, centre, disturbance)
+    fine = NotchSearch(Plants.of(loops, overdrive, fine=True), peaks, centre, disturbance)
     _, kp, ki = fine.gains(x, refine=True)
-    found = fine.result(x, kp, ki, overdrive)
+    found = _result(fine, x, kp, ki, overdrive)
     if ki <= max(least_ki, 0.0):
         raise FrictionloopError(_too_little(found, points, limits, least_ki))
     return found
 
 
-class _Search:
-    """Notches x = (log centre over resonance, log width, log depth over width), and the gains that go with each."""
-
-    def __init__(
-        self, plants: Plants, peaks: Sequence[float], resonance_hz: float, disturbance: Spectrum | None
-    ) -> None:
-        self.plants, self.peaks, self.resonance_hz = plants, peaks, resonance_hz
-        self.density = None if disturbance is None else np.asarray(disturbance(plants.frequency_hz), dtype=float)
-
-    def best(self) -> Array:
-        """Return the best notch of a grid, refined (Nelder and Mead)."""
-        grid = np.log(np.array(STARTS))
-        start = grid[int(np.argmin([self.gains(x)[0] for x in grid]))]
-        simplex = start + np.vstack([np.zeros(3), np.diag([0.03, 0.3, 0.5])])
-        options = {"initial_simplex": simplex, "xatol": 1e-3, "fatol": 1e-5, "maxfev": 120}
-        return np.asarray(minimize(lambda x: self.gains(x)[0], start, method="Nelder-Mead", options=options).x)
-
-    def notch(self, x: Array) -> tuple[float, float, float]:
-        """Return Hz, depth and width, inside what the parameters of the controller take."""
-        hz = min(self.resonance_hz * math.exp(x[0]), 0.45 * self.plants.rate_hz)
-        width = min(math.exp(x[1]), 10.0)
-        return hz, width * min(math.exp(x[2]), 1.0), width
-
-    def gains(self, x: Array, refine: bool = False) -> tuple[float, float, float]:
-        """Return cost, kp and ki: the best that a notch allows."""
-        plants = self.plants.behind(notch_section(*self.notch(x), self.plants.rate_hz))
-        regions = plants.regions(self.peaks)
-
-        def at(kp: float) -> tuple[float, float, float]:
-            for low, high in reversed(open_stretches(regions, kp)):
-                # Stability changes only across a forbidden stretch: one look inside an open one decides.
-                if plants.stable(kp, (low + high) / 2):
-                    return min(self._cost(plants, kp, ki) for ki in self._tried(low, high))
-            return 1.0, kp, 0.0
-
-        kps = np.linspace(0.0, plants.kp_limit(), KPS)
-        tried = [at(kp) for kp in kps]
-        best = int(np.argmin([cost for cost, _, _ in tried]))
-        if not refine:
-            return tried[best]
-        around = kps[max(best - 1, 0)], kps[min(best + 1, KPS - 1)]
-        finer = minimize_scalar(
-            lambda kp: at(kp)[0], bounds=around, method="bounded", options={"xatol": 1e-4 * kps[-1]}
-        )
-        return min(tried[best], at(float(finer.x)))
-
-    def _tried(self, low: float, high: float) -> list[float]:
-        return [high] if self.density is None else [share * high for share in SHARES if share * high > low]
-
-    def _cost(self, plants: Plants, kp: float, ki: float) -> tuple[float, float, float]:
-        """Return what is to be least, with the gains: minus ki, or the residual in N less 1."""
-        return -ki if self.density is None else self.residual_n(plants, kp, ki) - 1.0, kp, ki
-
-    def residual_n(self, plants: Plants, kp: float, ki: float) -> float:
-        """Return the rms of S times the disturbance in the worst loop, NaN without a disturbance."""
-        if self.density is None:
-            return math.nan
-        power = self.density / np.abs(plants.returned(kp, ki)) ** 2
-        return float(np.sqrt(np.max(np.trapezoid(power, plants.frequency_hz, axis=1))))
-
-    def result(self, x: Array, kp: float, ki: float, overdrive: bool) -> Notched:
-        """Return the notch with its gains and what they achieve."""
-        plants = self.plants.behind(notch_section(*self.notch(x), self.plants.rate_hz))
-        nearest = np.min(np.abs(plants.returned(kp, ki)), axis=0)
-        at = int(np.argmin(nearest))
-        peak, peak_hz = float(1.0 / nearest[at]), float(plants.frequency_hz[at])
-        return Notched(kp, ki, *self.notch(x), overdrive, peak, peak_hz, self.residual_n(plants, kp, ki))
+def _result(search: NotchSearch, x: Array, kp: float, ki: float, overdrive: bool) -> Notched:
+    """Return a notch with its gains and what they achieve."""
+    plants = search.plants.behind(notch_section(*search.notch(x), search.plants.rate_hz))
+    nearest = np.min(np.abs(plants.returned(kp, ki)), axis=0)
+    at = int(np.argmin(nearest))
+    peak, peak_hz = float(1.0 / nearest[at]), float(plants.frequency_hz[at])
+    return Notched(kp, ki, *search.notch(x), overdrive, peak, peak_hz, search.residual_n(plants, kp, ki))
 
 
 def _points(system: System | Sequence[LinearLoop]) -> list[LinearLoop]:
@@ -218,7 +143,7 @@ def _too_little(found: Notched, points: Sequence[LinearLoop], limits: Mapping[fl
     """Return what limits: the resonance if springs that follow at once would do, the delay and the lags if not."""
     controller, sensor = points[0].system.controller, points[0].system.sensor
     stiff = Plants.of([stiffened(loop) for loop in points], found.overdrive)
-    ki = _Search(stiff, [min(limits.values())] * len(points), 1.0, None).gains(NO_NOTCH)[2]
+    ki = NotchSearch(stiff, [min(limits.values())] * len(points), 1.0, None).gains(NO_NOTCH)[2]
     lag_us = 1e6 * (controller.delay_s + 0.5 / controller.rate_hz)
     limit = f"the delay, {lag_us:.0f} us with half the hold, is the limit: without resonance ki = {ki:.4g} 1/s"
     if ki > least_ki:

@@ -12,7 +12,7 @@ from frictionloop.design.causes import DISTURBANCES, LIMITS, causes_of, without
 from frictionloop.loop.record import provenance
 from frictionloop.loop.sweep import sweep
 from frictionloop.parameters import System, check_system
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, check_each_once
 
 ALL, SILENT = "all", "silent"
 MEANING = {
@@ -101,7 +101,7 @@ def _variants(names: Sequence[str], there: Sequence[str]) -> Iterator[tuple[str,
     for name in names:
         yield "without", name, frozenset({name})
         # A resonance that is not where it is believed to be is one that is there.
-        kept = {name, "resonance"} if name == "detuning" else {name}
+        kept = {name, "resonance"} if name == "misjudged resonance" else {name}
         yield "alone", name, frozenset(moving - kept if name in DISTURBANCES else (moving | limits) - kept)
 
 
@@ -130,6 +130,5 @@ def _checked(names: tuple[str, ...], there: Sequence[str]) -> tuple[str, ...]:
     for name in names:
         if name not in there:
             raise FrictionloopError(f"causes: {name!r} is not one of this system; it has {', '.join(there)}")
-    if not names or len(set(names)) < len(names):
-        raise FrictionloopError(f"causes = {list(names)}: must name at least one cause, none of them twice")
+    check_each_once("causes", "cause", names)
     return names

@@ -6,7 +6,8 @@ import math
 from typing import Any
 
 from frictionloop.loop.motion_tile import FACTOR, OCCLUDED, SPEED
-from frictionloop.loop.slab import ROW, load, peek, poke, rows
+from frictionloop.loop.slab import ROW, rows
+from frictionloop.loop.slab_access import load, peek, poke
 from frictionloop.loop.tiles import Lifting
 from frictionloop.physics.friction_limit import static_step
 from frictionloop.quantities.arithmetic import fma, log2, step

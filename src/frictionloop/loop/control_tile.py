@@ -6,7 +6,8 @@ from typing import Any
 
 from frictionloop.control.law import Law
 from frictionloop.control.lookup import interpolate_step, inverse_step, table_position
-from frictionloop.loop.slab import ROW, load, peek, poke, rows, store
+from frictionloop.loop.slab import ROW, rows
+from frictionloop.loop.slab_access import load, peek, poke, store
 from frictionloop.loop.tiles import Lifting
 from frictionloop.sensing.measurement import Measurement
 

@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictionloop.loop.slab import aligned, pointer
+from frictionloop.loop.slab import aligned
+from frictionloop.loop.slab_access import pointer
 from frictionloop.quantities.arithmetic import step
 from frictionloop.quantities.normals import BLOCK
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from frictionloop.loop.slab import ROW, load, peek, poke
+from frictionloop.loop.slab import ROW
+from frictionloop.loop.slab_access import load, peek, poke
 from frictionloop.loop.tiles import Lifting
 from frictionloop.quantities.arithmetic import fma
 from frictionloop.quantities.biquad import biquad_step

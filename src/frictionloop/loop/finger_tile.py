@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from frictionloop.loop.motion_tile import FACTOR, OCCLUDED, SPEED
-from frictionloop.loop.slab import ROW, load, peek, poke, rows, store
+from frictionloop.loop.slab import ROW, rows
+from frictionloop.loop.slab_access import load, peek, poke, store
 from frictionloop.loop.tiles import Lifting
 from frictionloop.physics.contact import ContactCoefficients, ContactState
 from frictionloop.physics.friction_limit import static_step, vibrated_step

@@ -12,7 +12,8 @@ from frictionloop.loop.plant_tile import build_plant
 from frictionloop.loop.quadrature import NODES
 from frictionloop.loop.score_tile import PERCEPTION, STEPS, build_scores
 from frictionloop.loop.signals import NOISE_STREAM, build_signals
-from frictionloop.loop.slab import ROW, pointer
+from frictionloop.loop.slab import ROW
+from frictionloop.loop.slab_access import pointer
 from frictionloop.loop.step_tile import build_steps
 from frictionloop.loop.tiles import TRACES, build_delay, build_inputs, build_record, lifting
 from frictionloop.quantities.normals import BLOCK

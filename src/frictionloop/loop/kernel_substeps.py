@@ -16,7 +16,8 @@ from frictionloop.loop.oracle_tile import build_oracle
 from frictionloop.loop.pulse_tile import build_pulses
 from frictionloop.loop.score_tile import PERCEPTION, STEPS, build_scores
 from frictionloop.loop.signals import NOISE_STREAM, build_signals
-from frictionloop.loop.slab import ROW, pointer
+from frictionloop.loop.slab import ROW
+from frictionloop.loop.slab_access import pointer
 from frictionloop.loop.start_tile import build_start
 from frictionloop.loop.step_tile import build_steps
 from frictionloop.loop.suspension_tile import build_sensor

@@ -7,7 +7,8 @@ from typing import Any
 from frictionloop.control.laws import LAWS
 from frictionloop.control.overdrive import OverdriveGains, overdrive_step
 from frictionloop.loop.control_tile import build_control
-from frictionloop.loop.slab import ROW, load, peek, poke, rows
+from frictionloop.loop.slab import ROW, rows
+from frictionloop.loop.slab_access import load, peek, poke
 from frictionloop.loop.tiles import Lifting
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from frictionloop.loop.slab import ROW, load, peek, poke, rows, store
+from frictionloop.loop.slab import ROW, rows
+from frictionloop.loop.slab_access import load, peek, poke, store
 from frictionloop.loop.tiles import Lifting
 from frictionloop.physics.friction_limit import LimitCoefficients, OcclusionCoefficients, limit_step, occlusion_step
 from frictionloop.physics.motion import LoadPlan, StrokePlan, load_step, stroke_step

@@ -13,7 +13,8 @@ from typing import Any
 
 from frictionloop.loop.aim_tile import COMMAND, build_aim
 from frictionloop.loop.exchange import CONTACTS
-from frictionloop.loop.slab import ROW, peek, poke
+from frictionloop.loop.slab import ROW
+from frictionloop.loop.slab_access import peek, poke
 from frictionloop.loop.tiles import Lifting
 from frictionloop.loop.trial_tile import build_copy, build_trials
 from frictionloop.quantities.arithmetic import exp2

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from frictionloop.loop.quadrature import NODES
-from frictionloop.loop.slab import ROW, load, peek, store
+from frictionloop.loop.slab import ROW
+from frictionloop.loop.slab_access import load, peek, store
 from frictionloop.loop.tiles import Lifting
 from frictionloop.physics.friction import remaining_step
 from frictionloop.physics.plate import limit_step, lowpass_step

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.loop.slab import ROW, load, peek, poke, rows
+from frictionloop.loop.slab import ROW, rows
+from frictionloop.loop.slab_access import load, peek, poke
 from frictionloop.loop.tiles import Lifting
 from frictionloop.quantities.arithmetic import exp2, fma, sin_turns, step
 from frictionloop.quantities.normals import BLOCK, draw

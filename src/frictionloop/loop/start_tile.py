@@ -6,7 +6,8 @@ from typing import Any
 
 from frictionloop.loop.exchange import CONTACTS
 from frictionloop.loop.motion_tile import DIRECTION, FACTOR, OCCLUDED, SPEED
-from frictionloop.loop.slab import ROW, load, peek, poke, rows
+from frictionloop.loop.slab import ROW, rows
+from frictionloop.loop.slab_access import load, peek, poke
 from frictionloop.loop.tiles import Lifting
 from frictionloop.physics.contact import ContactCoefficients, ContactState
 from frictionloop.physics.contact_bristle import lugre_force_step

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from frictionloop.loop.motion_tile import DIRECTION
-from frictionloop.loop.slab import ROW, load, peek, poke, rows, store
+from frictionloop.loop.slab import ROW, rows
+from frictionloop.loop.slab_access import load, peek, poke, store
 from frictionloop.loop.tiles import Lifting
 from frictionloop.quantities.arithmetic import fma
 from frictionloop.sensing.suspended import (

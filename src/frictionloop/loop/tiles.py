@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 
 from numba import njit
 
-from frictionloop.loop.slab import ROW, peek, poke, rows
+from frictionloop.loop.slab import ROW, rows
+from frictionloop.loop.slab_access import peek, poke
 
 TRACES = ("f_r", "f_a", "f_m", "u", "a", "d", "saturated")
 BENCH_TRACES = (*TRACES, "position", "speed", "load", "limit", "floor", "sliding", "scored")

@@ -6,7 +6,8 @@ from typing import Any
 
 from frictionloop.loop.aim_tile import COMMAND, COMMAND_BEFORE, ERROR, ERROR_BEFORE, LAST, SETPOINT, SLOPE, drive_step
 from frictionloop.loop.motion_tile import DIRECTION
-from frictionloop.loop.slab import ROW, peek, poke
+from frictionloop.loop.slab import ROW
+from frictionloop.loop.slab_access import peek, poke
 from frictionloop.loop.tiles import Lifting
 from frictionloop.quantities.arithmetic import fma
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -21,9 +22,17 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
         yield beside
         beside.replace(target)
     except OSError as error:
-        raise FrictionloopError(
-            f"{target}: cannot be written ({error.strerror or error}); the old file is untouched"
-        ) from None
+        kept = "; the old file is untouched" if os.path.isfile(target) else ""
+        raise FrictionloopError(f"{target}: cannot be written ({error.strerror or error}){kept}") from None
     finally:
         with suppress(OSError):
             beside.unlink()
+
+
+def why_unwritable(folder: str | os.PathLike[str]) -> str:
+    """Return why no file can be made in a folder, empty if one can; nothing is left there."""
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            return ""
+    except OSError as error:
+        return error.strerror or str(error)

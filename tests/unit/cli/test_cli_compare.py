@@ -7,6 +7,8 @@ import csv
 import pytest
 
 import frictionloop as fl
+from frictionloop.cli.why_text import LEGEND
+from frictionloop.design import synthesis
 from frictionloop.design import tournament as rooms
 from frictionloop.design.tournament import run
 
@@ -25,14 +27,14 @@ WORDS = (
 )
 
 
-def in_python():
-    ran = rooms.compare(fl.bench(), 3, 0, ["lookup", "retuned_pi"], [20.0], duration_s=1.6, progress=False)
-    return rooms.score_rows(rooms.scores(ran))
+@pytest.fixture(scope="module")
+def ran():
+    return rooms.compare(fl.bench(), 3, 0, ["lookup", "retuned_pi"], [20.0], duration_s=1.6, progress=False)
 
 
-def test_json_and_csv_hold_the_numbers_of_python(frictionloop):
+def test_json_and_csv_hold_the_numbers_of_python(frictionloop, ran):
     found = frictionloop(*WORDS, "--json", "--csv", "s.csv").json()
-    rows = in_python()
+    rows = rooms.score_rows(rooms.scores(ran))
     assert len(found["scores"]) == len(rows)
     for got, wanted in zip(found["scores"], rows, strict=True):
         for name, value in wanted.items():
@@ -74,23 +76,42 @@ def test_summary_files_and_figures(frictionloop, tmp_path, monkeypatch):
     assert tables[0] == tables[1]
 
 
-def test_why_says_where_the_residual_comes_from(frictionloop, tmp_path, monkeypatch):
+def test_why_says_where_the_residual_comes_from(frictionloop, tmp_path, monkeypatch, ran):
     monkeypatch.setenv("COLUMNS", "100")
-    explained = (*WORDS, "--why", "retuned_pi,lookup")
+    really, split = rooms.reasons, []
+
+    def once(tournament, laws, **more):  # takes seconds; both answers are made of the same
+        assert tournament.cells.drop_vars("commit").identical(ran.cells.drop_vars("commit"))
+        assert list(laws) == ["retuned_pi"]
+        split.append(split[0] if split else really(tournament, laws, **more))
+        return split[-1]
+
+    monkeypatch.setattr(rooms, "reasons", once)
+    explained = (*WORDS, "--why", "retuned_pi")
     answer = frictionloop(*explained, "--plots", "figures")
     assert (answer.code, answer.err) == (0, "")
     assert "20 mm/s, slider: where the residual comes from" in answer.out
     assert "retuned_pi: costs" in answer.out and "unknown finger" in answer.out
+    assert all(line in answer.out for line in LEGEND)
     assert max(len(line.rstrip()) for line in answer.out.splitlines()) <= 100
     assert (tmp_path / "figures" / "causes-20-mm-s.svg").read_text().startswith("<?xml")
     rows = frictionloop(*explained, "--json").json()["causes"]
-    ran = rooms.compare(fl.bench(), 3, 0, ["lookup", "retuned_pi"], [20.0], duration_s=1.6, progress=False)
-    wanted = rooms.reason_rows(rooms.reasons(ran, ["retuned_pi", "lookup"]))
-    assert rows == wanted
+    assert rows == rooms.reason_rows(split[0])
     assert frictionloop(*WORDS, "--json").json()["causes"] == []
     refused = frictionloop(*WORDS, "--why", "observer")
     assert (refused.code, refused.out) == (2, "")
     assert refused.err.startswith("error: why: 'observer' is not compared; accepted: lookup, retuned_pi")
+
+
+def test_files_are_written_before_the_residual_is_split(frictionloop, tmp_path, monkeypatch):
+    def stopped(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(rooms, "reasons", stopped)
+    answer = frictionloop(*WORDS, "--why", "lookup", "--csv", "s.csv", "--plots", "figures")
+    assert answer.code == 130
+    assert (tmp_path / "s.csv").read_text().startswith("law,")
+    assert (tmp_path / "figures" / "residuals.svg").exists()
 
 
 def test_interrupted_says_how_to_go_on(frictionloop, monkeypatch):
@@ -123,6 +144,10 @@ def test_a_law_better_than_the_clairvoyant_oracle_is_an_error(frictionloop, monk
         (("--seed", "3"), "error: seed = 3: is that of the fingers laws are tuned on"),
         (("--speeds", "fast"), "error: speeds = 'fast': must be numbers"),
         (("--speeds", "0"), "error: motion.speed_mm_s = 0"),
+        (("--speeds", "20,20"), "error: speeds = [20.0, 20.0] mm/s: must name"),
+        (("--duration-s", "0.5"), "error: score_from_s = 1.0 s: must be"),
+        (("--duration-s", "1.50001"), "error: duration_s = 1.50001 s is not a whole number"),
+        (("--why", "nobody"), "error: why: 'nobody' is not compared"),
         (("--fingers", "0"), "error: fingers = 0: must be a whole number"),
         (("--out", "nowhere/r.h5"), "error: out = 'nowhere/r.h5': there is no folder"),
         (("--out", "r.txt"), "error: out = 'r.txt': must end in"),
@@ -136,7 +161,11 @@ def test_a_law_better_than_the_clairvoyant_oracle_is_an_error(frictionloop, monk
     ],
     ids=str,
 )
-def test_what_is_wrong_is_said_in_one_line(frictionloop, words, said):
+def test_what_is_wrong_is_said_in_one_line_before_any_law_is_designed(frictionloop, monkeypatch, words, said):
+    def designed(*_):
+        raise AssertionError("a law was designed")
+
+    monkeypatch.setattr(synthesis, "design_controller", designed)
     answer = frictionloop("compare", *words)
     assert (answer.code, answer.out) == (2, "")
     assert answer.err.startswith(said)

@@ -163,6 +163,22 @@ def test_output_that_is_a_folder(frictionloop, tokens):
     assert "run.h5: cannot be written (Is a directory)" in only_line(frictionloop(*tokens, "--out", "run.h5"))
 
 
+@pytest.mark.parametrize(
+    ("tokens", "option"),
+    [
+        (("simulate",), "out = '/proc/run.h5'"),
+        (("sweep", "--controller.kp", "1,2"), "csv = '/proc/run.csv'"),
+        (("compare",), "plots = '/proc/figures'"),
+        (("compare",), "csv = '/proc/scores.csv'"),
+        (("design", "controller"), "plots = '/proc/figures'"),
+    ],
+)
+def test_a_folder_that_takes_no_file_is_found_before_any_work(frictionloop, tokens, option):
+    name, _, path = option.partition(" = ")
+    line = only_line(frictionloop(*tokens, f"--{name}", path.strip("'")))
+    assert line == f"error: {option}: nothing can be written in '/proc' (No such file or directory)\n"
+
+
 @pytest.mark.parametrize("option", ["--out=run.h5", "--plot=run.svg"])
 def test_full_disk_leaves_the_old_file(frictionloop, monkeypatch, option):
     target = Path(option.partition("=")[2])

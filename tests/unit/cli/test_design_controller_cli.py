@@ -11,8 +11,12 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.cli import main
+from frictionloop.design import synthesis
+from frictionloop.design.headroom import headroom
 from frictionloop.design.operating import law_at
 from frictionloop.design.synthesis import SYNTHESES, design_controller
+from frictionloop.design.wanted import Wanted
+from frictionloop.report.figures.controller import figure_sensitivity
 
 CONTROLLER = ("design", "controller")
 CONTACT_S, OCCLUSION_S = 10.0, 20.0
@@ -92,7 +96,7 @@ def test_figures_are_drawn(designed):
     assert all(path.read_text(encoding="utf-8").rstrip().endswith("</svg>") for path in figures.iterdir())
 
 
-@pytest.mark.parametrize("columns", [80, 100])
+@pytest.mark.parametrize("columns", [80, pytest.param(100, marks=pytest.mark.slow)])
 def test_the_answer_fits_and_says_what_was_found(frictionloop, monkeypatch, columns):
     monkeypatch.setenv("COLUMNS", str(columns))
     answer = frictionloop(*CONTROLLER, "--law", "pi", "--out", "c.toml")
@@ -101,9 +105,30 @@ def test_the_answer_fits_and_says_what_was_found(frictionloop, monkeypatch, colu
     controller = fl.read_toml("c.toml").controller
     assert f"{controller.kp:.4g}" in answer.out
     assert f"{controller.ki:.4g} 1/s" in answer.out
+    assert "finger, contact dahl, 20 mm/s" in " ".join(answer.out.split())
     for said in ("as described", "+10 %", "least possible", "Bode integral", "saved controller as c.toml"):
         assert said in answer.out
     assert frictionloop("simulate", "c.toml", "--duration-s", "0.5").code == 0
+
+
+def test_an_observer_that_the_resonance_keeps_slow_says_so_and_what_is_faster(frictionloop, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    found = {"controller.kind": "observer", "controller.bandwidth_hz": 5.2, "controller.model.resonance_hz": 140.0}
+    monkeypatch.setattr("frictionloop.design.observed.tune_observer", lambda *_: found)
+    out = frictionloop(*CONTROLLER, "--law", "observer").out
+    said = " ".join(out.split())
+    assert "slow: this law follows what its model does not know to some 5.2 Hz only" in said
+    assert "a wider bandwidth breaks the limits on Ms" in said
+    assert "--law notch_pi" in said
+    assert max(len(line.rstrip()) for line in out.splitlines()) <= 80
+    monkeypatch.setitem(found, "controller.bandwidth_hz", 16.0)
+    assert synthesis.observer(fl.bench(), Wanted()).notes == ()
+
+
+def test_the_figure_of_margins_names_force_contact_and_speed():
+    slider = fl.bench().evolve({"finger.contact": "slider"} | fl.RETUNED)
+    figure = figure_sensitivity(slider, headroom(slider, 1.7), {0.0: 1.7})
+    assert figure.get_suptitle() == "0.6 N, dry finger, contact slider, 20 mm/s"
 
 
 def test_a_sensor_without_a_resonance_gets_pi(frictionloop):

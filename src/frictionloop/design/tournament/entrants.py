@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from frictionloop.design.retune import retune
 from frictionloop.parameters import RETUNED, PiController, System, bench
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import check_each_once, check_known
 
 Overrides = Mapping[str, Any]
 Entrant = Callable[[System], Overrides]
@@ -90,11 +89,6 @@ def entrants(names: Iterable[str] | Mapping[str, Entrant] | None = None) -> dict
     if isinstance(names, Mapping) and names:
         return dict(names)
     asked = list(ENTRANTS if names is None else names)
-    for name in asked:
-        if name not in ENTRANTS:
-            near = difflib.get_close_matches(name, ENTRANTS, n=3, cutoff=0.4)
-            hint = f"; did you mean {' or '.join(near)}?" if near else ""
-            raise FrictionloopError(f"laws: {name!r} is unknown{hint} Accepted: {', '.join(ENTRANTS)}")
-    if not asked or len(set(asked)) < len(asked):
-        raise FrictionloopError(f"laws = {','.join(asked)!r}: must name at least one law, none of them twice")
+    check_known("laws", asked, ENTRANTS)
+    check_each_once("laws", "law", asked)
     return {name: ENTRANTS[name] for name in asked}

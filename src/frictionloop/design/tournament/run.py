@@ -20,6 +20,7 @@ from frictionloop.loop.progress import progress_bar
 from frictionloop.loop.record import provenance
 from frictionloop.loop.sweep import sweep
 from frictionloop.loop.timing import periods_in
+from frictionloop.loop.trying import structures_of
 from frictionloop.parameters import System
 from frictionloop.physics.fingers import Fingers
 from frictionloop.quantities import FrictionloopError
@@ -100,21 +101,24 @@ def compare(
     ------
     FrictionloopError
         For an unknown law, the tuning seed, a speed or a time out of range, a system without a finger, a file that is
-        there already or keeps something else.
+        there already, keeps something else or cannot be written: all before any law is designed.
     TournamentInterrupted
         On Ctrl-C.
     """
     fields = entrants(laws)
     people = protocol.population(system, count, seed)
     speeds = _speeds(speeds_mm_s)
-    given = {name: dict(entrant(system)) for name, entrant in fields.items()}
+    trial = _Trial(system, people, seed, duration_s, start_s, n_jobs)
+    for at in _conditions(speeds):
+        trial.check(at)
     attrs = provenance(system, fingers=count, seed=seed, duration_s=float(duration_s), start_s=float(start_s))
     store = Store(path, attrs)
     if resume:
         store.resume()
     else:
         check_new(path)
-    trial = _Trial(system, people, seed, duration_s, start_s, n_jobs)
+    # Some are designed here, which takes up to a minute: whatever can be refused has been.
+    given = {name: dict(entrant(system)) for name, entrant in fields.items()}
     wanted = [(name, at) for at in _conditions(speeds) for name in (PLAIN, *given) if _competes(name, at)]
     digests = {(name, at): trial.digest(given.get(name), at) for name, at in wanted}
     left = [key for key in wanted if not store.has(*key, digests[key])]
@@ -165,6 +169,12 @@ class _Trial:
 
     def bench(self, law: Overrides | None, at: Condition) -> System:
         return self.system.evolve({**protocol.overrides_of(at, self.duration_s), **(law or {})})
+
+    def check(self, at: Condition) -> None:
+        """Refuse a condition that no law could run under, without one."""
+        one = points_of(self.people[:1], [protocol.noise_seed(self.seed, at.task)])
+        bench = self.bench({"controller.kind": "lookup"}, at)
+        structures_of(bench, one, self.duration_s, self.start_s, protocol.metrics_of(at.task))
 
     def digest(self, law: Overrides | None, at: Condition) -> str:
         points = points_of(self.people, [protocol.noise_seed(self.seed, at.task)])

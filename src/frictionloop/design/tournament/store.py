@@ -17,7 +17,7 @@ import xarray as xr
 from frictionloop.design.tournament.protocol import METRICS, TASKS, Condition
 from frictionloop.loop.formulas import METRICS as MEANING
 from frictionloop.loop.record import load, save
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, why_unwritable
 
 DIMS = ("law", "speed_mm_s", "contact", "task")
 KIND = "tournament"
@@ -56,6 +56,7 @@ class Store:
         """Take over the cells of the file; refuse one that keeps another bench or other fingers."""
         if self.path is None:
             raise FrictionloopError("resume: needs the file of the tournament to continue")
+        check_writable(self.path)
         if not Path(self.path).exists():
             return
         kept = load(self.path)
@@ -128,6 +129,15 @@ def check_new(path: str | os.PathLike[str] | None) -> None:
     """Refuse to start over in a file that is there."""
     if path is not None and Path(path).exists():
         raise FrictionloopError(f"{path}: exists; add --resume (resume=True) to continue it, or choose another file")
+    if path is not None:
+        check_writable(path)
+
+
+def check_writable(path: str | os.PathLike[str]) -> None:
+    """Refuse a file in whose folder nothing can be written."""
+    why = why_unwritable(Path(path).parent)
+    if why:
+        raise FrictionloopError(f"{path}: cannot be written ({why})")
 
 
 def _said(condition: Condition) -> str:

@@ -16,7 +16,7 @@ from frictionloop.design.tournament import protocol
 from frictionloop.design.tournament.protocol import Condition
 from frictionloop.design.tournament.run import Tournament
 from frictionloop.design.tournament.scores import spread
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, check_each_once
 
 MOST, FEW = 100, 20
 """Fingers that are split by cause at most, and by frequency, which takes traces."""
@@ -31,8 +31,7 @@ def check_laws(wanted: Iterable[str], laws: Iterable[str]) -> list[str]:
     for name in asked:
         if name not in there:
             raise FrictionloopError(f"why: {name!r} is not compared; accepted: {', '.join(there)}")
-    if not asked or len(set(asked)) < len(asked):
-        raise FrictionloopError(f"why = {','.join(asked)!r}: must name at least one law, none of them twice")
+    check_each_once("why", "law", asked)
     return asked
 
 

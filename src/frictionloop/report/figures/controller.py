@@ -11,7 +11,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from frictionloop.design.corners import at_mean
+from frictionloop.design.corners import at_mean, stroke_of
 from frictionloop.design.headroom import Headroom
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import Steps, System
@@ -42,7 +42,8 @@ def step_run(system: System) -> xr.Dataset:
 @styled
 def figure_sensitivity(system: System, found: Headroom, limits: Mapping[float, float]) -> Figure:
     """Return |S| and |T| with the resonance as described and off, the least |S| possible, and the delay's limit."""
-    figure = new_figure(7.4, 3.7)
+    figure = new_figure(7.4, 3.9)
+    figure.suptitle(f"{found.loop.elements.force_n:.3g} N, dry finger{stroke_of(system)}", fontsize=9.0)
     left, right = figure.subplots(1, 2, sharex=True)
     frequency = np.geomspace(1.0, found.loop.nyquist_hz, 1500)
     for (error, limit), (colour, dashes) in zip(sorted(limits.items()), LINES, strict=False):

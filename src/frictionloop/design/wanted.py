@@ -1,0 +1,69 @@
+"""What a controller has to hold, what comes of a synthesis, and what a person is told of either."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from frictionloop.design.corners import Corner
+from frictionloop.parameters import System
+from frictionloop.parameters.filtered import LONGEST_DELAY
+from frictionloop.quantities import FrictionloopError
+
+WIDER = (1.0, 10.0 / 7.0, 16.0 / 7.0)
+"""How Ms - 1 may grow with the resonance off by 0, e and 2 e: 1.7, 2.0 and 2.6."""
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What a controller has to hold."""
+
+    sensitivity_peak: float = 1.7
+    """Largest Ms with the resonance as described, above 1."""
+    resonance_error: float = 0.05
+    """Share by which the resonance may be off, either way, 0 to 0.25; at twice that it still has to be calm."""
+
+    def __post_init__(self) -> None:
+        if not 1.0 < self.sensitivity_peak <= 10.0:
+            raise FrictionloopError(f"sensitivity_peak = {self.sensitivity_peak:g}: must be above 1, up to 10")
+        if not 0.0 <= self.resonance_error <= 0.25:
+            raise FrictionloopError(f"resonance_error = {self.resonance_error:g}: must be from 0 to 0.25, e.g. 0.05")
+
+    @property
+    def limits(self) -> dict[float, float]:
+        """Largest Ms by the share that the resonance is off: {0: 1.7, 0.05: 2.0, 0.1: 2.6}."""
+        return self.scaled(1.0)
+
+    def scaled(self, share: float) -> dict[float, float]:
+        """Return the limits with so much of Ms - 1."""
+        room = (self.sensitivity_peak - 1.0) * share
+        wider = WIDER if self.resonance_error > 0 else WIDER[:1]
+        return {k * self.resonance_error: round(1.0 + room * factor, 12) for k, factor in enumerate(wider)}
+
+
+class Designed(NamedTuple):
+    """A controller, and what a person should know of it."""
+
+    overrides: Mapping[str, Any]
+    """For ``System.evolve``."""
+    notes: tuple[str, ...] = ()
+
+
+def unheld(law: str, wanted: Wanted, worst: Corner) -> str:
+    """Return the line that says what a law does not hold, how far it gets, and what limits it."""
+    limits = ", ".join(f"{peak:.3g} at +-{off:.0%}" for off, peak in sorted(wanted.limits.items()))
+    limit = "the resonance is the limit" if worst.off else "delay and lags of the loop are the limit"
+    return (
+        f"sensitivity_peak = {wanted.sensitivity_peak:g}: law {law} cannot hold Ms <= {limits}; it gets to "
+        f"{worst.margins.sensitivity_peak:.3g} at {worst.where}; {limit}"
+    )
+
+
+def feedforward(system: System) -> tuple[bool, tuple[str, ...]]:
+    """Return whether feed-forward can follow the delay, and what to say if not."""
+    controller = system.controller
+    periods = controller.delay_s * controller.rate_hz
+    if periods <= LONGEST_DELAY * (1 + 1e-9):
+        return True, ()
+    return False, (f"no feed-forward: it follows {LONGEST_DELAY} periods of delay at most, here are {periods:.3g}",)
