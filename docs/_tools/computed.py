@@ -18,7 +18,11 @@ from sphinx.config import Config
 from frictionloop.parameters.plate_design import PlateDesign
 from frictionloop.parameters.sensor_design import SensorDesign
 
-VERBS = ("simulate", "sweep", "compare", "reproduce", "design", "design sensor", "design plate", "design controller")
+VERBS = (
+    *("simulate", "sweep", "compare", "reproduce", "design", "design sensor", "design plate", "design controller"),
+    *("firmware", "firmware export", "firmware build"),
+    *("device", "device list", "device info", "device set", "device run", "device monitor", "device flash"),
+)
 
 
 def substitutions(source: Path) -> dict[str, Any]:
