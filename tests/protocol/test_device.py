@@ -194,7 +194,7 @@ def test_a_device_that_stops_talking_ends_a_run(device: Device, board: Any, tmp_
         (lambda d: d.run(fl.paper().setpoint, 20.0), "duration_s = 20: the set-point lasts 10 s"),
         (lambda d: d.run(0.5, 1.0, state="fault"), "state = 'fault': must be open or closed"),
         (lambda d: d.mode("on"), "mode 'on': must be one of idle, open, closed"),
-        (lambda d: fl.connect("usb"), "address 'usb': must be one of sim:, emulated:, serial:"),
+        (lambda d: fl.connect("usb"), "address 'usb': must be one of sim:, emulated:image.elf, serial:"),
         (lambda d: fl.connect("tcp://host"), "address 'tcp://host': must be one of"),
     ],
 )

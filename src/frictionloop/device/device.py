@@ -48,7 +48,7 @@ def connect(address: str, system: System | None = None, seed: int = 0) -> Device
     Parameters
     ----------
     address : str
-        ``"sim:"``, ``"emulated:"``, ``"serial:///dev/ttyACM0"`` or ``"tcp://host:port"``.
+        ``"sim:"``, ``"emulated:image.elf"``, ``"serial:///dev/ttyACM0"`` or ``"tcp://host:port"``.
     system : System, optional
         The bench of a simulated or emulated board, `bench()` by default.
     seed : int
@@ -80,8 +80,6 @@ class Device:
     def __init__(self, opening: Callable[[], Pipe], address: str = "device") -> None:
         self._opening, self.address = opening, address
         self._link = Link(opening())
-        self.system = self._link.pipe.system
-        """What the device was set up from, None where nobody knows."""
         try:
             self.info = self._identified()
         except Exception:
@@ -89,6 +87,9 @@ class Device:
             raise
         self.parameters = Parameters(self._link, self.info.table_hash)
         """The parameters in force, by name, in their units."""
+        given = self._link.pipe.system
+        self.system = given if given is not None and self.parameters.hold(firmware_words(given)) else None
+        """What the device was set up from, None where nobody knows."""
 
     def __enter__(self) -> Self:
         """Return the device."""

@@ -58,6 +58,10 @@ class Parameters(Mapping[str, Any]):
         waiting[word.first : word.first + word.words] = words
         self._write(word.first, words)
 
+    def hold(self, table: np.ndarray) -> bool:
+        """Return whether these words are in force."""
+        return bool(np.array_equal(self._read(0, word_count()), table))
+
     def write(self, table: np.ndarray) -> None:
         """Write all words into the copy that waits."""
         if table.shape != (word_count(),):
