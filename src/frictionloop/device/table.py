@@ -11,7 +11,7 @@ import numpy as np
 from frictionloop.device.errors import DeviceError, Refused
 from frictionloop.device.link import Link
 from frictionloop.device.words import from_words, to_words, word_of
-from frictionloop.quantities.schema import parameter_words, table_hash, word_count
+from frictionloop.quantities.schema import Word, parameter_words, table_hash, word_count
 
 WORDS_A_FRAME = 64
 
@@ -36,6 +36,10 @@ class Parameters(Mapping[str, Any]):
     def __len__(self) -> int:
         """Return how many there are."""
         return len(parameter_words())
+
+    def about(self, name: str) -> Word:
+        """Return unit, range and meaning of a parameter."""
+        return word_of(name)
 
     def set(self, name: str, value: Any) -> None:
         """Write a parameter into the copy that waits.
