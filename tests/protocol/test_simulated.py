@@ -102,3 +102,14 @@ def test_a_finger_on_the_bench_is_felt_as_in_the_simulation() -> None:
     errors = [float((x.f_a - x.f_r).where(x.sliding).sel(late).std()) for x in (run, simulated)]
     assert errors[0] == pytest.approx(errors[1], rel=0.1)
     assert float(run.sliding.mean()) == pytest.approx(float(simulated.sliding.mean()), abs=0.02)
+
+
+def test_a_bench_whose_signals_are_over_ends_a_run_and_keeps_it(tmp_path: Any) -> None:
+    sweep = {"kind": "log_sweep", "offset_n": 0.3, "start_hz": 1.0, "stop_hz": 10.0, "sweep_s": 0.5}
+    system = SYSTEM.evolve({f"disturbance.{name}": value for name, value in sweep.items()})
+    with (
+        fl.connect("sim:", system) as device,
+        pytest.raises(fl.Interrupted, match=r"disturbance.sweep_s = 0.5 s is over; \d+ samples recorded so far are in"),
+    ):
+        device.run(0.5, 2.0, path=tmp_path / "cut.h5")
+    assert 2000 < fl.load(tmp_path / "cut.h5").sizes["time"] <= 2500
