@@ -79,7 +79,7 @@ static int32_t learnt(fl_gain learn, int32_t error, int32_t s, int64_t mean, int
     if (drop > 0) moved >>= drop;
     const int32_t down = 62 - per_mean.bits + learn.shift - 4 + places - (drop > 0 ? drop : 0);
     moved *= per_mean.factor;
-    return (int32_t)(down > 62 ? 0 : clip(down < 0 ? moved : moved >> down, most));
+    return fl_low(down > 62 ? 0 : clip(down < 1 ? moved : fl_scale(moved, down), most));
 }
 
 fl_force_command fl_tracker_step(
