@@ -42,20 +42,20 @@ void fl_predict(int32_t *state, int32_t command, const fl_gain *gains) {
     for (int k = FL_NEXT; k < FL_OBSERVER_STATES - 1; k++) state[k] = state[k + 1];
     if (whole > 0 && whole < FL_OBSERVER_STATES - FL_NOW) state[FL_NOW + whole] = command;
     state[FL_NOW] = n;
-    state[FL_PLATE] = fl_sum(fl_term(g[FL_PP], p) + fl_term(g[FL_PO], o) + fl_term(g[FL_PN], n), g[FL_PP]);
+    state[FL_PLATE] = fl_sum(fl_term(g[FL_PP], p) + fl_term(g[FL_PO], o) + fl_term(g[FL_PN], n));
     state[FL_AHEAD] = fl_fma(g[FL_PP], fl_subtract(state[FL_AHEAD], command), command);
     g = gains + FL_X1P;
     state[FL_SPRING] = fl_sum(
         fl_term(g[0], p) + fl_term(g[1], x1) + fl_term(g[2], x2) + fl_term(g[3], o) + fl_term(g[4], n)
-            + fl_term(g[5], d), g[0]);
+        + fl_term(g[5], d));
     g = gains + FL_X2P;
     state[FL_RATE] = fl_sum(
         fl_term(g[0], p) + fl_term(g[1], x1) + fl_term(g[2], x2) + fl_term(g[3], o) + fl_term(g[4], n)
-            + fl_term(g[5], d), g[0]);
+        + fl_term(g[5], d));
     g = gains + FL_X3P;
     state[FL_READING] = fl_sum(
         fl_term(g[0], p) + fl_term(g[1], x1) + fl_term(g[2], x2) + fl_term(g[3], x3) + fl_term(g[4], o)
-            + fl_term(g[5], n) + fl_term(g[6], d), g[0]);
+            + fl_term(g[5], n) + fl_term(g[6], d));
 }
 
 int32_t fl_held(int32_t ahead, int32_t wanted, const fl_gain *gains, fl_clamp clamp) {

@@ -1,32 +1,19 @@
 #include "fl_real.h"
 
-fl_gain fl_real(int64_t x, int32_t places) {
-    if (x == 0) return (fl_gain){0, 0};
-    uint64_t size = x < 0 ? -(uint64_t)x : (uint64_t)x;
-    int32_t drop = 33 - __builtin_clzll(size);
-    uint32_t mantissa = (uint32_t)(drop > 0 ? size >> drop : size << -drop);
-    return (fl_gain){x < 0 ? -(int32_t)mantissa : (int32_t)mantissa, places - drop};
+/* 2^62/d for d from 2^31 on; relative error below 2^-28. */
+static int32_t reciprocal(uint32_t d) {
+    const uint32_t r = UINT32_MAX / (d >> 16) << 14; /* to 15 bits, below 2^31 */
+    const int32_t error = (1 << 30) - (int32_t)(((uint64_t)d * r) >> 32);
+    return fl_saturate(r + (((int64_t)r * error) >> 30));
 }
 
-fl_gain fl_times(fl_gain a, fl_gain b) {
-    return (fl_gain){(int32_t)(((int64_t)a.mantissa * b.mantissa) >> 31), a.shift + b.shift - 31};
+fl_inverse fl_invert(int32_t x) {
+    const int32_t bits = __builtin_clz((uint32_t)(x > 0 ? x : (x = 1)));
+    return (fl_inverse){reciprocal((uint32_t)x << bits), bits};
 }
 
-fl_gain fl_inverse(int64_t x, int32_t places) {
-    fl_gain g = fl_real(x > 0 ? x : 1, places);
-    uint32_t d = (uint32_t)g.mantissa << 1; /* 2^31 to 2^32 */
-    int64_t r = (int64_t)(UINT32_MAX / (d >> 16)) << 14; /* 2^62/d to 15 bits */
-    int64_t error = (INT64_C(1) << 62) - (int64_t)((uint64_t)d * (uint64_t)r);
-    r += (r * (error >> 16)) >> 46;
-    return (fl_gain){fl_saturate(r), 61 - g.shift};
-}
-
-int64_t fl_shift(int64_t x, int32_t shift) {
-    const int64_t most = INT64_C(1) << 62;
-    if (shift > 62) return 0;
-    if (shift > 0) return fl_scale(x, shift);
-    if (x == 0) return 0;
-    if (shift < -62) return x > 0 ? most : -most;
-    int64_t bound = most >> -shift;
-    return x > bound ? most : x < -bound ? -most : x * (INT64_C(1) << -shift);
+fl_inverse fl_invert_long(int64_t x) {
+    if (x <= INT32_MAX) return fl_invert((int32_t)(x > 0 ? x : 1));
+    const int32_t bits = __builtin_clzll((uint64_t)x);
+    return (fl_inverse){reciprocal((uint32_t)((uint64_t)x << bits >> 32)), bits - 32};
 }

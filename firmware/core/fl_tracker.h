@@ -4,8 +4,8 @@
  *   limits (N) and binary logarithms  q26, +-32: 12 N of limit, and the load's share of it up to 2.7 times that
  *   springs, rate, reading            q23, q22, q24: +-256, 512 and 128 N (wild readings of +-2.5 N reached 20, 67, 13)
  *   innovation (N)                    q26, +-32
- *   compliance (um/N)                 q20, +-2048
- *   rate of friction (N/s)            q15, +-65536: 10 N in a period, smoothed
+ *   compliance (um/N), ways (um)      q20, +-2048
+ *   rates of friction (N/s)           q15, +-65536: 10 N in a period, smoothed
  *   sensitivities by the compliance   q30, springs q31, rate q30, reading q32 (+-0.5): they begin anew where the
  *       reading's is above 0.02; typical is 1e-7, and mean squares of 1e-12 decide how much is learnt
  *   sensitivities by the fall         q26, springs q27, rate q26, reading q28 (+-8): begin anew above 4; typical is 1e-4
@@ -21,14 +21,12 @@
 
 enum { FL_SENSOR_STEP = 13, FL_SCHEDULED = 7, FL_SHARES = 5 };
 
-/* Places of the scheduled gains: of those on an innovation, and of the last two, shares. */
-enum { FL_CORRECTING = 24, FL_SHARING = 28 };
+/* scheduled: each column of the schedule at a share (q28). A column is its first value and slopes; the value has the
+ * places of the first, 24 for gains on an innovation and 28 for shares, the slopes have 4 less. */
+void fl_schedule(int32_t *values, int32_t share, const fl_gain *table);
 
-/* scheduled: a column of the schedule, a row of first value and slopes, at a share (q28). */
-int32_t fl_scheduled(int32_t share, const fl_gain *column, int32_t places);
-
-/* share_of: 1 / (1 + c L / (v dt)) in q28; c q20, L q26, and 1 / (v dt) in 1/um. */
-int32_t fl_share_of(int32_t compliance, int32_t limit, fl_gain per_way);
+/* share_of: way / (way + c L) in q28, way = v dt; c and way q20, L q26. `lag` becomes 1 / (way + c L), of q20. */
+int32_t fl_share_of(int32_t compliance, int32_t limit, int32_t way, fl_inverse *lag);
 
 /* limit_of: 2^(d - fall a^2) in q26; d q26, fall and a q28. */
 int32_t fl_limit_of(int32_t limit_log2, int32_t fall, int32_t amplitude);
@@ -40,15 +38,13 @@ int32_t fl_stuck_share(int32_t friction, int32_t limit, int32_t rising, int32_t 
 void fl_sensor_step(int32_t *x, int32_t friction, int32_t next, const fl_gain *sensor);
 
 typedef struct {
-    int32_t k[5];    /* on the limit's logarithm, the friction and the sensor, per newton: the first q20, others q24 */
-    int32_t slides;  /* q28 */
+    int32_t k[5];    /* on the limit's logarithm (q20) and the friction while it slides, and the sensor (q24) */
     int32_t share;   /* q28 */
     int32_t limit;   /* q26 */
     const fl_gain *sensor;
 } fl_sensitivity;
 
-/* sensitivity_step: s is ln L, friction, spring, rate and reading by a parameter, one more than the last ahead of it;
- * `added` has the places of the friction's. */
+/* sensitivity_step: s is ln L, friction, spring, rate and reading by a parameter; `added` is in the friction's places. */
 void fl_sensitivity_step(int32_t *s, int32_t keep, const fl_sensitivity *with, int32_t added);
 
 #endif

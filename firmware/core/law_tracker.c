@@ -1,6 +1,7 @@
 /* The tracker: tracker_step of control/tracker.py, line by line; formats in fl_tracker.h.
  *
- * Divisions of a tick, by reciprocals: 11. Nothing here divides 64 bits. */
+ * Divisions of a tick, by reciprocals: 10 at most, none of more than 32 bits. */
+#include "fl_row.h"
 #include "fl_tracker.h"
 #include "laws.h"
 
@@ -13,45 +14,52 @@ enum {
 const int8_t fl_tracker_places[] = {
     28, 28, 26, 26, 28, 23, 22, 24, 0, 26, 15, 28, 20, 28, 28, 20, 30, 30, 31, 30, 32, 26, 26, 27, 26, 28, 60, 52};
 
-/* As TrackerGains, a product where the comment says so. The second group is numbers in fixed places (its mantissas). */
+/* As TrackerGains, a product where the comment says so, each in its places; of LEARN_C and LEARN_T the shift counts. */
 enum {
-    REST, DECAY_REST, DECAY_LEFT, DECAY, INVERSE, LEARN_C, LEARN_T, EXPONENT, LOAD_GAIN, MODEL_FALL,
-    FASTEST,      /* skin */
-    LARGEST_RISE, /* 1.2 skin dt */
-    WAY,          /* dt in us */
-    SMOOTH_RATE,  /* SMOOTH / dt */
-    MOST_UM, MOST_SQUARE, MOST_C, JUMP, LOG2_NOMINAL, /* q28; um^2, q25; q20; q28; q26 */
-    STUCK_FRICTION, STUCK_SPRING, STUCK_RATE, STUCK_READING, /* q24 */
+    REST, DECAY_REST, DECAY_LEFT, DECAY, INVERSE,             /* q30, q30, q30, q30, q24 */
+    MOST_UM, MOST_SQUARE, MOST_C,                             /* q28; its square, um^2, q25; q20 */
+    LEARN_C, LEARN_T, EXPONENT, LOAD_GAIN,                    /* -, -, q29, q30 */
+    FASTEST, LARGEST_RISE, WAY, SMOOTH_RATE,                  /* skin, q12; 1.2 skin dt, dt in us, SMOOTH/dt, q20 */
+    JUMP, LOG2_NOMINAL, MODEL_FALL,                           /* q28, q26, q28 */
+    STUCK_FRICTION, STUCK_SPRING, STUCK_RATE, STUCK_READING,  /* q24 */
     SENSOR, TABLE = SENSOR + FL_SENSOR_STEP
 };
 
-enum { KD, KF, K1, K2, K3, LEAD, TRUST }; /* columns of the schedule */
+enum { KD, KF, K1, K2, K3, LEAD, TRUST }; /* columns of the schedule: the last two q28, the others q24 */
 
 /* Constants of tracker.py in the places of what they meet. */
 enum {
-    LOWEST = -221459251, HIGHEST = 241591910, /* q26: -3.3, 3.6 */
+    LOWEST = -221459251, HIGHEST = 241591910,                 /* q26: -3.3, 3.6 */
     LARGEST = 5 * FL_ONE,
-    FASTEST_C = 2 << 20, FASTEST_FALL = 53687, /* q20, q28: 2e-4 */
-    LARGEST_BY_C = 85899346, LARGEST_BY_T = 1 << 30, /* q32: 0.02; q28 */
-    SLOWEST = 536871, /* 0.002 m/s */
-    FORGET = 1717987, /* q32: 4e-4 */
-    CALM_C = 536871, CALM_T = 268435, /* 2e-3, 1e-3 */
-    LEAST_FALL = 53687091, MOST_FALL = 3 * FL_ONE, /* 0.2 */
-    SMOOTH = 214748365, /* q31: 0.1 */
-    LOG2_E = 1549082005, HALF_LN_2 = 744261118, /* q30, q31 */
-    N_0_15 = 40265318, N_0_03 = 2013266, /* q28; q26 */
-    N_0_1 = 26843546, N_0_02 = 5368709, N_0_05 = 3355443, /* q28, q28, q26 */
-    SHARE_0_97 = 260382392
+    FASTEST_C = 2 << 20, FASTEST_FALL = 53687,                /* q20; q28: 2e-4 */
+    LARGEST_BY_C = 85899346, LARGEST_BY_T = 1 << 30,          /* q32: 0.02; q28 */
+    LEAST_POWER_C = 115292150, LEAST_POWER_T = 22517998,      /* q60: 1e-10; q52: 5e-9 */
+    SLOWEST = 536871, LEAST_LEAD = 1 << 20, MOST_JUMP = 214748364, /* 0.002 m/s, 1/256, 0.8 N */
+    SMOOTH = 214748365, FORGET = 1717987,                     /* q31: 0.1; q32: 4e-4 */
+    CALM_C = 536871, CALM_T = 268435,                         /* 2e-3, 1e-3 */
+    LEAST_FALL = 53687091, MOST_FALL = 3 * FL_ONE,            /* 0.2 */
+    LOG2_E = 1549082005, HALF_LN_2 = 744261118,               /* q30, q31 */
+    LEAST_PRESSED = 5368709, LEAST_WANTED = 335544,           /* 0.02 N in q28 and in q24 */
+    STEADY_FORCE = 40265318, STEADY_ERROR = 2013266,          /* 0.15 N; q26: 0.03 */
+    LEAST_FORCE = 26843546, MOST_FORCE = 2 * FL_ONE,          /* 0.1 N */
+    LEAST_LIMIT = 3355443, AT_ONCE = 260382392                /* q26: 0.05 N; 0.97 */
 };
 
 static int64_t clip(int64_t x, int64_t most) { return x > most ? most : x < -most ? -most : x; }
 
 static int32_t magnitude(int32_t x) { return x < 0 ? fl_subtract(0, x) : x; }
 
-/* a b 2^-shift */
-static int64_t product(int32_t a, int32_t b, int32_t shift) { return fl_scale((int64_t)a * b, shift); }
+/* a x + b y of two q28 shares a and b */
+static int32_t blend(int32_t a, int32_t x, int32_t b, int32_t y) {
+    return fl_low(((int64_t)a * x + (int64_t)b * y + (FL_ONE >> 1)) >> 28);
+}
 
-/* The mean square goes on to the square of x, whose places are half its own and 2. */
+/* from + share (to - from) of a q30 share */
+static int32_t towards(fl_gain share, int32_t from, int32_t to) {
+    return fl_low(from + fl_product(share.mantissa, fl_low((int64_t)to - from), 30));
+}
+
+/* The mean square goes on to the square of x, which has half of its places and 2 more. */
 static int64_t mean_square(int32_t *high, int32_t *low, int32_t x) {
     int64_t mean = (int64_t)(*high > 0 ? *high : 0) * (INT64_C(1) << 32) + (uint32_t)*low;
     const int64_t change = (((int64_t)x * x) >> 4) - mean;
@@ -61,119 +69,122 @@ static int64_t mean_square(int32_t *high, int32_t *low, int32_t x) {
     return mean;
 }
 
-/* learn error s / mean: a step of an estimate in `to` places; s has `from` and its mean square and `least` `over`. */
-static int64_t learnt(fl_gain learn, int32_t error, int32_t s, int32_t from, int64_t mean, int32_t over, int32_t to) {
-    const fl_gain moved = fl_times(
-        fl_real((int64_t)learn.mantissa * error, learn.shift + 26), fl_real(s, from));
-    return fl_fixed(fl_times(moved, fl_inverse(mean, over)), to);
-}
-
-static void turn(int32_t *state) {
-    static const uint8_t turned[] = {FRICTION, BEFORE, SPRING, RATE, READING};
-    for (int k = 0; k < 5; k++) state[turned[k]] = fl_subtract(0, state[turned[k]]);
+/* learn error s / mean, at most `most`: a step of an estimate. The error is q26 and below 0.03; `places` are those of s
+ * and of the estimate less those of the mean square. */
+static int32_t learnt(fl_gain learn, int32_t error, int32_t s, int64_t mean, int32_t places, int32_t most) {
+    const fl_inverse per_mean = fl_invert_long(mean);
+    int64_t moved = fl_product(learn.mantissa, error, 30) * s;
+    if (moved == 0) return 0;
+    const int32_t drop = 33 - __builtin_clzll((uint64_t)(moved < 0 ? -moved : moved));
+    if (drop > 0) moved >>= drop;
+    const int32_t down = 62 - per_mean.bits + learn.shift - 4 + places - (drop > 0 ? drop : 0);
+    moved *= per_mean.factor;
+    return fl_low(down > 62 ? 0 : clip(down < 1 ? moved : fl_scale(moved, down), most));
 }
 
 fl_force_command fl_tracker_step(
     int32_t *state, const fl_measurement *measurement, int32_t setpoint, const fl_gain *gains, fl_clamp clamp) {
-    const fl_gain *sensor = gains + SENSOR, *table = gains + TABLE;
-    int32_t *by_c = state + BY_C, *by_t = state + BY_T;
-    const int32_t valid = measurement->valid;
+    int32_t *x = state + SPRING, *by_c = state + BY_C, *by_t = state + BY_T;
+    const int32_t valid = measurement->valid, a = state[AMPLITUDE];
     const int32_t forward = measurement->speed >= 0 ? 1 : -1;
     const int32_t turned = forward > 0 ? state[FORWARD] < 0 : state[FORWARD] > 0;
-    if (turned) turn(state);
     int32_t f = state[FRICTION], d = state[D], c = state[COMPLIANCE], fall = state[FALL];
-    int32_t rising = state[RISING], *x = state + SPRING;
-    const int32_t a = state[AMPLITUDE], before = state[BEFORE];
-
+    int32_t rising = state[RISING], before = state[BEFORE];
+    if (turned) {
+        f = fl_subtract(0, f);
+        before = fl_subtract(0, before);
+        for (int i = 0; i < 3; i++) x[i] = fl_subtract(0, x[i]);
+    }
     int32_t v = magnitude(measurement->speed);
     if (v < SLOWEST) v = SLOWEST;
-    const fl_gain way = gains[WAY];
-    const fl_gain per_way = fl_inverse((int64_t)way.mantissa * v, way.shift + 28);
-    const int32_t fastest = fl_saturate(fl_product(gains[FASTEST], v, 28, 15));
-    const int32_t pressed = measurement->load > N_0_02 ? measurement->load : N_0_02;
-    const int32_t load = fl_fma(gains[LOAD_GAIN], fl_subtract(fl_log2(pressed, 27), state[LOAD]), state[LOAD]);
-    const int32_t push = fl_mul(gains[EXPONENT], load);
+    const int32_t way = fl_saturate(fl_product(gains[WAY].mantissa, v, 28));
+    const int32_t fastest = fl_saturate(fl_product(gains[FASTEST].mantissa, v, 25));
+    const int32_t pressed = measurement->load > LEAST_PRESSED ? measurement->load : LEAST_PRESSED;
+    const int32_t load = towards(gains[LOAD_GAIN], state[LOAD], fl_log2(pressed, 27));
+    const int32_t push = fl_low(fl_product(gains[EXPONENT].mantissa, load, 29));
 
     /* Correct by the reading. */
-    const int32_t error = fl_saturate(fl_scale(measurement->force - (int64_t)x[2] * 16, 2));
-    int32_t limit = fl_limit_of(fl_add(d, push), fall, a);
-    int32_t share = fl_share_of(c, fl_saturate(fl_scale(f, 2)), per_way);
-    int32_t k[FL_SCHEDULED];
-    for (int i = 0; i < FL_SCHEDULED; i++)
-        k[i] = fl_scheduled(share, table + FL_SHARES * i, i < LEAD ? FL_CORRECTING : FL_SHARING);
+    const int32_t error = fl_saturate((measurement->force - (int64_t)x[2] * 16 + 2) >> 2);
+    int32_t limit = fl_limit_of(fl_low((int64_t)d + push), fall, a);
+    fl_inverse lag;
+    int32_t share = fl_share_of(c, f >> 2, way, &lag), k[FL_SCHEDULED];
+    fl_schedule(k, share, gains + TABLE);
     const int32_t w = fl_stuck_share(f, limit, rising, fastest, valid);
-    if (w == 0 && f > N_0_15 && magnitude(error) < N_0_03 && 2 * (int64_t)magnitude(rising) < fastest) {
-        const int64_t pc = mean_square(state + POWER_C, state + POWER_C_LOW, by_c[4]);
-        const int64_t pt = mean_square(state + POWER_T, state + POWER_T_LOW, by_t[4]);
-        const int64_t least_c = 115292150, least_t = 22517998; /* 1e-10 in q60, 5e-9 in q52 */
-        const int64_t step_c = learnt(gains[LEARN_C], error, by_c[4], 32, pc + least_c, 60, 20);
-        const int64_t step_t = learnt(gains[LEARN_T], error, by_t[4], 28, pt + least_t, 52, 28);
-        c = fl_clip(fl_saturate(c + clip(step_c, FASTEST_C)), 0, gains[MOST_C].mantissa);
-        fall = fl_saturate(fall + clip(step_t, FASTEST_FALL));
+    const int32_t calm = 2 * (int64_t)magnitude(rising) < fastest;
+    if (w == 0 && f > STEADY_FORCE && magnitude(error) < STEADY_ERROR && calm) {
+        const int64_t pc = mean_square(state + POWER_C, state + POWER_C_LOW, by_c[4]) + LEAST_POWER_C;
+        const int64_t pt = mean_square(state + POWER_T, state + POWER_T_LOW, by_t[4]) + LEAST_POWER_T;
+        c = fl_add(c, learnt(gains[LEARN_C], error, by_c[4], pc, 32 - 60 - 20, FASTEST_C));
+        c = fl_clip(c, 0, gains[MOST_C].mantissa);
+        fall = fl_add(fall, learnt(gains[LEARN_T], error, by_t[4], pt, 28 - 52 - 28, FASTEST_FALL));
     }
     if (valid && rising < -2 * (int64_t)fastest) {
-        c -= (int32_t)product(CALM_C, c, 28);
-        fall = fl_saturate(fall + product(CALM_T, fall, 28));
+        c -= (int32_t)fl_product(CALM_C, c, 28);
+        fall = fl_saturate(fall + fl_product(CALM_T, fall, 28));
     }
     fall = fl_clip(fall, LEAST_FALL, MOST_FALL);
-    const int32_t slides = FL_ONE - w, jump = gains[JUMP].mantissa;
-    const int32_t per_force = (int32_t)fl_fixed(fl_inverse(fl_clip(f, N_0_1, 2 * FL_ONE), 28), 27);
-    const int32_t missed = fl_mul28(slides, fl_saturate(clip(product(k[KD], error, 22), jump)));
-    const int32_t up = fl_saturate(product(missed, per_force, 27));
-    d = fl_clip(fl_saturate(d + product(LOG2_E, up, 32)), LOWEST, HIGHEST);
-    limit = fl_saturate(limit + product(limit, up, 28));
-    const int64_t slid = product(slides, fl_saturate(clip(product(k[KF], error, 22), 2 * (int64_t)jump)), 28);
-    const int64_t stuck = product(fl_mul28(w, gains[STUCK_FRICTION].mantissa), error, 22);
-    f = fl_clip(fl_saturate(f + slid + stuck), -LARGEST, LARGEST);
-    for (int i = 0; i < 3; i++) {
-        static const int32_t shifts[] = {27, 28, 26};
-        const int32_t gain = fl_add(fl_mul28(slides, k[K1 + i]), fl_mul28(w, gains[STUCK_SPRING + i].mantissa));
-        x[i] = fl_saturate(x[i] + product(gain, error, shifts[i]));
-    }
-    const fl_gain smooth = gains[SMOOTH_RATE];
-    const int64_t slope = fl_shift(smooth.mantissa * ((int64_t)f - before), smooth.shift + 13);
-    rising = fl_saturate(rising - product(SMOOTH, rising, 31) + slope);
+    const int32_t slides = FL_ONE - w, jump = fl_clip(gains[JUMP].mantissa, 0, MOST_JUMP);
+    const int32_t per_force = fl_low(fl_over(FL_ONE, fl_invert(fl_clip(f, LEAST_FORCE, MOST_FORCE)), 27));
+    const int32_t missed = fl_clip(fl_saturate(fl_product(k[KD], error, 22)), -jump, jump);
+    const int32_t up = fl_low(fl_product(fl_low(fl_product(slides, missed, 28)), per_force, 27));
+    d = fl_clip(fl_low(d + fl_product(LOG2_E, up, 32)), LOWEST, HIGHEST);
+    limit = fl_saturate(limit + fl_product(limit, up, 28));
+    const int32_t slid = fl_clip(fl_saturate(fl_product(k[KF], error, 22)), -2 * jump, 2 * jump);
+    const int64_t stuck = fl_product(fl_low(fl_product(w, gains[STUCK_FRICTION].mantissa, 28)), error, 22);
+    f = fl_clip(fl_saturate(f + fl_product(slides, slid, 28) + stuck), -LARGEST, LARGEST);
+    x[0] = fl_saturate(x[0] + fl_product(blend(slides, k[K1], w, gains[STUCK_SPRING].mantissa), error, 27));
+    x[1] = fl_saturate(x[1] + fl_product(blend(slides, k[K2], w, gains[STUCK_RATE].mantissa), error, 28));
+    x[2] = fl_saturate(x[2] + fl_product(blend(slides, k[K3], w, gains[STUCK_READING].mantissa), error, 26));
+    const int32_t rise = (int32_t)(((int64_t)f - before) >> 1);
+    rising = fl_saturate(
+        rising - fl_product(SMOOTH, rising, 31) + fl_product(gains[SMOOTH_RATE].mantissa, rise, 32));
 
     /* Go on to when the command takes effect. */
-    const int32_t a_then = fl_fma(gains[DECAY_REST], fl_subtract(a, state[COMMAND]), state[COMMAND]);
-    const int32_t limit_then = fl_limit_of(fl_add(d, push), fall, a_then);
+    const int32_t a_then = towards(gains[DECAY_REST], state[COMMAND], a);
+    const int32_t limit_then = fl_limit_of(fl_low((int64_t)d + push), fall, a_then);
     int32_t mean = (int32_t)(((int64_t)limit + limit_then) >> 1);
-    share = fl_share_of(c, mean, per_way);
-    if (share > SHARE_0_97) mean = limit_then;
+    share = fl_share_of(c, mean, way, &lag);
+    if (share > AT_ONCE) mean = limit_then;
     const int64_t behind = (int64_t)mean * 4 - f;
-    const int64_t change = fl_scale(share * behind, 28), rise = fl_mul(gains[LARGEST_RISE], v);
-    const int32_t moved = fl_saturate(change < rise ? change : rise);
-    const int32_t f_then = fl_fma(gains[REST], moved, f), f_next = fl_add(f, moved);
+    const int64_t fast = fl_product(gains[LARGEST_RISE].mantissa, v, 20), slow = (share * behind) >> 28;
+    const int32_t change = fl_saturate(slow < fast ? slow : fast);
+    const int32_t f_next = fl_add(f, change);
+    const int32_t f_then = fl_saturate(f + fl_product(gains[REST].mantissa, change, 30));
 
     /* Command. */
-    const fl_gain per_lead = fl_inverse(k[LEAD] > 1 ? k[LEAD] : 1, FL_SHARING);
-    const int64_t wanted_limit = fl_product(per_lead, fl_subtract(setpoint, f_then), 28, 28) + f_then;
-    const int32_t trusted = fl_saturate(
-        state[TRUSTED] + fl_scale((int64_t)k[TRUST] * ((int64_t)d - state[TRUSTED]), FL_SHARING));
-    const int32_t over = fl_saturate(
-        (int64_t)trusted + push - fl_log2(wanted_limit > N_0_02 ? wanted_limit : N_0_02, 28));
-    const int32_t square = fl_saturate(fl_product(fl_inverse(fall, 28), over, 26, 25));
+    const fl_inverse per_lead = fl_invert(k[LEAD] > LEAST_LEAD ? k[LEAD] : LEAST_LEAD);
+    const int32_t wanted_limit = fl_saturate(
+        fl_over(fl_subtract(setpoint, f_then), per_lead, 24) + (f_then >> 4));
+    const int32_t wanted_log2 = fl_log2(wanted_limit > LEAST_WANTED ? wanted_limit : LEAST_WANTED, 24);
+    const int32_t behind_d = fl_low((int64_t)d - state[TRUSTED]);
+    const int32_t trusted = fl_low(state[TRUSTED] + fl_product(k[TRUST], behind_d, 28));
+    const int32_t over = fl_low((int64_t)trusted + push - wanted_log2);
+    const int32_t square = fl_saturate(fl_over(over, fl_invert(fall), 27));
     const int32_t held = fl_clip(square, 0, gains[MOST_SQUARE].mantissa);
     const int32_t wanted = (int32_t)fl_root((uint64_t)held << 31);
-    const int32_t missing = fl_subtract(wanted, fl_mul(gains[DECAY], a_then));
-    const int32_t command = fl_clip(fl_mul(gains[INVERSE], missing), 0, gains[MOST_UM].mantissa);
-    const int32_t u_log2 = fl_saturate(gains[LOG2_NOMINAL].mantissa - fl_product(gains[MODEL_FALL], held, 25, 26));
-    const int32_t u = fl_clip(fl_exp2(u_log2, 28), clamp.low, clamp.high);
+    const int32_t missing = fl_low(wanted - fl_product(gains[DECAY].mantissa, a_then, 30));
+    const int32_t command = fl_clip(
+        fl_saturate(fl_product(gains[INVERSE].mantissa, missing, 24)), 0, gains[MOST_UM].mantissa);
+    const int64_t u_log2 = gains[LOG2_NOMINAL].mantissa - fl_product(gains[MODEL_FALL].mantissa, held, 27);
+    const int32_t u = fl_clip(fl_exp2(fl_saturate(u_log2), 28), clamp.low, clamp.high);
 
     /* Go on to the next sample. */
+    const int32_t kd = fl_low(fl_product(k[KD], per_force, 31));
     const fl_sensitivity with = {
-        {fl_saturate(product(k[KD], per_force, 31)), k[KF], k[K1], k[K2], k[K3]}, slides, share, mean, sensor};
-    const int64_t steep = product((int32_t)product(share, share, 28), mean > N_0_05 ? mean : N_0_05, 28);
-    const fl_gain slower = fl_real(steep * fl_saturate(fl_scale(behind, 2)), 52);
-    const int32_t added_c = fl_saturate(-fl_fixed(fl_times(slower, per_way), 30));
-    const int64_t squares = product(a, a, 32) + product(a_then, a_then, 32); /* q24 */
-    const int64_t lower = product(HALF_LN_2, (int32_t)product(share, mean, 28), 31);
-    const int32_t added_t = fl_saturate(-fl_scale(lower * squares, 24));
+        {(int32_t)fl_product(slides, kd, 28), (int32_t)fl_product(slides, k[KF], 28), k[K1], k[K2], k[K3]},
+        share, mean, gains + SENSOR};
+    /* share / way is the lag's inverse */
+    const int64_t steep = fl_over(mean > LEAST_LIMIT ? mean : LEAST_LIMIT, lag, 20);
+    const int32_t slower = fl_low(fl_product(share, fl_saturate(steep), 28));
+    const int32_t added_c = fl_saturate(-fl_product(slower, fl_saturate(behind >> 2), 22));
+    const int32_t squares = fl_low(fl_product(a, a, 32) + fl_product(a_then, a_then, 32)); /* q24 */
+    const int32_t lower = (int32_t)fl_product(HALF_LN_2, (int32_t)fl_product(share, mean, 28), 31);
+    const int32_t added_t = fl_saturate(-fl_product(lower, squares, 24));
     const int32_t keep = !turned && magnitude(by_c[4]) <= LARGEST_BY_C && magnitude(by_t[4]) <= LARGEST_BY_T;
     fl_sensitivity_step(by_c, keep, &with, added_c);
     fl_sensitivity_step(by_t, keep, &with, added_t);
-    fl_sensor_step(x, (int32_t)fl_scale(f, 6), (int32_t)fl_scale(f_next, 6), sensor);
-    state[AMPLITUDE] = fl_fma(gains[DECAY_LEFT], fl_subtract(a_then, command), command);
+    fl_sensor_step(x, f >> 6, f_next >> 6, gains + SENSOR);
+    state[AMPLITUDE] = towards(gains[DECAY_LEFT], command, a_then);
     state[COMMAND] = command;
     state[D] = d;
     state[TRUSTED] = trusted;

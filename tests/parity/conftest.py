@@ -16,32 +16,29 @@ from frictionloop.sensing.measurement import Measurement
 
 
 @cache
-def loops(law):
-    """Return (along, each): states before and u at each tick of a run; u and next state of steps from own states."""
+def loop(law):
+    """Return (states, measurements, set-points, gains, dt) -> states before and after each tick, and u.
+
+    Ticks follow one another from the first state, or begin each at its own where there is one for each.
+    """
     step, states, gains = law.step, law.states, law.gains + 2
 
     @njit
-    def one(state, row, setpoint, numbers, dt):
-        measured = Measurement(row[0], row[1], row[2], row[3], row[4])
-        after, command = step(to_fixed_tuple(state, states), measured, setpoint, to_fixed_tuple(numbers, gains), dt)
-        return np.array(after), command.u
-
-    @njit
-    def along(start, rows, setpoints, numbers, dt):
-        visited, forces, state = np.empty((len(rows), states)), np.empty(len(rows)), start.copy()
+    def go(starts, rows, setpoints, numbers, dt):
+        before, after, forces = np.empty((len(rows), states)), np.empty((len(rows), states)), np.empty(len(rows))
+        state = starts[0].copy()
         for k in range(len(rows)):
-            visited[k] = state
-            state, forces[k] = one(state, rows[k], setpoints[k], numbers, dt)
-        return visited, forces
+            if len(starts) > 1:
+                state[:] = starts[k]
+            row = rows[k]
+            measured = Measurement(row[0], row[1], row[2], row[3], row[4])
+            given = to_fixed_tuple(state, states), to_fixed_tuple(numbers, gains)
+            next_state, command = step(given[0], measured, setpoints[k], given[1], dt)
+            before[k], state[:], forces[k] = state, np.array(next_state), command.u
+            after[k] = state
+        return before, after, forces
 
-    @njit
-    def each(starts, rows, setpoints, numbers, dt):
-        after, forces = np.empty((len(rows), states)), np.empty(len(rows))
-        for k in range(len(rows)):
-            after[k], forces[k] = one(starts[k], rows[k], setpoints[k], numbers, dt)
-        return after, forces
-
-    return along, each
+    return go
 
 
 class FloatLaw:
@@ -49,21 +46,20 @@ class FloatLaw:
 
     def __init__(self, controller):
         law = law_of(controller)
-        self._along, self._each = loops(law)
-        model = controller.model
+        model, self._loop, self._dt = controller.model, loop(law), 1.0 / controller.rate_hz
         self._numbers = np.array([*law.gains_of(controller), model.floor_n, model.nominal_n], dtype=float)
         start = law.start_of(controller) if law.start_of else (0.0,) * law.states
-        self.state, self._dt = np.array(start, dtype=float), 1.0 / controller.rate_hz
+        self.state = np.array(start, dtype=float)
 
     def along(self, rows, setpoints):
-        """Go on by these ticks: states before each, and commands."""
-        visited, forces = self._along(self.state, rows, setpoints, self._numbers, self._dt)
-        self.state = self._each(visited[-1:], rows[-1:], setpoints[-1:], self._numbers, self._dt)[0][0]
-        return visited, forces
+        """Go on by these ticks: states before each."""
+        before, after, _ = self._loop(self.state[np.newaxis], rows, setpoints, self._numbers, self._dt)
+        self.state = after[-1]
+        return before
 
     def each(self, states, rows, setpoints):
         """One step from each state: the next ones, and commands."""
-        return self._each(states, rows, setpoints, self._numbers, self._dt)
+        return self._loop(states, rows, setpoints, self._numbers, self._dt)[1:]
 
 
 class FixedLaw:
@@ -121,6 +117,7 @@ def wild_inputs(count, seed):
     return rows, setpoints
 
 
+@cache
 def realistic_inputs(count, seed):
     """What the sensors tell and the set-point is in a run of the bench."""
     run = fl.simulate(fl.bench().evolve(fl.RETUNED), duration_s=count / 5000.0, seed=seed)
@@ -154,8 +151,7 @@ class Parity:
         law, fixed, found = FloatLaw(controller), FixedLaw(controller), []
         for k in range(0, len(inputs[0]), chunk):
             counts, back = quantised(inputs[0][k : k + chunk], inputs[1][k : k + chunk])
-            visited, _ = law.along(*back)
-            stored = np.rint(visited * fixed.scale)
+            stored = np.rint(law.along(*back) * fixed.scale)
             assert np.all(np.abs(stored) < 2.0**31), "a state overflows its format"
             after, forces = law.each(stored / fixed.scale, *back)
             state, out = fixed.each(stored.astype(np.int32), *counts)

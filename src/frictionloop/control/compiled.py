@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from frictionloop.control.compiler import shared_library
+from frictionloop.control.compiler import FLAGS, shared_library
 from frictionloop.control.law import Law
 from frictionloop.control.laws import law_number, law_of
 from frictionloop.control.lookup import lookup_table
@@ -122,8 +123,13 @@ def host_words(system: System) -> np.ndarray:
 
 
 @cache
-def host_library() -> tuple[Any, Any]:
+def host_library(flags: tuple[str, ...] = FLAGS, command: tuple[str, ...] | None = None) -> tuple[Any, Any]:
     """Return (ffi, library): the C core on this machine, compiled at the first call.
+
+    Parameters
+    ----------
+    flags, command
+        As `shared_library` takes them; the same bits come from all.
 
     Raises
     ------
@@ -134,11 +140,16 @@ def host_library() -> tuple[Any, Any]:
         import cffi
     except ImportError:
         raise FrictionloopError("cffi is not installed: install frictionloop[firmware]") from None
-    core, host = firmware_folder() / "core", firmware_folder() / "boards" / "host"
-    sources = [*sorted(core.glob("*.c")), *sorted(host.glob("*.c"))]
     ffi = cffi.FFI()
     ffi.cdef(_DECLARATIONS)
-    return ffi, ffi.dlopen(str(shared_library("core", sources, (core, host))))
+    sources, folders = host_sources()
+    return ffi, ffi.dlopen(str(shared_library("core", sources, folders, flags, command)))
+
+
+def host_sources() -> tuple[list[Path], list[Path]]:
+    """Return the C files of the host library, and the folders of their headers."""
+    folders = [firmware_folder() / "core", firmware_folder() / "boards" / "host"]
+    return [source for folder in folders for source in sorted(folder.glob("*.c"))], folders
 
 
 def _form(law: Law) -> Quantised:

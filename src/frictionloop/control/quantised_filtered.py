@@ -114,5 +114,7 @@ def _spring_places(controller: Any) -> int:
         swing = 1.0 / math.tanh(math.pi / (2.0 * math.sqrt(4.0 * model.resonance_q**2 - 1.0)))
     places = places_for(LARGEST_N * (swing + 2.0), 28)
     if places < 18:  # steps of 4 uN
-        raise FrictionloopError(f"controller.model.resonance_q = {model.resonance_q:g}: overflows the firmware's 32 bits")
+        raise FrictionloopError(
+            f"controller.model.resonance_q = {model.resonance_q:g}: overflows the firmware's 32 bits"
+        )
     return places

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from frictionloop.control.quantised import Gain, to_gain
@@ -11,11 +12,11 @@ from frictionloop.control.tracker_gains import tracker_gains
 from frictionloop.control.tracker_state import SCHEDULED, SensorStep, TrackerGains, TrackerState
 from frictionloop.parameters.tracking import SHARES
 
-LIMIT, SHARE, COMPLIANCE, CORRECTING, SQUARE = 26, 28, 20, 24, 25
-"""Binary places of logarithms and limits, shares and forces, um/N, gains on an innovation, and um^2."""
+CORRECTING, SHARING = 24, 28
+"""Binary places of gains on an innovation, and of the schedule's last columns, which are shares."""
 PLACES = dict.fromkeys(TrackerState._fields, 28) | {
-    "limit": LIMIT, "trusted": LIMIT, "load": LIMIT, "spring": 23, "rate": 22, "reading": 24, "forward": 0,
-    "rising": 15, "compliance": COMPLIANCE, "power_c": 60, "power_t": 52,
+    "limit": 26, "trusted": 26, "load": 26, "spring": 23, "rate": 22, "reading": 24, "forward": 0,
+    "rising": 15, "compliance": 20, "power_c": 60, "power_t": 52,
     "by_c0": 30, "by_c1": 30, "by_c2": 31, "by_c3": 30, "by_c4": 32,
     "by_t0": 26, "by_t1": 26, "by_t2": 27, "by_t3": 26, "by_t4": 28,
 }  # fmt: skip
@@ -27,7 +28,7 @@ TRACKER_PLACES = (
 )
 _IN = {"1": 1, "2": 0, "3": 2, "b": 0, "c": 0}
 """Places of spring, rate, reading and the two frictions beyond the friction's, alike in all groups (fl_tracker.h)."""
-_TOO_FAST = 1.2
+TOO_FAST = 1.2
 """Of the skin's rate, as `tracker_step` limits a rise."""
 
 
@@ -43,30 +44,35 @@ def tracker_quantised(controller: Any) -> tuple[Gain, ...]:
     own = TrackerGains(*gains[: len(TrackerGains._fields)])
     rest = gains[len(TrackerGains._fields) :]
     sensor, slopes = SensorStep(*rest[: len(SensorStep._fields)]), rest[len(SensorStep._fields) :]
-    names = ("rest", "decay_rest", "decay_left", "decay", "inverse", "learn_c", "learn_t", "load_exponent", "load_gain")
-    rate = controller.rate_hz
-    steep = {
-        "model_fall": own.model_fall,
-        "fastest": own.skin,
-        "largest rise": _TOO_FAST * own.skin / rate,
-        "way": 1e6 / rate,
-        "smooth rate": SMOOTH * rate,
-    }
-    fixed = {
-        "controller.model.max_amplitude_um": (own.largest_um, 28),
-        "controller.model.max_amplitude_um^2": (own.largest_um**2, SQUARE),
-        "controller.largest_compliance_um_per_n": (own.largest_compliance, COMPLIANCE),
-        "controller.largest_jump_n": (own.jump, 28),
-        "log2 of controller.model.nominal_n": (own.log2_nominal, LIMIT),
-    } | {name: (getattr(own, name), CORRECTING) for name in TrackerGains._fields[-4:]}
+    rate, largest = controller.rate_hz, own.largest_um
+    before = {
+        "rest": (own.rest, 30), "decay_rest": (own.decay_rest, 30), "decay_left": (own.decay_left, 30),
+        "decay": (own.decay, 30), "1/(1 - decay of the believed plate)": (own.inverse, 24),
+        "controller.model.max_amplitude_um": (largest, 28), "its square": (largest * largest, 25),
+        "controller.largest_compliance_um_per_n": (own.largest_compliance, 20),
+    }  # fmt: skip
+    after = {
+        "controller.load_exponent": (own.load_exponent, 29), "load_gain": (own.load_gain, 30),
+        "controller.skin_stiffness_n_m": (own.skin, 12), "rise in a period": (TOO_FAST * own.skin / rate, 20),
+        "period in us": (1e6 / rate, 20), "rate of smoothing": (SMOOTH * rate, 20),
+        "controller.largest_jump_n": (own.jump, 28), "log2 of controller.model.nominal_n": (own.log2_nominal, 26),
+        "tau / ln 2": (own.model_fall, 28),
+    } | {name: (getattr(own, name), CORRECTING) for name in TrackerGains._fields[-4:]}  # fmt: skip
     columns = [slopes[i : i + len(SHARES)] for i in range(0, SCHEDULED * len(SHARES), len(SHARES))]
     return (
-        *(to_gain(getattr(own, name), name) for name in names),
-        *(to_gain(value, name) for name, value in steep.items()),
-        *(to_fixed(value, places, name) for name, (value, places) in fixed.items()),
+        *(to_fixed(value, places, name) for name, (value, places) in before.items()),
+        to_gain(own.learn_c, "controller.compliance_learning"),
+        to_gain(own.learn_t, "controller.susceptibility_learning"),
+        *(to_fixed(value, places, name) for name, (value, places) in after.items()),
         *_sensor(sensor),
-        *(gain for column in columns for gain in to_row(column, [0] * len(SHARES), 0, "controller.schedule")),
+        *(gain for i, column in enumerate(columns) for gain in _column(column, CORRECTING if i < 5 else SHARING)),
     )
+
+
+def _column(column: Sequence[float], places: int) -> list[Gain]:
+    """Return first value and slopes of a column of the schedule; the slopes have 4 places less."""
+    name = "controller.schedule"
+    return [to_fixed(column[0], places, name), *(to_fixed(slope, places - 4, name) for slope in column[1:])]
 
 
 def _sensor(step: SensorStep) -> list[Gain]:

@@ -42,14 +42,10 @@ def section_sizes(sections: Sequence[Section], kp: float, held: bool) -> Sizes:
     """
     outputs = _chain(sections[:FREE] if held else sections)
     if held:
-        inverses = [(1.0, *s[3:], *(b / s[0] for b in s[1:3])) for s in reversed(sections[FREE:])]
         behind = 2.0 * LARGEST_N / kp
-        inputs = [behind * gain / LARGEST_N / abs(np.prod([s[0] for s in sections[i:]]))
-                  for i, gain in zip(range(len(sections) - 1, FREE - 1, -1), _chain(inverses), strict=True)]  # fmt: skip
-        outputs = [*outputs, *reversed(inputs[:-1]), behind]
-        outputs[FREE - 1] = max(outputs[FREE - 1], inputs[-1])
-    sizes, first = [], LARGEST_N
-    before = first
+        first, *inputs = _before_held(sections[FREE:], behind)
+        outputs = [*outputs[:-1], max(outputs[-1], first), *inputs, behind]
+    sizes, first, before = [], LARGEST_N, LARGEST_N
     for i, (section, after) in enumerate(zip(sections, outputs, strict=True)):
         b0, b1, b2, a1, a2 = map(abs, section)
         memory = after + b0 * before
@@ -62,6 +58,16 @@ def section_sizes(sections: Sequence[Section], kp: float, held: bool) -> Sizes:
 def places_for(size: float, most: int = MOST_PLACES) -> int:
     """Return the most binary places with which 32 bits hold a magnitude."""
     return min(math.floor(31.0 - math.log2(max(size * _MARGIN, 2.0**-most))), most)
+
+
+def _before_held(sections: Sequence[Section], behind: float) -> list[float]:
+    """Return the largest input of each held section, given the largest output of the last."""
+    inverses = [(1.0, a1, a2, b1 / b0, b2 / b0) for b0, b1, b2, a1, a2 in reversed(sections)]
+    inputs, gain = [], behind / LARGEST_N
+    for section, total in zip(reversed(sections), _chain(inverses), strict=True):
+        gain /= abs(section[0])
+        inputs.append(total * gain)
+    return inputs[::-1]
 
 
 def _chain(sections: Sequence[Section]) -> list[float]:

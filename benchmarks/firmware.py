@@ -1,0 +1,72 @@
+"""Speed of the firmware's core on this machine: called tick by tick from Python, and many ticks in one call.
+
+`python benchmarks/firmware.py`. A tick is law, lookup and overdrive. Asked are 500 000 ticks/s called one by one.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+import frictionloop as fl
+from frictionloop.control.compiled import host_library, host_words, quantised_start
+
+TICKS, ROUNDS = 200_000, 7
+ASKED_PER_S = 500_000
+SECTION = (0.98, -1.9, 0.93, -1.9, 0.91)
+AHEAD = {"model": fl.bench().controller.model, "delay_s": 330e-6, "feedforward": True, "overdrive": True}
+CONTROLLERS = {
+    "PI": fl.bench().controller,
+    "lookup": fl.LookupController(),
+    "notch, fed forward, overdriven": fl.NotchPiController(**AHEAD),
+    "six sections, fed forward, overdriven": fl.FilteredPiController(sections=(SECTION,) * 6, **AHEAD),
+}
+
+
+def shortest(work: Callable[[], None]) -> float:
+    """Seconds of the quickest of some rounds."""
+    seconds = []
+    for _ in range(ROUNDS):
+        start = time.perf_counter()
+        work()
+        seconds.append(time.perf_counter() - start)
+    return min(seconds)
+
+
+def speeds(controller: fl.PiController) -> tuple[float, float]:
+    """Ticks per second, one by one and in one call."""
+    ffi, library = host_library()
+    words = host_words(fl.bench().evolve({"controller": controller}))
+    state, believed = np.array(quantised_start(controller), dtype=np.int32), np.zeros(1, dtype=np.int32)
+    rng = np.random.default_rng(0)
+    rows = (rng.uniform(0.0, 1.0, (TICKS, 5)) * 2.0**28).astype(np.int32)
+    rows[:, 4] = 1
+    setpoints = (rng.uniform(0.0, 1.0, TICKS) * 2.0**28).astype(np.int32)
+    out = np.empty((TICKS, 3), dtype=np.int32)
+    table, memory, belief, measured, told, commands = (
+        ffi.cast("int32_t *", array.ctypes.data) for array in (words, state, believed, rows, setpoints, out)
+    )
+
+    def one_by_one() -> None:
+        tick = library.fl_host_tick
+        for setpoint in given:
+            tick(table, memory, belief, measured, setpoint)
+
+    given = setpoints.tolist()
+    single = shortest(one_by_one)
+    batch = shortest(lambda: library.fl_host_run(table, TICKS, memory, belief, measured, told, commands))
+    return TICKS / single, TICKS / batch
+
+
+def main() -> None:
+    """Print a table."""
+    print(f"{'law':40s} {'one by one':>14s} {'in one call':>14s}  ticks/s, asked {ASKED_PER_S} one by one")
+    for name, controller in CONTROLLERS.items():
+        single, batch = speeds(controller)
+        print(f"{name:40s} {single:14.0f} {batch:14.0f}  {'met' if single >= ASKED_PER_S else 'missed'}")
+
+
+if __name__ == "__main__":
+    main()
