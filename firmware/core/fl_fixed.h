@@ -15,7 +15,8 @@ typedef struct { int32_t mantissa, shift; } fl_gain;
 _Static_assert((-3 >> 1) == -2, "shifts to the right must be arithmetic");
 
 static inline int32_t fl_saturate(int64_t x) {
-    return x > INT32_MAX ? INT32_MAX : x < INT32_MIN ? INT32_MIN : (int32_t)x;
+    int32_t low = (int32_t)((uint64_t)x & UINT32_MAX);
+    return low == x ? low : (int32_t)(x >> 63) ^ INT32_MAX;
 }
 
 static inline int32_t fl_add(int32_t a, int32_t b) { return fl_saturate((int64_t)a + b); }

@@ -24,7 +24,7 @@ int32_t fl_log2(int32_t x, int32_t places) {
     const int32_t halve = low > 1518500250; /* above sqrt 2 */
     const int32_t m = halve ? low / 2 : low; /* q30 */
     const int32_t above = m - (1 << 30);
-    const int32_t s = fl_over(above, fl_invert(m / 2 + (1 << 29)), 31); /* q32 */
+    const int32_t s = (int32_t)fl_over(above, fl_invert(m / 2 + (1 << 29)), 31); /* q32 */
     const int32_t z = high(s, s);
     int32_t sum = c[4];
     for (int k = 3; k >= 0; k--) sum = c[k] + high(sum, z);

@@ -16,9 +16,9 @@ fl_inverse fl_invert(int32_t x);
 /* The same of a larger number: then bits = -32 to 31. */
 fl_inverse fl_invert_long(int64_t x);
 
-/* a/x 2^places, rounded down: places = 0 to 31; saturates. */
-static inline int32_t fl_over(int32_t a, fl_inverse x, int32_t places) {
-    return fl_saturate(((int64_t)a * x.factor) >> (62 - places - x.bits));
+/* a/x 2^places, rounded down: places = 0 to 31. */
+static inline int64_t fl_over(int32_t a, fl_inverse x, int32_t places) {
+    return ((int64_t)a * x.factor) >> (62 - places - x.bits);
 }
 
 /* 2^x with `places` binary places, x in q26; relative error below 1e-8 (or a step), saturates. */

@@ -11,9 +11,12 @@
 
 enum { FL_ROW = 28 };
 
-/* a b 2^-shift, rounded to the nearest, halves up; shift 1 to 62. */
+/* The lower word: for what cannot be larger, by the bounds of its terms. */
+static inline int32_t fl_low(int64_t x) { return (int32_t)((uint64_t)x & UINT32_MAX); }
+
+/* a b 2^-shift, rounded down; shift 0 to 62. */
 static inline int64_t fl_product(int32_t a, int32_t b, int32_t shift) {
-    return ((int64_t)a * b + (INT64_C(1) << (shift - 1))) >> shift;
+    return ((int64_t)a * b) >> shift;
 }
 
 /* c x, one term more of a row; sums beyond 64 bits, of coefficients that break the rule, wrap around. */

@@ -4,24 +4,24 @@
 
 void fl_schedule(int32_t *values, int32_t share, const fl_gain *table) {
     static const int32_t from[] = {18790482, 33554432, 67108864, 134217728}; /* 0.07, 0.125, 0.25, 0.5 */
-    int32_t beyond[FL_SHARES - 1];
-    for (int k = 0; k < FL_SHARES - 1; k++) beyond[k] = share > from[k] ? share - from[k] : 0;
+    int32_t short_of[FL_SHARES - 1]; /* at most 0: what is known to be positive the compiler multiplies the long way */
+    for (int k = 0; k < FL_SHARES - 1; k++) short_of[k] = share > from[k] ? from[k] - share : 0;
     for (int i = 0; i < FL_SCHEDULED; i++, table += FL_SHARES) {
         uint64_t sum = UINT64_C(1) << 23;
-        for (int k = 0; k < FL_SHARES - 1; k++) sum += fl_term(table[k + 1], beyond[k]);
-        values[i] = fl_saturate(table[0].mantissa + ((int64_t)sum >> 24));
+        for (int k = 0; k < FL_SHARES - 1; k++) sum += fl_term(table[k + 1], short_of[k]);
+        values[i] = fl_low(table[0].mantissa - ((int64_t)sum >> 24));
     }
 }
 
 int32_t fl_share_of(int32_t compliance, int32_t limit, int32_t way, fl_inverse *lag) {
     const int32_t least = 3355443; /* 0.05 N */
     *lag = fl_invert(fl_saturate(way + fl_product(compliance, limit > least ? limit : least, 26)));
-    const int32_t share = fl_over(way, *lag, 28);
+    const int32_t share = fl_low(fl_over(way, *lag, 28)); /* above 1 by rounding */
     return share < FL_ONE ? share : FL_ONE;
 }
 
 int32_t fl_limit_of(int32_t limit_log2, int32_t fall, int32_t amplitude) {
-    const int32_t slope = fl_saturate(fl_product(fall, amplitude, 30)); /* q26 */
+    const int32_t slope = fl_low(fl_product(fall, amplitude, 30)); /* q26 */
     return fl_exp2(fl_saturate(limit_log2 - fl_product(slope, amplitude, 28)), 26);
 }
 

@@ -1,8 +1,8 @@
 /* A board under random tables, samples and bytes, with the sanitizers watching: `wild SEED TICKS`.
  *
  * After every tick: duty at most that of the ceiling (by arithmetic of its own), amplitude within 0 and the
- * ceiling, no rise while idle or at fault, and the loop on only while the host was heard. Prints how often
- * it was in each state. */
+ * ceiling, no rise while idle or at fault, and the loop on only while the host was heard. Prints the ticks in
+ * each state, the ticks with a table about to be taken, and a digest of all that was driven. */
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -21,8 +21,10 @@ static int32_t any(int64_t low, int64_t high) {
     switch (below(4)) {
     case 0: return (int32_t)low;
     case 1: return (int32_t)high;
-    default: return (int32_t)(low + (int64_t)((((uint64_t)draw() << 32) | draw()) % (uint64_t)(high - low + 1)));
+    default: break;
     }
+    uint64_t wide = ((uint64_t)draw() << 32) | draw();
+    return (int32_t)(low + (int64_t)(wide % (uint64_t)(high - low + 1)));
 }
 
 static int rising(const void *a, const void *b) {
@@ -131,8 +133,8 @@ static void check(const fl_app *app, fl_drive drive, int32_t before, uint32_t no
                         : on && (int32_t)(now - app->heard_us) > FL_SILENCE_MS * 1000  ? "silence"
                                                                                        : 0;
     if (!wrong) return;
-    printf("tick %" PRIu32 ": %s: state %d duty %d amplitude %d ceiling %d (%f)\n", tick, wrong, app->state, drive.duty,
-           drive.amplitude, p->drive_ceiling_um, ceiling_duty(p));
+    printf("tick %" PRIu32 ": %s: state %d duty %d of %f amplitude %d of %d\n", tick, wrong, app->state,
+           drive.duty, ceiling_duty(p), drive.amplitude, p->drive_ceiling_um);
     exit(1);
 }
 
@@ -150,7 +152,9 @@ static fl_sample sampled(void) {
 int main(int count, char **arguments) {
     if (count != 3) return 2;
     state = strtoull(arguments[1], 0, 10) * 2654435769u + 1;
-    uint32_t ticks = (uint32_t)strtoul(arguments[2], 0, 10), now = draw(), seen[4] = {0}, accepted = 0, quiet = 0;
+    uint32_t ticks = (uint32_t)strtoul(arguments[2], 0, 10), now = draw();
+    uint32_t seen[4] = {0}, accepted = 0, quiet = 0;
+    uint64_t digest = 14695981039346656037u;
     fl_app *app = malloc(sizeof *app);
     fl_table table;
     fill(&table);
@@ -169,9 +173,12 @@ int main(int count, char **arguments) {
         check(app, drive, before, now, k);
         before = drive.amplitude;
         seen[app->state]++;
+        digest ^= (uint32_t)drive.duty ^ (uint64_t)(uint32_t)drive.amplitude << 32;
+        digest *= 1099511628211u; /* as FNV-1a */
         if (below(3) == 0) fl_app_transmit(app, out, below(sizeof out), now);
     }
     free(app);
-    printf("%" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRIu32 "\n", seen[0], seen[1], seen[2], seen[3], accepted);
+    for (int k = 0; k < 4; k++) printf("%" PRIu32 " ", seen[k]);
+    printf("%" PRIu32 "\n%016" PRIx64 "\n", accepted, digest);
     return 0;
 }

@@ -92,11 +92,24 @@ def test_a_finger_on_the_bench_is_felt_as_in_the_simulation() -> None:
         run = device.run(0.5, 4.0)
     simulated = fl.simulate(system, 4.0, seed=3)
     assert run.attrs["dropped_samples"] == run.attrs["lost_samples"] == 0
+    # The device tells what its sensors see, with 10 um and 2 mN of noise; its first tick, 1, is at t = 0.
+    late = run.attrs["start_tick"] - 1
+    for name, noise, step in (("position", 10e-6, 1e-5), ("load", 2e-3, 2e-4)):
+        there, same = run[name].values[: 20000 - late], simulated[name].values[late:]
+        np.testing.assert_allclose(there, same, atol=6 * noise + step)
     late = {"time": slice(1.0, None)}
-    # The device tells what its sensors see: 10 um of noise, and 2 mN of load; its first row is some ticks later.
-    np.testing.assert_allclose(run["position"].sel(late), simulated["position"].sel(late), atol=5e-5 + 5e-5)
-    np.testing.assert_allclose(run["load"].sel(late), simulated["load"].sel(late), atol=5 * 2e-3 + 5e-3)
     # The loop is as good on the board: the friction of the finger is the same, and the law is.
     errors = [float((x.f_a - x.f_r).where(x.sliding).sel(late).std()) for x in (run, simulated)]
     assert errors[0] == pytest.approx(errors[1], rel=0.1)
     assert float(run.sliding.mean()) == pytest.approx(float(simulated.sliding.mean()), abs=0.02)
+
+
+def test_a_bench_whose_signals_are_over_ends_a_run_and_keeps_it(tmp_path: Any) -> None:
+    sweep = {"kind": "log_sweep", "offset_n": 0.3, "start_hz": 1.0, "stop_hz": 10.0, "sweep_s": 0.5}
+    system = SYSTEM.evolve({f"disturbance.{name}": value for name, value in sweep.items()})
+    with (
+        fl.connect("sim:", system) as device,
+        pytest.raises(fl.Interrupted, match=r"disturbance.sweep_s = 0.5 s is over; \d+ samples recorded so far are in"),
+    ):
+        device.run(0.5, 2.0, path=tmp_path / "cut.h5")
+    assert 2000 < fl.load(tmp_path / "cut.h5").sizes["time"] <= 2500

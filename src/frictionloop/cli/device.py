@@ -11,7 +11,7 @@ from frictionloop.cli import device_flash, device_monitor, device_run, flags, sc
 from frictionloop.cli.helptext import HELP_STYLE
 from frictionloop.quantities.units import FrictionloopError
 
-ADDRESS = "sim: (a simulated bench; sim:my-bench.toml is yours), emulated:image.elf, serial:///dev/ttyACM0 or tcp://host:port."
+ADDRESS = "sim: (a simulated bench), emulated:image.elf (the same, and the image on an emulated board), serial:///dev/ttyACM0 or tcp://host:port."
 Address = Annotated[str, Parameter(name="ADDRESS", help=ADDRESS, group=flags.SYSTEM)]
 INFO_EXAMPLES = r"""Examples
 
@@ -54,7 +54,7 @@ def list_ports(*, json: flags.Json = False) -> None:
 def info(address: Address, /, *, json: flags.Json = False) -> None:
     """Say who answers at an address, what runs there and what it has counted since reset."""
     from frictionloop.control.laws import LAWS
-    from frictionloop.device import connect
+    from frictionloop.device.device import connect
     from frictionloop.quantities.schema import table_hash
 
     with connect(address) as device:
@@ -94,7 +94,7 @@ def set_parameters(
         raise FrictionloopError("set: needs NAME=VALUE or --system FILE")
     described = flags.system_from(system, None, None) if system is not None else None
 
-    from frictionloop.device import connect
+    from frictionloop.device.device import connect
 
     with connect(address) as device:
         if described is not None:

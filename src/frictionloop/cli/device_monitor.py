@@ -34,7 +34,7 @@ def command(
     if not 0 < duration_s < float("inf"):
         raise FrictionloopError(f"duration_s = {duration_s:g}: must be above 0 and finite")
 
-    from frictionloop.device import connect
+    from frictionloop.device.device import connect
     from frictionloop.device.recorder import fault_of, state_of
     from frictionloop.quantities.schema import schema
 

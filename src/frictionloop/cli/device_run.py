@@ -54,9 +54,9 @@ def command(
     checks.check_count("decimation", decimation, 1, 65535)
     system = flags.system_from(file, None if file else "bench", overrides)
 
-    from frictionloop.device import connect
+    from frictionloop.device.device import connect
 
-    with connect(address) as device:
+    with connect(address, system) as device:
         device.upload(system)
         with _progress(duration_s, decimation / device.info.tick_hz) as progress:
             run = device.run(

@@ -64,6 +64,12 @@ def ports() -> list[str]:
     return [port.device for port in needed("serial.tools.list_ports", "pyserial").comports()]
 
 
+def described_ports() -> list[tuple[str, str]]:
+    """Return the address of each serial port of this machine, and what it says it is."""
+    found = needed("serial.tools.list_ports", "pyserial").comports()
+    return [(f"serial://{port.device}", port.description) for port in found if port.hwid != "n/a"]
+
+
 def _why(port: str, code: int | None, error: Exception) -> str:
     if code == errno.ENOENT:
         return f"no such port; there is {', '.join(ports()) or 'none'}"

@@ -7,13 +7,14 @@ from typing import Protocol
 import numpy as np
 
 from frictionloop.control.parameter_words import LOAD_N_PER_COUNT, POSITION_M_PER_COUNT, firmware_words, n_per_count
-from frictionloop.device.errors import Unplugged
+from frictionloop.device.errors import DeviceError, Unplugged
 from frictionloop.device.host_board import HostBoard, Sample
 from frictionloop.device.recorder import TICK_HZ
 from frictionloop.device.transport import Pipe
 from frictionloop.loop.stepper import Stepper
 from frictionloop.loop.structure import kernel_of
 from frictionloop.parameters import System
+from frictionloop.quantities import FrictionloopError
 
 TICK_US = 1_000_000 // TICK_HZ
 LISTEN_TICKS = 8
@@ -130,7 +131,11 @@ class BenchPipe(Pipe):
             round(measured.load / LOAD_N_PER_COUNT),
         )
         before = bench.force_n
-        bench.tick(self.board.tick(sample))
+        command = self.board.tick(sample)
+        try:
+            bench.tick(command)
+        except FrictionloopError as over:
+            raise DeviceError(f"the simulated bench stands still: {over}") from None
         self._felt.append(bench.force_n if self._tells_late else before)
         self._ticks += 1
 

@@ -10,7 +10,7 @@ import numpy as np
 from frictionloop.parameters import System, bench
 from frictionloop.quantities import FrictionloopError
 
-ADDRESSES = "sim:, emulated:, serial:///dev/ttyACM0, tcp://host:port"
+ADDRESSES = "sim:, emulated:image.elf, serial:///dev/ttyACM0, tcp://host:port"
 
 
 class Pipe(Protocol):
@@ -63,9 +63,13 @@ def opener(address: str, system: System | None = None, seed: int = 0) -> Callabl
             from frictionloop.device.tcp_pipe import TcpPipe
 
             return lambda: TcpPipe(host.strip("[]"), int(port))
-    if address == "sim:":
+    if address == "sim:" or (scheme == "emulated" and rest):
         from frictionloop.device.simulated_pipe import BenchPipe, Simulated
 
         given = system or bench()
-        return BenchPipe(Simulated(given), given, seed).opened
+        if address == "sim:":
+            return BenchPipe(Simulated(given), given, seed).opened
+        from frictionloop.device.emulated_board import Emulated
+
+        return BenchPipe(Emulated(rest, given.plate.max_amplitude_um), given, seed).opened
     raise FrictionloopError(f"address {address!r}: must be one of {ADDRESSES}")
