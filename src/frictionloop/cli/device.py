@@ -11,7 +11,10 @@ from frictionloop.cli import device_flash, device_monitor, device_run, flags, sc
 from frictionloop.cli.helptext import HELP_STYLE
 from frictionloop.quantities.units import FrictionloopError
 
-ADDRESS = "sim: (a simulated bench), emulated:image.elf (the same, and the image on an emulated board), serial:///dev/ttyACM0 or tcp://host:port."
+ADDRESS = (
+    "sim: (the firmware here, with a simulated bench), emulated:IMAGE (an image on an emulated board, with the same), "
+    "serial:///dev/ttyACM0 or tcp://host:port."
+)
 Address = Annotated[str, Parameter(name="ADDRESS", help=ADDRESS, group=flags.SYSTEM)]
 INFO_EXAMPLES = r"""Examples
 

@@ -13,7 +13,8 @@ from numba import types
 from numba.extending import intrinsic
 
 from frictionloop.loop.exchange import CORE_GIVEN
-from frictionloop.loop.slab import ROW, peek, poke
+from frictionloop.loop.slab import ROW
+from frictionloop.loop.slab_access import peek, poke
 from frictionloop.loop.tiles import Lifting
 
 

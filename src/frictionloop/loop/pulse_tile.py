@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from frictionloop.loop.slab import ROW, peek, poke
+from frictionloop.loop.slab import ROW
+from frictionloop.loop.slab_access import peek, poke
 from frictionloop.loop.tiles import Lifting
 from frictionloop.physics.pulses import pulse_step
 

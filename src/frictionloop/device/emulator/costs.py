@@ -38,7 +38,9 @@ def cycles(instruction: Any) -> int:
     """
     name = instruction.insn_name()
     if name.startswith(_FLOAT):
-        raise ValueError(f"{instruction.mnemonic} at 0x{instruction.address:x}: the MK20DX256 has no floating-point unit")
+        raise ValueError(
+            f"{instruction.mnemonic} at 0x{instruction.address:x}: the MK20DX256 has no floating-point unit"
+        )
     if name.startswith(_MANY):
         registers = instruction.op_str[instruction.op_str.index("{") :].count(",") + 1
         return 1 + registers
