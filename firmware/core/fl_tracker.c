@@ -16,8 +16,8 @@ void fl_schedule(int32_t *values, int32_t share, const fl_gain *table) {
 int32_t fl_share_of(int32_t compliance, int32_t limit, int32_t way, fl_inverse *lag) {
     const int32_t least = 3355443; /* 0.05 N */
     *lag = fl_invert(fl_saturate(way + fl_product(compliance, limit > least ? limit : least, 26)));
-    const int32_t share = fl_low(fl_over(way, *lag, 28)); /* above 1 by rounding */
-    return share < FL_ONE ? share : FL_ONE;
+    const int32_t share = fl_low(fl_over(way, *lag, 28)); /* above 1 by rounding; anything where the start is wild */
+    return fl_clip(share, 0, FL_ONE);
 }
 
 int32_t fl_limit_of(int32_t limit_log2, int32_t fall, int32_t amplitude) {
