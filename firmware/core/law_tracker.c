@@ -72,13 +72,13 @@ static int64_t mean_square(int32_t *high, int32_t *low, int32_t x) {
 /* learn error s / mean, at most `most`: a step of an estimate. The error is q26 and below 0.03; `places` are those of s
  * and of the estimate less those of the mean square. */
 static int32_t learnt(fl_gain learn, int32_t error, int32_t s, int64_t mean, int32_t places, int32_t most) {
-    const fl_inverse per_mean = fl_invert_long(mean);
+    const int32_t bits = __builtin_clzll((uint64_t)mean);
     int64_t moved = fl_product(learn.mantissa, error, 30) * s;
     if (moved == 0) return 0;
     const int32_t drop = 33 - __builtin_clzll((uint64_t)(moved < 0 ? -moved : moved));
     if (drop > 0) moved >>= drop;
-    const int32_t down = 62 - per_mean.bits + learn.shift - 4 + places - (drop > 0 ? drop : 0);
-    moved *= per_mean.factor;
+    const int32_t down = 94 - bits + learn.shift - 4 + places - (drop > 0 ? drop : 0);
+    moved *= fl_reciprocal((uint32_t)((uint64_t)mean << bits >> 32));
     return fl_low(down > 62 ? 0 : clip(down < 1 ? moved : fl_scale(moved, down), most));
 }
 
@@ -86,7 +86,8 @@ fl_force_command fl_tracker_step(
     int32_t *state, const fl_measurement *measurement, int32_t setpoint, const fl_gain *gains, fl_clamp clamp) {
     int32_t *x = state + SPRING, *by_c = state + BY_C, *by_t = state + BY_T;
     const int32_t valid = measurement->valid, a = state[AMPLITUDE];
-    const int32_t forward = measurement->speed >= 0 ? 1 : -1, turned = forward * state[FORWARD] < 0;
+    const int32_t forward = measurement->speed >= 0 ? 1 : -1;
+    const int32_t turned = forward > 0 ? state[FORWARD] < 0 : state[FORWARD] > 0;
     int32_t f = state[FRICTION], d = state[D], c = state[COMPLIANCE], fall = state[FALL];
     int32_t rising = state[RISING], before = state[BEFORE];
     if (turned) {
