@@ -7,14 +7,22 @@
 
 #include "fl_fixed.h"
 
-/* 1/x = factor 2^(bits - 62), bits = 0 to 31. */
+/* 1/x = factor 2^(bits - 62). */
 typedef struct { int32_t factor, bits; } fl_inverse;
 
-/* 1/x, relative error below 2^-28; of x < 1 that of 1. */
-fl_inverse fl_invert(int32_t x);
+/* 2^62/d for d from 2^31 on; too small by a relative 2^-28 at most. */
+static inline int32_t fl_reciprocal(uint32_t d) {
+    const int32_t r = (int32_t)(UINT32_MAX / (d >> 16) << 14); /* to 15 bits, below 2^31 */
+    const int32_t error = (1 << 30) - 1 - (int32_t)(((uint64_t)d * (uint32_t)r) >> 32);
+    return r + (int32_t)(((int64_t)r * error) >> 30);
+}
 
-/* The same of a larger number: then bits = -32 to 31. */
-fl_inverse fl_invert_long(int64_t x);
+/* 1/x of x > 0, relative error below 2^-28, bits = 0 to 31; of x < 1 that of 1. */
+static inline fl_inverse fl_invert(int32_t x) {
+    const uint32_t size = x > 0 ? (uint32_t)x : 1;
+    const int32_t bits = __builtin_clz(size);
+    return (fl_inverse){fl_reciprocal(size << bits), bits};
+}
 
 /* a/x 2^places, rounded down: places = 0 to 31. */
 static inline int64_t fl_over(int32_t a, fl_inverse x, int32_t places) {

@@ -13,11 +13,15 @@ void fl_schedule(int32_t *values, int32_t share, const fl_gain *table) {
     }
 }
 
-int32_t fl_share_of(int32_t compliance, int32_t limit, int32_t way, fl_inverse *lag) {
+int32_t fl_share_of(int32_t compliance, int32_t limit, int64_t way, fl_inverse *per_whole) {
     const int32_t least = 3355443; /* 0.05 N */
-    *lag = fl_invert(fl_saturate(way + fl_product(compliance, limit > least ? limit : least, 26)));
-    const int32_t share = fl_low(fl_over(way, *lag, 28)); /* above 1 by rounding */
-    return share < FL_ONE ? share : FL_ONE;
+    const int64_t lag = (int64_t)compliance * (limit > least ? limit : least);
+    const int64_t whole = way + (lag > 0 ? lag : 0);
+    const int32_t bits = __builtin_clzll((uint64_t)whole);
+    const int32_t factor = fl_reciprocal((uint32_t)((uint64_t)whole << bits >> 32));
+    *per_whole = (fl_inverse){factor, bits};
+    const int32_t part = (int32_t)((uint64_t)way << bits >> 33);
+    return fl_low(((int64_t)part * factor) >> 33);
 }
 
 int32_t fl_limit_of(int32_t limit_log2, int32_t fall, int32_t amplitude) {

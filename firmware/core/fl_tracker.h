@@ -4,7 +4,7 @@
  *   limits (N) and binary logarithms  q26, +-32: 12 N of limit, and the load's share of it up to 2.7 times that
  *   springs, rate, reading            q23, q22, q24: +-256, 512 and 128 N (wild readings of +-2.5 N reached 20, 67, 13)
  *   innovation (N)                    q26, +-32
- *   compliance (um/N), ways (um)      q20, +-2048
+ *   compliance (um/N)                 q20, +-2048
  *   rates of friction (N/s)           q15, +-65536: 10 N in a period, smoothed
  *   sensitivities by the compliance   q30, springs q31, rate q30, reading q32 (+-0.5): they begin anew where the
  *       reading's is above 0.02; typical is 1e-7, and mean squares of 1e-12 decide how much is learnt
@@ -25,8 +25,9 @@ enum { FL_SENSOR_STEP = 13, FL_SCHEDULED = 7, FL_SHARES = 5 };
  * places of the first, 24 for gains on an innovation and 28 for shares, the slopes have 4 less. */
 void fl_schedule(int32_t *values, int32_t share, const fl_gain *table);
 
-/* share_of: way / (way + c L) in q28, way = v dt; c and way q20, L q26. `lag` becomes 1 / (way + c L), of q20. */
-int32_t fl_share_of(int32_t compliance, int32_t limit, int32_t way, fl_inverse *lag);
+/* share_of: way / (way + c L) in q28, way = v dt in um; c q20, L q26, way q46, above 0.01. `per_whole` becomes
+ * 1 / (way + c L): of a number that is q46 and so large that its bits are 1 to 23. */
+int32_t fl_share_of(int32_t compliance, int32_t limit, int64_t way, fl_inverse *per_whole);
 
 /* limit_of: 2^(d - fall a^2) in q26; d q26, fall and a q28. */
 int32_t fl_limit_of(int32_t limit_log2, int32_t fall, int32_t amplitude);

@@ -45,6 +45,8 @@ enum {
     LEAST_LIMIT = 3355443, AT_ONCE = 260382392                /* q26: 0.05 N; 0.97 */
 };
 
+static const int64_t LEAST_WAY = INT64_C(1) << 40; /* q46: 0.016 um */
+
 static int64_t clip(int64_t x, int64_t most) { return x > most ? most : x < -most ? -most : x; }
 
 static int32_t magnitude(int32_t x) { return x < 0 ? fl_subtract(0, x) : x; }
@@ -72,13 +74,13 @@ static int64_t mean_square(int32_t *high, int32_t *low, int32_t x) {
 /* learn error s / mean, at most `most`: a step of an estimate. The error is q26 and below 0.03; `places` are those of s
  * and of the estimate less those of the mean square. */
 static int32_t learnt(fl_gain learn, int32_t error, int32_t s, int64_t mean, int32_t places, int32_t most) {
-    const fl_inverse per_mean = fl_invert_long(mean);
+    const int32_t bits = __builtin_clzll((uint64_t)mean);
     int64_t moved = fl_product(learn.mantissa, error, 30) * s;
     if (moved == 0) return 0;
     const int32_t drop = 33 - __builtin_clzll((uint64_t)(moved < 0 ? -moved : moved));
     if (drop > 0) moved >>= drop;
-    const int32_t down = 62 - per_mean.bits + learn.shift - 4 + places - (drop > 0 ? drop : 0);
-    moved *= per_mean.factor;
+    const int32_t down = 94 - bits + learn.shift - 4 + places - (drop > 0 ? drop : 0);
+    moved *= fl_reciprocal((uint32_t)((uint64_t)mean << bits >> 32));
     return fl_low(down > 62 ? 0 : clip(down < 1 ? moved : fl_scale(moved, down), most));
 }
 
@@ -97,7 +99,7 @@ fl_force_command fl_tracker_step(
     }
     int32_t v = magnitude(measurement->speed);
     if (v < SLOWEST) v = SLOWEST;
-    const int32_t way = fl_saturate(fl_product(gains[WAY].mantissa, v, 28));
+    const int64_t far = ((int64_t)gains[WAY].mantissa * v) >> 2, way = far > LEAST_WAY ? far : LEAST_WAY;
     const int32_t fastest = fl_saturate(fl_product(gains[FASTEST].mantissa, v, 25));
     const int32_t pressed = measurement->load > LEAST_PRESSED ? measurement->load : LEAST_PRESSED;
     const int32_t load = towards(gains[LOAD_GAIN], state[LOAD], fl_log2(pressed, 27));
@@ -106,8 +108,8 @@ fl_force_command fl_tracker_step(
     /* Correct by the reading. */
     const int32_t error = fl_saturate((measurement->force - (int64_t)x[2] * 16 + 2) >> 2);
     int32_t limit = fl_limit_of(fl_low((int64_t)d + push), fall, a);
-    fl_inverse lag;
-    int32_t share = fl_share_of(c, f >> 2, way, &lag), k[FL_SCHEDULED];
+    fl_inverse per_whole;
+    int32_t share = fl_share_of(c, f >> 2, way, &per_whole), k[FL_SCHEDULED];
     fl_schedule(k, share, gains + TABLE);
     const int32_t w = fl_stuck_share(f, limit, rising, fastest, valid);
     const int32_t calm = 2 * (int64_t)magnitude(rising) < fastest;
@@ -143,7 +145,7 @@ fl_force_command fl_tracker_step(
     const int32_t a_then = towards(gains[DECAY_REST], state[COMMAND], a);
     const int32_t limit_then = fl_limit_of(fl_low((int64_t)d + push), fall, a_then);
     int32_t mean = (int32_t)(((int64_t)limit + limit_then) >> 1);
-    share = fl_share_of(c, mean, way, &lag);
+    share = fl_share_of(c, mean, way, &per_whole);
     if (share > AT_ONCE) mean = limit_then;
     const int64_t behind = (int64_t)mean * 4 - f;
     const int64_t fast = fl_product(gains[LARGEST_RISE].mantissa, v, 20), slow = (share * behind) >> 28;
@@ -173,8 +175,8 @@ fl_force_command fl_tracker_step(
     const fl_sensitivity with = {
         {(int32_t)fl_product(slides, kd, 28), (int32_t)fl_product(slides, k[KF], 28), k[K1], k[K2], k[K3]},
         share, mean, gains + SENSOR};
-    /* share / way is the lag's inverse */
-    const int64_t steep = fl_over(mean > LEAST_LIMIT ? mean : LEAST_LIMIT, lag, 20);
+    /* share / way is 1 / (way + c L) */
+    const int64_t steep = ((int64_t)(mean > LEAST_LIMIT ? mean : LEAST_LIMIT) * per_whole.factor) >> (48 - per_whole.bits);
     const int32_t slower = fl_low(fl_product(share, fl_saturate(steep), 28));
     const int32_t added_c = fl_saturate(-fl_product(slower, fl_saturate(behind >> 2), 22));
     const int32_t squares = fl_low(fl_product(a, a, 32) + fl_product(a_then, a_then, 32)); /* q24 */

@@ -23,7 +23,8 @@ static int32_t any(int64_t low, int64_t high) {
     case 1: return (int32_t)high;
     default: break;
     }
-    uint64_t wide = ((uint64_t)draw() << 32) | draw();
+    uint64_t wide = (uint64_t)draw() << 32;
+    wide |= draw(); /* one draw a statement: their order is the same with every compiler */
     return (int32_t)(low + (int64_t)(wide % (uint64_t)(high - low + 1)));
 }
 
@@ -58,6 +59,11 @@ static void fill(fl_table *table) {
     if (below(2)) p->safety_force_limit_n = INT32_MAX;
 }
 
+static void spoil(fl_table *table) {
+    uint32_t at = below(FL_WORDS);
+    table->words[at] = (int32_t)draw();
+}
+
 static void say(fl_app *app, uint8_t type, const void *body, size_t count, uint32_t now) {
     static uint16_t sequence;
     uint8_t frame[FL_LARGEST_FRAME], coded[FL_LARGEST_CODED];
@@ -66,7 +72,8 @@ static void say(fl_app *app, uint8_t type, const void *body, size_t count, uint3
     sequence += below(8) != 0;
     memcpy(frame + FL_HEADER, body, count);
     size_t length = fl_frame_encode(coded, sizeof coded, frame, FL_HEADER + count);
-    if (below(50) == 0) coded[below((uint32_t)length)] ^= (uint8_t)(1 << below(8));
+    uint32_t hit = below(50), where = below((uint32_t)length), bit = below(8);
+    if (hit == 0) coded[where] ^= (uint8_t)(1 << bit);
     fl_app_receive(app, coded, length, now);
 }
 
@@ -75,7 +82,7 @@ static void commit(fl_app *app, uint32_t now) {
     uint8_t body[2 + 256];
     uint32_t crc = 0;
     fill(&table);
-    if (below(4) == 0) table.words[below(FL_WORDS)] = (int32_t)draw();
+    if (below(4) == 0) spoil(&table);
     for (int first = 0; first < FL_WORDS; first += 64) {
         int count = FL_WORDS - first < 64 ? FL_WORDS - first : 64;
         uint8_t *at = fl_put16(body, (uint16_t)first);
@@ -107,7 +114,7 @@ static void talk(fl_app *app, uint32_t now) {
     case 0: commit(app, now); break;
     case 1: play(app, now); break;
     case 2: fl_app_receive(app, bytes, below(300), now); break;
-    case 3: say(app, (uint8_t)below(24), bytes, below(FL_LARGEST_BODY + 1), now); break;
+    case 3: say(app, bytes[0] % 24, bytes + 1, below(FL_LARGEST_BODY + 1), now); break;
     case 4: say(app, FL_MESSAGE_CLEAR, bytes, 0, now); break;
     case 5: bytes[0] = 0, say(app, FL_MESSAGE_MODE, bytes, 1, now); break;
     case 6: bytes[0] = 1, say(app, FL_MESSAGE_MODE, bytes, 1, now); break;
@@ -158,7 +165,7 @@ int main(int count, char **arguments) {
     fl_app *app = malloc(sizeof *app);
     fl_table table;
     fill(&table);
-    if (below(3) == 0) table.words[below(FL_WORDS)] = (int32_t)draw();
+    if (below(3) == 0) spoil(&table);
     fl_app_start(app, &(fl_identity){FL_BOARD_HOST, 1, "wild"}, &table.named);
     int32_t before = 0;
     for (uint32_t k = 0; k < ticks; k++) {
