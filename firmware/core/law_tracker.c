@@ -75,11 +75,11 @@ static int64_t mean_square(int32_t *high, int32_t *low, int32_t x) {
  * and of the estimate less those of the mean square. */
 static int32_t learnt(fl_gain learn, int32_t error, int32_t s, int64_t mean, int32_t places, int32_t most) {
     const int32_t bits = __builtin_clzll((uint64_t)mean);
-    int64_t moved = fl_product(learn.mantissa, error, 30) * s;
+    int64_t moved = (int64_t)fl_saturate(fl_product(learn.mantissa, error, 20)) * s;
     if (moved == 0) return 0;
     const int32_t drop = 33 - __builtin_clzll((uint64_t)(moved < 0 ? -moved : moved));
     if (drop > 0) moved >>= drop;
-    const int32_t down = 94 - bits + learn.shift - 4 + places - (drop > 0 ? drop : 0);
+    const int32_t down = 94 - bits + learn.shift + 6 + places - (drop > 0 ? drop : 0);
     moved *= fl_reciprocal((uint32_t)((uint64_t)mean << bits >> 32));
     return fl_low(down > 62 ? 0 : clip(down < 1 ? moved : fl_scale(moved, down), most));
 }
@@ -155,8 +155,8 @@ fl_force_command fl_tracker_step(
 
     /* Command. */
     const fl_inverse per_lead = fl_invert(k[LEAD] > LEAST_LEAD ? k[LEAD] : LEAST_LEAD);
-    const int32_t wanted_limit = fl_saturate(
-        fl_over(fl_subtract(setpoint, f_then), per_lead, 24) + (f_then >> 4));
+    const int32_t ahead = fl_low(((int64_t)setpoint - f_then) >> 1); /* q27: it may be 13 N */
+    const int32_t wanted_limit = fl_saturate(fl_over(ahead, per_lead, 25) + (f_then >> 4));
     const int32_t wanted_log2 = fl_log2(wanted_limit > LEAST_WANTED ? wanted_limit : LEAST_WANTED, 24);
     const int32_t behind_d = fl_low((int64_t)d - state[TRUSTED]);
     const int32_t trusted = fl_low(state[TRUSTED] + fl_product(k[TRUST], behind_d, 28));
