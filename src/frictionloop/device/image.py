@@ -95,7 +95,7 @@ def build(
     elf = folder / f"{board}.elf"
     with replacing(elf) as fresh:
         _compile_and_link(board, built.resolve(), fresh.resolve(), compiler, optimise)
-        check(fresh, flash_configuration=board == "teensy31")
+        check(fresh, flash_configuration=board == "teensy31", budget=optimise is None)
     flash, ram = sizes(elf)
     return Image(elf, _hex(elf), memory_map(elf), flash, ram)
 
