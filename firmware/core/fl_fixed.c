@@ -25,3 +25,7 @@ uint32_t fl_root(uint64_t x) {
     if ((((uint64_t)rest << 16) | last) < (uint64_t)quotient * quotient) root -= 1;
     return root >> pairs;
 }
+
+int64_t fl_scale_up(int64_t product, int32_t shift) {
+    return shift == 0 ? product : (int64_t)fl_saturate(product) * 2; /* all callers saturate */
+}

@@ -14,20 +14,34 @@ typedef struct { int32_t mantissa, shift; } fl_gain;
 #define FL_ONE (1 << 28)
 _Static_assert((-3 >> 1) == -2, "shifts to the right must be arithmetic");
 
+/* Within 32 bits the upper half is all sign. Compilers make two comparisons of 64 bits of this, whatever the C says. */
 static inline int32_t fl_saturate(int64_t x) {
-    int32_t low = (int32_t)((uint64_t)x & UINT32_MAX);
-    return low == x ? low : (int32_t)(x >> 63) ^ INT32_MAX;
+    int32_t low = (int32_t)(uint32_t)x, high = (int32_t)(x >> 32);
+#ifdef __ARM_ARCH_7EM__
+    __asm("cmp %1, %0, asr #31\n\tit ne\n\teorne %0, %2, %1, asr #31" : "+r"(low) : "r"(high), "r"(INT32_MAX) : "cc");
+    return low;
+#else
+    return high == low >> 31 ? low : (high >> 31) ^ INT32_MAX;
+#endif
 }
 
-static inline int32_t fl_add(int32_t a, int32_t b) { return fl_saturate((int64_t)a + b); }
+/* The sum of two int32_t, written as compilers know one instruction for. */
+static inline int32_t fl_clip_sum(int64_t x) {
+    return x > INT32_MAX ? INT32_MAX : x < INT32_MIN ? INT32_MIN : (int32_t)x;
+}
 
-static inline int32_t fl_subtract(int32_t a, int32_t b) { return fl_saturate((int64_t)a - b); }
+static inline int32_t fl_add(int32_t a, int32_t b) { return fl_clip_sum((int64_t)a + b); }
+
+static inline int32_t fl_subtract(int32_t a, int32_t b) { return fl_clip_sum((int64_t)a - b); }
 
 static inline int32_t fl_clip(int32_t x, int32_t low, int32_t high) { return x < low ? low : x > high ? high : x; }
 
+/* As fl_scale, for a shift of 0 or -1: hardly any gain has it, so it has no place in every product. */
+int64_t fl_scale_up(int64_t product, int32_t shift);
+
 /* x * 2^-shift, rounded to the nearest, halves up; shift -1 to 62. */
 static inline int64_t fl_scale(int64_t product, int32_t shift) {
-    if (shift <= 0) return shift == 0 ? product : (int64_t)fl_saturate(product) * 2; /* all callers saturate */
+    if (shift <= 0) return fl_scale_up(product, shift);
     return ((product >> (shift - 1)) + 1) >> 1;
 }
 

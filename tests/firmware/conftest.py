@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 import frictionloop as fl
 from frictionloop.control.parameter_words import firmware_words
 from frictionloop.device.codec import Decoder, Message, encode
+from frictionloop.device.image import Image, build
 from frictionloop.device.host_board import Drive, HostBoard, Sample, load
 from frictionloop.parameters.presets import RETUNED
 from frictionloop.quantities.schema import parameter_words, schema
@@ -136,3 +138,35 @@ def make_rig(words: np.ndarray) -> Any:
 def library() -> tuple[Any, Any]:
     """Return (ffi, library) of the firmware."""
     return load()
+
+
+LAWS: dict[str, dict[str, Any]] = {
+    "pi": RETUNED,
+    "lookup": {"controller.kind": "lookup"},
+    "notch_pi": {
+        "controller.kind": "notch_pi", "controller.kp": 0.05, "controller.ki": 100.0, "controller.feedforward": True,
+        "controller.overdrive": True,
+    },
+    "observer": {"controller.kind": "observer"},
+    "super_twisting": {"controller.kind": "super_twisting"},
+    "tracker": {"controller.kind": "tracker"},
+}  # fmt: skip
+
+
+@pytest.fixture(scope="session")
+def law_words() -> dict[str, np.ndarray]:
+    """Return a parameter table of the bench with each law; the notch PI is the default law, with all it can have."""
+    return {name: firmware_words(fl.bench().evolve(overrides)) for name, overrides in LAWS.items()}
+
+
+@pytest.fixture(scope="session")
+def images(law_words: dict[str, np.ndarray], tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """Return what builds an image of a law, once: ``images("pi")``, ``images("pi", board="mps2", optimise="0")``."""
+    pytest.importorskip("ziglang", reason="the images are built by zig: install frictionloop[firmware]")
+
+    @cache
+    def built(law: str, board: str = "teensy31", optimise: str | None = None) -> Image:
+        folder = tmp_path_factory.mktemp(f"{board}-{law}-{optimise or 'default'}")
+        return build(board, law_words[law].tolist(), folder, optimise=optimise)
+
+    return built

@@ -7,6 +7,7 @@ import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from frictionloop.control.compiler import zig
 from frictionloop.device.image_checks import check, memory_map, sizes
@@ -16,10 +17,18 @@ from frictionloop.quantities.schema import firmware_folder, word_count
 
 BOARDS = {"teensy31": ("main.c",), "mps2": ("main.c", "stimulus.c"), "mps2-scenario": ("scenario.c", "stimulus.c")}
 """Boards with the files they share with others; a scenario is a program of its own on the same board."""
+BACKGROUND = frozenset(
+    (
+        "app_messages.c", "app_replies.c", "app_start.c", "fl_crc.c", "fl_frame.c", "scenario_main.c", "startup.c",
+        "clock.c", "port.c",
+    )
+)  # fmt: skip
+"""Files that the tick does not run: small rather than quick."""
 REVISION_BYTES = 16
 """Of ``identity.revision``."""
-_COMMON = ("-std=c11", "-g", "-Wall", "-Wextra", "-Werror", "-ffreestanding", "-fno-unwind-tables", "-ffp-contract=off")
-_SECTIONS = ("-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections")
+_COMMON = (
+    "-std=c11", "-g", "-Wall", "-Wextra", "-Werror", "-ffreestanding", "-fno-unwind-tables", "-ffunction-sections", "-fdata-sections", "-ffp-contract=off",
+)  # fmt: skip
 _ZIG = ("-target", "thumb-freestanding-eabi", "-mcpu=cortex_m4", "-fno-sanitize=all")
 _GCC = (
     "arm-none-eabi-gcc", "-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=soft", "-nostartfiles", "-nostdlib",
@@ -52,7 +61,7 @@ def build(
     folder: Path,
     *,
     revision: str = "0",
-    optimise: str = "s",
+    optimise: str | None = None,
     compiler: str = "zig",
 ) -> Image:
     """Build the image of a board and check it.
@@ -68,7 +77,7 @@ def build(
     revision
         What the firmware says of its version: ASCII, at most 16 bytes.
     optimise
-        Level of optimisation: 0, 1, 2, 3 or s.
+        Level of optimisation for all files: 0, 1, 2, 3 or s. By default 2 for what the tick runs, and s for `BACKGROUND`.
     compiler
         ``zig``, from the wheel ziglang, or ``gcc``, which is arm-none-eabi-gcc.
 
@@ -85,8 +94,8 @@ def build(
     built.write_text(_built(_words(parameters), revision), encoding="ascii")
     elf = folder / f"{board}.elf"
     with replacing(elf) as fresh:
-        _compile([*_command(board, compiler, optimise), str(built), "-o", str(fresh)], board)
-        check(fresh, flash_configuration=board == "teensy31")
+        _compile_and_link(board, built.resolve(), fresh.resolve(), compiler, optimise)
+        check(fresh, flash_configuration=board == "teensy31", budget=optimise is None)
     flash, ram = sizes(elf)
     return Image(elf, _hex(elf), memory_map(elf), flash, ram)
 
@@ -96,27 +105,41 @@ def gcc_is_there() -> bool:
     return shutil.which(_GCC[0]) is not None
 
 
-def _command(board: str, compiler: str, optimise: str) -> list[str]:
-    if compiler == "gcc" and not gcc_is_there():
-        raise FrictionloopError("compiler = 'gcc': arm-none-eabi-gcc is not installed; 'zig' comes with the extra")
-    boards, core = firmware_folder() / "boards", firmware_folder() / "core"
-    home = boards / board.removesuffix("-scenario")
+def _sources(board: str) -> list[Path]:
+    boards, home = firmware_folder() / "boards", _home(board)
     programs = {"scenario_main.c"} if board == home.name else set()
-    sources = [
-        *sorted(core.glob("*.c")),
+    return [
+        *sorted((firmware_folder() / "core").glob("*.c")),
         *(path for path in sorted(home.glob("*.c")) if path.name not in programs),
         *(boards / name for name in BOARDS[board]),
         boards / "freestanding" / "memory.c",
     ]
+
+
+def _home(board: str) -> Path:
+    return firmware_folder() / "boards" / board.removesuffix("-scenario")
+
+
+def _compile_and_link(board: str, built: Path, elf: Path, compiler: str, optimise: str | None) -> None:
+    if compiler == "gcc" and not gcc_is_there():
+        raise FrictionloopError("compiler = 'gcc': arm-none-eabi-gcc is not installed; 'zig' comes with the extra")
+    command = _GCC if compiler == "gcc" else (*zig(), *_ZIG)
+    boards, core, home = firmware_folder() / "boards", firmware_folder() / "core", _home(board)
     include = [f"-I{path}" for path in (boards / "freestanding", core, boards, home)]
-    return [
-        *(_GCC if compiler == "gcc" else (*zig(), *_ZIG)), *_COMMON, *_SECTIONS, f"-O{optimise}", *include,
-        f"-Wl,-T,{home / 'link.ld'}", *map(str, sources), *(("-lgcc",) if compiler == "gcc" else ()),
-    ]  # fmt: skip
+    levels: dict[str, list[Path]] = {}
+    for source in (*_sources(board), built):
+        levels.setdefault(optimise or ("s" if source.name in BACKGROUND else "2"), []).append(source)
+    with TemporaryDirectory() as objects:
+        for level, sources in levels.items():
+            _run([*command, *_COMMON, *include, f"-O{level}", "-c", *map(str, sources)], board, Path(objects))
+        made = [str(path) for path in sorted(Path(objects).glob("*.o"))]
+        libraries = ("-lgcc",) if compiler == "gcc" else ()
+        script = f"-Wl,-T,{home / 'link.ld'},--gc-sections"
+        _run([*command, "-g", "-O2", script, *made, *libraries, "-o", str(elf)], board, Path(objects))
 
 
-def _compile(command: Sequence[str], board: str) -> None:
-    done = subprocess.run(command, check=False, capture_output=True, text=True, errors="replace")
+def _run(command: Sequence[str], board: str, folder: Path) -> None:
+    done = subprocess.run(command, cwd=folder, check=False, capture_output=True, text=True, errors="replace")
     if done.returncode:
         lines = [line.strip() for line in done.stderr.splitlines() if "error" in line] or ["no message"]
         raise FrictionloopError(f"the image of {board} does not build: {lines[0]}")

@@ -1,0 +1,113 @@
+"""What a tick costs, from a trace of the image; and the cost model on instructions whose cost the manual states."""
+
+import pytest
+
+pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
+capstone = pytest.importorskip("capstone", reason="install frictionloop[emulator]")
+from frictionloop.device.emulator import TeensyEmulator
+from frictionloop.device.emulator.corpus import edges, heartbeat, opening, strokes
+from frictionloop.device.emulator.costs import cycles
+from frictionloop.device.emulator.cycles import CycleTrace
+
+TICK_CYCLES = 14_400
+
+
+@pytest.mark.parametrize(
+    ("code", "expected"),
+    [
+        ("0844", 1),  # add r0, r1
+        ("4843", 1),  # muls r0, r1, r0
+        ("00fb0120", 2),  # mla r0, r0, r1, r2
+        ("80fb0123", 1),  # smull r2, r3, r0, r1
+        ("90fbf1f0", 12),  # sdiv r0, r0, r1: 2 to 12
+        ("0868", 2),  # ldr r0, [r1]
+        ("d1e90023", 3),  # ldrd r2, r3, [r1]
+        ("2de9f041", 7),  # push {r4-r8, lr}: 1 + 6
+        ("bde8f081", 7),  # pop {r4-r8, pc}: 1 + 6, and the refill where it goes
+        ("0860", 2),  # str r0, [r1]
+        ("80fa81f0", 1),  # qadd r0, r1, r0
+        ("7047", 1),  # bx lr, and the refill
+        ("72b6", 2),  # cpsid i
+    ],
+)
+def test_instructions_cost_what_the_manual_says(code, expected):
+    (instruction,) = capstone.Cs(capstone.CS_ARCH_ARM, capstone.CS_MODE_THUMB | capstone.CS_MODE_MCLASS).disasm(
+        bytes.fromhex(code), 0
+    )
+    assert cycles(instruction) == expected
+
+
+def test_floating_point_has_no_cost():
+    (instruction,) = capstone.Cs(capstone.CS_ARCH_ARM, capstone.CS_MODE_THUMB | capstone.CS_MODE_MCLASS).disasm(
+        bytes.fromhex("30ee200a"), 0
+    )
+    with pytest.raises(ValueError, match="no floating-point unit"):
+        cycles(instruction)
+
+
+JUMPS = {"b", "bl", "blx", "bx", "cbz", "cbnz", "pop", "ldm", "tbb", "tbh"}
+
+
+def issued(uc, visited):
+    """Instructions from those that took effect: one more for each that an IT block skips, which takes its cycle."""
+    disassembler = capstone.Cs(capstone.CS_ARCH_ARM, capstone.CS_MODE_THUMB | capstone.CS_MODE_MCLASS)
+    count = len(visited)
+    for (address, size), (after, _) in zip(visited, visited[1:], strict=False):
+        (here,) = disassembler.disasm(bytes(uc.mem_read(address, size)), address)
+        if after != address + size and here.insn_name() not in JUMPS:
+            skipped = bytes(uc.mem_read(address + size, after - address - size))
+            count += len(list(disassembler.disasm(skipped, address + size)))
+    return count
+
+
+def test_the_trace_counts_every_instruction_of_the_interrupt(images):
+    """Against unicorn's own hook at every instruction."""
+    import unicorn
+
+    emulator = TeensyEmulator(images("pi").elf)
+    trace, visited = CycleTrace(emulator), []
+
+    def visit(uc, address, size, _):
+        if emulator.in_tick:
+            visited.append((address, size))
+
+    emulator.processor.uc.hook_add(unicorn.UC_HOOK_CODE, visit)
+    emulator.processor.uc.ctl_flush_tb()
+    emulator.receive(opening())
+    for force, load, position in strokes(60):
+        visited.clear()
+        instructions = trace.tick(force, load, position).instructions
+        assert instructions == issued(emulator.processor.uc, visited)
+
+
+def most(image, count):
+    """The most instructions and cycles of a tick: strokes, and edges among them, in a loop that is closed."""
+    trace = CycleTrace(emulator := TeensyEmulator(image.elf))
+    emulator.receive(opening())
+    samples = [*strokes(count)]
+    samples[50::37] = edges(len(samples[50::37]))
+    costs = []
+    for k, (force, load, position) in enumerate(samples):
+        if k % 500 == 499:
+            emulator.receive(heartbeat(9 + k))
+        costs.append(trace.tick(force, load, position))
+    return max(cost.instructions for cost in costs), max(cost.cycles for cost in costs)
+
+
+# The most instructions and cycles of a tick with zig 0.17.1, over 400 samples; 1500 have no worse. The budget leaves 3 %:
+# another compiler makes other code, and counts that must be exact would only say which compiler ran. What the project wants is
+# TARGETS; the default law is the notch PI with feed-forward and overdrive.
+MEASURED = {
+    "pi": (1658, 4198), "lookup": (1635, 4124), "notch_pi": (2461, 5959), "observer": (2058, 5113),
+    "super_twisting": (2399, 5765), "tracker": (4396, 10238),
+}  # fmt: skip
+MARGIN = 1.03
+TARGETS = {"notch_pi": TICK_CYCLES // 4, "tracker": TICK_CYCLES // 2}
+
+
+@pytest.mark.parametrize("law", ["notch_pi", *(pytest.param(law, marks=pytest.mark.slow) for law in MEASURED)])
+def test_a_tick_keeps_to_its_budget(law, images):
+    instructions, spent = most(images(law), 400)
+    assert instructions <= MARGIN * MEASURED[law][0]
+    assert spent <= MARGIN * MEASURED[law][1]
+    assert spent < 0.75 * TICK_CYCLES

@@ -1,0 +1,157 @@
+"""The flashable image in the emulated Teensy."""
+
+import numpy as np
+import pytest
+
+from frictionloop import FrictionloopError
+from frictionloop.device.codec import Decoder, encode
+from frictionloop.device.host_board import HostBoard, Sample
+from frictionloop.quantities.schema import schema
+
+pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
+from frictionloop.device.emulator import TeensyEmulator
+from frictionloop.device.emulator.corpus import edges, heartbeat, opening, strokes
+
+PERIOD = 783
+
+
+@pytest.fixture
+def board(images):
+    return TeensyEmulator(images("pi").elf)
+
+
+def fields(message):
+    return message.name, {name: np.asarray(value).tolist() for name, value in message.fields.items()}
+
+
+def test_clocks_tick_carrier_and_port_are_those_of_the_design(board):
+    assert board.frequencies() == (72e6, 36e6, 24e6)
+    assert board.tick_hz() == 5000
+    assert board.carrier_hz() == pytest.approx(36e6 / 783)
+    assert board.baud() == 2e6
+
+
+def test_the_carrier_is_off_until_a_host_closes_the_loop(board):
+    assert [board.tick((9000, 0), 3277, 4 * k) for k in range(50)] == [0.0] * 50
+
+
+def test_the_identity_is_told(board):
+    board.receive(encode("identify", 7))
+    board.tick((0, 0), 0, 0)
+    board.tick((0, 0), 0, 0)
+    (identity,) = Decoder().feed(board.transmit())
+    assert identity.name == "identity"
+    assert identity["board"] == schema()["boards"]["teensy31"]
+    assert identity["tick_hz"] == 5000
+
+
+@pytest.mark.parametrize("law", ["pi", "notch_pi", "tracker"])
+def test_every_duty_is_the_host_librarys(law, images, law_words):
+    """The same bits in the processor's carrier as in this machine's library, compare value by compare value."""
+    teensy, host = TeensyEmulator(images(law).elf), HostBoard(law_words[law])
+    pending = [opening()[k : k + 40] for k in range(0, len(opening()), 40)]
+    teensy.receive(opening())
+    told, heard = Decoder(), Decoder()
+    seen, expected, closed = [], [], 0
+    for k, (force, load, position) in enumerate([*strokes(600, seed=3), *edges(100, seed=4)]):
+        duty = teensy.tick(force, load, position)
+        drive = host.tick(Sample(*force, position, load), 200 * k)
+        compare = (2 * drive.duty * PERIOD + 2**17 - 1) // 2**18  # nearest, halves down
+        assert teensy.compare == compare
+        assert duty == compare / PERIOD
+        closed += compare > 0
+        if pending:
+            host.receive(pending.pop(0), 200 * k + 300)
+        seen += told.feed(teensy.transmit())
+        expected += heard.feed(host.transmit(200 * k + 300))
+    assert closed > 300
+    telemetry = [fields(message) for message in seen if message.name == "telemetry"]
+    assert len(telemetry) > 30
+    assert telemetry == [fields(message) for message in expected if message.name == "telemetry"][: len(telemetry)]
+
+
+def test_bytes_beyond_what_the_wire_takes_wait(board):
+    """2 Mbaud, ten bits a byte: 40 bytes a tick."""
+    frames = b"".join(heartbeat(k) for k in range(40))
+    board.receive(frames)
+    ticks = -(-len(frames) // 40)
+    decoder, answers = Decoder(), []
+    for _ in range(ticks):
+        board.tick((0, 0), 0, 0)
+        sent = board.transmit()
+        assert len(sent) <= 40
+        answers += decoder.feed(sent)
+    for _ in range(30):
+        board.tick((0, 0), 0, 0)
+        answers += decoder.feed(board.transmit())
+    assert 0 < len(answers) <= 40
+    assert {answer.name for answer in answers} == {"status"}
+
+
+def test_late_ticks_are_counted_and_raise_the_fault(board):
+    for late_us, expected in ((9.0, 0), (11.0, 3)):
+        board.late_us = late_us
+        for _ in range(3):
+            board.tick((0, 0), 0, 0)
+        board.late_us = 0.0
+        board.receive(encode("statistics", 1))
+        for _ in range(4):
+            board.tick((0, 0), 0, 0)
+        (counted,) = Decoder().feed(board.transmit())
+        assert counted["overruns"] == expected
+
+
+def closed(board):
+    board.receive(opening())
+    for force, load, position in strokes(200):
+        board.tick(force, load, position)
+    assert board.duty > 0
+
+
+def test_a_hard_fault_switches_the_carrier_off(board):
+    closed(board)
+    handler = board.processor.vector(16 + 68) & ~1
+    board.processor.uc.mem_write(handler, b"\x00\xde")  # UDF, an instruction that is none
+    board.processor.uc.ctl_flush_tb()
+    with pytest.raises(FrictionloopError, match=f"faults at 0x{handler:08x}"):
+        board.tick((0, 0), 0, 0)
+    assert board.duty == 0
+    with pytest.raises(FrictionloopError, match="faults at"):
+        board.tick((0, 0), 0, 0)
+
+
+def test_an_unknown_register_ends_the_run(board):
+    closed(board)
+    handler = board.processor.vector(16 + 68) & ~1
+    # movw r0, #0xB100; movt r0, #0x4003; ldr r0, [r0]
+    code = bytes.fromhex("4bf20010 c4f20300 0068".replace(" ", ""))
+    board.processor.uc.mem_write(handler, code)
+    board.processor.uc.ctl_flush_tb()
+    with pytest.raises(FrictionloopError, match="reads 4 bytes at 0x4003b100: the model has no such register"):
+        board.tick((0, 0), 0, 0)
+
+
+def test_an_image_that_leaves_the_watchdog_alone_is_refused(images, tmp_path):
+    content = images("pi").elf.read_bytes()
+    for word in (0xC520, 0xD928):
+        assert movw(word) in content
+    spoilt = tmp_path / "spoilt.elf"
+    spoilt.write_bytes(content.replace(movw(0xC520), movw(0xC521)))
+    with pytest.raises(FrictionloopError, match="must unlock the watchdog before"):
+        TeensyEmulator(spoilt)
+
+
+def movw(value):
+    """The first three bytes of MOVW Rd, #value but for Rd: ARMv7-M A7.7.76, encoding T3."""
+    imm4, i, imm3, imm8 = value >> 12, value >> 11 & 1, value >> 8 & 7, value & 255
+    first, second = 0xF240 | i << 10 | imm4, imm3 << 12 | imm8
+    return first.to_bytes(2, "little") + bytes([second & 255])
+
+
+def test_a_file_that_is_no_image_is_named(tmp_path):
+    text = tmp_path / "notes.txt"
+    text.write_text("not an image")
+    with pytest.raises(FrictionloopError, match=r"notes\.txt: is not an ELF file"):
+        TeensyEmulator(text)
+    with pytest.raises(FrictionloopError, match=r"missing\.elf: cannot be read"):
+        TeensyEmulator(tmp_path / "missing.elf")

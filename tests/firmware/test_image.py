@@ -1,0 +1,122 @@
+"""The image as it would be flashed."""
+
+import struct
+import subprocess
+
+import pytest
+
+from frictionloop import FrictionloopError
+from frictionloop.control.compiler import zig
+from frictionloop.device.elf import loaded
+from frictionloop.device.image import build
+from frictionloop.device.image_checks import check
+from frictionloop.quantities.schema import word_count
+
+CORTEX = ("-target", "thumb-freestanding-eabi", "-mcpu=cortex_m4", "-ffreestanding", "-fno-sanitize=all", "-g")
+
+
+def intel_hex(text):
+    """Bytes by address, by the format's own description (Intel, 1988), sums checked."""
+    memory, base = {}, 0
+    for line in text.split():
+        assert line[0] == ":"
+        record = bytes.fromhex(line[1:])
+        count, address, kind, data = record[0], int.from_bytes(record[1:3], "big"), record[3], record[4:-1]
+        assert len(data) == count
+        assert sum(record) % 256 == 0
+        if kind == 0:
+            memory |= {base + address + k: byte for k, byte in enumerate(data)}
+        elif kind in {2, 4}:
+            base = int.from_bytes(data, "big") << (4 if kind == 2 else 16)
+        elif kind == 1:
+            return memory
+    pytest.fail("no end record")
+
+
+def test_the_hex_file_is_the_elf_files_flash(images):
+    image = images("pi")
+    flashed = intel_hex(image.hex.read_text())
+    assert flashed == {a + k: byte for a, content in loaded(image.elf) for k, byte in enumerate(content)}
+    assert max(flashed) + 1 == image.flash_bytes
+
+
+def test_vectors_and_flash_configuration_are_where_the_chip_looks(images):
+    flashed = intel_hex(images("pi").hex.read_text())
+    vectors = struct.unpack("<111I", bytes(flashed[k] for k in range(444)))
+    assert 0x1FFF8000 < vectors[0] <= 0x20008000
+    assert vectors[0] % 8 == 0
+    assert all(vector % 2 == 1 and 0x410 <= vector < 0x8000 for vector in vectors[1:])
+    # The handlers of ticks and of the port are not the one of faults, all others are.
+    assert [k for k in range(2, 111) if vectors[k] != vectors[3]] == [16 + 45, 16 + 68]
+    assert bytes(flashed[0x400 + k] for k in range(16)).hex() == "ff" * 12 + "def9ffff"
+
+
+def test_an_image_keeps_to_its_budget(images):
+    image = images("tracker")
+    assert image.flash_bytes <= 32 * 1024
+    assert image.ram_bytes <= 24 * 1024
+
+
+def test_the_map_names_what_takes_room(images):
+    rows = [line.split() for line in images("pi").map.read_text().splitlines()]
+    assert "fl_built_parameters" in {name for _, size, name in rows if int(size) == 4 * word_count()}
+    assert sorted((int(size) for _, size, _ in rows), reverse=True) == [int(size) for _, size, _ in rows]
+
+
+def test_the_same_words_make_the_same_image(images, law_words, tmp_path):
+    again = build("teensy31", law_words["pi"].astype("<i4").tobytes(), tmp_path)
+    assert again.hex.read_text() == images("pi").hex.read_text()
+
+
+@pytest.mark.parametrize(
+    ("code", "what"),
+    [
+        ("float x; int main(void) { x = x * 3.0f; return 0; }", "floating point, and has __aeabi_fmul"),
+        ("double x; int main(void) { return (int)x; }", "floating point, and has __aeabi_d2iz"),
+        ("void *malloc(unsigned n) { (void)n; return 0; } int main(void) { return malloc(3) != 0; }", "a heap"),
+        ("char big[30000]; int main(void) { big[9] = 1; return 0; }", "bytes of RAM, at most 24576"),
+        ("const char big[40000] = {1}; int main(int n) { return big[n]; }", "bytes of flash, at most 32768"),
+    ],
+)
+def test_what_the_chip_cannot_or_should_not_do_is_refused(code, what, tmp_path):
+    source, elf = tmp_path / "a.c", tmp_path / "a.elf"
+    source.write_text(code)
+    layout = tmp_path / "a.ld"
+    layout.write_text(
+        "SECTIONS { .text 0x410 : { *(.text*) *(.rodata*) } .bss 0x1FFF8000 : { *(.bss*) } /DISCARD/ : { *(.ARM.ex*) } }"
+    )
+    subprocess.run(
+        [*zig(), *CORTEX, "-O1", f"-Wl,-T,{layout}", "-Wl,-e,main", str(source), "-o", str(elf)],
+        check=True, capture_output=True,
+    )  # fmt: skip
+    with pytest.raises(FrictionloopError, match=what):
+        check(elf, flash_configuration=False)
+
+
+def test_an_image_that_would_lock_the_chip_is_refused(images, tmp_path):
+    content = bytearray(images("pi").elf.read_bytes())
+    place = content.index(bytes.fromhex("def9ffff"))
+    content[place] = 0xDC  # FSEC: mass erase disabled
+    spoilt = tmp_path / "spoilt.elf"
+    spoilt.write_bytes(content)
+    with pytest.raises(FrictionloopError, match="flash configuration is f+dcf9ffff, must be f+def9ffff"):
+        check(spoilt, flash_configuration=True)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("uno", []), "board = 'uno': accepted are teensy31, mps2"),
+        (("teensy31", [0] * 3), f"parameters: 3 words, the firmware has {word_count()}"),
+        (("teensy31", bytes(5)), f"parameters: 5 bytes, must be {4 * word_count()}"),
+        (("teensy31", [2**31] * word_count()), "parameters: word 0 = 2147483648 is not an int32"),
+    ],
+)
+def test_bad_input_is_one_line(arguments, message, tmp_path):
+    with pytest.raises(FrictionloopError, match=message):
+        build(*arguments, tmp_path)
+
+
+def test_a_long_revision_is_refused(tmp_path):
+    with pytest.raises(FrictionloopError, match="at most 16 characters"):
+        build("teensy31", [0] * word_count(), tmp_path, revision="1.2.3-and-much-more")

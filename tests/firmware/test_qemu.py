@@ -1,0 +1,89 @@
+"""The image for qemu-system-arm against the host: one scenario, 20 000 ticks in the timer's interrupt."""
+
+import shutil
+import subprocess
+
+import pytest
+
+from frictionloop.control.compiler import shared_library
+from frictionloop.device.codec import Decoder
+from frictionloop.device.host_board import DECLARATIONS
+from frictionloop.quantities.schema import firmware_folder, schema
+
+QEMU = shutil.which("qemu-system-arm")
+needs_qemu = pytest.mark.skipif(QEMU is None, reason="qemu-system-arm is not installed")
+SCENARIO = """
+typedef struct { uint64_t drives, bytes; uint32_t sent; } fl_scenario;
+void fl_scenario_run(fl_scenario *, fl_app *, const fl_identity *, const void *);
+void fl_scenario_start(fl_scenario *, fl_app *, const fl_identity *, const void *);
+size_t fl_stimulus_bytes(uint32_t, uint8_t *);
+"""
+
+
+@pytest.fixture(scope="module")
+def scenario(law_words):
+    """What the host makes of the scenario, by law."""
+    cffi = pytest.importorskip("cffi")
+    ffi = cffi.FFI()
+    ffi.cdef(DECLARATIONS + SCENARIO)
+    core, boards = firmware_folder() / "core", firmware_folder() / "boards"
+    sources = [*sorted(core.glob("*.c")), boards / "scenario.c", boards / "stimulus.c"]
+    library = ffi.dlopen(str(shared_library("scenario", sources, (core, boards))))
+
+    def run(law):
+        out, memory = ffi.new("fl_scenario *"), ffi.new("uint64_t[]", library.fl_app_size() // 8 + 1)
+        revision = ffi.new("char[]", b"0")
+        identity = ffi.new("fl_identity *", (schema()["boards"]["mps2"], 0, revision))
+        words = ffi.new("int32_t[]", law_words[law].tolist())
+        library.fl_scenario_run(out, ffi.cast("fl_app *", memory), identity, words)
+        return {"drives": out.drives, "bytes": out.bytes, "sent": out.sent}
+
+    run.ffi, run.library = ffi, library
+    return run
+
+
+def qemu(image):
+    command = [
+        QEMU, "-M", "mps2-an386", "-icount", "shift=4", "-nographic", "-monitor", "none", "-serial", "null",
+        "-semihosting-config", "enable=on,target=native", "-kernel", str(image),
+    ]  # fmt: skip
+    # semihosting writes to the standard error
+    done = subprocess.run(command, check=True, capture_output=True, text=True, timeout=100)
+    return {name: int(value, 16) for name, value in (line.split() for line in done.stderr.splitlines())}
+
+
+@needs_qemu
+@pytest.mark.parametrize("law", ["notch_pi", pytest.param("tracker", marks=pytest.mark.slow)])
+def test_the_digest_in_the_timers_interrupt_is_the_hosts(law, images, scenario):
+    ran = qemu(images(law, board="mps2-scenario").elf)
+    assert ran.pop("late") == 0
+    assert ran.pop("passed") < 1000  # ticks in which a frame was made: less than one in twenty
+    assert ran == scenario(law)
+
+
+@pytest.mark.slow
+@needs_qemu
+@pytest.mark.parametrize("law", ["pi", "lookup", "observer", "super_twisting"])
+def test_so_it_is_with_every_other_law(law, images, scenario):
+    ran = qemu(images(law, board="mps2-scenario").elf)
+    assert {name: ran[name] for name in ("drives", "bytes", "sent", "late")} == {**scenario(law), "late": 0}
+
+
+def test_the_scenario_depends_on_the_law(scenario):
+    """A digest that is the same for different laws would show nothing."""
+    digests = [scenario(law)["drives"] for law in ("lookup", "pi", "notch_pi", "observer", "tracker")]
+    assert len(set(digests)) == len(digests)
+
+
+def test_the_scenario_asks_for_the_loop_and_keeps_silent_once(scenario):
+    ffi, told = scenario.ffi, []
+    out = ffi.new("uint8_t[64]")
+    for tick in range(20000):
+        count = scenario.library.fl_stimulus_bytes(tick, out)
+        told += [(tick, message.name) for message in Decoder().feed(bytes(ffi.buffer(out, count)))]
+    names = [name for _, name in told]
+    assert names[:5] == ["identify", "stream", "mode", "heartbeat", "heartbeat"] or names[0] == "heartbeat"
+    silences = [after - before for (before, _), (after, _) in zip(told, told[1:], strict=False)]
+    assert [ticks for ticks in silences if ticks > schema()["protocol"]["silence_ms"] * 5] == [max(silences)]
+    assert names.count("mode") == 2
+    assert names.count("clear") == 1

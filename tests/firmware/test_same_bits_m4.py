@@ -1,0 +1,51 @@
+"""The same bits from the Cortex-M4 at every level of optimisation as from this machine."""
+
+import hashlib
+
+import numpy as np
+import pytest
+
+from frictionloop.device.host_board import HostBoard, Sample
+
+pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
+from frictionloop.device.emulator import TeensyEmulator
+from frictionloop.device.emulator.corpus import edges, heartbeat, opening, strokes
+
+TICKS = 4000
+PERIOD = 783
+
+
+def corpus():
+    """Samples, and the bytes that come with some of them; edges come between strokes, so that the loop is closed in them."""
+    stroke, edge = list(strokes(TICKS, seed=5)), list(edges(TICKS, seed=6))
+    rng = np.random.default_rng(7)
+    for k in range(TICKS):
+        start = opening()[40 * k : 40 * k + 40]
+        yield edge[k] if rng.random() < 0.02 else stroke[k], start or (heartbeat(9 + k) if k % 500 == 499 else b"")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", ["pi", "lookup", "notch_pi", "observer", "super_twisting", "tracker"])
+def test_levels_of_optimisation_and_the_host_agree(law, images, law_words):
+    digests = {}
+    host, digest, used = HostBoard(law_words[law]), hashlib.sha256(), set()
+    pending = b""
+    for k, ((force, load, position), data) in enumerate(corpus()):
+        duty = host.tick(Sample(*force, position, load), 200 * k).duty
+        compare = (2 * duty * PERIOD + 2**17 - 1) // 2**18
+        used.add(compare)
+        digest.update(compare.to_bytes(2, "little"))
+        pending = data
+        if pending:
+            host.receive(pending, 200 * k + 300)
+        host.transmit(200 * k + 300)
+    digests["host"] = digest.hexdigest()
+    assert len(used) > 30
+    for optimise in (None, "0", "2", "s"):
+        teensy, digest = TeensyEmulator(images(law, optimise=optimise).elf), hashlib.sha256()
+        for (force, load, position), data in corpus():
+            teensy.receive(data)
+            teensy.tick(force, load, position)
+            digest.update(teensy.compare.to_bytes(2, "little"))
+        digests[f"Cortex-M4 -O{optimise or 'default'}"] = digest.hexdigest()
+    assert len(set(digests.values())) == 1, digests
