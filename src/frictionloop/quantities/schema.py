@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import tomllib
 import zlib
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-from frictionloop.quantities.files import FrictionloopError
+from frictionloop.quantities.units import FrictionloopError
 
 WORDS = {"gain": 2}
 """Words a number takes; other formats take one."""
@@ -16,7 +17,8 @@ BITS = {"q28": 28, "q25": 25, "count": 0}
 """Binary places of the formats that have a fixed number of them."""
 
 
-class Word(NamedTuple):
+@dataclass(frozen=True)
+class Word:
     """A parameter of the firmware: `count` numbers from word `first` on."""
 
     name: str
