@@ -74,7 +74,9 @@ static void obey(fl_app *app) {
     uint8_t wanted = app->asked_state;
     app->asked_state = FL_NO_STATE;
     if (wanted == FL_NO_STATE || app->state == FL_STATE_FAULT) return;
+    int was_on = on(app);
     app->state = wanted;
+    if (!was_on && on(app)) app->phase = 0; /* a run begins with the first point of its table */
 }
 
 void fl_state_step(fl_app *app, const fl_sample *sample, const fl_measurement *m, uint32_t now_us) {

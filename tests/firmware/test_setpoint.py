@@ -135,3 +135,16 @@ def test_what_is_refused_does_not_play(rig, points, wrong: dict[str, int], reaso
 def test_points_beyond_the_table_are_refused_by_index(rig):
     answer = rig.ask("waveform", first=2040, values=np.zeros(9, int))
     assert (answer.name, answer["reason"], answer["index"]) == ("refused", 5, 2048)
+
+
+def test_a_loop_that_goes_on_begins_its_table_and_one_that_closes_goes_on(rig, points):
+    """From idle to open the first point; from open to closed the next."""
+    states = schema()["states"]
+    rig.stream()
+    assert play(rig, points) == "done"
+    rig.tick(100)
+    assert rig.reason("mode", state=states["open"]) == "done"
+    np.testing.assert_allclose(told(rig, 50)[-50:], points[:50] * 1e-4, rtol=0, atol=ROUNDED)
+    rig.stream()
+    assert rig.reason("mode", state=states["closed"]) == "done"
+    np.testing.assert_allclose(told(rig, 50)[-50:], points[50:100] * 1e-4, rtol=0, atol=ROUNDED)

@@ -84,7 +84,7 @@ def summary(run: xr.Dataset) -> dict[str, Any]:
     """Return what a recording says of itself: error of the measured force where it counts, and what was lost."""
     import numpy as np
 
-    counts = run["scored"].values.astype(bool)
+    counts = (run["scored"] & run["sliding"]).values.astype(bool)
     error = (run["f_m"] - run["f_r"]).values[counts]
     rms = float(np.sqrt(np.nanmean(error**2))) if np.isfinite(error).any() else float("nan")
     names = ("lost_samples", "gaps", "reconnects", "broken_frames", "missed_frames")
