@@ -19,9 +19,7 @@ class Register(NamedTuple):
 
 
 def _block(prefix: str, base: int, width: int, names: dict[str, int], resets: dict[str, int]) -> list[Register]:
-    return [
-        Register(f"{prefix}_{name}", base + offset, width, resets.get(name, 0)) for name, offset in names.items()
-    ]
+    return [Register(f"{prefix}_{name}", base + offset, width, resets.get(name, 0)) for name, offset in names.items()]
 
 
 _ADC = {
@@ -74,4 +72,4 @@ PAGES = tuple(sorted({register.address // PAGE * PAGE for register in REGISTERS}
 FLASH, FLASH_BYTES = 0, 256 * 1024
 RAM, RAM_BYTES = 0x1FFF8000, 64 * 1024
 UART0_INTERRUPT, PIT0_INTERRUPT = 45, 68
-"""Table 3-4 of the manual."""
+"""Numbers of the interrupts, from the manual's table of them."""
