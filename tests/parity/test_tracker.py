@@ -37,10 +37,10 @@ ALLOWED = dict.fromkeys(TrackerState._fields, 7e-7) | {
     "command": 1e-4, "rising": 1e-3, "compliance": 1e-4, "fall": 1e-6, "power_c": 1e-16, "power_t": 5e-15,
     **{f"by_c{i}": 1e-7 for i in range(4)}, "by_c4": 3e-9, **{f"by_t{i}": 7e-7 for i in range(4)}, "by_t4": 2e-8,
 }  # fmt: skip
-"""Allowed difference of a next state: of forces a hundredth of the converter's step (76 uN), of logarithms alike; of the
-command a sixtieth of the carrier's (391 levels); of the readings' sensitivities 3e-4 of the roots of what their mean
-squares are compared with (1e-10 and 5e-9), of these 1e-6 of that; of compliance and fall what they move in a tick at most,
-over 2e4 and 200."""
+"""Allowed difference of a next state: of forces a hundredth of the converter's step (76 uN), of logarithms alike; of
+the command a sixtieth of the carrier's (391 levels); of the readings' sensitivities 3e-4 of the roots of what their mean
+squares are compared with (1e-10 and 5e-9), of these 1e-6 of that; of compliance and fall 1/20000 and 1/200 of what they
+move in a tick at most."""
 
 
 def along_the_bench(count, seed, changes):
