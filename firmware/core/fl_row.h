@@ -1,9 +1,9 @@
-/* Products with a constant shift: what laws with many terms are made of (some 5 instructions of a Cortex-M4 each, where
- * fl_mul with its shift from memory takes 30).
+/* Products with a constant shift: what laws with many terms are made of (some 5 instructions of a Cortex-M4
+ * each, where fl_mul with its shift from memory takes 30).
  *
- * A row is a sum of products in 64 bits, rounded once: its coefficients have FL_ROW binary places, magnitude below 8
- * and together below 16. Where terms or result have other places than 28, the coefficients hold the difference
- * (control/quantised_rows.py). */
+ * A row is a sum of products in 64 bits, rounded once: its coefficients have FL_ROW binary places,
+ * magnitude below 8 and together below 16. Where terms or result have other places than 28, the
+ * coefficients hold the difference (control/quantised_rows.py). */
 #ifndef FL_ROW_H
 #define FL_ROW_H
 
@@ -11,9 +11,12 @@
 
 enum { FL_ROW = 28 };
 
-/* a b 2^-shift, rounded to the nearest, halves up; shift 1 to 62. */
+/* The lower word: for what cannot be larger, by the bounds of its terms. */
+static inline int32_t fl_low(int64_t x) { return (int32_t)((uint64_t)x & UINT32_MAX); }
+
+/* a b 2^-shift, rounded down; shift 0 to 62. */
 static inline int64_t fl_product(int32_t a, int32_t b, int32_t shift) {
-    return ((int64_t)a * b + (INT64_C(1) << (shift - 1))) >> shift;
+    return ((int64_t)a * b) >> shift;
 }
 
 /* c x, one term more of a row; sums beyond 64 bits, of coefficients that break the rule, wrap around. */

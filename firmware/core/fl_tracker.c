@@ -4,24 +4,29 @@
 
 void fl_schedule(int32_t *values, int32_t share, const fl_gain *table) {
     static const int32_t from[] = {18790482, 33554432, 67108864, 134217728}; /* 0.07, 0.125, 0.25, 0.5 */
-    int32_t beyond[FL_SHARES - 1];
-    for (int k = 0; k < FL_SHARES - 1; k++) beyond[k] = share > from[k] ? share - from[k] : 0;
+    /* At most 0: what it knows to be positive the compiler multiplies the long way. */
+    int32_t short_of[FL_SHARES - 1];
+    for (int k = 0; k < FL_SHARES - 1; k++) short_of[k] = share > from[k] ? from[k] - share : 0;
     for (int i = 0; i < FL_SCHEDULED; i++, table += FL_SHARES) {
         uint64_t sum = UINT64_C(1) << 23;
-        for (int k = 0; k < FL_SHARES - 1; k++) sum += fl_term(table[k + 1], beyond[k]);
-        values[i] = fl_saturate(table[0].mantissa + ((int64_t)sum >> 24));
+        for (int k = 0; k < FL_SHARES - 1; k++) sum += fl_term(table[k + 1], short_of[k]);
+        values[i] = fl_low(table[0].mantissa - ((int64_t)sum >> 24));
     }
 }
 
-int32_t fl_share_of(int32_t compliance, int32_t limit, int32_t way, fl_inverse *lag) {
+int32_t fl_share_of(int32_t compliance, int32_t limit, int64_t way, fl_inverse *per_whole) {
     const int32_t least = 3355443; /* 0.05 N */
-    *lag = fl_invert(fl_saturate(way + fl_product(compliance, limit > least ? limit : least, 26)));
-    const int32_t share = fl_over(way, *lag, 28);
-    return share < FL_ONE ? share : FL_ONE;
+    const int64_t lag = (int64_t)compliance * (limit > least ? limit : least);
+    const int64_t whole = way + (lag > 0 ? lag : 0);
+    const int32_t bits = __builtin_clzll((uint64_t)whole);
+    const int32_t factor = fl_reciprocal((uint32_t)((uint64_t)whole << bits >> 32));
+    *per_whole = (fl_inverse){factor, bits};
+    const int32_t part = (int32_t)((uint64_t)way << bits >> 33);
+    return fl_low(((int64_t)part * factor) >> 33);
 }
 
 int32_t fl_limit_of(int32_t limit_log2, int32_t fall, int32_t amplitude) {
-    const int32_t slope = fl_saturate(fl_product(fall, amplitude, 30)); /* q26 */
+    const int32_t slope = fl_low(fl_product(fall, amplitude, 30)); /* q26 */
     return fl_exp2(fl_saturate(limit_log2 - fl_product(slope, amplitude, 28)), 26);
 }
 
@@ -39,8 +44,10 @@ int32_t fl_stuck_share(int32_t friction, int32_t limit, int32_t rising, int32_t 
 void fl_sensor_step(int32_t *x, int32_t friction, int32_t next, const fl_gain *sensor) {
     const fl_gain *one = sensor, *two = sensor + 4, *three = sensor + 8;
     const int32_t spring = x[0], rate = x[1], reading = x[2];
-    x[0] = fl_sum(fl_term(one[0], spring) + fl_term(one[1], rate) + fl_term(one[2], friction) + fl_term(one[3], next));
-    x[1] = fl_sum(fl_term(two[0], spring) + fl_term(two[1], rate) + fl_term(two[2], friction) + fl_term(two[3], next));
+    x[0] = fl_sum(
+        fl_term(one[0], spring) + fl_term(one[1], rate) + fl_term(one[2], friction) + fl_term(one[3], next));
+    x[1] = fl_sum(
+        fl_term(two[0], spring) + fl_term(two[1], rate) + fl_term(two[2], friction) + fl_term(two[3], next));
     x[2] = fl_sum(fl_term(three[0], spring) + fl_term(three[1], rate) + fl_term(three[2], reading)
         + fl_term(three[3], friction) + fl_term(three[4], next));
 }

@@ -1,25 +1,28 @@
 /* The tracker: tracker_step of control/tracker.py, line by line; formats in fl_tracker.h.
  *
- * Divisions of a tick, by reciprocals: 10 at most, none of more than 32 bits. */
+ * Divisions of a tick, 12 at most, none of more than 32 bits. */
 #include "fl_row.h"
 #include "fl_tracker.h"
 #include "laws.h"
 
-/* As TrackerState; of the mean squares the upper words, the lower ones last. BY_C and BY_T begin groups of five. */
+/* As TrackerState; of the mean squares the upper words, the lower ones last. BY_C and BY_T begin groups of
+ * five. */
 enum {
-    AMPLITUDE, COMMAND, D, TRUSTED, FRICTION, SPRING, RATE, READING, FORWARD, LOAD, RISING, BEFORE, COMPLIANCE, FALL,
-    POWER_C, POWER_T, BY_C, BY_T = BY_C + 5, POWER_C_LOW = BY_T + 5, POWER_T_LOW
+    AMPLITUDE, COMMAND, D, TRUSTED, FRICTION, SPRING, RATE, READING, FORWARD, LOAD, RISING, BEFORE,
+    COMPLIANCE, FALL, POWER_C, POWER_T, BY_C, BY_T = BY_C + 5, POWER_C_LOW = BY_T + 5, POWER_T_LOW
 };
 
 const int8_t fl_tracker_places[] = {
-    28, 28, 26, 26, 28, 23, 22, 24, 0, 26, 15, 28, 20, 28, 28, 20, 30, 30, 31, 30, 32, 26, 26, 27, 26, 28, 60, 52};
+    28, 28, 26, 26, 28, 23, 22, 24, 0, 26, 15, 28, 20, 28, 28, 20, /* to POWER_T */
+    30, 30, 31, 30, 32, 26, 26, 27, 26, 28, 60, 52};
 
-/* As TrackerGains, a product where the comment says so, each in its places; of LEARN_C and LEARN_T the shift counts. */
+/* As TrackerGains, a product where the comment says so, each in its places; of LEARN_C and LEARN_T the
+ * shift counts. */
 enum {
     REST, DECAY_REST, DECAY_LEFT, DECAY, INVERSE,             /* q30, q30, q30, q30, q24 */
     MOST_UM, MOST_SQUARE, MOST_C,                             /* q28; its square, um^2, q25; q20 */
     LEARN_C, LEARN_T, EXPONENT, LOAD_GAIN,                    /* -, -, q29, q30 */
-    FASTEST, LARGEST_RISE, WAY, SMOOTH_RATE,                  /* skin, q12; 1.2 skin dt, dt in us, SMOOTH/dt, q20 */
+    FASTEST, LARGEST_RISE, WAY, SMOOTH_RATE,           /* skin, q12; 1.2 skin dt, dt in us, SMOOTH/dt, q20 */
     JUMP, LOG2_NOMINAL, MODEL_FALL,                           /* q28, q26, q28 */
     STUCK_FRICTION, STUCK_SPRING, STUCK_RATE, STUCK_READING,  /* q24 */
     SENSOR, TABLE = SENSOR + FL_SENSOR_STEP
@@ -34,52 +37,27 @@ enum {
     FASTEST_C = 2 << 20, FASTEST_FALL = 53687,                /* q20; q28: 2e-4 */
     LARGEST_BY_C = 85899346, LARGEST_BY_T = 1 << 30,          /* q32: 0.02; q28 */
     LEAST_POWER_C = 115292150, LEAST_POWER_T = 22517998,      /* q60: 1e-10; q52: 5e-9 */
-    SLOWEST = 536871, LEAST_LEAD = 1 << 20,                   /* 0.002 m/s, 1/256 */
-    SMOOTH = 214748365, FORGET = 1717987,                     /* q31: 0.1; q32: 4e-4 */
+    SLOWEST = 536871, LEAST_LEAD = 1 << 20, MOST_JUMP = 214748364, /* 0.002 m/s, 1/256, 0.8 N */
+    SMOOTH = 214748365,                                       /* q31: 0.1 */
     CALM_C = 536871, CALM_T = 268435,                         /* 2e-3, 1e-3 */
     LEAST_FALL = 53687091, MOST_FALL = 3 * FL_ONE,            /* 0.2 */
     LOG2_E = 1549082005, HALF_LN_2 = 744261118,               /* q30, q31 */
     LEAST_PRESSED = 5368709, LEAST_WANTED = 335544,           /* 0.02 N in q28 and in q24 */
     STEADY_FORCE = 40265318, STEADY_ERROR = 2013266,          /* 0.15 N; q26: 0.03 */
     LEAST_FORCE = 26843546, MOST_FORCE = 2 * FL_ONE,          /* 0.1 N */
-    AT_ONCE = 260382392                                       /* 0.97 */
+    LEAST_LIMIT = 3355443, AT_ONCE = 260382392                /* q26: 0.05 N; 0.97 */
 };
-
-static int64_t clip(int64_t x, int64_t most) { return x > most ? most : x < -most ? -most : x; }
 
 static int32_t magnitude(int32_t x) { return x < 0 ? fl_subtract(0, x) : x; }
 
 /* a x + b y of two q28 shares a and b */
 static int32_t blend(int32_t a, int32_t x, int32_t b, int32_t y) {
-    return fl_saturate(((int64_t)a * x + (int64_t)b * y + (FL_ONE >> 1)) >> 28);
+    return fl_low(((int64_t)a * x + (int64_t)b * y + (FL_ONE >> 1)) >> 28);
 }
 
 /* from + share (to - from) of a q30 share */
 static int32_t towards(fl_gain share, int32_t from, int32_t to) {
-    return fl_saturate(from + fl_product(share.mantissa, fl_subtract(to, from), 30));
-}
-
-/* The mean square goes on to the square of x, which has half of its places and 2 more. */
-static int64_t mean_square(int32_t *high, int32_t *low, int32_t x) {
-    int64_t mean = (int64_t)(*high > 0 ? *high : 0) * (INT64_C(1) << 32) + (uint32_t)*low;
-    const int64_t change = (((int64_t)x * x) >> 4) - mean;
-    mean += (change >> 32) * FORGET + (int64_t)(((uint64_t)(uint32_t)change * FORGET) >> 32);
-    *high = (int32_t)(mean >> 32);
-    *low = (int32_t)(uint32_t)mean;
-    return mean;
-}
-
-/* learn error s / mean, at most `most`: a step of an estimate. The error is q26 and below 0.03; `places` are those of s
- * and of the estimate less those of the mean square. */
-static int32_t learnt(fl_gain learn, int32_t error, int32_t s, int64_t mean, int32_t places, int32_t most) {
-    const fl_inverse per_mean = fl_invert_long(mean);
-    int64_t moved = fl_product(learn.mantissa, error, 30) * s;
-    if (moved == 0) return 0;
-    const int32_t drop = 33 - __builtin_clzll((uint64_t)(moved < 0 ? -moved : moved));
-    if (drop > 0) moved >>= drop;
-    const int32_t down = 62 - per_mean.bits + learn.shift - 4 + places - (drop > 0 ? drop : 0);
-    moved *= per_mean.factor;
-    return (int32_t)(down > 62 ? 0 : clip(down < 0 ? moved : moved >> down, most));
+    return fl_low(from + fl_product(share.mantissa, fl_low((int64_t)to - from), 30));
 }
 
 fl_force_command fl_tracker_step(
@@ -97,41 +75,42 @@ fl_force_command fl_tracker_step(
     }
     int32_t v = magnitude(measurement->speed);
     if (v < SLOWEST) v = SLOWEST;
-    const int32_t way = fl_saturate(fl_product(gains[WAY].mantissa, v, 28));
+    const int64_t far = ((int64_t)gains[WAY].mantissa * v) >> 2;
+    const int64_t way = far > FL_LEAST_WAY ? far : FL_LEAST_WAY;
     const int32_t fastest = fl_saturate(fl_product(gains[FASTEST].mantissa, v, 25));
     const int32_t pressed = measurement->load > LEAST_PRESSED ? measurement->load : LEAST_PRESSED;
     const int32_t load = towards(gains[LOAD_GAIN], state[LOAD], fl_log2(pressed, 27));
-    const int32_t push = fl_saturate(fl_product(gains[EXPONENT].mantissa, load, 29));
+    const int32_t push = fl_low(fl_product(gains[EXPONENT].mantissa, load, 29));
 
     /* Correct by the reading. */
     const int32_t error = fl_saturate((measurement->force - (int64_t)x[2] * 16 + 2) >> 2);
-    int32_t limit = fl_limit_of(fl_add(d, push), fall, a);
-    fl_inverse lag;
-    int32_t share = fl_share_of(c, f >> 2, way, &lag), k[FL_SCHEDULED];
+    int32_t limit = fl_limit_of(fl_low((int64_t)d + push), fall, a);
+    fl_inverse per_whole;
+    int32_t share = fl_share_of(c, f >> 2, way, &per_whole), k[FL_SCHEDULED];
     fl_schedule(k, share, gains + TABLE);
     const int32_t w = fl_stuck_share(f, limit, rising, fastest, valid);
     const int32_t calm = 2 * (int64_t)magnitude(rising) < fastest;
     if (w == 0 && f > STEADY_FORCE && magnitude(error) < STEADY_ERROR && calm) {
-        const int64_t pc = mean_square(state + POWER_C, state + POWER_C_LOW, by_c[4]) + LEAST_POWER_C;
-        const int64_t pt = mean_square(state + POWER_T, state + POWER_T_LOW, by_t[4]) + LEAST_POWER_T;
-        c = fl_add(c, learnt(gains[LEARN_C], error, by_c[4], pc, 32 - 60 - 20, FASTEST_C));
+        const int64_t pc = fl_mean_square(state + POWER_C, state + POWER_C_LOW, by_c[4]) + LEAST_POWER_C;
+        const int64_t pt = fl_mean_square(state + POWER_T, state + POWER_T_LOW, by_t[4]) + LEAST_POWER_T;
+        c = fl_add(c, fl_learnt(gains[LEARN_C], error, by_c[4], pc, 32 - 60 - 20, FASTEST_C));
         c = fl_clip(c, 0, gains[MOST_C].mantissa);
-        fall = fl_add(fall, learnt(gains[LEARN_T], error, by_t[4], pt, 28 - 52 - 28, FASTEST_FALL));
+        fall = fl_add(fall, fl_learnt(gains[LEARN_T], error, by_t[4], pt, 28 - 52 - 28, FASTEST_FALL));
     }
     if (valid && rising < -2 * (int64_t)fastest) {
         c -= (int32_t)fl_product(CALM_C, c, 28);
         fall = fl_saturate(fall + fl_product(CALM_T, fall, 28));
     }
     fall = fl_clip(fall, LEAST_FALL, MOST_FALL);
-    const int32_t slides = FL_ONE - w, jump = gains[JUMP].mantissa;
-    const int32_t per_force = fl_over(FL_ONE, fl_invert(fl_clip(f, LEAST_FORCE, MOST_FORCE)), 27);
-    const int64_t missed = fl_product(slides, fl_saturate(clip(fl_product(k[KD], error, 22), jump)), 28);
-    const int32_t up = fl_saturate(fl_product((int32_t)missed, per_force, 27));
-    d = fl_clip(fl_saturate(d + fl_product(LOG2_E, up, 32)), LOWEST, HIGHEST);
+    const int32_t slides = FL_ONE - w, jump = fl_clip(gains[JUMP].mantissa, 0, MOST_JUMP);
+    const int32_t per_force = fl_low(fl_over(FL_ONE, fl_invert(fl_clip(f, LEAST_FORCE, MOST_FORCE)), 27));
+    const int32_t missed = fl_clip(fl_saturate(fl_product(k[KD], error, 22)), -jump, jump);
+    const int32_t up = fl_low(fl_product(fl_low(fl_product(slides, missed, 28)), per_force, 27));
+    d = fl_clip(fl_low(d + fl_product(LOG2_E, up, 32)), LOWEST, HIGHEST);
     limit = fl_saturate(limit + fl_product(limit, up, 28));
-    const int32_t slid = fl_saturate(clip(fl_product(k[KF], error, 22), 2 * (int64_t)jump));
-    const int64_t stuck = fl_product((int32_t)fl_product(w, gains[STUCK_FRICTION].mantissa, 28), error, 22);
-    f = (int32_t)clip(f + fl_product(slides, slid, 28) + stuck, LARGEST);
+    const int32_t slid = fl_clip(fl_saturate(fl_product(k[KF], error, 22)), -2 * jump, 2 * jump);
+    const int64_t stuck = fl_product(fl_low(fl_product(w, gains[STUCK_FRICTION].mantissa, 28)), error, 22);
+    f = fl_clip(fl_saturate(f + fl_product(slides, slid, 28) + stuck), -LARGEST, LARGEST);
     x[0] = fl_saturate(x[0] + fl_product(blend(slides, k[K1], w, gains[STUCK_SPRING].mantissa), error, 27));
     x[1] = fl_saturate(x[1] + fl_product(blend(slides, k[K2], w, gains[STUCK_RATE].mantissa), error, 28));
     x[2] = fl_saturate(x[2] + fl_product(blend(slides, k[K3], w, gains[STUCK_READING].mantissa), error, 26));
@@ -141,9 +120,9 @@ fl_force_command fl_tracker_step(
 
     /* Go on to when the command takes effect. */
     const int32_t a_then = towards(gains[DECAY_REST], state[COMMAND], a);
-    const int32_t limit_then = fl_limit_of(fl_add(d, push), fall, a_then);
+    const int32_t limit_then = fl_limit_of(fl_low((int64_t)d + push), fall, a_then);
     int32_t mean = (int32_t)(((int64_t)limit + limit_then) >> 1);
-    share = fl_share_of(c, mean, way, &lag);
+    share = fl_share_of(c, mean, way, &per_whole);
     if (share > AT_ONCE) mean = limit_then;
     const int64_t behind = (int64_t)mean * 4 - f;
     const int64_t fast = fl_product(gains[LARGEST_RISE].mantissa, v, 20), slow = (share * behind) >> 28;
@@ -153,28 +132,32 @@ fl_force_command fl_tracker_step(
 
     /* Command. */
     const fl_inverse per_lead = fl_invert(k[LEAD] > LEAST_LEAD ? k[LEAD] : LEAST_LEAD);
-    const int32_t wanted_limit = fl_add(fl_over(fl_subtract(setpoint, f_then), per_lead, 24), f_then >> 4);
+    const int32_t ahead = fl_low(((int64_t)setpoint - f_then) >> 1); /* q27: it may be 13 N */
+    const int32_t wanted_limit = fl_saturate(fl_over(ahead, per_lead, 25) + (f_then >> 4));
     const int32_t wanted_log2 = fl_log2(wanted_limit > LEAST_WANTED ? wanted_limit : LEAST_WANTED, 24);
-    const int32_t trusted = fl_saturate(state[TRUSTED] + fl_product(k[TRUST], fl_subtract(d, state[TRUSTED]), 28));
-    const int32_t over = fl_saturate((int64_t)trusted + push - wanted_log2);
-    const int32_t square = fl_over(over, fl_invert(fall), 27);
+    const int32_t behind_d = fl_low((int64_t)d - state[TRUSTED]);
+    const int32_t trusted = fl_low(state[TRUSTED] + fl_product(k[TRUST], behind_d, 28));
+    const int32_t over = fl_low((int64_t)trusted + push - wanted_log2);
+    const int32_t square = fl_saturate(fl_over(over, fl_invert(fall), 27));
     const int32_t held = fl_clip(square, 0, gains[MOST_SQUARE].mantissa);
     const int32_t wanted = (int32_t)fl_root((uint64_t)held << 31);
-    const int32_t missing = fl_saturate(wanted - fl_product(gains[DECAY].mantissa, a_then, 30));
+    const int32_t missing = fl_low(wanted - fl_product(gains[DECAY].mantissa, a_then, 30));
     const int32_t command = fl_clip(
         fl_saturate(fl_product(gains[INVERSE].mantissa, missing, 24)), 0, gains[MOST_UM].mantissa);
     const int64_t u_log2 = gains[LOG2_NOMINAL].mantissa - fl_product(gains[MODEL_FALL].mantissa, held, 27);
     const int32_t u = fl_clip(fl_exp2(fl_saturate(u_log2), 28), clamp.low, clamp.high);
 
     /* Go on to the next sample. */
-    const int32_t kd = fl_saturate(fl_product(k[KD], per_force, 31));
+    const int32_t kd = fl_low(fl_product(k[KD], per_force, 31));
     const fl_sensitivity with = {
         {(int32_t)fl_product(slides, kd, 28), (int32_t)fl_product(slides, k[KF], 28), k[K1], k[K2], k[K3]},
         share, mean, gains + SENSOR};
-    /* share / way is the lag's inverse */
-    const int32_t slower = (int32_t)fl_product(share, fl_over(mean > 3355443 ? mean : 3355443, lag, 20), 28);
+    /* share / way is 1 / (way + c L) */
+    const int64_t pressing = mean > LEAST_LIMIT ? mean : LEAST_LIMIT;
+    const int64_t steep = (pressing * per_whole.factor) >> (48 - per_whole.bits);
+    const int32_t slower = fl_low(fl_product(share, fl_saturate(steep), 28));
     const int32_t added_c = fl_saturate(-fl_product(slower, fl_saturate(behind >> 2), 22));
-    const int32_t squares = fl_saturate(fl_product(a, a, 32) + fl_product(a_then, a_then, 32)); /* q24 */
+    const int32_t squares = fl_low(fl_product(a, a, 32) + fl_product(a_then, a_then, 32)); /* q24 */
     const int32_t lower = (int32_t)fl_product(HALF_LN_2, (int32_t)fl_product(share, mean, 28), 31);
     const int32_t added_t = fl_saturate(-fl_product(lower, squares, 24));
     const int32_t keep = !turned && magnitude(by_c[4]) <= LARGEST_BY_C && magnitude(by_t[4]) <= LARGEST_BY_T;

@@ -12,6 +12,7 @@ from numba.np.unsafe.ndarray import to_fixed_tuple
 import frictionloop as fl
 from frictionloop.control.compiled import host_library, host_words, quantised_start, state_places
 from frictionloop.control.laws import law_of
+from frictionloop.control.quantised_tracker import LOWER_WORDS
 from frictionloop.sensing.measurement import Measurement
 
 
@@ -69,7 +70,28 @@ class FixedLaw:
         self.ffi, self._lib = library or host_library()
         self.words = host_words(fl.bench().evolve({"controller": controller}))
         self.scale = 2.0 ** np.array(state_places(controller))
+        self._lower = LOWER_WORDS if controller.kind == "tracker" else {}
         self.state, self.believed = np.array(quantised_start(controller), dtype=np.int32), np.zeros(1, dtype=np.int32)
+
+    def stored(self, states, clip=False):
+        """Words of float64 states; of what two words hold, the upper one is rounded down."""
+        scaled = states * self.scale[: states.shape[1]]
+        words = np.zeros((len(states), len(self.scale)))
+        words[:, : states.shape[1]] = np.rint(scaled)
+        for upper, lower in self._lower.items():
+            words[:, upper] = np.floor(scaled[:, upper])
+            rest = np.rint((scaled[:, upper] - words[:, upper]) * 2.0**32)
+            words[:, lower] = np.where(rest < 2.0**31, rest, np.maximum(rest - 2.0**32, -(2.0**31)))
+        held = np.clip(words, -(2.0**31), 2.0**31 - 1)
+        assert clip or np.array_equal(held, words), "a state overflows its format"
+        return held.astype(np.int32)
+
+    def meant(self, words):
+        """What words of states stand for."""
+        states = words[:, : len(self.scale) - len(self._lower)] / self.scale[: len(self.scale) - len(self._lower)]
+        for upper, lower in self._lower.items():
+            states[:, upper] += words[:, lower].astype(np.uint32) / self.scale[lower]
+        return states
 
     def _at(self, array):
         return self.ffi.cast("int32_t *", array.ctypes.data)
@@ -151,11 +173,10 @@ class Parity:
         law, fixed, found = FloatLaw(controller), FixedLaw(controller), []
         for k in range(0, len(inputs[0]), chunk):
             counts, back = quantised(inputs[0][k : k + chunk], inputs[1][k : k + chunk])
-            stored = np.rint(law.along(*back) * fixed.scale)
-            assert np.all(np.abs(stored) < 2.0**31), "a state overflows its format"
-            after, forces = law.each(stored / fixed.scale, *back)
-            state, out = fixed.each(stored.astype(np.int32), *counts)
-            found.append((out[:, 0] / 2.0**28 - forces, forces, state / fixed.scale - after))
+            stored = fixed.stored(law.along(*back))
+            after, forces = law.each(fixed.meant(stored), *back)
+            state, out = fixed.each(stored, *counts)
+            found.append((out[:, 0] / 2.0**28 - forces, forces, fixed.meant(state) - after))
         return tuple(np.concatenate(part) for part in zip(*found, strict=True))
 
 

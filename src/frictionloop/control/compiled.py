@@ -67,10 +67,14 @@ def state_places(controller: Any) -> tuple[int, ...]:
 
 
 def quantised_start(controller: Any) -> list[int]:
-    """Return the law's state at t = 0 as whole numbers, each in its own binary places."""
+    """Return the law's state at t = 0 as whole numbers, each in its own binary places.
+
+    What two words hold is 0 then (control/quantised_tracker).
+    """
     law, places = law_of(controller), state_places(controller)
     start = law.start_of(controller) if law.start_of else (0.0,) * law.states
-    return [to_places(value, places[i], f"state {i} of {law.kind} at t = 0") for i, value in enumerate(start)]
+    words = [to_places(value, places[i], f"state {i} of {law.kind} at t = 0") for i, value in enumerate(start)]
+    return words + [0] * (len(places) - len(words))
 
 
 def law_words(controller: Any) -> dict[str, np.ndarray]:

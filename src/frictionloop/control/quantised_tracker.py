@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from frictionloop.control.quantised import Gain, to_gain
+from frictionloop.control.quantised import Gain, to_gain, to_places
 from frictionloop.control.quantised_rows import to_fixed, to_row
 from frictionloop.control.tracker import SMOOTH
 from frictionloop.control.tracker_gains import tracker_gains
 from frictionloop.control.tracker_state import SCHEDULED, SensorStep, TrackerGains, TrackerState
 from frictionloop.parameters.tracking import SHARES
+from frictionloop.quantities import FrictionloopError
 
 CORRECTING, SHARING = 24, 28
 """Binary places of gains on an innovation, and of the schedule's last columns, which are shares."""
@@ -26,6 +27,14 @@ TRACKER_PLACES = (
     *(PLACES[name] - 32 * (name in WIDE) for name in TrackerState._fields),
     *(PLACES[name] for name in WIDE),
 )
+LOWER_WORDS = {TrackerState._fields.index(name): len(TrackerState._fields) + i for i, name in enumerate(WIDE)}
+"""Where the lower words are, by the index of the upper ones."""
+PLACES_OF_A_ROW = (*[CORRECTING] * 5, SHARING, SHARING)
+"""Of the schedule."""
+LARGEST_OVER_LEAST = 10.0
+"""1 over the least force, in N, by which the tracker divides what one reading may move the limit."""
+LEAST_LEAD = 2.0**-8
+"""Least share of the error to correct in a period."""
 _IN = {"1": 1, "2": 0, "3": 2, "b": 0, "c": 0}
 """Places of spring, rate, reading and the two frictions beyond the friction's, alike in all groups (fl_tracker.h)."""
 TOO_FAST = 1.2
@@ -38,7 +47,7 @@ def tracker_quantised(controller: Any) -> tuple[Gain, ...]:
     Raises
     ------
     FrictionloopError
-        When one does not fit: the largest jump must be below 8 N, the largest amplitude below 8 um.
+        When one does not fit: the largest jump must be below 0.8 N, the largest amplitude below 8 um.
     """
     gains = tracker_gains(controller)
     own = TrackerGains(*gains[: len(TrackerGains._fields)])
@@ -58,6 +67,7 @@ def tracker_quantised(controller: Any) -> tuple[Gain, ...]:
         "controller.largest_jump_n": (own.jump, 28), "log2 of controller.model.nominal_n": (own.log2_nominal, 26),
         "tau / ln 2": (own.model_fall, 28),
     } | {name: (getattr(own, name), CORRECTING) for name in TrackerGains._fields[-4:]}  # fmt: skip
+    _check(controller)
     columns = [slopes[i : i + len(SHARES)] for i in range(0, SCHEDULED * len(SHARES), len(SHARES))]
     return (
         *(to_fixed(value, places, name) for name, (value, places) in before.items()),
@@ -65,8 +75,20 @@ def tracker_quantised(controller: Any) -> tuple[Gain, ...]:
         to_gain(own.learn_t, "controller.susceptibility_learning"),
         *(to_fixed(value, places, name) for name, (value, places) in after.items()),
         *_sensor(sensor),
-        *(gain for i, column in enumerate(columns) for gain in _column(column, CORRECTING if i < 5 else SHARING)),
+        *(gain for column, places in zip(columns, PLACES_OF_A_ROW, strict=True) for gain in _column(column, places)),
     )
+
+
+def _check(controller: Any) -> None:
+    """Raise for what fits its word but not what becomes of it."""
+    to_places(LARGEST_OVER_LEAST * controller.largest_jump_n, 28, "controller.largest_jump_n over 0.1 N")
+    for row in controller.schedule:
+        for value, places in zip(row, PLACES_OF_A_ROW, strict=True):
+            to_places(value, places, "controller.schedule")
+        if row[5] < LEAST_LEAD:
+            raise FrictionloopError(
+                f"controller.schedule: a share of the error of {row[5]:g} must be at least 1/256 to fit the firmware"
+            )
 
 
 def _column(column: Sequence[float], places: int) -> list[Gain]:
