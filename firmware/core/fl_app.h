@@ -13,7 +13,7 @@
 enum { FL_POINTS = 2048 };
 
 typedef struct {
-    int32_t force[2];  /* converter counts, -32768 to 32767 */
+    int32_t force[2];  /* converter counts, -32768 to 32767; see app_scale.c for what they are of */
     int32_t position;  /* counts of the position sensor */
     int32_t load;      /* counts, the sum of the cells */
 } fl_sample;

@@ -41,7 +41,7 @@ void fl_predict(int32_t *state, int32_t command, const fl_gain *gains) {
     const int32_t d = state[FL_REST], o = state[FL_NOW], n = whole == 0 ? command : state[FL_NEXT];
     const fl_gain *g = gains;
     for (int k = FL_NEXT; k < FL_OBSERVER_STATES - 1; k++) state[k] = state[k + 1];
-    if (whole > 0 && FL_NOW + whole < FL_OBSERVER_STATES) state[FL_NOW + whole] = command;
+    if (whole > 0 && whole < FL_OBSERVER_STATES - FL_NOW) state[FL_NOW + whole] = command;
     state[FL_NOW] = n;
     state[FL_PLATE] = fl_sum(fl_term(g[FL_PP], p) + fl_term(g[FL_PO], o) + fl_term(g[FL_PN], n));
     state[FL_AHEAD] = fl_fma(g[FL_PP], fl_subtract(state[FL_AHEAD], command), command);

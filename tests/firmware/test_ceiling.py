@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -20,32 +22,47 @@ WATCHED = ["-fsanitize=undefined,address", "-fno-sanitize-recover=all", "-g", "-
 AT = {name: word.first for name, word in parameter_words().items()}
 
 
+def build(folder: Path, compiler: list[str], *flags: str) -> Path:
+    core, program = firmware_folder() / "core", folder / "wild"
+    sources = [*sorted(core.glob("*.c")), Path(__file__).parent / "wild.c"]
+    given = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off", f"-I{core}", *flags]
+    subprocess.run([*compiler, *given, *sources, "-o", program], check=True)
+    return program
+
+
 @pytest.fixture(scope="module")
 def wild(tmp_path_factory: pytest.TempPathFactory) -> Path:
     if not (cc := shutil.which("cc")):
         pytest.skip("no cc here: zig brings no address sanitizer")
-    core, program = firmware_folder() / "core", tmp_path_factory.mktemp("wild") / "wild"
-    sources = [*sorted(core.glob("*.c")), Path(__file__).parent / "wild.c"]
-    flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", f"-I{core}", *WATCHED]
-    subprocess.run([cc, *flags, *sources, "-o", program], check=True)
-    return program
+    return build(tmp_path_factory.mktemp("wild"), [cc], *WATCHED)
 
 
-def roam(wild: Path, seed: int, ticks: int) -> np.ndarray:
-    """Run it and return the ticks in each state, and the tables that were committed."""
+def roam(wild: Path, seed: int, ticks: int) -> tuple[np.ndarray, str]:
+    """Run it and return the ticks in each state and with a new table, and the digest of what was driven."""
     done = subprocess.run([wild, str(seed), str(ticks)], check=False, capture_output=True, text=True)
     assert done.returncode == 0, (done.stdout + done.stderr)[-2000:]
-    return np.array(done.stdout.split(), dtype=int)
+    counts, digest = done.stdout.splitlines()
+    return np.array(counts.split(), dtype=int), digest
 
 
 def test_random_tables_samples_and_bytes_under_the_sanitizers(wild):
-    seen = sum(roam(wild, seed, 20_000) for seed in range(8))
+    seen = sum(roam(wild, seed, 20_000)[0] for seed in range(8))
     assert np.all(seen > 100)  # it has been everywhere
 
 
 @pytest.mark.slow
 def test_many_more_of_them(wild):
-    assert np.all(sum(roam(wild, seed, 500_000) for seed in range(100, 120)) > 10_000)
+    assert np.all(sum(roam(wild, seed, 500_000)[0] for seed in range(100, 120)) > 10_000)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("compiler", ["cc", "zig"])
+@pytest.mark.parametrize("level", ["-O0", "-O2", "-Os"])
+def test_the_same_bits_from_every_compiler(wild, tmp_path, compiler: str, level: str):
+    command = [sys.executable, "-m", "ziglang", "cc", "-fno-sanitize=all"] if compiler == "zig" else ["cc"]
+    if compiler == "zig" and not find_spec("ziglang"):
+        pytest.skip("ziglang is not installed")
+    assert roam(build(tmp_path, command, level), 5, 200_000)[1] == roam(wild, 5, 200_000)[1]
 
 
 @settings(max_examples=200)

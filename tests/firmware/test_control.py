@@ -1,4 +1,4 @@
-"""The tick as a whole: open loop is the inverse of the friction law, closing has no bump, idle goes down by the ramp."""
+"""The tick as a whole: open loop inverts the friction law, closing has no bump, idle goes down by the ramp."""
 
 from __future__ import annotations
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from cffi import FFI
 
+from frictionloop.control.compiler import shared_library
 from frictionloop.control.parameter_words import LOAD_N_PER_COUNT, POSITION_M_PER_COUNT
 from frictionloop.device.host_board import core_sources
-from frictionloop.control.compiler import shared_library
 from frictionloop.parameters import Touch
 from frictionloop.sensing.touch import TouchState, touch_coefficients, touch_step
 
@@ -103,7 +103,8 @@ def test_a_week_on_the_plate_overflows_nothing(parts, words):
 
 
 @pytest.mark.parametrize(
-    ("value", "counts"), [(5 / 2**16, 32767), (5 / 2**16, -32768), (1e-6, 123456), (1e-6, -(2**31)), (1.0, 3), (300.0, -1)]
+    ("value", "counts"),
+    [(5 / 2**16, 32767), (5 / 2**16, -32768), (1e-6, 123456), (1e-6, -(2**31)), (1.0, 3), (300.0, -1)],
 )
 def test_counts_to_q28(parts, value: float, counts: int):
     from frictionloop.control.quantised import to_gain

@@ -1,8 +1,8 @@
 /* A board under random tables, samples and bytes, with the sanitizers watching: `wild SEED TICKS`.
  *
  * After every tick: duty at most that of the ceiling (by arithmetic of its own), amplitude within 0 and the
- * ceiling, no rise while idle or at fault, and the loop on only while the host was heard. Prints how often
- * it was in each state. */
+ * ceiling, no rise while idle or at fault, and the loop on only while the host was heard. Prints the ticks in
+ * each state, the ticks with a table about to be taken, and a digest of all that was driven. */
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -21,8 +21,11 @@ static int32_t any(int64_t low, int64_t high) {
     switch (below(4)) {
     case 0: return (int32_t)low;
     case 1: return (int32_t)high;
-    default: return (int32_t)(low + (int64_t)((((uint64_t)draw() << 32) | draw()) % (uint64_t)(high - low + 1)));
+    default: break;
     }
+    uint64_t wide = (uint64_t)draw() << 32;
+    wide |= draw(); /* one draw a statement: their order is the same with every compiler */
+    return (int32_t)(low + (int64_t)(wide % (uint64_t)(high - low + 1)));
 }
 
 static int rising(const void *a, const void *b) {
@@ -56,6 +59,11 @@ static void fill(fl_table *table) {
     if (below(2)) p->safety_force_limit_n = INT32_MAX;
 }
 
+static void spoil(fl_table *table) {
+    uint32_t at = below(FL_WORDS);
+    table->words[at] = (int32_t)draw();
+}
+
 static void say(fl_app *app, uint8_t type, const void *body, size_t count, uint32_t now) {
     static uint16_t sequence;
     uint8_t frame[FL_LARGEST_FRAME], coded[FL_LARGEST_CODED];
@@ -64,7 +72,8 @@ static void say(fl_app *app, uint8_t type, const void *body, size_t count, uint3
     sequence += below(8) != 0;
     memcpy(frame + FL_HEADER, body, count);
     size_t length = fl_frame_encode(coded, sizeof coded, frame, FL_HEADER + count);
-    if (below(50) == 0) coded[below((uint32_t)length)] ^= (uint8_t)(1 << below(8));
+    uint32_t hit = below(50), where = below((uint32_t)length), bit = below(8);
+    if (hit == 0) coded[where] ^= (uint8_t)(1 << bit);
     fl_app_receive(app, coded, length, now);
 }
 
@@ -73,7 +82,7 @@ static void commit(fl_app *app, uint32_t now) {
     uint8_t body[2 + 256];
     uint32_t crc = 0;
     fill(&table);
-    if (below(4) == 0) table.words[below(FL_WORDS)] = (int32_t)draw();
+    if (below(4) == 0) spoil(&table);
     for (int first = 0; first < FL_WORDS; first += 64) {
         int count = FL_WORDS - first < 64 ? FL_WORDS - first : 64;
         uint8_t *at = fl_put16(body, (uint16_t)first);
@@ -105,7 +114,7 @@ static void talk(fl_app *app, uint32_t now) {
     case 0: commit(app, now); break;
     case 1: play(app, now); break;
     case 2: fl_app_receive(app, bytes, below(300), now); break;
-    case 3: say(app, (uint8_t)below(24), bytes, below(FL_LARGEST_BODY + 1), now); break;
+    case 3: say(app, bytes[0] % 24, bytes + 1, below(FL_LARGEST_BODY + 1), now); break;
     case 4: say(app, FL_MESSAGE_CLEAR, bytes, 0, now); break;
     case 5: bytes[0] = 0, say(app, FL_MESSAGE_MODE, bytes, 1, now); break;
     case 6: bytes[0] = 1, say(app, FL_MESSAGE_MODE, bytes, 1, now); break;
@@ -131,8 +140,8 @@ static void check(const fl_app *app, fl_drive drive, int32_t before, uint32_t no
                         : on && (int32_t)(now - app->heard_us) > FL_SILENCE_MS * 1000  ? "silence"
                                                                                        : 0;
     if (!wrong) return;
-    printf("tick %" PRIu32 ": %s: state %d duty %d amplitude %d ceiling %d (%f)\n", tick, wrong, app->state, drive.duty,
-           drive.amplitude, p->drive_ceiling_um, ceiling_duty(p));
+    printf("tick %" PRIu32 ": %s: state %d duty %d of %f amplitude %d of %d\n", tick, wrong, app->state,
+           drive.duty, ceiling_duty(p), drive.amplitude, p->drive_ceiling_um);
     exit(1);
 }
 
@@ -150,11 +159,13 @@ static fl_sample sampled(void) {
 int main(int count, char **arguments) {
     if (count != 3) return 2;
     state = strtoull(arguments[1], 0, 10) * 2654435769u + 1;
-    uint32_t ticks = (uint32_t)strtoul(arguments[2], 0, 10), now = draw(), seen[4] = {0}, accepted = 0, quiet = 0;
+    uint32_t ticks = (uint32_t)strtoul(arguments[2], 0, 10), now = draw();
+    uint32_t seen[4] = {0}, accepted = 0, quiet = 0;
+    uint64_t digest = 14695981039346656037u;
     fl_app *app = malloc(sizeof *app);
     fl_table table;
     fill(&table);
-    if (below(3) == 0) table.words[below(FL_WORDS)] = (int32_t)draw();
+    if (below(3) == 0) spoil(&table);
     fl_app_start(app, &(fl_identity){FL_BOARD_HOST, 1, "wild"}, &table.named);
     int32_t before = 0;
     for (uint32_t k = 0; k < ticks; k++) {
@@ -169,9 +180,12 @@ int main(int count, char **arguments) {
         check(app, drive, before, now, k);
         before = drive.amplitude;
         seen[app->state]++;
+        digest ^= (uint32_t)drive.duty ^ (uint64_t)(uint32_t)drive.amplitude << 32;
+        digest *= 1099511628211u; /* as FNV-1a */
         if (below(3) == 0) fl_app_transmit(app, out, below(sizeof out), now);
     }
     free(app);
-    printf("%" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRIu32 "\n", seen[0], seen[1], seen[2], seen[3], accepted);
+    for (int k = 0; k < 4; k++) printf("%" PRIu32 " ", seen[k]);
+    printf("%" PRIu32 "\n%016" PRIx64 "\n", accepted, digest);
     return 0;
 }

@@ -1,0 +1,56 @@
+"""The board in the loop with the bench: it does what the simulated controller does, as statistics tell."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import frictionloop as fl
+from frictionloop.control.parameter_words import LOAD_N_PER_COUNT, POSITION_M_PER_COUNT, firmware_words, n_per_count
+from frictionloop.device.codec import encode
+from frictionloop.device.host_board import HostBoard, Sample
+from frictionloop.parameters.presets import RETUNED
+from frictionloop.sensing.measurement import Measurement
+
+TICKS = 8000
+SETTLED = slice(3000, TICKS)
+
+
+def bench(kind: str) -> fl.System:
+    """Return the bench at a constant set-point from mid-stroke, with a law's own gains, the PI's those that hold."""
+    plain = fl.bench().evolve(RETUNED).model_dump()
+    if kind != "pi":
+        plain["controller"] = {"kind": kind, "delay_s": 200e-6, "model": plain["controller"]["model"]}
+    plain["setpoint"] = {"kind": "constant", "offset_n": 0.6}
+    plain["motion"]["start"] = 0.1
+    return fl.System.model_validate(plain)
+
+
+def counts(told: Measurement, system: fl.System) -> Sample:
+    """Return a reading as the converters give it."""
+    force = np.clip(round(told.force / n_per_count(system.sensor)), -32768, 32767)
+    return Sample(int(force), 0, round(told.position / POSITION_M_PER_COUNT), round(told.load / LOAD_N_PER_COUNT))
+
+
+def with_the_board(system: fl.System) -> np.ndarray:
+    """Return the friction force at every tick, the board closing the loop from the first."""
+    plant, board, force = fl.Stepper(system, seed=1), HostBoard(firmware_words(system)), np.empty(TICKS)
+    board.receive(encode("mode", 0, state=2), 0)
+    for k in range(TICKS):
+        if k % 500 == 0:
+            board.receive(encode("heartbeat", k), 200 * k)
+            board.transmit(200 * k)
+        drive = board.tick(counts(plant.measured, system), 200 * k)
+        force[k] = plant.force_n
+        plant.tick(drive.amplitude_um)
+    return force
+
+
+@pytest.mark.parametrize("kind", ["pi", "lookup", "notch_pi", "observer", "super_twisting", "tracker"])
+def test_the_error_is_that_of_the_simulated_controller(kind: str):
+    system = bench(kind)
+    run = fl.simulate(system, duration_s=TICKS / 5000, seed=1)
+    simulated = np.sqrt(np.mean((run.f_a.values[SETTLED] - 0.6) ** 2))
+    found = np.sqrt(np.mean((with_the_board(system)[SETTLED] - 0.6) ** 2))
+    # Converter steps of load and position and the first 0.1 s differ; the noise is the same.
+    assert found == pytest.approx(simulated, rel=0.05)

@@ -1,0 +1,86 @@
+"""The words of the firmware's table that a System decides: they stand for its values and keep their ranges."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import frictionloop as fl
+from frictionloop.control.parameter_words import device_words, firmware_words
+from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.schema import BITS, parameter_words
+from frictionloop.sensing.touch import touch_coefficients
+
+SYSTEMS = {"paper": fl.paper(), "feasible": fl.feasible(), "bench": fl.bench()}
+
+
+def values(system: fl.System) -> dict[str, np.ndarray]:
+    """Return the numbers that the table stands for, read as the schema says."""
+    table, read = firmware_words(system), {}
+    for word in parameter_words().values():
+        raw = table[word.first : word.first + word.words].astype(float)
+        if word.format == "gain":
+            read[word.name] = raw[::2] * 2.0 ** -raw[1::2]
+        else:
+            read[word.name] = raw / 2.0 ** BITS[word.format]
+    return read
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_every_word_is_within_its_range(name: str):
+    table = firmware_words(SYSTEMS[name])
+    for word in parameter_words().values():
+        raw = table[word.first : word.first + word.words].astype(float)
+        checked = raw[1::2] if word.format == "gain" else raw / 2.0 ** BITS[word.format]
+        assert word.low is None or np.all(checked >= word.low)
+        assert word.high is None or np.all(checked <= word.high)
+
+
+def test_touch_of_the_bench():
+    read, wanted = values(fl.bench()), touch_coefficients(fl.bench().touch, 2e-4)
+    for name in ("position_gain", "touch_n", "touch_share", "mean_gain", "least_speed_m_s", "developed_m"):
+        assert read[f"touch.{name}"][0] == pytest.approx(getattr(wanted, name), abs=2.0**-29)
+    assert read["touch.speed_gain"][0] == pytest.approx(wanted.speed_gain, rel=2.0**-29)
+
+
+def test_a_finger_that_always_slides_is_always_valid():
+    read = values(fl.paper())
+    assert [read[f"touch.{name}"][0] for name in ("touch_n", "touch_share", "least_speed_m_s", "developed_m")] == [
+        0
+    ] * 4
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_the_drive(name: str):
+    read = values(SYSTEMS[name])
+    assert read["drive.largest_um"] == read["drive.ceiling_um"] == 2.5
+    duty = read["drive.duty"] / 2**17
+    np.testing.assert_allclose(np.sin(math.pi * duty), np.linspace(0, 1, 257), rtol=0, atol=math.pi / 2**18)
+    assert 2.5 / read["drive.ramp_um"][0] / 5000 == pytest.approx(0.01)
+
+
+def test_the_force_converter_is_the_one_of_the_sensor():
+    assert values(fl.bench())["force.n_per_count"] == pytest.approx([5 / 2**16, 0])
+    wide = fl.bench().evolve({"sensor.range_n": 4.0, "sensor.adc_bits": 12})
+    assert values(wide)["force.n_per_count"] == pytest.approx([8 / 2**16, 0])
+    assert values(wide)["safety.force_limit_n"][0] == pytest.approx(0.96 * 4)
+
+
+def test_the_held_set_point_is_the_level():
+    assert values(fl.bench())["setpoint.hold_n"][0] == pytest.approx(0.6)
+    steps = fl.bench().model_dump() | {"setpoint": {"kind": "steps", "times_s": (0.0, 1.0), "levels_n": (0.5, 0.7)}}
+    assert values(fl.System.model_validate(steps))["setpoint.hold_n"][0] == pytest.approx(0.5)
+
+
+def test_a_sensor_quieter_than_its_converter_may_tell_the_same_for_long():
+    assert values(fl.bench())["safety.stuck_ticks"][0] == 2500
+    assert values(fl.paper())["safety.stuck_ticks"][0] == 500_000
+
+
+def test_what_the_firmware_cannot_do_is_refused_by_name():
+    with pytest.raises(FrictionloopError, match=r"controller\.rate_hz = 10000 Hz: the firmware runs at 5000 Hz"):
+        firmware_words(fl.bench().evolve({"controller.rate_hz": 10_000.0}))
+    with pytest.raises(FrictionloopError, match=r"drive\.largest_um = 8.5 um: the firmware takes 0 to 7.9"):
+        device_words(fl.paper().evolve({"plate.max_amplitude_um": 8.5}))
