@@ -13,6 +13,7 @@ import numpy as np
 
 from frictionloop.device.codec import Decoder, Message, encode
 from frictionloop.device.errors import Unplugged
+from frictionloop.device.transport import Pipe
 from frictionloop.quantities.schema import schema, table_hash, word_count
 
 SAMPLES = 16
@@ -124,7 +125,7 @@ class Board:
         self.say("counted", ticks=self.tick, longest_us=384, **counts)
 
 
-class Line:
+class Line(Pipe):
     """A line to a board with the board's clock; `spoil` is what it does to the bytes of a frame, None to hold it up."""
 
     source = "simulated"
@@ -201,3 +202,47 @@ class BadLine(Line):
             return frame
         self.events.append("damage")
         return bytes(line)
+
+
+class Firmware:
+    """The C firmware on a made-up finger; what it says is kept as it is before a line spoils it."""
+
+    def __init__(self) -> None:
+        from frictionloop import bench
+        from frictionloop.control.parameter_words import firmware_words
+        from frictionloop.device.host_board import HostBoard, Sample
+
+        self.board, self.sample = HostBoard(firmware_words(bench())), Sample
+        self.tick, self.state, self.since, self.out, self.begun = 0, STATES["idle"], 0, [], b""
+        self.decoder, self.said, self.faults = Decoder(), {}, []
+
+    def receive(self, data: bytes) -> None:
+        self.board.receive(data, self.tick * 200)
+
+    def advance(self, ticks: int) -> None:
+        """Slide to and fro over 40 mm at 20 mm/s under half a newton, with some noise in it."""
+        for _ in range(ticks):
+            noise = self.tick * 2654435761 >> 7 & 63
+            way = self.tick % 20000
+            position = 4 * (way if way < 10000 else 20000 - way)
+            force = 6000 + noise + (self.tick >> 3 & 1023)
+            self.tick += 1
+            self.board.tick(self.sample(force, 0, position + (noise & 7), 3000 + noise), self.tick * 200)
+        while sent := self.board.transmit(self.tick * 200):
+            *frames, self.begun = (self.begun + sent).split(b"\0")
+            self.out += [frame + b"\0" for frame in frames]
+            for frame in frames:
+                self.keep(self.decoder.feed(frame + b"\0")[0])
+
+    def keep(self, message: Message) -> None:
+        if message.name == "fault":
+            self.faults.append(message.fields)
+        if message.name == "telemetry":
+            self.said[message["tick"]] = message["values"]
+            self.since = self.since or self.tick
+            self.state = int(message["values"][-1]) >> 2 & 3
+
+    def values(self, ticks: np.ndarray, state: int) -> np.ndarray:
+        """Return the samples that were said of ticks; none at a tick that was not spoken of."""
+        rows = {tick + k: row for tick, values in self.said.items() for k, row in enumerate(values.reshape(-1, 8))}
+        return np.array([rows[int(tick)] for tick in ticks])

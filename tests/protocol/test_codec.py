@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import sys
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from hypothesis import strategies as st
 
 from frictionloop import FrictionloopError
 from frictionloop.device.codec import LARGEST_CODED, Decoder, encode, framed, uncoded
+from frictionloop.device.extra import needed
 from frictionloop.device.layout import LAYOUTS, REPLIES, TYPES
 from frictionloop.quantities.schema import schema
 
@@ -22,6 +24,9 @@ NUMBERS = {
     "i16": st.integers(-(2**15), 2**15 - 1),
     "i32": st.integers(-(2**31), 2**31 - 1),
 }
+
+IDENTITY = dict.fromkeys(("major", "minor", "board", "law", "tick_hz", "table_hash"), 0)
+IDENTITY |= dict.fromkeys(("parameters", "waveform", "serial", "revision"), 0)
 
 
 def field(entry: dict[str, Any]) -> st.SearchStrategy[Any]:
@@ -96,6 +101,7 @@ def test_every_request_names_a_reply_that_exists() -> None:
         ("helo", {}, "message 'helo': unknown; must be one of identify, identity, get"),
         ("get", {"first": 1}, "get: fields first; must be first, count"),
         ("get", {"first": -1, "count": 1}, "get: first = -1; must be a whole number from 0 to 65535"),
+        ("identity", IDENTITY | {"revision": b"1"}, "identity: revision = b'1'; must be 16 bytes"),
         ("mode", {"state": 1.5}, "mode: state = 1.5; must be a whole number from 0 to 255"),
         ("set", {"first": 0, "values": [2**31]}, "set: values = [2147483648]; must be whole numbers of int32"),
         ("set", {"first": 0, "values": [0.5]}, "set: values = [0.5]; must be whole numbers of int32"),
@@ -135,3 +141,11 @@ def test_what_has_no_end_takes_no_room() -> None:
         assert len(decoder._begun) <= LARGEST_CODED
     assert [message.name for message in decoder.feed(b"\0" + status(1))] == ["status"]
     assert decoder.broken == 1
+
+
+def test_a_missing_library_is_named_with_its_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "cobs.cobs", None)
+    with pytest.raises(
+        FrictionloopError, match=r"^cobs is missing; install it with: pip install 'frictionloop\[device\]'$"
+    ):
+        needed("cobs.cobs", "cobs")

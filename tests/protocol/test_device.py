@@ -40,6 +40,7 @@ def test_parameters_are_read_and_written_in_their_units(device: Device, board: A
     assert device.parameters["touch.n_per_count"] == pytest.approx(1.5e-4, rel=2**-29)
     assert device.parameters["force.zero_counts"].tolist() == [-3, 4]
     assert board.words[parameter_words()["setpoint.hold_n"].first] == 2**27
+    assert device.parameters.about("touch.n_per_count").unit == "N"
     assert len(device.parameters) == len(list(device.parameters)) == len(parameter_words())
 
 
@@ -143,6 +144,10 @@ def test_a_fault_ends_a_run_and_keeps_what_was_recorded(device: Device, board: A
     assert kept.scored.all()
     with pytest.raises(Refused, match=r"^mode \(state = 2\): the device refuses, not now$"):
         device.mode("closed")
+    with pytest.raises(
+        fl.DeviceError, match=r"^the device has the fault force_range: find its cause, then clear\(\) it$"
+    ):
+        device.run(0.5, 1.0)
     device.clear()
     device.mode("closed")
 
@@ -193,8 +198,9 @@ def test_a_device_that_stops_talking_ends_a_run(device: Device, board: Any, tmp_
         (lambda d: d.run(fl.paper().setpoint, 10.0), "set-point of 10 s: 2048 points miss it by"),
         (lambda d: d.run(fl.paper().setpoint, 20.0), "duration_s = 20: the set-point lasts 10 s"),
         (lambda d: d.run(0.5, 1.0, state="fault"), "state = 'fault': must be open or closed"),
+        (lambda d: d.run(0.5, 1.0, path="/no/such/run.h5"), "/no/such/run.h5: cannot be written (no folder /no/such"),
         (lambda d: d.mode("on"), "mode 'on': must be one of idle, open, closed"),
-        (lambda d: fl.connect("usb"), "address 'usb': must be one of sim:, emulated:, serial:"),
+        (lambda d: fl.connect("usb"), "address 'usb': must be one of sim:, emulated:image.elf, serial:"),
         (lambda d: fl.connect("tcp://host"), "address 'tcp://host': must be one of"),
     ],
 )

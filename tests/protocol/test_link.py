@@ -12,9 +12,10 @@ from frictionloop.device.device import Device
 from frictionloop.device.recorder import SCALES
 
 
+@pytest.mark.parametrize("kind", ["Board", "Firmware"])
 @pytest.mark.parametrize("duration_s", [6.0, pytest.param(600.0, marks=[pytest.mark.slow, pytest.mark.timeout(600)])])
-def test_a_bad_line_loses_samples_and_invents_none(boards: Any, duration_s: float) -> None:
-    board, lines, draw = boards.Board(), [], random.Random(5)
+def test_a_bad_line_loses_samples_and_invents_none(boards: Any, duration_s: float, kind: str) -> None:
+    board, lines, draw = getattr(boards, kind)(), [], random.Random(5)
 
     def opened() -> Any:
         lines.append(boards.BadLine(board, draw))

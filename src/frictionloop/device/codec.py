@@ -54,6 +54,8 @@ def encode(name: str, sequence: int, time_us: int = 0, /, **fields: Any) -> byte
     """
     if name not in LAYOUTS:
         raise FrictionloopError(f"message {name!r}: unknown; must be one of {', '.join(LAYOUTS)}")
+    if not (0 <= sequence < 2**16 and 0 <= time_us < 2**32):
+        raise FrictionloopError(f"{name}: sequence = {sequence}, time_us = {time_us}; must be of 16 and of 32 bits")
     return framed(HEADER.pack(LAYOUTS[name].type, sequence, time_us) + LAYOUTS[name].pack(fields))
 
 

@@ -5,49 +5,40 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator
 from types import TracebackType
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import numpy as np
 import xarray as xr
 
-from frictionloop.device.errors import DeviceError, NoReply
+from frictionloop.control.parameter_words import firmware_words
+from frictionloop.device.errors import DeviceError
+from frictionloop.device.info import identified
 from frictionloop.device.link import Link
 from frictionloop.device.recorder import ALL, CHANNELS, SCALES, TICK_HZ, Recorder
 from frictionloop.device.recording import clock_fit, to_dataset
-from frictionloop.device.running import STATES, Interrupted, Running
+from frictionloop.device.running import STATES, Interrupted, Running, check_folder
 from frictionloop.device.table import Parameters
 from frictionloop.device.transport import Pipe, opener
-from frictionloop.device.waveform import table, table_of
+from frictionloop.device.waveform import table, table_of, with_setpoint
 from frictionloop.loop.record import save
 from frictionloop.parameters import Source, System
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.schema import schema
 
-BOARDS = {number: name for name, number in schema()["boards"].items()}
 KEPT_AS = "interrupted-run.h5"
 """File of a run that ended early and was given no path."""
 
 
-class Info(NamedTuple):
-    """Who answers."""
-
-    board: str
-    revision: str
-    serial: int
-    law: int
-    tick_hz: int
-    version: str
-    table_hash: int
-    waveform: int
-
-
-def connect(address: str) -> Device:
+def connect(address: str, system: System | None = None, seed: int = 0) -> Device:
     """Return the device at an address.
 
     Parameters
     ----------
     address : str
-        ``"sim:"``, ``"emulated:"``, ``"serial:///dev/ttyACM0"`` or ``"tcp://host:port"``.
+        ``"sim:"``, ``"emulated:image.elf"``, ``"serial:///dev/ttyACM0"`` or ``"tcp://host:port"``.
+    system : System, optional
+        The bench of a simulated or emulated board, `bench()` by default.
+    seed : int
+        Seed of its noise.
 
     Raises
     ------
@@ -55,7 +46,7 @@ def connect(address: str) -> Device:
         For an address of no known form; DeviceError, which is one, when there is no such port, it is not ours to open
         or in use, nothing there speaks the protocol, or another version of it.
     """
-    return Device(opener(address), address)
+    return Device(opener(address, system, seed), address)
 
 
 class Device:
@@ -74,16 +65,17 @@ class Device:
 
     def __init__(self, opening: Callable[[], Pipe], address: str = "device") -> None:
         self._opening, self.address = opening, address
-        self.system: System | None = None
-        """What the device was set up from."""
         self._link = Link(opening())
         try:
-            self.info = self._identified()
+            self.info = identified(self._link, self.address)
         except Exception:
             self._link.pipe.close()
             raise
         self.parameters = Parameters(self._link, self.info.table_hash)
         """The parameters in force, by name, in their units."""
+        given = self._link.pipe.system
+        self.system = given if given is not None and self.parameters.hold(firmware_words(given)) else None
+        """What the device was set up from, None where nobody knows."""
 
     def __enter__(self) -> Self:
         """Return the device."""
@@ -106,7 +98,7 @@ class Device:
         """Open the line again after the device was unplugged."""
         self._link.pipe.close()
         self._link.reopened(self._opening())
-        self.info = self._identified()
+        self.info = identified(self._link, self.address)
 
     def set(self, name: str, value: Any) -> None:
         """Write a parameter, in its unit, into the copy that waits for `commit`."""
@@ -116,6 +108,18 @@ class Device:
         """Put the parameters that wait in force, checked as a whole."""
         self.parameters.commit()
         self.system = None
+
+    def upload(self, system: System) -> None:
+        """Set the device up from a System: write the whole parameter table and put it in force.
+
+        Raises
+        ------
+        FrictionloopError
+            When the firmware has no such law, or a value does not fit it.
+        """
+        self.parameters.write(firmware_words(system))
+        self.parameters.commit()
+        self.system = system
 
     def mode(self, state: str) -> None:
         """Ask for a state of the loop: ``"idle"``, ``"open"`` (lookup alone) or ``"closed"``."""
@@ -201,18 +205,24 @@ class Device:
         rows = _rows(duration_s, decimation)
         if state not in ("open", "closed"):
             raise FrictionloopError(f"state = {state!r}: must be open or closed")
+        check_folder(path)
         played = table_of(setpoint, duration_s, self.info.waveform)
         played.send(self._link)
         recorder = Recorder(rows, decimation, STATES[state])
         running = Running(self._link, self._opening, recorder)
         before = self._counts()
+        self._link.clock_pairs.clear()
         try:
             running.start()
+        except DeviceError:
+            running.stop()
+            raise
+        try:
             running.go(progress)
-            run = self._dataset(running, before, rows, played.error_n)
+            run = self._dataset(running, before, rows, setpoint, played.error_n)
         except (DeviceError, KeyboardInterrupt) as end:
             kept = path or KEPT_AS
-            run = self._dataset(running, before, recorder.reached, played.error_n)
+            run = self._dataset(running, before, recorder.reached, setpoint, played.error_n)
             save(run, kept)
             if isinstance(end, KeyboardInterrupt):
                 raise
@@ -223,12 +233,14 @@ class Device:
             save(run, path)
         return run
 
-    def _dataset(self, running: Running, before: dict[str, int], rows: int, error_n: float) -> xr.Dataset:
+    def _dataset(
+        self, running: Running, before: dict[str, int], rows: int, setpoint: Any, error_n: float
+    ) -> xr.Dataset:
         counts = {name: now - before[name] for name, now in self._counts().items()}
         attrs: dict[str, Any] = {**counts, **clock_fit(self._link.clock_pairs), "reconnects": running.reconnects}
         device = {"board": self.info.board, "revision": self.info.revision, "serial": self.info.serial}
         attrs |= {"setpoint_error_n": error_n, **device}
-        return to_dataset(running.recorder, rows, self._link.pipe.source, self.system, attrs)
+        return to_dataset(running.recorder, rows, self._link.pipe, with_setpoint(self.system, setpoint), attrs)
 
     def _counts(self) -> dict[str, int]:
         decoder = self._link.decoder
@@ -237,29 +249,6 @@ class Device:
             "missed_frames": decoder.missed,
             "repeated_frames": decoder.repeated,
         }
-
-    def _identified(self) -> Info:
-        try:
-            told = self._link.ask("identify").fields
-        except NoReply:
-            raise NoReply(
-                f"{self.address}: nothing there speaks frictionloop's protocol; is it the right port?"
-            ) from None
-        major = schema()["protocol"]["major"]
-        if told["major"] != major:
-            raise DeviceError(
-                f"{self.address}: speaks version {told['major']}.{told['minor']} of the protocol; must be {major}.x"
-            )
-        return Info(
-            BOARDS.get(told["board"], f"board {told['board']}"),
-            told["revision"].rstrip(b"\0").decode("ascii", "replace"),
-            told["serial"],
-            told["law"],
-            told["tick_hz"],
-            f"{told['major']}.{told['minor']}",
-            told["table_hash"],
-            told["waveform"],
-        )
 
 
 def _rows(duration_s: float, decimation: int) -> int:

@@ -34,6 +34,7 @@ class Layout(NamedTuple):
                 f"{self.name}: fields {', '.join(fields) or 'none'}; must be {', '.join(names) or 'none'}"
             )
         try:
+            self._check_lengths(fields)
             body = self.body.pack(*(fields[name] for name in self.fixed)) + self._packed(fields)
         except (struct.error, OverflowError, TypeError, ValueError):
             raise FrictionloopError(f"{self.name}: {self._wrong(fields)}") from None
@@ -51,6 +52,12 @@ class Layout(NamedTuple):
             fields[self.repeated] = np.frombuffer(body, self.item, offset=self.body.size)
         return fields
 
+    def _check_lengths(self, fields: Mapping[str, Any]) -> None:
+        """Refuse bytes of another length, which `struct` would cut or fill."""
+        for name, code in zip(self.fixed, _codes(self.body.format), strict=True):
+            if code.endswith("s") and len(fields[name]) != int(code[:-1]):
+                raise ValueError
+
     def _packed(self, fields: Mapping[str, Any]) -> bytes:
         if self.item is None:
             return b""
@@ -65,8 +72,9 @@ class Layout(NamedTuple):
         """Return which field does not fit and what it takes."""
         for name, code in zip(self.fixed, _codes(self.body.format), strict=True):
             try:
-                struct.pack(f"<{code}", fields[name])
-            except (struct.error, TypeError):
+                if struct.unpack(f"<{code}", struct.pack(f"<{code}", fields[name])) != (fields[name],):
+                    raise ValueError
+            except (struct.error, TypeError, ValueError):
                 return f"{name} = {fields[name]!r}; must be {_taken(code)}"
         return f"{self.repeated} = {fields[self.repeated]!r}; must be whole numbers of {self.item}"
 

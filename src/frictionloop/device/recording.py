@@ -9,19 +9,25 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.device.recorder import CHANNELS, FLAGS, SCALES, TICK_HZ, Recorder, gaps
+from frictionloop.device.transport import Pipe
 from frictionloop.loop.record import VARIABLES, package_version, provenance
 from frictionloop.parameters import SCHEMA, System
 
 CLOCK_BITS = 32
 
 
-def to_dataset(recorder: Recorder, rows: int, source: str, system: System | None, attrs: dict[str, Any]) -> xr.Dataset:
+def to_dataset(recorder: Recorder, rows: int, pipe: Pipe, system: System | None, attrs: dict[str, Any]) -> xr.Dataset:
     """Return the first rows of a recording; what is missing is NaN, not ``scored``, and counted in the attributes."""
     there, raw = recorder.recorded[:rows], recorder.raw[:rows]
     data: dict[str, xr.Variable] = {}
     for channel, name in enumerate(CHANNELS):
         if channel != FLAGS:
             data[name] = _variable(name, np.where(there, raw[:, channel] * SCALES[channel], np.nan))
+    if (
+        recorder.start_tick is not None
+        and (felt := pipe.felt(recorder.start_tick, rows, recorder.decimation)) is not None
+    ):
+        data["f_a"] = _variable("f_a", felt)
     data["saturated"] = _variable("saturated", there & (raw[:, FLAGS] & 2 != 0))
     data["sliding"] = _variable("sliding", there & (raw[:, FLAGS] & 1 != 0))
     data["scored"] = _variable("scored", there)
@@ -34,7 +40,7 @@ def to_dataset(recorder: Recorder, rows: int, source: str, system: System | None
         "implausible_samples": recorder.implausible,
         "start_tick": -1 if recorder.start_tick is None else recorder.start_tick,
     }
-    kept = provenance(system, source=source) if system else _without_system(source)
+    kept = provenance(system, source=pipe.source) if system else _without_system(pipe.source)
     return xr.Dataset(
         data, {"time": xr.Variable("time", time, {"units": "s", "long_name": "time"})}, kept | lost | attrs
     )

@@ -6,6 +6,7 @@ import contextlib
 import os
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import xarray as xr
@@ -15,6 +16,7 @@ from frictionloop.device.errors import DeviceError, NoReply, Unplugged
 from frictionloop.device.link import Link
 from frictionloop.device.recorder import ALL, TICK_HZ, Recorder
 from frictionloop.device.transport import Pipe
+from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import schema
 
 SILENT_S = 2.0
@@ -47,6 +49,11 @@ class Running:
     def start(self) -> None:
         """Ask for telemetry, then for the state."""
         self.link.ask("stream", decimation=self.recorder.decimation, mask=ALL)
+        status = self.link.ask("heartbeat")
+        if status["state"] == STATES["fault"]:
+            raise DeviceError(
+                f"the device has the fault {FAULTS.get(status['fault'])}: find its cause, then clear() it"
+            )
         self.link.ask("mode", state=self.recorder.state)
         self.link.forget("status")  # what it said before
         self._since = self.link.pipe.clock()
@@ -103,6 +110,13 @@ class Running:
             except DeviceError:
                 time.sleep(PAUSE_S)
         raise gone
+
+
+def check_folder(path: str | os.PathLike[str] | None) -> None:
+    """Refuse a file that could not be written after a run, before it."""
+    folder = Path(path or ".").absolute().parent
+    if not (folder.is_dir() and os.access(folder, os.W_OK)):
+        raise FrictionloopError(f"{path}: cannot be written (no folder {folder}, or not ours to write to)")
 
 
 def _fault(number: int, where: str) -> str:

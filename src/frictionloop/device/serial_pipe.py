@@ -9,6 +9,7 @@ import time
 
 from frictionloop.device.errors import DeviceError, Unplugged
 from frictionloop.device.extra import needed
+from frictionloop.device.transport import Pipe
 
 BAUD = 2_000_000
 """Of the Teensy's UART0: 72 MHz / 16 / 2.25, exactly."""
@@ -16,7 +17,7 @@ _BULK = 65536
 _GONE_AFTER_S = 1.0  # a write that does not get through for so long has no one at the other end (assumed)
 
 
-class SerialPipe:
+class SerialPipe(Pipe):
     """A serial port that no other program may have at the same time (Linux and macOS).
 
     Raises
@@ -24,8 +25,6 @@ class SerialPipe:
     DeviceError
         For a port that does not exist, is not ours to open, or is in use.
     """
-
-    source = "device"
 
     def __init__(self, port: str) -> None:
         serial = needed("serial", "pyserial")

@@ -11,7 +11,7 @@ import numpy as np
 from frictionloop.device.errors import DeviceError, Refused
 from frictionloop.device.link import Link
 from frictionloop.device.words import from_words, to_words, word_of
-from frictionloop.quantities.schema import parameter_words, table_hash, word_count
+from frictionloop.quantities.schema import Word, parameter_words, table_hash, word_count
 
 WORDS_A_FRAME = 64
 
@@ -37,6 +37,10 @@ class Parameters(Mapping[str, Any]):
         """Return how many there are."""
         return len(parameter_words())
 
+    def about(self, name: str) -> Word:
+        """Return unit, range and meaning of a parameter."""
+        return word_of(name)
+
     def set(self, name: str, value: Any) -> None:
         """Write a parameter into the copy that waits.
 
@@ -57,6 +61,10 @@ class Parameters(Mapping[str, Any]):
         waiting = self._mirror()
         waiting[word.first : word.first + word.words] = words
         self._write(word.first, words)
+
+    def hold(self, table: np.ndarray) -> bool:
+        """Return whether these words are in force."""
+        return bool(np.array_equal(self._read(0, word_count()), table))
 
     def write(self, table: np.ndarray) -> None:
         """Write all words into the copy that waits."""

@@ -7,15 +7,14 @@ import socket
 import time
 
 from frictionloop.device.errors import DeviceError, Unplugged
+from frictionloop.device.transport import Pipe
 
 _BULK = 65536
 _PATIENCE_S = 2.0  # for a connection, and for a write that does not get through (assumed)
 
 
-class TcpPipe:
+class TcpPipe(Pipe):
     """A connection to a board that listens; raises DeviceError where nobody does."""
-
-    source = "device"
 
     def __init__(self, host: str, port: int) -> None:
         self._name = f"tcp://{host}:{port}"

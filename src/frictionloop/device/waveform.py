@@ -9,7 +9,7 @@ import numpy as np
 
 from frictionloop.device.link import Link
 from frictionloop.device.recorder import TICK_HZ
-from frictionloop.parameters import Constant, Sine, Source
+from frictionloop.parameters import Constant, Sine, Source, System
 from frictionloop.physics.sources import evaluate, longest_s, sampler
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import schema
@@ -103,6 +103,14 @@ def table_of(setpoint: Source | float | np.ndarray, duration_s: float, most: int
         force = setpoint.offset_n + setpoint.amplitude_n * np.sin(2 * np.pi * phase)
         return table(force, most, 1 / (setpoint.frequency_hz * most), None, 0.0, True)
     return _sampled(setpoint, duration_s, most)
+
+
+def with_setpoint(system: System | None, setpoint: Source | float | np.ndarray) -> System | None:
+    """Return the System with the set-point that a run was given, as far as a System can hold it."""
+    if system is None or isinstance(setpoint, np.ndarray):
+        return system
+    given = Constant(offset_n=float(setpoint)) if isinstance(setpoint, int | float) else setpoint
+    return system.model_copy(update={"setpoint": given})
 
 
 def _sampled(setpoint: Source, duration_s: float, most: int) -> Table:

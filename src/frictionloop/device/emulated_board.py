@@ -1,0 +1,47 @@
+"""The image that would be flashed, instruction by instruction, in the place of a board."""
+
+from __future__ import annotations
+
+import math
+import os
+
+from frictionloop.device.emulator import TeensyEmulator
+from frictionloop.device.errors import DeviceError
+from frictionloop.device.host_board import Sample
+from frictionloop.quantities import FrictionloopError
+
+COUNTS = 2**15
+
+
+class Emulated:
+    """An emulated Teensy 3.1 with its converters on a bench.
+
+    Parameters
+    ----------
+    image_path : path
+        The ELF file; it is never built here.
+    largest_um : float
+        Amplitude of the plate at duty 1/2: the fundamental of the carrier goes with sin(pi duty).
+    """
+
+    source = "emulated"
+
+    def __init__(self, image_path: str | os.PathLike[str], largest_um: float) -> None:
+        self._teensy, self._largest_um = TeensyEmulator(image_path), largest_um
+
+    def tick(self, sample: Sample) -> float:
+        """Run a tick; return the amplitude that the carrier stands for, in um."""
+        force, across, position, load = (min(max(counts, -COUNTS), COUNTS - 1) for counts in sample)
+        try:
+            duty = self._teensy.tick((force, across), load, position)
+        except FrictionloopError as stopped:
+            raise DeviceError(f"the emulated image has stopped: {stopped}") from None
+        return self._largest_um * math.sin(math.pi * duty)
+
+    def receive(self, data: bytes) -> None:
+        """Take bytes from the line."""
+        self._teensy.receive(data)
+
+    def transmit(self) -> bytes:
+        """Return the bytes for the line."""
+        return self._teensy.transmit()

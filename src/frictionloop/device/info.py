@@ -1,0 +1,58 @@
+"""Who answers at the other end."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from frictionloop.device.errors import DeviceError, NoReply
+from frictionloop.device.link import Link
+from frictionloop.quantities.schema import schema
+
+BOARDS = {number: name for name, number in schema()["boards"].items()}
+
+
+class Info(NamedTuple):
+    """What a device tells about itself."""
+
+    board: str
+    revision: str
+    """Version of the firmware."""
+    serial: int
+    """Serial number of the board, 0 where it has none."""
+    law: int
+    """Number of the control law that is loaded."""
+    tick_hz: int
+    version: str
+    """Of the protocol."""
+    table_hash: int
+    waveform: int
+    """Points of a set-point table at most."""
+
+
+def identified(link: Link, address: str) -> Info:
+    """Return who answers.
+
+    Raises
+    ------
+    DeviceError
+        When nothing there speaks the protocol, or another major version of it.
+    """
+    try:
+        told = link.ask("identify").fields
+    except NoReply:
+        raise NoReply(f"{address}: nothing there speaks frictionloop's protocol; is it the right port?") from None
+    major = schema()["protocol"]["major"]
+    if told["major"] != major:
+        raise DeviceError(
+            f"{address}: speaks version {told['major']}.{told['minor']} of the protocol; must be {major}.x"
+        )
+    return Info(
+        BOARDS.get(told["board"], f"board {told['board']}"),
+        told["revision"].rstrip(b"\0").decode("ascii", "replace"),
+        told["serial"],
+        told["law"],
+        told["tick_hz"],
+        f"{told['major']}.{told['minor']}",
+        told["table_hash"],
+        told["waveform"],
+    )

@@ -1,0 +1,144 @@
+"""A board that exists here, at a simulated bench: time passes while the host reads, as fast as it computes."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from frictionloop.control.parameter_words import LOAD_N_PER_COUNT, POSITION_M_PER_COUNT, firmware_words, n_per_count
+from frictionloop.device.errors import DeviceError, Unplugged
+from frictionloop.device.host_board import HostBoard, Sample
+from frictionloop.device.recorder import TICK_HZ
+from frictionloop.device.transport import Pipe
+from frictionloop.loop.stepper import Stepper
+from frictionloop.loop.structure import kernel_of
+from frictionloop.parameters import System
+from frictionloop.quantities import FrictionloopError
+
+TICK_US = 1_000_000 // TICK_HZ
+LISTEN_TICKS = 8
+"""The background of a simulated board takes and gives bytes every so many ticks (assumed: 1.6 ms)."""
+
+
+class Board(Protocol):
+    """What sits between bench and line: converters in, amplitude out, bytes both ways."""
+
+    source: str
+    """As in a run's attributes."""
+
+    def tick(self, sample: Sample) -> float:
+        """Run a tick with these counts; return the amplitude command in um."""
+
+    def receive(self, data: bytes) -> None:
+        """Take bytes from the line."""
+
+    def transmit(self) -> bytes:
+        """Return the bytes for the line."""
+
+
+class Simulated:
+    """The firmware as a library of this machine, set up from a System."""
+
+    source = "simulated"
+
+    def __init__(self, system: System) -> None:
+        self._board, self._now_us = HostBoard(firmware_words(system)), 0
+
+    def tick(self, sample: Sample) -> float:
+        """Run a tick; return the amplitude command in um."""
+        self._now_us += TICK_US
+        return self._board.tick(sample, self._now_us).amplitude_um
+
+    def receive(self, data: bytes) -> None:
+        """Take bytes from the line."""
+        self._board.receive(data, self._now_us)
+
+    def transmit(self) -> bytes:
+        """Return the bytes for the line."""
+        sent = self._board.transmit(self._now_us)
+        while more := self._board.transmit(self._now_us):
+            sent += more
+        return sent
+
+
+class BenchPipe(Pipe):
+    """The line to a board at a simulated bench.
+
+    Parameters
+    ----------
+    board : Board
+        The firmware.
+    system : System
+        The bench: plate, friction, finger, sensors; its controller runs on the board.
+    seed : int
+        Seed of all noise.
+    """
+
+    def __init__(self, board: Board, system: System, seed: int = 0) -> None:
+        self.board, self.system, self.source = board, system, board.source
+        self._bench, self._ticks, self._open = Stepper(system, seed), 0, False
+        self._n_per_count = n_per_count(system.sensor)
+        self._felt: list[float] = []
+        # A bench tells the friction at its last sample, the plant of Section 2 that of the period that led to it.
+        self._tells_late = kernel_of(system) != "substeps"
+
+    def opened(self) -> BenchPipe:
+        """Return the line, open; the board is as it was left."""
+        self._open = True
+        return self
+
+    def read(self, timeout_s: float) -> bytes:
+        """Let simulated time pass until the board says something, or for so long."""
+        self._check()
+        until = self._ticks + max(round(timeout_s * TICK_HZ), 1)
+        while True:
+            if sent := self.board.transmit():
+                return sent
+            if self._ticks >= until:
+                return b""
+            for _ in range(min(LISTEN_TICKS, until - self._ticks)):
+                self._tick()
+
+    def write(self, data: bytes) -> None:
+        """Give the board bytes."""
+        self._check()
+        self.board.receive(data)
+        self._tick()  # a frame takes its time on the line; what it asks for is in force with the next tick
+
+    def close(self) -> None:
+        """Let go of the board; its time stands still until somebody reads again."""
+        self._open = False
+
+    def clock(self) -> float:
+        """Return simulated time in s."""
+        return self._ticks / TICK_HZ
+
+    def felt(self, first_tick: int, count: int, every: int) -> np.ndarray:
+        """Return the friction force on the finger in N at ticks of the board, which no sensor shows."""
+        ticks = first_tick - 1 + every * np.arange(count)  # the firmware counts its first tick as 1
+        force = np.full(count, np.nan)
+        there = (ticks >= 0) & (ticks < len(self._felt))
+        force[there] = np.asarray(self._felt)[ticks[there]]
+        return force
+
+    def _tick(self) -> None:
+        bench, measured = self._bench, self._bench.measured
+        sample = Sample(
+            round(measured.force / self._n_per_count),
+            0,
+            round(measured.position / POSITION_M_PER_COUNT),
+            round(measured.load / LOAD_N_PER_COUNT),
+        )
+        before = bench.force_n
+        command = self.board.tick(sample)
+        try:
+            bench.tick(command)
+        except FrictionloopError as over:
+            raise DeviceError(f"the simulated bench stands still: {over}") from None
+        self._felt.append(bench.force_n if self._tells_late else before)
+        self._ticks += 1
+
+    def _check(self) -> None:
+        if not self._open:
+            raise Unplugged("simulated board: the line is closed")

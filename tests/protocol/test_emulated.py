@@ -1,0 +1,34 @@
+"""The image that would be flashed, at a simulated bench, through the calls that a board on the desk takes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import frictionloop as fl
+from frictionloop.control.parameter_words import firmware_words
+from frictionloop.device.image import build
+
+SYSTEM = fl.bench().evolve(fl.RETUNED)
+
+
+@pytest.mark.slow
+def test_the_image_does_what_the_library_does(tmp_path: Any) -> None:
+    image = build("teensy31", list(map(int, firmware_words(SYSTEM))), tmp_path, revision="test")
+    with fl.connect(f"emulated:{image.elf}", SYSTEM) as board, fl.connect("sim:", SYSTEM) as library:
+        assert (board.info.board, board.info.revision) == ("teensy31", "test")
+        assert board.system == SYSTEM
+        run, same = board.run(0.5, 1.5), library.run(0.5, 1.5)
+    assert (run.attrs["source"], run.attrs["lost_samples"]) == ("emulated", 0)
+    # Requests take longer over its port, and its carrier has 391 duties: the loop is the same, tick by tick it is not.
+    shift, late = run.attrs["start_tick"] - same.attrs["start_tick"], slice(0.5, None)
+    np.testing.assert_array_equal(run.position.values[:5000], same.position.values[shift : 5000 + shift])
+    errors = [float((x.f_a - x.f_r).where(x.sliding).sel(time=late).std()) for x in (run, same)]
+    assert errors[0] == pytest.approx(errors[1], rel=0.1)
+
+
+def test_an_image_that_is_not_there(tmp_path: Any) -> None:
+    with pytest.raises(fl.FrictionloopError, match=r"no\.elf"):
+        fl.connect(f"emulated:{tmp_path / 'no.elf'}")
