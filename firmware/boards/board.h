@@ -1,13 +1,14 @@
 /* What main.c asks of a board, and what a board calls.
  *
- * A board gives samples, takes duties, moves bytes and calls fl_tick 5000 times a second from its timer's interrupt.
- * board_read and board_write never wait. */
+ * A board gives samples, takes duties, moves bytes and calls fl_tick 5000 times a second from its timer's
+ * interrupt. board_read and board_write never wait. */
 #ifndef FL_BOARD_H
 #define FL_BOARD_H
 
 #include "fl_app.h"
 
-/* Clocks, converters, carrier, port, timer; the first tick comes after it returns. Amplitude is 0 throughout. */
+/* Clocks, converters, carrier, port, timer; the first tick comes after it returns. Amplitude is 0
+ * throughout. */
 void board_start(void);
 
 /* Begin the ticks. */

@@ -1,4 +1,5 @@
-/* The parameters that are in force at reset: frictionloop.device.image writes built.c from the words of a bench. */
+/* The parameters that are in force at reset: frictionloop.device.image writes built.c from the words of a
+ * bench. */
 #ifndef FL_BUILT_H
 #define FL_BUILT_H
 

@@ -3,7 +3,8 @@
 
 enum { TICK_US = 1000000 / FL_TICK_HZ };
 
-void fl_scenario_start(fl_scenario *scenario, fl_app *app, const fl_identity *identity, const fl_parameters *table) {
+void fl_scenario_start(
+    fl_scenario *scenario, fl_app *app, const fl_identity *identity, const fl_parameters *table) {
     *scenario = (fl_scenario){FL_DIGEST, FL_DIGEST, 0};
     fl_app_start(app, identity, table);
 }
@@ -28,7 +29,8 @@ void fl_scenario_background(fl_scenario *scenario, fl_app *app, uint32_t tick) {
     scenario->sent += (uint32_t)count;
 }
 
-void fl_scenario_run(fl_scenario *scenario, fl_app *app, const fl_identity *identity, const fl_parameters *table) {
+void fl_scenario_run(
+    fl_scenario *scenario, fl_app *app, const fl_identity *identity, const fl_parameters *table) {
     fl_scenario_start(scenario, app, identity, table);
     for (uint32_t tick = 0; tick < FL_SCENARIO_TICKS; tick++) {
         fl_scenario_tick(scenario, app, tick);

@@ -3,7 +3,7 @@
 
 #include "fl_frame.h"
 
-enum { STROKE = 2500, TOUCH = 9000, LIFTED = 800 }; /* ticks: half a second a way; a touch and the time without */
+enum { STROKE = 2500, TOUCH = 9000, LIFTED = 800 }; /* ticks: of a way, of a touch, without */
 
 /* Whole-number hash (the finaliser of MurmurHash3): noise that is a function of the tick. */
 static uint32_t noise(uint32_t x) {
@@ -14,7 +14,9 @@ static uint32_t noise(uint32_t x) {
     return x ^ x >> 16;
 }
 
-static int32_t spread(uint32_t x, int32_t counts) { return (int32_t)(noise(x) % (uint32_t)(2 * counts + 1)) - counts; }
+static int32_t spread(uint32_t x, int32_t counts) {
+    return (int32_t)(noise(x) % (uint32_t)(2 * counts + 1)) - counts;
+}
 
 fl_sample fl_stimulus(uint32_t tick) {
     uint32_t phase = tick % (2 * STROKE);

@@ -4,8 +4,8 @@
 
 #include "fl_app.h"
 
-/* The sample of a tick: strokes there and back, load and force with noise, lifted now and then, a reading at the converter's
- * end now and then. A function of the tick alone. */
+/* The sample of a tick: strokes there and back, load and force with noise, lifted now and then, a reading
+ * at the converter's end now and then. A function of the tick alone. */
 fl_sample fl_stimulus(uint32_t tick);
 
 /* Bytes that the host of the scenario sends at this tick, at most 64. */

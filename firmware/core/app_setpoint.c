@@ -34,8 +34,10 @@ static int32_t over_position(const int16_t *points, const fl_play *play, int32_t
     from_start = from_start < -(1 << 30) ? -(1 << 30) : from_start > 1 << 30 ? 1 << 30 : from_start;
     int64_t phase = fl_scale(from_start * (int64_t)play->step, 8);
     if (play->loops) {
-        phase %= (int64_t)period(play);
-        if (phase < 0) phase += (int64_t)period(play);
+        /* Whole points alone say how many periods to leave out; they fit a word, and divide in 12 cycles, not 300. */
+        int32_t point = (int32_t)(phase >> 24) % (int32_t)play->count;
+        if (point < 0) point += play->count;
+        phase = ((int64_t)point << 24) | (phase & 0xffffff);
     }
     uint64_t along = phase < 0 ? 0 : (uint64_t)phase;
     return at(points, play, !play->loops && along > last(play) ? last(play) : along);

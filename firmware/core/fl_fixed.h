@@ -16,13 +16,8 @@ _Static_assert((-3 >> 1) == -2, "shifts to the right must be arithmetic");
 
 /* Within 32 bits the upper half is all sign. Compilers make two comparisons of 64 bits of this, whatever the C says. */
 static inline int32_t fl_saturate(int64_t x) {
-    int32_t low = (int32_t)(uint32_t)x, high = (int32_t)(x >> 32);
-#ifdef __ARM_ARCH_7EM__
-    __asm("cmp %1, %0, asr #31\n\tit ne\n\teorne %0, %2, %1, asr #31" : "+r"(low) : "r"(high), "r"(INT32_MAX) : "cc");
-    return low;
-#else
-    return high == low >> 31 ? low : (high >> 31) ^ INT32_MAX;
-#endif
+    int32_t low = (int32_t)((uint64_t)x & UINT32_MAX);
+    return low == x ? low : (int32_t)(x >> 63) ^ INT32_MAX;
 }
 
 /* The sum of two int32_t, written as compilers know one instruction for. */

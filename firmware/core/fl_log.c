@@ -20,7 +20,8 @@ int32_t fl_exp2(int32_t x, int32_t places) {
 int32_t fl_log2(int32_t x, int32_t places) {
     /* log2 m = 2 atanh(s)/ln 2, s = (m - 1)/(m + 1), |s| < 0.172; in s^2, q29. */
     static const int32_t c[] = {1549082005, 516360668, 309816401, 221297332, 172129613};
-    const int32_t bits = __builtin_clz((uint32_t)x), low = (int32_t)((uint32_t)x << bits >> 1); /* q30, 1 to 2 */
+    const int32_t bits = __builtin_clz((uint32_t)x);
+    const int32_t low = (int32_t)((uint32_t)x << bits >> 1); /* q30, 1 to 2 */
     const int32_t halve = low > 1518500250; /* above sqrt 2 */
     const int32_t m = halve ? low / 2 : low; /* q30 */
     const int32_t above = m - (1 << 30);

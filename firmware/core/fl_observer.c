@@ -5,7 +5,8 @@
 void fl_observe(int32_t *state, const fl_measurement *measurement, const fl_gain *gains) {
     const int32_t y = measurement->force, valid = measurement->valid;
     const int32_t direction = measurement->speed >= 0 ? 1 : -1;
-    const int32_t begins = state[FL_FORWARD] == 0, turns = direction > 0 ? state[FL_FORWARD] < 0 : state[FL_FORWARD] > 0;
+    const int32_t begins = state[FL_FORWARD] == 0;
+    const int32_t turns = direction > 0 ? state[FL_FORWARD] < 0 : state[FL_FORWARD] > 0;
     const int32_t y26 = (int32_t)fl_scale(y, 2), p = state[FL_PLATE];
     int32_t x1 = state[FL_SPRING], x2 = state[FL_RATE], x3 = state[FL_READING];
     int64_t d = state[FL_REST]; /* of a reversal it may leave +-8 N before it is limited */

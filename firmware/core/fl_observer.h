@@ -4,8 +4,8 @@
 
 #include "fl_law.h"
 
-/* As ObserverState. Forces are q28, those of the sensor (spring, rate, reading) q26: a knock makes them ring, +-32 N.
- * SLID and FORWARD are whole numbers. */
+/* As ObserverState. Forces are q28, those of the sensor (spring, rate, reading) q26: a knock makes them
+ * ring, +-32 N. SLID and FORWARD are whole numbers. */
 enum {
     FL_PLATE, FL_AHEAD, FL_SPRING, FL_RATE, FL_READING, FL_REST, FL_KEPT, FL_SLID, FL_FORWARD, FL_NOW, FL_NEXT,
     FL_OBSERVER_STATES = 18
@@ -13,7 +13,8 @@ enum {
 
 #define FL_OBSERVER_PLACES 28, 28, 26, 26, 26, 28, 28, 0, 0, 28, 28, 28, 28, 28, 28, 28, 28, 28
 
-/* As ObserverGains. A row of the believed step has one shift (fl_row.h); WHOLE is a whole number, LIMIT q28. */
+/* As ObserverGains. A row of the believed step has one shift (fl_row.h); WHOLE is a whole number, LIMIT
+ * q28. */
 enum {
     FL_PP, FL_PO, FL_PN,
     FL_X1P, FL_X11, FL_X12, FL_X1O, FL_X1N, FL_X1D,

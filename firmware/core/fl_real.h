@@ -1,7 +1,7 @@
 /* Quotients, powers and logarithms without tables.
  *
- * Division is by a reciprocal: 32-bit hardware division for half of the bits, and one Newton step. A Cortex-M4 divides
- * 32 bits in 2 to 12 cycles, and 64 bits in some 100 or more. */
+ * Division is by a reciprocal: 32-bit hardware division for half of the bits, and one Newton step. A
+ * Cortex-M4 divides 32 bits in 2 to 12 cycles, and 64 bits in some 100 or more. */
 #ifndef FL_REAL_H
 #define FL_REAL_H
 

@@ -1,9 +1,9 @@
-/* Products with a constant shift: what laws with many terms are made of (some 5 instructions of a Cortex-M4 each, where
- * fl_mul with its shift from memory takes 30).
+/* Products with a constant shift: what laws with many terms are made of (some 5 instructions of a Cortex-M4
+ * each, where fl_mul with its shift from memory takes 30).
  *
- * A row is a sum of products in 64 bits, rounded once: its coefficients have FL_ROW binary places, magnitude below 8
- * and together below 16. Where terms or result have other places than 28, the coefficients hold the difference
- * (control/quantised_rows.py). */
+ * A row is a sum of products in 64 bits, rounded once: its coefficients have FL_ROW binary places,
+ * magnitude below 8 and together below 16. Where terms or result have other places than 28, the
+ * coefficients hold the difference (control/quantised_rows.py). */
 #ifndef FL_ROW_H
 #define FL_ROW_H
 

@@ -4,7 +4,8 @@
 
 void fl_schedule(int32_t *values, int32_t share, const fl_gain *table) {
     static const int32_t from[] = {18790482, 33554432, 67108864, 134217728}; /* 0.07, 0.125, 0.25, 0.5 */
-    int32_t short_of[FL_SHARES - 1]; /* at most 0: what is known to be positive the compiler multiplies the long way */
+    /* At most 0: what it knows to be positive the compiler multiplies the long way. */
+    int32_t short_of[FL_SHARES - 1];
     for (int k = 0; k < FL_SHARES - 1; k++) short_of[k] = share > from[k] ? from[k] - share : 0;
     for (int i = 0; i < FL_SCHEDULED; i++, table += FL_SHARES) {
         uint64_t sum = UINT64_C(1) << 23;
@@ -43,8 +44,10 @@ int32_t fl_stuck_share(int32_t friction, int32_t limit, int32_t rising, int32_t 
 void fl_sensor_step(int32_t *x, int32_t friction, int32_t next, const fl_gain *sensor) {
     const fl_gain *one = sensor, *two = sensor + 4, *three = sensor + 8;
     const int32_t spring = x[0], rate = x[1], reading = x[2];
-    x[0] = fl_sum(fl_term(one[0], spring) + fl_term(one[1], rate) + fl_term(one[2], friction) + fl_term(one[3], next));
-    x[1] = fl_sum(fl_term(two[0], spring) + fl_term(two[1], rate) + fl_term(two[2], friction) + fl_term(two[3], next));
+    x[0] = fl_sum(
+        fl_term(one[0], spring) + fl_term(one[1], rate) + fl_term(one[2], friction) + fl_term(one[3], next));
+    x[1] = fl_sum(
+        fl_term(two[0], spring) + fl_term(two[1], rate) + fl_term(two[2], friction) + fl_term(two[3], next));
     x[2] = fl_sum(fl_term(three[0], spring) + fl_term(three[1], rate) + fl_term(three[2], reading)
         + fl_term(three[3], friction) + fl_term(three[4], next));
 }

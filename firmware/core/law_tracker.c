@@ -1,25 +1,28 @@
 /* The tracker: tracker_step of control/tracker.py, line by line; formats in fl_tracker.h.
  *
- * Divisions of a tick, by reciprocals: 10 at most, none of more than 32 bits. */
+ * Divisions of a tick, 12 at most, none of more than 32 bits. */
 #include "fl_row.h"
 #include "fl_tracker.h"
 #include "laws.h"
 
-/* As TrackerState; of the mean squares the upper words, the lower ones last. BY_C and BY_T begin groups of five. */
+/* As TrackerState; of the mean squares the upper words, the lower ones last. BY_C and BY_T begin groups of
+ * five. */
 enum {
-    AMPLITUDE, COMMAND, D, TRUSTED, FRICTION, SPRING, RATE, READING, FORWARD, LOAD, RISING, BEFORE, COMPLIANCE, FALL,
-    POWER_C, POWER_T, BY_C, BY_T = BY_C + 5, POWER_C_LOW = BY_T + 5, POWER_T_LOW
+    AMPLITUDE, COMMAND, D, TRUSTED, FRICTION, SPRING, RATE, READING, FORWARD, LOAD, RISING, BEFORE,
+    COMPLIANCE, FALL, POWER_C, POWER_T, BY_C, BY_T = BY_C + 5, POWER_C_LOW = BY_T + 5, POWER_T_LOW
 };
 
 const int8_t fl_tracker_places[] = {
-    28, 28, 26, 26, 28, 23, 22, 24, 0, 26, 15, 28, 20, 28, 28, 20, 30, 30, 31, 30, 32, 26, 26, 27, 26, 28, 60, 52};
+    28, 28, 26, 26, 28, 23, 22, 24, 0, 26, 15, 28, 20, 28, 28, 20, /* to POWER_T */
+    30, 30, 31, 30, 32, 26, 26, 27, 26, 28, 60, 52};
 
-/* As TrackerGains, a product where the comment says so, each in its places; of LEARN_C and LEARN_T the shift counts. */
+/* As TrackerGains, a product where the comment says so, each in its places; of LEARN_C and LEARN_T the
+ * shift counts. */
 enum {
     REST, DECAY_REST, DECAY_LEFT, DECAY, INVERSE,             /* q30, q30, q30, q30, q24 */
     MOST_UM, MOST_SQUARE, MOST_C,                             /* q28; its square, um^2, q25; q20 */
     LEARN_C, LEARN_T, EXPONENT, LOAD_GAIN,                    /* -, -, q29, q30 */
-    FASTEST, LARGEST_RISE, WAY, SMOOTH_RATE,                  /* skin, q12; 1.2 skin dt, dt in us, SMOOTH/dt, q20 */
+    FASTEST, LARGEST_RISE, WAY, SMOOTH_RATE,           /* skin, q12; 1.2 skin dt, dt in us, SMOOTH/dt, q20 */
     JUMP, LOG2_NOMINAL, MODEL_FALL,                           /* q28, q26, q28 */
     STUCK_FRICTION, STUCK_SPRING, STUCK_RATE, STUCK_READING,  /* q24 */
     SENSOR, TABLE = SENSOR + FL_SENSOR_STEP
@@ -35,7 +38,7 @@ enum {
     LARGEST_BY_C = 85899346, LARGEST_BY_T = 1 << 30,          /* q32: 0.02; q28 */
     LEAST_POWER_C = 115292150, LEAST_POWER_T = 22517998,      /* q60: 1e-10; q52: 5e-9 */
     SLOWEST = 536871, LEAST_LEAD = 1 << 20, MOST_JUMP = 214748364, /* 0.002 m/s, 1/256, 0.8 N */
-    SMOOTH = 214748365, FORGET = 1717987,                     /* q31: 0.1; q32: 4e-4 */
+    SMOOTH = 214748365,                                       /* q31: 0.1 */
     CALM_C = 536871, CALM_T = 268435,                         /* 2e-3, 1e-3 */
     LEAST_FALL = 53687091, MOST_FALL = 3 * FL_ONE,            /* 0.2 */
     LOG2_E = 1549082005, HALF_LN_2 = 744261118,               /* q30, q31 */
@@ -44,10 +47,6 @@ enum {
     LEAST_FORCE = 26843546, MOST_FORCE = 2 * FL_ONE,          /* 0.1 N */
     LEAST_LIMIT = 3355443, AT_ONCE = 260382392                /* q26: 0.05 N; 0.97 */
 };
-
-static const int64_t LEAST_WAY = INT64_C(1) << 40; /* q46: 0.016 um */
-
-static int64_t clip(int64_t x, int64_t most) { return x > most ? most : x < -most ? -most : x; }
 
 static int32_t magnitude(int32_t x) { return x < 0 ? fl_subtract(0, x) : x; }
 
@@ -59,29 +58,6 @@ static int32_t blend(int32_t a, int32_t x, int32_t b, int32_t y) {
 /* from + share (to - from) of a q30 share */
 static int32_t towards(fl_gain share, int32_t from, int32_t to) {
     return fl_low(from + fl_product(share.mantissa, fl_low((int64_t)to - from), 30));
-}
-
-/* The mean square goes on to the square of x, which has half of its places and 2 more. */
-static int64_t mean_square(int32_t *high, int32_t *low, int32_t x) {
-    int64_t mean = (int64_t)(*high > 0 ? *high : 0) * (INT64_C(1) << 32) + (uint32_t)*low;
-    const int64_t change = (((int64_t)x * x) >> 4) - mean;
-    mean += (change >> 32) * FORGET + (int64_t)(((uint64_t)(uint32_t)change * FORGET) >> 32);
-    *high = (int32_t)(mean >> 32);
-    *low = (int32_t)(uint32_t)mean;
-    return mean;
-}
-
-/* learn error s / mean, at most `most`: a step of an estimate. The error is q26 and below 0.03; `places` are those of s
- * and of the estimate less those of the mean square. */
-static int32_t learnt(fl_gain learn, int32_t error, int32_t s, int64_t mean, int32_t places, int32_t most) {
-    const int32_t bits = __builtin_clzll((uint64_t)mean);
-    int64_t moved = (int64_t)fl_saturate(fl_product(learn.mantissa, error, 20)) * s;
-    if (moved == 0) return 0;
-    const int32_t drop = 33 - __builtin_clzll((uint64_t)(moved < 0 ? -moved : moved));
-    if (drop > 0) moved >>= drop;
-    const int32_t down = 94 - bits + learn.shift + 6 + places - (drop > 0 ? drop : 0);
-    moved *= fl_reciprocal((uint32_t)((uint64_t)mean << bits >> 32));
-    return fl_low(down > 62 ? 0 : clip(down < 1 ? moved : fl_scale(moved, down), most));
 }
 
 fl_force_command fl_tracker_step(
@@ -99,7 +75,8 @@ fl_force_command fl_tracker_step(
     }
     int32_t v = magnitude(measurement->speed);
     if (v < SLOWEST) v = SLOWEST;
-    const int64_t far = ((int64_t)gains[WAY].mantissa * v) >> 2, way = far > LEAST_WAY ? far : LEAST_WAY;
+    const int64_t far = ((int64_t)gains[WAY].mantissa * v) >> 2;
+    const int64_t way = far > FL_LEAST_WAY ? far : FL_LEAST_WAY;
     const int32_t fastest = fl_saturate(fl_product(gains[FASTEST].mantissa, v, 25));
     const int32_t pressed = measurement->load > LEAST_PRESSED ? measurement->load : LEAST_PRESSED;
     const int32_t load = towards(gains[LOAD_GAIN], state[LOAD], fl_log2(pressed, 27));
@@ -114,11 +91,11 @@ fl_force_command fl_tracker_step(
     const int32_t w = fl_stuck_share(f, limit, rising, fastest, valid);
     const int32_t calm = 2 * (int64_t)magnitude(rising) < fastest;
     if (w == 0 && f > STEADY_FORCE && magnitude(error) < STEADY_ERROR && calm) {
-        const int64_t pc = mean_square(state + POWER_C, state + POWER_C_LOW, by_c[4]) + LEAST_POWER_C;
-        const int64_t pt = mean_square(state + POWER_T, state + POWER_T_LOW, by_t[4]) + LEAST_POWER_T;
-        c = fl_add(c, learnt(gains[LEARN_C], error, by_c[4], pc, 32 - 60 - 20, FASTEST_C));
+        const int64_t pc = fl_mean_square(state + POWER_C, state + POWER_C_LOW, by_c[4]) + LEAST_POWER_C;
+        const int64_t pt = fl_mean_square(state + POWER_T, state + POWER_T_LOW, by_t[4]) + LEAST_POWER_T;
+        c = fl_add(c, fl_learnt(gains[LEARN_C], error, by_c[4], pc, 32 - 60 - 20, FASTEST_C));
         c = fl_clip(c, 0, gains[MOST_C].mantissa);
-        fall = fl_add(fall, learnt(gains[LEARN_T], error, by_t[4], pt, 28 - 52 - 28, FASTEST_FALL));
+        fall = fl_add(fall, fl_learnt(gains[LEARN_T], error, by_t[4], pt, 28 - 52 - 28, FASTEST_FALL));
     }
     if (valid && rising < -2 * (int64_t)fastest) {
         c -= (int32_t)fl_product(CALM_C, c, 28);
@@ -176,7 +153,8 @@ fl_force_command fl_tracker_step(
         {(int32_t)fl_product(slides, kd, 28), (int32_t)fl_product(slides, k[KF], 28), k[K1], k[K2], k[K3]},
         share, mean, gains + SENSOR};
     /* share / way is 1 / (way + c L) */
-    const int64_t steep = ((int64_t)(mean > LEAST_LIMIT ? mean : LEAST_LIMIT) * per_whole.factor) >> (48 - per_whole.bits);
+    const int64_t pressing = mean > LEAST_LIMIT ? mean : LEAST_LIMIT;
+    const int64_t steep = (pressing * per_whole.factor) >> (48 - per_whole.bits);
     const int32_t slower = fl_low(fl_product(share, fl_saturate(steep), 28));
     const int32_t added_c = fl_saturate(-fl_product(slower, fl_saturate(behind >> 2), 22));
     const int32_t squares = fl_low(fl_product(a, a, 32) + fl_product(a_then, a_then, 32)); /* q24 */

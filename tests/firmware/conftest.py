@@ -11,8 +11,8 @@ import pytest
 import frictionloop as fl
 from frictionloop.control.parameter_words import firmware_words
 from frictionloop.device.codec import Decoder, Message, encode
-from frictionloop.device.image import Image, build
 from frictionloop.device.host_board import Drive, HostBoard, Sample, load
+from frictionloop.device.image import Image, build
 from frictionloop.parameters.presets import RETUNED
 from frictionloop.quantities.schema import parameter_words, schema
 

@@ -5,12 +5,12 @@ import pytest
 
 from frictionloop import FrictionloopError
 from frictionloop.device.codec import Decoder, encode
+from frictionloop.device.emulator import TeensyEmulator
+from frictionloop.device.emulator.corpus import edges, heartbeat, opening, strokes
 from frictionloop.device.host_board import HostBoard, Sample
 from frictionloop.quantities.schema import schema
 
 pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
-from frictionloop.device.emulator import TeensyEmulator
-from frictionloop.device.emulator.corpus import edges, heartbeat, opening, strokes
 
 PERIOD = 783
 

@@ -83,7 +83,8 @@ def test_what_the_chip_cannot_or_should_not_do_is_refused(code, what, tmp_path):
     source.write_text(code)
     layout = tmp_path / "a.ld"
     layout.write_text(
-        "SECTIONS { .text 0x410 : { *(.text*) *(.rodata*) } .bss 0x1FFF8000 : { *(.bss*) } /DISCARD/ : { *(.ARM.ex*) } }"
+        "SECTIONS { .text 0x410 : { *(.text*) *(.rodata*) } .bss 0x1FFF8000 : { *(.bss*) } "
+        "/DISCARD/ : { *(.ARM.ex*) } }"
     )
     subprocess.run(
         [*zig(), *CORTEX, "-O1", f"-Wl,-T,{layout}", "-Wl,-e,main", str(source), "-o", str(elf)],
@@ -99,7 +100,7 @@ def test_an_image_that_would_lock_the_chip_is_refused(images, tmp_path):
     content[place] = 0xDC  # FSEC: mass erase disabled
     spoilt = tmp_path / "spoilt.elf"
     spoilt.write_bytes(content)
-    with pytest.raises(FrictionloopError, match="flash configuration is f+dcf9ffff, must be f+def9ffff"):
+    with pytest.raises(FrictionloopError, match=r"flash configuration is f+dcf9ffff, must be f+def9ffff"):
         check(spoilt, flash_configuration=True)
 
 

@@ -5,18 +5,18 @@ import hashlib
 import numpy as np
 import pytest
 
+from frictionloop.device.emulator import TeensyEmulator
+from frictionloop.device.emulator.corpus import edges, heartbeat, opening, strokes
 from frictionloop.device.host_board import HostBoard, Sample
 
 pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
-from frictionloop.device.emulator import TeensyEmulator
-from frictionloop.device.emulator.corpus import edges, heartbeat, opening, strokes
 
 TICKS = 4000
 PERIOD = 783
 
 
 def corpus():
-    """Samples, and the bytes that come with some of them; edges come between strokes, so that the loop is closed in them."""
+    """Samples, and the bytes that come with some; edges come between strokes, so that the loop is closed in them."""
     stroke, edge = list(strokes(TICKS, seed=5)), list(edges(TICKS, seed=6))
     rng = np.random.default_rng(7)
     for k in range(TICKS):

@@ -27,7 +27,7 @@ RANGES = {
     "spring": (-20.0, 20.0), "rate": (-67.0, 67.0), "reading": (-13.0, 13.0), "rising": (-1e4, 1e4),
     "power_c": (0.0, 4e-4), "power_t": (0.0, 16.0),
 }  # fmt: skip
-"""What is clamped; sensor and rate as far as wild readings of +-2.5 N drive them (tests/unit/test_tracker_properties)."""
+"""What is clamped; the sensor as far as wild readings of +-2.5 N drive it (tests/unit/test_tracker_properties)."""
 RANGES |= {f"by_c{i}": (-size, size) for i, size in enumerate((0.3, 0.3, 0.1, 0.3, LARGEST_BY_C))}
 RANGES |= {f"by_t{i}": (-size, size) for i, size in enumerate((5.0, 5.0, 2.0, 5.0, LARGEST_BY_T))}
 """Sensitivities begin anew where the reading's is above these; the others a sixth of what their formats hold."""
@@ -37,10 +37,10 @@ ALLOWED = dict.fromkeys(TrackerState._fields, 7e-7) | {
     "command": 1e-4, "rising": 1e-3, "compliance": 1e-4, "fall": 1e-6, "power_c": 1e-16, "power_t": 5e-15,
     **{f"by_c{i}": 1e-7 for i in range(4)}, "by_c4": 3e-9, **{f"by_t{i}": 7e-7 for i in range(4)}, "by_t4": 2e-8,
 }  # fmt: skip
-"""Allowed difference of a next state: of forces a hundredth of the converter's step (76 uN), of logarithms alike; of the
-command a sixtieth of the carrier's (391 levels); of the readings' sensitivities 3e-4 of the roots of what their mean
-squares are compared with (1e-10 and 5e-9), of these 1e-6 of that; of compliance and fall what they move in a tick at most,
-over 2e4 and 200."""
+"""Allowed difference of a next state: of forces a hundredth of the converter's step (76 uN), of logarithms alike; of
+the command a sixtieth of the carrier's (391 levels); of the readings' sensitivities 3e-4 of the roots of what their
+mean squares are compared with (1e-10 and 5e-9), of these 1e-6 of that; of compliance and fall 1/20000 and 1/200 of what
+they move in a tick at most."""
 
 
 def along_the_bench(count, seed, changes):

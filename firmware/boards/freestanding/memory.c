@@ -5,7 +5,7 @@
 void *memcpy(void *restrict to, const void *restrict from, size_t count) {
     uint8_t *target = to;
     const uint8_t *source = from;
-    if ((((uintptr_t)to | (uintptr_t)from) & 3u) == 0u) /* the large copies, tables of parameters, are of words */
+    if ((((uintptr_t)to | (uintptr_t)from) & 3u) == 0u) /* as tables of parameters are */
         for (; count >= 4; count -= 4, target += 4, source += 4)
             *(uint32_t *)(void *)target = *(const uint32_t *)(const void *)source;
     while (count-- > 0) *target++ = *source++;

@@ -1,4 +1,5 @@
-/* MPS2 AN386: the board of board.h under qemu-system-arm. It has no bench: its samples are those of the stimulus. */
+/* MPS2 AN386: the board of board.h under qemu-system-arm. It has no bench: its samples are those of the
+ * stimulus. */
 #include "built.h"
 #include "mps2.h"
 #include "stimulus.h"

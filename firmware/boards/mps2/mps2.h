@@ -1,4 +1,4 @@
-/* The registers of the MPS2 AN386 that this board uses: Arm DDI 0479, CMSDK timer 4.2 and UART 4.3. */
+/* The registers of the MPS2 AN386 that this board uses: Arm DDI 0479, CMSDK timer and UART. */
 #ifndef FL_MPS2_H
 #define FL_MPS2_H
 

@@ -1,7 +1,7 @@
 /* The scenario in the timer's interrupt and the background, for -icount runs: prints the digests and ends.
  *
- * The background may take longer than a tick, to make a frame of telemetry; the interrupt then passes one by, so that
- * the order is the host's, whatever the speed. */
+ * The background may take longer than a tick, to make a frame of telemetry; the interrupt then passes one
+ * by, so that the order is the host's, whatever the speed. */
 #include "built.h"
 #include "fl_app_state.h"
 #include "mps2.h"

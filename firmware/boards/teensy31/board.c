@@ -5,7 +5,7 @@
 #include "teensy31.h"
 
 enum {
-    LATE_COUNTS = BUS_HZ / 100000, /* 10 us after its time a tick is late (assumed): a twentieth of the period */
+    LATE_COUNTS = BUS_HZ / 100000, /* 10 us after its time a tick is late: a twentieth (assumed) */
     PIT_ON = 1 << 0, PIT_INTERRUPT = 1 << 1, PIT_EXPIRED = 1,
     TRACE_ON = 1 << 24, COUNTER_ON = 1 << 0,
     TICK_PRIORITY = 0x40,

@@ -1,6 +1,6 @@
 /* The carrier: edge-aligned PWM of FTM0 channel 0 at pin 22 (PTC1), 36 MHz / 783 = 45 977 Hz.
  *
- * A new compare value counts from the next period on, at most 21.8 us later (35.4.10.2). */
+ * A new compare value counts from the next period on, at most 21.8 us later. */
 #include "registers.h"
 #include "teensy31.h"
 
@@ -29,7 +29,8 @@ void carrier_start(void) {
 
 /* Nearest compare value, halves down: 65536, one half, is 391 of 783. */
 void carrier_set(int32_t duty) {
-    FTM0_C0V = (uint32_t)(fl_clip(duty, 0, 1 << (DUTY_BITS - 1)) * PERIOD + (1 << (DUTY_BITS - 1)) - 1) >> DUTY_BITS;
+    const int32_t half = 1 << (DUTY_BITS - 1);
+    FTM0_C0V = (uint32_t)(fl_clip(duty, 0, half) * PERIOD + half - 1) >> DUTY_BITS;
 }
 
 /* The pin low whatever the timer does: also from a fault, before anything was started. */

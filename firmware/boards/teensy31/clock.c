@@ -1,4 +1,5 @@
-/* 72 MHz from the 16 MHz crystal: 16 / 6 * 27. The modes in between are those of 24.5.3.1: FEI, FBE, PBE, PEE. */
+/* 72 MHz from the 16 MHz crystal: 16 / 6 * 27. The modes in between are those of its manual: FEI, FBE, PBE,
+ * PEE. */
 #include "registers.h"
 #include "teensy31.h"
 
@@ -17,7 +18,7 @@ enum {
     S_PLL = 1 << 5,                  /* PLLST */
     S_LOCKED = 1 << 6,               /* LOCK */
 };
-/* OUTDIV1 core by 1, OUTDIV2 bus by 2, OUTDIV4 flash by 3 (12.2.16); flash runs at 25 MHz at most. */
+/* OUTDIV1 core by 1, OUTDIV2 bus by 2, OUTDIV4 flash by 3 (SIM_CLKDIV1); flash runs at 25 MHz at most. */
 #define DIVIDERS (0u << 28 | 1u << 24 | 2u << 16)
 
 static void until(uint8_t mask, uint8_t value) {

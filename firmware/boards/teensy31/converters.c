@@ -1,9 +1,9 @@
 /* Force, load and position: 16 bit, each the mean of four conversions.
  *
- * No instruction waits for a conversion. The timer that starts the tick also starts the PDB; START_COUNTS later that starts
- * input A of both converters, and input B follows by itself (back to back). All four are done a few microseconds
- * before the next tick, which reads them: a force is between 27.5 (begin of input A) and 15.9 us old (its end), a load
- * or position 15.9 to 4.3 us.
+ * No instruction waits for a conversion. The timer that starts the tick also starts the PDB; START_COUNTS
+ * later that starts input A of both converters, and input B follows by itself (back to back). All four are
+ * done a few microseconds before the next tick, which reads them: a force is between 27.5 (begin of input
+ * A) and 15.9 us old (its end), a load or position 15.9 to 4.3 us.
  *
  * | input | pin | converter |
  * | force along the motion | A2, 16 | ADC0 input A: SE8 |
@@ -15,13 +15,13 @@
 #include "teensy31.h"
 
 enum {
-    CONVERSION_NS = 11583, /* 5 bus clocks and 3 + 4 * 25 converter clocks at 9 MHz: 31.4.5.5 */
+    CONVERSION_NS = 11583, /* 5 bus clocks and 3 + 4 * 25 converter clocks at 9 MHz, by the manual */
     START_COUNTS = TICK_COUNTS - 990, /* 27.5 us, two conversions and 4.3 us, before the next tick */
     FORCE_ALONG = 8, FORCE_ACROSS = 9, LOAD = 12, POSITION = 0,
     HALF = 32768, /* counts: inputs lie in the middle of 0 to 3.3 V, samples count from there */
     CFG1_16_BIT = 3 << 2, CFG1_BUS_BY_2 = 1,
     CFG1_9_MHZ = CFG1_16_BIT | CFG1_BUS_BY_2 | 1 << 5,          /* at most 12 MHz with 16 bits */
-    CFG1_CALIBRATION = CFG1_16_BIT | CFG1_BUS_BY_2 | 3 << 5,    /* 2.25 MHz, at most 4 MHz: 31.4.6 */
+    CFG1_CALIBRATION = CFG1_16_BIT | CFG1_BUS_BY_2 | 3 << 5,    /* 2.25 MHz, at most 4 MHz */
     SC2_HARDWARE = 1 << 6,
     SC3_MEAN_OF_4 = 1 << 2, SC3_MEAN_OF_32 = 1 << 2 | 3, SC3_CALIBRATE = 1 << 7, SC3_FAILED = 1 << 6,
     PDB_LOAD = 1 << 0, PDB_ENABLE = 1 << 7, PDB_TIMER_0 = 4 << 8,
@@ -63,7 +63,7 @@ void converters_start(void) {
 }
 
 fl_sample converters_read(void) {
-    PDB_CH0S = PDB_CH1S = 0; /* a sequence that went wrong, at a debugger's halt say, does not stop those to come */
+    PDB_CH0S = PDB_CH1S = 0; /* a sequence that went wrong does not stop those to come */
     fl_sample sample;
     sample.force[0] = (int32_t)ADC0->RA - HALF;
     sample.force[1] = (int32_t)ADC1->RA - HALF;

@@ -1,9 +1,9 @@
 /* UART0, pins 0 (receive) and 1 (send): 72 MHz / 16 / (2 + 8/32) = 2 Mbaud.
  *
- * The receiver's queue holds eight bytes, 40 us, less than a long tick takes: the interrupt goes before the tick's.
- * It comes when four bytes have come in, or when two are left to send of those in the ring. board_read also takes what
- * is below four. Each ring has one writer and one reader, and is volatile so that
- * a byte is there before the count says so. */
+ * The receiver's queue holds eight bytes, 40 us, less than a long tick takes: the interrupt goes before the
+ * tick's. It comes when four bytes have come in, or when two are left to send of those in the ring.
+ * board_read also takes what is below four. Each ring has one writer and one reader, and is volatile so
+ * that a byte is there before the count says so. */
 #include "registers.h"
 #include "teensy31.h"
 
@@ -50,8 +50,8 @@ static void receive(void) {
         filled++;
     }
     if (status & OVERRUN) {
-        (void)UART0_D; /* the queue may have been empty: reading it then misaligns it, 47.3.8, and emptying mends that */
-        UART0_CFIFO = RECEIVER_EMPTY;
+        (void)UART0_D;
+        UART0_CFIFO = RECEIVER_EMPTY; /* reading an empty queue misaligns it: this mends it */
     }
 }
 

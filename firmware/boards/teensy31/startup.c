@@ -19,7 +19,8 @@ void reset(void) {
 /* Anything unforeseen: carrier off, and the watchdog resets. */
 static void fault(void) { board_stop(); }
 
-/* 2.3.4 of the Cortex-M4 guide: stack pointer, 15 exceptions; then the interrupts of the K20, 3.2.2.3 of its manual. */
+/* Stack pointer, 15 exceptions; then the interrupts of the K20
+ * (its manual, Interrupt channel assignments). */
 typedef union { uint32_t *stack; handler *handler; } vector;
 __attribute__((section(".vectors"), used)) const vector vectors[16 + INTERRUPTS] = {
     [0] = {.stack = stack_top},
@@ -32,7 +33,7 @@ __attribute__((section(".vectors"), used)) const vector vectors[16 + INTERRUPTS]
     [17 + PIT0_INTERRUPT ... 15 + INTERRUPTS] = {.handler = fault},
 };
 
-/* 28.3.1: key 8 x FF, no protection, FSEC 0xDE: unsecured, mass erase enabled; FOPT 0xF9: no NMI pin. Other words can lock the
- * chip for good. */
+/* Flash configuration field: key 8 x FF, no protection, FSEC 0xDE: unsecured, mass erase enabled; FOPT 0xF9:
+ * no NMI pin. Other words can lock the chip for good. */
 __attribute__((section(".flashconfig"), used)) const uint32_t flash_configuration[4] = {
     0xFFFFFFFF, 0xFFFFFFFF, 0xFFFFFFFF, 0xFFFFF9DE};

@@ -6,10 +6,10 @@ enum {
     ENABLED = 1 << 0,
     IN_STOP = 1 << 6,
     IN_WAIT = 1 << 7,
-    RESERVED = 1 << 8, /* reads 1 after reset, 23.7.1 */
+    RESERVED = 1 << 8, /* reads 1 after reset */
 };
 
-/* Within 20 bus cycles of each other and 256 of reset (23.3.1): the first thing the reset handler calls.
+/* Within 20 bus cycles of each other and 256 of reset: the first thing the reset handler calls.
  * Runs from the 1 kHz oscillator, which no error in clock.c can stop; may not be changed afterwards. */
 void watchdog_start(void) {
     WDOG_UNLOCK = 0xC520;
@@ -21,7 +21,7 @@ void watchdog_start(void) {
     WDOG_STCTRLH = RESERVED | IN_WAIT | IN_STOP | ENABLED;
 }
 
-/* Both words within 20 bus cycles of each other, 23.3.2: nothing may come between them. */
+/* Both words within 20 bus cycles of each other: nothing may come between them. */
 void watchdog_refresh(void) {
     __asm volatile("cpsid i" ::: "memory");
     WDOG_REFRESH = 0xA602;

@@ -27,7 +27,8 @@ BACKGROUND = frozenset(
 REVISION_BYTES = 16
 """Of ``identity.revision``."""
 _COMMON = (
-    "-std=c11", "-g", "-Wall", "-Wextra", "-Werror", "-ffreestanding", "-fno-unwind-tables", "-ffunction-sections", "-fdata-sections", "-ffp-contract=off",
+    "-std=c11", "-g", "-Wall", "-Wextra", "-Werror", "-ffreestanding", "-fno-unwind-tables", "-ffunction-sections",
+    "-fdata-sections", "-ffp-contract=off",
 )  # fmt: skip
 _ZIG = ("-target", "thumb-freestanding-eabi", "-mcpu=cortex_m4", "-fno-sanitize=all")
 _GCC = (
@@ -77,7 +78,8 @@ def build(
     revision
         What the firmware says of its version: ASCII, at most 16 bytes.
     optimise
-        Level of optimisation for all files: 0, 1, 2, 3 or s. By default 2 for what the tick runs, and s for `BACKGROUND`.
+        Level of optimisation for all files: 0, 1, 2, 3 or s; the budget of memory is then not held against the image.
+        By default 2 for what the tick runs, and s for `BACKGROUND`.
     compiler
         ``zig``, from the wheel ziglang, or ``gcc``, which is arm-none-eabi-gcc.
 

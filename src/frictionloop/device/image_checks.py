@@ -12,7 +12,8 @@ FLASH_LIMIT, RAM_LIMIT = 32 * 1024, 24 * 1024
 """Bytes, of 256 and 64 KB: the rest is for what a lab adds."""
 CONFIGURATION_ADDRESS = 0x400
 CONFIGURATION = bytes(12 * [0xFF] + [0xDE, 0xF9, 0xFF, 0xFF])
-"""Key, protection, FSEC unsecured with mass erase, FOPT without NMI pin (K20P64M72SF1RM 28.3.1): other words can lock
+"""Key, protection, FSEC unsecured with mass erase, FOPT without NMI pin (K20P64M72SF1RM, flash
+configuration field): other words can lock
 the chip for good."""
 _RAM = 0x1FFF0000
 _FLOAT = re.compile(r"__aeabi_(c?[fd](?!2)|[a-z]+2[fd]$|f2|d2)|__\w+[sdt]f[0-9i]|sqrtf?$")
@@ -20,7 +21,16 @@ _HEAP = re.compile(r"_?(malloc|calloc|realloc|free|sbrk)(_r)?$")
 
 
 def check(elf: Path, *, flash_configuration: bool, budget: bool = True) -> None:
-    """Refuse an image that is too large, calculates in floating point, has a heap, or would lock the chip.
+    """Refuse an image that calculates in floating point, has a heap, would lock the chip, or is too large.
+
+    Parameters
+    ----------
+    elf
+        The image.
+    flash_configuration
+        Whether the board has the words at 0x400.
+    budget
+        Whether `FLASH_LIMIT` and `RAM_LIMIT` count.
 
     Raises
     ------

@@ -12,9 +12,9 @@ from frictionloop.quantities import FrictionloopError
 class Bank:
     """Values of all registers by name, with the effects of the peripherals.
 
-    A peripheral puts a function into `on_read[name]`, which gives the value, or `on_write[name]`, which is called after the
-    value was stored; `connect` comes after all of them. An access to anything but a whole register of `REGISTERS` is an
-    error of the firmware.
+    A peripheral puts a function into `on_read[name]`, which gives the value, or `on_write[name]`, which is called after
+    the value was stored; `connect` comes after all of them. An access to anything but a whole register of `REGISTERS`
+    is an error of the firmware.
     """
 
     def __init__(self) -> None:

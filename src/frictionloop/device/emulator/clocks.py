@@ -9,9 +9,9 @@ from frictionloop.quantities import FrictionloopError
 
 CRYSTAL_HZ = 16_000_000
 INTERNAL_HZ = 20_971_520
-"""Of the FLL after reset: 32.768 kHz times 640, 24.3.4 of the manual."""
+"""Of the FLL after reset: 32.768 kHz times 640."""
 HIGHEST_HZ = {"core": 72_000_000, "bus": 50_000_000, "flash": 25_000_000}
-"""K20P64M72SF1 data sheet, 5.4.1."""
+"""K20P64M72SF1 data sheet, device clock specifications."""
 FLL, INTERNAL, EXTERNAL, PLL = range(4)
 """Source of the clock as MCG_S.CLKST has it."""
 
@@ -25,7 +25,7 @@ class Frequencies(NamedTuple):
 
 
 class Clocks:
-    """Multipurpose clock generator (24 of the manual): modes follow at once, a wrong order shows in the status."""
+    """Multipurpose clock generator (K20P64M72SF1RM): modes follow at once, a wrong order shows in the status."""
 
     def __init__(self, bank: Bank) -> None:
         self._values = bank.values

@@ -14,7 +14,7 @@ PDB_ON = 1 << 7 | 4 << 8
 
 
 class Converters:
-    """ADC0, ADC1 (31 of the manual) and PDB (34): a conversion gives what the bench has at the input it is set to."""
+    """ADC0, ADC1 and PDB: a conversion gives what the bench has at the input it is set to."""
 
     def __init__(self, bank: Bank) -> None:
         self._bank = bank
@@ -24,7 +24,7 @@ class Converters:
     def _calibrated(self, adc: str, value: int) -> None:
         if value & CALIBRATE:
             hertz = self._bank.values[f"{adc}_CFG1"]
-            if hertz & 0x60 != 0x60:  # ADIV by 8: 36 MHz / 2 / 8 is below the 4 MHz of 31.4.6
+            if hertz & 0x60 != 0x60:  # ADIV by 8: 36 MHz / 2 / 8 is below the 4 MHz that calibrating takes
                 raise FrictionloopError(f"{adc}: calibrated faster than at 4 MHz")
             self._bank.values[f"{adc}_SC3"] = value & ~CALIBRATE
 

@@ -24,7 +24,7 @@ class Counts(NamedTuple):
 
 
 def strokes(count: int, seed: int = 0) -> Iterator[Counts]:
-    """Yield samples of a finger at 20 mm/s under 0.5 N: there and back, a lift every second, noise, drifting friction."""
+    """Yield samples of a finger at 20 mm/s under 0.5 N: there and back, a lift a second, noise, drifting friction."""
     rng = np.random.default_rng(seed)
     for k in range(count):
         phase = k % TICK_HZ
@@ -48,7 +48,7 @@ def edges(count: int, seed: int = 0) -> Iterator[Counts]:
 
 
 def opening(state: str = "closed") -> bytes:
-    """Return the frames of a host that asks for the most work: a table over position, all telemetry, the loop closed."""
+    """Return the frames of a host that asks for the most: a table over position, all telemetry, the loop closed."""
     points = np.rint(6000 + 2000 * np.sin(np.arange(128) / 5)).astype("<i2")
     play = {"source": schema()["sources"]["position"], "loops": 1, "count": len(points), "step": 2**20, "start_um": 0}
     channels = 2 ** len(schema()["channel"]) - 1

@@ -1,6 +1,6 @@
 """Cycles of an instruction of the Cortex-M4, by class: the worst that its manual allows.
 
-Cortex-M4 Technical Reference Manual, ARM DDI 0439, 3.3.1: table of instructions. P, the refill of the pipeline after a
+Cortex-M4 Technical Reference Manual, ARM DDI 0439, table of instructions. P, the refill of the pipeline after a
 jump, is 1 to 3 cycles: 3 here. Loads and stores are 1 or 2: 2 here.
 """
 
@@ -11,13 +11,13 @@ from typing import Any
 REFILL = 3
 """P: of the pipeline, wherever the next instruction is not the one that follows."""
 EXCEPTION = 24
-"""Entry and return of an interrupt, 12 each (3.9.1 of the same manual)."""
+"""Entry and return of an interrupt, 12 each (the same manual)."""
 LINE_BYTES, NEXT_LINE, OTHER_LINE, FLASH_DATA = 8, 2, 3, 3
 """Flash at 24 MHz without its cache: cycles that a new line of instructions costs when it follows the last and when it
 does not, and that reading data from flash costs. Every line is taken as a miss, so this is an upper bound."""
 PERIPHERAL = 6
-"""Cycles that an access to a peripheral takes beyond those of the load or store (assumed: the bridge to a bus at half the
-clock)."""
+"""Cycles that an access to a peripheral takes beyond those of the load or store (assumed: the bridge to a bus at half
+the clock)."""
 
 _CYCLES = {
     "mla": 2, "mls": 2, "sdiv": 12, "udiv": 12, "mrs": 2, "msr": 2, "cps": 2, "dsb": 5, "dmb": 5, "isb": 5, "tbb": 2,
@@ -38,9 +38,8 @@ def cycles(instruction: Any) -> int:
     """
     name = instruction.insn_name()
     if name.startswith(_FLOAT):
-        raise ValueError(
-            f"{instruction.mnemonic} at 0x{instruction.address:x}: the MK20DX256 has no floating-point unit"
-        )
+        place = f"{instruction.mnemonic} at 0x{instruction.address:x}"
+        raise ValueError(f"{place}: the MK20DX256 has no floating-point unit")
     if name.startswith(_MANY):
         registers = instruction.op_str[instruction.op_str.index("{") :].count(",") + 1
         return 1 + registers

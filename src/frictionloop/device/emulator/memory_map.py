@@ -72,4 +72,4 @@ PAGES = tuple(sorted({register.address // PAGE * PAGE for register in REGISTERS}
 FLASH, FLASH_BYTES = 0, 256 * 1024
 RAM, RAM_BYTES = 0x1FFF8000, 64 * 1024
 UART0_INTERRUPT, PIT0_INTERRUPT = 45, 68
-"""Table 3-4 of the manual."""
+"""Numbers of the interrupts, from the manual's table of them."""

@@ -28,8 +28,8 @@ LONGEST_US = 5_000_000
 class Processor:
     """Runs an image from its reset vector; interrupts come when they are asked for, and run to their end.
 
-    Unicorn has no interrupt controller, so `interrupt` does what the hardware does: registers kept, room for them on the
-    stack, the vector, and back. The background runs until it waits for an interrupt (WFI).
+    Unicorn has no interrupt controller, so `interrupt` does what the hardware does: registers kept, room for them on
+    the stack, the vector, and back. The background runs until it waits for an interrupt (WFI).
     """
 
     def __init__(self, image_path: Path, bank: Bank) -> None:

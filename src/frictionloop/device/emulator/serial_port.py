@@ -12,7 +12,7 @@ EMPTY_RECEIVER = 1 << 6
 
 
 class SerialPort:
-    """UART0 with its queues of eight bytes (47 of the manual); 2 Mbaud are 40 bytes a tick either way."""
+    """UART0 with its queues of eight bytes; 2 Mbaud are 40 bytes a tick either way."""
 
     def __init__(self, bank: Bank) -> None:
         self._values = bank.values

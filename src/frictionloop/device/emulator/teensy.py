@@ -1,4 +1,4 @@
-"""A Teensy 3.1 that exists as an image and a reading of the manual: the same instructions, in lock-step with a bench."""
+"""A Teensy 3.1 that is an image and a reading of the manual: the same instructions, in lock-step with a bench."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ _EDGE_ALIGNED_HIGH = 0x28
 class TeensyEmulator:
     """Runs a built image of the board ``teensy31``, tick by tick.
 
-    The registers behave as the K20 manual says where the firmware relies on it, and an access to any other register ends the
-    run. Time is counted in ticks; within one it stands still, except for the microseconds given as `late_us`.
+    The registers behave as the K20 manual says where the firmware relies on it, and an access to any other register
+    ends the run. Time is counted in ticks; within one it stands still, except for the microseconds given as `late_us`.
     Nothing here has been compared with silicon.
 
     Parameters
@@ -33,8 +33,8 @@ class TeensyEmulator:
     Raises
     ------
     FrictionloopError
-        Without the extra ``emulator``, for a file that is no image, and for an image that does not start: it touches what the
-        model has not, sets a clock too fast, faults, or never comes to rest.
+        Without the extra ``emulator``, for a file that is no image, and for an image that does not start: it touches
+        what the model has not, sets a clock too fast, faults, or never comes to rest.
     """
 
     def __init__(self, image_path: str | os.PathLike[str]) -> None:

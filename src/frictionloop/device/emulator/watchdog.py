@@ -12,7 +12,7 @@ OSCILLATOR_HZ = 1000
 
 
 class Watchdog:
-    """WDOG (23 of the manual) on its own 1 kHz oscillator."""
+    """WDOG on its own 1 kHz oscillator."""
 
     def __init__(self, bank: Bank) -> None:
         self._bank = bank
@@ -26,8 +26,8 @@ class Watchdog:
     def check_started(self) -> None:
         """Refuse an image that did not unlock the watchdog first, or does not use it.
 
-        The two words must come within 256 cycles of reset, else the watchdog resets (23.3.1): the model has no cycles, so
-        they must come before anything else is written.
+        The two words must come within 256 cycles of reset, else the watchdog resets: the model has no cycles,
+        so they must come before anything else is written.
         """
         if not self._first:
             raise FrictionloopError("the image must unlock the watchdog before it writes to any other register")
