@@ -95,12 +95,12 @@ class Tracker:
         """Friction that falls twice as steeply as the skin can load: take it for quicker and better lubricated.
 
         A tick of that takes 0.2 % off the compliance and adds 0.1 % to tau, within the bounds of what is learnt. Where
-        it is the mean of all falls that is so steep, and steeper than 15 N/s, only the compliance pays.
+        falls exceed that slope by that slope on average, and by 40 N/s, only the compliance pays.
         """
         if not valid:
             return
         steep = self.rate < -2 * steepest
-        if steep or self.falls > max(2 * steepest, 15.0):
+        if steep or self.falls > max(steepest, 40.0):
             self.theta[0] *= 1 - 2e-3
             self.shaken += not steep
         if steep:
@@ -138,7 +138,7 @@ class Tracker:
         self.x[2:] += ((1 - w) * K[2:] + w * self.stuck[2:]) * error
         slope = (self.x[1] - self.f_before) / DT
         self.rate += 0.1 * (slope - self.rate)
-        self.falls += 0.02 * (-min(slope, 0.0) - self.falls)
+        self.falls += 0.02 * (-min(slope + steepest, 0.0) - self.falls)
         f = self.x[1]
 
         rest, pole = min(c.delay_s / DT, 1.0), 2 * np.pi * m.plate_hz * DT

@@ -10,7 +10,7 @@ Commands: the amplitude at which friction goes the given share of its error in a
 finger that is stuck, lands or is lifted holds the limit: the law then is a lookup by what it last knew, and goes on
 without a jump. There is no integrator to wind up; the estimates are bounded.
 
-Operations of a tick: 179 multiplications, 159 additions, 82 comparisons, 12 divisions, 1 root, 3 exp2, 2 log2.
+Operations of a tick: 178 multiplications, 160 additions, 82 comparisons, 12 divisions, 1 root, 3 exp2, 2 log2.
 """
 
 from __future__ import annotations
@@ -44,9 +44,9 @@ LARGEST_BY_C, LARGEST_BY_T = 0.02, 4.0
 SLOWEST_M_S = 0.002
 """Speed below which the contact's time constant no longer grows (the least that counts as sliding)."""
 SMOOTH, SMOOTH_FALLS = 0.1, 0.02
-"""Gains of the smoothed rate of friction, and of its falls alone (assumed: 2 and 10 ms)."""
-LEAST_RINGING_N_S = 15.0
-"""Falls, smoothed, below which nothing rings, however slow the finger (assumed: twice what sensor noise makes of them)."""
+"""Gains of the smoothed rate of friction, and of the excess of its falls (assumed: 2 and 10 ms)."""
+LEAST_RINGING_N_S = 40.0
+"""Mean excess of falls below which nothing rings, however slow the finger (assumed: twice what sensor noise makes)."""
 CALM_C, CALM_T = 2e-3, 1e-3
 """Shares by which compliance falls and susceptibility rises in a tick of ringing (chosen on fingers(300, 3))."""
 FORGET = 4e-4
@@ -89,9 +89,9 @@ def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: 
     c = min(max(fma(learns, step_c, c), 0.0), most_c)
     step_t = min(max(learn_t * error * st[4] / (pt + 5e-9), -FASTEST_FALL), FASTEST_FALL)
     # Friction that falls faster than the skin follows rings: less lag and more effect of vibration are safe beliefs.
-    # That falls so fast on average goes to and fro at once, for which too much lag alone is to blame.
+    # Where it is the mean excess of its falls that is large, friction goes to and fro: too much lag alone is to blame.
     rings = valid if rising < -2.0 * fastest else 0.0
-    shakes = valid if falling > max(2.0 * fastest, LEAST_RINGING_N_S) else rings
+    shakes = valid if falling > max(fastest, LEAST_RINGING_N_S) else rings
     c = fma(-CALM_C * shakes, c, c)
     fall = min(max(fma(CALM_T * rings, fall, fma(learns, step_t, fall)), 0.2), 3.0)
     slides = 1.0 - w
@@ -104,7 +104,7 @@ def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: 
     x1, x2 = fma(fma(slides, k1, w * s1), error, x1), fma(fma(slides, k2, w * s2), error, x2)
     x3 = fma(fma(slides, k3, w * s3), error, x3)
     rate = (f - f_before) / dt
-    rising, falling = fma(SMOOTH, rate - rising, rising), fma(SMOOTH_FALLS, max(-rate, 0.0) - falling, falling)
+    rising, falling = fma(SMOOTH, rate - rising, rising), fma(SMOOTH_FALLS, max(-rate - fastest, 0.0) - falling, falling)
 
     # Go on to when the command takes effect.
     a_then = fma(decay_rest, a - command, command)

@@ -32,7 +32,7 @@ class TrackerState(NamedTuple):
     rising: float
     """Rate of the friction, N/s, smoothed."""
     falling: float
-    """The same of its falls alone, rises counting as 0: a loop that rings falls as much as it rises, however fast."""
+    """By how much friction falls faster than the skin lets it rise, N/s, smoothed; slower falls and rises count as 0."""
     friction_before: float
     compliance: float
     """Of the contact, um/N."""
