@@ -13,14 +13,15 @@ from frictionloop.parameters.tracking import SCHEDULE, SHARES, TrackerController
 @pytest.mark.slow
 @pytest.mark.timeout(600)
 def test_the_default_schedule_is_that_of_the_bench():
-    """Gains within 1 % of those written down; Ms 2.0 kept but for the 2 % that the search allows.
+    """Gains within 1 % of those written down; Ms 1.7, 2.0 and 2.6 kept but for the 2 % that the search allows.
 
-    12 to 25 s alone, minutes where threads of the linear algebra contend for the cores.
+    30 to 80 s alone, minutes where threads of the linear algebra contend for the cores.
     """
     tuning = tune_tracker(fl.bench())
     np.testing.assert_allclose(tuning.rows, SCHEDULE, rtol=0.01)
     assert len(tuning.peaks) == len(SHARES)
-    assert max(peaks[0.0] for peaks in tuning.peaks) <= 2.04
+    for off, limit in {0.0: 1.7, 0.05: 2.0, 0.1: 2.6}.items():
+        assert max(max(peaks[off], peaks[-off]) for peaks in tuning.peaks) <= 1.02 * limit
     fields = TrackerController.model_fields
     for name in ("resonance_share", "broadened_q"):
         assert tuning.overrides[f"controller.{name}"] == fields[name].default

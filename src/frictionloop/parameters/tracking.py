@@ -14,13 +14,13 @@ SHARES = (0.07, 0.125, 0.25, 0.5, 1.0)
 Row = tuple[Number, Number, Number, Number, Number, Number, Number]
 Schedule = tuple[Row, Row, Row, Row, Row]
 SCHEDULE: Schedule = (
-    (15.68, 26.53, 1.798, 9.073, 0.9322, 0.14, 0.6608),
-    (10.49, 17.01, 1.855, 7.243, 0.9975, 0.1426, 0.9148),
-    (8.023, 25.39, 2.007, 9.849, 0.9978, 0.2931, 0.9148),
-    (48.82, 46.28, 2.096, 12.84, 0.9762, 1, 0.9286),
-    (14, 14, 1.569, 6.559, 0.8844, 1, 0.9268),
+    (44.06, 39.94, 1.987, 12.18, 0.9612, 0.3465, 1.099),
+    (25.68, 39.67, 2.01, 12.42, 0.9647, 0.4075, 1.099),
+    (16.81, 39.69, 2.085, 13.13, 0.9777, 0.4297, 0.5928),
+    (7.971, 13.97, 1.637, 7.355, 0.9065, 0.6639, 0.6033),
+    (11.87, 11.87, 1.719, 8.097, 0.923, 1.0, 0.9785),
 )
-"""Gains for the bench at Ms 2.0 (`design.tune_tracker`)."""
+"""Gains for the bench at Ms 1.7 (`design.tune_tracker`)."""
 
 
 class TrackerController(Timing):
@@ -33,12 +33,15 @@ class TrackerController(Timing):
     Gains per newton of innovation: on the limit (N), the friction (N), the springs' force and rate, the reading; then
     the share of the error to correct in a period, and the trust in the newest limit.
     """
-    resonance_share: Annotated[Number, Field(gt=0, le=2)] = 0.966
+    resonance_share: Annotated[Number, Field(gt=0, le=2)] = 0.91
     """Resonance that the observer is given over that of the model: too low is benign, too high fatal (tune_tracker)."""
-    broadened_q: Positive = 2.0
+    broadened_q: Positive = 6.0
     """Quality factor that the observer is given in place of the model's: broad, it holds for others (tune_tracker)."""
-    compliance_um_per_n: Annotated[Number, Field(ge=0, le=1000)] = 10.0
-    """Compliance of the contact to begin with: friction follows its limit with T = compliance F / speed; 0: at once."""
+    compliance_um_per_n: Annotated[Number, Field(ge=0, le=1000)] = 7.0
+    """Compliance of the contact to begin with: friction follows its limit with T = compliance F / speed; 0: at once.
+
+    Between Dahl's and a slider's, so that the loop is stable on both while it learns (Ms 3.4 and 2.7 on the bench).
+    """
     largest_compliance_um_per_n: Annotated[Number, Field(ge=0, le=1000)] = 80.0
     """Largest compliance that is learnt: 50 is the bench's Dahl contact, the skin adds to it (assumed)."""
     compliance_learning: Annotated[Number, Field(ge=0, le=1)] = 0.015
