@@ -46,13 +46,30 @@ def test_a_fall_faster_than_the_skin_calms(share, speed):
     assert 0 < CALM_T <= CALM_C < 0.01  # a few ticks of noise must not undo what is learnt
 
 
+@pytest.mark.parametrize(("speed", "falling"), [(SPEED, 41.0), (-SPEED, 200.0), (0.08, 165.0), (0.002, 16.0)])
+def test_falls_that_are_steep_on_average_take_off_lag_alone(speed, falling):
+    """Above 2 k v, or 15 N/s for a slow finger, though rises make up for the falls: c (1 - CALM_C), tau as it was."""
+    found = after(START._replace(falling=falling, forward=np.sign(speed)), speed)
+    assert found.compliance == pytest.approx(START.compliance * (1 - CALM_C), rel=1e-12)
+    assert found.fall == START.fall
+
+
 @pytest.mark.parametrize(
-    ("rising", "valid"), [(0.99 * LIMIT_N_S, 1.0), (0.0, 1.0), (-3.0 * LIMIT_N_S, 1.0), (3.0 * LIMIT_N_S, 0.0)]
-)
-def test_nothing_else_does(rising, valid):
-    """A slower fall, rest, a steep rise, and a finger that is not on the plate."""
-    found = after(START._replace(rising=rising), valid=valid)
+    ("rising", "falling", "valid"),
+    [
+        (0.99 * LIMIT_N_S, 0.0, 1.0), (0.0, 0.0, 1.0), (-3.0 * LIMIT_N_S, 0.0, 1.0), (3.0 * LIMIT_N_S, 0.0, 0.0),
+        (0.0, -0.99 * LIMIT_N_S, 1.0), (0.0, -3.0 * LIMIT_N_S, 0.0),
+    ],
+)  # fmt: skip
+def test_nothing_else_does(rising, falling, valid):
+    """A slower fall, rest, a steep rise, a finger that is not on the plate; slower falls on average."""
+    found = after(START._replace(rising=rising, falling=falling), valid=valid)
     assert (found.compliance, found.fall) == (START.compliance, START.fall)
+
+
+def test_a_slow_finger_in_noise_is_not_taken_for_ringing():
+    """At 2 mm/s, where 2 k v is 4 N/s and noise alone makes falls of some 6 N/s, nothing is taken off."""
+    assert after(START._replace(falling=14.0), 0.002).compliance == START.compliance
 
 
 def test_the_bounds_hold():

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import frictionloop as fl
@@ -29,7 +29,7 @@ BOUNDS = {
     "compliance": (0.0, C.largest_compliance_um_per_n), "fall": (0.2, 3.0),
 }  # fmt: skip
 """Hard bounds of what is clamped."""
-LOOSE = {"friction": 6.0, "spring": 60.0, "rate": 200.0, "reading": 40.0, "friction_before": 6.0, "rising": 3e4,
+LOOSE = {"friction": 6.0, "spring": 60.0, "rate": 200.0, "reading": 40.0, "friction_before": 6.0, "rising": 3e4, "falling": 3e4,
          "power_c": 0.1, "power_t": 1e3}  # fmt: skip
 LOOSE |= {f"by_c{i}": 1e3 for i in range(5)} | {f"by_t{i}": 1e4 for i in range(5)}
 """Scales for Q31 of what follows readings of +-2.5 N, some three times what 300 wild sequences reached."""
@@ -88,9 +88,17 @@ class Slider:
         return float(self.x[2])
 
 
-@pytest.mark.xfail(strict=False, reason="after some histories the contact has to be learnt anew, and the loop rings")
+RANG = (
+    [(24, 2.0, 0.0, 0, 0.0, 0.0, 1.0, 0.0)],
+    [(36, 1.0, 0.0, 0, -0.5, 0.0, 1.0, 0.0), (1, 0.0, 2.0, 0, 0.0, 0.0, 0.0, 0.0), (1, 0.0, 0.0, 0, 0.0, 0.0, 0.0, 0.0)],
+)
+"""Histories after which a law that knows only steep net falls rings for ever: four ticks a turn, 0.2 N off."""
+
+
 @settings(max_examples=40)
 @given(phases)
+@example(RANG[0])
+@example(RANG[1])
 def test_it_follows_again_after_anything(phases):
     """0.8 s after whatever it was, a normal finger is within 60 mN of 0.6 N: nothing has wound up.
 

@@ -10,7 +10,7 @@ Commands: the amplitude at which friction goes the given share of its error in a
 finger that is stuck, lands or is lifted holds the limit: the law then is a lookup by what it last knew, and goes on
 without a jump. There is no integrator to wind up; the estimates are bounded.
 
-Operations of a tick: 177 multiplications, 157 additions, 79 comparisons, 12 divisions, 1 root, 3 exp2, 2 log2.
+Operations of a tick: 179 multiplications, 159 additions, 82 comparisons, 12 divisions, 1 root, 3 exp2, 2 log2.
 """
 
 from __future__ import annotations
@@ -43,8 +43,10 @@ LARGEST_BY_C, LARGEST_BY_T = 0.02, 4.0
 """Sensitivities of the reading, N per um/N and N um^2, at which they begin anew: while a tip sticks they grow."""
 SLOWEST_M_S = 0.002
 """Speed below which the contact's time constant no longer grows (the least that counts as sliding)."""
-SMOOTH = 0.1
-"""Gain of the smoothed rate of friction (assumed: 2 ms)."""
+SMOOTH, SMOOTH_FALLS = 0.1, 0.02
+"""Gains of the smoothed rate of friction, and of its falls alone (assumed: 2 and 10 ms)."""
+LEAST_RINGING_N_S = 15.0
+"""Falls, smoothed, below which nothing rings, however slow the finger (assumed: twice what sensor noise makes of them)."""
 CALM_C, CALM_T = 2e-3, 1e-3
 """Shares by which compliance falls and susceptibility rises in a tick of ringing (chosen on fingers(300, 3))."""
 FORGET = 4e-4
@@ -54,8 +56,8 @@ FORGET = 4e-4
 @step
 def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: float):  # type: ignore[no-untyped-def]
     """One tick; see the module."""
-    a, command, d, trusted, f, x1, x2, x3, before, load, rising, f_before, c, fall, pc, pt = state[:16]
-    sc, st = state[16:21], state[21:26]
+    a, command, d, trusted, f, x1, x2, x3, before, load, rising, falling, f_before, c, fall, pc, pt = state[:17]
+    sc, st = state[17:22], state[22:27]
     rest, decay_rest, decay_left, decay, inverse, most_um, most_c, learn_c, learn_t, exponent, load_gain = gains[:11]
     skin, jump, log2_nominal, model_fall, sf, s1, s2, s3 = gains[11:19]
     sensor, table = gains[19:32], gains[32:67]
@@ -87,8 +89,10 @@ def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: 
     c = min(max(fma(learns, step_c, c), 0.0), most_c)
     step_t = min(max(learn_t * error * st[4] / (pt + 5e-9), -FASTEST_FALL), FASTEST_FALL)
     # Friction that falls faster than the skin follows rings: less lag and more effect of vibration are safe beliefs.
+    # That falls so fast on average goes to and fro at once, for which too much lag alone is to blame.
     rings = valid if rising < -2.0 * fastest else 0.0
-    c = fma(-CALM_C * rings, c, c)
+    shakes = valid if falling > max(2.0 * fastest, LEAST_RINGING_N_S) else rings
+    c = fma(-CALM_C * shakes, c, c)
     fall = min(max(fma(CALM_T * rings, fall, fma(learns, step_t, fall)), 0.2), 3.0)
     slides = 1.0 - w
     per_force = 1.0 / min(max(f, 0.1), 2.0)
@@ -99,7 +103,8 @@ def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: 
     f = min(max(f, -LARGEST_N), LARGEST_N)
     x1, x2 = fma(fma(slides, k1, w * s1), error, x1), fma(fma(slides, k2, w * s2), error, x2)
     x3 = fma(fma(slides, k3, w * s3), error, x3)
-    rising = fma(SMOOTH, (f - f_before) / dt - rising, rising)
+    rate = (f - f_before) / dt
+    rising, falling = fma(SMOOTH, rate - rising, rising), fma(SMOOTH_FALLS, max(-rate, 0.0) - falling, falling)
 
     # Go on to when the command takes effect.
     a_then = fma(decay_rest, a - command, command)
@@ -127,7 +132,7 @@ def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: 
     by_t = sensitivity_step(st, keep, k, w, share, mean, added_t, sensor)
     x1, x2, x3 = sensor_step(x1, x2, x3, f, f + change, sensor)
     state = TrackerState(
-        fma(decay_left, a_then - command, command), command, d, trusted, f + change, x1, x2, x3, forward, load, rising,
+        fma(decay_left, a_then - command, command), command, d, trusted, f + change, x1, x2, x3, forward, load, rising, falling,
         f, c, fall, pc, pt, *by_c, *by_t,
     )  # fmt: skip
     return state, ForceCommand(u, 1.0 if square != held else 0.0)

@@ -31,6 +31,8 @@ class TrackerState(NamedTuple):
     """log2 of the load over the reference, low-passed."""
     rising: float
     """Rate of the friction, N/s, smoothed."""
+    falling: float
+    """The same of its falls alone, rises counting as 0: a loop that rings falls as much as it rises, however fast."""
     friction_before: float
     compliance: float
     """Of the contact, um/N."""
