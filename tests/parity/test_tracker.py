@@ -39,8 +39,8 @@ ALLOWED = dict.fromkeys(TrackerState._fields, 7e-7) | {
 }  # fmt: skip
 """Allowed difference of a next state: of forces a hundredth of the converter's step (76 uN), of logarithms alike; of
 the command a sixtieth of the carrier's (391 levels); of the readings' sensitivities 3e-4 of the roots of what their
-mean squares are compared with (1e-10 and 5e-9), of these 1e-6 of that; of compliance and fall 1/20000 and 1/200 of what they
-move in a tick at most."""
+mean squares are compared with (1e-10 and 5e-9), of these 1e-6 of that; of compliance and fall 1/20000 and 1/200 of what
+they move in a tick at most."""
 
 
 def along_the_bench(count, seed, changes):
