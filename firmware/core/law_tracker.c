@@ -8,12 +8,12 @@
 /* As TrackerState; of the mean squares the upper words, the lower ones last. BY_C and BY_T begin groups of
  * five. */
 enum {
-    AMPLITUDE, COMMAND, D, TRUSTED, FRICTION, SPRING, RATE, READING, FORWARD, LOAD, RISING, BEFORE,
-    COMPLIANCE, FALL, POWER_C, POWER_T, BY_C, BY_T = BY_C + 5, POWER_C_LOW = BY_T + 5, POWER_T_LOW
+    AMPLITUDE, COMMAND, D, TRUSTED, FRICTION, SPRING, RATE, READING, FORWARD, LOAD, RISING, FALLING,
+    BEFORE, COMPLIANCE, FALL, POWER_C, POWER_T, BY_C, BY_T = BY_C + 5, POWER_C_LOW = BY_T + 5, POWER_T_LOW
 };
 
 const int8_t fl_tracker_places[] = {
-    28, 28, 26, 26, 28, 23, 22, 24, 0, 26, 15, 28, 20, 28, 28, 20, /* to POWER_T */
+    28, 28, 26, 26, 28, 23, 22, 24, 0, 26, 15, 15, 28, 20, 28, 28, 20, /* to POWER_T */
     30, 30, 31, 30, 32, 26, 26, 27, 26, 28, 60, 52};
 
 /* As TrackerGains, a product where the comment says so, each in its places; of LEARN_C and LEARN_T the
@@ -38,7 +38,8 @@ enum {
     LARGEST_BY_C = 85899346, LARGEST_BY_T = 1 << 30,          /* q32: 0.02; q28 */
     LEAST_POWER_C = 115292150, LEAST_POWER_T = 22517998,      /* q60: 1e-10; q52: 5e-9 */
     SLOWEST = 536871, LEAST_LEAD = 1 << 20, MOST_JUMP = 214748364, /* 0.002 m/s, 1/256, 0.8 N */
-    SMOOTH = 214748365,                                       /* q31: 0.1 */
+    SMOOTH = 214748365, SMOOTH_FALLS = 42949673,              /* q31: 0.1, 0.02 */
+    FALLS_OVER_SMOOTH = 429496730, LEAST_RINGING = 40 << 15,  /* q31: 0.2; q15: 40 N/s */
     CALM_C = 536871, CALM_T = 268435,                         /* 2e-3, 1e-3 */
     LEAST_FALL = 53687091, MOST_FALL = 3 * FL_ONE,            /* 0.2 */
     LOG2_E = 1549082005, HALF_LN_2 = 744261118,               /* q30, q31 */
@@ -67,7 +68,7 @@ fl_force_command fl_tracker_step(
     const int32_t forward = measurement->speed >= 0 ? 1 : -1;
     const int32_t turned = forward > 0 ? state[FORWARD] < 0 : state[FORWARD] > 0;
     int32_t f = state[FRICTION], d = state[D], c = state[COMPLIANCE], fall = state[FALL];
-    int32_t rising = state[RISING], before = state[BEFORE];
+    int32_t rising = state[RISING], falling = state[FALLING], before = state[BEFORE];
     if (turned) {
         f = fl_subtract(0, f);
         before = fl_subtract(0, before);
@@ -97,10 +98,10 @@ fl_force_command fl_tracker_step(
         c = fl_clip(c, 0, gains[MOST_C].mantissa);
         fall = fl_add(fall, fl_learnt(gains[LEARN_T], error, by_t[4], pt, 28 - 52 - 28, FASTEST_FALL));
     }
-    if (valid && rising < -2 * (int64_t)fastest) {
-        c -= (int32_t)fl_product(CALM_C, c, 28);
-        fall = fl_saturate(fall + fl_product(CALM_T, fall, 28));
-    }
+    const int32_t rings = valid && rising < -2 * (int64_t)fastest;
+    const int32_t shakes = rings || (valid && falling > (fastest > LEAST_RINGING ? fastest : LEAST_RINGING));
+    if (shakes) c -= (int32_t)fl_product(CALM_C, c, 28);
+    if (rings) fall = fl_saturate(fall + fl_product(CALM_T, fall, 28));
     fall = fl_clip(fall, LEAST_FALL, MOST_FALL);
     const int32_t slides = FL_ONE - w, jump = fl_clip(gains[JUMP].mantissa, 0, MOST_JUMP);
     const int32_t per_force = fl_low(fl_over(FL_ONE, fl_invert(fl_clip(f, LEAST_FORCE, MOST_FORCE)), 27));
@@ -115,8 +116,11 @@ fl_force_command fl_tracker_step(
     x[1] = fl_saturate(x[1] + fl_product(blend(slides, k[K2], w, gains[STUCK_RATE].mantissa), error, 28));
     x[2] = fl_saturate(x[2] + fl_product(blend(slides, k[K3], w, gains[STUCK_READING].mantissa), error, 26));
     const int32_t rise = (int32_t)(((int64_t)f - before) >> 1);
-    rising = fl_saturate(
-        rising - fl_product(SMOOTH, rising, 31) + fl_product(gains[SMOOTH_RATE].mantissa, rise, 32));
+    const int32_t risen = fl_saturate(fl_product(gains[SMOOTH_RATE].mantissa, rise, 32));
+    rising = fl_saturate(rising - fl_product(SMOOTH, rising, 31) + risen);
+    const int32_t excess = fl_saturate(-(int64_t)risen - fl_product(SMOOTH, fastest, 31));
+    const int64_t fallen = excess > 0 ? fl_product(FALLS_OVER_SMOOTH, excess, 31) : 0;
+    falling = fl_saturate(falling - fl_product(SMOOTH_FALLS, falling, 31) + fallen);
 
     /* Go on to when the command takes effect. */
     const int32_t a_then = towards(gains[DECAY_REST], state[COMMAND], a);
@@ -172,6 +176,7 @@ fl_force_command fl_tracker_step(
     state[FORWARD] = forward;
     state[LOAD] = load;
     state[RISING] = rising;
+    state[FALLING] = falling;
     state[BEFORE] = f;
     state[COMPLIANCE] = c;
     state[FALL] = fall;
