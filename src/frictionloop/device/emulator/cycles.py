@@ -14,7 +14,7 @@ from frictionloop.device.emulator.costs import (
     REFILL,
     cycles,
 )
-from frictionloop.device.emulator.memory_map import FLASH, FLASH_BYTES
+from frictionloop.device.emulator.memory_map import FLASH, FLASH_BYTES, RAM
 from frictionloop.device.emulator.teensy import TeensyEmulator
 from frictionloop.device.extra import needed
 
@@ -76,7 +76,7 @@ class CycleTrace:
             return
         block = self._blocks.get((address, size)) or self._take_apart(address, size)
         last, more = self._last, 0
-        if last is None or block.first_line != last.last_line:
+        if address < RAM and (last is None or block.first_line != last.last_line):
             more = NEXT_LINE if last and block.first_line == last.last_line + 1 else OTHER_LINE
         if last is None or last.end != address:
             more += REFILL
@@ -89,7 +89,8 @@ class CycleTrace:
         if sum(instruction.size for instruction in instructions) != size:
             raise ValueError(f"0x{address:x}: {size} bytes that are no instructions")
         first, last = address // LINE_BYTES, (address + size - 1) // LINE_BYTES
-        total = sum(cycles(instruction) for instruction in instructions) + NEXT_LINE * (last - first)
+        total = sum(cycles(instruction) for instruction in instructions)
+        total += NEXT_LINE * (last - first) if address < RAM else 0  # the RAM does not keep it waiting
         block = self._blocks[address, size] = _Block(len(instructions), total, first, last, address + size)
         return block
 
