@@ -10,7 +10,7 @@
 #include "fl_law.h"
 #include "fl_protocol.h"
 
-enum { FL_POINTS = 2048 };
+enum { FL_POINTS = 1024 };
 
 typedef struct {
     int32_t force[2];  /* converter counts, -32768 to 32767; see app_scale.c for what they are of */

@@ -14,7 +14,7 @@ enum {
     FL_NO_INDEX = 65535, /* of a refusal that is about no word or point */
     FL_NO_STATE = 255,
     FL_CLOSING = 512,    /* ticks over which the clamp opens after closing: 0.1 s (assumed) */
-    FL_RAM = 16384       /* bytes, of the 64 KB of the Teensy */
+    FL_RAM = 12288       /* bytes, of the 64 KB of the Teensy */
 };
 
 /* `asked` is set by the background, taken by the next tick, which then sets `stale`: the copy that waits is

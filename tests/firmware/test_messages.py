@@ -16,7 +16,7 @@ def test_identity(rig):
     told = rig.ask("identify")
     assert (told["major"], told["minor"]) == (1, 0)
     assert (told["board"], told["law"], told["tick_hz"]) == (0, 1, 5000)
-    assert (told["table_hash"], told["parameters"], told["waveform"]) == (table_hash(), word_count(), 2048)
+    assert (told["table_hash"], told["parameters"], told["waveform"]) == (table_hash(), word_count(), 1024)
     assert told["revision"].rstrip(b"\0") == b"host"
 
 
@@ -228,4 +228,4 @@ def test_more_frames_than_answers_fit_lose_answers_not_the_board(rig):
 
 
 def test_memory_is_within_its_budget(library):
-    assert library[1].fl_app_size() <= 16 * 1024
+    assert library[1].fl_app_size() <= 12 * 1024

@@ -80,10 +80,10 @@ def test_over_position(rig, points, loops: int):
 
 
 def test_all_points_fit(rig):
-    points = np.arange(2048) * 7 - 7000
+    points = np.arange(1024) * 7 - 7000
     rig.stream()
     assert play(rig, points) == "done"
-    np.testing.assert_allclose(told(rig, 2100), 1e-4 * np.append(points, [points[-1]] * 52), rtol=0, atol=ROUNDED)
+    np.testing.assert_allclose(told(rig, 1076), 1e-4 * np.append(points, [points[-1]] * 52), rtol=0, atol=ROUNDED)
 
 
 def test_held_until_a_table_plays_and_again_after_it(make_rig, points):
@@ -133,8 +133,8 @@ def test_what_is_refused_does_not_play(rig, points, wrong: dict[str, int], reaso
 
 
 def test_points_beyond_the_table_are_refused_by_index(rig):
-    answer = rig.ask("waveform", first=2040, values=np.zeros(9, int))
-    assert (answer.name, answer["reason"], answer["index"]) == ("refused", 5, 2048)
+    answer = rig.ask("waveform", first=1016, values=np.zeros(9, int))
+    assert (answer.name, answer["reason"], answer["index"]) == ("refused", 5, 1024)
 
 
 def test_a_loop_that_goes_on_begins_its_table_and_one_that_closes_goes_on(rig, points):

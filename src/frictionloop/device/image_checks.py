@@ -8,7 +8,7 @@ from pathlib import Path
 from frictionloop.device.elf import elf_file, loaded
 from frictionloop.quantities import FrictionloopError
 
-FLASH_LIMIT, RAM_LIMIT = 32 * 1024, 28 * 1024
+FLASH_LIMIT, RAM_LIMIT = 32 * 1024, 24 * 1024
 """Bytes, of 256 and 64 KB: the rest is for what a lab adds."""
 CONFIGURATION_ADDRESS = 0x400
 CONFIGURATION = bytes(12 * [0xFF] + [0xDE, 0xF9, 0xFF, 0xFF])

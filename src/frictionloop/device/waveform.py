@@ -1,4 +1,4 @@
-"""Set-points as the firmware plays them: a table of at most 2048 points over time or over position."""
+"""Set-points as the firmware plays them: a table over time or over position, as long as the device has room for."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def table_of(setpoint: Source | float | np.ndarray, duration_s: float, most: int
     Raises
     ------
     FrictionloopError
-        When 2048 points do not hold it to 2 mN rms.
+        When the table does not hold it to 2 mN rms.
     """
     if isinstance(setpoint, int | float):
         setpoint = Constant(offset_n=float(setpoint))
