@@ -19,7 +19,7 @@ from frictionloop.design.rest import rest_of
 from frictionloop.quantities.arithmetic import step
 
 RATE_HZ, TS = 5000, 1 / 5000
-SETTLE_S, SCORE_S = 2.0, 1.0
+SETTLE_S, SCORE_S = 3.0, 1.0
 STEADY = {
     "motion.tremor_um": 0.0,
     "motion.tremor_n": 0.0,
