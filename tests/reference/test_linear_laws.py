@@ -20,7 +20,7 @@ from frictionloop.design.rest import rest_of
 from frictionloop.quantities.arithmetic import step
 
 RATE_HZ, TS = 5000, 1 / 5000
-SETTLE_S, SCORE_S = 2.0, 1.0
+SETTLE_S, SCORE_S = 3.0, 1.0
 STEADY = SLIDING | SILENT
 """A finger that slides steadily and a sensor without noise: what is left of the bench is what is linearised."""
 TONES_HZ = np.array([3, 17, 41, 89, 137, 149, 211, 307, 499])

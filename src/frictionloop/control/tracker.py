@@ -46,7 +46,7 @@ SLOWEST_M_S = 0.002
 SMOOTH, SMOOTH_FALLS = 0.1, 0.02
 """Gains of the smoothed rate of friction, and of the excess of its falls (assumed: 2 and 10 ms)."""
 LEAST_RINGING_N_S = 40.0
-"""Mean excess of falls below which nothing rings, however slow the finger (assumed: twice what sensor noise makes)."""
+"""Mean excess of falls below which nothing rings, however slow the finger (assumed: twice what noise makes)."""
 CALM_C, CALM_T = 2e-3, 1e-3
 """Shares by which compliance falls and susceptibility rises in a tick of ringing (chosen on fingers(300, 3))."""
 FORGET = 4e-4
@@ -104,7 +104,8 @@ def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: 
     x1, x2 = fma(fma(slides, k1, w * s1), error, x1), fma(fma(slides, k2, w * s2), error, x2)
     x3 = fma(fma(slides, k3, w * s3), error, x3)
     rate = (f - f_before) / dt
-    rising, falling = fma(SMOOTH, rate - rising, rising), fma(SMOOTH_FALLS, max(-rate - fastest, 0.0) - falling, falling)
+    rising = fma(SMOOTH, rate - rising, rising)
+    falling = fma(SMOOTH_FALLS, max(-rate - fastest, 0.0) - falling, falling)
 
     # Go on to when the command takes effect.
     a_then = fma(decay_rest, a - command, command)
@@ -132,7 +133,7 @@ def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: 
     by_t = sensitivity_step(st, keep, k, w, share, mean, added_t, sensor)
     x1, x2, x3 = sensor_step(x1, x2, x3, f, f + change, sensor)
     state = TrackerState(
-        fma(decay_left, a_then - command, command), command, d, trusted, f + change, x1, x2, x3, forward, load, rising, falling,
-        f, c, fall, pc, pt, *by_c, *by_t,
+        fma(decay_left, a_then - command, command), command, d, trusted, f + change, x1, x2, x3, forward, load, rising,
+        falling, f, c, fall, pc, pt, *by_c, *by_t,
     )  # fmt: skip
     return state, ForceCommand(u, 1.0 if square != held else 0.0)

@@ -32,7 +32,7 @@ class TrackerState(NamedTuple):
     rising: float
     """Rate of the friction, N/s, smoothed."""
     falling: float
-    """By how much friction falls faster than the skin lets it rise, N/s, smoothed; slower falls and rises count as 0."""
+    """By how much friction falls faster than the skin lets it rise, N/s, smoothed; slower falls count as 0."""
     friction_before: float
     compliance: float
     """Of the contact, um/N."""

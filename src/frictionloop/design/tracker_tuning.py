@@ -108,7 +108,7 @@ def tune_tracker(system: System, limits: Mapping[float, float] = LIMITS, seed: i
 
 
 def true_shares(share: float) -> tuple[float, ...]:
-    """Return the shares 1 - e^(-dt/T) of the plants that a row has to hold for: T/dt = 1/share - 1, then those beside."""
+    """Return the shares 1 - e^(-dt/T), T/dt = 1/share - 1, of the plants that a row has to hold for."""
     own = 1.0 if share >= 1.0 else -math.expm1(-share / (1.0 - share))
     return (own, *ALSO.get(share, ()))
 
