@@ -72,11 +72,8 @@ typedef struct {
 
 struct fl_app {
     fl_identity identity;
-    /* parameters and set-point tables */
-    fl_table tables[2];
-    fl_derived derived[2];
+    /* which parameters and which set-point table */
     fl_swap parameters;
-    int16_t points[2][FL_POINTS];
     fl_play plays[2];
     fl_swap table;
     uint64_t phase; /* points, 2^-24 */
@@ -108,6 +105,10 @@ struct fl_app {
     uint8_t first_reply, reply_count;
     uint16_t coded, sent;
     uint8_t out[FL_LARGEST_CODED];
+    /* large, so last: what is within 4 KB of the beginning is reached by one instruction */
+    fl_table tables[2];
+    fl_derived derived[2];
+    int16_t points[2][FL_POINTS];
 };
 _Static_assert(sizeof(struct fl_app) <= FL_RAM, "the firmware's memory is within its budget");
 
