@@ -28,7 +28,8 @@ BEYOND = (TRUST - 1.0) / (2.0 - TRUST) * (HIGHEST - LOWEST)
 """How far a mean with a gain of 1 to 2 leaves the range [L, H] of what it follows: e = (t - 1)(H - L + e)."""
 BOUNDS = {
     "amplitude": (0.0, MODEL.max_amplitude_um), "command": (0.0, MODEL.max_amplitude_um),
-    "limit": (LOWEST, HIGHEST), "trusted": (LOWEST - BEYOND, HIGHEST + BEYOND), "forward": (-1.0, 1.0), "load": (math.log2(0.04), 4.0),
+    "limit": (LOWEST, HIGHEST), "trusted": (LOWEST - BEYOND, HIGHEST + BEYOND), "forward": (-1.0, 1.0),
+    "load": (math.log2(0.04), 4.0),
     "compliance": (0.0, C.largest_compliance_um_per_n), "fall": (0.2, 3.0),
 }  # fmt: skip
 """Hard bounds of what is clamped."""
