@@ -83,7 +83,8 @@ def main() -> int:
         return 2
     svd = Svd(Path(sys.argv[1]))
     found = [*headers(svd), *model(svd), *bits(svd), *gates(svd), *interrupts(svd)]
-    print("\n".join(found) or f"{len(REGISTERS)} registers and {len(FIELDS.split(chr(10))) - 2} constants agree")
+    registers, named = len(REGISTERS) - len(NOT_IN_SVD), len(FIELDS.strip().splitlines())
+    print("\n".join(found) or f"{registers} registers and {named} constants agree")
     return int(bool(found))
 
 
