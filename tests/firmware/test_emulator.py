@@ -6,6 +6,7 @@ import pytest
 from frictionloop import FrictionloopError
 from frictionloop.device.codec import Decoder, encode
 from frictionloop.device.emulator import TeensyEmulator
+from frictionloop.device.emulator.bank import Bank
 from frictionloop.device.emulator.corpus import edges, heartbeat, opening, strokes
 from frictionloop.device.host_board import HostBoard, Sample
 from frictionloop.quantities.schema import schema
@@ -129,6 +130,31 @@ def test_an_unknown_register_ends_the_run(board):
     board.processor.uc.ctl_flush_tb()
     with pytest.raises(FrictionloopError, match="reads 4 bytes at 0x4003b100: the model has no such register"):
         board.tick((0, 0), 0, 0)
+
+
+def test_a_block_without_its_clock_is_out_of_reach():
+    bank = Bank()
+    bank.connect()
+    with pytest.raises(FrictionloopError, match=r"reads PIT_CVAL0, whose clock is off \(SIM_SCGC6, bit 23\)"):
+        bank.read(0x40037104, 4)
+    bank.write(0x4004803C, 4, 1 << 23)
+    assert bank.read(0x40037104, 4) == 0
+    bank.write(0x4004803C, 4, 0)
+    with pytest.raises(FrictionloopError, match="writes PIT_MCR, whose clock is off"):
+        bank.write(0x40037000, 4, 0)
+
+
+@pytest.mark.parametrize("modulus", [100, 7200])
+def test_a_delay_block_that_misses_the_tick_is_refused(board, modulus):
+    """Too short to start the converters, or still running when the next trigger comes."""
+    board._bank.values["PDB_MOD"] = modulus
+    with pytest.raises(FrictionloopError, match="PDB_MOD: ADC0 must be started, and the pass over, in a tick"):
+        board.tick((0, 0), 0, 0)
+
+
+def test_the_watchdog_counts_with_its_prescaler(board):
+    board._bank.values["WDOG_PRESC"] = 4 << 8
+    assert board._watchdog.timeout_s() == pytest.approx(0.25)
 
 
 def test_an_image_that_leaves_the_watchdog_alone_is_refused(images, tmp_path):

@@ -35,7 +35,7 @@ void carrier_set(int32_t duty) {
 
 /* The pin low whatever the timer does: also from a fault, before anything was started. */
 void carrier_off(void) {
-    SIM_SCGC5 |= 1u << 11;
+    SIM_SCGC5 |= 1u << 11; /* port C */
     GPIOC_PCOR = PIN;
     GPIOC_PDDR |= PIN;
     PORTC_PCR1 = PIN_GPIO;

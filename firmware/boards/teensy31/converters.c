@@ -3,7 +3,7 @@
  * No instruction waits for a conversion. The timer that starts the tick also starts the PDB; START_COUNTS
  * later that starts input A of both converters, and input B follows by itself (back to back). All four are
  * done a few microseconds before the next tick, which reads them: a force is between 27.5 (begin of input
- * A) and 15.9 us old (its end), a load or position 15.9 to 4.3 us.
+ * A) and 15.7 us old (its end), a load or position 15.7 to 3.9 us.
  *
  * | input | pin | converter |
  * | force along the motion | A2, 16 | ADC0 input A: SE8 |
@@ -15,8 +15,9 @@
 #include "teensy31.h"
 
 enum {
-    CONVERSION_NS = 11583, /* 5 bus clocks and 3 + 4 * 25 converter clocks at 9 MHz, by the manual */
-    START_COUNTS = TICK_COUNTS - 990, /* 27.5 us, two conversions and 4.3 us, before the next tick */
+    CONVERSION_NS = 11806, /* 5 bus clocks and 5 + 4 * 25 converter clocks at 9 MHz, by the manual */
+    START_COUNTS = TICK_COUNTS - 990, /* 27.5 us, two conversions and 3.9 us, before the next tick */
+    PASS_COUNTS = TICK_COUNTS - 100,  /* the delay block is done before the next trigger */
     FORCE_ALONG = 8, FORCE_ACROSS = 9, LOAD = 12, POSITION = 0,
     HALF = 32768, /* counts: inputs lie in the middle of 0 to 3.3 V, samples count from there */
     CFG1_16_BIT = 3 << 2, CFG1_BUS_BY_2 = 1,
@@ -55,7 +56,7 @@ void converters_start(void) {
     prepare(ADC0, FORCE_ALONG, LOAD);
     prepare(ADC1, FORCE_ACROSS, POSITION);
     PDB_SC = PDB_ENABLE | PDB_TIMER_0;
-    PDB_MOD = 0xFFFF; /* one pass a trigger; the next trigger starts it anew */
+    PDB_MOD = PASS_COUNTS; /* one pass a trigger, over when the next comes: no trigger finds it running */
     PDB_IDLY = 0;
     PDB_CH0DLY0 = PDB_CH1DLY0 = START_COUNTS;
     PDB_CH0C1 = PDB_CH1C1 = PDB_BOTH;

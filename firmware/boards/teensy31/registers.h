@@ -1,7 +1,8 @@
 /* The registers of the MK20DX256VLH7 that this board uses, and no others.
  *
  * Headings name the chapters of the K20 Sub-Family Reference Manual, K20P64M72SF1RM; those of the core are in
- * the ARMv7-M Architecture Reference Manual, DDI 0403. Not compared with silicon. */
+ * the ARMv7-M Architecture Reference Manual, DDI 0403. check_registers.py compares them with the vendor's SVD
+ * file; not compared with silicon. */
 #ifndef FL_REGISTERS_H
 #define FL_REGISTERS_H
 

@@ -9,8 +9,8 @@ CALIBRATE, DONE = 1 << 7, 1 << 7
 INPUTS = {("ADC0", 8): 0, ("ADC1", 9): 1, ("ADC0", 12): 2, ("ADC1", 0): 3}
 """What the bench connects to which channel: force along and across the motion, load, position (docs: wiring)."""
 HALF = 32768
-PDB_ON = 1 << 7 | 4 << 8
-"""PDBEN, trigger from the timer PIT0."""
+PDB_ON, PDB_TIMER_0 = 1 << 7 | 1 << 0, 4
+"""PDBEN, and LDOK that takes modulus and delays over; TRGSEL: the timer PIT0."""
 
 
 class Converters:
@@ -37,10 +37,14 @@ class Converters:
             Force along and across, load, position: -32768 to 32767, the middle of the converter's range being 0.
         """
         values = self._bank.values
-        if values["PDB_SC"] & PDB_ON != PDB_ON:
+        if values["PDB_SC"] & PDB_ON != PDB_ON or values["PDB_SC"] >> 8 & 15 != PDB_TIMER_0:
             return
         for channel, adc in enumerate(("ADC0", "ADC1")):
             started = values[f"PDB_CH{channel}C1"]
+            if not values[f"PDB_CH{channel}DLY0"] <= values["PDB_MOD"] <= values["PIT_LDVAL0"]:
+                raise FrictionloopError(
+                    f"PDB_CH{channel}DLY0, PDB_MOD: {adc} must be started, and the pass over, in a tick"
+                )
             for pretrigger, (control, result) in enumerate((("SC1A", "RA"), ("SC1B", "RB"))):
                 if started >> pretrigger & 1:
                     source = INPUTS.get((adc, values[f"{adc}_{control}"] & 0x3F))

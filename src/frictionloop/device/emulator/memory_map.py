@@ -1,7 +1,8 @@
 """The registers of the MK20DX256 that the firmware may touch: name, address, width and value after reset.
 
-Read from the K20 Sub-Family Reference Manual, K20P64M72SF1RM, and the ARMv7-M Architecture Reference Manual, not from
-firmware/boards/teensy31/registers.h: two readings of the same text.
+Written after the K20 Sub-Family Reference Manual, K20P64M72SF1RM, and compared with the vendor's SVD file by
+firmware/boards/teensy31/check_registers.py. What is not in that file (DEMCR, DWT): the ARMv7-M Architecture Reference
+Manual.
 """
 
 from __future__ import annotations
@@ -16,6 +17,11 @@ class Register(NamedTuple):
     address: int
     width: int
     reset: int = 0
+
+    @property
+    def block(self) -> str:
+        """The peripheral that it belongs to."""
+        return self.name.partition("_")[0]
 
 
 def _block(prefix: str, base: int, width: int, names: dict[str, int], resets: dict[str, int]) -> list[Register]:
@@ -43,12 +49,15 @@ _FTM = {"SC": 0x00, "CNT": 0x04, "MOD": 0x08, "C0SC": 0x0C, "C0V": 0x10, "CNTIN"
 _PIT = {"MCR": 0x00, "LDVAL0": 0x100, "CVAL0": 0x104, "TCTRL0": 0x108, "TFLG0": 0x10C}
 _SIM = {"SCGC3": 0x1030, "SCGC4": 0x1034, "SCGC5": 0x1038, "SCGC6": 0x103C, "CLKDIV1": 0x1044, "UIDL": 0x1060}
 _WDOG = {"STCTRLH": 0x00, "TOVALH": 0x04, "TOVALL": 0x06, "REFRESH": 0x0C, "UNLOCK": 0x0E, "PRESC": 0x16}
+_WDOG_RESET = {
+    "STCTRLH": 0x01D3, "TOVALH": 0x4C, "TOVALL": 0x4B4C, "REFRESH": 0xB480, "UNLOCK": 0xD928, "PRESC": 0x0400,
+}  # fmt: skip
 
 REGISTERS = (
     *_block("SIM", 0x40047000, 4, _SIM, {"SCGC4": 0xF0100030, "SCGC5": 0x40182, "SCGC6": 0x40000001}),
     *_block("MCG", 0x40064000, 1, {"C1": 0, "C2": 1, "C5": 4, "C6": 5, "S": 6}, {"C1": 0x04, "C2": 0x80, "S": 0x10}),
     Register("OSC_CR", 0x40065000, 1),
-    *_block("WDOG", 0x40052000, 2, _WDOG, {"STCTRLH": 0x01D3, "TOVALH": 0x4C, "TOVALL": 0x4B4C, "PRESC": 0x0400}),
+    *_block("WDOG", 0x40052000, 2, _WDOG, _WDOG_RESET),
     *_block("ADC0", 0x4003B000, 4, _ADC, _ADC_RESET),
     *_block("ADC1", 0x400BB000, 4, _ADC, _ADC_RESET),
     *_block("PDB", 0x40036000, 4, _PDB, {"MOD": 0xFFFF, "IDLY": 0xFFFF}),
@@ -67,9 +76,14 @@ REGISTERS = (
     Register("DWT_CYCCNT", 0xE0001004, 4),
 )
 """All of them. What is not here, the firmware may not touch."""
+GATES = {
+    "ADC1": ("SIM_SCGC3", 27), "UART0": ("SIM_SCGC4", 10), "PORTB": ("SIM_SCGC5", 10), "PORTC": ("SIM_SCGC5", 11),
+    "PDB": ("SIM_SCGC6", 22), "PIT": ("SIM_SCGC6", 23), "FTM0": ("SIM_SCGC6", 24), "ADC0": ("SIM_SCGC6", 27),
+}  # fmt: skip
+"""Register and bit of a block's clock, off after reset: the processor faults at a block whose clock is off."""
 PAGE = 0x1000
 PAGES = tuple(sorted({register.address // PAGE * PAGE for register in REGISTERS}))
 FLASH, FLASH_BYTES = 0, 256 * 1024
 RAM, RAM_BYTES = 0x1FFF8000, 64 * 1024
 UART0_INTERRUPT, PIT0_INTERRUPT = 45, 68
-"""Numbers of the interrupts, from the manual's table of them."""
+"""Numbers of the interrupts."""

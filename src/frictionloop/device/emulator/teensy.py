@@ -1,4 +1,4 @@
-"""A Teensy 3.1 that is an image and a reading of the manual: the same instructions, in lock-step with a bench."""
+"""A Teensy 3.1 that is an image and a model of the registers: the same instructions, in lock-step with a bench."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from frictionloop.quantities import FrictionloopError
 
 UNLOCK = (0xC520, 0xD928)
 REFRESH = (0xA602, 0xB480)
-ENABLED = 1 << 0
+ENABLED, BUS_CLOCK = 1 << 0, 1 << 1
 OSCILLATOR_HZ = 1000
 
 
@@ -33,11 +33,14 @@ class Watchdog:
             raise FrictionloopError("the image must unlock the watchdog before it writes to any other register")
         if not self._bank.values["WDOG_STCTRLH"] & ENABLED:
             raise FrictionloopError("the image leaves the watchdog off")
+        if self._bank.values["WDOG_STCTRLH"] & BUS_CLOCK:
+            raise FrictionloopError("the image runs the watchdog from a clock that it can stop")
 
     def timeout_s(self) -> float:
         """Return how long it waits."""
         values = self._bank.values
-        return (values["WDOG_TOVALH"] << 16 | values["WDOG_TOVALL"]) / OSCILLATOR_HZ
+        counts = values["WDOG_TOVALH"] << 16 | values["WDOG_TOVALL"]
+        return counts * ((values["WDOG_PRESC"] >> 8 & 7) + 1) / OSCILLATOR_HZ
 
     def check(self, now_s: float) -> None:
         """Take the time; refuse to go on when the image was silent for too long."""
