@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import os
 import time
 from collections.abc import Callable
@@ -12,7 +13,7 @@ from typing import Any
 import xarray as xr
 
 from frictionloop.device.codec import Message
-from frictionloop.device.errors import DeviceError, NoReply, Unplugged
+from frictionloop.device.errors import DeviceError, NoReply, Refused, Unplugged
 from frictionloop.device.link import Link
 from frictionloop.device.recorder import ALL, TICK_HZ, Recorder
 from frictionloop.device.transport import Pipe
@@ -28,12 +29,23 @@ FAULTS = {number: name for name, number in schema()["faults"].items()}
 STATES = schema()["states"]
 
 
+KEPT_AS = "interrupted-run"
+"""Stem of the file of a run that ended early and was given no path."""
+
+
 class Interrupted(DeviceError):
     """A run that ended early; `run` is what was recorded, `path` the file that keeps it."""
 
     def __init__(self, why: str, run: xr.Dataset, path: str | os.PathLike[str]) -> None:
-        recorded = int(run["scored"].sum())
-        super().__init__(f"{why}; {recorded} samples recorded so far are in {path}")
+        super().__init__(f"{why}; {_kept(run, path)}")
+        self.run, self.path = run, path
+
+
+class RunInterrupted(KeyboardInterrupt):
+    """Ctrl-C in mid-run; `run` is what was recorded, `path` the file that keeps it."""
+
+    def __init__(self, run: xr.Dataset, path: str | os.PathLike[str]) -> None:
+        super().__init__(_kept(run, path))
         self.run, self.path = run, path
 
 
@@ -47,13 +59,13 @@ class Running:
         self._tick: int | None = None
 
     def start(self) -> None:
-        """Ask for telemetry, then for the state."""
-        self.link.ask("stream", decimation=self.recorder.decimation, mask=ALL)
-        status = self.link.ask("heartbeat")
+        """Ask for telemetry, then for the state; what the device said of earlier runs does not count."""
+        status = self.link.listen(self.recorder.decimation, ALL)
         if status["state"] == STATES["fault"]:
             raise DeviceError(
                 f"the device has the fault {FAULTS.get(status['fault'])}: find its cause, then clear() it"
             )
+        self.recorder.since = self._tick = status["tick"]
         self.link.ask("mode", state=self.recorder.state)
         self.link.forget("status")  # what it said before
         self._since = self.link.pipe.clock()
@@ -73,13 +85,14 @@ class Running:
     def stop(self) -> None:
         """Ask the device to be idle and quiet, if it is there."""
         with contextlib.suppress(DeviceError):
-            self.link.ask("mode", state=STATES["idle"])
+            with contextlib.suppress(Refused):  # at fault it is off
+                self.link.ask("mode", state=STATES["idle"])
             self.link.ask("stream", decimation=0, mask=0)
 
     def _hear(self, message: Message) -> None:
         if message.name == "telemetry":
             self.recorder.take(message)
-        elif message.name == "fault":
+        elif message.name == "fault" and self.recorder.is_new(message["tick"]):
             raise DeviceError(_fault(message["fault"], f"at tick {message['tick']}, value {message['value']}"))
         elif message.name == "status":
             self._check(message)
@@ -117,6 +130,16 @@ def check_folder(path: str | os.PathLike[str] | None) -> None:
     folder = Path(path or ".").absolute().parent
     if not (folder.is_dir() and os.access(folder, os.W_OK)):
         raise FrictionloopError(f"{path}: cannot be written (no folder {folder}, or not ours to write to)")
+
+
+def free_path() -> Path:
+    """Return a file that is not there yet: interrupted-run.h5, interrupted-run-2.h5 and so on."""
+    numbered = (f"{KEPT_AS}-{number}.h5" for number in itertools.count(2))
+    return next(path for name in itertools.chain([f"{KEPT_AS}.h5"], numbered) if not (path := Path(name)).exists())
+
+
+def _kept(run: xr.Dataset, path: str | os.PathLike[str]) -> str:
+    return f"{run.sizes['time'] - run.attrs['lost_samples']} samples recorded so far are in {path}"
 
 
 def _fault(number: int, where: str) -> str:

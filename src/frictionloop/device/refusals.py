@@ -1,0 +1,58 @@
+"""A refused parameter table, said with the names of its parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from frictionloop.device.errors import Refused
+from frictionloop.device.words import accepted, from_words
+from frictionloop.quantities.schema import Word, parameter_words
+
+RELATIONS: dict[str, Callable[[dict[str, Any]], str]] = {
+    "law.number": lambda value: "a law that the firmware has, of " + parameter_words()["law.number"].text,
+    "law.high_n": lambda value: f"above law.low_n = {value['law.low_n']:g} N",
+    "drive.largest_um": lambda value: "above 0 um",
+    "drive.ceiling_um": lambda value: f"at most drive.largest_um = {value['drive.largest_um']:g} um",
+    "drive.duty": lambda value: "0 first and none below the one before",
+    "lookup.squares_um2": lambda value: "none above the one before",
+}
+"""What the firmware asks of a parameter beside its range (firmware/core/app_parameters.c, fl_check_table)."""
+
+
+def in_words(refused: Refused, table: np.ndarray) -> Refused:
+    """Return a refusal of `set` or `commit` that names the parameter, its value and what would be accepted.
+
+    Parameters
+    ----------
+    refused : Refused
+        Its ``index`` is that of the word that is wrong; without one it is returned as it is.
+    table : array (word_count,) of int32
+        The words that were refused.
+    """
+    found = [word for word in parameter_words().values() if 0 <= _past(refused, word) < word.words]
+    if not found or refused.reason != "out_of_range":
+        return refused
+    word = found[0]
+    value = np.atleast_1d(from_words(word, table[word.first : word.first + word.words]))
+    entry = _past(refused, word) * word.count // word.words
+    name = f"{word.name}[{entry}]" if word.count > 1 else word.name
+    unit = f" {word.unit}" if word.unit else ""
+    wanted = f"{name} = {value[entry]:g}{unit}: the device refuses, must be {_limit(word, float(value[entry]), table)}"
+    return Refused(wanted, refused.reason, refused.index)
+
+
+def _past(refused: Refused, word: Word) -> int:
+    return -1 if refused.index is None else refused.index - word.first
+
+
+def _limit(word: Word, number: float, table: np.ndarray) -> str:
+    """Return what is accepted: the range where that is broken, else how it goes with the others."""
+    inside = (word.low is None or word.low <= number) and (word.high is None or number <= word.high)
+    if not inside or word.name not in RELATIONS:
+        return accepted(word)
+    words = parameter_words().values()
+    values = {other.name: from_words(other, table[other.first : other.first + other.words]) for other in words}
+    return RELATIONS[word.name](values)
