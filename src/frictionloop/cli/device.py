@@ -98,6 +98,7 @@ def set_parameters(
     described = flags.system_from(system, None, None) if system is not None else None
 
     from frictionloop.device.device import connect
+    from frictionloop.device.words import shown
 
     with connect(address) as device:
         if described is not None:
@@ -108,11 +109,12 @@ def set_parameters(
         if pairs:
             device.commit()
         after = {name: device.parameters[name] for name, _ in pairs}
+        about = {name: device.parameters.about(name) for name in after}
     if json:
         screen.show_json({"system": str(system) if system else None, "before": before, "after": after})
         return
     rows = [("table", f"set from {system}")] if system else []
-    rows += [(name, f"{before[name]:.6g} -> {after[name]:.6g}") for name in after]
+    rows += [(name, f"{shown(word, before[name])} -> {shown(word, after[name])}") for name, word in about.items()]
     screen.show(screen.columns(rows))
 
 

@@ -18,9 +18,11 @@ if TYPE_CHECKING:
 ARGUMENTS = "ADDRESS [FILE] [OPTIONS]"
 EXAMPLES = r"""Examples
 
-  frictionloop device run sim: --duration-s 4 --plot forces.svg
+  frictionloop device run sim: --controller.kind tracker --plot forces.svg
   frictionloop device run serial:///dev/ttyACM0 my-controller.toml --out run.h5
   frictionloop device run tcp://bench:5555 --setpoint.offset_n 0.5 --open
+
+The PI gains that bench() begins with are the paper's, and ring on it.
 """
 
 
@@ -58,6 +60,7 @@ def command(
 
     with connect(address, system) as device:
         device.upload(system)
+        device.clear()  # of a fault that an earlier run ended with; refused while its cause lasts
         with _progress(duration_s, decimation / device.info.tick_hz) as progress:
             run = device.run(
                 system.setpoint,

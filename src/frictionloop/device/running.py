@@ -32,9 +32,13 @@ class Interrupted(DeviceError):
     """A run that ended early; `run` is what was recorded, `path` the file that keeps it."""
 
     def __init__(self, why: str, run: xr.Dataset, path: str | os.PathLike[str]) -> None:
-        recorded = int(run["scored"].sum())
-        super().__init__(f"{why}; {recorded} samples recorded so far are in {path}")
+        super().__init__(f"{why}; {recorded_in(run, path)}")
         self.run, self.path = run, path
+
+
+def recorded_in(run: xr.Dataset, path: str | os.PathLike[str]) -> str:
+    """Return in words what a run that ended early leaves where."""
+    return f"{int(run['scored'].sum())} samples recorded so far are in {path}"
 
 
 class Running:
