@@ -16,6 +16,10 @@ ADDRESS = (
     "serial:///dev/ttyACM0 or tcp://host:port."
 )
 Address = Annotated[str, Parameter(name="ADDRESS", help=ADDRESS, group=flags.SYSTEM)]
+LIST_EXAMPLES = r"""Examples
+
+  frictionloop device list
+"""
 INFO_EXAMPLES = r"""Examples
 
   frictionloop device info sim:
@@ -125,7 +129,7 @@ def _pair(text: str) -> tuple[str, object]:
     return name, flags.scalar(value)
 
 
-app.command(list_ports, name="list", usage="frictionloop device list [--json]")
+app.command(list_ports, name="list", usage="frictionloop device list [--json]", help_epilogue=LIST_EXAMPLES)
 app.command(info, usage="frictionloop device info ADDRESS [--json]", help_epilogue=INFO_EXAMPLES)
 app.command(
     set_parameters,

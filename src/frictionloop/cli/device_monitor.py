@@ -16,7 +16,7 @@ EXAMPLES = r"""Examples
   frictionloop device monitor sim: --duration-s 2
   frictionloop device monitor serial:///dev/ttyACM0 --rate-hz 20
 """
-COLUMNS = (("f_r", 1.0, "N", 7, 4), ("f_m", 1.0, "N", 7, 4), ("u", 1.0, "N", 7, 4), ("a", 1.0, "um", 6, 3),
+COLUMNS = (("f_r", 1.0, "N", 6, 4), ("f_m", 1.0, "N", 7, 4), ("u", 1.0, "N", 6, 4), ("a", 1.0, "um", 6, 3),
            ("position", 1e3, "mm", 11, 2), ("speed", 1e3, "mm/s", 10, 1), ("load", 1.0, "N", 6, 3))  # fmt: skip
 """Channels with their factor to the unit shown, the width, and the places after the point; 80 columns with a state."""
 
