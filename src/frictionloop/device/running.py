@@ -135,4 +135,4 @@ def _reading(fault: Message) -> str:
     if name not in READINGS:
         return ""
     step, unit = READINGS[name]
-    return f" ({step * fault['value']:.4g} {unit})"
+    return f" ({step * fault['value']:.3g} {unit})"
