@@ -31,7 +31,7 @@ def test_lines_of_the_transcript_fit_the_page(session):
 
 
 def test_a_command_that_ends_otherwise_is_an_error(session):
-    with pytest.raises(RuntimeError, match="device set sim: drive.ceiling_um=9: exit code 2"):
+    with pytest.raises(RuntimeError, match=r"device set sim: drive\.ceiling_um=9: exit code 2"):
         session.command("device set sim: drive.ceiling_um=9")
     with pytest.raises(RuntimeError, match="exit code 0"):
         session.command("--version", ends=2)

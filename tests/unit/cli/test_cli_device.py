@@ -171,10 +171,16 @@ def test_a_run_in_words(frictionloop):
     assert (answer.code, answer.err) == (0, "")
     said = rows(answer.out)
     assert said["device"] == "sim:" and said["system"] == "bench() with controller.kind = tracker"
-    assert said["recorded"].startswith("200 samples, ") and said["recorded"].endswith(
-        "% of them under a sliding finger"
-    )
-    assert said["f_m - f_r"].endswith("mN rms, by the device's own sensor") and said["lost"] == "nothing"
+    assert said["recorded"] == "200 samples"
+    assert re.match(r"[\d.]+ %: a finger slides, 2 mm or more from where it turns$", said["counted"])
+    assert said["f_m - f_r"].endswith("mN rms by the device's own sensor") and said["lost"] == "nothing"
+
+
+def test_a_run_in_which_no_finger_slides_has_no_error(frictionloop):
+    arguments = ("device", "run", "sim:", "--open", "--duration-s", "0.002")
+    said = rows(frictionloop(*arguments).out)
+    assert said["counted"].startswith("0 %") and said["f_m - f_r"] == "none"
+    assert frictionloop(*arguments, "--json").json()["measured_rms_error_n"] is None
 
 
 def test_open_loop_asks_for_what_the_lookup_has(frictionloop, tmp_path):
