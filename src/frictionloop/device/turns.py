@@ -20,7 +20,8 @@ def away_from_turns(position_m: np.ndarray, speed_m_s: np.ndarray, way_m: float)
     array of bool
         (samples,); a run without a turn is away from all of them.
     """
-    going = np.sign(np.nan_to_num(speed_m_s))
+    position_m = np.asarray(position_m)
+    going = np.sign(np.nan_to_num(np.asarray(speed_m_s)))
     samples = np.arange(going.size)
     moving = np.flatnonzero(going)
     if moving.size == 0:
