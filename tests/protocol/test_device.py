@@ -61,7 +61,7 @@ def test_what_another_host_left_waiting_is_written_over(device: Device, board: A
         ("setpoint.hold_n", float("nan"), "setpoint.hold_n = nan N: must be a number from 0 to 8 N"),
         ("setpoint.hold_n", "much", "setpoint.hold_n = 'much': must be a number from 0 to 8 N"),
         ("safety.force_ticks", 2.5, "safety.force_ticks = 2.5: must be a whole number from 1 to 50000"),
-        ("force.zero_counts", 1, "force.zero_counts: 1 numbers; must be 2"),
+        ("force.zero_counts", 1, "force.zero_counts: 1 number; must be 2"),
         ("touch.n_per_count", 1e10, "touch.n_per_count = 1e+10 N: must be a number of magnitude below 2^31 N"),
     ],
 )
@@ -136,7 +136,7 @@ def test_a_fault_ends_a_run_and_keeps_what_was_recorded(device: Device, board: A
             board.raise_fault("force_range")
 
     with pytest.raises(
-        Interrupted, match=r"^fault force_range at tick \d+, value 7; \d+ samples recorded so far are in"
+        Interrupted, match=r"^fault force_range at tick \d+ \(7 N\); \d+ samples recorded so far are in"
     ):
         device.run(0.5, 2.0, path=tmp_path / "cut.h5", progress=later)
     kept = fl.load(tmp_path / "cut.h5")

@@ -76,7 +76,7 @@ def test_another_system_is_uploaded(device: fl.Device) -> None:
 def test_the_board_refuses_and_faults_by_name(device: fl.Device) -> None:
     device.set("law.low_n", 0.9)
     device.set("law.high_n", 0.1)
-    with pytest.raises(fl.DeviceError, match=r"^commit .*: the device refuses, out of range"):
+    with pytest.raises(fl.DeviceError, match=r"^commit: the device refuses law.high_n = 0.1 N, out of range$"):
         device.commit()
     device.set("safety.force_limit_n", 0.001)
     device.commit()

@@ -16,7 +16,7 @@ from frictionloop.device.info import identified
 from frictionloop.device.link import Link
 from frictionloop.device.recorder import ALL, CHANNELS, SCALES, TICK_HZ, Recorder
 from frictionloop.device.recording import clock_fit, to_dataset
-from frictionloop.device.running import STATES, Interrupted, Running, check_folder
+from frictionloop.device.running import STATES, Interrupted, Running, check_folder, recorded_in
 from frictionloop.device.table import Parameters
 from frictionloop.device.transport import Pipe, opener
 from frictionloop.device.waveform import table, table_of, with_setpoint
@@ -225,7 +225,7 @@ class Device:
             run = self._dataset(running, before, recorder.reached, setpoint, played.error_n)
             save(run, kept)
             if isinstance(end, KeyboardInterrupt):
-                raise
+                raise KeyboardInterrupt(recorded_in(run, kept)) from None
             raise Interrupted(str(end), run, kept) from None
         finally:
             running.stop()

@@ -26,15 +26,22 @@ REOPENED = 20
 PAUSE_S = 0.1
 FAULTS = {number: name for name, number in schema()["faults"].items()}
 STATES = schema()["states"]
+READINGS = {"force_range": (2.0**-28, "N"), "sensor_saturated": (1, "counts"), "sensor_stuck": (1, "counts"),
+            "host_silent": (1e-3, "ms"), "tick_overrun": (1, "late ticks")}  # fmt: skip
+"""What a fault tells of its cause: the size of a step, and the unit."""
 
 
 class Interrupted(DeviceError):
     """A run that ended early; `run` is what was recorded, `path` the file that keeps it."""
 
     def __init__(self, why: str, run: xr.Dataset, path: str | os.PathLike[str]) -> None:
-        recorded = int(run["scored"].sum())
-        super().__init__(f"{why}; {recorded} samples recorded so far are in {path}")
+        super().__init__(f"{why}; {recorded_in(run, path)}")
         self.run, self.path = run, path
+
+
+def recorded_in(run: xr.Dataset, path: str | os.PathLike[str]) -> str:
+    """Return in words what a run that ended early leaves where."""
+    return f"{int(run['scored'].sum())} samples recorded so far are in {path}"
 
 
 class Running:
@@ -80,7 +87,7 @@ class Running:
         if message.name == "telemetry":
             self.recorder.take(message)
         elif message.name == "fault":
-            raise DeviceError(_fault(message["fault"], f"at tick {message['tick']}, value {message['value']}"))
+            raise DeviceError(_fault(message["fault"], f"at tick {message['tick']}{_reading(message)}"))
         elif message.name == "status":
             self._check(message)
 
@@ -121,3 +128,11 @@ def check_folder(path: str | os.PathLike[str] | None) -> None:
 
 def _fault(number: int, where: str) -> str:
     return f"fault {FAULTS.get(number, number)} {where}"
+
+
+def _reading(fault: Message) -> str:
+    name = FAULTS.get(fault["fault"])
+    if name not in READINGS:
+        return ""
+    step, unit = READINGS[name]
+    return f" ({step * fault['value']:.3g} {unit})"

@@ -10,7 +10,7 @@ import numpy as np
 
 from frictionloop.device.errors import DeviceError, Refused
 from frictionloop.device.link import Link
-from frictionloop.device.words import from_words, to_words, word_of
+from frictionloop.device.words import from_words, shown, to_words, word_at, word_of
 from frictionloop.quantities.schema import Word, parameter_words, table_hash, word_count
 
 WORDS_A_FRAME = 64
@@ -78,13 +78,16 @@ class Parameters(Mapping[str, Any]):
         waiting = self._mirror()
         check = zlib.crc32(waiting.astype("<i4").tobytes())
         try:
-            self._link.ask("commit", crc=check)
+            try:
+                self._link.ask("commit", crc=check)
+            except Refused as refused:
+                if refused.reason != "wrong_crc":
+                    raise
+                # Somebody wrote there before us: what waits is not what is in force with our changes.
+                self._write(0, waiting)
+                self._link.ask("commit", crc=check)
         except Refused as refused:
-            if refused.reason != "wrong_crc":
-                raise
-            # Somebody wrote there before us: what waits is not what is in force with our changes.
-            self._write(0, waiting)
-            self._link.ask("commit", crc=check)
+            raise _by_name(refused, waiting) from None
         finally:
             self._waiting = None
 
@@ -112,3 +115,13 @@ class Parameters(Mapping[str, Any]):
                 f"the device's parameter table is another one (hash {self._hash:08x}, here {table_hash():08x}); "
                 "flash the firmware of this version"
             )
+
+
+def _by_name(refused: Refused, table: np.ndarray) -> Refused:
+    """Return the refusal of a table with the name of the parameter that is wrong in it."""
+    if refused.index is None or refused.index >= len(table):
+        return refused
+    word = word_at(refused.index)
+    value = shown(word, from_words(word, table[word.first : word.first + word.words]))
+    reason = refused.reason.replace("_", " ")
+    return Refused(f"commit: the device refuses {word.name} = {value}, {reason}", refused.reason, refused.index)
