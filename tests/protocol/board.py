@@ -53,7 +53,7 @@ class Board:
 
     def raise_fault(self, name: str) -> None:
         self.state, self.fault = STATES["fault"], FAULTS[name]
-        self.say("fault", fault=self.fault, tick=self.tick, value=7)
+        self.say("fault", fault=self.fault, tick=self.tick, value=7 << 28)
 
     def say(self, name: str, **fields: Any) -> None:
         self.out.append(encode(name, self.sequence, self.tick * 200 % 2**32, **fields))

@@ -10,7 +10,7 @@ import pytest
 import frictionloop as fl
 from frictionloop.device.device import Device
 from frictionloop.device.errors import Refused
-from frictionloop.device.running import Interrupted, RunInterrupted
+from frictionloop.device.running import Interrupted
 from frictionloop.quantities.schema import parameter_words, word_count
 
 
@@ -61,7 +61,7 @@ def test_what_another_host_left_waiting_is_written_over(device: Device, board: A
         ("setpoint.hold_n", float("nan"), "setpoint.hold_n = nan N: must be a number from 0 to 8 N"),
         ("setpoint.hold_n", "much", "setpoint.hold_n = 'much': must be a number from 0 to 8 N"),
         ("safety.force_ticks", 2.5, "safety.force_ticks = 2.5: must be a whole number from 1 to 50000"),
-        ("force.zero_counts", 1, "force.zero_counts: 1 numbers; must be 2"),
+        ("force.zero_counts", 1, "force.zero_counts: 1 number; must be 2"),
         ("touch.n_per_count", 1e10, "touch.n_per_count = 1e+10 N: must be a number of magnitude below 2^31 N"),
     ],
 )
@@ -140,7 +140,7 @@ def test_a_fault_ends_a_run_and_keeps_what_was_recorded(device: Device, board: A
             board.raise_fault("force_range")
 
     with pytest.raises(
-        Interrupted, match=r"^fault force_range at tick \d+, value 7; \d+ samples recorded so far are in"
+        Interrupted, match=r"^fault force_range at tick \d+ \(7 N\); \d+ samples recorded so far are in"
     ):
         device.run(0.5, 2.0, path=tmp_path / "cut.h5", progress=later)
     kept = fl.load(tmp_path / "cut.h5")
@@ -255,9 +255,9 @@ def test_ctrl_c_names_the_file_and_overwrites_none(device: Device, board: Any, t
             raise KeyboardInterrupt
 
     for name in ("interrupted-run.h5", "interrupted-run-2.h5", "interrupted-run-3.h5"):
-        with pytest.raises(RunInterrupted, match=rf"^\d+ samples recorded so far are in {name}$") as ended:
+        with pytest.raises(KeyboardInterrupt, match=rf"^\d+ samples recorded so far are in {name}$"):
             device.run(0.5, 2.0, progress=stopped)
-        assert fl.load(name).sizes["time"] == ended.value.run.sizes["time"] > 1000
+        assert fl.load(name).sizes["time"] > 1000
         assert (board.state, board.decimation) == (0, 0)
 
 

@@ -16,6 +16,10 @@ ADDRESS = (
     "serial:///dev/ttyACM0 or tcp://host:port."
 )
 Address = Annotated[str, Parameter(name="ADDRESS", help=ADDRESS, group=flags.SYSTEM)]
+LIST_EXAMPLES = r"""Examples
+
+  frictionloop device list
+"""
 INFO_EXAMPLES = r"""Examples
 
   frictionloop device info sim:
@@ -98,6 +102,7 @@ def set_parameters(
     described = flags.system_from(system, None, None) if system is not None else None
 
     from frictionloop.device.device import connect
+    from frictionloop.device.words import shown
 
     with connect(address) as device:
         if described is not None:
@@ -108,11 +113,12 @@ def set_parameters(
         if pairs:
             device.commit()
         after = {name: device.parameters[name] for name, _ in pairs}
+        about = {name: device.parameters.about(name) for name in after}
     if json:
         screen.show_json({"system": str(system) if system else None, "before": before, "after": after})
         return
     rows = [("table", f"set from {system}")] if system else []
-    rows += [(name, f"{before[name]:.6g} -> {after[name]:.6g}") for name in after]
+    rows += [(name, f"{shown(word, before[name])} -> {shown(word, after[name])}") for name, word in about.items()]
     screen.show(screen.columns(rows))
 
 
@@ -123,7 +129,7 @@ def _pair(text: str) -> tuple[str, object]:
     return name, flags.scalar(value)
 
 
-app.command(list_ports, name="list", usage="frictionloop device list [--json]")
+app.command(list_ports, name="list", usage="frictionloop device list [--json]", help_epilogue=LIST_EXAMPLES)
 app.command(info, usage="frictionloop device info ADDRESS [--json]", help_epilogue=INFO_EXAMPLES)
 app.command(
     set_parameters,

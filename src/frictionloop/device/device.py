@@ -17,7 +17,7 @@ from frictionloop.device.info import identified
 from frictionloop.device.link import Link
 from frictionloop.device.recorder import ALL, CHANNELS, SCALES, Recorder
 from frictionloop.device.recording import clock_fit, to_dataset
-from frictionloop.device.running import STATES, Interrupted, RunInterrupted, Running, check_folder, free_path
+from frictionloop.device.running import STATES, Interrupted, Running, check_folder, free_path, recorded_in
 from frictionloop.device.table import Parameters
 from frictionloop.device.transport import Pipe, opener
 from frictionloop.device.waveform import checked, table, table_of, with_setpoint
@@ -208,8 +208,8 @@ class Device:
         FrictionloopError
             For a set-point or duration that does not fit; Interrupted, which is one, when the device faults or is
             gone in mid-run.
-        RunInterrupted
-            A KeyboardInterrupt, at Ctrl-C; it names the file as well.
+        KeyboardInterrupt
+            At Ctrl-C, with the file named as well.
         """
         rows = rows_of(duration_s, decimation)
         if state not in ("open", "closed"):
@@ -237,7 +237,7 @@ class Device:
         if kept is not None:
             save(run, kept)
         if isinstance(ended, KeyboardInterrupt):
-            raise RunInterrupted(run, kept or "") from None
+            raise KeyboardInterrupt(recorded_in(run, kept or "")) from None
         if ended is not None:
             raise Interrupted(str(ended), run, kept or "") from None
         return run

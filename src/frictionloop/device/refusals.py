@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from frictionloop.device.errors import Refused
-from frictionloop.device.words import accepted, from_words
+from frictionloop.device.words import accepted, from_words, shown, word_at
 from frictionloop.quantities.schema import Word, parameter_words
 
 RELATIONS: dict[str, Callable[[dict[str, Any]], str]] = {
@@ -22,30 +22,26 @@ RELATIONS: dict[str, Callable[[dict[str, Any]], str]] = {
 """What the firmware asks of a parameter beside its range (firmware/core/app_parameters.c, fl_check_table)."""
 
 
-def in_words(refused: Refused, table: np.ndarray) -> Refused:
+def in_words(asked: str, refused: Refused, table: np.ndarray) -> Refused:
     """Return a refusal of `set` or `commit` that names the parameter, its value and what would be accepted.
 
     Parameters
     ----------
+    asked : str
+        ``"set"`` or ``"commit"``.
     refused : Refused
         Its ``index`` is that of the word that is wrong; without one it is returned as it is.
     table : array (word_count,) of int32
         The words that were refused.
     """
-    found = [word for word in parameter_words().values() if 0 <= _past(refused, word) < word.words]
-    if not found or refused.reason != "out_of_range":
+    if refused.index is None or refused.index >= len(table) or refused.reason != "out_of_range":
         return refused
-    word = found[0]
-    value = np.atleast_1d(from_words(word, table[word.first : word.first + word.words]))
-    entry = _past(refused, word) * word.count // word.words
-    name = f"{word.name}[{entry}]" if word.count > 1 else word.name
-    unit = f" {word.unit}" if word.unit else ""
-    wanted = f"{name} = {value[entry]:g}{unit}: the device refuses, must be {_limit(word, float(value[entry]), table)}"
-    return Refused(wanted, refused.reason, refused.index)
-
-
-def _past(refused: Refused, word: Word) -> int:
-    return -1 if refused.index is None else refused.index - word.first
+    word = word_at(refused.index)
+    values = np.atleast_1d(from_words(word, table[word.first : word.first + word.words]))
+    entry = (refused.index - word.first) * word.count // word.words
+    number, name = float(values[entry]), f"{word.name}[{entry}]" if word.count > 1 else word.name
+    said = f"{asked}: the device refuses {name} = {shown(word, number)}, out of range"
+    return Refused(f"{said}; must be {_limit(word, number, table)}", refused.reason, refused.index)
 
 
 def _limit(word: Word, number: float, table: np.ndarray) -> str:

@@ -27,6 +27,9 @@ REOPENED = 20
 PAUSE_S = 0.1
 FAULTS = {number: name for name, number in schema()["faults"].items()}
 STATES = schema()["states"]
+READINGS = {"force_range": (2.0**-28, "N"), "sensor_saturated": (1, "counts"), "sensor_stuck": (1, "counts"),
+            "host_silent": (1e-3, "ms"), "tick_overrun": (1, "late ticks")}  # fmt: skip
+"""What a fault tells of its cause: the size of a step, and the unit."""
 
 
 KEPT_AS = "interrupted-run"
@@ -37,16 +40,13 @@ class Interrupted(DeviceError):
     """A run that ended early; `run` is what was recorded, `path` the file that keeps it."""
 
     def __init__(self, why: str, run: xr.Dataset, path: str | os.PathLike[str]) -> None:
-        super().__init__(f"{why}; {_kept(run, path)}")
+        super().__init__(f"{why}; {recorded_in(run, path)}")
         self.run, self.path = run, path
 
 
-class RunInterrupted(KeyboardInterrupt):
-    """Ctrl-C in mid-run; `run` is what was recorded, `path` the file that keeps it."""
-
-    def __init__(self, run: xr.Dataset, path: str | os.PathLike[str]) -> None:
-        super().__init__(_kept(run, path))
-        self.run, self.path = run, path
+def recorded_in(run: xr.Dataset, path: str | os.PathLike[str]) -> str:
+    """Return in words what a run that ended early leaves where."""
+    return f"{run.sizes['time'] - run.attrs['lost_samples']} samples recorded so far are in {path}"
 
 
 class Running:
@@ -93,7 +93,7 @@ class Running:
         if message.name == "telemetry":
             self.recorder.take(message)
         elif message.name == "fault" and self.recorder.is_new(message["tick"]):
-            raise DeviceError(_fault(message["fault"], f"at tick {message['tick']}, value {message['value']}"))
+            raise DeviceError(_fault(message["fault"], f"at tick {message['tick']}{_reading(message)}"))
         elif message.name == "status":
             self._check(message)
 
@@ -138,9 +138,13 @@ def free_path() -> Path:
     return next(path for name in itertools.chain([f"{KEPT_AS}.h5"], numbered) if not (path := Path(name)).exists())
 
 
-def _kept(run: xr.Dataset, path: str | os.PathLike[str]) -> str:
-    return f"{run.sizes['time'] - run.attrs['lost_samples']} samples recorded so far are in {path}"
-
-
 def _fault(number: int, where: str) -> str:
     return f"fault {FAULTS.get(number, number)} {where}"
+
+
+def _reading(fault: Message) -> str:
+    name = FAULTS.get(fault["fault"])
+    if name not in READINGS:
+        return ""
+    step, unit = READINGS[name]
+    return f" ({step * fault['value']:.3g} {unit})"

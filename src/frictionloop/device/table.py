@@ -79,16 +79,16 @@ class Parameters(Mapping[str, Any]):
         waiting = self._mirror()
         check = zlib.crc32(waiting.astype("<i4").tobytes())
         try:
-            self._link.ask("commit", crc=check)
-        except Refused as refused:
-            if refused.reason != "wrong_crc":
-                raise in_words(refused, waiting) from None
-            # Somebody wrote there before us: what waits is not what is in force with our changes.
-            self._write(0, waiting)
             try:
                 self._link.ask("commit", crc=check)
-            except Refused as again:
-                raise in_words(again, waiting) from None
+            except Refused as refused:
+                if refused.reason != "wrong_crc":
+                    raise
+                # Somebody wrote there before us: what waits is not what is in force with our changes.
+                self._write(0, waiting)
+                self._link.ask("commit", crc=check)
+        except Refused as refused:
+            raise in_words("commit", refused, waiting) from None
         finally:
             self._waiting = None
 
@@ -111,7 +111,7 @@ class Parameters(Mapping[str, Any]):
             try:
                 self._link.ask("set", first=first + at, values=words[at : at + WORDS_A_FRAME])
             except Refused as refused:
-                raise in_words(refused, self._mirror()) from None
+                raise in_words("set", refused, self._mirror()) from None
 
     def _same_table(self) -> None:
         if self._hash != table_hash():
