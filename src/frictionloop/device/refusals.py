@@ -12,7 +12,9 @@ from frictionloop.device.words import accepted, from_words, shown, word_at
 from frictionloop.quantities.schema import Word, parameter_words
 
 RELATIONS: dict[str, Callable[[dict[str, Any]], str]] = {
-    "law.number": lambda value: "a law that the firmware has, of " + parameter_words()["law.number"].text,
+    "law.number": lambda value: (
+        "a law that the firmware has: " + parameter_words()["law.number"].text.partition(": ")[2]
+    ),
     "law.high_n": lambda value: f"above law.low_n = {value['law.low_n']:g} N",
     "drive.largest_um": lambda value: "above 0 um",
     "drive.ceiling_um": lambda value: f"at most drive.largest_um = {value['drive.largest_um']:g} um",
