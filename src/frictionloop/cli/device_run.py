@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from frictionloop.cli import checks, flags, screen
+from frictionloop.cli.address import connected
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,9 +59,7 @@ def command(
     checks.check_count("decimation", decimation, 1, 65535)
     system = flags.system_from(file, None if file else "bench", overrides)
 
-    from frictionloop.device.device import connect
-
-    with connect(address, system) as device:
+    with connected(address, system) as device:
         device.upload(system)
         device.clear()  # of a fault that an earlier run ended with; refused while its cause lasts
         with _progress(duration_s, decimation / device.info.tick_hz) as progress:

@@ -16,7 +16,7 @@ from frictionloop.quantities.schema import schema
 
 TRACKER = ("--controller.kind", "tracker")
 SLIPPERY = ("--motion.load_n", "4", "--open")  # the finger is pressed until its friction is more than the sensor takes
-VERBS = "list", "info", "set", "run", "monitor", "flash"
+VERBS = "list", "info", "set", "run", "clear", "monitor", "flash"
 
 
 def rows(out):
@@ -55,14 +55,16 @@ def test_ports_are_listed_by_the_address_that_others_take(frictionloop, monkeypa
     assert (answer.code, answer.err) == (0, "")
     assert rows(answer.out)["serial:///dev/ttyUSB7"] == "an adapter" and "sim:" in rows(answer.out)
     said = frictionloop("device", "list", "--json").json()
-    assert said == {"ports": [{"address": "serial:///dev/ttyUSB7", "is": "an adapter"}]}
+    assert said["ports"][0] == {"address": "serial:///dev/ttyUSB7", "is": "an adapter"}
+    assert [port["address"] for port in said["ports"]] == ["serial:///dev/ttyUSB7", "sim:"]
 
 
 def test_no_port_is_said_and_there_is_still_the_simulated_board(frictionloop, monkeypatch):
     monkeypatch.setattr(serial_pipe, "described_ports", list)
     answer = frictionloop("device", "list")
-    assert answer.code == 0 and "no serial port" in answer.err and list(rows(answer.out)) == ["sim:"]
-    assert frictionloop("device", "list", "--json").json() == {"ports": []}
+    assert (answer.code, answer.err) == (0, "") and "\nno serial port: " in answer.out
+    assert list(rows(answer.out)) == ["sim:"]
+    assert [port["address"] for port in frictionloop("device", "list", "--json").json()["ports"]] == ["sim:"]
 
 
 def test_who_answers(frictionloop):
@@ -73,6 +75,7 @@ def test_who_answers(frictionloop):
     assert said["parameters"] == "the same table as here"
     assert said["law"] == f"pi, 0.0884 to {model.nominal_n:g} N, at most {model.max_amplitude_um:g} um"
     assert said["telemetry"] == "0 samples dropped"
+    assert said["ticks"].endswith(" 0 late, longest tick not measured")
     numbers = frictionloop("device", "info", "sim:", "--json").json()
     assert (numbers["board"], numbers["law"], numbers["tick_hz"], numbers["same_table"]) == ("host", "pi", 5000, True)
     assert numbers["clamp_n"][1] == pytest.approx(model.nominal_n, abs=2**-28)
@@ -250,24 +253,38 @@ def test_ctrl_c_says_where_the_recording_is(frictionloop, monkeypatch, tmp_path)
     assert answer.err == f"interrupted: {count} samples recorded so far are in cut.h5\n"
 
 
-def test_a_run_clears_the_fault_of_the_one_before(frictionloop, monkeypatch):
-    kept, asked = {}, []
+def fail(limit_n=0.001):
+    """Make the board at sim: fault in mid-run; it takes hardly any force from now on."""
+    with fl.connect("sim:") as device:
+        device.set("safety.force_limit_n", limit_n)
+        device.commit()
+        with pytest.raises(fl.Interrupted, match="fault force_range"):
+            device.run(0.5, 0.5)
+
+
+@pytest.fixture
+def kept(monkeypatch):
+    """Boards by their address: one that is there is connected to again, as it was left."""
+    boards = {}
 
     def same_board(address, system=None, seed=0):
-        if address not in kept:
-            kept[address] = simulated_pipe.BenchPipe(simulated_pipe.Simulated(system), system, seed)
-        return kept[address].opened
+        if address not in boards:
+            system = system or fl.bench()
+            boards[address] = simulated_pipe.BenchPipe(simulated_pipe.Simulated(system), system, seed)
+        return boards[address].opened
 
     monkeypatch.setattr("frictionloop.device.device.opener", same_board)
+    return boards
+
+
+def test_a_run_clears_the_fault_of_the_one_before(frictionloop, monkeypatch, kept):
+    asked = []
     monkeypatch.setattr(fl.Device, "clear", lambda device: asked.append(device._link.ask("clear").name))
     first = ("device", "run", "sim:", *TRACKER, "--duration-s", "0.1")
     assert frictionloop(*first).code == 0
     board = kept["sim:"]
-    with fl.connect("sim:") as device:  # the board as it was left, made to fault
-        device.set("safety.force_limit_n", 0.001)
-        device.commit()
-        with pytest.raises(fl.Interrupted, match="fault force_range"):
-            device.run(0.5, 0.5)
+    fail()
+    with fl.connect("sim:") as device:
         with pytest.raises(fl.DeviceError, match="has the fault force_range: find its cause"):
             device.run(0.5, 0.5)
     assert frictionloop(*first).code == 0 and kept["sim:"] is board
@@ -292,6 +309,28 @@ def test_a_run_clears_the_fault_of_the_one_before(frictionloop, monkeypatch):
 def test_a_run_that_is_refused_leaves_no_file(frictionloop, tmp_path, arguments, says):
     assert says in refused(frictionloop("device", "run", "sim:", *arguments))
     assert list(tmp_path.iterdir()) == []
+
+
+# --------------------------------------------------------------------------------------------------------------- clear
+
+
+def test_a_fault_is_cleared_and_named(frictionloop, kept):
+    answer = frictionloop("device", "clear", "sim:")
+    assert (answer.code, answer.out, answer.err) == (0, "no fault\n", "")
+    assert frictionloop("device", "clear", "sim:", "--json").json() == {"cleared": None}
+    fail()
+    assert refused(frictionloop("device", "clear", "sim:")).startswith("fault force_range: its cause lasts")
+    assert frictionloop("device", "set", "sim:", "safety.force_limit_n=2").code == 0
+    assert frictionloop("device", "clear", "sim:").out == "cleared force_range\n"
+    assert frictionloop("device", "clear", "sim:").out == "no fault\n"
+    fail()
+    assert frictionloop("device", "set", "sim:", "safety.force_limit_n=2").code == 0
+    assert frictionloop("device", "clear", "sim:", "--json").json() == {"cleared": "force_range"}
+
+
+def test_a_board_that_tells_no_sample_is_not_cleared(frictionloop, monkeypatch):
+    monkeypatch.setattr(fl.Device, "stream", lambda *_: iter(()))
+    assert refused(frictionloop("device", "clear", "sim:")) == "sim:: sends no samples, so its fault is not known"
 
 
 # ------------------------------------------------------------------------------------------------------------- monitor
