@@ -179,6 +179,44 @@ def test_a_run_in_words(frictionloop):
     assert said["f_m - f_r"].endswith("mN rms by the device's own sensor") and said["lost"] == "nothing"
 
 
+@pytest.mark.parametrize("device_knows_f_a", [True, False])
+def test_a_loop_that_rings_is_told_of_as_in_simulate(frictionloop, monkeypatch, device_knows_f_a):
+    if not device_knows_f_a:
+        monkeypatch.setattr(simulated_pipe.BenchPipe, "felt", lambda *_: None)
+    arguments = ("--duration-s", "1")
+    here, there = frictionloop("device", "run", "sim:", *arguments), frictionloop("simulate", "--preset", "bench",
+                                                                                 *arguments)  # fmt: skip
+    assert here.code == there.code == 0
+    said = [
+        re.findall(r"^(?:This loop rings near|Gains that hold:|They hold) .*$", each.out, re.M)
+        for each in (here, there)
+    ]
+    assert len(said[0]) == len(said[1]) == 3 and said[0][1:] == said[1][1:]
+    loudest_hz = [float(re.search(r"near ([\d.]+) Hz", lines[0])[1]) for lines in said]
+    assert loudest_hz[0] == pytest.approx(loudest_hz[1], rel=0.2)
+
+
+def test_gains_that_are_named_hold_on_the_device(frictionloop):
+    rings = frictionloop("device", "run", "sim:", "--duration-s", "0.5", "--json").json()
+    assert rings["ringing"]["law"] == "pi" and not rings["ringing"]["stable"]
+    gains = [word for name, gain in rings["ringing"]["held"].items() for word in (f"--{name}", gain)]
+    held = frictionloop("device", "run", "sim:", *gains, "--duration-s", "0.5", "--json").json()
+    assert held["ringing"] is None
+    assert held["measured_rms_error_n"] < 0.2 * rings["measured_rms_error_n"]
+
+
+def test_open_loop_does_not_ring(frictionloop):
+    said = frictionloop("device", "run", "sim:", "--open", "--duration-s", "0.2", "--json").json()
+    assert said["ringing"] is None
+
+
+def test_a_preset_stands_for_a_file(frictionloop, tmp_path):
+    arguments = ("device", "run", "sim:", "--open", "--duration-s", "0.1")
+    assert rows(frictionloop(*arguments, "--preset", "bench").out)["system"] == "bench()"
+    fl.write_toml(fl.bench(), tmp_path / "mine.toml")
+    assert "both name a system" in refused(frictionloop(*arguments, "mine.toml", "--preset", "bench"))
+
+
 def test_a_run_in_which_no_finger_slides_has_no_error(frictionloop):
     arguments = ("device", "run", "sim:", "--open", "--duration-s", "0.002")
     said = rows(frictionloop(*arguments).out)
@@ -284,9 +322,8 @@ def test_a_run_clears_the_fault_of_the_one_before(frictionloop, monkeypatch, kep
     assert frictionloop(*first).code == 0
     board = kept["sim:"]
     fail()
-    with fl.connect("sim:") as device:
-        with pytest.raises(fl.DeviceError, match="has the fault force_range: find its cause"):
-            device.run(0.5, 0.5)
+    with fl.connect("sim:") as device, pytest.raises(fl.DeviceError, match="has the fault force_range: find its cause"):
+        device.run(0.5, 0.5)
     assert frictionloop(*first).code == 0 and kept["sim:"] is board
     assert asked == ["done", "done"]
 
