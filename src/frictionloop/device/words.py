@@ -17,7 +17,9 @@ def word_of(name: str) -> Word:
     words = parameter_words()
     if name not in words:
         near = get_close_matches(name, words, 3, 0.4)
-        raise FrictionloopError(f"parameter {name!r}: unknown; near: {', '.join(near or words)}")
+        groups = ", ".join(dict.fromkeys(word.partition(".")[0] for word in words))
+        says = f"near: {', '.join(near)}" if near else f"docs/protocol.md has all, in the groups {groups}"
+        raise FrictionloopError(f"parameter {name!r}: unknown; {says}")
     return words[name]
 
 

@@ -135,6 +135,10 @@ def test_a_whole_system_and_one_value_on_top(frictionloop, tmp_path):
     ("arguments", "says"),
     [
         (["drive.ceilng_um=2"], "parameter 'drive.ceilng_um': unknown; near: drive.ceiling_um"),
+        (
+            ["xyzzy=1"],
+            "parameter 'xyzzy': unknown; docs/protocol.md has all, in the groups law, lookup, overdrive, drive, ",
+        ),
         (["drive.ceiling_um=200"], "drive.ceiling_um = 200 um: must be a number from 0 to 7.9 um"),
         (["drive.ceiling_um=nan"], "drive.ceiling_um = nan um: must be a number from 0 to 7.9 um"),
         (["drive.ceiling_um=high"], "drive.ceiling_um = 'high': must be a number from 0 to 7.9 um"),
@@ -422,8 +426,20 @@ def loader(monkeypatch, tmp_path):
         os.chmod(script, 0o755)
         return tmp_path / "arguments"
 
-    (tmp_path / "image.hex").write_text(":00000001FF\n")
+    (tmp_path / "image.hex").write_text(TEENSY)
     return put
+
+
+def record(address, content):
+    """Return a record of Intel hex with data."""
+    body = bytes([len(content), *divmod(address, 256), 0, *content])
+    return f":{(body + bytes([-sum(body) % 256])).hex().upper()}\n"
+
+
+# Twelve times FF, then FSEC, FOPT and two more: what the manual of the chip asks for at 0x400.
+OPEN_CHIP = bytes.fromhex("ffffffffffffffffffffffffdef9ffff")
+ENDS = ":00000001FF\n"
+TEENSY = record(0, bytes(16)) + record(0x400, OPEN_CHIP) + ENDS
 
 
 @pytest.mark.parametrize("name", ["teensy_loader_cli", "teensy-loader-cli"])
@@ -456,4 +472,27 @@ def test_a_loader_that_is_missing_is_named_with_where_to_get_it(frictionloop, lo
 def test_an_image_that_is_none_never_reaches_the_loader(frictionloop, loader, image, says):
     arguments = loader()
     assert refused(frictionloop("device", "flash", image)) == f"IMAGE = '{image}': {says}"
+    assert not arguments.exists()
+
+
+LOCKED_CHIP = OPEN_CHIP[:12] + b"\xdc" + OPEN_CHIP[13:]
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        (record(0, bytes(64)) + ENDS, "is not an image of a Teensy"),
+        (record(0x400, LOCKED_CHIP) + ENDS, "is not an image of a Teensy"),
+        (record(0x400, OPEN_CHIP[:8]) + ENDS, "is not an image of a Teensy"),
+        (record(0x400, OPEN_CHIP), "it is cut off"),
+        (TEENSY.replace("DEF9", "DEF8"), "line 2: is no record of Intel hex, or its check sum is wrong"),
+        ("not hex\n", "line 1: is no record of Intel hex"),
+        ("", "it is cut off"),
+        ("\u00b5", "cannot be read as Intel hex"),
+    ],
+)
+def test_an_image_that_is_no_teensys_never_reaches_the_loader(frictionloop, loader, tmp_path, content, says):
+    arguments = loader()
+    (tmp_path / "image.hex").write_text(content, encoding="utf-8")
+    assert says in refused(frictionloop("device", "flash", "image.hex"))
     assert not arguments.exists()
