@@ -16,10 +16,10 @@ def word_of(name: str) -> Word:
     """Return a parameter by name, or name the near ones."""
     words = parameter_words()
     if name not in words:
-        near = get_close_matches(name, words, 3, 0.4)
-        groups = ", ".join(dict.fromkeys(word.partition(".")[0] for word in words))
-        says = f"near: {', '.join(near)}" if near else f"docs/protocol.md has all, in the groups {groups}"
-        raise FrictionloopError(f"parameter {name!r}: unknown; {says}")
+        near = get_close_matches(str(name), words, 3, 0.4)
+        blocks = dict.fromkeys(f"{known.partition('.')[0]}.*" for known in words)
+        others = f"near: {', '.join(near)}" if near else f"there are {', '.join(blocks)} (docs/protocol.md)"
+        raise FrictionloopError(f"parameter {name!r}: unknown; {others}")
     return words[name]
 
 
