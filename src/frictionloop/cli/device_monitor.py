@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from frictionloop.cli import flags, screen
+from frictionloop.cli.address import connected
 from frictionloop.quantities.units import FrictionloopError
 
 ARGUMENTS = "ADDRESS [OPTIONS]"
@@ -34,12 +35,11 @@ def command(
     if not 0 < duration_s < float("inf"):
         raise FrictionloopError(f"duration_s = {duration_s:g}: must be above 0 and finite")
 
-    from frictionloop.device.device import connect
     from frictionloop.device.recorder import fault_of, state_of
     from frictionloop.quantities.schema import schema
 
     states, faults = (_by_number(schema()[group]) for group in ("states", "faults"))
-    with connect(address) as device:
+    with connected(address) as device:
         tick_hz = device.info.tick_hz
         names = [f"{f'{name} {unit}':>{width}}" for name, _, unit, width, _ in COLUMNS]
         screen.show("  ".join(["     s", *names, "state"]))

@@ -16,7 +16,7 @@ from frictionloop.quantities.schema import schema
 
 TRACKER = ("--controller.kind", "tracker")
 SLIPPERY = ("--motion.load_n", "4", "--open")  # the finger is pressed until its friction is more than the sensor takes
-VERBS = "list", "info", "set", "run", "monitor", "flash"
+VERBS = "list", "info", "set", "run", "clear", "monitor", "flash"
 
 
 def rows(out):
@@ -55,14 +55,16 @@ def test_ports_are_listed_by_the_address_that_others_take(frictionloop, monkeypa
     assert (answer.code, answer.err) == (0, "")
     assert rows(answer.out)["serial:///dev/ttyUSB7"] == "an adapter" and "sim:" in rows(answer.out)
     said = frictionloop("device", "list", "--json").json()
-    assert said == {"ports": [{"address": "serial:///dev/ttyUSB7", "is": "an adapter"}]}
+    assert said["ports"][0] == {"address": "serial:///dev/ttyUSB7", "is": "an adapter"}
+    assert [port["address"] for port in said["ports"]] == ["serial:///dev/ttyUSB7", "sim:"]
 
 
 def test_no_port_is_said_and_there_is_still_the_simulated_board(frictionloop, monkeypatch):
     monkeypatch.setattr(serial_pipe, "described_ports", list)
     answer = frictionloop("device", "list")
-    assert answer.code == 0 and "no serial port" in answer.err and list(rows(answer.out)) == ["sim:"]
-    assert frictionloop("device", "list", "--json").json() == {"ports": []}
+    assert (answer.code, answer.err) == (0, "") and "\nno serial port: " in answer.out
+    assert list(rows(answer.out)) == ["sim:"]
+    assert [port["address"] for port in frictionloop("device", "list", "--json").json()["ports"]] == ["sim:"]
 
 
 def test_who_answers(frictionloop):
@@ -73,6 +75,7 @@ def test_who_answers(frictionloop):
     assert said["parameters"] == "the same table as here"
     assert said["law"] == f"pi, 0.0884 to {model.nominal_n:g} N, at most {model.max_amplitude_um:g} um"
     assert said["telemetry"] == "0 samples dropped"
+    assert said["ticks"].endswith(" 0 late, longest tick not measured")
     numbers = frictionloop("device", "info", "sim:", "--json").json()
     assert (numbers["board"], numbers["law"], numbers["tick_hz"], numbers["same_table"]) == ("host", "pi", 5000, True)
     assert numbers["clamp_n"][1] == pytest.approx(model.nominal_n, abs=2**-28)
@@ -132,6 +135,10 @@ def test_a_whole_system_and_one_value_on_top(frictionloop, tmp_path):
     ("arguments", "says"),
     [
         (["drive.ceilng_um=2"], "parameter 'drive.ceilng_um': unknown; near: drive.ceiling_um"),
+        (
+            ["xyzzy=1"],
+            "parameter 'xyzzy': unknown; there are law.*, lookup.*, overdrive.*, drive.*, ",
+        ),
         (["drive.ceiling_um=200"], "drive.ceiling_um = 200 um: must be a number from 0 to 7.9 um"),
         (["drive.ceiling_um=nan"], "drive.ceiling_um = nan um: must be a number from 0 to 7.9 um"),
         (["drive.ceiling_um=high"], "drive.ceiling_um = 'high': must be a number from 0 to 7.9 um"),
@@ -174,6 +181,44 @@ def test_a_run_in_words(frictionloop):
     assert said["recorded"] == "200 samples"
     assert re.match(r"[\d.]+ %: a finger slides, 2 mm or more from where it turns$", said["counted"])
     assert said["f_m - f_r"].endswith("mN rms by the device's own sensor") and said["lost"] == "nothing"
+
+
+@pytest.mark.parametrize("device_knows_f_a", [True, False])
+def test_a_loop_that_rings_is_told_of_as_in_simulate(frictionloop, monkeypatch, device_knows_f_a):
+    if not device_knows_f_a:
+        monkeypatch.setattr(simulated_pipe.BenchPipe, "felt", lambda *_: None)
+    arguments = ("--duration-s", "1")
+    here, there = frictionloop("device", "run", "sim:", *arguments), frictionloop("simulate", "--preset", "bench",
+                                                                                 *arguments)  # fmt: skip
+    assert here.code == there.code == 0
+    said = [
+        re.findall(r"^(?:This loop rings near|Gains that hold:|They hold) .*$", each.out, re.M)
+        for each in (here, there)
+    ]
+    assert len(said[0]) == len(said[1]) == 3 and said[0][1:] == said[1][1:]
+    loudest_hz = [float(re.search(r"near ([\d.]+) Hz", lines[0])[1]) for lines in said]
+    assert loudest_hz[0] == pytest.approx(loudest_hz[1], rel=0.2)
+
+
+def test_gains_that_are_named_hold_on_the_device(frictionloop):
+    rings = frictionloop("device", "run", "sim:", "--duration-s", "0.5", "--json").json()
+    assert rings["ringing"]["law"] == "pi" and not rings["ringing"]["stable"]
+    gains = [word for name, gain in rings["ringing"]["held"].items() for word in (f"--{name}", gain)]
+    held = frictionloop("device", "run", "sim:", *gains, "--duration-s", "0.5", "--json").json()
+    assert held["ringing"] is None
+    assert held["measured_rms_error_n"] < 0.2 * rings["measured_rms_error_n"]
+
+
+def test_open_loop_does_not_ring(frictionloop):
+    said = frictionloop("device", "run", "sim:", "--open", "--duration-s", "0.2", "--json").json()
+    assert said["ringing"] is None
+
+
+def test_a_preset_stands_for_a_file(frictionloop, tmp_path):
+    arguments = ("device", "run", "sim:", "--open", "--duration-s", "0.1")
+    assert rows(frictionloop(*arguments, "--preset", "bench").out)["system"] == "bench()"
+    fl.write_toml(fl.bench(), tmp_path / "mine.toml")
+    assert "both name a system" in refused(frictionloop(*arguments, "mine.toml", "--preset", "bench"))
 
 
 def test_a_run_in_which_no_finger_slides_has_no_error(frictionloop):
@@ -250,26 +295,39 @@ def test_ctrl_c_says_where_the_recording_is(frictionloop, monkeypatch, tmp_path)
     assert answer.err == f"interrupted: {count} samples recorded so far are in cut.h5\n"
 
 
-def test_a_run_clears_the_fault_of_the_one_before(frictionloop, monkeypatch):
-    kept, asked = {}, []
+def fail(limit_n=0.001):
+    """Make the board at sim: fault in mid-run; it takes hardly any force from now on."""
+    with fl.connect("sim:") as device:
+        device.set("safety.force_limit_n", limit_n)
+        device.commit()
+        with pytest.raises(fl.Interrupted, match="fault force_range"):
+            device.run(0.5, 0.5)
+
+
+@pytest.fixture
+def kept(monkeypatch):
+    """Boards by their address: one that is there is connected to again, as it was left."""
+    boards = {}
 
     def same_board(address, system=None, seed=0):
-        if address not in kept:
-            kept[address] = simulated_pipe.BenchPipe(simulated_pipe.Simulated(system), system, seed)
-        return kept[address].opened
+        if address not in boards:
+            system = system or fl.bench()
+            boards[address] = simulated_pipe.BenchPipe(simulated_pipe.Simulated(system), system, seed)
+        return boards[address].opened
 
     monkeypatch.setattr("frictionloop.device.device.opener", same_board)
+    return boards
+
+
+def test_a_run_clears_the_fault_of_the_one_before(frictionloop, monkeypatch, kept):
+    asked = []
     monkeypatch.setattr(fl.Device, "clear", lambda device: asked.append(device._link.ask("clear").name))
     first = ("device", "run", "sim:", *TRACKER, "--duration-s", "0.1")
     assert frictionloop(*first).code == 0
     board = kept["sim:"]
-    with fl.connect("sim:") as device:  # the board as it was left, made to fault
-        device.set("safety.force_limit_n", 0.001)
-        device.commit()
-        with pytest.raises(fl.Interrupted, match="fault force_range"):
-            device.run(0.5, 0.5)
-        with pytest.raises(fl.DeviceError, match="has the fault force_range: find its cause"):
-            device.run(0.5, 0.5)
+    fail()
+    with fl.connect("sim:") as device, pytest.raises(fl.DeviceError, match="has the fault force_range: find its cause"):
+        device.run(0.5, 0.5)
     assert frictionloop(*first).code == 0 and kept["sim:"] is board
     assert asked == ["done", "done"]
 
@@ -291,6 +349,28 @@ def test_a_run_clears_the_fault_of_the_one_before(frictionloop, monkeypatch):
 def test_a_run_that_is_refused_leaves_no_file(frictionloop, tmp_path, arguments, says):
     assert says in refused(frictionloop("device", "run", "sim:", *arguments))
     assert list(tmp_path.iterdir()) == []
+
+
+# --------------------------------------------------------------------------------------------------------------- clear
+
+
+def test_a_fault_is_cleared_and_named(frictionloop, kept):
+    answer = frictionloop("device", "clear", "sim:")
+    assert (answer.code, answer.out, answer.err) == (0, "no fault\n", "")
+    assert frictionloop("device", "clear", "sim:", "--json").json() == {"cleared": None}
+    fail()
+    assert refused(frictionloop("device", "clear", "sim:")).startswith("fault force_range: its cause lasts")
+    assert frictionloop("device", "set", "sim:", "safety.force_limit_n=2").code == 0
+    assert frictionloop("device", "clear", "sim:").out == "cleared force_range\n"
+    assert frictionloop("device", "clear", "sim:").out == "no fault\n"
+    fail()
+    assert frictionloop("device", "set", "sim:", "safety.force_limit_n=2").code == 0
+    assert frictionloop("device", "clear", "sim:", "--json").json() == {"cleared": "force_range"}
+
+
+def test_a_board_that_tells_no_sample_is_not_cleared(frictionloop, monkeypatch):
+    monkeypatch.setattr(fl.Device, "stream", lambda *_: iter(()))
+    assert refused(frictionloop("device", "clear", "sim:")) == "sim:: sends no samples, so its fault is not known"
 
 
 # ------------------------------------------------------------------------------------------------------------- monitor
@@ -345,8 +425,20 @@ def loader(monkeypatch, tmp_path):
         os.chmod(script, 0o755)
         return tmp_path / "arguments"
 
-    (tmp_path / "image.hex").write_text(":00000001FF\n")
+    (tmp_path / "image.hex").write_text(TEENSY)
     return put
+
+
+def record(address, content):
+    """Return a record of Intel hex with data."""
+    body = bytes([len(content), *divmod(address, 256), 0, *content])
+    return f":{(body + bytes([-sum(body) % 256])).hex().upper()}\n"
+
+
+# Twelve times FF, then FSEC, FOPT and two more: what the manual of the chip asks for at 0x400.
+OPEN_CHIP = bytes.fromhex("ffffffffffffffffffffffffdef9ffff")
+ENDS = ":00000001FF\n"
+TEENSY = record(0, bytes(16)) + record(0x400, OPEN_CHIP) + ENDS
 
 
 @pytest.mark.parametrize("name", ["teensy_loader_cli", "teensy-loader-cli"])
@@ -379,4 +471,27 @@ def test_a_loader_that_is_missing_is_named_with_where_to_get_it(frictionloop, lo
 def test_an_image_that_is_none_never_reaches_the_loader(frictionloop, loader, image, says):
     arguments = loader()
     assert refused(frictionloop("device", "flash", image)) == f"IMAGE = '{image}': {says}"
+    assert not arguments.exists()
+
+
+LOCKED_CHIP = OPEN_CHIP[:12] + b"\xdc" + OPEN_CHIP[13:]
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        (record(0, bytes(64)) + ENDS, "is not an image of a Teensy"),
+        (record(0x400, LOCKED_CHIP) + ENDS, "is not an image of a Teensy"),
+        (record(0x400, OPEN_CHIP[:8]) + ENDS, "is not an image of a Teensy"),
+        (record(0x400, OPEN_CHIP), "it is cut off"),
+        (TEENSY.replace("DEF9", "DEF8"), "line 2: is no record of Intel hex, or its check sum is wrong"),
+        ("not hex\n", "line 1: is no record of Intel hex"),
+        ("", "it is cut off"),
+        ("\u00b5", "cannot be read as Intel hex"),
+    ],
+)
+def test_an_image_that_is_no_teensys_never_reaches_the_loader(frictionloop, loader, tmp_path, content, says):
+    arguments = loader()
+    (tmp_path / "image.hex").write_text(content, encoding="utf-8")
+    assert says in refused(frictionloop("device", "flash", "image.hex"))
     assert not arguments.exists()
