@@ -10,8 +10,6 @@ from frictionloop.device.errors import DeviceError
 from frictionloop.device.host_board import Sample
 from frictionloop.quantities import FrictionloopError
 
-COUNTS = 2**15
-
 
 class Emulated:
     """An emulated Teensy 3.1 with its converters on a bench.
@@ -31,7 +29,7 @@ class Emulated:
 
     def tick(self, sample: Sample) -> float:
         """Run a tick; return the amplitude that the carrier stands for, in um."""
-        force, across, position, load = (min(max(counts, -COUNTS), COUNTS - 1) for counts in sample)
+        force, across, position, load = sample
         try:
             duty = self._teensy.tick((force, across), load, position)
         except FrictionloopError as stopped:
