@@ -70,7 +70,7 @@ def build(
     from frictionloop.device.image import build as build_image
 
     with screen.waiting(f"building the image of {board}; the first time takes half a minute"):
-        image = build_image(board, table.words.tolist(), out, revision=_revision())
+        image = build_image(board, table.words.tolist(), out)
     table.write(out)
     sizes = {"flash": f"{image.flash_bytes:,} of 262,144 bytes", "memory": f"{image.ram_bytes:,} of 65,536 bytes"}
     made = {"image": str(image.elf), "to be flashed": str(image.hex), **sizes, "table": str(out)}
@@ -82,12 +82,6 @@ def _table(file: Path | None, preset: str | None, overrides: list[str] | None, o
 
     checks.check_folder("out", out)
     return table_of(flags.system_from(file, preset or (None if file else "bench"), overrides))
-
-
-def _revision() -> str:
-    from importlib.metadata import version
-
-    return version("frictionloop")[:16]
 
 
 def _show(table: Table, origin: str, made: dict[str, str], json: bool) -> None:

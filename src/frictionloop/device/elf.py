@@ -24,6 +24,19 @@ def elf_file(file: IO[bytes]) -> Any:
         raise FrictionloopError(f"{file.name}: is not an ELF file ({reason})") from None
 
 
+def symbol_bytes(path: Path, name: str) -> bytes:
+    """Return what the image has at a symbol of that name, b"" without one; raises as `loaded`."""
+    segments = loaded(path)
+    with path.open("rb") as file:
+        table = elf_file(file).get_section_by_name(".symtab")
+        symbols = table.get_symbol_by_name(name) if table else None
+    for start, content in segments if symbols else ():
+        offset = symbols[0]["st_value"] - start
+        if 0 <= offset < len(content):
+            return content[offset : offset + symbols[0]["st_size"]]
+    return b""
+
+
 def loaded(path: Path) -> list[tuple[int, bytes]]:
     """Return what a programmer writes to the chip: (address, bytes) of each segment, at its load address.
 
