@@ -29,11 +29,11 @@ def symbol_bytes(path: Path, name: str) -> bytes:
     segments = loaded(path)
     with path.open("rb") as file:
         table = elf_file(file).get_section_by_name(".symtab")
-        symbols = table.get_symbol_by_name(name) if table else None
-    for start, content in segments if symbols else ():
-        offset = symbols[0]["st_value"] - start
-        if 0 <= offset < len(content):
-            return content[offset : offset + symbols[0]["st_size"]]
+        symbol = next(iter(table.get_symbol_by_name(name) or ()), None) if table else None
+    for start, content in segments:
+        if symbol is not None and start <= symbol["st_value"] < start + len(content):
+            offset = symbol["st_value"] - start
+            return content[offset : offset + symbol["st_size"]]
     return b""
 
 
