@@ -29,6 +29,7 @@ BLOCKS: dict[str, type[Block]] = {
     "motion_strokes": fl.Strokes,
     "touch_position": fl.PositionSensor,
     "touch_load": fl.LoadCells,
+    "board": fl.Board,
     "controller": fl.PiController,
     "controller_lookup": fl.LookupController,
     "controller_notch": fl.NotchPiController,

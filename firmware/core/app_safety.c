@@ -9,23 +9,42 @@ static void count(uint32_t *ticks, int holds) {
     else if (*ticks < UINT32_MAX) *ticks += 1;
 }
 
-/* A channel that is not there has gain 0: it is neither stuck nor saturated. */
-static int used(const fl_parameters *p, int k) {
-    return k < p->force_axes && p->force_n_per_count[k].mantissa != 0;
+/* Both ends of 16 bits, -32768 and 32767, have the magnitude 32767. None reaches the end of a channel that is
+ * not there, which has gain 0: it is neither stuck nor saturated. */
+static const uint32_t NOT_THERE = UINT32_MAX;
+enum { CHANNELS = 4 };
+
+static uint32_t magnitude(int32_t counts) { return (uint32_t)(counts < 0 ? ~counts : counts); }
+
+void fl_derive_ends(uint32_t ends[4], const fl_parameters *p) {
+    const fl_gain *force = p->force_n_per_count;
+    int32_t across = p->force_axes == 2 ? force[1].mantissa : 0;
+    int32_t scales[CHANNELS] = {
+        force[0].mantissa, across, p->touch_m_per_count.mantissa, p->touch_n_per_count.mantissa};
+    for (int k = 0; k < CHANNELS; k++) ends[k] = scales[k] ? INT16_MAX : NOT_THERE;
 }
 
-static int at_end(int32_t counts) { return counts <= INT16_MIN || counts >= INT16_MAX; }
+static const uint32_t *ends_in_force(const fl_app *app) { return app->derived[app->parameters.in_force].ends; }
+
+/* The first channel at an end, CHANNELS where there is none. Position and load may be counted wider than a
+ * converter does: only its two ends themselves are ends of theirs. */
+static int ended(const uint32_t *ends, const fl_sample *sample) {
+    if (magnitude(sample->force[0]) >= ends[0]) return 0;
+    if (magnitude(sample->force[1]) >= ends[1]) return 1;
+    if (magnitude(sample->position) == ends[2]) return 2;
+    return magnitude(sample->load) == ends[3] ? 3 : CHANNELS;
+}
 
 void fl_watch_step(fl_app *app, const fl_sample *sample, const fl_measurement *m, int32_t late) {
     const fl_parameters *p = fl_in_force(app);
     fl_watch *watch = &app->watch;
-    int ends = 0;
+    const uint32_t *ends = ends_in_force(app);
     for (int k = 0; k < 2; k++) {
-        ends |= used(p, k) && at_end(sample->force[k]);
-        count(&watch->stuck[k], used(p, k) && m->valid && sample->force[k] == watch->last[k]);
+        int there = ends[k] != NOT_THERE;
+        count(&watch->stuck[k], there && m->valid && sample->force[k] == watch->last[k]);
         watch->last[k] = sample->force[k];
     }
-    count(&watch->saturated, ends);
+    count(&watch->saturated, ended(ends, sample) < CHANNELS);
     count(&watch->out_of_range, m->force > p->safety_force_limit_n || m->force < -p->safety_force_limit_n);
     if (++watch->second >= FL_TICK_HZ) watch->second = watch->late = 0;
     if (late) {
@@ -39,6 +58,10 @@ static int is_stuck(const fl_app *app, int k) {
     return app->watch.stuck[k] + 1 >= (uint32_t)fl_in_force(app)->safety_stuck_ticks;
 }
 
+static int32_t reading(const fl_sample *sample, int k) {
+    return k < 2 ? sample->force[k] : k == 2 ? sample->position : sample->load;
+}
+
 /* The fault that there is reason for, the more telling first. */
 static fl_raised cause(const fl_app *app, const fl_sample *sample, const fl_measurement *m, uint32_t now_us) {
     const fl_parameters *p = fl_in_force(app);
@@ -46,7 +69,7 @@ static fl_raised cause(const fl_app *app, const fl_sample *sample, const fl_meas
     int32_t silent_us = (int32_t)(now_us - app->heard_us);
     uint32_t tick = app->tick;
     if (watch->saturated >= (uint32_t)p->safety_force_ticks)
-        return (fl_raised){FL_FAULT_SENSOR_SATURATED, tick, sample->force[!at_end(sample->force[0])]};
+        return (fl_raised){FL_FAULT_SENSOR_SATURATED, tick, reading(sample, ended(ends_in_force(app), sample))};
     if (watch->out_of_range >= (uint32_t)p->safety_force_ticks)
         return (fl_raised){FL_FAULT_FORCE_RANGE, tick, m->force};
     for (int k = 0; k < 2; k++)

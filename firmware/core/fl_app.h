@@ -14,8 +14,8 @@ enum { FL_POINTS = 1024 };
 
 typedef struct {
     int32_t force[2];  /* converter counts, -32768 to 32767; see app_scale.c for what they are of */
-    int32_t position;  /* counts of the position sensor */
-    int32_t load;      /* counts, the sum of the cells */
+    int32_t position;  /* counts of the position sensor; of a 16-bit converter, or of a sensor that counts wider */
+    int32_t load;      /* counts, the sum of the cells; likewise */
 } fl_sample;
 
 typedef struct {

@@ -35,6 +35,7 @@ fl_derived fl_derive(const fl_parameters *p);
 int32_t fl_duty(const fl_parameters *p, const fl_derived *derived, int32_t amplitude);
 
 /* app_safety.c */
+void fl_derive_ends(uint32_t ends[4], const fl_parameters *p);
 void fl_watch_step(fl_app *app, const fl_sample *sample, const fl_measurement *measurement, int32_t late);
 void fl_state_step(fl_app *app, const fl_sample *sample, const fl_measurement *measurement, uint32_t now_us);
 int fl_cause_lasts(const fl_app *app);

@@ -27,10 +27,12 @@ typedef union {
 } fl_table;
 _Static_assert(sizeof(fl_table) == 4 * FL_WORDS, "the table is words and nothing else");
 
-/* What the tick would have to divide for: duty-table cells an amplitude, and the duty of the ceiling. */
+/* What the tick would have to divide or look up for: duty-table cells an amplitude, the duty of the ceiling,
+ * and the magnitude at which each channel is at its end: forces, position, load. */
 typedef struct {
     fl_gain cells_per_um;
     int32_t ceiling_duty;
+    uint32_t ends[4];
 } fl_derived;
 
 /* How the set-point table is played: `step` points a tick or a um, 2^-24. */

@@ -14,6 +14,7 @@ from typing import Any
 _HOME = {
     "quantities": "FrictionloopError Lti",
     "parameters": "READINGS RETUNED System bench feasible paper preset read_toml to_toml write_toml",
+    "parameters.board": "Board",
     "parameters.sources": "ColouredNoise Constant LogSweep Recording Sine Steps",
     "parameters.plant": "Friction LowpassPlate LowpassSensor ResonantPlate SuspendedSensor",
     "parameters.finger": "FingerFriction RigidFinger Skin",

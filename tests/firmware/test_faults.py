@@ -59,6 +59,43 @@ def test_the_second_channel_counts_where_there_is_one(make_rig):
     assert faults(rig) == []
 
 
+@pytest.mark.parametrize("end", [32767, -32768])
+@pytest.mark.parametrize("channel", ["position", "load"])
+def test_position_and_load_are_watched_as_well(make_rig, channel: str, end: int):
+    def at(value: int) -> Sample:
+        return Sample(8000 + rig.ticks % 2, 0, 4 * rig.ticks, 3277)._replace(**{channel: value})
+
+    rig = closed(make_rig(safety__force_ticks=7))
+    rig.tick(6, at(end))
+    rig.tick(1, at(end - (1 if end > 0 else -1)))  # short of it: the count begins anew
+    rig.tick(6, at(end))
+    assert faults(rig) == []
+    rig.tick(1, at(end))
+    assert faults(rig) == [("sensor_saturated", rig.ticks, end)]
+    assert rig.reason("clear") == "still_at_fault"
+    rig.tick()
+    assert rig.reason("clear") == "done"
+
+
+@pytest.mark.parametrize(("channel", "gain"), [("position", "touch__m_per_count"), ("load", "touch__n_per_count")])
+def test_a_channel_that_is_not_there_may_read_anything(make_rig, channel: str, gain: str):
+    rig = closed(make_rig(safety__force_ticks=7, **{gain: [0, 0]}))
+    for _ in range(20):
+        rig.tick(1, rig.slides()._replace(**{channel: 32767}))
+    assert faults(rig) == []
+    assert rig.state == "closed"
+
+
+def test_a_lifted_finger_is_no_fault_and_the_plate_goes_on(rig):
+    closed(rig)
+    before = rig.run(500).amplitude_um
+    assert before > 0.5
+    for _ in range(10):  # 1 s without load
+        rig.run(500, Sample(8000 + rig.ticks % 2, 0, 4 * rig.ticks, 0))
+    assert faults(rig) == []
+    assert (rig.state, rig.drive.amplitude_um > 0.5) == ("closed", True)
+
+
 def test_stuck_while_the_finger_slides(make_rig):
     rig = closed(make_rig(safety__stuck_ticks=50))
     feed(rig, 49, 8000, jitter=0)

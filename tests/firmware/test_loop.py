@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.control.parameter_words import LOAD_N_PER_COUNT, POSITION_M_PER_COUNT, firmware_words, n_per_count
+from frictionloop.control.parameter_words import firmware_words
 from frictionloop.device.codec import encode
 from frictionloop.device.host_board import HostBoard, Sample
 from frictionloop.parameters.presets import RETUNED
@@ -28,8 +28,11 @@ def bench(kind: str) -> fl.System:
 
 def counts(told: Measurement, system: fl.System) -> Sample:
     """Return a reading as the converters give it."""
-    force = np.clip(round(told.force / n_per_count(system.sensor)), -32768, 32767)
-    return Sample(int(force), 0, round(told.position / POSITION_M_PER_COUNT), round(told.load / LOAD_N_PER_COUNT))
+    force = np.clip(round(told.force / (2 * system.sensor.range_n / 2**16)), -32768, 32767)
+    board = system.board
+    return Sample(
+        int(force), 0, round(told.position / board.position_m_per_count), round(told.load / board.load_n_per_count)
+    )
 
 
 def with_the_board(system: fl.System) -> np.ndarray:

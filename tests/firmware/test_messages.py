@@ -9,6 +9,7 @@ import pytest
 
 from frictionloop.device.codec import encode, framed
 from frictionloop.device.layout import HEADER, LAYOUTS
+from frictionloop.device.revision import revision_here
 from frictionloop.quantities.schema import schema, table_hash, word_count
 
 
@@ -17,7 +18,7 @@ def test_identity(rig):
     assert (told["major"], told["minor"]) == (1, 0)
     assert (told["board"], told["law"], told["tick_hz"]) == (0, 1, 5000)
     assert (told["table_hash"], told["parameters"], told["waveform"]) == (table_hash(), word_count(), 1024)
-    assert told["revision"].rstrip(b"\0") == b"host"
+    assert told["revision"].rstrip(b"\0").decode() == revision_here()
 
 
 def test_every_message_to_the_device_is_answered_as_the_schema_says(rig):

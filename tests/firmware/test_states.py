@@ -74,11 +74,13 @@ EVENTS: dict[str, Callable[..., str]] = {
     "commit, bad": commit_bad,
     "force_range": ticks(25, moving(32000)),
     "sensor_saturated": ticks(25, lambda k: Sample(END, 0, 4 * k, 3277)),
+    "sensor_saturated, position": ticks(25, lambda k: Sample(8000 + k % 2, 0, -END - 1, 3277)),
+    "sensor_saturated, load": ticks(25, lambda k: Sample(8000 + k % 2, 0, 4 * k, END)),
     "sensor_stuck": ticks(2501, lambda k: Sample(8000, 0, 4 * k, 3277)),
     "host_silent": silence,
     "tick_overrun": late,
 }
-FAULTS = [name for name in schema()["faults"] if name in EVENTS]
+FAULTS = {event: event.partition(",")[0] for event in EVENTS if event.partition(",")[0] in schema()["faults"]}
 
 
 def bring(rig, state: str) -> None:
@@ -107,7 +109,7 @@ def test_every_cell(make_rig, event: str, state: str, follows: str):
     rig.tick()
     name, refusal = re.fullmatch(r"(\w+)(?:, refused `?(\w+)`?)?", follows).groups()
     assert (rig.state, answer) == (name, refusal or "done")
-    raised = event if event in FAULTS and state in ("open", "closed") else was if state == name == "fault" else "none"
+    raised = FAULTS.get(event, "none") if state in ("open", "closed") else was if state == name == "fault" else "none"
     assert rig.fault == raised
 
 

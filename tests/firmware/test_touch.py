@@ -9,13 +9,13 @@ import pytest
 from cffi import FFI
 
 from frictionloop.control.compiler import shared_library
-from frictionloop.control.parameter_words import LOAD_N_PER_COUNT, POSITION_M_PER_COUNT
 from frictionloop.device.host_board import core_sources
-from frictionloop.parameters import Touch
+from frictionloop.parameters import Board, Touch
 from frictionloop.sensing.touch import TouchState, touch_coefficients, touch_step
 
 DT = 1 / 5000
 Q28 = 2.0**28
+BOARD = Board()
 DECLARED = """
 typedef struct { int64_t position, way; int32_t speed, mean_load; uint8_t begun; } fl_touch;
 typedef struct { int32_t force, position, speed, load, valid; } fl_measurement;
@@ -63,8 +63,8 @@ def strokes(seed: int, ticks: int) -> tuple[np.ndarray, np.ndarray]:
     contact = np.clip(8 * np.sin(2 * np.pi * 0.7 * t + 1) + 4, 0, 1)
     load = 0.5 * contact * (1 + 0.1 * np.sin(2 * np.pi * 3 * t)) + 2e-3 * rng.standard_normal(ticks)
     return (
-        np.round(position / POSITION_M_PER_COUNT) * POSITION_M_PER_COUNT,
-        np.round(load / LOAD_N_PER_COUNT) * LOAD_N_PER_COUNT,
+        np.round(position / BOARD.position_m_per_count) * BOARD.position_m_per_count,
+        np.round(load / BOARD.load_n_per_count) * BOARD.load_n_per_count,
     )
 
 

@@ -267,3 +267,22 @@ def test_telemetry_as_it_comes(device: Device, board: Any) -> None:
     assert len(ticks) == pytest.approx(250, abs=16)
     assert set(np.diff(ticks)) == {10}
     np.testing.assert_array_equal(np.concatenate([part["f_m"] for part in parts]), board.values(ticks, 0)[:, 1] * 1e-4)
+
+
+def test_who_only_looks_leaves_the_mode_alone(boards: Any, board: Any) -> None:
+    with Device(lambda: boards.Line(board)) as runs:
+        runs.mode("closed")
+        with Device(lambda: boards.Line(board)) as looks:
+            assert looks.info.board == "host"
+            looks.statistics()
+            list(looks.stream(0.02))
+        assert board.state == 2
+    assert board.state == 0
+
+
+def test_a_device_that_ran_is_left_idle(boards: Any, board: Any) -> None:
+    device = Device(lambda: boards.Line(board))
+    device.run(0.5, 0.02)
+    board.state = 1  # as if the run's own stop had not come through
+    device.close()
+    assert board.state == 0

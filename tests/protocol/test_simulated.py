@@ -140,3 +140,19 @@ def test_a_refused_table_is_said_by_name_and_limit(device: fl.Device, name: str,
         device.commit()
     assert str(refused.value).startswith(f"commit: the device refuses {said}")
     assert refused.value.reason == "out_of_range"
+
+
+def test_a_board_that_is_wired_otherwise_tells_the_same_forces() -> None:
+    wired = SYSTEM.evolve(
+        {"board.force_zero_counts": (900, 0), "board.force_n_per_count": -6e-5, "board.ceiling_um": 0.9}
+    )
+    with fl.connect("sim:", wired) as device:
+        run = device.run(SYSTEM.setpoint, 0.3)
+        assert device.parameters["drive.ceiling_um"] == pytest.approx(0.9, abs=1e-8)
+        device.upload(wired)
+        assert device.parameters["drive.ceiling_um"] == pytest.approx(0.9, abs=1e-8)
+    bench, commands = fl.Stepper(wired), np.concatenate([np.zeros(run.attrs["start_tick"]), run.a])
+    measured = [bench.measured.force, *(bench.tick(float(command)).force for command in commands)]
+    at = slice(run.attrs["start_tick"], run.attrs["start_tick"] + run.sizes["time"])
+    np.testing.assert_allclose(run.f_m, measured[at], atol=HALF + 1e-4 + 3e-5)
+    assert run.a.values.max() == pytest.approx(0.9, abs=HALF)

@@ -26,12 +26,12 @@ DIMENSIONLESS = {
     "occlusion_ratio", "moist_loss", "roughness_rms", "q", "adc_bits", "lost_ticks", "contact", "start", "load_drift",
     "person", "static_ratio", "touch_share", "resonance_q", "overdrive", "feedforward", "sections", "notch_depth",
     "notch_width", "preview", "schedule", "compliance_learning", "resonance_share", "broadened_q",
-    "susceptibility_learning", "form", "pulse_ticks",
+    "susceptibility_learning", "force_axes", "pulse_ticks", "form",
 }  # fmt: skip
 
 
 def test_the_list_of_blocks_is_whole():
-    assert len(BLOCKS) == 29
+    assert len(BLOCKS) == 30
     assert {fl.Recording, fl.PiController, fl.LowpassPlate, fl.Strokes, fl.Skin} < set(BLOCKS)
 
 
@@ -54,8 +54,8 @@ def test_every_block_is_documented(block):
     [fl.paper(), fl.Model(), fl.Constant(), fl.Sine(), fl.LogSweep(), fl.Steps(), fl.ColouredNoise(),
      fl.Recording(path="a"), fl.Friction(), fl.LowpassPlate(), fl.LowpassSensor(), fl.PiController(), fl.bench(),
      fl.FingerFriction(), fl.ResonantPlate(), fl.SuspendedSensor(), fl.RigidFinger(), fl.Skin(), fl.Sliding(),
-     fl.Strokes(), fl.Touch(), fl.PositionSensor(), fl.LoadCells(), fl.LookupController(), fl.NotchPiController(),
-     fl.FilteredPiController(sections=((1.0, 0.0, 0.0, 0.0, 0.0),)), fl.ObserverController(),
+     fl.Strokes(), fl.Touch(), fl.PositionSensor(), fl.LoadCells(), fl.Board(), fl.LookupController(),
+     fl.NotchPiController(), fl.FilteredPiController(sections=((1.0, 0.0, 0.0, 0.0, 0.0),)), fl.ObserverController(),
      fl.SuperTwistingController()],
     ids=lambda block: type(block).__name__,
 )  # fmt: skip

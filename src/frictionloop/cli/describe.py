@@ -7,7 +7,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from frictionloop.cli.derived import notes_of
-from frictionloop.parameters import System
+from frictionloop.parameters import Board, System
 
 Row = tuple[str, ...]
 
@@ -17,8 +17,10 @@ def system_rows(system: System) -> list[Row]:
     rows: list[Row] = []
     notes = notes_of(system)
     for name, block in system:
-        # Where the finger is and how hard it presses is neither known nor used without a motion.
-        if not (name == "touch" and system.motion.kind == "sliding"):
+        # Where the finger is and how hard it presses is neither known nor used without a motion, and the wiring of a
+        # board by no simulation: worth a row only where somebody has set it.
+        unused = (name == "touch" and system.motion.kind == "sliding") or (name == "board" and block == Board())
+        if not unused:
             rows += _block_rows(name, block, notes)
     return rows
 

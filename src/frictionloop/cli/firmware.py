@@ -74,7 +74,7 @@ def build(
     from frictionloop.device.image import build as build_image
 
     with screen.waiting(f"building the image of {board}; the first time takes half a minute"):
-        image = build_image(board, table.words.tolist(), out, revision=_revision())
+        image = build_image(board, table.words.tolist(), out)
     table.write(out)
     sizes = {"flash_bytes": image.flash_bytes, "ram_bytes": image.ram_bytes}
     made: dict[str, Any] = {"board": board, "image": str(image.elf), "hex": str(image.hex), **sizes}
@@ -94,12 +94,6 @@ def _table(file: Path | None, preset: str | None, overrides: list[str] | None, o
 
     checks.check_folder("out", out)
     return table_of(flags.system_from(file, preset or (None if file else "bench"), overrides))
-
-
-def _revision() -> str:
-    from importlib.metadata import version
-
-    return version("frictionloop")[:16]
 
 
 def _show(table: Table, origin: str, made: dict[str, Any], rows: list[tuple[str, str]], json: bool) -> None:

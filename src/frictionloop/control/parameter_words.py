@@ -10,19 +10,13 @@ import numpy as np
 from frictionloop.control.compiled import controller_words
 from frictionloop.control.quantised import to_gain, to_places
 from frictionloop.parameters import System
-from frictionloop.parameters.plant import Sensor, SuspendedSensor
+from frictionloop.parameters.plant import SuspendedSensor
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import BITS, parameter_words, schema, word_count
 from frictionloop.sensing.touch import TouchCoefficients, touch_coefficients
 
 RANGE_N, ADC_BITS = 2.5, 16
 """Converter where the sensor is described without one (the bench's: paper, Fig. 4a, and assumed)."""
-LOAD_N_PER_COUNT = 10.0 / 2**16
-"""Load a count: 16 bit over +-5 N (assumed: ten times the usual load)."""
-POSITION_M_PER_COUNT = 1e-6
-"""Position a count (assumed: a tenth of the sensor's noise)."""
-RAMP_S = 0.01
-"""Time in which the largest amplitude is ramped down (assumed: six time constants of the plate)."""
 LIMIT_SHARE = 0.96
 """Largest plausible force over the converter's range (assumed: short of its end)."""
 FORCE_S, STUCK_S, STUCK_LONGEST_S = 5e-3, 0.5, 100.0
@@ -56,33 +50,43 @@ def device_words(system: System) -> dict[str, np.ndarray]:
         raise FrictionloopError(
             f"controller.rate_hz = {system.controller.rate_hz:g} Hz: the firmware runs at {rate_hz} Hz"
         )
-    return drive_words(system) | force_words(system.sensor) | touch_words(system) | held_words(system) | safety(system)
+    return drive_words(system) | force_words(system) | touch_words(system) | held_words(system) | safety(system)
 
 
 def drive_words(system: System) -> dict[str, np.ndarray]:
     """Return the words ``drive.*``: the carrier's fundamental goes with sin(pi duty), so duty = asin(a/a_max)/pi."""
-    largest_um = system.plate.max_amplitude_um
+    largest_um, board = system.plate.max_amplitude_um, system.board
+    ceiling_um = largest_um if board.ceiling_um is None else board.ceiling_um
+    if ceiling_um > largest_um:
+        raise FrictionloopError(
+            f"board.ceiling_um = {ceiling_um:g} um: must be at most plate.max_amplitude_um = {largest_um:g} um"
+        )
     share = np.linspace(0.0, 1.0, parameter_words()["drive.duty"].count)
     return {
         "drive.largest_um": word("drive.largest_um", largest_um),
-        "drive.ceiling_um": word("drive.ceiling_um", largest_um),
-        "drive.ramp_um": word("drive.ramp_um", largest_um / (RAMP_S * system.controller.rate_hz)),
+        "drive.ceiling_um": word("drive.ceiling_um", ceiling_um),
+        "drive.ramp_um": word("drive.ramp_um", largest_um / (board.ramp_s * system.controller.rate_hz)),
         "drive.duty": np.round(np.arcsin(share) / math.pi * 2**17).astype(np.int32),
     }
 
 
-def n_per_count(sensor: Sensor) -> float:
-    """Return the newtons that a count of the force converter stands for."""
+def n_per_count(system: System) -> float:
+    """Return the newtons that a count of the first force channel stands for."""
+    if system.board.force_n_per_count is not None:
+        return system.board.force_n_per_count
+    sensor = system.sensor
     range_n = sensor.range_n if isinstance(sensor, SuspendedSensor) else RANGE_N
     return 2.0 * range_n / 2**ADC_BITS
 
 
-def force_words(sensor: Sensor) -> dict[str, np.ndarray]:
-    """Return the words ``force.*``: one channel that tells the force along the motion, as `Measurement` does."""
+def force_words(system: System) -> dict[str, np.ndarray]:
+    """Return the words ``force.*``: which channels tell the force along the motion, as `Measurement` has it."""
+    board = system.board
+    scales = n_per_count(system), board.across_n_per_count
     return {
-        "force.axes": word("force.axes", 1),
-        "force.zero_counts": np.zeros(2, dtype=np.int32),
-        "force.n_per_count": np.concatenate([gain("force.n_per_count", n_per_count(sensor)), np.zeros(2, np.int32)]),
+        "force.axes": word("force.axes", board.force_axes),
+        "force.zero_counts": np.array(board.force_zero_counts, dtype=np.int32),
+        "force.n_per_count": np.concatenate([gain("force.n_per_count", scale) for scale in scales]),
     }
 
 
@@ -94,9 +98,9 @@ def touch_words(system: System) -> dict[str, np.ndarray]:
     same: tuple[str, ...] = ("position_gain", "touch_n", "touch_share", "mean_gain", "least_speed_m_s", "developed_m")
     assert set(same) < set(TouchCoefficients._fields)
     return {
-        "touch.zero_counts": word("touch.zero_counts", 0),
-        "touch.n_per_count": gain("touch.n_per_count", LOAD_N_PER_COUNT),
-        "touch.m_per_count": gain("touch.m_per_count", POSITION_M_PER_COUNT),
+        "touch.zero_counts": word("touch.zero_counts", system.board.load_zero_counts),
+        "touch.n_per_count": gain("touch.n_per_count", system.board.load_n_per_count),
+        "touch.m_per_count": gain("touch.m_per_count", system.board.position_m_per_count),
         "touch.speed_gain": gain("touch.speed_gain", given.speed_gain),
         **{f"touch.{name}": word(f"touch.{name}", getattr(given, name)) for name in same},
     }
@@ -111,10 +115,11 @@ def held_words(system: System) -> dict[str, np.ndarray]:
 
 def safety(system: System) -> dict[str, np.ndarray]:
     """Return the words ``safety.*``."""
-    sensor, rate_hz, step_n = system.sensor, system.controller.rate_hz, n_per_count(system.sensor)
+    sensor, rate_hz, step_n = system.sensor, system.controller.rate_hz, abs(n_per_count(system))
+    limit_n = system.board.force_limit_n or LIMIT_SHARE * step_n * 2 ** (ADC_BITS - 1)
     stuck_s = STUCK_S if sensor.noise_rms_n >= step_n / 2 else STUCK_LONGEST_S
     return {
-        "safety.force_limit_n": word("safety.force_limit_n", LIMIT_SHARE * step_n * 2 ** (ADC_BITS - 1)),
+        "safety.force_limit_n": word("safety.force_limit_n", limit_n),
         "safety.force_ticks": word("safety.force_ticks", round(FORCE_S * rate_hz)),
         "safety.stuck_ticks": word("safety.stuck_ticks", round(stuck_s * rate_hz)),
         "safety.overrun_ticks": word("safety.overrun_ticks", OVERRUN_TICKS),

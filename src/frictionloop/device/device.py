@@ -48,7 +48,7 @@ def connect(address: str, system: System | None = None, seed: int = 0) -> Device
 
 
 class Device:
-    """A board behind a line; use it in a ``with`` statement, at whose end the plate is switched off.
+    """A board behind a line; use it in a ``with`` statement, at whose end a plate that it switched on is switched off.
 
     While the loop is on, the host must be heard every 200 ms, which `run` and `stream` see to: between them the
     firmware ramps the plate down by itself.
@@ -63,6 +63,7 @@ class Device:
 
     def __init__(self, opening: Callable[[], Pipe], address: str = "device") -> None:
         self._opening, self.address = opening, address
+        self._commanded = False  # who only looks leaves the mode alone: another host's run may be going on
         self._link = Link(opening())
         try:
             self.info = identified(self._link, self.address)
@@ -80,13 +81,14 @@ class Device:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        """Switch the plate off and let go of the line."""
+        """As `close`."""
         self.close()
 
     def close(self) -> None:
-        """Switch the plate off, if the device is there, and let go of the line."""
+        """Let go of the line; switch the plate off before, if this Device asked for a mode or a run."""
         try:
-            self._link.ask("mode", state=STATES["idle"])
+            if self._commanded:
+                self._link.ask("mode", state=STATES["idle"])
         except DeviceError:
             pass
         finally:
@@ -123,6 +125,7 @@ class Device:
         """Ask for a state of the loop: ``"idle"``, ``"open"`` (lookup alone) or ``"closed"``."""
         if state not in STATES or state == "fault":
             raise FrictionloopError(f"mode {state!r}: must be one of idle, open, closed")
+        self._commanded = True
         self._link.ask("mode", state=STATES[state])
 
     def clear(self) -> None:
@@ -223,6 +226,7 @@ class Device:
         before = self._counts()
         self._link.clock_pairs.clear()
         ended: DeviceError | KeyboardInterrupt | None = None
+        self._commanded = True
         try:
             running.start()
             try:

@@ -24,6 +24,19 @@ def elf_file(file: IO[bytes]) -> Any:
         raise FrictionloopError(f"{file.name}: is not an ELF file ({reason})") from None
 
 
+def symbol_bytes(path: Path, name: str) -> bytes:
+    """Return what the image has at a symbol of that name, b"" without one; raises as `loaded`."""
+    segments = loaded(path)
+    with path.open("rb") as file:
+        table = elf_file(file).get_section_by_name(".symtab")
+        symbol = next(iter(table.get_symbol_by_name(name) or ()), None) if table else None
+    for start, content in segments:
+        if symbol is not None and start <= symbol["st_value"] < start + len(content):
+            offset = symbol["st_value"] - start
+            return content[offset : offset + symbol["st_size"]]
+    return b""
+
+
 def loaded(path: Path) -> list[tuple[int, bytes]]:
     """Return what a programmer writes to the chip: (address, bytes) of each segment, at its load address.
 

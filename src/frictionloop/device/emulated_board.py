@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 import os
+from pathlib import Path
 
 from frictionloop.device.emulator import TeensyEmulator
 from frictionloop.device.errors import DeviceError
 from frictionloop.device.host_board import Sample
+from frictionloop.device.revision import other_sources
 from frictionloop.quantities import FrictionloopError
-
-COUNTS = 2**15
 
 
 class Emulated:
@@ -22,20 +22,29 @@ class Emulated:
         The ELF file; it is never built here.
     largest_um : float
         Amplitude of the plate at duty 1/2: the fundamental of the carrier goes with sin(pi duty).
+
+    Raises
+    ------
+    FrictionloopError
+        As `TeensyEmulator`, also saying so when the image was built from other sources than those here.
     """
 
     source = "emulated"
 
     def __init__(self, image_path: str | os.PathLike[str], largest_um: float) -> None:
-        self._teensy, self._largest_um = TeensyEmulator(image_path), largest_um
+        self._image, self._largest_um = Path(image_path), largest_um
+        try:
+            self._teensy = TeensyEmulator(image_path)
+        except FrictionloopError as refused:
+            raise FrictionloopError(f"{refused}{other_sources(self._image)}") from None
 
     def tick(self, sample: Sample) -> float:
         """Run a tick; return the amplitude that the carrier stands for, in um."""
-        force, across, position, load = (min(max(counts, -COUNTS), COUNTS - 1) for counts in sample)
+        force, across, position, load = sample
         try:
             duty = self._teensy.tick((force, across), load, position)
         except FrictionloopError as stopped:
-            raise DeviceError(f"the emulated image has stopped: {stopped}") from None
+            raise DeviceError(f"the emulated image has stopped: {stopped}{other_sources(self._image)}") from None
         return self._largest_um * math.sin(math.pi * duty)
 
     def receive(self, data: bytes) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from frictionloop.control.compiler import shared_library
 from frictionloop.device.extra import needed
+from frictionloop.device.revision import revision_here
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import firmware_folder, schema, word_count
 
@@ -26,7 +27,6 @@ void fl_app_receive(fl_app *, const uint8_t *, size_t, uint32_t);
 size_t fl_app_transmit(fl_app *, uint8_t *, size_t, uint32_t);
 """
 """Of firmware/core/fl_app.h; the parameter table is passed as its words."""
-REVISION = b"host"
 ROOM = 4096
 """Bytes taken from the firmware at once."""
 
@@ -91,7 +91,7 @@ class HostBoard:
         self._ffi, self._lib = load(library)
         self._memory = self._ffi.new("uint64_t[]", -(-self._lib.fl_app_size() // 8))
         self._app = self._ffi.cast("fl_app *", self._memory)
-        self._revision = self._ffi.new("char[]", REVISION)
+        self._revision = self._ffi.new("char[]", revision_here().encode("ascii"))
         identity = self._ffi.new("fl_identity *", (schema()["boards"]["host"], serial, self._revision))
         self._lib.fl_app_start(self._app, identity, self._ffi.from_buffer(table))
         self._sample, self._out = self._ffi.new("fl_sample *"), self._ffi.new("uint8_t[]", ROOM)

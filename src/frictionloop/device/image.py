@@ -11,6 +11,7 @@ from tempfile import TemporaryDirectory
 
 from frictionloop.control.compiler import zig
 from frictionloop.device.image_checks import check, memory_map, sizes
+from frictionloop.device.revision import REVISION_BYTES, revision_here
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.files import replacing
 from frictionloop.quantities.schema import firmware_folder, word_count
@@ -26,8 +27,6 @@ BACKGROUND = frozenset(
     )
 )  # fmt: skip
 """Files that the tick does not run: small rather than quick."""
-REVISION_BYTES = 16
-"""Of ``identity.revision``."""
 _COMMON = (
     "-std=c11", "-g", "-Wall", "-Wextra", "-Werror", "-ffreestanding", "-fno-unwind-tables", "-ffunction-sections",
     "-fdata-sections", "-ffp-contract=off",
@@ -63,7 +62,7 @@ def build(
     parameters: bytes | Sequence[int],
     folder: Path,
     *,
-    revision: str = "0",
+    revision: str | None = None,
     optimise: str | None = None,
     compiler: str = "zig",
 ) -> Image:
@@ -78,7 +77,7 @@ def build(
     folder
         Where ``<board>.elf``, ``.hex`` and ``.map`` are written; made if it is missing.
     revision
-        What the firmware says of its version: ASCII, at most 16 bytes.
+        What the firmware says of its version: ASCII, at most 16 bytes; `revision_here` by default.
     optimise
         Level of optimisation for all files: 0, 1, 2, 3 or s; the budget of memory is then not held against the image.
         By default 2 for what the tick runs, and s for `BACKGROUND`.
@@ -95,7 +94,7 @@ def build(
         raise FrictionloopError(f"board = {board!r}: accepted are {', '.join(BOARDS)}")
     folder.mkdir(parents=True, exist_ok=True)
     built = folder / "built.c"
-    built.write_text(_built(_words(parameters), revision), encoding="ascii")
+    built.write_text(_built(_words(parameters), revision_here() if revision is None else revision), encoding="ascii")
     elf = folder / f"{board}.elf"
     with replacing(elf) as fresh:
         _compile_and_link(board, built.resolve(), fresh.resolve(), compiler, optimise)

@@ -16,7 +16,7 @@ class Info(NamedTuple):
 
     board: str
     revision: str
-    """Version of the firmware."""
+    """Version of the firmware, and after ``+`` the checksum of its sources (`device.revision`)."""
     serial: int
     """Serial number of the board, 0 where it has none."""
     law: int

@@ -6,10 +6,11 @@ from typing import Protocol
 
 import numpy as np
 
-from frictionloop.control.parameter_words import LOAD_N_PER_COUNT, POSITION_M_PER_COUNT, firmware_words, n_per_count
+from frictionloop.control.parameter_words import firmware_words
 from frictionloop.device.errors import DeviceError, Unplugged
 from frictionloop.device.host_board import HostBoard, Sample
 from frictionloop.device.recorder import TICK_HZ
+from frictionloop.device.simulated_converters import Converters
 from frictionloop.device.transport import Pipe
 from frictionloop.loop.stepper import Stepper
 from frictionloop.loop.structure import kernel_of
@@ -78,7 +79,7 @@ class BenchPipe(Pipe):
     def __init__(self, board: Board, system: System, seed: int = 0) -> None:
         self.board, self.system, self.source = board, system, board.source
         self._bench, self._ticks, self._open = Stepper(system, seed), 0, False
-        self._n_per_count = n_per_count(system.sensor)
+        self._converters = Converters(system)
         self._felt: list[float] = []
         # A bench tells the friction at its last sample, the plant of Section 2 that of the period that led to it.
         self._tells_late = kernel_of(system) != "substeps"
@@ -123,15 +124,9 @@ class BenchPipe(Pipe):
         return force
 
     def _tick(self) -> None:
-        bench, measured = self._bench, self._bench.measured
-        sample = Sample(
-            round(measured.force / self._n_per_count),
-            0,
-            round(measured.position / POSITION_M_PER_COUNT),
-            round(measured.load / LOAD_N_PER_COUNT),
-        )
+        bench = self._bench
         before = bench.force_n
-        command = self.board.tick(sample)
+        command = self.board.tick(self._converters.sample(bench.measured))
         try:
             bench.tick(command)
         except FrictionloopError as over:

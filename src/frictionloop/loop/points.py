@@ -96,6 +96,6 @@ def points_of(points: Mapping[str, Any] | Sequence[Mapping[str, Any]], seeds: in
 
 def fingerprint(system: System, points: Points, duration_s: float, score_from_s: float, metrics: Sequence[str]) -> str:
     """Return a digest of everything that decides a sweep's result, so that only the same sweep is resumed."""
-    version = package_version()
-    asked = [version, system.model_dump(), points.overrides, points.seeds, duration_s, score_from_s, list(metrics)]
+    version, described = package_version(), system.model_dump(exclude={"board"})
+    asked = [version, described, points.overrides, points.seeds, duration_s, score_from_s, list(metrics)]
     return hashlib.sha256(json.dumps(asked, sort_keys=True, default=str).encode()).hexdigest()

@@ -1,5 +1,6 @@
 """The System and its blocks: frozen, validated, TOML in and out."""
 
+from frictionloop.parameters.board import Board
 from frictionloop.parameters.controller import Controller, LookupController, OracleController, PiController
 from frictionloop.parameters.files import PRESETS, SCHEMA, preset, read_toml, to_toml, write_toml
 from frictionloop.parameters.filtered import FilteredPiController, NotchPiController
@@ -29,6 +30,7 @@ __all__ = [
     "RETUNED",
     "SCHEMA",
     "AnyFriction",
+    "Board",
     "ColouredNoise",
     "Constant",
     "Controller",

@@ -8,6 +8,7 @@ from typing import Any, Self
 from pydantic import BaseModel, model_validator
 
 from frictionloop.parameters import wording
+from frictionloop.parameters.board import Board
 from frictionloop.parameters.controller import Controller
 from frictionloop.parameters.description import Description
 from frictionloop.parameters.finger import AnyFriction, Finger, RigidFinger
@@ -42,6 +43,8 @@ class System(Description):
     """How the finger moves and presses."""
     touch: Touch = Touch()
     """What is measured of the motion."""
+    board: Board = Board()
+    """How a device is wired; nothing of it enters a simulation."""
 
     @model_validator(mode="after")
     def _some_friction_is_left(self) -> Self:

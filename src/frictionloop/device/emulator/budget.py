@@ -16,12 +16,12 @@ class WorstTick(NamedTuple):
 
 
 WORST_TICK = {
-    "pi": WorstTick(1345, 2444),
-    "lookup": WorstTick(1326, 2380),
-    "notch_pi": WorstTick(2153, 3567),
-    "observer": WorstTick(1753, 3377),
-    "super_twisting": WorstTick(1938, 3745),
-    "tracker": WorstTick(3484, 7160),
+    "pi": WorstTick(1358, 2466),
+    "lookup": WorstTick(1339, 2402),
+    "notch_pi": WorstTick(2166, 3589),
+    "observer": WorstTick(1766, 3399),
+    "super_twisting": WorstTick(1951, 3767),
+    "tracker": WorstTick(3495, 7177),
 }
 """By kind of controller: from entry to return of the tick's interrupt, with zig 0.17.1, over 400 samples of a finger
 that strokes and of edges; 1500 have no worse."""
