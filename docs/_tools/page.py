@@ -101,8 +101,8 @@ def _piped(lines: list[str], pipe: str) -> list[str]:
     return lines[: int(count)] if program == "head" else lines[-int(count) :]
 
 
-def command(words: str, width: int = 80) -> str:
-    """Return what ``frictionloop`` prints when called with these words; anything but success is an error here."""
+def command(words: str, width: int = 80, ends: int = 0) -> str:
+    """Return what ``frictionloop`` prints when called with these words; another exit code is an error here."""
     from frictionloop.cli import main
 
     screen, columns = io.StringIO(), os.environ.get("COLUMNS")
@@ -111,7 +111,7 @@ def command(words: str, width: int = 80) -> str:
         with contextlib.redirect_stdout(screen), contextlib.redirect_stderr(screen):
             main(shlex.split(words, comments=True))
     except SystemExit as end:
-        if end.code:
+        if (end.code or 0) != ends:
             raise RuntimeError(f"frictionloop {words}: exit code {end.code}\n{screen.getvalue()}") from None
     finally:
         os.environ.pop("COLUMNS")

@@ -181,3 +181,13 @@ def test_a_file_that_is_no_image_is_named(tmp_path):
         TeensyEmulator(text)
     with pytest.raises(FrictionloopError, match=r"missing\.elf: cannot be read"):
         TeensyEmulator(tmp_path / "missing.elf")
+
+
+def test_an_image_that_is_no_teensys_is_one_line(images, tmp_path):
+    content = bytearray(images("pi").elf.read_bytes())
+    content[content.index(bytes.fromhex("def9ffff"))] = 0
+    (tmp_path / "other.elf").write_bytes(content)
+    with pytest.raises(
+        FrictionloopError, match=r"other\.elf: is not an image of a Teensy; frictionloop firmware build"
+    ):
+        TeensyEmulator(tmp_path / "other.elf")

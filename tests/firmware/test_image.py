@@ -9,7 +9,8 @@ from frictionloop import FrictionloopError
 from frictionloop.control.compiler import zig
 from frictionloop.device.elf import loaded
 from frictionloop.device.image import build
-from frictionloop.device.image_checks import check
+from frictionloop.device.image_checks import check, check_teensy
+from frictionloop.device.intel_hex import read_hex
 from frictionloop.quantities.schema import word_count
 
 CORTEX = ("-target", "thumb-freestanding-eabi", "-mcpu=cortex_m4", "-ffreestanding", "-fno-sanitize=all", "-g")
@@ -123,3 +124,26 @@ def test_bad_input_is_one_line(arguments, message, tmp_path):
 def test_a_long_revision_is_refused(tmp_path):
     with pytest.raises(FrictionloopError, match="at most 16 characters"):
         build("teensy31", [0] * word_count(), tmp_path, revision="1.2.3-and-much-more")
+
+
+def test_the_hex_file_holds_what_the_elf_file_loads(images):
+    """zig's objcopy against our reader, and pyelftools beside it."""
+    image = images("pi")
+    in_hex, in_elf = ({at + k: byte for at, part in parts for k, byte in enumerate(part)}
+                      for parts in (read_hex(image.hex), loaded(image.elf)))  # fmt: skip
+    assert in_hex == in_elf and len(in_hex) > 10_000
+    check_teensy("image", read_hex(image.hex))
+
+
+def test_an_image_of_another_board_is_no_teensys(tmp_path):
+    """Records as the specification has them: 16 bytes at 0x0100, an upper half of the address, an end."""
+    path = tmp_path / "other.hex"
+    path.write_text(
+        ":10010000214601360121470136007EFE09D2190140\n:020000021200EA\n:0400300061626364 42\n".replace(" ", "")
+        + ":020000040800F2\n:0101000021DD\n:00000001FF\n"
+    )
+    assert read_hex(path) == [
+        (0x100, bytes.fromhex("214601360121470136007EFE09D21901")), (0x12030, b"abcd"), (0x08000100, b"!"),
+    ]  # fmt: skip
+    with pytest.raises(FrictionloopError, match=r"^other\.hex: is not an image of a Teensy"):
+        check_teensy(path.name, read_hex(path))

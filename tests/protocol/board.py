@@ -17,6 +17,7 @@ from frictionloop.device.transport import Pipe
 from frictionloop.quantities.schema import schema, table_hash, word_count
 
 SAMPLES = 16
+POINTS = 1024  # of a set-point table, as in firmware/core/fl_app.h
 STATES, REFUSALS, FAULTS = (schema()[group] for group in ("states", "refusals", "faults"))
 
 
@@ -27,7 +28,7 @@ class Board:
         self.tick, self.state, self.fault, self.heard = 1000, STATES["idle"], 0, 1000
         self.decimation, self.next, self.sequence = 0, 0, 0
         self.words, self.waiting = np.zeros(word_count(), np.int32), np.zeros(word_count(), np.int32)
-        self.points, self.played = np.zeros(2048, np.int16), None
+        self.points, self.played = np.zeros(POINTS, np.int16), None
         self.major, self.hash = major, table_hash() if hash_of_table is None else hash_of_table
         self.decoder, self.out = Decoder(), []
         self.since = 0  # tick of the last change of state that was asked for
@@ -52,7 +53,7 @@ class Board:
 
     def raise_fault(self, name: str) -> None:
         self.state, self.fault = STATES["fault"], FAULTS[name]
-        self.say("fault", fault=self.fault, tick=self.tick, value=7)
+        self.say("fault", fault=self.fault, tick=self.tick, value=7 << 28)
 
     def say(self, name: str, **fields: Any) -> None:
         self.out.append(encode(name, self.sequence, self.tick * 200 % 2**32, **fields))
@@ -72,7 +73,7 @@ class Board:
 
     def on_identify(self, message: Message, fields: dict[str, Any]) -> None:
         who = {"major": self.major, "minor": 0, "board": 0, "law": 1, "tick_hz": 5000, "table_hash": self.hash}
-        size = {"parameters": word_count(), "waveform": 2048, "serial": 77, "revision": b"1.2".ljust(16, b"\0")}
+        size = {"parameters": word_count(), "waveform": POINTS, "serial": 77, "revision": b"1.2".ljust(16, b"\0")}
         self.say("identity", **who, **size)
 
     def on_get(self, message: Message, fields: dict[str, Any]) -> None:

@@ -61,7 +61,7 @@ def test_what_another_host_left_waiting_is_written_over(device: Device, board: A
         ("setpoint.hold_n", float("nan"), "setpoint.hold_n = nan N: must be a number from 0 to 8 N"),
         ("setpoint.hold_n", "much", "setpoint.hold_n = 'much': must be a number from 0 to 8 N"),
         ("safety.force_ticks", 2.5, "safety.force_ticks = 2.5: must be a whole number from 1 to 50000"),
-        ("force.zero_counts", 1, "force.zero_counts: 1 numbers; must be 2"),
+        ("force.zero_counts", 1, "force.zero_counts: 1 number; must be 2"),
         ("touch.n_per_count", 1e10, "touch.n_per_count = 1e+10 N: must be a number of magnitude below 2^31 N"),
     ],
 )
@@ -96,11 +96,15 @@ def test_set_points_over_time_and_position(device: Device, board: Any) -> None:
 @pytest.mark.parametrize(
     ("force_n", "how", "words"),
     [
-        (np.zeros(2049), {"spacing_s": 1e-3}, "set-point table: 2049 points; must be 1 to 2048"),
+        (np.zeros(1025), {"spacing_s": 1e-3}, "set-point table: 1025 points; must be 1 to 1024"),
         ([0.0, 4.0], {"spacing_s": 1e-3}, "set-point table: 4 N at point 1; must be from -3.2768 to 3.2767 N"),
         ([0.0, np.nan], {"spacing_s": 1e-3}, "set-point table: nan N at point 1; must be from -3.2768 to 3.2767 N"),
         ([0.0], {}, "play: give spacing_s for a table over time, or spacing_m for one over position"),
         ([0.0], {"spacing_s": 0.0}, "spacing_s = 0: must be from"),
+        ([0.0], {"spacing_s": float("nan")}, "spacing_s = nan: must be a finite number"),
+        ([0.0], {"spacing_m": "wide"}, "spacing_m = 'wide': must be a finite number"),
+        ([0.0], {"spacing_m": 1e-3, "start_m": 1e6}, "start_m = 1e+06: must be from -2000 to 2000 m"),
+        ("high", {"spacing_s": 1e-3}, "set-point table: 'high'; must be forces in N"),
     ],
 )
 def test_a_bad_table_is_refused(device: Device, force_n: Any, how: dict[str, Any], words: str) -> None:
@@ -125,7 +129,7 @@ def test_a_run_has_the_form_of_a_simulated_one(device: Device, board: Any, tmp_p
     kept = fl.load(tmp_path / "run.h5")
     np.testing.assert_array_equal(kept.f_m, run.f_m)
     assert kept.attrs["revision"] == "1.2"
-    assert (board.played["loops"], board.played["step"]) == (1, round(2**24 * 2048 * 2 / 5000))
+    assert (board.played["loops"], board.played["step"]) == (1, round(2**24 * 1024 * 2 / 5000))
     assert board.state == 0
     assert board.decimation == 0
 
@@ -136,12 +140,12 @@ def test_a_fault_ends_a_run_and_keeps_what_was_recorded(device: Device, board: A
             board.raise_fault("force_range")
 
     with pytest.raises(
-        Interrupted, match=r"^fault force_range at tick \d+, value 7; \d+ samples recorded so far are in"
+        Interrupted, match=r"^fault force_range at tick \d+ \(7 N\); \d+ samples recorded so far are in"
     ):
         device.run(0.5, 2.0, path=tmp_path / "cut.h5", progress=later)
     kept = fl.load(tmp_path / "cut.h5")
     assert 1000 < kept.sizes["time"] < 1200
-    assert kept.scored.all()
+    assert kept.attrs["lost_samples"] == 0
     with pytest.raises(Refused, match=r"^mode \(state = 2\): the device refuses, not now$"):
         device.mode("closed")
     with pytest.raises(
@@ -194,8 +198,21 @@ def test_a_device_that_stops_talking_ends_a_run(device: Device, board: Any, tmp_
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda d: d.run(0.5, 0.00015), "duration_s = 0.00015: must be a whole number of samples of 0.0002 s"),
-        (lambda d: d.run(fl.paper().setpoint, 10.0), "set-point of 10 s: 2048 points miss it by"),
+        (lambda d: d.run(0.5, 0.0), "duration_s = 0: must be above 0 s"),
+        (lambda d: d.run(0.5, float("inf")), "duration_s = inf: must be a number above 0, in s"),
+        (lambda d: d.run(0.5, "a"), "duration_s = 'a': must be a number above 0, in s"),
+        (lambda d: d.run(0.5, 1.0, decimation=1.5), "decimation = 1.5: must be a whole number from 1 to 65535"),
+        (lambda d: d.run(0.5, 1.0, decimation=0), "decimation = 0: must be a whole number from 1 to 65535"),
+        (lambda d: d.run(float("nan"), 1.0), "setpoint: nan N; must be from -3.2768 to 3.2767 N"),
+        (lambda d: d.run("foo", 1.0), "setpoint = 'foo': must be a source (fl.Sine(...)), a force in N, or forces"),
+        (lambda d: d.run(np.array([0.5, np.nan]), 4e-4), "setpoint: nan N at tick 1; must be from"),
+        (
+            lambda d: d.run(np.full(77, 0.5), 0.2),
+            "setpoint: 77 forces at every tick last 0.0154 s; must be at least 1000",
+        ),
+        (lambda d: next(d.stream("long")), "duration_s = 'long': must be a finite number"),
+        (lambda d: d.set("foo", 1), "parameter 'foo': unknown; there are law.*, "),
+        (lambda d: d.run(fl.paper().setpoint, 10.0), "set-point of 10 s: 1024 points miss it by"),
         (lambda d: d.run(fl.paper().setpoint, 20.0), "duration_s = 20: the set-point lasts 10 s"),
         (lambda d: d.run(0.5, 1.0, state="fault"), "state = 'fault': must be open or closed"),
         (lambda d: d.run(0.5, 1.0, path="/no/such/run.h5"), "/no/such/run.h5: cannot be written (no folder /no/such"),
@@ -208,6 +225,40 @@ def test_bad_requests_are_refused_in_words(device: Device, call: Any, words: str
     with pytest.raises(fl.FrictionloopError) as refused:
         call(device)
     assert str(refused.value).startswith(words)
+
+
+def test_forces_at_every_tick_are_spread_over_the_run(device: Device, board: Any) -> None:
+    forces = np.linspace(0.3, 0.7, 5000)
+    run = device.run(forces, 1.0)
+    assert board.played == board.played | {"source": 1, "count": 1024, "step": round(2**24 * 1023 / 5000)}
+    np.testing.assert_allclose(board.points, np.interp(np.linspace(0, 5000, 1024), range(5000), forces) * 1e4, atol=1)
+    assert run.attrs["setpoint_error_n"] < 1e-4
+    device.run(forces, 0.2)  # at every tick where there is room for that
+    assert (board.played["count"], board.played["step"]) == (1001, 2**24)
+    np.testing.assert_array_equal(board.points[:1001], np.rint(forces[:1001] * 1e4))
+
+
+@pytest.mark.parametrize(("duration_s", "decimation", "rows"), [(0.5, 7, 358), (0.3, 1, 1500), (0.00015, 1, 1)])
+def test_a_duration_is_rounded_up_to_whole_samples(
+    device: Device, duration_s: float, decimation: int, rows: int
+) -> None:
+    run = device.run(0.5, duration_s, decimation=decimation)
+    assert run.sizes["time"] == rows
+    assert float(run.time[-1]) < duration_s <= float(run.time[-1]) + decimation / 5000 + 1e-12
+
+
+def test_ctrl_c_names_the_file_and_overwrites_none(device: Device, board: Any, tmp_path: Any, monkeypatch: Any) -> None:
+    monkeypatch.chdir(tmp_path)
+
+    def stopped(rows: int) -> None:
+        if rows > 1000:
+            raise KeyboardInterrupt
+
+    for name in ("interrupted-run.h5", "interrupted-run-2.h5", "interrupted-run-3.h5"):
+        with pytest.raises(KeyboardInterrupt, match=rf"^\d+ samples recorded so far are in {name}$"):
+            device.run(0.5, 2.0, progress=stopped)
+        assert fl.load(name).sizes["time"] > 1000
+        assert (board.state, board.decimation) == (0, 0)
 
 
 def test_telemetry_as_it_comes(device: Device, board: Any) -> None:

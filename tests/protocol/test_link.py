@@ -26,12 +26,14 @@ def test_a_bad_line_loses_samples_and_invents_none(boards: Any, duration_s: floa
     events = [event for line in lines for event in line.events]
     assert {"damage", "stall"} <= set(events)
 
-    there = run.scored.values
+    there = np.isfinite(run.f_m.values)
     ticks = run.attrs["start_tick"] + np.arange(run.sizes["time"])
     sent = board.values(ticks, 2)
     for channel, name in enumerate(("f_r", "f_m", "u", "a", "position", "speed", "load")):
         np.testing.assert_array_equal(run[name].values[there], (sent[:, channel] * SCALES[channel])[there])
         assert np.isnan(run[name].values[~there]).all()
+    np.testing.assert_array_equal(run.sliding.values[there], (sent[there, 7] & 1) != 0)
+    assert not run.scored.values[~there].any()
     np.testing.assert_array_equal(run.saturated.values[there], (sent[there, 7] & 2) != 0)
     assert run.attrs["implausible_samples"] == 0
 

@@ -15,6 +15,7 @@ import pytest
 import serial
 
 import frictionloop as fl
+import frictionloop.device.device as module
 from frictionloop.device.errors import Unplugged
 from frictionloop.device.serial_pipe import SerialPipe
 
@@ -45,8 +46,8 @@ class Served:
 
 
 @pytest.fixture
-def port(boards: Any) -> Iterator[tuple[str, Callable[[], None]]]:
-    """Yield (name of a port with a board behind it, what pulls it out)."""
+def port(boards: Any) -> Iterator[tuple[str, Callable[[], None], Any]]:
+    """Yield (name of a port with a board behind it, what pulls it out, the board)."""
     ours, theirs = os.openpty()
     served = Served(boards.Board(), ours)
 
@@ -54,7 +55,7 @@ def port(boards: Any) -> Iterator[tuple[str, Callable[[], None]]]:
         served.stop()
         os.close(ours)
 
-    yield os.ttyname(theirs), pull
+    yield os.ttyname(theirs), pull, served.board
     os.close(theirs)
     if served.on:
         pull()
@@ -65,6 +66,31 @@ def test_a_run_over_a_serial_port(port: Any) -> None:
         run = device.run(0.5, 0.4)
         assert (run.sizes["time"], run.attrs["lost_samples"], run.attrs["source"]) == (2000, 0, "device")
         assert run.attrs["clock_rate"] == pytest.approx(1.0, abs=0.05)
+
+
+def test_the_plate_is_off_before_a_run_is_packed_and_saved(port: Any, tmp_path: Any, monkeypatch: Any) -> None:
+    """A board whose host is silent for 200 ms while its loop is on is at fault."""
+
+    def slowly(work: Any) -> Any:
+        def later(*given: Any) -> Any:
+            time.sleep(0.3)
+            return work(*given)
+
+        return later
+
+    def stopped(rows: int) -> None:
+        if rows > 500:
+            raise KeyboardInterrupt
+
+    for name in ("to_dataset", "save"):
+        monkeypatch.setattr(f"frictionloop.device.device.{name}", slowly(getattr(module, name)))
+    board = port[2]
+    with fl.connect(f"serial://{port[0]}") as device:
+        device.run(0.5, 0.1, path=tmp_path / "run.h5")
+        assert (board.state, board.fault) == (0, 0)
+        with pytest.raises(KeyboardInterrupt):
+            device.run(0.5, 2.0, path=tmp_path / "run.h5", progress=stopped)
+        assert (board.state, board.fault) == (0, 0)
 
 
 def test_two_hosts(port: Any) -> None:

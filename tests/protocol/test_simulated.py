@@ -76,7 +76,8 @@ def test_another_system_is_uploaded(device: fl.Device) -> None:
 def test_the_board_refuses_and_faults_by_name(device: fl.Device) -> None:
     device.set("law.low_n", 0.9)
     device.set("law.high_n", 0.1)
-    with pytest.raises(fl.DeviceError, match=r"^commit .*: the device refuses, out of range"):
+    said = r"^commit: the device refuses law.high_n = 0.1 N, out of range; must be above law.low_n = 0.9 N$"
+    with pytest.raises(fl.DeviceError, match=said):
         device.commit()
     device.set("safety.force_limit_n", 0.001)
     device.commit()
@@ -113,6 +114,32 @@ def test_a_bench_whose_signals_are_over_ends_a_run_and_keeps_it(tmp_path: Any) -
     ):
         device.run(0.5, 2.0, path=tmp_path / "cut.h5")
     assert 2000 < fl.load(tmp_path / "cut.h5").sizes["time"] <= 2500
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "said"),
+    [
+        ("law.number", 9, "law.number = 9, out of range; must be a law that the firmware has: 1 PI, 2 lookup"),
+        ("drive.ceiling_um", 5, "drive.ceiling_um = 5 um, out of range; must be at most drive.largest_um = 2.5 um"),
+        ("drive.largest_um", 0, "drive.largest_um = 0 um, out of range; must be above 0 um"),
+        (
+            "drive.duty",
+            [0, *[500] * 7, 499, *[500] * 248],
+            "drive.duty[8] = 499, out of range; must be 0 first and none",
+        ),
+        (
+            "lookup.squares_um2",
+            [4, *[3] * 255, 3.5],
+            "lookup.squares_um2[256] = 3.5 um^2, out of range; must be none above",
+        ),
+    ],
+)
+def test_a_refused_table_is_said_by_name_and_limit(device: fl.Device, name: str, value: Any, said: str) -> None:
+    device.set(name, value)
+    with pytest.raises(fl.DeviceError) as refused:
+        device.commit()
+    assert str(refused.value).startswith(f"commit: the device refuses {said}")
+    assert refused.value.reason == "out_of_range"
 
 
 def test_a_board_that_is_wired_otherwise_tells_the_same_forces() -> None:

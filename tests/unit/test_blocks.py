@@ -26,8 +26,7 @@ DIMENSIONLESS = {
     "occlusion_ratio", "moist_loss", "roughness_rms", "q", "adc_bits", "lost_ticks", "contact", "start", "load_drift",
     "person", "static_ratio", "touch_share", "resonance_q", "overdrive", "feedforward", "sections", "notch_depth",
     "notch_width", "preview", "schedule", "compliance_learning", "resonance_share", "broadened_q",
-    "susceptibility_learning", "force_axes", "pulse_ticks",
-    "form",
+    "susceptibility_learning", "force_axes", "pulse_ticks", "form",
 }  # fmt: skip
 
 

@@ -72,6 +72,20 @@ def ringing(run: xr.Dataset, mask: np.ndarray, metrics: dict[str, float]) -> Rin
     return None if found is None else found._replace(frequency_hz=_loudest_hz(run, mask))
 
 
+def of_recording(run: xr.Dataset, mask: np.ndarray) -> dict[str, float]:
+    """Return the metrics that `ringing` asks of a device's recording; by the measured force where no other is known.
+
+    What a controller could reach is not known of a real finger: the bound is taken as 1, so more runs are looked at.
+    """
+    import frictionloop as fl
+
+    if not mask.any():
+        return {"r2_identity": math.nan, "r2_bound": math.nan, "saturation_index": math.nan}
+    known = run if "f_a" in run else run.assign(f_a=run["f_m"])
+    found = {name: getattr(fl, name)(known, mask) for name in SIGNS}
+    return found | {"r2_bound": 1.0}
+
+
 def of_population(system: System, median_r2: float, duration_s: float) -> Ringing | None:
     """Return what the linear analysis says of the system of a population that follows badly, None if it holds."""
     if not median_r2 < 1.0 - FAR:  # also NaN; no bound is above 1
@@ -107,7 +121,8 @@ def of_system(system: System) -> Ringing | None:
 
 
 def _loudest_hz(run: xr.Dataset, mask: np.ndarray) -> float:
-    time, error = run["time"].values, (run["f_a"].values - run["f_r"].values) * mask
+    force = run["f_a" if "f_a" in run else "f_m"].values
+    time, error = run["time"].values, np.where(mask, force - run["f_r"].values, 0.0)  # what was lost is NaN
     spectrum = np.abs(np.fft.rfft(error * np.hanning(error.size)))
     frequency = np.fft.rfftfreq(error.size, time[1] - time[0] if time.size > 1 else 1.0)
     spectrum[frequency < LOWEST_HZ] = 0.0

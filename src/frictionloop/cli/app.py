@@ -80,8 +80,8 @@ def _run(tokens: list[str]) -> int:
         if stop.resumable:
             say(f"continue with: {_program()} {shlex.join([*tokens, *([] if '--resume' in tokens else ['--resume'])])}")
         return INTERRUPTED
-    except KeyboardInterrupt:
-        say("interrupted")
+    except KeyboardInterrupt as stop:
+        say(f"interrupted: {stop}" if str(stop) else "interrupted")
         return INTERRUPTED
     return BAD_INPUT
 

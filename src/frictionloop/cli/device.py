@@ -7,7 +7,8 @@ from typing import Annotated
 
 from cyclopts import App, Group, Parameter
 
-from frictionloop.cli import device_flash, device_monitor, device_run, flags, screen
+from frictionloop.cli import device_clear, device_flash, device_monitor, device_run, flags, screen
+from frictionloop.cli.address import connected
 from frictionloop.cli.helptext import HELP_STYLE
 from frictionloop.quantities.units import FrictionloopError
 
@@ -16,6 +17,11 @@ ADDRESS = (
     "serial:///dev/ttyACM0 or tcp://host:port."
 )
 Address = Annotated[str, Parameter(name="ADDRESS", help=ADDRESS, group=flags.SYSTEM)]
+SIMULATED = ("sim:", "the firmware on this machine, with a simulated bench")
+LIST_EXAMPLES = r"""Examples
+
+  frictionloop device list
+"""
 INFO_EXAMPLES = r"""Examples
 
   frictionloop device info sim:
@@ -41,26 +47,25 @@ app["--help"].group = Group("About", sort_key=9)
 
 
 def list_ports(*, json: flags.Json = False) -> None:
-    """List the serial ports of this machine, by the address that `info` and `run` take."""
+    """List the serial ports of this machine and the simulated board, by the address that `info` and `run` take."""
     from frictionloop.device.serial_pipe import described_ports
 
     found = described_ports()
+    rows = [*found, SIMULATED]
     if json:
-        screen.show_json({"ports": [{"address": address, "is": what} for address, what in found]})
+        screen.show_json({"ports": [{"address": address, "is": what} for address, what in rows]})
         return
-    rows = [*found, ("sim:", "the firmware on this machine, with a simulated bench")]
     screen.show(screen.columns(rows))
     if not found:
-        screen.say("no serial port: is the board plugged in, and has it a USB serial adapter?")
+        screen.show("no serial port: is the board plugged in, and has it a USB serial adapter?")
 
 
 def info(address: Address, /, *, json: flags.Json = False) -> None:
     """Say who answers at an address, what runs there and what it has counted since reset."""
     from frictionloop.control.laws import LAWS
-    from frictionloop.device.device import connect
     from frictionloop.quantities.schema import table_hash
 
-    with connect(address) as device:
+    with connected(address) as device:
         found, counted, parameters = device.info, device.statistics(), device.parameters
         law = LAWS[found.law - 1].kind if 0 < found.law <= len(LAWS) else "none"
         clamp = float(parameters["law.low_n"]), float(parameters["law.high_n"])
@@ -75,11 +80,16 @@ def info(address: Address, /, *, json: flags.Json = False) -> None:
         ("firmware", f"{found.revision}, protocol {found.version}, {found.tick_hz} ticks a second"),
         ("parameters", "the same table as here" if same else f"table {found.table_hash:08x}, not the one here"),
         ("law", f"{law}, {clamp[0]:.3g} to {clamp[1]:.3g} N, at most {ceiling:.3g} um"),
-        ("ticks", f"{counted['ticks']:,.0f}, {counted['overruns']:,.0f} late, longest {counted['longest_us']:.3g} us"),
+        ("ticks", f"{counted['ticks']:,.0f}, {counted['overruns']:,.0f} late, {_longest(counted['longest_us'])}"),
         ("frames", f"{counted['frames']:,.0f} whole, {counted['broken']:,.0f} broken, {counted['missed']:,.0f} missed"),
         ("telemetry", f"{counted['dropped']:,.0f} samples dropped"),
     ]
     screen.show(screen.columns(rows))
+
+
+def _longest(longest_us: float) -> str:
+    # A board without a counter of cycles, such as a simulated one, tells 0.
+    return f"longest {longest_us:.3g} us" if longest_us else "longest tick not measured"
 
 
 def set_parameters(
@@ -97,9 +107,9 @@ def set_parameters(
         raise FrictionloopError("set: needs NAME=VALUE or --system FILE")
     described = flags.system_from(system, None, None) if system is not None else None
 
-    from frictionloop.device.device import connect
+    from frictionloop.device.words import shown
 
-    with connect(address) as device:
+    with connected(address) as device:
         if described is not None:
             device.upload(described)
         before = {name: device.parameters[name] for name, _ in pairs}
@@ -108,11 +118,12 @@ def set_parameters(
         if pairs:
             device.commit()
         after = {name: device.parameters[name] for name, _ in pairs}
+        about = {name: device.parameters.about(name) for name in after}
     if json:
         screen.show_json({"system": str(system) if system else None, "before": before, "after": after})
         return
     rows = [("table", f"set from {system}")] if system else []
-    rows += [(name, f"{before[name]:.6g} -> {after[name]:.6g}") for name in after]
+    rows += [(name, f"{shown(word, before[name])} -> {shown(word, after[name])}") for name, word in about.items()]
     screen.show(screen.columns(rows))
 
 
@@ -123,7 +134,7 @@ def _pair(text: str) -> tuple[str, object]:
     return name, flags.scalar(value)
 
 
-app.command(list_ports, name="list", usage="frictionloop device list [--json]")
+app.command(list_ports, name="list", usage="frictionloop device list [--json]", help_epilogue=LIST_EXAMPLES)
 app.command(info, usage="frictionloop device info ADDRESS [--json]", help_epilogue=INFO_EXAMPLES)
 app.command(
     set_parameters,
@@ -131,7 +142,8 @@ app.command(
     usage="frictionloop device set ADDRESS NAME=VALUE... [--system FILE]",
     help_epilogue=SET_EXAMPLES,
 )
-for verb, name in ((device_run, "run"), (device_monitor, "monitor"), (device_flash, "flash")):
+for verb in (device_run, device_clear, device_monitor, device_flash):
+    name = verb.__name__.rsplit("_", 1)[-1]
     app.command(
         verb.command, name=name, usage=f"frictionloop device {name} {verb.ARGUMENTS}", help_epilogue=verb.EXAMPLES
     )

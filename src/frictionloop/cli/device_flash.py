@@ -32,6 +32,11 @@ def command(
         raise FrictionloopError(f"IMAGE = {str(image)!r}: must end in .hex; frictionloop firmware build makes one")
     if not image.is_file():
         raise FrictionloopError(f"IMAGE = {str(image)!r}: there is no such file")
+
+    from frictionloop.device.image_checks import check_teensy
+    from frictionloop.device.intel_hex import read_hex
+
+    check_teensy(f"IMAGE = {str(image)!r}", read_hex(image))
     loader = shutil.which(LOADER) or shutil.which(LOADER.replace("_", "-"))
     if loader is None:
         raise FrictionloopError(f"{LOADER} is not installed: {GET_IT}")

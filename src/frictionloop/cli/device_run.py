@@ -10,18 +10,25 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from frictionloop.cli import checks, flags, screen
+from frictionloop.cli import advice, checks, flags, screen
+from frictionloop.cli.address import connected
 
 if TYPE_CHECKING:
+    import numpy as np
     import xarray as xr
 
 ARGUMENTS = "ADDRESS [FILE] [OPTIONS]"
 EXAMPLES = r"""Examples
 
-  frictionloop device run sim: --duration-s 4 --plot forces.svg
+  frictionloop device run sim: --controller.kind tracker --plot forces.svg
   frictionloop device run serial:///dev/ttyACM0 my-controller.toml --out run.h5
   frictionloop device run tcp://bench:5555 --setpoint.offset_n 0.5 --open
+
+The PI gains that bench() begins with are the paper's, and ring on it: the run
+says so, and names gains that hold.
 """
+TURN_MM = 2.0
+"""So near to a turn nothing counts: the friction changes its sign there. As in `simulate` of bench()."""
 
 
 def command(
@@ -30,12 +37,13 @@ def command(
         Path | None,
         Parameter(
             name="FILE",
-            help="System whose controller is loaded first, and whose set-point is played; bench() without it.",
+            help="System whose controller is loaded first, and whose set-point is played; the preset without it.",
             group=flags.SYSTEM,
         ),
     ] = None,
     /,
     *,
+    preset: flags.BenchPreset = None,
     overrides: flags.Overrides = None,
     duration_s: flags.DurationS = 10.0,
     decimation: Annotated[int, Parameter(help="Ticks per sample that is recorded.", group=flags.RUN)] = 1,
@@ -52,12 +60,12 @@ def command(
     checks.check_output("out", out, checks.RUN_FILES)
     checks.check_output("plot", plot, checks.FIGURES)
     checks.check_count("decimation", decimation, 1, 65535)
-    system = flags.system_from(file, None if file else "bench", overrides)
+    preset = preset or (None if file else "bench")
+    system = flags.system_from(file, preset, overrides)
 
-    from frictionloop.device.device import connect
-
-    with connect(address, system) as device:
+    with connected(address, system) as device:
         device.upload(system)
+        device.clear()  # of a fault that an earlier run ended with; refused while its cause lasts
         with _progress(duration_s, decimation / device.info.tick_hz) as progress:
             run = device.run(
                 system.setpoint,
@@ -71,20 +79,34 @@ def command(
         from frictionloop.cli.plot import draw
 
         draw(run, plot)
-    found = summary(run)
+    found, mask = summary(run), counted(run)
+    with screen.waiting("scoring"):
+        metrics = advice.of_recording(run, mask)
+        rings = None if open_loop else advice.ringing(run, mask, metrics)
     if json:
-        screen.show_json({**found, "saved": {"run": out, "plot": plot}})
+        screen.show_json({**found, "ringing": advice.as_json(rings), "saved": {"run": out, "plot": plot}})
         return
-    origin = flags.named(file, None if file else "bench", overrides)
-    rows = [("device", address), ("system", origin), *((name, text) for name, text in _worded(found))]
-    screen.show(screen.columns(rows), *(f"saved as {path}" for path in (out, plot) if path))
+    rows = [("device", address), ("system", flags.named(file, preset, overrides)), *_worded(found)]
+    screen.show(
+        screen.columns(rows),
+        *(["", *advice.lines(rings, metrics), ""] if rings else []),
+        *(f"saved as {path}" for path in (out, plot) if path),
+    )
+
+
+def counted(run: xr.Dataset) -> np.ndarray:
+    """Return which samples count: recorded, of a finger that slides, away from its turns."""
+    from frictionloop.device.turns import away_from_turns
+
+    away = away_from_turns(run["position"].values, run["speed"].values, 1e-3 * TURN_MM)
+    return (run["scored"] & run["sliding"]).values.astype(bool) & away
 
 
 def summary(run: xr.Dataset) -> dict[str, Any]:
     """Return what a recording says of itself: error of the measured force where it counts, and what was lost."""
     import numpy as np
 
-    counts = (run["scored"] & run["sliding"]).values.astype(bool)
+    counts = counted(run)
     error = (run["f_m"] - run["f_r"]).values[counts]
     rms = float(np.sqrt(np.nanmean(error**2))) if np.isfinite(error).any() else float("nan")
     names = ("lost_samples", "gaps", "reconnects", "broken_frames", "missed_frames")
@@ -94,9 +116,13 @@ def summary(run: xr.Dataset) -> dict[str, Any]:
 
 def _worded(found: dict[str, Any]) -> list[tuple[str, str]]:
     lost = int(found["lost_samples"])
+    error = (
+        f"{1e3 * found['measured_rms_error_n']:.3g} mN rms by the device's own sensor" if found["counted"] else "none"
+    )
     return [
-        ("recorded", f"{found['samples']:,} samples, {100 * found['counted']:.3g} % of them under a sliding finger"),
-        ("f_m - f_r", f"{1e3 * found['measured_rms_error_n']:.4g} mN rms, by the device's own sensor"),
+        ("recorded", f"{found['samples']:,} samples"),
+        ("counted", f"{100 * found['counted']:.3g} %: a finger slides, {TURN_MM:g} mm or more from where it turns"),
+        ("f_m - f_r", error),
         ("lost", f"{lost:,} samples" if lost else "nothing"),
     ]
 

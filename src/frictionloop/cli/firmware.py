@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, Group, Parameter
 
@@ -43,7 +43,7 @@ def export(
     file: flags.SystemFile = None,
     /,
     *,
-    preset: flags.Preset = None,
+    preset: flags.BenchPreset = None,
     overrides: flags.Overrides = None,
     out: Out,
     json: flags.Json = False,
@@ -51,30 +51,42 @@ def export(
     """Write the parameter table of a system: as words for the device, as numbers with units, and the system itself."""
     table = _table(file, preset, overrides, out)
     table.write(out)
-    _show(table, flags.named(file, preset, overrides), {"table": str(out)}, json)
+    _show(table, flags.named(file, preset, overrides), {}, [("table", str(out))], json)
 
 
 def build(
     file: flags.SystemFile = None,
     /,
     *,
-    preset: flags.Preset = None,
+    preset: flags.BenchPreset = None,
     overrides: flags.Overrides = None,
-    board: Annotated[str, Parameter(help="teensy31, or mps2 for qemu-system-arm.", group=flags.RUN)] = "teensy31",
+    board: Annotated[
+        str, Parameter(help="teensy31, or mps2 or mps2-scenario for qemu-system-arm.", group=flags.RUN)
+    ] = "teensy31",
     out: Out,
     json: flags.Json = False,
 ) -> None:
-    """Build the image that runs a system's controller: .elf, .hex to be flashed, .map; with the table beside it."""
+    """Build the image that runs a system's controller: .elf, .hex (to be flashed), .map; with the table beside it."""
     table = _table(file, preset, overrides, out)
 
+    from frictionloop.device.emulator.memory_map import FLASH_BYTES, RAM_BYTES
+    from frictionloop.device.image import FLASHED
     from frictionloop.device.image import build as build_image
 
     with screen.waiting(f"building the image of {board}; the first time takes half a minute"):
         image = build_image(board, table.words.tolist(), out)
     table.write(out)
-    sizes = {"flash": f"{image.flash_bytes:,} of 262,144 bytes", "memory": f"{image.ram_bytes:,} of 65,536 bytes"}
-    made = {"image": str(image.elf), "to be flashed": str(image.hex), **sizes, "table": str(out)}
-    _show(table, flags.named(file, preset, overrides), made, json)
+    sizes = {"flash_bytes": image.flash_bytes, "ram_bytes": image.ram_bytes}
+    made: dict[str, Any] = {"board": board, "image": str(image.elf), "hex": str(image.hex), **sizes}
+    to_flash = board == FLASHED
+    rows = [
+        ("image", made["image"]),
+        ("to be flashed" if to_flash else f"of {board}", made["hex"]),
+        ("flash", f"{image.flash_bytes:,}" + (f" of {FLASH_BYTES:,} bytes" if to_flash else " bytes")),
+        ("memory", f"{image.ram_bytes:,}" + (f" of {RAM_BYTES:,} bytes" if to_flash else " bytes")),
+        ("table", str(out)),
+    ]
+    _show(table, flags.named(file, preset, overrides), made, rows, json)
 
 
 def _table(file: Path | None, preset: str | None, overrides: list[str] | None, out: Path) -> Table:
@@ -84,12 +96,21 @@ def _table(file: Path | None, preset: str | None, overrides: list[str] | None, o
     return table_of(flags.system_from(file, preset or (None if file else "bench"), overrides))
 
 
-def _show(table: Table, origin: str, made: dict[str, str], json: bool) -> None:
+def _show(table: Table, origin: str, made: dict[str, Any], rows: list[tuple[str, str]], json: bool) -> None:
+    found = table.summary()
     if json:
-        screen.show_json({**table.summary(), **made})
+        screen.show_json({"system": origin, **found, **made, "table": rows[-1][1]})
         return
-    rows = [("system", origin), *((name, str(value)) for name, value in table.summary().items()), *made.items()]
-    screen.show(screen.columns(rows))
+    low_n, high_n = found["clamp_n"]
+    worst = found["worst_tick_cycles"]
+    cost = f"worst tick {worst:,} of {found['tick_cycles']:,} cycles, traced on the image in an emulator"
+    about = [
+        ("law", found["law"]),
+        ("clamp", f"{low_n:.4g} to {high_n:.4g} N"),
+        ("cost", cost if worst else "not traced"),
+        ("words", f"{found['words']}, table {found['table_hash']:08x}"),
+    ]
+    screen.show(screen.columns([("system", origin), *about, *rows]))
 
 
 app.command(export, usage=f"frictionloop firmware export {ARGUMENTS}", help_epilogue=EXPORT_EXAMPLES)

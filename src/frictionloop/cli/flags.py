@@ -33,6 +33,11 @@ Preset = Annotated[
     PresetName | None,
     Parameter(metavar="NAME", help="Ready-made system instead of a file; paper if neither is given.", group=SYSTEM),
 ]
+BenchPreset = Annotated[
+    PresetName | None,
+    Parameter(metavar="NAME", help="Ready-made system instead of a file; bench if neither is given.", group=SYSTEM),
+]
+"""Of the commands of the device, which has no use for the paper's loop without a finger."""
 Overrides = Annotated[
     list[str] | None,
     Parameter(

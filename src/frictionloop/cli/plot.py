@@ -1,4 +1,7 @@
-"""The figure of one run: set-point and force, the vibration that made the force, and how the finger moved."""
+"""The figure of one run: set-point and force, the vibration that made the force, and how the finger moved.
+
+A recording of a device has no force on the finger, which nobody can measure there: its measured force is drawn.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,8 @@ BINS = 3000
 
 @styled
 def figure_of(run: xr.Dataset) -> Figure:
-    """Return f_r and f_a over time, above the amplitude a and, where it is known, the motion of the finger."""
+    """Return f_r and the force over time, above the amplitude a and, where it is known, the motion of the finger."""
+    drawn, meaning = _force(run)
     moving = [each for each in MOVING if each[0] in run]
     figure = new_figure(8.0, 4.5 + 1.0 * len(moving))
     force, amplitude, *rest = figure.subplots(2 + len(moving), sharex=True, height_ratios=(3, 1, *(1 for _ in moving)))
@@ -39,7 +43,7 @@ def figure_of(run: xr.Dataset) -> Figure:
         force.fill_between(top[0], bottom[1], top[1], color="#e8f1f8", linewidth=0, label=label, zorder=0.5)
     # A wide light line under a thin dark one stays readable where a fast sweep fills the page; dashes do not.
     force.plot(*_ends(time, run["f_r"].values), color=SILVER, linewidth=2.6, label="set-point $f_r$")
-    force.plot(*_ends(time, run["f_a"].values), color=BLUE, linewidth=1.0, label="force on the finger $f_a$")
+    force.plot(*_ends(time, run[drawn].values), color=BLUE, linewidth=1.0, label=meaning)
     force.set(ylabel="force (N)", ylim=_room(run))
     amplitude.plot(*_ends(time, run["a"].values), color=GREY, linewidth=1.0)
     amplitude.set(ylabel="vibration\namplitude (µm)", ylim=(0, None))
@@ -53,6 +57,11 @@ def figure_of(run: xr.Dataset) -> Figure:
     figure.legend(*force.get_legend_handles_labels(), loc="outside upper right", ncols=4)
     figure.align_ylabels()
     return figure
+
+
+def _force(run: xr.Dataset) -> tuple[str, str]:
+    """Return the force that is drawn, by its name in the run, and its label."""
+    return ("f_a", "force on the finger $f_a$") if "f_a" in run else ("f_m", "measured force $f_m$")
 
 
 def _ends(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -69,7 +78,7 @@ def _room(run: xr.Dataset) -> tuple[float, float] | tuple[None, None]:
     """Return limits for the forces that count; those of a reversal and what is only within reach may leave."""
     if "scored" not in run or not run["scored"].values.any():
         return None, None
-    counted = np.concatenate([run[name].values[run["scored"].values] for name in ("f_r", "f_a")])
+    counted = np.concatenate([run[name].values[run["scored"].values] for name in ("f_r", _force(run)[0])])
     low, high = min(0.0, float(counted.min())), float(counted.max())
     return low, high + 0.08 * (high - low)
 

@@ -11,21 +11,19 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.control.parameter_words import firmware_words
+from frictionloop.device.asked import check_decimation, number, rows_of
 from frictionloop.device.errors import DeviceError
 from frictionloop.device.info import identified
 from frictionloop.device.link import Link
-from frictionloop.device.recorder import ALL, CHANNELS, SCALES, TICK_HZ, Recorder
+from frictionloop.device.recorder import ALL, CHANNELS, SCALES, Recorder
 from frictionloop.device.recording import clock_fit, to_dataset
-from frictionloop.device.running import STATES, Interrupted, Running, check_folder
+from frictionloop.device.running import STATES, Interrupted, Running, check_folder, free_path, recorded_in
 from frictionloop.device.table import Parameters
 from frictionloop.device.transport import Pipe, opener
-from frictionloop.device.waveform import table, table_of, with_setpoint
+from frictionloop.device.waveform import checked, table, table_of, with_setpoint
 from frictionloop.loop.record import save
 from frictionloop.parameters import Source, System
 from frictionloop.quantities import FrictionloopError
-
-KEPT_AS = "interrupted-run.h5"
-"""File of a run that ended early and was given no path."""
 
 
 def connect(address: str, system: System | None = None, seed: int = 0) -> Device:
@@ -153,15 +151,20 @@ class Device:
 
     def stream(self, duration_s: float, decimation: int = 50) -> Iterator[dict[str, np.ndarray]]:
         """Yield telemetry as it comes, for so long: ``tick`` and the channels, in their units."""
-        self._link.ask("stream", decimation=decimation, mask=ALL)
+        number("duration_s", duration_s)
+        check_decimation(decimation)
+        since = self._link.listen(decimation, ALL)["tick"]
         until = self._link.pipe.clock() + duration_s
         try:
             while (left := until - self._link.pipe.clock()) > 0:
                 for message in self._link.poll(left):
-                    if message.name == "telemetry" and message["mask"] == ALL:
+                    if message.name == "telemetry" and (message["decimation"], message["mask"]) == (decimation, ALL):
                         samples = message["values"].reshape(-1, len(CHANNELS)) * SCALES
                         ticks = message["tick"] + decimation * np.arange(len(samples))
-                        yield {"tick": ticks, **dict(zip(CHANNELS, samples.T, strict=True))}
+                        past = (ticks - since) % 2**32
+                        new = (past > 0) & (past < 2**31)  # what was still on its way is of an earlier run
+                        if new.any():
+                            yield {"tick": ticks[new], **dict(zip(CHANNELS, samples[new].T, strict=True))}
         finally:
             self._link.ask("stream", decimation=0, mask=0)
 
@@ -180,12 +183,15 @@ class Device:
         Parameters
         ----------
         setpoint : source, float or array
-            A source as in a System (``fl.Sine(...)``), a force in N that is held, or forces in N at every tick.
+            A source as in a System (``fl.Sine(...)``), a force in N that is held, or forces in N at every tick, at
+            least as many as the run has. The device holds `info.waveform` points, 1024: a force that is held and a
+            sine last as long as they like; all else is spread over the run as straight lines, at every tick up to
+            0.2 s, and refused where they miss it by more than 2 mN rms.
         duration_s : float
-            Duration in s, a whole number of samples.
+            Duration in s, rounded up to whole samples.
         path : path, optional
             File to save to; what is there is saved as well when the run ends early, by default to
-            ``interrupted-run.h5``.
+            ``interrupted-run.h5``, or ``-2``, ``-3``, ... where that is there already.
         state : str
             ``"closed"``, or ``"open"`` for the lookup alone.
         decimation : int
@@ -196,45 +202,48 @@ class Device:
         Returns
         -------
         xarray.Dataset
-            Over ``time``, from the first sample in that state. Samples that were lost are NaN and not ``scored``; the
-            attributes count them (``lost_samples``, ``gaps``) and hold the fit of the clocks.
+            Over ``time``, from the first sample in that state. Samples that were lost are NaN and not ``scored``; of
+            the others those are that `counted` keeps, by the rule of `simulate`. The attributes count what was lost
+            (``lost_samples``, ``gaps``) and hold the fit of the clocks.
 
         Raises
         ------
         FrictionloopError
             For a set-point or duration that does not fit; Interrupted, which is one, when the device faults or is
             gone in mid-run.
+        KeyboardInterrupt
+            At Ctrl-C, with the file named as well.
         """
-        rows = _rows(duration_s, decimation)
+        rows = rows_of(duration_s, decimation)
         if state not in ("open", "closed"):
             raise FrictionloopError(f"state = {state!r}: must be open or closed")
         check_folder(path)
+        setpoint = checked(setpoint)
         played = table_of(setpoint, duration_s, self.info.waveform)
         played.send(self._link)
         recorder = Recorder(rows, decimation, STATES[state])
         running = Running(self._link, self._opening, recorder)
         before = self._counts()
         self._link.clock_pairs.clear()
+        ended: DeviceError | KeyboardInterrupt | None = None
         self._commanded = True
         try:
             running.start()
-        except DeviceError:
-            running.stop()
-            raise
-        try:
-            running.go(progress)
-            run = self._dataset(running, before, rows, setpoint, played.error_n)
-        except (DeviceError, KeyboardInterrupt) as end:
-            kept = path or KEPT_AS
-            run = self._dataset(running, before, recorder.reached, setpoint, played.error_n)
-            save(run, kept)
-            if isinstance(end, KeyboardInterrupt):
-                raise
-            raise Interrupted(str(end), run, kept) from None
+            try:
+                running.go(progress)
+            except (DeviceError, KeyboardInterrupt) as end:
+                ended = end
         finally:
-            running.stop()
-        if path is not None:
-            save(run, path)
+            running.stop()  # before all else: nobody keeps the heart beating while the run is packed and saved
+        reached = rows if ended is None else recorder.reached
+        run = self._dataset(running, before, reached, setpoint, played.error_n)
+        kept = path if ended is None else path or free_path()
+        if kept is not None:
+            save(run, kept)
+        if isinstance(ended, KeyboardInterrupt):
+            raise KeyboardInterrupt(recorded_in(run, kept or "")) from None
+        if ended is not None:
+            raise Interrupted(str(ended), run, kept or "") from None
         return run
 
     def _dataset(
@@ -253,14 +262,3 @@ class Device:
             "missed_frames": decoder.missed,
             "repeated_frames": decoder.repeated,
         }
-
-
-def _rows(duration_s: float, decimation: int) -> int:
-    if decimation < 1 or decimation > 65535:
-        raise FrictionloopError(f"decimation = {decimation}: must be from 1 to 65535")
-    rows = duration_s * TICK_HZ / decimation
-    if not (np.isfinite(rows) and round(rows) >= 1 and abs(rows - round(rows)) < 1e-6 * max(rows, 1)):
-        raise FrictionloopError(
-            f"duration_s = {duration_s:g}: must be a whole number of samples of {decimation / TICK_HZ:g} s"
-        )
-    return round(rows)

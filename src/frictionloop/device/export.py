@@ -11,9 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.control.cost import BUDGET_CYCLES, cycles_m4
-from frictionloop.control.laws import law_of
 from frictionloop.control.parameter_words import firmware_words
+from frictionloop.device.emulator.budget import TICK_CYCLES, worst_tick
 from frictionloop.device.words import from_words
 from frictionloop.parameters import System, write_toml
 from frictionloop.quantities import FrictionloopError, replacing
@@ -41,15 +40,16 @@ class Table:
                 yield first, name, value[k], word.unit, " ".join(map(str, raw)), word.text
 
     def summary(self) -> dict[str, Any]:
-        """Return what a person wants to know first, by name."""
+        """Return what one wants to know first, by name; the cycles are those of the law's worst tick, None untraced."""
         controller, model = self.system.controller, self.system.controller.model
-        operations = law_of(controller).operations
-        cycles = f"about {cycles_m4(operations):,} of {BUDGET_CYCLES:,} cycles a tick" if operations else "not known"
+        worst = worst_tick(controller.kind)
         return {
             "law": controller.kind,
-            "clamp": f"{model.floor_n:.4g} to {model.nominal_n:.4g} N",
-            "cost": f"{cycles}, estimated",
-            "words": f"{len(self.words)}, table {table_hash():08x}",
+            "clamp_n": (model.floor_n, model.nominal_n),
+            "worst_tick_cycles": worst.cycles if worst else None,
+            "tick_cycles": TICK_CYCLES,
+            "words": len(self.words),
+            "table_hash": table_hash(),
         }
 
     def write(self, folder: Path) -> None:

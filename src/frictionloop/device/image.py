@@ -18,6 +18,8 @@ from frictionloop.quantities.schema import firmware_folder, word_count
 
 BOARDS = {"teensy31": ("main.c",), "mps2": ("main.c", "stimulus.c"), "mps2-scenario": ("scenario.c", "stimulus.c")}
 """Boards with the files they share with others; a scenario is a program of its own on the same board."""
+FLASHED = "teensy31"
+"""The board of these whose image is flashed; the others are qemu's."""
 BACKGROUND = frozenset(
     (
         "app_messages.c", "app_replies.c", "app_start.c", "fl_crc.c", "fl_frame.c", "scenario_main.c", "startup.c",
@@ -96,7 +98,7 @@ def build(
     elf = folder / f"{board}.elf"
     with replacing(elf) as fresh:
         _compile_and_link(board, built.resolve(), fresh.resolve(), compiler, optimise)
-        check(fresh, flash_configuration=board == "teensy31", budget=optimise is None)
+        check(fresh, flash_configuration=board == FLASHED, budget=optimise is None)
     flash, ram = sizes(elf)
     return Image(elf, _hex(elf), memory_map(elf), flash, ram)
 

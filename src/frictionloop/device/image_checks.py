@@ -47,7 +47,7 @@ def check(elf: Path, *, flash_configuration: bool, budget: bool = True) -> None:
         if budget and size > limit:
             raise FrictionloopError(f"{elf.name}: needs {size} bytes of {name}, at most {limit} are accepted")
     if flash_configuration:
-        words = _bytes_at(loaded(elf), CONFIGURATION_ADDRESS, len(CONFIGURATION))
+        words = configuration_of(loaded(elf))
         if words != CONFIGURATION:
             raise FrictionloopError(f"{elf.name}: flash configuration is {words.hex()}, must be {CONFIGURATION.hex()}")
 
@@ -72,8 +72,17 @@ def memory_map(elf: Path) -> Path:
     return path
 
 
-def _bytes_at(segments: list[tuple[int, bytes]], address: int, count: int) -> bytes:
+def configuration_of(segments: list[tuple[int, bytes]]) -> bytes:
+    """Return the 16 bytes of the flash configuration in what is loaded, (address, bytes); empty if not there."""
+    count = len(CONFIGURATION)
     for start, content in segments:
-        if start <= address and address + count <= start + len(content):
-            return content[address - start : address - start + count]
+        at = CONFIGURATION_ADDRESS - start
+        if 0 <= at <= len(content) - count:
+            return content[at : at + count]
     return b""
+
+
+def check_teensy(name: str, segments: list[tuple[int, bytes]]) -> None:
+    """Refuse what was not built for a Teensy 3.1: it lacks the words at 0x400 that keep the chip open."""
+    if configuration_of(segments) != CONFIGURATION:
+        raise FrictionloopError(f"{name}: is not an image of a Teensy; frictionloop firmware build makes one")

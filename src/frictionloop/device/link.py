@@ -75,9 +75,17 @@ class Link:
         self._inbox.clear()
         return messages
 
-    def forget(self, name: str) -> None:
-        """Throw away the messages of a kind that wait for `poll`."""
-        self._inbox = deque((message for message in self._inbox if message.name != name), INBOX)
+    def forget(self, name: str | None = None) -> None:
+        """Throw away the messages that wait for `poll`: of a kind, or all."""
+        kept = (message for message in self._inbox if name is not None and message.name != name)
+        self._inbox = deque(kept, INBOX)
+
+    def listen(self, decimation: int, mask: int) -> Message:
+        """Ask for telemetry and return the status then: what is of its tick or before was said to somebody else."""
+        self.ask("stream", decimation=decimation, mask=mask)
+        status = self.ask("heartbeat")
+        self.forget()
+        return status
 
     def reopened(self, pipe: Pipe) -> None:
         """Go on over another pipe to the same device; the sequences and all counts go on as well."""

@@ -22,10 +22,14 @@ DOUBTED = 8
 
 
 class Recorder:
-    """Rows of a run, one per `decimation` ticks, from the first sample at which the loop is in the state asked for."""
+    """Rows of a run, one per `decimation` ticks, from the first sample at which the loop is in the state asked for.
+
+    Samples of ticks up to `since` are of an earlier run: the device's ring and the line still held them.
+    """
 
     def __init__(self, rows: int, decimation: int, state: int) -> None:
         self.decimation, self.state = decimation, state
+        self.since: int | None = None
         self.raw = np.zeros((rows, len(CHANNELS)), np.int16)
         self.recorded = np.zeros(rows, bool)
         self.start_tick: int | None = None
@@ -50,13 +54,17 @@ class Recorder:
         self._doubted = 0
         before = self._last
         self._last = message["tick"], message.time_us, message["dropped"]
-        if before is not None:
+        if before is not None and self.is_new(message["tick"]):
             self.dropped += (message["dropped"] - before[2]) % 2**16
         samples = values.reshape(-1, len(CHANNELS))
         if self.start_tick is None:
             samples = self._begin(message["tick"], samples)
         if self.start_tick is not None and len(samples):
             self._keep(message["tick"], samples)
+
+    def is_new(self, tick: int) -> bool:
+        """Whether a tick is after those of earlier runs; ticks count modulo 2^32."""
+        return self.since is None or 0 < (tick - self.since) % 2**32 < 2**31
 
     @property
     def is_full(self) -> bool:
@@ -77,7 +85,8 @@ class Recorder:
         return abs(late_us) <= SLACK_US
 
     def _begin(self, tick: int, samples: np.ndarray) -> np.ndarray:
-        there = np.flatnonzero(state_of(samples[:, FLAGS]) == self.state)
+        new = [self.is_new(tick + k * self.decimation) for k in range(len(samples))]
+        there = np.flatnonzero((state_of(samples[:, FLAGS]) == self.state) & new)
         if there.size:
             self.start_tick = (tick + int(there[0]) * self.decimation) % 2**32
         return samples

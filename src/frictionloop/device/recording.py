@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from frictionloop.device.counted import counted
 from frictionloop.device.recorder import CHANNELS, FLAGS, SCALES, TICK_HZ, Recorder, gaps
 from frictionloop.device.transport import Pipe
 from frictionloop.loop.record import VARIABLES, package_version, provenance
@@ -19,6 +20,7 @@ CLOCK_BITS = 32
 def to_dataset(recorder: Recorder, rows: int, pipe: Pipe, system: System | None, attrs: dict[str, Any]) -> xr.Dataset:
     """Return the first rows of a recording; what is missing is NaN, not ``scored``, and counted in the attributes."""
     there, raw = recorder.recorded[:rows], recorder.raw[:rows]
+    sliding = there & (raw[:, FLAGS] & 1 != 0)
     data: dict[str, xr.Variable] = {}
     for channel, name in enumerate(CHANNELS):
         if channel != FLAGS:
@@ -29,8 +31,8 @@ def to_dataset(recorder: Recorder, rows: int, pipe: Pipe, system: System | None,
     ):
         data["f_a"] = _variable("f_a", felt)
     data["saturated"] = _variable("saturated", there & (raw[:, FLAGS] & 2 != 0))
-    data["sliding"] = _variable("sliding", there & (raw[:, FLAGS] & 1 != 0))
-    data["scored"] = _variable("scored", there)
+    data["sliding"] = _variable("sliding", sliding)
+    data["scored"] = _variable("scored", counted(sliding, data["position"].values, data["load"].values, system))
     time = np.arange(rows) * recorder.decimation / TICK_HZ
     missing = gaps(there)
     lost = {

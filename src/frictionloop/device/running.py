@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import os
 import time
 from collections.abc import Callable
@@ -12,7 +13,7 @@ from typing import Any
 import xarray as xr
 
 from frictionloop.device.codec import Message
-from frictionloop.device.errors import DeviceError, NoReply, Unplugged
+from frictionloop.device.errors import DeviceError, NoReply, Refused, Unplugged
 from frictionloop.device.link import Link
 from frictionloop.device.recorder import ALL, TICK_HZ, Recorder
 from frictionloop.device.transport import Pipe
@@ -26,15 +27,26 @@ REOPENED = 20
 PAUSE_S = 0.1
 FAULTS = {number: name for name, number in schema()["faults"].items()}
 STATES = schema()["states"]
+READINGS = {"force_range": (2.0**-28, "N"), "sensor_saturated": (1, "counts"), "sensor_stuck": (1, "counts"),
+            "host_silent": (1e-3, "ms"), "tick_overrun": (1, "late ticks")}  # fmt: skip
+"""What a fault tells of its cause: the size of a step, and the unit."""
+
+
+KEPT_AS = "interrupted-run"
+"""Stem of the file of a run that ended early and was given no path."""
 
 
 class Interrupted(DeviceError):
     """A run that ended early; `run` is what was recorded, `path` the file that keeps it."""
 
     def __init__(self, why: str, run: xr.Dataset, path: str | os.PathLike[str]) -> None:
-        recorded = int(run["scored"].sum())
-        super().__init__(f"{why}; {recorded} samples recorded so far are in {path}")
+        super().__init__(f"{why}; {recorded_in(run, path)}")
         self.run, self.path = run, path
+
+
+def recorded_in(run: xr.Dataset, path: str | os.PathLike[str]) -> str:
+    """Return in words what a run that ended early leaves where."""
+    return f"{run.sizes['time'] - run.attrs['lost_samples']} samples recorded so far are in {path}"
 
 
 class Running:
@@ -47,13 +59,13 @@ class Running:
         self._tick: int | None = None
 
     def start(self) -> None:
-        """Ask for telemetry, then for the state."""
-        self.link.ask("stream", decimation=self.recorder.decimation, mask=ALL)
-        status = self.link.ask("heartbeat")
+        """Ask for telemetry, then for the state; what the device said of earlier runs does not count."""
+        status = self.link.listen(self.recorder.decimation, ALL)
         if status["state"] == STATES["fault"]:
             raise DeviceError(
                 f"the device has the fault {FAULTS.get(status['fault'])}: find its cause, then clear() it"
             )
+        self.recorder.since = self._tick = status["tick"]
         self.link.ask("mode", state=self.recorder.state)
         self.link.forget("status")  # what it said before
         self._since = self.link.pipe.clock()
@@ -73,14 +85,15 @@ class Running:
     def stop(self) -> None:
         """Ask the device to be idle and quiet, if it is there."""
         with contextlib.suppress(DeviceError):
-            self.link.ask("mode", state=STATES["idle"])
+            with contextlib.suppress(Refused):  # at fault it is off
+                self.link.ask("mode", state=STATES["idle"])
             self.link.ask("stream", decimation=0, mask=0)
 
     def _hear(self, message: Message) -> None:
         if message.name == "telemetry":
             self.recorder.take(message)
-        elif message.name == "fault":
-            raise DeviceError(_fault(message["fault"], f"at tick {message['tick']}, value {message['value']}"))
+        elif message.name == "fault" and self.recorder.is_new(message["tick"]):
+            raise DeviceError(_fault(message["fault"], f"at tick {message['tick']}{_reading(message)}"))
         elif message.name == "status":
             self._check(message)
 
@@ -119,5 +132,19 @@ def check_folder(path: str | os.PathLike[str] | None) -> None:
         raise FrictionloopError(f"{path}: cannot be written (no folder {folder}, or not ours to write to)")
 
 
+def free_path() -> Path:
+    """Return a file that is not there yet: interrupted-run.h5, interrupted-run-2.h5 and so on."""
+    numbered = (f"{KEPT_AS}-{number}.h5" for number in itertools.count(2))
+    return next(path for name in itertools.chain([f"{KEPT_AS}.h5"], numbered) if not (path := Path(name)).exists())
+
+
 def _fault(number: int, where: str) -> str:
     return f"fault {FAULTS.get(number, number)} {where}"
+
+
+def _reading(fault: Message) -> str:
+    name = FAULTS.get(fault["fault"])
+    if name not in READINGS:
+        return ""
+    step, unit = READINGS[name]
+    return f" ({step * fault['value']:.3g} {unit})"

@@ -10,6 +10,7 @@ import numpy as np
 
 from frictionloop.device.errors import DeviceError, Refused
 from frictionloop.device.link import Link
+from frictionloop.device.refusals import in_words
 from frictionloop.device.words import from_words, to_words, word_of
 from frictionloop.quantities.schema import Word, parameter_words, table_hash, word_count
 
@@ -78,13 +79,16 @@ class Parameters(Mapping[str, Any]):
         waiting = self._mirror()
         check = zlib.crc32(waiting.astype("<i4").tobytes())
         try:
-            self._link.ask("commit", crc=check)
+            try:
+                self._link.ask("commit", crc=check)
+            except Refused as refused:
+                if refused.reason != "wrong_crc":
+                    raise
+                # Somebody wrote there before us: what waits is not what is in force with our changes.
+                self._write(0, waiting)
+                self._link.ask("commit", crc=check)
         except Refused as refused:
-            if refused.reason != "wrong_crc":
-                raise
-            # Somebody wrote there before us: what waits is not what is in force with our changes.
-            self._write(0, waiting)
-            self._link.ask("commit", crc=check)
+            raise in_words("commit", refused, waiting) from None
         finally:
             self._waiting = None
 
@@ -104,7 +108,10 @@ class Parameters(Mapping[str, Any]):
     def _write(self, first: int, words: np.ndarray) -> None:
         self._same_table()
         for at in range(0, len(words), WORDS_A_FRAME):
-            self._link.ask("set", first=first + at, values=words[at : at + WORDS_A_FRAME])
+            try:
+                self._link.ask("set", first=first + at, values=words[at : at + WORDS_A_FRAME])
+            except Refused as refused:
+                raise in_words("set", refused, self._mirror()) from None
 
     def _same_table(self) -> None:
         if self._hash != table_hash():

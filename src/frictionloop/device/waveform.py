@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import zlib
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 
+from frictionloop.device.asked import number
 from frictionloop.device.link import Link
 from frictionloop.device.recorder import TICK_HZ
 from frictionloop.parameters import Constant, Sine, Source, System
@@ -17,6 +18,9 @@ from frictionloop.quantities.schema import schema
 N_PER_POINT = 1e-4
 POINTS_A_FRAME = 128
 PHASE = 2.0**24
+FURTHEST_M = 2000.0
+"""Start of a table over position at most: 32 bits of um hold 2147 m."""
+SOURCES = get_args(get_args(Source)[0])
 LARGEST_ERROR_N = 2e-3
 """RMS by which a table may miss its set-point: a tenth of the smallest difference felt, 20 mN (assumed)."""
 
@@ -72,6 +76,11 @@ def table(
         For too many points, a force out of range, or a spacing that the firmware cannot follow.
     """
     points = _points(force_n, most)
+    for told, given in ("spacing_s", spacing_s), ("spacing_m", spacing_m), ("start_m", start_m):
+        if given is not None:
+            number(told, given)
+    if abs(start_m) > FURTHEST_M:
+        raise FrictionloopError(f"start_m = {start_m:g}: must be from {-FURTHEST_M:g} to {FURTHEST_M:g} m")
     if (spacing_s is None) == (spacing_m is None):
         raise FrictionloopError("play: give spacing_s for a table over time, or spacing_m for one over position")
     spacing, per = (spacing_s, TICK_HZ) if spacing_s is not None else (spacing_m, 1e6)
@@ -84,18 +93,39 @@ def table(
     return Table(points, "time" if spacing_s is not None else "position", loops, round(step), round(start_m * 1e6))
 
 
-def table_of(setpoint: Source | float | np.ndarray, duration_s: float, most: int) -> Table:
-    """Return the table of a set-point for a run: a source, a force that is held, or forces at every tick.
+def checked(setpoint: Any) -> Source | np.ndarray:
+    """Return the set-point of a run: a source as it is, a force as one that is held, forces as an array.
 
     Raises
     ------
     FrictionloopError
-        When the table does not hold it to 2 mN rms.
+        For anything else, or a force that the device cannot play.
     """
-    if isinstance(setpoint, int | float):
-        setpoint = Constant(offset_n=float(setpoint))
-    if isinstance(setpoint, np.ndarray):
-        return table(setpoint, most, 1 / TICK_HZ, None, 0.0, False)
+    if isinstance(setpoint, SOURCES):
+        return setpoint
+    try:
+        force = np.asarray(setpoint, dtype=float)
+    except (TypeError, ValueError):
+        force = np.empty((0, 0))
+    if force.ndim > 1:
+        raise FrictionloopError(
+            f"setpoint = {setpoint!r:.60}: must be a source (fl.Sine(...)), a force in N, or forces in N at every tick"
+        )
+    if force.ndim == 0:
+        _in_range(np.atleast_1d(force), "setpoint")
+        return Constant(offset_n=float(force))
+    _in_range(force, "setpoint", "tick")
+    return force
+
+
+def table_of(setpoint: Source | np.ndarray, duration_s: float, most: int) -> Table:
+    """Return the table of a set-point for a run: a source, or forces at every tick.
+
+    Raises
+    ------
+    FrictionloopError
+        When the table does not hold it to 2 mN rms, or it ends before the run.
+    """
     if isinstance(setpoint, Constant):
         return table([setpoint.offset_n], most, 1 / TICK_HZ, None, 0.0, False)
     if isinstance(setpoint, Sine):
@@ -105,21 +135,17 @@ def table_of(setpoint: Source | float | np.ndarray, duration_s: float, most: int
     return _sampled(setpoint, duration_s, most)
 
 
-def with_setpoint(system: System | None, setpoint: Source | float | np.ndarray) -> System | None:
+def with_setpoint(system: System | None, setpoint: Source | np.ndarray) -> System | None:
     """Return the System with the set-point that a run was given, as far as a System can hold it."""
     if system is None or isinstance(setpoint, np.ndarray):
         return system
-    given = Constant(offset_n=float(setpoint)) if isinstance(setpoint, int | float) else setpoint
-    return system.model_copy(update={"setpoint": given})
+    return system.model_copy(update={"setpoint": setpoint})
 
 
-def _sampled(setpoint: Source, duration_s: float, most: int) -> Table:
+def _sampled(setpoint: Source | np.ndarray, duration_s: float, most: int) -> Table:
     """Return the table of what does not repeat: at every tick if they are few enough, else spread over the run."""
-    if duration_s > longest_s(setpoint):
-        raise FrictionloopError(f"duration_s = {duration_s:g}: the set-point lasts {longest_s(setpoint):g} s")
-    ticks = round(duration_s * TICK_HZ)
-    take = sampler(setpoint, TICK_HZ, 0, 0)
-    wanted = evaluate(setpoint, np.arange(ticks + 1) / TICK_HZ) if take is None else take(0, ticks)  # type: ignore[arg-type]
+    ticks = max(round(duration_s * TICK_HZ), 1)
+    wanted = _at_ticks(setpoint, duration_s, ticks)
     places = np.linspace(0.0, ticks, min(most, ticks + 1))
     found = table(np.interp(places, np.arange(ticks + 1), wanted), most, places[1] / TICK_HZ, None, 0.0, False)
     played = np.interp(np.arange(ticks + 1), places, found.points * N_PER_POINT)
@@ -132,14 +158,36 @@ def _sampled(setpoint: Source, duration_s: float, most: int) -> Table:
     return found._replace(error_n=error)
 
 
+def _at_ticks(setpoint: Source | np.ndarray, duration_s: float, ticks: int) -> np.ndarray:
+    """Return the forces at the ticks 0 to `ticks` of a run."""
+    if isinstance(setpoint, np.ndarray):
+        if setpoint.size < ticks:
+            raise FrictionloopError(
+                f"setpoint: {setpoint.size} forces at every tick last {setpoint.size / TICK_HZ:g} s; must be at least "
+                f"{ticks} for duration_s = {duration_s:g} (a single number is held; play() takes a spacing)"
+            )
+        return np.append(setpoint[:ticks], setpoint[ticks] if setpoint.size > ticks else setpoint[-1])
+    if duration_s > longest_s(setpoint):
+        raise FrictionloopError(f"duration_s = {duration_s:g}: the set-point lasts {longest_s(setpoint):g} s")
+    if (take := sampler(setpoint, TICK_HZ, 0, 0)) is not None:
+        return take(0, ticks)
+    return evaluate(setpoint, np.arange(ticks + 1) / TICK_HZ)  # type: ignore[arg-type]
+
+
 def _points(force_n: Any, most: int) -> np.ndarray:
-    force = np.atleast_1d(np.asarray(force_n, dtype=float))
+    try:
+        force = np.atleast_1d(np.asarray(force_n, dtype=float))
+    except (TypeError, ValueError):
+        raise FrictionloopError(f"set-point table: {force_n!r:.60}; must be forces in N") from None
     if force.ndim != 1 or not 1 <= force.size <= most:
         raise FrictionloopError(f"set-point table: {force.size} points; must be 1 to {most}")
+    _in_range(force, "set-point table")
+    return np.rint(force / N_PER_POINT).astype(np.int16)
+
+
+def _in_range(force: np.ndarray, name: str, place: str = "point") -> None:
     points = np.rint(force / N_PER_POINT)
     wrong = np.flatnonzero(~((points >= -(2**15)) & (points < 2**15)))
     if wrong.size:
-        raise FrictionloopError(
-            f"set-point table: {force[wrong[0]]:g} N at point {wrong[0]}; must be from -3.2768 to 3.2767 N"
-        )
-    return points.astype(np.int16)
+        where = f" at {place} {wrong[0]}" if name == "set-point table" or force.size > 1 else ""
+        raise FrictionloopError(f"{name}: {force[wrong[0]]:g} N{where}; must be from -3.2768 to 3.2767 N")

@@ -16,9 +16,16 @@ def word_of(name: str) -> Word:
     """Return a parameter by name, or name the near ones."""
     words = parameter_words()
     if name not in words:
-        near = get_close_matches(name, words, 3, 0.4)
-        raise FrictionloopError(f"parameter {name!r}: unknown; near: {', '.join(near or words)}")
+        near = get_close_matches(str(name), words, 3, 0.4)
+        blocks = dict.fromkeys(f"{known.partition('.')[0]}.*" for known in words)
+        others = f"near: {', '.join(near)}" if near else f"there are {', '.join(blocks)} (docs/protocol.md)"
+        raise FrictionloopError(f"parameter {name!r}: unknown; {others}")
     return words[name]
+
+
+def word_at(index: int) -> Word:
+    """Return the parameter that has a word of the table."""
+    return next(word for word in parameter_words().values() if word.first <= index < word.first + word.words)
 
 
 def to_words(word: Word, value: Any) -> np.ndarray:
@@ -34,7 +41,8 @@ def to_words(word: Word, value: Any) -> np.ndarray:
     except (TypeError, ValueError):
         raise FrictionloopError(f"{word.name} = {value!r}: must be {accepted(word)}") from None
     if numbers.shape != (word.count,):
-        raise FrictionloopError(f"{word.name}: {numbers.size} numbers; must be {word.count}")
+        many = "number" if numbers.size == 1 else "numbers"
+        raise FrictionloopError(f"{word.name}: {numbers.size} {many}; must be {word.count}")
     for number in numbers:
         _check(word, float(number))
     if word.format == "gain":
@@ -51,6 +59,12 @@ def from_words(word: Word, words: np.ndarray) -> float | np.ndarray:
     else:
         numbers = raw / 2.0 ** BITS[word.format]
     return float(numbers[0]) if word.count == 1 else numbers
+
+
+def shown(word: Word, value: float | np.ndarray) -> str:
+    """Return a parameter's value as text with its unit; of several numbers how many there are."""
+    number = f"{value:.6g}" if isinstance(value, float) else f"{len(value)} numbers"
+    return f"{number} {word.unit}".rstrip()
 
 
 def accepted(word: Word) -> str:

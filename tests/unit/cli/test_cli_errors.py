@@ -106,9 +106,10 @@ SWEEP_BENCH = [
     (("--over", "finger.kind=skin,soft"), "finger.kind = 'soft' is unknown; accepted: 'rigid', 'skin'"),
     (("--over", "motion.speed_mm_s=20,600"), "touch.position.fastest_mm_s"),
 ]
+VERBS = "reproduce, simulate, sweep, compare, design, firmware, device"
 OTHERS = [
     (("simulat",), 'Unknown command "simulat". Did you mean "simulate"?'),
-    (("--bogus",), 'Unknown command "--bogus". Available commands: reproduce, simulate, sweep, compare, design.'),
+    (("--bogus",), f'Unknown command "--bogus". Available commands: {VERBS}.'),
     (("reproduce", "x"), "x: not expected here"),
 ]
 ALL = [

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 
 import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.quantities.schema import parameter_words, word_count
+from frictionloop.device import image
+from frictionloop.device.emulator.budget import WORST_TICK, worst_tick
+from frictionloop.device.image import BOARDS
+from frictionloop.quantities.schema import firmware_folder, parameter_words, word_count
 
 PI = ("--preset", "bench", "--controller.kind", "pi", "--controller.kp", "0.06", "--controller.ki", "134")
 
@@ -26,7 +30,8 @@ def test_the_table_is_the_same_in_words_and_in_numbers(frictionloop, tmp_path):
     folder = tmp_path / "table"
     said = json.loads(frictionloop("firmware", "export", *PI, "--out", str(folder), "--json").out)
     words = np.frombuffer((folder / "parameters.bin").read_bytes(), "<i4")
-    assert said["law"] == "pi" and len(words) == word_count()
+    assert said["law"] == "pi" and len(words) == word_count() == said["words"]
+    assert said["clamp_n"] == [fl.bench().controller.model.floor_n, fl.bench().controller.model.nominal_n]
     with (folder / "parameters.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     raw = [int(number) for row in rows for number in row["raw"].split()]
@@ -68,10 +73,54 @@ def test_an_unknown_board_is_refused_before_anything_is_written(frictionloop, tm
     assert refused.code == 2 and "teensy31" in refused.err and not (tmp_path / "image").exists()
 
 
+def test_help_lists_every_board(frictionloop, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    out = frictionloop("firmware", "build", "--help").out
+    (line,) = (line for line in out.splitlines() if "--board" in line and "qemu" in line)
+    assert set(BOARDS) <= set(re.findall(r"[\w-]+", line))
+
+
+@pytest.mark.parametrize("kind", ["pi", "filtered_pi", "lookup"])
+def test_the_cost_is_the_one_that_was_traced(frictionloop, tmp_path, kind):
+    arguments = ("firmware", "export", "--preset", "bench", "--controller.kind", kind, "--out", tmp_path / "table")
+    said = json.loads(frictionloop(*arguments, "--json").out)
+    assert said["worst_tick_cycles"] == worst_tick(kind).cycles and said["tick_cycles"] == 72_000_000 // 5000
+    words = f"worst tick {worst_tick(kind).cycles:,} of 14,400 cycles, traced on the image in an emulator"
+    assert words in " ".join(frictionloop(*arguments).out.split())
+
+
+def test_the_table_of_the_laws_costs_is_the_one_in_use():
+    text = (firmware_folder() / "README.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| ([A-Za-z-]+)[^|]* \| (\d+) \| (\d+) \|$", text, re.M)
+    names = {"PI": "pi", "notch": "notch_pi", "super-twisting": "super_twisting"}
+    told = {names.get(name, name): (int(instructions), int(cycles)) for name, instructions, cycles in rows}
+    assert told == WORST_TICK
+
+
+def said_by_build(frictionloop, monkeypatch, tmp_path, *arguments):
+    """Return what `build` says of an image that took no time."""
+    made = image.Image(*(tmp_path / f"made.{kind}" for kind in ("elf", "hex", "map")), 12_345, 6789)
+    monkeypatch.setattr(image, "build", lambda *_, **__: made)
+    return frictionloop("firmware", "build", *PI, *arguments, "--out", tmp_path / "image").out
+
+
+def test_an_image_of_the_teensy_is_to_be_flashed_and_others_are_not(frictionloop, monkeypatch, tmp_path):
+    teensy = said_by_build(frictionloop, monkeypatch, tmp_path)
+    assert "to be flashed" in teensy and "12,345 of 262,144 bytes" in teensy and "6,789 of 65,536 bytes" in teensy
+    other = said_by_build(frictionloop, monkeypatch, tmp_path, "--board", "mps2")
+    assert "flashed" not in other and "262,144" not in other and "12,345 bytes" in other
+
+
+def test_an_image_in_numbers(frictionloop, monkeypatch, tmp_path):
+    said = json.loads(said_by_build(frictionloop, monkeypatch, tmp_path, "--board", "mps2", "--json"))
+    assert (said["board"], said["flash_bytes"], said["ram_bytes"]) == ("mps2", 12_345, 6789)
+    assert said["hex"] == str(tmp_path / "made.hex") and said["table"] == str(tmp_path / "image")
+
+
 @pytest.mark.slow
 def test_an_image_fits(frictionloop, tmp_path):
     pytest.importorskip("ziglang")
     said = json.loads(frictionloop("firmware", "build", *PI, "--out", str(tmp_path / "image"), "--json").out)
     lines = (tmp_path / "image" / "teensy31.hex").read_text().splitlines()
     assert lines[-1] == ":00000001FF" and all(line.startswith(":") for line in lines)
-    assert int(said["flash"].split()[0].replace(",", "")) <= 32 * 1024
+    assert said["flash_bytes"] <= 32 * 1024 and said["hex"].endswith("teensy31.hex")

@@ -12,6 +12,7 @@ from frictionloop.device.elf import loaded
 from frictionloop.device.emulator.bank import Bank
 from frictionloop.device.emulator.memory_map import FLASH, FLASH_BYTES, PAGE, PAGES, RAM, RAM_BYTES
 from frictionloop.device.extra import needed
+from frictionloop.device.image_checks import check_teensy
 from frictionloop.quantities import FrictionloopError
 
 RETURN = 0x10000000
@@ -46,7 +47,9 @@ class Processor:
         uc.mem_map(RAM, RAM_BYTES, unicorn.UC_PROT_ALL)
         for page in PAGES:
             uc.mmio_map(page, PAGE, self._read, page, self._write, page)
-        for address, content in loaded(image_path):
+        segments = loaded(image_path)
+        check_teensy(str(image_path), segments)
+        for address, content in segments:
             if address + len(content) > FLASH_BYTES:
                 raise FrictionloopError(f"{image_path}: has {len(content)} bytes at 0x{address:08x}, outside the flash")
             uc.mem_write(address, content)

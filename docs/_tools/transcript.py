@@ -1,0 +1,36 @@
+"""Write docs/_static/device-transcript.txt: a session at the simulated board, as a terminal shows it.
+
+Run from the root of the repository: python docs/_tools/transcript.py. A test compares the file with what comes out.
+Simulated time passes as fast as it is computed, and all noise has a seed: every machine prints the same.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import tempfile
+from pathlib import Path
+
+from page import command
+
+TARGET = Path(__file__).parents[1] / "_static" / "device-transcript.txt"
+SESSION = (
+    ("device info sim:", 0),
+    ("device set sim: drive.ceiling_um=2 setpoint.hold_n=0.5", 0),
+    ("device set sim: drive.ceiling_um=9", 2),
+    ("device monitor sim: --duration-s 0.3 --rate-hz 20", 0),
+    ("device run sim: --controller.kind tracker --duration-s 2 --out run.h5", 0),
+    ("device run sim: --motion.load_n 4 --open --duration-s 2 --out cut.h5", 2),
+    ("firmware export --preset bench --controller.kind tracker --out my-table", 0),
+)
+"""Commands with the exit code each must end with."""
+
+
+def transcript() -> str:
+    """Return the session: commands, and what each prints."""
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        return "\n".join(f"$ frictionloop {words}\n{command(words, ends=ends)}" for words, ends in SESSION)
+
+
+if __name__ == "__main__":
+    TARGET.write_text(transcript(), encoding="utf-8")
+    print(TARGET)

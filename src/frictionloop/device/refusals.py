@@ -1,0 +1,56 @@
+"""A refused parameter table, said with the names of its parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from frictionloop.device.errors import Refused
+from frictionloop.device.words import accepted, from_words, shown, word_at
+from frictionloop.quantities.schema import Word, parameter_words
+
+RELATIONS: dict[str, Callable[[dict[str, Any]], str]] = {
+    "law.number": lambda value: (
+        "a law that the firmware has: " + parameter_words()["law.number"].text.partition(": ")[2]
+    ),
+    "law.high_n": lambda value: f"above law.low_n = {value['law.low_n']:g} N",
+    "drive.largest_um": lambda value: "above 0 um",
+    "drive.ceiling_um": lambda value: f"at most drive.largest_um = {value['drive.largest_um']:g} um",
+    "drive.duty": lambda value: "0 first and none below the one before",
+    "lookup.squares_um2": lambda value: "none above the one before",
+}
+"""What the firmware asks of a parameter beside its range (firmware/core/app_parameters.c, fl_check_table)."""
+
+
+def in_words(asked: str, refused: Refused, table: np.ndarray) -> Refused:
+    """Return a refusal of `set` or `commit` that names the parameter, its value and what would be accepted.
+
+    Parameters
+    ----------
+    asked : str
+        ``"set"`` or ``"commit"``.
+    refused : Refused
+        Its ``index`` is that of the word that is wrong; without one it is returned as it is.
+    table : array (word_count,) of int32
+        The words that were refused.
+    """
+    if refused.index is None or refused.index >= len(table) or refused.reason != "out_of_range":
+        return refused
+    word = word_at(refused.index)
+    values = np.atleast_1d(from_words(word, table[word.first : word.first + word.words]))
+    entry = (refused.index - word.first) * word.count // word.words
+    number, name = float(values[entry]), f"{word.name}[{entry}]" if word.count > 1 else word.name
+    said = f"{asked}: the device refuses {name} = {shown(word, number)}, out of range"
+    return Refused(f"{said}; must be {_limit(word, number, table)}", refused.reason, refused.index)
+
+
+def _limit(word: Word, number: float, table: np.ndarray) -> str:
+    """Return what is accepted: the range where that is broken, else how it goes with the others."""
+    inside = (word.low is None or word.low <= number) and (word.high is None or number <= word.high)
+    if not inside or word.name not in RELATIONS:
+        return accepted(word)
+    words = parameter_words().values()
+    values = {other.name: from_words(other, table[other.first : other.first + other.words]) for other in words}
+    return RELATIONS[word.name](values)
