@@ -168,6 +168,8 @@ def _value(system: fl.System, path: str) -> str:
     value: Any = system
     for name in path.split("."):
         value = getattr(value, name)
+    if value is None:
+        return "left out"
     return f"{value:g}" if isinstance(value, (int, float)) else f"`{value}`"
 
 

@@ -95,6 +95,13 @@ def touch_words(system: System) -> dict[str, np.ndarray]:
     given = touch_coefficients(system.touch, 1.0 / system.controller.rate_hz)
     if system.motion.kind == "sliding":
         given = given._replace(touch_n=0.0, touch_share=0.0, least_speed_m_s=0.0, developed_m=0.0)
+    else:
+        for name in ("load_n_per_count", "position_m_per_count"):
+            if getattr(system.board, name) == 0:
+                raise FrictionloopError(
+                    f'board.{name} = 0: a finger with motion.kind = "strokes" never counts as sliding without that '
+                    f'sensor; must not be 0, or motion.kind must be "sliding"'
+                )
     same: tuple[str, ...] = ("position_gain", "touch_n", "touch_share", "mean_gain", "least_speed_m_s", "developed_m")
     assert set(same) < set(TouchCoefficients._fields)
     return {
