@@ -9,6 +9,7 @@ import pytest
 from frictionloop.control.compiler import shared_library
 from frictionloop.device.codec import Decoder
 from frictionloop.device.host_board import DECLARATIONS
+from frictionloop.device.revision import revision_here
 from frictionloop.quantities.schema import firmware_folder, schema
 
 QEMU = shutil.which("qemu-system-arm")
@@ -33,7 +34,7 @@ def scenario(law_words):
 
     def run(law):
         out, memory = ffi.new("fl_scenario *"), ffi.new("uint64_t[]", library.fl_app_size() // 8 + 1)
-        revision = ffi.new("char[]", b"0")
+        revision = ffi.new("char[]", revision_here().encode())
         identity = ffi.new("fl_identity *", (schema()["boards"]["mps2"], 0, revision))
         words = ffi.new("int32_t[]", law_words[law].tolist())
         library.fl_scenario_run(out, ffi.cast("fl_app *", memory), identity, words)
