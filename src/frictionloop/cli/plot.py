@@ -46,7 +46,7 @@ def figure_of(run: xr.Dataset) -> Figure:
     force.plot(*_ends(time, run[drawn].values), color=BLUE, linewidth=1.0, label=meaning)
     force.set(ylabel="force (N)", ylim=_room(run))
     amplitude.plot(*_ends(time, run["a"].values), color=GREY, linewidth=1.0)
-    amplitude.set(ylabel="vibration\namplitude (µm)", ylim=(0, None))
+    amplitude.set(ylabel=f"{_amplitude(run)} (µm)", ylim=(0, None))
     for axes, (name, label, factor, colour) in zip(rest, moving, strict=True):
         axes.plot(*_ends(time, factor * run[name].values), color=colour, linewidth=1.0)
         axes.set(ylabel=label)
@@ -101,3 +101,8 @@ def draw(run: xr.Dataset, path: str | os.PathLike[str]) -> None:
             beside.write_text(svg(figure, "run"), encoding="utf-8")
         else:
             figure.savefig(beside, format=ending, dpi=200)
+
+
+def _amplitude(run: xr.Dataset) -> str:
+    """Return in two lines what the amplitude is: the plate's, or a device's command."""
+    return run["a"].attrs["long_name"].partition(",")[0].replace(" ", "\n")

@@ -15,6 +15,8 @@ from frictionloop.loop.record import VARIABLES, package_version, provenance
 from frictionloop.parameters import SCHEMA, System
 
 CLOCK_BITS = 32
+TOLD = {"a": ("um", "amplitude command, zero-to-peak")}
+"""What a device tells where a simulated run has what the plate does."""
 
 
 def to_dataset(recorder: Recorder, rows: int, pipe: Pipe, system: System | None, attrs: dict[str, Any]) -> xr.Dataset:
@@ -68,7 +70,7 @@ def clock_fit(pairs: list[tuple[int, float, float]]) -> dict[str, float]:
 
 
 def _variable(name: str, values: np.ndarray) -> xr.Variable:
-    units, meaning = VARIABLES[name]
+    units, meaning = TOLD.get(name) or VARIABLES[name]
     return xr.Variable("time", values, {"units": units, "long_name": meaning})
 
 
