@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -44,8 +45,8 @@ def a_fault(device: fl.Device) -> None:
     """Run into a fault and clear it; the board tells it while the run that follows begins."""
     device.set("safety.force_limit_n", 1e-3)
     device.commit()
-    with pytest.raises(fl.Interrupted, match="fault force_range"):
-        device.run(0.5, 1.0, path="/dev/null")
+    with TemporaryDirectory() as folder, pytest.raises(fl.Interrupted, match="fault force_range"):
+        device.run(0.5, 1.0, path=f"{folder}/cut.h5")
     device.set("safety.force_limit_n", 2.4)
     device.commit()
     device.clear()

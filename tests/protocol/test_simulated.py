@@ -73,7 +73,7 @@ def test_another_system_is_uploaded(device: fl.Device) -> None:
     assert fl.system_of(device.run(0.5, 0.1)).controller.kp == 0.25
 
 
-def test_the_board_refuses_and_faults_by_name(device: fl.Device) -> None:
+def test_the_board_refuses_and_faults_by_name(device: fl.Device, tmp_path: Any) -> None:
     device.set("law.low_n", 0.9)
     device.set("law.high_n", 0.1)
     said = r"^commit: the device refuses law.high_n = 0.1 N, out of range; must be above law.low_n = 0.9 N$"
@@ -82,7 +82,7 @@ def test_the_board_refuses_and_faults_by_name(device: fl.Device) -> None:
     device.set("safety.force_limit_n", 0.001)
     device.commit()
     with pytest.raises(fl.Interrupted, match="fault force_range"):
-        device.run(0.5, 1.0, path="/dev/null")
+        device.run(0.5, 1.0, path=tmp_path / "cut.h5")
     with pytest.raises(fl.DeviceError, match=r"^clear: the device refuses, still at fault$"):
         device.clear()
 

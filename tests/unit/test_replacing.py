@@ -89,3 +89,14 @@ def test_nothing_written_is_a_failure(old):
     with pytest.raises(FrictionloopError), replacing(old):
         pass
     only(old, "old")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names on this system")
+def test_a_device_or_a_pipe_is_not_replaced(tmp_path):
+    """A rename would put a file where root's /dev/null was."""
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    said = r"pipe: cannot be written \(it is a device or a pipe, not a file\)$"
+    with pytest.raises(FrictionloopError, match=said), replacing(pipe) as beside:
+        beside.write_text("new")
+    assert pipe.is_fifo() and os.listdir(tmp_path) == ["pipe"]

@@ -13,10 +13,19 @@ from frictionloop.quantities.units import FrictionloopError
 
 @contextmanager
 def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Yield a path beside ``path`` to write to; on success it takes the old file's place, on failure it goes."""
+    """Yield a path beside ``path`` to write to; on success it takes the old file's place, on failure it goes.
+
+    Raises
+    ------
+    FrictionloopError
+        For a path that cannot be written, or that is a device, a pipe or a socket.
+    """
     target = Path(path)
     if not target.name:
         raise FrictionloopError(f"path = {str(path)!r}: must be the name of a file")
+    # What is renamed onto a device takes its place: root would lose /dev/null.
+    if target.exists() and not (target.is_file() or target.is_dir()):
+        raise FrictionloopError(f"{target}: cannot be written (it is a device or a pipe, not a file)")
     beside = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
         yield beside
