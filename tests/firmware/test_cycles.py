@@ -1,5 +1,6 @@
 """What a tick costs, from a trace of the image; and the cost model on instructions whose cost the manual states."""
 
+from importlib.metadata import version
 from itertools import pairwise
 
 import pytest
@@ -96,7 +97,8 @@ def most(image, count):
     return max(cost.instructions for cost in costs), max(cost.cycles for cost in costs)
 
 
-# Another compiler makes other code, and counts that must be exact would only say which compiler ran.
+TRACED_WITH = "0.17.1"
+"""The version of ziglang whose counts WORST_TICK holds; another compiler makes other code."""
 MARGIN = 1.03
 TARGET = 0.5
 
@@ -104,6 +106,8 @@ TARGET = 0.5
 @pytest.mark.parametrize("law", ["notch_pi", *(pytest.param(law, marks=pytest.mark.slow) for law in WORST_TICK)])
 def test_a_tick_keeps_to_its_budget(law, images):
     instructions, spent = most(images(law), 400)
+    if version("ziglang") == TRACED_WITH:
+        assert (instructions, spent) == WORST_TICK[law]
     assert instructions <= MARGIN * WORST_TICK[law].instructions
     assert spent <= MARGIN * WORST_TICK[law].cycles
     assert spent <= TARGET * TICK_CYCLES
