@@ -63,7 +63,7 @@ def summary(tournament: Tournament, scored: xr.Dataset, rows: Rows, margins: Row
             at = {"speed_mm_s": speed, "contact": contact, "population": population}
             found += [screen.table(_scores(tournament, rows, at)), ""]
     found += ["median capable finger, worst of three levels, by linear analysis; - is not known;"]
-    found += [f"phase margin in degrees, delay margin in ms, estimated cycles of {BUDGET_CYCLES} a tick"]
+    found += [f"phase margin in degrees, delay margin in ms; cycles of {BUDGET_CYCLES}: the law alone, estimated"]
     found += [screen.table(_margins(margins)), ""]
     found += LEGEND
     found += [_code(tournament.cells)]

@@ -1,6 +1,7 @@
 """What a control law costs a tick on a Cortex-M4 in Q31, estimated from its operations.
 
-The firmware measures it on the image; until then these cycles say what fits.
+It is of the law alone and without waits for the flash, and ranks laws before there is an image. The whole tick, traced
+on the image (device/emulator/budget), takes four times that with the tracker and twenty times with the lookup.
 """
 
 from __future__ import annotations
