@@ -33,15 +33,23 @@ class Spectra(NamedTuple):
     friction: Complex
     """N_f."""
 
-    def split(self, correction: Complex) -> tuple[float, float]:
-        """Return the power of the disturbance left and of the noise let through by a choice of X, N^2."""
-        left = np.abs(1.0 - self.reading * correction) ** 2 * self.disturbance
-        heard = np.abs(self.friction * correction) ** 2 * self.noise
-        return float(self.width_hz @ left), float(self.width_hz @ heard)
+    def heard(self) -> Array:
+        """Return |N_f|^2 Phi_n, the density that a choice of X lets through times |X|^2."""
+        return squared(self.friction) * self.noise
+
+
+def squared(response: Complex) -> Array:
+    """Return |.|^2, without the root that numpy's abs takes."""
+    return np.asarray(response.real**2 + response.imag**2)
 
 
 def bins(
-    frequency_hz: Array, disturbance: Array, noise: Array, nyquist_hz: float, paths: tuple[ArrayLike, ArrayLike], size: int
+    frequency_hz: Array,
+    disturbance: Array,
+    noise: Array,
+    nyquist_hz: float,
+    paths: tuple[ArrayLike, ArrayLike],
+    size: int,
 ) -> Spectra:
     """Return densities given in bands (as for `waterbed_bound`) as ``size`` bins of the same power, and N_y, N_f."""
     frequencies = np.linspace(0.0, nyquist_hz, size + 1)
@@ -70,8 +78,8 @@ def least_power(spectra: Spectra, weight: Array | float = 0.0) -> tuple[float, C
     Processing, ch. 13).
     """
     size = spectra.width_hz.size - 1
-    whole, heard = spectra.disturbance + weight, np.abs(spectra.friction) ** 2 * spectra.noise
-    square = whole * np.abs(spectra.reading) ** 2 + heard
+    whole, gain = spectra.disturbance + weight, squared(spectra.reading)
+    square = whole * gain + spectra.heard()
     square = np.maximum(square, FLOOR * float(np.max(square)))
     cepstrum = np.fft.irfft(0.5 * np.log(square), 2 * size)
     cepstrum[1:size] *= 2.0
@@ -80,5 +88,5 @@ def least_power(spectra: Spectra, weight: Array | float = 0.0) -> tuple[float, C
     wanted = np.fft.irfft(whole * np.conj(spectra.reading / factor), 2 * size)
     behind = float(np.sum(wanted[size:] ** 2)) * float(np.sum(spectra.width_hz))
     wanted[size:] = 0.0
-    hidden = whole * (1.0 - whole * np.abs(spectra.reading) ** 2 / square)
+    hidden = whole * (1.0 - whole * gain / square)
     return float(spectra.width_hz @ hidden) + behind, np.asarray(np.fft.rfft(wanted) / factor)
