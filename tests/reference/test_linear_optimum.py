@@ -141,7 +141,9 @@ def test_it_lies_between_the_waterbed_and_no_control(pole, periods, zero, noise,
     reading = [0.0] * periods + [1.0, zero]
     found = [optimum(psd, white, each, reading, bins_to_nyquist=4096) for each in (peak, 1.3 * peak, np.inf)]
     bound = [each.bound_rms_n for each in found]
-    assert all(low <= high * (1 + 1e-9) for low, high in zip(bound, [each.residual_rms_n for each in found], strict=True))
+    assert all(
+        low <= high * (1 + 1e-9) for low, high in zip(bound, [each.residual_rms_n for each in found], strict=True)
+    )
     assert found[0].residual_rms_n <= 1.0021 * bound[0]
     assert found[0].sensitivity_peak <= peak * (1 + 1e-9)
     assert bound[1] <= found[0].residual_rms_n and bound[2] <= found[1].residual_rms_n
@@ -155,7 +157,8 @@ def test_it_lies_between_the_waterbed_and_no_control(pole, periods, zero, noise,
 def test_it_does_not_depend_on_the_number_of_bins() -> None:
     white = np.full_like(FREQUENCY_HZ, 2.0 * TS * 0.3**2)
     found = [
-        optimum(first_order(0.98), white, 1.7, [0, 0, 0.5, 0.7], bins_to_nyquist=2**k).bound_rms_n for k in range(11, 16)
+        optimum(first_order(0.98), white, 1.7, [0, 0, 0.5, 0.7], bins_to_nyquist=2**k).bound_rms_n
+        for k in range(11, 16)
     ]
     assert np.ptp(found) < 3e-3 * found[-1]
 
@@ -187,13 +190,15 @@ def test_no_row_of_the_tracker_is_below_it(share: float, row: tuple[float, ...])
     peak = float(np.abs(theirs.sensitivity).max())
     asked = search.f, disturbance, search.noise, 1.001 * peak, NYQUIST_HZ
     found = linear_optimum(*asked, reading=reading, friction=friction)
-    fine = answer(Row(*row), search.believed, share, Plant(true, own), np.exp(2j * np.pi * found.frequency_hz[1:] * TS), TS)
+    fine = answer(
+        Row(*row), search.believed, share, Plant(true, own), np.exp(2j * np.pi * found.frequency_hz[1:] * TS), TS
+    )
     noise = np.interp(found.frequency_hz[1:], search.f, search.noise)
     bands = np.searchsorted((search.f[1:] + search.f[:-1]) / 2.0, found.frequency_hz[1:])
     left = np.abs(fine.sensitivity) ** 2 * disturbance[bands] + np.abs(fine.friction_from_noise) ** 2 * noise
     rms = np.sqrt(left.sum() * found.frequency_hz[1])
     assert found.bound_rms_n < rms
-    assert found.bound_rms_n > 0.3 * rms  # the waterbed's is at a fifth to a quarter
+    assert found.bound_rms_n > 0.5 * rms  # the waterbed's is at a quarter for the first row
 
 
 @pytest.mark.parametrize(

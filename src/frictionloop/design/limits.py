@@ -53,7 +53,7 @@ class Lag(NamedTuple):
 def stubborn(loop: LinearLoop) -> Stubborn:
     """Return delay and zeros outside the unit circle of the sampled plant, force command to measured force.
 
-    z^-m (C (z - A)^-1 (new + old/z)) (`SampledPlant.numerators`): m whole periods of delay, one more by sampling. Many poles slower than the
+    z^-m (C (z - A)^-1 (new + old/z)): m whole periods of delay, one more by sampling. Many poles slower than the
     sampling leave zeros of the Euler-Frobenius polynomials (Astrom, Hagander, Sternby, "Zeros of sampled systems",
     Automatica 20, 1984), -23.2 and -2.32 for five.
     """

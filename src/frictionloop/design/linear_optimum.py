@@ -14,7 +14,7 @@ from frictionloop.design.wiener_hopf import Spectra, bins, least_power, squared
 from frictionloop.quantities import FrictionloopError
 
 BINS = 2**14
-"""Bins of the FFT: 0.15 Hz at 5 kHz; with half or twice as many the residual on the bench differs by 0.1 to 0.3 %."""
+"""Bins of the FFT: 0.15 Hz at 5 kHz; with half or twice as many the residual on the bench differs by up to 0.3 %."""
 START, ROUNDS, CLOSE = 0.1, 300, 2e-3
 """First weight over the mean density, updates at most, and the gap between both bounds at which they end, relative."""
 
