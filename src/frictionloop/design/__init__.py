@@ -16,6 +16,7 @@ from frictionloop.design.limits import (
     unstable_sum,
 )
 from frictionloop.design.linear import LinearLoop, linearise
+from frictionloop.design.linear_optimum import LinearOptimum, linear_optimum
 from frictionloop.design.margins import Margins
 from frictionloop.design.noise import (
     command_noise_rms_n,
@@ -37,6 +38,7 @@ __all__ = [
     "Elements",
     "Lag",
     "LinearLoop",
+    "LinearOptimum",
     "Margins",
     "Notched",
     "Reading",
@@ -56,6 +58,7 @@ __all__ = [
     "integrated_noise_rms_n",
     "kp_limit",
     "law_space",
+    "linear_optimum",
     "linearise",
     "lumped_gain",
     "noise_spectrum",

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy.integrate import tanhsinh
 from scipy.optimize import brentq
-from scipy.signal import ss2tf
 
 from frictionloop.design.linear import LinearLoop
 from frictionloop.design.noise import panel_edges
@@ -59,10 +58,7 @@ def stubborn(loop: LinearLoop) -> Stubborn:
     Automatica 20, 1984), -23.2 and -2.32 for five.
     """
     plant = loop.plant
-    output, nothing = plant.output[1:], np.zeros((1, 1))
-    new, old = (ss2tf(plant.transition, b[:, None], output, nothing)[0][0] for b in (plant.new, plant.old))
-    # An entry of old, if there is any, came a period before: over a common z.
-    zeros = np.roots(np.trim_zeros(np.polyadd(np.append(new[1:], 0.0), old[1:]), "f"))
+    zeros = np.roots(plant.numerators()[1])
     return Stubborn(plant.whole_periods + 1, zeros[np.abs(zeros) > 1.0])
 
 

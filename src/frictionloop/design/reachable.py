@@ -14,7 +14,7 @@ from joblib import Parallel, delayed
 from frictionloop.design.causes import mean_occlusion
 from frictionloop.design.elements import linearise_contact
 from frictionloop.design.limits import stubborn
-from frictionloop.design.linear import linearise
+from frictionloop.design.linear import LinearLoop, linearise
 from frictionloop.design.residual_bands import stretches
 from frictionloop.design.state_space import Array
 from frictionloop.design.waterbed import waterbed_bound
@@ -77,11 +77,7 @@ def least_residual(
     FrictionloopError
         For friction of another kind than "finger", or as ``simulate`` and `waterbed_bound`.
     """
-    if not isinstance(system.friction, FingerFriction):
-        raise FrictionloopError(
-            f'friction.kind = "{system.friction.kind}": must be "finger" to have a limit that moves'
-        )
-    owns = [system.evolve({**each, "controller.kind": "lookup"}) for each in fingers]
+    owns = own_systems(system, fingers)
     asked = tuple(peaks), tuple(levels_n)
     parallel = Parallel(n_jobs=-1, prefer="threads")
     rows = parallel(delayed(_limits)(own, duration_s, seed, score_from_s, *asked) for own in owns)
@@ -96,24 +92,54 @@ def least_residual(
 def _limits(
     system: System, duration_s: float, seed: int, score_from_s: float, peaks: Sequence[float], levels: Sequence[float]
 ) -> list[list[float]]:
-    frequency_hz, densities = log_limit_psd(system, duration_s, seed, score_from_s)
-    occluded = mean_occlusion(system, score_from_s, duration_s)
     squares = np.zeros((len(MEASURED), 1 + len(peaks)))
-    for force_n in levels:
-        try:
-            loop = linearise(system, force_n=force_n, occluded=occluded)
-        except FrictionloopError:  # out of this finger's reach
-            return [[math.nan] * squares.shape[1]] * len(MEASURED)
+    found = disturbed_levels(system, duration_s, seed, score_from_s, levels)
+    if found is None:
+        return [[math.nan] * squares.shape[1]] * len(MEASURED)
+    for loop, frequency_hz, psds in found:
         delay, zeros = stubborn(loop)
-        lag = np.abs(linearise_contact(system, force_n).response(frequency_hz)) ** 2
         nyquist_hz = loop.nyquist_hz
-        for row, density in zip(squares, densities, strict=True):
-            psd = force_n**2 * lag * density
+        for row, psd in zip(squares, psds, strict=True):
             row[0] += power_of(frequency_hz, psd, nyquist_hz)
             for k, peak in enumerate(peaks):
                 bound = waterbed_bound(frequency_hz, psd, peak, nyquist_hz, delay_periods=delay, zeros=tuple(zeros))
                 row[1 + k] += bound.residual_rms_n**2
     return np.sqrt(squares / len(levels)).tolist()
+
+
+def disturbed_levels(
+    system: System, duration_s: float, seed: int, score_from_s: float, levels_n: Sequence[float]
+) -> list[tuple[LinearLoop, Array, tuple[Array, ...]]] | None:
+    """Return for each level the plant, frequencies in Hz, and the disturbance in N^2/Hz for each of `MEASURED`.
+
+    None if a level is out of this finger's reach.
+    """
+    frequency_hz, densities = log_limit_psd(system, duration_s, seed, score_from_s)
+    occluded = mean_occlusion(system, score_from_s, duration_s)
+    found = []
+    for force_n in levels_n:
+        try:
+            loop = linearise(system, force_n=force_n, occluded=occluded)
+        except FrictionloopError:
+            return None
+        lag = np.abs(linearise_contact(system, force_n).response(frequency_hz)) ** 2
+        found.append((loop, frequency_hz, tuple(force_n**2 * lag * density for density in densities)))
+    return found
+
+
+def own_systems(system: System, fingers: Sequence[Mapping[str, Any]]) -> list[System]:
+    """Return the system of each finger, under a lookup: its plant is what counts.
+
+    Raises
+    ------
+    FrictionloopError
+        For friction of another kind than "finger".
+    """
+    if not isinstance(system.friction, FingerFriction):
+        raise FrictionloopError(
+            f'friction.kind = "{system.friction.kind}": must be "finger" to have a limit that moves'
+        )
+    return [system.evolve({**each, "controller.kind": "lookup"}) for each in fingers]
 
 
 def power_of(frequency_hz: Array, psd: Array, nyquist_hz: float) -> float:

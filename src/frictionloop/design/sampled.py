@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import expm
-from scipy.signal import tf2ss
+from scipy.signal import ss2tf, tf2ss
 
 from frictionloop.design.elements import Elements
 from frictionloop.design.state_space import Array, Complex, StateSpace
@@ -46,6 +46,18 @@ class SampledPlant:
         inner = z[:, None, None] * np.eye(len(self.transition)) - self.transition
         through = np.hstack([np.zeros((len(OUTPUTS), 1)), self.through])
         return np.asarray(self.output @ np.linalg.solve(inner, driven) + through)
+
+    def numerators(self) -> tuple[Array, Array]:
+        """Return the numerators of f_a and f_m from u, coefficients of 1, z^-1, ..., the delay among them.
+
+        They stand over one denominator, the characteristic polynomial of ``transition``.
+        """
+        nothing, rows = np.zeros((1, 1)), []
+        for output in self.output:
+            new, old = (ss2tf(self.transition, b[:, None], output[None], nothing)[0][0] for b in (self.new, self.old))
+            # An entry of old, if there is any, came a period before.
+            rows.append(np.concatenate([np.zeros(self.whole_periods), np.append(new, 0.0) + np.append(0.0, old)]))
+        return rows[0], rows[1]
 
     def state_space(self) -> StateSpace:
         """Return the plant with the commands under way, u[k-1], u[k-2], ..., as further states."""

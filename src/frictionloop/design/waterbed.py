@@ -79,7 +79,7 @@ def waterbed_bound(
     "Right half plane poles and zeros and design tradeoffs in feedback systems", IEEE Trans. Autom. Control 30 (1985).
     """
     frequency, power = np.asarray(frequency_hz, dtype=float), np.asarray(psd, dtype=float)
-    _check_spectrum(frequency, power, sensitivity_peak, nyquist_hz)
+    check_spectrum(frequency, power, sensitivity_peak, nyquist_hz)
     _check_plant(delay_periods, zeros)
     edges = np.concatenate([[0.0], (frequency[1:] + frequency[:-1]) / 2, [nyquist_hz]]) * (math.pi / nyquist_hz)
     kernels = _kernels(edges, delay_periods, zeros)
@@ -159,7 +159,8 @@ def _least(width: Array, kernels: Array, power: Array, ceiling: float) -> Array:
     raise FrictionloopError("waterbed_bound: the search for the least residual did not converge")
 
 
-def _check_spectrum(frequency: Array, power: Array, peak: float, nyquist_hz: float) -> None:
+def check_spectrum(frequency: Array, power: Array, peak: float, nyquist_hz: float) -> None:
+    """Refuse bands, a density or a largest |S| that `waterbed_bound` does not take."""
     if not (math.isfinite(peak) and peak > 1):
         raise FrictionloopError(f"sensitivity_peak = {peak:g}: must be above 1, e.g. 1.7")
     if frequency.ndim != 1 or frequency.shape != power.shape or frequency.size < 1:

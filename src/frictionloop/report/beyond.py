@@ -12,7 +12,7 @@ import xarray as xr
 from joblib import Parallel, delayed
 
 from frictionloop.design import tournament as rooms
-from frictionloop.design.reachable import least_residual_table
+from frictionloop.design.linear_reach import linear_reach_table
 from frictionloop.design.tournament import margins, protocol
 from frictionloop.design.tournament.entrants import ENTRANTS, Entrant
 from frictionloop.design.tournament.traces import LEVEL_N, step_traces
@@ -54,7 +54,7 @@ class Race:
     traces: xr.Dataset
     """Steps of that finger."""
     limit_n: dict[str, float]
-    """Least residual of any linear controller with Ms at most 2 on that finger, by contact."""
+    """Bound on the residual of any linear controller of force and load with Ms at most 2 on that finger, by contact."""
     limit_of: dict[str, dict[str, float]]
     """What each law leaves on that finger on the sines, N, by contact."""
 
@@ -75,8 +75,9 @@ def race() -> Race:
     whole = _joined(halves)
     scored = rooms.scores(whole)
     number, finger = _median(whole, scored)
-    limits = least_residual_table(whole.system, [finger], [SPEED_MM_S], peaks=[PEAK])["residual_rms_n"]
-    of_force = limits.sel(measured="force", speed_mm_s=SPEED_MM_S, sensitivity_peak=PEAK, drop=True).isel(finger=0)
+    stroked = whole.system.evolve({"motion.stroke_mm": protocol.STROKE_MM})
+    limits = linear_reach_table(stroked, [finger], [SPEED_MM_S], peaks=[PEAK])["bound_rms_n"]
+    of_both = limits.sel(measured="force and load", speed_mm_s=SPEED_MM_S, sensitivity_peak=PEAK, drop=True)
     own = scored["residual_rms_n"].sel(speed_mm_s=SPEED_MM_S).isel(finger=number)
     return Race(
         scored,
@@ -84,7 +85,7 @@ def race() -> Race:
         {(law, at): _peaks(whole, law, at) for law in whole.laws for at in protocol.CONTACTS},
         {law: margins.cycles(whole.system.evolve(overrides)) for law, overrides in whole.laws.items()},
         step_traces(whole, SPEED_MM_S),
-        {contact: float(of_force.sel(contact=contact)) for contact in protocol.CONTACTS},
+        {contact: float(of_both.sel(contact=contact).item()) for contact in protocol.CONTACTS},
         {name: {at: float(own.sel(law=name, contact=at)) for at in protocol.CONTACTS} for name in whole.laws},
     )
 

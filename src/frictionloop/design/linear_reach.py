@@ -1,0 +1,122 @@
+"""What any linear controller can reach on a bench, finger by finger: the waterbed's bound and the linear optimum."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from joblib import Parallel, delayed
+
+from frictionloop.design.limits import stubborn
+from frictionloop.design.linear_optimum import linear_optimum
+from frictionloop.design.reachable import LEVELS_N, MEASURED, PEAKS, disturbed_levels, own_systems, power_of
+from frictionloop.design.state_space import Array
+from frictionloop.design.waterbed import waterbed_bound
+from frictionloop.parameters import SuspendedSensor, System
+from frictionloop.sensing.suspended import noise_coefficients
+
+KEPT = {
+    "optimum_rms_n": "rms of f_a - f_r under the best linear controller found",
+    "bound_rms_n": "rms of f_a - f_r that no linear controller gets below",
+    "noise_rms_n": "part of the optimum that sensor noise makes",
+    "waterbed_rms_n": "rms of f_a - f_r that Bode's integral leaves any linear controller without sensor noise",
+    "open_rms_n": "rms of f_a - f_r before any control",
+}
+"""What is told of a finger, in N."""
+
+
+def linear_reach(
+    system: System,
+    fingers: Sequence[Mapping[str, Any]],
+    duration_s: float = 11.0,
+    seed: int = 0,
+    *,
+    score_from_s: float = 1.0,
+    peaks: Sequence[float] = PEAKS,
+    levels_n: Sequence[float] = LEVELS_N,
+) -> xr.Dataset:
+    """Return `linear_optimum` of each finger on its own plant, beside `waterbed_bound` of the same disturbance.
+
+    Disturbance, levels, and what is taken of a measured load are those of `least_residual`; the noise is the bench's
+    (`reading_noise_psd`). The plant is that from the force command, sampled exactly. Its plate lags, but a linear law
+    divides that out (`control/overdrive`), so that the plate costs the period in which the amplitude is reached and no
+    more: the best case, with a drive that never saturates, contact and sensor known exactly.
+
+    Parameters
+    ----------
+    system, fingers, duration_s, seed, score_from_s, peaks, levels_n
+        As for `least_residual`; a peak may be infinite for the optimum.
+
+    Returns
+    -------
+    xarray.Dataset
+        The variables of `KEPT` (N) over ``measured`` ("force", "force and load"), ``sensitivity_peak`` and ``finger``;
+        squares are averaged over levels. NaN for a finger that cannot be given a level.
+
+    Raises
+    ------
+    FrictionloopError
+        As `least_residual` and `linear_optimum`.
+    """
+    asked = duration_s, seed, score_from_s, tuple(peaks), tuple(levels_n)
+    rows = Parallel(n_jobs=-1, prefer="threads")(delayed(_reach)(own, *asked) for own in own_systems(system, fingers))
+    found = np.array(rows).reshape(len(rows), len(MEASURED), len(asked[3]), len(KEPT))
+    dims = ("measured", "sensitivity_peak", "finger")
+    return xr.Dataset(
+        {
+            name: (dims, np.moveaxis(found[..., k], 0, -1), {"units": "N", "long_name": about})
+            for k, (name, about) in enumerate(KEPT.items())
+        },
+        {"measured": list(MEASURED), "sensitivity_peak": list(asked[3])},
+    )
+
+
+def _reach(
+    system: System, duration_s: float, seed: int, score_from_s: float, peaks: Sequence[float], levels: Sequence[float]
+) -> Array:
+    squares = np.zeros((len(MEASURED), len(peaks), len(KEPT)))
+    found = disturbed_levels(system, duration_s, seed, score_from_s, levels)
+    if found is None:
+        return np.full_like(squares, math.nan)
+    for loop, frequency_hz, psds in found:
+        delay, zeros = stubborn(loop)
+        friction, reading = loop.plant.numerators()
+        noise, nyquist_hz = reading_noise_psd(system, frequency_hz), loop.nyquist_hz
+        for (m, psd), (k, peak) in itertools.product(enumerate(psds), enumerate(peaks)):
+            best = linear_optimum(frequency_hz, psd, noise, peak, nyquist_hz, reading=reading, friction=friction)
+            bode = waterbed_bound(frequency_hz, psd, peak, nyquist_hz, delay_periods=delay, zeros=tuple(zeros))
+            told = best.residual_rms_n, best.bound_rms_n, best.noise_rms_n, bode.residual_rms_n
+            squares[m, k] += [*np.square(told), power_of(frequency_hz, psd, nyquist_hz)]
+    return np.asarray(np.sqrt(squares / len(levels)))
+
+
+def reading_noise_psd(system: System, frequency_hz: Array) -> Array:
+    """Return the one-sided density of the noise of a sampled reading, N^2/Hz: electronics, and rounding as white noise.
+
+    n[k+1] = decay n[k] + gain z[k] behind the electronics' pole (`sensing/suspended`), so that what the sampling folds
+    is in it; the converter adds step^2/12.
+    """
+    dt, sensor = 1.0 / system.controller.rate_hz, system.sensor
+    decay, gain = noise_coefficients(sensor, dt)
+    turn = np.exp(-2j * np.pi * np.asarray(frequency_hz) * dt)
+    rounding = sensor.step_n**2 / 12.0 if isinstance(sensor, SuspendedSensor) else 0.0
+    return np.asarray(2.0 * dt * ((gain / np.abs(1.0 - decay * turn)) ** 2 + rounding))
+
+
+def linear_reach_table(
+    system: System,
+    fingers: Sequence[Mapping[str, Any]],
+    speeds_mm_s: Sequence[float] = (20.0, 80.0),
+    contacts: Sequence[str] = ("dahl", "slider"),
+    **options: Any,
+) -> xr.Dataset:
+    """Return `linear_reach` over ``speed_mm_s`` and ``contact`` too, for the same arguments."""
+    found = []
+    for speed, contact in itertools.product(speeds_mm_s, contacts):
+        own = system.evolve({"motion.speed_mm_s": speed, "finger.contact": contact})
+        found.append(linear_reach(own, fingers, **options).expand_dims(speed_mm_s=[float(speed)], contact=[contact]))
+    return xr.combine_by_coords(found)  # type: ignore[return-value]
