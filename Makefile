@@ -25,7 +25,7 @@ tournament: $(VENV)/.design ## compare all control laws on 1000 fingers; goes on
 	  --csv tournament/scores.csv --plots tournament/figures
 
 test: $(VENV)/.dev ## run the tests
-	@$(BIN)/python -m pytest -n 2 --dist loadfile
+	@$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 benchmark: $(VENV)/.bench ## measure speed beside C, JAX, NumPy and others
 	@$(BIN)/python benchmarks/run.py

@@ -6,6 +6,7 @@ The reference carries the impulse of the force as a fifth state, so that means o
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -72,6 +73,7 @@ def scenarios(v):
 CASES = [(law, v, name) for law in RUN for v in (0.02, 0.15) for name in scenarios(v)]
 
 
+@cache
 def reference(law, v, name):
     """Return the mean force over each 20 us from a solver that knows nothing of the steps."""
     limit, speed, start, duration = scenarios(v)[name]

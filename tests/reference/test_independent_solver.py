@@ -122,7 +122,8 @@ def solve(system, duration_s, seed=0):
     return dict(zip(("f_r", "f_a", "f_m", "u", "a", "d", "saturated"), np.array(rows).T, strict=True))
 
 
-LIVELY = {"setpoint.sweep_s": 0.25, "disturbance.frequency_hz": 11.0}  # 1 to 100 Hz within the run
+SHORT_S = 0.15
+LIVELY = {"setpoint.sweep_s": SHORT_S, "disturbance.frequency_hz": 11.0}  # 1 to 100 Hz within the run
 NOISY = {"sensor.noise_rms_n": 1e-3}
 MISMATCH = {
     "controller.model.nominal_n": 0.9,
@@ -165,8 +166,8 @@ CASES = {
         "disturbance": fl.Sine(offset_n=0.15, amplitude_n=0.15, frequency_hz=60.0),
     },
     "steps": {
-        "setpoint": fl.Steps(times_s=(0.0, 0.05, 0.15003), levels_n=(0.3, 0.7, 0.5)),
-        "disturbance": fl.Steps(times_s=(0.0, 0.1, 0.2), levels_n=(0.1, 0.3, 0.0)),
+        "setpoint": fl.Steps(times_s=(0.0, 0.05, 0.10003), levels_n=(0.3, 0.7, 0.5)),
+        "disturbance": fl.Steps(times_s=(0.0, 0.06, 0.12), levels_n=(0.1, 0.3, 0.0)),
     },
     "a swept disturbance": {
         "setpoint": fl.Constant(offset_n=0.6),
@@ -211,7 +212,7 @@ def compare(system, duration_s, seed=0):
 def test_traces(name):
     system = fl.paper().evolve(LIVELY).evolve(CASES[name])
     fast = system.sensor.cutoff_hz > 5000 or system.controller.rate_hz > 5000  # many steps of the solver
-    compare(system, 0.05 if fast else 0.25, seed=7)
+    compare(system, 0.05 if fast else SHORT_S, seed=7)
 
 
 @pytest.mark.slow

@@ -81,6 +81,7 @@ def test_the_block_and_what_it_leaves_out_are_all_noise(form):
     assert left.under_load_n**2 == pytest.approx(max(added, 0.0), rel=1e-6, abs=1e-14)
 
 
+@settings(max_examples=25)
 @given(st.floats(8.2, 8.7))
 def test_clipping_starts_where_the_amplitude_reaches_the_swing(swing):
     design = SensorDesign().evolve({"amplifier.swing_v": swing})

@@ -46,7 +46,7 @@ class Tracker:
     """Extended Kalman filter with a gain by schedule, and a recursive prediction error method for two parameters."""
 
     def __init__(self, c):
-        self.c, self.model = c, c.model
+        self.c, self.model, self.columns = c, c.model, np.array(c.schedule).T
         self.A, self.b0, self.b1 = believed_sensor(c)
         self.calmed = self.shaken = 0
         given = TrackerGains(*tracker_gains(c)[: len(TrackerGains._fields)])
@@ -76,7 +76,7 @@ class Tracker:
         return 1.0 / (1.0 + self.theta[0] * 1e-6 * max(limit, 0.05) / (v * DT))
 
     def scheduled(self, share):
-        return np.array([np.interp(share, SHARES, column) for column in np.array(self.c.schedule).T])
+        return np.array([np.interp(share, SHARES, column) for column in self.columns])
 
     def stuckness(self, limit, steepest, valid):
         if valid == 0 or self.x[1] < 0:
@@ -203,15 +203,18 @@ def test_the_compiled_step_is_the_law_written_anew(case, seed):
     """
     c = controller(**CASES[case])
     own, gains = Tracker(c), (*tracker_gains(c), c.model.floor_n, c.model.nominal_n)
-    state, inside, stuck = TrackerState(*tracker_start(c)), 0, 0
+    state, inside, stuck, forces, states = TrackerState(*tracker_start(c)), 0, 0, [], []
     for y, speed, load, valid, setpoint in readings(seed):
         own.put(state)
         wanted = own.tick(y, speed, load, valid, setpoint)
         found, (u, saturated) = tracker_step(tuple(state), Measurement(y, 0.0, speed, load, valid), setpoint, gains, DT)
         state = TrackerState(*found)
-        assert u == pytest.approx(wanted, rel=RTOL)
-        np.testing.assert_allclose(state, own.state(), rtol=RTOL, atol=1e-12)
+        forces.append((u, wanted))
+        states.append((state, own.state()))
         inside, stuck = inside + (saturated == 0.0), stuck + (own.w > 0.0)
+    (u, wanted), (state, own_state) = np.array(forces).T, np.array(states).swapaxes(0, 1)
+    np.testing.assert_allclose(u, wanted, rtol=RTOL)
+    np.testing.assert_allclose(state, own_state, rtol=RTOL, atol=1e-12)
     assert inside > 1000 and stuck > 50 and own.calmed > 50 and own.shaken > 50  # all ways were gone
 
 

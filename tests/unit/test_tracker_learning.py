@@ -46,30 +46,33 @@ class Finger:
         return self.x[2] + self.noise_n * self.rng.normal()
 
 
-def stepped(c, state, y, setpoint_n):
-    gains = (*tracker_gains(c), c.model.floor_n, c.model.nominal_n)
+def gains_of(c):
+    return (*tracker_gains(c), c.model.floor_n, c.model.nominal_n)
+
+
+def stepped(gains, state, y, setpoint_n):
     after, _ = tracker_step(tuple(state), Measurement(y, 0.0, SPEED, 0.5, 1.0), setpoint_n, gains, DT)
     return TrackerState(*after)
 
 
 def tracked(c, finger, ticks, hz=1.0):
     """Return the states before each tick and the readings, for a sine of 0.6 +- 0.1 N."""
-    state, y, states, readings = TrackerState(*tracker_start(c)), 0.0, [], []
+    gains, state, y, states, readings = gains_of(c), TrackerState(*tracker_start(c)), 0.0, [], []
     for k in range(ticks):
         states.append(state)
         readings.append(y)
-        state = stepped(c, state, y, 0.6 + 0.1 * np.sin(2 * np.pi * hz * k * DT))
+        state = stepped(gains, state, y, 0.6 + 0.1 * np.sin(2 * np.pi * hz * k * DT))
         y = finger.period(state.command)
     return states, readings
 
 
 def replayed(c, states, readings, parameter, value):
     """Return the expected readings of an observer with another parameter: same readings, same commands."""
-    state, found = states[0]._replace(**{parameter: value}), []
+    gains, state, found = gains_of(c), states[0]._replace(**{parameter: value}), []
     for own, y in zip(states, readings, strict=True):
         state = state._replace(amplitude=own.amplitude, command=own.command)
         found.append(state.reading)
-        state = stepped(c, state, y, 0.6)
+        state = stepped(gains, state, y, 0.6)
     return np.array(found)
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from frictionloop.control.law import Law
 from frictionloop.control.laws import law_of
@@ -26,6 +28,8 @@ SETTLE_S, GAINS = 4.0, (1.0, 0.1)
 """How long the loop runs where the search fails, and the factors on the plant: less gain calms what rings."""
 RESTS = 1e-10
 """A state rests that changes by less, over 1 + its value."""
+LOOK_TICKS = 500
+"""Ticks of that run between two looks at whether it is over."""
 ROUNDS = 60
 
 
@@ -166,18 +170,34 @@ def _direction(step: LawStep, point: Array, wanted: float, left: Array) -> Array
 
 
 def _after_a_run(step: LawStep, first: Array, wanted: float, plant: SampledPlant, gain: float) -> Array:
-    """Return where the law is after a run against the linear plant, its gain times a factor."""
-    space, point = plant.state_space(), first.copy()
+    """Return where the law is after a run against the linear plant, its gain times a factor; at rest it ends early."""
+    space, point, law = plant.state_space(), first.copy(), step.whole.copy()
     state, f_m, drive = np.zeros(len(space.A)), gain * space.C[1], space.B[:, 0]
-    for _ in range(round(SETTLE_S / plant.period_s)):
-        point[-1] = first[-1] + f_m @ state
-        after = step(point)
-        state = space.A @ state + drive * (after[-1] - wanted)
-        if not np.all(np.isfinite(after)):
+    given, free = (*step.gains, *step.clamp), step.free.tolist()
+    law[free] = first[:-2]
+    before, frozen = law.tolist(), [(k, law[k].item()) for k in set(range(len(law))) - set(free)]
+    # Tens of thousands of ticks: the step is called on plain numbers, without what `run` does to arrays.
+    for k in range(round(SETTLE_S / plant.period_s)):
+        measured = Measurement(float(first[-1] + f_m @ state), 0.0, step.speed_m_s, step.load_n, 1.0)
+        after, (u, _) = step.law.step(tuple(before), measured, float(first[-2]), given, step.period_s)
+        moved = space.A @ state + drive * (u - wanted)
+        reached = list(map(float, after))
+        if not all(map(math.isfinite, (*reached, u))):
             return first
-        point[:-2] = after[:-1]
+        for n, value in frozen:
+            reached[n] = value
+        settled = k % LOOK_TICKS == 0 and _rests(before, reached) and _rests(state, moved)
+        before, state = reached, moved
+        if settled:
+            break
+    point[:-2] = [before[k] for k in free]
     point[-1] = first[-1]
     return point
+
+
+def _rests(before: ArrayLike, after: ArrayLike) -> bool:
+    """Tell whether a state changes by less than what counts as rest."""
+    return bool(np.all(np.abs(np.subtract(after, before)) <= RESTS * (1.0 + np.abs(before))))
 
 
 def _command_n(model: Model, amplitude_um: float) -> float:

@@ -9,6 +9,7 @@ normal each, so the step is exact and x' is the derivative of x between samples 
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -55,6 +56,7 @@ def resonance(frequency_hz: float, width_hz: float) -> tuple[np.ndarray, np.ndar
     return np.array([[0.0, 1.0], [-omega2, -2.0 * math.pi * width_hz]]), np.array([0.0, 1.0])
 
 
+@lru_cache(maxsize=4096)
 def tremor_coefficients(rms: float, frequency_hz: float, width_hz: float, dt: float) -> TremorCoefficients:
     """Return the coefficients for a standard deviation, in closed form of its stationary covariance.
 
@@ -95,10 +97,17 @@ def tremor_start(coefficients: TremorCoefficients, seed: int, which: int = 0) ->
     z0, z1 = normals(seed, START_STREAM, 2 * which, 2 * which + 2).tolist()
     if coefficients.b2 == 0.0:
         return TremorState(0.0, 0.0)
+    r00, r10, r11 = _root(coefficients)
+    return TremorState(r00 * z0, r10 * z0 + r11 * z1)
+
+
+@lru_cache(maxsize=4096)
+def _root(coefficients: TremorCoefficients) -> tuple[float, float, float]:
+    """Return the lower root of the covariance; a population starts the same tremor again for every stroke."""
     # The root is taken before scaling: squares of a tremor of 1e-170 N would be no numbers any more.
     scale, unit = _scaled_covariance(coefficients)
     root = scale * cholesky(unit, lower=True)
-    return TremorState(float(root[0, 0] * z0), float(root[1, 0] * z0 + root[1, 1] * z1))
+    return float(root[0, 0]), float(root[1, 0]), float(root[1, 1])
 
 
 def _scaled_covariance(coefficients: TremorCoefficients) -> tuple[float, np.ndarray]:
