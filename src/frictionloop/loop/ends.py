@@ -33,6 +33,7 @@ def end_step(y: float, z: float, c1: float, cp: float, cq: float, cpp: float, cp
     return fma(p, fma(p, fma(p, cppp, cpp), fma(q, cpq, cp)), fma(q, cq, c1))
 
 
+@lru_cache(maxsize=4096)
 def end_terms(theta: float, turned: float) -> np.ndarray:
     """Return the coefficients of ``end_step`` at the start and at the end of a stretch, shape (2, 6).
 
