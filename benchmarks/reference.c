@@ -1,7 +1,7 @@
 /* The paper's force loop in hand-written C: the yardstick for frictionloop's compiled loop. Same model, same semantics.
  * Inside a control period the amplitude is an exponential, and the sensor's convolution is a 6-node Gauss-Lobatto sum,
- * or (`ends`, for the grid) comes from the two ends of the period, which is frictionloop's own rule. The amplitude is carried as y = a sqrt(tau log2 e), so that g(a) = f0 2^(-y^2), and its inverse
- * is sqrt(log2(f0/u)). */
+ * or (`ends`, for the grid) comes from the two ends of the period, which is frictionloop's own rule. The amplitude is
+ * carried as y = a sqrt(tau log2 e), so that g(a) = f0 2^(-y^2), and its inverse is sqrt(log2(f0/u)). */
 #include <pthread.h>
 #include <stdatomic.h>
 
