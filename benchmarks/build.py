@@ -79,7 +79,8 @@ class Reference:
         for name in ("run_one", "run_one_jump"):
             getattr(self._c, name).argtypes = [pointer, pointer, long, number, pointer]
             getattr(self._c, name).restype = None
-        self._c.run_grid.argtypes = [pointer, long, pointer, pointer, number, long, ctypes.c_int, pointer]
+        whole = ctypes.c_int
+        self._c.run_grid.argtypes = [pointer, long, pointer, pointer, number, long, whole, whole, pointer]
         self._run_lanes = ctypes.CDLL(str(build(self.cc, "reference_lanes", MIX))).run_lanes
         self._run_lanes.argtypes = [pointer, long, pointer, pointer, long, ctypes.c_int, pointer]
 
@@ -96,8 +97,13 @@ class Reference:
         run(numbers.ctypes.data, gains.ctypes.data, periods, seed, out.ctypes.data)
         return out
 
-    def grid(self, p: Paper, kp: Array, ki: Array, periods: int, threads: int, seeds: Any = None) -> Array:
-        """R2_identity and saturation index, one row per lane; `seeds` draws noise in the loop, one stream per lane."""
+    def grid(
+        self, p: Paper, kp: Array, ki: Array, periods: int, threads: int, seeds: Any = None, ends: bool = False
+    ) -> Array:
+        """R2_identity and saturation index, one row per lane; `seeds` draws noise in the loop, one stream per lane.
+
+        `ends`: a period from its two ends, which is frictionloop's rule, instead of six nodes.
+        """
         numbers, gains, out = (
             np.array(p.numbers()),
             np.ascontiguousarray(np.stack([kp, ki], axis=1)),
@@ -106,7 +112,7 @@ class Reference:
         own = None if seeds is None else np.ascontiguousarray(seeds, dtype=np.uint64)
         address = None if own is None else own.ctypes.data
         if self._c.run_grid(
-            numbers.ctypes.data, len(kp), gains.ctypes.data, address, 0, periods, threads, out.ctypes.data
+            numbers.ctypes.data, len(kp), gains.ctypes.data, address, 0, periods, threads, ends, out.ctypes.data
         ):
             raise RuntimeError("the C reference could not start its threads")
         return out

@@ -24,6 +24,7 @@ KP, KI = 10.0, 2.0
 NOISY = Paper()
 QUIET = replace(NOISY, noise_rms=0.0)
 OURS, C, C_JUMP, C_LANES = "frictionloop", "C", "C, clamp branch", "C, a System per lane"
+C_ENDS = "C, rule of the two ends"
 CHAOS_KP = 15.0  # above, rounding alone changes traces; R2 is compared below
 
 Trace = Callable[[Paper, float, float, int], Array]
@@ -96,6 +97,13 @@ def grid(c: Reference, threads: int, quick: bool) -> tuple[list[Contender], dict
             add(f"{OURS}, noise, common", partial(ours.grid, kp_axis, ki_axis, on, noise=True), 11, on)
             add(f"{OURS}, noise, 1024 seeds", partial(ours.seeds, kp.size, on), 11, on)
         add(C, lambda on=on: c.grid(QUIET, kp, ki, PERIODS, on)[:, 0], 11, on)
+        add(C_ENDS, lambda on=on: c.grid(QUIET, kp, ki, PERIODS, on, ends=True)[:, 0], 11, on)
+        add(
+            f"{C_ENDS}, noise, 1024 seeds",
+            lambda on=on: c.grid(NOISY, kp, ki, PERIODS, on, np.arange(kp.size), ends=True)[:, 0],
+            11,
+            on,
+        )
         add(f"{C}, noise, common", lambda on=on: c.grid(NOISY, kp, ki, PERIODS, on)[:, 0], 11, on)
         add(
             f"{C}, noise, 1024 seeds",

@@ -1,7 +1,7 @@
-/* The paper's force loop in hand-written C: the yardstick for frictionloop's compiled loop. Same model, same semantics,
- * same rule: inside a control period the amplitude is an exponential, and the sensor's convolution is a 6-node
- * Gauss-Lobatto sum. The amplitude is carried as y = a sqrt(tau log2 e), so that g(a) = f0 2^(-y^2), and its inverse
- * is sqrt(log2(f0/u)). */
+/* The paper's force loop in hand-written C: the yardstick for frictionloop's compiled loop. Same model, same semantics.
+ * Inside a control period the amplitude is an exponential, and the sensor's convolution is a 6-node Gauss-Lobatto sum,
+ * or (`ends`, for the grid) comes from the two ends of the period, which is frictionloop's own rule. The amplitude is
+ * carried as y = a sqrt(tau log2 e), so that g(a) = f0 2^(-y^2), and its inverse is sqrt(log2(f0/u)). */
 #include <pthread.h>
 #include <stdatomic.h>
 
@@ -56,11 +56,12 @@ typedef struct { /* one sweep, shared by its threads */
     double *out, spread;
     long lanes;
     const uint64_t* seeds;
+    int ends;
     atomic_long next;
 } Sweep;
 
 /* A tile of lanes, metrics only. Two lane loops, because one has too many live vectors for the registers. */
-static inline void tile(const Sweep* w, long lane0, int noise) {
+__attribute__((always_inline)) static inline void tile(const Sweep* w, long lane0, int noise, int ends) {
     const Plan p = *w->p;
     double f_m[LANES], I[LANES] = {0}, y[LANES] = {0}, g[LANES], c[LANES], kp[LANES], ki_Ts[LANES];
     double error2[LANES] = {0}, clamped[LANES] = {0}, z[2][LANES] = {{0}};
@@ -85,7 +86,15 @@ static inline void tile(const Sweep* w, long lane0, int noise) {
             c[i] = sqrt(q > 0 ? q : 0);
         }
         for (int i = 0; i < LANES; i++) {
-            double away = y[i] - c[i], f = fma(p.W_f0[0], g[i], fma(decay, f_m[i], noise ? D + z[k % 2][i] : D));
+            double away = y[i] - c[i], f = fma(decay, f_m[i], noise ? D + z[k % 2][i] : D);
+            if (ends) {
+                f = fma(end_weight(p.ends[0], y[i], away), g[i], f);
+                y[i] = fma(away, p.E[5], c[i]);
+                g[i] = exp2_minus_square(y[i]);
+                f_m[i] = fma(end_weight(p.ends[1], y[i], away * p.E[5]), g[i], f);
+                continue;
+            }
+            f = fma(p.W_f0[0], g[i], f);
             f = fma(p.W_f0[1], exp2_minus_square(fma(away, p.E[1], c[i])), f);
             f = fma(p.W_f0[2], exp2_minus_square(fma(away, p.E[2], c[i])), f);
             f = fma(p.W_f0[3], exp2_minus_square(fma(away, p.E[3], c[i])), f);
@@ -99,19 +108,27 @@ static inline void tile(const Sweep* w, long lane0, int noise) {
         w->out[2 * (lane0 + i)] = 1 - error2[i] / w->spread, w->out[2 * (lane0 + i) + 1] = clamped[i] / p.n;
 }
 
+/* Functions of their own, so that the compiler sees fixed choices. */
+#define KIND(name, noise, ends) \
+    static __attribute__((noinline)) void name(const Sweep* w, long lane0) { tile(w, lane0, noise, ends); }
+KIND(quiet, 0, 0)
+KIND(noisy, 1, 0)
+KIND(quiet_ends, 0, 1)
+KIND(noisy_ends, 1, 1)
+
 static void* work(void* sweep) {
     Sweep* w = sweep;
     for (long lane; (lane = atomic_fetch_add(&w->next, LANES)) < w->lanes;)
-        w->seeds ? tile(w, lane, 1) : tile(w, lane, 0);
+        (w->ends ? w->seeds ? noisy_ends : quiet_ends : w->seeds ? noisy : quiet)(w, lane);
     return NULL;
 }
 
 /* `seeds` NULL: all lanes share the noise numbered `number` (none if noise_rms is 0). Otherwise one seed per lane,
  * drawn inside the loop. */
 int run_grid(const System* s, long lanes, const double* gains, const uint64_t* seeds, uint64_t number, long n,
-             int threads, double* out) {
+             int threads, int ends, double* out) {
     Plan p = prepare(s, n, !seeds && s->noise_rms > 0, number);
-    Sweep w = {s, &p, gains, out, 0, lanes, seeds, 0};
+    Sweep w = {s, &p, gains, out, 0, lanes, seeds, ends, 0};
     double mean = 0;
     pthread_t thread[64];
     for (long k = 0; k < n; k++) mean += p.f_r[k] / n;

@@ -14,6 +14,7 @@ from frictionloop.loop.quadrature import (
     NODES,
     gauss_lobatto,
     product_weights,
+    segment_lengths,
     segment_nodes,
     segment_weights,
     segments_needed,
@@ -75,7 +76,7 @@ def test_a_slow_sensor_integrates_over_the_period(length, where, before, after):
     """For ws T -> 0 the weights are ws times a plain rule: exact for polynomials up to degree 5 in every piece."""
     omega = 1e-9 / length
     weights = segment_weights(np.array([omega / (2 * math.pi)]), np.array([where * length]), length, before, after)
-    times, _ = segment_nodes(np.array([where * length]), length, before, after)
+    times = segment_nodes(np.array([where * length]), length, before, after)
     for degree in range(NODES):
         integral = (weights[:, 0] / omega) @ (times[:, 0] / length) ** degree / length
         assert integral == pytest.approx(1 / (degree + 1), rel=1e-8)  # ws T = 1e-9 itself is the first neglected term
@@ -84,16 +85,14 @@ def test_a_slow_sensor_integrates_over_the_period(length, where, before, after):
 @given(period, share, counts, counts)
 def test_nodes_run_through_the_period_and_restart_at_the_switch(length, where, before, after):
     switch = where * length
-    times, since = segment_nodes(np.array([switch]), length, before, after)
-    times, since = times[:, 0], since[:, 0]
-    assert times[0] == since[0] == 0.0
+    times = segment_nodes(np.array([switch]), length, before, after)[:, 0]
+    assert times[0] == 0.0
     assert times[-1] == pytest.approx(length, rel=1e-14)
     assert np.all(np.diff(times) > 0)
     assert times[5 * before] == pytest.approx(switch, rel=1e-14)
-    for segment in range(before + after):
-        piece = slice(5 * segment + 1, 5 * segment + 6)
-        start = times[5 * segment]
-        np.testing.assert_allclose(since[piece], times[piece] - start, rtol=1e-9, atol=1e-14 * length)
+    lengths = [float(each[0]) for each in segment_lengths(np.array([switch]), length, before, after)]
+    assert lengths == pytest.approx([switch / before] * before + [(length - switch) / after] * after, rel=1e-14)
+    np.testing.assert_allclose(times[::5], np.concatenate([[0.0], np.cumsum(lengths)]), rtol=1e-13)
 
 
 def test_segments_follow_the_plate():
@@ -101,4 +100,4 @@ def test_segments_follow_the_plate():
     assert segments_needed(1e-9, 2e-4) == 1
     assert segments_needed(100.0, 2e-4) == 1  # the paper's plate and rate: 0.02 of its cutoff period
     for n in (1, 2, 7):
-        assert segments_needed(100.0, 0.06 / 100.0 * (n - 0.01)) == n
+        assert segments_needed(100.0, 0.035 / 100.0 * (n - 0.01)) == n

@@ -101,8 +101,9 @@ def test_the_whole_plant_after_a_held_command():
             quad(lambda s, t=t: ws * math.exp(-ws * (t - s)) * force(s), a, b, epsabs=1e-14, epsrel=1e-13)[0]
             for a, b in itertools.pairwise(np.linspace(0, t, k + 1))
         )
-        # quad keeps 1e-14 per period; the simulator's six nodes leave 1e-11 where the amplitude starts to rise.
-        assert float(run["f_m"][k]) == pytest.approx(force(0.0) * math.exp(-ws * t) + integral, abs=1e-10)
+        # quad keeps 1e-14 per period; the simulator's rule leaves up to 3e-10 of a swing of 2.5 um (test_ends), as here
+        # where the amplitude starts to rise.
+        assert float(run["f_m"][k]) == pytest.approx(force(0.0) * math.exp(-ws * t) + integral, abs=3e-10)
 
 
 def test_noise_enters_before_the_low_pass():

@@ -1,4 +1,4 @@
-"""The loop of Section 2: nothing feeds back inside a control period, which is a quadrature (loop/quadrature.py)."""
+"""The loop of Section 2: nothing feeds back inside a control period, so one step takes all of it (loop/ends.py)."""
 
 from __future__ import annotations
 
@@ -6,12 +6,14 @@ from typing import Any
 
 from frictionloop.control.laws import LAWS
 from frictionloop.loop.control_tile import build_control
+from frictionloop.loop.driven_tile import build_driven
 from frictionloop.loop.exchange import PI, pointers
 from frictionloop.loop.felt_tile import build_felt
+from frictionloop.loop.noise_tile import NOISE_STREAM, build_noise
 from frictionloop.loop.plant_tile import build_plant
 from frictionloop.loop.quadrature import NODES
 from frictionloop.loop.score_tile import PERCEPTION, STEPS, build_scores
-from frictionloop.loop.signals import NOISE_STREAM, build_signals
+from frictionloop.loop.signals import SINE, build_signals
 from frictionloop.loop.slab import ROW
 from frictionloop.loop.slab_access import pointer
 from frictionloop.loop.step_tile import build_steps
@@ -21,9 +23,9 @@ from frictionloop.quantities.normals import BLOCK
 
 def build_quadrature(width: int) -> Any:
     """Return ``advance`` for tiles of this width."""
-    lift = lifting("quadrature", width)
-    compiled = lift.compiled
-    fill_signal, fill_driven, fill_noise = build_signals(lift)
+    blockwise, lift = lifting("quadrature", width), lifting("quadrature", width, inlined=True)
+    fill_signal, fill_noise = build_signals(blockwise), build_noise(blockwise)
+    fill_driven, fill_swing = build_driven(blockwise)
     pi, pi_limits = build_control(lift, LAWS[PI - 1])
     apply_late = build_delay(lift)
     plant = build_plant(lift)
@@ -34,7 +36,7 @@ def build_quadrature(width: int) -> Any:
     setpoint, disturbance, normal = ROW["setpoint"], ROW["disturbance"], ROW["normal"]
     driven = ROW["driven"]
 
-    @compiled
+    @lift.compiled
     def one_period(s, n, k, at, o, b, trace, trace_size):  # type: ignore[no-untyped-def]
         spread(s, n, setpoint, b.setpoint, at, o.setpoint_shared)
         spread(s, n, disturbance, b.disturbance, at, o.disturbance_shared)
@@ -61,9 +63,9 @@ def build_quadrature(width: int) -> Any:
         apply_late(s, n, k, b.history, o.ring_mask)
         for segment in range(o.segments):
             held = applied if segment < o.before else applied + 1
-            plant(s, n, held, segment * (NODES - 1))
+            plant(s, n, held, segment)
 
-    @compiled
+    @blockwise.compiled
     def advance(slab, n, start, stop, o, buffers, setpoint_samples, disturbance_samples, chunk, trace):  # type: ignore[no-untyped-def]
         s, traces = pointer(slab), pointer(trace)
         r_samples, d_samples = pointer(setpoint_samples), pointer(disturbance_samples)
@@ -77,20 +79,12 @@ def build_quadrature(width: int) -> Any:
             fill_signal(
                 b.setpoint, s, o.setpoint, True, o.setpoint_shared, r_samples, chunk, first, end - first, 1, o.dt
             )
-            fill_signal(
-                b.disturbance,
-                s,
-                o.disturbance,
-                False,
-                o.disturbance_shared,
-                d_samples,
-                chunk,
-                first,
-                end - first,
-                nodes,
-                o.dt,
-            )
-            fill_driven(b.driven, s, b.disturbance, o.disturbance_shared, nodes, end - first)
+            if o.disturbance == SINE:
+                fill_swing(b.disturbance, b.driven, s, o.disturbance_shared, first, o.dt)
+            else:
+                kind, shared = o.disturbance, o.disturbance_shared
+                fill_signal(b.disturbance, s, kind, False, shared, d_samples, chunk, first, end - first, nodes, o.dt)
+                fill_driven(b.driven, s, b.disturbance, shared, nodes, end - first)
             fill_noise(b.normals, 0, b.seeds, o.noise_shared, first, counters, NOISE_STREAM)
             while k < end:
                 one_period(s, n, k, k - first, o, b, traces, trace.size // len(TRACES))

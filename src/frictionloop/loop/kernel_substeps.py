@@ -12,10 +12,11 @@ from frictionloop.loop.felt_tile import build_felt
 from frictionloop.loop.fixed_tile import build_fixed
 from frictionloop.loop.laws_tile import build_laws
 from frictionloop.loop.motion_tile import build_motion, build_touch
+from frictionloop.loop.noise_tile import NOISE_STREAM, build_noise
 from frictionloop.loop.oracle_tile import build_oracle
 from frictionloop.loop.pulse_tile import build_pulses
 from frictionloop.loop.score_tile import PERCEPTION, STEPS, build_scores
-from frictionloop.loop.signals import NOISE_STREAM, build_signals
+from frictionloop.loop.signals import build_signals
 from frictionloop.loop.slab import ROW
 from frictionloop.loop.slab_access import pointer
 from frictionloop.loop.start_tile import build_start
@@ -37,7 +38,7 @@ def build_substeps(width: int) -> Any:
     """Return ``advance`` for tiles of this width."""
     lift = lifting("substeps", width)
     compiled = lift.compiled
-    fill_signal, _, fill_noise = build_signals(lift)
+    fill_signal, fill_noise = build_signals(lift), build_noise(lift)
     control, limits = build_laws(lift)
     apply_late, pulse, scores = build_delay(lift), build_pulses(lift), build_scores(lift, masked=True)
     record, spread = build_record(lift, BENCH_TRACES), build_inputs(lift)[0]

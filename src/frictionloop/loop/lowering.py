@@ -12,6 +12,7 @@ import numpy as np
 from frictionloop.control.laws import law_number, law_of
 from frictionloop.control.lookup import lookup_table
 from frictionloop.control.overdrive import overdrive_gains
+from frictionloop.loop.ends import segment_ends
 from frictionloop.loop.exchange import (
     EXTERNAL,
     FIRMWARE,
@@ -30,7 +31,8 @@ from frictionloop.loop.lower_oracle import lower_oracle, plan_of
 from frictionloop.loop.lower_signals import lower_signal
 from frictionloop.loop.quadrature import segment_nodes, segment_weights
 from frictionloop.loop.score_tile import PERCEPTION
-from frictionloop.loop.slab import LANES, Slab
+from frictionloop.loop.signals import SINE
+from frictionloop.loop.slab import LANES, SEGMENT_ROWS, Slab
 from frictionloop.loop.structure import (
     contact_of,
     delay_periods,
@@ -94,6 +96,8 @@ def lower(
     nodes_alike = all(bool(np.all(rows == rows[:, :1])) for rows in (slab.view("node_time"), slab.view("weight")))
     setpoint = lower_signal(slab, "setpoint_signal", setpoints, keys, SETPOINT_STREAM, rate, True)
     disturbance = lower_signal(slab, "disturbance_signal", disturbances, keys, DISTURBANCE_STREAM, rate, nodes_alike)
+    if name == "quadrature" and disturbance.how == SINE:
+        _lower_swing(slab, nodes)
     slab.view("shift")[0] = slab.view("setpoint_signal")[0]
     # A bench always looks up what the last command was: jitter may keep it in force.
     ring = ring_size(max(max(late_s(s) * rate, float(name == "substeps")) for s in systems))
@@ -151,19 +155,31 @@ def _lower_plant(
     slab: Slab, systems: Sequence[System], switch: np.ndarray, period: float, before: int, after: int
 ) -> int:
     nominal = slab.view("nominal")[0]
-    times, since = segment_nodes(switch, period, before, after)
+    times = segment_nodes(switch, period, before, after)
     nodes = len(times)
     plate_hz = np.array([s.plate.cutoff_hz for s in systems])
     sensor_hz = np.array([s.sensor.cutoff_hz for s in systems])
     noise = np.array([s.sensor.noise_rms_n for s in systems])
     slab.view("node_time")[:nodes] = times
-    slab.view("decay")[:nodes] = np.exp(-2 * np.pi * plate_hz * since)
-    weights = segment_weights(sensor_hz, switch, period, before, after)
-    slab.view("weight")[:nodes], slab.view("friction_weight")[:nodes] = weights, weights * nominal
+    slab.view("weight")[:nodes] = segment_weights(sensor_hz, switch, period, before, after)
+    decay, terms = segment_ends(plate_hz, sensor_hz, switch, period, before, after)
+    terms[:, 1] *= nominal  # the end's friction is counted in f0
+    for segment, (d, ends) in enumerate(zip(decay, terms, strict=True)):
+        first = segment * SEGMENT_ROWS
+        slab.view("segment")[first : first + SEGMENT_ROWS] = d, *ends.reshape(-1, slab.width)
     sensor_decay = np.exp(-2 * np.pi * sensor_hz * period)
     slab.view("sensor_decay")[0] = sensor_decay
     slab.view("noise_gain")[0] = noise * (1 - sensor_decay)
     return nodes
+
+
+def _lower_swing(slab: Slab, nodes: int) -> None:
+    """Set what a sine of the disturbance adds to the reading: its sum over the nodes, by the addition theorem."""
+    offset, amplitude, frequency_hz, _ = slab.view("disturbance_signal")
+    weight = slab.view("weight")[:nodes]
+    turn = 2.0 * np.pi * frequency_hz * slab.view("node_time")[:nodes]
+    shares = np.stack([weight * offset, weight * amplitude * np.cos(turn), weight * amplitude * np.sin(turn)])
+    slab.view("swing")[:] = np.cumsum(shares, axis=1)[:, -1]  # one node after the other: the same bits for any width
 
 
 def _lower_controller(slab: Slab, systems: Sequence[System]) -> np.ndarray:

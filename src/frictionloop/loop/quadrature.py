@@ -1,9 +1,9 @@
-"""Where the force is evaluated inside a control period, and with which weights it enters the sensor.
+"""How a control period is divided, and how a smooth force inside it enters the sensor.
 
-While the amplitude command is held a(t) is an exponential, so the force is smooth and six Gauss-Lobatto nodes carry it.
-The weights integrate its interpolant against the sensor's exponential exactly (product integration), so that they hold
-for any sensor cutoff. At the paper's numbers the error is 1e-12 N where ten first-order-hold substeps err by 8e-5 N and
-cost twice the exponentials (docs/decisions/0001). A late command splits the period in two, a fast plate in more.
+While the amplitude command is held friction is known from the ends of the stretch (loop/ends.py). The disturbance is
+taken at six Gauss-Lobatto nodes, whose weights integrate its interpolant against the sensor's exponential exactly
+(product integration), so that they hold for any sensor cutoff (docs/decisions/0001). A late command splits the period
+in two, a fast plate in more.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from numpy.polynomial import legendre
 
 NODES = 6
 """Gauss-Lobatto nodes per segment of the period."""
-PLATE_PER_SEGMENT = 0.06
-"""Largest plate cutoff times segment length: keeps the error of a full swing of the amplitude below 1e-6 N."""
-MAX_SEGMENTS = 16
+PLATE_PER_SEGMENT = 0.035
+"""Largest plate cutoff times segment length: keeps the error of a full swing of the amplitude below 2e-8 N."""
+MAX_SEGMENTS = 28
 """Most segments on one side of a command; with more the plate is faster than the control rate."""
 
 
@@ -40,13 +40,17 @@ def product_weights(theta: float) -> np.ndarray:
     ``theta`` is the sensor's corner (rad/s) times the segment's length. One value at a time: sums over arrays of lanes
     would round differently in a tile and alone.
     """
+    return np.asarray(_interpolation() @ sensor_moments(theta, NODES))
+
+
+def sensor_moments(theta: float, count: int) -> np.ndarray:
+    """Return int_0^1 theta e^(-theta (1 - x)) P_j(2 x - 1) dx for the first ``count`` Legendre polynomials P_j."""
     x, w = legendre.leggauss(48)
     # Beyond 40 time constants before the end the kernel is below 1e-17.
     reach = min(1.0, 40.0 / max(theta, 1e-300))
     back = (x + 1.0) / 2.0 * reach
     kernel = w / 2.0 * reach * theta * np.exp(-theta * back)
-    weights = _interpolation() @ (kernel @ legendre.legvander(1.0 - 2.0 * back, NODES - 1))
-    return np.asarray(weights)
+    return np.asarray(kernel @ legendre.legvander(1.0 - 2.0 * back, count - 1))
 
 
 @cache
@@ -60,20 +64,24 @@ def segments_needed(cutoff_hz: float, length_s: float) -> int:
     return math.ceil(max(cutoff_hz * length_s / PLATE_PER_SEGMENT, 1e-9)) if length_s > 0 else 0
 
 
-def segment_nodes(switch_s: np.ndarray, period_s: float, before: int, after: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return node times and times since the start of their segment, in s, shape (5 segments + 1, lanes).
+def segment_lengths(switch_s: np.ndarray, period_s: float, before: int, after: int) -> list[np.ndarray]:
+    """Return the lengths of the segments in s, one value per lane.
 
     The command changes ``switch_s`` after the sample; there are ``before`` equal segments up to then and ``after``
-    equal ones to the end of the period. A node between two segments belongs to both.
+    equal ones to the end of the period.
     """
+    return [switch_s / max(before, 1)] * before + [(period_s - switch_s) / after] * after
+
+
+def segment_nodes(switch_s: np.ndarray, period_s: float, before: int, after: int) -> np.ndarray:
+    """Return node times in s, shape (5 segments + 1, lanes); a node between two segments belongs to both."""
     x = gauss_lobatto()[0][1:, None]
     switch = np.atleast_1d(switch_s)
-    lengths = [switch / max(before, 1)] * before + [(period_s - switch) / after] * after
-    since = np.concatenate([np.zeros((1, switch.size)), *(x * length for length in lengths)])
+    lengths = segment_lengths(switch, period_s, before, after)
     ends = np.cumsum(lengths, axis=0)
     starts = np.concatenate([np.zeros((1, switch.size)), ends[:-1]])
     inside = [start + x * length for start, length in zip(starts, lengths, strict=True)]
-    return np.concatenate([np.zeros((1, switch.size)), *inside]), since
+    return np.concatenate([np.zeros((1, switch.size)), *inside])
 
 
 def segment_weights(
@@ -81,7 +89,7 @@ def segment_weights(
 ) -> np.ndarray:
     """Return the weight of each node's force in the sensor's reading at the end of the period, shape (nodes, lanes)."""
     omega, switch = 2.0 * np.pi * np.asarray(corner_hz), np.atleast_1d(switch_s)
-    lengths = [switch / max(before, 1)] * before + [(period_s - switch) / after] * after
+    lengths = segment_lengths(switch, period_s, before, after)
     weights = np.zeros(((NODES - 1) * len(lengths) + 1, switch.size))
     left = np.full(switch.size, period_s)
     for segment, length in enumerate(lengths):

@@ -1,4 +1,4 @@
-"""Set-point, disturbance and noise for one block of control periods, drawn inside the kernel.
+"""Set-point and disturbance for one block of control periods, made inside the kernel.
 
 Buffers hold ``[node][period of the block][lane]``; a signal that is the same for all lanes of a tile is computed once,
 with one column. Smooth signals are evaluated exactly at every node, sampled ones are linear between samples.
@@ -8,18 +8,14 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from frictionloop.loop.slab import ROW, rows
 from frictionloop.loop.slab_access import load, peek, poke
 from frictionloop.loop.tiles import Lifting
 from frictionloop.quantities.arithmetic import exp2, fma, sin_turns, step
-from frictionloop.quantities.normals import BLOCK, draw
+from frictionloop.quantities.normals import BLOCK
 
 SINE, LOG_SWEEP, SAMPLED, HELD = range(4)
 """How a signal is made: from its formula, linear between samples, or held from sample to sample."""
-NOISE_STREAM = np.uint64(0)
-"""Stream number of the sensor noise; other noises have streams of their own."""
 
 
 @step
@@ -34,9 +30,9 @@ def log_sweep_step(t: float, offset: float, amplitude: float, turns: float, octa
     return fma(amplitude, sin_turns(turns * (exp2(octaves_per_s, t) - 1.0)), offset)
 
 
-def build_signals(lifting: Lifting) -> tuple[Any, Any, Any]:
-    """Return the compiled ``fill_signal``, ``fill_driven`` and ``fill_noise`` for the tiles of a kernel."""
-    (width, compiled, _), node_time, weight = lifting, ROW["node_time"], ROW["weight"]
+def build_signals(lifting: Lifting) -> Any:
+    """Return the compiled ``fill_signal`` for the tiles of a kernel."""
+    (width, compiled, _), node_time = lifting, ROW["node_time"]
 
     def filler(formula: Any) -> Any:
         @compiled
@@ -68,13 +64,6 @@ def build_signals(lifting: Lifting) -> tuple[Any, Any, Any]:
                     fraction = peek(s, (node_time + j) * width + i) / dt
                     poke(out, (j * BLOCK + k) * columns + i, fma(fraction, y1 - y0, y0))
 
-    @compiled
-    def scatter(out, at, z, columns):  # type: ignore[no-untyped-def]
-        poke(out, at, z[0])
-        poke(out, at + 8 * columns, z[1])
-        poke(out, at + 16 * columns, z[2])
-        poke(out, at + 24 * columns, z[3])
-
     setpoint_rows, disturbance_rows = rows("setpoint_signal"), rows("disturbance_signal")
 
     @compiled
@@ -86,34 +75,4 @@ def build_signals(lifting: Lifting) -> tuple[Any, Any, Any]:
         else:
             fill_sampled(out, s, samples, first - chunk, periods, kind == HELD, shared, nodes, dt)
 
-    @compiled
-    def fill_driven(out, s, d, shared, nodes, periods):  # type: ignore[no-untyped-def]
-        columns = 1 if shared else width
-        for k in range(periods * columns):
-            poke(out, k, 0.0)
-        for j in range(nodes):
-            if shared:
-                w = peek(s, (weight + j) * width)
-                for k in range(periods):
-                    poke(out, k, fma(w, peek(d, j * BLOCK + k), peek(out, k)))
-            else:
-                for k in range(periods):
-                    for i in range(width):
-                        f = peek(d, (j * BLOCK + k) * width + i)
-                        poke(out, k * width + i, fma(peek(s, (weight + j) * width + i), f, peek(out, k * width + i)))
-
-    @compiled
-    def fill_noise(out, at, seeds, shared, first, counters, stream):  # type: ignore[no-untyped-def]
-        # ``counters`` is always BLOCK // 4, but as a constant the loop would be unrolled instead of vectorised.
-        base = first // BLOCK * counters
-        if shared:
-            seed = peek(seeds, 0)
-            for c in range(counters):
-                scatter(out, at + c, draw(seed, stream, np.uint64(base + c)), 1)
-        else:
-            for c in range(counters):
-                counter = np.uint64(base + c)
-                for i in range(width):
-                    scatter(out, at + c * width + i, draw(peek(seeds, i), stream, counter), width)
-
-    return fill_signal, fill_driven, fill_noise
+    return fill_signal

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from frictionloop.loop.ends import TERMS
 from frictionloop.loop.quadrature import MAX_SEGMENTS, NODES
 
 LANES = 32
 """Lanes of a full tile: best of 16 to 256 in C, and 4 registers of 8 doubles."""
 NODES_MAX = 2 * MAX_SEGMENTS * (NODES - 1) + 1
+SEGMENT_ROWS = 1 + 2 * TERMS
 
 _ROWS: tuple[tuple[str, int], ...] = (
     # what changes every period
@@ -40,15 +42,15 @@ _ROWS: tuple[tuple[str, int], ...] = (
     ("max_amplitude", 1),
     ("floor", 1),
     ("pulse_ticks", 1),
-    ("decay", NODES_MAX),
-    ("weight", NODES_MAX),
-    ("friction_weight", NODES_MAX),  # weight times f0
+    ("weight", NODES_MAX),  # of the disturbance at the nodes
+    ("segment", 2 * MAX_SEGMENTS * SEGMENT_ROWS),  # each: the plate's decay, and the terms of start and end
     ("sensor_decay", 1),
     ("noise_gain", 1),
     ("delay_periods", 1),
     ("node_time", NODES_MAX),
     ("setpoint_signal", 4),  # offset, amplitude, two of the phase
     ("disturbance_signal", 4),
+    ("swing", 3),  # of a sine's share of the reading: steady, in phase, a quarter turn later
     # streaming metrics
     ("shift", 1),
     ("sums", 9),

@@ -36,8 +36,10 @@ class Lifting(NamedTuple):
     """n -> number of lanes to run: the constant 1 for single runs, so that their loops vanish."""
 
 
-def lifting(kernel: str, width: int) -> Lifting:
+def lifting(kernel: str, width: int, inlined: bool = False) -> Lifting:
     """Return how to compile the functions of a kernel for tiles of this width.
+
+    ``inlined`` functions leave no calls in a control period, each of which would copy all options to the stack.
 
     Kernel and width become part of every function's name: kernels are loaded from disk, where functions of different
     processes have the same names, and the linker takes the first function of a name for all of them.
@@ -45,7 +47,7 @@ def lifting(kernel: str, width: int) -> Lifting:
 
     def compiled(function: Any) -> Any:
         function.__qualname__ += f"_{kernel}_{width}"
-        return njit(error_model="numpy", nogil=True)(function)
+        return njit(error_model="numpy", nogil=True, forceinline=inlined)(function)
 
     def one(n):  # type: ignore[no-untyped-def]
         return 1

@@ -39,14 +39,15 @@ def double(_context: Any, x: Any) -> Any:
 
 
 ROUND = 6755399441055744.0  # 1.5 * 2**52: adding it leaves the nearest integer in the low bits
+BIASED = ROUND + 1023.0  # the low bits then are those of the exponent of a double
 SQRT_HALF = 0x3FE6A09E667F3BCD  # bits of sqrt(1/2)
 
 
 @step
 def exp2(x: float, factor: float = 1.0) -> float:
     """Return 2^(x factor) for |x factor| < 1022; the product is not rounded before it is used."""
-    shifted = fma(x, factor, ROUND)
-    r = fma(x, factor, ROUND - shifted)  # exact but for one rounding, |r| <= 1/2
+    shifted = fma(x, factor, BIASED)
+    r = fma(x, factor, BIASED - shifted)  # exact but for one rounding, |r| <= 1/2
     r2 = r * r
     p0 = fma(fma(0.05550410866444772, r, 0.24022650695910097), r2, fma(0.69314718055995, r, 1.0))
     p1 = fma(
@@ -54,8 +55,8 @@ def exp2(x: float, factor: float = 1.0) -> float:
     )
     p2 = fma(7.072585949269223e-09, r2, fma(1.0208690299958306e-07, r, 1.321544258792169e-06))
     r4 = r2 * r2
-    # The integer part of the product is added to the exponent.
-    return double(bits(fma(fma(p2, r4, p1), r4, p0)) + (bits(shifted) << 52))
+    # The integer part of the product becomes the exponent of a factor, which is ready before the polynomial.
+    return fma(fma(p2, r4, p1), r4, p0) * double(bits(shifted) << 52)
 
 
 @step

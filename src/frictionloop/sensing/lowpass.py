@@ -17,7 +17,7 @@ def sensor_start(measured_n: float, normal: float, decay: float, noise_gain_n: f
 
 @step
 def sensor_node(measured_n: float, force_n: float, weight: float) -> float:
-    """f_m += W f(s): one node of the integral over the period of ws e^(-ws (T - s)) f(s) ds."""
+    """f_m += W f: one term of the rule for the integral over the period of ws e^(-ws (T - s)) f(s) ds."""
     return fma(weight, force_n, measured_n)
 
 
