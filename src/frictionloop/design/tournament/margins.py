@@ -8,12 +8,13 @@ from typing import Any, NamedTuple
 
 from frictionloop.control.cost import cycles_m4
 from frictionloop.control.laws import law_of
+from frictionloop.design.learnt import learnt
 from frictionloop.design.linear import LinearLoop, linearise
 from frictionloop.design.margins import Margins
 from frictionloop.design.tournament import protocol
 from frictionloop.design.tournament.plain import occluded_at
 from frictionloop.design.tournament.run import Tournament
-from frictionloop.parameters import Skin, System
+from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 
 SHIFTS = (0.0, 0.05, 0.1)
@@ -46,15 +47,6 @@ def median_system(tournament: Tournament, law: str, speed_mm_s: float, contact: 
     at = protocol.Condition(speed_mm_s, contact, protocol.SINES[1])
     own = {path: value for path, value in finger.items() if path != "sensor.resonance_hz"}
     return learnt(tournament.system.evolve({**protocol.overrides_of(at), **tournament.laws[law], **own}))
-
-
-def learnt(system: System) -> System:
-    """Return a system whose tracker begins with the compliance that it is to learn: margins are those of then."""
-    if system.controller.kind != "tracker" or not isinstance(system.finger, Skin):
-        return system
-    stiff = system.finger.contact == "slider"
-    compliance = 0.0 if stiff else 1e6 / system.finger.bristle_stiffness_n_m
-    return system.evolve({"controller.compliance_um_per_n": compliance})
 
 
 def loop_at(system: System, level_n: float, occlude_s: float) -> LinearLoop | None:
