@@ -43,7 +43,7 @@ def _value(name: str, value: Any) -> str:
 
 
 def margin_text(found: Sequence[Corner], wanted: Wanted) -> list[Any]:
-    """Return the table of margins, worst over forces, contacts and speeds, per resonance on a dry and a moist finger."""
+    """Return the table of margins, worst over forces and strokes, per resonance on a dry and a moist finger."""
     strokes = list(dict.fromkeys(each.stroke for each in found))
     forces = [each.loop.elements.force_n for each in found]
     moist = max(each.loop.elements.occluded for each in found)

@@ -68,13 +68,16 @@ def _table(name: str, peaks: Peaks, column: Sequence[str] = ()) -> list[Row]:
     offs = sorted({off for each in peaks.values() for off in each})
     rows: list[Row] = [(name, *map(off_by, offs))]
     rows += [(key, *(number(each[off]) for off in offs)) for key, each in peaks.items()]
-    more = [(cell,) for cell in column] or [()] * len(rows)
-    return [(*row, *cell, "") for row, cell in zip(rows, more, strict=True)]
+    if column:
+        rows = [(*row, cell) for row, cell in zip(rows, column, strict=True)]
+    return [(*row, "") for row in rows]
 
 
 def as_json(tuning: TrackerTuning | None) -> list[dict[str, Any]] | None:
     """Return what is predicted of each row; None of other laws."""
-    return tuning and [
+    if tuning is None:
+        return None
+    return [
         {
             "share": share,
             "residual_n": left,
