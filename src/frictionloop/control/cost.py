@@ -62,7 +62,7 @@ WORST_TICK = {
 """By kind of controller, on the image of bench(), from entry to return of the tick's interrupt.
 
 With zig 0.17.1, over 400 samples of a finger that strokes and of edges (1500 have no worse); held by
-tests/firmware/test_cycles.py. The filtered PIs have all they can: feed-forward, overdrive, the notch's one section or six.
+tests/firmware/test_cycles.py. The filtered PIs have all they can: feed-forward, overdrive, 1 section (notch) or 6.
 """
 
 
