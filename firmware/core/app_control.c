@@ -1,17 +1,13 @@
 /* The tick: sample -> measurement -> set-point -> law -> amplitude -> duty.
  *
- * Open: u is the set-point within the clamp. Closed: the law's. The law begins with its start words when
- * the loop goes on. While it is open, the law runs along with both ends of its clamp at what is commanded,
- * so that its observers know what goes on. When it closes, an integral begins with what open loop commands,
- * and for FL_CLOSING ticks the lower clamp comes down from there to where it belongs: the amplitude begins
- * with at most what the set-point asks for, and the law's anti-windup knows why. Opening again commands
+ * The law begins with its start words when the loop goes on, open or closed (fl_switch.h). Opening again commands
  * what the set-point asks for. Idle and fault: the amplitude falls by drive.ramp_um a tick to 0. */
 #include <string.h>
 
 #include "fl_app_parts.h"
 #include "fl_lookup.h"
 #include "fl_overdrive.h"
-#include "laws.h"
+#include "fl_switch.h"
 
 static void begin(fl_app *app, const fl_parameters *p) {
     memcpy(app->law_state, p->law_start, sizeof app->law_state);
@@ -19,32 +15,14 @@ static void begin(fl_app *app, const fl_parameters *p) {
     app->closing = -1;
 }
 
-/* The clamp of the law while it closes; `open` is what open loop would command. */
-static fl_clamp closing(fl_app *app, const fl_parameters *p, int32_t open, int32_t setpoint) {
-    if (app->closing < 0) {
-        fl_begin *integral = fl_begins[p->law_number];
-        if (integral) integral(app->law_state, open, setpoint, p->law_gains);
-        app->closing = FL_CLOSING;
-    }
-    int32_t down = (int32_t)((int64_t)(open - p->law_low_n) * app->closing / FL_CLOSING);
-    if (app->closing > 0) app->closing--;
-    return (fl_clamp){p->law_low_n + down, p->law_high_n};
-}
-
 static fl_force_command decide(
     fl_app *app, const fl_parameters *p, const fl_measurement *m, int32_t setpoint) {
-    int32_t open = fl_clip(setpoint, p->law_low_n, p->law_high_n);
     if (app->state != FL_STATE_OPEN && app->state != FL_STATE_CLOSED) {
         app->law_runs = 0;
         return (fl_force_command){p->law_high_n, 0};
     }
     if (!app->law_runs) begin(app, p);
-    fl_step *step = fl_laws[p->law_number].step;
-    if (app->state == FL_STATE_CLOSED)
-        return step(app->law_state, m, setpoint, p->law_gains, closing(app, p, open, setpoint));
-    step(app->law_state, m, setpoint, p->law_gains, (fl_clamp){open, open});
-    app->closing = -1;
-    return (fl_force_command){open, open != setpoint};
+    return fl_switched(p, app->law_state, &app->closing, app->state == FL_STATE_CLOSED, m, setpoint);
 }
 
 /* The amplitude command, never above the ceiling. */
@@ -54,6 +32,7 @@ static int32_t amplitude(fl_app *app, const fl_parameters *p, int32_t force) {
         int32_t wanted = fl_lookup(force, p->lookup_squares_um2, p->lookup_cells_per_n, p->law_low_n);
         command = fl_overdrive(
             &app->believed, wanted, p->overdrive_decay, p->overdrive_inverse, p->drive_ceiling_um);
+        fl_commanded(p, app->law_state, &app->closing, command);
     } else {
         command = fl_clip(fl_subtract(app->amplitude, p->drive_ramp_um), 0, p->drive_ceiling_um);
         app->believed = fl_add(command, fl_mul28(p->overdrive_decay, fl_subtract(app->believed, command)));

@@ -13,7 +13,6 @@ enum {
     FL_REPLIES = 16,     /* frames that may come in before one goes out */
     FL_NO_INDEX = 65535, /* of a refusal that is about no word or point */
     FL_NO_STATE = 255,
-    FL_CLOSING = 512,    /* ticks over which the clamp opens after closing: 0.1 s (assumed) */
     FL_RAM = 12288       /* bytes, of the 64 KB of the Teensy */
 };
 
@@ -85,7 +84,7 @@ struct fl_app {
     fl_touch touch;
     fl_watch watch;
     int32_t law_state[FL_STATES];
-    int32_t closing, believed, amplitude; /* ticks left of closing, -1 before it; um, um */
+    int32_t closing, believed, amplitude; /* as fl_switch.h has it; um, um */
     uint8_t law_runs;
     fl_raised raised;
     uint32_t overruns, longest;

@@ -184,3 +184,10 @@ fl_force_command fl_tracker_step(
     state[FALL] = fall;
     return (fl_force_command){u, square != held};
 }
+
+void fl_tracker_follow(int32_t *state, int32_t command, const fl_gain *gains) {
+    const int32_t left = (1 << 30) - gains[DECAY_LEFT].mantissa; /* a' = a_then + left (c - a_then) */
+    const int32_t other = fl_subtract(command, state[COMMAND]);
+    state[AMPLITUDE] = fl_add(state[AMPLITUDE], (int32_t)fl_product(left, other, 30));
+    state[COMMAND] = command;
+}

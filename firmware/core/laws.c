@@ -15,4 +15,6 @@ const fl_law fl_laws[] = {
 const uint32_t fl_law_count = sizeof fl_laws / sizeof fl_laws[0];
 
 fl_begin *const fl_begins[] = {0, fl_pi_begin, 0, fl_filtered_pi_begin, 0, 0, 0};
+fl_follow *const fl_follows[] = {0, 0, 0, 0, 0, 0, fl_tracker_follow};
+_Static_assert(sizeof fl_follows == sizeof fl_begins, "for each law");
 _Static_assert(sizeof fl_begins / sizeof fl_begins[0] == sizeof fl_laws / sizeof fl_laws[0], "for each law");

@@ -13,7 +13,13 @@ extern const int8_t fl_disturbance_observer_places[], fl_super_twisting_places[]
 typedef void fl_begin(int32_t *state, int32_t force, int32_t setpoint, const fl_gain *gains);
 fl_begin fl_pi_begin, fl_filtered_pi_begin;
 
-/* By number as fl_laws; 0 where a law has no integral. */
+/* Lets a law know which amplitude was commanded in its last tick in place of its own: of one that commands an
+ * amplitude by itself and is not told by its clamp. */
+typedef void fl_follow(int32_t *state, int32_t command, const fl_gain *gains);
+fl_follow fl_tracker_follow;
+
+/* By number as fl_laws; 0 where a law has no integral, or where its clamp tells it enough. */
 extern fl_begin *const fl_begins[];
+extern fl_follow *const fl_follows[];
 
 #endif

@@ -5,8 +5,8 @@ from itertools import pairwise
 
 import pytest
 
+from frictionloop.control.cost import BUDGET_CYCLES, WORST_TICK
 from frictionloop.device.emulator import TeensyEmulator
-from frictionloop.device.emulator.budget import TICK_CYCLES, WORST_TICK
 from frictionloop.device.emulator.corpus import edges, heartbeat, opening, strokes
 from frictionloop.device.emulator.costs import cycles
 from frictionloop.device.emulator.cycles import CycleTrace
@@ -110,8 +110,8 @@ def test_a_tick_keeps_to_its_budget(law, images):
         assert (instructions, spent) == WORST_TICK[law]
     assert instructions <= MARGIN * WORST_TICK[law].instructions
     assert spent <= MARGIN * WORST_TICK[law].cycles
-    assert spent <= TARGET * TICK_CYCLES
+    assert spent <= TARGET * BUDGET_CYCLES
 
 
 def test_the_default_law_takes_a_quarter_of_the_tick(images):
-    assert most(images("notch_pi"), 400)[1] <= TICK_CYCLES // 4
+    assert most(images("notch_pi"), 400)[1] <= BUDGET_CYCLES // 4

@@ -42,6 +42,20 @@ def test_a_lost_tick_keeps_command_and_state():
     assert np.mean(floating == fixed) > 0.99  # the same ticks; a command may also happen to stay
 
 
+@pytest.mark.parametrize("law", ["pi", "notch_pi", "observer", "super_twisting", "tracker"])
+def test_it_is_opened_and_closed_alike(law):
+    """What fixed point rounds away is all there is between them until the loop has closed; then it is a loop."""
+    changed = {"controller.kind": law, "controller.open_until_s": 0.5, "setpoint.amplitude_n": 0.0}
+    changed |= fl.RETUNED if law == "pi" else {}
+    floating, fixed = both(fl.bench().evolve(changed), duration_s=1.5, seed=1)
+    apart = np.abs(floating.u - fixed.u).to_numpy()
+    assert apart[:2500].max() < 4e-9  # a step of 2^-28 N, and the set-point's
+    assert apart[2500:2510].max() < 0.4e-3
+    assert np.array_equal(floating.saturated[:2500], fixed.saturated[:2500])
+    late = {"time": slice(1.0, None)}
+    assert fl.rms_error(fixed.sel(late)) == pytest.approx(fl.rms_error(floating.sel(late)), rel=0.05)
+
+
 def test_it_is_in_the_file(tmp_path):
     path = tmp_path / "run.h5"
     fl.save(fl.simulate(fl.feasible().evolve(FORM), duration_s=0.1), path)

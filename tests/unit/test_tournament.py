@@ -9,9 +9,10 @@ import pytest
 import xarray as xr
 
 import frictionloop as fl
+from frictionloop.control.cost import BUDGET_CYCLES, WORST_TICK
 from frictionloop.design import synthesis
 from frictionloop.design import tournament as rooms
-from frictionloop.design.tournament import entrants, protocol, run, store
+from frictionloop.design.tournament import entrants, margins, protocol, run, store
 from frictionloop.design.wanted import Designed
 
 SHORT = {"duration_s": 1.0, "start_s": 0.4, "progress": False}
@@ -240,3 +241,11 @@ def test_entrants_of_ones_own_run_under_their_names():
 def test_an_oracle_has_no_margins():
     found = rooms.margin_rows(short(count=12, laws=["oracle"]))
     assert found and all(np.isnan(row["sensitivity_peak"]) and row["cycles_m4"] is None for row in found)
+    assert all(row["tick_cycles_m4"] is None for row in found)
+
+
+def test_the_whole_tick_is_that_of_the_kind_and_no_less_than_the_law():
+    costs = {law: margins.cost_of(fl.bench().evolve({"controller.kind": law})) for law in WORST_TICK}
+    for law, cost in costs.items():
+        assert cost.cycles_m4 < cost.tick_cycles_m4 == WORST_TICK[law].cycles < BUDGET_CYCLES
+    assert costs["filtered_pi"].tick_cycles_m4 > costs["notch_pi"].tick_cycles_m4  # it has five sections more

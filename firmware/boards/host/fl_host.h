@@ -19,6 +19,11 @@ int32_t fl_host_places(uint32_t number, uint32_t index);
 int32_t fl_host_tick(
     const int32_t *words, int32_t *state, int32_t *believed, const int32_t *measurement, int32_t setpoint);
 
+/* The same for a loop that is opened and closed (fl_switch.h): `closing` goes on too, out is u and saturated. */
+int32_t fl_host_switched(
+    const int32_t *words, int32_t *state, int32_t *believed, int32_t *closing, const int32_t *measurement,
+    int32_t setpoint, int32_t closed, int32_t *out);
+
 /* `count` ticks one after the other; out is u, saturated and amplitude command of each. */
 void fl_host_run(
     const int32_t *words, size_t count, int32_t *state, int32_t *believed, const int32_t *measurements,

@@ -4,6 +4,7 @@
 #include "fl_law.h"
 #include "fl_lookup.h"
 #include "fl_overdrive.h"
+#include "fl_switch.h"
 
 enum { MEASURED = 5 };
 _Static_assert(sizeof(fl_parameters) == 4 * FL_WORDS, "a parameter table is its words");
@@ -21,6 +22,19 @@ static fl_force_command decide(
 static int32_t drive(const fl_parameters *p, int32_t *believed, int32_t force) {
     int32_t wanted = fl_lookup(force, p->lookup_squares_um2, p->lookup_cells_per_n, p->law_low_n);
     return fl_overdrive(believed, wanted, p->overdrive_decay, p->overdrive_inverse, p->drive_ceiling_um);
+}
+
+int32_t fl_host_switched(
+    const int32_t *words, int32_t *state, int32_t *believed, int32_t *closing, const int32_t *measurement,
+    int32_t setpoint, int32_t closed, int32_t *out) {
+    const fl_parameters *p = table(words);
+    const fl_measurement *measured = (const fl_measurement *)measurement;
+    fl_force_command command = fl_switched(p, state, closing, closed, measured, setpoint);
+    int32_t amplitude = drive(p, believed, command.force);
+    fl_commanded(p, state, closing, amplitude);
+    out[0] = command.force;
+    out[1] = command.saturated;
+    return amplitude;
 }
 
 int32_t fl_host_states(uint32_t number) {

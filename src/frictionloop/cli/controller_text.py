@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from frictionloop.cli import screen
+from frictionloop.cli import screen, tracker_text
 from frictionloop.cli.tournament_text import number
 
 if TYPE_CHECKING:
@@ -28,6 +28,8 @@ def gain_rows(designed: Designed) -> list[Row]:
         name = path.removeprefix("controller.")
         if name == "sections":
             rows += [(f"section {i}", "  ".join(f"{c:+.6f}" for c in section)) for i, section in enumerate(value, 1)]
+        elif name == "schedule":
+            rows += tracker_text.schedule_rows(value)
         elif name != "kind":
             rows.append((name, _value(name, value)))
     return rows
@@ -40,16 +42,15 @@ def _value(name: str, value: Any) -> str:
     return f"{value:.4g} {unit}".rstrip()
 
 
-def margin_text(system: System, found: Sequence[Corner], wanted: Wanted) -> list[Any]:
-    """Return the table of margins, worst over forces, per resonance on a dry and a moist finger."""
-    from frictionloop.design.corners import stroke_of
-
+def margin_text(found: Sequence[Corner], wanted: Wanted) -> list[Any]:
+    """Return the table of margins, worst over forces and strokes, per resonance on a dry and a moist finger."""
+    strokes = list(dict.fromkeys(each.stroke for each in found))
     forces = [each.loop.elements.force_n for each in found]
     moist = max(each.loop.elements.occluded for each in found)
     said = f"margins, worst from {min(forces):.3g} to {max(forces):.3g} N"
     if moist:
         said += f", dry / moist (occluded {moist:.0%}) finger"
-    said += stroke_of(system)
+    said += strokes[0] if len(strokes) == 1 else ", each contact and speed"
     head: Row = ("resonance", "Ms", "asked", "gain", "phase, deg", "delay left, us", "")
     rows = [head, *(_margin_row(found, off, wanted) for off in sorted({each.off for each in found}))]
     return [screen.wrapped(said), screen.table(rows)]
@@ -65,7 +66,7 @@ def _margin_row(found: Sequence[Corner], off: float, wanted: Wanted) -> Row:
         return "/".join(map(number, values))
 
     return (
-        f"{off:+.3g}".replace("+0", "as described") if off == 0 else f"{100 * off:+.3g} %",
+        tracker_text.off_by(off),
         both([max(m.sensitivity_peak for m in group) for group in groups]),
         f"{asked:.3g}",
         both([min((m.gain_margin for m in group), key=lambda factor: abs(math.log(factor))) for group in groups]),
@@ -134,10 +135,12 @@ def as_json(
                 "resonance_off": each.off,
                 "force_n": each.loop.elements.force_n,
                 "occluded": each.loop.elements.occluded,
+                "stroke": each.stroke.removeprefix(", "),
                 **asdict(each.margins),
             }
             for each in found
         ],
+        "schedule": tracker_text.as_json(designed.tuning),
         "headroom": lean,
         "system": system.model_dump(),
     }

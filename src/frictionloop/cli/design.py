@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-from cyclopts import App, Group, Parameter
+from cyclopts import Group
 
 from frictionloop.cli import design_controller, design_plate, design_sensor
-from frictionloop.cli.helptext import HELP_STYLE
+from frictionloop.cli.helptext import group_app
 
-EXAMPLES = "Each command has its own help with examples: frictionloop design sensor --help"
-
-app = App(
-    name="design",
-    help="Size a part of the bench: from its geometry to what it does, or the other way round.",
-    usage="frictionloop design COMMAND [OPTIONS]",
-    help_epilogue=EXAMPLES,
-    help_format="plaintext",
-    help_formatter=HELP_STYLE,
-    group=Group("The bench", sort_key=3),
-    default_parameter=Parameter(negative=()),
+app = group_app(
+    "design",
+    "Size a part of the bench: from its geometry to what it does, or the other way round.",
+    "sensor",
+    Group("The bench", sort_key=3),
 )
-app["--help"].group = Group("About", sort_key=9)
 app.command(
     design_sensor.command,
     name="sensor",

@@ -25,6 +25,8 @@ EXAMPLES = r"""Examples
 WANTED = Group("What must hold", sort_key=2)
 SLOW = {"hinf", "lqg"}
 """Laws that identify the friction noise by simulation first."""
+BARS = {"tracker"}
+"""Laws whose synthesis shows how far it has come."""
 
 
 def command(
@@ -38,7 +40,7 @@ def command(
     law: Annotated[
         str | None,
         Parameter(
-            help="Control law: notch_pi, pi, observer, super_twisting, hinf or lqg; notch_pi if not given, "
+            help="Control law: notch_pi, pi, observer, super_twisting, hinf, lqg or tracker; notch_pi if not given, "
             "pi for a force sensor without a resonance.",
             group=WANTED,
         ),
@@ -69,16 +71,17 @@ def command(
     checks.check_folder("plots", plots)
     system = flags.system_from(file, None if file else "bench", overrides)
 
-    from frictionloop.cli import controller_text
-    from frictionloop.design.corners import corners
+    from frictionloop.cli import controller_text, tracker_text
     from frictionloop.design.headroom import headroom
+    from frictionloop.design.learnt import learnt
     from frictionloop.design.synthesis import default_law
     from frictionloop.design.wanted import Wanted
 
     wanted, name = Wanted(sensitivity_peak, resonance_error), law or default_law(system)
     designed, after = _designed(system, name, wanted)
-    with screen.waiting("checking margins"):
-        found, left = corners(after, wanted.limits), headroom(after, sensitivity_peak)
+    found = designed.corners
+    with screen.waiting("looking for what is left to gain"):
+        left = headroom(learnt(after), sensitivity_peak)
     figures = {} if plots is None else _figures(system, after, left, wanted)
     saved = _save(after, out, plots, figures)
     if json:
@@ -88,8 +91,9 @@ def command(
     screen.show(
         screen.columns([("bench", origin), ("law", name), *controller_text.gain_rows(designed)]),
         "",
-        *controller_text.margin_text(after, found, wanted),
+        *controller_text.margin_text(found, wanted),
         "",
+        *tracker_text.tuned_text(designed),
         *controller_text.headroom_text(left, wanted),
         *(["", *(screen.wrapped(note) for note in designed.notes)] if designed.notes else []),
         *(["", *(f"saved {what} as {path}" for what, path in saved.items() if path)] if any(saved.values()) else []),
@@ -100,6 +104,9 @@ def _designed(system: System, law: str, wanted: Wanted) -> tuple[Designed, Syste
     """Return the controller, and the system with it."""
     from frictionloop.design.synthesis import design_controller
 
+    if law in BARS:
+        designed = design_controller(system, law, wanted)
+        return designed, system.evolve(dict(designed.overrides))
     noise = ", after the friction noise is identified by simulation" if law in SLOW else ""
     with screen.waiting(f"designing {law}{noise}; this takes from a second to a minute"):
         designed = design_controller(system, law, wanted)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import App, Group, Parameter
+from cyclopts import Parameter
 
 from frictionloop.cli import device_clear, device_flash, device_monitor, device_run, flags, screen
 from frictionloop.cli.address import connected
-from frictionloop.cli.helptext import HELP_STYLE
+from frictionloop.cli.helptext import group_app
 from frictionloop.quantities.units import FrictionloopError
 
 ADDRESS = (
@@ -33,17 +33,12 @@ SET_EXAMPLES = r"""Examples
   frictionloop device set serial:///dev/ttyACM0 --system my-controller.toml
 """
 
-app = App(
-    name="device",
-    help="A board on this machine's ports, or one that is simulated: look at it, set it up, run it, flash it.",
-    usage="frictionloop device COMMAND [OPTIONS]",
-    help_epilogue="Each command has its own help with examples: frictionloop device run --help",
-    help_format="plaintext",
-    help_formatter=HELP_STYLE,
-    group=flags.DEVICE,
-    default_parameter=Parameter(negative=()),
+app = group_app(
+    "device",
+    "A board on this machine's ports, or one that is simulated: look at it, set it up, run it, flash it.",
+    "run",
+    flags.DEVICE,
 )
-app["--help"].group = Group("About", sort_key=9)
 
 
 def list_ports(*, json: flags.Json = False) -> None:

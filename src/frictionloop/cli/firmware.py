@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import App, Group, Parameter
+from cyclopts import Parameter
 
 from frictionloop.cli import checks, flags, screen
-from frictionloop.cli.helptext import HELP_STYLE
+from frictionloop.cli.helptext import group_app
 
 if TYPE_CHECKING:
     from frictionloop.device.export import Table
@@ -26,17 +26,9 @@ BUILD_EXAMPLES = r"""Examples
 """
 Out = Annotated[Path, Parameter(help="Folder for the files; made if it is missing.", group=flags.RESULT)]
 
-app = App(
-    name="firmware",
-    help="The controller on the microcontroller: its parameter table and its image.",
-    usage="frictionloop firmware COMMAND [OPTIONS]",
-    help_epilogue="Each command has its own help with examples: frictionloop firmware export --help",
-    help_format="plaintext",
-    help_formatter=HELP_STYLE,
-    group=flags.DEVICE,
-    default_parameter=Parameter(negative=()),
+app = group_app(
+    "firmware", "The controller on the microcontroller: its parameter table and its image.", "export", flags.DEVICE
 )
-app["--help"].group = Group("About", sort_key=9)
 
 
 def export(

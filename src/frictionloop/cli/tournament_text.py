@@ -63,7 +63,8 @@ def summary(tournament: Tournament, scored: xr.Dataset, rows: Rows, margins: Row
             at = {"speed_mm_s": speed, "contact": contact, "population": population}
             found += [screen.table(_scores(tournament, rows, at)), ""]
     found += ["median capable finger, worst of three levels, by linear analysis; - is not known;"]
-    found += [f"phase margin in degrees, delay margin in ms; cycles of {BUDGET_CYCLES}: the law alone, estimated"]
+    found += [f"phase margin in degrees, delay margin in ms; of {BUDGET_CYCLES} cycles a tick, law: alone, estimated,"]
+    found += ["tick: the worst whole one, traced on the image in an emulator; - has no image"]
     found += [screen.table(_margins(margins)), ""]
     found += LEGEND
     found += [_code(tournament.cells)]
@@ -83,12 +84,12 @@ def _scores(tournament: Tournament, rows: Rows, at: dict[str, Any]) -> list[tupl
 
 
 def _margins(margins: Rows) -> list[tuple[str, ...]]:
-    table: list[tuple[str, ...]] = [("law", "at", *(head for _, head, _ in MARGINS), "stable", "cycles", "")]
+    table: list[tuple[str, ...]] = [("law", "at", *(head for _, head, _ in MARGINS), "stable", "law", "tick", "")]
     for row in margins:
         cells = [number(factor * row[name]) for name, _, factor in MARGINS]
         stable = {True: "yes", False: "no", None: "-"}[row["stable"]]
-        cost = "-" if row["cycles_m4"] is None else str(row["cycles_m4"])
-        table.append((row["law"], f"{row['speed_mm_s']:g} {row['contact']}", *cells, stable, cost, ""))
+        cost = ["-" if row[name] is None else str(row[name]) for name in ("cycles_m4", "tick_cycles_m4")]
+        table.append((row["law"], f"{row['speed_mm_s']:g} {row['contact']}", *cells, stable, *cost, ""))
     return table
 
 

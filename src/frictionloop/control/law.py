@@ -52,5 +52,10 @@ class Law(NamedTuple):
     """Controller parameters -> state at t = 0; all zero where it is missing."""
     frozen: tuple[int, ...] = ()
     """Indices of slow states (estimates of the finger), which the linear analysis holds where they are."""
+    begin: Any = None
+    """``begin(force_n, setpoint_n, gains)`` -> integral, state 0, that commands this force without an error; None of a
+    law that has no integral."""
+    follow: Any = None
+    """``follow(state, command_um, gains) -> state`` of a law that was not obeyed; None of one whose clamp tells it."""
     operations: Operations | None = None
     """What a tick costs at most, with the lookup and without overdrive behind it; None where it is not known."""

@@ -12,6 +12,7 @@ from frictionloop.control.observer_gains import observer_start
 from frictionloop.control.open_loop import open_loop_step
 from frictionloop.control.pi import pi_step
 from frictionloop.control.super_twisting import super_twisting_gains, super_twisting_start, super_twisting_step
+from frictionloop.control.switch import filtered_pi_begin, pi_begin, tracker_follow
 from frictionloop.control.tracker import tracker_step
 from frictionloop.control.tracker_gains import tracker_gains, tracker_start
 from frictionloop.quantities import FrictionloopError
@@ -19,7 +20,7 @@ from frictionloop.quantities import FrictionloopError
 LAWS = (
     Law(
         "pi", pi_step, states=1, gains_of=lambda c: (c.kp, c.ki), gains=2,
-        operations=Operations(multiplications=5, additions=3, comparisons=7, lookups=1),
+        begin=pi_begin, operations=Operations(multiplications=5, additions=3, comparisons=7, lookups=1),
     ),
     Law(
         "lookup", open_loop_step, states=1, gains_of=lambda c: (), gains=0,
@@ -27,7 +28,7 @@ LAWS = (
     ),
     Law(
         "filtered_pi", filtered_pi_step, STATES, filtered_pi_gains, GAINS, filtered_pi_start,
-        operations=Operations(multiplications=57, additions=58, comparisons=19, lookups=1),
+        begin=filtered_pi_begin, operations=Operations(multiplications=57, additions=58, comparisons=19, lookups=1),
     ),
     Law(
         "observer", disturbance_observer_step, states=disturbance_observer.STATES, gains=disturbance_observer.GAINS,
@@ -41,7 +42,7 @@ LAWS = (
     ),
     Law(
         "tracker", tracker_step, states=tracker_state.STATES, gains=tracker_state.GAINS, gains_of=tracker_gains,
-        start_of=tracker_start, frozen=tracker_state.ESTIMATES,
+        start_of=tracker_start, frozen=tracker_state.ESTIMATES, follow=tracker_follow,
         operations=Operations(179, 162, 84, divisions=12, roots=1, exponentials=3, logarithms=2),
     ),
 )  # fmt: skip

@@ -22,8 +22,10 @@ def core_address() -> int:
 
 
 def core_context(system: System) -> np.ndarray:
-    """Return the words, the state and the believed amplitude of a System's controller at t = 0, int32."""
+    """Return what the core keeps of a System's controller at t = 0, int32: see firmware/boards/host/simulated.c."""
     start = np.zeros(parameter_words()["law.start"].count, np.int32)
     numbers = quantised_start(system.controller)
     start[: len(numbers)] = numbers
-    return np.concatenate([host_words(system), start, np.zeros(1, np.int32)])
+    return np.concatenate([host_words(system), start, [0, -1 if system.controller.open_until_s else 0]]).astype(
+        np.int32
+    )

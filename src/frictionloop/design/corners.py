@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 from frictionloop.design.band import operating_band
 from frictionloop.design.detuned import detuned
+from frictionloop.design.learnt import conditions, learnt
 from frictionloop.design.linear import LinearLoop, linearise
 from frictionloop.design.margins import Margins
+from frictionloop.design.state_space import StateSpace
 from frictionloop.parameters import FingerFriction, Skin, Strokes, SuspendedSensor, System
 
 CONTACT_S = 10.0
@@ -31,7 +34,12 @@ class Corner(NamedTuple):
         """Where that is, in words."""
         found = self.loop.elements
         off = f", resonance {self.off:+.0%} off" if self.off else ""
-        return f"{found.force_n:.3g} N, {'moist' if found.occluded > 0 else 'dry'} finger{off}"
+        return f"{found.force_n:.3g} N, {'moist' if found.occluded > 0 else 'dry'} finger{self.stroke}{off}"
+
+    @property
+    def stroke(self) -> str:
+        """Contact and speed, in words."""
+        return stroke_of(self.loop.system)
 
 
 def occlusions(system: System) -> tuple[float, ...]:
@@ -75,19 +83,32 @@ def stroke_of(system: System) -> str:
 
 def at_mean(system: System, off: float = 0.0) -> LinearLoop:
     """Return the loop at the mean force on a dry finger, the resonance off by a share."""
-    loop = linearise(system)
+    loop = linearise(learnt(system))
     return detuned(loop, 1.0 + off) if off else loop
 
 
 def corners(system: System, limits: Mapping[float, float]) -> list[Corner]:
-    """Return the margins of a System's controller at the loops of `with_shifts`.
+    """Return the margins of a System's controller at the loops of `with_shifts`, under all its `conditions`.
 
     Raises
     ------
     FrictionloopError
         A law that has no linear analysis at one of them.
     """
-    return [Corner(off, loop, loop.margins()) for loop, off, _ in with_shifts(system, limits)]
+    return [each for there in conditions(system) for each in _under(there, limits)]
+
+
+def _under(system: System, limits: Mapping[float, float]) -> list[Corner]:
+    """Return the corners of one contact and speed; a law does not change with the springs, so it is made once."""
+    laws: dict[tuple[float, float], StateSpace] = {}
+    found = []
+    for loop, off, _ in with_shifts(system, limits):
+        at = (loop.elements.force_n, loop.elements.occluded)
+        if at not in laws:
+            laws[at] = loop.law
+        there = replace(loop, known_law=laws[at])
+        found.append(Corner(off, there, there.margins()))
+    return found
 
 
 def broken(found: Sequence[Corner], limits: Mapping[float, float]) -> Corner | None:

@@ -31,12 +31,13 @@ def synthesised(design: Callable[..., Any], system: System, wanted: Wanted) -> D
             first = first or str(error)
             continue
         overrides = {**found.overrides, "controller.feedforward": forward}
-        worst = broken(corners(system.evolve(overrides), wanted.limits), wanted.limits)
+        at = corners(system.evolve(overrides), wanted.limits)
+        worst = broken(at, wanted.limits)
         if worst is None:
             said = (
                 f"{found.order} states, reduced from {found.full_order}; holds on contacts {', '.join(asked.contact)}"
             )
-            return Designed(overrides, (*notes, said))
+            return Designed(overrides, (*notes, said), tuple(at))
         first = first or unheld(found.method, wanted, worst)
     raise FrictionloopError(first)
 

@@ -45,6 +45,8 @@ class LinearLoop:
     """C(s), P(s), S(s) and the operating point."""
     plant: SampledPlant
     """Plate and sensor as the sampled controller sees them."""
+    known_law: StateSpace | None = None
+    """The law at this operating point where it is known already; None: it is found when it is asked for."""
 
     @property
     def nyquist_hz(self) -> float:
@@ -98,7 +100,7 @@ class LinearLoop:
     @cached_property
     def law(self) -> StateSpace:
         """The control law, inputs f_r, f_m, outputs u, c (`law_space`); raises where it has no linear analysis."""
-        return law_space(self.system, self.elements, self.plant)
+        return self.known_law or law_space(self.system, self.elements, self.plant)
 
     @cached_property
     def linear_range_n(self) -> float:

@@ -80,6 +80,13 @@ def lqg(system: System, wanted: Wanted) -> Designed:
     return synthesised(design_lqg, system, wanted)
 
 
+def tracker(system: System, wanted: Wanted) -> Designed:
+    """Tracker with the schedule of least residual (`tune_tracker`), held on both contacts and at two speeds."""
+    from frictionloop.design.tracker_synthesis import held_tracker
+
+    return held_tracker(system, wanted)
+
+
 SYNTHESES: dict[str, Synthesis] = {
     "notch_pi": notch_pi,
     "pi": pi,
@@ -87,6 +94,7 @@ SYNTHESES: dict[str, Synthesis] = {
     "super_twisting": super_twisting,
     "hinf": hinf,
     "lqg": lqg,
+    "tracker": tracker,
 }
 """Every synthesis by the name of its law; one more is one more line."""
 
@@ -117,10 +125,11 @@ def design_controller(system: System, law: str | None = None, wanted: Wanted | N
     check_known("law", [name], SYNTHESES)
     check_reach(system)
     found = SYNTHESES[name](system, asked)
-    worst = broken(corners(system.evolve(found.overrides), asked.limits), asked.limits)
+    at = found.corners or corners(system.evolve(found.overrides), asked.limits)
+    worst = broken(at, asked.limits)
     if worst is not None:
         raise FrictionloopError(unheld(name, asked, worst))
-    return found
+    return found._replace(corners=tuple(at))
 
 
 @contextmanager

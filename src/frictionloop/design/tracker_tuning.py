@@ -8,7 +8,7 @@ off, and the noise of the command within bounds.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -70,7 +70,13 @@ class TrackerTuning:
         }
 
 
-def tune_tracker(system: System, limits: Mapping[float, float] = LIMITS, seed: int = 0) -> TrackerTuning:
+def tune_tracker(
+    system: System,
+    limits: Mapping[float, float] = LIMITS,
+    seed: int = 0,
+    *,
+    progress: Callable[[], None] | None = None,
+) -> TrackerTuning:
     """Return the schedule with the least predicted residual whose Ms stays below limits.
 
     The tracker believes that friction goes the share 1/(1 + T/dt) of the way to its limit in a period; the plants that
@@ -84,6 +90,8 @@ def tune_tracker(system: System, limits: Mapping[float, float] = LIMITS, seed: i
         Largest Ms by how far the true resonance is off to either side, relative; 0 must be among them.
     seed
         Of the starts of the search, which is local.
+    progress
+        Called after each row of the schedule.
 
     Raises
     ------
@@ -101,7 +109,11 @@ def tune_tracker(system: System, limits: Mapping[float, float] = LIMITS, seed: i
     believed = true.model_copy(
         update={"resonance_hz": BELIEVED_RESONANCE * sensor.resonance_hz, "resonance_q": BELIEVED_Q}
     )
-    found = [_Search(system, true, believed, share, limits).best(seed) for share in SHARES]
+    found = []
+    for share in SHARES:
+        found.append(_Search(system, true, believed, share, limits).best(seed))
+        if progress is not None:
+            progress()
     return TrackerTuning(
         tuple(row for row, _, _ in found), true, tuple(j for _, j, _ in found), tuple(p for _, _, p in found)
     )

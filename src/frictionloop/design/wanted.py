@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from frictionloop.design.corners import Corner
+from frictionloop.design.tracker_tuning import TrackerTuning
 from frictionloop.parameters import System
 from frictionloop.parameters.filtered import LONGEST_DELAY
 from frictionloop.quantities import FrictionloopError
@@ -48,6 +49,10 @@ class Designed(NamedTuple):
     overrides: Mapping[str, Any]
     """For ``System.evolve``."""
     notes: tuple[str, ...] = ()
+    corners: tuple[Corner, ...] = ()
+    """Its margins wherever it was looked at."""
+    tuning: TrackerTuning | None = None
+    """Of a tracker: its schedule, row by row."""
 
 
 def unheld(law: str, wanted: Wanted, worst: Corner) -> str:

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from frictionloop.control.cost import BUDGET_CYCLES, worst_tick
 from frictionloop.control.parameter_words import firmware_words
-from frictionloop.device.emulator.budget import TICK_CYCLES, worst_tick
 from frictionloop.device.words import from_words
 from frictionloop.parameters import System, write_toml
 from frictionloop.quantities import FrictionloopError, replacing
@@ -47,7 +47,7 @@ class Table:
             "law": controller.kind,
             "clamp_n": (model.floor_n, model.nominal_n),
             "worst_tick_cycles": worst.cycles if worst else None,
-            "tick_cycles": TICK_CYCLES,
+            "tick_cycles": BUDGET_CYCLES,
             "words": len(self.words),
             "table_hash": table_hash(),
         }

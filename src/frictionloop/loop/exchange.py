@@ -17,8 +17,8 @@ FIRMWARE, ORACLE, EXTERNAL, PI = -2, -1, 0, 1
 """Who commands: the C core, the oracle, the caller (``Stepper``), or the control law of this number (control/laws)."""
 STILL, STROKES, GIVEN = 0, 1, 2
 """Who moves the finger: nobody, its strokes, or the caller."""
-CORE_GIVEN, CORE_TOLD = 6, 3
-"""Numbers that go to the C core in a tick (measurement, set-point) and come back (u, saturated, amplitude)."""
+CORE_GIVEN, CORE_TOLD = 7, 3
+"""Numbers to the C core in a tick (measurement, set-point, 1 unless open), and back (u, saturated, amplitude)."""
 CONTACTS = ("rigid", "dahl", "lugre", "slider")
 """Contact laws of the kernel."""
 
@@ -70,6 +70,8 @@ class Options(NamedTuple):
     """Address of the C core's function."""
     core_words: int = 0
     """Words of the C core per lane."""
+    open_until: int = 0
+    """Period with which the loop closes; 0: it is closed from the start."""
 
 
 class Buffers(NamedTuple):

@@ -39,13 +39,14 @@ def build_fixed(lifting: Lifting) -> Any:
     saturated, draws, timing = ROW["saturated"], ROW["timing_draws"], ROW["timing"]
 
     @compiled
-    def fixed(s, n, address, words, size, given, irregular):  # type: ignore[no-untyped-def]
+    def fixed(s, n, address, words, size, given, irregular, closed):  # type: ignore[no-untyped-def]
         for i in range(count(n)):
             lost = irregular and peek(s, (draws + 1) * width + i) < peek(s, (timing + 2) * width + i)
             if not lost:
                 for j in range(5):
                     poke(given, j, peek(s, (measurement + j) * width + i))
                 poke(given, 5, peek(s, setpoint * width + i))
+                poke(given, 6, 1.0 if closed else 0.0)
                 call_c(address, words, i * size, given)
                 poke(s, u * width + i, peek(given, CORE_GIVEN))
                 poke(s, saturated * width + i, peek(given, CORE_GIVEN + 1))

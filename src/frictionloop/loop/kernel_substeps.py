@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from frictionloop.control.switch import CLOSING
 from frictionloop.loop.bench_tile import build_bench
 from frictionloop.loop.exchange import EXTERNAL, FIRMWARE, GIVEN, ORACLE, STILL, pointers
 from frictionloop.loop.felt_tile import build_felt
@@ -22,6 +23,7 @@ from frictionloop.loop.slab_access import pointer
 from frictionloop.loop.start_tile import build_start
 from frictionloop.loop.step_tile import build_steps
 from frictionloop.loop.suspension_tile import build_sensor
+from frictionloop.loop.switch_tile import build_switch
 from frictionloop.loop.tiles import BENCH_TRACES, build_delay, build_inputs, build_record, lifting
 from frictionloop.loop.timing_tile import build_timing
 from frictionloop.physics.tremor import NORMAL_STREAM, TANGENTIAL_STREAM
@@ -40,6 +42,7 @@ def build_substeps(width: int) -> Any:
     compiled = lift.compiled
     fill_signal, fill_noise = build_signals(lift), build_noise(lift)
     control, limits = build_laws(lift)
+    prepare, tell_law = build_switch(lift, limits)
     apply_late, pulse, scores = build_delay(lift), build_pulses(lift), build_scores(lift, masked=True)
     record, spread = build_record(lift, BENCH_TRACES), build_inputs(lift)[0]
     take_over, go_on, begin, accept = build_motion(lift)
@@ -81,14 +84,20 @@ def build_substeps(width: int) -> Any:
 
     @compiled
     def decide(s, n, k, at, o, b):  # type: ignore[no-untyped-def]
+        since = k - o.open_until
+        switching = o.law > 0 and o.open_until > 0 and since <= CLOSING
+        if switching:
+            prepare(s, n, since, o.law)
         if o.irregular:
             keep(s, n)
         if o.law == ORACLE:
             oracle(s, n, k, at, o, b)
         elif o.law == FIRMWARE:
-            fixed(s, n, o.core, b.core, o.core_words, b.core_given, o.irregular)
+            fixed(s, n, o.core, b.core, o.core_words, b.core_given, o.irregular, since >= 0)
         else:
             control(s, n, o.law, o.dt, b.table, o.table_size)
+            if switching:
+                tell_law(s, n, since, o.law)
         if o.irregular:
             restore(s, n)
 

@@ -40,6 +40,7 @@ from frictionloop.loop.structure import (
     kernel_of,
     late_s,
     moving_of,
+    open_until,
     segments_of,
     substeps_of,
     switch_s,
@@ -123,6 +124,7 @@ def lower(
         pulsed=any(s.plate.pulse_ticks for s in systems),
         core=_core_address() if fixed else 0,
         core_words=core.size // width,
+        open_until=open_until(systems[0]),
     )
     if options.law == ORACLE:
         lower_oracle(slab, systems)
@@ -189,7 +191,7 @@ def _lower_controller(slab: Slab, systems: Sequence[System]) -> np.ndarray:
     size = models[0].table_size
     if not isinstance(systems[0].controller, OracleController):
         _lower_law(slab, [s.controller for s in systems])
-    slab.view("clamp")[:] = low, high
+    slab.view("clamp")[:] = slab.view("believed_clamp")[:] = low, high
     slab.view("overdrive_gains")[:] = np.array([overdrive_gains(s.controller) for s in systems]).T
     model = slab.view("model")
     model[0] = np.log2(high)

@@ -33,6 +33,7 @@ _ROWS: tuple[tuple[str, int], ...] = (
     # coefficients
     ("controller_gains", 72),
     ("clamp", 2),  # lowest and highest force command
+    ("believed_clamp", 2),  # the same while the loop is open or closes, when the clamp is another
     ("overdrive", 1),  # believed amplitude
     ("overdrive_gains", 3),
     ("model", 5),  # log2 f0, ln 2 / tau, clamp low, table cells per newton, last cell

@@ -22,6 +22,7 @@ STRUCTURAL = (
     "preview",
     "jitter_s",
     "lost_ticks",
+    "open_until_s",
     "plate.cutoff_hz",
     "plate.frequency_hz",
     "plate.q",
@@ -53,6 +54,7 @@ def structure(system: System) -> tuple[object, ...]:
         system.motion.kind,
         c.kind,
         c.form,
+        open_until(system),
         system.plate.pulse_ticks > 0,
         *((c.preview, late_s(system)) if isinstance(c, OracleController) else ()),
     )
@@ -67,7 +69,7 @@ def kernel_of(system: System) -> str:
 
 def _is_plain_pi(system: System) -> bool:
     c = system.controller
-    return c.kind == "pi" and c.form == "float" and system.plate.pulse_ticks == 0
+    return c.kind == "pi" and c.form == "float" and c.open_until_s == 0.0 and system.plate.pulse_ticks == 0
 
 
 def substeps_of(system: System) -> int:
@@ -87,6 +89,11 @@ def substeps_of(system: System) -> int:
 def is_irregular(system: System) -> bool:
     """Return whether commands come late by chance or ticks are lost."""
     return system.controller.jitter_s > 0.0 or system.controller.lost_ticks > 0.0
+
+
+def open_until(system: System) -> int:
+    """Return the control period with which the loop closes, the first that does not begin before."""
+    return math.ceil(system.controller.open_until_s * system.controller.rate_hz - 1e-9)
 
 
 def late_s(system: System) -> float:

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from frictionloop.parameters.block import NotNegative, default_kind
+from frictionloop.parameters.block import NotNegative, Number, default_kind
 from frictionloop.parameters.filtered import FilteredPiController, NotchPiController
 from frictionloop.parameters.observing import ObserverController, SuperTwistingController
 from frictionloop.parameters.timing import Timing
@@ -40,6 +40,8 @@ class OracleController(Timing):
     """
 
     kind: Literal["oracle"] = "oracle"
+    open_until_s: Annotated[Number, Field(ge=0, le=0)] = 0.0
+    """An oracle has no loop to open."""
     preview: bool = False
     """Whether it is clairvoyant. False: limit, speed, disturbance and set-point are taken to stay as they are.
 

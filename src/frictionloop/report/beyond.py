@@ -49,8 +49,8 @@ class Race:
     """Medians and worst deciles (`tournament.score_rows`)."""
     peaks: dict[tuple[str, str], tuple[float, float]]
     """Ms by law and contact on the median capable finger around 0.6 N: nominal, worst 10 % off."""
-    cycles: dict[str, int | None]
-    """Estimated cycles a tick of each law on a Cortex-M4."""
+    cost: dict[str, margins.Cost]
+    """Cycles a tick of each law on a Cortex-M4."""
     traces: xr.Dataset
     """Steps of that finger."""
     limit_n: dict[str, float]
@@ -83,7 +83,7 @@ def race() -> Race:
         scored,
         rooms.score_rows(scored),
         {(law, at): _peaks(whole, law, at) for law in whole.laws for at in protocol.CONTACTS},
-        {law: margins.cycles(whole.system.evolve(overrides)) for law, overrides in whole.laws.items()},
+        {law: margins.cost_of(whole.system.evolve(overrides)) for law, overrides in whole.laws.items()},
         step_traces(whole, SPEED_MM_S),
         {contact: float(of_both.sel(contact=contact).item()) for contact in protocol.CONTACTS},
         {name: {at: float(own.sel(law=name, contact=at)) for at in protocol.CONTACTS} for name in whole.laws},

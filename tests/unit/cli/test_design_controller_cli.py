@@ -151,6 +151,8 @@ def test_a_sensor_without_a_resonance_gets_pi(frictionloop):
             "coefficient 3 must be from -2 to 2, which Q31",
         ),
         (("--law", "pi", "--sensitivity-peak", "1.001"), "ki must be above 6.28 1/s to lower anything felt"),
+        (("--law", "tracker", "--sensor.kind", "lowpass"), 'sensor.kind = "lowpass": a tracker is tuned for a'),
+        (("--law", "tracker", "--controller.delay_s", "300e-6"), "delay_s = 0.0003 s: must be at most one control per"),
         (("no.toml",), "no.toml: cannot be read"),
         (("--setpoint.kind", "nothing"), "setpoint.kind"),
     ],

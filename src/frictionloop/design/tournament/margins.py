@@ -6,14 +6,15 @@ import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from frictionloop.control.cost import cycles_m4
+from frictionloop.control.cost import cycles_m4, worst_tick
 from frictionloop.control.laws import law_of
+from frictionloop.design.learnt import learnt
 from frictionloop.design.linear import LinearLoop, linearise
 from frictionloop.design.margins import Margins
 from frictionloop.design.tournament import protocol
 from frictionloop.design.tournament.plain import occluded_at
 from frictionloop.design.tournament.run import Tournament
-from frictionloop.parameters import Skin, System
+from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 
 SHIFTS = (0.0, 0.05, 0.1)
@@ -48,15 +49,6 @@ def median_system(tournament: Tournament, law: str, speed_mm_s: float, contact: 
     return learnt(tournament.system.evolve({**protocol.overrides_of(at), **tournament.laws[law], **own}))
 
 
-def learnt(system: System) -> System:
-    """Return a system whose tracker begins with the compliance that it is to learn: margins are those of then."""
-    if system.controller.kind != "tracker" or not isinstance(system.finger, Skin):
-        return system
-    stiff = system.finger.contact == "slider"
-    compliance = 0.0 if stiff else 1e6 / system.finger.bristle_stiffness_n_m
-    return system.evolve({"controller.compliance_um_per_n": compliance})
-
-
 def loop_at(system: System, level_n: float, occlude_s: float) -> LinearLoop | None:
     """Return the loop for small signals around a level, None for a law that has none."""
     if system.controller.kind == "oracle":
@@ -89,10 +81,21 @@ def robustness(tournament: Tournament, law: str, speed_mm_s: float, contact: str
     )
 
 
-def cycles(system: System) -> int | None:
-    """Return the estimated cycles a tick of a system's law on a Cortex-M4, None if it does not tell its operations."""
-    operations = None if system.controller.kind == "oracle" else law_of(system.controller).operations
-    return None if operations is None else cycles_m4(operations)
+class Cost(NamedTuple):
+    """Cycles a tick on a Cortex-M4; None of what has no law, as an oracle."""
+
+    cycles_m4: int | None
+    """Of the law alone, estimated from its operations."""
+    tick_cycles_m4: int | None
+    """Of the worst whole tick, traced on the image of the law's kind."""
+
+
+def cost_of(system: System) -> Cost:
+    """Return what the law of a system costs."""
+    kind = system.controller.kind
+    operations = None if kind == "oracle" else law_of(system.controller).operations
+    worst = worst_tick(kind)
+    return Cost(None if operations is None else cycles_m4(operations), None if worst is None else worst.cycles)
 
 
 def _around(system: System, shift: float, occlude_s: float) -> list[Margins | None]:

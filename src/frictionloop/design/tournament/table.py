@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from frictionloop.design.tournament.margins import cycles, robustness
+from frictionloop.design.tournament.margins import cost_of, robustness
 from frictionloop.design.tournament.run import Tournament
 from frictionloop.design.tournament.scores import SCORES, spread
 
@@ -23,6 +23,7 @@ MARGINS = {
     "delay_margin_s": "s",
     "stable": "1",
     "cycles_m4": "1",
+    "tick_cycles_m4": "1",
 }
 """What the margins of a law are, with units."""
 
@@ -48,14 +49,14 @@ def _spread(name: str, values: np.ndarray) -> Row:
 
 
 def margin_rows(tournament: Tournament) -> list[Row]:
-    """Return a row for each law, speed and contact: margins for small signals, and estimated cycles a tick."""
+    """Return a row for each law, speed and contact: margins for small signals, and cycles a tick."""
     found = []
     for law, overrides in tournament.laws.items():
-        cost = cycles(tournament.system.evolve(overrides))
+        cost = cost_of(tournament.system.evolve(overrides))._asdict()
         for speed in tournament.speeds_mm_s:
             for contact in tournament.cells["contact"].values:
                 where = {"law": law, "speed_mm_s": speed, "contact": str(contact)}
-                found.append(where | robustness(tournament, law, speed, str(contact))._asdict() | {"cycles_m4": cost})
+                found.append(where | robustness(tournament, law, speed, str(contact))._asdict() | cost)
     return found
 
 
