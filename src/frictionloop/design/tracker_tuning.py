@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import solve_discrete_are
 from scipy.optimize import minimize
+from threadpoolctl import threadpool_limits
 
 from frictionloop.design.state_space import Array
 from frictionloop.design.tracker_loop import Plant, Row, answer, observer_matrix
@@ -110,10 +111,11 @@ def tune_tracker(
         update={"resonance_hz": BELIEVED_RESONANCE * sensor.resonance_hz, "resonance_q": BELIEVED_Q}
     )
     found = []
-    for share in SHARES:
-        found.append(_Search(system, true, believed, share, limits).best(seed))
-        if progress is not None:
-            progress()
+    with threadpool_limits(limits=1, user_api="blas"):  # matrices of 12: more threads only wait for each other
+        for share in SHARES:
+            found.append(_Search(system, true, believed, share, limits).best(seed))
+            if progress is not None:
+                progress()
     return TrackerTuning(
         tuple(row for row, _, _ in found), true, tuple(j for _, j, _ in found), tuple(p for _, _, p in found)
     )
