@@ -35,7 +35,6 @@ enum {
     LOWEST = -221459251, HIGHEST = 241591910,                 /* q26: -3.3, 3.6 */
     LARGEST = 5 * FL_ONE,
     FASTEST_C = 2 << 20, FASTEST_FALL = 53687,                /* q20; q28: 2e-4 */
-    STIFF_C = 10 << 20, MOST_LEAN = 1 << 17,                  /* q20: 10 um/N, 1/8; 1/32 is a shift */
     LARGEST_BY_C = 85899346, LARGEST_BY_T = 1 << 30,          /* q32: 0.02; q28 */
     LEAST_POWER_C = 115292150, LEAST_POWER_T = 22517998,      /* q60: 1e-10; q52: 5e-9 */
     SLOWEST = 536871, LEAST_LEAD = 1 << 20, MOST_JUMP = 214748364, /* 0.002 m/s, 1/256, 0.8 N */
@@ -95,8 +94,7 @@ fl_force_command fl_tracker_step(
     if (w == 0 && f > STEADY_FORCE && magnitude(error) < STEADY_ERROR && calm) {
         const int64_t pc = fl_mean_square(state + POWER_C, state + POWER_C_LOW, by_c[4]) + LEAST_POWER_C;
         const int64_t pt = fl_mean_square(state + POWER_T, state + POWER_T_LOW, by_t[4]) + LEAST_POWER_T;
-        const int32_t lean = gains[LEARN_C].mantissa ? fl_clip((STIFF_C - c) >> 5, 0, MOST_LEAN) : 0;
-        c = fl_add(c, fl_learnt(gains[LEARN_C], error, by_c[4], pc, 32 - 60 - 20, FASTEST_C)) - lean;
+        c = fl_add(c, fl_learnt(gains[LEARN_C], error, by_c[4], pc, 32 - 60 - 20, FASTEST_C));
         c = fl_clip(c, 0, gains[MOST_C].mantissa);
         fall = fl_add(fall, fl_learnt(gains[LEARN_T], error, by_t[4], pt, 28 - 52 - 28, FASTEST_FALL));
     }
@@ -186,8 +184,8 @@ fl_force_command fl_tracker_step(
 }
 
 void fl_tracker_follow(int32_t *state, int32_t command, const fl_gain *gains) {
-    const int32_t left = (1 << 30) - gains[DECAY_LEFT].mantissa; /* a' = a_then + left (c - a_then) */
+    const int32_t left = fl_subtract(1 << 30, gains[DECAY_LEFT].mantissa); /* a' = a_then + left (c - a_then) */
     const int32_t other = fl_subtract(command, state[COMMAND]);
-    state[AMPLITUDE] = fl_add(state[AMPLITUDE], (int32_t)fl_product(left, other, 30));
+    state[AMPLITUDE] = fl_add(state[AMPLITUDE], fl_low(fl_product(left, other, 30)));
     state[COMMAND] = command;
 }

@@ -85,17 +85,12 @@ class Tracker:
         return 0.0 if self.rate < steepest / 4 else float(np.clip((gap - 0.1) / 0.1, 0, 1))
 
     def learn(self, error):
-        """theta += gamma psi e / R, R the mean of psi^2 (Ljung, ch. 11), tau in 1/um^2 and c in um/N.
-
-        While it learns, c leans to 0 from below 10 um/N: by 1/32 of what lacks, at most by 1/8.
-        """
+        """theta += gamma psi e / R, R the mean of psi^2 (Ljung, ch. 11), tau in 1/um^2 and c in um/N."""
         seen, eps = self.psi[:, 4], np.array([1e-10, 5e-9 / LN2**2])
         self.power += 4e-4 * (seen**2 - self.power)
         gamma = np.array([self.c.compliance_learning, self.c.susceptibility_learning])
         top = [self.c.largest_compliance_um_per_n, 3.0 * LN2]
         step = np.clip(gamma * seen * error / (self.power + eps), [-2.0, -2e-4 * LN2], [2.0, 2e-4 * LN2])
-        if self.c.compliance_learning > 0:
-            step[0] -= np.clip((10.0 - self.theta[0]) / 32.0, 0.0, 0.125)
         self.theta = np.clip(self.theta + step, [0, 0.2 * LN2], top)
 
     def calm(self, steepest, valid):

@@ -118,7 +118,7 @@ def learnt(compliance, tau, walk, schedule, ticks=40000):
 
 @pytest.mark.parametrize("compliance", [0.0, 30.0, 50.0])
 def test_it_learns_the_contact(compliance):
-    """From 20 um/N to the truth within 20 %, by gains that suit the noise; the susceptibility stays right."""
+    """From 7 um/N to the truth within 20 %, by gains that suit the noise; the susceptibility stays right."""
     found, tau = learnt(compliance, 0.38, 3e-3, matched(3e-3))
     assert found == pytest.approx(compliance, rel=0.2, abs=2.0)
     assert tau == pytest.approx(0.38, rel=0.1)

@@ -10,7 +10,7 @@ Commands: the amplitude at which friction goes the given share of its error in a
 finger that is stuck, lands or is lifted holds the limit: the law then is a lookup by what it last knew, and goes on
 without a jump. There is no integrator to wind up; the estimates are bounded.
 
-Operations of a tick: 179 multiplications, 162 additions, 84 comparisons, 12 divisions, 1 root, 3 exp2, 2 log2.
+Operations of a tick: 178 multiplications, 160 additions, 82 comparisons, 12 divisions, 1 root, 3 exp2, 2 log2.
 """
 
 from __future__ import annotations
@@ -39,9 +39,6 @@ LARGEST_N = 5.0
 """Bound of the believed friction: twice what the sensor reads (a reading that jumps moves it by 17 times as much)."""
 FASTEST_C, FASTEST_FALL = 2.0, 2e-4
 """Most that one reading may move compliance (um/N) and susceptibility (assumed: their ranges in 8 ms and 1.4 s)."""
-STIFF_C, LEAN, MOST_LEAN = 10.0, 1.0 / 32.0, 1.0 / 8.0
-"""Compliance (um/N) below which a contact is taken for a slider, and how fast it then goes to 0: share of what lacks
-and um/N, in a tick. Gains for robustness make a slider look like 6 to 14 um/N (chosen on fingers(90, 3))."""
 LARGEST_BY_C, LARGEST_BY_T = 0.02, 4.0
 """Sensitivities of the reading, N per um/N and N um^2, at which they begin anew: while a tip sticks they grow."""
 SLOWEST_M_S = 0.002
@@ -89,8 +86,7 @@ def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: 
     pc = fma(learns * FORGET, fma(sc[4], sc[4], -pc), pc)
     pt = fma(learns * FORGET, fma(st[4], st[4], -pt), pt)
     step_c = min(max(learn_c * error * sc[4] / (pc + 1e-10), -FASTEST_C), FASTEST_C)
-    lean = min(max(LEAN * (STIFF_C - c), 0.0), MOST_LEAN) if learn_c > 0.0 else 0.0
-    c = min(max(fma(learns, step_c - lean, c), 0.0), most_c)
+    c = min(max(fma(learns, step_c, c), 0.0), most_c)
     step_t = min(max(learn_t * error * st[4] / (pt + 5e-9), -FASTEST_FALL), FASTEST_FALL)
     # Friction that falls faster than the skin follows rings: less lag and more effect of vibration are safe beliefs.
     # Where it is the mean excess of its falls that is large, friction goes to and fro: too much lag alone is to blame.

@@ -37,11 +37,10 @@ class TrackerController(Timing):
     """Resonance that the observer is given over that of the model: too low is benign, too high fatal (tune_tracker)."""
     broadened_q: Positive = 6.0
     """Quality factor that the observer is given in place of the model's: broad, it holds for others (tune_tracker)."""
-    compliance_um_per_n: Annotated[Number, Field(ge=0, le=1000)] = 20.0
+    compliance_um_per_n: Annotated[Number, Field(ge=0, le=1000)] = 7.0
     """Compliance of the contact to begin with: friction follows its limit with T = compliance F / speed; 0: at once.
 
-    Between Dahl's and a slider's, above what is taken for a slider. On a slider the loop rings until it has learnt, for
-    some 0.1 s of sliding (measured on 20 fingers).
+    Between Dahl's and a slider's, so that the loop is stable on both while it learns (Ms 3.8 and 2.7 on the bench).
     """
     largest_compliance_um_per_n: Annotated[Number, Field(ge=0, le=1000)] = 80.0
     """Largest compliance that is learnt: 50 is the bench's Dahl contact, the skin adds to it (assumed)."""
