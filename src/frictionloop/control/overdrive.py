@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
+from frictionloop.parameters import Model
 from frictionloop.quantities.arithmetic import fma, step
 
 
@@ -28,9 +29,13 @@ def overdrive_step(amplitude_um: float, wanted_um: float, gains: OverdriveGains)
 
 
 def overdrive_gains(controller: Any) -> OverdriveGains:
-    """Return the gains for a controller; without overdrive the believed plate follows at once, and nothing changes."""
-    largest = controller.model.max_amplitude_um
+    """Return the gains for a controller, with overdrive or without."""
     if not getattr(controller, "overdrive", False):
-        return OverdriveGains(0.0, 1.0, largest)
+        return no_overdrive(controller.model)
     decay = math.exp(-2.0 * math.pi * controller.model.plate_hz / controller.rate_hz)
-    return OverdriveGains(decay, 1.0 / (1.0 - decay), largest)
+    return OverdriveGains(decay, 1.0 / (1.0 - decay), controller.model.max_amplitude_um)
+
+
+def no_overdrive(model: Model) -> OverdriveGains:
+    """Return the gains with which the believed plate follows at once, and nothing changes."""
+    return OverdriveGains(0.0, 1.0, model.max_amplitude_um)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtri
 
+from frictionloop.loop.columns import column
 from frictionloop.loop.motion_tile import DIRECTION, FACTOR, OCCLUDED
 from frictionloop.loop.slab import Slab
 from frictionloop.loop.structure import substeps_of, switch_s
@@ -29,8 +30,8 @@ _PLAIN = FingerFriction(load_exponent=0.0, occlusion_ratio=1.0, moist_loss=0.0, 
 
 def keys_of(systems: Sequence[System], seeds: Sequence[int]) -> np.ndarray:
     """Return the key of each lane's noise: the seed, moved on by the person's number."""
-    people = [s.motion.person if isinstance(s.motion, Strokes) else 0 for s in systems]
-    return np.array([(seed + _PERSON * p) % 2**64 for seed, p in zip(seeds, people, strict=True)], dtype=np.uint64)
+    people = column([s.motion for s in systems], lambda motion: motion.person if isinstance(motion, Strokes) else 0)
+    return np.array(seeds, np.uint64) + np.uint64(_PERSON) * people.astype(np.uint64)  # modulo 2^64
 
 
 def lower_finger(slab: Slab, systems: Sequence[System], keys: np.ndarray) -> np.ndarray:

@@ -11,8 +11,9 @@ import numpy as np
 
 from frictionloop.control.laws import law_number, law_of
 from frictionloop.control.lookup import lookup_table
-from frictionloop.control.overdrive import overdrive_gains
-from frictionloop.loop.ends import segment_ends
+from frictionloop.control.overdrive import no_overdrive, overdrive_gains
+from frictionloop.loop.columns import column
+from frictionloop.loop.ends import TERMS, segment_ends
 from frictionloop.loop.exchange import (
     EXTERNAL,
     FIRMWARE,
@@ -35,7 +36,7 @@ from frictionloop.loop.signals import SINE
 from frictionloop.loop.slab import LANES, SEGMENT_ROWS, Slab
 from frictionloop.loop.structure import (
     contact_of,
-    delay_periods,
+    divided,
     is_irregular,
     kernel_of,
     late_s,
@@ -43,7 +44,6 @@ from frictionloop.loop.structure import (
     open_until,
     segments_of,
     substeps_of,
-    switch_s,
 )
 from frictionloop.parameters import OracleController, System
 from frictionloop.physics.friction import halving_amplitude_um
@@ -81,10 +81,12 @@ def lower(
     keys = keys_of(systems, [*seeds, *[seeds[-1]] * (width - len(seeds))])
     slab, rate, name = Slab(width), systems[0].controller.rate_hz, kernel_of(systems[0])
     _lower_friction(slab, systems)
+    lates = [late_s(s) for s in systems]
+    whole, switch = column(lates, lambda late: divided(late, rate))
+    slab.view("delay_periods")[0] = whole
     roughness = NOTHING
     if name == "quadrature":
         before, after = segments_of(systems[0])
-        switch = np.array([switch_s(s) for s in systems])
         nodes = _lower_plant(slab, systems, switch, 1.0 / rate, before, after)
     else:
         before, after = 0, substeps_of(systems[0])
@@ -94,14 +96,15 @@ def lower(
     core = _lower_core(systems) if fixed else NO_WORDS
     setpoints, disturbances = [s.setpoint for s in systems], [s.disturbance for s in systems]
     # Lanes share the disturbance's share of the reading if they also share the nodes and their weights.
-    nodes_alike = all(bool(np.all(rows == rows[:, :1])) for rows in (slab.view("node_time"), slab.view("weight")))
+    used = [slab.view(name)[:nodes] for name in ("node_time", "weight")]
+    nodes_alike = all(bool(np.all(rows == rows[:, :1])) for rows in used)
     setpoint = lower_signal(slab, "setpoint_signal", setpoints, keys, SETPOINT_STREAM, rate, True)
     disturbance = lower_signal(slab, "disturbance_signal", disturbances, keys, DISTURBANCE_STREAM, rate, nodes_alike)
     if name == "quadrature" and disturbance.how == SINE:
         _lower_swing(slab, nodes)
     slab.view("shift")[0] = slab.view("setpoint_signal")[0]
     # A bench always looks up what the last command was: jitter may keep it in force.
-    ring = ring_size(max(max(late_s(s) * rate, float(name == "substeps")) for s in systems))
+    ring = ring_size(max(max(lates) * rate, float(name == "substeps")))
     options = Options(
         law=EXTERNAL if external else _number(systems[0].controller),
         segments=before + after,
@@ -118,10 +121,10 @@ def lower(
         ring_mask=ring - 1,
         dt=1.0 / rate,
         moving=moving_of(systems[0]),
-        irregular=any(is_irregular(s) for s in systems),
+        irregular=is_irregular(systems[0]),
         contact=contact_of(systems[0]),
         plan=plan_of(systems[0]),
-        pulsed=any(s.plate.pulse_ticks for s in systems),
+        pulsed=systems[0].plate.pulse_ticks > 0,
         core=_core_address() if fixed else 0,
         core_words=core.size // width,
         open_until=open_until(systems[0]),
@@ -140,16 +143,16 @@ def _number(controller: Any) -> int:
 
 
 def _lower_friction(slab: Slab, systems: Sequence[System]) -> None:
-    nominal = np.array([s.friction.nominal_n for s in systems])
-    susceptibility = np.array([s.friction.susceptibility_per_um2 for s in systems])
-    ceiling = np.array([s.plate.max_amplitude_um for s in systems])
+    nominal, susceptibility = column(
+        [s.friction for s in systems], lambda friction: (friction.nominal_n, friction.susceptibility_per_um2)
+    )
+    ceiling, ticks = column([s.plate for s in systems], lambda plate: (plate.max_amplitude_um, plate.pulse_ticks))
     slab.view("nominal")[0] = slab.view("friction")[0] = nominal
     unit = halving_amplitude_um(susceptibility)
     slab.view("halving_amplitude")[:] = unit, 1.0 / unit
     slab.view("max_amplitude")[0] = ceiling
     slab.view("floor")[0] = nominal * np.exp(-susceptibility * ceiling**2)
-    slab.view("pulse_ticks")[0] = [s.plate.pulse_ticks for s in systems]
-    slab.view("delay_periods")[0] = [delay_periods(s) for s in systems]
+    slab.view("pulse_ticks")[0] = ticks
     slab.view("measurement")[4] = slab.view("scored")[0] = 1.0
 
 
@@ -157,18 +160,20 @@ def _lower_plant(
     slab: Slab, systems: Sequence[System], switch: np.ndarray, period: float, before: int, after: int
 ) -> int:
     nominal = slab.view("nominal")[0]
+    plate_hz = column([s.plate for s in systems], lambda plate: plate.cutoff_hz)
+    sensor_hz, noise = column([s.sensor for s in systems], lambda sensor: (sensor.cutoff_hz, sensor.noise_rms_n))
+    plate_hz, sensor_hz, switch = np.broadcast_arrays(plate_hz, sensor_hz, switch)
     times = segment_nodes(switch, period, before, after)
     nodes = len(times)
-    plate_hz = np.array([s.plate.cutoff_hz for s in systems])
-    sensor_hz = np.array([s.sensor.cutoff_hz for s in systems])
-    noise = np.array([s.sensor.noise_rms_n for s in systems])
     slab.view("node_time")[:nodes] = times
     slab.view("weight")[:nodes] = segment_weights(sensor_hz, switch, period, before, after)
     decay, terms = segment_ends(plate_hz, sensor_hz, switch, period, before, after)
-    terms[:, 1] *= nominal  # the end's friction is counted in f0
+    rows = slab.view("segment")
     for segment, (d, ends) in enumerate(zip(decay, terms, strict=True)):
         first = segment * SEGMENT_ROWS
-        slab.view("segment")[first : first + SEGMENT_ROWS] = d, *ends.reshape(-1, slab.width)
+        rows[first] = d
+        rows[first + 1 : first + 1 + TERMS] = ends[0]
+        rows[first + 1 + TERMS : first + SEGMENT_ROWS] = ends[1] * nominal  # the end's friction is counted in f0
     sensor_decay = np.exp(-2 * np.pi * sensor_hz * period)
     slab.view("sensor_decay")[0] = sensor_decay
     slab.view("noise_gain")[0] = noise * (1 - sensor_decay)
@@ -185,23 +190,27 @@ def _lower_swing(slab: Slab, nodes: int) -> None:
 
 
 def _lower_controller(slab: Slab, systems: Sequence[System]) -> np.ndarray:
-    models = [s.controller.model for s in systems]
-    low = np.array([m.floor_n for m in models])
-    high = np.array([m.nominal_n for m in models])
+    controllers = [s.controller for s in systems]
+    models = [c.model for c in controllers]
+    low, high, halving = column(models, lambda m: (m.floor_n, m.nominal_n, math.log(2.0) / m.susceptibility_per_um2))
     size = models[0].table_size
-    if not isinstance(systems[0].controller, OracleController):
-        _lower_law(slab, [s.controller for s in systems])
-    slab.view("clamp")[:] = slab.view("believed_clamp")[:] = low, high
-    slab.view("overdrive_gains")[:] = np.array([overdrive_gains(s.controller) for s in systems]).T
+    if not isinstance(controllers[0], OracleController):
+        _lower_law(slab, controllers)
+    for clamp in (slab.view("clamp"), slab.view("believed_clamp")):
+        clamp[0], clamp[1] = low, high
+    # Of a kind without the field, as PI, pydantic takes microseconds to say so: asked once, not for each lane.
+    may_overdrive = hasattr(controllers[0], "overdrive")
+    gains = column(controllers, overdrive_gains) if may_overdrive else column(models, no_overdrive)
+    slab.view("overdrive_gains")[:] = gains
     model = slab.view("model")
     model[0] = np.log2(high)
-    model[1] = [math.log(2.0) / m.susceptibility_per_um2 for m in models]
+    model[1] = halving
     model[2] = low
     model[3] = (size - 1) / (high - low)
     model[4] = size - 2
     if size == 0:
         return np.zeros(0)
-    return np.ascontiguousarray(np.array([lookup_table(m) for m in models]).T).ravel()
+    return np.array(np.broadcast_to(column(models, lookup_table), (size, slab.width)), order="C").ravel()
 
 
 def _core_address() -> int:
@@ -218,9 +227,9 @@ def _lower_core(systems: Sequence[System]) -> np.ndarray:
 
 def _lower_law(slab: Slab, controllers: Sequence[Any]) -> None:
     law = law_of(controllers[0])
-    slab.view("controller_gains")[: law.gains] = np.array([law.gains_of(c) for c in controllers]).T
+    slab.view("controller_gains")[: law.gains] = column(controllers, law.gains_of)
     if law.start_of is not None:
-        slab.view("controller_state")[: law.states] = np.array([law.start_of(c) for c in controllers]).T
+        slab.view("controller_state")[: law.states] = column(controllers, law.start_of)
 
 
 def sums_of(tile: Tile, lanes: int, periods: int) -> Sums:

@@ -99,19 +99,24 @@ def open_until(system: System) -> int:
 def late_s(system: System) -> float:
     """Return the delay of the command in s: 0 for an oracle who knows what happens meanwhile."""
     c = system.controller
-    return 0.0 if isinstance(c, OracleController) and c.preview else c.delay_s
+    return 0.0 if c.kind == "oracle" and c.preview else c.delay_s
+
+
+def divided(late_s: float, rate_hz: float) -> tuple[int, float]:
+    """Return the whole control periods of a delay, and the s from sample to switch that are left of it."""
+    whole = math.floor(late_s * rate_hz + 1e-9)
+    rest = late_s - whole / rate_hz
+    return whole, rest if rest > 1e-9 / rate_hz else 0.0
 
 
 def delay_periods(system: System) -> int:
     """Return the whole control periods of the delay."""
-    return math.floor(late_s(system) * system.controller.rate_hz + 1e-9)
+    return divided(late_s(system), system.controller.rate_hz)[0]
 
 
 def switch_s(system: System) -> float:
     """Return how long after the sample the command in force changes, in s; 0 when it changes at the sample."""
-    c = system.controller
-    rest = late_s(system) - delay_periods(system) / c.rate_hz
-    return rest if rest > 1e-9 / c.rate_hz else 0.0
+    return divided(late_s(system), system.controller.rate_hz)[1]
 
 
 def segments_of(system: System) -> tuple[int, int]:

@@ -13,13 +13,14 @@ import xarray as xr
 from frictionloop.loop.formulas import DEFAULT_METRICS, METRICS
 from frictionloop.loop.kept import Result, resumed
 from frictionloop.loop.lowering import lower, sums_of
+from frictionloop.loop.placing import placed
 from frictionloop.loop.points import fingerprint, points_of
 from frictionloop.loop.progress import progress_bar
 from frictionloop.loop.record import provenance
 from frictionloop.loop.simulate import run_tile
 from frictionloop.loop.slab import LANES
 from frictionloop.loop.timing import is_whole, periods_in
-from frictionloop.loop.trying import placed, structures_of
+from frictionloop.loop.trying import structures_of
 from frictionloop.parameters import System, check_system
 from frictionloop.quantities import FrictionloopError
 
@@ -161,7 +162,7 @@ def _run(
     groups = 0
     for name in names:
         groups |= METRICS[name].groups
-    systems = [placed(system, override) for override, _ in points]
+    systems = placed(system, [override for override, _ in points])
     periods = periods_in(systems[0], duration_s)
     score_from = round(score_from_s * systems[0].controller.rate_hz)
     tile = lower(systems, [seed for _, seed in points], groups=groups, score_from=score_from)

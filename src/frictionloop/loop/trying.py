@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from frictionloop.loop.formulas import METRICS
@@ -51,19 +51,3 @@ def structures_of(
     plain = all(not path.endswith(STRUCTURAL) and axis.dtype.kind in "if" for path, axis in grid.axes.items())
     plain = plain and sum(path.endswith(COUPLED) for path in grid.axes) < 2
     return probed[:1] * len(grid.overrides) if plain else [tried(override) for override in grid.overrides]
-
-
-def placed(system: System, override: Mapping[str, Any]) -> System:
-    """Return ``system.evolve(override)`` for values that have been tried: numbers are placed without further checks."""
-    plain = all(type(value) in (int, float) and not path.endswith(".kind") for path, value in override.items())
-    return _copied(system, override) if plain else system.evolve(override)
-
-
-def _copied(block: Any, values: Mapping[str, Any]) -> Any:
-    own = {path: value for path, value in values.items() if "." not in path}
-    inner: dict[str, dict[str, Any]] = {}
-    for path, value in values.items():
-        head, dot, rest = path.partition(".")
-        if dot:
-            inner.setdefault(head, {})[rest] = value
-    return block.model_copy(update=own | {head: _copied(getattr(block, head), rest) for head, rest in inner.items()})
