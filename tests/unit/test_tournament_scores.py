@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ import frictionloop as fl
 from frictionloop.design import tournament as rooms
 from frictionloop.design.tournament import limits, margins, plain, protocol
 from frictionloop.design.tournament.pooled import Moments, pooled, pooled_rms
-from frictionloop.design.tournament.scores import spread
+from frictionloop.design.tournament.scores import answering, dead_times_s, spread
 from frictionloop.loop.felt import plain_stroke
 
 DURATION_S, START_S, SEED = 2.0, 0.5, 9
@@ -78,6 +79,37 @@ def test_step_times_are_means_of_the_steps(ran, scored, finger):
         times = [getattr(each, field) for each in found if (each.to_n > each.from_n) == rises]
         wanted = np.mean(times) if times else math.nan
         assert float(scored[name].isel(finger=finger)) == pytest.approx(wanted, rel=1e-9, nan_ok=True)
+
+
+def test_times_within_the_delay_of_the_loop_are_none():
+    """Two laws, of 200 and 0 us; fingers that answer in time, at once, as the delay ends, and never."""
+    early = np.array([[3e-4, 1e-4, 2e-4, np.nan], [3e-4, 1e-4, 2e-4, np.nan]])
+    late, span = np.full((2, 4), 5e-3), np.full((2, 4), 1e-4)
+    times = {"rise_63_s": late, "rise_10_90_s": span, "fall_63_s": early, "fall_10_90_s": span}
+    found = answering(times, np.array([2e-4, 0.0]))
+    np.testing.assert_array_equal(found["fall_63_s"], [[3e-4, np.nan, np.nan, np.nan], early[1]])
+    np.testing.assert_array_equal(found["fall_10_90_s"], [[1e-4, np.nan, np.nan, 1e-4], span[1]])
+    np.testing.assert_array_equal(found["rise_63_s"], late)
+    np.testing.assert_array_equal(found["rise_10_90_s"], span)  # short, but it begins at 10 %, not at the step
+
+
+def test_every_law_waits_for_its_delay_but_the_clairvoyant_oracle(ran):
+    laws = {name: rooms.ENTRANTS[name](fl.bench()) for name in ("printed_pi", "oracle", "clairvoyant")}
+    found = dead_times_s(replace(ran, laws=laws | {"slow": {"controller.delay_s": 5e-4}}))
+    assert found.tolist() == [2e-4, 2e-4, -math.inf, 5e-4]
+
+
+def test_a_force_that_rings_across_has_no_time_in_the_scores(ran):
+    """The same cells, once as they are and once with a finger that falls by 63 % in 0.14 ms."""
+    at = {"law": "retuned_pi", "contact": "dahl", "task": protocol.STEPPED, "finger": 1}
+    cells = ran.cells.copy(deep=True)
+    for name in ("fall_63_s", "rise_63_s"):
+        cells[name].loc[at] = 1.4e-4 if name.startswith("fall") else 1.5e-2
+    own = {name: value for name, value in at.items() if name != "task"}
+    found = rooms.scores(replace(ran, cells=cells)).sel(own)
+    for name in ("fall_63_s", "fall_10_90_s", "fall_63_over_bound", "fall_10_90_over_bound"):
+        assert np.isnan(found[name]).all()
+    assert float(found["rise_63_s"].item()) == 1.5e-2
 
 
 def test_limits_by_hand():

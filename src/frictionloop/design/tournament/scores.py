@@ -47,7 +47,7 @@ SCORES: dict[str, Score] = {
     "over_oracle": Score("rms over that of the oracle without preview, sines"),
     "over_clairvoyant": Score("rms over that of the clairvoyant oracle, sines"),
 }
-"""Every score by name. Times are NaN for a finger whose force does not follow the steps."""
+"""Every score by name. Times are NaN for a finger whose force does not follow the steps, or crosses before it can."""
 _DIMS = ("law", "speed_mm_s", "contact", "finger")
 
 
@@ -56,11 +56,15 @@ def scores(tournament: Tournament) -> xr.Dataset:
 
     ``capable`` (speed_mm_s, finger) says which fingers can be given 0.3 and 0.9 N all along; ``resonance`` (finger) is
     the true one over the bench's.
+
+    Both times of a direction are NaN on a finger whose mean time to 63 % is within the delay of the loop: nothing acts
+    so soon (but the clairvoyant oracle), so the force rings across the level and does not answer the step.
     """
     laws, speeds = list(tournament.laws), list(tournament.speeds_mm_s)
     own = tournament.cells.sel(speed_mm_s=speeds).transpose("task", *_DIMS)
     cells = own.sel(law=laws)
-    found = _fits(cells) | _levels(cells) | _times(cells) | _limited(cells, _limits(tournament))
+    times = answering(_times(cells), dead_times_s(tournament))
+    found = _fits(cells) | _levels(cells) | times | _limited(times, _limits(tournament))
     plain = _over_tasks(own.sel(law=[PLAIN]), "perceptual_index", protocol.SINES)
     found["perceptual_index"] = _over_tasks(cells, "perceptual_index", protocol.SINES)
     found["relative_index"] = found["perceptual_index"] / plain
@@ -76,6 +80,23 @@ def scores(tournament: Tournament) -> xr.Dataset:
     nominal = getattr(tournament.system.sensor, "resonance_hz", np.nan)
     coordinates = {name: cells[name] for name in _DIMS} | {"resonance": ("finger", np.array(met) / nominal)}
     return xr.Dataset(variables, coordinates, tournament.cells.attrs)
+
+
+def dead_times_s(tournament: Tournament) -> np.ndarray:
+    """Return the time in s, by law, within which no command follows a step; -inf for one that knows it beforehand."""
+    controllers = [tournament.system.evolve(overrides).controller for overrides in tournament.laws.values()]
+    return np.array([-np.inf if getattr(each, "preview", False) else each.delay_s for each in controllers])
+
+
+def answering(times: dict[str, np.ndarray], dead_s: np.ndarray) -> dict[str, np.ndarray]:
+    """Return step times (s, by law first) with NaN in both of a direction where 63 % are reached within ``dead_s``."""
+    found = {}
+    for way in ("rise", "fall"):
+        # Means of whole periods: as long as the delay is to the last bits.
+        limit = dead_s.reshape(-1, *(1,) * (times[f"{way}_63_s"].ndim - 1)) * (1.0 + 1e-9)
+        early = times[f"{way}_63_s"] <= limit
+        found |= {name: np.where(early, np.nan, times[name]) for name in times if name.startswith(way)}
+    return found
 
 
 def oracle_errors(scored: xr.Dataset) -> list[str]:
@@ -133,11 +154,11 @@ def _times(cells: xr.Dataset) -> dict[str, np.ndarray]:
     return {name: cells[name].sel(task=protocol.STEPPED).values for name in StepLimits._fields}
 
 
-def _limited(cells: xr.Dataset, limits: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+def _limited(times: dict[str, np.ndarray], limits: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     found = {}
     for name in StepLimits._fields:
         against = "limit" if name.startswith("rise") else "bound"
-        over = cells[name].sel(task=protocol.STEPPED).values / limits[name][None, :, None, :]
+        over = times[name] / limits[name][None, :, None, :]
         found[f"{name.removesuffix('_s')}_over_{against}"] = over
     return found
 
