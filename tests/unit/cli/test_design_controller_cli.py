@@ -137,6 +137,13 @@ def test_a_sensor_without_a_resonance_gets_pi(frictionloop):
     assert {row["resonance_off"] for row in found["margins"]} == {0.0}
 
 
+def test_a_preset_is_the_bench_of_a_file_that_holds_it(frictionloop):
+    Path("paper.toml").write_text('preset = "paper"\n')
+    by_name = frictionloop(*CONTROLLER, "--preset", "paper", "--json").json()
+    assert by_name == frictionloop(*CONTROLLER, "paper.toml", "--json").json()
+    assert by_name["system"]["sensor"]["cutoff_hz"] == 1000.0
+
+
 @pytest.mark.parametrize(
     ("tokens", "said"),
     [
@@ -154,6 +161,7 @@ def test_a_sensor_without_a_resonance_gets_pi(frictionloop):
         (("--law", "tracker", "--sensor.kind", "lowpass"), 'sensor.kind = "lowpass": a tracker is tuned for a'),
         (("--law", "tracker", "--controller.delay_s", "300e-6"), "delay_s = 0.0003 s: must be at most one control per"),
         (("no.toml",), "no.toml: cannot be read"),
+        (("my.toml", "--preset", "bench"), "my.toml and --preset bench both name a system; give one"),
         (("--setpoint.kind", "nothing"), "setpoint.kind"),
     ],
 )
