@@ -15,7 +15,7 @@ CALM = {"motion.tremor_um": 30.0, "motion.tremor_n": 0.03}
 
 
 def people():
-    drawn = fl.fingers(60, 11)
+    drawn = fl.fingers(60, 23)
     able = fl.capable(drawn, contact_s=10.0)["capable"].values
     return [{**each, **CALM} for each, yes in zip(drawn, able, strict=True) if yes][:12]
 

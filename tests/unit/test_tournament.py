@@ -146,6 +146,19 @@ def test_more_laws_and_speeds_join_a_file(whole, tmp_path):
     assert rooms.scores(more)["speed_mm_s"].values.tolist() == [40.0]
 
 
+@pytest.mark.parametrize("laws", [["lookup"], ["printed_pi"]], ids=["fewer", "another"])
+def test_a_file_keeps_the_cells_that_are_not_asked_for(laws, tmp_path):
+    """Resumed with fewer laws and speeds than it holds, the file is written anew: every cell must come through."""
+    path = tmp_path / "r.h5"
+    short(path, count=2, speeds=(20.0, 40.0))
+    before = fl.load(path)
+    assert (before["digest"] != "").sum() == 2 * 2 * (2 * len(protocol.TASKS) + len(protocol.SINES))
+    short(path, count=2, resume=True, laws=laws, speeds=(20.0,))
+    after = fl.load(path)
+    assert set(after["law"].values) == {"plain", *LAWS, *laws}
+    xr.testing.assert_identical(after.sel(law=before["law"]), before)
+
+
 def test_a_file_refuses_what_it_does_not_keep(tmp_path, monkeypatch):
     path = tmp_path / "r.h5"
     short(path, count=2, laws=["lookup"])

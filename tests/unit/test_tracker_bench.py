@@ -8,6 +8,7 @@ import pytest
 import frictionloop as fl
 
 TRACKER = {"controller.kind": "tracker"}
+OPEN = {"controller.kind": "lookup"}
 LANDS = {"motion.contact_s": 2.0}
 LONG = {"motion.stroke_mm": 240.0}
 CASES = {
@@ -18,29 +19,46 @@ CASES = {
     "150 mm/s": (LONG | {"motion.speed_mm_s": 150.0}, 1.0),
 }
 RATE_HZ, SCORE_S = 5000, 1.0
+LINES = {100.0: 0.5, 250.0: 0.1}
+"""Most that 20 Hz may hold of the variance, by the frequency above which; white noise leaves them 0.8 %.
+
+Neither strokes, finger nor set-point have a line above 100 Hz, so one there is of the loop's making. A limit cycle
+holds nearly all; at the resonance, where a stable loop amplifies most, it begins at half, beyond 250 Hz at a tenth.
+"""
 
 
 def people(factor):
     paths = "friction.susceptibility_per_um2"
-    changed = [{**each, paths: factor * each[paths]} for each in fl.fingers(240, 11)]
+    changed = [{**each, paths: factor * each[paths]} for each in fl.fingers(240, 23)]
     able = fl.capable(changed, contact_s=10.0)["capable"].values
     return [each for each, yes in zip(changed, able, strict=True) if yes][:8]
 
 
-def line_share(error):
-    """Share of the power above 100 Hz that its strongest 20 Hz hold."""
+def line_share(error, above_hz):
+    """Share of the variance that the strongest 20 Hz above ``above_hz`` hold."""
     power = np.abs(np.fft.rfft((error - error.mean()) * np.hanning(error.size))) ** 2
     hz = np.fft.rfftfreq(error.size, 1 / RATE_HZ)
     wide = round(20.0 / (hz[1] - hz[0]))
-    sums = np.convolve(np.where(hz > 100.0, power, 0.0), np.ones(wide), "valid")
+    sums = np.convolve(np.where(hz > above_hz, power, 0.0), np.ones(wide), "valid")
     return float(sums.max() / power.sum())
 
 
 def left(system, finger):
+    """Residual rms in N, and its line shares above each of `LINES`."""
     run = fl.simulate(system.evolve(finger), duration_s=6.0, seed=0)
     keep = run["scored"].values & (run["time"].values > SCORE_S)
     error = (run["f_a"] - run["f_r"]).values
-    return float(np.sqrt(np.mean(error[keep] ** 2))), line_share(np.where(keep, error, 0.0)[round(SCORE_S * RATE_HZ) :])
+    part = np.where(keep, error, 0.0)[round(SCORE_S * RATE_HZ) :]
+    return float(np.sqrt(np.mean(error[keep] ** 2))), [line_share(part, above_hz) for above_hz in LINES]
+
+
+def test_a_line_is_found_by_its_share_of_the_variance():
+    """A sine of 300 Hz with a fifth of the variance, in white noise."""
+    time_s = np.arange(5 * RATE_HZ) / RATE_HZ
+    noise = np.random.default_rng(1).normal(0.0, 1.0, time_s.size)
+    rings = noise + np.sqrt(2 * 0.25) * np.sin(2 * np.pi * 300.0 * time_s)
+    assert [line_share(noise, above_hz) for above_hz in LINES] == pytest.approx([0.0, 0.0], abs=0.02)
+    assert [line_share(rings, above_hz) for above_hz in LINES] == pytest.approx([0.2, 0.2], abs=0.02)
 
 
 HARD = [(case, contact) for case in CASES for contact in ("dahl", "slider")]
@@ -49,11 +67,11 @@ HARD = [(case, contact) for case in CASES for contact in ("dahl", "slider")]
 @pytest.mark.slow
 @pytest.mark.parametrize(("case", "contact"), HARD)
 def test_no_limit_cycle(case, contact):
-    """Each finger: less rms than under the retuned PI, or than 60 mN without a line above 100 Hz of half the power."""
+    """Each finger: less rms than with the lookup alone, which cannot ring, and no line of the loop's making."""
     changes, factor = CASES[case]
     bench = fl.bench().evolve({"finger.contact": contact, **changes})
-    tracker, pi = bench.evolve(TRACKER), bench.evolve(fl.RETUNED)
-    found = [(*left(tracker, each), left(pi, each)[0]) for each in people(factor)]
+    found = [(left(bench.evolve(TRACKER), each), left(bench.evolve(OPEN), each)[0]) for each in people(factor)]
     assert len(found) >= 4
-    for residual_n, share, pi_n in found:
-        assert residual_n < pi_n or (residual_n < 0.06 and share < 0.5)
+    for (residual_n, shares), open_n in found:
+        assert residual_n < open_n
+        assert all(share < most for share, most in zip(shares, LINES.values(), strict=True))

@@ -30,12 +30,10 @@ BARS = {"tracker"}
 
 
 def command(
-    file: Annotated[
-        Path | None,
-        Parameter(name="FILE", help="TOML file that describes the bench; bench() without it.", group=flags.SYSTEM),
-    ] = None,
+    file: flags.SystemFile = None,
     /,
     *,
+    preset: flags.BenchPreset = None,
     overrides: flags.Overrides = None,
     law: Annotated[
         str | None,
@@ -69,7 +67,8 @@ def command(
     checks.check_output("out", out, checks.SYSTEMS)
     checks.check_new("out", out)
     checks.check_folder("plots", plots)
-    system = flags.system_from(file, None if file else "bench", overrides)
+    preset = preset or (None if file else "bench")
+    system = flags.system_from(file, preset, overrides)
 
     from frictionloop.cli import controller_text, tracker_text
     from frictionloop.design.headroom import headroom
@@ -87,7 +86,7 @@ def command(
     if json:
         screen.show_json(controller_text.as_json(name, designed, after, wanted, found, left) | {"saved": saved})
         return
-    origin = flags.named(file, None if file else "bench", overrides)
+    origin = flags.named(file, preset, overrides)
     screen.show(
         screen.columns([("bench", origin), ("law", name), *controller_text.gain_rows(designed)]),
         "",

@@ -37,7 +37,7 @@ BenchPreset = Annotated[
     PresetName | None,
     Parameter(metavar="NAME", help="Ready-made system instead of a file; bench if neither is given.", group=SYSTEM),
 ]
-"""Of the commands of the device, which has no use for the paper's loop without a finger."""
+"""Of the device's commands and the controller's design, for which the paper's loop without a finger is no start."""
 Overrides = Annotated[
     list[str] | None,
     Parameter(

@@ -137,6 +137,13 @@ def test_a_sensor_without_a_resonance_gets_pi(frictionloop):
     assert {row["resonance_off"] for row in found["margins"]} == {0.0}
 
 
+def test_a_preset_is_the_bench_of_a_file_that_holds_it(frictionloop):
+    Path("paper.toml").write_text('preset = "paper"\n')
+    by_name = frictionloop(*CONTROLLER, "--preset", "paper", "--json").json()
+    assert by_name == frictionloop(*CONTROLLER, "paper.toml", "--json").json()
+    assert by_name["system"]["sensor"]["cutoff_hz"] == 1000.0
+
+
 @pytest.mark.parametrize(
     ("tokens", "said"),
     [
@@ -153,7 +160,10 @@ def test_a_sensor_without_a_resonance_gets_pi(frictionloop):
         (("--law", "pi", "--sensitivity-peak", "1.001"), "ki must be above 6.28 1/s to lower anything felt"),
         (("--law", "tracker", "--sensor.kind", "lowpass"), 'sensor.kind = "lowpass": a tracker is tuned for a'),
         (("--law", "tracker", "--controller.delay_s", "300e-6"), "delay_s = 0.0003 s: must be at most one control per"),
+        (("--law", "hinf", "--controller.delay_s", "0.05"), "controller.delay_s = 0.05 s: is 250 control periods"),
+        (("--law", "lqg", "--controller.delay_s", "0.05"), "it takes up to 120, controller.delay_s up to 0.0218 s"),
         (("no.toml",), "no.toml: cannot be read"),
+        (("my.toml", "--preset", "bench"), "my.toml and --preset bench both name a system; give one"),
         (("--setpoint.kind", "nothing"), "setpoint.kind"),
     ],
 )
