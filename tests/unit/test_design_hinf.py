@@ -19,7 +19,7 @@ from frictionloop.design.quadruple import Quadruple, series
 from frictionloop.design.retune import retune
 from frictionloop.design.riccati import synthesise
 from frictionloop.design.robustness import robustness
-from frictionloop.design.weighted_plant import BOTH_CONTACTS, weighted_plant
+from frictionloop.design.weighted_plant import BOTH_CONTACTS, MOST_STATES, weighted_plant
 from frictionloop.parameters import bench
 from frictionloop.quantities import FrictionloopError, Lti
 
@@ -151,3 +151,20 @@ def test_what_cannot_be_had_is_said_in_one_line(wanted, words) -> None:
     with pytest.raises(FrictionloopError, match=words) as caught:
         design_hinf(BENCH, NOISE, replace(BOTH_CONTACTS), wanted)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("periods", [MOST_STATES - 8, MOST_STATES - 8.5, MOST_STATES - 7.5, 250, 3000])
+@pytest.mark.parametrize("name", ["hinf", "lqg"])
+def test_a_delay_of_too_many_states_is_refused_before_any_synthesis(name, periods, monkeypatch):
+    """Of the generalised plant 8 states are no delay: 5 of the plant, 1 integrator, 2 of `TREMOR`."""
+    reached = FrictionloopError("the synthesis was reached")
+
+    def stop(_, plant):
+        assert len(plant.system.A) <= MOST_STATES
+        raise reached
+
+    monkeypatch.setattr("frictionloop.design.hinf._controller", stop)
+    slow = BENCH.evolve({"controller.delay_s": periods / 5000.0})
+    match = "was reached" if periods <= MOST_STATES - 8 else "controller.delay_s = .* states; it takes up to 120, "
+    with pytest.raises(FrictionloopError, match=match):
+        DESIGNS[name](slow, NOISE)

@@ -7,8 +7,10 @@ from typing import Any
 
 from frictionloop.design.corners import broken, corners
 from frictionloop.design.hinf_wanted import HinfWanted
+from frictionloop.design.linear import linearise
 from frictionloop.design.noise_model import identify_noise
 from frictionloop.design.wanted import Designed, Wanted, feedforward, unheld
+from frictionloop.design.weighted_plant import check_order
 from frictionloop.parameters import Skin, System
 from frictionloop.quantities import FrictionloopError
 
@@ -19,6 +21,8 @@ TIGHTER = (1.0, 0.8, 0.6, 0.45, 0.3)
 def synthesised(design: Callable[..., Any], system: System, wanted: Wanted) -> Designed:
     """Return the controller of the least tightened limits that holds at every corner, not only on the method's grid."""
     forward, notes = feedforward(system)
+    # Identifying the noise already takes seconds.
+    check_order(linearise(system).plant, system.controller.delay_s)
     noise = identify_noise(system)
     first = ""
     for share in TIGHTER:

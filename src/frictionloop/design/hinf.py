@@ -25,7 +25,14 @@ from frictionloop.design.quadruple import Quadruple, balanced, bilinear
 from frictionloop.design.riccati import Generalised, synthesise
 from frictionloop.design.sections import factorise
 from frictionloop.design.state_space import Complex
-from frictionloop.design.weighted_plant import BOTH_CONTACTS, ONE_CONTACT, Weights, weighted_plant
+from frictionloop.design.weighted_plant import (
+    BOTH_CONTACTS,
+    ONE_CONTACT,
+    SHAPING_STATES,
+    Weights,
+    check_order,
+    weighted_plant,
+)
 from frictionloop.parameters import LowpassSensor, Skin, System
 from frictionloop.quantities import FrictionloopError
 
@@ -63,7 +70,7 @@ def design_hinf(
     ------
     FrictionloopError
         Nothing holds, not even with the least performance: the line says what the limit is. A synthesis that does not
-        converge, or coefficients that Q31 cannot hold.
+        converge, coefficients that Q31 cannot hold, or a delay of more control periods than it takes (`check_order`).
     """
     return _search("hinf", system, noise, weights, wanted or HinfWanted(), force_n)
 
@@ -92,9 +99,10 @@ def _search(
 ) -> Synthesised:
     weights = weights or (BOTH_CONTACTS if len(wanted.contact) > 1 else ONE_CONTACT)
     check(wanted, weights)
+    believed = linearise(_believed(system, weights), force_n=force_n).plant
+    check_order(believed, system.controller.delay_s, len(noise.shaping.den) - 1 if noise else SHAPING_STATES)
     noise = noise or identify_noise(system, force_n)
     grid = _grid(system, wanted, force_n)
-    believed = linearise(_believed(system, weights), force_n=force_n).plant
     exact = linearise(system, force_n=force_n)
     period_s, nyquist_hz = believed.period_s, exact.nyquist_hz
     lead = Lead(_decay(system) if wanted.overdrive else 0.0, period_s)

@@ -37,6 +37,11 @@ class SampledPlant:
     whole_periods: int
     period_s: float
 
+    @property
+    def delay_states(self) -> int:
+        """Return how many commands are under way at once, each a state of `state_space`."""
+        return self.whole_periods + bool(np.any(self.old))
+
     def response(self, frequency_hz: ArrayLike) -> Complex:
         """Return [f_a, f_m] from [u, d, n] at z = exp(j 2 pi f Ts), shape (frequencies, 2, 3), f in Hz."""
         z = np.exp(2j * np.pi * self.period_s * np.atleast_1d(np.asarray(frequency_hz, dtype=float)))
@@ -61,7 +66,7 @@ class SampledPlant:
 
     def state_space(self) -> StateSpace:
         """Return the plant with the commands under way, u[k-1], u[k-2], ..., as further states."""
-        late = self.whole_periods + bool(np.any(self.old))
+        late = self.delay_states
         if late > LONGEST_DELAY:
             raise FrictionloopError(
                 f"controller.delay_s = {late * self.period_s:g} s is {late} control periods; "
