@@ -30,7 +30,7 @@ SHAPING_STATES = FALLS + 2
 MOST_STATES = 120
 """Most states of the generalised plant, whose cube the Riccati equations of every step of a search cost.
 
-Measured on the bench, one core: at 111 LQG still holds, after 10 s; H-infinity holds at 61, does not converge from 71 on
+Measured on the bench, one core: at 111 LQG still holds, after 10 s; H-infinity holds at 61, does not converge at 71
 and at 261 has not said so after minutes.
 """
 
