@@ -51,6 +51,13 @@ def number(value: float, digits: int = 3) -> str:
     return f"{value:.{digits}g}" if abs(value) < 1000 else f"{value:.0f}"
 
 
+def short(value: float) -> str:
+    """Return a score in two significant digits, whole from 10 on, so that a table of pairs fits 80 columns."""
+    if math.isfinite(value) and abs(value) >= 9.95:
+        return f"{value:.0f}"
+    return number(value, 3 if 0.9 <= value < 1.0 else 2)
+
+
 def summary(tournament: Tournament, scored: xr.Dataset, rows: Rows, margins: Rows) -> list[Any]:
     """Return what is shown."""
     found: list[Any] = []
@@ -79,7 +86,7 @@ def _scores(tournament: Tournament, rows: Rows, at: dict[str, Any]) -> list[tupl
         cells = []
         for score, _, factor in SHOWN:
             both = [factor * value_of(rows, key, law=law, score=score, **at) for key in ("median", "worst_decile")]
-            cells.append("-" if math.isnan(both[0]) else " / ".join(map(number, both)).replace(" / ", "/"))
+            cells.append("-" if math.isnan(both[0]) else "/".join(map(short, both)))
         table.append((law, *cells, ""))
     return table
 

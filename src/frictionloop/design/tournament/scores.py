@@ -90,7 +90,7 @@ def dead_times_s(tournament: Tournament) -> np.ndarray:
 
 def answering(times: dict[str, np.ndarray], dead_s: np.ndarray) -> dict[str, np.ndarray]:
     """Return step times (s, by law first) with NaN in both of a direction where 63 % are reached within ``dead_s``."""
-    found = {}
+    found: dict[str, np.ndarray] = {}
     for way in ("rise", "fall"):
         # Means of whole periods: as long as the delay is to the last bits.
         limit = dead_s.reshape(-1, *(1,) * (times[f"{way}_63_s"].ndim - 1)) * (1.0 + 1e-9)
