@@ -74,12 +74,3 @@ def test_a_force_out_of_reach_has_no_limit_and_wrong_friction_is_refused():
     assert np.isnan(found["residual_rms_n"].values).all()
     with pytest.raises(fl.FrictionloopError, match=r'friction\.kind = "gaussian": must be "finger"'):
         reachable.least_residual(fl.paper(), [{}])
-
-
-def test_the_table_has_both_speeds_and_contacts():
-    options = {"duration_s": 2.0, "peaks": [1.7], "levels_n": [0.6]}
-    found = reachable.least_residual_table(BENCH, [{}, {}], **options)
-    own = BENCH.evolve({"motion.speed_mm_s": 80.0, "finger.contact": "slider"})
-    one = reachable.least_residual(own, [{}], **options)
-    cell = found["residual_rms_n"].sel(speed_mm_s=80.0, contact="slider", finger=1)
-    assert np.array_equal(cell.transpose("measured", "sensitivity_peak"), one["residual_rms_n"].values[..., 0])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -183,18 +182,3 @@ def _smoothed(frequency_hz: Array, density: Array) -> tuple[Array, Array]:
     band = np.floor(PER_OCTAVE * np.log2(frequency_hz / frequency_hz[0]) + 1e-9).astype(int)
     _, index, counts = np.unique(band, return_inverse=True, return_counts=True)
     return tuple(np.bincount(index, each) / counts for each in (frequency_hz, density))  # type: ignore[return-value]
-
-
-def least_residual_table(
-    system: System,
-    fingers: Sequence[Mapping[str, Any]],
-    speeds_mm_s: Sequence[float] = (20.0, 80.0),
-    contacts: Sequence[str] = ("dahl", "slider"),
-    **options: Any,
-) -> xr.Dataset:
-    """Return `least_residual` over ``speed_mm_s`` and ``contact`` too, for the same arguments."""
-    found = []
-    for speed, contact in itertools.product(speeds_mm_s, contacts):
-        own = system.evolve({"motion.speed_mm_s": speed, "finger.contact": contact})
-        found.append(least_residual(own, fingers, **options).expand_dims(speed_mm_s=[float(speed)], contact=[contact]))
-    return xr.combine_by_coords(found)  # type: ignore[return-value]
