@@ -72,9 +72,13 @@ class NotchPiController(FeedForward):
 
     kind: Literal["notch_pi"] = "notch_pi"
     kp: NotNegative = 3.8
-    """Proportional gain K_p, on the filtered error (with the other defaults: `retune_notch` of ``bench()``)."""
+    """Proportional gain K_p, on the filtered error.
+
+    With the other defaults a place to begin: for a median finger of the bench Ms is 2.2 under Dahl and 1.4 on a
+    slider, but a resonance 10 % off makes it unstable. `retune_notch` finds better ones.
+    """
     ki: NotNegative = 80.0
-    """Integral gain K_i, on the filtered error (`retune_notch`)."""
+    """Integral gain K_i, on the filtered error."""
     notch_hz: Positive = 141.0
     """Centre of the notch; best a little below the resonance (`retune_notch`)."""
     notch_depth: Annotated[Number, Field(ge=0, le=10)] = 0.065
