@@ -1,4 +1,4 @@
-"""Many runs at once, keeping metrics instead of traces: tiles of lanes, shared out by joblib."""
+"""Many runs at once, keeping metrics instead of traces: tiles of lanes, shared out over workers."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-import joblib
 import numpy as np
 import xarray as xr
 
@@ -19,8 +18,9 @@ from frictionloop.loop.progress import progress_bar
 from frictionloop.loop.record import provenance
 from frictionloop.loop.simulate import run_tile
 from frictionloop.loop.slab import LANES
-from frictionloop.loop.timing import is_whole, periods_in
+from frictionloop.loop.timing import periods_in
 from frictionloop.loop.trying import structures_of
+from frictionloop.loop.workers import shared_out, worker_count
 from frictionloop.parameters import System, check_system
 from frictionloop.quantities import FrictionloopError
 
@@ -90,7 +90,7 @@ def sweep(
 
     """
     check_system(system)
-    names, workers = _metrics(metrics), _workers(n_jobs)
+    names, workers = _metrics(metrics), worker_count(n_jobs)
     grid = points_of(points, seeds)
     structures = structures_of(system, grid, duration_s, score_from_s, names)
     key = fingerprint(system, grid, duration_s, score_from_s, names)
@@ -98,13 +98,12 @@ def sweep(
     result = Result(values, names, grid, provenance(system, duration_s=duration_s, fingerprint=key), path)
     result.keep()
     tiles = list(_tiles(structures, np.isnan(values).all(axis=0), len(grid.seeds)))
-    job, of = joblib.delayed(_run), list(grid.lanes())
-    calls = (job(system, tile, [of[lane] for lane in tile], duration_s, score_from_s, names) for tile in tiles)
-    parallel = joblib.Parallel(n_jobs=workers, prefer="threads", return_as="generator_unordered")
+    of = list(grid.lanes())
+    calls = ((system, tile, [of[lane] for lane in tile], duration_s, score_from_s, names) for tile in tiles)
     with progress_bar("sweep", len(tiles), progress) as advance:
         try:
             unsaved = 0
-            for lanes, numbers, work in parallel(calls):
+            for lanes, numbers, work in shared_out(_run, calls, workers):
                 values[:, lanes] = numbers
                 advance()
                 unsaved += work
@@ -125,14 +124,6 @@ def _metrics(metrics: Sequence[str] | None) -> tuple[str, ...]:
     if not names or any(name not in list(METRICS) for name in names):
         raise FrictionloopError(f"metrics = {list(names)!r}: accepted are {', '.join(METRICS)}")
     return names
-
-
-def _workers(n_jobs: int | None) -> int:
-    if n_jobs is not None and not (is_whole(n_jobs) and n_jobs >= 1):
-        raise FrictionloopError(f"n_jobs = {n_jobs!r}: must be a whole number of workers, at least 1, or None")
-    if n_jobs is not None:
-        return n_jobs
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _tiles(structures: Sequence[object], wanted: np.ndarray, seeds: int) -> Iterator[list[int]]:
