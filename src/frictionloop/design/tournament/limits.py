@@ -1,66 +1,63 @@
-"""What no control law gets past on a step: the skin on the way up, the drive of the plate on the way down.
-
-The skin pulls no faster than k_eff v, with k_eff = k s0/(k + s0) the skin in series with the bristle of the contact.
-The plate's envelope under full drive is a(t) = a_max + (a1 - a_max) e^(-wc t), and the force falls no faster than the
-friction limit under it.
-"""
+"""Step times no law should be expected to beat, of a whole population: references in closed form, and the optimum."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictionloop.design.operating import law_at
+from frictionloop.design.tournament.extremes import undisturbed
+from frictionloop.design.tournament.optimal import time_optimal
 from frictionloop.design.tournament.protocol import STEP_LEVELS_N
+from frictionloop.design.tournament.reference import StepTimes, reference_times
 from frictionloop.parameters import System
-from frictionloop.physics.friction import amplitude_for
-
-SHARE_63 = 0.632
+from frictionloop.quantities import FrictionloopError
 
 
 class StepLimits(NamedTuple):
-    """Shortest times of the steps 0.35 to 0.75 N and back, in s; NaN where a finger has not got the level."""
+    """What step times are divided by, arrays over fingers."""
 
-    rise_63_s: float
-    rise_10_90_s: float
-    fall_63_s: float
-    fall_10_90_s: float
-
-
-def skin_time_s(way_n: float, stiffness_n_m: float, bristle_n_m: float, speed_mm_s: float) -> float:
-    """Return way/(k_eff v), the time in which stuck skin pulls so much harder."""
-    k_eff = stiffness_n_m * bristle_n_m / (stiffness_n_m + bristle_n_m)
-    return way_n / (k_eff * 1e-3 * speed_mm_s)
+    reference: StepTimes
+    """The springs of the skin on the way up, the drive on the way down: what figures are stated against."""
+    bound: StepTimes
+    """The shortest under any drive that does not turn back on its way."""
 
 
-def drive_time_s(from_um: float, to_um: float, max_um: float, cutoff_hz: float) -> float:
-    """Return ln((a_max - a1)/(a_max - a2))/(2 pi f) in s, the time of a rise under full drive; NaN if it cannot."""
-    if not from_um <= to_um < max_um:
-        return math.nan
-    return float(np.log((max_um - from_um) / (max_um - to_um)) / (2.0 * np.pi * cutoff_hz))
+def step_limits(system: System, people: Sequence[Mapping[str, Any]], occluded: float = 0.0) -> StepLimits:
+    """Return both for each finger on a bench, at its mean load and so far occluded, undisturbed.
 
+    Parameters
+    ----------
+    system
+        A bench with skin and contact, at one speed; ``controller.delay_s`` is the dead time of its loop.
+    people
+        Fingers as overrides.
+    occluded
+        How far occlusion has come, 0 to 1.
 
-def step_limits(system: System, finger: Mapping[str, Any], occluded: float = 0.0) -> StepLimits:
-    """Return the shortest times of a finger on a bench, at its mean load and so far occluded, without delays.
-
-    Falls to 63 % begin a dead time of the loop after the step, ``controller.delay_s`` at least, which is in the limit.
+    Returns
+    -------
+    StepLimits
+        NaN for a finger that has not got the levels, or is too light for a law to act.
     """
-    own = system.evolve(finger)
-    low, high = STEP_LEVELS_N
-    step, skin, plate = high - low, own.finger, own.plate
-    law = law_at(own, occluded)
+    own = [_undisturbed(system.evolve(each), occluded) for each in people]
+    found = [i for i, each in enumerate(own) if each is not None]
+    some = [each for each in own if each is not None]
+    reference = [reference_times(each, STEP_LEVELS_N) for each in some]
+    bound = time_optimal(some, STEP_LEVELS_N) if some else ()
+    return StepLimits(_spread(reference, found, len(own)), _spread(np.transpose(bound), found, len(own)))
 
-    def fall_s(start: float, stop: float) -> float:
-        begins, ends = amplitude_for(np.array([high - start * step, high - stop * step]), law).tolist()
-        return drive_time_s(begins, ends, plate.max_amplitude_um, plate.cutoff_hz)
 
-    given = skin.stiffness_n_m, skin.bristle_stiffness_n_m, own.motion.speed_mm_s  # type: ignore[union-attr]
-    return StepLimits(
-        skin_time_s(SHARE_63 * step, *given),
-        skin_time_s(0.8 * step, *given),
-        own.controller.delay_s + fall_s(0.0, SHARE_63),
-        fall_s(0.1, 0.9),
-    )
+def _undisturbed(system: System, occluded: float) -> System | None:
+    try:
+        return undisturbed(system, occluded)
+    except FrictionloopError:
+        return None
+
+
+def _spread(rows: Any, where: list[int], count: int) -> StepTimes:
+    """Return rows of times as arrays over all fingers, NaN for those without a row."""
+    table = np.full((count, len(StepTimes._fields)), np.nan)
+    table[where] = rows
+    return StepTimes(*table.T)
