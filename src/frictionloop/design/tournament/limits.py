@@ -45,7 +45,7 @@ def step_limits(system: System, people: Sequence[Mapping[str, Any]], occluded: f
     found = [i for i, each in enumerate(own) if each is not None]
     some = [each for each in own if each is not None]
     reference = [reference_times(each, STEP_LEVELS_N) for each in some]
-    bound = time_optimal(some, STEP_LEVELS_N) if some else ()
+    bound = time_optimal(some, STEP_LEVELS_N) if some else []
     return StepLimits(_spread(reference, found, len(own)), _spread(np.transpose(bound), found, len(own)))
 
 
@@ -59,5 +59,5 @@ def _undisturbed(system: System, occluded: float) -> System | None:
 def _spread(rows: Any, where: list[int], count: int) -> StepTimes:
     """Return rows of times as arrays over all fingers, NaN for those without a row."""
     table = np.full((count, len(StepTimes._fields)), np.nan)
-    table[where] = rows
+    table[where] = np.reshape(rows, (len(where), len(StepTimes._fields)))
     return StepTimes(*table.T)
