@@ -14,6 +14,7 @@ import numpy as np
 from frictionloop.design.operating import law_at
 from frictionloop.loop.kernel import kernel
 from frictionloop.loop.lowering import Tile, lower
+from frictionloop.loop.placing import placed
 from frictionloop.loop.slab import LANES
 from frictionloop.loop.structure import substeps_of
 from frictionloop.loop.tiles import BENCH_TRACES
@@ -84,7 +85,7 @@ def forces_from_rest(
         Forces of shape (times, fingers), the first at the step, and the time between two in s.
     """
     rate_hz = systems[0].controller.rate_hz * substeps_of(systems[0])
-    fine = [each.evolve({"controller.rate_hz": rate_hz}) for each in systems]
+    fine = [placed(each, [{"controller.rate_hz": rate_hz}])[0] for each in systems]
     count = int(np.ceil(duration_s * rate_hz))
     parts = [
         _tile_from_rest(fine[first : first + LANES], level_n, command_um, count) for first in range(0, len(fine), LANES)
