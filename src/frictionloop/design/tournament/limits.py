@@ -42,11 +42,11 @@ def step_limits(system: System, people: Sequence[Mapping[str, Any]], occluded: f
         NaN for a finger that has not got the levels, or is too light for a law to act.
     """
     own = [_undisturbed(system.evolve(each), occluded) for each in people]
-    found = [i for i, each in enumerate(own) if each is not None]
     some = [each for each in own if each is not None]
-    reference = [reference_times(each, STEP_LEVELS_N) for each in some]
-    bound = time_optimal(some, STEP_LEVELS_N) if some else []
-    return StepLimits(_spread(reference, found, len(own)), _spread(np.transpose(bound), found, len(own)))
+    kept = np.array([each is not None for each in own])
+    return StepLimits(
+        _spread(reference_times(some, STEP_LEVELS_N), kept), _spread(time_optimal(some, STEP_LEVELS_N), kept)
+    )
 
 
 def _undisturbed(system: System, occluded: float) -> System | None:
@@ -56,8 +56,8 @@ def _undisturbed(system: System, occluded: float) -> System | None:
         return None
 
 
-def _spread(rows: Any, where: list[int], count: int) -> StepTimes:
-    """Return rows of times as arrays over all fingers, NaN for those without a row."""
-    table = np.full((count, len(StepTimes._fields)), np.nan)
-    table[where] = np.reshape(rows, (len(where), len(StepTimes._fields)))
-    return StepTimes(*table.T)
+def _spread(times: StepTimes, kept: np.ndarray) -> StepTimes:
+    """Return the times of the fingers kept as arrays over all, NaN for the others."""
+    table = np.full((len(times), kept.size), np.nan)
+    table[:, kept] = times
+    return StepTimes(*table)

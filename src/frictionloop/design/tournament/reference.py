@@ -9,6 +9,7 @@ gets past is in `tournament.optimal`.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -21,12 +22,12 @@ SHARE_10, SHARE_63, SHARE_90 = 0.1, 0.632, 0.9
 
 
 class StepTimes(NamedTuple):
-    """Times of the steps 0.35 to 0.75 N and back, in s; NaN where a finger has not got the level."""
+    """Times of the steps 0.35 to 0.75 N and back, in s, of shape (fingers,); NaN where one has not got the level."""
 
-    rise_63_s: float | np.ndarray
-    rise_10_90_s: float | np.ndarray
-    fall_63_s: float | np.ndarray
-    fall_10_90_s: float | np.ndarray
+    rise_63_s: np.ndarray
+    rise_10_90_s: np.ndarray
+    fall_63_s: np.ndarray
+    fall_10_90_s: np.ndarray
 
 
 def skin_time_s(way_n: float, stiffness_n_m: float, bristle_n_m: float, speed_mm_s: float) -> float:
@@ -42,21 +43,24 @@ def drive_time_s(from_um: float, to_um: float, max_um: float, cutoff_hz: float) 
     return float(np.log((max_um - from_um) / (max_um - to_um)) / (2.0 * np.pi * cutoff_hz))
 
 
-def reference_times(system: System, levels_n: tuple[float, float]) -> StepTimes:
-    """Return the times of skin and drive for a finger of kind "skin" whose law of friction is that of `undisturbed`.
+def reference_times(systems: Sequence[System], levels_n: tuple[float, float]) -> StepTimes:
+    """Return the times of skin and drive for fingers of kind "skin" whose law of friction is that of `undisturbed`.
 
     A fall to 63 % begins ``controller.delay_s`` after the step, which is in the time.
     """
-    low, high = levels_n
-    step, skin, plate = high - low, system.finger, system.plate
+    return StepTimes(*np.reshape([_of_one(each, *levels_n) for each in systems], (len(systems), 4)).T)
+
+
+def _of_one(system: System, low_n: float, high_n: float) -> tuple[float, float, float, float]:
+    step, skin, plate = high_n - low_n, system.finger, system.plate
     assert isinstance(skin, Skin)
 
     def fall_s(start: float, stop: float) -> float:
-        begins, ends = amplitude_for(np.array([high - start * step, high - stop * step]), system.friction).tolist()
+        begins, ends = amplitude_for(np.array([high_n - start * step, high_n - stop * step]), system.friction).tolist()
         return drive_time_s(begins, ends, plate.max_amplitude_um, plate.cutoff_hz)
 
     given = skin.stiffness_n_m, skin.bristle_stiffness_n_m, system.motion.speed_mm_s  # type: ignore[union-attr]
-    return StepTimes(
+    return (
         skin_time_s(SHARE_63 * step, *given),
         skin_time_s((SHARE_90 - SHARE_10) * step, *given),
         system.controller.delay_s + fall_s(0.0, SHARE_63),

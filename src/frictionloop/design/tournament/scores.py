@@ -9,7 +9,7 @@ import xarray as xr
 
 from frictionloop.design.tournament import protocol
 from frictionloop.design.tournament.entrants import CLAIRVOYANT, ORACLE
-from frictionloop.design.tournament.limits import StepLimits, step_limits
+from frictionloop.design.tournament.limits import step_limits
 from frictionloop.design.tournament.plain import occluded_at
 from frictionloop.design.tournament.pooled import Moments, pooled, pooled_rms
 from frictionloop.design.tournament.reference import StepTimes
@@ -171,13 +171,17 @@ def _limits(tournament: Tournament) -> dict[tuple[str, str], np.ndarray]:
     occluded = occluded_at(system.friction.occlusion_s, tournament.middle_s)  # type: ignore[union-attr]
     contacts = tournament.cells["contact"].values.tolist()
 
-    def at(speed: float, contact: str) -> StepLimits:
+    def at(speed: float, contact: str) -> np.ndarray:
         moving = system.evolve(protocol.overrides_of(protocol.Condition(speed, contact, protocol.STEPPED)))
-        return step_limits(moving, people, occluded)
+        found = step_limits(moving, people, occluded)
+        return np.array((found.reference, found.bound))
 
-    table = np.array([[np.concatenate(at(v, contact)) for contact in contacts] for v in tournament.speeds_mm_s])
-    names = [(against, name) for against in ("limit", "bound") for name in StepTimes._fields]
-    return {name: table[:, :, k] for k, name in enumerate(names)}
+    table = np.array([[at(v, contact) for contact in contacts] for v in tournament.speeds_mm_s])
+    return {
+        (against, name): table[:, :, j, k]
+        for j, against in enumerate(("limit", "bound"))
+        for k, name in enumerate(StepTimes._fields)
+    }
 
 
 def _over_tasks(cells: xr.Dataset, name: str, tasks: tuple[str, ...]) -> np.ndarray:
