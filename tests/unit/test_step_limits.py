@@ -137,6 +137,12 @@ def test_a_population_is_its_fingers_and_none_has_what_it_cannot_reach():
     assert np.isnan(together.reference.fall_63_s[3:]).all()
 
 
+def test_a_stroke_so_fast_that_the_overshoot_is_the_rise_has_no_bound():
+    found = step_limits(bench(400.0, "slider"), [{"friction.nominal_n": 1.1, "finger.damping_n_s_m": 0.1}])
+    assert math.isnan(found.bound.rise_10_90_s[0])
+    assert found.bound.fall_63_s[0] > 0.0
+
+
 def followed(own, rises, commands):
     """Return the times of a step to 63 % and from 10 to 90 %, at control periods, of commands to a finger at rest."""
     start, stop = LEVELS_N if rises else LEVELS_N[::-1]

@@ -41,6 +41,7 @@ def time_optimal(systems: Sequence[System], levels_n: tuple[float, float]) -> St
             some = [systems[i] for i in able]
             found[:, able] = _driven(some, start, stop)
     rises -= np.array([late_slide_s(each.finger) if isinstance(each.finger, Skin) else 0.0 for each in systems])
+    rises[rises <= 0.0] = np.nan  # so fast a stroke that a slider's overshoot is all of the rise: nothing is bounded
     return StepTimes(*rises, *falls)
 
 
