@@ -17,6 +17,7 @@ from frictionloop.design.tournament import limits, margins, plain, protocol
 from frictionloop.design.tournament.pooled import Moments, pooled, pooled_rms
 from frictionloop.design.tournament.scores import answering, dead_times_s, spread
 from frictionloop.loop.felt import plain_stroke
+from frictionloop.parameters import Skin
 
 DURATION_S, START_S, SEED = 2.0, 0.5, 9
 
@@ -114,8 +115,9 @@ def test_a_force_that_rings_across_has_no_time_in_the_scores(ran):
 
 def test_limits_by_hand():
     """0.32 N over 952 N/m at 20 mm/s; an envelope of 100 Hz under full drive."""
-    assert limits.skin_time_s(0.32, 1000.0, 2e4, 20.0) == pytest.approx(0.32 / (1e3 / 1.05 * 0.02))
-    assert limits.skin_time_s(0.32, 1000.0, 2e4, 20.0) == pytest.approx(16.8e-3)
+    skin = Skin(stiffness_n_m=1000.0, bristle_stiffness_n_m=2e4)
+    assert limits.skin_time_s(0.32, skin, 20.0) == pytest.approx(0.32 / (1e3 / 1.05 * 0.02))
+    assert limits.skin_time_s(0.32, skin, 20.0) == pytest.approx(16.8e-3)
     needed = limits.drive_time_s(0.7, 1.5, 2.5, 100.0)
     assert 2.5 + (0.7 - 2.5) * math.exp(-2 * math.pi * 100 * needed) == pytest.approx(1.5, rel=1e-12)
     assert math.isnan(limits.drive_time_s(0.7, 2.5, 2.5, 100.0))

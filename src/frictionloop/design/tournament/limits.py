@@ -1,6 +1,6 @@
 """What no control law gets past on a step: the skin on the way up, the drive of the plate on the way down.
 
-The skin pulls no faster than k_eff v, with k_eff = k s0/(k + s0) the skin in series with the bristle of the contact.
+The skin pulls no faster than k_eff v, the skin in series with the bristle of the contact (`Skin.stuck_stiffness_n_m`).
 The plate's envelope under full drive is a(t) = a_max + (a1 - a_max) e^(-wc t), and the force falls no faster than the
 friction limit under it.
 """
@@ -15,7 +15,7 @@ import numpy as np
 
 from frictionloop.design.operating import law_at
 from frictionloop.design.tournament.protocol import STEP_LEVELS_N
-from frictionloop.parameters import System
+from frictionloop.parameters import Skin, Strokes, System
 from frictionloop.physics.friction import amplitude_for
 
 SHARE_63 = 0.632
@@ -30,10 +30,9 @@ class StepLimits(NamedTuple):
     fall_10_90_s: float
 
 
-def skin_time_s(way_n: float, stiffness_n_m: float, bristle_n_m: float, speed_mm_s: float) -> float:
+def skin_time_s(way_n: float, skin: Skin, speed_mm_s: float) -> float:
     """Return way/(k_eff v), the time in which stuck skin pulls so much harder."""
-    k_eff = stiffness_n_m * bristle_n_m / (stiffness_n_m + bristle_n_m)
-    return way_n / (k_eff * 1e-3 * speed_mm_s)
+    return way_n / (skin.stuck_stiffness_n_m * 1e-3 * speed_mm_s)
 
 
 def drive_time_s(from_um: float, to_um: float, max_um: float, cutoff_hz: float) -> float:
@@ -57,7 +56,8 @@ def step_limits(system: System, finger: Mapping[str, Any], occluded: float = 0.0
         begins, ends = amplitude_for(np.array([high - start * step, high - stop * step]), law).tolist()
         return drive_time_s(begins, ends, plate.max_amplitude_um, plate.cutoff_hz)
 
-    given = skin.stiffness_n_m, skin.bristle_stiffness_n_m, own.motion.speed_mm_s  # type: ignore[union-attr]
+    assert isinstance(skin, Skin) and isinstance(own.motion, Strokes)
+    given = skin, own.motion.speed_mm_s
     return StepLimits(
         skin_time_s(SHARE_63 * step, *given),
         skin_time_s(0.8 * step, *given),
