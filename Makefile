@@ -22,7 +22,7 @@ reproduce: $(VENV)/.runtime ## rebuild the paper's figures and claims: report/in
 tournament: $(VENV)/.design ## compare all control laws on 1000 fingers; goes on where it stopped: tournament/
 	@mkdir -p tournament
 	@$(BIN)/frictionloop compare --preset bench --fingers 1000 --seed 11 --out tournament/results.h5 --resume \
-	  --csv tournament/scores.csv --plots tournament/figures
+	  --csv tournament/scores.csv --plots tournament/figures --why tracker,notch_pi
 
 test: $(VENV)/.dev ## run the tests
 	@$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder

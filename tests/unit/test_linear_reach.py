@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
+from frictionloop.design.causes import mean_occlusion
 from frictionloop.design.linear_reach import KEPT, linear_reach, linear_reach_table, reading_noise_psd
-from frictionloop.design.reachable import least_residual
 
 BENCH = fl.bench().evolve({"motion.stroke_mm": 240.0, "setpoint": fl.Constant(offset_n=0.6)})
 SHORT = {"duration_s": 2.0, "levels_n": [0.6]}
@@ -23,10 +23,26 @@ def test_a_run_under_the_tracker_leaves_more(contact: str) -> None:
     assert found["noise_rms_n"] < found["optimum_rms_n"] < found["open_rms_n"]
 
 
-def test_the_waterbed_beside_it_is_that_of_least_residual() -> None:
-    found, alone = (each(BENCH, [{}], seed=7, peaks=[1.7], **SHORT) for each in (linear_reach, least_residual))
-    assert np.array_equal(found["waterbed_rms_n"], alone["residual_rms_n"])
-    assert np.array_equal(found["open_rms_n"].sel(sensitivity_peak=1.7), alone["open_rms_n"])
+def test_the_waterbed_is_below_a_loop_of_the_same_peak_and_falls_with_the_peak() -> None:
+    pi = BENCH.evolve(fl.RETUNED)
+    loop = fl.linearise(pi, force_n=0.6, occluded=mean_occlusion(pi, 1.0, 11.0))
+    run, peak = fl.simulate(pi, 11.0, 7), loop.margins().sensitivity_peak
+    found = linear_reach(pi, [{}], seed=7, peaks=[peak, 1.2 * peak, 3.0], levels_n=[0.6]).isel(finger=0)
+    least, open_ = (found[name].sel(measured="force").values for name in ("waterbed_rms_n", "open_rms_n"))
+    assert least[0] < fl.rms_error(run, run["scored"].values & (run["time"].values >= 1.0))
+    assert np.all(np.diff(least) < 0)
+    assert np.all(least < open_)
+    assert np.all(found["open_rms_n"].sel(measured="force and load").values < open_)
+
+
+def test_without_lag_the_waterbed_is_in_proportion_to_the_force() -> None:
+    slider = BENCH.evolve({"finger.contact": "slider"})
+    found = [
+        linear_reach(slider, [{}], 3.0, 7, peaks=[1.7], levels_n=levels)["waterbed_rms_n"].values
+        for levels in ([0.4], [0.8], [0.4, 0.8])
+    ]
+    assert found[1] == pytest.approx(2.0 * found[0], rel=1e-3)
+    assert found[2] == pytest.approx(np.sqrt((found[0] ** 2 + found[1] ** 2) / 2.0), rel=1e-9)
 
 
 def test_a_quieter_sensor_and_a_larger_peak_reach_further() -> None:

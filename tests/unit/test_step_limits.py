@@ -37,8 +37,9 @@ def tuning_finger(number, speed_mm_s):
 
 def test_references_by_hand():
     """0.32 N over 952 N/m at 20 mm/s; an envelope of 100 Hz under full drive."""
-    assert skin_time_s(0.32, 1000.0, 2e4, 20.0) == pytest.approx(0.32 / (1e3 / 1.05 * 0.02))
-    assert skin_time_s(0.32, 1000.0, 2e4, 20.0) == pytest.approx(16.8e-3)
+    skin = Skin(stiffness_n_m=1000.0, bristle_stiffness_n_m=2e4)
+    assert skin_time_s(0.32, skin, 20.0) == pytest.approx(0.32 / (1e3 / 1.05 * 0.02))
+    assert skin_time_s(0.32, skin, 20.0) == pytest.approx(16.8e-3)
     needed = drive_time_s(0.7, 1.5, 2.5, 100.0)
     assert 2.5 + (0.7 - 2.5) * math.exp(-2 * math.pi * 100 * needed) == pytest.approx(1.5, rel=1e-12)
     assert math.isnan(drive_time_s(0.7, 2.5, 2.5, 100.0))

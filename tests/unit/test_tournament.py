@@ -198,10 +198,10 @@ MODEL = {"controller.model.nominal_n": 0.9}
         ({"laws": []}, "at least one law"),
         ({"speeds": ()}, "at least one speed"),
         ({"speeds": (20.0, 20.0)}, "none of them twice"),
-        ({"speeds": (-1.0,)}, "motion.speed_mm_s"),
+        ({"speeds": (-1.0,)}, "speeds = -1 mm/s: must be from 2 to 500"),
         ({"system": fl.paper()}, 'friction.kind = "gaussian": must be "finger"'),
         ({"count": 0}, "n = 0"),
-        ({"duration_s": 0.3}, "score_from_s"),
+        ({"duration_s": 0.3}, "duration_s = 0.3 s: must be longer than"),
     ],
     ids=str,
 )

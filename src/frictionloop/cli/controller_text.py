@@ -76,14 +76,23 @@ def _margin_row(found: Sequence[Corner], off: float, wanted: Wanted) -> Row:
     )
 
 
-def headroom_text(left: Headroom, wanted: Wanted) -> list[Any]:
+def headroom_text(system: System, left: Headroom, wanted: Wanted) -> list[Any]:
     """Return what is left to gain, and what limits it."""
     lag, periods = left.lag, left.delay_periods
     rows: list[Row] = []
     if math.isfinite(left.least_rms_n):
         rows += [
-            ("disturbance", _mn(left.disturbance_rms_n), "friction noise, tremor and drift without control, rms"),
-            ("this loop", _mn(left.residual_rms_n), f"of it left; |S| is 1 at {number(left.zero_db_hz)} Hz"),
+            (
+                "disturbance",
+                _mn(left.disturbance_rms_n),
+                f"friction noise, tremor and drift without control, rms; {_mn(left.disturbance_felt_rms_n)} of it from "
+                "1 Hz on",
+            ),
+            (
+                "this loop",
+                _mn(left.residual_rms_n),
+                f"of it left, predicted without sensor noise{_load(system)}; |S| is 1 at {number(left.zero_db_hz)} Hz",
+            ),
             (
                 "least possible",
                 _mn(left.least_rms_n),
@@ -111,6 +120,10 @@ def headroom_text(left: Headroom, wanted: Wanted) -> list[Any]:
         ),
     ]
     return ["what is left to gain, at the mean force on a dry finger", screen.columns(rows)]
+
+
+def _load(system: System) -> str:
+    return " and without the load that it measures" if system.controller.kind == "tracker" else ""
 
 
 def _mn(force_n: float) -> str:

@@ -93,7 +93,7 @@ def command(
         *controller_text.margin_text(found, wanted),
         "",
         *tracker_text.tuned_text(designed),
-        *controller_text.headroom_text(left, wanted),
+        *controller_text.headroom_text(after, left, wanted),
         *(["", *(screen.wrapped(note) for note in designed.notes)] if designed.notes else []),
         *(["", *(f"saved {what} as {path}" for what, path in saved.items() if path)] if any(saved.values()) else []),
     )

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionloop.quantities import replacing
-from frictionloop.report.style import BLUE, GREEN, GREY, ORANGE, PURPLE, new_figure, styled, svg
+from frictionloop.report.style import BLUE, GREEN, GREY, ORANGE, PURPLE, SILVER, new_figure, styled, svg
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-SILVER, SHADE = "#b3b3b3", "#ececec"
+SHADE = "#ececec"
 MOVING = (
     ("position", "position\n(mm)", 1e3, GREEN),
     ("speed", "speed\n(mm/s)", 1e3, ORANGE),

@@ -44,7 +44,7 @@ def tuned_text(designed: Designed) -> list[Any]:
         "",
         screen.wrapped(
             "Ms of each row, by the share of the way to its limit that friction goes in a period, and the residual "
-            "that is predicted of it, mN"
+            "that is predicted of it at the speed it is for, mN"
         ),
         screen.table(_table("share", _by_share(tuning), ("residual", *left))),
         "",

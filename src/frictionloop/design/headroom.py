@@ -8,11 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from frictionloop.design.disturbance import touch_spectrum
+from frictionloop.design.elements import linearise_contact
 from frictionloop.design.limits import Lag, available_crossover_hz, bode_integral, phase_lag, stubborn, unstable_sum
 from frictionloop.design.linear import LinearLoop, linearise
 from frictionloop.design.state_space import Array
 from frictionloop.design.waterbed import waterbed_bound
 from frictionloop.parameters import FingerFriction, Strokes, System
+from frictionloop.perception.thresholds import LOWEST_HZ as TOUCH_HZ
 
 POINTS = 2500
 LOWEST_HZ = 1e-3
@@ -22,7 +24,9 @@ LOWEST_HZ = 1e-3
 class Headroom(NamedTuple):
     """The loop at its mean force on a dry finger, and the best that any linear controller does there.
 
-    Disturbance is friction noise, tremor and drift of the load alone: feed-forward, not feedback, follows a set-point.
+    Disturbance is what friction noise, tremor and drift of the load do to the force behind the contact, which passes
+    them on with its lag. Nothing else is in it: feed-forward, not feedback, follows a set-point; occlusion is slower;
+    and sensor noise, clamp, sticking and what a law makes of a measured load are for a simulation to show.
     """
 
     loop: LinearLoop
@@ -32,7 +36,9 @@ class Headroom(NamedTuple):
     least: Array
     """|S| of the least residual (`waterbed_bound`); NaN without a finger that strokes."""
     disturbance_rms_n: float
-    """What moves the force without control, N rms; NaN without a finger that strokes, as the next two."""
+    """What moves the force without control, N rms; NaN without a finger that strokes, as the next three."""
+    disturbance_felt_rms_n: float
+    """The part of it from 1 Hz on, where touch begins to count; the rest is drift, which any integral takes away."""
     residual_rms_n: float
     """What this loop leaves of it."""
     least_rms_n: float
@@ -72,13 +78,17 @@ def headroom(system: System, sensitivity_peak: float) -> Headroom:
     loop = linearise(system)
     frequency = np.geomspace(LOWEST_HZ, loop.nyquist_hz, POINTS)
     S, fixed = np.abs(loop.responses(frequency)["S"]), stubborn(loop)
-    least, rms, zero_db = np.full(POINTS, math.nan), (math.nan,) * 3, math.nan
+    least, rms, zero_db = np.full(POINTS, math.nan), (math.nan,) * 4, math.nan
     if isinstance(system.friction, FingerFriction) and isinstance(system.motion, Strokes):
-        power = touch_spectrum(system, 0.0)(frequency)
+        lag = np.abs(linearise_contact(system, loop.elements.force_n).response(frequency))
+        power = touch_spectrum(system, 0.0)(frequency) * lag**2
         given = {"delay_periods": fixed.delay_periods, "zeros": fixed.zeros.tolist()}
         bound = waterbed_bound(frequency, power, sensitivity_peak, loop.nyquist_hz, **given)
         least, zero_db = bound.sensitivity, bound.zero_db_hz
-        rms = (_rms_n(frequency, power, loop), _rms_n(frequency, power * S**2, loop), bound.residual_rms_n)
+        whole, felt, left = (
+            _rms_n(frequency, each, loop) for each in (power, power * (frequency >= TOUCH_HZ), power * S**2)
+        )
+        rms = whole, felt, left, bound.residual_rms_n
     own_hz = _zero_db_hz(frequency, S)
     at_hz = next((hz for hz in (own_hz, zero_db) if math.isfinite(hz)), 0.1 * loop.nyquist_hz)
     return Headroom(

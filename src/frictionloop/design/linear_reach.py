@@ -11,14 +11,17 @@ import numpy as np
 import xarray as xr
 from joblib import Parallel, delayed
 
+from frictionloop.design.friction_spectrum import MEASURED, disturbed_levels, own_systems, power_of
 from frictionloop.design.limits import stubborn
 from frictionloop.design.linear_optimum import linear_optimum
-from frictionloop.design.reachable import LEVELS_N, MEASURED, PEAKS, disturbed_levels, own_systems, power_of
 from frictionloop.design.state_space import Array
 from frictionloop.design.waterbed import waterbed_bound
 from frictionloop.parameters import SuspendedSensor, System
 from frictionloop.sensing.suspended import noise_coefficients
 
+LEVELS_N = (0.4, 0.6, 0.8)
+"""Middles of the set-points (paper, Sec. 4.2)."""
+PEAKS = (1.7, 2.0)
 KEPT = {
     "optimum_rms_n": "rms of f_a - f_r under the best linear controller found",
     "bound_rms_n": "rms of f_a - f_r that no linear controller gets below",
@@ -41,26 +44,37 @@ def linear_reach(
 ) -> xr.Dataset:
     """Return `linear_optimum` of each finger on its own plant, beside `waterbed_bound` of the same disturbance.
 
-    Disturbance, levels, and what is taken of a measured load are those of `least_residual`; the noise is the bench's
-    (`reading_noise_psd`). The plant is that from the force command, sampled exactly. Its plate lags, but a linear law
-    divides that out (`control/overdrive`), so that the plate costs the period in which the amplitude is reached and no
-    more: the best case, with a drive that never saturates, contact and sensor known exactly.
+    The disturbance, with and without a measured load fed forward, is that of `disturbed_levels`; the noise is the
+    bench's (`reading_noise_psd`), and the set-point is taken to be fed forward without error. The plant is that
+    from the force command, sampled exactly. Its plate lags, but a linear law divides that out
+    (`control/overdrive`), so that the plate costs the period in which the amplitude is reached and no more: the
+    best case, with a drive that never saturates, contact and sensor known exactly.
 
     Parameters
     ----------
-    system, fingers, duration_s, seed, score_from_s, peaks, levels_n
-        As for `least_residual`; a peak may be infinite for the optimum.
+    system : System
+        The bench: speed, contact, delay and sensor count; its law and set-point do not.
+    fingers : sequence of mappings
+        Fingers as overrides. One that cannot be given a level has NaN.
+    duration_s, score_from_s : float
+        Duration of the stroke and the start of its scored part, in s.
+    seed : int
+        Seed of tremor and roughness.
+    peaks : sequence of float
+        Largest |S| allowed, each above 1; may be infinite for the optimum.
+    levels_n : sequence of float
+        Forces in N.
 
     Returns
     -------
     xarray.Dataset
         The variables of `KEPT` (N) over ``measured`` ("force", "force and load"), ``sensitivity_peak`` and ``finger``;
-        squares are averaged over levels. NaN for a finger that cannot be given a level.
+        squares are averaged over levels.
 
     Raises
     ------
     FrictionloopError
-        As `least_residual` and `linear_optimum`.
+        For friction of another kind than "finger", or as ``simulate``, `waterbed_bound` and `linear_optimum`.
     """
     asked = duration_s, seed, score_from_s, tuple(peaks), tuple(levels_n)
     rows = Parallel(n_jobs=-1, prefer="threads")(delayed(_reach)(own, *asked) for own in own_systems(system, fingers))

@@ -71,6 +71,12 @@ class Skin(Block):
     bristle_damping_n_s_m: NotNegative = 1.4
     """Damping s1 of the bristles, used by LuGre alone (assumed: sqrt(s0 m))."""
 
+    @property
+    def stuck_stiffness_n_m(self) -> float:
+        """k s0/(k + s0), of the skin in series with a contact that sticks; friction rises by at most this times v."""
+        k, s0 = self.stiffness_n_m, self.bristle_stiffness_n_m
+        return k * s0 / (k + s0)
+
 
 Finger = Annotated[RigidFinger | Skin, Field(discriminator="kind"), default_kind("rigid")]
 AnyFriction = Annotated[Friction | FingerFriction, Field(discriminator="kind"), default_kind("gaussian")]

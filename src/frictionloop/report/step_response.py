@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from frictionloop.loop.step_times import StepTime, step_times
-from frictionloop.parameters import System
+from frictionloop.parameters import Skin, Strokes, System
 from frictionloop.report.device import OPEN, PRINTED
 
 BEFORE_MS, AFTER_MS = 100.0, 400.0
@@ -107,10 +107,8 @@ def steady_error_n(runs: xr.Dataset) -> np.ndarray:
 def skin_limit_ms(system: System, step_n: float) -> float:
     """Return the least time from 10 to 90 % of a rise at a steady speed, 0.8 dF/(k_s v) in ms.
 
-    Stuck skin pulls as fast as the finger moves; k_s = k s0/(k + s0) is the skin in series with the stuck contact.
+    Stuck skin pulls as fast as the finger moves; k_s is `Skin.stuck_stiffness_n_m`.
     """
-    finger: Any = system.finger
-    k, s0 = finger.stiffness_n_m, finger.bristle_stiffness_n_m
-    stiffness_n_m: float = k * s0 / (k + s0)
-    speed_m_s: float = 1e-3 * system.motion.speed_mm_s  # type: ignore[union-attr]
-    return 1e3 * SHARE_10_90 * step_n / (stiffness_n_m * speed_m_s)
+    finger, motion = system.finger, system.motion
+    assert isinstance(finger, Skin) and isinstance(motion, Strokes)
+    return 1e3 * SHARE_10_90 * step_n / (finger.stuck_stiffness_n_m * 1e-3 * motion.speed_mm_s)

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 P = ParamSpec("P")
 
-BLACK, GREY = "#1a1a1a", "#6b6b6b"
+BLACK, GREY, SILVER = "#1a1a1a", "#6b6b6b", "#b3b3b3"
 BLUE, VERMILLION, GREEN, ORANGE, SKY, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#56B4E9", "#CC79A7"
 """Colours told apart with any colour vision (Okabe and Ito 2008); lines differ in their dashes too."""
 

@@ -113,7 +113,7 @@ def _followed_s(systems: Sequence[System], from_n: float, to_n: float) -> float:
 def _skin_s(systems: Sequence[System], way_n: float) -> np.ndarray:
     skins = [each.finger for each in systems if isinstance(each.finger, Skin)]
     speed_mm_s = systems[0].motion.speed_mm_s  # type: ignore[union-attr]
-    return np.array([skin_time_s(way_n, each.stiffness_n_m, each.bristle_stiffness_n_m, speed_mm_s) for each in skins])
+    return np.array([skin_time_s(way_n, each, speed_mm_s) for each in skins])
 
 
 def _has(system: System, level_n: float) -> bool:

@@ -10,12 +10,13 @@ one 5 % below and one 5 % above; what the controller believes stays.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from frictionloop.parameters import Constant, FingerFriction, Sine, Skin, Source, Steps, Strokes, System, check_system
+from frictionloop.parameters.motion import TURN_SHARE
 from frictionloop.physics.fingers import Fingers, capable, fingers
 from frictionloop.quantities import FrictionloopError
 
@@ -116,11 +117,42 @@ def tuning_population(count: int) -> Fingers:
     return fingers(count, TUNING_SEED)
 
 
+def speeds_of(system: System, speeds_mm_s: Iterable[float]) -> tuple[float, ...]:
+    """Return the speeds of the strokes, each one that the bench's sensors follow and the strokes leave room for.
+
+    Raises
+    ------
+    FrictionloopError
+        For no speed, one twice, or one out of range.
+    """
+    found = tuple(float(speed) for speed in speeds_mm_s)
+    if not found or len(set(found)) < len(found):
+        raise FrictionloopError(f"speeds = {list(found)} mm/s: must name at least one speed, none of them twice")
+    touch = system.touch
+    turning = STROKE_MM / (TURN_SHARE * system.motion.reversal_s)  # type: ignore[union-attr]
+    least, most = touch.load.least_speed_mm_s, min(touch.position.fastest_mm_s, turning)
+    for speed in found:
+        if not (least <= speed <= most and speed > 0.0):
+            raise FrictionloopError(
+                f"speeds = {speed:g} mm/s: must be {'from' if least else 'above'} {least:g} to {most:.4g}; slower the "
+                "controller holds its output, faster the position sensor does not follow or strokes have no room"
+            )
+    return found
+
+
+def check_times(duration_s: float, start_s: float) -> None:
+    """Refuse a duration that leaves nothing to score."""
+    if not start_s < duration_s < math.inf:
+        raise FrictionloopError(
+            f"duration_s = {duration_s:g} s: must be longer than {start_s:g} s, the part of a run that does not count"
+        )
+
+
 def able(system: System, people: Fingers, speed_mm_s: float, hold_s: float = DURATION_S) -> np.ndarray:
     """Return which fingers are capable at a speed: 0.3 and 0.9 N can be held all along a run, shape (fingers,)."""
     blocks = {"friction": system.friction, "motion": system.motion}
     own = {f"{name}.{key}": value for name, block in blocks.items() for key, value in block}
-    own["motion.speed_mm_s"] = speed_mm_s
+    own |= {"motion.speed_mm_s": speed_mm_s, "motion.stroke_mm": STROKE_MM}
     largest_um = min(system.plate.max_amplitude_um, system.controller.model.max_amplitude_um)
     found = capable([own | each for each in people], LOW_N, HIGH_N, max_amplitude_um=largest_um, contact_s=hold_s)
     return np.asarray(found["capable"].values)

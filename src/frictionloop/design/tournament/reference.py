@@ -1,6 +1,6 @@
 """What step times are counted against: the skin on the way up, the drive of the plate on the way down, in closed form.
 
-The skin pulls no faster than k_eff v, with k_eff = k s0/(k + s0) the skin in series with the bristle of the contact.
+The skin's springs pull by k_eff v, the skin in series with the bristle of the contact (`Skin.stuck_stiffness_n_m`).
 The plate's envelope under full drive is a(t) = a_max + (a1 - a_max) e^(-wc t). A reference, not a bound: the skin's
 damper pulls besides its spring, and a bristle's force passes 10 % when the amplitude is long past it. What no drive
 gets past is in `tournament.optimal`.
@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from frictionloop.parameters import Skin, System
+from frictionloop.parameters import Skin, Strokes, System
 from frictionloop.physics.friction import amplitude_for
 
 SHARE_10, SHARE_63, SHARE_90 = 0.1, 0.632, 0.9
@@ -30,10 +30,9 @@ class StepTimes(NamedTuple):
     fall_10_90_s: np.ndarray
 
 
-def skin_time_s(way_n: float, stiffness_n_m: float, bristle_n_m: float, speed_mm_s: float) -> float:
+def skin_time_s(way_n: float, skin: Skin, speed_mm_s: float) -> float:
     """Return way/(k_eff v), the time in which stuck skin pulls so much harder."""
-    k_eff = stiffness_n_m * bristle_n_m / (stiffness_n_m + bristle_n_m)
-    return way_n / (k_eff * 1e-3 * speed_mm_s)
+    return way_n / (skin.stuck_stiffness_n_m * 1e-3 * speed_mm_s)
 
 
 def drive_time_s(from_um: float, to_um: float, max_um: float, cutoff_hz: float) -> float:
@@ -53,13 +52,13 @@ def reference_times(systems: Sequence[System], levels_n: tuple[float, float]) ->
 
 def _of_one(system: System, low_n: float, high_n: float) -> tuple[float, float, float, float]:
     step, skin, plate = high_n - low_n, system.finger, system.plate
-    assert isinstance(skin, Skin)
+    assert isinstance(skin, Skin) and isinstance(system.motion, Strokes)
 
     def fall_s(start: float, stop: float) -> float:
         begins, ends = amplitude_for(np.array([high_n - start * step, high_n - stop * step]), system.friction).tolist()
         return drive_time_s(begins, ends, plate.max_amplitude_um, plate.cutoff_hz)
 
-    given = skin.stiffness_n_m, skin.bristle_stiffness_n_m, system.motion.speed_mm_s  # type: ignore[union-attr]
+    given = skin, system.motion.speed_mm_s
     return (
         skin_time_s(SHARE_63 * step, *given),
         skin_time_s((SHARE_90 - SHARE_10) * step, *given),

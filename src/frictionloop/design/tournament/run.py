@@ -23,7 +23,6 @@ from frictionloop.loop.timing import periods_in
 from frictionloop.loop.trying import structures_of
 from frictionloop.parameters import System
 from frictionloop.physics.fingers import Fingers
-from frictionloop.quantities import FrictionloopError
 
 PLAIN = "plain"
 """Name in the file of the strokes without control that the perceptual index is compared with."""
@@ -107,7 +106,8 @@ def compare(
     """
     fields = entrants(laws)
     people = protocol.population(system, count, seed)
-    speeds = _speeds(speeds_mm_s)
+    speeds = protocol.speeds_of(system, speeds_mm_s)
+    protocol.check_times(duration_s, start_s)
     trial = _Trial(system, people, seed, duration_s, start_s, n_jobs)
     for at in _conditions(speeds):
         trial.check(at)
@@ -147,13 +147,6 @@ def _competes(name: str, at: Condition) -> bool:
 
 def _conditions(speeds: Iterable[float]) -> list[Condition]:
     return [Condition(v, contact, task) for v in speeds for contact in protocol.CONTACTS for task in protocol.TASKS]
-
-
-def _speeds(speeds_mm_s: Sequence[float]) -> tuple[float, ...]:
-    found = tuple(float(speed) for speed in speeds_mm_s)
-    if not found or len(set(found)) < len(found):
-        raise FrictionloopError(f"speeds = {list(found)} mm/s: must name at least one speed, none of them twice")
-    return found
 
 
 @dataclass(frozen=True)

@@ -37,13 +37,13 @@ def step_traces(tournament: Tournament, speed_mm_s: float) -> xr.Dataset:
 
 def sensitivities(
     tournament: Tournament, speed_mm_s: float, frequency_hz: np.ndarray
-) -> dict[tuple[str, str], np.ndarray]:
-    """Return |S| by law and contact around 0.6 N, without loops that are not linear or not stable."""
-    found = {}
+) -> dict[tuple[str, str], np.ndarray | None]:
+    """Return |S| by law and contact around 0.6 N: None if a loop is unstable, no entry if it is not linear."""
+    found: dict[tuple[str, str], np.ndarray | None] = {}
     for law in tournament.laws:
         for contact in protocol.CONTACTS:
             system = median_system(tournament, law, speed_mm_s, contact)
             loop = None if system is None else loop_at(system, LEVEL_N, tournament.middle_s)
-            if loop is not None and loop.is_stable():
-                found[law, contact] = np.abs(loop.responses(frequency_hz)["S"])
+            if loop is not None:
+                found[law, contact] = np.abs(loop.responses(frequency_hz)["S"]) if loop.is_stable() else None
     return found

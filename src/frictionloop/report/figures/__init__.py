@@ -85,10 +85,14 @@ def _device(results: Results) -> Iterator[Drawing]:
 
 def _beyond(results: Results) -> Iterator[Drawing]:
     race = results.beyond
-    alt = "Share of capable fingers against residual, per control law, for both contacts"
+    alt = "Residual of the capable fingers under each control law, median and deciles, for both contacts"
     yield Drawing("beyond-residuals", alt, partial(figure_residuals, race.scored))
     alt = "Steps of the force on one finger, per control law, for both contacts"
-    yield Drawing("beyond-steps", alt, partial(figure_close_steps, race.traces, list(LAWS), (OPEN, PRINTED)))
+    yield Drawing(
+        "beyond-steps",
+        alt,
+        partial(figure_close_steps, race.traces, [law for law in LAWS if law not in (OPEN, PRINTED)]),
+    )
 
 
 def _tracking(results: Results) -> Iterator[Drawing]:

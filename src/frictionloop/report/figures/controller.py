@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from frictionloop.design.corners import at_mean, stroke_of
@@ -20,7 +19,10 @@ from frictionloop.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLI
 
 LOW_N, HIGH_N, UP_S, DOWN_S, END_S = 0.35, 0.75, 0.5, 1.0, 1.5
 """The step: levels as in the comparison of laws, times in s."""
-FLOOR = 1e-3
+LOWEST_HZ, FROM_HZ = 1.0, 10.0
+"""Where frequencies begin: all of them, and those at which |S| has its peaks."""
+FLOOR, ROOM = 1e-3, 1.15
+"""Least |T| drawn, and how far the axis of the peaks goes above the largest Ms asked for."""
 LINES = ((BLACK, "-"), (BLUE, (0, (4, 1.5))), (VERMILLION, (0, (1, 1))))
 """Colour and dashes for no, the small and the large error of the resonance."""
 
@@ -41,56 +43,65 @@ def step_run(system: System) -> xr.Dataset:
 
 @styled
 def figure_sensitivity(system: System, found: Headroom, limits: Mapping[float, float]) -> Figure:
-    """Return |S| and |T| with the resonance as described and off, the least |S| possible, and the delay's limit."""
-    figure = new_figure(7.4, 3.9)
+    """Return |S| and |T| with the resonance as described and off, the least |S| possible, and the delay's limit.
+
+    |S| is drawn twice: over all decades, and its peaks, on a linear scale, against the largest Ms asked for.
+    """
+    figure = new_figure(7.2, 6.0)
     figure.suptitle(f"{found.loop.elements.force_n:.3g} N, dry finger{stroke_of(system)}", fontsize=9.0)
-    left, right = figure.subplots(1, 2, sharex=True)
-    frequency = np.geomspace(1.0, found.loop.nyquist_hz, 1500)
+    panels = figure.subplot_mosaic([["S", "S"], ["peak", "T"]])
+    frequency = np.geomspace(LOWEST_HZ, found.loop.nyquist_hz, 1500)
     for (error, limit), (colour, dashes) in zip(sorted(limits.items()), LINES, strict=False):
         for sign in (-1.0, 1.0) if error else (1.0,):
-            loop = at_mean(system, sign * error)
-            responses = loop.responses(frequency)
-            size = {"color": colour, "linestyle": dashes, "lw": 1.4 if not error else 1.0}
+            responses = at_mean(system, sign * error).responses(frequency)
+            style = {"color": colour, "linestyle": dashes, "lw": 1.4 if not error else 1.0}
             said = f"resonance ±{100 * error:.3g} %" if error else "this loop"
-            label = said if sign > 0 else None
-            left.loglog(frequency, np.abs(responses["S"]), label=label, **size)
-            right.loglog(frequency, np.maximum(np.abs(responses["T"]), FLOOR), **size)
-        left.plot([0.72, 1.0], [limit] * 2, transform=left.get_yaxis_transform(), color=colour, lw=0.7)
+            panels["S"].loglog(frequency, np.abs(responses["S"]), label=said if sign > 0 else None, **style)
+            panels["peak"].semilogx(frequency, np.abs(responses["S"]), **style)
+            panels["T"].loglog(frequency, np.maximum(np.abs(responses["T"]), FLOOR), **style)
+        asked = f"asked ±{100 * error:.3g} %: {limit:.3g}" if error else f"asked: {limit:.3g}"
+        panels["peak"].axhline(limit, color=colour, linestyle=dashes, lw=0.7)
+        panels["peak"].annotate(asked, (FROM_HZ, limit), (3, 2), textcoords="offset points", fontsize=7.0)
+    lowest = np.abs(found.sensitivity)[found.frequency_hz >= LOWEST_HZ].min()
     if np.isfinite(found.least).any():
         # Beyond what touch feels hardly anything is to be lowered, and the least residual leaves |S| open there.
-        felt = found.frequency_hz <= HIGHEST_HZ
-        left.loglog(found.frequency_hz[felt], found.least[felt], color=GREEN, lw=1.4, label="least possible")
-    left.text(
-        0.71, max(limits.values()), "largest $M_s$", transform=left.get_yaxis_transform(), ha="right", va="center"
-    )
-    for axes in (left, right):
+        felt = (found.frequency_hz >= LOWEST_HZ) & (found.frequency_hz <= HIGHEST_HZ)
+        panels["S"].loglog(found.frequency_hz[felt], found.least[felt], color=GREEN, lw=2.4, label="least possible")
+        lowest = min(lowest, found.least[felt].min())
+    for axes in panels.values():
         axes.axhline(1.0, color=GREY, lw=0.6)
-        axes.axvline(found.delay_limit_hz, color=ORANGE, lw=1.0, label="0 dB that the delay allows")
-    _finish(left, "$|S|$: what is left of a disturbance", found.loop.nyquist_hz)
-    _finish(right, "$|T|$: what noise and set-point error become", found.loop.nyquist_hz)
-    left.set_ylim(max(FLOOR, 0.5 * float(np.min(found.sensitivity))), 6.0)
-    right.set_ylim(FLOOR, 6.0)
-    handles, labels = left.get_legend_handles_labels()
+        axes.axvline(found.delay_limit_hz, color=ORANGE, lw=1.0, ls=(0, (8, 2)), label="0 dB that the delay allows")
+        axes.set(xlabel="frequency (Hz)", xlim=(LOWEST_HZ, found.loop.nyquist_hz))
+    panels["S"].set(title="$|S|$: what is left of a disturbance", ylim=(max(FLOOR, 0.5 * float(lowest)), 6.0))
+    panels["peak"].set(
+        title="peaks of $|S|$", xlim=(FROM_HZ, found.loop.nyquist_hz), ylim=(0.0, ROOM * max(limits.values()))
+    )
+    panels["T"].set(title="$|T|$: what noise and set-point error become", ylim=(FLOOR, 6.0))
+    handles, labels = panels["S"].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3)
     return figure
 
 
 @styled
 def figure_step(before: xr.Dataset, after: xr.Dataset) -> Figure:
-    """Return the force over the steps, under the controller that the file had and under the new one."""
-    figure = new_figure(7.0, 3.4)
-    axes = figure.subplots()
-    some = slice(UP_S - 0.1, None)
-    for run, label, colour, width in ((before, "before", VERMILLION, 0.8), (after, "after", BLUE, 1.2)):
+    """Return the force over the steps, under the controller that the file had and, below, under the new one.
+
+    Either may ring or miss by several set-points: the axis shows what is around the levels, and a panel says how far
+    its force goes beyond it.
+    """
+    figure = new_figure(7.0, 4.2)
+    way, some = HIGH_N - LOW_N, slice(UP_S - 0.1, None)
+    low, high = max(0.0, LOW_N - way), HIGH_N + way
+    panels = figure.subplots(2, sharex=True, sharey=True)
+    for axes, run, name, colour in zip(panels, (before, after), ("before", "after"), (VERMILLION, BLUE), strict=True):
         part = run.sel(time=some)
-        axes.plot(part["time"], part["f_a"], label=label, color=colour, lw=width)
-    part = after.sel(time=some)
-    axes.plot(part["time"], part["f_r"], label="set-point", color=GREY, lw=0.9)
-    axes.set(title=f"Step {LOW_N:g} to {HIGH_N:g} N and back", xlabel="time (s)", ylabel="friction force (N)")
-    axes.set_ylim(0.0, None)
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+        axes.plot(part["time"], part["f_a"], color=colour, lw=0.9)
+        axes.step(part["time"], part["f_r"], where="post", color=BLACK, lw=1.2, ls=(0, (4, 1.5)), label="set-point")
+        beyond = float(part["f_a"].max()) > high or float(part["f_a"].min()) < low
+        ends = f"{float(part['f_a'].min()):.2g} to {float(part['f_a'].max()):.2g} N"
+        axes.set(title=f"{name}: cut off, the force goes from {ends}" if beyond else name, ylabel="friction force (N)")
+    panels[0].set_ylim(low, high)
+    panels[1].set(xlabel="time (s)", xlim=(UP_S - 0.1, END_S))
+    figure.suptitle(f"Step {LOW_N:g} to {HIGH_N:g} N and back", fontsize=9.0)
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center")
     return figure
-
-
-def _finish(axes: Axes, title: str, nyquist_hz: float) -> None:
-    axes.set(title=title, xlabel="frequency (Hz)", xlim=(1.0, nyquist_hz))

@@ -1,30 +1,31 @@
-"""Figures of a tournament: residuals of a population, steps of one finger, sensitivities."""
+"""Figures of a tournament, and the first of them: residuals of a population."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator
 from functools import partial
-from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from frictionloop.design.tournament import Tournament
+from frictionloop.design.tournament.scores import spread
 from frictionloop.design.tournament.traces import sensitivities, step_traces
-from frictionloop.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, new_figure, styled
-
-COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, BLACK)
-DASHES = ("-", (0, (4, 1.5)), (0, (1, 1)), (0, (6, 1.5, 1, 1.5)))
-"""Lines change their dashes with every law, so that colour is never alone."""
+from frictionloop.report.figures.law_panels import figure_sensitivities, figure_step_traces
+from frictionloop.report.style import BLACK, BLUE, new_figure, styled
 
 
 def drawings(tournament: Tournament, scored: xr.Dataset) -> Iterator[tuple[str, str, Callable[[], Figure]]]:
     """Yield name, what it shows in words, and how to draw it, of each figure; steps and |S| need a capable finger."""
     laws, speed = list(tournament.laws), tournament.speeds_mm_s[0]
-    yield "residuals", "Share of fingers against residual of each control law", partial(figure_residuals, scored)
+    yield (
+        "residuals",
+        "Residual of each control law: median, halves and deciles of the fingers",
+        partial(figure_residuals, scored),
+    )
     traces = step_traces(tournament, speed)
     if traces.sizes:
         yield "steps", "Steps of the force under each control law", partial(figure_step_traces, traces, speed)
@@ -34,81 +35,45 @@ def drawings(tournament: Tournament, scored: xr.Dataset) -> Iterator[tuple[str, 
         yield "sensitivity", "Sensitivity of each control law over frequency", draw
 
 
-def line_of(laws: Sequence[str], law: str) -> dict[str, Any]:
-    """Return colour and dashes of a law, the same in every figure of the same laws."""
-    number = list(laws).index(law)
-    return {"color": COLOURS[number % len(COLOURS)], "linestyle": DASHES[number % len(DASHES)]}
-
-
 @styled
 def figure_residuals(scored: xr.Dataset) -> Figure:
-    """Return the share of capable fingers whose residual on the sines is at most so large, per speed and contact."""
+    """Return the residual of the capable fingers on the sines, a row for each law: median, halves, deciles; in mN."""
     speeds, contacts, laws = (scored[name].values.tolist() for name in ("speed_mm_s", "contact", "law"))
-    figure = new_figure(3.4 * len(contacts), 2.3 * len(speeds) + 0.5)
+    figure = new_figure(7.2, (0.21 * len(laws) + 0.45) * len(speeds) + 0.7)
     grid = figure.subplots(len(speeds), len(contacts), squeeze=False, sharex=True, sharey=True)
     for v, speed in enumerate(speeds):
         some = scored["capable"].values[v]
         for axes, contact in zip(grid[v], contacts, strict=True):
-            for law in laws:
-                residual = 1e3 * scored["residual_rms_n"].sel(law=law, speed_mm_s=speed, contact=contact).values[some]
-                if np.isfinite(residual).any():
-                    axes.ecdf(residual[np.isfinite(residual)], label=law, **line_of(laws, law))
-            axes.set(title=f"{contact}, {speed:g} mm/s, {some.sum()} fingers", xscale="log", ylim=(0.0, 1.0))
-            axes.axhline(0.9, color=GREY, lw=0.6)
-    _label(grid, "rms of $f_a - f_r$ on the sines (mN)", "share of capable fingers")
-    legend_below(figure, grid[0, 0])
-    return figure
-
-
-@styled
-def figure_step_traces(traces: xr.Dataset, speed_mm_s: float) -> Figure:
-    """Return force over time on the median capable finger, the second second of a run, per contact."""
-    contacts, laws = traces["contact"].values.tolist(), traces["law"].values.tolist()
-    some = traces.sel(time=slice(0.9, None))
-    figure = new_figure(6.8, 2.1 * len(contacts) + 0.5)
-    grid = figure.subplots(len(contacts), 1, squeeze=False, sharex=True, sharey=True)
-    for axes, contact in zip(grid[:, 0], contacts, strict=True):
-        for law in laws:
-            force = some["f_a"].sel(law=law, contact=contact)
-            axes.plot(some["time"], force, label=law, lw=0.9, **line_of(laws, law))
-        axes.plot(some["time"], some["f_r"].sel(law=laws[0], contact=contact), color=GREY, lw=0.8, label="set-point")
-        axes.set(title=f"{contact}, {speed_mm_s:g} mm/s")
-    _label(grid, "time (s)", "friction force (N)")
-    legend_below(figure, grid[0, 0])
-    return figure
-
-
-@styled
-def figure_sensitivities(
-    frequency_hz: np.ndarray, found: Mapping[tuple[str, str], np.ndarray], laws: Iterable[str], speed_mm_s: float
-) -> Figure:
-    """Return |S| over frequency on the median capable finger around 0.6 N, per contact."""
-    names = list(laws)
-    contacts = list(dict.fromkeys(contact for _, contact in found))
-    figure = new_figure(3.4 * len(contacts), 3.2)
-    grid = figure.subplots(1, len(contacts), squeeze=False, sharey=True)
-    for axes, contact in zip(grid[0], contacts, strict=True):
-        for (law, at), size in found.items():
-            if at == contact:
-                axes.loglog(frequency_hz, size, label=law, **line_of(names, law))
-        axes.axhline(1.0, color=GREY, lw=0.6)
-        axes.set(title=f"{contact}, {speed_mm_s:g} mm/s", ylim=(1e-3, 30.0))
-    _label(grid, "frequency (Hz)", "$|S|$, residual over disturbance")
-    legend_below(figure, grid[0, 0])
-    return figure
-
-
-def _label(grid: Any, across: str, up: str) -> None:
+            for row, law in enumerate(laws):
+                cell = scored["residual_rms_n"].sel(law=law, speed_mm_s=speed, contact=contact)
+                _residual_row(axes, row, 1e3 * cell.values[some])
+            axes.set(title=f"{contact}, {speed:g} mm/s, {some.sum()} fingers", xscale="log")
+            axes.grid(visible=False, axis="y")
+    grid[0, 0].set_yticks(range(len(laws)), laws)
+    grid[0, 0].set_ylim(len(laws) - 0.5, -0.5)
     for axes in grid[-1]:
-        axes.set_xlabel(across)
-    for axes in grid[:, 0]:
-        axes.set_ylabel(up)
+        axes.set_xlabel("rms of $f_a - f_r$ on the sines (mN)")
+    kinds = (
+        Line2D([], [], color=BLACK, marker="o", ls="", label="median"),
+        Line2D([], [], color=BLUE, lw=4.0, label="middle half of the fingers"),
+        Line2D([], [], color=BLUE, lw=1.0, label="best to worst decile (numbers: median, worst decile)"),
+    )
+    figure.legend(handles=kinds, loc="outside lower center", ncols=len(kinds))
+    return figure
 
 
-def legend_below(figure: Figure, axes: Axes) -> None:
-    """Put one legend for all panels under a figure."""
-    handles, labels = axes.get_legend_handles_labels()
-    if not labels:  # nobody to draw
+def _residual_row(axes: Axes, row: int, residual: np.ndarray) -> None:
+    there = residual[np.isfinite(residual)]
+    if not there.size:
         return
-    rows = math.ceil(len(labels) / 4)  # more than four long names do not fit beside each other
-    figure.legend(handles, labels, loc="outside lower center", ncols=math.ceil(len(labels) / rows))
+    low, first, third = np.quantile(there, (0.1, 0.25, 0.75))
+    median, worst = spread(there, larger_is_better=False)
+    axes.plot([low, worst], [row, row], color=BLUE, lw=1.0)
+    axes.plot([first, third], [row, row], color=BLUE, lw=4.0, solid_capstyle="butt")
+    axes.plot(median, row, color=BLACK, marker="o")
+    said = f"{_short(median)}, {_short(worst)}"
+    axes.annotate(said, (1.0, row), (2, 0), ("axes fraction", "data"), "offset points", va="center", fontsize=7.0)
+
+
+def _short(milli: float) -> str:
+    return f"{milli:.2g}" if milli < 99.5 else f"{milli:.0f}"

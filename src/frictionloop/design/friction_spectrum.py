@@ -1,29 +1,21 @@
-"""The least residual any linear time-invariant controller leaves of what fingers do on a bench, finger by finger."""
+"""What the friction of a finger does on a plain stroke, as a spectrum, with a measured load fed forward or not."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import xarray as xr
-from joblib import Parallel, delayed
 
 from frictionloop.design.causes import mean_occlusion
 from frictionloop.design.elements import linearise_contact
-from frictionloop.design.limits import stubborn
 from frictionloop.design.linear import LinearLoop, linearise
 from frictionloop.design.residual_bands import stretches
 from frictionloop.design.state_space import Array
-from frictionloop.design.waterbed import waterbed_bound
 from frictionloop.loop.felt import plain_stroke
 from frictionloop.parameters import FingerFriction, System
 from frictionloop.quantities import FrictionloopError
 
-LEVELS_N = (0.4, 0.6, 0.8)
-"""Middles of the set-points (paper, Sec. 4.2)."""
-PEAKS = (1.7, 2.0)
 MEASURED = ("force", "force and load")
 """What a controller measures; the load, if it does, it feeds forward."""
 SEGMENT_S = 2.0
@@ -32,86 +24,15 @@ PER_OCTAVE = 16
 """Bands per octave that the estimate is averaged over: its scatter would count as valleys to hide |S| in."""
 
 
-def least_residual(
-    system: System,
-    fingers: Sequence[Mapping[str, Any]],
-    duration_s: float = 11.0,
-    seed: int = 0,
-    *,
-    score_from_s: float = 1.0,
-    peaks: Sequence[float] = PEAKS,
-    levels_n: Sequence[float] = LEVELS_N,
-) -> xr.Dataset:
-    """Return the computed limit of each finger: `waterbed_bound` of its own disturbance on its own plant.
-
-    Around a force F friction moves by F d(ln Fmax), with Fmax(t) the friction limit of a stroke without vibration:
-    its density is F^2 times Welch's estimate over the scored stretches. A measured load, fed forward at once and
-    without error, takes n ln N out of ln Fmax (n the exponent of the load): the best case. The contact passes it on
-    with its own lag, of a Dahl contact at F, of none on a slider. Delay and zeros are those of the plant at F
-    (`stubborn`). Squares of the levels are averaged. The set-point is taken to be fed forward without error.
-
-    Parameters
-    ----------
-    system : System
-        The bench: speed, contact, delay and sensor count; its law and set-point do not.
-    fingers : sequence of mappings
-        Fingers as overrides. One that cannot be given a level has NaN.
-    duration_s, score_from_s : float
-        Duration of the stroke and the start of its scored part, in s.
-    seed : int
-        Seed of tremor and roughness.
-    peaks : sequence of float
-        Largest |S| allowed, each above 1.
-    levels_n : sequence of float
-        Forces in N.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``residual_rms_n`` (N) over ``measured`` ("force", "force and load"), ``sensitivity_peak`` and ``finger``;
-        ``open_rms_n``, what the bands hold before any control, over ``measured`` and ``finger``.
-
-    Raises
-    ------
-    FrictionloopError
-        For friction of another kind than "finger", or as ``simulate`` and `waterbed_bound`.
-    """
-    owns = own_systems(system, fingers)
-    asked = tuple(peaks), tuple(levels_n)
-    parallel = Parallel(n_jobs=-1, prefer="threads")
-    rows = parallel(delayed(_limits)(own, duration_s, seed, score_from_s, *asked) for own in owns)
-    found = np.array(rows).reshape(len(owns), len(MEASURED), 1 + len(asked[0]))
-    about = {"units": "N", "long_name": "least rms of f_a - f_r"}
-    table = ("measured", "sensitivity_peak", "finger"), np.moveaxis(found[..., 1:], 0, -1), about
-    before = ("measured", "finger"), found[..., 0].T, {"units": "N", "long_name": "rms before any control"}
-    coordinates = {"measured": list(MEASURED), "sensitivity_peak": list(asked[0])}
-    return xr.Dataset({"residual_rms_n": table, "open_rms_n": before}, coordinates)
-
-
-def _limits(
-    system: System, duration_s: float, seed: int, score_from_s: float, peaks: Sequence[float], levels: Sequence[float]
-) -> list[list[float]]:
-    squares = np.zeros((len(MEASURED), 1 + len(peaks)))
-    found = disturbed_levels(system, duration_s, seed, score_from_s, levels)
-    if found is None:
-        return [[math.nan] * squares.shape[1]] * len(MEASURED)
-    for loop, frequency_hz, psds in found:
-        delay, zeros = stubborn(loop)
-        nyquist_hz = loop.nyquist_hz
-        for row, psd in zip(squares, psds, strict=True):
-            row[0] += power_of(frequency_hz, psd, nyquist_hz)
-            for k, peak in enumerate(peaks):
-                bound = waterbed_bound(frequency_hz, psd, peak, nyquist_hz, delay_periods=delay, zeros=tuple(zeros))
-                row[1 + k] += bound.residual_rms_n**2
-    return np.sqrt(squares / len(levels)).tolist()
-
-
 def disturbed_levels(
     system: System, duration_s: float, seed: int, score_from_s: float, levels_n: Sequence[float]
 ) -> list[tuple[LinearLoop, Array, tuple[Array, ...]]] | None:
     """Return for each level the plant, frequencies in Hz, and the disturbance in N^2/Hz for each of `MEASURED`.
 
-    None if a level is out of this finger's reach.
+    Around a force F friction moves by F d(ln Fmax), with Fmax(t) the friction limit of a stroke without vibration:
+    its density is F^2 times Welch's estimate over the scored stretches. A measured load, fed forward at once and
+    without error, takes n ln N out of ln Fmax (n the exponent of the load): the best case. The contact passes it on
+    with its own lag, of a Dahl contact at F, of none on a slider. None if a level is out of this finger's reach.
     """
     frequency_hz, densities = log_limit_psd(system, duration_s, seed, score_from_s)
     occluded = mean_occlusion(system, score_from_s, duration_s)
@@ -171,7 +92,7 @@ def stretch_psd(signal: Array, parts: Sequence[Array], rate_hz: float) -> tuple[
     size = min(round(SEGMENT_S * rate_hz), longest)
     used = [part for part in parts if part.size >= max(size, 2)]
     if not used:
-        raise FrictionloopError("least_residual: a finger is never scored")
+        raise FrictionloopError("a finger is never scored: duration_s or motion.stroke_mm is too short")
     options = {"fs": rate_hz, "nperseg": size, "detrend": "linear"}
     found = [welch(signal[part], **options) for part in used]
     density = np.average([each for _, each in found], axis=0, weights=[part.size for part in used])

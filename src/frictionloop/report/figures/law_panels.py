@@ -1,0 +1,112 @@
+"""Steps and sensitivity of control laws, a panel for each law.
+
+Laws are told apart by place and never by colour: eleven lines in one panel cannot be read.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from frictionloop.design.tournament.entrants import ORACLE
+from frictionloop.design.tournament.protocol import STEP_LEVELS_N
+from frictionloop.report.style import BLUE, GREY, ORANGE, SILVER, VERMILLION, new_figure, styled
+
+SHOWN_S = (0.95, 1.75)
+"""A step down and a step up of the protocol, its second and third."""
+NAMED_AT = (1.25, 0.78)
+"""Where in a panel the law's name stands, between the steps and above the lower level: s, N."""
+ROOM_N = 0.3
+"""How far the axis of the steps goes beyond the levels; what goes further is cut off, and said."""
+COLUMNS = 3
+"""Panels of |S| beside each other."""
+CONTACT_LINES: dict[str, dict[str, Any]] = {
+    "dahl": {"color": BLUE, "linestyle": "-"},
+    "slider": {"color": VERMILLION, "linestyle": (0, (4, 1.5))},
+}
+
+
+@styled
+def figure_step_traces(traces: xr.Dataset, speed_mm_s: float) -> Figure:
+    """Return force over time on the median capable finger, a row for each law, a column for each contact.
+
+    The oracle's force, where it competes, is in every panel: what plant and drive allow.
+    """
+    contacts, laws = traces["contact"].values.tolist(), traces["law"].values.tolist()
+    some = traces.sel(time=slice(*SHOWN_S))
+    figure = new_figure(7.2, 0.8 * len(laws) + 0.9)
+    grid = figure.subplots(len(laws), len(contacts), squeeze=False, sharex=True, sharey=True)
+    low, high = max(0.0, min(STEP_LEVELS_N) - ROOM_N), max(STEP_LEVELS_N) + ROOM_N
+    for row, law in zip(grid, laws, strict=True):
+        for axes, contact in zip(row, contacts, strict=True):
+            here = some.sel(contact=contact)
+            if ORACLE in laws and law != ORACLE:
+                axes.plot(here["time"], here["f_a"].sel(law=ORACLE), color=ORANGE, lw=1.6, label="oracle")
+            force = here["f_a"].sel(law=law)
+            axes.step(here["time"], here["f_r"].sel(law=law), where="post", color=GREY, lw=0.8, label="set-point")
+            axes.plot(here["time"], force, color=BLUE, lw=0.8, label="this law")
+            cut = f"\ncut off, reaches {float(force.max()):.2g} N" if float(force.max()) > high else ""
+            axes.text(*NAMED_AT, law + cut, ha="center", va="center", fontweight="bold")
+    for axes, contact in zip(grid[0], contacts, strict=True):
+        axes.set_title(f"{contact}, {speed_mm_s:g} mm/s")
+    grid[0, 0].set(xlim=SHOWN_S, ylim=(low, high), yticks=STEP_LEVELS_N)
+    for axes in grid[-1]:
+        axes.set_xlabel("time (s)")
+    for axes in grid[:, 0]:
+        axes.set_ylabel("force (N)")
+    # The oracle's own panel has a line less.
+    handles, labels = max((axes.get_legend_handles_labels() for axes in grid[:, 0]), key=lambda found: len(found[1]))
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+    return figure
+
+
+@styled
+def figure_sensitivities(
+    frequency_hz: np.ndarray, found: Mapping[tuple[str, str], np.ndarray | None], laws: Sequence[str], speed_mm_s: float
+) -> Figure:
+    """Return |S| over frequency on the median capable finger around 0.6 N, a panel for each law.
+
+    ``found`` holds None for a loop that is unstable, which its panel says, and nothing for a law that has no linear
+    loop: it has no panel.
+    """
+    drawn = [law for law in laws if any(law == name for name, _ in found)]
+    rows = math.ceil(len(drawn) / COLUMNS)
+    figure = new_figure(7.2, 1.7 * rows + 0.9)
+    figure.suptitle(f"{speed_mm_s:g} mm/s", fontsize=9.0)
+    grid = figure.subplots(rows, min(COLUMNS, len(drawn)), squeeze=False, sharex=True, sharey=True)
+    for axes in grid.flat[len(drawn) :]:
+        axes.remove()
+    for axes in grid.flat[max(len(drawn) - COLUMNS, 0) : len(drawn)]:
+        axes.set_xlabel("frequency (Hz)")
+        axes.tick_params(labelbottom=True)
+    for axes, law in zip(grid.flat, drawn, strict=False):
+        for other in (each for each in found.values() if each is not None):
+            axes.loglog(frequency_hz, other, color=SILVER, lw=0.5)
+        axes.axhline(1.0, color=GREY, lw=0.6)
+        axes.set_title(law)
+        _own(axes, frequency_hz, {contact: size for (name, contact), size in found.items() if name == law})
+    for axes in grid[:, 0]:
+        axes.set_ylabel("$|S|$, residual\nover disturbance")
+    grid[0, 0].set_xlim(frequency_hz[0], frequency_hz[-1])
+    kinds: list[Any] = [Line2D([], [], **line, label=contact) for contact, line in CONTACT_LINES.items()]
+    kinds.append(Line2D([], [], color=SILVER, lw=0.5, label="all laws"))
+    figure.legend(handles=kinds, loc="outside lower center", ncols=len(kinds))
+    return figure
+
+
+def _own(axes: Axes, frequency_hz: np.ndarray, sizes: Mapping[str, np.ndarray | None]) -> None:
+    """Draw |S| of one law by contact, and name the contacts on which it is unstable."""
+    for contact, size in sizes.items():
+        if size is not None:
+            axes.loglog(frequency_hz, size, lw=1.4, **CONTACT_LINES[contact])
+    ringing = [contact for contact, size in sizes.items() if size is None]
+    if ringing:
+        said = "unstable" if len(ringing) == len(sizes) else f"unstable on {ringing[0]}"
+        axes.text(0.97, 0.06, said, transform=axes.transAxes, ha="right", fontweight="bold")

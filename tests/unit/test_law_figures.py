@@ -1,0 +1,71 @@
+"""Figures of control laws: every law is told apart by its place, and what is unstable or cut off is said."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from frictionloop.report.figures.controller import figure_step
+from frictionloop.report.figures.law_panels import figure_sensitivities, figure_step_traces
+from frictionloop.report.figures.tournament import figure_residuals
+
+CONTACTS = ["dahl", "slider"]
+TIME = np.arange(0.0, 2.0, 1e-3)
+
+
+def words(figure):
+    return [text.get_text() for axes in figure.axes for text in axes.texts]
+
+
+def steps(**largest_n):
+    """Traces that rest at 0.5 N but for one reading of each law."""
+    force = np.full((len(largest_n), len(CONTACTS), TIME.size), 0.5)
+    force[:, 0, 1200] = list(largest_n.values())
+    dims, there = ("law", "contact", "time"), {"law": list(largest_n), "contact": CONTACTS, "time": TIME}
+    return xr.Dataset({"f_a": (dims, force), "f_r": (dims, np.full_like(force, 0.5))}, there)
+
+
+def test_a_law_that_is_unstable_is_said_to_be():
+    frequency_hz = np.geomspace(1.0, 2500.0, 50)
+    size = np.full(50, 0.5)
+    found = {("a", "dahl"): size, ("a", "slider"): size, ("b", "dahl"): size, ("b", "slider"): None}
+    found |= {("c", contact): None for contact in CONTACTS}
+    figure = figure_sensitivities(frequency_hz, found, ["a", "b", "c", "oracle"], 20.0)
+    said = {axes.get_title("left"): [text.get_text() for text in axes.texts] for axes in figure.axes}
+    assert said == {"a": [], "b": ["unstable on slider"], "c": ["unstable"]}
+
+
+def test_a_force_that_leaves_the_panel_is_said_to():
+    figure = figure_step_traces(steps(calm=0.6, wild=3.0), 20.0)
+    # Rows are laws, columns contacts; the force leaves on the first contact only.
+    assert words(figure) == ["calm", "calm", "wild\ncut off, reaches 3 N", "wild"]
+    assert all(axes.get_ylim()[1] < 1.2 for axes in figure.axes)
+
+
+@pytest.mark.parametrize("order", [("oracle", "law"), ("law", "oracle")], ids=str)
+def test_the_oracle_is_beside_every_other_law(order):
+    figure = figure_step_traces(steps(**dict.fromkeys(order, 0.5)), 20.0)
+    assert sorted({len(axes.lines) for axes in figure.axes}) == [2, 3]
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["oracle", "set-point", "this law"]
+
+
+def test_residuals_have_a_row_and_two_numbers_for_each_law():
+    # 1 to 10 mN: half the fingers are below 5.5 mN, nine in ten at 9 mN or below.
+    residual = np.stack([1e-3 * np.arange(1.0, 11.0), np.full(10, np.nan)])[:, None, None, :]
+    dims = ("law", "speed_mm_s", "contact", "finger")
+    scored = xr.Dataset(
+        {"residual_rms_n": (dims, residual), "capable": (("speed_mm_s", "finger"), np.full((1, 10), True))},
+        {"law": ["some", "none"], "speed_mm_s": [20.0], "contact": ["dahl"]},
+    )
+    figure = figure_residuals(scored)
+    assert words(figure) == ["5.5, 9"]
+    assert [label.get_text() for label in figure.axes[0].get_yticklabels()] == ["some", "none"]
+
+
+def test_the_step_before_does_not_flatten_the_step_after():
+    after, before = (steps(law=largest).isel(law=0, contact=0) for largest in (0.8, 7.0))
+    figure = figure_step(before, after)
+    titles = [axes.get_title("left") for axes in figure.axes]
+    assert titles == ["before: cut off, the force goes from 0.5 to 7 N", "after"]
+    assert all(0.75 < axes.get_ylim()[1] < 1.5 for axes in figure.axes)
