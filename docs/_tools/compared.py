@@ -24,11 +24,13 @@ PAIRS = (
     ("hold_rms_n", "hold (mN)", 1e3),
     ("r2_identity", "$R^2$", 1.0),
     ("fall_63_s", "fall to 63 % (ms)", 1e3),
+    ("fall_63_over_bound", "fall / shortest", 1.0),
     ("rise_10_90_over_limit", "rise / skin's", 1.0),
+    ("rise_10_90_over_bound", "rise / shortest", 1.0),
     ("relative_index", "felt", 1.0),
     ("over_oracle", "/ oracle", 1.0),
 )
-"""Scores shown as median / worst decile of the capable fingers."""
+"""Scores shown as median / worst decile of the capable fingers, as far as they are kept."""
 SINGLE = (("sensitivity_peak", "$M_s$"), ("sensitivity_peak_5", "±5 %"), ("sensitivity_peak_10", "±10 %"))
 """Margins of the median capable finger."""
 POPULATIONS = "capable", "median capable finger"
@@ -47,8 +49,9 @@ def compared(kept: Path = KEPT) -> str:
             here = [row for row in rows if row["speed_mm_s"] == speed and row["contact"] == contact]
             count = max((int(row["fingers"]) for row in here), default=0)
             title = f"**{float(speed):g} mm/s, {contact}**, median / worst decile of {count} capable fingers"
-            heads = ("Law", *(head for _, head, _ in PAIRS), *(head for _, head in SINGLE))
-            parts.append(f"{title}:\n\n" + table(heads, (_law(law, here) for law in _names(here, "law"))))
+            pairs = [pair for pair in PAIRS if pair[0] in _names(here, "score")]
+            heads = ("Law", *(head for _, head, _ in pairs), *(head for _, head in SINGLE))
+            parts.append(f"{title}:\n\n" + table(heads, (_law(law, here, pairs) for law in _names(here, "law"))))
     return "\n\n".join(parts)
 
 
@@ -72,10 +75,10 @@ def _names(rows: Iterable[Row], column: str) -> list[str]:
     return list(dict.fromkeys(row[column] for row in rows))
 
 
-def _law(law: str, rows: list[Row]) -> Iterable[Any]:
+def _law(law: str, rows: list[Row], pairs: Iterable[tuple[str, str, float]]) -> Iterable[Any]:
     at = {row["score"]: row for row in rows if row["law"] == law and row["population"] in POPULATIONS}
     yield f"`{law}`"
-    for name, _, factor in PAIRS:
+    for name, _, factor in pairs:
         both = [_number(factor * _value(at, name, key)) for key in ("median", "worst_decile")]
         yield "–" if both == ["–", "–"] else " / ".join(both)
     for name, _ in SINGLE:

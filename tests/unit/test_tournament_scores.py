@@ -17,7 +17,6 @@ from frictionloop.design.tournament import limits, margins, plain, protocol
 from frictionloop.design.tournament.pooled import Moments, pooled, pooled_rms
 from frictionloop.design.tournament.scores import answering, dead_times_s, spread
 from frictionloop.loop.felt import plain_stroke
-from frictionloop.parameters import Skin
 
 DURATION_S, START_S, SEED = 2.0, 0.5, 9
 
@@ -113,31 +112,18 @@ def test_a_force_that_rings_across_has_no_time_in_the_scores(ran):
     assert float(found["rise_63_s"].item()) == 1.5e-2
 
 
-def test_limits_by_hand():
-    """0.32 N over 952 N/m at 20 mm/s; an envelope of 100 Hz under full drive."""
-    skin = Skin(stiffness_n_m=1000.0, bristle_stiffness_n_m=2e4)
-    assert limits.skin_time_s(0.32, skin, 20.0) == pytest.approx(0.32 / (1e3 / 1.05 * 0.02))
-    assert limits.skin_time_s(0.32, skin, 20.0) == pytest.approx(16.8e-3)
-    needed = limits.drive_time_s(0.7, 1.5, 2.5, 100.0)
-    assert 2.5 + (0.7 - 2.5) * math.exp(-2 * math.pi * 100 * needed) == pytest.approx(1.5, rel=1e-12)
-    assert math.isnan(limits.drive_time_s(0.7, 2.5, 2.5, 100.0))
-    assert math.isnan(limits.drive_time_s(math.nan, 1.0, 2.5, 100.0))
-
-
-def test_a_plate_under_full_drive_meets_the_bound():
-    """f = f0 e^(-tau a^2) from 0.75 to 0.35 N, followed over time, passes 10, 63 and 90 % when the limit says."""
-    system = fl.bench().evolve({"friction.nominal_n": 1.1, "friction.load_exponent": 0.0, "controller.delay_s": 0.0})
-    t = np.linspace(0.0, 5e-3, 500_001)
-    start = math.sqrt(math.log(1.1 / 0.75) / 0.38)
-    force = 1.1 * np.exp(-0.38 * (2.5 + (start - 2.5) * np.exp(-2 * np.pi * 100 * t)) ** 2)
-    at = {share: t[np.argmax(force <= 0.75 - share * 0.4)] for share in (0.1, 0.632, 0.9)}
-    found = limits.step_limits(system, {})
-    assert found.fall_63_s == pytest.approx(at[0.632], abs=2e-8)
-    assert found.fall_10_90_s == pytest.approx(at[0.9] - at[0.1], abs=3e-8)
-    assert found.rise_63_s == pytest.approx(found.rise_10_90_s * 0.632 / 0.8)
-    late = limits.step_limits(system.evolve({"controller.delay_s": 2e-4}), {})
-    assert late.fall_63_s == pytest.approx(found.fall_63_s + 2e-4)
-    assert math.isnan(limits.step_limits(system, {"friction.nominal_n": 0.6}).fall_63_s)
+def test_step_times_are_over_those_of_reference_and_bound(ran):
+    scored = rooms.scores(ran)
+    assert scored.sizes["contact"] == 2
+    for contact in scored["contact"].values.tolist():
+        at = protocol.Condition(80.0, contact, protocol.STEPPED)
+        occluded = plain.occluded_at(20.0, 1.25)
+        found = limits.step_limits(fl.bench().evolve(protocol.overrides_of(at)), ran.people, occluded)
+        here = scored.sel(law="retuned_pi", speed_mm_s=80.0, contact=contact)
+        for against, shortest in (("limit", found.reference), ("bound", found.bound)):
+            for name, each in shortest._asdict().items():
+                over = here[f"{name.removesuffix('_s')}_over_{against}"].values
+                np.testing.assert_allclose(over, here[name].values / each, rtol=1e-12)
 
 
 @pytest.mark.parametrize("level_n", [0.4, 0.6])

@@ -33,6 +33,7 @@ MARGINS = (
 LEGEND = (
     "R2, rms: of three sines pooled",
     "fall: time to 63 % of a step down; never, ∞, where ringing is there within the delay",
+    "--csv, --json: step times over skin and drive (limit) and the shortest (bound)",
     "felt: how much of the error touch feels, over a stroke without control; below 1 it feels less",
     "/oracle: rms over that of a law that knows plant and finger; Ms: largest gain on a disturbance",
     "±5 %, ±10 %: Ms with the sensor's resonance off by that much, either way",

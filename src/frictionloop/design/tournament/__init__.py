@@ -1,6 +1,7 @@
 """Control laws compared on one bench: tuned on one population of fingers, scored on another."""
 
 from frictionloop.design.tournament.entrants import ENTRANTS, Entrant
+from frictionloop.design.tournament.limits import StepLimits, step_limits
 from frictionloop.design.tournament.protocol import (
     EVALUATION_SEED,
     SMALL,
@@ -20,6 +21,7 @@ __all__ = [
     "SCORES",
     "SMALL",
     "SPEEDS_MM_S",
+    "StepLimits",
     "TUNING_SEED",
     "Tournament",
     "TournamentInterrupted",
@@ -29,6 +31,7 @@ __all__ = [
     "oracle_errors",
     "score_rows",
     "scores",
+    "step_limits",
     "tidy_rows",
     "tuning_population",
     "value_of",

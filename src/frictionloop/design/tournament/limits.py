@@ -1,66 +1,63 @@
-"""What no control law gets past on a step: the skin on the way up, the drive of the plate on the way down.
-
-The skin pulls no faster than k_eff v, the skin in series with the bristle of the contact (`Skin.stuck_stiffness_n_m`).
-The plate's envelope under full drive is a(t) = a_max + (a1 - a_max) e^(-wc t), and the force falls no faster than the
-friction limit under it.
-"""
+"""Step times no law should be expected to beat, of a whole population: references in closed form, and the optimum."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictionloop.design.operating import law_at
+from frictionloop.design.tournament.extremes import undisturbed
+from frictionloop.design.tournament.optimal import time_optimal
 from frictionloop.design.tournament.protocol import STEP_LEVELS_N
-from frictionloop.parameters import Skin, Strokes, System
-from frictionloop.physics.friction import amplitude_for
-
-SHARE_63 = 0.632
+from frictionloop.design.tournament.reference import StepTimes, reference_times
+from frictionloop.parameters import System
+from frictionloop.quantities import FrictionloopError
 
 
 class StepLimits(NamedTuple):
-    """Shortest times of the steps 0.35 to 0.75 N and back, in s; NaN where a finger has not got the level."""
+    """What step times are divided by, arrays over fingers."""
 
-    rise_63_s: float
-    rise_10_90_s: float
-    fall_63_s: float
-    fall_10_90_s: float
-
-
-def skin_time_s(way_n: float, skin: Skin, speed_mm_s: float) -> float:
-    """Return way/(k_eff v), the time in which stuck skin pulls so much harder."""
-    return way_n / (skin.stuck_stiffness_n_m * 1e-3 * speed_mm_s)
+    reference: StepTimes
+    """The springs of the skin on the way up, the drive on the way down: what figures are stated against."""
+    bound: StepTimes
+    """The shortest under any drive that does not turn back on its way."""
 
 
-def drive_time_s(from_um: float, to_um: float, max_um: float, cutoff_hz: float) -> float:
-    """Return ln((a_max - a1)/(a_max - a2))/(2 pi f) in s, the time of a rise under full drive; NaN if it cannot."""
-    if not from_um <= to_um < max_um:
-        return math.nan
-    return float(np.log((max_um - from_um) / (max_um - to_um)) / (2.0 * np.pi * cutoff_hz))
+def step_limits(system: System, people: Sequence[Mapping[str, Any]], occluded: float = 0.0) -> StepLimits:
+    """Return both for each finger on a bench, at its mean load and so far occluded, undisturbed.
 
+    Parameters
+    ----------
+    system
+        A bench with skin and contact, at one speed; ``controller.delay_s`` is the dead time of its loop.
+    people
+        Fingers as overrides.
+    occluded
+        How far occlusion has come, 0 to 1.
 
-def step_limits(system: System, finger: Mapping[str, Any], occluded: float = 0.0) -> StepLimits:
-    """Return the shortest times of a finger on a bench, at its mean load and so far occluded, without delays.
-
-    Falls to 63 % begin a dead time of the loop after the step, ``controller.delay_s`` at least, which is in the limit.
+    Returns
+    -------
+    StepLimits
+        NaN for a finger that has not got the levels, or is too light for a law to act.
     """
-    own = system.evolve(finger)
-    low, high = STEP_LEVELS_N
-    step, skin, plate = high - low, own.finger, own.plate
-    law = law_at(own, occluded)
-
-    def fall_s(start: float, stop: float) -> float:
-        begins, ends = amplitude_for(np.array([high - start * step, high - stop * step]), law).tolist()
-        return drive_time_s(begins, ends, plate.max_amplitude_um, plate.cutoff_hz)
-
-    assert isinstance(skin, Skin) and isinstance(own.motion, Strokes)
-    given = skin, own.motion.speed_mm_s
+    own = [_undisturbed(system.evolve(each), occluded) for each in people]
+    some = [each for each in own if each is not None]
+    kept = np.array([each is not None for each in own])
     return StepLimits(
-        skin_time_s(SHARE_63 * step, *given),
-        skin_time_s(0.8 * step, *given),
-        own.controller.delay_s + fall_s(0.0, SHARE_63),
-        fall_s(0.1, 0.9),
+        _spread(reference_times(some, STEP_LEVELS_N), kept), _spread(time_optimal(some, STEP_LEVELS_N), kept)
     )
+
+
+def _undisturbed(system: System, occluded: float) -> System | None:
+    try:
+        return undisturbed(system, occluded)
+    except FrictionloopError:
+        return None
+
+
+def _spread(times: StepTimes, kept: np.ndarray) -> StepTimes:
+    """Return the times of the fingers kept as arrays over all, NaN for the others."""
+    table = np.full((len(times), kept.size), np.nan)
+    table[:, kept] = times
+    return StepTimes(*table)

@@ -9,11 +9,11 @@ import xarray as xr
 
 from frictionloop.design.tournament import protocol
 from frictionloop.design.tournament.entrants import CLAIRVOYANT, ORACLE
-from frictionloop.design.tournament.limits import StepLimits, step_limits
+from frictionloop.design.tournament.limits import step_limits
 from frictionloop.design.tournament.plain import occluded_at
 from frictionloop.design.tournament.pooled import Moments, pooled, pooled_rms
+from frictionloop.design.tournament.reference import StepTimes
 from frictionloop.design.tournament.run import PLAIN, Tournament
-from frictionloop.quantities import FrictionloopError
 
 
 class Score(NamedTuple):
@@ -37,10 +37,14 @@ SCORES: dict[str, Score] = {
     "rise_10_90_s": Score("time from 10 to 90 % of a step up", "s"),
     "fall_63_s": Score("time to 63 % of a step down", "s"),
     "fall_10_90_s": Score("time from 10 to 90 % of a step down", "s"),
-    "rise_63_over_limit": Score("the same time up over the skin's limit"),
-    "rise_10_90_over_limit": Score("the same time up over the skin's limit"),
-    "fall_63_over_bound": Score("the same time down over the time-optimal bound of the plate"),
-    "fall_10_90_over_bound": Score("the same time down over the time-optimal bound of the plate"),
+    "rise_63_over_limit": Score("time to 63 % of a step up over the time of the skin's springs"),
+    "rise_10_90_over_limit": Score("time from 10 to 90 % of a step up over the time of the skin's springs"),
+    "fall_63_over_limit": Score("time to 63 % of a step down over the time of the plate's drive"),
+    "fall_10_90_over_limit": Score("time from 10 to 90 % of a step down over the time of the plate's drive"),
+    "rise_63_over_bound": Score("time to 63 % of a step up over the shortest of any drive that does not turn back"),
+    "rise_10_90_over_bound": Score("time from 10 to 90 % up over the shortest of any drive that does not turn back"),
+    "fall_63_over_bound": Score("time to 63 % of a step down over the shortest of any drive that does not turn back"),
+    "fall_10_90_over_bound": Score("time from 10 to 90 % down over the shortest of any drive that does not turn back"),
     "perceptual_index": Score("perceptual index D, sines"),
     "relative_index": Score("D over that of a plain stroke at the level"),
     "saturation_index": Score("share of commands that are clamped, sines"),
@@ -151,33 +155,33 @@ def _levels(cells: xr.Dataset) -> dict[str, np.ndarray]:
 
 
 def _times(cells: xr.Dataset) -> dict[str, np.ndarray]:
-    return {name: cells[name].sel(task=protocol.STEPPED).values for name in StepLimits._fields}
+    return {name: cells[name].sel(task=protocol.STEPPED).values for name in StepTimes._fields}
 
 
-def _limited(times: dict[str, np.ndarray], limits: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    found = {}
-    for name in StepLimits._fields:
-        against = "limit" if name.startswith("rise") else "bound"
-        over = times[name] / limits[name][None, :, None, :]
-        found[f"{name.removesuffix('_s')}_over_{against}"] = over
-    return found
+def _limited(times: dict[str, np.ndarray], limits: dict[tuple[str, str], np.ndarray]) -> dict[str, np.ndarray]:
+    return {
+        f"{name.removesuffix('_s')}_over_{against}": times[name] / shortest
+        for (against, name), shortest in limits.items()
+    }
 
 
-def _limits(tournament: Tournament) -> dict[str, np.ndarray]:
-    """Return the step limits by name, each over speed and finger; NaN for a finger too light for the law to act."""
+def _limits(tournament: Tournament) -> dict[tuple[str, str], np.ndarray]:
+    """Return the step limits by "limit" or "bound" and name, each over speed, contact and finger."""
     system, people = tournament.system, tournament.people
     occluded = occluded_at(system.friction.occlusion_s, tournament.middle_s)  # type: ignore[union-attr]
-    none = StepLimits(*(np.nan,) * 4)
-    rows = []
-    for speed in tournament.speeds_mm_s:
-        moving = system.evolve({"motion.speed_mm_s": speed, "motion.stroke_mm": protocol.STROKE_MM})
-        for each in people:
-            try:
-                rows.append(step_limits(moving, each, occluded))
-            except FrictionloopError:
-                rows.append(none)
-    table = np.array(rows).reshape(len(tournament.speeds_mm_s), len(people), 4)
-    return {name: table[..., k] for k, name in enumerate(StepLimits._fields)}
+    contacts = tournament.cells["contact"].values.tolist()
+
+    def at(speed: float, contact: str) -> np.ndarray:
+        moving = system.evolve(protocol.overrides_of(protocol.Condition(speed, contact, protocol.STEPPED)))
+        found = step_limits(moving, people, occluded)
+        return np.array((found.reference, found.bound))
+
+    table = np.array([[at(v, contact) for contact in contacts] for v in tournament.speeds_mm_s])
+    return {
+        (against, name): table[:, :, j, k]
+        for j, against in enumerate(("limit", "bound"))
+        for k, name in enumerate(StepTimes._fields)
+    }
 
 
 def _over_tasks(cells: xr.Dataset, name: str, tasks: tuple[str, ...]) -> np.ndarray:
