@@ -30,6 +30,10 @@ int32_t fl_limit_of(int32_t limit_log2, int32_t fall, int32_t amplitude) {
     return fl_exp2(fl_saturate(limit_log2 - fl_product(slope, amplitude, 28)), 26);
 }
 
+int32_t fl_lowering(int32_t fall, int32_t amplitude) {
+    return fl_saturate(fl_product(fl_low(fl_product(fall, amplitude, 30)), amplitude, 28));
+}
+
 int32_t fl_stuck_share(int32_t friction, int32_t limit, int32_t rising, int32_t fastest, int32_t valid) {
     if (friction < 0 || !valid) return FL_ONE;
     if (4 * (int64_t)rising < fastest) return 0;

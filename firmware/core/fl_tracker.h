@@ -36,6 +36,9 @@ int32_t fl_share_of(int32_t compliance, int32_t limit, int64_t way, fl_inverse *
 /* limit_of: 2^(d - fall a^2) in q26; d q26, fall and a q28. */
 int32_t fl_limit_of(int32_t limit_log2, int32_t fall, int32_t amplitude);
 
+/* fall a^2 in q26; fall and a q28. */
+int32_t fl_lowering(int32_t fall, int32_t amplitude);
+
 /* stuck_share in q28; friction q28, limit q26, both rates q15. */
 int32_t fl_stuck_share(int32_t friction, int32_t limit, int32_t rising, int32_t fastest, int32_t valid);
 

@@ -9,12 +9,12 @@
  * five. */
 enum {
     AMPLITUDE, COMMAND, D, TRUSTED, FRICTION, SPRING, RATE, READING, FORWARD, LOAD, RISING, FALLING,
-    BEFORE, COMPLIANCE, FALL, POWER_C, POWER_T, BY_C, BY_T = BY_C + 5, POWER_C_LOW = BY_T + 5, POWER_T_LOW
+    BEFORE, COMPLIANCE, FALL, POWER_C, POWER_T, BY_C, BY_T = BY_C + 5, LEAPT = BY_T + 5, POWER_C_LOW, POWER_T_LOW
 };
 
 const int8_t fl_tracker_places[] = {
     28, 28, 26, 26, 28, 23, 22, 24, 0, 26, 15, 15, 28, 20, 28, 28, 20, /* to POWER_T */
-    30, 30, 31, 30, 32, 26, 26, 27, 26, 28, 60, 52};
+    30, 30, 31, 30, 32, 26, 26, 27, 26, 28, 28, 60, 52};
 
 /* As TrackerGains, a product where the comment says so, each in its places; of LEARN_C and LEARN_T the
  * shift counts. */
@@ -42,6 +42,8 @@ enum {
     FALLS_OVER_SMOOTH = 429496730, LEAST_RINGING = 40 << 15,  /* q31: 0.2; q15: 40 N/s */
     CALM_C = 536871, CALM_T = 268435,                         /* 2e-3, 1e-3 */
     LEAST_FALL = 53687091, MOST_FALL = 3 * FL_ONE,            /* 0.2 */
+    LEAP = 40265318, LEAP_SHARE = 1932735283,                 /* 0.15 N; q31: 0.9 */
+    LEAP_TICK = FL_ONE / 16, MOST_PUSH = 20 << 26,
     LOG2_E = 1549082005, HALF_LN_2 = 744261118,               /* q30, q31 */
     LEAST_PRESSED = 5368709, LEAST_WANTED = 335544,           /* 0.02 N in q28 and in q24 */
     STEADY_FORCE = 40265318, STEADY_ERROR = 2013266,          /* 0.15 N; q26: 0.03 */
@@ -81,7 +83,7 @@ fl_force_command fl_tracker_step(
     const int32_t fastest = fl_saturate(fl_product(gains[FASTEST].mantissa, v, 25));
     const int32_t pressed = measurement->load > LEAST_PRESSED ? measurement->load : LEAST_PRESSED;
     const int32_t load = towards(gains[LOAD_GAIN], state[LOAD], fl_log2(pressed, 27));
-    const int32_t push = fl_low(fl_product(gains[EXPONENT].mantissa, load, 29));
+    int32_t push = fl_low(fl_product(gains[EXPONENT].mantissa, load, 29));
 
     /* Correct by the reading. */
     const int32_t error = fl_saturate((measurement->force - (int64_t)x[2] * 16 + 2) >> 2);
@@ -91,7 +93,14 @@ fl_force_command fl_tracker_step(
     fl_schedule(k, share, gains + TABLE);
     const int32_t w = fl_stuck_share(f, limit, rising, fastest, valid);
     const int32_t calm = 2 * (int64_t)magnitude(rising) < fastest;
-    if (w == 0 && f > STEADY_FORCE && magnitude(error) < STEADY_ERROR && calm) {
+    const int32_t off = (f >> 1) - (setpoint >> 1), leaps = valid && magnitude(off) > LEAP / 2;
+    int32_t leapt = state[LEAPT];
+    if (leaps || leapt) {
+        const int64_t drop = (int64_t)before - f;
+        const int32_t drops = leaps && off > 0 && drop > fl_product(gains[LARGEST_RISE].mantissa, v, 20);
+        leapt = drops ? FL_ONE : leapt > LEAP_TICK ? leapt - LEAP_TICK : 0;
+        state[LEAPT] = leapt;
+    } else if (w == 0 && f > STEADY_FORCE && magnitude(error) < STEADY_ERROR && calm) {
         const int64_t pc = fl_mean_square(state + POWER_C, state + POWER_C_LOW, by_c[4]) + LEAST_POWER_C;
         const int64_t pt = fl_mean_square(state + POWER_T, state + POWER_T_LOW, by_t[4]) + LEAST_POWER_T;
         c = fl_add(c, fl_learnt(gains[LEARN_C], error, by_c[4], pc, 32 - 60 - 20, FASTEST_C));
@@ -105,7 +114,8 @@ fl_force_command fl_tracker_step(
     fall = fl_clip(fall, LEAST_FALL, MOST_FALL);
     const int32_t slides = FL_ONE - w, jump = fl_clip(gains[JUMP].mantissa, 0, MOST_JUMP);
     const int32_t per_force = fl_low(fl_over(FL_ONE, fl_invert(fl_clip(f, LEAST_FORCE, MOST_FORCE)), 27));
-    const int32_t missed = fl_clip(fl_saturate(fl_product(k[KD], error, 22)), -jump, jump);
+    int32_t missed = fl_clip(fl_saturate(fl_product(k[KD], error, 22)), -jump, jump);
+    if (leapt) missed = fl_low(fl_product(FL_ONE - leapt, missed, 28));
     const int32_t up = fl_low(fl_product(fl_low(fl_product(slides, missed, 28)), per_force, 27));
     d = fl_clip(fl_low(d + fl_product(LOG2_E, up, 32)), LOWEST, HIGHEST);
     limit = fl_saturate(limit + fl_product(limit, up, 28));
@@ -124,6 +134,14 @@ fl_force_command fl_tracker_step(
 
     /* Go on to when the command takes effect. */
     const int32_t a_then = towards(gains[DECAY_REST], state[COMMAND], a);
+    state[FALL] = fall;
+    int32_t more = 0;
+    if (leaps) {
+        const int32_t least = fl_low(fl_product(LEAP_SHARE, gains[MODEL_FALL].mantissa, 31));
+        more = fall - fl_clip(least, LEAST_FALL, MOST_FALL);
+        fall -= more;
+        push = fl_clip(fl_saturate((int64_t)push - fl_lowering(more, a)), -MOST_PUSH, MOST_PUSH);
+    }
     const int32_t limit_then = fl_limit_of(fl_low((int64_t)d + push), fall, a_then);
     int32_t mean = (int32_t)(((int64_t)limit + limit_then) >> 1);
     share = fl_share_of(c, mean, way, &per_whole);
@@ -140,7 +158,7 @@ fl_force_command fl_tracker_step(
     const int32_t wanted_limit = fl_saturate(fl_over(ahead, per_lead, 25) + (f_then >> 4));
     const int32_t wanted_log2 = fl_log2(wanted_limit > LEAST_WANTED ? wanted_limit : LEAST_WANTED, 24);
     const int32_t behind_d = fl_low((int64_t)d - state[TRUSTED]);
-    const int32_t trusted = fl_low(state[TRUSTED] + fl_product(k[TRUST], behind_d, 28));
+    int32_t trusted = fl_low(state[TRUSTED] + fl_product(k[TRUST], behind_d, 28));
     const int32_t over = fl_low((int64_t)trusted + push - wanted_log2);
     const int32_t square = fl_saturate(fl_over(over, fl_invert(fall), 27));
     const int32_t held = fl_clip(square, 0, gains[MOST_SQUARE].mantissa);
@@ -168,7 +186,14 @@ fl_force_command fl_tracker_step(
     fl_sensitivity_step(by_c, keep, &with, added_c);
     fl_sensitivity_step(by_t, keep, &with, added_t);
     fl_sensor_step(x, f >> 6, f_next >> 6, gains + SENSOR);
-    state[AMPLITUDE] = towards(gains[DECAY_LEFT], command, a_then);
+    const int32_t a_next = towards(gains[DECAY_LEFT], command, a_then);
+    if (more) {
+        const int64_t d_next = (int64_t)d + fl_lowering(more, a_next) - fl_lowering(more, a);
+        const int32_t moved = fl_clip(fl_saturate(d_next), LOWEST, HIGHEST) - d;
+        d += moved;
+        trusted = fl_low((int64_t)trusted + moved);
+    }
+    state[AMPLITUDE] = a_next;
     state[COMMAND] = command;
     state[D] = d;
     state[TRUSTED] = trusted;
@@ -179,7 +204,6 @@ fl_force_command fl_tracker_step(
     state[FALLING] = falling;
     state[BEFORE] = f;
     state[COMPLIANCE] = c;
-    state[FALL] = fall;
     return (fl_force_command){u, square != held};
 }
 

@@ -55,24 +55,28 @@ def stepped(gains, state, y, setpoint_n):
     return TrackerState(*after)
 
 
+def asked(k, hz):
+    return 0.6 + 0.1 * np.sin(2 * np.pi * hz * k * DT)
+
+
 def tracked(c, finger, ticks, hz=1.0):
     """Return the states before each tick and the readings, for a sine of 0.6 +- 0.1 N."""
     gains, state, y, states, readings = gains_of(c), TrackerState(*tracker_start(c)), 0.0, [], []
     for k in range(ticks):
         states.append(state)
         readings.append(y)
-        state = stepped(gains, state, y, 0.6 + 0.1 * np.sin(2 * np.pi * hz * k * DT))
+        state = stepped(gains, state, y, asked(k, hz))
         y = finger.period(state.command)
     return states, readings
 
 
-def replayed(c, states, readings, parameter, value):
+def replayed(c, states, readings, parameter, value, hz):
     """Return the expected readings of an observer with another parameter: same readings, same commands."""
     gains, state, found = gains_of(c), states[0]._replace(**{parameter: value}), []
-    for own, y in zip(states, readings, strict=True):
+    for k, (own, y) in enumerate(zip(states, readings, strict=True)):
         state = state._replace(amplitude=own.amplitude, command=own.command)
         found.append(state.reading)
-        state = stepped(gains, state, y, 0.6)
+        state = stepped(gains, state, y, asked(k, hz))
     return np.array(found)
 
 
@@ -90,7 +94,7 @@ def test_sensitivities_against_finite_differences(parameter, by, step, complianc
     c = controller(compliance_um_per_n=compliance, **learning)
     states, readings = tracked(c, Finger(compliance, 0.38, 3e-4, 1e-5), 3000, hz=4.0)
     start = getattr(states[0], parameter)
-    ahead, behind = (replayed(c, states, readings, parameter, start + sign * step) for sign in (1, -1))
+    ahead, behind = (replayed(c, states, readings, parameter, start + sign * step, 4.0) for sign in (1, -1))
     slope, told = (ahead - behind) / (2 * step), np.array([getattr(state, by) for state in states])
     scored = slice(1500, None)
     np.testing.assert_allclose(told[scored], slope[scored], atol=0.03 * np.abs(slope[scored]).max())

@@ -57,7 +57,7 @@ WORST_TICK = {
     "filtered_pi": WorstTick(3083, 4811),
     "observer": WorstTick(1767, 3403),
     "super_twisting": WorstTick(1952, 3771),
-    "tracker": WorstTick(3450, 7108),
+    "tracker": WorstTick(3484, 7195),
 }
 """By kind of controller, on the image of bench(), from entry to return of the tick's interrupt.
 

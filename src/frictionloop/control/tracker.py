@@ -10,7 +10,7 @@ Commands: the amplitude at which friction goes the given share of its error in a
 finger that is stuck, lands or is lifted holds the limit: the law then is a lookup by what it last knew, and goes on
 without a jump. There is no integrator to wind up; the estimates are bounded.
 
-Operations of a tick: 178 multiplications, 160 additions, 82 comparisons, 12 divisions, 1 root, 3 exp2, 2 log2.
+Operations of a tick: 185 multiplications, 171 additions, 93 comparisons, 12 divisions, 1 root, 3 exp2, 2 log2.
 """
 
 from __future__ import annotations
@@ -51,13 +51,18 @@ CALM_C, CALM_T = 2e-3, 1e-3
 """Shares by which compliance falls and susceptibility rises in a tick of ringing (chosen on fingers(300, 3))."""
 FORGET = 4e-4
 """Gain of the mean squares of the sensitivities (assumed: half a second)."""
+LEAP_N, LEAP_SHARE = 0.15, 0.9
+"""Error of friction beyond which it leaps, and the share of the model's susceptibility that is then believed: less than
+all of it, so that a leap rather goes too far than falls short (chosen on fingers(270, 3))."""
+LEAP_TICK = 1.0 / 16.0
+"""By how much less of a leap downwards is on its way through the sensor a tick later (chosen: 3 ms in all)."""
 
 
 @step
 def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: float):  # type: ignore[no-untyped-def]
     """One tick; see the module."""
     a, command, d, trusted, f, x1, x2, x3, before, load, rising, falling, f_before, c, fall, pc, pt = state[:17]
-    sc, st = state[17:22], state[22:27]
+    sc, st, leapt = state[17:22], state[22:27], state[27]
     rest, decay_rest, decay_left, decay, inverse, most_um, most_c, learn_c, learn_t, exponent, load_gain = gains[:11]
     skin, jump, log2_nominal, model_fall, sf, s1, s2, s3 = gains[11:19]
     sensor, table = gains[19:32], gains[32:67]
@@ -81,7 +86,12 @@ def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: 
     k1, k2, k3 = scheduled(share, *table[10:15]), scheduled(share, *table[15:20]), scheduled(share, *table[20:25])
     lead, trust = scheduled(share, *table[25:30]), scheduled(share, *table[30:35])
     w = stuck_share(f, limit, rising, fastest, valid)
-    steady = (w == 0.0) & (f > 0.15) & (abs(error) < 0.03) & (abs(rising) < 0.5 * fastest)
+    leaps = (valid > 0.0) & (abs(f - setpoint_n) > LEAP_N)
+    slow = (not leaps) & (leapt == 0.0) & (abs(rising) < 0.5 * fastest)
+    steady = slow & (w == 0.0) & (f > 0.15) & (abs(error) < 0.03)
+    # A leap downwards reaches the reading sooner than the believed sensor says: it is not the limit that is lower.
+    drops = leaps & (f > setpoint_n) & (f - f_before < -1.2 * fastest * dt)
+    leapt = 1.0 if drops else max(leapt - LEAP_TICK, 0.0)
     learns = 1.0 if steady else 0.0
     pc = fma(learns * FORGET, fma(sc[4], sc[4], -pc), pc)
     pt = fma(learns * FORGET, fma(st[4], st[4], -pt), pt)
@@ -96,7 +106,7 @@ def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: 
     fall = min(max(fma(CALM_T * rings, fall, fma(learns, step_t, fall)), 0.2), 3.0)
     slides = 1.0 - w
     per_force = 1.0 / min(max(f, 0.1), 2.0)
-    up = slides * min(max(kd * error, -jump), jump) * per_force
+    up = slides * (1.0 - leapt) * min(max(kd * error, -jump), jump) * per_force
     d = min(max(fma(LOG2_E, up, d), LOWEST), HIGHEST)
     limit = fma(limit, up, limit)
     f = fma(w * sf, error, fma(slides, min(max(kf * error, -2.0 * jump), 2.0 * jump), f))
@@ -108,8 +118,12 @@ def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: 
     falling = fma(SMOOTH_FALLS, max(-rate - fastest, 0.0) - falling, falling)
 
     # Go on to when the command takes effect.
+    # Leaps are made by the model: what is learnt around a level is the gain that leaves least there, not the slope.
+    leap_fall = min(max(LEAP_SHARE * model_fall, 0.2), 3.0) if leaps else fall
+    more = fall - leap_fall
+    apart = more * a * a
     a_then = fma(decay_rest, a - command, command)
-    limit_then = limit_of(d + push, fall, a_then)
+    limit_then = limit_of(d + push - apart, leap_fall, a_then)
     mean = 0.5 * (limit + limit_then)
     share = share_of(c, mean, way_um)
     mean = limit_then if share > 0.97 else mean
@@ -119,9 +133,12 @@ def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: 
     # Command.
     wanted_limit = max(fma(setpoint_n - f_then, 1.0 / lead, f_then), 0.02)
     trusted = fma(trust, d - trusted, trusted)
-    square = (trusted + push - log2(wanted_limit)) / fall
+    square = (trusted + push - apart - log2(wanted_limit)) / leap_fall
     held = min(max(square, 0.0), most_um * most_um)
     _, command = overdrive_step(a_then, math.sqrt(held), OverdriveGains(decay, inverse, most_um))
+    a_next = fma(decay_left, a_then - command, command)
+    d_next = min(max(d + fma(more * a_next, a_next, -apart), LOWEST), HIGHEST)
+    d, trusted = d_next, trusted + (d_next - d)
     u = min(max(exp2(fma(-model_fall, held, log2_nominal)), low), high)
 
     # Go on to the next sample.
@@ -132,8 +149,8 @@ def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: 
     by_c = sensitivity_step(sc, keep, k, w, share, mean, added_c, sensor)
     by_t = sensitivity_step(st, keep, k, w, share, mean, added_t, sensor)
     x1, x2, x3 = sensor_step(x1, x2, x3, f, f + change, sensor)
-    state = TrackerState(
-        fma(decay_left, a_then - command, command), command, d, trusted, f + change, x1, x2, x3, forward, load, rising,
-        falling, f, c, fall, pc, pt, *by_c, *by_t,
+    state = TrackerState(  # type: ignore[call-arg]
+        a_next, command, d, trusted, f + change, x1, x2, x3, forward, load, rising,
+        falling, f, c, fall, pc, pt, *by_c, *by_t, leapt,
     )  # fmt: skip
     return state, ForceCommand(u, 1.0 if square != held else 0.0)

@@ -52,6 +52,8 @@ class TrackerState(NamedTuple):
     by_t2: float
     by_t3: float
     by_t4: float
+    leapt: float
+    """1 while friction leaps down, less and less afterwards."""
 
 
 class SensorStep(NamedTuple):

@@ -141,7 +141,9 @@ def _newton(step: LawStep, begin: Array, wanted: float) -> Array | None:
             trial = point.copy()
             trial[:-1] += share * move
             after = _residual(step, trial, wanted)
-            if np.linalg.norm(after) < np.linalg.norm(left):
+            with np.errstate(over="ignore"):  # a trial that overflows is no nearer
+                nearer = np.linalg.norm(after) < np.linalg.norm(left)
+            if nearer:
                 break
         else:
             return None
