@@ -9,12 +9,12 @@
  * five. */
 enum {
     AMPLITUDE, COMMAND, D, TRUSTED, FRICTION, SPRING, RATE, READING, FORWARD, LOAD, RISING, FALLING,
-    BEFORE, COMPLIANCE, FALL, POWER_C, POWER_T, BY_C, BY_T = BY_C + 5, LEAPT = BY_T + 5, POWER_C_LOW, POWER_T_LOW
+    BEFORE, COMPLIANCE, FALL, POWER_C, POWER_T, LEAPT, BY_C, BY_T = BY_C + 5, POWER_C_LOW = BY_T + 5, POWER_T_LOW
 };
 
 const int8_t fl_tracker_places[] = {
-    28, 28, 26, 26, 28, 23, 22, 24, 0, 26, 15, 15, 28, 20, 28, 28, 20, /* to POWER_T */
-    30, 30, 31, 30, 32, 26, 26, 27, 26, 28, 28, 60, 52};
+    28, 28, 26, 26, 28, 23, 22, 24, 0, 26, 15, 15, 28, 20, 28, 28, 20, 28, /* to LEAPT */
+    30, 30, 31, 30, 32, 26, 26, 27, 26, 28, 60, 52};
 
 /* As TrackerGains, a product where the comment says so, each in its places; of LEARN_C and LEARN_T the
  * shift counts. */
