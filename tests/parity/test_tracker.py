@@ -42,9 +42,9 @@ ALLOWED = dict.fromkeys(TrackerState._fields, 7e-7) | {
     **{f"by_c{i}": 1e-7 for i in range(4)}, "by_c4": 3e-9, **{f"by_t{i}": 7e-7 for i in range(4)}, "by_t4": 2e-8,
 }  # fmt: skip
 """Allowed difference of a next state: of forces a hundredth of the converter's step (76 uN), of logarithms alike; of
-the command, of what `squares` makes of it, as much from the limit and the wanted limit, over tau / ln 2 = 0.55 um^-2; of
-the readings' sensitivities 3e-4 of the roots of what their mean squares are compared with (1e-10 and 5e-9), of these
-1e-6 of that; of compliance and fall 1/20000 and 1/200 of what they move in a tick at most."""
+the command, of what `squares` makes of it, as much from the limit and from the wanted limit, over tau / ln 2 = 0.55
+um^-2; of the readings' sensitivities 3e-4 of the roots of what their mean squares are compared with (1e-10 and 5e-9),
+of these 1e-6 of that; of compliance and fall 1/20000 and 1/200 of what they move in a tick at most."""
 
 
 def squares(commands_um, forces):
