@@ -62,8 +62,8 @@ def test_without_delay_and_noise_nothing_is_left() -> None:
     assert found.residual_rms_n < 1e-6
 
 
-def lqg_rms(pole: float, lag: float, command: np.ndarray, noise: float) -> float:
-    """Rms of f = d + (command taps) u under the LQG law on y = lag filter of f, plus white noise: two DAREs."""
+def lqg_rms(pole: float, lag: float, command: np.ndarray, noise: float, price: float = 1e-10) -> tuple[float, float]:
+    """Rms of f = d + (command taps) u and of u under LQG on y = lag filter of f, plus white noise: two DAREs."""
     taps = command.size - 1  # command[0] = 0: what is commanded now comes later
     n = taps + 2
     A, B = np.zeros((n, n)), np.zeros((n, 1))
@@ -77,8 +77,8 @@ def lqg_rms(pole: float, lag: float, command: np.ndarray, noise: float) -> float
     drive[taps, taps] = 1.0
     P = solve_discrete_are(A.T, y.T, drive, [[noise**2]])
     gain = P @ y.T / (y @ P @ y.T + noise**2)
-    K = solve_discrete_are(A, B, f.T @ f, [[1e-10]])
-    law = np.linalg.solve(B.T @ K @ B + 1e-10, B.T @ K @ A)
+    K = solve_discrete_are(A, B, f.T @ f, [[price]])
+    law = np.linalg.solve(B.T @ K @ B + price, B.T @ K @ A)
     # x and its prediction xp: u = -law (xp + gain (y x + v - y xp)).
     kept = np.eye(n) - gain @ y
     loop = np.block([[A - B @ law @ gain @ y, -B @ law @ kept], [(A - B @ law) @ gain @ y, (A - B @ law) @ kept]])
@@ -87,7 +87,10 @@ def lqg_rms(pole: float, lag: float, command: np.ndarray, noise: float) -> float
     driven[:n, :n] = drive
     spread = solve_discrete_lyapunov(loop, driven + noise**2 * heard @ heard.T)
     assert np.abs(np.linalg.eigvals(loop)).max() < 1.0
-    return float(np.sqrt((f @ spread[:n, :n] @ f.T).item()))
+    # u = -law (kept xp + gain (y x + v)).
+    told, said = np.hstack([law @ gain @ y, law @ kept]), float((law @ gain).item())
+    command_square = (told @ spread @ told.T).item() + (noise * said) ** 2
+    return float(np.sqrt((f @ spread[:n, :n] @ f.T).item())), float(np.sqrt(command_square))
 
 
 @pytest.mark.parametrize("command", [[0, 1.0], [0, 0, 1.0], [0, 0, 0.4, 0.6], [0, 0, 0, 0.2, 1.0, -0.3]])
@@ -97,7 +100,21 @@ def test_with_noise_it_is_lqg(command: list[float], pole: float, lag: float, noi
     taps = np.array(command, dtype=float)
     white = np.full_like(FREQUENCY_HZ, 2.0 * TS * noise**2)
     found = optimum(first_order(pole), white, np.inf, (1.0 - lag) * taps, np.convolve(taps, [1.0, -lag]))
-    assert found.residual_rms_n == pytest.approx(lqg_rms(pole, lag, taps, noise), rel=2e-3)
+    assert found.residual_rms_n == pytest.approx(lqg_rms(pole, lag, taps, noise)[0], rel=2e-3)
+
+
+@pytest.mark.parametrize("command", [[0, 1.0], [0, 0, 0.4, 0.6], [0, 0, 0, 0.2, 1.0, -0.3]])
+@pytest.mark.parametrize(("pole", "lag", "noise"), [(0.9, 0.3, 0.5), (0.98, 0.7, 2.0), (0.98, 0.0, 0.1)])
+@pytest.mark.parametrize("price", [0.03, 0.3, 3.0])
+def test_with_a_command_kept_small_it_is_lqg_that_pays_for_it(command, pole, lag, noise, price) -> None:
+    taps, white = np.array(command, dtype=float), np.full_like(FREQUENCY_HZ, 2.0 * TS * noise**2)
+    left, driven = lqg_rms(pole, lag, taps, noise, price)
+    paths = {"reading": (1.0 - lag) * taps, "friction": np.convolve(taps, [1.0, -lag]), "poles": [1.0, -lag]}
+    found = optimum(first_order(pole), white, np.inf, largest_drive_n=driven, **paths)
+    assert 0.9 * driven < found.drive_rms_n <= driven
+    # The price is found to a tenth, so the command is a little smaller than it may be; the bounds hold what that is.
+    assert (1.0 - 2e-3) * found.bound_rms_n <= left <= (1.0 + 2e-3) * found.residual_rms_n
+    assert found.residual_rms_n < 1.02 * found.bound_rms_n
 
 
 @pytest.mark.parametrize(("peak", "noise"), [(1.3, 0.0), (1.7, 0.4), (2.0, 0.2)])
@@ -213,8 +230,8 @@ def test_no_row_of_the_tracker_is_below_it(share: float, row: tuple[float, ...])
     [
         ({"noise_psd": -np.ones(3)}, "noise_psd: must be finite"),
         ({"noise_psd": np.ones(2)}, "noise_psd: must be finite"),
-        ({"reading": [0.0, 0.0]}, "reading, friction: must"),
-        ({"friction": [np.nan]}, "reading, friction: must"),
+        ({"reading": [0.0, 0.0]}, "reading, friction, poles: must"),
+        ({"friction": [np.nan]}, "reading, friction, poles: must"),
         ({"sensitivity_peak": 1.0}, "sensitivity_peak = 1"),
         ({"psd": np.zeros(3)}, "psd: must be finite"),
     ],

@@ -10,6 +10,7 @@ import frictionloop as fl
 from frictionloop.control.tracker import tracker_step
 from frictionloop.control.tracker_gains import observed, sensor_matrices, tracker_gains, tracker_start
 from frictionloop.control.tracker_state import TrackerState
+from frictionloop.design.learnt import learnt_in_run
 from frictionloop.parameters.tracking import SCHEDULE, SHARES, TrackerController
 from frictionloop.sensing.measurement import Measurement
 
@@ -143,3 +144,16 @@ def test_gains_for_robustness_bias_what_is_learnt(compliance, least, most):
     """
     found, _ = learnt(compliance, 0.38, 3e-3, SCHEDULE)
     assert least <= found <= most
+
+
+def test_what_is_believed_after_a_run_is_what_the_law_believes_tick_by_tick():
+    bench = fl.bench().evolve({"controller.kind": "tracker", "setpoint": fl.Constant(offset_n=0.6)})
+    plant, gains, state = fl.Stepper(bench, seed=5), gains_of(bench.controller), tracker_start(bench.controller)
+    for _ in range(2500):
+        state, _ = tracker_step(tuple(state), plant.measured, 0.6, gains, DT)
+        plant.tick(state[1])
+    found, last = learnt_in_run(bench, 0.5, seed=5).controller, TrackerState(*state)
+    assert last.compliance != bench.controller.compliance_um_per_n
+    assert found.compliance_um_per_n == pytest.approx(last.compliance, rel=1e-6)
+    assert found.model.susceptibility_per_um2 == pytest.approx(last.fall * LN2, rel=1e-9)
+    assert learnt_in_run(fl.bench(), 0.5, seed=5) == fl.bench()

@@ -1,4 +1,4 @@
-"""The least residual of any linear controller that hears a sensor's noise and keeps Ms: bounded from both sides."""
+"""The least residual of any linear controller that hears noise, keeps Ms and spares its drive: from both sides."""
 
 from __future__ import annotations
 
@@ -30,6 +30,8 @@ class LinearOptimum(NamedTuple):
     """Sensor noise let through to friction, N."""
     bound_rms_n: float
     """No linear controller leaves less, N (by duality)."""
+    drive_rms_n: float
+    """Rms of its command, N, as long as nothing cuts it."""
     sensitivity_peak: float
     """Largest |S| of the controller found."""
     frequency_hz: Array
@@ -47,6 +49,8 @@ def linear_optimum(
     *,
     reading: ArrayLike,
     friction: ArrayLike,
+    poles: ArrayLike = (1.0,),
+    largest_drive_n: float = math.inf,
     bins_to_nyquist: int = BINS,
 ) -> LinearOptimum:
     """Return the least residual of a disturbance under any linear sampled controller that measures with noise.
@@ -73,6 +77,10 @@ def linear_optimum(
     reading, friction
         N_y and N_f: numerators of the responses from command to reading and to friction over their common, stable
         denominator, coefficients of 1, z^-1, z^-2, ... (`SampledPlant.numerators`). Their common factor is free.
+    poles
+        A, this denominator in the same order; it is needed for the command alone.
+    largest_drive_n
+        Largest rms of the command, N, above 0.
     bins_to_nyquist
         Bins of the FFT; what rings or drifts for longer than its length is cut.
 
@@ -85,26 +93,53 @@ def linear_optimum(
     check_spectrum(frequency, power, sensitivity_peak if sensitivity_peak != math.inf else 2.0, nyquist_hz)
     if noise.shape != power.shape or not (np.all(np.isfinite(noise)) and np.all(noise >= 0)):
         raise FrictionloopError("noise_psd: must be finite, not negative, and as long as psd")
-    paths = tuple(np.atleast_1d(np.asarray(each, dtype=float)) for each in (reading, friction))
+    if not largest_drive_n > 0:
+        raise FrictionloopError(f"largest_drive_n = {largest_drive_n!r} N: must be above 0")
+    paths = tuple(np.atleast_1d(np.asarray(each, dtype=float)) for each in (reading, friction, poles))
     if not all(path.ndim == 1 and np.all(np.isfinite(path)) and np.any(path) for path in paths):
-        raise FrictionloopError("reading, friction: must each be one row of finite coefficients, not all 0")
+        raise FrictionloopError("reading, friction, poles: must each be one row of finite coefficients, not all 0")
     size = float(np.max(np.abs(paths[0])))
-    spectra = bins(frequency, power, noise, nyquist_hz, (paths[0] / size, paths[1] / size), bins_to_nyquist)
-    bound, correction = _between(spectra, sensitivity_peak)
+    numbers = tuple(path / size for path in paths)
+    spectra = bins(frequency, power, noise, nyquist_hz, numbers, bins_to_nyquist)  # type: ignore[arg-type]
+    spectra, bound, correction = _spared(spectra, sensitivity_peak, largest_drive_n)
     S = 1.0 - spectra.reading * correction
     left = float(spectra.width_hz @ (squared(S) * spectra.disturbance))
     heard = float(spectra.width_hz @ (squared(correction) * spectra.heard()))
     hertz = np.linspace(0.0, nyquist_hz, bins_to_nyquist + 1)
     rms = (math.sqrt(left + heard), math.sqrt(left), math.sqrt(heard), math.sqrt(max(bound, 0.0)))
-    return LinearOptimum(*rms, float(np.max(np.abs(S))), hertz, S)
+    return LinearOptimum(*rms, _drive_rms_n(spectra, correction), float(np.max(np.abs(S))), hertz, S)
+
+
+def _drive_rms_n(spectra: Spectra, correction: Complex) -> float:
+    return math.sqrt(float(spectra.width_hz @ (squared(correction) * spectra.drive)))
+
+
+def _spared(spectra: Spectra, peak: float, largest_n: float) -> tuple[Spectra, float, Complex]:
+    """Return `_between` at the least price that keeps the command's rms, within a tenth, and the spectra with it."""
+    bound, correction = _between(spectra, peak)
+    if _drive_rms_n(spectra, correction) <= largest_n:
+        return spectra, bound, correction
+    # At the highest price even all of the residual would not pay for a command that is too large.
+    low, high = 0.0, float(spectra.width_hz @ spectra.disturbance) / largest_n**2
+    while low == 0.0 or high > 1.1 * low:
+        # Downwards by tens until the command is too large, then halfway on a logarithmic scale.
+        price = math.sqrt(low * high) if low else high / 10.0
+        tried = spectra._replace(price=price)
+        if _drive_rms_n(tried, _between(tried, peak)[1]) > largest_n:
+            low = price
+        else:
+            high = price
+    spared = spectra._replace(price=high)
+    bound, correction = _between(spared, peak)
+    return spared, bound - high * largest_n**2, correction
 
 
 def _between(spectra: Spectra, peak: float) -> tuple[float, Complex]:
-    """Return the largest lower bound of the power found, N^2, and the X of least power found that keeps the peak."""
+    """Return the largest lower bound of the price found, N^2, and the X of least price found that keeps the peak."""
     if peak == math.inf:
         return least_power(spectra)
     width, loud = spectra.width_hz, spectra.width_hz * spectra.disturbance
-    heard = width * spectra.heard()
+    paid = width * spectra.paid()
     least, below, best = float(np.sum(loud)), 0.0, np.zeros(width.size, dtype=complex)
     weight = np.full(width.size, START * least / float(np.sum(width)))
     for _ in range(ROUNDS):
@@ -115,7 +150,7 @@ def _between(spectra: Spectra, peak: float) -> tuple[float, Complex]:
         # |(1 - m) + m S| <= Ms for m = (Ms - 1)/(max |S| - 1).
         m = min(1.0, (peak - 1.0) / max(math.sqrt(float(np.max(size))) - 1.0, 1e-300))
         kept = (1.0 - m) ** 2 + 2.0 * m * (1.0 - m) * S.real + m**2 * size
-        power = float(loud @ kept + m**2 * (heard @ squared(correction)))
+        power = float(loud @ kept + m**2 * (paid @ squared(correction)))
         if power < least:
             least, best = power, m * correction
         if least <= (1.0 + CLOSE) ** 2 * below:

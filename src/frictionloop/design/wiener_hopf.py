@@ -32,10 +32,18 @@ class Spectra(NamedTuple):
     """N_y."""
     friction: Complex
     """N_f."""
+    drive: Array
+    """Density of the command over |X|^2, N^2/Hz: |A|^2 (|N_y/N_f|^2 Phi_d + Phi_n), A the poles."""
+    price: float = 0.0
+    """What a square of the command costs, over that of the residual."""
 
     def heard(self) -> Array:
         """Return |N_f|^2 Phi_n, the density that a choice of X lets through times |X|^2."""
         return squared(self.friction) * self.noise
+
+    def paid(self) -> Array:
+        """Return the same with what the command costs."""
+        return self.heard() + self.price * self.drive
 
 
 def squared(response: Complex) -> Array:
@@ -48,10 +56,10 @@ def bins(
     disturbance: Array,
     noise: Array,
     nyquist_hz: float,
-    paths: tuple[ArrayLike, ArrayLike],
+    paths: tuple[ArrayLike, ArrayLike, ArrayLike],
     size: int,
 ) -> Spectra:
-    """Return densities given in bands (as for `waterbed_bound`) as ``size`` bins of the same power, and N_y, N_f."""
+    """Return densities given in bands (as for `waterbed_bound`) as ``size`` bins of the same power, for N_y, N_f, A."""
     frequencies = np.linspace(0.0, nyquist_hz, size + 1)
     edges, bands = _edges(frequencies, nyquist_hz), _edges(frequency_hz, nyquist_hz)
     width = np.diff(edges)
@@ -61,8 +69,10 @@ def bins(
         return np.asarray(np.diff(np.interp(edges, bands, below)) / width)
 
     back = np.exp(-1j * np.pi * frequencies / nyquist_hz)
-    reading, friction = (np.polynomial.polynomial.polyval(back, np.asarray(path, dtype=float)) for path in paths)
-    return Spectra(width, spread(disturbance), spread(noise), reading, friction)
+    reading, friction, poles = (np.polynomial.polynomial.polyval(back, np.asarray(path, dtype=float)) for path in paths)
+    moved, heard = spread(disturbance), spread(noise)
+    sensor = squared(reading) / np.maximum(squared(friction), np.finfo(float).tiny)
+    return Spectra(width, moved, heard, reading, friction, squared(poles) * (sensor * moved + heard))
 
 
 def _edges(frequency_hz: Array, nyquist_hz: float) -> Array:
@@ -70,16 +80,16 @@ def _edges(frequency_hz: Array, nyquist_hz: float) -> Array:
 
 
 def least_power(spectra: Spectra, weight: Array | float = 0.0) -> tuple[float, Complex]:
-    """Return the least of integral |S|^2 (Phi_d + weight) + |N_f X|^2 Phi_n over all stable, causal X, and this X.
+    """Return the least of integral |S|^2 (Phi_d + weight) + |X|^2 Q over all stable, causal X, and this X.
 
-    With M M* = |N_y|^2 W + |N_f|^2 Phi_n, W = Phi_d + weight, M and 1/M causal, and R = W N_y*/M*, the integrand is
-    W |N_f|^2 Phi_n/|M|^2 + |M X - R|^2: M X has to be the causal part of R, and the square of the rest is left.
-    M is the exponential of the causal part of ln|M|, by its cepstrum (Oppenheim, Schafer, Discrete-Time Signal
-    Processing, ch. 13).
+    Q = |N_f|^2 Phi_n + price * drive. With M M* = |N_y|^2 W + Q, W = Phi_d + weight, M and 1/M causal, and
+    R = W N_y*/M*, the integrand is W Q/|M|^2 + |M X - R|^2: M X has to be the causal part of R, and the square of the
+    rest is left. M is the exponential of the causal part of ln|M|, by its cepstrum (Oppenheim, Schafer, Discrete-Time
+    Signal Processing, ch. 13).
     """
     size = spectra.width_hz.size - 1
     whole, gain = spectra.disturbance + weight, squared(spectra.reading)
-    square = whole * gain + spectra.heard()
+    square = whole * gain + spectra.paid()
     square = np.maximum(square, FLOOR * float(np.max(square)))
     cepstrum = np.fft.irfft(0.5 * np.log(square), 2 * size)
     cepstrum[1:size] *= 2.0

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from frictionloop.control.cost import cycles_m4, worst_tick
 from frictionloop.control.laws import law_of
-from frictionloop.design.learnt import learnt
+from frictionloop.design.learnt import learnt, learnt_in_run
 from frictionloop.design.linear import LinearLoop, linearise
 from frictionloop.design.margins import Margins
 from frictionloop.design.tournament import protocol
@@ -29,6 +29,8 @@ class Robustness(NamedTuple):
     sensitivity_peak_5: float = math.nan
     """The same, worst with the true resonance up to 5 % off; then 10 %."""
     sensitivity_peak_10: float = math.nan
+    sensitivity_peak_learnt: float = math.nan
+    """Ms of a law that learns with what it believes after a run of the sine, frozen; of others as the first."""
     gain_margin: float = math.nan
     """Factor on G nearest to 1 that makes the loop unstable."""
     phase_margin_deg: float = math.nan
@@ -74,11 +76,21 @@ def robustness(tournament: Tournament, law: str, speed_mm_s: float, contact: str
         peaks[0],
         peaks[1],
         peaks[2],
+        _learnt_peak(tournament, system),
         min((each.gain_margin for each in nominal), key=lambda factor: abs(math.log(factor))),
         min((each.phase_margin_deg for each in nominal), key=abs),
         min(each.delay_margin_s for each in nominal),
         all(each.stable for margins in every.values() for each in margins),
     )
+
+
+def _learnt_peak(tournament: Tournament, system: System | None) -> float:
+    if system is None:
+        return math.nan
+    seed = protocol.noise_seed(tournament.seed, protocol.SINES[1])
+    own = learnt_in_run(system, tournament.duration_s, seed)
+    found = [each for each in _around(own, 0.0, tournament.middle_s) if each is not None]
+    return max((each.sensitivity_peak for each in found), default=math.nan)
 
 
 class Cost(NamedTuple):
