@@ -36,7 +36,8 @@ LEGEND = (
     "--csv, --json: step times over skin and drive (limit) and the shortest (bound)",
     "felt: how much of the error touch feels, over a stroke without control; below 1 it feels less",
     "/oracle: rms over that of a law that knows plant and finger; Ms: largest gain on a disturbance",
-    "±5 %, ±10 %: Ms with the sensor's resonance off by that much, either way; the tracker's with right estimates",
+    "±5 %, ±10 %: Ms with the sensor's resonance off by that much, either way",
+    "Ms of the tracker is with right estimates; with what it has learnt: --csv, --json",
 )
 """What the heads of the tables mean."""
 
@@ -77,7 +78,7 @@ def summary(tournament: Tournament, scored: xr.Dataset, rows: Rows, margins: Row
     found += [screen.table(_margins(margins)), ""]
     found += LEGEND
     below = below_oracle(scored)
-    found += [_note(below)] if below else []
+    found += [screen.wrapped(_note(below))] if below else []
     found += [_code(tournament.cells)]
     return found
 
