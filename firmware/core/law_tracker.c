@@ -9,12 +9,12 @@
  * five. */
 enum {
     AMPLITUDE, COMMAND, D, TRUSTED, FRICTION, SPRING, RATE, READING, FORWARD, LOAD, RISING, FALLING,
-    BEFORE, COMPLIANCE, FALL, POWER_C, POWER_T, BY_C, BY_T = BY_C + 5, LEAPT = BY_T + 5, POWER_C_LOW, POWER_T_LOW
+    BEFORE, COMPLIANCE, FALL, POWER_C, POWER_T, LEAPT, BY_C, BY_T = BY_C + 5, POWER_C_LOW = BY_T + 5, POWER_T_LOW
 };
 
 const int8_t fl_tracker_places[] = {
-    28, 28, 26, 26, 28, 23, 22, 24, 0, 26, 15, 15, 28, 20, 28, 28, 20, /* to POWER_T */
-    30, 30, 31, 30, 32, 26, 26, 27, 26, 28, 28, 60, 52};
+    28, 28, 26, 26, 28, 23, 22, 24, 0, 26, 15, 15, 28, 20, 28, 28, 20, 28, /* to LEAPT */
+    30, 30, 31, 30, 32, 26, 26, 27, 26, 28, 60, 52};
 
 /* As TrackerGains, a product where the comment says so, each in its places; of LEARN_C and LEARN_T the
  * shift counts. */
@@ -50,6 +50,9 @@ enum {
     LEAST_FORCE = 26843546, MOST_FORCE = 2 * FL_ONE,          /* 0.1 N */
     LEAST_LIMIT = 3355443, AT_ONCE = 260382392                /* q26: 0.05 N; 0.97 */
 };
+
+/* Leaps are kept out of the way of the longest tick, one that learns. */
+#define SELDOM(condition) __builtin_expect(condition, 0)
 
 static int32_t magnitude(int32_t x) { return x < 0 ? fl_subtract(0, x) : x; }
 
@@ -95,7 +98,7 @@ fl_force_command fl_tracker_step(
     const int32_t calm = 2 * (int64_t)magnitude(rising) < fastest;
     const int32_t off = (f >> 1) - (setpoint >> 1), leaps = valid && magnitude(off) > LEAP / 2;
     int32_t leapt = state[LEAPT];
-    if (leaps || leapt) {
+    if (SELDOM(leaps || leapt)) {
         const int64_t drop = (int64_t)before - f;
         const int32_t drops = leaps && off > 0 && drop > fl_product(gains[LARGEST_RISE].mantissa, v, 20);
         leapt = drops ? FL_ONE : leapt > LEAP_TICK ? leapt - LEAP_TICK : 0;
@@ -115,7 +118,7 @@ fl_force_command fl_tracker_step(
     const int32_t slides = FL_ONE - w, jump = fl_clip(gains[JUMP].mantissa, 0, MOST_JUMP);
     const int32_t per_force = fl_low(fl_over(FL_ONE, fl_invert(fl_clip(f, LEAST_FORCE, MOST_FORCE)), 27));
     int32_t missed = fl_clip(fl_saturate(fl_product(k[KD], error, 22)), -jump, jump);
-    if (leapt) missed = fl_low(fl_product(FL_ONE - leapt, missed, 28));
+    if (SELDOM(leapt)) missed = fl_low(fl_product(FL_ONE - leapt, missed, 28));
     const int32_t up = fl_low(fl_product(fl_low(fl_product(slides, missed, 28)), per_force, 27));
     d = fl_clip(fl_low(d + fl_product(LOG2_E, up, 32)), LOWEST, HIGHEST);
     limit = fl_saturate(limit + fl_product(limit, up, 28));
@@ -136,7 +139,7 @@ fl_force_command fl_tracker_step(
     const int32_t a_then = towards(gains[DECAY_REST], state[COMMAND], a);
     state[FALL] = fall;
     int32_t more = 0;
-    if (leaps) {
+    if (SELDOM(leaps)) {
         const int32_t least = fl_low(fl_product(LEAP_SHARE, gains[MODEL_FALL].mantissa, 31));
         more = fall - fl_clip(least, LEAST_FALL, MOST_FALL);
         fall -= more;
@@ -187,7 +190,7 @@ fl_force_command fl_tracker_step(
     fl_sensitivity_step(by_t, keep, &with, added_t);
     fl_sensor_step(x, f >> 6, f_next >> 6, gains + SENSOR);
     const int32_t a_next = towards(gains[DECAY_LEFT], command, a_then);
-    if (more) {
+    if (SELDOM(more)) {
         const int64_t d_next = (int64_t)d + fl_lowering(more, a_next) - fl_lowering(more, a);
         const int32_t moved = fl_clip(fl_saturate(d_next), LOWEST, HIGHEST) - d;
         d += moved;

@@ -193,9 +193,23 @@ def test_ratios_to_the_oracles_and_what_beats_the_clairvoyant_one():
         {"over_clairvoyant": (("law", "speed_mm_s", "contact", "finger"), over)},
         {"law": law, "speed_mm_s": [20.0], "contact": ["dahl"]},
     )
-    (line,) = rooms.oracle_errors(scored)
-    assert line == "scoring error: pi leaves 0.8571 of the clairvoyant residual (20 mm/s, dahl, finger 1)"
-    assert rooms.oracle_errors(scored.sel(law=["pi", "oracle"])) == []
+    found = rooms.below_oracle(scored)
+    assert found == (1, 4, pytest.approx(0.003 / 0.0035), "pi", 20.0, "dahl", 1)
+    assert rooms.below_oracle(scored.sel(law=["pi", "oracle"])) is None
+    assert rooms.below_oracle(scored.isel(finger=[0])) is None
+
+
+def test_the_least_of_what_beats_the_clairvoyant_oracle_is_found_among_scores_that_are_missing():
+    rng, shape = np.random.default_rng(3), (3, 2, 2, 40)
+    over = rng.uniform(0.95, 1.5, shape)
+    over[rng.random(shape) < 0.1] = np.nan
+    over[1], over[2, 1, 0, 7] = 1.0, 0.9
+    dims = ("law", "speed_mm_s", "contact", "finger")
+    at = {"law": ["pi", "clairvoyant", "notch"], "speed_mm_s": [20.0, 80.0], "contact": ["dahl", "slider"]}
+    found = rooms.below_oracle(xr.Dataset({"over_clairvoyant": (dims, over)}, at))
+    others = over[[0, 2]].ravel()
+    assert found[:2] == (sum(x < 1 for x in others), sum(x == x for x in others))
+    assert found[2:] == (0.9, "notch", 80.0, "dahl", 7)
 
 
 def test_margins_are_those_of_linearise_on_the_median_finger():

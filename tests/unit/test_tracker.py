@@ -58,7 +58,7 @@ class Tracker:
         self.x = np.array([LN2 * s.limit, s.friction, s.spring, s.rate, s.reading])
         self.trusted, self.a, self.command, self.load = LN2 * s.trusted, s.amplitude, s.command, LN2 * s.load
         self.theta, self.power = np.array([s.compliance, LN2 * s.fall]), np.array([s.power_c, s.power_t / LN2**2])
-        self.psi = np.array(s[17:27]).reshape(2, 5) / [[1.0], [LN2]]
+        self.psi = np.array(s[18:28]).reshape(2, 5) / [[1.0], [LN2]]
         self.way_before, self.f_before = s.forward, s.friction_before
         self.rate, self.falls, self.leapt = s.rising, s.falling, s.leapt
 
@@ -68,8 +68,8 @@ class Tracker:
         return TrackerState(
             self.a, self.command, ln_limit / LN2, self.trusted / LN2, *rest, self.way_before, self.load / LN2,
             self.rate, self.falls, self.f_before, self.theta[0], self.theta[1] / LN2,
-            self.power[0], self.power[1] * LN2**2,
-            *self.psi[0], *(LN2 * self.psi[1]), self.leapt,
+            self.power[0], self.power[1] * LN2**2, self.leapt,
+            *self.psi[0], *(LN2 * self.psi[1]),
         )  # fmt: skip
 
     def share(self, limit, v):

@@ -6,17 +6,22 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
+from frictionloop.design.tournament.protocol import STEPPED, setpoint_of
 
 TRACKER = {"controller.kind": "tracker"}
 OPEN = {"controller.kind": "lookup"}
 LANDS = {"motion.contact_s": 2.0}
 LONG = {"motion.stroke_mm": 240.0}
+LEAPS = LONG | {"motion.speed_mm_s": 80.0, "setpoint": setpoint_of(STEPPED, 6.0)}
 CASES = {
     "landings": (LANDS | LONG, 1.0),
     "reversals": ({}, 1.0),
     "half the susceptibility": (LONG, 0.5),
     "twice the susceptibility": (LONG, 2.0),
     "150 mm/s": (LONG | {"motion.speed_mm_s": 150.0}, 1.0),
+    "leaps": (LEAPS, 1.0),
+    "leaps with half the susceptibility": (LEAPS, 0.5),
+    "leaps with twice the susceptibility": (LEAPS, 2.0),
 }
 RATE_HZ, SCORE_S = 5000, 1.0
 LINES = {100.0: 0.5, 250.0: 0.1}

@@ -10,7 +10,7 @@ import xarray as xr
 
 from frictionloop.cli import screen
 from frictionloop.control.cost import BUDGET_CYCLES
-from frictionloop.design.tournament import Tournament, value_of
+from frictionloop.design.tournament import BelowOracle, Tournament, below_oracle, value_of
 
 Rows = list[dict[str, Any]]
 SHOWN = (
@@ -36,7 +36,8 @@ LEGEND = (
     "--csv, --json: step times over skin and drive (limit) and the shortest (bound)",
     "felt: how much of the error touch feels, over a stroke without control; below 1 it feels less",
     "/oracle: rms over that of a law that knows plant and finger; Ms: largest gain on a disturbance",
-    "±5 %, ±10 %: Ms with the sensor's resonance off by that much, either way; the tracker's with right estimates",
+    "±5 %, ±10 %: Ms with the sensor's resonance off by that much, either way",
+    "Ms of the tracker is with right estimates; with what it has learnt: --csv, --json",
 )
 """What the heads of the tables mean."""
 
@@ -76,6 +77,8 @@ def summary(tournament: Tournament, scored: xr.Dataset, rows: Rows, margins: Row
     found += ["tick: the worst whole one, traced on the image in an emulator; - has no image"]
     found += [screen.table(_margins(margins)), ""]
     found += LEGEND
+    below = below_oracle(scored)
+    found += [screen.wrapped(_note(below))] if below else []
     found += [_code(tournament.cells)]
     return found
 
@@ -100,6 +103,13 @@ def _margins(margins: Rows) -> list[tuple[str, ...]]:
         cost = ["-" if row[name] is None else str(row[name]) for name in ("cycles_m4", "tick_cycles_m4")]
         table.append((row["law"], f"{row['speed_mm_s']:g} {row['contact']}", *cells, stable, *cost, ""))
     return table
+
+
+def _note(below: BelowOracle) -> str:
+    where = f"at {below.speed_mm_s:g} mm/s, {below.contact}, finger {below.finger}"
+    many = f"and {below.below - 1} more of {below.of}" if below.below > 1 else f"one of {below.of}"
+    said = f"{below.law} leaves {below.ratio:.4f} of the clairvoyant residual {where}, {many}"
+    return f"note: {said}: that oracle sees two periods ahead"
 
 
 def _code(cells: xr.Dataset) -> str:

@@ -57,12 +57,13 @@ WORST_TICK = {
     "filtered_pi": WorstTick(3083, 4811),
     "observer": WorstTick(1767, 3403),
     "super_twisting": WorstTick(1952, 3771),
-    "tracker": WorstTick(3484, 7195),
+    "tracker": WorstTick(3492, 7181),
 }
 """By kind of controller, on the image of bench(), from entry to return of the tick's interrupt.
 
-With zig 0.17.1, over 400 samples of a finger that strokes and of edges (1500 have no worse); held by
-tests/firmware/test_cycles.py. The filtered PIs have all they can: feed-forward, overdrive, 1 section (notch) or 6.
+With zig 0.17.1, over 400 samples of a finger that strokes and of edges (1500 of four seeds each, with edges and
+without, have no worse); held by tests/firmware/test_cycles.py. The filtered PIs have all they can: feed-forward,
+overdrive, 1 section (notch) or 6.
 """
 
 

@@ -61,8 +61,8 @@ LEAP_TICK = 1.0 / 16.0
 @step
 def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: float):  # type: ignore[no-untyped-def]
     """One tick; see the module."""
-    a, command, d, trusted, f, x1, x2, x3, before, load, rising, falling, f_before, c, fall, pc, pt = state[:17]
-    sc, st, leapt = state[17:22], state[22:27], state[27]
+    a, command, d, trusted, f, x1, x2, x3, before, load, rising, falling, f_before, c, fall, pc, pt, leapt = state[:18]
+    sc, st = state[18:23], state[23:28]
     rest, decay_rest, decay_left, decay, inverse, most_um, most_c, learn_c, learn_t, exponent, load_gain = gains[:11]
     skin, jump, log2_nominal, model_fall, sf, s1, s2, s3 = gains[11:19]
     sensor, table = gains[19:32], gains[32:67]
@@ -149,8 +149,8 @@ def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: 
     by_c = sensitivity_step(sc, keep, k, w, share, mean, added_c, sensor)
     by_t = sensitivity_step(st, keep, k, w, share, mean, added_t, sensor)
     x1, x2, x3 = sensor_step(x1, x2, x3, f, f + change, sensor)
-    state = TrackerState(  # type: ignore[call-arg]
+    state = TrackerState(
         a_next, command, d, trusted, f + change, x1, x2, x3, forward, load, rising,
-        falling, f, c, fall, pc, pt, *by_c, *by_t, leapt,
+        falling, f, c, fall, pc, pt, leapt, *by_c, *by_t,
     )  # fmt: skip
     return state, ForceCommand(u, 1.0 if square != held else 0.0)

@@ -41,6 +41,8 @@ class TrackerState(NamedTuple):
     power_c: float
     power_t: float
     """Mean squares of the last sensitivities of either group below."""
+    leapt: float
+    """1 while friction leaps down, less and less afterwards."""
     by_c0: float
     """By the compliance: ln of the limit, friction, springs (2) and reading; then by ``fall``."""
     by_c1: float
@@ -52,8 +54,6 @@ class TrackerState(NamedTuple):
     by_t2: float
     by_t3: float
     by_t4: float
-    leapt: float
-    """1 while friction leaps down, less and less afterwards."""
 
 
 class SensorStep(NamedTuple):

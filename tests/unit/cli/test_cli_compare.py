@@ -7,6 +7,7 @@ import csv
 import pytest
 
 import frictionloop as fl
+from frictionloop.cli import tournament_text
 from frictionloop.cli.why_text import LEGEND
 from frictionloop.design import synthesis
 from frictionloop.design import tournament as rooms
@@ -43,10 +44,10 @@ def test_json_and_csv_hold_the_numbers_of_python(frictionloop, ran):
             else:
                 assert got[name] == value
     assert found["laws"]["retuned_pi"] == {"controller.kind": "pi", **fl.RETUNED}
-    assert (found["seed"], found["fingers"], found["errors"], found["causes"]) == (0, 3, [], [])
+    assert (found["seed"], found["fingers"], found["below_clairvoyant"], found["causes"]) == (0, 3, None, [])
     with open("s.csv", newline="") as stream:
         table = list(csv.DictReader(stream))
-    assert len(table) == len(rows) + 9 * len(found["margins"])
+    assert len(table) == len(rows) + 10 * len(found["margins"])
     first = next(row for row in table if row["score"] == "residual_rms_n" and row["population"] == "all")
     assert float(first["median"]) == next(
         row["median"] for row in rows if row["score"] == "residual_rms_n" and row["population"] == "all"
@@ -129,11 +130,17 @@ def test_interrupted_says_how_to_go_on(frictionloop, monkeypatch):
     assert "not kept" in frictionloop(*WORDS).err
 
 
-def test_a_law_better_than_the_clairvoyant_oracle_is_an_error(frictionloop, monkeypatch):
-    monkeypatch.setattr(rooms, "oracle_errors", lambda scored: ["scoring error: x leaves 0.9", "more"])
+@pytest.mark.parametrize(("count", "many"), [(10, "and 9 more of 20000"), (1, "one of 20000")])
+def test_a_law_better_than_the_clairvoyant_oracle_is_a_note(frictionloop, monkeypatch, count, many):
+    below = rooms.BelowOracle(count, 20000, 0.94, "hinf", 80.0, "dahl", 146)
+    for module in (rooms, tournament_text):
+        monkeypatch.setattr(module, "below_oracle", lambda scored: below)
     answer = frictionloop(*WORDS)
-    assert (answer.code, answer.err) == (2, "error: scoring error: x leaves 0.9, and 1 more\n")
-    assert "20 mm/s, dahl" in answer.out
+    assert (answer.code, answer.err) == (0, "")
+    said = f"note: hinf leaves 0.9400 of the clairvoyant residual at 80 mm/s, dahl, finger 146, {many}: "
+    legend_and_more = " ".join(answer.out.split("±10 %: ")[1].split())
+    assert said + "that oracle sees two periods ahead version" in legend_and_more
+    assert frictionloop(*WORDS, "--json").json()["below_clairvoyant"] == below._asdict()
 
 
 @pytest.mark.parametrize(

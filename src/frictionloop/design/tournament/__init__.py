@@ -10,11 +10,12 @@ from frictionloop.design.tournament.protocol import (
     tuning_population,
 )
 from frictionloop.design.tournament.run import Tournament, TournamentInterrupted, compare
-from frictionloop.design.tournament.scores import SCORES, oracle_errors, scores
+from frictionloop.design.tournament.scores import SCORES, BelowOracle, below_oracle, scores
 from frictionloop.design.tournament.table import margin_rows, score_rows, tidy_rows, value_of
 from frictionloop.design.tournament.why import check_laws, reason_rows, reasons
 
 __all__ = [
+    "BelowOracle",
     "ENTRANTS",
     "EVALUATION_SEED",
     "Entrant",
@@ -25,10 +26,10 @@ __all__ = [
     "TUNING_SEED",
     "Tournament",
     "TournamentInterrupted",
+    "below_oracle",
     "check_laws",
     "compare",
     "margin_rows",
-    "oracle_errors",
     "score_rows",
     "scores",
     "step_limits",
