@@ -31,7 +31,12 @@ PAIRS = (
     ("over_oracle", "/ oracle", 1.0),
 )
 """Scores shown as median / worst decile of the capable fingers, as far as they are kept."""
-SINGLE = (("sensitivity_peak", "$M_s$"), ("sensitivity_peak_5", "±5 %"), ("sensitivity_peak_10", "±10 %"))
+SINGLE = (
+    ("sensitivity_peak", "$M_s$"),
+    ("sensitivity_peak_5", "±5 %"),
+    ("sensitivity_peak_10", "±10 %"),
+    ("sensitivity_peak_learnt", "learnt"),
+)
 """Margins of the median capable finger."""
 POPULATIONS = "capable", "median capable finger"
 SHOWN = {name for name, *_ in (*PAIRS, *SINGLE)}

@@ -94,10 +94,10 @@ def headroom_text(system: System, left: Headroom, wanted: Wanted) -> list[Any]:
                 f"of it left, predicted without sensor noise{_load(system)}; |S| is 1 at {number(left.zero_db_hz)} Hz",
             ),
             (
-                "least possible",
+                "Bode's least",
                 _mn(left.least_rms_n),
-                f"under any linear law with Ms up to {wanted.sensitivity_peak:g}; |S| is 1 at "
-                f"{number(left.least_zero_db_hz)} Hz",
+                f"of any linear law with Ms up to {wanted.sensitivity_peak:g}; |S| is 1 at "
+                f"{number(left.least_zero_db_hz)} Hz; not to be had with sensor noise (linear_optimum)",
             ),
         ]
     rows += [

@@ -25,6 +25,7 @@ MARGINS = (
     ("sensitivity_peak", "Ms", 1.0),
     ("sensitivity_peak_5", "±5 %", 1.0),
     ("sensitivity_peak_10", "±10 %", 1.0),
+    ("sensitivity_peak_learnt", "learnt", 1.0),
     ("phase_margin_deg", "phase", 1.0),
     ("delay_margin_s", "delay", 1e3),
 )
@@ -37,7 +38,7 @@ LEGEND = (
     "felt: how much of the error touch feels, over a stroke without control; below 1 it feels less",
     "/oracle: rms over that of a law that knows plant and finger; Ms: largest gain on a disturbance",
     "±5 %, ±10 %: Ms with the sensor's resonance off by that much, either way",
-    "Ms of the tracker is with right estimates; with what it has learnt: --csv, --json",
+    "Ms of the tracker, and stable, are with right estimates; learnt: with those it has after a run",
 )
 """What the heads of the tables mean."""
 
@@ -73,8 +74,8 @@ def summary(tournament: Tournament, scored: xr.Dataset, rows: Rows, margins: Row
             at = {"speed_mm_s": speed, "contact": contact, "population": population}
             found += [screen.table(_scores(tournament, rows, at)), ""]
     found += ["median capable finger, worst of three levels, by linear analysis; - is not known;"]
-    found += [f"phase margin in degrees, delay margin in ms; of {BUDGET_CYCLES} cycles a tick, law: alone, estimated,"]
-    found += ["tick: the worst whole one, traced on the image in an emulator; - has no image"]
+    found += [f"phase margin in degrees, delay margin in ms; of {BUDGET_CYCLES} cycles, tick: the worst whole one,"]
+    found += ["traced on the image in an emulator; - has no image"]
     found += [screen.table(_margins(margins)), ""]
     found += LEGEND
     below = below_oracle(scored)
@@ -96,12 +97,12 @@ def _scores(tournament: Tournament, rows: Rows, at: dict[str, Any]) -> list[tupl
 
 
 def _margins(margins: Rows) -> list[tuple[str, ...]]:
-    table: list[tuple[str, ...]] = [("law", "at", *(head for _, head, _ in MARGINS), "stable", "law", "tick", "")]
+    table: list[tuple[str, ...]] = [("law", "at", *(head for _, head, _ in MARGINS), "stable", "tick", "")]
     for row in margins:
         cells = [number(factor * row[name]) for name, _, factor in MARGINS]
         stable = {True: "yes", False: "no", None: "-"}[row["stable"]]
-        cost = ["-" if row[name] is None else str(row[name]) for name in ("cycles_m4", "tick_cycles_m4")]
-        table.append((row["law"], f"{row['speed_mm_s']:g} {row['contact']}", *cells, stable, *cost, ""))
+        cost = "-" if row["tick_cycles_m4"] is None else str(row["tick_cycles_m4"])
+        table.append((row["law"], f"{row['speed_mm_s']:g} {row['contact']}", *cells, stable, cost, ""))
     return table
 
 

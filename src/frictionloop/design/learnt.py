@@ -16,12 +16,17 @@ CONTACTS = ("dahl", "slider")
 
 
 def learnt(system: System) -> System:
-    """Return a system whose tracker begins with the compliance that it is to learn; of other laws as it is."""
+    """Return a system whose tracker begins with the compliance and the susceptibility that are true; others stay."""
     law, finger = system.controller, system.finger
     if not (isinstance(law, TrackerController) and isinstance(finger, Skin)):
         return system
     compliance = 0.0 if finger.contact == "slider" else 1e6 / finger.bristle_stiffness_n_m
-    return system.evolve({"controller.compliance_um_per_n": min(compliance, law.largest_compliance_um_per_n)})
+    return system.evolve(
+        {
+            "controller.compliance_um_per_n": min(compliance, law.largest_compliance_um_per_n),
+            "controller.model.susceptibility_per_um2": system.friction.susceptibility_per_um2,
+        }
+    )
 
 
 def learnt_in_run(system: System, duration_s: float, seed: int) -> System:

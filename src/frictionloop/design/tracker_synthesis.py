@@ -79,6 +79,7 @@ def _learning(system: System) -> tuple[str, ...]:
     told = ", ".join(f"{peak:.3g} on {contact}" for peak, contact in zip(peaks, CONTACTS, strict=True))
     believed = system.controller.model_dump()["compliance_um_per_n"]
     return (
-        "margins are those of a contact that has been learnt, which takes a second of sliding; as it starts, with "
+        "margins are those of a contact and a finger known exactly; what is learnt is biased and leaves less "
+        "(docs/controllers.md). As it starts, with "
         f"{believed:g} um/N believed, Ms is {told}, at the mean force of a dry finger",
     )

@@ -106,7 +106,7 @@ def test_the_answer_fits_and_says_what_was_found(frictionloop, monkeypatch, colu
     assert f"{controller.kp:.4g}" in answer.out
     assert f"{controller.ki:.4g} 1/s" in answer.out
     assert "finger, contact dahl, 20 mm/s" in " ".join(answer.out.split())
-    for said in ("as described", "+10 %", "least possible", "Bode integral", "saved controller as c.toml"):
+    for said in ("as described", "+10 %", "Bode's least", "Bode integral", "saved controller as c.toml"):
         assert said in answer.out
     assert frictionloop("simulate", "c.toml", "--duration-s", "0.5").code == 0
 

@@ -41,14 +41,20 @@ class Robustness(NamedTuple):
 
 
 def median_system(tournament: Tournament, law: str, speed_mm_s: float, contact: str) -> System | None:
-    """Return the bench with the median of the capable fingers under a law; None if no finger is capable."""
+    """Return the bench with the median of the capable fingers under a law that knows it; None if none is capable."""
+    system = begun(tournament, law, speed_mm_s, contact)
+    return None if system is None else learnt(system)
+
+
+def begun(tournament: Tournament, law: str, speed_mm_s: float, contact: str) -> System | None:
+    """Return the same under the law as it begins."""
     some = protocol.able(tournament.system, tournament.people, speed_mm_s, tournament.duration_s)
     finger = protocol.median_finger(tournament.people, some)
     if finger is None:
         return None
     at = protocol.Condition(speed_mm_s, contact, protocol.SINES[1])
     own = {path: value for path, value in finger.items() if path != "sensor.resonance_hz"}
-    return learnt(tournament.system.evolve({**protocol.overrides_of(at), **tournament.laws[law], **own}))
+    return tournament.system.evolve({**protocol.overrides_of(at), **tournament.laws[law], **own})
 
 
 def loop_at(system: System, level_n: float, occlude_s: float) -> LinearLoop | None:
@@ -76,7 +82,7 @@ def robustness(tournament: Tournament, law: str, speed_mm_s: float, contact: str
         peaks[0],
         peaks[1],
         peaks[2],
-        _learnt_peak(tournament, system),
+        _learnt_peak(tournament, begun(tournament, law, speed_mm_s, contact)),
         min((each.gain_margin for each in nominal), key=lambda factor: abs(math.log(factor))),
         min((each.phase_margin_deg for each in nominal), key=abs),
         min(each.delay_margin_s for each in nominal),

@@ -66,7 +66,7 @@ def figure_sensitivity(system: System, found: Headroom, limits: Mapping[float, f
     if np.isfinite(found.least).any():
         # Beyond what touch feels hardly anything is to be lowered, and the least residual leaves |S| open there.
         felt = (found.frequency_hz >= LOWEST_HZ) & (found.frequency_hz <= HIGHEST_HZ)
-        panels["S"].loglog(found.frequency_hz[felt], found.least[felt], color=GREEN, lw=2.4, label="least possible")
+        panels["S"].loglog(found.frequency_hz[felt], found.least[felt], color=GREEN, lw=2.4, label="Bode's least")
         lowest = min(lowest, found.least[felt].min())
     for axes in panels.values():
         axes.axhline(1.0, color=GREY, lw=0.6)
