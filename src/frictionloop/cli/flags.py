@@ -85,9 +85,14 @@ def gather(tokens: Sequence[str]) -> list[str]:
 
 
 def scalar(text: str) -> Any:
-    """Return the TOML value a text holds: a number, true or false, a list; any other text as it stands."""
+    """Return the TOML value a text holds: a number, true or false, a list; any other text as it stands.
+
+    Numbers with commas between them are a list too: a shell wants quotes around brackets and spaces.
+    """
     if "\n" in text:
         return text
+    if "," in text and set(text) <= set("0123456789.,+-eE "):
+        text = f"[{text}]"
     try:
         value = tomllib.loads(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:

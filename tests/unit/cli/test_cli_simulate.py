@@ -129,6 +129,9 @@ def test_plot_in_other_formats(frictionloop, ending):
         ("sine", "sine"),
         ('"2"', "2"),
         ("[1, 2.5]", [1, 2.5]),
+        ("1,2.5", [1, 2.5]),
+        ("0, -1e-3", [0, -1e-3]),
+        ("run,2.csv", "run,2.csv"),
         (".5", ".5"),  # not TOML; validation reads it as a number
         ("2026-01-01", "2026-01-01"),
         ("1\ny = 2", "1\ny = 2"),

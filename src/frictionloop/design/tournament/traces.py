@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.design.tournament import protocol
-from frictionloop.design.tournament.margins import loop_at, median_system
+from frictionloop.design.tournament.margins import begun, loop_at, median_system
 from frictionloop.design.tournament.run import Tournament
 from frictionloop.loop.simulate import simulate
 
@@ -23,7 +23,7 @@ def step_traces(tournament: Tournament, speed_mm_s: float) -> xr.Dataset:
     runs = []
     for law in tournament.laws:
         for contact in protocol.CONTACTS:
-            system = median_system(tournament, law, speed_mm_s, contact)
+            system = begun(tournament, law, speed_mm_s, contact)
             if system is None:
                 return xr.Dataset()
             stepped = system.evolve({"setpoint": protocol.setpoint_of(protocol.STEPPED, STEPS_S)})

@@ -20,19 +20,22 @@ from frictionloop.report.style import BLACK, BLUE, new_figure, styled
 
 def drawings(tournament: Tournament, scored: xr.Dataset) -> Iterator[tuple[str, str, Callable[[], Figure]]]:
     """Yield name, what it shows in words, and how to draw it, of each figure; steps and |S| need a capable finger."""
-    laws, speed = list(tournament.laws), tournament.speeds_mm_s[0]
+    laws = list(tournament.laws)
     yield (
         "residuals",
         "Residual of each control law: median, halves and deciles of the fingers",
         partial(figure_residuals, scored),
     )
-    traces = step_traces(tournament, speed)
-    if traces.sizes:
-        yield "steps", "Steps of the force under each control law", partial(figure_step_traces, traces, speed)
     frequency_hz = np.geomspace(1.0, tournament.system.controller.rate_hz / 2.0, 600)
-    if found := sensitivities(tournament, speed, frequency_hz):
-        draw = partial(figure_sensitivities, frequency_hz, found, laws, speed)
-        yield "sensitivity", "Sensitivity of each control law over frequency", draw
+    for speed in tournament.speeds_mm_s:
+        at = f"at {speed:g} mm/s"
+        traces = step_traces(tournament, speed)
+        if traces.sizes:
+            draw = partial(figure_step_traces, traces, speed)
+            yield f"steps-{speed:g}-mm-s", f"Steps of the force under each control law {at}", draw
+        if found := sensitivities(tournament, speed, frequency_hz):
+            draw = partial(figure_sensitivities, frequency_hz, found, laws, speed)
+            yield f"sensitivity-{speed:g}-mm-s", f"Sensitivity of each control law over frequency {at}", draw
 
 
 @styled
