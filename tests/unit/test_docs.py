@@ -171,5 +171,5 @@ def test_the_table_of_laws_shows_scores_that_are_kept_or_says_how_to_get_them(tm
     assert "all" not in kept.read_text().split(",")
     title, _, heads, _, row = compared(kept).splitlines()
     assert title == "**20 mm/s, dahl**, median / worst decile of 4 capable fingers:"
-    assert [cell.strip() for cell in row.strip("|").split("|")] == ["`pi`", "21.2 / 33.3", "–", "∞", "–", "–"]
+    assert [cell.strip() for cell in row.strip("|").split("|")] == ["`pi`", "21.2 / 33.3", "–", "∞", "–", "–", "–"]
     assert [cell.strip() for cell in heads.strip("|").split("|")][:3] == ["Law", "rms (mN)", "/ oracle"]
