@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import closing
 from typing import Any
 
 import numpy as np
@@ -100,10 +101,11 @@ def sweep(
     tiles = list(_tiles(structures, np.isnan(values).all(axis=0), len(grid.seeds)))
     of = list(grid.lanes())
     calls = ((system, tile, [of[lane] for lane in tile], duration_s, score_from_s, names) for tile in tiles)
-    with progress_bar("sweep", len(tiles), progress) as advance:
+    done = shared_out(_run, calls, workers)
+    with progress_bar("sweep", len(tiles), progress) as advance, closing(done):
         try:
             unsaved = 0
-            for lanes, numbers, work in shared_out(_run, calls, workers):
+            for lanes, numbers, work in done:
                 values[:, lanes] = numbers
                 advance()
                 unsaved += work

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
 
@@ -25,11 +25,11 @@ def worker_count(n_jobs: int | None) -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def shared_out(function: Callable[..., R], calls: Iterable[tuple[Any, ...]], workers: int) -> Iterator[R]:
-    """Yield ``function(*call)`` of each call as they are done, in any order.
+def shared_out(function: Callable[..., R], calls: Iterable[tuple[Any, ...]], workers: int) -> Generator[R, None, None]:
+    """Yield ``function(*call)`` of each call: in their order from threads, as they are done from a joblib back end.
 
     joblib looks at its threads every 10 ms, a tenth of what a map of gains takes; those of the standard library say
-    when they are done. What has not begun is dropped when the caller stops, by Ctrl-C or an error.
+    when they are done. What has not begun is dropped when the caller closes the generator or it raises.
     """
     active, _ = get_active_backend(prefer="threads")
     if not isinstance(active, ThreadingBackend):
