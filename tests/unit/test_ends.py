@@ -58,9 +58,8 @@ def test_the_terms_are_the_derivatives_of_friction(y, command, theta, turned):
 def test_the_reading_of_a_full_swing(sensor_hz, plate, bound_n):
     """Against Gauss-Legendre with many points, for all swings within the paper's 2.5 um; friction of 1 N."""
     length, ceiling = 2e-4, 2.5 * math.sqrt(0.38 / math.log(2))
-    one = np.ones(1)
-    decay, terms = segment_ends(plate / length * one, sensor_hz * one, 0 * one, length, 0, 1)
-    start, end = terms[0, :, :, 0]
+    decay, terms = segment_ends(plate / length, sensor_hz, 0.0, length, 0, 1)
+    start, end = terms[0]
     theta = 2 * math.pi * sensor_hz * length
     x, w = np.polynomial.legendre.leggauss(200)
     reach = min(1.0, 40.0 / theta)
@@ -70,7 +69,7 @@ def test_the_reading_of_a_full_swing(sensor_hz, plate, bound_n):
         for command in np.linspace(0, ceiling, 9):
             z = y - command
             exact = kernel @ 2 ** -((command + z * np.exp(-2 * math.pi * plate * (1 - back))) ** 2)
-            last = z * decay[0, 0]
+            last = z * decay[0]
             found = end_step(y, z, *start) * 2 ** -(y**2)
             found += end_step(command + last, last, *end) * 2 ** -((command + last) ** 2)
             assert found == pytest.approx(exact, abs=bound_n)

@@ -63,8 +63,8 @@ counts = st.integers(1, 5)
 
 @given(period, share, counts, counts, st.floats(1.0, 1e5))
 def test_the_weights_of_a_period_in_pieces_sum_to_what_the_sensor_gains(length, where, before, after, cutoff_hz):
-    weights = segment_weights(np.array([cutoff_hz]), np.array([where * length]), length, before, after)
-    assert weights.shape == (5 * (before + after) + 1, 1)
+    weights = segment_weights(cutoff_hz, where * length, length, before, after)
+    assert weights.shape == (5 * (before + after) + 1,)
     omega = 2 * math.pi * cutoff_hz
     # Ends of the pieces are rounded at the size of the period, which the exponential turns into omega T 2^-52 each.
     rounding = 3e-13 + 2 * (before + after) * omega * length * 2.0**-52
@@ -75,22 +75,22 @@ def test_the_weights_of_a_period_in_pieces_sum_to_what_the_sensor_gains(length, 
 def test_a_slow_sensor_integrates_over_the_period(length, where, before, after):
     """For ws T -> 0 the weights are ws times a plain rule: exact for polynomials up to degree 5 in every piece."""
     omega = 1e-9 / length
-    weights = segment_weights(np.array([omega / (2 * math.pi)]), np.array([where * length]), length, before, after)
-    times = segment_nodes(np.array([where * length]), length, before, after)
+    weights = segment_weights(omega / (2 * math.pi), where * length, length, before, after)
+    times = segment_nodes(where * length, length, before, after)
     for degree in range(NODES):
-        integral = (weights[:, 0] / omega) @ (times[:, 0] / length) ** degree / length
+        integral = (weights / omega) @ (times / length) ** degree / length
         assert integral == pytest.approx(1 / (degree + 1), rel=1e-8)  # ws T = 1e-9 itself is the first neglected term
 
 
 @given(period, share, counts, counts)
 def test_nodes_run_through_the_period_and_restart_at_the_switch(length, where, before, after):
     switch = where * length
-    times = segment_nodes(np.array([switch]), length, before, after)[:, 0]
+    times = segment_nodes(switch, length, before, after)
     assert times[0] == 0.0
     assert times[-1] == pytest.approx(length, rel=1e-14)
     assert np.all(np.diff(times) > 0)
     assert times[5 * before] == pytest.approx(switch, rel=1e-14)
-    lengths = [float(each[0]) for each in segment_lengths(np.array([switch]), length, before, after)]
+    lengths = segment_lengths(switch, length, before, after).tolist()
     assert lengths == pytest.approx([switch / before] * before + [(length - switch) / after] * after, rel=1e-14)
     np.testing.assert_allclose(times[::5], np.concatenate([[0.0], np.cumsum(lengths)]), rtol=1e-13)
 

@@ -33,7 +33,6 @@ def end_step(y: float, z: float, c1: float, cp: float, cq: float, cpp: float, cp
     return fma(p, fma(p, fma(p, cppp, cpp), fma(q, cpq, cp)), fma(q, cq, c1))
 
 
-@lru_cache(maxsize=4096)
 def end_terms(theta: float, turned: float) -> np.ndarray:
     """Return the coefficients of ``end_step`` at the start and at the end of a stretch, shape (2, 6).
 
@@ -82,18 +81,16 @@ def _hermite() -> np.ndarray:
 
 
 def segment_ends(
-    plate_hz: np.ndarray, sensor_hz: np.ndarray, switch_s: np.ndarray, period_s: float, before: int, after: int
+    plate_hz: float, sensor_hz: float, switch_s: float, period_s: float, before: int, after: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the plate's decay over each segment of a period, shape (segments, lanes), and the terms of its ends.
+    """Return the plate's decay over each segment of a period, and the terms of its ends, shape (segments, 2, 6).
 
-    The terms count for the reading at the end of the period, shape (segments, 2, 6, lanes).
+    The terms count for the reading at the end of the period.
     """
-    plate, sensor = 2.0 * np.pi * np.asarray(plate_hz), 2.0 * np.pi * np.asarray(sensor_hz)
-    lengths = segment_lengths(np.atleast_1d(switch_s), period_s, before, after)
-    left, terms = np.full(plate.size, period_s), []
-    for length in lengths:
-        left = left - length
-        lanes = zip((sensor * length).tolist(), (plate * length).tolist(), strict=True)
-        here = np.stack([end_terms(theta, turned) for theta, turned in lanes], axis=-1)
-        terms.append(here * np.exp(-sensor * np.maximum(left, 0.0)))
-    return np.exp(-plate * np.array(lengths)), np.array(terms)
+    plate, sensor = 2.0 * math.pi * plate_hz, 2.0 * math.pi * sensor_hz
+    lengths = segment_lengths(switch_s, period_s, before, after)
+    left, terms = period_s, []
+    for length in lengths.tolist():
+        left -= length
+        terms.append(end_terms(sensor * length, plate * length) * math.exp(-sensor * max(left, 0.0)))
+    return np.exp(-plate * lengths), np.array(terms)

@@ -13,7 +13,6 @@ from frictionloop.control.laws import law_number, law_of
 from frictionloop.control.lookup import lookup_table
 from frictionloop.control.overdrive import no_overdrive, overdrive_gains
 from frictionloop.loop.columns import column
-from frictionloop.loop.ends import TERMS, segment_ends
 from frictionloop.loop.exchange import (
     EXTERNAL,
     FIRMWARE,
@@ -29,11 +28,11 @@ from frictionloop.loop.felt_tile import FADE_S
 from frictionloop.loop.formulas import Sums
 from frictionloop.loop.lower_finger import keys_of, lower_finger
 from frictionloop.loop.lower_oracle import lower_oracle, plan_of
+from frictionloop.loop.lower_plant import lower_plant, lower_swing
 from frictionloop.loop.lower_signals import lower_signal
-from frictionloop.loop.quadrature import segment_nodes, segment_weights
 from frictionloop.loop.score_tile import PERCEPTION
 from frictionloop.loop.signals import SINE
-from frictionloop.loop.slab import LANES, SEGMENT_ROWS, Slab
+from frictionloop.loop.slab import LANES, Slab
 from frictionloop.loop.structure import (
     contact_of,
     divided,
@@ -87,7 +86,7 @@ def lower(
     roughness = NOTHING
     if name == "quadrature":
         before, after = segments_of(systems[0])
-        nodes = _lower_plant(slab, systems, switch, 1.0 / rate, before, after)
+        nodes = lower_plant(slab, systems, switch, before, after)
     else:
         before, after = 0, substeps_of(systems[0])
         nodes, roughness = after + 1, lower_finger(slab, systems, keys)
@@ -101,7 +100,7 @@ def lower(
     setpoint = lower_signal(slab, "setpoint_signal", setpoints, keys, SETPOINT_STREAM, rate, True)
     disturbance = lower_signal(slab, "disturbance_signal", disturbances, keys, DISTURBANCE_STREAM, rate, nodes_alike)
     if name == "quadrature" and disturbance.how == SINE:
-        _lower_swing(slab, nodes)
+        lower_swing(slab, nodes)
     slab.view("shift")[0] = slab.view("setpoint_signal")[0]
     # A bench always looks up what the last command was: jitter may keep it in force.
     ring = ring_size(max(max(lates) * rate, float(name == "substeps")))
@@ -154,39 +153,6 @@ def _lower_friction(slab: Slab, systems: Sequence[System]) -> None:
     slab.view("floor")[0] = nominal * np.exp(-susceptibility * ceiling**2)
     slab.view("pulse_ticks")[0] = ticks
     slab.view("measurement")[4] = slab.view("scored")[0] = 1.0
-
-
-def _lower_plant(
-    slab: Slab, systems: Sequence[System], switch: np.ndarray, period: float, before: int, after: int
-) -> int:
-    nominal = slab.view("nominal")[0]
-    plate_hz = column([s.plate for s in systems], lambda plate: plate.cutoff_hz)
-    sensor_hz, noise = column([s.sensor for s in systems], lambda sensor: (sensor.cutoff_hz, sensor.noise_rms_n))
-    plate_hz, sensor_hz, switch = np.broadcast_arrays(plate_hz, sensor_hz, switch)
-    times = segment_nodes(switch, period, before, after)
-    nodes = len(times)
-    slab.view("node_time")[:nodes] = times
-    slab.view("weight")[:nodes] = segment_weights(sensor_hz, switch, period, before, after)
-    decay, terms = segment_ends(plate_hz, sensor_hz, switch, period, before, after)
-    rows = slab.view("segment")
-    for segment, (d, ends) in enumerate(zip(decay, terms, strict=True)):
-        first = segment * SEGMENT_ROWS
-        rows[first] = d
-        rows[first + 1 : first + 1 + TERMS] = ends[0]
-        rows[first + 1 + TERMS : first + SEGMENT_ROWS] = ends[1] * nominal  # the end's friction is counted in f0
-    sensor_decay = np.exp(-2 * np.pi * sensor_hz * period)
-    slab.view("sensor_decay")[0] = sensor_decay
-    slab.view("noise_gain")[0] = noise * (1 - sensor_decay)
-    return nodes
-
-
-def _lower_swing(slab: Slab, nodes: int) -> None:
-    """Set what a sine of the disturbance adds to the reading: its sum over the nodes, by the addition theorem."""
-    offset, amplitude, frequency_hz, _ = slab.view("disturbance_signal")
-    weight = slab.view("weight")[:nodes]
-    turn = 2.0 * np.pi * frequency_hz * slab.view("node_time")[:nodes]
-    shares = np.stack([weight * offset, weight * amplitude * np.cos(turn), weight * amplitude * np.sin(turn)])
-    slab.view("swing")[:] = np.cumsum(shares, axis=1)[:, -1]  # one node after the other: the same bits for any width
 
 
 def _lower_controller(slab: Slab, systems: Sequence[System]) -> np.ndarray:

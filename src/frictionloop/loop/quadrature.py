@@ -37,8 +37,7 @@ def gauss_lobatto(nodes: int = NODES) -> tuple[np.ndarray, np.ndarray]:
 def product_weights(theta: float) -> np.ndarray:
     """Return W_j with sum W_j f(x_j) = int_0^1 theta e^(-theta (1 - x)) f(x) dx, exact for degree nodes - 1.
 
-    ``theta`` is the sensor's corner (rad/s) times the segment's length. One value at a time: sums over arrays of lanes
-    would round differently in a tile and alone.
+    ``theta`` is the sensor's corner (rad/s) times the segment's length.
     """
     return np.asarray(_interpolation() @ sensor_moments(theta, NODES))
 
@@ -64,37 +63,31 @@ def segments_needed(cutoff_hz: float, length_s: float) -> int:
     return math.ceil(max(cutoff_hz * length_s / PLATE_PER_SEGMENT, 1e-9)) if length_s > 0 else 0
 
 
-def segment_lengths(switch_s: np.ndarray, period_s: float, before: int, after: int) -> list[np.ndarray]:
-    """Return the lengths of the segments in s, one value per lane.
+def segment_lengths(switch_s: float, period_s: float, before: int, after: int) -> np.ndarray:
+    """Return the lengths of the segments in s.
 
     The command changes ``switch_s`` after the sample; there are ``before`` equal segments up to then and ``after``
     equal ones to the end of the period.
     """
-    return [switch_s / max(before, 1)] * before + [(period_s - switch_s) / after] * after
+    return np.array([switch_s / max(before, 1)] * before + [(period_s - switch_s) / after] * after)
 
 
-def segment_nodes(switch_s: np.ndarray, period_s: float, before: int, after: int) -> np.ndarray:
-    """Return node times in s, shape (5 segments + 1, lanes); a node between two segments belongs to both."""
-    x = gauss_lobatto()[0][1:, None]
-    switch = np.atleast_1d(switch_s)
-    lengths = segment_lengths(switch, period_s, before, after)
-    ends = np.cumsum(lengths, axis=0)
-    starts = np.concatenate([np.zeros((1, switch.size)), ends[:-1]])
-    inside = [start + x * length for start, length in zip(starts, lengths, strict=True)]
-    return np.concatenate([np.zeros((1, switch.size)), *inside])
+def segment_nodes(switch_s: float, period_s: float, before: int, after: int) -> np.ndarray:
+    """Return node times in s, 5 segments + 1 of them; a node between two segments belongs to both."""
+    x = gauss_lobatto()[0][1:]
+    lengths = segment_lengths(switch_s, period_s, before, after)
+    starts = [0.0, *np.cumsum(lengths)[:-1]]
+    return np.concatenate([[0.0], *(start + x * length for start, length in zip(starts, lengths, strict=True))])
 
 
-def segment_weights(
-    corner_hz: np.ndarray, switch_s: np.ndarray, period_s: float, before: int, after: int
-) -> np.ndarray:
-    """Return the weight of each node's force in the sensor's reading at the end of the period, shape (nodes, lanes)."""
-    omega, switch = 2.0 * np.pi * np.asarray(corner_hz), np.atleast_1d(switch_s)
-    lengths = segment_lengths(switch, period_s, before, after)
-    weights = np.zeros(((NODES - 1) * len(lengths) + 1, switch.size))
-    left = np.full(switch.size, period_s)
-    for segment, length in enumerate(lengths):
-        left = left - length
+def segment_weights(corner_hz: float, switch_s: float, period_s: float, before: int, after: int) -> np.ndarray:
+    """Return the weight of each node's force in the sensor's reading at the end of the period."""
+    omega = 2.0 * math.pi * corner_hz
+    lengths = segment_lengths(switch_s, period_s, before, after)
+    weights = np.zeros((NODES - 1) * len(lengths) + 1)
+    left = period_s
+    for segment, length in enumerate(lengths.tolist()):
+        left -= length
         first = segment * (NODES - 1)
-        here = np.array([product_weights(theta) for theta in (omega * length).tolist()]).T
-        weights[first : first + NODES] += here * np.exp(-omega * np.maximum(left, 0.0))
+        weights[first : first + NODES] += product_weights(omega * length) * math.exp(-omega * max(left, 0.0))
     return weights
