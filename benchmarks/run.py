@@ -13,10 +13,12 @@ from __future__ import annotations
 
 import argparse
 import json
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
+from rich.live import Live
 
 import contenders
 import curves
@@ -70,22 +72,24 @@ def measure(options: argparse.Namespace, console: Console) -> dict[str, Any]:
         "curves": {},
     }
     sections = result["sections"]
-    with console.status("") as status:
+    # Shown between the calls alone: a spinner's thread would take turns with what is measured.
+    with Live(console=console, auto_refresh=False, transient=True) as live:
+        tell = partial(live.update, refresh=True)
         if "one" in wanted:
-            status.update("checking that all traces agree")
+            tell("checking that all traces agree")
             timed, differences = contenders.one_run(c, options.quick)
-            sections["one run"] = rows(side_by_side(timed, options.patience_s, status.update), differences, 1)
+            sections["one run"] = rows(side_by_side(timed, options.patience_s, tell), differences, 1)
         if "grid" in wanted:
-            status.update("checking that all grids agree")
+            tell("checking that all grids agree")
             timed, differences = contenders.grid(c, threads, options.quick)
-            sections["grid"] = rows(side_by_side(timed, options.patience_s, status.update), differences, 1024)
+            sections["grid"] = rows(side_by_side(timed, options.patience_s, tell), differences, 1024)
         if "bench" in wanted and ours.version():
             for name, timed, lanes in curves.bench(threads, options.quick):
-                sections[name] = rows(side_by_side(timed, options.patience_s, status.update), {}, lanes)
+                sections[name] = rows(side_by_side(timed, options.patience_s, tell), {}, lanes)
         if "start-up" in wanted:
-            sections["start-up"] = rows(curves.start_up(options.patience_s, status.update), {}, 1)
+            sections["start-up"] = rows(curves.start_up(options.patience_s, tell), {}, 1)
         if "curves" in wanted:
-            result["curves"] = curves.measure(c, options.patience_s, status.update)
+            result["curves"] = curves.measure(c, options.patience_s, tell)
     best = {name: {row["name"]: row["seconds"] for row in section} for name, section in sections.items()}
     result["targets"] = [target.row() for target in targets.of(best, threads)]
     return result

@@ -14,7 +14,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-BURST_S = 0.05
+BURST_S = 0.3
 """Calls much shorter than this are repeated for this long in each round; the shortest counts."""
 BUSY = 0.08
 """Share of the machine used by others above which a round waits."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import deque
 from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
@@ -26,20 +27,51 @@ def worker_count(n_jobs: int | None) -> int:
 
 
 def shared_out(function: Callable[..., R], calls: Iterable[tuple[Any, ...]], workers: int) -> Generator[R, None, None]:
-    """Yield ``function(*call)`` of each call: in their order from threads, as they are done from a joblib back end.
+    """Yield ``function(*call)`` of each call as it is done, by threads or by the joblib back end that is active.
 
-    joblib looks at its threads every 10 ms, a tenth of what a map of gains takes; those of the standard library say
-    when they are done. What has not begun is dropped when the caller closes the generator or it raises.
+    What has not begun is dropped when the caller closes the generator or a call raises.
     """
     active, _ = get_active_backend(prefer="threads")
-    if not isinstance(active, ThreadingBackend):
+    if isinstance(active, ThreadingBackend):
+        yield from _threaded(function, deque(calls), workers)
+    else:
         job = joblib.delayed(function)
         yield from joblib.Parallel(workers, return_as="generator_unordered")(job(*call) for call in calls)
-    elif workers == 1:
-        yield from (function(*call) for call in calls)
-    else:
-        pool = ThreadPoolExecutor(workers)
+
+
+def _threaded(function: Callable[..., R], waiting: deque[tuple[Any, ...]], workers: int) -> Generator[R, None, None]:
+    """Work on the calls beside ``workers - 1`` threads.
+
+    A caller that waited for its threads would be one thread more than cores, and each time it woke it would put two
+    that compute on one core. joblib's caller wakes every 10 ms, a tenth of what a map of gains takes.
+    """
+    done: deque[R] = deque()
+
+    def helped() -> None:
         try:
-            yield from pool.map(lambda call: function(*call), calls)
-        finally:
-            pool.shutdown(cancel_futures=True)
+            while call := _next(waiting):
+                done.append(function(*call))
+        except BaseException:
+            waiting.clear()
+            raise
+
+    pool = ThreadPoolExecutor(max(workers - 1, 1))
+    helpers = [pool.submit(helped) for _ in range(workers - 1)]
+    try:
+        while call := _next(waiting):
+            yield function(*call)
+            while done:
+                yield done.popleft()
+        for helper in helpers:
+            helper.result()
+        yield from done
+    finally:
+        waiting.clear()
+        pool.shutdown()
+
+
+def _next(waiting: deque[tuple[Any, ...]]) -> tuple[Any, ...] | None:
+    try:
+        return waiting.popleft()
+    except IndexError:
+        return None
