@@ -1,6 +1,7 @@
 """Calls shared out over threads: each is made once, an error comes back, and what has not begun is dropped."""
 
 import threading
+import time
 
 import pytest
 
@@ -16,7 +17,7 @@ def test_each_call_is_made_once(workers):
 def test_the_caller_works_too():
     """Two calls that wait for each other are done by two workers only if the caller is one of them."""
     both = threading.Barrier(2)
-    threads = set(shared_out(lambda _: both.wait(60) and None or threading.get_ident(), [(1,), (2,)], 2))
+    threads = set(shared_out(lambda _: (both.wait(60) and None) or threading.get_ident(), [(1,), (2,)], 2))
     assert len(threads) == 2
     assert threading.get_ident() in threads
 
@@ -32,15 +33,21 @@ def test_an_error_comes_back_and_drops_what_has_not_begun(thread):
             met.set()
             raise IndexError("no such place")
         met.wait(60)
+        time.sleep(1e-3)
 
     with pytest.raises(IndexError, match="no such place"):
-        list(shared_out(fails, [(i,) for i in range(1000)], 2))
-    assert len(began) < 1000
+        list(shared_out(fails, [(i,) for i in range(100_000)], 2))
+    assert len(began) < 100_000
 
 
 def test_closing_drops_what_has_not_begun():
     began, threads = [], threading.active_count()
-    calls = shared_out(began.append, [(i,) for i in range(100_000)], 2)
+
+    def begins(number):
+        began.append(number)
+        time.sleep(1e-3)
+
+    calls = shared_out(begins, [(i,) for i in range(100_000)], 2)
     next(calls)
     calls.close()
     assert len(began) < 100_000
