@@ -22,30 +22,30 @@ static void land_or_lift(fl_touch *touch, int64_t position) {
     touch->way = 0;
 }
 
-static void track(fl_touch *touch, const fl_parameters *p, int64_t position) {
+static void track(fl_touch *touch, const fl_parameters *p, int64_t position, int presses) {
     int64_t predicted = touch->position + moved(touch->speed);
     int32_t error = fl_saturate(fl_scale(position - predicted, FINER));
     touch->position = within(predicted + fl_scale((int64_t)p->touch_position_gain * error, 28 - FINER));
     touch->speed = fl_fma(p->touch_speed_gain, error, touch->speed);
     int64_t way = moved(touch->speed);
-    touch->way = within(touch->way + (way < 0 ? -way : way));
+    if (presses) touch->way = within(touch->way + (way < 0 ? -way : way));
 }
 
 fl_measurement fl_touch_step(
     fl_touch *touch, const fl_parameters *p, int32_t position, int32_t load, int32_t force) {
     int64_t fine = (int64_t)position * (1 << FINER);
     int32_t share = fl_mul28(p->touch_touch_share, touch->mean_load);
-    int touches = load >= (share > p->touch_touch_n ? share : p->touch_touch_n);
+    int touches = load >= p->touch_touch_n, presses = touches && load >= share;
     if (!touch->begun) land_or_lift(touch, fine);
     touch->begun = 1;
     if (touches) {
         int32_t above = fl_subtract(load, touch->mean_load);
         touch->mean_load = fl_add(touch->mean_load, fl_mul28(p->touch_mean_gain, above));
-        track(touch, p, fine);
+        track(touch, p, fine, presses);
     } else {
         land_or_lift(touch, fine);
     }
     int fast = touch->speed >= p->touch_least_speed_m_s || touch->speed <= -p->touch_least_speed_m_s;
     int developed = touch->way >= (int64_t)p->touch_developed_m * (1 << FINER);
-    return (fl_measurement){force, position, touch->speed, load, touches && fast && developed};
+    return (fl_measurement){force, position, touch->speed, load, presses && fast && developed};
 }

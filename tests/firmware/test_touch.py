@@ -57,11 +57,11 @@ def in_python(position: np.ndarray, load: np.ndarray) -> tuple[np.ndarray, np.nd
 
 
 def strokes(seed: int, ticks: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions and loads of a finger that goes to and fro, lifts and lands, with the bench's noise."""
+    """Return positions and loads of a finger that goes to and fro, lifts, lands and trembles, with the bench's noise."""
     rng, t = np.random.default_rng(seed), np.arange(ticks) * DT
     position = 0.03 * np.sin(2 * np.pi * 0.4 * t) + 1e-5 * rng.standard_normal(ticks)
     contact = np.clip(8 * np.sin(2 * np.pi * 0.7 * t + 1) + 4, 0, 1)
-    load = 0.5 * contact * (1 + 0.1 * np.sin(2 * np.pi * 3 * t)) + 2e-3 * rng.standard_normal(ticks)
+    load = 0.5 * contact * (1 + 0.4 * np.sin(2 * np.pi * 3 * t)) + 2e-3 * rng.standard_normal(ticks)
     return (
         np.round(position / BOARD.position_m_per_count) * BOARD.position_m_per_count,
         np.round(load / BOARD.load_n_per_count) * BOARD.load_n_per_count,

@@ -153,15 +153,15 @@ def solve(system, periods, seed, slider_step_s=2e-6):
         t = k * dt
         x, _, sign = stroke(system.motion, t)
         pressed = system.motion.load_n * contact_share(system.motion, t)
-        touches = pressed >= max(cells.touch_n, cells.touch_share * mean)
+        touches, presses = pressed >= cells.touch_n, pressed >= max(cells.touch_n, cells.touch_share * mean)
         if touches:
             mean += (1 - math.exp(-dt / cells.mean_s)) * (pressed - mean)
             error = x - (tracked + speed * dt)
             tracked, speed = tracked + speed * dt + (1 - pole**2) * error, speed + (1 - pole) ** 2 / dt * error
-            landed_m += abs(speed) * dt
+            landed_m += abs(speed) * dt if presses else 0.0
         else:
             tracked, speed, landed_m = x, 0.0, 0.0
-        valid = touches and abs(speed) >= 1e-3 * cells.least_speed_mm_s and landed_m >= 1e-3 * cells.developed_mm
+        valid = presses and abs(speed) >= 1e-3 * cells.least_speed_mm_s and landed_m >= 1e-3 * cells.developed_mm
         f_m = plant.y[5] * (1 if speed >= 0 else -1)
         wanted = r.levels_n[max(i for i, start in enumerate(r.times_s) if start <= t + 1e-9)]
         e = wanted - f_m if valid else 0.0

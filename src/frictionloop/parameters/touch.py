@@ -34,9 +34,10 @@ class LoadCells(Block):
     touch_n: Positive = 0.02
     """Least measured load that counts as touch (assumed: ten standard deviations of its noise)."""
     touch_share: Annotated[Number, Field(ge=0, lt=1)] = 0.7
-    """Least share of the load's running mean that counts as touch: a finger that lifts is let go early (assumed)."""
+    """Least share of the load's running mean under which a reading is valid: a finger that lifts is let go early
+    (assumed)."""
     mean_s: Positive = 0.5
-    """Time constant of that mean, which waits while the finger is lifted (assumed)."""
+    """Time constant of that mean, which waits while nothing touches (assumed)."""
     least_speed_mm_s: NotNegative = 2.0
     """Least measured speed that counts as sliding (assumed)."""
     developed_mm: NotNegative = 0.5

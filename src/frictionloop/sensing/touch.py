@@ -50,8 +50,10 @@ def touch_step(  # type: ignore[no-untyped-def]
     The measured load is the sum of four cells, each with noise of its own: N + 2 sigma z. The tracker predicts x + v dt
     and corrects both by its error e: x += alpha e, v += beta e/dt. Without touch it waits at the last sample.
 
-    A reading is valid while the finger slides under most of its usual load, and once it has gone so far since landing
-    that its skin is stretched: before, force below the set-point is no error to act on.
+    A reading is valid while the finger slides under most of its usual load, and once it has gone so far under it since
+    landing that its skin is stretched: before, force below the set-point is no error to act on. A finger that presses
+    less than usual still touches: its speed, way and usual load go on, so that a dip of a trembling load costs only
+    the dip.
     """
     tracked, speed, mean, way = state
     noise_m, load_noise, touch_n, least_speed, dt, position_gain, speed_gain, share, gain, developed = coefficients
@@ -59,12 +61,12 @@ def touch_step(  # type: ignore[no-untyped-def]
     position = fma(noise_m, z_position, position_m)
     predicted = fma(speed, dt, tracked)
     error = position - predicted
-    touches = load >= max(touch_n, share * mean)
+    touches, presses = load >= touch_n, load >= max(touch_n, share * mean)
     mean = fma(gain, load - mean, mean) if touches else mean
     tracked = fma(position_gain, error, predicted) if touches else position
     speed = fma(speed_gain, error, speed) if touches else 0.0
-    way = fma(abs(speed), dt, way) if touches else 0.0
-    slides = touches & (abs(speed) >= least_speed) & (way >= developed)
+    way = fma(abs(speed) if presses else 0.0, dt, way) if touches else 0.0
+    slides = presses & (abs(speed) >= least_speed) & (way >= developed)
     return TouchState(tracked, speed, mean, way), (position, speed, load, 1.0 if slides else 0.0)
 
 
