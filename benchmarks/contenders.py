@@ -25,6 +25,7 @@ NOISY = Paper()
 QUIET = replace(NOISY, noise_rms=0.0)
 OURS, C, C_JUMP, C_LANES = "frictionloop", "C", "C, clamp branch", "C, a System per lane"
 C_ENDS = "C, rule of the two ends"
+GRID_ROUNDS = 25  # two threads are slowed by any third: the shortest of few is seldom undisturbed
 CHAOS_KP = 15.0  # above, rounding alone changes traces; R2 is compared below
 
 Trace = Callable[[Paper, float, float, int], Array]
@@ -93,29 +94,29 @@ def grid(c: Reference, threads: int, quick: bool) -> tuple[list[Contender], dict
 
     for on in sorted({1, threads}):
         if ours.version():
-            add(OURS, partial(ours.grid, kp_axis, ki_axis, on), 11, on)
-            add(f"{OURS}, noise, common", partial(ours.grid, kp_axis, ki_axis, on, noise=True), 11, on)
-            add(f"{OURS}, noise, 1024 seeds", partial(ours.seeds, kp.size, on), 11, on)
-        add(C, lambda on=on: c.grid(QUIET, kp, ki, PERIODS, on)[:, 0], 11, on)
-        add(C_ENDS, lambda on=on: c.grid(QUIET, kp, ki, PERIODS, on, ends=True)[:, 0], 11, on)
+            add(OURS, partial(ours.grid, kp_axis, ki_axis, on), GRID_ROUNDS, on)
+            add(f"{OURS}, noise, common", partial(ours.grid, kp_axis, ki_axis, on, noise=True), GRID_ROUNDS, on)
+            add(f"{OURS}, noise, 1024 seeds", partial(ours.seeds, kp.size, on), GRID_ROUNDS, on)
+        add(C, lambda on=on: c.grid(QUIET, kp, ki, PERIODS, on)[:, 0], GRID_ROUNDS, on)
+        add(C_ENDS, lambda on=on: c.grid(QUIET, kp, ki, PERIODS, on, ends=True)[:, 0], GRID_ROUNDS, on)
         add(
             f"{C_ENDS}, noise, 1024 seeds",
             lambda on=on: c.grid(NOISY, kp, ki, PERIODS, on, np.arange(kp.size), ends=True)[:, 0],
-            11,
+            GRID_ROUNDS,
             on,
         )
-        add(f"{C}, noise, common", lambda on=on: c.grid(NOISY, kp, ki, PERIODS, on)[:, 0], 11, on)
+        add(f"{C}, noise, common", lambda on=on: c.grid(NOISY, kp, ki, PERIODS, on)[:, 0], GRID_ROUNDS, on)
         add(
             f"{C}, noise, 1024 seeds",
             lambda on=on: c.grid(NOISY, kp, ki, PERIODS, on, np.arange(kp.size))[:, 0],
-            11,
+            GRID_ROUNDS,
             on,
         )
-        add(C_LANES, lambda on=on: c.lanes(QUIET, own, PERIODS, on)[:, 0], 11, on)
+        add(C_LANES, lambda on=on: c.lanes(QUIET, own, PERIODS, on)[:, 0], GRID_ROUNDS, on)
         add(
             f"{C_LANES}, noise, 1024 seeds",
             lambda on=on: c.lanes(NOISY, own, PERIODS, on, np.arange(kp.size))[:, 0],
-            11,
+            GRID_ROUNDS,
             on,
         )
         if present("jax"):

@@ -57,7 +57,7 @@ def in_python(position: np.ndarray, load: np.ndarray) -> tuple[np.ndarray, np.nd
 
 
 def strokes(seed: int, ticks: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions and loads of a finger that goes to and fro, lifts, lands and trembles, with the bench's noise."""
+    """Return positions and loads of a finger that goes to and fro, lifts, lands, trembles, with the bench's noise."""
     rng, t = np.random.default_rng(seed), np.arange(ticks) * DT
     position = 0.03 * np.sin(2 * np.pi * 0.4 * t) + 1e-5 * rng.standard_normal(ticks)
     contact = np.clip(8 * np.sin(2 * np.pi * 0.7 * t + 1) + 4, 0, 1)

@@ -20,9 +20,9 @@ DOCS = Path(__file__).parents[2] / "docs"
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 WIDEST = 88
 """Characters of a line of code that the pages show without scrolling."""
-SLOW = {"sweep-on-a-cluster", "design-a-controller", "controllers", "my-labs-bench"}
+SLOW = {"sweep-on-a-cluster", "design-a-controller", "controllers", "limits-of-control", "my-labs-bench"}
 """Pages that start processes or design controllers; building the documentation runs them too."""
-BENCH = ("bench", "bench-gains", "controllers", "oracle", "plate", "force-sensor")
+BENCH = ("bench", "bench-gains", "controllers", "limits-of-control", "oracle", "plate", "force-sensor")
 PAGES = [DOCS / "tutorial.md", *(DOCS / f"{name}.md" for name in BENCH), *sorted((DOCS / "how-to").glob("*.md"))]
 
 

@@ -25,10 +25,13 @@ def off_by(off: float) -> str:
 
 
 def schedule_rows(schedule: Sequence[Sequence[float]]) -> list[Row]:
-    """Return the gains of a schedule, one row per share."""
+    """Return the rows of a schedule under the names of their gains (`TrackerController.schedule`)."""
+    from frictionloop.design.tracker_loop import Row as Gains
+
+    rows = [(f"{share:g}", [f"{gain:.4g}" for gain in row]) for share, row in zip(SHARES, schedule, strict=True)]
     return [
-        (f"row {share:g}", "  ".join(f"{gain:.4g}" for gain in row))
-        for share, row in zip(SHARES, schedule, strict=True)
+        (name, " ".join(f"{cell:>8}" for cell in cells))
+        for name, cells in (("schedule, share", list(Gains._fields)), *rows)
     ]
 
 

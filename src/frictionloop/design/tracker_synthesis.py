@@ -80,6 +80,6 @@ def _learning(system: System) -> tuple[str, ...]:
     believed = system.controller.model_dump()["compliance_um_per_n"]
     return (
         "margins are those of a contact and a finger known exactly; what is learnt is biased and leaves less "
-        "(docs/controllers.md). As it starts, with "
+        "(docs/which-law.md). As it starts, with "
         f"{believed:g} um/N believed, Ms is {told}, at the mean force of a dry finger",
     )
