@@ -14,7 +14,8 @@ import frictionloop as fl
 from frictionloop.control.tracker_gains import sensor_matrices
 from frictionloop.design import linear_optimum, waterbed_bound
 from frictionloop.design.tracker_loop import Plant, Row, answer
-from frictionloop.design.tracker_tuning import LIMITS, _Search, true_shares
+from frictionloop.design.tracker_search import RowSearch, true_shares
+from frictionloop.design.tracker_tuning import LIMITS
 from frictionloop.parameters.tracking import SCHEDULE, SHARES
 
 TS, NYQUIST_HZ = 2e-4, 2500.0
@@ -206,7 +207,7 @@ def test_no_row_of_the_tracker_is_below_it(share: float, row: tuple[float, ...])
         update={"resonance_hz": bench.sensor.resonance_hz, "resonance_q": bench.sensor.q, "sensor_hz": 1000.0}
     )
     told = {"resonance_hz": 0.91 * 145.0, "resonance_q": 6.0}
-    search = _Search(bench, true, true.model_copy(update=told), share, LIMITS)
+    search = RowSearch(bench, true, true.model_copy(update=told), share, LIMITS)
     own = true_shares(share)[0]
     disturbance = search.plants[0][1]
     theirs = answer(Row(*row), search.believed, share, Plant(true, own), search.z, TS)

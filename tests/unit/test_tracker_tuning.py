@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.design.tracker_tuning import tune_tracker
+from frictionloop.design.tracker_search import TOUCH, RowSearch
+from frictionloop.design.tracker_tuning import LIMITS, tune_tracker
 from frictionloop.parameters.tracking import SCHEDULE, SHARES, TrackerController
+from frictionloop.perception.thresholds import force_threshold_n
 
 
 @pytest.mark.slow
@@ -25,3 +27,14 @@ def test_the_default_schedule_is_that_of_the_bench():
     fields = TrackerController.model_fields
     for name in ("resonance_share", "broadened_q"):
         assert tuning.overrides[f"controller.{name}"] == fields[name].default
+
+
+@pytest.mark.parametrize("share", SHARES)
+def test_what_is_left_is_weighted_by_the_threshold_of_touch(share):
+    """The weight is made by the filter of the index D, within 0.45 dB of the thresholds."""
+    bench = fl.bench()
+    search = RowSearch(bench, bench.controller.model, bench.controller.model, share, LIMITS)
+    heard = (search.f >= 1.0) & (search.f <= 500.0)
+    power = (force_threshold_n(100.0) / force_threshold_n(search.f[heard])) ** 2
+    beside = (search.felt[heard] - 1.0) / power
+    np.testing.assert_allclose(beside, TOUCH.get(share, 0.0), rtol=10**0.09 - 1)
