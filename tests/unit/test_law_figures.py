@@ -21,7 +21,7 @@ def words(figure):
 def steps(**largest_n):
     """Traces that rest at 0.5 N but for one reading of each law."""
     force = np.full((len(largest_n), len(CONTACTS), TIME.size), 0.5)
-    force[:, 0, 1200] = list(largest_n.values())
+    force[:, 0, 1510] = list(largest_n.values())  # 10 ms after the step up
     dims, there = ("law", "contact", "time"), {"law": list(largest_n), "contact": CONTACTS, "time": TIME}
     return xr.Dataset({"f_a": (dims, force), "f_r": (dims, np.full_like(force, 0.5))}, there)
 
@@ -38,8 +38,10 @@ def test_a_law_that_is_unstable_is_said_to_be():
 
 def test_a_force_that_leaves_the_panel_is_said_to():
     figure = figure_step_traces(steps(calm=0.6, wild=3.0), 20.0)
-    # Rows are laws, columns contacts; the force leaves on the first contact only.
-    assert words(figure) == ["calm", "calm", "wild\ncut off, reaches 3 N", "wild"]
+    # Rows are laws, columns contacts and steps; the force leaves on the first contact's step up only.
+    assert words(figure) == ["cut off, reaches 3 N"]
+    assert [bool(axes.texts) for axes in figure.axes] == [False] * 5 + [True, False, False]
+    assert [axes.get_ylabel() for axes in figure.axes[::4]] == ["calm", "wild"]
     assert all(axes.get_ylim()[1] < 1.2 for axes in figure.axes)
 
 

@@ -19,12 +19,10 @@ from frictionloop.design.tournament.entrants import ORACLE
 from frictionloop.design.tournament.protocol import STEP_LEVELS_N
 from frictionloop.report.style import BLUE, GREY, ORANGE, SILVER, VERMILLION, new_figure, styled
 
-SHOWN_S = (0.95, 1.75)
-"""A step down and a step up of the protocol, its second and third."""
-NAMED_AT = (1.25, 0.78)
-"""Where in a panel the law's name stands, between the steps and above the lower level: s, N."""
+STEPS = {"down": (1.0, (-2.0, 14.0)), "up": (1.5, (-5.0, 45.0))}
+"""The second and the third step of the protocol: when, in s, and what is shown of each, in ms since."""
 ROOM_N = 0.3
-"""How far the axis of the steps goes beyond the levels; what goes further is cut off, and said."""
+"""How far the axis of the steps goes beyond the levels, N; what goes further is cut off, and said."""
 COLUMNS = 3
 """Panels of |S| beside each other."""
 CONTACT_LINES: dict[str, dict[str, Any]] = {
@@ -35,36 +33,45 @@ CONTACT_LINES: dict[str, dict[str, Any]] = {
 
 @styled
 def figure_step_traces(traces: xr.Dataset, speed_mm_s: float) -> Figure:
-    """Return force over time on the median capable finger, a row for each law, a column for each contact.
+    """Return the force after a step on the median capable finger: a row for each law, steps by contact.
 
     The oracle's force, where it competes, is in every panel: what plant and drive allow.
     """
-    contacts, laws = traces["contact"].values.tolist(), traces["law"].values.tolist()
-    some = traces.sel(time=slice(*SHOWN_S))
-    figure = new_figure(7.2, 0.8 * len(laws) + 0.9)
-    grid = figure.subplots(len(laws), len(contacts), squeeze=False, sharex=True, sharey=True)
+    laws = traces["law"].values.tolist()
+    columns = [(contact, way) for contact in traces["contact"].values.tolist() for way in STEPS]
+    figure = new_figure(7.2, 0.8 * len(laws) + 1.0)
+    grid = figure.subplots(len(laws), len(columns), squeeze=False, sharex="col", sharey=True)
     low, high = max(0.0, min(STEP_LEVELS_N) - ROOM_N), max(STEP_LEVELS_N) + ROOM_N
     for row, law in zip(grid, laws, strict=True):
-        for axes, contact in zip(row, contacts, strict=True):
-            here = some.sel(contact=contact)
+        row[0].set_ylabel(law, fontweight="bold", rotation=0, ha="right", va="center")
+        for axes, (contact, way) in zip(row, columns, strict=True):
+            since_ms, here = _since(traces.sel(contact=contact), way)
             if ORACLE in laws and law != ORACLE:
-                axes.plot(here["time"], here["f_a"].sel(law=ORACLE), color=ORANGE, lw=1.6, label="oracle")
+                axes.plot(since_ms, here["f_a"].sel(law=ORACLE), color=ORANGE, lw=1.6, label="oracle")
             force = here["f_a"].sel(law=law)
-            axes.step(here["time"], here["f_r"].sel(law=law), where="post", color=GREY, lw=0.8, label="set-point")
-            axes.plot(here["time"], force, color=BLUE, lw=0.8, label="this law")
-            cut = f"\ncut off, reaches {float(force.max()):.2g} N" if float(force.max()) > high else ""
-            axes.text(*NAMED_AT, law + cut, ha="center", va="center", fontweight="bold")
-    for axes, contact in zip(grid[0], contacts, strict=True):
-        axes.set_title(f"{contact}, {speed_mm_s:g} mm/s")
-    grid[0, 0].set(xlim=SHOWN_S, ylim=(low, high), yticks=STEP_LEVELS_N)
+            axes.step(since_ms, here["f_r"].sel(law=law), where="post", color=GREY, lw=0.8, label="set-point")
+            axes.plot(since_ms, force, color=BLUE, lw=0.9, label="this law")
+            if float(force.max()) > high:
+                place = {"transform": axes.transAxes, "ha": "right", "va": "bottom", "fontsize": 7.0}
+                axes.text(0.98, 0.04, f"cut off, reaches {float(force.max()):.2g} N", **place)
+    for axes, (contact, way) in zip(grid[0], columns, strict=True):
+        axes.set_title(f"{contact}, step {way}")
+        axes.set_xlim(*STEPS[way][1])
+    grid[0, 0].set(ylim=(low, high), yticks=STEP_LEVELS_N)
+    figure.suptitle(f"force (N) at {speed_mm_s:g} mm/s", fontsize=9.0)
     for axes in grid[-1]:
-        axes.set_xlabel("time (s)")
-    for axes in grid[:, 0]:
-        axes.set_ylabel("force (N)")
+        axes.set_xlabel("ms since the step")
     # The oracle's own panel has a line less.
     handles, labels = max((axes.get_legend_handles_labels() for axes in grid[:, 0]), key=lambda found: len(found[1]))
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
     return figure
+
+
+def _since(traces: xr.Dataset, way: str) -> tuple[np.ndarray, xr.Dataset]:
+    """Return the time in ms since the step this way and what is shown of it."""
+    start_s, (first_ms, last_ms) = STEPS[way]
+    shown = traces.sel(time=slice(start_s + 1e-3 * first_ms, start_s + 1e-3 * last_ms))
+    return 1e3 * (shown["time"].values - start_s), shown
 
 
 @styled
