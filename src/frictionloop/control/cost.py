@@ -51,13 +51,13 @@ class WorstTick(NamedTuple):
 
 
 WORST_TICK = {
-    "pi": WorstTick(1362, 2475),
-    "lookup": WorstTick(1340, 2406),
-    "notch_pi": WorstTick(2170, 3598),
-    "filtered_pi": WorstTick(3083, 4811),
-    "observer": WorstTick(1767, 3403),
-    "super_twisting": WorstTick(1952, 3771),
-    "tracker": WorstTick(3492, 7181),
+    "pi": WorstTick(1357, 2474),
+    "lookup": WorstTick(1335, 2405),
+    "notch_pi": WorstTick(2165, 3595),
+    "filtered_pi": WorstTick(3078, 4808),
+    "observer": WorstTick(1762, 3400),
+    "super_twisting": WorstTick(1947, 3772),
+    "tracker": WorstTick(3487, 7180),
 }
 """By kind of controller, on the image of bench(), from entry to return of the tick's interrupt.
 

@@ -41,6 +41,8 @@ while its skin is loaded, so at 20 mm/s a share of 0.5 is believed of it (measur
 TOUCH = {0.25: 0.25, 0.5: 0.1}
 """Weight of what is felt, at 100 Hz, beside 1 of all that is left: a stroke at 80 mm/s then feels a twentieth less for
 1 % more of rms. The rows of smaller shares are for slow strokes, of which less is felt (chosen on fingers(120, 3))."""
+TIGHTER = {0.125: 0.06}
+"""Share by which Ms - 1 of a row stays below its limits: between it and the next row a loop has more than at either."""
 
 
 def true_shares(share: float) -> tuple[float, ...]:
@@ -55,7 +57,9 @@ class RowSearch:
     def __init__(
         self, system: System, true: Model, believed: Model, share: float, limits: Mapping[float, float]
     ) -> None:
-        self.dt, self.share, self.believed, self.limits = 1.0 / system.controller.rate_hz, share, believed, limits
+        self.dt, self.share, self.believed = 1.0 / system.controller.rate_hz, share, believed
+        tighter = 1.0 - TIGHTER.get(share, 0.0)
+        self.limits = {off: 1.0 + tighter * (limit - 1.0) for off, limit in limits.items()}
         offs = [off for size in limits for off in sorted({-size, size})]
         sensors = {off: true.model_copy(update={"resonance_hz": true.resonance_hz * (1.0 + off)}) for off in offs}
         nyquist, f0 = 0.5 / self.dt, true.resonance_hz
