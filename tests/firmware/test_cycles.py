@@ -84,7 +84,7 @@ def test_the_trace_counts_every_instruction_of_the_interrupt(images):
 
 
 SEED = 1
-"""With 0, 400 samples miss the tracker's worst tick by 3 cycles."""
+"""With 0, 400 samples miss the worst tick of the tracker."""
 
 
 def most(image, count):

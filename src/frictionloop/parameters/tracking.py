@@ -40,7 +40,7 @@ class TrackerController(Timing):
     compliance_um_per_n: Annotated[Number, Field(ge=0, le=1000)] = 7.0
     """Compliance of the contact to begin with: friction follows its limit with T = compliance F / speed; 0: at once.
 
-    Between Dahl's and a slider's, so that the loop is stable on both while it learns (Ms 3.8 and 2.7 on the bench).
+    Between Dahl's and a slider's, so that the loop is stable on both while it learns (Ms 2.9 and 3.5 on the bench).
     """
     largest_compliance_um_per_n: Annotated[Number, Field(ge=0, le=1000)] = 80.0
     """Largest compliance that is learnt: 50 is the bench's Dahl contact, the skin adds to it (assumed)."""
