@@ -43,7 +43,14 @@ def test_a_run_is_felt_more_than_what_is_felt_least() -> None:
     assert 0.3 < found < 0.6 < fl.relative_index(run)
 
 
-@pytest.mark.parametrize("weight", [-0.1, float("inf"), float("nan")])
-def test_a_weight_out_of_range_is_refused(weight: float) -> None:
-    with pytest.raises(FrictionloopError, match=r"weights = .*: must be finite and at least 0"):
-        felt_reach(BENCH, [{}], (weight,))
+@pytest.mark.parametrize("given", [(-0.1,), (float("inf"),), (float("nan"),), (), 0.3, "0.3", None])
+@pytest.mark.parametrize("name", ["weights", "levels_n"])
+def test_what_is_no_list_of_numbers_is_refused(name: str, given: object) -> None:
+    with pytest.raises(FrictionloopError, match=rf"{name} = .*: must be a list of finite numbers, each at least 0"):
+        felt_reach(BENCH, [{}], **{name: given})
+
+
+@pytest.mark.parametrize("fingers", [[], {"friction.nominal_n": 1.0}, ["friction.nominal_n"]])
+def test_what_are_no_fingers_is_refused(fingers: object) -> None:
+    with pytest.raises(FrictionloopError, match="fingers: must be one or more mappings of overrides"):
+        felt_reach(BENCH, fingers)

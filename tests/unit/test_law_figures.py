@@ -45,6 +45,10 @@ def test_a_force_that_leaves_the_panel_is_said_to():
     assert all(axes.get_ylim()[1] < 1.2 for axes in figure.axes)
 
 
+def test_a_force_that_falls_out_of_the_panel_is_said_to():
+    assert words(figure_step_traces(steps(calm=0.1, pulled=-0.4), 20.0)) == ["cut off, reaches -0.4 N"]
+
+
 @pytest.mark.parametrize("order", [("oracle", "law"), ("law", "oracle")], ids=str)
 def test_the_oracle_is_beside_every_other_law(order):
     figure = figure_step_traces(steps(**dict.fromkeys(order, 0.5)), 20.0)

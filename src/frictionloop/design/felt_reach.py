@@ -66,11 +66,9 @@ def felt_reach(
     Raises
     ------
     FrictionloopError
-        For a weight out of its range, or as `linear_reach`.
+        For weights or levels that are not lists of numbers from 0 on, or as `linear_reach`.
     """
-    if not all(0.0 <= weight < math.inf for weight in weights):
-        raise FrictionloopError(f"weights = {tuple(weights)}: must be finite and at least 0")
-    asked = tuple(weights), duration_s, seed, score_from_s, sensitivity_peak, tuple(levels_n)
+    asked = _row("weights", weights), duration_s, seed, score_from_s, sensitivity_peak, _row("levels_n", levels_n)
     rows = Parallel(n_jobs=-1, prefer="threads")(delayed(_reach)(own, *asked) for own in own_systems(system, fingers))
     found = np.array(rows).reshape(len(rows), len(asked[0]), len(KEPT))
     return xr.Dataset(
@@ -80,6 +78,17 @@ def felt_reach(
         },
         {"weight": list(asked[0])},
     )
+
+
+def _row(name: str, values: Any) -> tuple[float, ...]:
+    """Return one or more numbers that are finite and at least 0."""
+    try:
+        row = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        row = np.array([])
+    if not (row.ndim == 1 and row.size and np.all(np.isfinite(row)) and np.all(row >= 0.0)):
+        raise FrictionloopError(f"{name} = {values!r}: must be a list of finite numbers, each at least 0")
+    return tuple(row.tolist())
 
 
 def _reach(
@@ -94,7 +103,7 @@ def _reach(
     found = disturbed_levels(system, duration_s, seed, score_from_s, levels)
     if found is None:
         return np.full((len(weights), len(KEPT)), math.nan)
-    squares, before = np.zeros((len(weights), len(KEPT))), 0.0
+    sums, before = np.zeros((len(weights), len(KEPT))), 0.0
     for loop, frequency_hz, psds in found:
         friction, reading = loop.plant.numerators()
         noise, psd, rate_hz = reading_noise_psd(system, frequency_hz), psds[-1], 2.0 * loop.nyquist_hz
@@ -115,8 +124,8 @@ def _reach(
             )
             correction = (1.0 - best.sensitivity) / spectra.reading
             left = squared(best.sensitivity) * spectra.disturbance + squared(correction) * spectra.heard()
-            squares[k] += spectra.width_hz @ left, spectra.width_hz @ (left * felt)
-    return np.asarray(np.sqrt(squares / [len(levels), before]))
+            sums[k] += spectra.width_hz @ left, spectra.width_hz @ (left * felt)
+    return np.asarray(np.sqrt(sums / [len(levels), before]))
 
 
 def _felt(frequency_hz: Array, rate_hz: float) -> Array:

@@ -53,8 +53,10 @@ def own_systems(system: System, fingers: Sequence[Mapping[str, Any]]) -> list[Sy
     Raises
     ------
     FrictionloopError
-        For friction of another kind than "finger".
+        For friction of another kind than "finger", or fingers that are not a sequence of overrides.
     """
+    if isinstance(fingers, Mapping) or not len(fingers) or not all(isinstance(each, Mapping) for each in fingers):
+        raise FrictionloopError("fingers: must be one or more mappings of overrides, such as fl.fingers(10) or [{}]")
     if not isinstance(system.friction, FingerFriction):
         raise FrictionloopError(
             f'friction.kind = "{system.friction.kind}": must be "finger" to have a limit that moves'

@@ -1,4 +1,4 @@
-"""A law that learns the finger, as it should be once it has, and as it is: on which contacts and at which speeds."""
+"""A law that learns the finger: as it would be if it knew it, and as it is; on which contacts and at which speeds."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FASTER = (1.0, 4.0)
 CONTACTS = ("dahl", "slider")
 
 
-def learnt(system: System) -> System:
+def knowing(system: System) -> System:
     """Return a system whose tracker begins with the compliance and the susceptibility that are true; others stay."""
     law, finger = system.controller, system.finger
     if not (isinstance(law, TrackerController) and isinstance(finger, Skin)):
@@ -33,7 +33,7 @@ def learnt_in_run(system: System, duration_s: float, seed: int) -> System:
     """Return a system whose tracker begins with what it believes at the end of a run; of other laws as it is.
 
     Compliance and susceptibility that are learnt in the loop are biased, for its innovations are not white
-    (docs/which-law.md): this is the loop that runs, `learnt` the one that was designed.
+    (docs/which-law.md): this is the loop that runs, `knowing` the one that was designed.
     """
     law = system.controller
     if not isinstance(law, TrackerController):
@@ -56,4 +56,4 @@ def conditions(system: System) -> list[System]:
     contacts = dict.fromkeys((system.finger.contact, *CONTACTS))
     own = system.motion.speed_mm_s if isinstance(system.motion, Strokes) else None
     speeds = [{}] if own is None else [{"motion.speed_mm_s": own * faster} for faster in FASTER]
-    return [learnt(system.evolve({"finger.contact": contact, **speed})) for contact in contacts for speed in speeds]
+    return [knowing(system.evolve({"finger.contact": contact, **speed})) for contact in contacts for speed in speeds]

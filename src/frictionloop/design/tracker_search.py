@@ -1,7 +1,7 @@
 """A row of the tracker's schedule: Kalman gains, lead and trust for one share, by the residual that is predicted.
 
 A Kalman filter needs ratios of noise. They are not known but chosen, together with lead and trust: the ones with the
-least predicted residual on the identified disturbance among those that keep Ms below a limit, also with the resonance
+least predicted residual on an assumed disturbance among those that keep Ms below a limit, also with the resonance
 off, and the noise of the command within bounds.
 """
 
@@ -34,13 +34,16 @@ STARTS, STEPS = 7, 170
 FORCE_N, ROUGHNESS, TREMOR_LEFT_N = 0.6, 0.05, 0.01
 """What is rejected: roughness of 5 % at 0.6 N, and what load feed-forward leaves of the tremor (assumed)."""
 SPEEDS_M_S = {0.07: 0.015, 0.125: 0.02, 0.25: 0.045, 0.5: 0.1, 1.0: 0.03}
-"""Speed at which a share occurs at 0.6 N under the bench's Dahl contact; 1 is a slider's (chosen)."""
+"""Speed whose disturbance a row is tuned for: near that at which its share occurs at 0.6 N under the bench's Dahl
+contact, at 5 kHz; 1 is a slider's (chosen)."""
 ALSO = {0.5: (1.0,)}
 """True shares that a row has to hold for besides its own: a slider is taken for a contact of 6 to 10 um/N, as it lags
-while its skin is loaded, so at 20 mm/s a share of 0.5 is believed of it (measured on fingers(60, 3))."""
+while its skin is loaded, so at 20 mm/s a share of a half is believed of it (measured on fingers(60, 3)). Some are taken
+for 15 um/N, a share of a third; but row 0.25 tuned for a slider, too, lets feel a fifth more at 80 mm/s under Dahl."""
 TOUCH = {0.25: 0.25, 0.5: 0.1}
-"""Weight of what is felt, at 100 Hz, beside 1 of all that is left: a stroke at 80 mm/s then feels a twentieth less for
-1 % more of rms. The rows of smaller shares are for slow strokes, of which less is felt (chosen on fingers(120, 3))."""
+"""Weight of what is felt, at 100 Hz, beside 1 of all that is left of the disturbance: a stroke at 80 mm/s then feels a
+twentieth less for 1 % more of rms. Rows of smaller shares are for slow strokes, of which less is felt (chosen on
+fingers(120, 3))."""
 TIGHTER = {0.125: 0.06}
 """Share by which Ms - 1 of a row stays below its limits: between it and the next row a loop has more than at either."""
 
@@ -60,6 +63,8 @@ class RowSearch:
         self.dt, self.share, self.believed = 1.0 / system.controller.rate_hz, share, believed
         tighter = 1.0 - TIGHTER.get(share, 0.0)
         self.limits = {off: 1.0 + tighter * (limit - 1.0) for off, limit in limits.items()}
+        self.near = min((size for size in limits if size), default=0.0)
+        """Error of the resonance up to which the residual counts."""
         offs = [off for size in limits for off in sorted({-size, size})]
         sensors = {off: true.model_copy(update={"resonance_hz": true.resonance_hz * (1.0 + off)}) for off in offs}
         nyquist, f0 = 0.5 / self.dt, true.resonance_hz
@@ -113,7 +118,7 @@ class RowSearch:
                 if off == 0.0:
                     loud = max(loud, math.sqrt(from_noise))
                     louder = max(louder, math.sqrt(self.power(found.limit_from_noise, self.noise)))
-            near = [value for off, value in left.items() if abs(off) <= 0.05]
+            near = [value for off, value in left.items() if abs(off) <= self.near]
             total += 0.5 * left[0.0] + 0.5 * float(np.mean(near))
         return total / len(self.plants), peaks, loud, louder
 

@@ -61,7 +61,8 @@ def tune_tracker(
     Parameters
     ----------
     system
-        The bench: its sensor, rate and delay (one period, as the schedule is made for).
+        The bench: its sensor and rate. The delay is taken to be one period, the longest that a tracker bears, and the
+        disturbance is that of `bench()`.
     limits
         Largest Ms by how far the true resonance is off to either side, relative; 0 must be among them.
     seed

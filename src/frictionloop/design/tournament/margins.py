@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from frictionloop.control.cost import cycles_m4, worst_tick
 from frictionloop.control.laws import law_of
-from frictionloop.design.learnt import learnt, learnt_in_run
+from frictionloop.design.learnt import knowing, learnt_in_run
 from frictionloop.design.linear import LinearLoop, linearise
 from frictionloop.design.margins import Margins
 from frictionloop.design.tournament import protocol
@@ -43,7 +43,7 @@ class Robustness(NamedTuple):
 def median_system(tournament: Tournament, law: str, speed_mm_s: float, contact: str) -> System | None:
     """Return the bench with the median of the capable fingers under a law that knows it; None if none is capable."""
     system = begun(tournament, law, speed_mm_s, contact)
-    return None if system is None else learnt(system)
+    return None if system is None else knowing(system)
 
 
 def begun(tournament: Tournament, law: str, speed_mm_s: float, contact: str) -> System | None:

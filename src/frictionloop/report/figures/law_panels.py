@@ -16,10 +16,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from frictionloop.design.tournament.entrants import ORACLE
-from frictionloop.design.tournament.protocol import STEP_LEVELS_N
+from frictionloop.design.tournament.protocol import STEP_EVERY_S, STEP_LEVELS_N
 from frictionloop.report.style import BLUE, GREY, ORANGE, SILVER, VERMILLION, new_figure, styled
 
-STEPS = {"down": (1.0, (-2.0, 14.0)), "up": (1.5, (-5.0, 45.0))}
+STEPS = {"down": (2.0 * STEP_EVERY_S, (-2.0, 14.0)), "up": (3.0 * STEP_EVERY_S, (-5.0, 45.0))}
 """The second and the third step of the protocol: when, in s, and what is shown of each, in ms since."""
 ROOM_N = 0.3
 """How far the axis of the steps goes beyond the levels, N; what goes further is cut off, and said."""
@@ -51,9 +51,10 @@ def figure_step_traces(traces: xr.Dataset, speed_mm_s: float) -> Figure:
             force = here["f_a"].sel(law=law)
             axes.step(since_ms, here["f_r"].sel(law=law), where="post", color=GREY, lw=0.8, label="set-point")
             axes.plot(since_ms, force, color=BLUE, lw=0.9, label="this law")
-            if float(force.max()) > high:
+            reached = [f"{end:.2g}" for end in (float(force.min()), float(force.max())) if not low <= end <= high]
+            if reached:
                 place = {"transform": axes.transAxes, "ha": "right", "va": "bottom", "fontsize": 7.0}
-                axes.text(0.98, 0.04, f"cut off, reaches {float(force.max()):.2g} N", **place)
+                axes.text(0.98, 0.04, f"cut off, reaches {' and '.join(reached)} N", **place)
     for axes, (contact, way) in zip(grid[0], columns, strict=True):
         axes.set_title(f"{contact}, step {way}")
         axes.set_xlim(*STEPS[way][1])
@@ -115,5 +116,5 @@ def _own(axes: Axes, frequency_hz: np.ndarray, sizes: Mapping[str, np.ndarray | 
             axes.loglog(frequency_hz, size, lw=1.4, **CONTACT_LINES[contact])
     ringing = [contact for contact, size in sizes.items() if size is None]
     if ringing:
-        said = "unstable" if len(ringing) == len(sizes) else f"unstable on {ringing[0]}"
+        said = "unstable" if len(ringing) == len(sizes) else f"unstable on {', '.join(ringing)}"
         axes.text(0.97, 0.06, said, transform=axes.transAxes, ha="right", fontweight="bold")
