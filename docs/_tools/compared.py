@@ -8,7 +8,7 @@ from __future__ import annotations
 import csv
 import math
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,19 +19,21 @@ MISSING = (
     "*No scores are stored with these pages yet. `make tournament` makes them (`tournament/scores.csv`), and "
     "`python docs/_tools/compared.py tournament/scores.csv` puts what this table shows beside them.*"
 )
-PAIRS = (
+ERRORS = (
     ("residual_rms_n", "rms (mN)", 1e3),
     ("hold_rms_n", "hold (mN)", 1e3),
     ("r2_identity", "$R^2$", 1.0),
-    ("fall_63_s", "fall to 63 % (ms)", 1e3),
-    ("fall_63_over_bound", "fall / shortest", 1.0),
-    ("rise_10_90_over_limit", "rise / skin's", 1.0),
-    ("rise_10_90_over_bound", "rise / shortest", 1.0),
     ("relative_index", "felt", 1.0),
     ("over_oracle", "/ oracle", 1.0),
 )
+STEPS = (
+    ("fall_63_s", "fall to 63 % (ms)", 1e3),
+    ("fall_63_over_bound", "/ shortest", 1.0),
+    ("rise_10_90_over_limit", "rise / skin's", 1.0),
+    ("rise_10_90_over_bound", "/ shortest", 1.0),
+)
 """Scores shown as median / worst decile of the capable fingers, as far as they are kept."""
-SINGLE = (
+MARGINS = (
     ("sensitivity_peak", "$M_s$"),
     ("sensitivity_peak_5", "±5 %"),
     ("sensitivity_peak_10", "±10 %"),
@@ -39,25 +41,46 @@ SINGLE = (
 )
 """Margins of the median capable finger."""
 POPULATIONS = "capable", "median capable finger"
-SHOWN = {name for name, *_ in (*PAIRS, *SINGLE)}
+SHOWN = {name for name, *_ in (*ERRORS, *STEPS, *MARGINS)}
 Row = dict[str, str]
+Pairs = Sequence[tuple[str, str, float]]
 
 
 def compared(kept: Path = KEPT) -> str:
-    """Return a table for each speed and contact, or the line that says how to get them."""
+    """Return tables of errors, steps and margins for each speed, or the line that says how to get them."""
     if not kept.exists():
         return MISSING
     rows = _read(kept)
+    contacts = _names(rows, "contact")
     parts = []
     for speed in _names(rows, "speed_mm_s"):
-        for contact in _names(rows, "contact"):
-            here = [row for row in rows if row["speed_mm_s"] == speed and row["contact"] == contact]
-            count = max((int(row["fingers"]) for row in here), default=0)
-            title = f"**{float(speed):g} mm/s, {contact}**, median / worst decile of {count} capable fingers"
-            pairs = [pair for pair in PAIRS if pair[0] in _names(here, "score")]
-            heads = ("Law", *(head for _, head, _ in pairs), *(head for _, head in SINGLE))
-            parts.append(f"{title}:\n\n" + table(heads, (_law(law, here, pairs) for law in _names(here, "law"))))
-    return "\n\n".join(parts)
+        here = {c: [row for row in rows if row["speed_mm_s"] == speed and row["contact"] == c] for c in contacts}
+        for said, pairs in (("errors", ERRORS), ("steps", STEPS)):
+            parts += [_table(f"**{float(speed):g} mm/s, {c}, {said}**", here[c], pairs) for c in contacts]
+        parts.append(_margins(f"**{float(speed):g} mm/s, margins**", here))
+    return "\n\n".join(part for part in parts if part)
+
+
+def _table(title: str, rows: list[Row], pairs: Pairs) -> str:
+    pairs = [pair for pair in pairs if pair[0] in _names(rows, "score")]
+    if not pairs:
+        return ""
+    count = max(int(row["fingers"]) for row in rows)
+    heads = ("Law", *(head for _, head, _ in pairs))
+    cells = table(heads, (_law(law, rows, pairs) for law in _names(rows, "law")))
+    return f"{title}, median / worst decile of {count} capable fingers:\n\n{cells}"
+
+
+def _margins(title: str, here: dict[str, list[Row]]) -> str:
+    laws = list(dict.fromkeys(law for rows in here.values() for law in _names(rows, "law")))
+    found = {
+        law: [_number(_value(_scores(law, rows), name, "median")) for rows in here.values() for name, _ in MARGINS]
+        for law in laws
+    }
+    first, *others = (head for _, head in MARGINS)
+    heads = ("Law", *(head for contact in here for head in (f"{contact}: {first}", *others)))
+    known = ((f"`{law}`", *cells) for law, cells in found.items() if set(cells) != {"–"})
+    return f"{title} of the median capable finger:\n\n{table(heads, known)}"
 
 
 def keep(scores: Path, kept: Path = KEPT) -> None:
@@ -80,14 +103,16 @@ def _names(rows: Iterable[Row], column: str) -> list[str]:
     return list(dict.fromkeys(row[column] for row in rows))
 
 
-def _law(law: str, rows: list[Row], pairs: Iterable[tuple[str, str, float]]) -> Iterable[Any]:
-    at = {row["score"]: row for row in rows if row["law"] == law and row["population"] in POPULATIONS}
+def _scores(law: str, rows: list[Row]) -> dict[str, Row]:
+    return {row["score"]: row for row in rows if row["law"] == law and row["population"] in POPULATIONS}
+
+
+def _law(law: str, rows: list[Row], pairs: Pairs) -> Iterable[Any]:
+    at = _scores(law, rows)
     yield f"`{law}`"
     for name, _, factor in pairs:
         both = [_number(factor * _value(at, name, key)) for key in ("median", "worst_decile")]
         yield "–" if both == ["–", "–"] else " / ".join(both)
-    for name, _ in SINGLE:
-        yield _number(_value(at, name, "median"))
 
 
 def _value(rows: dict[str, Row], name: str, key: str) -> float:
@@ -97,7 +122,9 @@ def _value(rows: dict[str, Row], name: str, key: str) -> float:
 def _number(value: float) -> str:
     if math.isnan(value):
         return "–"
-    return "∞" if math.isinf(value) else f"{value:.3f}" if 0.9 <= value < 1.0 else f"{value:.3g}"
+    if math.isinf(value):
+        return "∞"
+    return f"{value:.3f}" if 0.9 <= value < 1.0 else f"{value:,.0f}" if value >= 1000.0 else f"{value:.3g}"
 
 
 if __name__ == "__main__":

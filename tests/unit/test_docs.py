@@ -169,7 +169,16 @@ def test_the_table_of_laws_shows_scores_that_are_kept_or_says_how_to_get_them(tm
     keep(tmp_path / "scores.csv", kept)
     assert "saturation_index" not in kept.read_text()
     assert "all" not in kept.read_text().split(",")
-    title, _, heads, _, row = compared(kept).splitlines()
-    assert title == "**20 mm/s, dahl**, median / worst decile of 4 capable fingers:"
-    assert [cell.strip() for cell in row.strip("|").split("|")] == ["`pi`", "21.2 / 33.3", "–", "∞", "–", "–", "–"]
-    assert [cell.strip() for cell in heads.strip("|").split("|")][:3] == ["Law", "rms (mN)", "/ oracle"]
+    errors, margins = compared(kept).split("\n\n**")
+    title, _, heads, _, row = errors.splitlines()
+    assert title == "**20 mm/s, dahl, errors**, median / worst decile of 4 capable fingers:"
+    assert cells(heads) == ["Law", "rms (mN)", "/ oracle"]
+    assert cells(row) == ["`pi`", "21.2 / 33.3", "–"]
+    title, _, heads, _, row = margins.splitlines()
+    assert title == "20 mm/s, margins** of the median capable finger:"
+    assert cells(heads) == ["Law", "dahl: $M_s$", "±5 %", "±10 %", "learnt"]
+    assert cells(row) == ["`pi`", "∞", "–", "–", "–"]
+
+
+def cells(row):
+    return [cell.strip() for cell in row.strip("|").split("|")]
