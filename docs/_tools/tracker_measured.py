@@ -1,0 +1,128 @@
+"""The figures that the pages give of the tracker on the fingers it was tuned on, measured again: some minutes.
+
+``python docs/_tools/tracker_measured.py [starts learnt lasting steps optimum]``; all of them without a name.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+import frictionloop as fl
+from frictionloop.design.learnt import learnt_in_run
+from frictionloop.design.linear_reach import linear_reach
+from frictionloop.design.tournament import protocol
+from frictionloop.physics.fingers import Fingers
+
+SPEEDS_MM_S, CONTACTS, LEVELS_N = (20.0, 80.0), ("dahl", "slider"), (0.4, 0.6, 0.8)
+BENCH = fl.bench().evolve({"controller.kind": "tracker"})
+SEED = 7
+BEYOND = 30
+"""Control periods that overshoot is exceeded for: 6 ms."""
+
+
+def strokes() -> Iterator[tuple[str, dict[str, Any], float]]:
+    """Yield name, overrides and speed of each speed and contact."""
+    for speed in SPEEDS_MM_S:
+        for contact in CONTACTS:
+            yield f"{speed:g} mm/s, {contact}", {"motion.speed_mm_s": speed, "finger.contact": contact}, speed
+
+
+def capable(count: int, speed_mm_s: float) -> Fingers:
+    """Return those of ``fingers(count, 3)`` that can be given 0.3 to 0.9 N all along, each with its own resonance."""
+    people = fl.fingers(count, 3)
+    offs = [{"sensor.resonance_hz": share * BENCH.sensor.resonance_hz} for share in protocol.RESONANCES]
+    able = protocol.able(BENCH, people, speed_mm_s)
+    return Fingers(each | offs[i % len(offs)] for i, (each, can) in enumerate(zip(people, able, strict=True)) if can)
+
+
+def rms_mn(overrides: dict[str, Any], people: Fingers, duration_s: float, score_from_s: float) -> np.ndarray:
+    """Return the rms error of each finger, mN."""
+    swept = fl.sweep(
+        BENCH.evolve(overrides), people, duration_s, seeds=[SEED], metrics=["rms_error"], score_from_s=score_from_s
+    )
+    return 1e3 * swept["rms_error"].values.ravel()
+
+
+def held(level_n: float) -> dict[str, Any]:
+    """Return a level that is held on strokes that never lift."""
+    return {"setpoint": fl.Constant(offset_n=level_n), "motion.stroke_mm": 240.0, "motion.contact_s": 0.0}
+
+
+def starts() -> None:
+    """Print the largest Ms of three levels with what the tracker starts with."""
+    for name, overrides, _ in strokes():
+        own = BENCH.evolve(overrides)
+        peaks = [fl.linearise(own, force_n=level).margins().sensitivity_peak for level in LEVELS_N]
+        print(f"{name}: Ms {max(peaks):.1f}")
+
+
+def learnt() -> None:
+    """Print quartiles of compliance and of susceptibility over the true one, as learnt in 11 s."""
+    for name, overrides, speed in strokes():
+        found = []
+        for finger in capable(120, speed):
+            own = learnt_in_run(BENCH.evolve({**held(0.6), **overrides, **finger}), 11.0, SEED)
+            believed, true = own.controller.model.susceptibility_per_um2, own.friction.susceptibility_per_um2
+            found.append((own.controller.compliance_um_per_n, believed / true))
+        for what, row in zip(
+            ("um/N", "of the true susceptibility"), np.quantile(found, (0.25, 0.5, 0.75), axis=0).T, strict=True
+        ):
+            print(f"{name}: {row[1]:.3g} {what} ({row[0]:.3g} to {row[2]:.3g})")
+
+
+def lasting() -> None:
+    """Print medians of the rms over the last 8 s of long runs without a lift, beside the oracle's, and ratios."""
+    for name, overrides, speed in strokes():
+        people = Fingers(list(capable(120, speed))[:30])
+        for duration_s in (40.0, 120.0):
+            both = [
+                rms_mn(held(0.6) | overrides | {"controller.kind": kind}, people, duration_s, duration_s - 8.0)
+                for kind in ("tracker", "oracle")
+            ]
+            (ours, least), ratio = (np.median(each) for each in both), both[0] / both[1]
+            worst = f"{np.quantile(ratio, 0.9):.1f} and at most {np.max(ratio):.1f} times the oracle's"
+            print(f"{name}, {duration_s:g} s: {ours:.1f} beside {least:.1f} mN, worst decile {worst}")
+
+
+def steps() -> None:
+    """Print rise and fall (ms), overshoot, undershoot and rms (mN) of steps at 80 mm/s, medians of eight fingers."""
+    up_down = fl.Steps(times_s=tuple(0.5 * k for k in range(12)), levels_n=(0.35, 0.75) * 6)
+    described = {"sensor.resonance_hz": BENCH.sensor.resonance_hz, "motion.stroke_mm": 240.0}
+    for name, overrides, speed in list(strokes())[2:]:
+        for share in (0.8, 1.0, 2.0):
+            rows = []
+            for finger in list(capable(240, speed))[:8]:
+                own = BENCH.evolve({**overrides, **finger, **described, "setpoint": up_down})
+                own = own.evolve({"friction.susceptibility_per_um2": share * own.friction.susceptibility_per_um2})
+                run = fl.simulate(own, 6.0, 3)
+                scored = run.isel(time=run["scored"].values.astype(bool))
+                error, above = 1e3 * (scored["f_a"] - scored["f_r"]).values, scored["f_r"].values > 0.5
+                beyond = np.sort(error[above])[-BEYOND], -np.sort(error[~above])[BEYOND - 1]
+                found = [(step.to_n, 1e3 * step.rise_s) for step in fl.step_times(run)]
+                times = [np.mean([t for to, t in found if (to > 0.5) == up]) for up in (True, False)]
+                rows.append([*times, *beyond, 1e3 * fl.rms_error(run)])
+            print(f"{name}, tau x {share:g}: " + ", ".join(f"{value:.3g}" for value in np.median(rows, axis=0)))
+
+
+def optimum() -> None:
+    """Print the residual over each finger's own spared linear optimum."""
+    for name, overrides, speed in strokes():
+        people, squares = capable(120, speed), []
+        for level in LEVELS_N:
+            own = BENCH.evolve(held(level) | overrides)
+            found = linear_reach(own, people, seed=SEED, peaks=(1.7,), levels_n=(level,)).sel(measured="force and load")
+            squares.append((rms_mn(held(level) | overrides, people, 11.0, 1.0), 1e3 * found["driven_rms_n"].values[0]))
+        ours, least = np.sqrt(np.nanmean(np.square(squares), axis=0))
+        row = np.nanquantile(ours / least, (0.25, 0.5, 0.75))
+        print(f"{name}: {row[1]:.2f} ({row[0]:.2f} to {row[2]:.2f})")
+
+
+if __name__ == "__main__":
+    for measured in (starts, learnt, lasting, steps, optimum):
+        if not sys.argv[1:] or measured.__name__ in sys.argv[1:]:
+            print(f"{measured.__name__}: {measured.__doc__}")
+            measured()
