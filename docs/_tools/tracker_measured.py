@@ -20,6 +20,8 @@ from frictionloop.physics.fingers import Fingers
 SPEEDS_MM_S, CONTACTS, LEVELS_N = (20.0, 80.0), ("dahl", "slider"), (0.4, 0.6, 0.8)
 BENCH = fl.bench().evolve({"controller.kind": "tracker"})
 SEED = 7
+LOST = 2.0
+"""Ratio to the oracle's residual, over that of the median finger, beyond which one is told."""
 BEYOND = 30
 """Control periods that overshoot is exceeded for: 6 ms."""
 
@@ -33,10 +35,9 @@ def strokes() -> Iterator[tuple[str, dict[str, Any], float]]:
 
 def capable(count: int, speed_mm_s: float) -> Fingers:
     """Return those of ``fingers(count, 3)`` that can be given 0.3 to 0.9 N all along, each with its own resonance."""
-    people = fl.fingers(count, 3)
-    offs = [{"sensor.resonance_hz": share * BENCH.sensor.resonance_hz} for share in protocol.RESONANCES]
+    people = protocol.tuning_population(count)
     able = protocol.able(BENCH, people, speed_mm_s)
-    return Fingers(each | offs[i % len(offs)] for i, (each, can) in enumerate(zip(people, able, strict=True)) if can)
+    return Fingers(each for each, can in zip(protocol.each_resonance(BENCH, people), able, strict=True) if can)
 
 
 def rms_mn(overrides: dict[str, Any], people: Fingers, duration_s: float, score_from_s: float) -> np.ndarray:
@@ -86,6 +87,8 @@ def lasting() -> None:
             (ours, least), ratio = (np.median(each) for each in both), both[0] / both[1]
             worst = f"{np.quantile(ratio, 0.9):.1f} and at most {np.max(ratio):.1f} times the oracle's"
             print(f"{name}, {duration_s:g} s: {ours:.1f} beside {least:.1f} mN, worst decile {worst}")
+            for i in np.flatnonzero(ratio > LOST * np.median(ratio)):
+                print(f"  lost: finger {i}, {both[0][i]:.0f} beside {both[1][i]:.0f} mN")
 
 
 def steps() -> None:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pydantic import BaseModel
 
 import frictionloop as fl
 from frictionloop.loop.columns import column
 from frictionloop.loop.placing import placed
+from frictionloop.parameters.description import _values
 
 CASES = {
     "two gains": [{"controller.kp": float(k), "controller.ki": 2.0} for k in (1, 2, 3)],
@@ -41,3 +43,11 @@ def test_a_column_is_asked_once_of_a_shared_object():
     assert column([shared] * 4, lambda each: asked.append(each) or 3.0).shape == (1,)
     assert len(asked) == 1
     np.testing.assert_array_equal(column([1.0, 2.0], lambda x: (x, -x)), [[1.0, 2.0], [-1.0, -2.0]])
+
+
+@pytest.mark.parametrize("system", [fl.paper(), fl.bench()], ids=["paper", "bench"])
+def test_a_block_is_read_as_pydantic_dumps_it(system):
+    for name in type(system).model_fields:
+        block = getattr(system, name)
+        if isinstance(block, BaseModel):
+            assert _values(block) == block.model_dump()

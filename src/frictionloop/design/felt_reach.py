@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from joblib import Parallel, delayed
-from scipy.signal import sosfreqz
 
 from frictionloop.design.friction_spectrum import disturbed_levels, own_systems
 from frictionloop.design.linear_optimum import BINS, linear_optimum
@@ -17,7 +16,8 @@ from frictionloop.design.linear_reach import LEVELS_N, reading_noise_psd
 from frictionloop.design.state_space import Array
 from frictionloop.design.wiener_hopf import bins, squared
 from frictionloop.parameters import System
-from frictionloop.perception.weighting import weighting_sos
+from frictionloop.perception.checks import numbers
+from frictionloop.perception.weighting import felt_power
 from frictionloop.quantities import FrictionloopError
 
 WEIGHTS = (0.0, 0.1, 0.3, 1.0)
@@ -68,7 +68,14 @@ def felt_reach(
     FrictionloopError
         For weights or levels that are not lists of numbers from 0 on, or as `linear_reach`.
     """
-    asked = _row("weights", weights), duration_s, seed, score_from_s, sensitivity_peak, _row("levels_n", levels_n)
+    asked = (
+        _row("weights", weights, "1"),
+        duration_s,
+        seed,
+        score_from_s,
+        sensitivity_peak,
+        _row("levels_n", levels_n, "N"),
+    )
     rows = Parallel(n_jobs=-1, prefer="threads")(delayed(_reach)(own, *asked) for own in own_systems(system, fingers))
     found = np.array(rows).reshape(len(rows), len(asked[0]), len(KEPT))
     return xr.Dataset(
@@ -80,14 +87,11 @@ def felt_reach(
     )
 
 
-def _row(name: str, values: Any) -> tuple[float, ...]:
+def _row(name: str, values: Any, unit: str) -> tuple[float, ...]:
     """Return one or more numbers that are finite and at least 0."""
-    try:
-        row = np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        row = np.array([])
-    if not (row.ndim == 1 and row.size and np.all(np.isfinite(row)) and np.all(row >= 0.0)):
-        raise FrictionloopError(f"{name} = {values!r}: must be a list of finite numbers, each at least 0")
+    row = numbers(name, values, unit, 0.0)
+    if row.ndim != 1 or not row.size:
+        raise FrictionloopError(f"{name} = {values!r}: must be a list of numbers")
     return tuple(row.tolist())
 
 
@@ -108,10 +112,10 @@ def _reach(
         friction, reading = loop.plant.numerators()
         noise, psd, rate_hz = reading_noise_psd(system, frequency_hz), psds[-1], 2.0 * loop.nyquist_hz
         spectra = bins(frequency_hz, psd, noise, loop.nyquist_hz, (reading, friction, (1.0,)), BINS)
-        felt = _felt(np.linspace(0.0, loop.nyquist_hz, BINS + 1), rate_hz)
+        felt = felt_power(np.linspace(0.0, loop.nyquist_hz, BINS + 1), rate_hz)
         before += float(spectra.width_hz @ (spectra.disturbance * felt))
         for k, weight in enumerate(weights):
-            more = 1.0 + weight * _felt(frequency_hz, rate_hz) / _felt(np.array([REFERENCE_HZ]), rate_hz)
+            more = 1.0 + weight * felt_power(frequency_hz, rate_hz) / felt_power(REFERENCE_HZ, rate_hz)
             best = linear_optimum(
                 frequency_hz,
                 more * psd,
@@ -126,8 +130,3 @@ def _reach(
             left = squared(best.sensitivity) * spectra.disturbance + squared(correction) * spectra.heard()
             sums[k] += spectra.width_hz @ left, spectra.width_hz @ (left * felt)
     return np.asarray(np.sqrt(sums / [len(levels), before]))
-
-
-def _felt(frequency_hz: Array, rate_hz: float) -> Array:
-    """Return the square of the index D that a sine of 1 N rms has, 1/N^2."""
-    return np.asarray(np.abs(sosfreqz(weighting_sos(rate_hz), frequency_hz, fs=rate_hz)[1]) ** 2)

@@ -14,12 +14,11 @@ from typing import Any
 import numpy as np
 from scipy.linalg import solve_discrete_are
 from scipy.optimize import minimize
-from scipy.signal import sosfreqz
 
 from frictionloop.design.state_space import Array
 from frictionloop.design.tracker_loop import Plant, Row, answer, observer_matrix
 from frictionloop.parameters import Model, System
-from frictionloop.perception.weighting import weighting_sos
+from frictionloop.perception.weighting import felt_power
 from frictionloop.quantities import FrictionloopError
 
 LOUDEST_FORCE_N, LOUDEST_COMMAND_N = 1.2e-3, 25e-3
@@ -78,7 +77,7 @@ class RowSearch:
             )
         )[:-1]
         self.z = np.exp(2j * np.pi * self.f * self.dt)
-        felt = np.abs(sosfreqz(weighting_sos(system.controller.rate_hz), [*self.f, 100.0], fs=1.0 / self.dt)[1]) ** 2
+        felt = felt_power([*self.f, 100.0], system.controller.rate_hz)
         self.felt = 1.0 + TOUCH.get(share, 0.0) * felt[:-1] / felt[-1]
         """What the disturbance left is weighted by: the power of a force over that at the threshold of touch."""
         sensor: Any = system.sensor

@@ -53,7 +53,7 @@ class Description(Block):
 
 
 def _values(block: BaseModel) -> dict[str, Any]:
-    """Return ``block.model_dump()`` in the order of the fields and in a fifth of the time."""
+    """Return ``block.model_dump()`` in a third of the time."""
     return {name: _values(value) if isinstance(value, BaseModel) else value for name, value in block.__dict__.items()}
 
 

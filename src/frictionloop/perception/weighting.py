@@ -71,6 +71,25 @@ def weighting_error_db(rate_hz: float, finger: Impedance | None = None, frequenc
     return _error_db(weighting_sos(rate_hz, finger), rate_hz, finger or Fingertip(), frequency)
 
 
+def felt_power(frequency_hz: ArrayLike, rate_hz: float) -> Array:
+    """Return |H(f)|^2, about 1 / F_th(f)^2 in 1/N^2: D^2 is the integral of it times the density of a residual.
+
+    Parameters
+    ----------
+    frequency_hz
+        Frequencies in Hz, up to half the rate, of any shape.
+    rate_hz
+        Sampling rate in Hz, up to 200 000. Below 1200 the filter of 1200 Hz is taken: a gain needs none that runs.
+
+    Raises
+    ------
+    FrictionloopError
+        For a rate above the range, or a frequency that is no number.
+    """
+    rate = max(rate_hz, RATES_HZ[0])
+    return _gain(weighting_sos(rate), rate, numbers("frequency_hz", frequency_hz, "Hz")) ** 2
+
+
 def settled_state(sos: Array, first_n: ArrayLike = 0.0) -> Array:
     """Return the state of the filter after a constant residual, so that a mean does not enter as a step.
 

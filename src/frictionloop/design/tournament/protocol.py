@@ -105,10 +105,14 @@ def population(system: System, count: int, seed: int) -> Fingers:
     check_bench(system)
     if seed == TUNING_SEED:
         raise FrictionloopError(f"seed = {seed}: is that of the fingers laws are tuned on; choose any other")
-    people = fingers(count, seed)
+    return each_resonance(system, fingers(count, seed))
+
+
+def each_resonance(system: System, people: Fingers) -> Fingers:
+    """Return fingers that meet the resonance as described, 5 % lower and 5 % higher in turn."""
     if system.sensor.kind != "suspended":
         return people
-    shifts = [RESONANCES[i % len(RESONANCES)] * system.sensor.resonance_hz for i in range(count)]
+    shifts = [RESONANCES[i % len(RESONANCES)] * system.sensor.resonance_hz for i in range(len(people))]
     return Fingers(each | {"sensor.resonance_hz": shift} for each, shift in zip(people, shifts, strict=True))
 
 
