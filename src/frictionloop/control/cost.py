@@ -51,13 +51,13 @@ class WorstTick(NamedTuple):
 
 
 WORST_TICK = {
-    "pi": WorstTick(1357, 2474),
-    "lookup": WorstTick(1335, 2405),
-    "notch_pi": WorstTick(2165, 3595),
-    "filtered_pi": WorstTick(3078, 4808),
-    "observer": WorstTick(1762, 3400),
-    "super_twisting": WorstTick(1947, 3772),
-    "tracker": WorstTick(3487, 7180),
+    "pi": WorstTick(1357, 2476),
+    "lookup": WorstTick(1335, 2407),
+    "notch_pi": WorstTick(2165, 3599),
+    "filtered_pi": WorstTick(3078, 4812),
+    "observer": WorstTick(1762, 3402),
+    "super_twisting": WorstTick(1947, 3770),
+    "tracker": WorstTick(3428, 7046),
 }
 """By kind of controller, on the image of bench(), from entry to return of the tick's interrupt.
 
