@@ -4,14 +4,21 @@
 
 void fl_schedule(int32_t *values, int32_t share, const fl_gain *table) {
     static const int32_t from[] = {18790482, 33554432, 67108864, 134217728}; /* 0.07, 0.125, 0.25, 0.5 */
-    /* At most 0: what it knows to be positive the compiler multiplies the long way. */
-    int32_t short_of[FL_SHARES - 1];
-    for (int k = 0; k < FL_SHARES - 1; k++) short_of[k] = share > from[k] ? from[k] - share : 0;
-    for (int i = 0; i < FL_SCHEDULED; i++, table += FL_SHARES) {
-        uint64_t sum = UINT64_C(1) << 23;
-        for (int k = 0; k < FL_SHARES - 1; k++) sum += fl_term(table[k + 1], short_of[k]);
-        values[i] = fl_low(table[0].mantissa - ((int64_t)sum >> 24));
+    int32_t way = 0; /* from one row to the next, q28 */
+    if (share > from[3]) {
+        table += 3;
+        way = (share - from[3]) * 2;
+    } else if (share > from[2]) {
+        table += 2;
+        way = (share - from[2]) * 4;
+    } else if (share > from[1]) {
+        table += 1;
+        way = (share - from[1]) * 8;
+    } else if (share > from[0]) {
+        way = (int32_t)fl_product(share - from[0], 1220161164, 26); /* q26: 1/(0.125 - 0.07) */
     }
+    for (int i = 0; i < FL_SCHEDULED; i++, table += FL_SHARES)
+        values[i] = fl_low(table[0].mantissa + fl_product(fl_subtract(table[1].mantissa, table[0].mantissa), way, 28));
 }
 
 int32_t fl_share_of(int32_t compliance, int32_t limit, int64_t way, fl_inverse *per_whole) {

@@ -25,8 +25,7 @@
 enum { FL_SENSOR_STEP = 13, FL_SCHEDULED = 7, FL_SHARES = 5 };
 #define FL_LEAST_WAY (INT64_C(1) << 40) /* 0.016 um */
 
-/* scheduled: each column of the schedule at a share (q28). A column is its first value and slopes; the value
- * has the places of the first, 24 for gains on an innovation and 28 for shares, the slopes have 4 less. */
+/* scheduled: each column of the schedule at a share (q28), between its values at the five of SHARES. */
 void fl_schedule(int32_t *values, int32_t share, const fl_gain *table);
 
 /* share_of: way / (way + c L) in q28, way = v dt in um; c q20, L q26, way q46, at least FL_LEAST_WAY.

@@ -37,6 +37,8 @@ enum {
     FASTEST_C = 2 << 20, FASTEST_FALL = 53687,                /* q20; q28: 2e-4 */
     LARGEST_BY_C = 85899346, LARGEST_BY_T = 1 << 30,          /* q32: 0.02; q28 */
     LEAST_POWER_C = 115292150, LEAST_POWER_T = 22517998,      /* q60: 1e-10; q52: 5e-9 */
+    LEAN = 160, LEAST_LEAN = 40265318,                        /* 0.15 */
+    SHORT = 4026532,                                          /* q27: 0.03 N */
     SLOWEST = 536871, LEAST_LEAD = 1 << 20, MOST_JUMP = 214748364, /* 0.002 m/s, 1/256, 0.8 N */
     SMOOTH = 214748365, SMOOTH_FALLS = 42949673,              /* q31: 0.1, 0.02 */
     FALLS_OVER_SMOOTH = 429496730, LEAST_RINGING = 40 << 15,  /* q31: 0.2; q15: 40 N/s */
@@ -106,7 +108,13 @@ fl_force_command fl_tracker_step(
     } else if (w == 0 && f > STEADY_FORCE && magnitude(error) < STEADY_ERROR && calm) {
         const int64_t pc = fl_mean_square(state + POWER_C, state + POWER_C_LOW, by_c[4]) + LEAST_POWER_C;
         const int64_t pt = fl_mean_square(state + POWER_T, state + POWER_T_LOW, by_t[4]) + LEAST_POWER_T;
-        c = fl_add(c, fl_learnt(gains[LEARN_C], error, by_c[4], pc, 32 - 60 - 20, FASTEST_C));
+        int32_t more_c = fl_learnt(gains[LEARN_C], error, by_c[4], pc, 32 - 60 - 20, FASTEST_C);
+        if (more_c > 0) {
+            const int64_t counts = (((int64_t)c * (int32_t)fl_product(v, v, 32)) >> 16) * LEAN;
+            if (counts < FL_ONE)
+                more_c = (int32_t)fl_product(counts > LEAST_LEAN ? (int32_t)counts : LEAST_LEAN, more_c, 28);
+        }
+        c = fl_add(c, more_c);
         c = fl_clip(c, 0, gains[MOST_C].mantissa);
         fall = fl_add(fall, fl_learnt(gains[LEARN_T], error, by_t[4], pt, 28 - 52 - 28, FASTEST_FALL));
     }
@@ -158,7 +166,8 @@ fl_force_command fl_tracker_step(
     /* Command. */
     const fl_inverse per_lead = fl_invert(k[LEAD] > LEAST_LEAD ? k[LEAD] : LEAST_LEAD);
     const int32_t ahead = fl_low(((int64_t)setpoint - f_then) >> 1); /* q27: it may be 13 N */
-    const int32_t wanted_limit = fl_saturate(fl_over(ahead, per_lead, 25) + (f_then >> 4));
+    int32_t wanted_limit = fl_saturate(fl_over(ahead, per_lead, 25) + (f_then >> 4));
+    if (state[COMMAND] == 0 && ahead > SHORT) wanted_limit = LARGEST >> 4;
     const int32_t wanted_log2 = fl_log2(wanted_limit > LEAST_WANTED ? wanted_limit : LEAST_WANTED, 24);
     const int32_t behind_d = fl_low((int64_t)d - state[TRUSTED]);
     int32_t trusted = fl_low(state[TRUSTED] + fl_product(k[TRUST], behind_d, 28));

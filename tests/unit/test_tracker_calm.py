@@ -22,7 +22,7 @@ LIMIT_N_S = -2.0 * C.skin_stiffness_n_m * SPEED
 """-40 N/s: steeper than the skin follows, twice over."""
 RINGING = {
     "controller.kind": "tracker", "controller.compliance_um_per_n": 50.0, "controller.compliance_learning": 0.0,
-    "controller.susceptibility_learning": 0.0, "friction.nominal_n": 0.9, "friction.susceptibility_per_um2": 4 * 0.38,
+    "controller.susceptibility_learning": 0.0, "friction.nominal_n": 0.9, "friction.susceptibility_per_um2": 5 * 0.38,
     "motion.stroke_mm": 240.0, "controller.resonance_share": 0.966, "controller.broadened_q": 2.0,
     "controller.schedule": (
         (15.68, 26.53, 1.798, 9.073, 0.9322, 0.14, 0.6608), (10.49, 17.01, 1.855, 7.243, 0.9975, 0.1426, 0.9148),
@@ -30,7 +30,7 @@ RINGING = {
         (14.0, 14.0, 1.569, 6.559, 0.8844, 1.0, 0.9268),
     ),
 }  # fmt: skip
-"""Four times the effect of vibration that is believed, and nothing that would learn it but the rule.
+"""Five times the effect of vibration that is believed, and nothing that would learn it but the rule.
 
 Gains for Ms 2.0 (`tune_tracker`); those for Ms 1.7, which the tracker has by default, hold even then.
 """

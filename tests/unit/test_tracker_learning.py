@@ -123,7 +123,7 @@ def learnt(compliance, tau, walk, schedule, ticks=40000):
 
 @pytest.mark.parametrize("compliance", [0.0, 30.0, 50.0])
 def test_it_learns_the_contact(compliance):
-    """From 7 um/N to the truth within 20 %, by gains that suit the noise; the susceptibility stays right."""
+    """From 20 um/N to the truth within 20 %, by gains that suit the noise; the susceptibility stays right."""
     found, tau = learnt(compliance, 0.38, 3e-3, matched(3e-3))
     assert found == pytest.approx(compliance, rel=0.2, abs=2.0)
     assert tau == pytest.approx(0.38, rel=0.1)
@@ -136,11 +136,11 @@ def test_it_corrects_a_wrong_susceptibility(compliance):
     assert 0.27 < tau < 0.36
 
 
-@pytest.mark.parametrize(("compliance", "least", "most"), [(0.0, 5.0, 20.0), (30.0, 40.0, 70.0), (50.0, 45.0, 75.0)])
+@pytest.mark.parametrize(("compliance", "least", "most"), [(0.0, 0.0, 0.5), (30.0, 40.0, 70.0), (50.0, 45.0, 75.0)])
 def test_gains_for_robustness_bias_what_is_learnt(compliance, least, most):
     """The default schedule expects another noise, and the compliance comes out too large: 30 um/N may be taken for 65.
 
-    It holds for what is learnt so: a row of the schedule is tuned on a slider that is taken for a contact.
+    Not that of a slider, which would be taken for some 12 um/N did steps up not count less there (tracker.LEAN).
     """
     found, _ = learnt(compliance, 0.38, 3e-3, SCHEDULE)
     assert least <= found <= most

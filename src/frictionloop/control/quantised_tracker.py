@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 from frictionloop.control.quantised import Gain, to_gain, to_places
 from frictionloop.control.quantised_rows import to_fixed, to_row
 from frictionloop.control.tracker import SMOOTH
 from frictionloop.control.tracker_gains import tracker_gains
-from frictionloop.control.tracker_state import SCHEDULED, SensorStep, TrackerGains, TrackerState
-from frictionloop.parameters.tracking import SHARES
+from frictionloop.control.tracker_state import SensorStep, TrackerGains, TrackerState
+from frictionloop.parameters.tracking import Schedule
 from frictionloop.quantities import FrictionloopError
 
 CORRECTING, SHARING = 24, 28
@@ -51,8 +50,7 @@ def tracker_quantised(controller: Any) -> tuple[Gain, ...]:
     """
     gains = tracker_gains(controller)
     own = TrackerGains(*gains[: len(TrackerGains._fields)])
-    rest = gains[len(TrackerGains._fields) :]
-    sensor, slopes = SensorStep(*rest[: len(SensorStep._fields)]), rest[len(SensorStep._fields) :]
+    sensor = SensorStep(*gains[len(TrackerGains._fields) :][: len(SensorStep._fields)])
     rate, largest = controller.rate_hz, own.largest_um
     before = {
         "rest": (own.rest, 30), "decay_rest": (own.decay_rest, 30), "decay_left": (own.decay_left, 30),
@@ -68,14 +66,13 @@ def tracker_quantised(controller: Any) -> tuple[Gain, ...]:
         "tau / ln 2": (own.model_fall, 28),
     } | {name: (getattr(own, name), CORRECTING) for name in TrackerGains._fields[-4:]}  # fmt: skip
     _check(controller)
-    columns = [slopes[i : i + len(SHARES)] for i in range(0, SCHEDULED * len(SHARES), len(SHARES))]
     return (
         *(to_fixed(value, places, name) for name, (value, places) in before.items()),
         to_gain(own.learn_c, "controller.compliance_learning"),
         to_gain(own.learn_t, "controller.susceptibility_learning"),
         *(to_fixed(value, places, name) for name, (value, places) in after.items()),
         *_sensor(sensor),
-        *(gain for column, places in zip(columns, PLACES_OF_A_ROW, strict=True) for gain in _column(column, places)),
+        *_columns(controller.schedule),
     )
 
 
@@ -83,18 +80,16 @@ def _check(controller: Any) -> None:
     """Raise for what fits its word but not what becomes of it."""
     to_places(LARGEST_OVER_LEAST * controller.largest_jump_n, 28, "controller.largest_jump_n over 0.1 N")
     for row in controller.schedule:
-        for value, places in zip(row, PLACES_OF_A_ROW, strict=True):
-            to_places(value, places, "controller.schedule")
         if row[5] < LEAST_LEAD:
             raise FrictionloopError(
                 f"controller.schedule: a share of the error of {row[5]:g} must be at least 1/256 to fit the firmware"
             )
 
 
-def _column(column: Sequence[float], places: int) -> list[Gain]:
-    """Return first value and slopes of a column of the schedule; the slopes have 4 places less."""
-    name = "controller.schedule"
-    return [to_fixed(column[0], places, name), *(to_fixed(slope, places - 4, name) for slope in column[1:])]
+def _columns(schedule: Schedule) -> list[Gain]:
+    """Return the columns of the schedule, one after another."""
+    columns = zip(zip(*schedule, strict=True), PLACES_OF_A_ROW, strict=True)
+    return [to_fixed(value, places, "controller.schedule") for column, places in columns for value in column]
 
 
 def _sensor(step: SensorStep) -> list[Gain]:

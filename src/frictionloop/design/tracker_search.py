@@ -23,8 +23,8 @@ from frictionloop.quantities import FrictionloopError
 
 LOUDEST_FORCE_N, LOUDEST_COMMAND_N = 1.2e-3, 25e-3
 """Largest rms of friction and of the commanded limit that sensor noise may cause (chosen: louder, the tip sticks)."""
-LARGEST_FRICTION_GAIN = 40.0
-"""Largest gain on the friction, N per N of innovation (chosen: louder, the believed friction falls as if it rang)."""
+LARGEST_FRICTION_GAIN = 33.0
+"""Largest gain on the friction, N per N of innovation (chosen on fingers(120, 3): above it the residual grows)."""
 LOW = np.log([1e-4, 1e-5, 1e-6, 1e-7, 5e-5, 0.5])
 HIGH = np.log([1e-2, 1e-2, 1e-2, 1e-2, 5e-3, 1.1])
 """Bounds of what is searched: noise of the limit per period (N), of a reading (N), of friction (N), of the springs (N),
@@ -32,14 +32,14 @@ time constant to which the contact is sped up (s), trust."""
 STARTS, STEPS = 7, 170
 FORCE_N, ROUGHNESS, TREMOR_LEFT_N = 0.6, 0.05, 0.01
 """What is rejected: roughness of 5 % at 0.6 N, and what load feed-forward leaves of the tremor (assumed)."""
-SPEEDS_M_S = {0.07: 0.015, 0.125: 0.02, 0.25: 0.045, 0.5: 0.1, 1.0: 0.03}
+SPEEDS_M_S = {0.07: 0.015, 0.125: 0.02, 0.25: 0.045, 0.5: 0.1, 1.0: 0.02}
 """Speed whose disturbance a row is tuned for: near that at which its share occurs at 0.6 N under the bench's Dahl
 contact, at 5 kHz; 1 is a slider's (chosen)."""
 ALSO = {0.5: (1.0,)}
 """True shares that a row has to hold for besides its own: a slider is taken for a contact of 6 to 10 um/N, as it lags
 while its skin is loaded, so at 20 mm/s a share of a half is believed of it (measured on fingers(60, 3)). Some are taken
 for 15 um/N, a share of a third; but row 0.25 tuned for a slider, too, lets feel a fifth more at 80 mm/s under Dahl."""
-TOUCH = {0.25: 0.25, 0.5: 0.1}
+TOUCH = {0.25: 0.5, 0.5: 2.0}
 """Weight of what is felt, at 100 Hz, beside 1 of all that is left of the disturbance: a stroke at 80 mm/s then feels a
 twentieth less for 1 % more of rms. Rows of smaller shares are for slow strokes, of which less is felt (chosen on
 fingers(120, 3))."""

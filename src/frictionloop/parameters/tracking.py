@@ -14,11 +14,11 @@ SHARES = (0.07, 0.125, 0.25, 0.5, 1.0)
 Row = tuple[Number, Number, Number, Number, Number, Number, Number]
 Schedule = tuple[Row, Row, Row, Row, Row]
 SCHEDULE: Schedule = (
-    (44.06, 39.94, 1.987, 12.18, 0.9612, 0.3465, 1.099),
-    (30.76, 39.99, 2.007, 12.4, 0.9641, 0.4862, 1.089),
-    (8.841, 31.28, 2.037, 11.63, 0.9867, 0.3587, 0.6777),
-    (4.238, 8.721, 1.459, 5.64, 0.8621, 0.5111, 0.809),
-    (11.87, 11.87, 1.719, 8.097, 0.923, 1.0, 0.9785),
+    (34.36, 32.95, 1.878, 10.73, 0.9451, 0.3475, 1.068),
+    (22.26, 33.0, 1.903, 10.98, 0.9494, 0.4538, 1.099),
+    (7.034, 30.23, 2.053, 11.52, 0.9951, 0.3425, 0.7179),
+    (1.872, 11.89, 1.675, 7.563, 0.9163, 0.513, 1.096),
+    (12.77, 12.77, 1.798, 8.588, 0.9464, 1.0, 0.9146),
 )
 """Gains for the bench at Ms 1.7 (`design.tune_tracker`)."""
 
@@ -37,16 +37,16 @@ class TrackerController(Timing):
     """Resonance that the observer is given over that of the model: too low is benign, too high fatal (tune_tracker)."""
     broadened_q: Positive = 6.0
     """Quality factor that the observer is given in place of the model's: broad, it holds for others (tune_tracker)."""
-    compliance_um_per_n: Annotated[Number, Field(ge=0, le=1000)] = 7.0
+    compliance_um_per_n: Annotated[Number, Field(ge=0, le=1000)] = 20.0
     """Compliance of the contact to begin with: friction follows its limit with T = compliance F / speed; 0: at once.
 
-    Between Dahl's and a slider's, so that the loop is stable on both while it learns (Ms 2.9 and 3.5 on the bench).
+    Between Dahl's and a slider's, and large enough for both to be found from it (control/tracker.LEAN).
     """
     largest_compliance_um_per_n: Annotated[Number, Field(ge=0, le=1000)] = 80.0
     """Largest compliance that is learnt: 50 is the bench's Dahl contact, the skin adds to it (assumed)."""
     compliance_learning: Annotated[Number, Field(ge=0, le=1)] = 0.015
     """Step of the estimate of the compliance; 0 keeps it."""
-    susceptibility_learning: Annotated[Number, Field(ge=0, le=1)] = 3e-5
+    susceptibility_learning: Annotated[Number, Field(ge=0, le=1)] = 5e-4
     """Step of the estimate of the susceptibility; 0 keeps it."""
     load_exponent: Annotated[Number, Field(ge=0, le=2)] = 0.85
     """Exponent with which the measured load is fed forward (middle of 2/3 to 1: Dzidek 2014); 0 feeds nothing."""
@@ -54,7 +54,7 @@ class TrackerController(Timing):
     """Low-pass on the measured load before it is fed forward, above the tremor (assumed)."""
     skin_stiffness_n_m: Positive = 1000.0
     """Believed stiffness of the skin: rising friction follows no faster than this times the speed (as Skin's)."""
-    largest_jump_n: NotNegative = 0.03
+    largest_jump_n: NotNegative = 0.04
     """Most that one reading may move the estimated limit: a reversal rings (assumed)."""
 
     @property
