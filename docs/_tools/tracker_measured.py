@@ -92,23 +92,34 @@ def lasting() -> None:
 
 
 def steps() -> None:
-    """Print rise and fall (ms), overshoot, undershoot and rms (mN) of steps at 80 mm/s, medians of eight fingers."""
+    """Print rise and fall (ms), overshoot, undershoot and rms (mN) of steps at 80 mm/s, medians of eight fingers.
+
+    Of the fingers' susceptibility 0.8, 1 and 2 times, and of a model whose own is 1.3 times as large.
+    """
     up_down = fl.Steps(times_s=tuple(0.5 * k for k in range(12)), levels_n=(0.35, 0.75) * 6)
-    described = {"sensor.resonance_hz": BENCH.sensor.resonance_hz, "motion.stroke_mm": 240.0}
+    described = {"sensor.resonance_hz": BENCH.sensor.resonance_hz, "motion.stroke_mm": 240.0, "setpoint": up_down}
     for name, overrides, speed in list(strokes())[2:]:
-        for share in (0.8, 1.0, 2.0):
-            rows = []
-            for finger in list(capable(240, speed))[:8]:
-                own = BENCH.evolve({**overrides, **finger, **described, "setpoint": up_down})
-                own = own.evolve({"friction.susceptibility_per_um2": share * own.friction.susceptibility_per_um2})
-                run = fl.simulate(own, 6.0, 3)
-                scored = run.isel(time=run["scored"].values.astype(bool))
-                error, above = 1e3 * (scored["f_a"] - scored["f_r"]).values, scored["f_r"].values > 0.5
-                beyond = np.sort(error[above])[-BEYOND], -np.sort(error[~above])[BEYOND - 1]
-                found = [(step.to_n, 1e3 * step.rise_s) for step in fl.step_times(run)]
-                times = [np.mean([t for to, t in found if (to > 0.5) == up]) for up in (True, False)]
-                rows.append([*times, *beyond, 1e3 * fl.rms_error(run)])
-            print(f"{name}, tau x {share:g}: " + ", ".join(f"{value:.3g}" for value in np.median(rows, axis=0)))
+        people = list(capable(240, speed))[:8]
+        for share, model in ((0.8, 1.0), (1.0, 1.0), (2.0, 1.0), (1.0, 1.3)):
+            rows = [_steps(BENCH.evolve({**overrides, **each, **described}), share, model) for each in people]
+            told = ", ".join(f"{value:.3g}" for value in np.median(rows, axis=0))
+            print(f"{name}, tau x {share:g}, model's x {model:g}: {told}")
+
+
+def _steps(system: fl.System, share: float, model: float) -> list[float]:
+    """Return rise, fall (ms), overshoot, undershoot and rms (mN) of a run in which susceptibilities are multiplied."""
+    tau, believed = system.friction.susceptibility_per_um2, system.controller.model.susceptibility_per_um2
+    multiplied = {
+        "friction.susceptibility_per_um2": share * tau,
+        "controller.model.susceptibility_per_um2": model * believed,
+    }
+    run = fl.simulate(system.evolve(multiplied), 6.0, 3)
+    scored = run.isel(time=run["scored"].values.astype(bool))
+    error, above = 1e3 * (scored["f_a"] - scored["f_r"]).values, scored["f_r"].values > 0.5
+    beyond = np.sort(error[above])[-BEYOND], -np.sort(error[~above])[BEYOND - 1]
+    found = [(step.to_n, 1e3 * step.rise_s) for step in fl.step_times(run)]
+    times = [float(np.mean([t for to, t in found if (to > 0.5) == up])) for up in (True, False)]
+    return [*times, *map(float, beyond), 1e3 * fl.rms_error(run)]
 
 
 def optimum() -> None:

@@ -18,6 +18,7 @@ CASES = {
     "reversals": ({}, 1.0),
     "half the susceptibility": (LONG, 0.5),
     "twice the susceptibility": (LONG, 2.0),
+    "40 mm/s": (LONG | {"motion.speed_mm_s": 40.0}, 1.0),
     "150 mm/s": (LONG | {"motion.speed_mm_s": 150.0}, 1.0),
     "leaps": (LEAPS, 1.0),
     "leaps with half the susceptibility": (LEAPS, 0.5),

@@ -36,13 +36,12 @@ SPEEDS_M_S = {0.07: 0.015, 0.125: 0.02, 0.25: 0.045, 0.5: 0.1, 1.0: 0.02}
 """Speed whose disturbance a row is tuned for: near that at which its share occurs at 0.6 N under the bench's Dahl
 contact, at 5 kHz; 1 is a slider's (chosen)."""
 ALSO = {0.5: (1.0,)}
-"""True shares that a row has to hold for besides its own: a slider is taken for a contact of 6 to 10 um/N, as it lags
-while its skin is loaded, so at 20 mm/s a share of a half is believed of it (measured on fingers(60, 3)). Some are taken
-for 15 um/N, a share of a third; but row 0.25 tuned for a slider, too, lets feel a fifth more at 80 mm/s under Dahl."""
+"""True shares that a row has to hold for besides its own: at 80 mm/s a slider is taken for a contact of 20 to 40 um/N,
+a share of a half (measured on fingers(120, 3))."""
 TOUCH = {0.25: 0.5, 0.5: 2.0}
-"""Weight of what is felt, at 100 Hz, beside 1 of all that is left of the disturbance: a stroke at 80 mm/s then feels a
-twentieth less for 1 % more of rms. Rows of smaller shares are for slow strokes, of which less is felt (chosen on
-fingers(120, 3))."""
+"""Weight of what is felt, at 100 Hz, beside 1 of all that is left of the disturbance: a stroke at 80 mm/s then feels
+an eighth less on a slider for 1 % more of rms under Dahl. Rows of smaller shares are for slow strokes, of which less
+is felt (chosen on fingers(120, 3))."""
 TIGHTER = {0.125: 0.06}
 """Share by which Ms - 1 of a row stays below its limits: between it and the next row a loop has more than at either."""
 

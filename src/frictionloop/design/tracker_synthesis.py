@@ -90,8 +90,9 @@ def _learning(system: System) -> tuple[str, ...]:
         "these margins are those of a contact and a finger known exactly. At the mean force of a dry finger Ms is "
         f"{_told(starts)} as it starts, with {believed:g} um/N believed, and "
         f"{_told([learnt_in_run(each, LEARNT_S, 0) for each in starts])} with what it has learnt after {LEARNT_S:g} s, "
-        "which is biased. Friction that begins to ring changes what it believes, which has kept it from a cycle in all "
-        "runs of 11 s, not in all of 40 s; who needs margins that do not rest on this takes another law",
+        "which is biased. It goes on learning, and friction that begins to ring changes what it believes, which has "
+        "kept it from a cycle in all runs of bench(), up to 120 s; who needs margins that do not rest on this takes "
+        "another law",
     )
 
 
