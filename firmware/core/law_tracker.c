@@ -38,7 +38,7 @@ enum {
     LARGEST_BY_C = 85899346, LARGEST_BY_T = 1 << 30,          /* q32: 0.02; q28 */
     LEAST_POWER_C = 115292150, LEAST_POWER_T = 22517998,      /* q60: 1e-10; q52: 5e-9 */
     LEAN = 160, LEAST_LEAN = 40265318,                        /* 0.15 */
-    SHORT = 4026532,                                          /* q27: 0.03 N */
+    SHORT = 4026532, MOST_ADDED = 1 << 30,                    /* q27: 0.03 N; q30: 1 */
     SLOWEST = 536871, LEAST_LEAD = 1 << 20, MOST_JUMP = 214748364, /* 0.002 m/s, 1/256, 0.8 N */
     SMOOTH = 214748365, SMOOTH_FALLS = 42949673,              /* q31: 0.1, 0.02 */
     FALLS_OVER_SMOOTH = 429496730, LEAST_RINGING = 40 << 15,  /* q31: 0.2; q15: 40 N/s */
@@ -190,7 +190,8 @@ fl_force_command fl_tracker_step(
     const int64_t pressing = mean > LEAST_LIMIT ? mean : LEAST_LIMIT;
     const int64_t steep = (pressing * per_whole.factor) >> (48 - per_whole.bits);
     const int32_t slower = fl_low(fl_product(share, fl_saturate(steep), 28));
-    const int32_t added_c = fl_saturate(-fl_product(slower, fl_saturate(behind >> 2), 22));
+    const int32_t lags = fl_saturate(-fl_product(slower, fl_saturate(behind >> 2), 22));
+    const int32_t added_c = fl_clip(lags, -MOST_ADDED, MOST_ADDED);
     const int32_t squares = fl_low(fl_product(a, a, 32) + fl_product(a_then, a_then, 32)); /* q24 */
     const int32_t lower = (int32_t)fl_product(HALF_LN_2, (int32_t)fl_product(share, mean, 28), 31);
     const int32_t added_t = fl_saturate(-fl_product(lower, squares, 24));

@@ -181,7 +181,7 @@ class Tracker:
         lost = turned or abs(psi[0, 4]) > 0.02 or LN2 * abs(psi[1, 4]) > 4.0
         # Sensitivities of the state after the correction, then over the period.
         added = [
-            -(share**2) * 1e-6 * max(mean, 0.05) / (v * DT) * (mean - f),
+            np.clip(-(share**2) * 1e-6 * max(mean, 0.05) / (v * DT) * (mean - f), -1.0, 1.0),
             -share * mean * (self.a**2 + a_then**2) / 2,
         ]
         gain = K * [(1 - w) / np.clip(f_before, 0.1, 2.0), 1 - w, 1, 1, 1]

@@ -10,7 +10,7 @@ Commands: the amplitude at which friction goes the given share of its error in a
 finger that is stuck, lands or is lifted holds the limit: the law then is a lookup by what it last knew, and goes on
 without a jump. There is no integrator to wind up; the estimates are bounded.
 
-Operations of a tick: 188 multiplications, 171 additions, 96 comparisons, 12 divisions, 1 root, 3 exp2, 2 log2.
+Operations of a tick: 188 multiplications, 171 additions, 98 comparisons, 12 divisions, 1 root, 3 exp2, 2 log2.
 """
 
 from __future__ import annotations
@@ -47,6 +47,8 @@ that it counts. A slow slider lags while its skin is loaded, and so is taken for
 the innovations that say so come and go, those of a true compliance all point one way (chosen on fingers(120, 3))."""
 SHORT_N = 0.03
 """Way short of the set-point up to which friction that has been let go rises at the pace of the skin (chosen so)."""
+MOST_ADDED = 1.0
+"""Most that a period adds to the sensitivity of friction, N per um/N: at a turn it has no bound, and begins anew."""
 SLOWEST_M_S = 0.002
 """Speed below which the contact's time constant no longer grows (the least that counts as sliding)."""
 SMOOTH, SMOOTH_FALLS = 0.1, 0.02
@@ -153,7 +155,7 @@ def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: 
 
     # Go on to the next sample.
     k = (kd * per_force, kf, k1, k2, k3)
-    added_c = -share * share * max(mean, 0.05) / way_um * (mean - f)
+    added_c = min(max(-share * share * max(mean, 0.05) / way_um * (mean - f), -MOST_ADDED), MOST_ADDED)
     added_t = -HALF_LN_2 * share * mean * fma(a, a, a_then * a_then)
     keep = 0.0 if turned | (abs(sc[4]) > LARGEST_BY_C) | (abs(st[4]) > LARGEST_BY_T) else 1.0
     by_c = sensitivity_step(sc, keep, k, w, share, mean, added_c, sensor)
