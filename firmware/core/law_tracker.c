@@ -37,7 +37,7 @@ enum {
     FASTEST_C = 2 << 20, FASTEST_FALL = 53687,                /* q20; q28: 2e-4 */
     LARGEST_BY_C = 85899346, LARGEST_BY_T = 1 << 30,          /* q32: 0.02; q28 */
     LEAST_POWER_C = 115292150, LEAST_POWER_T = 22517998,      /* q60: 1e-10; q52: 5e-9 */
-    LEAN = 160, LEAST_LEAN = 40265318,                        /* 0.15 */
+    LEAN = 160, LEAST_LEAN = 40265318, LEAN_SPEED = 5368709,  /* 0.15; 0.02 m/s */
     SHORT = 4026532, MOST_ADDED = 1 << 30,                    /* q27: 0.03 N; q30: 1 */
     SLOWEST = 536871, LEAST_LEAD = 1 << 20, MOST_JUMP = 214748364, /* 0.002 m/s, 1/256, 0.8 N */
     SMOOTH = 214748365, SMOOTH_FALLS = 42949673,              /* q31: 0.1, 0.02 */
@@ -110,7 +110,8 @@ fl_force_command fl_tracker_step(
         const int64_t pt = fl_mean_square(state + POWER_T, state + POWER_T_LOW, by_t[4]) + LEAST_POWER_T;
         int32_t more_c = fl_learnt(gains[LEARN_C], error, by_c[4], pc, 32 - 60 - 20, FASTEST_C);
         if (more_c > 0) {
-            const int64_t counts = (((int64_t)c * (int32_t)fl_product(v, v, 32)) >> 16) * LEAN;
+            const int32_t pace = v > LEAN_SPEED ? v : LEAN_SPEED;
+            const int64_t counts = (((int64_t)c * (int32_t)fl_product(pace, pace, 32)) >> 16) * LEAN;
             if (counts < FL_ONE)
                 more_c = (int32_t)fl_product(counts > LEAST_LEAN ? (int32_t)counts : LEAST_LEAN, more_c, 28);
         }
@@ -166,14 +167,14 @@ fl_force_command fl_tracker_step(
     /* Command. */
     const fl_inverse per_lead = fl_invert(k[LEAD] > LEAST_LEAD ? k[LEAD] : LEAST_LEAD);
     const int32_t ahead = fl_low(((int64_t)setpoint - f_then) >> 1); /* q27: it may be 13 N */
-    int32_t wanted_limit = fl_saturate(fl_over(ahead, per_lead, 25) + (f_then >> 4));
-    if (state[COMMAND] == 0 && ahead > SHORT) wanted_limit = LARGEST >> 4;
+    const int32_t wanted_limit = fl_saturate(fl_over(ahead, per_lead, 25) + (f_then >> 4));
     const int32_t wanted_log2 = fl_log2(wanted_limit > LEAST_WANTED ? wanted_limit : LEAST_WANTED, 24);
     const int32_t behind_d = fl_low((int64_t)d - state[TRUSTED]);
     int32_t trusted = fl_low(state[TRUSTED] + fl_product(k[TRUST], behind_d, 28));
     const int32_t over = fl_low((int64_t)trusted + push - wanted_log2);
     const int32_t square = fl_saturate(fl_over(over, fl_invert(fall), 27));
-    const int32_t held = fl_clip(square, 0, gains[MOST_SQUARE].mantissa);
+    const int32_t within = fl_clip(square, 0, gains[MOST_SQUARE].mantissa);
+    const int32_t held = state[COMMAND] == 0 && ahead > SHORT ? 0 : within;
     const int32_t wanted = (int32_t)fl_root((uint64_t)held << 31);
     const int32_t missing = fl_low(wanted - fl_product(gains[DECAY].mantissa, a_then, 30));
     const int32_t command = fl_clip(
@@ -217,7 +218,7 @@ fl_force_command fl_tracker_step(
     state[FALLING] = falling;
     state[BEFORE] = f;
     state[COMPLIANCE] = c;
-    return (fl_force_command){u, square != held};
+    return (fl_force_command){u, square != within};
 }
 
 void fl_tracker_follow(int32_t *state, int32_t command, const fl_gain *gains) {

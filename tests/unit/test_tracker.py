@@ -87,7 +87,7 @@ class Tracker:
     def learn(self, error, v):
         """theta += gamma psi e / R, R the mean of psi^2 (Ljung, ch. 11), tau in 1/um^2 and c in um/N.
 
-        What makes c larger counts by c over that with which a finger at 20 mm/s is 15.6 um/N, down to 15 %.
+        What makes c larger counts by c over 15.6 um/N, above 20 mm/s by the square of the speed more, down to 15 %.
         """
         seen, eps = self.psi[:, 4], np.array([1e-10, 5e-9 / LN2**2])
         self.power += 4e-4 * (seen**2 - self.power)
@@ -95,7 +95,7 @@ class Tracker:
         top = [self.c.largest_compliance_um_per_n, 3.0 * LN2]
         step = np.clip(gamma * seen * error / (self.power + eps), [-2.0, -2e-4 * LN2], [2.0, 2e-4 * LN2])
         if step[0] > 0:
-            counted = np.clip(self.theta[0] / 15.625 * (v / 0.02) ** 2, 0.15, 1.0)
+            counted = np.clip(self.theta[0] / 15.625 * max(v / 0.02, 1.0) ** 2, 0.15, 1.0)
             step[0] *= counted
             self.leaned += counted < 1.0
         self.theta = np.clip(self.theta + step, [0, 0.2 * LN2], top)
@@ -170,10 +170,10 @@ class Tracker:
 
         rises = self.command == 0.0 and setpoint - f_then > 0.03
         self.let_go += rises
-        wanted = 5.0 if rises else max(f_then + (setpoint - f_then) / lead, 0.02)
+        wanted = max(f_then + (setpoint - f_then) / lead, 0.02)
         self.trusted += trust * (self.x[0] - self.trusted)
         over = self.trusted - (tau - slope) * self.a**2 + push - np.log(wanted)
-        square = float(np.clip(over / slope, 0, m.max_amplitude_um**2))
+        square = 0.0 if rises else float(np.clip(over / slope, 0, m.max_amplitude_um**2))
         overshoot = (np.sqrt(square) - a_then * np.exp(-pole)) / (1 - np.exp(-pole))
         command = float(np.clip(overshoot, 0, m.max_amplitude_um))
         u = m.nominal_n * np.exp(-m.susceptibility_per_um2 * square)

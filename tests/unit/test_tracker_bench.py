@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
+from frictionloop.design.learnt import learnt_in_run
 from frictionloop.design.tournament.protocol import STEPPED, setpoint_of
 
 TRACKER = {"controller.kind": "tracker"}
@@ -81,3 +82,13 @@ def test_no_limit_cycle(case, contact):
     for (residual_n, shares), open_n in found:
         assert residual_n < open_n
         assert all(share < most for share, most in zip(shares, LINES.values(), strict=True))
+
+
+@pytest.mark.parametrize("speed_mm_s", [5.0, 10.0, 20.0])
+def test_slow_strokes_tell_the_contacts_apart(speed_mm_s):
+    """From 20 um/N, between them: 50 um/N are never taken for a slider's 0, nor 0 for a bristle."""
+    slow = fl.bench().evolve(TRACKER | LONG | {"motion.speed_mm_s": speed_mm_s, "setpoint": fl.Constant(offset_n=0.6)})
+    for contact, least, most in (("dahl", 30.0, 80.0), ("slider", 0.0, 3.0)):
+        for seed in range(2):
+            own = learnt_in_run(slow.evolve({"finger.contact": contact}), 6.0, seed).controller
+            assert least <= own.compliance_um_per_n <= most

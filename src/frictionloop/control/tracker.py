@@ -10,7 +10,7 @@ Commands: the amplitude at which friction goes the given share of its error in a
 finger that is stuck, lands or is lifted holds the limit: the law then is a lookup by what it last knew, and goes on
 without a jump. There is no integrator to wind up; the estimates are bounded.
 
-Operations of a tick: 188 multiplications, 171 additions, 98 comparisons, 12 divisions, 1 root, 3 exp2, 2 log2.
+Operations of a tick: 188 multiplications, 171 additions, 100 comparisons, 12 divisions, 1 root, 3 exp2, 2 log2.
 """
 
 from __future__ import annotations
@@ -41,12 +41,12 @@ FASTEST_C, FASTEST_FALL = 2.0, 2e-4
 """Most that one reading may move compliance (um/N) and susceptibility (assumed: their ranges in 8 ms and 1.4 s)."""
 LARGEST_BY_C, LARGEST_BY_T = 0.02, 4.0
 """Sensitivities of the reading, N per um/N and N um^2, at which they begin anew: while a tip sticks they grow."""
-LEAN, LEAST_LEAN = 160.0, 0.15
-"""Over what compliance times speed squared a step up of the compliance counts in full, per um/N (m/s)^2, and the least
-that it counts. A slow slider lags while its skin is loaded, and so is taken for a contact of 6 to 10 um/N at 20 mm/s;
-the innovations that say so come and go, those of a true compliance all point one way (chosen on fingers(120, 3))."""
+LEAN, LEAST_LEAN, LEAN_M_S = 160.0, 0.15, 0.02
+"""Over what compliance times speed squared a step up of the compliance counts in full, per um/N (m/s)^2; the least
+that it counts; and the least speed that is taken. Innovations of robust gains are coloured, and by them a slow slider
+would be taken for a contact of 5 to 15 um/N; those of a true compliance point one way (chosen on fingers(120, 3))."""
 SHORT_N = 0.03
-"""Way short of the set-point up to which friction that has been let go rises at the pace of the skin (chosen so)."""
+"""Distance below the set-point above which vibration, once off, stays off (chosen likewise)."""
 MOST_ADDED = 1.0
 """Most that a period adds to the sensitivity of friction, N per um/N: at a turn it has no bound, and begins anew."""
 SLOWEST_M_S = 0.002
@@ -104,7 +104,8 @@ def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: 
     pc = fma(learns * FORGET, fma(sc[4], sc[4], -pc), pc)
     pt = fma(learns * FORGET, fma(st[4], st[4], -pt), pt)
     step_c = min(max(learn_c * error * sc[4] / (pc + 1e-10), -FASTEST_C), FASTEST_C)
-    step_c = min(max(LEAN * c * v * v, LEAST_LEAN), 1.0) * step_c if step_c > 0.0 else step_c
+    pace = max(v, LEAN_M_S)
+    step_c = min(max(LEAN * c * pace * pace, LEAST_LEAN), 1.0) * step_c if step_c > 0.0 else step_c
     c = min(max(fma(learns, step_c, c), 0.0), most_c)
     step_t = min(max(learn_t * error * st[4] / (pt + 5e-9), -FASTEST_FALL), FASTEST_FALL)
     # Friction that falls faster than the skin follows rings: less lag and more effect of vibration are safe beliefs.
@@ -142,11 +143,11 @@ def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: 
     # Command.
     short = setpoint_n - f_then
     wanted_limit = max(fma(short, 1.0 / lead, f_then), 0.02)
-    # Once all vibration is off it stays off until friction has all but arrived: near its limit a bristle is slow.
-    wanted_limit = LARGEST_N if (command <= 0.0) & (short > SHORT_N) else wanted_limit
     trusted = fma(trust, d - trusted, trusted)
     square = (trusted + push - apart - log2(wanted_limit)) / leap_fall
-    held = min(max(square, 0.0), most_um * most_um)
+    within = min(max(square, 0.0), most_um * most_um)
+    # Once all vibration is off it stays off until friction has all but arrived: near its limit a bristle is slow.
+    held = 0.0 if (command <= 0.0) & (short > SHORT_N) else within
     _, command = overdrive_step(a_then, math.sqrt(held), OverdriveGains(decay, inverse, most_um))
     a_next = fma(decay_left, a_then - command, command)
     d_next = min(max(d + fma(more * a_next, a_next, -apart), LOWEST), HIGHEST)
@@ -165,4 +166,4 @@ def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: 
         a_next, command, d, trusted, f + change, x1, x2, x3, forward, load, rising,
         falling, f, c, fall, pc, pt, leapt, *by_c, *by_t,
     )  # fmt: skip
-    return state, ForceCommand(u, 1.0 if square != held else 0.0)
+    return state, ForceCommand(u, 1.0 if square != within else 0.0)
