@@ -111,7 +111,8 @@ fl_force_command fl_tracker_step(
         int32_t more_c = fl_learnt(gains[LEARN_C], error, by_c[4], pc, 32 - 60 - 20, FASTEST_C);
         if (more_c > 0) {
             const int32_t pace = v > LEAN_SPEED ? v : LEAN_SPEED;
-            const int64_t counts = (((int64_t)c * (int32_t)fl_product(pace, pace, 32)) >> 16) * LEAN;
+            const int32_t pace2 = fl_saturate(fl_product(pace, pace, 26)); /* q30 */
+            const int64_t counts = (((int64_t)c * pace2) >> 22) * LEAN;
             if (counts < FL_ONE)
                 more_c = (int32_t)fl_product(counts > LEAST_LEAN ? (int32_t)counts : LEAST_LEAN, more_c, 28);
         }
