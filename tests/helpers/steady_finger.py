@@ -13,5 +13,5 @@ SLIDING = {
     "friction.load_exponent": 0.0,
 }
 """A finger that slides steadily."""
-SILENT = {"sensor.noise_density_n_rthz": 0.0, "sensor.adc_bits": 32}
-"""A sensor without noise or steps."""
+SILENT = {"sensor.noise_density_n_rthz": 0.0, "sensor.adc_bits": 32, "touch.position.noise_um": 0.0}
+"""A force sensor without noise or steps, and a speed without noise."""

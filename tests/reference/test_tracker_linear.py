@@ -103,9 +103,21 @@ def test_the_margins_that_are_asked_for(contact, compliance, speed_mm_s, force_n
 
 
 @pytest.mark.parametrize("force_n", [0.41, 0.6, 0.8])
-@pytest.mark.parametrize("contact", ["slider", "dahl"])
-def test_it_is_stable_before_it_has_learnt_the_contact(contact, force_n):
-    """The compliance to begin with suits neither contact, and rings on none: Ms below 4."""
+def test_it_is_stable_on_bristles_before_it_has_learnt_them(force_n):
+    """The compliance to begin with suits neither contact; on Dahl's the loop has margins with it: Ms below 2."""
     start = TrackerController.model_fields["compliance_um_per_n"].default
-    margins = linearise(bench(contact, start), force_n=force_n).margins()
-    assert margins.stable and margins.sensitivity_peak < 4.0
+    margins = linearise(bench("dahl", start), force_n=force_n).margins()
+    assert margins.stable and margins.sensitivity_peak < 2.0
+
+
+@pytest.mark.parametrize("force_n", [0.41, 0.6, 0.8])
+def test_on_a_slider_it_learns_before_it_rings(force_n):
+    """There it has none, but no cycle grows: in 0.6 s at most 2.5 times what is left if it is told the contact."""
+    held = fl.Constant(offset_n=force_n)
+    for seed in range(4):
+        left = []
+        for start in (TrackerController.model_fields["compliance_um_per_n"].default, 0.0):
+            run = fl.simulate(bench("slider", start).evolve({"setpoint": held}), duration_s=0.6, seed=seed)
+            error = (run["f_a"] - run["f_r"]).values[run["time"].values > 0.1]
+            left.append(float(np.sqrt(np.mean(error**2))))
+        assert left[0] < 2.5 * left[1]
