@@ -32,7 +32,7 @@ STEPS = (
     ("rise_10_90_over_limit", "rise / skin's", 1.0),
     ("rise_10_90_over_bound", "/ shortest", 1.0),
 )
-"""Scores shown as median / worst decile of the capable fingers, as far as they are kept."""
+"""Scores shown as median / worst decile, as far as they are kept."""
 MARGINS = (
     ("sensitivity_peak", "$M_s$"),
     ("sensitivity_peak_5", "±5 %"),
@@ -40,7 +40,9 @@ MARGINS = (
     ("sensitivity_peak_learnt", "learnt"),
 )
 """Margins of the median capable finger."""
-POPULATIONS = "capable", "median capable finger"
+POPULATIONS = {"capable": "capable fingers", "within reach": "fingers within reach"}
+"""Populations shown, by what a table calls them; errors of both, steps of the first."""
+MEDIAN_FINGER = "median capable finger"
 SHOWN = {name for name, *_ in (*ERRORS, *STEPS, *MARGINS)}
 Row = dict[str, str]
 Pairs = Sequence[tuple[str, str, float]]
@@ -55,23 +57,29 @@ def compared(kept: Path = KEPT) -> str:
     parts = []
     for speed in _names(rows, "speed_mm_s"):
         here = {c: [row for row in rows if row["speed_mm_s"] == speed and row["contact"] == c] for c in contacts}
-        for said, pairs in (("errors", ERRORS), ("steps", STEPS)):
-            parts += [_table(f"**{float(speed):g} mm/s, {c}, {said}**", here[c], pairs) for c in contacts]
+        for said, pairs, populations in (("errors", ERRORS, POPULATIONS), ("steps", STEPS, ("capable",))):
+            parts += [
+                _table(f"**{float(speed):g} mm/s, {c}, {said}**", here[c], pairs, population)
+                for population in populations
+                for c in contacts
+            ]
         parts.append(_margins(f"**{float(speed):g} mm/s, margins**", here))
     return "\n\n".join(part for part in parts if part)
 
 
-def _table(title: str, rows: list[Row], pairs: Pairs) -> str:
+def _table(title: str, rows: list[Row], pairs: Pairs, population: str) -> str:
+    rows = [row for row in rows if row["population"] == population]
     pairs = [pair for pair in pairs if pair[0] in _names(rows, "score")]
     if not pairs:
         return ""
     count = max(int(row["fingers"]) for row in rows)
     heads = ("Law", *(head for _, head, _ in pairs))
     cells = table(heads, (_law(law, rows, pairs) for law in _names(rows, "law")))
-    return f"{title}, median / worst decile of {count} capable fingers:\n\n{cells}"
+    return f"{title}, median / worst decile of {count} {POPULATIONS[population]}:\n\n{cells}"
 
 
 def _margins(title: str, here: dict[str, list[Row]]) -> str:
+    here = {c: [row for row in rows if row["population"] == MEDIAN_FINGER] for c, rows in here.items()}
     laws = list(dict.fromkeys(law for rows in here.values() for law in _names(rows, "law")))
     found = {
         law: [_number(_value(_scores(law, rows), name, "median")) for rows in here.values() for name, _ in MARGINS]
@@ -85,7 +93,8 @@ def _margins(title: str, here: dict[str, list[Row]]) -> str:
 
 def keep(scores: Path, kept: Path = KEPT) -> None:
     """Copy what the table shows out of a tournament's scores, at four digits."""
-    rows = [row for row in _read(scores) if row["score"] in SHOWN and row["population"] in POPULATIONS]
+    populations = {*POPULATIONS, MEDIAN_FINGER}
+    rows = [row for row in _read(scores) if row["score"] in SHOWN and row["population"] in populations]
     for row in rows:
         row |= {key: f"{float(row[key] or 'nan'):.4g}" for key in ("median", "worst_decile")}
     with kept.open("w", newline="", encoding="utf-8") as stream:
@@ -104,7 +113,7 @@ def _names(rows: Iterable[Row], column: str) -> list[str]:
 
 
 def _scores(law: str, rows: list[Row]) -> dict[str, Row]:
-    return {row["score"]: row for row in rows if row["law"] == law and row["population"] in POPULATIONS}
+    return {row["score"]: row for row in rows if row["law"] == law}
 
 
 def _law(law: str, rows: list[Row], pairs: Pairs) -> Iterable[Any]:

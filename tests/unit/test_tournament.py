@@ -102,6 +102,29 @@ def test_capable_fingers_are_those_of_capable(whole):
     assert protocol.median_finger(people, np.zeros(40, dtype=bool)) is None
 
 
+def test_fingers_within_reach_can_be_given_the_forces_while_their_load_moves():
+    people = fl.fingers(60, 5)
+    some = protocol.within_reach(fl.bench(), people, 20.0)
+    able = protocol.able(fl.bench(), people, 20.0)
+    assert 0 < some.sum() < able.sum()
+    assert not np.any(some & ~able)
+    still = [{**each, "motion.load_drift": 0.0, "motion.tremor_n": 0.0} for each in people]
+    np.testing.assert_array_equal(protocol.within_reach(fl.bench(), type(people)(still), 20.0), able)
+
+
+def test_fingers_within_reach_are_short_a_twentieth_of_the_time_at_most():
+    # Without vibration, friction is the highest there is, and with all of it the lowest: of a slider, the limit itself.
+    people, seeds, at = fl.fingers(60, 5), (1, 2, 3, 4), protocol.Condition(20.0, "slider", "hold 0.6")
+    some = [each for each, near in zip(people, protocol.within_reach(fl.bench(), people, 20.0), strict=True) if near]
+    smooth = {"friction.roughness_rms": 0.0, "friction.speed_slope": 0.0, "friction.occlusion_ratio": 1.0}
+    still = {**protocol.overrides_of(at), "motion.load_drift_s": 1.0, "controller.kind": "lookup"}
+    for level_n, out in ((2.4, lambda force: force < protocol.HIGH_N), (0.02, lambda force: force > protocol.LOW_N)):
+        always = fl.bench().evolve({**still, "setpoint": fl.Constant(offset_n=level_n)})
+        swept = [[fl.simulate(always.evolve({**each, **smooth}), 4.0, seed) for seed in seeds] for each in some]
+        shares = [np.mean([out(run["f_a"].values[5000:]).mean() for run in runs]) for runs in swept]
+        assert max(shares) < 0.05
+
+
 def test_the_cells_are_those_of_a_sweep(whole):
     assert whole.cells["law"].values.tolist() == ["plain", *LAWS]
     law = {"controller.kind": "lookup"}

@@ -12,7 +12,8 @@ from frictionloop.design.tournament.margins import cost_of, robustness
 from frictionloop.design.tournament.run import Tournament
 from frictionloop.design.tournament.scores import SCORES, spread
 
-POPULATIONS = ("all", "capable")
+POPULATIONS = {"capable": "capable", "within reach": "within_reach"}
+"""Populations besides all of the fingers, by the variable of the scores that tells who is in them."""
 Row = dict[str, Any]
 MARGINS = {
     "sensitivity_peak": "1",
@@ -34,10 +35,11 @@ def score_rows(scored: xr.Dataset) -> list[Row]:
     found = []
     for law in scored["law"].values:
         for v, speed in enumerate(scored["speed_mm_s"].values):
-            able = scored["capable"].values[v]
+            populations = {"all": np.ones(scored.sizes["finger"], dtype=bool)}
+            populations |= {name: scored[variable].values[v] for name, variable in POPULATIONS.items()}
             for contact in scored["contact"].values:
                 cell = scored.sel(law=law, speed_mm_s=speed, contact=contact)
-                for population, some in zip(POPULATIONS, (np.ones_like(able), able), strict=True):
+                for population, some in populations.items():
                     where = {"law": str(law), "speed_mm_s": float(speed), "contact": str(contact)}
                     where |= {"population": population, "fingers": int(some.sum())}
                     found += [where | _spread(name, cell[name].values[some]) for name in SCORES]
