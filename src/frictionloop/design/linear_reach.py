@@ -103,13 +103,12 @@ def _reach(
     found = disturbed_levels(system, duration_s, seed, score_from_s, levels)
     if found is None:
         return np.full_like(squares, math.nan)
-    law = law_at(system, mean_occlusion(system, score_from_s, duration_s))
-    ends = friction_force(np.array([0.0, system.plate.max_amplitude_um]), law)
+    occluded = mean_occlusion(system, score_from_s, duration_s)
     for level, (loop, frequency_hz, psds) in zip(levels, found, strict=True):
         delay, zeros = stubborn(loop)
         friction, reading = loop.plant.numerators()
         noise, nyquist_hz = reading_noise_psd(system, frequency_hz), loop.nyquist_hz
-        poles, way_n = np.poly(loop.plant.transition), float(np.min(np.abs(ends - level)))
+        poles, calm_n = np.poly(loop.plant.transition), CALM * way_n(system, occluded, level)
         for (m, psd), (k, peak) in itertools.product(enumerate(psds), enumerate(peaks)):
             least = partial(
                 linear_optimum,
@@ -122,11 +121,17 @@ def _reach(
                 friction=friction,
                 poles=poles,
             )
-            best, driven = least(), least(largest_drive_n=CALM * way_n)
+            best, driven = least(), least(largest_drive_n=calm_n)
             bode = waterbed_bound(frequency_hz, psd, peak, nyquist_hz, delay_periods=delay, zeros=tuple(zeros))
             told = best.residual_rms_n, driven.residual_rms_n, best.bound_rms_n, best.noise_rms_n, bode.residual_rms_n
             squares[m, k] += [*np.square(told), power_of(frequency_hz, psd, nyquist_hz)]
     return np.asarray(np.sqrt(squares / len(levels)))
+
+
+def way_n(system: System, occluded: float, force_n: float) -> float:
+    """Return how far friction can be moved from a level to its nearer end, N."""
+    ends = friction_force(np.array([0.0, system.plate.max_amplitude_um]), law_at(system, occluded))
+    return float(np.min(np.abs(ends - force_n)))
 
 
 def reading_noise_psd(system: System, frequency_hz: Array) -> Array:

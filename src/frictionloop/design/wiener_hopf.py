@@ -79,24 +79,32 @@ def _edges(frequency_hz: Array, nyquist_hz: float) -> Array:
     return np.concatenate([[0.0], (frequency_hz[1:] + frequency_hz[:-1]) / 2.0, [nyquist_hz]])
 
 
-def least_power(spectra: Spectra, weight: Array | float = 0.0) -> tuple[float, Complex]:
-    """Return the least of integral |S|^2 (Phi_d + weight) + |X|^2 Q over all stable, causal X, and this X.
+def causal_factor(square: Array) -> Complex:
+    """Return M with |M|^2 = ``square``, M and 1/M causal: the exponential of the causal part of ln|M|, by its cepstrum.
 
-    Q = |N_f|^2 Phi_n + price * drive. With M M* = |N_y|^2 W + Q, W = Phi_d + weight, M and 1/M causal, and
-    R = W N_y*/M*, the integrand is W Q/|M|^2 + |M X - R|^2: M X has to be the causal part of R, and the square of the
-    rest is left. M is the exponential of the causal part of ln|M|, by its cepstrum (Oppenheim, Schafer, Discrete-Time
-    Signal Processing, ch. 13).
+    Oppenheim, Schafer, Discrete-Time Signal Processing, ch. 13.
+    """
+    size = square.size - 1
+    cepstrum = np.fft.irfft(0.5 * np.log(np.maximum(square, FLOOR * float(np.max(square)))), 2 * size)
+    cepstrum[1:size] *= 2.0
+    cepstrum[size + 1 :] = 0.0
+    return np.asarray(np.exp(np.fft.rfft(cepstrum)))
+
+
+def least_power(spectra: Spectra, weight: Array | float = 0.0, target: Complex | float = 1.0) -> tuple[float, Complex]:
+    """Return the least of integral |T - N_y X|^2 (Phi_d + weight) + |X|^2 Q over all stable, causal X, and this X.
+
+    Q = |N_f|^2 Phi_n + price * drive; with a target T of 1 the first is |S|^2. With M M* = |N_y|^2 W + Q,
+    W = Phi_d + weight, M and 1/M causal, and R = W T N_y*/M*, the integrand is |T|^2 W Q/|M|^2 + |M X - R|^2: M X has
+    to be the causal part of R, and the square of the rest is left.
     """
     size = spectra.width_hz.size - 1
     whole, gain = spectra.disturbance + weight, squared(spectra.reading)
     square = whole * gain + spectra.paid()
     square = np.maximum(square, FLOOR * float(np.max(square)))
-    cepstrum = np.fft.irfft(0.5 * np.log(square), 2 * size)
-    cepstrum[1:size] *= 2.0
-    cepstrum[size + 1 :] = 0.0
-    factor = np.exp(np.fft.rfft(cepstrum))
-    wanted = np.fft.irfft(whole * np.conj(spectra.reading / factor), 2 * size)
+    factor = causal_factor(square)
+    wanted = np.fft.irfft(whole * target * np.conj(spectra.reading / factor), 2 * size)
     behind = float(np.sum(wanted[size:] ** 2)) * float(np.sum(spectra.width_hz))
     wanted[size:] = 0.0
-    hidden = whole * (1.0 - whole * gain / square)
+    hidden = whole * (1.0 - whole * gain / square) * squared(np.asarray(target))
     return float(spectra.width_hz @ hidden) + behind, np.asarray(np.fft.rfft(wanted) / factor)
