@@ -1,6 +1,6 @@
 """The figures that the pages give of the tracker on the fingers it was tuned on, measured again: some minutes.
 
-``python docs/_tools/tracker_measured.py [starts learnt lasting steps optimum bearing]``; all of them without a name.
+``python docs/_tools/tracker_measured.py [starts learnt lasting steps optimum bearing rows]``; all without a name.
 """
 
 from __future__ import annotations
@@ -10,14 +10,19 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from scipy.signal import freqz
 from threadpoolctl import threadpool_limits
 
 import frictionloop as fl
 from frictionloop.design.learnt import learnt_in_run
 from frictionloop.design.linear_reach import linear_reach
+from frictionloop.design.robust_optimum import robust_optimum
 from frictionloop.design.tournament import protocol
+from frictionloop.design.tracker_loop import Row, plant_paths
 from frictionloop.design.tracker_search import RowSearch
 from frictionloop.design.tracker_tuning import BELIEVED_Q, BELIEVED_RESONANCE, LIMITS
+from frictionloop.design.wiener_hopf import bins
+from frictionloop.parameters.tracking import SHARES
 from frictionloop.physics.fingers import Fingers
 
 SPEEDS_MM_S, CONTACTS, LEVELS_N = (20.0, 80.0), ("dahl", "slider"), (0.4, 0.6, 0.8)
@@ -25,6 +30,8 @@ BENCH = fl.bench().evolve({"controller.kind": "tracker"})
 SEED = 7
 LOST = 2.0
 """Ratio to the oracle's residual, over that of the median finger, beyond which one is told."""
+BINS, DRIVE_N = 2**12, 0.2
+"""Bins of the bounds of rows, and the command that a plate of 0.3 to 0.6 N to give seldom cuts."""
 BEYOND = 30
 """Control periods that overshoot is exceeded for: 6 ms."""
 
@@ -152,8 +159,32 @@ def bearing() -> None:
         print(f"share {share:g}: {left[0]:.2f} instead of {left[1]:.2f} mN, {left[0] / left[1] - 1.0:+.0%}")
 
 
+def rows() -> None:
+    """Print what rows leave as predicted, their estimates right, and what no linear law that bears as much gets below.
+
+    Without and with a command of at most 0.2 N rms before the plate's lag is divided out (mN).
+    """
+    true, turns = BENCH.controller.model, np.linspace(0.0, np.pi, BINS + 1)
+    low = {"resonance_hz": BELIEVED_RESONANCE * true.resonance_hz, "resonance_q": BELIEVED_Q}
+    for share, row in zip(SHARES, BENCH.controller.schedule, strict=True):
+        search = RowSearch(BENCH, true, true.model_copy(update=low), share, LIMITS)
+        plants, disturbance = search.plants[0]
+        search.near, search.plants = 0.0, search.plants[:1]
+        paths = {off: plant_paths(plant, search.dt) for off, plant in plants.items()}
+        seen = {off: freqz(reading, poles, turns)[1] for off, (reading, _, poles) in paths.items()}
+        ratios = np.array([seen[off] / seen[0.0] for off in plants])
+        peaks = np.array([LIMITS[abs(off)] for off in plants])
+        reading, friction, poles = paths[0.0]
+        decay = np.exp(-2.0 * np.pi * true.plate_hz * search.dt)
+        driven = np.convolve(poles, [1.0, -decay]) / (1.0 - decay)
+        spectra = bins(search.f, disturbance, search.noise, 0.5 / search.dt, (reading, friction, driven), BINS)
+        found = [1e3 * robust_optimum(spectra, ratios, peaks, most).bound_rms_n for most in (np.inf, DRIVE_N)]
+        left = 1e3 * search.residual(Row(*row))[0]
+        print(f"share {share:g}: {left:.1f} mN, bound {found[0]:.1f}, and {found[1]:.1f} with a command that small")
+
+
 if __name__ == "__main__":
-    for measured in (starts, learnt, lasting, steps, optimum, bearing):
+    for measured in (starts, learnt, lasting, steps, optimum, bearing, rows):
         if not sys.argv[1:] or measured.__name__ in sys.argv[1:]:
             print(f"{measured.__name__}: {measured.__doc__}")
             measured()

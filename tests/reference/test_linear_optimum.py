@@ -13,7 +13,7 @@ from scipy.signal import ss2tf
 import frictionloop as fl
 from frictionloop.control.tracker_gains import sensor_matrices
 from frictionloop.design import linear_optimum, waterbed_bound
-from frictionloop.design.tracker_loop import Plant, Row, answer
+from frictionloop.design.tracker_loop import Plant, Row, answer, plant_paths
 from frictionloop.design.tracker_search import RowSearch, true_shares
 from frictionloop.design.tracker_tuning import LIMITS
 from frictionloop.parameters.tracking import SCHEDULE, SHARES
@@ -212,6 +212,8 @@ def test_no_row_of_the_tracker_is_below_it(share: float, row: tuple[float, ...])
     disturbance = search.plants[0][1]
     theirs = answer(Row(*row), search.believed, share, Plant(true, own), search.z, TS)
     reading, friction = tracked_plant(own, true)
+    for ours, path in zip((reading, friction), plant_paths(Plant(true, own), TS), strict=False):
+        np.testing.assert_allclose(path, ours, rtol=1e-9, atol=1e-12)
     peak = float(np.abs(theirs.sensitivity).max())
     asked = search.f, disturbance, search.noise, 1.001 * peak, NYQUIST_HZ
     found = linear_optimum(*asked, reading=reading, friction=friction)

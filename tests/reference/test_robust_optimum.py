@@ -7,15 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
-from scipy.signal import freqz, ss2tf
+from scipy.signal import freqz
 
 import frictionloop as fl
-from frictionloop.control.tracker_gains import sensor_matrices
 from frictionloop.design import linear_optimum
 from frictionloop.design.linear_reach import linear_reach
 from frictionloop.design.robust_optimum import RobustOptimum, robust_optimum
 from frictionloop.design.robust_reach import robust_reach
-from frictionloop.design.tracker_loop import Row
+from frictionloop.design.tracker_loop import Plant, Row, plant_paths
 from frictionloop.design.tracker_search import RowSearch, true_shares
 from frictionloop.design.tracker_tuning import LIMITS
 from frictionloop.design.wiener_hopf import Spectra, bins
@@ -105,18 +104,6 @@ def test_it_is_below_every_integral_controller_that_keeps_its_own_peaks(pole, no
     assert found.bound_rms_n <= np.sqrt(spectra.width_hz @ left) * (1 + 1e-6)
 
 
-def tracked(share: float, model) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Numerators to reading and friction from the limit commanded to the plant of `tracker_loop`, and its poles."""
-    a, b0, b1 = sensor_matrices(model, TS)
-    eye = np.eye(6)  # now, next, friction, sensor (3)
-    A = np.zeros((6, 6))
-    A[0] = eye[1]
-    A[2] = eye[2] + share * ((eye[1] if share >= 1.0 else 0.5 * (eye[0] + eye[1])) - eye[2])
-    A[3:] = a @ eye[3:] + np.outer(b0, eye[2]) + np.outer(b1, A[2])
-    found = [ss2tf(A, eye[:, [1]], eye[[k]], np.zeros((1, 1))) for k in (5, 2)]
-    return found[0][0][0], found[1][0][0], found[0][1]
-
-
 @pytest.mark.parametrize(("share", "row"), list(zip(SHARES, SCHEDULE, strict=True)))
 def test_no_row_of_the_tracker_is_below_what_bears_its_resonances(share: float, row: tuple[float, ...]) -> None:
     bench = fl.bench().evolve({"controller.kind": "tracker"})
@@ -129,7 +116,8 @@ def test_no_row_of_the_tracker_is_below_what_bears_its_resonances(share: float, 
     left, peaks, _, _ = search.residual(Row(*row))
     own, paths = true_shares(share)[0], {}
     for off in peaks:
-        paths[off] = tracked(own, true.model_copy(update={"resonance_hz": 145.0 * (1.0 + off)}))
+        there = true.model_copy(update={"resonance_hz": 145.0 * (1.0 + off)})
+        paths[off] = plant_paths(Plant(there, own), TS)
     spectra = bins(search.f, search.plants[0][1], search.noise, NYQUIST_HZ, paths[0.0], 2**12)
     hertz = np.linspace(0.0, np.pi, 2**12 + 1)
     seen = {off: freqz(reading, poles, hertz)[1] for off, (reading, _, poles) in paths.items()}

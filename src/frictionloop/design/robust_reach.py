@@ -23,8 +23,8 @@ from frictionloop.quantities import FrictionloopError
 
 LIMITS: Mapping[float, float] = {0.0: 1.7, 0.05: 2.0, 0.1: 2.6}
 """Largest Ms by how far the resonance is off to either side, relative: what the tracker's schedule is made for."""
-BINS = 2**13
-"""Bins of the FFT: 0.3 Hz at 5 kHz; on strokes of 11 s the bound is at most 0.4 % above that of four times as many."""
+BINS = 2**12
+"""Bins of the FFT: 0.6 Hz at 5 kHz; on strokes of 11 s the bound is at most 1 % above that of eight times as many."""
 
 
 def robust_reach(
