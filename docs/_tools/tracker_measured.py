@@ -1,6 +1,6 @@
 """The figures that the pages give of the tracker on the fingers it was tuned on, measured again: some minutes.
 
-``python docs/_tools/tracker_measured.py [starts learnt lasting steps optimum bearing rows]``; all without a name.
+``python docs/_tools/tracker_measured.py [starts learnt lasting steps optimum rows]``; all without a name.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 from scipy.signal import freqz
-from threadpoolctl import threadpool_limits
 
 import frictionloop as fl
 from frictionloop.design.learnt import learnt_in_run
@@ -145,20 +144,6 @@ def optimum() -> None:
         print(f"{name}: {row[1]:.2f} ({row[0]:.2f} to {row[2]:.2f})")
 
 
-def bearing() -> None:
-    """Print by how much rows that bear a resonance 10 % off leave more than rows that know it, as predicted (mN)."""
-    true = BENCH.controller.model
-    low = {"resonance_hz": BELIEVED_RESONANCE * true.resonance_hz, "resonance_q": BELIEVED_Q}
-    for share in (0.07, 0.125, 0.25):
-        left = []
-        for believed, limits in ((true.model_copy(update=low), LIMITS), (true, {0.0: LIMITS[0.0]})):
-            search = RowSearch(BENCH, true, believed, share, limits)
-            search.near, search.felt = 0.0, np.ones_like(search.f)
-            with threadpool_limits(limits=1, user_api="blas"):
-                left.append(1e3 * search.best(0)[1])
-        print(f"share {share:g}: {left[0]:.2f} instead of {left[1]:.2f} mN, {left[0] / left[1] - 1.0:+.0%}")
-
-
 def rows() -> None:
     """Print what rows leave as predicted, their estimates right, and what no linear law that bears as much gets below.
 
@@ -184,7 +169,7 @@ def rows() -> None:
 
 
 if __name__ == "__main__":
-    for measured in (starts, learnt, lasting, steps, optimum, bearing, rows):
+    for measured in (starts, learnt, lasting, steps, optimum, rows):
         if not sys.argv[1:] or measured.__name__ in sys.argv[1:]:
             print(f"{measured.__name__}: {measured.__doc__}")
             measured()
