@@ -43,7 +43,7 @@ def strokes() -> Iterator[tuple[str, dict[str, Any], float]]:
 
 
 def capable(count: int, speed_mm_s: float) -> Fingers:
-    """Return those of ``fingers(count, 3)`` that can be given 0.3 to 0.9 N all along, each with its own resonance."""
+    """Return those of ``fingers(count, 3)`` given 0.3 and 0.9 N at their mean load, each with its own resonance."""
     people = protocol.tuning_population(count)
     able = protocol.able(BENCH, people, speed_mm_s)
     return Fingers(each for each, can in zip(protocol.each_resonance(BENCH, people), able, strict=True) if can)
@@ -147,7 +147,8 @@ def optimum() -> None:
 def rows() -> None:
     """Print what rows leave as predicted, their estimates right, and what no linear law that bears as much gets below.
 
-    Without and with a command of at most 0.2 N rms before the plate's lag is divided out (mN).
+    Without and with a command of at most 0.2 N rms, the plate's lag divided out (mN); stable tells whether the law
+    found with the first is so with every resonance.
     """
     true, turns = BENCH.controller.model, np.linspace(0.0, np.pi, BINS + 1)
     low = {"resonance_hz": BELIEVED_RESONANCE * true.resonance_hz, "resonance_q": BELIEVED_Q}
@@ -163,9 +164,11 @@ def rows() -> None:
         decay = np.exp(-2.0 * np.pi * true.plate_hz * search.dt)
         driven = np.convolve(poles, [1.0, -decay]) / (1.0 - decay)
         spectra = bins(search.f, disturbance, search.noise, 0.5 / search.dt, (reading, friction, driven), BINS)
-        found = [1e3 * robust_optimum(spectra, ratios, peaks, most).bound_rms_n for most in (np.inf, DRIVE_N)]
-        left = 1e3 * search.residual(Row(*row))[0]
-        print(f"share {share:g}: {left:.1f} mN, bound {found[0]:.1f}, and {found[1]:.1f} with a command that small")
+        free, driven_less = (robust_optimum(spectra, ratios, peaks, most) for most in (np.inf, DRIVE_N))
+        told = (
+            f"{1e3 * search.residual(Row(*row))[0]:.1f} mN, bound {1e3 * free.bound_rms_n:.1f} (stable: {free.stable})"
+        )
+        print(f"share {share:g}: {told}, and {1e3 * driven_less.bound_rms_n:.1f} with a command that small")
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from scipy.signal import freqz
 import frictionloop as fl
 from frictionloop.design import linear_optimum
 from frictionloop.design.linear_reach import linear_reach
-from frictionloop.design.robust_optimum import RobustOptimum, robust_optimum
+from frictionloop.design.robust_optimum import RobustOptimum, _turns, robust_optimum
 from frictionloop.design.robust_reach import robust_reach
 from frictionloop.design.tracker_loop import Plant, Row, plant_paths
 from frictionloop.design.tracker_search import RowSearch, true_shares
@@ -142,8 +142,8 @@ def test_fingers_are_bound_by_more_than_by_the_own_resonance() -> None:
 @pytest.mark.parametrize(
     ("asked", "message"),
     [
-        ({"limits": {0.0: 1.0}}, r"limits = \{0\.0: 1\.0\}: must be largest Ms above 1 by shares"),
-        ({"limits": {}}, r"limits = \{\}: must be largest Ms"),
+        ({"limits": {0.0: 1.0}}, r"limits = \{0\.0: 1\.0\}: must be finite largest Ms above 1 by shares"),
+        ({"limits": {}}, r"limits = \{\}: must be finite largest Ms"),
         ({"limits": {-0.1: 2.0}}, r"shares from 0 to below 1"),
     ],
 )
@@ -158,5 +158,30 @@ def test_what_has_no_resonance_or_wrong_shapes_is_refused() -> None:
     spectra = spectra_of(0.9, 0.1, [0.0, 1.0])
     with pytest.raises(fl.FrictionloopError, match=r"ratios: must be finite, shape \(2, 2049\)"):
         robust_optimum(spectra, np.ones((1, 2049), dtype=complex), np.array([1.7, 2.0]))
-    with pytest.raises(fl.FrictionloopError, match=r"peaks, largest_drive_n: must be above 1"):
-        of_gains(spectra, [1.0], [0.9])
+    for peak in (0.9, np.inf):
+        with pytest.raises(fl.FrictionloopError, match=rf"peaks = \[{peak}\]: must be finite and above 1"):
+            of_gains(spectra, [1.0], [peak])
+    with pytest.raises(fl.FrictionloopError, match=r"largest_drive_n = 0\.0 N: must be above 0"):
+        of_gains(spectra, [1.0], [1.7], largest_drive_n=0.0)
+
+
+@pytest.mark.parametrize("drive_n", [0.3, 0.6])
+def test_with_a_command_kept_small_it_is_the_linear_optimum_that_spares_it(drive_n: float) -> None:
+    reading, poles, white = [0.0, 0.0, 0.3], [1.0, -0.7], np.full_like(FREQUENCY_HZ, 2.0 * TS * 0.4**2)
+    spectra = bins(FREQUENCY_HZ, density(0.97), white, NYQUIST_HZ, (reading, reading, poles), BINS)
+    asked = {"reading": reading, "friction": reading, "poles": poles, "bins_to_nyquist": BINS}
+    free = linear_optimum(FREQUENCY_HZ, density(0.97), white, 1.7, NYQUIST_HZ, **asked)
+    most_n = drive_n * free.drive_rms_n
+    spared = linear_optimum(FREQUENCY_HZ, density(0.97), white, 1.7, NYQUIST_HZ, largest_drive_n=most_n, **asked)
+    found = of_gains(spectra, [1.0], [1.7], largest_drive_n=most_n)
+    assert 0.98 * spared.bound_rms_n < found.bound_rms_n < 1.001 * spared.residual_rms_n
+    assert found.bound_rms_n > 1.005 * free.residual_rms_n  # sparing costs something here
+    assert 0.5 * most_n < found.drive_rms_n < 1.5 * most_n
+
+
+def test_an_unstable_answer_on_another_plant_is_told() -> None:
+    """z^-1 under an integrator of gain g: S = (z - 1)/(z - 1 + g), unstable where gain times g is above 2."""
+    z, g = np.exp(1j * np.pi * np.arange(1025) / 1024), 0.8
+    S = (z - 1.0) / (z - 1.0 + g)
+    turns = [_turns(gain + (1.0 - gain) * S) for gain in (0.5, 1.0, 2.4, 2.6, 3.0)]
+    assert turns == [0, 0, 0, -1, -1]

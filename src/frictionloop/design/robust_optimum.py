@@ -40,7 +40,7 @@ class RobustOptimum(NamedTuple):
     bound_rms_n: float
     """No linear controller that keeps the peaks, and the drive if asked, leaves less, N."""
     residual_rms_n: float
-    """What the controller found leaves, N."""
+    """What the last controller found leaves, N; it may go over peaks and drive a little, and so be below the bound."""
     excess: float
     """By what factor it goes over the peaks: 1 keeps them all."""
     drive_rms_n: float
@@ -73,8 +73,10 @@ def robust_optimum(spectra: Spectra, ratios: Complex, peaks: Array, largest_driv
     size = spectra.width_hz.size
     if ratios.shape != (len(peaks), size) or not np.all(np.isfinite(ratios)):
         raise FrictionloopError(f"ratios: must be finite, shape ({len(peaks)}, {size}); shape {ratios.shape} is given")
-    if not (np.all(np.asarray(peaks) > 1.0) and largest_drive_n > 0.0):
-        raise FrictionloopError("peaks, largest_drive_n: must be above 1, and above 0")
+    if not (np.all(np.isfinite(peaks)) and np.all(np.asarray(peaks) > 1.0)):
+        raise FrictionloopError(f"peaks = {np.asarray(peaks).tolist()}: must be finite and above 1")
+    if not largest_drive_n > 0.0:
+        raise FrictionloopError(f"largest_drive_n = {largest_drive_n!r} N: must be above 0")
     found = _priced(spectra, ratios, peaks)
     bound = found[0]
     if _drive(spectra, found[1]) > largest_drive_n**2:
@@ -106,7 +108,7 @@ def _drive(spectra: Spectra, correction: Complex) -> float:
 
 
 def _turns(response: Complex) -> int:
-    """Return how often a response, from 0 to the Nyquist frequency, goes around 0: its unstable zeros."""
+    """Return how often a response goes around 0 on the unit circle: minus its unstable zeros, with stable poles."""
     return round(float(np.sum(np.angle(response[1:] / response[:-1]))) / math.pi)
 
 

@@ -24,7 +24,7 @@ from frictionloop.quantities import FrictionloopError
 LIMITS: Mapping[float, float] = {0.0: 1.7, 0.05: 2.0, 0.1: 2.6}
 """Largest Ms by how far the resonance is off to either side, relative: what the tracker's schedule is made for."""
 BINS = 2**12
-"""Bins of the FFT: 0.6 Hz at 5 kHz; on strokes of 11 s the bound is at most 1 % above that of eight times as many."""
+"""Bins of the FFT: 0.6 Hz at 5 kHz; for 11 s the bound is up to 1 % or so above that of eight times as many."""
 
 
 def robust_reach(
@@ -62,8 +62,10 @@ def robust_reach(
     """
     if not isinstance(system.sensor, SuspendedSensor):
         raise FrictionloopError(f'sensor.kind = "{system.sensor.kind}": must be "suspended" to have a resonance')
-    if not limits or not all(0.0 <= off < 1.0 and peak > 1.0 for off, peak in limits.items()):
-        raise FrictionloopError(f"limits = {dict(limits)}: must be largest Ms above 1 by shares from 0 to below 1")
+    if not limits or not all(0.0 <= off < 1.0 and 1.0 < peak < math.inf for off, peak in limits.items()):
+        raise FrictionloopError(
+            f"limits = {dict(limits)}: must be finite largest Ms above 1 by shares from 0 to below 1"
+        )
     peaks = {side * off: peak for off, peak in limits.items() for side in (1.0, -1.0)}
     met = {system.sensor.resonance_hz * (1.0 + off): peak for off, peak in peaks.items()}
     asked = duration_s, seed, score_from_s, tuple(levels_n), met

@@ -167,7 +167,8 @@ def within_reach(system: System, people: Fingers, speed_mm_s: float, hold_s: flo
     """Return which fingers can be given 0.9 N, and 0.3 N, all but a twentieth of the time, shape (fingers,).
 
     A finger that is capable at its mean load may not be where the load has drifted and trembled to: whatever the law,
-    it is short of 0.9 N then, or above 0.3 N. Drift and tremor are taken to be normal.
+    it is short of 0.9 N then, or above 0.3 N. Drift and tremor are taken to be normal (the drift is two sines, which
+    are within these ends for longer), over many periods of the drift; a run of 11 s has one.
     """
     light, heavy = (_reached(system, people, speed_mm_s, hold_s, side * ALL_BUT_A_TWENTIETH) for side in (-1.0, 1.0))
     return np.asarray(light["reaches_high"].values & heavy["reaches_low"].values)
