@@ -17,12 +17,11 @@ from frictionloop.design.linear_reach import CALM, LEVELS_N, reading_noise_psd, 
 from frictionloop.design.robust_optimum import robust_optimum
 from frictionloop.design.sampled import SampledPlant
 from frictionloop.design.state_space import Complex
+from frictionloop.design.tracker_tuning import LIMITS
 from frictionloop.design.wiener_hopf import bins
 from frictionloop.parameters import SuspendedSensor, System
 from frictionloop.quantities import FrictionloopError
 
-LIMITS: Mapping[float, float] = {0.0: 1.7, 0.05: 2.0, 0.1: 2.6}
-"""Largest Ms by how far the resonance is off to either side, relative: what the tracker's schedule is made for."""
 BINS = 2**12
 """Bins of the FFT: 0.6 Hz at 5 kHz; for 11 s the bound is up to 1 % or so above that of eight times as many."""
 
@@ -48,7 +47,8 @@ def robust_reach(
     system, fingers, duration_s, seed, score_from_s, levels_n
         As for `linear_reach`; the sensor is a "suspended" one. Fingers may bring a resonance of their own.
     limits : mapping
-        Largest |S| by how far the resonance is off to either side, relative; each above 1.
+        Largest |S| by how far the resonance is off to either side, relative; each above 1. Those of the tracker's
+        schedule if not given.
 
     Returns
     -------
