@@ -28,5 +28,7 @@ def test_what_counts_with_strokes_and_without() -> None:
     position = np.array([0.0, 27.9e-3, -28.1e-3, 0.0, 0.0, 0.0, np.nan])
     load = np.array([0.5, 0.5, 0.5, 0.26, 0.24, 0.5, np.nan])  # strokes of 60 mm, 2 mm unscored, under 0.5 N
     assert counted(sliding, position, load, TRACKER).tolist() == [True, True, False, True, False, False, False]
+    soft = TRACKER.evolve({"finger.stiffness_n_m": 400.0})  # whose skin yields 5 mm
+    assert not counted(sliding, position, load, soft)[1]
     assert counted(sliding, position, load, None).tolist() == sliding.tolist()
     assert counted(sliding, position, load, fl.paper()).tolist() == sliding.tolist()

@@ -20,7 +20,7 @@ DURATION_S = PERIODS / 5000.0
 # Landings, lift-offs and reversals in every run.
 BUSY = fl.bench().evolve(
     {"motion.stroke_mm": 0.6, "motion.reversal_s": 0.01, "motion.contact_s": 0.04, "motion.landing_s": 0.01,
-     "motion.lifted_s": 0.01, "motion.unscored_mm": 0.1, "controller.kp": 1.0}
+     "motion.lifted_s": 0.01, "motion.unscored_n": 0.05, "controller.kp": 1.0}
 )  # fmt: skip
 KINDS = {
     "dahl": {},

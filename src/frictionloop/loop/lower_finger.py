@@ -16,7 +16,7 @@ from frictionloop.loop.structure import substeps_of, switch_s
 from frictionloop.parameters import FingerFriction, Skin, Strokes, System
 from frictionloop.physics.contact import contact_coefficients
 from frictionloop.physics.friction_limit import limit_coefficients, occlusion_coefficients, static_coefficients
-from frictionloop.physics.motion import load_plan, stroke_plan
+from frictionloop.physics.motion import load_plan, scored_edge_m, stroke_plan
 from frictionloop.physics.roughness import cells_per_m, roughness_table
 from frictionloop.physics.tremor import tremor_coefficients, tremor_start
 from frictionloop.sensing.suspended import converter, noise_coefficients, suspension_coefficients
@@ -97,7 +97,7 @@ def _lower_motion(slab: Slab, systems: Sequence[System], keys: np.ndarray, dt: f
     _fill(slab, "moist_loss", [(f.moist_loss,) for f in frictions])
     _fill(slab, "roughness_per_m", [(cells_per_m(f.roughness_longest_mm),) for f in frictions])
     _fill(slab, "touch_coefficients", [touch_coefficients(s.touch, dt) for s in systems])
-    edges = [plan.half_stroke_m - 1e-3 * m.unscored_mm for plan, m in zip(plans, motions, strict=True)]
+    edges = [scored_edge_m(m, s.finger) for m, s in zip(motions, systems, strict=True)]
     _fill(slab, "unscored", [(edge, 0.5 * m.load_n) for edge, m in zip(edges, motions, strict=True)])
     slab.view("motion")[OCCLUDED] = 0.0
     tables = [roughness_table(f.roughness_rms, key) for f, key in zip(frictions, seeds, strict=True)]

@@ -52,10 +52,11 @@ class Strokes(Block):
     """Time in the air between lift-off and landing, where ``contact_s`` is not 0 (assumed)."""
     person: Annotated[Whole, Field(ge=0, lt=2**31)] = 0
     """Number of the person: others tremble otherwise, and over other skin, at the same seed."""
-    unscored_mm: NotNegative = 2.0
-    """Way around each reversal that metrics leave out, as they do less than half the load.
+    unscored_n: NotNegative = 1.0
+    """Friction that has room to turn over at a reversal before metrics count again, as they do from half the load on.
 
-    While friction turns over, the skin yields twice F/k, 1.8 mm at 0.9 N.
+    The way left out is what the finger's skin yields meanwhile, twice this over its stiffness: 2 mm at 1000 N/m, and as
+    much for a rigid finger (`physics.motion.scored_edge_m`).
     """
 
     @model_validator(mode="after")

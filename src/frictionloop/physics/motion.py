@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from scipy.special import ndtr
 
+from frictionloop.parameters.finger import RigidFinger, Skin
 from frictionloop.parameters.motion import TURN_SHARE, Strokes
 from frictionloop.quantities.arithmetic import ROUND, fma, sin_turns, step
 from frictionloop.quantities.normals import normals
@@ -109,6 +110,16 @@ def stroke_plan(motion: Strokes) -> StrokePlan:
         half_stroke_m=0.5 * speed_m_s * (motion.plateau_s + TURN_SHARE * motion.reversal_s),
         turn_m=0.5 * speed_m_s * motion.reversal_s,
     )
+
+
+def scored_edge_m(motion: Strokes, finger: RigidFinger | Skin) -> float:
+    """Return how far from the middle of the stroke metrics count: half of it less twice F/k, in m.
+
+    A reversal has to stretch the skin from -F/k to F/k, F being ``motion.unscored_n``, before any law can have the
+    friction it wants; a soft skin takes more of the stroke for that. A rigid finger is given that of a `Skin`.
+    """
+    skin = finger if isinstance(finger, Skin) else Skin()
+    return stroke_plan(motion).half_stroke_m - 2.0 * motion.unscored_n / skin.stiffness_n_m
 
 
 def load_plan(motion: Strokes, seed: int) -> LoadPlan:
