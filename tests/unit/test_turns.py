@@ -30,7 +30,9 @@ def test_rest_and_lost_samples_are_no_turns():
 def test_what_is_left_out_is_what_the_simulator_does_not_score(speed_mm_s):
     system = fl.bench().evolve({"motion.speed_mm_s": speed_mm_s})
     run = fl.simulate(system, duration_s=13.0)
-    away = away_from_turns(run.position.values, run.speed.values, 2.0 * system.motion.unscored_n / system.finger.stiffness_n_m)
+    away = away_from_turns(
+        run.position.values, run.speed.values, 2.0 * system.motion.unscored_n / system.finger.stiffness_n_m
+    )
     # It scores by the true position within the stroke; ours is the measured one, from a turn seen a little late.
     after = run.time.values > 0.2  # the stroke begins at its end, and nobody saw that turn
     assert (~away).sum() > 1000
