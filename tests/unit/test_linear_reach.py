@@ -83,3 +83,20 @@ def test_the_table_has_both_speeds_and_contacts() -> None:
     assert all(np.array_equal(cell[name].transpose(*one[name].dims), one[name]) for name in KEPT)
     with pytest.raises(fl.FrictionloopError, match=r'friction\.kind = "gaussian": must be "finger"'):
         linear_reach(fl.paper(), [{}])
+
+
+def test_without_a_limit_on_the_peak_it_is_the_least_that_cannot_be_predicted() -> None:
+    """On a slider: who knows the future leaves less, who does not more."""
+    own = BENCH.evolve({"finger.contact": "slider", "motion.speed_mm_s": 80.0})
+    asked = {"seed": 7, "peaks": [2.0, np.inf], "levels_n": [0.6]}
+    found = linear_reach(own, [{}], **asked).sel(measured="force and load").isel(finger=0)
+    at_two, least = found["optimum_rms_n"].values
+    assert least <= at_two
+    assert found["bound_rms_n"].values[1] == pytest.approx(least, rel=2e-3)
+    assert found["waterbed_rms_n"].values[1] == 0.0
+    laws = {"tracker": {"kind": "tracker"}, "clairvoyant": {"kind": "oracle", "preview": True}}
+    left = {}
+    for name, law in laws.items():
+        run = fl.simulate(own.evolve({f"controller.{field}": value for field, value in law.items()}), 11.0, 7)
+        left[name] = fl.rms_error(run, run["scored"].values & (run["time"].values >= 1.0))
+    assert left["clairvoyant"] < 0.1 * least < least < left["tracker"]
