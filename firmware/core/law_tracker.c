@@ -37,7 +37,7 @@ enum {
     FASTEST_C = 2 << 20, FASTEST_FALL = 53687,                /* q20; q28: 2e-4 */
     LARGEST_BY_C = 85899346, LARGEST_BY_T = 1 << 30,          /* q32: 0.02; q28 */
     LEAST_POWER_C = 115292150, LEAST_POWER_T = 22517998,      /* q60: 1e-10; q52: 5e-9 */
-    LEAN = 160, LEAST_LEAN = 40265318, LEAN_SPEED = 5368709,  /* 0.15; 0.02 m/s */
+    LEAN = 120, LEAST_LEAN = 53687091, LEAN_SPEED = 5368709,  /* 0.2; 0.02 m/s */
     SHORT = 4026532, MOST_ADDED = 1 << 30,                    /* q27: 0.03 N; q30: 1 */
     SLOWEST = 536871, LEAST_LEAD = 1 << 20, MOST_JUMP = 214748364, /* 0.002 m/s, 1/256, 0.8 N */
     SMOOTH = 214748365, SMOOTH_FALLS = 42949673,              /* q31: 0.1, 0.02 */

@@ -12,8 +12,9 @@ from frictionloop.device.host_board import HostBoard, Sample
 from frictionloop.parameters.presets import RETUNED
 from frictionloop.sensing.measurement import Measurement
 
-TICKS = 8000
-SETTLED = slice(3000, TICKS)
+TICKS = 24000
+SETTLED = slice(15000, TICKS)
+"""After a turn at 2 s and before the next: a second or two in which the tracker learns the finger are chance."""
 
 
 def bench(kind: str) -> fl.System:

@@ -10,7 +10,7 @@ Commands: the amplitude at which friction goes the given share of its error in a
 all until friction that is on its way up has all but arrived. While a finger is stuck, lands or is lifted the limit is
 held, and the law goes on from it without a jump. There is no integrator to wind up; the estimates are bounded.
 
-Operations of a tick: 188 multiplications, 171 additions, 100 comparisons, 12 divisions, 1 root, 3 exp2, 2 log2.
+Operations of a tick: 189 multiplications, 171 additions, 100 comparisons, 12 divisions, 1 root, 3 exp2, 2 log2.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ FASTEST_C, FASTEST_FALL = 2.0, 2e-4
 """Most that one reading may move compliance (um/N) and susceptibility (assumed: their ranges in 8 ms and 1.4 s)."""
 LARGEST_BY_C, LARGEST_BY_T = 0.02, 4.0
 """Sensitivities of the reading, N per um/N and N um^2, at which they begin anew: while a tip sticks they grow."""
-LEAN, LEAST_LEAN, LEAN_M_S = 160.0, 0.15, 0.02
+LEAN, LEAST_LEAN, LEAN_M_S = 120.0, 0.2, 0.02
 """Over what compliance times speed squared a step up of the compliance counts in full, per um/N (m/s)^2; the least
 that it counts; and the least speed that is taken. Innovations of robust gains are coloured, and by them a slow slider
 would be taken for a contact of 5 to 15 um/N; those of a true compliance point one way (chosen on fingers(120, 3))."""

@@ -14,13 +14,14 @@ SHARES = (0.07, 0.125, 0.25, 0.5, 1.0)
 Row = tuple[Number, Number, Number, Number, Number, Number, Number]
 Schedule = tuple[Row, Row, Row, Row, Row]
 SCHEDULE: Schedule = (
-    (34.36, 32.95, 1.878, 10.73, 0.9451, 0.3475, 1.068),
-    (22.26, 33.0, 1.903, 10.98, 0.9494, 0.4538, 1.099),
-    (7.034, 30.23, 2.053, 11.52, 0.9951, 0.3425, 0.7179),
-    (1.872, 11.89, 1.675, 7.563, 0.9163, 0.513, 1.096),
+    (38.56, 23.09, 1.181, 8.875, 1.884, 0.4926, 1.481),
+    (22.26, 26.58, 1.81, 10.98, 0.9494, 0.4538, 1.099),
+    (13.91, 22.53, 2.042, 16.44, 1.398, 0.1955, 0.5174),
+    (2.145, 12.72, 1.881, 5.411, 0.8837, 0.4127, 1.205),
     (12.77, 12.77, 1.798, 8.588, 0.9464, 1.0, 0.9146),
 )
-"""Gains for the bench at Ms 1.7 (`design.tune_tracker`)."""
+"""Gains for the bench at Ms 1.7. The last row is that of `design.tune_tracker`; the others have been moved from its
+rows to where simulated fingers are left least as they are learnt (chosen on fingers(240, 3); docs/decisions/0004)."""
 
 
 class TrackerController(Timing):
@@ -44,13 +45,13 @@ class TrackerController(Timing):
     """
     largest_compliance_um_per_n: Annotated[Number, Field(ge=0, le=1000)] = 80.0
     """Largest compliance that is learnt: 50 is the bench's Dahl contact, the skin adds to it (assumed)."""
-    compliance_learning: Annotated[Number, Field(ge=0, le=1)] = 0.015
+    compliance_learning: Annotated[Number, Field(ge=0, le=1)] = 0.02
     """Step of the estimate of the compliance; 0 keeps it."""
     susceptibility_learning: Annotated[Number, Field(ge=0, le=1)] = 5e-4
     """Step of the estimate of the susceptibility; 0 keeps it."""
     load_exponent: Annotated[Number, Field(ge=0, le=2)] = 0.85
     """Exponent with which the measured load is fed forward (middle of 2/3 to 1: Dzidek 2014); 0 feeds nothing."""
-    load_hz: Positive = 50.0
+    load_hz: Positive = 120.0
     """Low-pass on the measured load before it is fed forward, above the tremor (assumed)."""
     skin_stiffness_n_m: Positive = 1000.0
     """Believed stiffness of the skin: rising friction follows no faster than this times the speed (as Skin's)."""
