@@ -1,6 +1,6 @@
 """The figures that the pages give of the tracker on the fingers it was tuned on, measured again: some minutes.
 
-``python docs/_tools/tracker_measured.py [starts learnt lasting steps optimum rows]``; all without a name.
+``python docs/_tools/tracker_measured.py [starts learnt lasting steps optimum rows moved]``; all without a name.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from frictionloop.design.robust_optimum import robust_optimum
 from frictionloop.design.tournament import protocol
 from frictionloop.design.tracker_loop import Row, plant_paths
 from frictionloop.design.tracker_search import RowSearch
-from frictionloop.design.tracker_tuning import BELIEVED_Q, BELIEVED_RESONANCE, LIMITS
+from frictionloop.design.tracker_tuning import BELIEVED_Q, BELIEVED_RESONANCE, LIMITS, tune_tracker
 from frictionloop.design.wiener_hopf import bins
 from frictionloop.parameters.tracking import SHARES
 from frictionloop.physics.fingers import Fingers
@@ -171,8 +171,22 @@ def rows() -> None:
         print(f"share {share:g}: {told}, and {1e3 * driven_less.bound_rms_n:.1f} with a command that small")
 
 
+def moved() -> None:
+    """Print the rms at three levels with the default schedule over that with the one that tuning finds."""
+    tuned = tune_tracker(BENCH).overrides
+    for name, overrides, speed in strokes():
+        people = capable(240, speed)
+        ours, theirs = (
+            np.sqrt(np.mean([rms_mn(held(level) | overrides | more, people, 11.0, 1.0) ** 2 for level in LEVELS_N], 0))
+            for more in ({}, tuned)
+        )
+        row = np.quantile(ours / theirs, (0.25, 0.5, 0.75))
+        told = f"{np.median(ours):.2f} instead of {np.median(theirs):.2f} mN at the median"
+        print(f"{name}: {told}, finger by finger {row[1]:.3f} ({row[0]:.3f} to {row[2]:.3f})")
+
+
 if __name__ == "__main__":
-    for measured in (starts, learnt, lasting, steps, optimum, rows):
+    for measured in (starts, learnt, lasting, steps, optimum, rows, moved):
         if not sys.argv[1:] or measured.__name__ in sys.argv[1:]:
             print(f"{measured.__name__}: {measured.__doc__}")
             measured()
