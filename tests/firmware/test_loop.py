@@ -12,9 +12,10 @@ from frictionloop.device.host_board import HostBoard, Sample
 from frictionloop.parameters.presets import RETUNED
 from frictionloop.sensing.measurement import Measurement
 
-TICKS = 24000
-SETTLED = slice(15000, TICKS)
-"""After a turn at 2 s and before the next: a second or two in which the tracker learns the finger are chance."""
+SETTLED = slice(3000, 8000)
+LEARNT = slice(15000, 24000)
+"""The tracker is scored after the turn at 2.4 s: board and simulation start differently, and what it learns remembers
+that for more than a second, in which the board leaves 5 to 11 % less (seeds 1 to 8)."""
 
 
 def bench(kind: str) -> fl.System:
@@ -36,11 +37,11 @@ def counts(told: Measurement, system: fl.System) -> Sample:
     )
 
 
-def with_the_board(system: fl.System) -> np.ndarray:
+def with_the_board(system: fl.System, ticks: int) -> np.ndarray:
     """Return the friction force at every tick, the board closing the loop from the first."""
-    plant, board, force = fl.Stepper(system, seed=1), HostBoard(firmware_words(system)), np.empty(TICKS)
+    plant, board, force = fl.Stepper(system, seed=1), HostBoard(firmware_words(system)), np.empty(ticks)
     board.receive(encode("mode", 0, state=2), 0)
-    for k in range(TICKS):
+    for k in range(ticks):
         if k % 500 == 0:
             board.receive(encode("heartbeat", k), 200 * k)
             board.transmit(200 * k)
@@ -53,8 +54,9 @@ def with_the_board(system: fl.System) -> np.ndarray:
 @pytest.mark.parametrize("kind", ["pi", "lookup", "notch_pi", "observer", "super_twisting", "tracker"])
 def test_the_error_is_that_of_the_simulated_controller(kind: str):
     system = bench(kind)
-    run = fl.simulate(system, duration_s=TICKS / 5000, seed=1)
-    simulated = np.sqrt(np.mean((run.f_a.values[SETTLED] - 0.6) ** 2))
-    found = np.sqrt(np.mean((with_the_board(system)[SETTLED] - 0.6) ** 2))
+    scored = LEARNT if kind == "tracker" else SETTLED
+    run = fl.simulate(system, duration_s=scored.stop / 5000, seed=1)
+    simulated = np.sqrt(np.mean((run.f_a.values[scored] - 0.6) ** 2))
+    found = np.sqrt(np.mean((with_the_board(system, scored.stop)[scored] - 0.6) ** 2))
     # Converter steps of load and position and the first 0.1 s differ; the noise is the same.
     assert found == pytest.approx(simulated, rel=0.05)

@@ -98,8 +98,8 @@ def test_sensitivities_against_finite_differences(parameter, by, step, complianc
     ahead, behind = (replayed(c, states, readings, parameter, start + sign * step, 4.0) for sign in (1, -1))
     slope, told = (ahead - behind) / (2 * step), np.array([getattr(state, by) for state in states])
     scored = slice(1500, None)
-    # Less than 0.5 % off but where one of the three runs alone is clamped: there a difference is no slope.
     assert np.linalg.norm(told[scored] - slope[scored]) < 0.01 * np.linalg.norm(slope[scored])
+    np.testing.assert_allclose(told[scored], slope[scored], atol=0.05 * np.abs(slope[scored]).max())
 
 
 def matched(walk):
@@ -137,7 +137,7 @@ def test_it_corrects_a_wrong_susceptibility(compliance):
     assert 0.27 < tau < 0.36
 
 
-@pytest.mark.parametrize(("compliance", "least", "most"), [(0.0, 0.0, 0.5), (30.0, 40.0, 70.0), (50.0, 55.0, 79.0)])
+@pytest.mark.parametrize(("compliance", "least", "most"), [(0.0, 0.0, 0.5), (30.0, 40.0, 70.0), (50.0, 55.0, 80.0)])
 def test_gains_for_robustness_bias_what_is_learnt(compliance, least, most):
     """The default schedule expects another noise, and the compliance comes out too large: 30 um/N may be taken for 65.
 

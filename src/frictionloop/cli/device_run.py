@@ -28,7 +28,8 @@ The PI gains that bench() begins with are the paper's, and ring on it: the run
 says so, and names gains that hold.
 """
 TURN_MM = 2.0
-"""So near to a turn nothing counts: the friction changes its sign there. As in `simulate` of bench()."""
+"""So near to a turn nothing counts: the friction changes its sign there. As in `simulate` at a
+stiffness of 1000 N/m; that of a real finger is not known."""
 
 
 def command(

@@ -44,7 +44,7 @@ LARGEST_BY_C, LARGEST_BY_T = 0.02, 4.0
 LEAN, LEAST_LEAN, LEAN_M_S = 120.0, 0.2, 0.02
 """Over what compliance times speed squared a step up of the compliance counts in full, per um/N (m/s)^2; the least
 that it counts; and the least speed that is taken. Innovations of robust gains are coloured, and by them a slow slider
-would be taken for a contact of 5 to 15 um/N; those of a true compliance point one way (chosen on fingers(120, 3))."""
+would be taken for a contact of 5 to 15 um/N; those of a true compliance point one way (chosen on fingers(400, 3))."""
 SHORT_N = 0.03
 """Distance below the set-point above which vibration, once off, stays off (chosen likewise)."""
 MOST_ADDED = 1.0

@@ -68,9 +68,10 @@ def linear_reach(
     seed : int
         Seed of tremor and roughness.
     peaks : sequence of float
-        Largest |S| allowed, each above 1. Without a limit (infinity) the optimum is what cannot be predicted when the
-        command is due: no law leaves less of normal noise, linear or not (minimum variance: Harris, "Assessment of
-        control loop performance", Can. J. Chem. Eng. 67, 1989). The waterbed's bound is 0 then.
+        Largest |S| allowed, each above 1. Without a limit (infinity) the optimum is what of the disturbance
+        cannot be predicted from these readings when the command is due: of normal noise on this linear plant no law
+        leaves less, linear or not (minimum variance: Harris, "Assessment of control loop performance", Can. J. Chem.
+        Eng. 67, 1989). The waterbed's bound is 0 then.
     levels_n : sequence of float
         Forces in N.
 

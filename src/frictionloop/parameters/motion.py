@@ -53,10 +53,10 @@ class Strokes(Block):
     person: Annotated[Whole, Field(ge=0, lt=2**31)] = 0
     """Number of the person: others tremble otherwise, and over other skin, at the same seed."""
     unscored_n: NotNegative = 1.0
-    """Friction that has room to turn over at a reversal before metrics count again, as they do from half the load on.
+    """Friction force F that a reversal is taken to turn over; metrics leave out the way that the skin yields meanwhile.
 
-    The way left out is what the finger's skin yields meanwhile, twice this over its stiffness: 2 mm at 1000 N/m, and as
-    much for a rigid finger (`physics.motion.scored_edge_m`).
+    That is 2F/k on both sides of the turn: 2 mm at a stiffness of 1000 N/m, and as much for a rigid finger. On a stroke
+    of less than twice that nothing counts. Nothing counts below half the mean load either.
     """
 
     @model_validator(mode="after")

@@ -15,13 +15,13 @@ Row = tuple[Number, Number, Number, Number, Number, Number, Number]
 Schedule = tuple[Row, Row, Row, Row, Row]
 SCHEDULE: Schedule = (
     (38.56, 23.09, 1.181, 8.875, 1.884, 0.4926, 1.481),
-    (22.26, 26.58, 1.81, 10.98, 0.9494, 0.4538, 1.099),
+    (22.26, 33.0, 1.903, 10.98, 0.9494, 0.4538, 1.099),
     (13.91, 22.53, 2.042, 16.44, 1.398, 0.1955, 0.5174),
     (2.145, 12.72, 1.881, 5.411, 0.8837, 0.4127, 1.205),
     (12.77, 12.77, 1.798, 8.588, 0.9464, 1.0, 0.9146),
 )
-"""Gains for the bench at Ms 1.7. The last row is that of `design.tune_tracker`; the others have been moved from its
-rows to where simulated fingers are left least as they are learnt (chosen on fingers(240, 3); docs/decisions/0004)."""
+"""Gains for the bench at Ms 1.7. The rows of 0.125 and 1 are those of `design.tune_tracker`; the others have been moved
+from its rows to the least residual simulated with learning on (chosen on fingers(240, 3); docs/decisions/0004)."""
 
 
 class TrackerController(Timing):
@@ -52,7 +52,7 @@ class TrackerController(Timing):
     load_exponent: Annotated[Number, Field(ge=0, le=2)] = 0.85
     """Exponent with which the measured load is fed forward (middle of 2/3 to 1: Dzidek 2014); 0 feeds nothing."""
     load_hz: Positive = 120.0
-    """Low-pass on the measured load before it is fed forward, above the tremor (assumed)."""
+    """Low-pass on the measured load before it is fed forward, above the tremor (chosen on fingers(120, 3))."""
     skin_stiffness_n_m: Positive = 1000.0
     """Believed stiffness of the skin: rising friction follows no faster than this times the speed (as Skin's)."""
     largest_jump_n: NotNegative = 0.04

@@ -117,6 +117,7 @@ def scored_edge_m(motion: Strokes, finger: RigidFinger | Skin) -> float:
 
     A reversal has to stretch the skin from -F/k to F/k, F being ``motion.unscored_n``, before any law can have the
     friction it wants; a soft skin takes more of the stroke for that. A rigid finger is given that of a `Skin`.
+    What the contact itself yields, a twentieth of a `Skin`'s way, is not in it.
     """
     skin = finger if isinstance(finger, Skin) else Skin()
     return stroke_plan(motion).half_stroke_m - 2.0 * motion.unscored_n / skin.stiffness_n_m
