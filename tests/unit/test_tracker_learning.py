@@ -98,8 +98,10 @@ def test_sensitivities_against_finite_differences(parameter, by, step, complianc
     ahead, behind = (replayed(c, states, readings, parameter, start + sign * step, 4.0) for sign in (1, -1))
     slope, told = (ahead - behind) / (2 * step), np.array([getattr(state, by) for state in states])
     scored = slice(1500, None)
-    assert np.linalg.norm(told[scored] - slope[scored]) < 0.01 * np.linalg.norm(slope[scored])
-    np.testing.assert_allclose(told[scored], slope[scored], atol=0.05 * np.abs(slope[scored]).max())
+    off, largest = np.sort(np.abs(told[scored] - slope[scored])), np.abs(slope[scored]).max()
+    assert np.linalg.norm(off) < 0.01 * np.linalg.norm(slope[scored])
+    assert off[-2] < 0.03 * largest
+    assert off[-1] < 0.04 * largest  # one tick of 1,500, at a compliance of 20; its cause is not known
 
 
 def matched(walk):
