@@ -32,7 +32,7 @@ enum { KD, KF, K1, K2, K3, LEAD, TRUST }; /* columns of the schedule: the last t
 
 /* Constants of tracker.py in the places of what they meet. */
 enum {
-    LOWEST = -221459251, HIGHEST = 241591910,                 /* q26: -3.3, 3.6 */
+    LOWEST = -221459251, HIGHEST = 335544320,                 /* q26: -3.3, 5 */
     LARGEST = 5 * FL_ONE,
     FASTEST_C = 2 << 20, FASTEST_FALL = 53687,                /* q20; q28: 2e-4 */
     LARGEST_BY_C = 85899346, LARGEST_BY_T = 1 << 30,          /* q32: 0.02; q28 */

@@ -145,7 +145,7 @@ class Tracker:
         tau = self.theta[1]
         f_before = self.x[1]
         up = (1 - self.leapt) * (1 - w) * np.clip(K[0] * error, -jump, jump) / np.clip(self.x[1], 0.1, 2.0)
-        self.x[0] = np.clip(self.x[0] + up, -3.3 * LN2, 3.6 * LN2)
+        self.x[0] = np.clip(self.x[0] + up, -3.3 * LN2, 5.0 * LN2)
         limit *= 1 + up
         self.x[1] += w * self.stuck[1] * error + (1 - w) * np.clip(K[1] * error, -2 * jump, 2 * jump)
         self.x[1] = np.clip(self.x[1], -5.0, 5.0)
@@ -193,7 +193,7 @@ class Tracker:
         self.x[2:] = self.A @ self.x[2:] + self.b0 * f + self.b1 * f_next
         self.x[1], self.f_before, self.way_before = f_next, f, way
         a_next = command + (a_then - command) * np.exp(-pole * (1 - rest))
-        moved = np.clip(level + (tau - slope) * a_next**2, -3.3 * LN2, 3.6 * LN2) - self.x[0]
+        moved = np.clip(level + (tau - slope) * a_next**2, -3.3 * LN2, 5.0 * LN2) - self.x[0]
         self.x[0], self.trusted = self.x[0] + moved, self.trusted + moved
         self.a, self.command = a_next, command
         return float(np.clip(u, m.floor_n, m.nominal_n))

@@ -92,3 +92,19 @@ def test_slow_strokes_tell_the_contacts_apart(speed_mm_s):
         for seed in range(2):
             own = learnt_in_run(slow.evolve({"finger.contact": contact}), 6.0, seed).controller
             assert least <= own.compliance_um_per_n <= most
+
+
+@pytest.mark.parametrize("over", [1.0, 1.75])
+def test_a_moist_finger_whose_susceptibility_is_believed_too_large_is_held(over):
+    """3.4 N without vibration and 0.6 N wanted: held to 5 mN on the mean; believed, it is one of 12 N."""
+    amplitude_um = 2.0
+    tau = np.log(3.4 / 0.6) / amplitude_um**2
+    moist = {"friction.nominal_n": 3.4, "friction.occlusion_ratio": 1.0, "friction.susceptibility_per_um2": tau}
+    believed = {
+        "controller.compliance_um_per_n": 50.0, "controller.compliance_learning": 0.0,
+        "controller.susceptibility_learning": 0.0, "controller.model.susceptibility_per_um2": over * tau,
+    }  # fmt: skip
+    held = {"motion.speed_mm_s": 80.0, "setpoint": fl.Constant(offset_n=0.6)}
+    run = fl.simulate(fl.bench().evolve(TRACKER | LONG | moist | believed | held), duration_s=2.5, seed=0)
+    error_n = (run["f_a"] - run["f_r"]).values[run["time"].values > 0.5]
+    assert abs(error_n.mean()) < 5e-3
