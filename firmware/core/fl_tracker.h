@@ -1,7 +1,7 @@
 /* Steps of the tracker's observer: control/limit_observer.py in fixed point, and the formats of its states.
  *
  * Binary places, and so ranges, of what is not q28:
- *   limits (N) and binary logarithms  q26, +-32: 12 N at the reference load, 2.7 times that at more
+ *   limits (N) and binary logarithms  q26, +-32: a limit above 32 N counts as 32 N
  *   springs, rate, reading            q23, q22, q24: +-256, 512 and 128 N; readings of +-2.5 N, however
  *                                     wild, reached 20, 67 and 13
  *   innovation (N)                    q26, +-32
