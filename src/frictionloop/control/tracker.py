@@ -34,7 +34,10 @@ from frictionloop.sensing.measurement import Measurement
 LOG2_E = 1.4426950408889634
 HALF_LN_2 = 0.34657359027997264
 LOWEST, HIGHEST = -3.3, 5.0
-"""Bounds of log2 of the limit: 0.1 to 32 N. With too large a susceptibility a moist finger of 3 N looks like 12 N."""
+"""Bounds of log2 of the limit: 0.1 to 32 N (assumed).
+
+Believed 1.75 times as susceptible as it is, a moist finger of 3.4 N looks like one of 12 N.
+"""
 LARGEST_N = 5.0
 """Bound of the believed friction: twice what the sensor reads (a reading that jumps moves it by 17 times as much)."""
 FASTEST_C, FASTEST_FALL = 2.0, 2e-4
