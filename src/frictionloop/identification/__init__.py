@@ -25,6 +25,7 @@ from frictionloop.identification.noise_corner import FirstOrderNoise, fit_corner
 from frictionloop.identification.plateaus import Plateaus, plateaus
 from frictionloop.identification.pulley import PulleyFriction, exponent_for_r2, pulley_friction, r2_with_friction
 from frictionloop.identification.resonance import Resonance, fit_resonance
+from frictionloop.identification.ring_down import RingDown, fit_ring_down
 
 __all__ = [
     "Calibration",
@@ -38,6 +39,7 @@ __all__ = [
     "Plateaus",
     "PulleyFriction",
     "Resonance",
+    "RingDown",
     "band_rms",
     "bits_for",
     "calibrate",
@@ -47,6 +49,7 @@ __all__ = [
     "exponent_for_r2",
     "fit_corner",
     "fit_resonance",
+    "fit_ring_down",
     "floor_density",
     "floor_readings",
     "frequency_response",

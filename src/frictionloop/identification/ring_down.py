@@ -1,0 +1,132 @@
+"""Resonance and Q of the sensor from how it rings after taps: for a bench without an impact hammer."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
+from scipy.optimize import least_squares
+
+from frictionloop.identification.channels import READING, READING_UNITS, channel, rate_of
+from frictionloop.identification.estimate import Estimate
+from frictionloop.quantities import FrictionloopError
+
+Array = NDArray[np.float64]
+TRIGGER = 0.3
+"""A tap is where the reading passes this share of the largest."""
+FROM, TO = 0.5, 0.05
+"""Shares of a tap's largest reading between which its ringing counts: before, what taps may still touch."""
+LEAST_TAPS, LEAST_PERIODS = 3, 4.0
+WORST_MISFIT = 0.2
+"""Most of the rms of a decay that one damped oscillation may leave unexplained (assumed)."""
+
+
+@dataclass(frozen=True)
+class RingDown:
+    """The suspension, as it rings by itself."""
+
+    resonance: Estimate
+    """Hz, undamped."""
+    q: Estimate
+    taps: int
+    misfit: float
+    """rms of what a damped oscillation leaves over that of the decay, the worst tap's."""
+
+
+def fit_ring_down(recording: xr.Dataset, between_s: float = 0.5) -> RingDown:
+    """Return resonance and Q with their uncertainties from a sensor that was tapped and rang.
+
+        y(t) = c + e^(-w t/(2 Q)) (a cos(w_d t) + b sin(w_d t)),   w_d = w sqrt(1 - 1/(4 Q^2))
+
+    by least squares for every tap; the estimate is the mean over taps, and their scatter its standard error, whatever
+    it is that scatters. What follows the springs (a pole far above the resonance) changes a and b alone. How hard the
+    taps are is not asked; no finger may rest on the glass.
+
+    Parameters
+    ----------
+    recording : xarray.Dataset
+        Column ``f_m`` in N, V or counts, over ``time`` in s, with at least three taps.
+    between_s : float
+        Time in s after a tap in which there is no other: the ringing must be over.
+
+    Raises
+    ------
+    FrictionloopError
+        For a column that is missing or has another unit, too few taps, a rate too low, or a reading that does not ring
+        as one resonance does.
+    """
+    reading, rate_hz = channel(recording, READING, READING_UNITS), rate_of(recording)
+    length = round(between_s * rate_hz) if math.isfinite(between_s) else 0
+    if not 32 <= length <= reading.size:
+        raise FrictionloopError(
+            f"between_s = {between_s:g} s: must be from {32 / rate_hz:g} to {reading.size / rate_hz:g}, the length of "
+            "the recording"
+        )
+    starts = _taps(reading - np.median(reading), length)
+    if len(starts) < LEAST_TAPS:
+        raise FrictionloopError(
+            f"recording: {len(starts)} taps with between_s = {between_s:g} s after each: must be at least {LEAST_TAPS}"
+        )
+    found = np.array([_fit(reading[k : k + length] - np.median(reading), rate_hz) for k in starts])
+    mean, scatter = found.mean(axis=0), found.std(axis=0, ddof=1) / math.sqrt(len(found))
+    hertz, q = (
+        Estimate(float(value), float(error), unit, len(found) - 1.0)
+        for value, error, unit in zip(mean[:2], scatter[:2], ("Hz", ""), strict=True)
+    )
+    return RingDown(hertz, q, len(found), float(found[:, 2].max()))
+
+
+def _taps(still: Array, length: int) -> list[int]:
+    """Return the rows at which taps begin that have room after them."""
+    starts: list[int] = []
+    for row in np.flatnonzero(np.abs(still) > TRIGGER * np.abs(still).max()).tolist():
+        if row + length <= still.size and (not starts or row >= starts[-1] + length):
+            starts.append(row)
+    return starts
+
+
+def _fit(piece: Array, rate_hz: float) -> tuple[float, float, float]:
+    """Return resonance in Hz, Q and misfit of one tap."""
+    spectrum = np.abs(np.fft.rfft(piece - piece.mean()))
+    around_hz = float(np.fft.rfftfreq(piece.size, 1.0 / rate_hz)[1 + int(np.argmax(spectrum[1:]))])
+    if around_hz > 0.25 * rate_hz:
+        raise FrictionloopError(
+            f"recording: its rate {rate_hz:g} Hz is too low for a ringing of {around_hz:g} Hz; must be at least four "
+            "times as high"
+        )
+    envelope = maximum_filter1d(np.abs(piece - np.median(piece)), max(round(rate_hz / around_hz), 3))
+    top = int(np.argmax(envelope))
+    below = [top + int(np.argmax(envelope[top:] < share * envelope[top])) for share in (FROM, TO)]
+    begin, end = below[0], below[1] if below[1] > top else piece.size
+    if begin <= top or (end - begin) * around_hz < LEAST_PERIODS * rate_hz:
+        raise FrictionloopError(
+            f"recording: a tap does not ring for {LEAST_PERIODS:g} periods between {FROM:.0%} and {TO:.0%} of its "
+            f"largest reading ({around_hz:.4g} Hz is its strongest frequency): must be tapped with nothing on the glass"
+        )
+    time, decay = np.arange(end - begin) / rate_hz, piece[begin:end]
+
+    def left(x: Array) -> Array:
+        shape = _shapes(time, float(np.exp(x[0])), float(np.exp(x[1])))
+        return np.asarray(shape @ np.linalg.lstsq(shape, decay, rcond=None)[0] - decay)
+
+    guess_q = math.pi * around_hz * (end - begin) / rate_hz / math.log(FROM / TO)
+    fit = least_squares(left, np.log([around_hz, max(guess_q, 1.0)]), x_scale=[1e-3, 1e-2], xtol=1e-12, ftol=1e-12)
+    misfit = float(np.linalg.norm(fit.fun) / np.linalg.norm(decay - decay.mean()))
+    if not fit.success or misfit > WORST_MISFIT:
+        raise FrictionloopError(
+            f"recording: a damped oscillation leaves {misfit:.0%} of a decay unexplained: must be at most "
+            f"{WORST_MISFIT:.0%}; is something on the glass, or tapped twice?"
+        )
+    return float(np.exp(fit.x[0])), float(np.exp(fit.x[1])), misfit
+
+
+def _shapes(time_s: Array, resonance_hz: float, q: float) -> Array:
+    """Return a constant and the two phases of a damped oscillation, shape (time, 3)."""
+    angle = 2.0 * math.pi * resonance_hz * time_s
+    damped = angle * math.sqrt(max(1.0 - 0.25 / q**2, 1e-6))
+    falls = np.exp(-0.5 * angle / q)
+    return np.stack([np.ones_like(time_s), falls * np.cos(damped), falls * np.sin(damped)], axis=1)
