@@ -17,9 +17,10 @@ from frictionloop.design.learnt import learnt_in_run
 from frictionloop.design.linear_reach import linear_reach
 from frictionloop.design.robust_optimum import robust_optimum
 from frictionloop.design.tournament import protocol
+from frictionloop.design.tournament.measured import told
 from frictionloop.design.tracker_loop import Row, plant_paths
 from frictionloop.design.tracker_search import RowSearch
-from frictionloop.design.tracker_tuning import BELIEVED_Q, BELIEVED_RESONANCE, LIMITS, tune_tracker
+from frictionloop.design.tracker_tuning import LIMITS, believed_resonance, tune_tracker
 from frictionloop.design.wiener_hopf import bins
 from frictionloop.parameters.tracking import SHARES
 from frictionloop.physics.fingers import Fingers
@@ -43,10 +44,11 @@ def strokes() -> Iterator[tuple[str, dict[str, Any], float]]:
 
 
 def capable(count: int, speed_mm_s: float) -> Fingers:
-    """Return those of ``fingers(count, 3)`` given 0.3 and 0.9 N at their mean load, each with its own resonance."""
+    """Return those of ``fingers(count, 3)`` given 0.3 and 0.9 N at their mean load, each told its own resonance."""
     people = protocol.tuning_population(count)
     able = protocol.able(BENCH, people, speed_mm_s)
-    return Fingers(each for each, can in zip(protocol.each_resonance(BENCH, people), able, strict=True) if can)
+    devices = told(BENCH, protocol.each_resonance(BENCH, people))
+    return Fingers(each for each, can in zip(devices, able, strict=True) if can)
 
 
 def rms_mn(overrides: dict[str, Any], people: Fingers, duration_s: float, score_from_s: float) -> np.ndarray:
@@ -151,7 +153,8 @@ def rows() -> None:
     found with the first is so with every resonance.
     """
     true, turns = BENCH.controller.model, np.linspace(0.0, np.pi, BINS + 1)
-    low = {"resonance_hz": BELIEVED_RESONANCE * true.resonance_hz, "resonance_q": BELIEVED_Q}
+    share_of_true, q = believed_resonance()
+    low = {"resonance_hz": share_of_true * true.resonance_hz, "resonance_q": q}
     for share, row in zip(SHARES, BENCH.controller.schedule, strict=True):
         search = RowSearch(BENCH, true, true.model_copy(update=low), share, LIMITS)
         plants, disturbance = search.plants[0]

@@ -9,11 +9,11 @@
  * five. */
 enum {
     AMPLITUDE, COMMAND, D, TRUSTED, FRICTION, SPRING, RATE, READING, FORWARD, LOAD, RISING, FALLING,
-    BEFORE, COMPLIANCE, FALL, POWER_C, POWER_T, LEAPT, BY_C, BY_T = BY_C + 5, POWER_C_LOW = BY_T + 5, POWER_T_LOW
+    BEFORE, COMPLIANCE, FALL, POWER_C, POWER_T, LEAPT, QUICK, BY_C, BY_T = BY_C + 5, POWER_C_LOW = BY_T + 5, POWER_T_LOW
 };
 
 const int8_t fl_tracker_places[] = {
-    28, 28, 26, 26, 28, 23, 22, 24, 0, 26, 15, 15, 28, 20, 28, 28, 20, 28, /* to LEAPT */
+    28, 28, 26, 26, 28, 23, 22, 24, 0, 26, 15, 15, 28, 20, 28, 28, 20, 28, 15, /* to QUICK */
     30, 30, 31, 30, 32, 26, 26, 27, 26, 28, 60, 52};
 
 /* As TrackerGains, a product where the comment says so, each in its places; of LEARN_C and LEARN_T the
@@ -41,7 +41,7 @@ enum {
     SHORT = 4026532, MOST_ADDED = 1 << 30,                    /* q27: 0.03 N; q30: 1 */
     SLOWEST = 536871, LEAST_LEAD = 1 << 20, MOST_JUMP = 214748364, /* 0.002 m/s, 1/256, 0.8 N */
     SMOOTH = 214748365, SMOOTH_FALLS = 42949673,              /* q31: 0.1, 0.02 */
-    FALLS_OVER_SMOOTH = 429496730, LEAST_RINGING = 40 << 15,  /* q31: 0.2; q15: 40 N/s */
+    QUICK_OVER_SMOOTH = 5, RINGING = 104858, CALMED_C = 20 << 20, /* q21: 0.05 N m/s^2; q20 */
     CALM_C = 536871, CALM_T = 268435,                         /* 2e-3, 1e-3 */
     LEAST_FALL = 53687091, MOST_FALL = 3 * FL_ONE,            /* 0.2 */
     LEAP = 40265318, LEAP_SHARE = 1932735283,                 /* 0.15 N; q31: 0.9 */
@@ -121,8 +121,8 @@ fl_force_command fl_tracker_step(
         fall = fl_add(fall, fl_learnt(gains[LEARN_T], error, by_t[4], pt, 28 - 52 - 28, FASTEST_FALL));
     }
     const int32_t rings = valid && rising < -2 * (int64_t)fastest;
-    const int32_t shakes = rings || (valid && falling > (fastest > LEAST_RINGING ? fastest : LEAST_RINGING));
-    if (shakes) c -= (int32_t)fl_product(CALM_C, c, 28);
+    const int32_t shakes = c > CALMED_C && falling > fastest >> 2 && ((int64_t)falling * v) >> 22 > RINGING;
+    if (rings || (valid && shakes)) c -= (int32_t)fl_product(CALM_C, c, 28);
     if (rings) fall = fl_saturate(fall + fl_product(CALM_T, fall, 28));
     fall = fl_clip(fall, LEAST_FALL, MOST_FALL);
     const int32_t slides = FL_ONE - w, jump = fl_clip(gains[JUMP].mantissa, 0, MOST_JUMP);
@@ -141,8 +141,9 @@ fl_force_command fl_tracker_step(
     const int32_t rise = (int32_t)(((int64_t)f - before) >> 1);
     const int32_t risen = fl_saturate(fl_product(gains[SMOOTH_RATE].mantissa, rise, 32));
     rising = fl_saturate(rising - fl_product(SMOOTH, rising, 31) + risen);
-    const int32_t excess = fl_saturate(-(int64_t)risen - fl_product(SMOOTH, fastest, 31));
-    const int64_t fallen = excess > 0 ? fl_product(FALLS_OVER_SMOOTH, excess, 31) : 0;
+    const int32_t quick = fl_saturate((state[QUICK] >> 1) + QUICK_OVER_SMOOTH * (int64_t)risen);
+    const int32_t excess = fl_saturate(-(int64_t)quick - fastest);
+    const int64_t fallen = excess > 0 ? fl_product(SMOOTH_FALLS, excess, 31) : 0;
     falling = fl_saturate(falling - fl_product(SMOOTH_FALLS, falling, 31) + fallen);
 
     /* Go on to when the command takes effect. */
@@ -217,6 +218,7 @@ fl_force_command fl_tracker_step(
     state[LOAD] = load;
     state[RISING] = rising;
     state[FALLING] = falling;
+    state[QUICK] = quick;
     state[BEFORE] = f;
     state[COMPLIANCE] = c;
     return (fl_force_command){u, square != within};

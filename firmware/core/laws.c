@@ -10,7 +10,7 @@ const fl_law fl_laws[] = {
     {"filtered_pi", fl_filtered_pi_step, 21, 52, 0},
     {"observer", fl_disturbance_observer_step, 18, 30, fl_disturbance_observer_places},
     {"super_twisting", fl_super_twisting_step, 21, 34, fl_super_twisting_places},
-    {"tracker", fl_tracker_step, 30, 71, fl_tracker_places},
+    {"tracker", fl_tracker_step, 31, 71, fl_tracker_places},
 };
 const uint32_t fl_law_count = sizeof fl_laws / sizeof fl_laws[0];
 

@@ -27,7 +27,7 @@ RANGES = {
     "compliance": (0.0, TRACKER.largest_compliance_um_per_n), "fall": (0.2, 3.0),
     "friction": (-LARGEST_N, LARGEST_N), "friction_before": (-LARGEST_N, LARGEST_N),
     "spring": (-20.0, 20.0), "rate": (-67.0, 67.0), "reading": (-13.0, 13.0),
-    "rising": (-1e4, 1e4), "falling": (0.0, 1e4),
+    "rising": (-1e4, 1e4), "falling": (0.0, 1e4), "quick": (-4e4, 4e4),
     "power_c": (0.0, 4e-4), "power_t": (0.0, 16.0), "leapt": (0.0, 1.0),
 }  # fmt: skip
 """What is clamped; the sensor as far as wild readings of +-2.5 N drive it (tests/unit/test_tracker_properties)."""
@@ -37,7 +37,7 @@ RANGES |= {f"by_t{i}": (-size, size) for i, size in enumerate((5.0, 5.0, 2.0, 5.
 
 
 ALLOWED = dict.fromkeys(TrackerState._fields, 7e-7) | {
-    "command": 2.6e-6, "rising": 1e-3, "falling": 1e-3, "compliance": 1e-4, "fall": 1e-6,
+    "command": 2.6e-6, "rising": 1e-3, "falling": 1e-3, "quick": 1e-3, "compliance": 1e-4, "fall": 1e-6,
     "power_c": 1e-16, "power_t": 5e-15,
     **{f"by_c{i}": 1e-7 for i in range(4)}, "by_c4": 3e-9, **{f"by_t{i}": 7e-7 for i in range(4)}, "by_t4": 2e-8,
 }  # fmt: skip

@@ -15,7 +15,7 @@ from frictionloop.control.tracker_gains import sensor_matrices
 from frictionloop.design import linear_optimum, waterbed_bound
 from frictionloop.design.tracker_loop import Plant, Row, answer, plant_paths
 from frictionloop.design.tracker_search import RowSearch, true_shares
-from frictionloop.design.tracker_tuning import LIMITS
+from frictionloop.design.tracker_tuning import LIMITS, believed_resonance
 from frictionloop.parameters.tracking import SCHEDULE, SHARES
 
 TS, NYQUIST_HZ = 2e-4, 2500.0
@@ -206,7 +206,8 @@ def test_no_row_of_the_tracker_is_below_it(share: float, row: tuple[float, ...])
     true = bench.controller.model.model_copy(
         update={"resonance_hz": bench.sensor.resonance_hz, "resonance_q": bench.sensor.q, "sensor_hz": 1000.0}
     )
-    told = {"resonance_hz": 0.91 * 145.0, "resonance_q": 6.0}
+    low, broad = believed_resonance()
+    told = {"resonance_hz": low * 145.0, "resonance_q": broad}
     search = RowSearch(bench, true, true.model_copy(update=told), share, LIMITS)
     own = true_shares(share)[0]
     disturbance = search.plants[0][1]

@@ -16,7 +16,7 @@ from frictionloop.design.robust_optimum import RobustOptimum, _turns, robust_opt
 from frictionloop.design.robust_reach import robust_reach
 from frictionloop.design.tracker_loop import Plant, Row, plant_paths
 from frictionloop.design.tracker_search import RowSearch, true_shares
-from frictionloop.design.tracker_tuning import LIMITS
+from frictionloop.design.tracker_tuning import LIMITS, believed_resonance
 from frictionloop.design.wiener_hopf import Spectra, bins
 from frictionloop.parameters.tracking import SCHEDULE, SHARES
 
@@ -109,7 +109,8 @@ def test_no_row_of_the_tracker_is_below_what_bears_its_resonances(share: float, 
     bench = fl.bench().evolve({"controller.kind": "tracker"})
     sensor = {"resonance_hz": bench.sensor.resonance_hz, "resonance_q": bench.sensor.q, "sensor_hz": 1000.0}
     true = bench.controller.model.model_copy(update=sensor)
-    believed = true.model_copy(update={"resonance_hz": 0.91 * 145.0, "resonance_q": 6.0})
+    low, broad = believed_resonance()
+    believed = true.model_copy(update={"resonance_hz": low * 145.0, "resonance_q": broad})
     search = RowSearch(bench, true, believed, share, LIMITS)
     search.near = 0.0
     search.plants = search.plants[:1]

@@ -58,9 +58,9 @@ class Tracker:
         self.x = np.array([LN2 * s.limit, s.friction, s.spring, s.rate, s.reading])
         self.trusted, self.a, self.command, self.load = LN2 * s.trusted, s.amplitude, s.command, LN2 * s.load
         self.theta, self.power = np.array([s.compliance, LN2 * s.fall]), np.array([s.power_c, s.power_t / LN2**2])
-        self.psi = np.array(s[18:28]).reshape(2, 5) / [[1.0], [LN2]]
+        self.psi = np.array(s[19:29]).reshape(2, 5) / [[1.0], [LN2]]
         self.way_before, self.f_before = s.forward, s.friction_before
-        self.rate, self.falls, self.leapt = s.rising, s.falling, s.leapt
+        self.rate, self.falls, self.leapt, self.slope = s.rising, s.falling, s.leapt, s.quick
 
     def state(self):
         """Return the state in the terms of the compiled law."""
@@ -68,7 +68,7 @@ class Tracker:
         return TrackerState(
             self.a, self.command, ln_limit / LN2, self.trusted / LN2, *rest, self.way_before, self.load / LN2,
             self.rate, self.falls, self.f_before, self.theta[0], self.theta[1] / LN2,
-            self.power[0], self.power[1] * LN2**2, self.leapt,
+            self.power[0], self.power[1] * LN2**2, self.leapt, self.slope,
             *self.psi[0], *(LN2 * self.psi[1]),
         )  # fmt: skip
 
@@ -100,16 +100,17 @@ class Tracker:
             self.leaned += counted < 1.0
         self.theta = np.clip(self.theta + step, [0, 0.2 * LN2], top)
 
-    def calm(self, steepest, valid):
+    def calm(self, steepest, v, valid):
         """Friction that falls twice as steeply as the skin can load: take it for quicker and better lubricated.
 
         A tick of that takes 0.2 % off the compliance and adds 0.1 % to tau, within the bounds of what is learnt. Where
-        falls exceed that slope by that slope on average, and by 40 N/s, only the compliance pays.
+        falls, smoothed a little, exceed that slope by a quarter of it on average, and by 5 N/s at 10 mm/s, the slower
+        the more, only the compliance pays, and not below 20 um/N.
         """
         if not valid:
             return
         steep = self.rate < -2 * steepest
-        if steep or self.falls > max(steepest, 40.0):
+        if steep or (self.theta[0] > 20.0 and self.falls > max(steepest / 4, 0.05 / v)):
             self.theta[0] *= 1 - 2e-3
             self.shaken += not steep
         if steep:
@@ -141,7 +142,7 @@ class Tracker:
         drop = (self.f_before - self.x[1]) / DT
         sudden = leaping and self.x[1] > setpoint and drop > 1.2 * steepest
         self.leapt = 1.0 if sudden else max(self.leapt - 1.0 / 16.0, 0.0)
-        self.calm(steepest, valid)
+        self.calm(steepest, v, valid)
         tau = self.theta[1]
         f_before = self.x[1]
         up = (1 - self.leapt) * (1 - w) * np.clip(K[0] * error, -jump, jump) / np.clip(self.x[1], 0.1, 2.0)
@@ -152,7 +153,8 @@ class Tracker:
         self.x[2:] += ((1 - w) * K[2:] + w * self.stuck[2:]) * error
         slope = (self.x[1] - self.f_before) / DT
         self.rate += 0.1 * (slope - self.rate)
-        self.falls += 0.02 * (-min(slope + steepest, 0.0) - self.falls)
+        self.slope = (self.slope + slope) / 2
+        self.falls += 0.02 * (-min(self.slope + steepest, 0.0) - self.falls)
         f = self.x[1]
 
         rest, pole = min(c.delay_s / DT, 1.0), 2 * np.pi * m.plate_hz * DT
@@ -212,20 +214,20 @@ def readings(seed, ticks=4000):
         slow += -2e-3 * slow + 2e-3 * rng.normal()
         aim = 0.0 if valid == 0 else level + slow
         force += 0.1 * (aim - force)
-        yield force + 1e-3 * rng.normal(), speed, load, valid, 0.6 + 0.15 * np.sin(0.004 * k)
+        yield force + 1e-3 * rng.normal(), speed, load, valid, 0.65 + 0.2 * np.sin(0.004 * k)
 
 
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_the_compiled_step_is_the_law_written_anew(case, seed):
-    """Command and all 28 states, tick by tick from the same state.
+    """Command and all 29 states, tick by tick from the same state.
 
     From the same start alone they part: readings that do not answer to commands leave an open loop that amplifies
     rounding, tenfold every 100 ticks in places.
     """
     c = controller(**CASES[case])
     own, gains = Tracker(c), (*tracker_gains(c), c.model.floor_n, c.model.nominal_n)
-    state, inside, stuck, forces, states = TrackerState(*tracker_start(c)), 0, 0, [], []
+    state, inside, stuck, forces, states = TrackerState(*tracker_start(c))._replace(compliance=60.0), 0, 0, [], []
     for y, speed, load, valid, setpoint in readings(seed):
         own.put(state)
         wanted = own.tick(y, speed, load, valid, setpoint)
@@ -238,7 +240,7 @@ def test_the_compiled_step_is_the_law_written_anew(case, seed):
     np.testing.assert_allclose(u, wanted, rtol=RTOL)
     np.testing.assert_allclose(state, own_state, rtol=RTOL, atol=1e-12)
     assert inside > 1000 and stuck > 50 and own.calmed > 50 and own.shaken > 50
-    assert own.leaps > 50 and own.drops > 2 and own.leaned > 50 and own.let_go > 50  # all ways were gone
+    assert own.leaps > 50 and own.drops > 5 and own.leaned > 50 and own.let_go > 50  # all ways were gone
 
 
 def test_they_stay_together_while_the_finger_slides():

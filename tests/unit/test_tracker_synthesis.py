@@ -63,7 +63,7 @@ def rows(monkeypatch):
             for _ in SHARES:
                 progress()
             peaks = ({sign * off: peak for off, peak in limits.items() for sign in (-1, 1)},) * len(SHARES)
-            return TrackerTuning(SCHEDULE, system.controller.model, (0.01,) * len(SHARES), peaks)
+            return TrackerTuning(SCHEDULE, system.controller.model, (0.01,) * len(SHARES), peaks, 0.91, 6.0)
 
         def looked_at(_system, _limits):
             return [Corner(off, Margins(1.0 + factor * (peak - 1.0))) for off, peak in asked[-1].items()]

@@ -16,7 +16,7 @@ CORRECTING, SHARING = 24, 28
 """Binary places of gains on an innovation, and of the schedule's last columns, which are shares."""
 PLACES = dict.fromkeys(TrackerState._fields, 28) | {
     "limit": 26, "trusted": 26, "load": 26, "spring": 23, "rate": 22, "reading": 24, "forward": 0,
-    "rising": 15, "falling": 15, "compliance": 20, "power_c": 60, "power_t": 52,
+    "rising": 15, "falling": 15, "quick": 15, "compliance": 20, "power_c": 60, "power_t": 52,
     "by_c0": 30, "by_c1": 30, "by_c2": 31, "by_c3": 30, "by_c4": 32,
     "by_t0": 26, "by_t1": 26, "by_t2": 27, "by_t3": 26, "by_t4": 28,
 }  # fmt: skip

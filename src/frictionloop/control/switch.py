@@ -40,4 +40,4 @@ def filtered_pi_begin(force_n: float, setpoint_n: float, gains: Any) -> float:
 def tracker_follow(state: Any, command_um: float, gains: Any) -> Any:
     """Let the believed plate go where the command in force takes it, not the tracker's own, which no clamp limits."""
     amplitude, own, decay_left = state[0], state[1], gains[2]
-    return (fma(1.0 - decay_left, command_um - own, amplitude), command_um, *state[2:28])
+    return (fma(1.0 - decay_left, command_um - own, amplitude), command_um, *state[2:29])

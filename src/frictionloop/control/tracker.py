@@ -10,7 +10,7 @@ Commands: the amplitude at which friction goes the given share of its error in a
 all until friction that is on its way up has all but arrived. While a finger is stuck, lands or is lifted the limit is
 held, and the law goes on from it without a jump. There is no integrator to wind up; the estimates are bounded.
 
-Operations of a tick: 189 multiplications, 171 additions, 100 comparisons, 12 divisions, 1 root, 3 exp2, 2 log2.
+Operations of a tick: 190 multiplications, 173 additions, 100 comparisons, 12 divisions, 1 root, 3 exp2, 2 log2.
 """
 
 from __future__ import annotations
@@ -54,10 +54,13 @@ MOST_ADDED = 1.0
 """Most that a period adds to the sensitivity of friction, N per um/N: at a turn it has no bound, and begins anew."""
 SLOWEST_M_S = 0.002
 """Speed below which the contact's time constant no longer grows (the least that counts as sliding)."""
-SMOOTH, SMOOTH_FALLS = 0.1, 0.02
-"""Gains of the smoothed rate of friction, and of the excess of its falls (assumed: 2 and 10 ms)."""
-LEAST_RINGING_N_S = 40.0
-"""Mean excess of falls below which nothing rings, however slow the finger (assumed: twice what noise makes)."""
+SMOOTH, QUICK, SMOOTH_FALLS = 0.1, 0.5, 0.02
+"""Gains of the smoothed rate of friction, of one that passes ringing at 350 Hz and lessens what single readings move it
+by, and of the excess of the falls in that (assumed: 2, 0.3 and 10 ms)."""
+RINGING_SHARE, RINGING_N_M_S2, CALMED_C = 0.25, 0.05, 20.0
+"""Mean excess of falls that is ringing: above this share of the skin's rate and, times the speed, this; and the
+compliance down to which it is taken off then, from which either contact is found. At 10 and 20 mm/s that is 5 N/s: at
+20 a slider that is taken for a bristle has 6 to 14, what is known rightly below 2 (fingers(240, 3))."""
 CALM_C, CALM_T = 2e-3, 1e-3
 """Shares by which compliance falls and susceptibility rises in a tick of ringing (chosen on fingers(300, 3))."""
 FORGET = 4e-4
@@ -73,7 +76,7 @@ LEAP_TICK = 1.0 / 16.0
 def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: float):  # type: ignore[no-untyped-def]
     """One tick; see the module."""
     a, command, d, trusted, f, x1, x2, x3, before, load, rising, falling, f_before, c, fall, pc, pt, leapt = state[:18]
-    sc, st = state[18:23], state[23:28]
+    quick, sc, st = state[18], state[19:24], state[24:29]
     rest, decay_rest, decay_left, decay, inverse, most_um, most_c, learn_c, learn_t, exponent, load_gain = gains[:11]
     skin, jump, log2_nominal, model_fall, sf, s1, s2, s3 = gains[11:19]
     sensor, table = gains[19:32], gains[32:67]
@@ -114,8 +117,8 @@ def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: 
     # Friction that falls faster than the skin follows rings: less lag and more effect of vibration are safe beliefs.
     # Where it is the mean excess of its falls that is large, friction goes to and fro: too much lag alone is to blame.
     rings = valid if rising < -2.0 * fastest else 0.0
-    shakes = valid if falling > max(fastest, LEAST_RINGING_N_S) else rings
-    c = fma(-CALM_C * shakes, c, c)
+    shakes = (falling > RINGING_SHARE * fastest) & (falling * v > RINGING_N_M_S2) & (c > CALMED_C)
+    c = fma(-CALM_C * (valid if shakes else rings), c, c)
     fall = min(max(fma(CALM_T * rings, fall, fma(learns, step_t, fall)), 0.2), 3.0)
     slides = 1.0 - w
     per_force = 1.0 / min(max(f, 0.1), 2.0)
@@ -128,7 +131,8 @@ def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: 
     x3 = fma(fma(slides, k3, w * s3), error, x3)
     rate = (f - f_before) / dt
     rising = fma(SMOOTH, rate - rising, rising)
-    falling = fma(SMOOTH_FALLS, max(-rate - fastest, 0.0) - falling, falling)
+    quick = fma(QUICK, rate - quick, quick)
+    falling = fma(SMOOTH_FALLS, max(-quick - fastest, 0.0) - falling, falling)
 
     # Go on to when the command takes effect.
     # Leaps are made by the model: what is learnt around a level is the gain that leaves least there, not the slope.
@@ -167,6 +171,6 @@ def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: 
     x1, x2, x3 = sensor_step(x1, x2, x3, f, f + change, sensor)
     state = TrackerState(
         a_next, command, d, trusted, f + change, x1, x2, x3, forward, load, rising,
-        falling, f, c, fall, pc, pt, leapt, *by_c, *by_t,
+        falling, f, c, fall, pc, pt, leapt, quick, *by_c, *by_t,
     )  # fmt: skip
     return state, ForceCommand(u, 1.0 if square != within else 0.0)

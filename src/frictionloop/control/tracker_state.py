@@ -43,6 +43,8 @@ class TrackerState(NamedTuple):
     """Mean squares of the last sensitivities of either group below."""
     leapt: float
     """1 while friction leaps down, less and less afterwards."""
+    quick: float
+    """Rate of the friction, N/s, smoothed less than ``rising``."""
     by_c0: float
     """By the compliance: ln of the limit, friction, springs (2) and reading; then by ``fall``."""
     by_c1: float

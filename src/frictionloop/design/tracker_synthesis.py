@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from frictionloop.design.corners import Corner, broken, corners
 from frictionloop.design.learnt import CONTACTS, learnt_in_run
 from frictionloop.design.linear import linearise
-from frictionloop.design.tracker_tuning import BELIEVED_RESONANCE, TrackerTuning, tune_tracker
+from frictionloop.design.tracker_tuning import TrackerTuning, believed_resonance, tune_tracker
 from frictionloop.design.wanted import Designed, Wanted, unheld
 from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import Skin, System
@@ -62,7 +62,8 @@ def held_tracker(system: System, wanted: Wanted) -> Designed:
 
 def _unheld(wanted: Wanted, worst: Corner) -> str:
     said = unheld("tracker", wanted, worst)
-    return said + f"; it believes it {1.0 - BELIEVED_RESONANCE:.0%} low whatever error is asked for" * bool(worst.off)
+    low = 1.0 - believed_resonance(wanted.limits)[0]
+    return said + f"; it believes it {low:.0%} low, and no further however large the error asked for" * bool(worst.off)
 
 
 def _tuned(system: System, wanted: Wanted, share: float) -> TrackerTuning:

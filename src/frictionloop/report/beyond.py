@@ -15,6 +15,7 @@ from frictionloop.design import tournament as rooms
 from frictionloop.design.linear_reach import linear_reach_table
 from frictionloop.design.tournament import margins, protocol
 from frictionloop.design.tournament.entrants import ENTRANTS, Entrant, Overrides
+from frictionloop.design.tournament.measured import on_device
 from frictionloop.design.tournament.traces import LEVEL_N, step_traces
 from frictionloop.parameters import bench
 from frictionloop.report.device import OPEN, PRINTED, RETUNED_GAINS
@@ -133,8 +134,7 @@ def _peaks(whole: rooms.Tournament, law: str, contact: str) -> tuple[float, floa
     system = margins.median_system(whole, law, SPEED_MM_S, contact)
     if system is None:
         return math.nan, math.nan
-    true_hz: float = system.sensor.resonance_hz  # type: ignore[union-attr]
-    shifted = (system.evolve({"sensor.resonance_hz": factor * true_hz}) for factor in (1.0, 0.9, 1.1))
+    shifted = (on_device(system, factor) for factor in (1.0, 0.9, 1.1))
     loops = [margins.loop_at(each, LEVEL_N, whole.middle_s) for each in shifted]
     found = [math.nan if loop is None else loop.margins().sensitivity_peak for loop in loops]
     return found[0], max(found)

@@ -12,13 +12,14 @@ from frictionloop.design.learnt import knowing, learnt_in_run
 from frictionloop.design.linear import LinearLoop, linearise
 from frictionloop.design.margins import Margins
 from frictionloop.design.tournament import protocol
+from frictionloop.design.tournament.measured import on_device
 from frictionloop.design.tournament.plain import occluded_at
 from frictionloop.design.tournament.run import Tournament
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 
 SHIFTS = (0.0, 0.05, 0.1)
-"""How far off the true resonance may be, either way."""
+"""How far off the device's resonance may be, either way; a law that is told believes that of the device."""
 
 
 class Robustness(NamedTuple):
@@ -121,7 +122,7 @@ def _around(system: System, shift: float, occlude_s: float) -> list[Margins | No
     factors = (1.0 - shift, 1.0 + shift) if shift and true_hz else (1.0,)
     found: list[Margins | None] = []
     for factor in factors:
-        off = system if factor == 1.0 else system.evolve({"sensor.resonance_hz": factor * true_hz})
+        off = system if factor == 1.0 else on_device(system, factor)
         loops = [loop_at(off, level, occlude_s) for level in protocol.LEVELS_N]
         found += [None if loop is None else loop.margins() for loop in loops]
     return found

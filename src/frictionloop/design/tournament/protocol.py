@@ -5,7 +5,7 @@ Three sines of 0.1 N and 1 Hz around 0.4, 0.6 and 0.8 N (paper, Sec. 4.2); the s
 periods of the sine, in strokes of 240 mm as in the report: at 20 mm/s one way without a reversal, at 80 mm/s reversals
 every 3 s, and nothing counts on the way in which a finger's skin turns over (`motion.unscored_n`). Of every three
 fingers one meets a sensor whose resonance is as the bench says, one 5 % below and one 5 % above; what the controller
-believes stays.
+believes stays, unless it is one that is told what each device's own ringing shows (`measured`).
 """
 
 from __future__ import annotations

@@ -12,6 +12,7 @@ import xarray as xr
 
 from frictionloop.design.tournament import protocol
 from frictionloop.design.tournament.entrants import Entrant, Overrides, entrants
+from frictionloop.design.tournament.measured import is_told, told
 from frictionloop.design.tournament.plain import occluded_at, plain_strokes
 from frictionloop.design.tournament.protocol import Condition
 from frictionloop.design.tournament.store import Cell, Store, check_new
@@ -163,6 +164,9 @@ class _Trial:
     def bench(self, law: Overrides | None, at: Condition) -> System:
         return self.system.evolve({**protocol.overrides_of(at, self.duration_s), **(law or {})})
 
+    def people_of(self, law: Overrides | None) -> Fingers:
+        return told(self.system, self.people) if is_told(law) else self.people
+
     def check(self, at: Condition) -> None:
         """Refuse a condition that no law could run under, without one."""
         one = points_of(self.people[:1], [protocol.noise_seed(self.seed, at.task)])
@@ -170,7 +174,7 @@ class _Trial:
         structures_of(bench, one, self.duration_s, self.start_s, protocol.metrics_of(at.task))
 
     def digest(self, law: Overrides | None, at: Condition) -> str:
-        points = points_of(self.people, [protocol.noise_seed(self.seed, at.task)])
+        points = points_of(self.people_of(law), [protocol.noise_seed(self.seed, at.task)])
         # Plain strokes run under no law, whatever that of the bench is.
         bench = self.bench(law or {"controller.kind": "lookup"}, at)
         kept = [PLAIN] if law is None else protocol.metrics_of(at.task)
@@ -184,7 +188,7 @@ class _Trial:
             occluded = occluded_at(occlusion_s, (self.start_s + self.duration_s) / 2.0)
             found = plain_strokes(bench, self.people, level_n, occluded, swept)
         else:
-            found = swept(bench, self.people, protocol.metrics_of(at.task))
+            found = swept(bench, self.people_of(law), protocol.metrics_of(at.task))
         return {str(name): values.values for name, values in found.data_vars.items()}
 
     def swept(self, at: Condition, system: System, people: Fingers, metrics: Sequence[str]) -> xr.Dataset:
