@@ -14,7 +14,7 @@ SHARES = (0.07, 0.125, 0.25, 0.5, 1.0)
 Row = tuple[Number, Number, Number, Number, Number, Number, Number]
 Schedule = tuple[Row, Row, Row, Row, Row]
 SCHEDULE: Schedule = (
-    (31.09, 19.54, 1.43, 9.238, 1.652, 0.3712, 1.35),
+    (33.16, 20.54, 1.35, 9.128, 1.718, 0.4041, 1.388),
     (19.87, 22.57, 1.707, 12.37, 1.176, 0.3765, 0.961),
     (13.91, 22.53, 2.042, 16.44, 1.398, 0.1955, 0.5174),
     (2.145, 12.72, 1.881, 5.411, 0.8837, 0.4127, 1.205),
@@ -62,8 +62,8 @@ class TrackerController(Timing):
     skin_stiffness_n_m: Positive = 1000.0
     """Believed stiffness of the skin: rising friction follows no faster than this times the speed (as Skin's)."""
     largest_jump_n: NotNegative = 0.3
-    """Most that one reading may move the estimated limit: a reversal rings (chosen on fingers(240, 3): at 0.04 N rows of
-    more gain no longer correct limit and springs alike)."""
+    """Most that one reading may move the estimated limit: a reversal rings (chosen on fingers(240, 3): with 0.04 N rows
+    of more gain no longer correct limit and springs alike)."""
 
     @property
     def overdrive(self) -> bool:
