@@ -37,7 +37,7 @@ LEGEND = (
     "--csv, --json: step times over skin and drive (limit) and the shortest (bound)",
     "felt: how much of the error touch feels, over a stroke without control; below 1 it feels less",
     "/oracle: rms over that of a law that knows plant and finger; Ms: largest gain on a disturbance",
-    "±5 %, ±10 %: Ms with the sensor's resonance off by that much, either way",
+    "±5 %, ±10 %: Ms with the sensor's resonance off by that much, either way (a tracker is told it)",
     "Ms of the tracker, and stable, are with right estimates; learnt: with those it has after a run",
 )
 """What the heads of the tables mean."""

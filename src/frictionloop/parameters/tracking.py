@@ -16,8 +16,8 @@ Schedule = tuple[Row, Row, Row, Row, Row]
 SCHEDULE: Schedule = (
     (33.16, 20.54, 1.35, 9.128, 1.718, 0.4041, 1.388),
     (19.87, 22.57, 1.707, 12.37, 1.176, 0.3765, 0.961),
-    (13.91, 22.53, 2.042, 16.44, 1.398, 0.1955, 0.5174),
-    (2.145, 12.72, 1.881, 5.411, 0.8837, 0.4127, 1.205),
+    (12.81, 22.85, 2.039, 15.91, 1.371, 0.1953, 0.5232),
+    (2.057, 12.96, 1.878, 5.418, 0.8959, 0.4114, 1.166),
     (12.77, 12.77, 1.798, 8.588, 0.9464, 1.0, 0.9146),
 )
 """Gains for the bench at Ms 1.7, its resonance measured. All but the last have been moved from rows that
@@ -39,7 +39,7 @@ class TrackerController(Timing):
     """Resonance that the observer is given over that of the model: too low is benign, too high fatal (tune_tracker).
 
     The model's is to be that of the device, measured (`identification.fit_ring_down`): where it is the device's that is
-    5 % below the model's, little is left of the margins, and 10 % below the loop is not stable.
+    5 % below the model's, less is left of the margins, and 10 % below the loop is not stable.
     """
     broadened_q: Positive = 7.0
     """Quality factor that the observer is given in place of the model's: broad, it holds for others (tune_tracker)."""
