@@ -33,7 +33,7 @@ enum { KD, KF, K1, K2, K3, LEAD, TRUST }; /* columns of the schedule: the last t
 /* Constants of tracker.py in the places of what they meet. */
 enum {
     LOWEST = -221459251, HIGHEST = 335544320,                 /* q26: -3.3, 5 */
-    LARGEST = 5 * FL_ONE,
+    LARGEST = 5 * FL_ONE, LARGEST_UP = 107374182,             /* 0.4 */
     FASTEST_C = 2 << 20, FASTEST_FALL = 53687,                /* q20; q28: 2e-4 */
     LARGEST_BY_C = 85899346, LARGEST_BY_T = 1 << 30,          /* q32: 0.02; q28 */
     LEAST_POWER_C = 115292150, LEAST_POWER_T = 22517998,      /* q60: 1e-10; q52: 5e-9 */
@@ -126,8 +126,10 @@ fl_force_command fl_tracker_step(
     if (rings) fall = fl_saturate(fall + fl_product(CALM_T, fall, 28));
     fall = fl_clip(fall, LEAST_FALL, MOST_FALL);
     const int32_t slides = FL_ONE - w, jump = fl_clip(gains[JUMP].mantissa, 0, MOST_JUMP);
-    const int32_t per_force = fl_low(fl_over(FL_ONE, fl_invert(fl_clip(f, LEAST_FORCE, MOST_FORCE)), 27));
-    int32_t missed = fl_clip(fl_saturate(fl_product(k[KD], error, 22)), -jump, jump);
+    const int32_t force = fl_clip(f, LEAST_FORCE, MOST_FORCE);
+    const int32_t per_force = fl_low(fl_over(FL_ONE, fl_invert(force), 27));
+    const int32_t moves = (int32_t)fl_product(LARGEST_UP, force, 28), most = moves < jump ? moves : jump;
+    int32_t missed = fl_clip(fl_saturate(fl_product(k[KD], error, 22)), -most, most);
     if (SELDOM(leapt)) missed = fl_low(fl_product(FL_ONE - leapt, missed, 28));
     const int32_t up = fl_low(fl_product(fl_low(fl_product(slides, missed, 28)), per_force, 27));
     d = fl_clip(fl_low(d + fl_product(LOG2_E, up, 32)), LOWEST, HIGHEST);

@@ -50,7 +50,7 @@ LAWS: dict[str, dict[str, Any]] = {
             "kind": "tracker",
             "delay_s": 200e-6,
             "compliance_um_per_n": 50.0,
-            "skin_stiffness_n_m": 2e4,
+            "skin_stiffness_n_m": 8e4,
             **LEARNT,
         },
     },

@@ -27,7 +27,7 @@ def test_the_code_prints_what_the_page_shows():
         if printed.getvalue():
             assert BLOCKS[k + 1] == ("text", printed.getvalue())
             shown += 1
-    assert shown == 4
+    assert shown == 5
 
 
 def test_the_table_of_floors():

@@ -145,7 +145,8 @@ class Tracker:
         self.calm(steepest, v, valid)
         tau = self.theta[1]
         f_before = self.x[1]
-        up = (1 - self.leapt) * (1 - w) * np.clip(K[0] * error, -jump, jump) / np.clip(self.x[1], 0.1, 2.0)
+        step = np.clip(np.clip(K[0] * error, -jump, jump) / np.clip(self.x[1], 0.1, 2.0), -0.4, 0.4)
+        up = (1 - self.leapt) * (1 - w) * step
         self.x[0] = np.clip(self.x[0] + up, -3.3 * LN2, 5.0 * LN2)
         limit *= 1 + up
         self.x[1] += w * self.stuck[1] * error + (1 - w) * np.clip(K[1] * error, -2 * jump, 2 * jump)
@@ -240,7 +241,7 @@ def test_the_compiled_step_is_the_law_written_anew(case, seed):
     np.testing.assert_allclose(u, wanted, rtol=RTOL)
     np.testing.assert_allclose(state, own_state, rtol=RTOL, atol=1e-12)
     assert inside > 1000 and stuck > 50 and own.calmed > 50 and own.shaken > 50
-    assert own.leaps > 50 and own.drops > 5 and own.leaned > 50 and own.let_go > 50  # all ways were gone
+    assert own.leaps > 50 and own.drops > 5 and own.leaned > 50 and own.let_go > 10  # all ways were gone
 
 
 def test_they_stay_together_while_the_finger_slides():

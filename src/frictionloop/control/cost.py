@@ -57,7 +57,7 @@ WORST_TICK = {
     "filtered_pi": WorstTick(3078, 4812),
     "observer": WorstTick(1762, 3402),
     "super_twisting": WorstTick(1947, 3770),
-    "tracker": WorstTick(3492, 7150),
+    "tracker": WorstTick(3499, 7181),
 }
 """By kind of controller, on the image of bench(), from entry to return of the tick's interrupt.
 

@@ -10,7 +10,7 @@ Commands: the amplitude at which friction goes the given share of its error in a
 all until friction that is on its way up has all but arrived. While a finger is stuck, lands or is lifted the limit is
 held, and the law goes on from it without a jump. There is no integrator to wind up; the estimates are bounded.
 
-Operations of a tick: 190 multiplications, 173 additions, 100 comparisons, 12 divisions, 1 root, 3 exp2, 2 log2.
+Operations of a tick: 191 multiplications, 173 additions, 101 comparisons, 12 divisions, 1 root, 3 exp2, 2 log2.
 """
 
 from __future__ import annotations
@@ -40,6 +40,8 @@ Believed 1.75 times as susceptible as it is, a moist finger of 3.4 N looks like 
 """
 LARGEST_N = 5.0
 """Bound of the believed friction: twice what the sensor reads (a reading that jumps moves it by 17 times as much)."""
+LARGEST_UP = 0.4
+"""Most that one reading may move the logarithm of the limit: well below 1, as the limit itself follows it in a line."""
 FASTEST_C, FASTEST_FALL = 2.0, 2e-4
 """Most that one reading may move compliance (um/N) and susceptibility (assumed: their ranges in 8 ms and 1.4 s)."""
 LARGEST_BY_C, LARGEST_BY_T = 0.02, 4.0
@@ -121,8 +123,9 @@ def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: 
     c = fma(-CALM_C * (valid if shakes else rings), c, c)
     fall = min(max(fma(CALM_T * rings, fall, fma(learns, step_t, fall)), 0.2), 3.0)
     slides = 1.0 - w
-    per_force = 1.0 / min(max(f, 0.1), 2.0)
-    up = slides * (1.0 - leapt) * min(max(kd * error, -jump), jump) * per_force
+    weighs = min(max(f, 0.1), 2.0)
+    per_force, most = 1.0 / weighs, min(jump, LARGEST_UP * weighs)
+    up = slides * (1.0 - leapt) * min(max(kd * error, -most), most) * per_force
     d = min(max(fma(LOG2_E, up, d), LOWEST), HIGHEST)
     limit = fma(limit, up, limit)
     f = fma(w * sf, error, fma(slides, min(max(kf * error, -2.0 * jump), 2.0 * jump), f))
