@@ -47,7 +47,7 @@ def capable(count: int, speed_mm_s: float) -> Fingers:
     """Return those of ``fingers(count, 3)`` given 0.3 and 0.9 N at their mean load, each told its own resonance."""
     people = protocol.tuning_population(count)
     able = protocol.able(BENCH, people, speed_mm_s)
-    devices = told(BENCH, protocol.each_resonance(BENCH, people))
+    devices = told(BENCH, protocol.each_resonance(BENCH, people), {"controller.kind": "tracker"})
     return Fingers(each for each, can in zip(devices, able, strict=True) if can)
 
 

@@ -20,15 +20,13 @@ ERROR = 0.002
 BELIEVED_HZ = "controller.model.resonance_hz"
 
 
-def is_told(law: Mapping[str, Any] | None) -> bool:
-    """Return whether a law, as overrides of a bench, is one of those that are told."""
-    return law is not None and law.get("controller.kind") in TOLD
+def told(system: System, people: Fingers, law: Mapping[str, Any] | None) -> Fingers:
+    """Return fingers with what a law believes of the resonance of each one's device; as they are for one not told.
 
-
-def told(system: System, people: Fingers) -> Fingers:
-    """Return fingers with what the controller of each one's device believes of the resonance."""
+    A law is overrides of the bench, None for none.
+    """
     sensor = system.sensor
-    if not isinstance(sensor, SuspendedSensor):
+    if law is None or law.get("controller.kind") not in TOLD or not isinstance(sensor, SuspendedSensor):
         return people
     met = [float(each.get("sensor.resonance_hz", sensor.resonance_hz)) for each in people]
     found = [hz * (1.0 + (ERROR if i % 2 else -ERROR)) for i, hz in enumerate(met)]

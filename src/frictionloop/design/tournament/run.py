@@ -12,7 +12,7 @@ import xarray as xr
 
 from frictionloop.design.tournament import protocol
 from frictionloop.design.tournament.entrants import Entrant, Overrides, entrants
-from frictionloop.design.tournament.measured import is_told, told
+from frictionloop.design.tournament.measured import told
 from frictionloop.design.tournament.plain import occluded_at, plain_strokes
 from frictionloop.design.tournament.protocol import Condition
 from frictionloop.design.tournament.store import Cell, Store, check_new
@@ -165,7 +165,7 @@ class _Trial:
         return self.system.evolve({**protocol.overrides_of(at, self.duration_s), **(law or {})})
 
     def people_of(self, law: Overrides | None) -> Fingers:
-        return told(self.system, self.people) if is_told(law) else self.people
+        return told(self.system, self.people, law)
 
     def check(self, at: Condition) -> None:
         """Refuse a condition that no law could run under, without one."""

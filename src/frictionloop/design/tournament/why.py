@@ -13,7 +13,7 @@ from frictionloop.design.causes import CAUSES
 from frictionloop.design.residual import residual_by_cause
 from frictionloop.design.residual_bands import residual_bands
 from frictionloop.design.tournament import protocol
-from frictionloop.design.tournament.measured import is_told, told
+from frictionloop.design.tournament.measured import told
 from frictionloop.design.tournament.protocol import Condition
 from frictionloop.design.tournament.run import Tournament
 from frictionloop.design.tournament.scores import spread
@@ -66,11 +66,10 @@ def reasons(tournament: Tournament, laws: Iterable[str], *, n_jobs: int | None =
 def _split(tournament: Tournament, law: str, speed: float, contact: str, n_jobs: int | None) -> xr.Dataset:
     some = np.flatnonzero(protocol.able(tournament.system, tournament.people, speed, tournament.duration_s))
     numbers = (some if some.size else np.arange(len(tournament.people)))[:MOST]
-    law_of_all = tournament.laws[law]
-    known = told(tournament.system, tournament.people) if is_told(law_of_all) else tournament.people
+    known = told(tournament.system, tournament.people, tournament.laws[law])
     people = [known[i] for i in numbers]
     at = Condition(speed, contact, TASK)
-    bench = tournament.system.evolve({**protocol.overrides_of(at, tournament.duration_s), **law_of_all})
+    bench = tournament.system.evolve({**protocol.overrides_of(at, tournament.duration_s), **tournament.laws[law]})
     seed, start_s = protocol.noise_seed(tournament.seed, TASK), tournament.start_s
     options: dict[str, Any] = {"score_from_s": start_s, "n_jobs": n_jobs, "progress": False}
     found = residual_by_cause(bench, people, tournament.duration_s, [seed], **options)
