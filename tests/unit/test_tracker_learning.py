@@ -87,8 +87,8 @@ def test_sensitivities_against_finite_differences(parameter, by, step, complianc
     """d(expected reading)/d(parameter) with learning off, under a schedule that is the same at all shares.
 
     That the compliance also chooses the gains is left out of the sensitivity: it moves the reading by what the next
-    innovations bring, which nothing before them correlates with. And the mean limit of a period stands for that at
-    either end, which is furthest off where the amplitude moves most, by 54 nm in a tick.
+    innovations bring, which nothing before them correlates with. Furthest off are ticks that follow the largest steps
+    of the amplitude, 54 nm: perhaps since the mean limit of a period stands for that at either end.
     """
     share = 1.0 / (1.0 + compliance * 0.6e-6 / (SPEED * DT))
     flat = (tuple(float(np.interp(share, SHARES, column)) for column in np.array(SCHEDULE).T),) * 5
