@@ -22,7 +22,7 @@ from frictionloop.design.tracker_loop import Row, plant_paths
 from frictionloop.design.tracker_search import RowSearch
 from frictionloop.design.tracker_tuning import LIMITS, believed_resonance, tune_tracker
 from frictionloop.design.wiener_hopf import bins
-from frictionloop.parameters.tracking import SHARES
+from frictionloop.parameters.tracking import PLACES
 from frictionloop.physics.fingers import Fingers
 
 SPEEDS_MM_S, CONTACTS, LEVELS_N = (20.0, 80.0), ("dahl", "slider"), (0.4, 0.6, 0.8)
@@ -155,8 +155,8 @@ def rows() -> None:
     true, turns = BENCH.controller.model, np.linspace(0.0, np.pi, BINS + 1)
     share_of_true, q = believed_resonance()
     low = {"resonance_hz": share_of_true * true.resonance_hz, "resonance_q": q}
-    for share, row in zip(SHARES, BENCH.controller.schedule, strict=True):
-        search = RowSearch(BENCH, true, true.model_copy(update=low), share, LIMITS)
+    for place, row in zip(PLACES, BENCH.controller.schedule, strict=True):
+        search = RowSearch(BENCH, true, true.model_copy(update=low), place, LIMITS)
         plants, disturbance = search.plants[0]
         search.near, search.plants = 0.0, search.plants[:1]
         paths = {off: plant_paths(plant, search.dt) for off, plant in plants.items()}
@@ -171,7 +171,7 @@ def rows() -> None:
         told = (
             f"{1e3 * search.residual(Row(*row))[0]:.1f} mN, bound {1e3 * free.bound_rms_n:.1f} (stable: {free.stable})"
         )
-        print(f"share {share:g}: {told}, and {1e3 * driven_less.bound_rms_n:.1f} with a command that small")
+        print(f"place {place:g}: {told}, and {1e3 * driven_less.bound_rms_n:.1f} with a command that small")
 
 
 def moved() -> None:

@@ -9,8 +9,8 @@
 #define FL_LARGEST_BODY 272
 #define FL_TICK_HZ 5000
 #define FL_SILENCE_MS 200
-#define FL_TABLE_HASH 0x1d16e8d1u
-#define FL_WORDS 742
+#define FL_TABLE_HASH 0x39a6c2e1u
+#define FL_WORDS 752
 
 enum fl_board { FL_BOARD_HOST = 0, FL_BOARD_MPS2 = 1, FL_BOARD_TEENSY31 = 2 };
 
@@ -29,7 +29,7 @@ enum fl_channel { FL_CHANNEL_F_R, FL_CHANNEL_F_M, FL_CHANNEL_U, FL_CHANNEL_A, FL
 /* The parameter table: FL_WORDS words in this order. */
 typedef struct {
     int32_t law_number;  /* count: control law (control/laws): 1 PI, 2 lookup, 3 filtered PI, 4 observer, 5 super-twisting, 6 tracker */
-    fl_gain law_gains[80];  /* gain: gains of the law, as its fixed-point step takes them; unused ones are 0 */
+    fl_gain law_gains[85];  /* gain: gains of the law, as its fixed-point step takes them; unused ones are 0 */
     int32_t law_start[32];  /* count: state of the law when the loop closes, each in the format of the law's table */
     int32_t law_low_n;  /* q28, N: lowest force command, g(a_max) by the controller's model */
     int32_t law_high_n;  /* q28, N: highest force command, f0 by the controller's model */
@@ -66,36 +66,36 @@ typedef struct { uint16_t first, count, stride; int32_t low, high; } fl_range;
 #define FL_RANGES 31
 #define FL_RANGE_TABLE { \
     {0, 1, 1, 0, 15}, \
-    {1, 80, 2, -1, 62}, \
-    {161, 32, 1, INT32_MIN, 2147483647}, \
-    {193, 1, 1, 0, 2147483647}, \
-    {194, 1, 1, 0, 2147483647}, \
-    {195, 257, 1, 0, 2147483647}, \
-    {452, 1, 2, -1, 62}, \
-    {454, 1, 1, 0, 268435456}, \
-    {455, 1, 2, -1, 62}, \
-    {457, 1, 1, 0, 2120640102}, \
-    {458, 1, 1, 0, 2120640102}, \
-    {459, 1, 1, 3, 2120640102}, \
-    {460, 257, 1, 0, 65536}, \
-    {717, 1, 1, 1, 2}, \
-    {718, 2, 1, -32768, 32767}, \
-    {720, 2, 2, -1, 62}, \
-    {724, 1, 1, -32768, 32767}, \
-    {725, 1, 2, -1, 62}, \
-    {727, 1, 2, -1, 62}, \
-    {729, 1, 1, 0, 268435456}, \
-    {730, 1, 2, -1, 62}, \
-    {732, 1, 1, 0, 2147483647}, \
-    {733, 1, 1, 0, 268435456}, \
-    {734, 1, 1, 0, 268435456}, \
-    {735, 1, 1, 0, 2147483647}, \
-    {736, 1, 1, 0, 2147483647}, \
-    {737, 1, 1, 0, 2147483647}, \
-    {738, 1, 1, 0, 2147483647}, \
-    {739, 1, 1, 1, 50000}, \
-    {740, 1, 1, 2, 500000}, \
-    {741, 1, 1, 1, 5000}, \
+    {1, 85, 2, -1, 62}, \
+    {171, 32, 1, INT32_MIN, 2147483647}, \
+    {203, 1, 1, 0, 2147483647}, \
+    {204, 1, 1, 0, 2147483647}, \
+    {205, 257, 1, 0, 2147483647}, \
+    {462, 1, 2, -1, 62}, \
+    {464, 1, 1, 0, 268435456}, \
+    {465, 1, 2, -1, 62}, \
+    {467, 1, 1, 0, 2120640102}, \
+    {468, 1, 1, 0, 2120640102}, \
+    {469, 1, 1, 3, 2120640102}, \
+    {470, 257, 1, 0, 65536}, \
+    {727, 1, 1, 1, 2}, \
+    {728, 2, 1, -32768, 32767}, \
+    {730, 2, 2, -1, 62}, \
+    {734, 1, 1, -32768, 32767}, \
+    {735, 1, 2, -1, 62}, \
+    {737, 1, 2, -1, 62}, \
+    {739, 1, 1, 0, 268435456}, \
+    {740, 1, 2, -1, 62}, \
+    {742, 1, 1, 0, 2147483647}, \
+    {743, 1, 1, 0, 268435456}, \
+    {744, 1, 1, 0, 268435456}, \
+    {745, 1, 1, 0, 2147483647}, \
+    {746, 1, 1, 0, 2147483647}, \
+    {747, 1, 1, 0, 2147483647}, \
+    {748, 1, 1, 0, 2147483647}, \
+    {749, 1, 1, 1, 50000}, \
+    {750, 1, 1, 2, 500000}, \
+    {751, 1, 1, 1, 5000}, \
 }
 
 #endif

@@ -2,23 +2,34 @@
 
 #include "fl_row.h"
 
-void fl_schedule(int32_t *values, int32_t share, const fl_gain *table) {
-    static const int32_t from[] = {18790482, 33554432, 67108864, 134217728}; /* 0.07, 0.125, 0.25, 0.5 */
-    int32_t way = 0; /* from one row to the next, q28 */
-    if (share > from[3]) {
-        table += 3;
-        way = (share - from[3]) * 2;
-    } else if (share > from[2]) {
-        table += 2;
-        way = (share - from[2]) * 4;
-    } else if (share > from[1]) {
+/* place_of, from 0.75 on: how far beyond that, q28, at most 1/2 */
+static int32_t stretched(int32_t beyond, int32_t speed) {
+    enum { SLOW = 5368709 }; /* 0.02 m/s */
+    const int32_t far = (int32_t)fl_product(beyond, speed > SLOW ? speed : SLOW, 28);
+    return far < FL_ONE / 100 ? 50 * far : FL_ONE / 2;
+}
+
+void fl_schedule(int32_t *values, int32_t share, int32_t speed, const fl_gain *table) {
+    enum { ROW = 18790482, SECOND = FL_ONE / 8, QUARTER = FL_ONE / 4 }; /* 0.07 */
+    int32_t way = 0; /* from one row to the next, q31, at most all but 2^-31 */
+    if (share > 3 * QUARTER) {
+        const int32_t far = stretched(share - 3 * QUARTER, speed) - 1, row = far >> 26; /* quarters: 0 or 1 */
+        table += 4 + row;
+        way = (far & (QUARTER - 1)) * 32;
+    } else if (share > QUARTER) {
+        const int32_t place = share - 1;
+        table += 1 + (place >> 26); /* quarters: 1 or 2 */
+        way = (place & (QUARTER - 1)) * 32;
+    } else if (share > SECOND) {
         table += 1;
-        way = (share - from[1]) * 8;
-    } else if (share > from[0]) {
-        way = (int32_t)fl_product(share - from[0], 1220161164, 26); /* q26: 1/(0.125 - 0.07) */
+        way = (share - SECOND - 1) * 64;
+    } else if (share > ROW) {
+        way = (int32_t)fl_product(share - ROW, 1220161164, 23); /* q26: 1/(0.125 - 0.07) */
     }
-    for (int i = 0; i < FL_SCHEDULED; i++, table += FL_SHARES)
-        values[i] = fl_low(table[0].mantissa + fl_product(fl_subtract(table[1].mantissa, table[0].mantissa), way, 28));
+    for (int i = 0; i < FL_SCHEDULED; i++, table += FL_PLACES) {
+        const int32_t further = fl_subtract(table[1].mantissa, table[0].mantissa);
+        values[i] = table[0].mantissa + 2 * (int32_t)(((int64_t)further * way) >> 32);
+    }
 }
 
 int32_t fl_share_of(int32_t compliance, int32_t limit, int64_t way, fl_inverse *per_whole) {

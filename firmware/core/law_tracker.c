@@ -95,7 +95,7 @@ fl_force_command fl_tracker_step(
     int32_t limit = fl_limit_of(fl_low((int64_t)d + push), fall, a);
     fl_inverse per_whole;
     int32_t share = fl_share_of(c, f >> 2, way, &per_whole), k[FL_SCHEDULED];
-    fl_schedule(k, share, gains + TABLE);
+    fl_schedule(k, share, v, gains + TABLE);
     const int32_t w = fl_stuck_share(f, limit, rising, fastest, valid);
     const int32_t calm = 2 * (int64_t)magnitude(rising) < fastest;
     const int32_t off = (f >> 1) - (setpoint >> 1), leaps = valid && magnitude(off) > LEAP / 2;

@@ -16,7 +16,7 @@ from frictionloop.design import linear_optimum, waterbed_bound
 from frictionloop.design.tracker_loop import Plant, Row, answer, plant_paths
 from frictionloop.design.tracker_search import RowSearch, true_shares
 from frictionloop.design.tracker_tuning import LIMITS, believed_resonance
-from frictionloop.parameters.tracking import SCHEDULE, SHARES
+from frictionloop.parameters.tracking import PLACES, SCHEDULE
 
 TS, NYQUIST_HZ = 2e-4, 2500.0
 FREQUENCY_HZ = (np.arange(5000) + 0.5) * NYQUIST_HZ / 5000
@@ -200,16 +200,16 @@ def tracked_plant(share: float, model) -> tuple[np.ndarray, np.ndarray]:
     return tuple(ss2tf(A, eye[:, [1]], eye[[k]], np.zeros((1, 1)))[0][0] for k in (5, 2))
 
 
-@pytest.mark.parametrize(("share", "row"), list(zip(SHARES, SCHEDULE, strict=True)))
-def test_no_row_of_the_tracker_is_below_it(share: float, row: tuple[float, ...]) -> None:
+@pytest.mark.parametrize(("place", "row"), list(zip(PLACES, SCHEDULE, strict=True)))
+def test_no_row_of_the_tracker_is_below_it(place: float, row: tuple[float, ...]) -> None:
     bench = fl.bench().evolve({"controller.kind": "tracker"})
     true = bench.controller.model.model_copy(
         update={"resonance_hz": bench.sensor.resonance_hz, "resonance_q": bench.sensor.q, "sensor_hz": 1000.0}
     )
     low, broad = believed_resonance()
     told = {"resonance_hz": low * 145.0, "resonance_q": broad}
-    search = RowSearch(bench, true, true.model_copy(update=told), share, LIMITS)
-    own = true_shares(share)[0]
+    search = RowSearch(bench, true, true.model_copy(update=told), place, LIMITS)
+    own, share = true_shares(place)[0], search.share
     disturbance = search.plants[0][1]
     theirs = answer(Row(*row), search.believed, share, Plant(true, own), search.z, TS)
     reading, friction = tracked_plant(own, true)

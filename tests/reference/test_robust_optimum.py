@@ -18,7 +18,7 @@ from frictionloop.design.tracker_loop import Plant, Row, plant_paths
 from frictionloop.design.tracker_search import RowSearch, true_shares
 from frictionloop.design.tracker_tuning import LIMITS, believed_resonance
 from frictionloop.design.wiener_hopf import Spectra, bins
-from frictionloop.parameters.tracking import SCHEDULE, SHARES
+from frictionloop.parameters.tracking import PLACES, SCHEDULE
 
 TS, NYQUIST_HZ, BINS = 2e-4, 2500.0, 2**11
 FREQUENCY_HZ = (np.arange(5000) + 0.5) * NYQUIST_HZ / 5000
@@ -104,18 +104,18 @@ def test_it_is_below_every_integral_controller_that_keeps_its_own_peaks(pole, no
     assert found.bound_rms_n <= np.sqrt(spectra.width_hz @ left) * (1 + 1e-6)
 
 
-@pytest.mark.parametrize(("share", "row"), list(zip(SHARES, SCHEDULE, strict=True)))
-def test_no_row_of_the_tracker_is_below_what_bears_its_resonances(share: float, row: tuple[float, ...]) -> None:
+@pytest.mark.parametrize(("place", "row"), list(zip(PLACES, SCHEDULE, strict=True)))
+def test_no_row_of_the_tracker_is_below_what_bears_its_resonances(place: float, row: tuple[float, ...]) -> None:
     bench = fl.bench().evolve({"controller.kind": "tracker"})
     sensor = {"resonance_hz": bench.sensor.resonance_hz, "resonance_q": bench.sensor.q, "sensor_hz": 1000.0}
     true = bench.controller.model.model_copy(update=sensor)
     low, broad = believed_resonance()
     believed = true.model_copy(update={"resonance_hz": low * 145.0, "resonance_q": broad})
-    search = RowSearch(bench, true, believed, share, LIMITS)
+    search = RowSearch(bench, true, believed, place, LIMITS)
     search.near = 0.0
     search.plants = search.plants[:1]
     left, peaks, _, _ = search.residual(Row(*row))
-    own, paths = true_shares(share)[0], {}
+    own, paths = true_shares(place)[0], {}
     for off in peaks:
         there = true.model_copy(update={"resonance_hz": 145.0 * (1.0 + off)})
         paths[off] = plant_paths(Plant(there, own), TS)

@@ -10,7 +10,7 @@ from frictionloop.control.tracker_gains import observed
 from frictionloop.design import linearise
 from frictionloop.design.tracker_loop import Plant, Row, _tracker, answer
 from frictionloop.design.tracker_tuning import LIMITS
-from frictionloop.parameters.tracking import SCHEDULE, SHARES, TrackerController
+from frictionloop.parameters.tracking import PLACES, SCHEDULE, TrackerController
 
 TS = 1 / 5000
 FREQUENCY_HZ = np.geomspace(1.0, 2400.0, 80)
@@ -26,8 +26,10 @@ def bench(contact, compliance, speed_mm_s=20.0):
     )  # fmt: skip
 
 
-def row_at(share):
-    return Row(*(float(np.interp(share, SHARES, column)) for column in np.array(SCHEDULE).T))
+def row_at(share, speed_mm_s):
+    """Of a slider the gains depend on the speed, too."""
+    place = share + max(share - 0.75, 0.0) * max(speed_mm_s / 20.0 - 1.0, 0.0)
+    return Row(*(float(np.interp(place, PLACES, column)) for column in np.array(SCHEDULE).T))
 
 
 def share_of(compliance, force_n, speed_mm_s):
@@ -47,7 +49,7 @@ def tuned_law(row, model, share):
 @pytest.mark.parametrize(
     ("contact", "compliance", "force_n", "speed_mm_s"),
     [("slider", 0.0, 0.6, 20.0), ("dahl", 50.0, 0.6, 20.0), ("dahl", 50.0, 0.4, 20.0), ("dahl", 50.0, 0.8, 80.0),
-     ("dahl", 40.0, 0.6, 20.0)],
+     ("dahl", 40.0, 0.6, 20.0), ("slider", 0.0, 0.6, 80.0), ("slider", 0.0, 0.6, 30.0), ("slider", 4.0, 0.5, 60.0)],
 )  # fmt: skip
 def test_the_law_is_the_one_that_is_tuned(contact, compliance, force_n, speed_mm_s):
     """Command from reading, dL = (F/u) (tau/tau_model) du, estimates held: the same linear law to 1e-4."""
@@ -56,7 +58,9 @@ def test_the_law_is_the_one_that_is_tuned(contact, compliance, force_n, speed_mm
     model = system.controller.model
     u = model.nominal_n * np.exp(-model.susceptibility_per_um2 * loop.elements.amplitude_um**2)
     found = loop.law.response(FREQUENCY_HZ)[:, 0, 1] * force_n / u
-    np.testing.assert_allclose(found, tuned_law(row_at(share), observed(system.controller), share), rtol=1e-4)
+    np.testing.assert_allclose(
+        found, tuned_law(row_at(share, speed_mm_s), observed(system.controller), share), rtol=1e-4
+    )
 
 
 def sensitivities(contact, force_n, speed_mm_s, compliance, true_share):
@@ -65,7 +69,7 @@ def sensitivities(contact, force_n, speed_mm_s, compliance, true_share):
     real = {"resonance_hz": sensor.resonance_hz, "resonance_q": sensor.q, "sensor_hz": sensor.cutoff_hz}
     share = share_of(compliance, force_n, speed_mm_s)
     plant = Plant(model.model_copy(update=real), true_share)
-    tuned = answer(row_at(share), observed(system.controller), share, plant, Z, TS).sensitivity
+    tuned = answer(row_at(share, speed_mm_s), observed(system.controller), share, plant, Z, TS).sensitivity
     return np.abs(tuned), np.abs(linearise(system, force_n=force_n).responses(FREQUENCY_HZ)["S"])
 
 

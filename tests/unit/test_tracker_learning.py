@@ -11,7 +11,7 @@ from frictionloop.control.tracker import tracker_step
 from frictionloop.control.tracker_gains import observed, sensor_matrices, tracker_gains, tracker_start
 from frictionloop.control.tracker_state import TrackerState
 from frictionloop.design.learnt import learnt_in_run
-from frictionloop.parameters.tracking import SCHEDULE, SHARES, TrackerController
+from frictionloop.parameters.tracking import PLACES, SCHEDULE, TrackerController
 from frictionloop.sensing.measurement import Measurement
 
 DT, SPEED, NOISE_N = 1.0 / 5000, 0.02, 1e-4
@@ -84,14 +84,14 @@ def replayed(c, states, readings, parameter, value, hz):
 @pytest.mark.parametrize(("parameter", "by", "step"), [("compliance", "by_c4", 1e-3), ("fall", "by_t4", 1e-6)])
 @pytest.mark.parametrize("compliance", [20.0, 45.0])
 def test_sensitivities_against_finite_differences(parameter, by, step, compliance):
-    """d(expected reading)/d(parameter) with learning off, under a schedule that is the same at all shares.
+    """d(expected reading)/d(parameter) with learning off, under a schedule that is the same at all places.
 
     That the compliance also chooses the gains is left out of the sensitivity: it moves the reading by what the next
     innovations bring, which nothing before them correlates with. Furthest off are ticks that follow the largest steps
     of the amplitude, 54 nm: perhaps since the mean limit of a period stands for that at either end.
     """
     share = 1.0 / (1.0 + compliance * 0.6e-6 / (SPEED * DT))
-    flat = (tuple(float(np.interp(share, SHARES, column)) for column in np.array(SCHEDULE).T),) * 5
+    flat = (tuple(float(np.interp(share, PLACES, column)) for column in np.array(SCHEDULE).T),) * 7
     learning = {"compliance_learning": 0.0, "susceptibility_learning": 0.0, "schedule": flat}
     c = controller(compliance_um_per_n=compliance, **learning)
     states, readings = tracked(c, Finger(compliance, 0.38, 3e-4, 1e-5), 3000, hz=4.0)
@@ -109,7 +109,8 @@ def matched(walk):
     """Return a schedule of the Kalman gains for the noise that is there."""
     A, b0, b1 = sensor_matrices(MODEL, DT)
     rows = []
-    for share, quick in zip(SHARES, SCHEDULE, strict=True):
+    for place, quick in zip(PLACES, SCHEDULE, strict=True):
+        share = min(place, 1.0)
         F = np.zeros((5, 5))
         F[0, 0], F[1, :2], F[2:, 2:] = 1.0, (share, 1.0 - share), A
         F[2:, :2] = np.outer(b0, [0.0, 1.0]) + np.outer(b1, F[1, :2])

@@ -10,10 +10,10 @@ from scipy.linalg import expm
 from scipy.signal import lsim
 
 import frictionloop as fl
-from frictionloop.control.limit_observer import limit_of, scheduled, sensor_step, share_of, stuck_share
+from frictionloop.control.limit_observer import limit_of, place_of, scheduled, sensor_step, share_of, stuck_share
 from frictionloop.control.tracker_gains import observed, sensor_matrices, sensor_step_of, slopes_of, tracker_gains
 from frictionloop.control.tracker_state import TrackerGains
-from frictionloop.parameters.tracking import SCHEDULE, SHARES, TrackerController
+from frictionloop.parameters.tracking import PLACES, SCHEDULE, TrackerController
 
 DT = 1.0 / 5000
 MODEL = fl.bench().controller.model
@@ -70,12 +70,22 @@ def test_stuck_gains_against_the_riccati_recursion():
     np.testing.assert_allclose(given, K[[0, 2, 3, 4]], rtol=1e-6)
 
 
-@given(st.floats(SHARES[0], 1.0), st.integers(0, 6))
-def test_schedule_against_interp(share, column):
-    slopes = slopes_of(SCHEDULE)[5 * column : 5 * column + 5]
-    expected = np.interp(share, SHARES, [row[column] for row in SCHEDULE])
-    assert scheduled(share, *slopes) == pytest.approx(expected, rel=1e-12, abs=1e-12)
-    assert scheduled(0.5 * share * SHARES[0], *slopes) == SCHEDULE[0][column]  # held below the first
+@given(st.floats(0.0, PLACES[-1]), st.integers(0, 6))
+def test_schedule_against_interp(place, column):
+    slopes = slopes_of(SCHEDULE)[7 * column : 7 * column + 7]
+    expected = np.interp(place, PLACES, [row[column] for row in SCHEDULE])
+    assert scheduled(place, slopes) == pytest.approx(expected, rel=1e-12, abs=1e-12)
+
+
+@given(st.floats(0.0, 1.0), st.floats(0.002, 1.0))
+def test_only_a_slider_s_place_moves_with_speed(share, speed_m_s):
+    place = place_of(share, speed_m_s)
+    assert share * (1 - 1e-15) <= place <= PLACES[-1]
+    if share <= 0.75 or speed_m_s <= 0.02:
+        assert place == pytest.approx(share, rel=1e-15)
+    assert place_of(1.0, max(speed_m_s, 0.04)) == PLACES[-1]
+    assert place_of(0.875, max(speed_m_s, 0.08)) == pytest.approx(PLACES[-1])
+    assert place_of(0.875, 0.04) == pytest.approx(1.0)
 
 
 @given(st.floats(0, 1000), st.floats(-1, 12), st.floats(0.002, 1.0))

@@ -15,7 +15,7 @@ from frictionloop.design.learnt import conditions
 from frictionloop.design.tracker_synthesis import held_tracker
 from frictionloop.design.tracker_tuning import TrackerTuning
 from frictionloop.design.wanted import Wanted
-from frictionloop.parameters.tracking import SCHEDULE, SHARES, TrackerController
+from frictionloop.parameters.tracking import PLACES, SCHEDULE, TrackerController
 
 TRACKER = {"controller.kind": "tracker"}
 
@@ -60,10 +60,10 @@ def rows(monkeypatch):
             asked.append(dict(limits))
             if limits[0.0] - 1.0 < least:
                 raise fl.FrictionloopError(f"limits: {limits[0.0]:g} is not reached")
-            for _ in SHARES:
+            for _ in PLACES:
                 progress()
-            peaks = ({sign * off: peak for off, peak in limits.items() for sign in (-1, 1)},) * len(SHARES)
-            return TrackerTuning(SCHEDULE, system.controller.model, (0.01,) * len(SHARES), peaks, 0.91, 6.0)
+            peaks = ({sign * off: peak for off, peak in limits.items() for sign in (-1, 1)},) * len(PLACES)
+            return TrackerTuning(SCHEDULE, system.controller.model, (0.01,) * len(PLACES), peaks, 0.91, 6.0)
 
         def looked_at(_system, _limits):
             return [Corner(off, Margins(1.0 + factor * (peak - 1.0))) for off, peak in asked[-1].items()]
@@ -119,7 +119,7 @@ def test_a_tuned_tracker_holds_is_simulated_and_exported(tmp_path, capsys, monke
     assert len(found["margins"]) == 4 * 5 * 6
     for row in found["margins"]:
         assert row["sensitivity_peak"] <= {0: 1.7, 5: 2.0, 10: 2.6}[round(100 * abs(row["resonance_off"]))] * 1.001
-    assert [row["share"] for row in found["schedule"]] == list(SHARES)
+    assert [row["place"] for row in found["schedule"]] == list(PLACES)
     run = fl.simulate(system, 4.0).sel(time=slice(1.0, None))
     plain = fl.simulate(system.evolve({"controller.kind": "lookup"}), 4.0).sel(time=slice(1.0, None))
     assert fl.rms_error(run) < 0.5 * fl.rms_error(plain)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from frictionloop.cli import screen
 from frictionloop.cli.tournament_text import number
-from frictionloop.parameters.tracking import SHARES
+from frictionloop.parameters.tracking import PLACES
 
 if TYPE_CHECKING:
     from frictionloop.design.corners import Corner
@@ -28,10 +28,10 @@ def schedule_rows(schedule: Sequence[Sequence[float]]) -> list[Row]:
     """Return the rows of a schedule under the names of their gains (`TrackerController.schedule`)."""
     from frictionloop.design.tracker_loop import Row as Gains
 
-    rows = [(f"{share:g}", [f"{gain:.4g}" for gain in row]) for share, row in zip(SHARES, schedule, strict=True)]
+    rows = [(f"{place:g}", [f"{gain:.4g}" for gain in row]) for place, row in zip(PLACES, schedule, strict=True)]
     return [
         (name, " ".join(f"{cell:>8}" for cell in cells))
-        for name, cells in (("schedule, share", list(Gains._fields)), *rows)
+        for name, cells in (("schedule, place", list(Gains._fields)), *rows)
     ]
 
 
@@ -46,10 +46,10 @@ def tuned_text(designed: Designed) -> list[Any]:
         screen.table(_table("", _by_stroke(designed.corners))),
         "",
         screen.wrapped(
-            "Ms of each row, by the share of the way to its limit that friction goes in a period, and the residual "
-            "that is predicted of it at the speed it is for, mN"
+            "Ms of each row, by the share of the way to its limit that friction goes in a period (1 is a slider's, "
+            "1.25 one's from 40 mm/s on), and the residual that is predicted of it at the speed it is for, mN"
         ),
-        screen.table(_table("share", _by_share(tuning), ("residual", *left))),
+        screen.table(_table("place", _by_place(tuning), ("residual", *left))),
         "",
     ]
 
@@ -62,8 +62,8 @@ def _by_stroke(found: Sequence[Corner]) -> Peaks:
     return peaks
 
 
-def _by_share(tuning: TrackerTuning) -> Peaks:
-    return {f"{share:g}": peaks for share, peaks in zip(SHARES, tuning.peaks, strict=True)}
+def _by_place(tuning: TrackerTuning) -> Peaks:
+    return {f"{place:g}": peaks for place, peaks in zip(PLACES, tuning.peaks, strict=True)}
 
 
 def _table(name: str, peaks: Peaks, column: Sequence[str] = ()) -> list[Row]:
@@ -82,9 +82,9 @@ def as_json(tuning: TrackerTuning | None) -> list[dict[str, Any]] | None:
         return None
     return [
         {
-            "share": share,
+            "place": place,
             "residual_n": left,
             "sensitivity_peak": {f"{off + 0.0:g}": peak for off, peak in peaks.items()},
         }
-        for share, left, peaks in zip(SHARES, tuning.residual_n, tuning.peaks, strict=True)
+        for place, left, peaks in zip(PLACES, tuning.residual_n, tuning.peaks, strict=True)
     ]

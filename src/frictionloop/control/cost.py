@@ -51,13 +51,13 @@ class WorstTick(NamedTuple):
 
 
 WORST_TICK = {
-    "pi": WorstTick(1357, 2476),
-    "lookup": WorstTick(1335, 2407),
-    "notch_pi": WorstTick(2165, 3599),
-    "filtered_pi": WorstTick(3078, 4812),
-    "observer": WorstTick(1762, 3402),
-    "super_twisting": WorstTick(1947, 3770),
-    "tracker": WorstTick(3499, 7181),
+    "pi": WorstTick(1358, 2475),
+    "lookup": WorstTick(1336, 2406),
+    "notch_pi": WorstTick(2166, 3596),
+    "filtered_pi": WorstTick(3079, 4809),
+    "observer": WorstTick(1763, 3401),
+    "super_twisting": WorstTick(1948, 3773),
+    "tracker": WorstTick(3507, 7195),
 }
 """By kind of controller, on the image of bench(), from entry to return of the tick's interrupt.
 

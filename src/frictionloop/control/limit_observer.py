@@ -15,12 +15,25 @@ LEAST_N = 0.05
 
 
 @step
-def scheduled(share: float, first: float, s0: float, s1: float, s2: float, s3: float) -> float:
-    """Line by line between the shares 0.07, 0.125, 0.25, 0.5 and 1 (parameters.tracking.SHARES); slopes add up."""
-    v = fma(s0, max(share - 0.07, 0.0), first)
-    v = fma(s1, max(share - 0.125, 0.0), v)
-    v = fma(s2, max(share - 0.25, 0.0), v)
-    return fma(s3, max(share - 0.5, 0.0), v)
+def place_of(share: float, speed_m_s: float) -> float:
+    """Where gains are taken from the schedule (parameters.tracking.PLACES): at the share, but a slider's also by speed.
+
+    Of slow strokes little is felt, and they bear other gains than strokes of 40 mm/s and more.
+    """
+    beyond = max(share - 0.75, 0.0)
+    return share - beyond + min(beyond * max(50.0 * speed_m_s, 1.0), 0.5)
+
+
+@step
+def scheduled(place: float, column) -> float:  # type: ignore[no-untyped-def]
+    """Line by line between the places 0.07, 0.125, 0.25, 0.5, 0.75, 1 and 1.25; slopes add up."""
+    first, s0, s1, s2, s3, s4, s5 = column
+    v = fma(s0, max(place - 0.07, 0.0), first)
+    v = fma(s1, max(place - 0.125, 0.0), v)
+    v = fma(s2, max(place - 0.25, 0.0), v)
+    v = fma(s3, max(place - 0.5, 0.0), v)
+    v = fma(s4, max(place - 0.75, 0.0), v)
+    return fma(s5, max(place - 1.0, 0.0), v)
 
 
 @step

@@ -10,7 +10,7 @@ Commands: the amplitude at which friction goes the given share of its error in a
 all until friction that is on its way up has all but arrived. While a finger is stuck, lands or is lifted the limit is
 held, and the law goes on from it without a jump. There is no integrator to wind up; the estimates are bounded.
 
-Operations of a tick: 191 multiplications, 173 additions, 101 comparisons, 12 divisions, 1 root, 3 exp2, 2 log2.
+Operations of a tick: 213 multiplications, 218 additions, 125 comparisons, 12 divisions, 1 root, 3 exp2, 2 log2.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ import math
 from frictionloop.control.law import ForceCommand
 from frictionloop.control.limit_observer import (
     limit_of,
+    place_of,
     scheduled,
     sensitivity_step,
     sensor_step,
@@ -81,8 +82,8 @@ def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: 
     quick, sc, st = state[18], state[19:24], state[24:29]
     rest, decay_rest, decay_left, decay, inverse, most_um, most_c, learn_c, learn_t, exponent, load_gain = gains[:11]
     skin, jump, log2_nominal, model_fall, sf, s1, s2, s3 = gains[11:19]
-    sensor, table = gains[19:32], gains[32:67]
-    low, high = gains[67], gains[68]
+    sensor, table = gains[19:32], gains[32:81]
+    low, high = gains[81], gains[82]
     force, _, speed, pressed, valid = measurement
 
     forward = 1.0 if speed >= 0.0 else -1.0
@@ -98,9 +99,10 @@ def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: 
     error = force - x3
     limit = limit_of(d + push, fall, a)
     share = share_of(c, f, way_um)
-    kd, kf = scheduled(share, *table[0:5]), scheduled(share, *table[5:10])
-    k1, k2, k3 = scheduled(share, *table[10:15]), scheduled(share, *table[15:20]), scheduled(share, *table[20:25])
-    lead, trust = scheduled(share, *table[25:30]), scheduled(share, *table[30:35])
+    place = place_of(share, v)
+    kd, kf = scheduled(place, table[0:7]), scheduled(place, table[7:14])
+    k1, k2, k3 = scheduled(place, table[14:21]), scheduled(place, table[21:28]), scheduled(place, table[28:35])
+    lead, trust = scheduled(place, table[35:42]), scheduled(place, table[42:49])
     w = stuck_share(f, limit, rising, fastest, valid)
     leaps = (valid > 0.0) & (abs(f - setpoint_n) > LEAP_N)
     slow = (not leaps) & (leapt == 0.0) & (abs(rising) < 0.5 * fastest)

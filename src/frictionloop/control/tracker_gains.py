@@ -10,7 +10,7 @@ import numpy as np
 
 from frictionloop.control.tracker_state import SensorStep, TrackerGains, TrackerState
 from frictionloop.parameters.model import Model
-from frictionloop.parameters.tracking import SHARES, Schedule, TrackerController
+from frictionloop.parameters.tracking import PLACES, Schedule, TrackerController
 from frictionloop.quantities import FrictionloopError
 
 STUCK_NOISE_N, STUCK_STEP_N = 1e-4, 1e-3
@@ -94,7 +94,7 @@ def sensor_step_of(model: Model, dt: float) -> SensorStep:
 def slopes_of(schedule: Schedule) -> tuple[float, ...]:
     """Return each column of a schedule as its first value and four slopes that add up."""
     values = np.array(schedule, dtype=float)
-    slopes = np.diff(values, axis=0) / np.diff(SHARES)[:, None]
+    slopes = np.diff(values, axis=0) / np.diff(PLACES)[:, None]
     return tuple(np.vstack([values[:1], slopes[:1], np.diff(slopes, axis=0)]).T.ravel().tolist())
 
 

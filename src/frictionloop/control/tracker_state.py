@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from frictionloop.parameters.tracking import SHARES
+from frictionloop.parameters.tracking import PLACES
 
 SCHEDULED = 7
 """Values of a row of the schedule."""
@@ -109,4 +109,4 @@ class TrackerGains(NamedTuple):
 ESTIMATES = tuple(map(TrackerState._fields.index, ("compliance", "fall", "power_c", "power_t")))
 """What changes over seconds: the linear analysis holds it."""
 STATES = len(TrackerState._fields)
-GAINS = len(TrackerGains._fields) + len(SensorStep._fields) + SCHEDULED * len(SHARES)
+GAINS = len(TrackerGains._fields) + len(SensorStep._fields) + SCHEDULED * len(PLACES)

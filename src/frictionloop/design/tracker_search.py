@@ -32,34 +32,34 @@ time constant to which the contact is sped up (s), trust."""
 STARTS, STEPS = 7, 170
 FORCE_N, ROUGHNESS, TREMOR_LEFT_N = 0.6, 0.05, 0.01
 """What is rejected: roughness of 5 % at 0.6 N, and what load feed-forward leaves of the tremor (assumed)."""
-SPEEDS_M_S = {0.07: 0.015, 0.125: 0.02, 0.25: 0.045, 0.5: 0.1, 1.0: 0.02}
+SPEEDS_M_S = {0.07: 0.015, 0.125: 0.02, 0.25: 0.045, 0.5: 0.1, 0.75: 0.08, 1.0: 0.02, 1.25: 0.08}
 """Speed whose disturbance a row is tuned for: near that at which its share occurs at 0.6 N under the bench's Dahl
-contact, at 5 kHz; 1 is a slider's (chosen)."""
-ALSO = {0.5: (1.0,)}
+contact, at 5 kHz; 0.75 and more are a slider's (chosen)."""
+ALSO = {0.5: (1.0,), 0.75: (1.0,)}
 """True shares that a row has to hold for besides its own: at 80 mm/s a slider is taken for a contact of 20 to 40 um/N,
-a share of a half (measured on fingers(120, 3))."""
-TOUCH = {0.25: 0.5, 0.5: 2.0}
+a share of a half and, on its way from there, of 3/4 (measured on fingers(120, 3))."""
+TOUCH = {0.25: 0.5, 0.5: 2.0, 0.75: 2.0, 1.25: 2.0}
 """Weight of what is felt, at 100 Hz, beside 1 of all that is left of the disturbance: a stroke at 80 mm/s then feels
-an eighth less on a slider for 1 % more of rms under Dahl. Rows of smaller shares are for slow strokes, of which less
-is felt (chosen on fingers(120, 3))."""
+an eighth less on a slider for 1 % more of rms under Dahl. The other rows are for slow strokes, of which less is
+felt (chosen on fingers(120, 3))."""
 TIGHTER = {0.125: 0.06}
 """Share by which Ms - 1 of a row stays below its limits: between it and the next row a loop has more than at either."""
 
 
-def true_shares(share: float) -> tuple[float, ...]:
-    """Return the shares 1 - e^(-dt/T), T/dt = 1/share - 1, of the plants that a row has to hold for."""
-    own = 1.0 if share >= 1.0 else -math.expm1(-share / (1.0 - share))
-    return (own, *ALSO.get(share, ()))
+def true_shares(place: float) -> tuple[float, ...]:
+    """Return the shares 1 - e^(-dt/T), T/dt = 1/place - 1, of the plants that a row has to hold for."""
+    own = 1.0 if place >= 1.0 else -math.expm1(-place / (1.0 - place))
+    return (own, *ALSO.get(place, ()))
 
 
 class RowSearch:
-    """The search at one share."""
+    """The search at one of ``PLACES``."""
 
     def __init__(
-        self, system: System, true: Model, believed: Model, share: float, limits: Mapping[float, float]
+        self, system: System, true: Model, believed: Model, place: float, limits: Mapping[float, float]
     ) -> None:
-        self.dt, self.share, self.believed = 1.0 / system.controller.rate_hz, share, believed
-        tighter = 1.0 - TIGHTER.get(share, 0.0)
+        self.dt, self.share, self.believed = 1.0 / system.controller.rate_hz, min(place, 1.0), believed
+        tighter = 1.0 - TIGHTER.get(place, 0.0)
         self.limits = {off: 1.0 + tighter * (limit - 1.0) for off, limit in limits.items()}
         self.near = min((size for size in limits if size), default=0.0)
         """Error of the resonance up to which the residual counts."""
@@ -77,14 +77,17 @@ class RowSearch:
         )[:-1]
         self.z = np.exp(2j * np.pi * self.f * self.dt)
         felt = felt_power([*self.f, 100.0], system.controller.rate_hz)
-        self.felt = 1.0 + TOUCH.get(share, 0.0) * felt[:-1] / felt[-1]
+        self.felt = 1.0 + TOUCH.get(place, 0.0) * felt[:-1] / felt[-1]
         """What the disturbance left is weighted by: the power of a force over that at the threshold of touch."""
         sensor: Any = system.sensor
         white = sensor.noise_density_n_rthz**2 / (1.0 + (self.f / sensor.cutoff_hz) ** 2)
         self.noise = white + sensor.step_n**2 / 12.0 / nyquist
         self.plants = [
-            ({off: Plant(each, goes) for off, each in sensors.items()}, _disturbance(self.f, behind, self.dt))
-            for goes, behind in zip(true_shares(share), (share, *ALSO.get(share, ())), strict=True)
+            (
+                {off: Plant(each, goes) for off, each in sensors.items()},
+                _disturbance(self.f, SPEEDS_M_S[place], behind, self.dt),
+            )
+            for goes, behind in zip(true_shares(place), (self.share, *ALSO.get(place, ())), strict=True)
         ]
         """By contact: the plants by how far the resonance is off, and the disturbance behind the contact."""
 
@@ -160,9 +163,9 @@ def _descend(cost: Any, start: Array) -> Array:
     return np.asarray(found.x)
 
 
-def _disturbance(frequency_hz: Array, share: float, dt: float) -> Array:
+def _disturbance(frequency_hz: Array, speed_m_s: float, share: float, dt: float) -> Array:
     """Return the density of friction's fluctuation without control in N^2/Hz, behind the contact of this share."""
-    lowest = SPEEDS_M_S[share] / 0.1
+    lowest = speed_m_s / 0.1
     highest = 1024.0 * lowest
     rough = (FORCE_N * ROUGHNESS) ** 2 / (frequency_hz * math.log(1024.0)) / (1.0 + (frequency_hz / highest) ** 8)
     tremor = TREMOR_LEFT_N**2 / (2.0 * math.pi) / (1.0 + ((frequency_hz - 10.0) / 2.0) ** 2)

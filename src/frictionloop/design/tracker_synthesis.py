@@ -12,7 +12,7 @@ from frictionloop.design.tracker_tuning import TrackerTuning, believed_resonance
 from frictionloop.design.wanted import Designed, Wanted, unheld
 from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import Skin, System
-from frictionloop.parameters.tracking import SHARES
+from frictionloop.parameters.tracking import PLACES
 from frictionloop.quantities import FrictionloopError
 
 FIRST = 0.9
@@ -67,7 +67,7 @@ def _unheld(wanted: Wanted, worst: Corner) -> str:
 
 
 def _tuned(system: System, wanted: Wanted, share: float) -> TrackerTuning:
-    with progress_bar(f"rows of the schedule, Ms - 1 below {share:.0%}", len(SHARES)) as advance:
+    with progress_bar(f"rows of the schedule, Ms - 1 below {share:.0%}", len(PLACES)) as advance:
         try:
             return tune_tracker(system, wanted.scaled(share), progress=advance)
         except FrictionloopError as error:

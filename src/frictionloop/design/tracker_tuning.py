@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_limits
 from frictionloop.design.tracker_loop import Row
 from frictionloop.design.tracker_search import RowSearch
 from frictionloop.parameters import Model, SuspendedSensor, System
-from frictionloop.parameters.tracking import SHARES
+from frictionloop.parameters.tracking import PLACES
 from frictionloop.quantities import FrictionloopError
 
 LIMITS: Mapping[float, float] = {0.0: 1.7, 0.025: 2.0, 0.05: 2.6}
@@ -85,7 +85,7 @@ def tune_tracker(
     Raises
     ------
     FrictionloopError
-        For a sensor without suspension, limits without 0 or not above 1, or a share at which no gains keep to them.
+        For a sensor without suspension, limits without 0 or not above 1, or a place at which no gains keep to them.
     """
     if not isinstance(system.sensor, SuspendedSensor):
         raise FrictionloopError(f'sensor.kind = "{system.sensor.kind}": a tracker is tuned for a "suspended" one')
@@ -99,8 +99,8 @@ def tune_tracker(
     believed = true.model_copy(update={"resonance_hz": share_of_true * sensor.resonance_hz, "resonance_q": q})
     found = []
     with threadpool_limits(limits=1, user_api="blas"):  # matrices of 12: more threads only wait for each other
-        for share in SHARES:
-            found.append(RowSearch(system, true, believed, share, limits).best(seed))
+        for place in PLACES:
+            found.append(RowSearch(system, true, believed, place, limits).best(seed))
             if progress is not None:
                 progress()
     rows, left, peaks = zip(*found, strict=True)

@@ -9,20 +9,23 @@ from pydantic import Field, model_validator
 from frictionloop.parameters.block import NotNegative, Number, Positive
 from frictionloop.parameters.timing import Timing
 
-SHARES = (0.07, 0.125, 0.25, 0.5, 1.0)
-"""Shares of the way to its limit that friction goes in a period, at which gains are scheduled; 1 is a slider's."""
+PLACES = (0.07, 0.125, 0.25, 0.5, 0.75, 1.0, 1.25)
+"""Places of the rows of a schedule (`limit_observer.place_of`): the share of the way to its limit that friction goes in
+a period; 1 is a slider's up to 20 mm/s and 1.25 one's from 40 mm/s on."""
 Row = tuple[Number, Number, Number, Number, Number, Number, Number]
-Schedule = tuple[Row, Row, Row, Row, Row]
+Schedule = tuple[Row, Row, Row, Row, Row, Row, Row]
 SCHEDULE: Schedule = (
     (33.16, 20.54, 1.35, 9.128, 1.718, 0.4041, 1.388),
     (19.87, 22.57, 1.707, 12.37, 1.176, 0.3765, 0.961),
     (12.81, 22.85, 2.039, 15.91, 1.371, 0.1953, 0.5232),
     (2.057, 12.96, 1.878, 5.418, 0.8959, 0.4114, 1.166),
-    (12.77, 12.77, 1.798, 8.588, 0.9464, 1.0, 0.9146),
+    (5.807, 12.89, 1.85, 6.527, 0.9136, 0.6174, 1.078),
+    (17.03, 11.26, 1.71, 8.878, 0.9622, 0.8726, 0.4678),
+    (9.02, 12.84, 1.826, 7.478, 0.9287, 0.794, 1.003),
 )
-"""Gains for the bench at Ms 1.7, its resonance measured. All but the last have been moved from rows that
-`design.tune_tracker` finds to the least residual simulated with learning on (chosen on fingers(240, 3); decision 4);
-the last is the one it finds for a resonance that may be 10 % off: what moved it further let feel more at 80 mm/s."""
+"""Gains for the bench at Ms 1.7, its resonance measured: moved from rows that `design.tune_tracker` finds to the least
+residual simulated with learning on (chosen on fingers(240, 3); decision 4). Those at 0.75 and of quick sliders are on
+the line from that of 0.5 to what is tuned for a slider: farther on it, strokes at 80 mm/s let feel more."""
 
 
 class TrackerController(Timing):
@@ -30,7 +33,8 @@ class TrackerController(Timing):
 
     kind: Literal["tracker"] = "tracker"
     schedule: Schedule = SCHEDULE
-    """A row for each of 5 shares (0.07 to 1) of the way to its limit that friction goes in a period.
+    """A row for each of 7 places: shares of the way to its limit that friction goes in a period, 0.07, 0.125,
+    0.25, 0.5 and 0.75, then a slider's up to 20 mm/s and from 40 mm/s on.
 
     Gains per newton of innovation: on the limit (N), the friction (N), the springs' force and rate, the reading; then
     the share of the error to correct in a period, and the trust in the newest limit.
