@@ -1,7 +1,7 @@
-"""What linear laws with the tracker's margins leave at the least of a comparison's own noise: half an hour.
+"""What linear laws of M_s 1.7 leave at the least of a comparison's own noise: half an hour.
 
-``python docs/_tools/bounded.py tournament/results.h5`` prints the table of *limits-of-control*, "Bearing a resonance",
-to a digit more, for a comparison on `bench()`. $R^2$ of a rms e over the sines is 1 - e^2 / 0.0317 N^2.
+``python docs/_tools/bounded.py tournament/results.h5`` prints the tables of *limits-of-control*, "On the noise of the
+comparison", to a digit more, for a comparison on `bench()`.
 """
 
 from __future__ import annotations
@@ -18,6 +18,10 @@ from frictionloop.design.tournament.scores import spread
 
 COARSE = 0.99
 """What is left of the bound without what 0.6 Hz of resolution may add to it (`robust_reach`)."""
+MEASURED = {0.0: 1.7}
+"""Largest |S| of laws that are told the resonance of the device, as the tracker is."""
+SINE_N2, LEVELS_N2 = 0.1**2 / 2.0, 0.1**2 / 2.0 + 0.08 / 3.0
+"""Mean squares of a set-point around its own mean: of a sine, and of those around 0.4, 0.6 and 0.8 N together."""
 KINDS = {"hold": protocol.HOLDS, "sines": protocol.SINES}
 LAWS = ("clairvoyant", "tracker", "oracle")
 
@@ -26,7 +30,8 @@ def bounds_n(people: Any, seed: int, condition: protocol.Condition) -> np.ndarra
     """Return the bound of each finger at the level of a task, disturbed as the task is: N."""
     level = float(condition.task.split()[1])
     own = fl.bench().evolve(protocol.overrides_of(condition))
-    found = robust_reach(own, people, seed=protocol.noise_seed(seed, condition.task), levels_n=(level,))
+    noise = protocol.noise_seed(seed, condition.task)
+    found = robust_reach(own, people, seed=noise, levels_n=(level,), limits=MEASURED)
     return COARSE * found["bound_rms_n"].values
 
 
@@ -38,6 +43,12 @@ def of_tasks(runs: Any, name: str, law: str, at: dict[str, Any], able: np.ndarra
 def told(values: np.ndarray) -> str:
     """Return median / worst decile in mN."""
     return " / ".join(f"{1e3 * value:.2f}" for value in spread(values, False))
+
+
+def r2_of(squares: np.ndarray) -> str:
+    """Return R2 of f_a = f_r, pooled and at the worst level, from mean squares (N^2) of each sine and finger."""
+    pooled, worst = 1.0 - squares.mean(0) / LEVELS_N2, 1.0 - squares.max(0) / SINE_N2
+    return ", ".join(" / ".join(f"{value:.5f}" for value in spread(each, True)) for each in (pooled, worst))
 
 
 def main(path: str) -> None:
@@ -55,14 +66,14 @@ def main(path: str) -> None:
                 at = {"speed_mm_s": speed, "contact": contact, "task": list(tasks)}
                 short, ours, oracle = (of_tasks(runs, "rms_error", law, at, able) ** 2 for law in LAWS)
                 slack = 1.0 - of_tasks(runs, "saturation_index", "clairvoyant", at, able)
-                rms = [np.sqrt(each.mean(0)) for each in (bound, short + slack * bound, ours, oracle)]
-                larger = np.maximum(rms[0], np.sqrt(short.mean(0)))
+                squares = bound, np.maximum(bound, short), short + slack * bound, ours, oracle
                 for name, who in (("capable", np.full(near.shape, True)), ("within reach", near)):
-                    least, both, left, ideal = (each[who] for each in rms)
-                    errors = " | ".join(told(each) for each in (least, larger[who], both, left))
-                    ratios = " | ".join(f"{np.median(each / ideal):.2f}" for each in (both, left))
-                    where = f"{speed:g} | {contact} | {kind} | {who.sum()} {name}"
-                    print(f"| {where} | {errors} | {ratios} |", flush=True)
+                    rms = [np.sqrt(each[:, who].mean(0)) for each in squares]
+                    errors = " | ".join(told(each) for each in rms[:4])
+                    ratios = " | ".join(f"{np.median(each / rms[4]):.2f}" for each in rms[1:4])
+                    print(f"| {speed:g} | {contact} | {kind} | {who.sum()} {name} | {errors} | {ratios} |", flush=True)
+                    if kind == "sines":
+                        print(*(f"R2: {r2_of(each[:, who])}" for each in squares[1:4]), sep=" | ", flush=True)
 
 
 if __name__ == "__main__":
