@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from frictionloop.device.host_board import Sample
-from frictionloop.quantities.schema import schema
+from frictionloop.quantities.schema import parameter_words, schema
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "firmware-states.md"
 END = 32767
@@ -121,7 +121,7 @@ def test_a_board_that_starts_with_a_bad_table_is_at_fault_until_a_good_one_is_co
     rig = make_rig(safety__force_ticks=0)
     rig.tick()
     assert (rig.state, rig.fault) == ("fault", "bad_parameter")
-    assert rig.told[0]["value"] == 739  # where the schema has safety.force_ticks
+    assert rig.told[0]["value"] == parameter_words()["safety.force_ticks"].first
     assert rig.reason("clear") == "still_at_fault"
     rig.words = words
     assert commit(rig) == "done"

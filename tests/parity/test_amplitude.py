@@ -10,9 +10,11 @@ import pytest
 import frictionloop as fl
 from frictionloop.control.compiled import CELLS, host_library
 from frictionloop.control.overdrive import overdrive_gains, overdrive_step
+from frictionloop.quantities.schema import parameter_words
 
 ONE = 2.0**28
 FORCE_N = 2e-4
+WORDS = parameter_words()
 MODELS = {
     "paper": fl.paper().controller.model,
     "bench": fl.bench().controller.model,
@@ -35,7 +37,7 @@ def test_lookup_gives_the_amplitude_for_the_force(parity, name):
     model = MODELS[name]
     law = parity.FixedLaw(fl.LookupController(model=model))
     rng = np.random.default_rng(5)
-    low, high = law.words[193], law.words[194]
+    low, high = (law.words[WORDS[key].first] for key in ("law.low_n", "law.high_n"))
     ends = np.array([low, low + 1, high - 1, high])
     forces = np.concatenate([ends, rng.integers(low, high, 20_000)]).astype(np.int32)
     amplitudes = law.lookup(forces) / ONE
@@ -59,7 +61,7 @@ def test_overdrive_takes_the_plate_where_the_float64_step_takes_it(parity, overd
     controller = fl.LookupController(overdrive=overdriven, model=MODELS["bench"])
     model, gains = controller.model, overdrive_gains(controller)
     law, rng = parity.FixedLaw(controller), np.random.default_rng(6)
-    low, high = law.words[193], law.words[194]
+    low, high = (law.words[WORDS[key].first] for key in ("law.low_n", "law.high_n"))
     wanted = law.lookup(rng.integers(low, high, 20_000, endpoint=True).astype(np.int32))
     wanted[:4] = 0, 1, wanted.max(), round(2.5 * ONE)
     believed = rng.permutation(wanted)

@@ -10,7 +10,7 @@ Commands: the amplitude at which friction goes the given share of its error in a
 all until friction that is on its way up has all but arrived. While a finger is stuck, lands or is lifted the limit is
 held, and the law goes on from it without a jump. There is no integrator to wind up; the estimates are bounded.
 
-Operations of a tick: 213 multiplications, 218 additions, 125 comparisons, 12 divisions, 1 root, 3 exp2, 2 log2.
+Operations of a tick: 206 multiplications, 204 additions, 118 comparisons, 12 divisions, 1 root, 3 exp2, 2 log2.
 """
 
 from __future__ import annotations
