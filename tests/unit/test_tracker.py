@@ -48,7 +48,7 @@ class Tracker:
     def __init__(self, c):
         self.c, self.model, self.columns = c, c.model, np.array(c.schedule).T
         self.A, self.b0, self.b1 = believed_sensor(c)
-        self.calmed = self.shaken = self.leaps = self.drops = self.leaned = self.let_go = 0
+        self.calmed = self.shaken = self.leaps = self.drops = self.leaned = self.let_go = self.hastened = 0
         given = TrackerGains(*tracker_gains(c)[: len(TrackerGains._fields)])
         self.stuck = np.array([0.0, given.stuck_friction, given.stuck_spring, given.stuck_rate, given.stuck_reading])
         self.put(TrackerState(*tracker_start(c)))
@@ -78,6 +78,7 @@ class Tracker:
     def scheduled(self, share, v):
         """Return the row; what a share has beyond 3/4 counts by the speed over 20 mm/s."""
         place = 0.75 + (share - 0.75) * (max(v / 0.02, 1.0) if share > 0.75 else 1.0)
+        self.hastened += place > share + 1e-9
         return np.array([np.interp(place, PLACES, column) for column in self.columns])
 
     def stuckness(self, limit, steepest, valid):
@@ -231,7 +232,9 @@ def test_the_compiled_step_is_the_law_written_anew(case, seed):
     c = controller(**CASES[case])
     own, gains = Tracker(c), (*tracker_gains(c), c.model.floor_n, c.model.nominal_n)
     state, inside, stuck, forces, states = TrackerState(*tracker_start(c))._replace(compliance=60.0), 0, 0, [], []
-    for y, speed, load, valid, setpoint in readings(seed):
+    for k, (y, speed, load, valid, setpoint) in enumerate(readings(seed, 8000)):
+        if k % 500 == 250:
+            state = state._replace(compliance=4.0)  # nearly a slider: gains go by speed, and steps up lean
         own.put(state)
         wanted = own.tick(y, speed, load, valid, setpoint)
         found, (u, saturated) = tracker_step(tuple(state), Measurement(y, 0.0, speed, load, valid), setpoint, gains, DT)
@@ -243,7 +246,8 @@ def test_the_compiled_step_is_the_law_written_anew(case, seed):
     np.testing.assert_allclose(u, wanted, rtol=RTOL)
     np.testing.assert_allclose(state, own_state, rtol=RTOL, atol=1e-12)
     assert inside > 1000 and stuck > 50 and own.calmed > 50 and own.shaken > 50
-    assert own.leaps > 50 and own.drops > 5 and own.leaned > 5 and own.let_go > 50  # all ways were gone
+    assert own.leaps > 50 and own.drops > 5 and own.leaned > 50 and own.let_go > 50  # all ways were gone
+    assert own.hastened > 50
 
 
 def test_they_stay_together_while_the_finger_slides():
