@@ -1,4 +1,4 @@
-"""What linear laws of M_s 1.7 leave at the least of a comparison's own noise: half an hour.
+"""What linear laws of M_s 1.7 leave at the least of a comparison's own noise: three quarters of an hour.
 
 ``python docs/_tools/bounded.py tournament/results.h5`` prints the tables of *limits-of-control*, "On the noise of the
 comparison", to a digit more, for a comparison on `bench()`.

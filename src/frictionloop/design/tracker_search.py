@@ -40,9 +40,8 @@ ALSO = {0.5: (1.0,), 0.75: (1.0,)}
 a share of a half and, on its way from there, of 3/4 (measured on fingers(120, 3))."""
 TOUCH = {0.25: 0.5, 0.5: 2.0, 0.75: 0.2, 1.25: 0.2}
 """Weight of what is felt, at 100 Hz, beside 1 of all that is left of the disturbance: a stroke at 80 mm/s then feels
-an eighth less on a slider for 1 % more of rms under Dahl. Of quick sliders half
-as much or more hardly acts at all. The other rows are for slow strokes, of which less is felt (chosen on
-fingers(120, 3))."""
+an eighth less on a slider for 1 % more of rms under Dahl. What is tuned for a quick slider with a weight of 1 or more
+hardly acts at all. The other rows are for slow strokes, of which less is felt (chosen on fingers(120, 3))."""
 TIGHTER = {0.125: 0.06}
 """Share by which Ms - 1 of a row stays below its limits: between it and the next row a loop has more than at either."""
 
