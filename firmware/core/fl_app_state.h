@@ -13,7 +13,7 @@ enum {
     FL_REPLIES = 16,     /* frames that may come in before one goes out */
     FL_NO_INDEX = 65535, /* of a refusal that is about no word or point */
     FL_NO_STATE = 255,
-    FL_RAM = 12288       /* bytes, of the 64 KB of the Teensy */
+    FL_RAM = 12800       /* bytes, of the 64 KB of the Teensy */
 };
 
 /* `asked` is set by the background, taken by the next tick, which then sets `stale`: the copy that waits is

@@ -9,8 +9,8 @@
 #define FL_LARGEST_BODY 272
 #define FL_TICK_HZ 5000
 #define FL_SILENCE_MS 200
-#define FL_TABLE_HASH 0x39a6c2e1u
-#define FL_WORDS 752
+#define FL_TABLE_HASH 0xd3ac5665u
+#define FL_WORDS 794
 
 enum fl_board { FL_BOARD_HOST = 0, FL_BOARD_MPS2 = 1, FL_BOARD_TEENSY31 = 2 };
 
@@ -29,7 +29,7 @@ enum fl_channel { FL_CHANNEL_F_R, FL_CHANNEL_F_M, FL_CHANNEL_U, FL_CHANNEL_A, FL
 /* The parameter table: FL_WORDS words in this order. */
 typedef struct {
     int32_t law_number;  /* count: control law (control/laws): 1 PI, 2 lookup, 3 filtered PI, 4 observer, 5 super-twisting, 6 tracker */
-    fl_gain law_gains[85];  /* gain: gains of the law, as its fixed-point step takes them; unused ones are 0 */
+    fl_gain law_gains[106];  /* gain: gains of the law, as its fixed-point step takes them; unused ones are 0 */
     int32_t law_start[32];  /* count: state of the law when the loop closes, each in the format of the law's table */
     int32_t law_low_n;  /* q28, N: lowest force command, g(a_max) by the controller's model */
     int32_t law_high_n;  /* q28, N: highest force command, f0 by the controller's model */
@@ -66,36 +66,36 @@ typedef struct { uint16_t first, count, stride; int32_t low, high; } fl_range;
 #define FL_RANGES 31
 #define FL_RANGE_TABLE { \
     {0, 1, 1, 0, 15}, \
-    {1, 85, 2, -1, 62}, \
-    {171, 32, 1, INT32_MIN, 2147483647}, \
-    {203, 1, 1, 0, 2147483647}, \
-    {204, 1, 1, 0, 2147483647}, \
-    {205, 257, 1, 0, 2147483647}, \
-    {462, 1, 2, -1, 62}, \
-    {464, 1, 1, 0, 268435456}, \
-    {465, 1, 2, -1, 62}, \
-    {467, 1, 1, 0, 2120640102}, \
-    {468, 1, 1, 0, 2120640102}, \
-    {469, 1, 1, 3, 2120640102}, \
-    {470, 257, 1, 0, 65536}, \
-    {727, 1, 1, 1, 2}, \
-    {728, 2, 1, -32768, 32767}, \
-    {730, 2, 2, -1, 62}, \
-    {734, 1, 1, -32768, 32767}, \
-    {735, 1, 2, -1, 62}, \
-    {737, 1, 2, -1, 62}, \
-    {739, 1, 1, 0, 268435456}, \
-    {740, 1, 2, -1, 62}, \
-    {742, 1, 1, 0, 2147483647}, \
-    {743, 1, 1, 0, 268435456}, \
-    {744, 1, 1, 0, 268435456}, \
-    {745, 1, 1, 0, 2147483647}, \
-    {746, 1, 1, 0, 2147483647}, \
-    {747, 1, 1, 0, 2147483647}, \
-    {748, 1, 1, 0, 2147483647}, \
-    {749, 1, 1, 1, 50000}, \
-    {750, 1, 1, 2, 500000}, \
-    {751, 1, 1, 1, 5000}, \
+    {1, 106, 2, -1, 62}, \
+    {213, 32, 1, INT32_MIN, 2147483647}, \
+    {245, 1, 1, 0, 2147483647}, \
+    {246, 1, 1, 0, 2147483647}, \
+    {247, 257, 1, 0, 2147483647}, \
+    {504, 1, 2, -1, 62}, \
+    {506, 1, 1, 0, 268435456}, \
+    {507, 1, 2, -1, 62}, \
+    {509, 1, 1, 0, 2120640102}, \
+    {510, 1, 1, 0, 2120640102}, \
+    {511, 1, 1, 3, 2120640102}, \
+    {512, 257, 1, 0, 65536}, \
+    {769, 1, 1, 1, 2}, \
+    {770, 2, 1, -32768, 32767}, \
+    {772, 2, 2, -1, 62}, \
+    {776, 1, 1, -32768, 32767}, \
+    {777, 1, 2, -1, 62}, \
+    {779, 1, 2, -1, 62}, \
+    {781, 1, 1, 0, 268435456}, \
+    {782, 1, 2, -1, 62}, \
+    {784, 1, 1, 0, 2147483647}, \
+    {785, 1, 1, 0, 268435456}, \
+    {786, 1, 1, 0, 268435456}, \
+    {787, 1, 1, 0, 2147483647}, \
+    {788, 1, 1, 0, 2147483647}, \
+    {789, 1, 1, 0, 2147483647}, \
+    {790, 1, 1, 0, 2147483647}, \
+    {791, 1, 1, 1, 50000}, \
+    {792, 1, 1, 2, 500000}, \
+    {793, 1, 1, 1, 5000}, \
 }
 
 #endif

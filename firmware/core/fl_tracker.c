@@ -2,7 +2,7 @@
 
 #include "fl_row.h"
 
-/* place_of, from 0.75 on: how far beyond that, q28, at most 1/2 */
+/* place_of for a slow stroke, from 0.75 on: how far beyond that, q28, at most 1/2 */
 static int32_t stretched(int32_t beyond, int32_t speed) {
     enum { SLOW = 5368709 }; /* 0.02 m/s */
     const int32_t far = (int32_t)fl_product(beyond, speed > SLOW ? speed : SLOW, 28);
@@ -10,25 +10,31 @@ static int32_t stretched(int32_t beyond, int32_t speed) {
 }
 
 void fl_schedule(int32_t *values, int32_t share, int32_t speed, const fl_gain *table) {
-    enum { ROW = 18790482, SECOND = FL_ONE / 8, QUARTER = FL_ONE / 4 }; /* 0.07 */
-    int32_t way = 0; /* from one row to the next, q31, at most all but 2^-31 */
+    enum { ROW = 18790482, SECOND = FL_ONE / 8, QUARTER = FL_ONE / 4, QUICK = 3 * (FL_ONE / 64) }; /* 0.07 */
+    const int quick = speed > QUICK, next = quick ? -FL_SCHEDULED : FL_SCHEDULED;
+    int32_t row = 1, way = 0; /* from one row to the next, q31, at most all but 2^-31 */
     if (share > 3 * QUARTER) {
-        const int32_t far = stretched(share - 3 * QUARTER, speed) - 1, row = far >> 26; /* quarters: 0 or 1 */
-        table += 4 + row;
-        way = (far & (QUARTER - 1)) * 32;
+        row = 4;
+        if (!quick) {
+            const int32_t far = stretched(share - 3 * QUARTER, speed) - 1;
+            row += far >> 26; /* quarters: 0 or 1 */
+            way = (far & (QUARTER - 1)) * 32;
+        }
     } else if (share > QUARTER) {
         const int32_t place = share - 1;
-        table += 1 + (place >> 26); /* quarters: 1 or 2 */
+        row += place >> 26; /* quarters: 1 or 2 */
         way = (place & (QUARTER - 1)) * 32;
     } else if (share > SECOND) {
-        table += 1;
         way = (share - SECOND - 1) * 64;
-    } else if (share > ROW) {
-        way = (int32_t)fl_product(share - ROW, 1220161164, 23); /* q26: 1/(0.125 - 0.07) */
+    } else if (!quick) {
+        row = 0;
+        if (share > ROW) way = (int32_t)fl_product(share - ROW, 1220161164, 23); /* q26: 1/(0.125 - 0.07) */
     }
-    for (int i = 0; i < FL_SCHEDULED; i++, table += FL_PLACES) {
-        const int32_t further = fl_subtract(table[1].mantissa, table[0].mantissa);
-        values[i] = table[0].mantissa + 2 * (int32_t)(((int64_t)further * way) >> 32);
+    /* Quick strokes come from the other end of the table, to the row of place 1.25 at 0.75. */
+    const fl_gain *from = (quick ? table + FL_PLACES * FL_SCHEDULED : table) + row * next, *to = from + next;
+    for (int i = 0; i < FL_SCHEDULED; i++) {
+        const int32_t further = fl_subtract(to[i].mantissa, from[i].mantissa);
+        values[i] = from[i].mantissa + 2 * (int32_t)(((int64_t)further * way) >> 32);
     }
 }
 

@@ -22,11 +22,11 @@
 
 #include "fl_real.h"
 
-enum { FL_SENSOR_STEP = 13, FL_SCHEDULED = 7, FL_PLACES = 7 };
+enum { FL_SENSOR_STEP = 13, FL_SCHEDULED = 7, FL_PLACES = 10 };
 #define FL_LEAST_WAY (INT64_C(1) << 40) /* 0.016 um */
 
-/* scheduled at place_of: each column of the schedule at a share and a speed (q28; m/s, at least 0), between its
- * values at the seven of PLACES. */
+/* scheduled at place_of: the schedule, row by row, at a share and a speed (q28; m/s, at least 0), between its
+ * rows at the ten of PLACES. */
 void fl_schedule(int32_t *values, int32_t share, int32_t speed, const fl_gain *table);
 
 /* share_of: way / (way + c L) in q28, way = v dt in um; c q20, L q26, way q46, at least FL_LEAST_WAY.

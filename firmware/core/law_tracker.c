@@ -28,7 +28,7 @@ enum {
     SENSOR, TABLE = SENSOR + FL_SENSOR_STEP
 };
 
-enum { KD, KF, K1, K2, K3, LEAD, TRUST }; /* columns of the schedule: the last two q28, the others q24 */
+enum { KD, KF, K1, K2, K3, LEAD, TRUST }; /* values of a row of the schedule: the last two q28, the others q24 */
 
 /* Constants of tracker.py in the places of what they meet. */
 enum {
@@ -40,13 +40,13 @@ enum {
     LEAN = 120, LEAST_LEAN = 53687091, LEAN_SPEED = 5368709,  /* 0.2; 0.02 m/s */
     SHORT = 4026532, MOST_ADDED = 1 << 30,                    /* q27: 0.03 N; q30: 1 */
     SLOWEST = 536871, LEAST_LEAD = 1 << 20, MOST_JUMP = 214748364, /* 0.002 m/s, 1/256, 0.8 N */
-    SMOOTH = 214748365, SMOOTH_FALLS = 42949673,              /* q31: 0.1, 0.02 */
+    SMOOTH = 429496730, SMOOTH_FALLS = 85899346,              /* q32: 0.1, 0.02 */
     QUICK_OVER_SMOOTH = 5, RINGING = 104858, CALMED_C = 20 << 20, /* q21: 0.05 N m/s^2; q20 */
     CALM_C = 536871, CALM_T = 268435,                         /* 2e-3, 1e-3 */
     LEAST_FALL = 53687091, MOST_FALL = 3 * FL_ONE,            /* 0.2 */
     LEAP = 40265318, LEAP_SHARE = 1932735283,                 /* 0.15 N; q31: 0.9 */
     LEAP_TICK = FL_ONE / 16, MOST_PUSH = 20 << 26,
-    LOG2_E = 1549082005, HALF_LN_2 = 744261118,               /* q30, q31 */
+    LOG2_E = 1549082005, HALF_LN_2 = 1488522236,              /* q30, q32 */
     LEAST_PRESSED = 5368709, LEAST_WANTED = 335544,           /* 0.02 N in q28 and in q24 */
     STEADY_FORCE = 40265318, STEADY_ERROR = 2013266,          /* 0.15 N; q26: 0.03 */
     LEAST_FORCE = 26843546, MOST_FORCE = 2 * FL_ONE,          /* 0.1 N */
@@ -142,11 +142,11 @@ fl_force_command fl_tracker_step(
     x[2] = fl_saturate(x[2] + fl_product(blend(slides, k[K3], w, gains[STUCK_READING].mantissa), error, 26));
     const int32_t rise = (int32_t)(((int64_t)f - before) >> 1);
     const int32_t risen = fl_saturate(fl_product(gains[SMOOTH_RATE].mantissa, rise, 32));
-    rising = fl_saturate(rising - fl_product(SMOOTH, rising, 31) + risen);
+    rising = fl_saturate(rising - fl_product(SMOOTH, rising, 32) + risen);
     const int32_t quick = fl_saturate((state[QUICK] >> 1) + QUICK_OVER_SMOOTH * (int64_t)risen);
     const int32_t excess = fl_saturate(-(int64_t)quick - fastest);
-    const int64_t fallen = excess > 0 ? fl_product(SMOOTH_FALLS, excess, 31) : 0;
-    falling = fl_saturate(falling - fl_product(SMOOTH_FALLS, falling, 31) + fallen);
+    const int64_t fallen = excess > 0 ? fl_product(SMOOTH_FALLS, excess, 32) : 0;
+    falling = fl_saturate(falling - fl_product(SMOOTH_FALLS, falling, 32) + fallen);
 
     /* Go on to when the command takes effect. */
     const int32_t a_then = towards(gains[DECAY_REST], state[COMMAND], a);
@@ -198,7 +198,7 @@ fl_force_command fl_tracker_step(
     const int32_t lags = fl_saturate(-fl_product(slower, fl_saturate(behind >> 2), 22));
     const int32_t added_c = fl_clip(lags, -MOST_ADDED, MOST_ADDED);
     const int32_t squares = fl_low(fl_product(a, a, 32) + fl_product(a_then, a_then, 32)); /* q24 */
-    const int32_t lower = (int32_t)fl_product(HALF_LN_2, (int32_t)fl_product(share, mean, 28), 31);
+    const int32_t lower = (int32_t)fl_product(HALF_LN_2, (int32_t)fl_product(share, mean, 28), 32);
     const int32_t added_t = fl_saturate(-fl_product(lower, squares, 24));
     const int32_t keep = !turned && magnitude(by_c[4]) <= LARGEST_BY_C && magnitude(by_t[4]) <= LARGEST_BY_T;
     fl_sensitivity_step(by_c, keep, &with, added_c);

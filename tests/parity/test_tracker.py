@@ -131,7 +131,7 @@ def test_force_agrees_along_wild_inputs(parity):
     [
         ({"largest_jump_n": 0.9}, "controller.largest_jump_n"),
         ({"schedule": ((200.0, *TRACKER.schedule[0][1:]), *TRACKER.schedule[1:])}, "controller.schedule"),
-        ({"schedule": (*TRACKER.schedule[:6], (*TRACKER.schedule[6][:5], 1e-3, 0.9))}, "controller.schedule"),
+        ({"schedule": (*TRACKER.schedule[:9], (*TRACKER.schedule[9][:5], 1e-3, 0.9))}, "controller.schedule"),
         ({"skin_stiffness_n_m": 1e6}, "controller.skin_stiffness_n_m"),
     ],
 )

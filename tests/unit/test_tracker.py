@@ -10,12 +10,13 @@ import frictionloop as fl
 from frictionloop.control.tracker import tracker_step
 from frictionloop.control.tracker_gains import tracker_gains, tracker_start
 from frictionloop.control.tracker_state import TrackerGains, TrackerState
-from frictionloop.parameters.tracking import PLACES, TrackerController
+from frictionloop.parameters.tracking import TrackerController
 from frictionloop.sensing.measurement import Measurement
 
 LN2 = np.log(2.0)
 DT = 1.0 / 5000
 RTOL = 1e-9
+SLOW = (0.07, 0.125, 0.25, 0.5, 0.75, 1.0, 1.25)
 CASES = {
     "bench": {},
     "slow delay": {"delay_s": 1.1e-4, "load_exponent": 0.7},
@@ -48,7 +49,8 @@ class Tracker:
     def __init__(self, c):
         self.c, self.model, self.columns = c, c.model, np.array(c.schedule).T
         self.A, self.b0, self.b1 = believed_sensor(c)
-        self.calmed = self.shaken = self.leaps = self.drops = self.leaned = self.let_go = self.hastened = 0
+        self.calmed = self.shaken = self.leaps = self.drops = self.leaned = 0
+        self.let_go = self.hastened = self.quick = 0
         given = TrackerGains(*tracker_gains(c)[: len(TrackerGains._fields)])
         self.stuck = np.array([0.0, given.stuck_friction, given.stuck_spring, given.stuck_rate, given.stuck_reading])
         self.put(TrackerState(*tracker_start(c)))
@@ -76,10 +78,14 @@ class Tracker:
         return 1.0 / (1.0 + self.theta[0] * 1e-6 * max(limit, 0.05) / (v * DT))
 
     def scheduled(self, share, v):
-        """Return the row; what a share has beyond 3/4 counts by the speed over 20 mm/s."""
+        """Return the row: above 46.875 mm/s of those at the end, else beyond 3/4 by the speed over 20 mm/s, too."""
+        if v > 0.046875:
+            self.quick += 1
+            downwards = [-0.75, -0.5, -0.25, -0.125]
+            return np.array([np.interp(-share, downwards, column[6:]) for column in self.columns])
         place = 0.75 + (share - 0.75) * (max(v / 0.02, 1.0) if share > 0.75 else 1.0)
         self.hastened += place > share + 1e-9
-        return np.array([np.interp(place, PLACES, column) for column in self.columns])
+        return np.array([np.interp(place, SLOW, column[:7]) for column in self.columns])
 
     def stuckness(self, limit, steepest, valid):
         if valid == 0 or self.x[1] < 0:
@@ -212,7 +218,7 @@ def readings(seed, ticks=4000):
     force, slow = 0.6, 0.0
     for k in range(ticks):
         if rng.random() < 2e-3:
-            speed = float(rng.choice([-1, 1]) * rng.choice([0.0, 0.001, 0.01, 0.02, 0.08, 0.15]))
+            speed = float(rng.choice([-1, 1]) * rng.choice([0.0, 0.001, 0.01, 0.02, 0.04, 0.08, 0.15]))
         if rng.random() < 1e-3:
             load, valid = float(rng.choice([0.0, 0.05, 0.3, 0.5, 1.2])), float(rng.random() < 0.8)
         slow += -2e-3 * slow + 2e-3 * rng.normal()
@@ -247,7 +253,7 @@ def test_the_compiled_step_is_the_law_written_anew(case, seed):
     np.testing.assert_allclose(state, own_state, rtol=RTOL, atol=1e-12)
     assert inside > 1000 and stuck > 50 and own.calmed > 50 and own.shaken > 50
     assert own.leaps > 50 and own.drops > 5 and own.leaned > 50 and own.let_go > 50  # all ways were gone
-    assert own.hastened > 50
+    assert own.hastened > 50 and own.quick > 50
 
 
 def test_they_stay_together_while_the_finger_slides():

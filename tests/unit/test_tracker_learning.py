@@ -11,6 +11,7 @@ from frictionloop.control.tracker import tracker_step
 from frictionloop.control.tracker_gains import observed, sensor_matrices, tracker_gains, tracker_start
 from frictionloop.control.tracker_state import TrackerState
 from frictionloop.design.learnt import learnt_in_run
+from frictionloop.design.tracker_search import believed_share
 from frictionloop.parameters.tracking import PLACES, SCHEDULE, TrackerController
 from frictionloop.sensing.measurement import Measurement
 
@@ -91,7 +92,7 @@ def test_sensitivities_against_finite_differences(parameter, by, step, complianc
     of the amplitude, 54 nm: perhaps since the mean limit of a period stands for that at either end.
     """
     share = 1.0 / (1.0 + compliance * 0.6e-6 / (SPEED * DT))
-    flat = (tuple(float(np.interp(share, PLACES, column)) for column in np.array(SCHEDULE).T),) * 7
+    flat = (tuple(float(np.interp(share, PLACES, column)) for column in np.array(SCHEDULE).T),) * len(PLACES)
     learning = {"compliance_learning": 0.0, "susceptibility_learning": 0.0, "schedule": flat}
     c = controller(compliance_um_per_n=compliance, **learning)
     states, readings = tracked(c, Finger(compliance, 0.38, 3e-4, 1e-5), 3000, hz=4.0)
@@ -110,7 +111,7 @@ def matched(walk):
     A, b0, b1 = sensor_matrices(MODEL, DT)
     rows = []
     for place, quick in zip(PLACES, SCHEDULE, strict=True):
-        share = min(place, 1.0)
+        share = believed_share(place)
         F = np.zeros((5, 5))
         F[0, 0], F[1, :2], F[2:, 2:] = 1.0, (share, 1.0 - share), A
         F[2:, :2] = np.outer(b0, [0.0, 1.0]) + np.outer(b1, F[1, :2])

@@ -10,9 +10,17 @@ from scipy.linalg import expm
 from scipy.signal import lsim
 
 import frictionloop as fl
-from frictionloop.control.limit_observer import limit_of, place_of, scheduled, sensor_step, share_of, stuck_share
+from frictionloop.control.limit_observer import (
+    QUICK_M_S,
+    limit_of,
+    place_of,
+    scheduled,
+    sensor_step,
+    share_of,
+    stuck_share,
+)
 from frictionloop.control.tracker_gains import observed, sensor_matrices, sensor_step_of, slopes_of, tracker_gains
-from frictionloop.control.tracker_state import TrackerGains
+from frictionloop.control.tracker_state import SCHEDULED, TrackerGains
 from frictionloop.parameters.tracking import PLACES, SCHEDULE, TrackerController
 
 DT = 1.0 / 5000
@@ -70,22 +78,31 @@ def test_stuck_gains_against_the_riccati_recursion():
     np.testing.assert_allclose(given, K[[0, 2, 3, 4]], rtol=1e-6)
 
 
-@given(st.floats(0.0, PLACES[-1]), st.integers(0, 6))
+@given(st.floats(0.0, PLACES[-1]), st.integers(0, SCHEDULED - 1))
 def test_schedule_against_interp(place, column):
-    slopes = slopes_of(SCHEDULE)[7 * column : 7 * column + 7]
+    slopes = slopes_of(SCHEDULE)[len(PLACES) * column :][: len(PLACES)]
     expected = np.interp(place, PLACES, [row[column] for row in SCHEDULE])
     assert scheduled(place, slopes) == pytest.approx(expected, rel=1e-12, abs=1e-12)
 
 
-@given(st.floats(0.0, 1.0), st.floats(0.002, 1.0))
-def test_only_a_slider_s_place_moves_with_speed(share, speed_m_s):
+@given(st.floats(0.0, 1.0), st.floats(0.002, QUICK_M_S))
+def test_only_a_slider_s_place_moves_with_the_speed_of_slow_strokes(share, speed_m_s):
     place = place_of(share, speed_m_s)
-    assert share * (1 - 1e-15) <= place <= PLACES[-1]
+    assert share * (1 - 1e-15) <= place <= 1.25
     if share <= 0.75 or speed_m_s <= 0.02:
         assert place == pytest.approx(share, rel=1e-15)
-    assert place_of(1.0, max(speed_m_s, 0.04)) == PLACES[-1]
-    assert place_of(0.875, max(speed_m_s, 0.08)) == pytest.approx(PLACES[-1])
+    assert place_of(1.0, max(speed_m_s, 0.04)) == 1.25
     assert place_of(0.875, 0.04) == pytest.approx(1.0)
+
+
+@given(st.floats(0.0, 1.0), st.floats(QUICK_M_S, 1.0, exclude_min=True))
+def test_quick_strokes_come_down_the_schedule_to_the_slider_s_row(share, speed_m_s):
+    place = place_of(share, speed_m_s)
+    assert 1.25 <= place <= PLACES[-1]
+    if 0.125 <= share <= 0.75:
+        assert place == pytest.approx(2.0 - share)
+    assert place_of(1.0, speed_m_s) == 1.25
+    assert place_of(0.0, speed_m_s) == PLACES[-1]
 
 
 @given(st.floats(0, 1000), st.floats(-1, 12), st.floats(0.002, 1.0))

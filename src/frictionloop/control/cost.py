@@ -51,13 +51,13 @@ class WorstTick(NamedTuple):
 
 
 WORST_TICK = {
-    "pi": WorstTick(1358, 2475),
-    "lookup": WorstTick(1336, 2406),
-    "notch_pi": WorstTick(2166, 3596),
-    "filtered_pi": WorstTick(3079, 4809),
-    "observer": WorstTick(1763, 3401),
-    "super_twisting": WorstTick(1948, 3773),
-    "tracker": WorstTick(3507, 7195),
+    "pi": WorstTick(1358, 2477),
+    "lookup": WorstTick(1336, 2408),
+    "notch_pi": WorstTick(2166, 3600),
+    "filtered_pi": WorstTick(3079, 4813),
+    "observer": WorstTick(1763, 3403),
+    "super_twisting": WorstTick(1948, 3771),
+    "tracker": WorstTick(3506, 7174),
 }
 """By kind of controller, on the image of bench(), from entry to return of the tick's interrupt.
 

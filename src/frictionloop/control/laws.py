@@ -43,7 +43,7 @@ LAWS = (
     Law(
         "tracker", tracker_step, states=tracker_state.STATES, gains=tracker_state.GAINS, gains_of=tracker_gains,
         start_of=tracker_start, frozen=tracker_state.ESTIMATES, follow=tracker_follow,
-        operations=Operations(206, 204, 118, divisions=12, roots=1, exponentials=3, logarithms=2),
+        operations=Operations(227, 246, 140, divisions=12, roots=1, exponentials=3, logarithms=2),
     ),
 )  # fmt: skip
 """The first is number 1."""

@@ -14,26 +14,36 @@ LEAST_N = 0.05
 """Limit below which the contact's time constant no longer falls (assumed)."""
 
 
+QUICK_M_S = 3.0 / 64.0
+"""Speed above which gains are taken from the quick end of the schedule (chosen between strokes of 20 and 80 mm/s)."""
+
+
 @step
 def place_of(share: float, speed_m_s: float) -> float:
-    """Where gains are taken from the schedule (parameters.tracking.PLACES): at the share, but a slider's also by speed.
+    """Where gains are taken from the schedule (parameters.tracking.PLACES): by share and speed.
 
-    Of slow strokes little is felt, and they bear other gains than strokes of 40 mm/s and more.
+    At the share that a stroke at 80 mm/s has at 0.8 N, one at 20 mm/s has 0.2 N; it is felt less, and as little of the
+    susceptibility is believed there, its loop has twice the gain: they bear other rows. A slow stroke goes up the
+    schedule with its share, a slider's beyond 0.75 the sooner the faster it is; a quick one comes from the other end.
     """
     beyond = max(share - 0.75, 0.0)
-    return share - beyond + min(beyond * max(50.0 * speed_m_s, 1.0), 0.5)
+    slow = share - beyond + min(beyond * max(50.0 * speed_m_s, 1.0), 0.5)
+    return 2.0 - min(max(share, 0.125), 0.75) if speed_m_s > QUICK_M_S else slow
 
 
 @step
 def scheduled(place: float, column) -> float:  # type: ignore[no-untyped-def]
-    """Line by line between the places 0.07, 0.125, 0.25, 0.5, 0.75, 1 and 1.25; slopes add up."""
-    first, s0, s1, s2, s3, s4, s5 = column
+    """Line by line between the places 0.07, 0.125, 0.25, 0.5, 0.75, 1, 1.25, 1.5, 1.75 and 1.875; slopes add up."""
+    first, s0, s1, s2, s3, s4, s5, s6, s7, s8 = column
     v = fma(s0, max(place - 0.07, 0.0), first)
     v = fma(s1, max(place - 0.125, 0.0), v)
     v = fma(s2, max(place - 0.25, 0.0), v)
     v = fma(s3, max(place - 0.5, 0.0), v)
     v = fma(s4, max(place - 0.75, 0.0), v)
-    return fma(s5, max(place - 1.0, 0.0), v)
+    v = fma(s5, max(place - 1.0, 0.0), v)
+    v = fma(s6, max(place - 1.25, 0.0), v)
+    v = fma(s7, max(place - 1.5, 0.0), v)
+    return fma(s8, max(place - 1.75, 0.0), v)
 
 
 @step

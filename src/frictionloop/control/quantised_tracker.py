@@ -72,7 +72,7 @@ def tracker_quantised(controller: Any) -> tuple[Gain, ...]:
         to_gain(own.learn_t, "controller.susceptibility_learning"),
         *(to_fixed(value, places, name) for name, (value, places) in after.items()),
         *_sensor(sensor),
-        *_columns(controller.schedule),
+        *_rows(controller.schedule),
     )
 
 
@@ -86,10 +86,13 @@ def _check(controller: Any) -> None:
             )
 
 
-def _columns(schedule: Schedule) -> list[Gain]:
-    """Return the columns of the schedule, one after another."""
-    columns = zip(zip(*schedule, strict=True), PLACES_OF_A_ROW, strict=True)
-    return [to_fixed(value, places, "controller.schedule") for column, places in columns for value in column]
+def _rows(schedule: Schedule) -> list[Gain]:
+    """Return the rows of the schedule, one after another."""
+    return [
+        to_fixed(value, places, "controller.schedule")
+        for row in schedule
+        for value, places in zip(row, PLACES_OF_A_ROW, strict=True)
+    ]
 
 
 def _sensor(step: SensorStep) -> list[Gain]:

@@ -10,7 +10,7 @@ Commands: the amplitude at which friction goes the given share of its error in a
 all until friction that is on its way up has all but arrived. While a finger is stuck, lands or is lifted the limit is
 held, and the law goes on from it without a jump. There is no integrator to wind up; the estimates are bounded.
 
-Operations of a tick: 206 multiplications, 204 additions, 118 comparisons, 12 divisions, 1 root, 3 exp2, 2 log2.
+Operations of a tick: 227 multiplications, 246 additions, 140 comparisons, 12 divisions, 1 root, 3 exp2, 2 log2.
 """
 
 from __future__ import annotations
@@ -82,8 +82,8 @@ def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: 
     quick, sc, st = state[18], state[19:24], state[24:29]
     rest, decay_rest, decay_left, decay, inverse, most_um, most_c, learn_c, learn_t, exponent, load_gain = gains[:11]
     skin, jump, log2_nominal, model_fall, sf, s1, s2, s3 = gains[11:19]
-    sensor, table = gains[19:32], gains[32:81]
-    low, high = gains[81], gains[82]
+    sensor, table = gains[19:32], gains[32:102]
+    low, high = gains[102], gains[103]
     force, _, speed, pressed, valid = measurement
 
     forward = 1.0 if speed >= 0.0 else -1.0
@@ -100,9 +100,9 @@ def tracker_step(state, measurement: Measurement, setpoint_n: float, gains, dt: 
     limit = limit_of(d + push, fall, a)
     share = share_of(c, f, way_um)
     place = place_of(share, v)
-    kd, kf = scheduled(place, table[0:7]), scheduled(place, table[7:14])
-    k1, k2, k3 = scheduled(place, table[14:21]), scheduled(place, table[21:28]), scheduled(place, table[28:35])
-    lead, trust = scheduled(place, table[35:42]), scheduled(place, table[42:49])
+    kd, kf = scheduled(place, table[0:10]), scheduled(place, table[10:20])
+    k1, k2, k3 = scheduled(place, table[20:30]), scheduled(place, table[30:40]), scheduled(place, table[40:50])
+    lead, trust = scheduled(place, table[50:60]), scheduled(place, table[60:70])
     w = stuck_share(f, limit, rising, fastest, valid)
     leaps = (valid > 0.0) & (abs(f - setpoint_n) > LEAP_N)
     slow = (not leaps) & (leapt == 0.0) & (abs(rising) < 0.5 * fastest)

@@ -92,7 +92,7 @@ def sensor_step_of(model: Model, dt: float) -> SensorStep:
 
 
 def slopes_of(schedule: Schedule) -> tuple[float, ...]:
-    """Return each column of a schedule as its first value and four slopes that add up."""
+    """Return each column of a schedule as its first value and slopes that add up."""
     values = np.array(schedule, dtype=float)
     slopes = np.diff(values, axis=0) / np.diff(PLACES)[:, None]
     return tuple(np.vstack([values[:1], slopes[:1], np.diff(slopes, axis=0)]).T.ravel().tolist())

@@ -32,13 +32,16 @@ time constant to which the contact is sped up (s), trust."""
 STARTS, STEPS = 7, 170
 FORCE_N, ROUGHNESS, TREMOR_LEFT_N = 0.6, 0.05, 0.01
 """What is rejected: roughness of 5 % at 0.6 N, and what load feed-forward leaves of the tremor (assumed)."""
-SPEEDS_M_S = {0.07: 0.015, 0.125: 0.02, 0.25: 0.045, 0.5: 0.1, 0.75: 0.08, 1.0: 0.02, 1.25: 0.08}
+SPEEDS_M_S = {
+    0.07: 0.015, 0.125: 0.02, 0.25: 0.045, 0.5: 0.05, 0.75: 0.05, 1.0: 0.02, 1.25: 0.08,
+    1.5: 0.1, 1.75: 0.08, 1.875: 0.08,
+}  # fmt: skip
 """Speed whose disturbance a row is tuned for: near that at which its share occurs at 0.6 N under the bench's Dahl
-contact, at 5 kHz; 0.75 and more are a slider's (chosen)."""
-ALSO = {0.5: (1.0,), 0.75: (1.0,)}
+contact, at 5 kHz; 0.75 to 1.25 are a slider's (chosen)."""
+ALSO = {0.5: (1.0,), 0.75: (1.0,), 1.5: (1.0,)}
 """True shares that a row has to hold for besides its own: at 80 mm/s a slider is taken for a contact of 20 to 40 um/N,
 a share of a half and, on its way from there, of 3/4 (measured on fingers(120, 3))."""
-TOUCH = {0.25: 0.5, 0.5: 2.0, 0.75: 0.2, 1.25: 0.2}
+TOUCH = {0.75: 0.2, 1.25: 0.2, 1.5: 2.0, 1.75: 0.5, 1.875: 0.5}
 """Weight of what is felt, at 100 Hz, beside 1 of all that is left of the disturbance: a stroke at 80 mm/s then feels
 an eighth less on a slider for 1 % more of rms under Dahl. What is tuned for a quick slider with a weight of 1 or more
 hardly acts at all. The other rows are for slow strokes, of which less is felt (chosen on fingers(120, 3))."""
@@ -46,9 +49,15 @@ TIGHTER = {0.125: 0.06}
 """Share by which Ms - 1 of a row stays below its limits: between it and the next row a loop has more than at either."""
 
 
+def believed_share(place: float) -> float:
+    """Return the share that a place stands for (`limit_observer.place_of`)."""
+    return min(place, 1.0) if place <= 1.25 else 2.0 - place
+
+
 def true_shares(place: float) -> tuple[float, ...]:
     """Return the shares 1 - e^(-dt/T), T/dt = 1/place - 1, of the plants that a row has to hold for."""
-    own = 1.0 if place >= 1.0 else -math.expm1(-place / (1.0 - place))
+    share = believed_share(place)
+    own = 1.0 if share >= 1.0 else -math.expm1(-share / (1.0 - share))
     return (own, *ALSO.get(place, ()))
 
 
@@ -58,7 +67,7 @@ class RowSearch:
     def __init__(
         self, system: System, true: Model, believed: Model, place: float, limits: Mapping[float, float]
     ) -> None:
-        self.dt, self.share, self.believed = 1.0 / system.controller.rate_hz, min(place, 1.0), believed
+        self.dt, self.share, self.believed = 1.0 / system.controller.rate_hz, believed_share(place), believed
         tighter = 1.0 - TIGHTER.get(place, 0.0)
         self.limits = {off: 1.0 + tighter * (limit - 1.0) for off, limit in limits.items()}
         self.near = min((size for size in limits if size), default=0.0)

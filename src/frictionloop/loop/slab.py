@@ -31,7 +31,7 @@ _ROWS: tuple[tuple[str, int], ...] = (
     ("applied", 2),  # amplitude command in force before and after the switch
     ("controller_state", 32),
     # coefficients
-    ("controller_gains", 81),
+    ("controller_gains", 102),
     ("clamp", 2),  # lowest and highest force command
     ("believed_clamp", 2),  # the same while the loop is open or closes, when the clamp is another
     ("overdrive", 1),  # believed amplitude

@@ -9,11 +9,12 @@ from pydantic import Field, model_validator
 from frictionloop.parameters.block import NotNegative, Number, Positive
 from frictionloop.parameters.timing import Timing
 
-PLACES = (0.07, 0.125, 0.25, 0.5, 0.75, 1.0, 1.25)
+PLACES = (0.07, 0.125, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 1.875)
 """Places of the rows of a schedule (`limit_observer.place_of`): the share of the way to its limit that friction goes in
-a period; 1 is a slider's up to 20 mm/s and 1.25 one's from 40 mm/s on."""
+a period; 1 is a slider's up to 20 mm/s and 1.25 one's from 40 mm/s on. Strokes above 47 mm/s have 2 less the share:
+1.5, 1.75 and 1.875 are those of 0.5, 0.25 and 0.125."""
 Row = tuple[Number, Number, Number, Number, Number, Number, Number]
-Schedule = tuple[Row, Row, Row, Row, Row, Row, Row]
+Schedule = tuple[Row, Row, Row, Row, Row, Row, Row, Row, Row, Row]
 SCHEDULE: Schedule = (
     (33.16, 20.54, 1.35, 9.128, 1.718, 0.4041, 1.388),
     (19.87, 22.57, 1.707, 12.37, 1.176, 0.3765, 0.961),
@@ -22,6 +23,9 @@ SCHEDULE: Schedule = (
     (5.807, 12.89, 1.85, 6.527, 0.9136, 0.6174, 1.078),
     (17.03, 11.26, 1.71, 8.878, 0.9622, 0.8726, 0.4678),
     (9.02, 12.84, 1.826, 7.478, 0.9287, 0.794, 1.003),
+    (2.233, 11.82, 1.789, 5.017, 1.066, 0.474, 1.367),
+    (11.75, 18.06, 2.4, 12.89, 0.9025, 0.1948, 0.8125),
+    (19.11, 19.62, 2.194, 13.51, 1.003, 0.09992, 0.5482),
 )
 """Gains for the bench at Ms 1.7, its resonance measured: moved from rows that `design.tune_tracker` finds to the least
 residual simulated with learning on (chosen on fingers(240, 3); decision 4). Those at 0.75 and of quick sliders are on
@@ -33,8 +37,9 @@ class TrackerController(Timing):
 
     kind: Literal["tracker"] = "tracker"
     schedule: Schedule = SCHEDULE
-    """A row for each of 7 places: shares of the way to its limit that friction goes in a period, 0.07, 0.125,
-    0.25, 0.5 and 0.75, then a slider's up to 20 mm/s and from 40 mm/s on.
+    """A row for each of 10 places: shares of the way to its limit that friction goes in a period, 0.07, 0.125,
+    0.25, 0.5 and 0.75, a slider's up to 20 mm/s and from 40 mm/s on, then shares of strokes above 47 mm/s: 0.5, 0.25
+    and 0.125.
 
     Gains per newton of innovation: on the limit (N), the friction (N), the springs' force and rate, the reading; then
     the share of the error to correct in a period, and the trust in the newest limit.
