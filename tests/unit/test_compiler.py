@@ -6,6 +6,7 @@ import ctypes
 import os
 import sys
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from multiprocessing import get_context
 
 import pytest
@@ -47,15 +48,11 @@ def test_a_library_is_built_once_for_the_same_sources_headers_and_flags(folder):
     assert not list(first.parent.glob("*.part"))
 
 
-def build(sources):
-    return str(shared_library("answer", sources))
-
-
 @pytest.mark.skipif(sys.platform != "linux", reason="the cache is moved by XDG_CACHE_HOME, which Linux alone reads")
 def test_processes_may_build_it_at_the_same_time(folder):
     sources = source(folder, "int answer(void);\nint answer(void) { return 7; }\n")
     with ProcessPoolExecutor(4, get_context("spawn")) as pool:
-        paths = set(pool.map(build, [sources] * 8))
+        paths = set(pool.map(partial(shared_library, "answer"), [sources] * 8))
     assert len(paths) == 1
     assert answer(paths.pop()) == 7
 
