@@ -39,8 +39,8 @@ SPEEDS_M_S = {
 """Speed whose disturbance a row is tuned for: near that at which its share occurs at 0.6 N under the bench's Dahl
 contact, at 5 kHz; 0.75 to 1.25 are a slider's (chosen)."""
 ALSO = {0.5: (1.0,), 0.75: (1.0,), 1.5: (1.0,)}
-"""True shares that a row has to hold for besides its own: at 80 mm/s a slider is taken for a contact of 20 to 40 um/N,
-a share of a half and, on its way from there, of 3/4 (measured on fingers(120, 3))."""
+"""True shares that a row has to hold for besides its own: at 80 mm/s a slider is taken for a contact of 30 to 50 um/N,
+a share of 0.4, and has more on its way from there (measured on fingers(240, 3))."""
 TOUCH = {0.75: 0.2, 1.25: 0.2, 1.5: 2.0, 1.75: 0.5, 1.875: 0.5}
 """Weight of what is felt, at 100 Hz, beside 1 of all that is left of the disturbance: a stroke at 80 mm/s then feels
 an eighth less on a slider for 1 % more of rms under Dahl. What is tuned for a quick slider with a weight of 1 or more
