@@ -9,11 +9,11 @@
 #include "fl_frame.h"
 
 enum {
-    FL_SAMPLES = 48,     /* of telemetry: 9.6 ms at every tick */
+    FL_SAMPLES = 36,     /* of telemetry: 7.2 ms at every tick */
     FL_REPLIES = 16,     /* frames that may come in before one goes out */
     FL_NO_INDEX = 65535, /* of a refusal that is about no word or point */
     FL_NO_STATE = 255,
-    FL_RAM = 12800       /* bytes, of the 64 KB of the Teensy */
+    FL_RAM = 12288       /* bytes, of the 64 KB of the Teensy */
 };
 
 /* `asked` is set by the background, taken by the next tick, which then sets `stale`: the copy that waits is
@@ -78,6 +78,7 @@ struct fl_app {
     fl_play plays[2];
     fl_swap table;
     uint64_t phase; /* points, 2^-24 */
+    fl_derived derived[2];
     /* the loop; the tick alone writes */
     volatile uint32_t tick;
     volatile uint8_t state, fault, bad_table;
@@ -108,7 +109,6 @@ struct fl_app {
     uint8_t out[FL_LARGEST_CODED];
     /* large, so last: what is within 4 KB of the beginning is reached by one instruction */
     fl_table tables[2];
-    fl_derived derived[2];
     int16_t points[2][FL_POINTS];
 };
 _Static_assert(sizeof(struct fl_app) <= FL_RAM, "the firmware's memory is within its budget");

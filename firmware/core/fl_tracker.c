@@ -10,7 +10,7 @@ static int32_t stretched(int32_t beyond, int32_t speed) {
 }
 
 void fl_schedule(int32_t *values, int32_t share, int32_t speed, const fl_gain *table) {
-    enum { ROW = 18790482, SECOND = FL_ONE / 8, QUARTER = FL_ONE / 4, QUICK = 3 * (FL_ONE / 64) }; /* 0.07 */
+    enum { ROW = 18790482, SECOND = FL_ONE / 8, QUARTER = FL_ONE / 4, QUICK = 9 * (FL_ONE / 128) }; /* 0.07 */
     const int quick = speed > QUICK, next = quick ? -FL_SCHEDULED : FL_SCHEDULED;
     int32_t row = 1, way = 0; /* from one row to the next, q31, at most all but 2^-31 */
     if (share > 3 * QUARTER) {

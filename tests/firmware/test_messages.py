@@ -229,4 +229,4 @@ def test_more_frames_than_answers_fit_lose_answers_not_the_board(rig):
 
 
 def test_memory_is_within_its_budget(library):
-    assert library[1].fl_app_size() <= 12_800
+    assert library[1].fl_app_size() <= 12 * 1024

@@ -28,7 +28,7 @@ def bench(contact, compliance, speed_mm_s=20.0):
 
 def row_at(share, speed_mm_s):
     """Of a slider the gains depend on the speed, too; quick strokes have rows of their own, in the other order."""
-    if speed_mm_s > 46.875:
+    if speed_mm_s > 70.3125:
         place = 2.0 - np.clip(share, 0.125, 0.75)
     else:
         place = min(share + max(share - 0.75, 0.0) * max(speed_mm_s / 20.0 - 1.0, 0.0), 1.25)

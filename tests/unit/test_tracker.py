@@ -78,8 +78,8 @@ class Tracker:
         return 1.0 / (1.0 + self.theta[0] * 1e-6 * max(limit, 0.05) / (v * DT))
 
     def scheduled(self, share, v):
-        """Return the row: above 46.875 mm/s of those at the end, else beyond 3/4 by the speed over 20 mm/s, too."""
-        if v > 0.046875:
+        """Return the row: above 70.3125 mm/s of those at the end, else beyond 3/4 by the speed over 20 mm/s, too."""
+        if v > 0.0703125:
             self.quick += 1
             downwards = [-0.75, -0.5, -0.25, -0.125]
             return np.array([np.interp(-share, downwards, column[6:]) for column in self.columns])

@@ -48,7 +48,7 @@ def tuned_text(designed: Designed) -> list[Any]:
         screen.wrapped(
             "Ms of each row, by its place: the share of the way to its limit that friction goes in a period (1 is a "
             "slider's, 1.25 one's from 40 mm/s on; 1.5, 1.75 and 1.875 are the shares 0.5, 0.25 and 0.125 of strokes "
-            "above 47 mm/s), and the residual that is predicted of it at the speed it is for, mN"
+            "above 70 mm/s), and the residual that is predicted of it at the speed it is for, mN"
         ),
         screen.table(_table("place", _by_place(tuning), ("residual", *left))),
         "",

@@ -11,7 +11,7 @@ from frictionloop.parameters.timing import Timing
 
 PLACES = (0.07, 0.125, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 1.875)
 """Places of the rows of a schedule (`limit_observer.place_of`): the share of the way to its limit that friction goes in
-a period; 1 is a slider's up to 20 mm/s and 1.25 one's from 40 mm/s on. Strokes above 47 mm/s have 2 less the share:
+a period; 1 is a slider's up to 20 mm/s and 1.25 one's from 40 mm/s on. Strokes above 70 mm/s have 2 less the share:
 1.5, 1.75 and 1.875 are those of 0.5, 0.25 and 0.125."""
 Row = tuple[Number, Number, Number, Number, Number, Number, Number]
 Schedule = tuple[Row, Row, Row, Row, Row, Row, Row, Row, Row, Row]
@@ -38,7 +38,7 @@ class TrackerController(Timing):
     kind: Literal["tracker"] = "tracker"
     schedule: Schedule = SCHEDULE
     """A row for each of 10 places: shares of the way to its limit that friction goes in a period, 0.07, 0.125,
-    0.25, 0.5 and 0.75, a slider's up to 20 mm/s and from 40 mm/s on, then shares of strokes above 47 mm/s: 0.5, 0.25
+    0.25, 0.5 and 0.75, a slider's up to 20 mm/s and from 40 mm/s on, then shares of strokes above 70 mm/s: 0.5, 0.25
     and 0.125.
 
     Gains per newton of innovation: on the limit (N), the friction (N), the springs' force and rate, the reading; then
