@@ -51,19 +51,19 @@ class WorstTick(NamedTuple):
 
 
 WORST_TICK = {
-    "pi": WorstTick(1358, 2477),
-    "lookup": WorstTick(1336, 2408),
-    "notch_pi": WorstTick(2166, 3600),
-    "filtered_pi": WorstTick(3079, 4813),
-    "observer": WorstTick(1763, 3403),
-    "super_twisting": WorstTick(1948, 3771),
-    "tracker": WorstTick(3506, 7174),
+    "pi": WorstTick(1353, 2472),
+    "lookup": WorstTick(1331, 2403),
+    "notch_pi": WorstTick(2161, 3595),
+    "filtered_pi": WorstTick(3074, 4808),
+    "observer": WorstTick(1758, 3398),
+    "super_twisting": WorstTick(1943, 3766),
+    "tracker": WorstTick(3501, 7169),
 }
 """By kind of controller, on the image of bench(), from entry to return of the tick's interrupt.
 
-With zig 0.17.1, over 400 samples of a finger that strokes and of edges (1500 of four seeds each, with edges and
-without, have no worse); held by tests/firmware/test_cycles.py. The filtered PIs have all they can: feed-forward,
-overdrive, 1 section (notch) or 6.
+With zig 0.17.1, over 400 samples each of a finger that strokes at 20 and 80 mm/s, and of edges; held by
+tests/firmware/test_cycles.py. Four seeds, and 2600 samples at either speed, have no worse of the tracker and the notch
+PI. The filtered PIs have all they can: feed-forward, overdrive, 1 section (notch) or 6.
 """
 
 

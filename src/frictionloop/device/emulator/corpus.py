@@ -23,8 +23,8 @@ class Counts(NamedTuple):
     position: int
 
 
-def strokes(count: int, seed: int = 0) -> Iterator[Counts]:
-    """Yield samples of a finger at 20 mm/s under 0.5 N: there and back, a lift a second, noise, drifting friction."""
+def strokes(count: int, seed: int = 0, speed_mm_s: float = 20.0) -> Iterator[Counts]:
+    """Yield samples of a finger under 0.5 N: there and back, a lift a second, noise, drifting friction."""
     rng = np.random.default_rng(seed)
     for k in range(count):
         phase = k % TICK_HZ
@@ -34,7 +34,11 @@ def strokes(count: int, seed: int = 0) -> Iterator[Counts]:
         force = direction * (8000 + 3000 * np.sin(k / 40)) if touching else 0.0
         load = 3277 if touching else 0
         noise = np.rint(rng.normal(0, (40, 40, 20, 3))).astype(int)
-        yield Counts((int(force) + int(noise[0]), int(noise[1])), load + int(noise[2]), 4 * way - 5000 + int(noise[3]))
+        yield Counts(
+            (int(force) + int(noise[0]), int(noise[1])),
+            load + int(noise[2]),
+            round(speed_mm_s / 5.0 * (way - 1250)) + int(noise[3]),
+        )
 
 
 def edges(count: int, seed: int = 0) -> Iterator[Counts]:
