@@ -162,6 +162,15 @@ def test_what_was_interrupted_goes_on(whole, tmp_path, monkeypatch):
     xr.testing.assert_identical(again.cells, whole.cells)
 
 
+def test_an_interrupt_while_laws_are_designed_says_that_nothing_is_done():
+    def interrupted(system):
+        raise KeyboardInterrupt
+
+    with pytest.raises(rooms.TournamentInterrupted) as stop:
+        short(laws={"mine": interrupted})
+    assert (stop.value.done, stop.value.total) == (0, 2 * (len(protocol.TASKS) + len(protocol.SINES)))
+
+
 def test_more_laws_and_speeds_join_a_file(whole, tmp_path):
     path = tmp_path / "r.h5"
     short(path, laws=["retuned_pi"])

@@ -12,6 +12,7 @@ from frictionloop.design.tracker_search import TOUCH, RowSearch
 from frictionloop.design.tracker_tuning import LIMITS, believed_resonance, tune_tracker
 from frictionloop.parameters.tracking import PLACES, SCHEDULE, TrackerController
 from frictionloop.perception.thresholds import force_threshold_n
+from frictionloop.quantities import FrictionloopError
 
 
 @pytest.mark.slow
@@ -47,6 +48,14 @@ def test_the_default_rows_keep_the_limits_of_ms(place):
     peaks = search.residual(Row(*SCHEDULE[PLACES.index(place)]))[1]
     for off, limit in search.limits.items():
         assert max(peaks[off], peaks[-off]) <= 1.02 * limit
+
+
+def test_a_resonance_for_which_no_gains_are_positive_is_refused():
+    """At 2.2 of 2.5 kHz the observer wants a gain below 0 on some state wherever it is looked for."""
+    bench = fl.bench().evolve({"sensor.resonance_hz": 2200.0})
+    sensor = bench.controller.model.model_copy(update={"resonance_hz": 2200.0})
+    with pytest.raises(FrictionloopError, match=r"^sensor.resonance_hz, believed 2200 Hz: no gains of at least 0"):
+        RowSearch(bench, sensor, sensor, 1.0, LIMITS).best(seed=0)
 
 
 @pytest.mark.parametrize("place", PLACES)

@@ -115,6 +115,7 @@ def command(
         ran = rooms.compare(system, fingers, at, _names(laws), _speeds(speeds), **options)
     except rooms.TournamentInterrupted as stop:
         kept = f"kept in {out}" if out else "not kept: without --out there is nothing to continue from"
+        kept = kept if stop.done else "none was finished"
         raise screen.Interrupted(f"{stop.done} of {stop.total} cells done, {kept}", resumable=out is not None) from None
     with screen.waiting("scoring"):
         scored = rooms.scores(ran)

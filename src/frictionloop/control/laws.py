@@ -60,5 +60,6 @@ def law_number(controller: Any) -> int:
     """Return the number of that law."""
     kinds = [law.kind for law in LAWS]
     if (kind := SAME_STEP.get(controller.kind, controller.kind)) not in kinds:
-        raise FrictionloopError(f"controller.kind = {kind!r}: is no control law, but must be one of {', '.join(kinds)}")
+        accepted = ", ".join([*kinds, *SAME_STEP])
+        raise FrictionloopError(f"controller.kind = {kind!r}: is no control law, but must be one of {accepted}")
     return 1 + kinds.index(kind)

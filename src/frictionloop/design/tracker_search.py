@@ -142,6 +142,8 @@ class RowSearch:
             return 1e4
         try:
             row = self.row(x)
+            if min(row) < 0.0:
+                return 1e3
             left, peaks, loud, louder = self.residual(row, self.felt)
         except (np.linalg.LinAlgError, ValueError):
             return 1e3
@@ -157,6 +159,11 @@ class RowSearch:
         ends = [_descend(self.cost, start) for start in starts]
         last = _descend(self.cost, min(ends, key=self.cost))
         row = self.row(last)
+        if min(row) < 0.0:
+            raise FrictionloopError(
+                f"sensor.resonance_hz, believed {self.believed.resonance_hz:.4g} Hz: no gains of at least 0 are found "
+                f"where friction goes {self.share:g} of its way in a period"
+            )
         left, peaks, _, _ = self.residual(row)
         for off, peak in peaks.items():
             if peak > 1.02 * self.limits[abs(off)]:

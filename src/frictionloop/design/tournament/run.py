@@ -118,9 +118,12 @@ def compare(
         store.resume()
     else:
         check_new(path)
+    wanted = [(name, at) for at in _conditions(speeds) for name in (PLAIN, *fields) if _competes(name, at)]
     # Some are designed here, which takes up to a minute: whatever can be refused has been.
-    given = {name: dict(entrant(system)) for name, entrant in fields.items()}
-    wanted = [(name, at) for at in _conditions(speeds) for name in (PLAIN, *given) if _competes(name, at)]
+    try:
+        given = {name: dict(entrant(system)) for name, entrant in fields.items()}
+    except KeyboardInterrupt:
+        raise TournamentInterrupted(0, len(wanted)) from None
     digests = {(name, at): trial.digest(given.get(name), at) for name, at in wanted}
     left = [key for key in wanted if not store.has(*key, digests[key])]
     store.keep()
