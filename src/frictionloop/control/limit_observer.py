@@ -15,8 +15,9 @@ LEAST_N = 0.05
 
 
 QUICK_M_S = 9.0 / 128.0
-"""Speed above which gains are taken from the quick end of the schedule: 70 mm/s (chosen on fingers(60, 5): from 53 to 57
-mm/s a slider has with those gains a line at 850 to 900 Hz with a tenth of the variance, from 70 on 6 % at most)."""
+"""Speed above which gains are taken from the quick end of the schedule: 70 mm/s (chosen on fingers(240, 23):
+from 53 to 57 mm/s a slider has with these gains a line at 850 to 900 Hz with a tenth of the variance, from 70 a
+twentieth)."""
 
 
 @step
