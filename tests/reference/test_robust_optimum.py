@@ -127,6 +127,7 @@ def test_no_row_of_the_tracker_is_below_what_bears_its_resonances(place: float, 
     assert 0.5 * left < found.bound_rms_n < left
 
 
+@pytest.mark.slow
 def test_fingers_are_bound_by_more_than_by_the_own_resonance() -> None:
     bench = fl.bench().evolve({"motion.stroke_mm": 240.0})
     people = [{}, {"sensor.resonance_hz": 145.0 * 1.05}, {"friction.nominal_n": 0.3}]

@@ -28,6 +28,7 @@ def test_a_tracker_is_looked_at_on_both_contacts_and_at_two_speeds_with_the_cont
     assert conditions(fl.bench()) == [fl.bench()]
 
 
+@pytest.mark.slow
 def test_a_law_that_is_known_once_has_the_margins_of_each_resonance():
     system = fl.bench().evolve(TRACKER | {"finger.contact": "slider"})
     some = [each for each in corners(system, {0.0: 1.7, 0.05: 2.0}) if each.stroke == ", contact slider, 20 mm/s"]
