@@ -32,6 +32,12 @@ LEARNT = {"compliance_learning": 0.0, "susceptibility_learning": 0.0, "load_expo
 
 Their skins are believed stiffer than they are: no fall at the start then is taken for ringing, which moves estimates.
 """
+BELIEVED = {
+    "controller.model.nominal_n": 2.2,
+    "controller.model.sensor_hz": 350.0,
+    "controller.model.resonance_hz": 139.0,
+}
+"""Of the laws on the linear observer, as in the comparison of laws."""
 LAWS: dict[str, dict[str, Any]] = {
     "pi": fl.RETUNED,
     "pi, late by a fraction": {"controller.kp": 0.02, "controller.ki": 50.0, "controller.delay_s": 1.3e-4},
@@ -54,6 +60,26 @@ LAWS: dict[str, dict[str, Any]] = {
             **LEARNT,
         },
     },
+    "notch_pi": {
+        "controller.kind": "notch_pi",
+        "controller.kp": 6.361,
+        "controller.ki": 52.1,
+        "controller.notch_hz": 136.7,
+        "controller.notch_depth": 0.001509,
+        "controller.notch_width": 10.0,
+    },
+    "notch_pi, overdrive and feed-forward": {
+        "controller.kind": "notch_pi",
+        "controller.kp": 6.361,
+        "controller.ki": 52.1,
+        "controller.notch_hz": 136.7,
+        "controller.notch_depth": 0.001509,
+        "controller.notch_width": 10.0,
+        "controller.overdrive": True,
+        "controller.feedforward": True,
+    },
+    "observer": {"controller.kind": "observer", **BELIEVED},
+    "super-twisting": {"controller.kind": "super_twisting", **BELIEVED},
     "lookup": {"controller": OPEN},
     "lookup with overdrive": {"controller": OPEN | {"overdrive": True}},
 }

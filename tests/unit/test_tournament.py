@@ -14,6 +14,7 @@ from frictionloop.design import synthesis
 from frictionloop.design import tournament as rooms
 from frictionloop.design.tournament import entrants, margins, protocol, run, store
 from frictionloop.design.wanted import Designed
+from frictionloop.quantities import FrictionloopError
 
 SHORT = {"duration_s": 1.0, "start_s": 0.4, "progress": False}
 LAWS = ["lookup", "retuned_pi"]
@@ -28,18 +29,14 @@ def whole():
     return short()
 
 
-DESIGNED = ("notch_pi", "hinf", "lqg")
-"""Entrants whose synthesis takes from some seconds to half a minute."""
-
-
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in DESIGNED)) for name in entrants.ENTRANTS]
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in entrants.DESIGNED)) for name in entrants.ENTRANTS]
 )
 def test_every_entrant_is_a_system(name):
     assert fl.bench().evolve(entrants.ENTRANTS[name](fl.bench())).controller.kind
 
 
-@pytest.mark.parametrize("law", DESIGNED)
+@pytest.mark.parametrize("law", sorted(entrants.DESIGNED))
 def test_an_entrant_that_is_designed_is_what_the_synthesis_of_its_law_finds(law, monkeypatch):
     asked = []
 
@@ -169,6 +166,24 @@ def test_an_interrupt_while_laws_are_designed_says_that_nothing_is_done():
     with pytest.raises(rooms.TournamentInterrupted) as stop:
         short(laws={"mine": interrupted})
     assert (stop.value.done, stop.value.total) == (0, 2 * (len(protocol.TASKS) + len(protocol.SINES)))
+
+
+LATE = {"controller.delay_s": 220e-6}
+"""More than a period: the tracker cannot."""
+
+
+def test_a_law_that_cannot_run_on_the_bench_is_left_out_with_the_reason(monkeypatch):
+    cheap = {name: entrants.ENTRANTS[name] for name in ("lookup", "tracker", "oracle")}
+    monkeypatch.setattr(entrants, "ENTRANTS", cheap)
+    ran = short(laws=None, system=fl.bench().evolve(LATE))
+    assert list(ran.laws) == ["lookup", "oracle"]
+    assert list(ran.left_out) == ["tracker"] and "delay_s = 0.00022 s: must be at most" in ran.left_out["tracker"]
+
+
+def test_a_law_that_is_named_and_cannot_run_is_refused_before_any_is_designed(monkeypatch):
+    monkeypatch.setattr(synthesis, "design_controller", lambda *given: pytest.fail("designed"))
+    with pytest.raises(FrictionloopError, match="delay_s"):
+        short(laws=["notch_pi", "tracker"], system=fl.bench().evolve(LATE))
 
 
 def test_more_laws_and_speeds_join_a_file(whole, tmp_path):

@@ -40,6 +40,13 @@ def test_a_tracker_alone_is_told(law, is_one):
     assert other.controller.model.resonance_hz == pytest.approx((0.9 if is_one else 1.0) * 145.0)
 
 
+def test_a_tracker_is_told_the_sensor_s_resonance_whatever_it_believed():
+    system = BENCH.evolve({"controller.kind": "tracker", MET: 80.0})
+    assert on_device(system, 1.05).controller.model.resonance_hz == pytest.approx(84.0)
+    plain = BENCH.evolve({"controller.kind": "tracker", "sensor.kind": "lowpass"})
+    assert on_device(plain, 1.05) is plain
+
+
 def test_what_it_is_told_decides_what_is_run():
     """A cell of a comparison is a sweep of the fingers that are told, and not of those that are not."""
     ran = compare(BENCH, 3, 11, ["tracker"], (20.0,), duration_s=1.5)

@@ -127,7 +127,7 @@ def command(
         with screen.waiting("drawing"):
             files.draw(ran, scored, plots)
     # Last, as it may take longest: what is asked for as a file is then written already.
-    causes = files.causes(ran, explained, jobs, plots)
+    causes = files.causes(ran, [law for law in explained if law in ran.laws], jobs, plots)
     if json:
         below = rooms.below_oracle(scored)
         _show_json(
@@ -187,7 +187,8 @@ def _check_overrides(overrides: list[str] | None) -> None:
 
 
 def _show_json(system: System, ran: Tournament, scored: xr.Dataset, more: dict[str, Any]) -> None:
-    about = {"system": system.model_dump(), "laws": ran.laws, "seed": ran.seed, "fingers": len(ran.people)}
+    about = {"system": system.model_dump(), "laws": ran.laws, "left_out": ran.left_out}
+    about |= {"seed": ran.seed, "fingers": len(ran.people)}
     about |= {"speeds_mm_s": ran.speeds_mm_s, "duration_s": ran.duration_s, "score_from_s": ran.start_s}
     about["capable"] = {f"{v:g}": scored["capable"].sel(speed_mm_s=v).values for v in ran.speeds_mm_s}
     screen.show_json(about | more)

@@ -78,6 +78,7 @@ def summary(tournament: Tournament, scored: xr.Dataset, rows: Rows, margins: Row
     found += ["traced on the image in an emulator; - has no image"]
     found += [screen.table(_margins(margins)), ""]
     found += LEGEND
+    found += [screen.wrapped(f"note: {law} is left out: {reason}") for law, reason in tournament.left_out.items()]
     below = below_oracle(scored)
     found += [screen.wrapped(_note(below))] if below else []
     found += [_code(tournament.cells)]

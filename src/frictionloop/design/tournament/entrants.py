@@ -74,6 +74,8 @@ ENTRANTS: dict[str, Entrant] = {
     "clairvoyant": lambda system: {"controller.kind": "oracle", "controller.preview": True},
 }
 """Every entrant by name; one more is one more line."""
+DESIGNED = frozenset({"notch_pi", "hinf", "lqg"})
+"""Those whose synthesis takes from some seconds to half a minute."""
 ORACLE, CLAIRVOYANT = "oracle", "clairvoyant"
 """Names of the two entrants, if they are there, that know the plant: by its present alone, and ahead of time."""
 

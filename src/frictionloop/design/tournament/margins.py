@@ -48,14 +48,14 @@ def median_system(tournament: Tournament, law: str, speed_mm_s: float, contact: 
 
 
 def begun(tournament: Tournament, law: str, speed_mm_s: float, contact: str) -> System | None:
-    """Return the same under the law as it begins."""
+    """Return the same under the law as it begins, told of the device if it is one that is."""
     some = protocol.able(tournament.system, tournament.people, speed_mm_s, tournament.duration_s)
     finger = protocol.median_finger(tournament.people, some)
     if finger is None:
         return None
     at = protocol.Condition(speed_mm_s, contact, protocol.SINES[1])
     own = {path: value for path, value in finger.items() if path != "sensor.resonance_hz"}
-    return tournament.system.evolve({**protocol.overrides_of(at), **tournament.laws[law], **own})
+    return on_device(tournament.system.evolve({**protocol.overrides_of(at), **tournament.laws[law], **own}), 1.0)
 
 
 def loop_at(system: System, level_n: float, occlude_s: float) -> LinearLoop | None:
@@ -122,7 +122,7 @@ def _around(system: System, shift: float, occlude_s: float) -> list[Margins | No
     factors = (1.0 - shift, 1.0 + shift) if shift and true_hz else (1.0,)
     found: list[Margins | None] = []
     for factor in factors:
-        off = system if factor == 1.0 else on_device(system, factor)
+        off = on_device(system, factor)
         loops = [loop_at(off, level, occlude_s) for level in protocol.LEVELS_N]
         found += [None if loop is None else loop.margins() for loop in loops]
     return found

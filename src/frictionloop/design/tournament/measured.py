@@ -34,8 +34,12 @@ def told(system: System, people: Fingers, law: Mapping[str, Any] | None) -> Fing
 
 
 def on_device(system: System, factor: float) -> System:
-    """Return a system whose sensor has its resonance times a factor, known to a controller that is told."""
-    changes = {"sensor.resonance_hz": factor * system.sensor.resonance_hz}  # type: ignore[union-attr]
-    if system.controller.kind in TOLD:
-        changes[BELIEVED_HZ] = factor * system.controller.model.resonance_hz
-    return system.evolve(changes)
+    """Return a system whose sensor has its resonance times a factor, known to a controller that is told.
+
+    A sensor without one is as it was.
+    """
+    if not isinstance(system.sensor, SuspendedSensor):
+        return system
+    there_hz = factor * system.sensor.resonance_hz
+    known = {BELIEVED_HZ: there_hz} if system.controller.kind in TOLD else {}
+    return system.evolve({"sensor.resonance_hz": there_hz, **known})

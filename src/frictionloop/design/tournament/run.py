@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
 import xarray as xr
 
 from frictionloop.design.tournament import protocol
-from frictionloop.design.tournament.entrants import Entrant, Overrides, entrants
+from frictionloop.design.tournament.entrants import DESIGNED, Entrant, Overrides, entrants
 from frictionloop.design.tournament.measured import told
 from frictionloop.design.tournament.plain import occluded_at, plain_strokes
 from frictionloop.design.tournament.protocol import Condition
@@ -24,6 +24,7 @@ from frictionloop.loop.timing import periods_in
 from frictionloop.loop.trying import structures_of
 from frictionloop.parameters import System
 from frictionloop.physics.fingers import Fingers
+from frictionloop.quantities import FrictionloopError
 
 PLAIN = "plain"
 """Name in the file of the strokes without control that the perceptual index is compared with."""
@@ -54,6 +55,8 @@ class Tournament:
     start_s: float
     cells: xr.Dataset
     """Metrics of the kernel over law, speed, contact, task and finger; law ``plain`` is sliding without control."""
+    left_out: Mapping[str, str] = field(default_factory=dict)
+    """Why a law does not compete that cannot run on this bench, where all were asked for."""
 
     @property
     def middle_s(self) -> float:
@@ -85,7 +88,8 @@ def compare(
     count, seed : int
         The fingers, as of `fingers`; any seed but `protocol.TUNING_SEED`.
     laws : iterable of str or mapping, optional
-        Entrants by name, all of them if not given; or entrants of one's own, from a bench to overrides, by name.
+        Entrants by name; or entrants of one's own, from a bench to overrides, by name. All that can run on this bench
+        if not given.
     speeds_mm_s : sequence of float
         Speeds of the strokes.
     path : path, optional
@@ -101,7 +105,8 @@ def compare(
     ------
     FrictionloopError
         For an unknown law, the tuning seed, a speed or a time out of range, a system without a finger, a file that is
-        there already, keeps something else or cannot be written: all before any law is designed.
+        there already, keeps something else or cannot be written, and for a law that is named but cannot run on this
+        bench: all before any law is designed. For one that is named and whose synthesis fails: then.
     TournamentInterrupted
         On Ctrl-C.
     """
@@ -118,12 +123,12 @@ def compare(
         store.resume()
     else:
         check_new(path)
-    wanted = [(name, at) for at in _conditions(speeds) for name in (PLAIN, *fields) if _competes(name, at)]
     # Some are designed here, which takes up to a minute: whatever can be refused has been.
     try:
-        given = {name: dict(entrant(system)) for name, entrant in fields.items()}
+        given, left_out = _laws(system, fields, spare=laws is None)
     except KeyboardInterrupt:
-        raise TournamentInterrupted(0, len(wanted)) from None
+        raise TournamentInterrupted(0, len(_cells(fields, speeds))) from None
+    wanted = _cells(given, speeds)
     digests = {(name, at): trial.digest(given.get(name), at) for name, at in wanted}
     left = [key for key in wanted if not store.has(*key, digests[key])]
     store.keep()
@@ -142,7 +147,29 @@ def compare(
         finally:
             if unsaved:
                 store.keep()
-    return Tournament(system, given, people, seed, speeds, duration_s, start_s, store.dataset())
+    return Tournament(system, given, people, seed, speeds, duration_s, start_s, store.dataset(), left_out)
+
+
+def _laws(
+    system: System, fields: Mapping[str, Entrant], spare: bool
+) -> tuple[dict[str, Overrides], dict[str, str]]:
+    """Return what each law is given, and why those are left out that cannot run here; unless spared they raise."""
+    given: dict[str, Overrides] = {}
+    left_out: dict[str, str] = {}
+    for name in sorted(fields, key=lambda each: each in DESIGNED):
+        try:
+            given[name] = dict(fields[name](system))
+            system.evolve(given[name])
+        except FrictionloopError as error:
+            if not spare:
+                raise
+            given.pop(name, None)
+            left_out[name] = str(error)
+    return {name: given[name] for name in fields if name in given}, left_out
+
+
+def _cells(laws: Iterable[str], speeds: Iterable[float]) -> list[tuple[str, Condition]]:
+    return [(name, at) for at in _conditions(speeds) for name in (PLAIN, *laws) if _competes(name, at)]
 
 
 def _competes(name: str, at: Condition) -> bool:
