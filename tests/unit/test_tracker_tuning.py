@@ -50,6 +50,18 @@ def test_the_default_rows_keep_the_limits_of_ms(place):
         assert max(peaks[off], peaks[-off]) <= 1.02 * limit
 
 
+def test_what_is_rejected_is_what_the_bench_has():
+    """Twice the roughness and tremor: four times the power at every frequency, whatever the row."""
+    bench = fl.bench()
+    rougher = bench.evolve({"friction.roughness_rms": 0.1, "motion.tremor_n": 0.06})
+    for place in (0.07, 1.25):
+        (_, own), (_, more) = (
+            RowSearch(each, bench.controller.model, bench.controller.model, place, LIMITS).plants[0]
+            for each in (bench, rougher)
+        )
+        np.testing.assert_allclose(more, 4.0 * own, rtol=1e-12)
+
+
 def test_a_resonance_for_which_no_gains_are_positive_is_refused():
     """At 2.2 of 2.5 kHz the observer wants a gain below 0 on some state wherever it is looked for."""
     bench = fl.bench().evolve({"sensor.resonance_hz": 2200.0})

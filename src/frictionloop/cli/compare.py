@@ -187,7 +187,7 @@ def _check_overrides(overrides: list[str] | None) -> None:
 
 
 def _show_json(system: System, ran: Tournament, scored: xr.Dataset, more: dict[str, Any]) -> None:
-    about = {"system": system.model_dump(), "laws": ran.laws, "left_out": ran.left_out}
+    about: dict[str, Any] = {"system": system.model_dump(), "laws": ran.laws, "left_out": ran.left_out}
     about |= {"seed": ran.seed, "fingers": len(ran.people)}
     about |= {"speeds_mm_s": ran.speeds_mm_s, "duration_s": ran.duration_s, "score_from_s": ran.start_s}
     about["capable"] = {f"{v:g}": scored["capable"].sel(speed_mm_s=v).values for v in ran.speeds_mm_s}

@@ -51,7 +51,12 @@ def learnt_in_run(system: System, duration_s: float, seed: int) -> System:
 
 def conditions(system: System) -> list[System]:
     """Return the contacts and speeds at which a law has to hold: its own, for a tracker, which learns both, more."""
-    if not (isinstance(system.controller, TrackerController) and isinstance(system.finger, Skin)):
+    return strokes_of(system) if isinstance(system.controller, TrackerController) else [system]
+
+
+def strokes_of(system: System) -> list[System]:
+    """Return a system on both contacts, at its speed and at four times that; one without a skin as it is."""
+    if not isinstance(system.finger, Skin):
         return [system]
     contacts = dict.fromkeys((system.finger.contact, *CONTACTS))
     own = system.motion.speed_mm_s if isinstance(system.motion, Strokes) else None

@@ -9,6 +9,7 @@ from typing import Any
 
 from frictionloop.design.corners import band_of, broken, corners, with_shifts
 from frictionloop.design.disturbance import Spectrum, touch_spectrum
+from frictionloop.design.elsewhere import elsewhere
 from frictionloop.design.notch import retune_notch
 from frictionloop.design.operating import check_reach
 from frictionloop.design.retune import retune
@@ -129,7 +130,8 @@ def design_controller(system: System, law: str | None = None, wanted: Wanted | N
     worst = broken(at, asked.limits)
     if worst is not None:
         raise FrictionloopError(unheld(name, asked, worst))
-    return found._replace(corners=tuple(at))
+    more = elsewhere(system.evolve(found.overrides), asked.limits)
+    return found._replace(corners=tuple(at), notes=(*found.notes, *more))
 
 
 @contextmanager

@@ -30,8 +30,9 @@ HIGH = np.log([1e-2, 1e-2, 1e-2, 1e-2, 5e-3, 1.1])
 """Bounds of what is searched: noise of the limit per period (N), of a reading (N), of friction (N), of the springs (N),
 time constant to which the contact is sped up (s), trust."""
 STARTS, STEPS = 7, 170
-FORCE_N, ROUGHNESS, TREMOR_LEFT_N = 0.6, 0.05, 0.01
-"""What is rejected: roughness of 5 % at 0.6 N, and what load feed-forward leaves of the tremor (assumed)."""
+FORCE_N, ROUGHNESS, TREMOR_N, SMOOTHEST = 0.6, 0.05, 0.03, 0.01
+"""What is rejected: the bench's roughness at 0.6 N and a third of its tremor, which load feed-forward leaves (assumed);
+5 % and 30 mN of a bench that tells neither. Without any roughness no gain would pay: 1 % at the least."""
 SPEEDS_M_S = {
     0.07: 0.015, 0.125: 0.02, 0.25: 0.045, 0.5: 0.05, 0.75: 0.05, 1.0: 0.02, 1.25: 0.08,
     1.5: 0.1, 1.75: 0.08, 1.875: 0.08,
@@ -89,12 +90,14 @@ class RowSearch:
         self.felt = 1.0 + TOUCH.get(place, 0.0) * felt[:-1] / felt[-1]
         """What the disturbance left is weighted by: the power of a force over that at the threshold of touch."""
         sensor: Any = system.sensor
+        rough = max(getattr(system.friction, "roughness_rms", ROUGHNESS), SMOOTHEST)
+        tremor_n = getattr(system.motion, "tremor_n", TREMOR_N) / 3.0
         white = sensor.noise_density_n_rthz**2 / (1.0 + (self.f / sensor.cutoff_hz) ** 2)
         self.noise = white + sensor.step_n**2 / 12.0 / nyquist
         self.plants = [
             (
                 {off: Plant(each, goes) for off, each in sensors.items()},
-                _disturbance(self.f, SPEEDS_M_S[place], behind, self.dt),
+                _disturbance(self.f, (rough, tremor_n), SPEEDS_M_S[place], behind, self.dt),
             )
             for goes, behind in zip(true_shares(place), (self.share, *ALSO.get(place, ())), strict=True)
         ]
@@ -179,12 +182,15 @@ def _descend(cost: Any, start: Array) -> Array:
     return np.asarray(found.x)
 
 
-def _disturbance(frequency_hz: Array, speed_m_s: float, share: float, dt: float) -> Array:
-    """Return the density of friction's fluctuation without control in N^2/Hz, behind the contact of this share."""
+def _disturbance(frequency_hz: Array, sources: tuple[float, float], speed_m_s: float, share: float, dt: float) -> Array:
+    """Return the density of friction's fluctuation without control in N^2/Hz, behind the contact of this share.
+
+    Sources are the roughness, relative, and what is left of the tremor, N.
+    """
     lowest = speed_m_s / 0.1
     highest = 1024.0 * lowest
-    rough = (FORCE_N * ROUGHNESS) ** 2 / (frequency_hz * math.log(1024.0)) / (1.0 + (frequency_hz / highest) ** 8)
-    tremor = TREMOR_LEFT_N**2 / (2.0 * math.pi) / (1.0 + ((frequency_hz - 10.0) / 2.0) ** 2)
+    rough = (FORCE_N * sources[0]) ** 2 / (frequency_hz * math.log(1024.0)) / (1.0 + (frequency_hz / highest) ** 8)
+    tremor = sources[1] ** 2 / (2.0 * math.pi) / (1.0 + ((frequency_hz - 10.0) / 2.0) ** 2)
     total = np.where(frequency_hz >= lowest, rough, 0.0) + tremor
     if share < 1.0:
         total = total / (1.0 + (2.0 * math.pi * frequency_hz * dt * (1.0 / share - 1.0)) ** 2)

@@ -150,9 +150,7 @@ def compare(
     return Tournament(system, given, people, seed, speeds, duration_s, start_s, store.dataset(), left_out)
 
 
-def _laws(
-    system: System, fields: Mapping[str, Entrant], spare: bool
-) -> tuple[dict[str, Overrides], dict[str, str]]:
+def _laws(system: System, fields: Mapping[str, Entrant], spare: bool) -> tuple[dict[str, Overrides], dict[str, str]]:
     """Return what each law is given, and why those are left out that cannot run here; unless spared they raise."""
     given: dict[str, Overrides] = {}
     left_out: dict[str, str] = {}
