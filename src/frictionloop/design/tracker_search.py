@@ -1,7 +1,7 @@
 """A row of the tracker's schedule: Kalman gains, lead and trust for one share, by the residual that is predicted.
 
 A Kalman filter needs ratios of noise. They are not known but chosen, together with lead and trust: the ones with the
-least predicted residual on an assumed disturbance among those that keep Ms below a limit, also with the resonance
+least predicted residual of the bench's disturbance among those that keep Ms below a limit, also with the resonance
 off, and the noise of the command within bounds.
 """
 
