@@ -9,19 +9,16 @@ from frictionloop.design import linearise
 from frictionloop.design.elsewhere import elsewhere
 from frictionloop.design.learnt import strokes_of
 from frictionloop.design.wanted import Wanted
+from frictionloop.report.beyond import NOTCH_DESIGNED
 
 LIMITS = Wanted().limits
-NOTCH = {
-    "controller.kind": "notch_pi", "controller.kp": 6.361, "controller.ki": 52.1, "controller.notch_hz": 136.7,
-    "controller.notch_depth": 0.001509, "controller.notch_width": 10.0, "controller.overdrive": True,
-}  # fmt: skip
 
 
 def test_a_notch_for_bristles_is_told_not_to_hold_on_a_slider():
-    (line,) = elsewhere(fl.bench().evolve(NOTCH), LIMITS)
+    (line,) = elsewhere(fl.bench().evolve(NOTCH_DESIGNED), LIMITS)
     places = line.removeprefix("not held elsewhere, where it was not designed for: Ms gets to ").split("; ")
     assert [each.partition(" on ")[2] for each in places] == ["dahl, 80 mm/s", "slider, 20 mm/s", "slider, 80 mm/s"]
-    slider = fl.bench().evolve({**NOTCH, "finger.contact": "slider", "sensor.resonance_hz": 0.9 * 145.0})
+    slider = fl.bench().evolve({**NOTCH_DESIGNED, "finger.contact": "slider", "sensor.resonance_hz": 0.9 * 145.0})
     told = float(places[1].split()[0])
     assert told > 2.6 and told >= 0.99 * linearise(slider, force_n=0.5).margins().sensitivity_peak
 
@@ -37,5 +34,15 @@ def test_where_nothing_else_is_there_is_nothing_to_say(changes):
 
 
 def test_strokes_are_both_contacts_at_two_speeds_its_own_first():
-    found = [(each.finger.contact, each.motion.speed_mm_s) for each in strokes_of(fl.bench())]
+    found = [tuple(changes.values()) for changes in strokes_of(fl.bench())]
     assert found == [("dahl", 20.0), ("dahl", 80.0), ("slider", 20.0), ("slider", 80.0)]
+
+
+def test_a_stroke_too_short_for_four_times_the_speed_is_said_and_no_error():
+    weak = {"controller.kind": "pi", "controller.kp": 0.0, "controller.ki": 7.0}
+    short = fl.bench().evolve({**weak, "motion.stroke_mm": 10.0, "motion.speed_mm_s": 50.0})
+    lines = elsewhere(short, LIMITS)
+    assert [line.split(":")[0] for line in lines] == [
+        f"not looked at with finger.contact = {contact}, motion.speed_mm_s = 200.0" for contact in ("dahl", "slider")
+    ]
+    assert all("reversal_s = 0.1 s leaves no stroke of 10 mm" in line for line in lines)

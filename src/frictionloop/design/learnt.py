@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from frictionloop.control.tracker_state import TrackerState
 from frictionloop.loop.lowering import lower
@@ -51,14 +52,16 @@ def learnt_in_run(system: System, duration_s: float, seed: int) -> System:
 
 def conditions(system: System) -> list[System]:
     """Return the contacts and speeds at which a law has to hold: its own, for a tracker, which learns both, more."""
-    return strokes_of(system) if isinstance(system.controller, TrackerController) else [system]
-
-
-def strokes_of(system: System) -> list[System]:
-    """Return a system on both contacts, at its speed and at four times that; one without a skin as it is."""
-    if not isinstance(system.finger, Skin):
+    if not isinstance(system.controller, TrackerController):
         return [system]
+    return [knowing(system.evolve(changes)) for changes in strokes_of(system)] or [system]
+
+
+def strokes_of(system: System) -> list[dict[str, Any]]:
+    """Return overrides for both contacts, at the speed of a system and at four times that; none without a skin."""
+    if not isinstance(system.finger, Skin):
+        return []
     contacts = dict.fromkeys((system.finger.contact, *CONTACTS))
     own = system.motion.speed_mm_s if isinstance(system.motion, Strokes) else None
     speeds = [{}] if own is None else [{"motion.speed_mm_s": own * faster} for faster in FASTER]
-    return [knowing(system.evolve({"finger.contact": contact, **speed})) for contact in contacts for speed in speeds]
+    return [{"finger.contact": contact, **speed} for contact in contacts for speed in speeds]
