@@ -168,6 +168,18 @@ def test_an_interrupt_while_laws_are_designed_says_that_nothing_is_done():
     assert (stop.value.done, stop.value.total) == (0, 2 * (len(protocol.TASKS) + len(protocol.SINES)))
 
 
+def test_an_interrupt_while_more_laws_are_designed_counts_what_the_file_has(tmp_path):
+    def interrupted(system):
+        raise KeyboardInterrupt
+
+    path = tmp_path / "r.h5"
+    short(path, laws=["lookup"])
+    both = {"lookup": entrants.ENTRANTS["lookup"], "mine": interrupted}
+    with pytest.raises(rooms.TournamentInterrupted) as stop:
+        short(path, resume=True, laws=both)
+    assert stop.value.done == 2 * (len(protocol.TASKS) + len(protocol.SINES))
+
+
 LATE = {"controller.delay_s": 220e-6}
 """More than a period: the tracker cannot."""
 

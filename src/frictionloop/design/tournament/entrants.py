@@ -60,13 +60,13 @@ def designed(law: str) -> Entrant:
     return entrant
 
 
+DESIGNED = {law: designed(law) for law in ("notch_pi", "hinf", "lqg")}
+"""Those whose synthesis takes from some seconds to half a minute."""
 ENTRANTS: dict[str, Entrant] = {
     "lookup": lambda system: {"controller.kind": "lookup"},
     "printed_pi": printed_pi,
     "retuned_pi": retuned_pi,
-    "notch_pi": designed("notch_pi"),
-    "hinf": designed("hinf"),
-    "lqg": designed("lqg"),
+    **DESIGNED,
     "observer": believing_much("observer"),
     "super_twisting": believing_much("super_twisting"),
     "tracker": lambda system: {"controller.kind": "tracker"},
@@ -74,8 +74,6 @@ ENTRANTS: dict[str, Entrant] = {
     "clairvoyant": lambda system: {"controller.kind": "oracle", "controller.preview": True},
 }
 """Every entrant by name; one more is one more line."""
-DESIGNED = frozenset({"notch_pi", "hinf", "lqg"})
-"""Those whose synthesis takes from some seconds to half a minute."""
 ORACLE, CLAIRVOYANT = "oracle", "clairvoyant"
 """Names of the two entrants, if they are there, that know the plant: by its present alone, and ahead of time."""
 

@@ -127,7 +127,8 @@ def compare(
     try:
         given, left_out = _laws(system, fields, spare=laws is None)
     except KeyboardInterrupt:
-        raise TournamentInterrupted(0, len(_cells(fields, speeds))) from None
+        asked = _cells(fields, speeds)
+        raise TournamentInterrupted(sum(key in store.cells for key in asked), len(asked)) from None
     wanted = _cells(given, speeds)
     digests = {(name, at): trial.digest(given.get(name), at) for name, at in wanted}
     left = [key for key in wanted if not store.has(*key, digests[key])]
