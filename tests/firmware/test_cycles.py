@@ -83,15 +83,12 @@ def test_the_trace_counts_every_instruction_of_the_interrupt(images):
         assert instructions == issued(emulator.processor.uc, visited)
 
 
-SEED = 1
-
-
-def most(image, count, seed=SEED):
+def most(image, count):
     """The most instructions and cycles of a tick: slow and quick strokes, and edges among them, in a closed loop."""
     trace = CycleTrace(emulator := TeensyEmulator(image.elf))
     emulator.receive(opening())
-    samples = [*strokes(count, seed), *strokes(count, seed, 80.0)]
-    samples[50::37] = edges(len(samples[50::37]), seed)
+    samples = [*strokes(count, seed=1), *strokes(count, seed=1, speed_mm_s=80.0)]
+    samples[50::37] = edges(len(samples[50::37]), seed=1)
     costs = []
     for k, (force, load, position) in enumerate(samples):
         if k % 500 == 499:

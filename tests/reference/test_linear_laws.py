@@ -18,6 +18,7 @@ from frictionloop.design import rest as resting
 from frictionloop.design.law_space import jacobian_space, pi_space
 from frictionloop.design.rest import rest_of
 from frictionloop.quantities.arithmetic import step
+from frictionloop.report.beyond import NOTCH_DESIGNED
 
 RATE_HZ, TS = 5000, 1 / 5000
 SETTLE_S, SCORE_S = 3.0, 1.0
@@ -60,24 +61,8 @@ LAWS: dict[str, dict[str, Any]] = {
             **LEARNT,
         },
     },
-    "notch_pi": {
-        "controller.kind": "notch_pi",
-        "controller.kp": 6.361,
-        "controller.ki": 52.1,
-        "controller.notch_hz": 136.7,
-        "controller.notch_depth": 0.001509,
-        "controller.notch_width": 10.0,
-    },
-    "notch_pi, overdrive and feed-forward": {
-        "controller.kind": "notch_pi",
-        "controller.kp": 6.361,
-        "controller.ki": 52.1,
-        "controller.notch_hz": 136.7,
-        "controller.notch_depth": 0.001509,
-        "controller.notch_width": 10.0,
-        "controller.overdrive": True,
-        "controller.feedforward": True,
-    },
+    "notch_pi": {**NOTCH_DESIGNED, "controller.overdrive": False, "controller.feedforward": False},
+    "notch_pi, overdrive and feed-forward": dict(NOTCH_DESIGNED),
     "observer": {"controller.kind": "observer", **BELIEVED},
     "super-twisting": {"controller.kind": "super_twisting", **BELIEVED},
     "lookup": {"controller": OPEN},

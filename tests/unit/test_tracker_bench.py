@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from operator import attrgetter
+
 import numpy as np
 import pytest
 
@@ -99,7 +101,7 @@ DISTURBS = (
 )  # fmt: skip
 QUIET, KEPT = 0.03, 0.5
 """A loop that cycles keeps its size where all that disturbs it has 3 %; one that does not leaves 3 % and what the steps
-of the reading, sines and turns leave: 8 to 30 % here."""
+of the reading, sines and turns leave. Half is between the two, nearer to neither."""
 STICKS = {"friction.static_ratio": 1.4}
 STROKES = {
     "long": (LONG, (20.0, 25.0, 30.0, 40.0, 55.0, 72.0, 80.0, 110.0, 150.0)),
@@ -111,8 +113,7 @@ STROKES = {
 
 def kept(system):
     """Share of the residual rms that is left with little disturbance, and the strongest 20 Hz beyond 250 Hz of it."""
-    block = {path: getattr(getattr(system, path.split(".")[0]), path.split(".")[1]) for path in DISTURBS}
-    calm = system.evolve({path: QUIET * value for path, value in block.items()})
+    calm = system.evolve({path: QUIET * attrgetter(path)(system) for path in DISTURBS})
     runs = [fl.simulate(each, duration_s=6.0, seed=0) for each in (system, calm)]
     scored = runs[0]["scored"].values & (runs[0]["time"].values > SCORE_S)
     errors = [np.where(scored, run["f_a"] - run["f_r"], 0.0)[round(SCORE_S * RATE_HZ) :] for run in runs]
