@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 
 import frictionloop as fl
-from frictionloop.control.compiled import host_library, host_words, quantised_start
-from frictionloop.control.parameter_words import firmware_words
-from frictionloop.device.image import build
+from frictionloop.firmware.compiled import host_library, host_words, quantised_start
+from frictionloop.firmware.image import build
+from frictionloop.firmware.parameter_words import firmware_words
 
 TICKS, ROUNDS = 200_000, 7
 ASKED_PER_S = 500_000

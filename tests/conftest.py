@@ -22,8 +22,8 @@ settings.load_profile("default")
 
 COMPILE = """
 import sys
-from frictionloop.loop.kernel import BUILDERS, kernel
-from frictionloop.loop.slab import LANES
+from frictionloop.loop.kernel.build import BUILDERS, kernel
+from frictionloop.loop.kernel.slab import LANES
 for name in BUILDERS:
     kernel(name, (1, LANES)[int(sys.argv[1])])
 """

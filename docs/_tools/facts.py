@@ -10,7 +10,7 @@ import numpy as np
 from tables import table
 
 import frictionloop as fl
-from frictionloop.design import integrated_noise_rms_n
+from frictionloop.analysis import integrated_noise_rms_n
 
 GAINS = (1.0, 5.0, 10.0, 20.0, 40.0)
 

@@ -6,12 +6,12 @@ import math
 
 from tables import table
 
-from frictionloop.design.sensor import SensorAnalysis, analyse_sensor
-from frictionloop.design.sensor_search import propose_sensor
-from frictionloop.design.sensor_wanted import SensorRequirement
+from frictionloop.hardware.sensor.answers import SensorAnalysis, analyse_sensor
+from frictionloop.hardware.sensor.electrodes import electrostatic_n_per_m
+from frictionloop.hardware.sensor.noise_budget import noise_budget
+from frictionloop.hardware.sensor.search import propose_sensor
+from frictionloop.hardware.sensor.wanted import SensorRequirement
 from frictionloop.parameters.sensor_design import SensorDesign
-from frictionloop.sensing.electrodes import electrostatic_n_per_m
-from frictionloop.sensing.noise_budget import noise_budget
 
 
 def texts() -> dict[str, str]:

@@ -1,4 +1,4 @@
-/* The parameters that are in force at reset: frictionloop.device.image writes built.c from the words of a
+/* The parameters that are in force at reset: frictionloop.firmware.image writes built.c from the words of a
  * bench. */
 #ifndef FL_BUILT_H
 #define FL_BUILT_H

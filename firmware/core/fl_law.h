@@ -1,6 +1,6 @@
 /* A control law in fixed point: the same equations as the float64 step of the same name in control/.
  *
- * A law is a pure step over caller-owned state. Its gains are numbers that control/compiled.py makes of the float gains
+ * A law is a pure step over caller-owned state. Its gains are numbers that firmware/compiled.py makes of the float gains
  * and the period (products that are constant are one number); each state has a format, its binary places. */
 #ifndef FL_LAW_H
 #define FL_LAW_H

@@ -1,6 +1,6 @@
 /* Mirrors filtered_pi_step of control/filtered_pi.py: PI behind up to six sections, with feed-forward of the set-point.
  *
- * Outputs and memories of a section have binary places of their own, which control/quantised_filtered.py chooses so
+ * Outputs and memories of a section have binary places of their own, which firmware/quantised_filtered.py chooses so
  * that none overflows; the gains between them hold the shifts. Integral and PI command have others again. Idle
  * sections cost nothing. Without feed-forward the expected reading is not computed. */
 #include "fl_expected.h"

@@ -28,8 +28,8 @@ _HOME = {
     "physics.fingers": "capable fingers",
     "physics.friction": "amplitude_for friction_force reachable",
     "sensing.measurement": "Measurement",
-    "design": "command_noise_rms_n kp_limit linearise operating_band output_noise_rms_n retune "
-    "retune_notch touch_spectrum",
+    "analysis": "command_noise_rms_n kp_limit linearise operating_band output_noise_rms_n touch_spectrum",
+    "design": "retune retune_notch",
     "loop.record": "load save system_of",
     "loop.simulate": "simulate",
     "loop.stepper": "Movement Stepper",
@@ -48,7 +48,7 @@ __all__ = sorted(_ROOM_OF)  # noqa: PLE0605  (computed from the rooms)
 def __getattr__(name: str) -> Any:
     """Import a public name when it is first used, so that ``import frictionloop`` and ``--help`` stay quick."""
     if name == "__version__":
-        return importlib.import_module("frictionloop.loop.record").package_version()
+        return importlib.import_module("frictionloop.quantities.version").package_version()
     if name not in _ROOM_OF:
         raise AttributeError(f"module 'frictionloop' has no attribute {name!r}")
     value = getattr(importlib.import_module(_ROOM_OF[name]), name)

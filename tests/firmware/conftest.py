@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.control.parameter_words import firmware_words
 from frictionloop.device.codec import Decoder, Message, encode
 from frictionloop.device.host_board import Drive, HostBoard, Sample, load
-from frictionloop.device.image import Image, build
+from frictionloop.firmware.image import Image, build
+from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.parameters.presets import RETUNED
 from frictionloop.quantities.schema import parameter_words, schema
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.control.parameter_words import firmware_words
 from frictionloop.device.host_board import Sample
 from frictionloop.device.simulated_converters import Converters
+from frictionloop.firmware.parameter_words import firmware_words
 
 MODEL = fl.bench().controller.model
 

@@ -6,11 +6,11 @@ import subprocess
 import pytest
 
 from frictionloop import FrictionloopError
-from frictionloop.control.compiler import zig
-from frictionloop.device.elf import loaded
-from frictionloop.device.image import build
-from frictionloop.device.image_checks import check, check_teensy
-from frictionloop.device.intel_hex import read_hex
+from frictionloop.firmware.compiler import zig
+from frictionloop.firmware.elf import loaded
+from frictionloop.firmware.image import build
+from frictionloop.firmware.image_checks import check, check_teensy
+from frictionloop.firmware.intel_hex import read_hex
 from frictionloop.quantities.schema import word_count
 
 CORTEX = ("-target", "thumb-freestanding-eabi", "-mcpu=cortex_m4", "-ffreestanding", "-fno-sanitize=all", "-g")

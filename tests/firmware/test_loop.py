@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.control.parameter_words import firmware_words
 from frictionloop.device.codec import encode
 from frictionloop.device.host_board import HostBoard, Sample
+from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.parameters.presets import RETUNED
 from frictionloop.sensing.measurement import Measurement
 

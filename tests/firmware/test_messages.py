@@ -9,7 +9,7 @@ import pytest
 
 from frictionloop.device.codec import encode, framed
 from frictionloop.device.layout import HEADER, LAYOUTS
-from frictionloop.device.revision import revision_here
+from frictionloop.firmware.revision import revision_here
 from frictionloop.quantities.schema import schema, table_hash, word_count
 
 

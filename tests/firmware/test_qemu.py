@@ -6,10 +6,10 @@ from itertools import pairwise
 
 import pytest
 
-from frictionloop.control.compiler import shared_library
 from frictionloop.device.codec import Decoder
 from frictionloop.device.host_board import DECLARATIONS
-from frictionloop.device.revision import revision_here
+from frictionloop.firmware.compiler import shared_library
+from frictionloop.firmware.revision import revision_here
 from frictionloop.quantities.schema import firmware_folder, schema
 
 QEMU = shutil.which("qemu-system-arm")

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from frictionloop.device import revision
 from frictionloop.device.emulated_board import Emulated
+from frictionloop.firmware import revision
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import firmware_folder
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from cffi import FFI
 
-from frictionloop.control.compiler import shared_library
 from frictionloop.device.host_board import core_sources
+from frictionloop.firmware.compiler import shared_library
 from frictionloop.parameters import Board, Touch
 from frictionloop.sensing.touch import TouchState, touch_coefficients, touch_step
 
@@ -107,7 +107,7 @@ def test_a_week_on_the_plate_overflows_nothing(parts, words):
     [(5 / 2**16, 32767), (5 / 2**16, -32768), (1e-6, 123456), (1e-6, -(2**31)), (1.0, 3), (300.0, -1)],
 )
 def test_counts_to_q28(parts, value: float, counts: int):
-    from frictionloop.control.quantised import to_gain
+    from frictionloop.firmware.quantised import to_gain
 
     wanted = min(max(value * counts * Q28, -(2.0**31)), 2.0**31 - 1)
     mantissa, shift = to_gain(value)

@@ -10,9 +10,9 @@ from numba import njit
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
 import frictionloop as fl
-from frictionloop.control.compiled import host_library, host_words, quantised_start, state_places
 from frictionloop.control.laws import law_of
-from frictionloop.control.quantised_tracker import LOWER_WORDS
+from frictionloop.firmware.compiled import host_library, host_words, quantised_start, state_places
+from frictionloop.firmware.quantised_tracker import LOWER_WORDS
 from frictionloop.sensing.measurement import Measurement
 
 

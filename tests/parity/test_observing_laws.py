@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.control.compiled import host_library, quantised_gains, state_places
 from frictionloop.control.force_observer import OBSERVER_STATES
 from frictionloop.control.laws import law_number, law_of
 from frictionloop.control.observer_gains import observer_gains
+from frictionloop.firmware.compiled import host_library, quantised_gains, state_places
 
 MODEL = fl.bench().controller.model
 NO_RESONANCE = MODEL.model_copy(update={"resonance_hz": 0.0})

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.control.compiled import host_library, host_sources
-from frictionloop.control.compiler import FLAGS, zig
+from frictionloop.firmware.compiled import host_library, host_sources
+from frictionloop.firmware.compiler import FLAGS, zig
 from frictionloop.quantities.schema import parameter_words, word_count
 
 MODEL = fl.bench().controller.model

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.control.compiled import quantised_gains
 from frictionloop.control.tracker import HIGHEST, LARGEST_BY_C, LARGEST_BY_T, LARGEST_N, LOWEST
 from frictionloop.control.tracker_gains import tracker_gains
 from frictionloop.control.tracker_state import TrackerGains, TrackerState
+from frictionloop.firmware.compiled import quantised_gains
 
 SYSTEM = fl.bench().evolve({"controller.kind": "tracker"})
 TRACKER = SYSTEM.controller

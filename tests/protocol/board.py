@@ -210,8 +210,8 @@ class Firmware:
 
     def __init__(self) -> None:
         from frictionloop import bench
-        from frictionloop.control.parameter_words import firmware_words
         from frictionloop.device.host_board import HostBoard, Sample
+        from frictionloop.firmware.parameter_words import firmware_words
 
         self.board, self.sample = HostBoard(firmware_words(bench())), Sample
         self.tick, self.state, self.since, self.out, self.begun = 0, STATES["idle"], 0, [], b""

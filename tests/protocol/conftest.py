@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from cffi import FFI
 
-from frictionloop.control.compiler import FLAGS, compiler, shared_library
+from frictionloop.firmware.compiler import FLAGS, compiler, shared_library
 from frictionloop.quantities.schema import firmware_folder
 
 SOURCES = "fl_frame.c", "fl_crc.c"

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from frictionloop import FrictionloopError
 from frictionloop.device.codec import LARGEST_CODED, Decoder, encode, framed, uncoded
-from frictionloop.device.extra import needed
 from frictionloop.device.layout import LAYOUTS, REPLIES, TYPES
+from frictionloop.quantities.extra import needed
 from frictionloop.quantities.schema import schema
 
 NUMBERS = {

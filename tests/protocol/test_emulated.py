@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.control.parameter_words import firmware_words
-from frictionloop.device.image import build
+from frictionloop.firmware.image import build
+from frictionloop.firmware.parameter_words import firmware_words
 
 SYSTEM = fl.bench().evolve(fl.RETUNED)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.design.headroom import headroom
+from frictionloop.analysis.headroom import headroom
 from frictionloop.report.beyond import NOTCH_DESIGNED
 
 

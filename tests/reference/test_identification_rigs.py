@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import frictionloop.identification as find
-from frictionloop.loop import rigs
+from frictionloop.identification import rigs
 from frictionloop.parameters.rigs import CalibrationBench
 
 BENCH = CalibrationBench()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.design import LinearLoop, linearise, noise_spectrum
+from frictionloop.analysis import LinearLoop, linearise, noise_spectrum
 
 RATE_HZ = 5000
 SETTLE_S = 2.0  # the slowest pole, ki / (1 + kp) = 18 / s or faster, has decayed by exp(-36)

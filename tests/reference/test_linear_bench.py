@@ -11,7 +11,7 @@ from steady_finger import SILENT
 from steady_finger import SLIDING as STEADY
 
 import frictionloop as fl
-from frictionloop.design import kp_limit, linearise, noise_spectrum
+from frictionloop.analysis import kp_limit, linearise, noise_spectrum
 
 RATE_HZ, TS = 5000, 1 / 5000
 SETTLE_S, SCORE_S = 2.0, 1.0

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictionloop.design import Reading, kp_limit, linearise, output_noise_rms_n
+from frictionloop.analysis import Reading, kp_limit, linearise, output_noise_rms_n
 from frictionloop.parameters import System, feasible, paper
 
 FAST_HZ = 1e9

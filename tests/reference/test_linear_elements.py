@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from frictionloop.analysis import elements, linearise, lumped_gain
 from frictionloop.control.lookup import lookup_table
-from frictionloop.design import elements, linearise, lumped_gain
 from frictionloop.parameters import System, paper
 from frictionloop.physics.friction import amplitude_for, friction_force, reachable
 from frictionloop.quantities import FrictionloopError

@@ -11,12 +11,12 @@ from scipy.signal import freqz
 from steady_finger import SILENT, SLIDING
 
 import frictionloop as fl
+from frictionloop.analysis import LinearLoop, law_space, linearise
+from frictionloop.analysis import rest as resting
+from frictionloop.analysis.law_space import jacobian_space, pi_space
+from frictionloop.analysis.rest import rest_of
 from frictionloop.cli import advice
 from frictionloop.control.law import ForceCommand, Law
-from frictionloop.design import LinearLoop, law_space, linearise
-from frictionloop.design import rest as resting
-from frictionloop.design.law_space import jacobian_space, pi_space
-from frictionloop.design.rest import rest_of
 from frictionloop.quantities.arithmetic import step
 from frictionloop.report.beyond import NOTCH_DESIGNED
 

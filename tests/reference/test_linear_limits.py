@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 import frictionloop as fl
-from frictionloop.design import (
+from frictionloop.analysis import (
     available_crossover_hz,
     bode_integral,
     linearise,

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictionloop.design import (
+from frictionloop.analysis import (
     command_noise_rms_n,
     equation_3_rms_n,
     integrated_noise_rms_n,

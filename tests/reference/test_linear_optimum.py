@@ -11,8 +11,9 @@ from scipy.optimize import minimize
 from scipy.signal import ss2tf
 
 import frictionloop as fl
+from frictionloop.analysis import waterbed_bound
 from frictionloop.control.tracker_gains import sensor_matrices
-from frictionloop.design import linear_optimum, waterbed_bound
+from frictionloop.design import linear_optimum
 from frictionloop.design.tracker_loop import Plant, Row, answer, plant_paths
 from frictionloop.design.tracker_search import RowSearch, true_shares
 from frictionloop.design.tracker_tuning import LIMITS, believed_resonance

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionloop.design import linearise
+from frictionloop.analysis import linearise
 from frictionloop.parameters import System, paper
 from frictionloop.quantities import FrictionloopError
 

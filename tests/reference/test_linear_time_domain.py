@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from frictionloop.design import linearise
+from frictionloop.analysis import linearise
 from frictionloop.parameters import System, paper
 
 STEPS = 40

@@ -8,10 +8,10 @@ import subprocess
 import numpy as np
 import pytest
 
+from frictionloop.hardware.sensor import baseband, front_end, springs
+from frictionloop.hardware.sensor.electrodes import capacitance_f
+from frictionloop.hardware.sensor.netlist import to_spice
 from frictionloop.parameters.sensor_design import SensorDesign
-from frictionloop.sensing import baseband, front_end, springs
-from frictionloop.sensing.electrodes import capacitance_f
-from frictionloop.sensing.netlist import to_spice
 
 pytestmark = pytest.mark.skipif(
     shutil.which("ngspice") is None, reason="ngspice is not installed (apt-get install ngspice)"

@@ -10,9 +10,9 @@ from numpy.polynomial import legendre
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
+from frictionloop.hardware.plate.dispersion import SHEAR, frequency_hz
+from frictionloop.hardware.plate.modes import mode, thickness_for_mm
 from frictionloop.parameters.plate_design import Glass
-from frictionloop.physics.plate_dispersion import SHEAR, frequency_hz
-from frictionloop.physics.plate_modes import mode, thickness_for_mm
 
 GLASS = Glass()
 # side (mm), lines, thin, Mindlin and exact frequency (kHz), as printed in the research notes, section E

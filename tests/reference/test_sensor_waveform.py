@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
+from frictionloop.hardware.sensor import baseband, front_end
+from frictionloop.hardware.sensor.noise_budget import noise_budget
+from frictionloop.hardware.sensor.waveform import waveform
 from frictionloop.parameters.sensor_design import SensorDesign
 from frictionloop.quantities import FrictionloopError
-from frictionloop.sensing import baseband, front_end
-from frictionloop.sensing.noise_budget import noise_budget
-from frictionloop.sensing.waveform import waveform
 
 CALM = SensorDesign().evolve({"moving.q": 2.0})
 """A resonance that dies out in the 0.1 s before the response is taken: e^(-23)."""

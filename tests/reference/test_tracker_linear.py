@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
+from frictionloop.analysis import linearise
 from frictionloop.control.tracker_gains import observed
-from frictionloop.design import linearise
 from frictionloop.design.tracker_loop import Plant, Row, _tracker, answer
 from frictionloop.design.tracker_tuning import LIMITS
 from frictionloop.parameters.tracking import PLACES, SCHEDULE, TrackerController

@@ -10,10 +10,10 @@ import pytest
 import frictionloop as fl
 from frictionloop.control.lookup import inverse_step
 from frictionloop.loop import simulate as simulate_module
-from frictionloop.loop.lowering import lower
+from frictionloop.loop.kernel.lowering import lower
+from frictionloop.loop.kernel.slab import LANES
+from frictionloop.loop.kernel.tiles import BENCH_TRACES
 from frictionloop.loop.simulate import run_tile
-from frictionloop.loop.slab import LANES
-from frictionloop.loop.tiles import BENCH_TRACES
 
 PERIODS = 333  # not a whole number of blocks of 32
 DURATION_S = PERIODS / 5000.0

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 import frictionloop as fl
 from frictionloop.cli.describe import system_rows
-from frictionloop.control.parameter_words import firmware_words
 from frictionloop.device.simulated_converters import Converters
+from frictionloop.firmware.parameter_words import firmware_words
+from frictionloop.loop.kernel.structure import structure
 from frictionloop.loop.points import fingerprint, points_of
-from frictionloop.loop.structure import structure
 from frictionloop.quantities.schema import BITS, parameter_words
 from frictionloop.sensing.measurement import Measurement
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictionloop.physics.carrier_pwm import (
+from frictionloop.hardware.plate.carrier_pwm import (
     amplitude_step,
     duty_for,
     duty_levels,

@@ -11,8 +11,8 @@ from multiprocessing import get_context
 
 import pytest
 
-from frictionloop.control import compiler
-from frictionloop.control.compiler import shared_library
+from frictionloop.firmware import compiler
+from frictionloop.firmware.compiler import shared_library
 from frictionloop.quantities import FrictionloopError
 
 

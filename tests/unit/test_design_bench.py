@@ -13,16 +13,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictionloop.design import (
-    elements,
-    kp_limit,
-    linearise,
-    lumped_gain,
-    operating_band,
-    output_noise_rms_n,
-    retune,
-)
-from frictionloop.design.operating import asked, law_at
+from frictionloop.analysis import elements, kp_limit, linearise, lumped_gain, operating_band, output_noise_rms_n
+from frictionloop.analysis.operating import asked, law_at
+from frictionloop.design import retune
 from frictionloop.design.pi_region import PiRegion, open_stretches
 from frictionloop.parameters import RETUNED, ColouredNoise, LogSweep, Recording, Sine, Steps, System, bench, paper
 from frictionloop.physics.friction import amplitude_for, friction_force

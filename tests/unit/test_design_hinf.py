@@ -9,10 +9,10 @@ import pytest
 import xarray as xr
 
 import frictionloop as fl
+from frictionloop.analysis.linear import linearise
 from frictionloop.control.filtered_pi import filtered_pi_gains
 from frictionloop.design.hinf import design_hinf, design_lqg
 from frictionloop.design.hinf_wanted import HinfWanted
-from frictionloop.design.linear import linearise
 from frictionloop.design.noise_model import NoiseModel
 from frictionloop.design.plant_grid import residual_rms_n
 from frictionloop.design.quadruple import Quadruple, series

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictionloop.design.linear import linearise
+from frictionloop.analysis.linear import linearise
 from frictionloop.design.nyquist import poles_outside
 from frictionloop.design.robustness import robustness, worst
 from frictionloop.parameters import RETUNED, bench, paper

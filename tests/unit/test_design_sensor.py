@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictionloop.design.sensor import analyse_sensor, clips_from_n, suspended_values
-from frictionloop.design.sensor_search import propose_sensor, sensor_for_block
-from frictionloop.design.sensor_wanted import GAP_PER_TRAVEL, LARGEST_GAP_UM, SensorRequirement
+from frictionloop.hardware.sensor import baseband, front_end
+from frictionloop.hardware.sensor.answers import analyse_sensor, clips_from_n, suspended_values
+from frictionloop.hardware.sensor.search import propose_sensor, sensor_for_block
+from frictionloop.hardware.sensor.wanted import GAP_PER_TRAVEL, LARGEST_GAP_UM, SensorRequirement
 from frictionloop.parameters.files import read_design, to_toml, write_toml
 from frictionloop.parameters.sensor_design import SensorDesign
 from frictionloop.quantities import FrictionloopError
-from frictionloop.sensing import baseband, front_end
 
 LOOP_BLOCK = {
     "kind": "suspended",

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from frictionloop.hardware.sensor.electrodes import capacitance_f, check_geometry, electrostatic_n_per_m
 from frictionloop.parameters.sensor_design import SensorDesign
 from frictionloop.quantities import FrictionloopError
-from frictionloop.sensing.electrodes import capacitance_f, check_geometry, electrostatic_n_per_m
 
 BALANCED = SensorDesign().evolve({"electrodes.imbalance": 0.0})
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import frictionloop as fl
-from frictionloop.design import linearise
+from frictionloop.analysis import linearise
 from frictionloop.design.elsewhere import elsewhere
 from frictionloop.design.learnt import strokes_of
 from frictionloop.design.wanted import Wanted

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
+from frictionloop.analysis.elements import linearise_contact
 from frictionloop.design.causes import mean_occlusion
-from frictionloop.design.elements import linearise_contact
 from frictionloop.design.friction_spectrum import log_limit_psd, power_of, stretch_psd
 
 BENCH = fl.bench().evolve({**fl.RETUNED, "motion.stroke_mm": 240.0, "setpoint": fl.Constant(offset_n=0.6)})

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from frictionloop.hardware.sensor import front_end, springs
+from frictionloop.hardware.sensor.electrodes import capacitance_f
 from frictionloop.parameters.sensor_design import SensorDesign
-from frictionloop.sensing import front_end, springs
-from frictionloop.sensing.electrodes import capacitance_f
 
 DESIGN = SensorDesign()
 FREQUENCIES = np.geomspace(10, 1e7, 61)

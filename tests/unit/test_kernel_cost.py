@@ -15,8 +15,8 @@ FRESH_PROCESS = """
     from numba.core import event
 
     import frictionloop as fl
-    from frictionloop.loop.kernel import BUILDERS, kernel
-    from frictionloop.loop.slab import LANES
+    from frictionloop.loop.kernel.build import BUILDERS, kernel
+    from frictionloop.loop.kernel.slab import LANES
 
     with event.install_recorder("numba:compile") as compiled:
         fl.simulate(fl.paper(), 0.01)

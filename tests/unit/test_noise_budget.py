@@ -12,9 +12,9 @@ from scipy import signal
 from scipy.constants import Boltzmann
 from scipy.linalg import solve_continuous_lyapunov
 
+from frictionloop.hardware.sensor import baseband, springs
+from frictionloop.hardware.sensor.noise_budget import noise_budget, side_density_pm_rthz
 from frictionloop.parameters.sensor_design import SensorDesign
-from frictionloop.sensing import baseband, springs
-from frictionloop.sensing.noise_budget import noise_budget, side_density_pm_rthz
 
 DESIGN = SensorDesign()
 IDEAL = DESIGN.evolve(
@@ -158,7 +158,7 @@ def test_a_mode_of_welch_agrees_with_the_demodulated_density():
     low = (f > 100) & (f < 3000)
     # 100 segments (200 overlapping), 29 lines: 2 % in power. Warped tuning leaves 1 %.
     tuned = DESIGN.evolve({"filters.bandpass_q": q})
-    from frictionloop.sensing.front_end import bandpass
+    from frictionloop.hardware.sensor.front_end import bandpass
 
     model = baseband.demodulated_density(tuned, lambda x: np.abs(bandpass(tuned).response(x)), f[low])
     assert np.mean(density[low] / model**2) == pytest.approx(1.0, abs=0.06)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.control.parameter_words import device_words, firmware_words
+from frictionloop.firmware.parameter_words import device_words, firmware_words
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import BITS, parameter_words
 from frictionloop.sensing.touch import touch_coefficients

@@ -7,8 +7,8 @@ import pytest
 from pydantic import BaseModel
 
 import frictionloop as fl
-from frictionloop.loop.columns import column
-from frictionloop.loop.placing import placed
+from frictionloop.loop.kernel.columns import column
+from frictionloop.loop.kernel.placing import placed
 from frictionloop.parameters.description import _values
 
 CASES = {

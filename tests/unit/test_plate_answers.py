@@ -10,8 +10,8 @@ from cyclopts import App
 
 from frictionloop.cli.design_plate import ARGUMENTS, EXAMPLES, design_plate
 from frictionloop.cli.flags import gather
-from frictionloop.design.plate import plate_answers
-from frictionloop.design.plate_wanted import plate_for
+from frictionloop.hardware.plate.answers import plate_answers
+from frictionloop.hardware.plate.wanted import plate_for
 from frictionloop.parameters.plate_design import PlateDesign
 from frictionloop.quantities import FrictionloopError
 

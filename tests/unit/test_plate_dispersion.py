@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from frictionloop.hardware.plate.dispersion import _SERIES_BELOW, SHEAR, frequency_hz, wave_number_per_m
 from frictionloop.parameters.plate_design import Glass
-from frictionloop.physics.plate_dispersion import _SERIES_BELOW, SHEAR, frequency_hz, wave_number_per_m
 from frictionloop.quantities import FrictionloopError
 
 GLASS = Glass()

@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictionloop.parameters.plate_design import Glass, Piezo, PlateGeometry
-from frictionloop.physics.plate_drive import (
+from frictionloop.hardware.plate.drive import (
     drive_power_w,
     kinetic_energy_j,
     modal_damping_n_s_per_m,
@@ -19,6 +18,7 @@ from frictionloop.physics.plate_drive import (
     piezo_force_n_per_v,
     plate_mass_kg,
 )
+from frictionloop.parameters.plate_design import Glass, Piezo, PlateGeometry
 from frictionloop.quantities import FrictionloopError
 
 GLASS, GEOMETRY = Glass(), PlateGeometry()

@@ -10,10 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from frictionloop.parameters.plate_design import PlateDesign
-from frictionloop.physics.carrier import plate_resonator
-from frictionloop.physics.plate import lowpass_step
-from frictionloop.physics.plate_envelope import (
+from frictionloop.hardware.plate.carrier import plate_resonator
+from frictionloop.hardware.plate.envelope import (
     bandwidth_hz,
     detuned_gain,
     envelope,
@@ -22,6 +20,8 @@ from frictionloop.physics.plate_envelope import (
     quality_for_bandwidth,
     time_constant_s,
 )
+from frictionloop.parameters.plate_design import PlateDesign
+from frictionloop.physics.plate import lowpass_step
 from frictionloop.quantities import FrictionloopError
 
 F0, Q = 46e3, 230.0

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictionloop.physics.plate_finger import amplitude_left, finger_effect, mode_factor
+from frictionloop.hardware.plate.finger import amplitude_left, finger_effect, mode_factor
 from frictionloop.quantities import FrictionloopError
 
 HALF_MM = 140 / 11.5

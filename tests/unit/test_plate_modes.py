@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from frictionloop.hardware.plate.modes import mode, mode_of, nearest_mode, resonance_hz, thickness_for_mm
+from frictionloop.hardware.plate.readings import FREQUENCY_HZ, LINES, THICKNESS_MM, plate_readings
 from frictionloop.parameters.plate_design import Glass, PlateDesign
-from frictionloop.physics.plate_modes import mode, mode_of, nearest_mode, resonance_hz, thickness_for_mm
-from frictionloop.physics.plate_readings import FREQUENCY_HZ, LINES, THICKNESS_MM, plate_readings
 from frictionloop.quantities import FrictionloopError
 
 GLASS = Glass()

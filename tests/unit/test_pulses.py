@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionloop as fl
-from frictionloop.physics.carrier_pwm import duty_for, pulse_ticks, share_of
+from frictionloop.hardware.plate.carrier_pwm import duty_for, pulse_ticks, share_of
 from frictionloop.physics.pulses import pulse_step
 
 

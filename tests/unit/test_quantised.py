@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionloop as fl
-from frictionloop.control.compiled import controller_words, quantised_gains, quantised_start
-from frictionloop.control.quantised import to_gain, to_q28
-from frictionloop.control.section_places import places_for, section_sizes
+from frictionloop.firmware.compiled import controller_words, quantised_gains, quantised_start
+from frictionloop.firmware.quantised import to_gain, to_q28
+from frictionloop.firmware.section_places import places_for, section_sizes
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import parameter_words
 

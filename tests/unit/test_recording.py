@@ -17,8 +17,8 @@ from hypothesis.extra.numpy import arrays
 from scipy.io import savemat, wavfile
 
 from frictionloop.parameters import Recording
-from frictionloop.physics.recording import read_recording
 from frictionloop.quantities import FrictionloopError
+from frictionloop.recordings.read import read_recording
 
 TABLE = np.array([[0.1, -1.5, 2e-7], [0.2, 3.25, 1e9], [0.3, -0.125, -4.0], [0.4, 2.5, 7.0]])
 

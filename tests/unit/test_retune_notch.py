@@ -10,8 +10,8 @@ import pytest
 from scipy import signal
 
 import frictionloop as fl
+from frictionloop.analysis.disturbance import touch_spectrum
 from frictionloop.design.detuned import Plants, detuned
-from frictionloop.design.disturbance import touch_spectrum
 from frictionloop.design.notch import retune_notch
 
 BENCH = fl.bench()

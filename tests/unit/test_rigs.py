@@ -15,8 +15,10 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 import frictionloop as fl
-from frictionloop.loop import rig_hammer, rig_sensor, rigs
-from frictionloop.loop.rig_weights import _tension
+from frictionloop.identification import rigs
+from frictionloop.identification.rigs import hammer as rig_hammer
+from frictionloop.identification.rigs import sensor as rig_sensor
+from frictionloop.identification.rigs.weights import _tension
 from frictionloop.parameters.rigs import CalibrationBench, Pulley
 from frictionloop.sensing.suspended import (
     SuspensionState,

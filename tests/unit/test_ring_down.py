@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictionloop import identification as find
-from frictionloop.loop import rigs
+from frictionloop.identification import rigs
 from frictionloop.parameters.rigs import CalibrationBench
 from frictionloop.quantities import FrictionloopError
 

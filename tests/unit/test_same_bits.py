@@ -7,10 +7,10 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.loop import simulate as simulate_module
-from frictionloop.loop.lowering import lower
+from frictionloop.loop.kernel.lowering import lower
+from frictionloop.loop.kernel.slab import LANES
+from frictionloop.loop.kernel.tiles import TRACES
 from frictionloop.loop.simulate import run_tile
-from frictionloop.loop.slab import LANES
-from frictionloop.loop.tiles import TRACES
 from frictionloop.quantities.normals import normals
 
 PERIODS = 333  # not a whole number of blocks of 32

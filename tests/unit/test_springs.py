@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from frictionloop.hardware.sensor.springs import leaf_stiffness, peak_stress_pa, resonance_hz, stiffness, travel_m
 from frictionloop.parameters.sensor_design import ArcSprings, SensorDesign, StraightSprings
-from frictionloop.sensing.springs import leaf_stiffness, peak_stress_pa, resonance_hz, stiffness, travel_m
 
 THIN = 1e-3
 """Thickness in mm at which stretching no longer counts beside bending."""

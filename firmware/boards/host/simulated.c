@@ -1,4 +1,4 @@
-/* The controller as a simulator with floating point calls it: one function of two addresses (loop/fixed_tile.py).
+/* The controller as a simulator with floating point calls it: one function of two addresses (loop/kernel/fixed_tile.py).
  *
  * context: the parameter table, the law's state, the believed amplitude, and how far the loop has closed. given: force,
  * position, speed, load (SI), valid, set-point, and 1 unless the loop is open; back come u in N, saturated, and the

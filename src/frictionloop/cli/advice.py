@@ -98,7 +98,8 @@ def of_population(system: System, median_r2: float, duration_s: float) -> Ringin
 
 def of_system(system: System) -> Ringing | None:
     """Return what the linear analysis says of a system, dry and moist; None if it neither rings nor nearly does."""
-    from frictionloop.design import operating_band, retune
+    from frictionloop.analysis import operating_band
+    from frictionloop.design import retune
 
     try:
         points = operating_band(system, occluded=(0.0, 1.0))

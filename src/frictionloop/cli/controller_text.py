@@ -11,8 +11,8 @@ from frictionloop.cli import screen, tracker_text
 from frictionloop.cli.tournament_text import number
 
 if TYPE_CHECKING:
+    from frictionloop.analysis.headroom import Headroom
     from frictionloop.design.corners import Corner
-    from frictionloop.design.headroom import Headroom
     from frictionloop.design.wanted import Designed, Wanted
     from frictionloop.parameters import System
 

@@ -70,8 +70,8 @@ def command(
     preset = preset or (None if file else "bench")
     system = flags.system_from(file, preset, overrides)
 
+    from frictionloop.analysis.headroom import headroom
     from frictionloop.cli import controller_text, tracker_text
-    from frictionloop.design.headroom import headroom
     from frictionloop.design.learnt import knowing
     from frictionloop.design.synthesis import default_law
     from frictionloop.design.wanted import Wanted

@@ -10,11 +10,11 @@ from cyclopts import Group, Parameter
 from frictionloop.cli import flags, screen
 
 if TYPE_CHECKING:
-    from frictionloop.design.plate import PlateAnswers
-    from frictionloop.design.plate_wanted import Wanted
+    from frictionloop.hardware.plate.answers import PlateAnswers
+    from frictionloop.hardware.plate.carrier_check import EnvelopeCheck
+    from frictionloop.hardware.plate.readings import PlateReading
+    from frictionloop.hardware.plate.wanted import Wanted
     from frictionloop.parameters.plate_design import PlateDesign
-    from frictionloop.physics.carrier_check import EnvelopeCheck
-    from frictionloop.physics.plate_readings import PlateReading
 
 ARGUMENTS = "[OPTIONS]"
 EXAMPLES = """Examples
@@ -64,10 +64,10 @@ def design_plate(
     json: flags.Json = False,
 ) -> None:
     """Say how a plate vibrates, what drives it, what a finger and the carrier change."""
-    from frictionloop.design.plate import plate_answers
-    from frictionloop.design.plate_wanted import plate_for
+    from frictionloop.hardware.plate.answers import plate_answers
+    from frictionloop.hardware.plate.readings import plate_readings
+    from frictionloop.hardware.plate.wanted import plate_for
     from frictionloop.parameters.plate_design import PlateDesign
-    from frictionloop.physics.plate_readings import plate_readings
 
     design = PlateDesign().evolve(flags.overrides_of(overrides))
     answers, wanted = plate_answers(design), plate_for(design, frequency_hz, bandwidth_hz)
@@ -84,7 +84,7 @@ def design_plate(
 
 
 def _checks(design: PlateDesign) -> list[EnvelopeCheck]:
-    from frictionloop.physics.carrier_check import check_envelope
+    from frictionloop.hardware.plate.carrier_check import check_envelope
 
     with screen.waiting("simulating the carrier"):
         return [check_envelope(design, "sine", False), check_envelope(design)]

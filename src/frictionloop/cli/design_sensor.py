@@ -10,7 +10,7 @@ from cyclopts import Group, Parameter
 from frictionloop.cli import checks, flags, screen
 
 if TYPE_CHECKING:
-    from frictionloop.design.sensor_search import SensorProposal
+    from frictionloop.hardware.sensor.search import SensorProposal
     from frictionloop.parameters.sensor_design import SensorDesign
 
 ARGUMENTS = "[FILE] [OPTIONS]"
@@ -84,7 +84,7 @@ def command(
         design = proposal.design
 
     from frictionloop.cli import sensor_proposal, sensor_text
-    from frictionloop.design.sensor import analyse_sensor
+    from frictionloop.hardware.sensor.answers import analyse_sensor
 
     analysis = analyse_sensor(design)
     saved = _save(design, {"design": save_design, "netlist": spice})
@@ -110,9 +110,9 @@ def _design_from(file: Path | None, overrides: list[str] | None) -> SensorDesign
 
 
 def _search(design: SensorDesign, wanted: dict[str, float | None]) -> SensorProposal:
-    from frictionloop.design.sensor_search import propose_sensor
-    from frictionloop.design.sensor_wanted import SensorRequirement
-    from frictionloop.sensing.springs import resonance_hz
+    from frictionloop.hardware.sensor.search import propose_sensor
+    from frictionloop.hardware.sensor.springs import resonance_hz
+    from frictionloop.hardware.sensor.wanted import SensorRequirement
 
     if wanted["noise_rms_n"] is None and wanted["noise_density_n_rthz"] is None:
         wanted = wanted | {"noise_rms_n": PAPER_NOISE_N}
@@ -128,8 +128,8 @@ def _save(design: SensorDesign, paths: dict[str, Path | None]) -> dict[str, Path
 
         write_toml(design, path)
     if (path := paths["netlist"]) is not None:
+        from frictionloop.hardware.sensor.netlist import to_spice
         from frictionloop.quantities import replacing
-        from frictionloop.sensing.netlist import to_spice
 
         with replacing(path) as beside:
             beside.write_text(to_spice(design), encoding="utf-8")

@@ -102,7 +102,7 @@ def set_parameters(
         raise FrictionloopError("set: needs NAME=VALUE or --system FILE")
     described = flags.system_from(system, None, None) if system is not None else None
 
-    from frictionloop.device.words import shown
+    from frictionloop.firmware.words import shown
 
     with connected(address) as device:
         if described is not None:

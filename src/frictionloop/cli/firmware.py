@@ -11,7 +11,7 @@ from frictionloop.cli import checks, flags, screen
 from frictionloop.cli.helptext import group_app
 
 if TYPE_CHECKING:
-    from frictionloop.device.export import Table
+    from frictionloop.firmware.export import Table
 
 ARGUMENTS = "[FILE] --out FOLDER [OPTIONS]"
 EXPORT_EXAMPLES = r"""Examples
@@ -62,8 +62,8 @@ def build(
     table = _table(file, preset, overrides, out)
 
     from frictionloop.device.emulator.memory_map import FLASH_BYTES, RAM_BYTES
-    from frictionloop.device.image import FLASHED
-    from frictionloop.device.image import build as build_image
+    from frictionloop.firmware.image import FLASHED
+    from frictionloop.firmware.image import build as build_image
 
     with screen.waiting(f"building the image of {board}; the first time takes half a minute"):
         image = build_image(board, table.words.tolist(), out)
@@ -82,7 +82,7 @@ def build(
 
 
 def _table(file: Path | None, preset: str | None, overrides: list[str] | None, out: Path) -> Table:
-    from frictionloop.device.export import table_of
+    from frictionloop.firmware.export import table_of
 
     checks.check_folder("out", out)
     return table_of(flags.system_from(file, preset or (None if file else "bench"), overrides))

@@ -10,11 +10,11 @@ import numpy as np
 import xarray as xr
 from pydantic import BaseModel
 
+from frictionloop.analysis.operating import asked
 from frictionloop.cli import advice, describe, screen
 from frictionloop.cli.derived import finger_values
 from frictionloop.cli.flags import overrides_of
 from frictionloop.cli.outcome import Outcome, loss_of, shown
-from frictionloop.design.operating import asked
 from frictionloop.parameters import FingerFriction, Skin, Strokes, System
 from frictionloop.physics.fingers import Fingers, capable, fingers
 from frictionloop.quantities import FrictionloopError

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from frictionloop.cli import screen
-from frictionloop.design.sensor import SensorAnalysis, suspended_values
-from frictionloop.design.sensor_block import omitted
+from frictionloop.hardware.sensor.answers import SensorAnalysis, suspended_values
+from frictionloop.hardware.sensor.block import omitted
 
 SHOWN = 0.01
 """What load adds is said if it is more than this share of all noise at rest."""

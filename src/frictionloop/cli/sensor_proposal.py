@@ -6,9 +6,9 @@ from typing import Any
 
 from frictionloop.cli import screen
 from frictionloop.cli.sensor_text import Row
-from frictionloop.design.sensor import SensorAnalysis, analyse_sensor
-from frictionloop.design.sensor_search import Option, SensorProposal
-from frictionloop.design.sensor_wanted import LARGEST_GAP_UM
+from frictionloop.hardware.sensor.answers import SensorAnalysis, analyse_sensor
+from frictionloop.hardware.sensor.search import Option, SensorProposal
+from frictionloop.hardware.sensor.wanted import LARGEST_GAP_UM
 
 
 def proposal_text(proposal: SensorProposal) -> list[Any]:

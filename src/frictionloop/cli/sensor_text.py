@@ -6,8 +6,8 @@ import math
 from typing import Any
 
 from frictionloop.cli import screen, sensor_block
-from frictionloop.design.sensor import BLOCK_TO_HZ, SensorAnalysis
-from frictionloop.sensing.noise_budget import PAPER_FLOOR_N, Budget
+from frictionloop.hardware.sensor.answers import BLOCK_TO_HZ, SensorAnalysis
+from frictionloop.hardware.sensor.noise_budget import PAPER_FLOOR_N, Budget
 
 Row = tuple[str, ...]
 WITHHELD = "no range, no verdict and no [sensor] block: an amplifier clips within the range (signal, above)"

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.design.operating import law_at
+from frictionloop.analysis.operating import law_at
 from frictionloop.parameters import Constant, FingerFriction, Source, Strokes, SuspendedSensor, System
 from frictionloop.physics.sources import sampler
 from frictionloop.quantities import FrictionloopError

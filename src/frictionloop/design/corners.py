@@ -7,12 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from frictionloop.design.band import operating_band
+from frictionloop.analysis.band import operating_band
+from frictionloop.analysis.linear import LinearLoop, linearise
+from frictionloop.analysis.margins import Margins
+from frictionloop.analysis.state_space import StateSpace
 from frictionloop.design.detuned import detuned
 from frictionloop.design.learnt import conditions, knowing
-from frictionloop.design.linear import LinearLoop, linearise
-from frictionloop.design.margins import Margins
-from frictionloop.design.state_space import StateSpace
 from frictionloop.parameters import FingerFriction, Skin, Strokes, SuspendedSensor, System
 
 CONTACT_S = 10.0

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from frictionloop.analysis.elements import linearise_stages
+from frictionloop.analysis.linear import LinearLoop
+from frictionloop.analysis.margins import search_grid
+from frictionloop.analysis.sampled import sample
+from frictionloop.analysis.state_space import Array, Complex
 from frictionloop.control.notch import section_response
-from frictionloop.design.elements import linearise_stages
-from frictionloop.design.linear import LinearLoop
-from frictionloop.design.margins import search_grid
 from frictionloop.design.pi_region import PiRegion
-from frictionloop.design.sampled import sample
-from frictionloop.design.state_space import Array, Complex
 from frictionloop.parameters import SuspendedSensor
 from frictionloop.quantities import FrictionloopError
 

@@ -10,10 +10,10 @@ import numpy as np
 import xarray as xr
 from joblib import Parallel, delayed
 
+from frictionloop.analysis.state_space import Array
 from frictionloop.design.friction_spectrum import disturbed_levels, own_systems
 from frictionloop.design.linear_optimum import BINS, linear_optimum
 from frictionloop.design.linear_reach import LEVELS_N, reading_noise_psd
-from frictionloop.design.state_space import Array
 from frictionloop.design.wiener_hopf import bins, squared
 from frictionloop.parameters import System
 from frictionloop.perception.checks import numbers

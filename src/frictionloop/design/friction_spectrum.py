@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from frictionloop.analysis.elements import linearise_contact
+from frictionloop.analysis.linear import LinearLoop, linearise
+from frictionloop.analysis.state_space import Array
 from frictionloop.design.causes import mean_occlusion
-from frictionloop.design.elements import linearise_contact
-from frictionloop.design.linear import LinearLoop, linearise
 from frictionloop.design.residual_bands import stretches
-from frictionloop.design.state_space import Array
 from frictionloop.loop.felt import plain_stroke
 from frictionloop.parameters import FingerFriction, System
 from frictionloop.quantities import FrictionloopError

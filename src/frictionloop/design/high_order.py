@@ -9,12 +9,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from frictionloop.design.margins import Margins
+from frictionloop.analysis.margins import Margins
+from frictionloop.analysis.state_space import Complex
 from frictionloop.design.noise_model import NoiseModel
 from frictionloop.design.quadruple import Quadruple, series
 from frictionloop.design.robustness import worst
 from frictionloop.design.sections import Cascade
-from frictionloop.design.state_space import Complex
 from frictionloop.design.weighted_plant import Weights
 
 Method = Literal["hinf", "lqg"]

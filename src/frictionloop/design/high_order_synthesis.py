@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from frictionloop.analysis.linear import linearise
 from frictionloop.design.corners import broken, corners
 from frictionloop.design.hinf_wanted import HinfWanted
-from frictionloop.design.linear import linearise
 from frictionloop.design.noise_model import identify_noise
 from frictionloop.design.wanted import Designed, Wanted, feedforward, unheld
 from frictionloop.design.weighted_plant import check_order

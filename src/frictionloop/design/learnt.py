@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from frictionloop.control.tracker_state import TrackerState
-from frictionloop.loop.lowering import lower
+from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.simulate import run_tile
 from frictionloop.loop.timing import periods_in
 from frictionloop.parameters import Skin, Strokes, System, TrackerController

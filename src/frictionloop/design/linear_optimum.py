@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from frictionloop.design.state_space import Array, Complex
-from frictionloop.design.waterbed import check_spectrum
+from frictionloop.analysis.state_space import Array, Complex
+from frictionloop.analysis.waterbed import check_spectrum
 from frictionloop.design.wiener_hopf import Spectra, bins, least_power, squared
 from frictionloop.quantities import FrictionloopError
 

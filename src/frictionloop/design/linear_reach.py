@@ -12,13 +12,13 @@ import numpy as np
 import xarray as xr
 from joblib import Parallel, delayed
 
+from frictionloop.analysis.limits import stubborn
+from frictionloop.analysis.operating import law_at
+from frictionloop.analysis.state_space import Array
+from frictionloop.analysis.waterbed import waterbed_bound
 from frictionloop.design.causes import mean_occlusion
 from frictionloop.design.friction_spectrum import MEASURED, disturbed_levels, own_systems, power_of
-from frictionloop.design.limits import stubborn
 from frictionloop.design.linear_optimum import linear_optimum
-from frictionloop.design.operating import law_at
-from frictionloop.design.state_space import Array
-from frictionloop.design.waterbed import waterbed_bound
 from frictionloop.parameters import SuspendedSensor, System
 from frictionloop.physics.friction import friction_force
 from frictionloop.sensing.suspended import noise_coefficients

@@ -15,9 +15,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from frictionloop.design.operating import asked, law_at, operating_amplitude_um, reach_n
+from frictionloop.analysis.operating import asked, law_at, operating_amplitude_um, reach_n
+from frictionloop.analysis.state_space import Array
 from frictionloop.design.shaping import fit_shaping
-from frictionloop.design.state_space import Array
 from frictionloop.loop.felt import plain_stroke
 from frictionloop.parameters import LowpassSensor, Strokes, System, check_system
 from frictionloop.perception import force_threshold_n

@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
+from frictionloop.analysis.band import operating_band
+from frictionloop.analysis.disturbance import Spectrum
+from frictionloop.analysis.linear import LinearLoop
+from frictionloop.analysis.operating import check_reach
+from frictionloop.analysis.state_space import Array
 from frictionloop.control.notch import notch_section
-from frictionloop.design.band import operating_band
 from frictionloop.design.detuned import Plants, detuned, stiffened
-from frictionloop.design.disturbance import Spectrum
-from frictionloop.design.linear import LinearLoop
 from frictionloop.design.notch_search import NO_NOTCH, NotchSearch
-from frictionloop.design.operating import check_reach
-from frictionloop.design.state_space import Array
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.optimize import minimize, minimize_scalar
 
+from frictionloop.analysis.disturbance import Spectrum
+from frictionloop.analysis.state_space import Array
 from frictionloop.control.notch import notch_section
 from frictionloop.design.detuned import Plants
-from frictionloop.design.disturbance import Spectrum
 from frictionloop.design.pi_region import open_stretches
-from frictionloop.design.state_space import Array
 
 KPS = 20
 """Values of kp looked at for each notch."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from frictionloop.design.state_space import Array, Complex
+from frictionloop.analysis.state_space import Array, Complex
 from frictionloop.quantities import FrictionloopError
 
 

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.design.closed import close
+from frictionloop.analysis.closed import close
+from frictionloop.analysis.disturbance import Spectrum
+from frictionloop.analysis.law_space import law_space
+from frictionloop.analysis.linear import LinearLoop
+from frictionloop.analysis.state_space import Array, Complex, StateSpace
 from frictionloop.design.corners import with_shifts
-from frictionloop.design.disturbance import Spectrum
-from frictionloop.design.law_space import law_space
-from frictionloop.design.linear import LinearLoop
-from frictionloop.design.state_space import Array, Complex, StateSpace
 from frictionloop.parameters import SuspendedSensor, System
 from frictionloop.quantities import FrictionloopError
 

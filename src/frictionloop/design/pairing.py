@@ -6,9 +6,9 @@ from itertools import permutations
 
 import numpy as np
 
+from frictionloop.analysis.state_space import Array, Complex
 from frictionloop.control.filtered_pi import FREE
 from frictionloop.design.quadruple import Quadruple
-from frictionloop.design.state_space import Array, Complex
 from frictionloop.quantities import FrictionloopError
 
 ANGLES = np.append(np.geomspace(1e-5, np.pi, 2000), 0.0)

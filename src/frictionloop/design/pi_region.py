@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frictionloop.design.linear import LinearLoop
-from frictionloop.design.state_space import Complex
+from frictionloop.analysis.linear import LinearLoop
+from frictionloop.analysis.state_space import Complex
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from frictionloop.design.linear import LinearLoop, linearise
+from frictionloop.analysis.linear import LinearLoop, linearise
+from frictionloop.analysis.state_space import Array, Complex
 from frictionloop.design.noise_model import NoiseModel
 from frictionloop.design.nyquist import poles_outside
-from frictionloop.design.state_space import Array, Complex
 from frictionloop.parameters import LowpassSensor, Skin, Strokes, System, check_system
 from frictionloop.quantities import FrictionloopError
 

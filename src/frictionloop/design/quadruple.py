@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import solve_continuous_lyapunov, svd
 
-from frictionloop.design.state_space import Array, Complex
+from frictionloop.analysis.state_space import Array, Complex
 from frictionloop.quantities import Lti
 
 

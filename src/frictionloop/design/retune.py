@@ -9,13 +9,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from frictionloop.design.band import operating_band
-from frictionloop.design.closed import close
-from frictionloop.design.law_space import pi_space
-from frictionloop.design.linear import LinearLoop
-from frictionloop.design.margins import Margins
+from frictionloop.analysis.band import operating_band
+from frictionloop.analysis.closed import close
+from frictionloop.analysis.law_space import pi_space
+from frictionloop.analysis.linear import LinearLoop
+from frictionloop.analysis.margins import Margins
+from frictionloop.analysis.stability import kp_limit
 from frictionloop.design.pi_region import PiRegion, open_stretches
-from frictionloop.design.stability import kp_limit
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import LinAlgError, solve_continuous_are
 
+from frictionloop.analysis.state_space import Array
 from frictionloop.design.quadruple import Quadruple, bilinear
-from frictionloop.design.state_space import Array
 from frictionloop.quantities import FrictionloopError
 
 GAMMA_RATIO = 1.01

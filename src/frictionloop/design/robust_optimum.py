@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import minimize
 
-from frictionloop.design.state_space import Array, Complex
+from frictionloop.analysis.state_space import Array, Complex
 from frictionloop.design.wiener_hopf import Spectra, causal_factor, least_power, squared
 from frictionloop.quantities import FrictionloopError
 

@@ -10,13 +10,13 @@ import numpy as np
 import xarray as xr
 from joblib import Parallel, delayed
 
+from frictionloop.analysis.linear import linearise
+from frictionloop.analysis.sampled import SampledPlant
+from frictionloop.analysis.state_space import Complex
 from frictionloop.design.causes import mean_occlusion
 from frictionloop.design.friction_spectrum import disturbed_levels, own_systems
-from frictionloop.design.linear import linearise
 from frictionloop.design.linear_reach import CALM, LEVELS_N, reading_noise_psd, way_n
 from frictionloop.design.robust_optimum import robust_optimum
-from frictionloop.design.sampled import SampledPlant
-from frictionloop.design.state_space import Complex
 from frictionloop.design.wiener_hopf import bins
 from frictionloop.parameters import SuspendedSensor, System
 from frictionloop.quantities import FrictionloopError

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from frictionloop.analysis.state_space import Complex
 from frictionloop.design.pairing import ANGLES, paired, zeros_of
 from frictionloop.design.quadruple import Quadruple
-from frictionloop.design.state_space import Complex
 from frictionloop.quantities import FrictionloopError
 
 SECTIONS = 6

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from frictionloop.design.state_space import Array, Complex
+from frictionloop.analysis.state_space import Array, Complex
 from frictionloop.quantities import FrictionloopError, Lti
 
 FALLS = 3

@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
+from frictionloop.analysis.disturbance import Spectrum, touch_spectrum
+from frictionloop.analysis.operating import check_reach
 from frictionloop.design.corners import band_of, broken, corners, with_shifts
-from frictionloop.design.disturbance import Spectrum, touch_spectrum
 from frictionloop.design.elsewhere import elsewhere
 from frictionloop.design.notch import retune_notch
-from frictionloop.design.operating import check_reach
 from frictionloop.design.retune import retune
 from frictionloop.design.wanted import Designed, Wanted, feedforward, unheld
 from frictionloop.parameters import FingerFriction, Strokes, SuspendedSensor, System

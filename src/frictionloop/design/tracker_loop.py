@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import ss2tf
 
+from frictionloop.analysis.state_space import Array, Complex
 from frictionloop.control.tracker_gains import sensor_matrices
-from frictionloop.design.state_space import Array, Complex
 from frictionloop.parameters import Model
 
 STATES = 12

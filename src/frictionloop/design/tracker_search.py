@@ -15,7 +15,7 @@ import numpy as np
 from scipy.linalg import solve_discrete_are
 from scipy.optimize import minimize
 
-from frictionloop.design.state_space import Array
+from frictionloop.analysis.state_space import Array
 from frictionloop.design.tracker_loop import Plant, Row, answer, observer_matrix
 from frictionloop.parameters import Model, System
 from frictionloop.perception.weighting import felt_power

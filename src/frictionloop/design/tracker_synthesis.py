@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
+from frictionloop.analysis.linear import linearise
 from frictionloop.design.corners import Corner, broken, corners
 from frictionloop.design.learnt import CONTACTS, learnt_in_run
-from frictionloop.design.linear import linearise
 from frictionloop.design.tracker_tuning import TrackerTuning, believed_resonance, tune_tracker
 from frictionloop.design.wanted import Designed, Wanted, unheld
 from frictionloop.loop.progress import progress_bar

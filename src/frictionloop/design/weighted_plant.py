@@ -19,9 +19,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from frictionloop.analysis.sampled import SampledPlant
 from frictionloop.design.quadruple import Quadruple, realised
 from frictionloop.design.riccati import Generalised
-from frictionloop.design.sampled import SampledPlant
 from frictionloop.design.shaping import FALLS
 from frictionloop.quantities import FrictionloopError, Lti
 

@@ -6,9 +6,9 @@ from collections import OrderedDict
 from dataclasses import dataclass
 from typing import Any
 
-from frictionloop.device.extra import needed
 from frictionloop.device.layout import HEADER, LARGEST_BODY, LAYOUTS, TYPES
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.extra import needed
 
 cobs = needed("cobs.cobs", "cobs")
 crc16 = needed("fastcrc.crc16", "fastcrc").ibm_3740

@@ -15,7 +15,7 @@ LOAD_SHARE = 0.5
 def counted(sliding: np.ndarray, position_m: np.ndarray, load_n: np.ndarray, system: System | None) -> np.ndarray:
     """Return the samples that count: |x| <= `scored_edge_m`, N >= load_n / 2, while the finger slides.
 
-    The rule of `simulate` (loop/motion_tile), with the measured position and load for the true ones. A finger at the
+    The rule of `simulate` (kernel/motion_tile), with the measured position and load for the true ones. A finger at the
     bench may rest where a simulated one never does, so that its reading must be valid besides. Without strokes in the
     System, or without a System, that is all.
 

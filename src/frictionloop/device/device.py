@@ -10,7 +10,6 @@ from typing import Any, Self
 import numpy as np
 import xarray as xr
 
-from frictionloop.control.parameter_words import firmware_words
 from frictionloop.device.asked import check_decimation, number, rows_of
 from frictionloop.device.errors import DeviceError
 from frictionloop.device.info import identified
@@ -21,6 +20,7 @@ from frictionloop.device.running import STATES, Interrupted, Running, check_fold
 from frictionloop.device.table import Parameters
 from frictionloop.device.transport import Pipe, opener
 from frictionloop.device.waveform import checked, table, table_of, with_setpoint
+from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.loop.record import save
 from frictionloop.parameters import Source, System
 from frictionloop.quantities import FrictionloopError

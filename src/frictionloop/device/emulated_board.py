@@ -9,7 +9,7 @@ from pathlib import Path
 from frictionloop.device.emulator import TeensyEmulator
 from frictionloop.device.errors import DeviceError
 from frictionloop.device.host_board import Sample
-from frictionloop.device.revision import other_sources
+from frictionloop.firmware.revision import other_sources
 from frictionloop.quantities import FrictionloopError
 
 

@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictionloop.control.compiler import shared_library
-from frictionloop.device.extra import needed
-from frictionloop.device.revision import revision_here
+from frictionloop.firmware.compiler import shared_library
+from frictionloop.firmware.revision import revision_here
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.extra import needed
 from frictionloop.quantities.schema import firmware_folder, schema, word_count
 
 DECLARATIONS = """
@@ -72,7 +72,7 @@ class HostBoard:
     Parameters
     ----------
     words : array (word_count,) of int32
-        Parameter table in force at the start (control/parameter_words).
+        Parameter table in force at the start (firmware/parameter_words).
     serial : int
         Serial number that it tells, 0 to 2**32 - 1.
     library : Path, optional

@@ -11,8 +11,9 @@ import xarray as xr
 from frictionloop.device.counted import counted
 from frictionloop.device.recorder import CHANNELS, FLAGS, SCALES, TICK_HZ, Recorder, gaps
 from frictionloop.device.transport import Pipe
-from frictionloop.loop.record import VARIABLES, package_version, provenance
+from frictionloop.loop.record import VARIABLES, provenance
 from frictionloop.parameters import SCHEMA, System
+from frictionloop.quantities.version import package_version
 
 CLOCK_BITS = 32
 TOLD = {"a": ("um", "amplitude command, zero-to-peak")}

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from frictionloop.device.errors import Refused
-from frictionloop.device.words import accepted, from_words, shown, word_at
+from frictionloop.firmware.words import accepted, from_words, shown, word_at
 from frictionloop.quantities.schema import Word, parameter_words
 
 RELATIONS: dict[str, Callable[[dict[str, Any]], str]] = {

@@ -8,8 +8,8 @@ import select
 import time
 
 from frictionloop.device.errors import DeviceError, Unplugged
-from frictionloop.device.extra import needed
 from frictionloop.device.transport import Pipe
+from frictionloop.quantities.extra import needed
 
 BAUD = 2_000_000
 """Of the Teensy's UART0: 72 MHz / 16 / 2.25, exactly."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from frictionloop.control.parameter_words import n_per_count
 from frictionloop.device.host_board import Sample
+from frictionloop.firmware.parameter_words import n_per_count
 from frictionloop.parameters import System
 from frictionloop.sensing.measurement import Measurement
 

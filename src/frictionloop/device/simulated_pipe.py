@@ -6,14 +6,14 @@ from typing import Protocol
 
 import numpy as np
 
-from frictionloop.control.parameter_words import firmware_words
 from frictionloop.device.errors import DeviceError, Unplugged
 from frictionloop.device.host_board import HostBoard, Sample
 from frictionloop.device.recorder import TICK_HZ
 from frictionloop.device.simulated_converters import Converters
 from frictionloop.device.transport import Pipe
+from frictionloop.firmware.parameter_words import firmware_words
+from frictionloop.loop.kernel.structure import kernel_of
 from frictionloop.loop.stepper import Stepper
-from frictionloop.loop.structure import kernel_of
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 

@@ -11,7 +11,7 @@ import numpy as np
 from frictionloop.device.errors import DeviceError, Refused
 from frictionloop.device.link import Link
 from frictionloop.device.refusals import in_words
-from frictionloop.device.words import from_words, to_words, word_of
+from frictionloop.firmware.words import from_words, to_words, word_of
 from frictionloop.quantities.schema import Word, parameter_words, table_hash, word_count
 
 WORDS_A_FRAME = 64

@@ -9,8 +9,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from frictionloop.parameters import Recording
-from frictionloop.physics.recording import read_recording
 from frictionloop.quantities import FrictionloopError
+from frictionloop.recordings.read import read_recording
 
 Array = NDArray[np.float64]
 READING = "f_m"

@@ -9,13 +9,13 @@ import xarray as xr
 from scipy.optimize import brentq
 from scipy.signal import lfilter, sosfilt
 
-from frictionloop.loop.felt_tile import FADE_S
-from frictionloop.loop.lowering import lower
+from frictionloop.loop.kernel.felt_tile import FADE_S
+from frictionloop.loop.kernel.lowering import lower
+from frictionloop.loop.kernel.structure import kernel_of
+from frictionloop.loop.kernel.tiles import traces_of
 from frictionloop.loop.metrics import kept
 from frictionloop.loop.record import system_of, to_dataset
 from frictionloop.loop.simulate import run_tile
-from frictionloop.loop.structure import kernel_of
-from frictionloop.loop.tiles import traces_of
 from frictionloop.loop.timing import check_seed, is_finite, periods_in
 from frictionloop.parameters import System
 from frictionloop.perception.weighting import weighting_sos

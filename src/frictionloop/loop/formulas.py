@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictionloop.loop.score_tile import BOUND, IDENTITY, PERCEPTION, REGRESSION, SATURATION, STEPS
+from frictionloop.loop.kernel.score_tile import BOUND, IDENTITY, PERCEPTION, REGRESSION, SATURATION, STEPS
 
 
 class Sums(NamedTuple):

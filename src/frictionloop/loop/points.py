@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from frictionloop.loop.record import package_version
 from frictionloop.loop.timing import check_seed, is_whole
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError, unit_of
+from frictionloop.quantities.version import package_version
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ import xarray as xr
 from frictionloop.parameters import SCHEMA, System
 from frictionloop.parameters.files import check_schema
 from frictionloop.quantities import FrictionloopError, replacing
+from frictionloop.quantities.version import package_version
 
 VARIABLES: dict[str, tuple[str, str]] = {
     "f_r": ("N", "set-point force"),
@@ -35,14 +35,6 @@ _FLAGS = ("saturated", "sliding", "scored")
 
 
 @cache
-def package_version() -> str:
-    """Return the version of the installed package."""
-    try:
-        return version("frictionloop")
-    except PackageNotFoundError:
-        return "0+unknown"
-
-
 def provenance(system: System, **more: Any) -> dict[str, Any]:
     """Return the attributes that let a result be repeated: System, version, schema and what the caller adds."""
     return {

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from frictionloop.loop.kernel import kernel
-from frictionloop.loop.lowering import Tile, lower
+from frictionloop.loop.kernel.build import kernel
+from frictionloop.loop.kernel.lowering import Tile, lower
+from frictionloop.loop.kernel.structure import kernel_of
+from frictionloop.loop.kernel.tiles import traces_of
 from frictionloop.loop.record import to_dataset
-from frictionloop.loop.structure import kernel_of
-from frictionloop.loop.tiles import traces_of
 from frictionloop.loop.timing import check_memory, check_seed, periods_in
 from frictionloop.parameters import System
 from frictionloop.quantities.normals import BLOCK

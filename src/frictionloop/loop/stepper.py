@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from frictionloop.loop.exchange import GIVEN, STILL
-from frictionloop.loop.kernel import kernel
-from frictionloop.loop.lowering import lower
-from frictionloop.loop.motion_tile import DIRECTION, LOAD, PLACE, POSITION, SPEED
+from frictionloop.loop.kernel.build import kernel
+from frictionloop.loop.kernel.exchange import GIVEN, STILL
+from frictionloop.loop.kernel.lowering import lower
+from frictionloop.loop.kernel.motion_tile import DIRECTION, LOAD, PLACE, POSITION, SPEED
+from frictionloop.loop.kernel.slab import ROW
 from frictionloop.loop.simulate import NO_TRACES
-from frictionloop.loop.slab import ROW
 from frictionloop.loop.timing import check_seed, is_finite
 from frictionloop.parameters import System, check_system
 from frictionloop.physics.sources import longest_s

@@ -12,13 +12,13 @@ import xarray as xr
 
 from frictionloop.loop.formulas import DEFAULT_METRICS, METRICS
 from frictionloop.loop.kept import Result, resumed
-from frictionloop.loop.lowering import lower, sums_of
-from frictionloop.loop.placing import placed
+from frictionloop.loop.kernel.lowering import lower, sums_of
+from frictionloop.loop.kernel.placing import placed
+from frictionloop.loop.kernel.slab import LANES
 from frictionloop.loop.points import fingerprint, points_of
 from frictionloop.loop.progress import progress_bar
 from frictionloop.loop.record import provenance
 from frictionloop.loop.simulate import run_tile
-from frictionloop.loop.slab import LANES
 from frictionloop.loop.timing import periods_in
 from frictionloop.loop.trying import structures_of
 from frictionloop.loop.workers import shared_out, worker_count

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import Any
 
 from frictionloop.loop.formulas import METRICS
+from frictionloop.loop.kernel.score_tile import STEPS
+from frictionloop.loop.kernel.structure import COUPLED, STRUCTURAL, structure
 from frictionloop.loop.points import Points
-from frictionloop.loop.score_tile import STEPS
-from frictionloop.loop.structure import COUPLED, STRUCTURAL, structure
 from frictionloop.loop.timing import is_finite, periods_in
 from frictionloop.parameters import Recording, System
 from frictionloop.physics.sources import sampler

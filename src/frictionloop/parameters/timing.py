@@ -27,7 +27,7 @@ class Timing(Block):
     A device is opened and closed by message instead, as the linear analysis has the loop closed.
     """
     form: Literal["float", "firmware"] = "float"
-    """The float64 law, or the fixed-point C that runs on the microcontroller (control/compiled)."""
+    """The float64 law, or the fixed-point C that runs on the microcontroller (firmware/compiled)."""
     model: Model = Model()
     """What the controller believes of the plant."""
 

@@ -64,7 +64,7 @@ def sampler(source: Source, rate_hz: float, seed: int, stream: int) -> Sampler |
 
 
 def _recorded(recording: Recording, rate_hz: float) -> Sampler:
-    from frictionloop.physics.recording import read_recording
+    from frictionloop.recordings.read import read_recording
 
     samples = read_recording(recording, rate_hz)
 

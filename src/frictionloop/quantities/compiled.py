@@ -16,8 +16,9 @@ ROOMS = ("quantities", "physics", "sensing", "control", "perception", "loop")
 def source_digest() -> str:
     """Return a digest of all compiled source: Numba's cache checks one file, but a kernel is built from many."""
     digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parents[1].rglob("*.py")):
-        if path.parent.name in ROOMS:
+    package = Path(__file__).parents[1]
+    for path in sorted(package.rglob("*.py")):
+        if path.relative_to(package).parts[0] in ROOMS:
             digest.update(path.read_bytes())
     return digest.hexdigest()
 

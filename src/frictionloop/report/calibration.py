@@ -19,7 +19,7 @@ from frictionloop.identification import (
     frequency_response,
     noise_spectrum,
 )
-from frictionloop.loop.rigs import UP_AND_DOWN_KG, floor_rig, hammer_rig, string_friction_for, weights_rig
+from frictionloop.identification.rigs import UP_AND_DOWN_KG, floor_rig, hammer_rig, string_friction_for, weights_rig
 from frictionloop.parameters.rigs import CalibrationBench
 
 PRINTED_R2 = 0.95

@@ -11,7 +11,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup, escape
 
-from frictionloop.loop.record import package_version
+from frictionloop.quantities.version import package_version
 from frictionloop.report import gains, noise, protocol
 from frictionloop.report.beyond_table import beyond_rows
 from frictionloop.report.claims import Claim, Verdict

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from frictionloop.design import command_noise_rms_n, equation_3_rms_n, kp_limit, linearise, output_noise_rms_n
+from frictionloop.analysis import command_noise_rms_n, equation_3_rms_n, kp_limit, linearise, output_noise_rms_n
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import System
 from frictionloop.report.systems import held

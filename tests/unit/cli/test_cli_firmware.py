@@ -11,8 +11,8 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.control.cost import WORST_TICK, worst_tick
-from frictionloop.device import image
-from frictionloop.device.image import BOARDS
+from frictionloop.firmware import image
+from frictionloop.firmware.image import BOARDS
 from frictionloop.quantities.schema import firmware_folder, parameter_words, word_count
 
 PI = ("--preset", "bench", "--controller.kind", "pi", "--controller.kp", "0.06", "--controller.ki", "134")

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
+from frictionloop.analysis.headroom import headroom
+from frictionloop.analysis.operating import law_at
 from frictionloop.cli import main
 from frictionloop.design import synthesis
-from frictionloop.design.headroom import headroom
-from frictionloop.design.operating import law_at
 from frictionloop.design.synthesis import SYNTHESES, design_controller
 from frictionloop.design.wanted import Wanted
 from frictionloop.report.figures.controller import figure_sensitivity

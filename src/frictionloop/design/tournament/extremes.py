@@ -11,13 +11,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from frictionloop.design.operating import law_at
-from frictionloop.loop.kernel import kernel
-from frictionloop.loop.lowering import Tile, lower
-from frictionloop.loop.placing import placed
-from frictionloop.loop.slab import LANES
-from frictionloop.loop.structure import substeps_of
-from frictionloop.loop.tiles import BENCH_TRACES
+from frictionloop.analysis.operating import law_at
+from frictionloop.loop.kernel.build import kernel
+from frictionloop.loop.kernel.lowering import Tile, lower
+from frictionloop.loop.kernel.placing import placed
+from frictionloop.loop.kernel.slab import LANES
+from frictionloop.loop.kernel.structure import substeps_of
+from frictionloop.loop.kernel.tiles import BENCH_TRACES
 from frictionloop.parameters import Constant, System
 from frictionloop.physics.friction import amplitude_for
 

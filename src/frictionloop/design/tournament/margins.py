@@ -6,11 +6,11 @@ import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+from frictionloop.analysis.linear import LinearLoop, linearise
+from frictionloop.analysis.margins import Margins
 from frictionloop.control.cost import cycles_m4, worst_tick
 from frictionloop.control.laws import law_of
 from frictionloop.design.learnt import knowing, learnt_in_run
-from frictionloop.design.linear import LinearLoop, linearise
-from frictionloop.design.margins import Margins
 from frictionloop.design.tournament import protocol
 from frictionloop.design.tournament.measured import on_device
 from frictionloop.design.tournament.plain import occluded_at

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from frictionloop.design.operating import law_at
+from frictionloop.analysis.operating import law_at
 from frictionloop.parameters import Constant, System
 from frictionloop.physics.fingers import Fingers
 

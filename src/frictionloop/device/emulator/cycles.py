@@ -16,7 +16,7 @@ from frictionloop.device.emulator.costs import (
 )
 from frictionloop.device.emulator.memory_map import FLASH, FLASH_BYTES, RAM
 from frictionloop.device.emulator.teensy import TeensyEmulator
-from frictionloop.device.extra import needed
+from frictionloop.quantities.extra import needed
 
 
 class TickCost(NamedTuple):

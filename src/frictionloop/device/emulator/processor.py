@@ -8,12 +8,12 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from frictionloop.device.elf import loaded
 from frictionloop.device.emulator.bank import Bank
 from frictionloop.device.emulator.memory_map import FLASH, FLASH_BYTES, PAGE, PAGES, RAM, RAM_BYTES
-from frictionloop.device.extra import needed
-from frictionloop.device.image_checks import check_teensy
+from frictionloop.firmware.elf import loaded
+from frictionloop.firmware.image_checks import check_teensy
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.extra import needed
 
 RETURN = 0x10000000
 """Where an interrupt returns to, an address without memory: unicorn does not know the hardware's 0xFFFFFFF9."""

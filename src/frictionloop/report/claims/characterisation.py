@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from frictionloop.hardware.sensor.noise_budget import noise_budget
 from frictionloop.identification import dynamic_range_db, floor_readings, residual_share, uniform_std_n
 from frictionloop.parameters.sensor_design import SensorDesign
 from frictionloop.report.calibration import BIN_HZ, PRINTED_R2, SHAKING, STILL, Rigs
@@ -19,7 +20,6 @@ from frictionloop.report.tolerances import (
     as_measured,
     as_printed,
 )
-from frictionloop.sensing.noise_budget import noise_budget
 
 RIGS = "from frictionloop.report.calibration import *; "
 BELOW_N = 1e-4

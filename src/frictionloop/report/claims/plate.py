@@ -6,10 +6,10 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from frictionloop.design import kp_limit
+from frictionloop.analysis import kp_limit
+from frictionloop.hardware.plate.readings import FREQUENCY_HZ, LINES, plate_readings
 from frictionloop.parameters import bench
 from frictionloop.parameters.plate_design import Side
-from frictionloop.physics.plate_readings import FREQUENCY_HZ, LINES, plate_readings
 from frictionloop.report.claims.claim import Claim, python
 from frictionloop.report.device import CONTROLLERS, IDEAL
 from frictionloop.report.numbers import number
@@ -51,7 +51,7 @@ def _mode() -> Claim:
         f"the 140 mm side ({number(1e-3 * fits.frequency_hz)} kHz), which the bench takes; 16 lines along 255 mm at "
         f"46 kHz need {thick:.1f} mm of glass.",
         command=python(
-            "from frictionloop.physics.plate_readings import *; print(next(each.mode.frequency_hz * 1e-3 "
+            "from frictionloop.hardware.plate.readings import *; print(next(each.mode.frequency_hz * 1e-3 "
             "for each in plate_readings() if (each.wave_along, each.solved_for) == ('length', 'frequency')))"
         ),
     )

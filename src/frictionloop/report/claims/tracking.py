@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import xarray as xr
 
-from frictionloop.design import kp_limit
+from frictionloop.analysis import kp_limit
 from frictionloop.parameters import READINGS
 from frictionloop.report.claims.claim import Claim, python
 from frictionloop.report.gains import at

@@ -10,8 +10,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from frictionloop.analysis.headroom import Headroom
 from frictionloop.design.corners import at_mean, stroke_of
-from frictionloop.design.headroom import Headroom
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import Steps, System
 from frictionloop.perception.thresholds import HIGHEST_HZ

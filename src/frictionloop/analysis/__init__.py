@@ -1,0 +1,57 @@
+"""Linear analysis of the loop: equation (2) as responses and state space, margins, equation (3), and its limits."""
+
+from frictionloop.analysis.band import operating_band
+from frictionloop.analysis.disturbance import touch_spectrum
+from frictionloop.analysis.elements import Elements, elements, lumped_gain
+from frictionloop.analysis.law_space import law_space
+from frictionloop.analysis.limits import (
+    Lag,
+    Stubborn,
+    available_crossover_hz,
+    bode_integral,
+    phase_lag,
+    stubborn,
+    unstable_sum,
+)
+from frictionloop.analysis.linear import LinearLoop, linearise
+from frictionloop.analysis.margins import Margins
+from frictionloop.analysis.noise import (
+    command_noise_rms_n,
+    equation_3_rms_n,
+    integrated_noise_rms_n,
+    noise_spectrum,
+    output_noise_rms_n,
+)
+from frictionloop.analysis.responses import Reading
+from frictionloop.analysis.stability import kp_limit
+from frictionloop.analysis.state_space import StateSpace
+from frictionloop.analysis.waterbed import Waterbed, waterbed_bound
+
+__all__ = [
+    "Elements",
+    "Lag",
+    "LinearLoop",
+    "Margins",
+    "Reading",
+    "StateSpace",
+    "Stubborn",
+    "Waterbed",
+    "available_crossover_hz",
+    "bode_integral",
+    "command_noise_rms_n",
+    "elements",
+    "equation_3_rms_n",
+    "integrated_noise_rms_n",
+    "kp_limit",
+    "law_space",
+    "linearise",
+    "lumped_gain",
+    "noise_spectrum",
+    "operating_band",
+    "output_noise_rms_n",
+    "phase_lag",
+    "stubborn",
+    "touch_spectrum",
+    "unstable_sum",
+    "waterbed_bound",
+]

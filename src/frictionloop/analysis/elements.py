@@ -1,0 +1,128 @@
+"""The elements of equation (2), C, P and S, of a System at an operating point."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from frictionloop.analysis.operating import law_at, operating_amplitude_um
+from frictionloop.control.lookup import lookup_table
+from frictionloop.control.pi import linearise_pi
+from frictionloop.parameters import LowpassSensor, Model, PiController, Sensor, Skin, Strokes, System, check_system
+from frictionloop.physics.contact_linear import linearise_dahl, linearise_lugre, linearise_slider
+from frictionloop.physics.friction import friction_force
+from frictionloop.physics.plate import linearise_plate
+from frictionloop.quantities import Lti
+from frictionloop.sensing.lowpass import linearise_sensor
+from frictionloop.sensing.suspended import linearise_suspended
+
+
+@dataclass(frozen=True)
+class Elements:
+    """C(s), P(s), S(s) of equation (2) for small signals, and where on the friction law they hold."""
+
+    controller: Lti | None
+    """C(s) = (kp + ki/s) exp(-s delay_s) of a PI law, error to force command, N/N; other laws: `law_space`."""
+    delay_s: float
+    """Time from a sample to the command computed from it."""
+    plate: Lti
+    """P(s), force command to friction force, N/N: lookup table, plate, friction law and contact lumped."""
+    stages: tuple[Lti, ...]
+    """S(s) as blocks in series: springs if there are any, then the electronics' pole. Noise enters before the last."""
+    amplitude_um: float
+    """Vibration amplitude of the operating point, um zero-to-peak."""
+    force_n: float
+    """Friction force g(a) of the operating point, N, without the disturbance."""
+    occluded: float = 0.0
+    """How far occlusion has come at the operating point, 0 to 1."""
+
+    @property
+    def sensor(self) -> Lti:
+        """S(s), force to measured force, N/N."""
+        return math.prod(self.stages[1:], start=self.stages[0])
+
+
+def elements(
+    system: System, amplitude_um: float | None = None, force_n: float | None = None, occluded: float = 0.0
+) -> Elements:
+    """Return C, P and S of equation (2) at an operating point.
+
+    The literal order of the paper's Section 2.2 is kept, low-pass on the amplitude, then g: small signals then see
+    P(s) = `lumped_gain` times the plate's low-pass, times the contact of a finger that slides steadily
+    (physics/contact_linear; 1 without skin).
+
+    Parameters
+    ----------
+    system
+        The loop.
+    amplitude_um
+        Vibration amplitude of the operating point, um, from 0 to the smaller a_max of plate and controller model.
+    force_n
+        The operating point as a force g(a) instead, N. Without either: as in `linearise`.
+    occluded
+        How far occlusion under a `FingerFriction` has come: 0 just landed, 1 after long contact.
+
+    Raises
+    ------
+    FrictionloopError
+        Both are given, or the point cannot be reached.
+    """
+    check_system(system)
+    law = law_at(system, occluded)
+    amplitude = operating_amplitude_um(system, law, amplitude_um, force_n)
+    force = float(friction_force(amplitude, law))
+    gain = lumped_gain(system, amplitude, occluded)
+    return Elements(
+        controller=linearise_pi(system.controller) if isinstance(system.controller, PiController) else None,
+        delay_s=system.controller.delay_s,
+        plate=Lti((gain,), (1.0,)) * linearise_plate(system.plate) * linearise_contact(system, force),
+        stages=linearise_stages(system.sensor),
+        amplitude_um=amplitude,
+        force_n=force,
+        occluded=occluded,
+    )
+
+
+def lumped_gain(system: System, amplitude_um: float, occluded: float = 0.0) -> float:
+    """Return df/du of lookup table and friction law in series, -tau g(a) d(a^2)/du; 1 where the model is right.
+
+    With the exact inverse this is g'(a) / g_model'(a), finite at a = 0 too; with a table d(a^2)/du is the slope of
+    the cell that holds ``amplitude_um``.
+    """
+    law = law_at(system, occluded)
+    slope = _square_per_newton(system.controller.model, amplitude_um)
+    return -law.susceptibility_per_um2 * float(friction_force(amplitude_um, law)) * slope
+
+
+def linearise_contact(system: System, force_n: float) -> Lti:
+    """Return friction limit to friction force at steady sliding with this force (N), N/N; 1 without skin."""
+    finger, motion = system.finger, system.motion
+    if not (isinstance(finger, Skin) and isinstance(motion, Strokes)):
+        return Lti((1.0,), (1.0,))
+    speed_m_s = 1e-3 * motion.speed_mm_s
+    if finger.contact == "dahl":
+        return linearise_dahl(force_n, speed_m_s, finger.bristle_stiffness_n_m)
+    if finger.contact == "lugre":
+        return linearise_lugre(force_n, speed_m_s, finger.bristle_stiffness_n_m, finger.bristle_damping_n_s_m)
+    return linearise_slider()
+
+
+def linearise_stages(sensor: Sensor) -> tuple[Lti, ...]:
+    """Return the sensor's blocks in series, the electronics' pole last."""
+    if isinstance(sensor, LowpassSensor):
+        return (linearise_sensor(sensor),)
+    whole, pole = linearise_suspended(sensor), Lti((1.0,), (1.0 / (2.0 * math.pi * sensor.cutoff_hz), 1.0))
+    return Lti(whole.num, tuple(np.polydiv(whole.den, pole.den)[0])), pole
+
+
+def _square_per_newton(model: Model, amplitude_um: float) -> float:
+    """Return d(a^2)/du of the lookup table in um^2/N."""
+    if model.table_size == 0:
+        believed = model.nominal_n * math.exp(-model.susceptibility_per_um2 * amplitude_um**2)
+        return -1.0 / (model.susceptibility_per_um2 * believed)
+    squares = lookup_table(model)
+    cell = int(np.clip(np.searchsorted(-squares, -(amplitude_um**2), side="right") - 1, 0, squares.size - 2))
+    spacing_n = (model.nominal_n - model.floor_n) / (squares.size - 1)
+    return float(squares[cell + 1] - squares[cell]) / spacing_n

@@ -1,0 +1,105 @@
+"""A control law for small signals: its step's Jacobian at rest, and the overdrive behind it, as a state space."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionloop.analysis.elements import Elements
+from frictionloop.analysis.jacobian import jacobian
+from frictionloop.analysis.rest import Rest, rest_of
+from frictionloop.analysis.sampled import SampledPlant
+from frictionloop.analysis.state_space import Array, StateSpace
+from frictionloop.control.overdrive import overdrive_gains
+from frictionloop.parameters import Controller, PiController, System
+
+INPUTS = ("f_r", "f_m")
+OUTPUTS = ("u", "c")
+IDLE = 1.0 + 1e-6
+"""Largest |pole| of states that may be left out when nothing moves them or they move nothing."""
+
+
+def law_space(system: System, loop: Elements, plant: SampledPlant, *, adapting: bool = False) -> StateSpace:
+    """Return a System's control law for small signals around an operating point.
+
+    x[k+1] = A x[k] + B [f_r, f_m][k], [u, c][k] = C x[k] + D [f_r, f_m][k], where c is what the plant gets of the
+    force command u: the same, or behind the overdrive c = (u[k] - p u[k-1])/(1 - p), which in amplitude is
+    (a_w - p a)/(1 - p) (control/overdrive). PI has it in closed form; of any other law it is the Jacobian of the
+    compiled step at rest (analysis/rest) at the finger's steady speed and load.
+
+    Parameters
+    ----------
+    system
+        The loop.
+    loop, plant
+        Its elements at the operating point, and sampled.
+    adapting
+        Linearise the slow states too that the law lists as ``frozen``; else they keep the values they start with.
+
+    Raises
+    ------
+    FrictionloopError
+        The law has no rest there, is saturated there, or is not smooth.
+    """
+    controller = system.controller
+    if isinstance(controller, PiController):
+        return pi_space(controller.kp, controller.ki, plant.period_s)
+    space = jacobian_space(rest_of(system, loop, plant, adapting=adapting))
+    return overdriven(space, controller)
+
+
+def pi_space(kp: float, ki: float, period_s: float) -> StateSpace:
+    """Return e = f_r - f_m, u = kp e + I, I[k+1] = I[k] + ki Ts e; I is a state only when ki is not 0."""
+    integrals, error = int(ki != 0), np.array([[1.0, -1.0]])
+    return StateSpace(
+        A=np.eye(integrals),
+        B=np.ones((integrals, 1)) @ (ki * period_s * error),
+        C=np.ones((2, integrals)),
+        D=kp * np.vstack([error, error]),
+        period_s=period_s,
+        inputs=INPUTS,
+        outputs=OUTPUTS,
+    )
+
+
+def jacobian_space(rest: Rest) -> StateSpace:
+    """Return the law around its rest, without states that are idle there."""
+    matrix = jacobian(rest.step, rest.point, f'controller.kind = "{rest.kind}"')
+    A, B, C, D = matrix[:-1, :-2], matrix[:-1, -2:], matrix[-1:, :-2], matrix[-1:, -2:]
+    kept = _at_work(A, B, C)
+    A, B, C = A[np.ix_(kept, kept)], B[kept], C[:, kept]
+    return StateSpace(A, B, np.vstack([C, C]), np.vstack([D, D]), rest.step.period_s, INPUTS, OUTPUTS)
+
+
+def overdriven(space: StateSpace, controller: Controller) -> StateSpace:
+    """Return a law with c behind the overdrive, if its parameters say so; the last u is a further state."""
+    decay = overdrive_gains(controller).decay
+    if decay == 0.0:
+        return space
+    size, ahead = len(space.A), 1.0 / (1.0 - decay)
+    u, through = space.C[:1], space.D[:1]
+    return StateSpace(
+        A=np.block([[space.A, np.zeros((size, 1))], [u, np.zeros((1, 1))]]),
+        B=np.vstack([space.B, through]),
+        C=np.block([[u, np.zeros((1, 1))], [ahead * u, np.full((1, 1), -decay * ahead)]]),
+        D=np.vstack([through, ahead * through]),
+        period_s=space.period_s,
+        inputs=INPUTS,
+        outputs=OUTPUTS,
+    )
+
+
+def _at_work(A: Array, B: Array, C: Array) -> NDArray[np.intp]:
+    """Return the indices of the states that an input moves and that move the output, by who acts on whom.
+
+    The others must not count as instability with a pole at 1, like an integrator whose gain is 0. A state that grows
+    by itself is no such thing: then all are kept.
+    """
+    size = len(A)
+    acts = (A != 0.0).astype(float)  # who (column) acts on whom (row)
+    reached, seen = np.any(B != 0.0, axis=1), np.any(C != 0.0, axis=0)
+    for _ in range(size):
+        reached, seen = reached | (acts @ reached > 0), seen | (acts.T @ seen > 0)
+    kept, left = np.flatnonzero(reached & seen), np.flatnonzero(~(reached & seen))
+    growing = bool(left.size) and float(np.max(np.abs(np.linalg.eigvals(A[np.ix_(left, left)])))) > IDLE
+    return np.arange(size) if growing else kept

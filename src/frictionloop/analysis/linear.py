@@ -1,0 +1,192 @@
+"""The loop for small signals, equation (2): frequency responses, state space, poles and margins."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from frictionloop.analysis.closed import close
+from frictionloop.analysis.elements import Elements, elements
+from frictionloop.analysis.jacobian import linear_range_n
+from frictionloop.analysis.law_space import law_space
+from frictionloop.analysis.margins import Margins, margins, search_grid
+from frictionloop.analysis.responses import (
+    LONG_NAMES,
+    Reading,
+    checked_frequency,
+    checked_reading,
+    continuous_responses,
+    sampled_responses,
+)
+from frictionloop.analysis.rest import rest_of
+from frictionloop.analysis.sampled import SampledPlant, sample
+from frictionloop.analysis.state_space import Array, Complex, StateSpace
+from frictionloop.control.pi import linearise_pi
+from frictionloop.parameters import LowpassSensor, PiController, System
+from frictionloop.quantities import FrictionloopError
+
+LOW = 1e-9
+"""Share of the Nyquist frequency that counts as low: below every crossover of a loop with integral action."""
+
+
+@dataclass(frozen=True, eq=False)
+class LinearLoop:
+    """The closed loop of a System for small signals around one operating point."""
+
+    system: System
+    """The loop it was made from."""
+    elements: Elements
+    """C(s), P(s), S(s) and the operating point."""
+    plant: SampledPlant
+    """Plate and sensor as the sampled controller sees them."""
+    known_law: StateSpace | None = None
+    """The law at this operating point where it is known already; None: it is found when it is asked for."""
+
+    @property
+    def nyquist_hz(self) -> float:
+        """Half the control rate, the highest frequency of every response."""
+        return self.system.controller.rate_hz / 2
+
+    def frequency_response(self, frequency_hz: ArrayLike, reading: Reading = "sampled") -> xr.Dataset:
+        """Return G, S = 1/(1+G), T = G/(1+G) and the three transfer functions of equation (2).
+
+        f_a = d / (1 + G) + f_r C P / (1 + G) - n G / (1 + G)   (2)
+
+        Parameters
+        ----------
+        frequency_hz
+            Frequencies in Hz, shape (frequencies,), above 0 and up to half the control rate.
+        reading
+            "sampled" is the loop as it runs: zero-order hold, delay and law exact, d linear between samples, n
+            held over its period, responses from samples to samples. "held", "lag" and "printed" are equation (2) in
+            continuous time with the hold exact, as half a period of delay, and (delay too) left out; they are for PI.
+
+        Returns
+        -------
+        xarray.Dataset
+            Complex ``G``, ``S``, ``T``, ``f_a_from_f_r``, ``f_a_from_d``, ``f_a_from_n``, ``u_from_f_r``,
+            ``u_from_n``, ``f_a_from_q`` and ``u_from_q`` (N/N) over ``frequency`` (Hz). Noise n enters before the
+            electronics' pole, behind any springs; q is an error of the reading itself. G, S and T are those of the
+            feedback: a law may treat the set-point otherwise.
+
+        Raises
+        ------
+        FrictionloopError
+            A frequency outside the range, an unknown reading or one for PI, or a law without a linear analysis.
+        """
+        frequency = np.atleast_1d(np.asarray(frequency_hz, dtype=float))
+        variables = {
+            name: ("frequency", value, {"units": "N/N", "long_name": LONG_NAMES[name]})
+            for name, value in self.responses(frequency, reading).items()
+        }
+        coordinates = {"frequency": ("frequency", frequency, {"units": "Hz"})}
+        about = {"reading": reading, "amplitude_um": self.elements.amplitude_um, "force_n": self.elements.force_n}
+        return xr.Dataset(variables, coordinates, about)
+
+    def responses(self, frequency_hz: ArrayLike, reading: Reading = "sampled") -> dict[str, Complex]:
+        """Return the variables of `frequency_response` as plain arrays by name, for the same arguments."""
+        checked_reading(reading)
+        frequency = checked_frequency(np.atleast_1d(np.asarray(frequency_hz, dtype=float)), self.nyquist_hz)
+        if reading == "sampled":
+            return sampled_responses(self.plant, self.law, frequency)
+        return continuous_responses(self.elements, self.plant.period_s, frequency, reading)
+
+    @cached_property
+    def law(self) -> StateSpace:
+        """The control law, inputs f_r, f_m, outputs u, c (`law_space`); raises where it has no linear analysis."""
+        return self.known_law or law_space(self.system, self.elements, self.plant)
+
+    @cached_property
+    def linear_range_n(self) -> float:
+        """How far the measured force may jump, N, before the law departs from its linear form by 5 %."""
+        return linear_range_n(rest_of(self.system, self.elements, self.plant))
+
+    @cached_property
+    def _closed(self) -> StateSpace:
+        return close(self.plant.state_space(), self.law)
+
+    def state_space(self, inputs: tuple[str, ...] = ("f_r", "d", "n")) -> StateSpace:
+        """Return the closed loop at the sampling instants, outputs f_a, f_m, u (all N).
+
+        Parameters
+        ----------
+        inputs
+            Which of set-point f_r, disturbance d, sensor noise n and error of the reading q go in, in this order.
+        """
+        return self._closed.driven_by(inputs)
+
+    def poles(self) -> Complex:
+        """Return the closed loop's poles in the z plane, shape (states,)."""
+        return self._closed.poles()
+
+    def is_stable(self) -> bool:
+        """Return whether the sampled closed loop is stable."""
+        return self._closed.is_stable()
+
+    def margins(self) -> Margins:
+        """Return how far the sampled loop is from instability (`Margins`)."""
+        # An integral's |G| f is constant at low frequencies, and no crossover lies lower than there.
+        low_hz = LOW * self.nyquist_hz
+        gain = float(np.abs(self.responses(low_hz)["G"][0]))
+        lowest_hz = 0.1 * low_hz * gain if gain > 1 else self.nyquist_hz
+        return margins(lambda f: self.responses(f)["G"], self.search_grid(lowest_hz), self.nyquist_hz, self.is_stable())
+
+    def search_grid(self, lowest_hz: float = math.inf) -> Array:
+        """Return frequencies in Hz, from ``lowest_hz`` or lower to `nyquist_hz`, between which responses do little."""
+        sensor = self.system.sensor
+        around = (
+            [] if isinstance(sensor, LowpassSensor) else [(sensor.resonance_hz, sensor.resonance_hz / (2 * sensor.q))]
+        )
+        return search_grid(self.nyquist_hz, self.plant.whole_periods, min(lowest_hz, self.nyquist_hz), around)
+
+    def with_gains(self, kp: float, ki: float) -> LinearLoop:
+        """Return the same loop at the same operating point with other PI gains, kp in N/N and ki in 1/s."""
+        check_pi(self.system)
+        system = self.system.evolve({"controller.kp": kp, "controller.ki": ki})
+        assert isinstance(system.controller, PiController)
+        return LinearLoop(system, replace(self.elements, controller=linearise_pi(system.controller)), self.plant)
+
+    def to_control(self) -> Any:
+        """Return `state_space` as a ``control.StateSpace``; raises when python-control is not installed."""
+        return self.state_space().to_control()
+
+
+def check_pi(system: System) -> PiController:
+    """Return the controller of a System, refusing one that has no kp and ki."""
+    controller = system.controller
+    if not isinstance(controller, PiController):
+        raise FrictionloopError(f'controller.kind = "{controller.kind}": has no kp and ki; must be "pi" for this')
+    return controller
+
+
+def linearise(
+    system: System, amplitude_um: float | None = None, *, force_n: float | None = None, occluded: float = 0.0
+) -> LinearLoop:
+    """Return the loop for small signals around an operating point, equation (2).
+
+    Parameters
+    ----------
+    system
+        The loop, with any control law. A finger that strokes is taken to slide steadily, at the strokes' speed and mean
+        load; commands that come late by chance and lost ticks are left out. The law is linearised when it is asked
+        for: one that has no linear analysis still has a plant.
+    amplitude_um, force_n
+        Operating point, as a vibration amplitude (um, 0 to a_max) or as a friction force g(a) (N, g(a_max) to f0);
+        one or neither. Without either it is the mean of set-point less disturbance for a finger that strokes, and for
+        the loop of Section 2, whose signals may be out of reach, the middle of the reachable forces.
+    occluded
+        How far occlusion under a `FingerFriction` has come: 0 just landed, 1 after long contact.
+
+    Raises
+    ------
+    FrictionloopError
+        Both are given, the point cannot be reached, or the finger is too slow or too light for the controller to act.
+    """
+    loop = elements(system, amplitude_um, force_n, occluded)
+    return LinearLoop(system, loop, sample(loop, 1.0 / system.controller.rate_hz))

@@ -1,0 +1,128 @@
+"""How far a loop is from instability, read off its gain G on the unit circle."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq, minimize_scalar
+
+from frictionloop.analysis.state_space import Array, Complex
+
+_WIDTHS = np.sinh(np.linspace(-4.0, 4.0, 161))
+"""Distances from a resonance in half widths, 0.05 apart at its peak."""
+LoopGain = Callable[[Array], Complex]
+"""Frequencies in Hz to G, complex."""
+
+
+@dataclass(frozen=True)
+class Margins:
+    """Distances of the loop gain G from -1."""
+
+    gain_margin: float
+    """Factor on G nearest to 1 that puts it on -1; below 1 if less gain does it; infinite if none does."""
+    phase_margin_deg: float
+    """Phase of G above -180 degrees where |G| = 1, the smallest; infinite if |G| never is 1."""
+    delay_margin_s: float
+    """Further delay that makes a stable loop unstable, min(phase margin / angular frequency); 0 if it is unstable."""
+    crossover_hz: float
+    """Where |G| = 1 with that phase margin; NaN if nowhere."""
+    phase_crossover_hz: float
+    """Where G is real and negative with that gain margin; NaN if nowhere."""
+    sensitivity_peak: float
+    """Ms = max |1/(1 + G)| up to half the control rate; infinite if the loop is unstable."""
+    modulus_margin: float
+    """Smallest distance of G from -1, 1/Ms of a stable loop."""
+    stable: bool
+    """Whether the closed loop is stable (from its poles, not from the margins)."""
+
+
+def search_grid(
+    nyquist_hz: float, whole_periods: int, lowest_hz: float, around: Sequence[tuple[float, float]]
+) -> Array:
+    """Return frequencies in Hz, dense enough for the turns that a delay adds and for resonances (frequency, width)."""
+    lowest = min(1e-6, lowest_hz / nyquist_hz)
+    relative = np.geomspace(lowest, 1.0, math.ceil(600 * -math.log10(lowest)))
+    even = np.linspace(0.0, 1.0, 100 * (whole_periods + 4))[1:]
+    # G is real at the Nyquist frequency itself, so it is looked at apart.
+    grid = np.union1d(relative, even)[:-1] * nyquist_hz
+    near = np.array([centre + width * _WIDTHS for centre, width in around]).ravel()
+    return np.union1d(grid, near[(near > grid[0]) & (near < nyquist_hz)])
+
+
+def crossings(value: Callable[[Array], Array], grid: Array) -> Array:
+    """Return the frequencies at which a real function of frequency changes sign, between grid points, refined."""
+    positive = value(grid) >= 0
+    changes = np.flatnonzero(positive[1:] != positive[:-1])
+
+    def scalar(frequency: float) -> float:
+        return float(value(np.array([frequency]))[0])
+
+    return np.array([brentq(scalar, grid[i], grid[i + 1], xtol=1e-15 * grid[-1], rtol=1e-14) for i in changes])
+
+
+def real_axis(value: LoopGain, grid: Array, nyquist_hz: float) -> Array:
+    """Return the frequencies at which a complex response is real, the Nyquist frequency included."""
+    return np.append(crossings(lambda f: value(f).imag, grid), nyquist_hz)
+
+
+def margins(loop_gain: LoopGain, grid: Array, nyquist_hz: float, stable: bool) -> Margins:
+    """Return the margins of a sampled loop.
+
+    Parameters
+    ----------
+    loop_gain
+        G as a function of frequency in Hz.
+    grid
+        Rising frequencies in Hz below ``nyquist_hz`` between which G crosses the unit circle or the axis at most once.
+    nyquist_hz
+        Half the control rate.
+    stable
+        Whether the closed loop is stable.
+    """
+    gain_margin, phase_crossover_hz = _gain_margin(loop_gain, grid, nyquist_hz)
+    phase_margin, delay_margin_s, crossover_hz = _phase_margin(loop_gain, grid)
+    peak = _sensitivity_peak(loop_gain, np.append(grid, nyquist_hz))
+    return Margins(
+        gain_margin=gain_margin,
+        phase_margin_deg=phase_margin,
+        delay_margin_s=delay_margin_s if stable else 0.0,
+        crossover_hz=crossover_hz,
+        phase_crossover_hz=phase_crossover_hz,
+        sensitivity_peak=peak if stable else math.inf,  # a number, too, but it would say nothing
+        modulus_margin=1.0 / peak,
+        stable=stable,
+    )
+
+
+def _gain_margin(loop_gain: LoopGain, grid: Array, nyquist_hz: float) -> tuple[float, float]:
+    frequency = real_axis(loop_gain, grid, nyquist_hz)
+    real = loop_gain(frequency).real
+    frequency, real = frequency[real < 0], real[real < 0]
+    if frequency.size == 0:
+        return math.inf, math.nan
+    nearest = np.argmin(np.abs(np.log(-real)))
+    return float(-1.0 / real[nearest]), float(frequency[nearest])
+
+
+def _phase_margin(loop_gain: LoopGain, grid: Array) -> tuple[float, float, float]:
+    frequency = crossings(lambda f: np.abs(loop_gain(f)) - 1.0, grid)
+    if frequency.size == 0:
+        return math.inf, math.inf, math.nan
+    above = np.angle(-loop_gain(frequency))  # 0 where G = -1, in (-pi, pi]
+    nearest = np.argmin(np.abs(above))
+    further_s = np.mod(above, 2 * np.pi) / (2 * np.pi * frequency)
+    return float(np.degrees(above[nearest])), float(np.min(further_s)), float(frequency[nearest])
+
+
+def _sensitivity_peak(loop_gain: LoopGain, grid: Array) -> float:
+    def distance(frequency: float) -> float:
+        return float(np.abs(1.0 + loop_gain(np.array([frequency]))[0]))
+
+    distances = np.abs(1.0 + loop_gain(grid))
+    nearest = int(np.argmin(distances))
+    around = grid[max(nearest - 1, 0)], grid[min(nearest + 1, grid.size - 1)]
+    refined = minimize_scalar(distance, bounds=around, method="bounded", options={"xatol": 1e-9 * around[1]})
+    return 1.0 / min(float(refined.fun), float(distances[nearest]))

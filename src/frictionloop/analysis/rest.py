@@ -1,0 +1,213 @@
+"""Where a control law rests in the loop: its state, and the set-point that holds an operating point."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from frictionloop.analysis.elements import Elements
+from frictionloop.analysis.operating import mean_disturbance_n
+from frictionloop.analysis.sampled import SampledPlant
+from frictionloop.analysis.state_space import Array
+from frictionloop.control.law import Law
+from frictionloop.control.laws import law_of
+from frictionloop.control.lookup import lookup_table
+from frictionloop.parameters import Model, Strokes, System
+from frictionloop.quantities import FrictionloopError
+from frictionloop.sensing.measurement import Measurement
+
+OPEN_N = 1e3
+"""Clamp, +- N, of the first search: a law at its clamp does not show where it would go."""
+INSIDE = 1e-3
+"""Share of the clamp by which an operating point at its edge is looked at from inside."""
+SETTLE_S, GAINS = 4.0, (1.0, 0.1)
+"""How long the loop runs where the search fails, and the factors on the plant: less gain calms what rings."""
+RESTS = 1e-10
+"""A state rests that changes by less, over 1 + its value."""
+LOOK_TICKS = 500
+"""Ticks of that run between two looks at whether it is over."""
+ROUNDS = 60
+
+
+@dataclass(frozen=True, eq=False)
+class LawStep:
+    """(x, f_r, f_m) -> (x', u) of a law under a finger that slides steadily; x without the frozen states."""
+
+    law: Law
+    gains: tuple[float, ...]
+    clamp: tuple[float, float]
+    whole: Array
+    """All states; the frozen ones keep these values."""
+    free: Array
+    """Indices of the others."""
+    speed_m_s: float
+    load_n: float
+    period_s: float
+
+    def __call__(self, point: Array) -> Array:
+        """Return x' and u."""
+        return self.run(point)[0]
+
+    def run(self, point: Array) -> tuple[Array, bool]:
+        """Return x' and u, and whether the law says that it is saturated."""
+        state = self.whole.copy()
+        state[self.free] = point[:-2]
+        measured = Measurement(float(point[-1]), 0.0, self.speed_m_s, self.load_n, 1.0)
+        given = (*self.gains, *self.clamp)
+        after, (u, saturated) = self.law.step(tuple(state.tolist()), measured, float(point[-2]), given, self.period_s)
+        return np.append(np.array(tuple(after), dtype=float)[self.free], u), bool(saturated)
+
+
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """A law at rest."""
+
+    kind: str
+    step: LawStep
+    point: Array
+    """States, set-point and measured force."""
+
+
+def sizes(values: Array) -> Array:
+    """Return the scale on which numbers of a law vary: their own, at least 0.01 (forces are around 0.5 N)."""
+    return np.maximum(np.abs(values), 1e-2)
+
+
+def rest_of(system: System, loop: Elements, plant: SampledPlant, *, adapting: bool = False) -> Rest:
+    """Return where the law of a System rests at an operating point.
+
+    The measured force is that of the operating point, u the command that the lookup turns into its amplitude; states
+    and set-point follow from x' = x (Newton, least squares: what no equation holds stays where it starts). A law with
+    integral action rests at f_r = f_m, the lookup at f_r = u. Where the search fails from the law's start the closed
+    loop is run first.
+
+    Raises
+    ------
+    FrictionloopError
+        No rest is found, or the law is saturated at it.
+    """
+    controller, model = system.controller, system.controller.model
+    law, motion = law_of(controller), system.motion
+    start = np.zeros(law.states) if law.start_of is None else np.array(law.start_of(controller), dtype=float)
+    free = np.setdiff1d(np.arange(law.states), () if adapting else law.frozen).astype(int)
+    speed, load = (1e-3 * motion.speed_mm_s, motion.load_n) if isinstance(motion, Strokes) else (0.0, 0.0)
+    clamp = (model.floor_n, model.nominal_n)
+    step = LawStep(law, law.gains_of(controller), clamp, start, free, speed, load, plant.period_s)
+    wanted = _command_n(model, loop.amplitude_um)
+    measured = loop.force_n + mean_disturbance_n(system)
+    first = np.append(start[free], [measured, measured])
+    what, saturated = f'controller.kind = "{controller.kind}"', False
+    for begin in _beginnings(step, first, wanted, plant):
+        point = _newton(step, begin, wanted)
+        if point is None:
+            continue
+        saturated = step.run(point)[1]
+        if not saturated:
+            return Rest(controller.kind, step, point)
+    if saturated:
+        raise FrictionloopError(
+            f"{what}: it is saturated at rest at {loop.force_n:.3g} N, where it has no linear analysis"
+        )
+    raise FrictionloopError(f"{what}: it does not come to rest at {loop.force_n:.3g} N, so it has no linear analysis")
+
+
+def _beginnings(step: LawStep, first: Array, wanted: float, plant: SampledPlant) -> Any:
+    """Yield points near which the rest may be: without a clamp from the start, then after a run of the loop."""
+    opened = _newton(replace(step, clamp=(-OPEN_N, OPEN_N)), first, wanted)
+    if opened is not None:
+        yield opened
+    yield first
+    for gain in GAINS:
+        yield _after_a_run(step, first, wanted, plant, gain)
+
+
+def _newton(step: LawStep, begin: Array, wanted: float) -> Array | None:
+    """Return the point with x' = x and u as wanted, the measured force kept; None where the search gets nowhere."""
+    point = begin.copy()
+    left = _residual(step, point, wanted)
+    for _ in range(ROUNDS):
+        if not np.all(np.isfinite(left)):
+            return None
+        if np.all(np.abs(left) <= RESTS * (1.0 + np.abs(np.append(point[:-2], wanted)))):
+            return point
+        move = _direction(step, point, wanted, left)
+        if move is None:
+            return None
+        for share in 0.5 ** np.arange(12):
+            trial = point.copy()
+            trial[:-1] += share * move
+            after = _residual(step, trial, wanted)
+            with np.errstate(over="ignore"):  # a trial that overflows is no nearer
+                nearer = np.linalg.norm(after) < np.linalg.norm(left)
+            if nearer:
+                break
+        else:
+            return None
+        point, left = trial, after
+    return None
+
+
+def _residual(step: LawStep, point: Array, wanted: float) -> Array:
+    return step(point) - np.append(point[:-2], wanted)
+
+
+def _direction(step: LawStep, point: Array, wanted: float, left: Array) -> Array | None:
+    """Return the Newton step in states and set-point, the shortest in units of their sizes."""
+    scale = sizes(point[:-1])
+    columns = []
+    for j, size in enumerate(scale):
+        ahead, behind = point.copy(), point.copy()
+        ahead[j] += 1e-5 * size
+        behind[j] -= 1e-5 * size
+        columns.append((_residual(step, ahead, wanted) - _residual(step, behind, wanted)) / 2e-5)
+    matrix, rows = np.column_stack(columns), np.append(sizes(point[:-2]), 1.0)[:, None]
+    if not np.all(np.isfinite(matrix)):
+        return None
+    shares, *_ = np.linalg.lstsq(matrix / rows, -left / rows[:, 0], rcond=1e-10)
+    return shares * scale
+
+
+def _after_a_run(step: LawStep, first: Array, wanted: float, plant: SampledPlant, gain: float) -> Array:
+    """Return where the law is after a run against the linear plant, its gain times a factor; at rest it ends early."""
+    space, point, law = plant.state_space(), first.copy(), step.whole.copy()
+    state, f_m, drive = np.zeros(len(space.A)), gain * space.C[1], space.B[:, 0]
+    given, free = (*step.gains, *step.clamp), step.free.tolist()
+    law[free] = first[:-2]
+    before, frozen = law.tolist(), [(k, law[k].item()) for k in set(range(len(law))) - set(free)]
+    # Tens of thousands of ticks: the step is called on plain numbers, without what `run` does to arrays.
+    for k in range(round(SETTLE_S / plant.period_s)):
+        measured = Measurement(float(first[-1] + f_m @ state), 0.0, step.speed_m_s, step.load_n, 1.0)
+        after, (u, _) = step.law.step(tuple(before), measured, float(first[-2]), given, step.period_s)
+        moved = space.A @ state + drive * (u - wanted)
+        reached = list(map(float, after))
+        if not all(map(math.isfinite, (*reached, u))):
+            return first
+        for n, value in frozen:
+            reached[n] = value
+        settled = k % LOOK_TICKS == 0 and _rests(before, reached) and _rests(state, moved)
+        before, state = reached, moved
+        if settled:
+            break
+    point[:-2] = [before[k] for k in free]
+    point[-1] = first[-1]
+    return point
+
+
+def _rests(before: ArrayLike, after: ArrayLike) -> bool:
+    """Tell whether a state changes by less than what counts as rest."""
+    return bool(np.all(np.abs(np.subtract(after, before)) <= RESTS * (1.0 + np.abs(before))))
+
+
+def _command_n(model: Model, amplitude_um: float) -> float:
+    """Return the force command that the controller's lookup turns into an amplitude, off the edges of the clamp."""
+    if model.table_size == 0:
+        command = model.nominal_n * float(np.exp(-model.susceptibility_per_um2 * amplitude_um**2))
+    else:
+        forces = np.linspace(model.floor_n, model.nominal_n, model.table_size)
+        command = float(np.interp(-(amplitude_um**2), -lookup_table(model), forces))
+    edge = INSIDE * (model.nominal_n - model.floor_n)
+    return float(np.clip(command, model.floor_n + edge, model.nominal_n - edge))

@@ -1,0 +1,51 @@
+"""The largest proportional gain that keeps the loop stable."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from frictionloop.analysis.closed import close
+from frictionloop.analysis.law_space import pi_space
+from frictionloop.analysis.linear import LinearLoop, check_pi, linearise
+from frictionloop.analysis.margins import real_axis
+from frictionloop.analysis.state_space import Array, Complex
+from frictionloop.parameters import System
+
+
+def kp_limit(system: System | LinearLoop) -> float:
+    """Return the largest kp with which the sampled loop is stable, its ki, rate and delay kept; NaN if none is.
+
+    A closed-loop pole sits on the unit circle where 1 + (kp + ki Ts / (z - 1)) P S(z) = 0, so every limit is a
+    real, positive value of q(z) = -1 / P S(z) - ki Ts / (z - 1), |z| = 1. Between two limits stability does not change:
+    one look at the poles decides, from kp = 0 upwards until the first stable stretch, whose end is returned.
+
+    Parameters
+    ----------
+    system
+        The loop (at the operating point of `linearise`), or its `LinearLoop` at another one.
+
+    Raises
+    ------
+    FrictionloopError
+        For what is neither, an operating point that cannot be reached, or a law that has no kp.
+    """
+    loop = system if isinstance(system, LinearLoop) else linearise(system)
+    plant, ki, limits = loop.plant.state_space(), check_pi(loop.system).ki, _limits(loop)
+    for low, high in zip([0.0, *limits], limits, strict=False):
+        if close(plant, pi_space((low + high) / 2, ki, plant.period_s)).is_stable():
+            return float(high)
+    return math.nan
+
+
+def _limits(loop: LinearLoop) -> Array:
+    """Return every kp > 0 that puts a closed-loop pole on the unit circle, rising."""
+    step = check_pi(loop.system).ki * loop.plant.period_s
+
+    def limit(frequency: Array) -> Complex:
+        turn = 2j * np.pi * frequency * loop.plant.period_s
+        return np.asarray(-1.0 / loop.plant.response(frequency)[:, 1, 0] - step / np.expm1(turn))
+
+    values = limit(real_axis(limit, loop.search_grid(), loop.nyquist_hz)).real
+    return np.unique(values[values > 0])

@@ -1,0 +1,53 @@
+"""ELF files, read with pyelftools."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import IO, Any
+
+from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.extra import needed
+
+
+def elf_file(file: IO[bytes]) -> Any:
+    """Return pyelftools' ELFFile of an open file.
+
+    Raises
+    ------
+    FrictionloopError
+        Without pyelftools, and for a file of another kind.
+    """
+    error = needed("elftools.common.exceptions", "pyelftools", "firmware").ELFError
+    try:
+        return needed("elftools.elf.elffile", "pyelftools", "firmware").ELFFile(file)
+    except error as reason:
+        raise FrictionloopError(f"{file.name}: is not an ELF file ({reason})") from None
+
+
+def symbol_bytes(path: Path, name: str) -> bytes:
+    """Return what the image has at a symbol of that name, b"" without one; raises as `loaded`."""
+    segments = loaded(path)
+    with path.open("rb") as file:
+        table = elf_file(file).get_section_by_name(".symtab")
+        symbol = next(iter(table.get_symbol_by_name(name) or ()), None) if table else None
+    for start, content in segments:
+        if symbol is not None and start <= symbol["st_value"] < start + len(content):
+            offset = symbol["st_value"] - start
+            return content[offset : offset + symbol["st_size"]]
+    return b""
+
+
+def loaded(path: Path) -> list[tuple[int, bytes]]:
+    """Return what a programmer writes to the chip: (address, bytes) of each segment, at its load address.
+
+    Raises
+    ------
+    FrictionloopError
+        As `elf_file`, and when the file cannot be read.
+    """
+    try:
+        with path.open("rb") as file:
+            segments = [part for part in elf_file(file).iter_segments() if part["p_type"] == "PT_LOAD"]
+            return [(part["p_paddr"], part.data()) for part in segments if part["p_filesz"]]
+    except OSError as error:
+        raise FrictionloopError(f"{path}: cannot be read ({error.strerror or error})") from None

@@ -1,0 +1,189 @@
+"""Build the image of a board: the C core, the board's own files and the parameters of a bench in one ELF file."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from frictionloop.firmware.compiler import zig
+from frictionloop.firmware.image_checks import check, memory_map, sizes
+from frictionloop.firmware.revision import REVISION_BYTES, revision_here
+from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.files import replacing
+from frictionloop.quantities.schema import firmware_folder, word_count
+
+BOARDS = {"teensy31": ("main.c",), "mps2": ("main.c", "stimulus.c"), "mps2-scenario": ("scenario.c", "stimulus.c")}
+"""Boards with the files they share with others; a scenario is a program of its own on the same board."""
+FLASHED = "teensy31"
+"""The board of these whose image is flashed; the others are qemu's."""
+BACKGROUND = frozenset(
+    (
+        "app_messages.c", "app_replies.c", "app_start.c", "fl_crc.c", "fl_frame.c", "scenario_main.c", "startup.c",
+        "clock.c", "port.c",
+    )
+)  # fmt: skip
+"""Files that the tick does not run: small rather than quick."""
+_COMMON = (
+    "-std=c11", "-g", "-Wall", "-Wextra", "-Werror", "-ffreestanding", "-fno-unwind-tables", "-ffunction-sections",
+    "-fdata-sections", "-ffp-contract=off",
+)  # fmt: skip
+_ZIG = ("-target", "thumb-freestanding-eabi", "-mcpu=cortex_m4", "-fno-sanitize=all")
+_GCC = (
+    "arm-none-eabi-gcc", "-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=soft", "-nostartfiles", "-nostdlib",
+    "-fno-tree-loop-distribute-patterns",  # which would make memset of the loop in memset
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Image:
+    """A built image.
+
+    Attributes
+    ----------
+    elf, hex, map
+        The files: for emulators and debuggers; to be flashed (Intel hex); every symbol with address and size.
+    flash_bytes, ram_bytes
+        What it takes of either, the stack included.
+    """
+
+    elf: Path
+    hex: Path
+    map: Path
+    flash_bytes: int
+    ram_bytes: int
+
+
+def build(
+    board: str,
+    parameters: bytes | Sequence[int],
+    folder: Path,
+    *,
+    revision: str | None = None,
+    optimise: str | None = None,
+    compiler: str = "zig",
+) -> Image:
+    """Build the image of a board and check it.
+
+    Parameters
+    ----------
+    board
+        One of `BOARDS`.
+    parameters
+        The words in force at reset: int32, as a sequence or as little-endian bytes.
+    folder
+        Where ``<board>.elf``, ``.hex`` and ``.map`` are written; made if it is missing.
+    revision
+        What the firmware says of its version: ASCII, at most 16 bytes; `revision_here` by default.
+    optimise
+        Level of optimisation for all files: 0, 1, 2, 3 or s; the budget of memory is then not held against the image.
+        By default 2 for what the tick runs, and s for `BACKGROUND`.
+    compiler
+        ``zig``, from the wheel ziglang, or ``gcc``, which is arm-none-eabi-gcc.
+
+    Raises
+    ------
+    FrictionloopError
+        For an unknown board, a table of another length, a missing compiler, sources that do not compile, and an image
+        that fails `image_checks.check`.
+    """
+    if board not in BOARDS:
+        raise FrictionloopError(f"board = {board!r}: accepted are {', '.join(BOARDS)}")
+    folder.mkdir(parents=True, exist_ok=True)
+    built = folder / "built.c"
+    built.write_text(_built(_words(parameters), revision_here() if revision is None else revision), encoding="ascii")
+    elf = folder / f"{board}.elf"
+    with replacing(elf) as fresh:
+        _compile_and_link(board, built.resolve(), fresh.resolve(), compiler, optimise)
+        check(fresh, flash_configuration=board == FLASHED, budget=optimise is None)
+    flash, ram = sizes(elf)
+    return Image(elf, _hex(elf), memory_map(elf), flash, ram)
+
+
+def gcc_is_there() -> bool:
+    """Return whether arm-none-eabi-gcc is installed."""
+    return shutil.which(_GCC[0]) is not None
+
+
+def _sources(board: str) -> list[Path]:
+    boards, home = firmware_folder() / "boards", _home(board)
+    programs = {"scenario_main.c"} if board == home.name else set()
+    return [
+        *sorted((firmware_folder() / "core").glob("*.c")),
+        *(path for path in sorted(home.glob("*.c")) if path.name not in programs),
+        *(boards / name for name in BOARDS[board]),
+        boards / "freestanding" / "memory.c",
+    ]
+
+
+def _home(board: str) -> Path:
+    return firmware_folder() / "boards" / board.removesuffix("-scenario")
+
+
+def _compile_and_link(board: str, built: Path, elf: Path, compiler: str, optimise: str | None) -> None:
+    if compiler == "gcc" and not gcc_is_there():
+        raise FrictionloopError("compiler = 'gcc': arm-none-eabi-gcc is not installed; 'zig' comes with the extra")
+    command = _GCC if compiler == "gcc" else (*zig(), *_ZIG)
+    boards, core, home = firmware_folder() / "boards", firmware_folder() / "core", _home(board)
+    include = [f"-I{path}" for path in (boards / "freestanding", core, boards, home)]
+    levels: dict[str, list[Path]] = {}
+    for source in (*_sources(board), built):
+        levels.setdefault(optimise or ("s" if source.name in BACKGROUND else "2"), []).append(source)
+    with TemporaryDirectory() as objects:
+        for level, sources in levels.items():
+            _run([*command, *_COMMON, *include, f"-O{level}", "-c", *map(str, sources)], board, Path(objects))
+        made = [str(path) for path in sorted(Path(objects).glob("*.o"))]
+        libraries = ("-lgcc",) if compiler == "gcc" else ()
+        script = f"-Wl,-T,{home / 'link.ld'},--gc-sections"
+        _run([*command, "-g", "-O2", script, *made, *libraries, "-o", str(elf)], board, Path(objects))
+
+
+def _run(command: Sequence[str], board: str, folder: Path) -> None:
+    done = subprocess.run(command, cwd=folder, check=False, capture_output=True, text=True, errors="replace")
+    if done.returncode:
+        lines = [line.strip() for line in done.stderr.splitlines() if "error" in line] or ["no message"]
+        raise FrictionloopError(f"the image of {board} does not build: {lines[0]}")
+
+
+def _words(parameters: bytes | Sequence[int]) -> list[int]:
+    if isinstance(parameters, bytes):
+        whole = len(parameters) // 4 * 4
+        words = [int.from_bytes(parameters[k : k + 4], "little", signed=True) for k in range(0, whole, 4)]
+        if whole != len(parameters):
+            raise FrictionloopError(f"parameters: {len(parameters)} bytes, must be {4 * word_count()}")
+    else:
+        words = [int(word) for word in parameters]
+    if len(words) != word_count():
+        raise FrictionloopError(f"parameters: {len(words)} words, the firmware has {word_count()}")
+    wrong = next((k for k, word in enumerate(words) if not -(2**31) <= word < 2**31), None)
+    if wrong is not None:
+        raise FrictionloopError(f"parameters: word {wrong} = {words[wrong]} is not an int32")
+    return words
+
+
+def _built(words: Sequence[int], revision: str) -> str:
+    if not (revision.isascii() and revision.isprintable() and len(revision) <= REVISION_BYTES):
+        raise FrictionloopError(
+            f"revision = {revision!r}: must be printable ASCII, at most {REVISION_BYTES} characters"
+        )
+    literal = "".join(f"\\x{byte:02x}" for byte in revision.encode("ascii"))
+    numbers = ", ".join("INT32_MIN" if word == -(2**31) else str(word) for word in words)
+    return (
+        '#include "built.h"\n'
+        f"const fl_built fl_built_parameters = {{.words = {{{numbers}}}}};\n"
+        f'const char fl_built_revision[] = "{literal}";\n'
+    )
+
+
+def _hex(elf: Path) -> Path:
+    """Write the Intel hex file beside the ELF file, with zig's objcopy."""
+    path = elf.with_suffix(".hex")
+    with replacing(path) as fresh:
+        command = [*zig()[:-1], "objcopy", "-O", "hex", str(elf), str(fresh)]
+        done = subprocess.run(command, check=False, capture_output=True, text=True, errors="replace")
+        if done.returncode:
+            raise FrictionloopError(f"{path}: cannot be made: {done.stderr.strip().splitlines()[-1]}")
+    return path

@@ -1,0 +1,120 @@
+"""The filtered PI's numbers in the firmware (firmware/core/law_filtered_pi.c)."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from frictionloop.control.expected import expected_gains
+from frictionloop.control.filtered_pi import FREE, hold_gain, sections_of
+from frictionloop.firmware.quantised import Gain, to_gain
+from frictionloop.firmware.section_places import LARGEST_N, places_for, section_sizes
+from frictionloop.parameters.filtered import FILTERS
+from frictionloop.quantities import FrictionloopError
+
+COARSEST_N = 1e-5
+"""Coarsest steps of the force command that are accepted, N (assumed: a twentieth of the 0.2 mN allowed)."""
+NOTHING = Gain(0, 0)
+
+
+class Places(NamedTuple):
+    """Binary places of the law's signals."""
+
+    sections: tuple[int, ...]
+    integral: int
+    """And of the PI's command."""
+    springs: int
+    """Spring, rate and reading of the expected reading."""
+
+
+def filtered_places(controller: Any) -> Places:
+    """Return the places of a controller's signals, so that none overflows.
+
+    Raises
+    ------
+    FrictionloopError
+        When the force command would come in steps of more than 0.01 mN, or a section remembers too long.
+    """
+    sections, kp, dt = sections_of(controller), controller.kp, 1.0 / controller.rate_hz
+    held = hold_gain(kp, controller.ki, sections, dt) != 0.0
+    sizes = section_sizes(sections, kp, held)
+    # Held, the integral is a mean of commands; otherwise it stops at most ki dt y beyond the clamp.
+    integral = LARGEST_N if held else LARGEST_N + controller.ki * dt * sizes.output
+    size = kp * sizes.output + integral + LARGEST_N
+    places = Places(tuple(map(places_for, sizes.sections)), places_for(size, 28), _spring_places(controller))
+    coarse = 2.0**-places.integral
+    gain = kp
+    for section, own in zip(reversed(sections), reversed(places.sections), strict=True):
+        coarse += gain * 2.0**-own
+        gain *= abs(section[0])
+    if not coarse <= COARSEST_N:
+        raise FrictionloopError(
+            f"controller.sections: overflow 32 bits unless the firmware's force command comes in steps of {coarse:.2g} "
+            f"N; must fit with steps of {COARSEST_N:g} N: lower kp, ki or the sections' gains"
+        )
+    return places
+
+
+def filtered_state_places(controller: Any) -> tuple[int, ...]:
+    """Return the places of each state: integral, two of each section, the expected reading."""
+    sections, integral, springs = filtered_places(controller)
+    each = (*sections, *(28,) * (FILTERS - len(sections)))
+    return (integral, *(own for own in each for _ in range(2)), *(28,) * 5, *(springs,) * 3)
+
+
+def filtered_gains(controller: Any) -> list[Gain]:
+    """Return the gains of fl_filtered_pi_step, in its order."""
+    sections, dt = sections_of(controller), 1.0 / controller.rate_hz
+    places = filtered_places(controller)
+    hold = hold_gain(controller.kp, controller.ki, sections, dt)
+    steps = (28, *places.sections)
+    out, free = steps[-1], steps[min(FREE, len(sections))]
+    gains = [
+        Gain(len(sections), 0),
+        _between(controller.kp, out, places.integral, "controller.kp"),
+        _between(controller.ki * dt, out, places.integral, "controller.ki / rate_hz"),
+        _between(hold, places.integral, free, "1/(kp prod b0)"),
+        *_convert(places.integral),
+    ]
+    for i, (b0, b1, b2, a1, a2) in enumerate(sections):
+        name = f"controller.sections[{i}]"
+        gains += [_between(b, steps[i], steps[i + 1], name) for b in (b0, b1, b2)]
+        gains += [to_gain(a, name) for a in (a1, a2)]
+    gains += [NOTHING] * (5 * (FILTERS - len(sections)))
+    return gains + _expected(controller, places.springs)
+
+
+def _expected(controller: Any, springs: int) -> list[Gain]:
+    e = expected_gains(controller)
+    rest = [e.overdrive, 1.0 - e.decay, *e[2:]]
+    if e.whole < 0.0:
+        return [Gain(-1, 0), *[NOTHING] * (len(rest) + 2)]
+    return [Gain(round(e.whole), 0), *(to_gain(value, "controller.model") for value in rest), *_convert(springs)]
+
+
+def _between(value: float, before: int, after: int, name: str) -> Gain:
+    """Return a gain from a signal with some binary places to one with others."""
+    return to_gain(math.ldexp(value, after - before), name)
+
+
+def _convert(places: int) -> tuple[Gain, Gain]:
+    """Return the gains from 28 places to these, and back."""
+    return Gain(1, 28 - places), Gain(1 << (28 - places), 0)
+
+
+def _spring_places(controller: Any) -> int:
+    """Return the places of the springs: at resonance they swing by 4 Q/pi of what drives them, in the worst case.
+
+    The sum of |h| of w^2/(s^2 + s w/Q + w^2) is coth(pi/(2 sqrt(4 Q^2 - 1))) for Q > 1/2, and 1 below; that of the rate
+    is at most the same and 1 more.
+    """
+    model = controller.model
+    swing = 1.0
+    if model.resonance_hz and model.resonance_q > 0.5:
+        swing = 1.0 / math.tanh(math.pi / (2.0 * math.sqrt(4.0 * model.resonance_q**2 - 1.0)))
+    places = places_for(LARGEST_N * (swing + 2.0), 28)
+    if places < 18:  # steps of 4 uN
+        raise FrictionloopError(
+            f"controller.model.resonance_q = {model.resonance_q:g}: overflows the firmware's 32 bits"
+        )
+    return places

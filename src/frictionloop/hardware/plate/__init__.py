@@ -1,0 +1,1 @@
+"""The plate: modes, drive, carrier, and how its amplitude follows."""

@@ -1,0 +1,163 @@
+"""What a builder wants to know about an ultrasonic plate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from frictionloop.hardware.plate import carrier_pwm
+from frictionloop.hardware.plate import drive as plate_drive
+from frictionloop.hardware.plate import envelope as plate_envelope
+from frictionloop.hardware.plate.carrier import actual_carrier_hz
+from frictionloop.hardware.plate.carrier_filter import band_pass
+from frictionloop.hardware.plate.finger import FingerEffect, finger_effect
+from frictionloop.hardware.plate.modes import PlateMode, mode_of, resonance_hz
+from frictionloop.parameters.plate_design import PlateDesign
+
+
+@dataclass(frozen=True)
+class Vibration:
+    """Mode and envelope."""
+
+    mode: PlateMode
+    """The mode by the exact theory."""
+    mindlin_hz: float
+    """Its frequency by thick-plate theory."""
+    thin_hz: float
+    """Its frequency by thin-plate theory."""
+    resonance_hz: float
+    """The resonance used: the measured one if the design has it, else the mode's."""
+    time_constant_s: float
+    """T of the envelope."""
+    bandwidth_hz: float
+    """f0/(2Q): the ``plate.cutoff_hz`` of a System."""
+
+
+@dataclass(frozen=True)
+class Effort:
+    """What full amplitude takes."""
+
+    plate_mass_kg: float
+    """Mass of the glass."""
+    modal_mass_kg: float
+    """Half of it."""
+    kinetic_energy_j: float
+    """Largest kinetic energy."""
+    power_w: float
+    """Power lost in the plate, without a finger."""
+    force_n: float
+    """Force on an antinode at resonance, zero-to-peak."""
+    force_n_per_v: float
+    """Force of all patches per volt."""
+    voltage_v: float
+    """Voltage for full amplitude at the actual carrier, zero-to-peak, without a finger."""
+
+
+@dataclass(frozen=True)
+class Electronics:
+    """What timer and band-pass make of the carrier."""
+
+    ticks: int
+    """Clock ticks per carrier period."""
+    carrier_hz: float
+    """Carrier frequency that the timer makes."""
+    detuning_hz: float
+    """Carrier less resonance."""
+    detuned_gain: float
+    """Amplitude over that of a tuned drive."""
+    levels: int
+    """Amplitudes above zero that the pulse widths give."""
+    largest_step_um: float
+    """Distance of the amplitudes nearest to zero, the largest; at share s of full amplitude sqrt(1 - s^2) of it."""
+    filter_delay_s: float
+    """Group delay of the band-pass at the carrier."""
+    filter_gain: float
+    """Gain of the band-pass at the carrier, 1 in its middle."""
+    second_harmonic: float
+    """Gain of the band-pass at twice the carrier over that at the carrier."""
+    longest_wait_s: float
+    """A command waits at most one carrier period for the timer."""
+
+
+@dataclass(frozen=True)
+class PlateAnswers:
+    """Everything about one design."""
+
+    vibration: Vibration
+    """Mode and envelope."""
+    effort: Effort
+    """What full amplitude takes."""
+    finger: FingerEffect
+    """What a finger changes."""
+    electronics: Electronics
+    """What the carrier adds."""
+
+
+def plate_answers(design: PlateDesign) -> PlateAnswers:
+    """Return mode, envelope, drive, finger and carrier of a design.
+
+    Parameters
+    ----------
+    design : PlateDesign
+        The plate.
+
+    Raises
+    ------
+    FrictionloopError
+        For a mode that the plate cannot have, or a timer too slow for the carrier.
+    """
+    vibration = _vibration(design)
+    electronics = _electronics(design, vibration.resonance_hz)
+    effort = _effort(design, vibration, electronics.detuned_gain)
+    quality, finger = design.drive.quality_factor, design.finger
+    damping = plate_drive.modal_damping_n_s_per_m(effort.modal_mass_kg, vibration.resonance_hz, quality)
+    half_mm = vibration.mode.half_wavelength_mm
+    touched = finger_effect(quality, damping, finger.resistance_n_s_per_m, half_mm, finger.contact_mm)
+    return PlateAnswers(vibration, effort, touched, electronics)
+
+
+def _vibration(design: PlateDesign) -> Vibration:
+    resonance, quality = resonance_hz(design), design.drive.quality_factor
+    return Vibration(
+        mode=mode_of(design),
+        mindlin_hz=mode_of(design, "mindlin").frequency_hz,
+        thin_hz=mode_of(design, "thin").frequency_hz,
+        resonance_hz=resonance,
+        time_constant_s=plate_envelope.time_constant_s(resonance, quality),
+        bandwidth_hz=plate_envelope.bandwidth_hz(resonance, quality),
+    )
+
+
+def _effort(design: PlateDesign, vibration: Vibration, detuned_gain: float) -> Effort:
+    resonance, amplitude_um = vibration.resonance_hz, design.drive.max_amplitude_um
+    quality, geometry = design.drive.quality_factor, design.geometry
+    modal_kg = plate_drive.modal_mass_kg(geometry, design.glass)
+    energy_j = plate_drive.kinetic_energy_j(modal_kg, resonance, amplitude_um)
+    force_n = plate_drive.modal_force_n(modal_kg, resonance, amplitude_um, quality)
+    per_v = plate_drive.piezo_force_n_per_v(design.piezo, geometry.thickness_mm, vibration.mode.half_wavelength_mm)
+    return Effort(
+        plate_mass_kg=plate_drive.plate_mass_kg(geometry, design.glass),
+        modal_mass_kg=modal_kg,
+        kinetic_energy_j=energy_j,
+        power_w=plate_drive.drive_power_w(energy_j, resonance, quality),
+        force_n=force_n,
+        force_n_per_v=per_v,
+        voltage_v=force_n / per_v / detuned_gain,
+    )
+
+
+def _electronics(design: PlateDesign, resonance: float) -> Electronics:
+    carrier_hz, band = actual_carrier_hz(design), band_pass(design.carrier)
+    ticks = round(design.carrier.timer_hz / carrier_hz)
+    gain = float(abs(band.response(carrier_hz)))
+    return Electronics(
+        ticks=ticks,
+        carrier_hz=carrier_hz,
+        detuning_hz=carrier_hz - resonance,
+        detuned_gain=plate_envelope.detuned_gain(resonance, design.drive.quality_factor, carrier_hz - resonance),
+        levels=carrier_pwm.duty_levels(ticks),
+        largest_step_um=design.drive.max_amplitude_um * carrier_pwm.amplitude_step(0.0, ticks),
+        filter_delay_s=float(band.group_delay_s(carrier_hz)),
+        filter_gain=gain,
+        second_harmonic=float(abs(band.response(2 * carrier_hz))) / gain,
+        longest_wait_s=1 / carrier_hz,
+    )

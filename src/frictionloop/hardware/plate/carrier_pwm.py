@@ -1,0 +1,85 @@
+"""The carrier as a timer makes it: pulses of a whole number of clock ticks, their width set by the amplitude.
+
+A train of pulses of duty D has the fundamental (2/pi) sin(pi D) and harmonics (2/(n pi)) sin(n pi D) per volt. An
+amplitude that is a share s of the largest (at D = 1/2) needs D = arcsin(s)/pi. Ticks make both the duty and the carrier
+frequency whole: timer_hz/carrier_hz is rounded to C ticks a period, and floor(C/2) widths differ.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frictionloop.hardware.plate.checks import check_positive
+from frictionloop.quantities import FrictionloopError
+
+
+def period_ticks(timer_hz: float, carrier_hz: float) -> int:
+    """Return C, the whole number of clock ticks nearest to a carrier period.
+
+    Raises
+    ------
+    FrictionloopError
+        For a clock with fewer than four ticks a period, which could not even halve an amplitude.
+    """
+    check_positive(timer_hz=timer_hz, carrier_hz=carrier_hz)
+    ticks = round(timer_hz / carrier_hz)
+    if ticks < 4:
+        raise FrictionloopError(f"timer_hz = {timer_hz:g} Hz: must be at least {4 * carrier_hz:g} Hz (4 per period)")
+    return ticks
+
+
+def duty_levels(ticks: int) -> int:
+    """Return how many amplitudes above zero C ticks a period can give."""
+    return ticks // 2
+
+
+def duty_for(share: np.ndarray | float) -> np.ndarray:
+    """Return the duty arcsin(s)/pi in 0 to 1/2 for shares s of the largest amplitude; beyond 0 and 1 they are cut."""
+    return np.asarray(np.arcsin(np.clip(share, 0.0, 1.0)) / np.pi)
+
+
+def phase_of(duty: np.ndarray | float, alignment: str) -> np.ndarray:
+    """Return by how many radians the fundamental turns with the duty: -pi D for pulses that grow from one edge."""
+    return -np.pi * np.asarray(duty) if alignment == "edge" else np.zeros_like(duty, dtype=float)
+
+
+def pulse_ticks(share: np.ndarray | float, ticks: int) -> np.ndarray:
+    """Return the pulse width in ticks nearest to the duty for each share, 0 to floor(C/2)."""
+    return np.minimum(np.rint(duty_for(share) * ticks), duty_levels(ticks)).astype(int)
+
+
+def share_of(width: np.ndarray | int, ticks: int) -> np.ndarray:
+    """Return sin(pi width/C), the fundamental of pulses so wide as a share of the largest."""
+    return np.asarray(np.sin(np.pi * np.asarray(width) / ticks))
+
+
+def harmonic(order: int, duty: np.ndarray | float) -> np.ndarray:
+    """Return the n-th harmonic (n >= 1) of pulses over the fundamental at half duty, |sin(n pi D)|/n."""
+    if order < 1 or int(order) != order:
+        raise FrictionloopError(f"order = {order}: must be a whole number from 1")
+    return np.abs(np.sin(order * np.pi * np.asarray(duty))) / order
+
+
+def amplitude_step(share: float, ticks: int) -> float:
+    """Return the distance between the two levels around a share, as a share: (pi/C) cos(pi D) or less."""
+    width = min(int(duty_for(share) * ticks), duty_levels(ticks) - 1)
+    return float(share_of(width + 1, ticks) - share_of(width, ticks))
+
+
+def pulses(width: np.ndarray, ticks: int, alignment: str) -> np.ndarray:
+    """Return the level (0 or 1) of every tick, one row per carrier period.
+
+    Parameters
+    ----------
+    width : array (periods,)
+        Pulse widths in ticks.
+    ticks : int
+        C, ticks a period.
+    alignment : {"centre", "edge"}
+        "centre": pulses grow from the middle of the period, to half a tick, so that their phase stays; "edge": from its
+        start, so that the phase of the fundamental moves by -pi D.
+    """
+    width = np.asarray(width)[:, None]
+    start = (ticks - width) // 2 if alignment == "centre" else np.zeros_like(width)
+    tick = np.arange(ticks)
+    return ((tick >= start) & (tick < start + width)).astype(float)

@@ -1,0 +1,107 @@
+"""How fast the amplitude of a driven resonance follows its drive: Q, bandwidth, and the beat of a detuned drive.
+
+The plate's displacement is the real part of A(t) e^(j 2 pi f t), f the carrier. Its complex envelope A obeys (Q >> 1)
+
+    dA/dt = -(1/T - j 2 pi df) A + c/T,    T = 2Q/omega0 = Q/(pi f0),  df = f0 - f,
+
+c being the amplitude that the same drive reaches at resonance. The error of this is of the order 1/(2Q).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.signal import lfilter
+
+from frictionloop.hardware.plate.checks import check_positive, check_quality
+from frictionloop.quantities import FrictionloopError, Lti
+
+
+def time_constant_s(resonance_hz: float, quality_factor: float) -> float:
+    """Return T = Q/(pi f0), the time in which a free vibration falls to 1/e.
+
+    Raises
+    ------
+    FrictionloopError
+        For a frequency that is not positive or Q <= 1/2.
+    """
+    check_positive(resonance_hz=resonance_hz)
+    check_quality(quality_factor)
+    return quality_factor / (math.pi * resonance_hz)
+
+
+def bandwidth_hz(resonance_hz: float, quality_factor: float) -> float:
+    """Return the cutoff f0/(2Q) of the first-order envelope, what ``plate.cutoff_hz`` of a System is."""
+    return 1.0 / (2.0 * math.pi * time_constant_s(resonance_hz, quality_factor))
+
+
+def quality_for_bandwidth(resonance_hz: float, bandwidth: float) -> float:
+    """Return the Q = f0/(2B) that gives an envelope bandwidth B in Hz.
+
+    Raises
+    ------
+    FrictionloopError
+        For a bandwidth that is not between 0 and f0, where Q would be 1/2.
+    """
+    check_positive(resonance_hz=resonance_hz, bandwidth_hz=bandwidth)
+    if bandwidth >= resonance_hz:
+        raise FrictionloopError(f"bandwidth_hz = {bandwidth:g} Hz: must be below the resonance, {resonance_hz:g} Hz")
+    return resonance_hz / (2.0 * bandwidth)
+
+
+def envelope_pole(resonance_hz: float, quality_factor: float, detuning_hz: float = 0.0) -> complex:
+    """Return the pole -1/T + j 2 pi df of the complex envelope in rad/s; the amplitude has it and its conjugate.
+
+    Parameters
+    ----------
+    resonance_hz, quality_factor : float
+        f0 > 0 and Q > 1/2.
+    detuning_hz : float
+        Carrier less resonance, -df, of either sign.
+    """
+    if not math.isfinite(detuning_hz):
+        raise FrictionloopError(f"detuning_hz = {detuning_hz} Hz: must be finite")
+    return complex(-1.0 / time_constant_s(resonance_hz, quality_factor), -2.0 * math.pi * detuning_hz)
+
+
+def detuned_gain(resonance_hz: float, quality_factor: float, detuning_hz: float) -> float:
+    """Return the steady amplitude of a detuned drive over that at resonance, 1/sqrt(1 + (2 pi df T)^2)."""
+    pole = envelope_pole(resonance_hz, quality_factor, detuning_hz)
+    return -pole.real / abs(pole)
+
+
+def envelope(command: np.ndarray, step_s: float, pole: complex, start: complex = 0.0) -> np.ndarray:
+    """Return the complex envelope at the start of every step and after the last one, exact for held commands.
+
+    Parameters
+    ----------
+    command : array (steps,)
+        Amplitude commands c, each held for one step; complex if the phase of the carrier moves with them.
+    step_s : float
+        Length of a step.
+    pole : complex
+        From ``envelope_pole``.
+    start : complex
+        Envelope at the start.
+    """
+    check_positive(step_s=step_s)
+    held = np.append(np.asarray(command, dtype=complex), 0.0)
+    target = held * (pole.real / pole)  # what A settles on: c/(1 - j 2 pi df T)
+    decay = np.exp(pole * step_s)
+    # a[k+1] = decay a[k] + (1 - decay) target[k]
+    found, _ = lfilter([0.0, 1.0 - decay], [1.0, -decay], target, zi=np.array([start + 0j]))
+    return np.asarray(found)
+
+
+def linearise_envelope(resonance_hz: float, quality_factor: float, detuning_hz: float = 0.0) -> Lti:
+    """Return the response of |A| to small changes of the command: second order, first order if not detuned.
+
+    With s1 = 1/T and w1 = 2 pi df, about any steady amplitude:
+    H(s) = (s1/m) (s1 s + m^2)/((s + s1)^2 + w1^2), m^2 = s1^2 + w1^2.
+    """
+    pole = envelope_pole(resonance_hz, quality_factor, detuning_hz)
+    rate, size = -pole.real, abs(pole)
+    if pole.imag == 0:
+        return Lti((1.0,), (1.0 / rate, 1.0))
+    return Lti((rate * rate / size, rate * size), (1.0, 2.0 * rate, size * size))

@@ -1,0 +1,123 @@
+"""Modes of a plate with free edges: N nodal lines along one side, none along the other (N x 0).
+
+Between free edges the standing wave has k = (2N - 1) pi/(2L): the roots of cos(kL) cosh(kL) = 1 to 0.4 % for N = 2 and
+far better from N = 3 on. Half a wavelength is L/(N - 1/2).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from scipy.optimize import brentq
+
+from frictionloop.hardware.plate.checks import check_mode, check_positive, most_lines
+from frictionloop.hardware.plate.dispersion import Theory, frequency_hz, wave_number_per_m
+from frictionloop.parameters.plate_design import Glass, PlateDesign
+from frictionloop.quantities import FrictionloopError
+
+
+@dataclass(frozen=True)
+class PlateMode:
+    """One mode of one plate."""
+
+    nodal_lines: int
+    """N."""
+    side_mm: float
+    """Side along which the lines follow each other."""
+    thickness_mm: float
+    """Thickness of the glass."""
+    half_wavelength_mm: float
+    """Distance between nodal lines."""
+    frequency_hz: float
+    """Resonance by the theory asked for."""
+
+    @property
+    def wave_number_per_m(self) -> float:
+        """k in rad/m."""
+        return math.pi / (self.half_wavelength_mm * 1e-3)
+
+
+def mode(nodal_lines: int, side_mm: float, thickness_mm: float, glass: Glass, theory: Theory = "lamb") -> PlateMode:
+    """Return the mode with N nodal lines.
+
+    Parameters
+    ----------
+    nodal_lines : int
+        N >= 2, at most as many as leave half a wavelength no shorter than the thickness.
+    side_mm, thickness_mm : float
+        Side along which the lines follow each other and thickness, in mm.
+    glass : Glass
+        Material.
+    theory : {"lamb", "mindlin", "thin"}
+        Exact by default.
+
+    Raises
+    ------
+    FrictionloopError
+        For a mode that the plate cannot have.
+    """
+    check_mode(nodal_lines, side_mm, thickness_mm)
+    half_mm = side_mm / (nodal_lines - 0.5)
+    found = frequency_hz(math.pi / (half_mm * 1e-3), thickness_mm, glass, theory)
+    return PlateMode(int(nodal_lines), side_mm, thickness_mm, half_mm, found)
+
+
+def mode_of(design: PlateDesign, theory: Theory = "lamb") -> PlateMode:
+    """Return the mode that a design names."""
+    geometry = design.geometry
+    return mode(geometry.nodal_lines, geometry.side_mm, geometry.thickness_mm, design.glass, theory)
+
+
+def resonance_hz(design: PlateDesign) -> float:
+    """Return the measured resonance of a design, or its mode's frequency if none is given."""
+    calculated = mode_of(design).frequency_hz  # refuses an impossible mode in either case
+    return design.drive.resonance_hz or calculated
+
+
+def nearest_mode(frequency: float, side_mm: float, thickness_mm: float, glass: Glass) -> PlateMode:
+    """Return the mode whose exact frequency is nearest to a frequency in Hz.
+
+    Raises
+    ------
+    FrictionloopError
+        For a frequency above the highest mode that counts as bending (half a wavelength as short as the thickness).
+    """
+    check_mode(2, side_mm, thickness_mm)
+    highest = mode(most_lines(side_mm, thickness_mm), side_mm, thickness_mm, glass)
+    check_positive(frequency_hz=frequency)
+    if frequency > highest.frequency_hz:
+        raise FrictionloopError(
+            f"frequency_hz = {frequency:g} Hz: must be at most {math.floor(highest.frequency_hz)} Hz, where half "
+            f"a wavelength is as short as the glass is thick, {thickness_mm:g} mm"
+        )
+    lines = wave_number_per_m(frequency, thickness_mm, glass) * side_mm * 1e-3 / math.pi + 0.5
+    around = {min(max(n, 2), highest.nodal_lines) for n in (math.floor(lines), math.ceil(lines))}
+    modes = [mode(n, side_mm, thickness_mm, glass) for n in sorted(around)]
+    return min(modes, key=lambda found: abs(found.frequency_hz - frequency))
+
+
+def thickness_for_mm(
+    frequency: float, nodal_lines: int, side_mm: float, glass: Glass, theory: Theory = "lamb"
+) -> float:
+    """Return the thickness in mm at which N nodal lines along a side vibrate at a frequency in Hz.
+
+    Raises
+    ------
+    FrictionloopError
+        For a frequency that no thickness up to half a wavelength reaches.
+    """
+    check_positive(frequency_hz=frequency, side_mm=side_mm)
+    check_mode(nodal_lines, side_mm, side_mm * 1e-6)
+    half_mm = side_mm / (nodal_lines - 0.5)
+    k = math.pi / (half_mm * 1e-3)
+    highest = frequency_hz(k, half_mm, glass, theory)
+    if frequency > highest:
+        raise FrictionloopError(
+            f"frequency_hz = {frequency:g} Hz: must be at most {math.floor(highest)} Hz for {nodal_lines} nodal lines "
+            f"along {side_mm:g} mm, where the glass is as thick as half a wavelength, {half_mm:.3g} mm"
+        )
+    # Thin-plate theory is proportional to h and too high, so its thickness is too small.
+    thin_mm = frequency / frequency_hz(k, 1.0, glass, "thin")
+    low_mm = thin_mm * (1 - 1e-9)
+    return float(brentq(lambda h: frequency_hz(k, h, glass, theory) - frequency, low_mm, half_mm, rtol=1e-13))

@@ -1,0 +1,1 @@
+"""The force sensor: springs, electrodes, front end, noise, netlist."""

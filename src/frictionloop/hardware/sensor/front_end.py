@@ -1,0 +1,140 @@
+"""The electronics of one side as linear blocks: charge amplifier, band-pass, low-pass (paper, Sec. 3.2).
+
+The frame carries the excitation, the electrode sits at the virtual ground of an op-amp A(s) = wt/(s + wt/A0), its guard
+at ground. With Yf = s Cf + 1/Rf and Yn = s (C + Cpar) + Yf the op-amp gives
+
+    V = -s (C Vexc) / (Yf + Yn/A),   noise: en Yn/(Yf + Yn/A) and i/(Yf + Yn/A),
+
+which is -(C/Cf) Vexc and a noise gain of 1 + (C + Cpar)/Cf where the op-amp is fast and Rf large.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.constants import Boltzmann
+
+from frictionloop.hardware.sensor import springs
+from frictionloop.hardware.sensor.electrodes import Sides, capacitance_f
+from frictionloop.parameters.sensor_design import SensorDesign
+from frictionloop.quantities import Lti
+
+
+class ChargeAmplifierBlocks(NamedTuple):
+    """The op-amp stage, from each of its inputs to its output voltage."""
+
+    charge: Lti
+    """From C Vexc (coulomb) to V; the sign is left to the demodulator."""
+    voltage_noise: Lti
+    """From the op-amp's voltage noise to V."""
+    current_noise: Lti
+    """From a current into the virtual ground (A) to V."""
+
+
+def charge_amplifier(design: SensorDesign, electrode_f: float) -> ChargeAmplifierBlocks:
+    """Return the op-amp stage with an electrode of ``electrode_f`` farad at its input."""
+    amplifier = design.amplifier
+    feedback_f, leak_s = amplifier.feedback_pf * 1e-12, 1e-6 / amplifier.feedback_mohm
+    input_f = electrode_f + amplifier.parasitic_pf * 1e-12 + feedback_f
+    turn = 2 * math.pi * amplifier.gain_bandwidth_mhz * 1e6
+    corner = turn / amplifier.open_loop_gain
+    # Yf wt + Yn (s + wt/A0), all divided by wt.
+    den = (
+        input_f / turn,
+        feedback_f + (leak_s + input_f * corner) / turn,
+        leak_s * (1 + corner / turn),
+    )
+    return ChargeAmplifierBlocks(Lti((1.0, 0.0), den), Lti((input_f, leak_s), den), Lti((1.0,), den))
+
+
+class BandpassParts(NamedTuple):
+    """Values of the selective filter: a resistor, then coil and capacitor in parallel to ground."""
+
+    resistor_ohm: float
+    coil_h: float
+    capacitor_f: float
+
+
+def bandpass_parts(design: SensorDesign) -> BandpassParts:
+    """Return the parts that tune the filter to the excitation: C = 1/(w^2 L), R = Q w L."""
+    omega, coil_h = 2 * math.pi * design.excitation.frequency_hz, design.filters.bandpass_coil_uh * 1e-6
+    return BandpassParts(design.filters.bandpass_q * omega * coil_h, coil_h, 1 / (omega**2 * coil_h))
+
+
+def bandpass(design: SensorDesign) -> Lti:
+    """Return H(s) = (s w/Q)/(s^2 + s w/Q + w^2), 1 at the excitation's frequency."""
+    omega = 2 * math.pi * design.excitation.frequency_hz
+    width = omega / design.filters.bandpass_q
+    return Lti((width, 0.0), (1.0, width, omega**2))
+
+
+def lowpass(design: SensorDesign) -> Lti:
+    """Return H(s) = 1/(1 + s/wc), the filter after the demodulator."""
+    return Lti((1.0,), (1 / (2 * math.pi * design.filters.cutoff_hz), 1.0))
+
+
+def lowpass_resistor_ohm(design: SensorDesign) -> float:
+    """Return the resistor of the low-pass, 1/(wc C)."""
+    return 1 / (2 * math.pi * design.filters.cutoff_hz * design.filters.lowpass_nf * 1e-9)
+
+
+def carrier_gain(design: SensorDesign) -> complex:
+    """Return demodulated volts per coulomb of C Vexc, with its phase: amplifier and band-pass at the excitation."""
+    frequency_hz = np.array(design.excitation.frequency_hz)
+    at_rest = charge_amplifier(design, sum(capacitance_f(design)) / 2).charge
+    return complex(at_rest.response(frequency_hz) * bandpass(design).response(frequency_hz))
+
+
+def amplitudes_v(design: SensorDesign, force_n: float = 0.0) -> Sides:
+    """Return the amplitudes V+ and V- that the demodulators give under a steady force."""
+    per_coulomb = abs(carrier_gain(design)) * design.excitation.amplitude_v
+    sides = capacitance_f(design, springs.travel_m(design, force_n))
+    return Sides(per_coulomb * sides.plus, per_coulomb * sides.minus)
+
+
+class Readings(NamedTuple):
+    """The force that the two amplitudes stand for, and how it changes with each of them."""
+
+    force_n: np.ndarray
+    per_plus_n_per_v: np.ndarray
+    per_minus_n_per_v: np.ndarray
+
+
+def readings(design: SensorDesign, plus_v: np.ndarray | float, minus_v: np.ndarray | float) -> Readings:
+    """Return the force in N read from demodulated amplitudes in V, straight at zero force.
+
+    Subtraction: F = k e (V+ - V-)/(V+ + V-)_rest. Ratio: F = k e (V+ - V-)/(V+ + V-), which is linear in x/e. What the
+    imbalance gives at rest is taken off.
+    """
+    full_n = springs.stiffness(design.springs).x_n_per_m * design.electrodes.gap_um * 1e-6
+    unequal = design.electrodes.imbalance
+    plus, minus = np.asarray(plus_v, float), np.asarray(minus_v, float)
+    if design.readout.form == "subtraction":
+        slope = full_n / sum(amplitudes_v(design)) * np.ones_like(plus)
+        return Readings(slope * (plus - minus) - full_n * unequal, slope, -slope)
+    # With unequal sides r = (d + x/e)/(1 + d x/e), whose slope at rest is 1 - d^2.
+    scale = full_n / (1 - unequal**2)
+    both = plus + minus
+    return Readings(scale * ((plus - minus) / both - unequal), 2 * scale * minus / both**2, -2 * scale * plus / both**2)
+
+
+def peak_amplifier_v(design: SensorDesign, force_n: float) -> float:
+    """Return the largest output of either charge amplifier under a steady force, V zero-to-peak."""
+    frequency_hz = np.array(design.excitation.frequency_hz)
+    largest = max(capacitance_f(design, springs.travel_m(design, force_n)))
+    gain = charge_amplifier(design, largest).charge.response(frequency_hz)
+    return float(abs(gain)) * largest * design.excitation.amplitude_v
+
+
+def thermal_v_rthz(design: SensorDesign, resistor_ohm: float) -> float:
+    """Return the thermal noise of a resistor, sqrt(4 kB T R), in V/rtHz."""
+    return math.sqrt(4 * Boltzmann * design.environment.temperature_k * resistor_ohm)
+
+
+def converted_n(design: SensorDesign, force_n: np.ndarray) -> np.ndarray:
+    """Return forces in N as the converter gives them: rounded to its steps, held at the ends of its span."""
+    step_n = 2 * design.adc.range_n / 2**design.adc.bits
+    half = 2 ** (design.adc.bits - 1)
+    return np.asarray(np.clip(np.round(np.asarray(force_n) / step_n), -half, half - 1) * step_n)

@@ -1,0 +1,158 @@
+"""From a requirement to a geometry: the answer of ``frictionloop design sensor`` to resonance, range and noise.
+
+The resonance sets the springs' thickness, and with the range the travel. The noise then sets the gap: the largest one
+that meets it is proposed, because a wide gap is easier to make and straighter, and a narrow one is only quieter. The
+excitation is the largest that neither the source nor the amplifiers limit.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from scipy.optimize import brentq
+
+from frictionloop.hardware.sensor import springs
+from frictionloop.hardware.sensor.wanted import (
+    AREAS,
+    LARGEST_GAP_UM,
+    STOUTEST,
+    THINNEST_MM,
+    SensorRequirement,
+    check_limits,
+    check_requirement,
+    limit,
+    noise_of,
+    smallest_gap_um,
+    wanted_noise,
+    with_electrodes,
+)
+from frictionloop.parameters.sensor_design import ArcSprings, SensorDesign
+from frictionloop.quantities import FrictionloopError
+
+
+class Option(NamedTuple):
+    """A geometry that meets the noise with one electrode area; None if no gap does."""
+
+    area_mm2: float
+    design: SensorDesign | None
+
+
+@dataclass(frozen=True)
+class SensorProposal:
+    """The geometry proposed, and those with other areas."""
+
+    requirement: SensorRequirement
+    design: SensorDesign
+    options: tuple[Option, ...]
+
+    @property
+    def gap_is_largest(self) -> bool:
+        """Whether even the largest gap is quieter than was asked."""
+        return self.design.electrodes.gap_um >= LARGEST_GAP_UM
+
+
+def propose_sensor(requirement: SensorRequirement, base: SensorDesign | None = None) -> SensorProposal:
+    """Return a geometry that meets a requirement.
+
+    Parameters
+    ----------
+    requirement : SensorRequirement
+        Resonance, range and one of both noises, all positive.
+    base : SensorDesign, optional
+        Everything that is not searched: mass, shape and width of the springs, electronics, surroundings.
+
+    Raises
+    ------
+    FrictionloopError
+        For a requirement that is not positive or that cannot be met, saying what limits.
+    """
+    check_requirement(requirement)
+    design = _with_springs(requirement, SensorDesign() if base is None else base)
+    check_limits(requirement, design)
+    area = design.electrodes.area_mm2
+    options = tuple(Option(factor * area, _with_gap(requirement, design, factor * area)) for factor in AREAS)
+    found = next((option.design for option in options if option.design is not None), None)
+    if found is None:
+        raise FrictionloopError(limit(requirement, design, max(option.area_mm2 for option in options)))
+    return SensorProposal(requirement, found, tuple(sorted(options)))
+
+
+def sensor_for_block(values: Mapping[str, Any], base: SensorDesign | None = None) -> SensorProposal:
+    """Return a geometry that has the values of a loop's ``sensor`` block of kind "suspended".
+
+    Parameters
+    ----------
+    values : mapping
+        moving_mass_kg, resonance_hz, q, cutoff_hz, noise_density_n_rthz, adc_bits and range_n.
+    base : SensorDesign, optional
+        Everything else.
+
+    Raises
+    ------
+    FrictionloopError
+        For values that no geometry has, saying what limits.
+    """
+    changes = {
+        "moving.mass_kg": values["moving_mass_kg"],
+        "moving.q": values["q"],
+        "filters.cutoff_hz": values["cutoff_hz"],
+        "adc.bits": values["adc_bits"],
+    }
+    requirement = SensorRequirement(
+        values["resonance_hz"], values["range_n"], noise_density_n_rthz=values["noise_density_n_rthz"]
+    )
+    return propose_sensor(requirement, (base or SensorDesign()).evolve(changes))
+
+
+def _with_springs(requirement: SensorRequirement, base: SensorDesign) -> SensorDesign:
+    """Return the design with the thickness that gives the resonance, and with the range."""
+    wanted = requirement.resonance_hz
+
+    def thick(thickness_mm: float) -> SensorDesign:
+        leaves = base.springs.model_copy(update={"thickness_mm": thickness_mm})
+        return base.model_copy(update={"springs": leaves})
+
+    def octaves(log_mm: float) -> float:
+        return math.log(springs.resonance_hz(thick(math.exp(log_mm))) / wanted)
+
+    name = "radius_mm" if isinstance(base.springs, ArcSprings) else "length_mm"
+    size_mm = float(getattr(base.springs, name))
+    thickest = STOUTEST * size_mm
+    if octaves(math.log(THINNEST_MM)) > 0:
+        softest = springs.resonance_hz(thick(THINNEST_MM))
+        raise FrictionloopError(
+            f"resonance_hz = {wanted:g} Hz: springs as thin as {THINNEST_MM:g} mm give {softest:.4g} Hz; make "
+            f"springs.{name} larger or springs.width_mm smaller"
+        )
+    if octaves(math.log(thickest)) < 0:
+        stiffest = springs.resonance_hz(thick(thickest))
+        raise FrictionloopError(
+            f"resonance_hz = {wanted:g} Hz: springs of {thickest:.4g} mm, as thick as springs.{name} = {size_mm:g} mm "
+            f"allows, give {stiffest:.4g} Hz; make it smaller or springs.width_mm larger"
+        )
+    thickness = math.exp(brentq(octaves, math.log(THINNEST_MM), math.log(thickest), xtol=1e-14))
+    design = thick(thickness)
+    return design.model_copy(
+        update={
+            "load": design.load.model_copy(update={"range_n": requirement.range_n}),
+            "adc": design.adc.model_copy(update={"range_n": requirement.range_n}),
+        }
+    )
+
+
+def _with_gap(requirement: SensorRequirement, design: SensorDesign, area_mm2: float) -> SensorDesign | None:
+    """Return the design with the largest gap that meets the noise, None if none does."""
+    _, wanted, _ = wanted_noise(requirement)
+
+    def above(log_um: float) -> float:
+        return math.log(noise_of(requirement, with_electrodes(design, math.exp(log_um), area_mm2)) / wanted)
+
+    low, high = math.log(smallest_gap_um(design)), math.log(LARGEST_GAP_UM)
+    if above(high) <= 0:
+        return with_electrodes(design, LARGEST_GAP_UM, area_mm2)
+    if above(low) > 0:
+        return None
+    return with_electrodes(design, math.exp(brentq(above, low, high, xtol=1e-12)), area_mm2)

@@ -1,0 +1,1 @@
+"""The compiled loops: tiles of lanes, and the numbers of Systems lowered to them."""

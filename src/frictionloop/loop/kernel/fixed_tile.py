@@ -1,0 +1,55 @@
+"""The tile of the firmware's controller: the compiled C core in the place of law, lookup and overdrive.
+
+Its state and its words live in a block of memory per lane that only the C code reads. The address of the C function
+is a number that the options carry, so that a kernel from the disk cache calls the library of its own process.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+
+from frictionloop.loop.kernel.exchange import CORE_GIVEN
+from frictionloop.loop.kernel.slab import ROW
+from frictionloop.loop.kernel.slab_access import peek, poke
+from frictionloop.loop.kernel.tiles import Lifting
+
+
+@intrinsic
+def call_c(_context: Any, address: Any, context: Any, at: Any, given: Any) -> Any:
+    """Call the C function ``void (*)(int32_t *context, double *given)`` at an address, its context from word ``at``."""
+
+    def generate(_ctx: Any, builder: Any, _signature: Any, args: Any) -> Any:
+        word, number = ir.IntType(32).as_pointer(), ir.DoubleType().as_pointer()
+        function = ir.FunctionType(ir.VoidType(), [word, number]).as_pointer()
+        where = builder.gep(args[1], [args[2]])
+        builder.call(builder.inttoptr(args[0], function), [where, args[3]])
+        return _ctx.get_dummy_value()
+
+    return types.void(types.int64, context, types.intp, given), generate
+
+
+def build_fixed(lifting: Lifting) -> Any:
+    """Return the tile that lets the C core decide, but for lanes whose tick is lost."""
+    width, compiled, count = lifting
+    measurement, setpoint, u, command = ROW["measurement"], ROW["setpoint"], ROW["u"], ROW["command"]
+    saturated, draws, timing = ROW["saturated"], ROW["timing_draws"], ROW["timing"]
+
+    @compiled
+    def fixed(s, n, address, words, size, given, irregular, closed):  # type: ignore[no-untyped-def]
+        for i in range(count(n)):
+            lost = irregular and peek(s, (draws + 1) * width + i) < peek(s, (timing + 2) * width + i)
+            if not lost:
+                for j in range(5):
+                    poke(given, j, peek(s, (measurement + j) * width + i))
+                poke(given, 5, peek(s, setpoint * width + i))
+                poke(given, 6, 1.0 if closed else 0.0)
+                call_c(address, words, i * size, given)
+                poke(s, u * width + i, peek(given, CORE_GIVEN))
+                poke(s, saturated * width + i, peek(given, CORE_GIVEN + 1))
+                poke(s, command * width + i, peek(given, CORE_GIVEN + 2))
+
+    return fixed

@@ -1,0 +1,44 @@
+"""From Systems to the numbers of an oracle's trials."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from frictionloop.loop.kernel.exchange import Plan
+from frictionloop.loop.kernel.lower_finger import contact_of_step
+from frictionloop.loop.kernel.slab import Slab
+from frictionloop.loop.kernel.structure import delay_periods, kernel_of, substeps_of, switch_s
+from frictionloop.parameters import OracleController, System
+
+STEPS, LANDING, TRIALS = 4, 8, 3
+"""Of a trial; more of any changes the residual on fingers(100, 3) by less than 0.1 mN (docs/oracle).
+
+In 8 periods of 200 us the envelope of 100 Hz gets from rest to 63 % of what the drive can do.
+"""
+
+
+def plan_of(system: System) -> Plan:
+    """Return how an oracle looks ahead; nothing is looked at for other controllers."""
+    c = system.controller
+    if not isinstance(c, OracleController) or kernel_of(system) != "substeps":
+        return Plan()
+    substeps, late = substeps_of(system), delay_periods(system)
+    rest = round(switch_s(system) * c.rate_hz * substeps)
+    return Plan(c.preview, late, late * substeps + rest, STEPS, LANDING, TRIALS)
+
+
+def lower_oracle(slab: Slab, systems: Sequence[System]) -> None:
+    """Set the rows that only an oracle reads."""
+    period = 1.0 / systems[0].controller.rate_hz
+    h = period / STEPS
+    rates = [-2.0 * math.pi * s.plate.cutoff_hz for s in systems]
+    slab.view("trial_coefficients")[:] = np.array(
+        [
+            (*contact_of_step(s, h), compliance, math.exp(rate * h / 2.0), math.exp(rate * h))
+            for s, rate, compliance in zip(systems, rates, slab.view("compliance")[0], strict=True)
+        ]
+    ).T
+    slab.view("trial_decay")[0] = [math.exp(rate * period) for rate in rates]

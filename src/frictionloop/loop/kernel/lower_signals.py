@@ -1,0 +1,58 @@
+"""From sources to the kernel: formula rows for smooth signals, samplers for sampled ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from frictionloop.loop.kernel.signals import HELD, LOG_SWEEP, SAMPLED, SINE
+from frictionloop.loop.kernel.slab import Slab
+from frictionloop.parameters import ColouredNoise, Constant, LogSweep, Sine, Source, Steps
+from frictionloop.physics.sources import Sampler, sampler, sweep_turns
+
+
+class Signal(NamedTuple):
+    """How the kernel makes a signal."""
+
+    how: int
+    """SINE or LOG_SWEEP from the formula rows, SAMPLED or HELD from samples."""
+    shared: bool
+    """One column serves all lanes."""
+    take: Sampler
+    """(start, stop) -> samples of a chunk, [period][column], empty for a formula."""
+
+
+def lower_signal(
+    slab: Slab, rows: str, sources: Sequence[Source], seeds: np.ndarray, stream: int, rate_hz: float, nodes_alike: bool
+) -> Signal:
+    """Set the formula rows of a signal, one source per lane; ``nodes_alike`` says that lanes may share it."""
+    first = sources[0]
+    alike = all(s is first or s == first for s in sources)
+    slab.view(rows)[:] = np.array([_formula(s) for s in (sources[:1] if alike else sources)]).T
+    drawn = isinstance(first, ColouredNoise) and bool(np.any(seeds != seeds[0]))
+    shared = nodes_alike and alike and not drawn
+    if isinstance(first, (Constant, Sine)):
+        return Signal(SINE, shared, _nothing)
+    if isinstance(first, LogSweep):
+        return Signal(LOG_SWEEP, shared, _nothing)
+    columns = 1 if shared else len(sources)
+    takes = [sampler(s, rate_hz, int(seed), stream) for s, seed in zip(sources[:columns], seeds, strict=False)]
+
+    def take(start: int, stop: int) -> np.ndarray:
+        return np.ascontiguousarray(np.array([one(start, stop) for one in takes if one]).T).ravel()
+
+    return Signal(HELD if isinstance(first, Steps) else SAMPLED, shared, take)
+
+
+def _formula(source: Source) -> tuple[float, float, float, float]:
+    if isinstance(source, Sine):
+        return source.offset_n, source.amplitude_n, source.frequency_hz, 0.0
+    if isinstance(source, LogSweep):
+        return source.offset_n, source.amplitude_n, *sweep_turns(source)
+    return getattr(source, "offset_n", 0.0), 0.0, 0.0, 0.0
+
+
+def _nothing(start: int, stop: int) -> np.ndarray:
+    return np.zeros(0)

@@ -1,0 +1,155 @@
+"""What must be equal for two systems to run in one tile, and how the command's delay divides a period."""
+
+from __future__ import annotations
+
+import math
+
+from frictionloop.loop.kernel.exchange import CONTACTS, STILL, STROKES
+from frictionloop.loop.kernel.quadrature import MAX_SEGMENTS, PLATE_PER_SEGMENT, segments_needed
+from frictionloop.loop.kernel.slab import NODES_MAX
+from frictionloop.parameters import OracleController, Skin, Strokes, System
+from frictionloop.physics.sources import highest_hz
+from frictionloop.quantities import FrictionloopError
+from frictionloop.sensing.touch import check_follows
+
+STRUCTURAL = (
+    "kind",
+    "form",
+    "pulse_ticks",
+    "rate_hz",
+    "table_size",
+    "delay_s",
+    "preview",
+    "jitter_s",
+    "lost_ticks",
+    "open_until_s",
+    "plate.cutoff_hz",
+    "plate.frequency_hz",
+    "plate.q",
+    "contact",
+)
+"""Last words of the paths whose values decide which systems can share a tile."""
+SUBSTEP_S = 20e-6
+"""Longest substep of a bench: the contact errs by less than a millinewton (docs/contact)."""
+COUPLED = (
+    *("start_hz", "stop_hz", "low_hz", "high_hz", "start_s", "stop_s", "_um", "_um2"),
+    *("speed_mm_s", "stroke_mm", "reversal_s", "contact_s", "landing_s", "fastest_mm_s", "length_mm"),
+    *("range_n", "setpoint.offset_n", "setpoint.amplitude_n", "model.nominal_n"),
+    *("notch_depth", "notch_width"),
+)
+"""Last words of the paths whose values are checked against one another."""
+
+
+def structure(system: System) -> tuple[object, ...]:
+    """Return what must be equal for two systems to share a tile."""
+    c = system.controller
+    return (
+        system.setpoint.kind,
+        system.disturbance.kind,
+        c.rate_hz,
+        c.model.table_size,
+        *(segments_of(system) if kernel_of(system) == "quadrature" else (substeps_of(system), is_irregular(system))),
+        system.sensor.kind,
+        contact_of(system),
+        system.motion.kind,
+        c.kind,
+        c.form,
+        open_until(system),
+        system.plate.pulse_ticks > 0,
+        *((c.preview, late_s(system)) if isinstance(c, OracleController) else ()),
+    )
+
+
+def kernel_of(system: System) -> str:
+    """Return which kernel runs a system: by quadrature what feeds nothing back within a period, else by substeps."""
+    still = system.motion.kind == "sliding" and system.finger.kind == "rigid"
+    plain = still and system.sensor.kind == "lowpass" and not is_irregular(system) and _is_plain_pi(system)
+    return "quadrature" if plain else "substeps"
+
+
+def _is_plain_pi(system: System) -> bool:
+    c = system.controller
+    return c.kind == "pi" and c.form == "float" and c.open_until_s == 0.0 and system.plate.pulse_ticks == 0
+
+
+def substeps_of(system: System) -> int:
+    """Return the substeps of a period, each at most SUBSTEP_S long."""
+    check_follows(system.motion, system.touch)
+    _check_disturbance(system)
+    rate = system.controller.rate_hz
+    count = math.ceil(1.0 / (rate * SUBSTEP_S) - 1e-9)
+    if count >= NODES_MAX:
+        raise FrictionloopError(
+            f"controller.rate_hz = {rate:g} Hz: must be at least {1.0 / (SUBSTEP_S * (NODES_MAX - 1)):g} Hz on a "
+            f"bench, whose substeps are {1e6 * SUBSTEP_S:g} us"
+        )
+    return count
+
+
+def is_irregular(system: System) -> bool:
+    """Return whether commands come late by chance or ticks are lost."""
+    return system.controller.jitter_s > 0.0 or system.controller.lost_ticks > 0.0
+
+
+def open_until(system: System) -> int:
+    """Return the control period with which the loop closes, the first that does not begin before."""
+    return math.ceil(system.controller.open_until_s * system.controller.rate_hz - 1e-9)
+
+
+def late_s(system: System) -> float:
+    """Return the delay of the command in s: 0 for an oracle who knows what happens meanwhile."""
+    c = system.controller
+    return 0.0 if c.kind == "oracle" and c.preview else c.delay_s
+
+
+def divided(late_s: float, rate_hz: float) -> tuple[int, float]:
+    """Return the whole control periods of a delay, and the s from sample to switch that are left of it."""
+    whole = math.floor(late_s * rate_hz + 1e-9)
+    rest = late_s - whole / rate_hz
+    return whole, rest if rest > 1e-9 / rate_hz else 0.0
+
+
+def delay_periods(system: System) -> int:
+    """Return the whole control periods of the delay."""
+    return divided(late_s(system), system.controller.rate_hz)[0]
+
+
+def switch_s(system: System) -> float:
+    """Return how long after the sample the command in force changes, in s; 0 when it changes at the sample."""
+    return divided(late_s(system), system.controller.rate_hz)[1]
+
+
+def segments_of(system: System) -> tuple[int, int]:
+    """Return the segments of a period before and after the command changes, at least one in all.
+
+    Raises ``FrictionloopError`` for a plate or a disturbance too fast for the nodes of a period to follow.
+    """
+    _check_disturbance(system)
+    plate, period, switch = system.plate.cutoff_hz, 1.0 / system.controller.rate_hz, switch_s(system)
+    before, after = segments_needed(plate, switch), segments_needed(plate, period - switch)
+    if max(before, after) > MAX_SEGMENTS:
+        most = PLATE_PER_SEGMENT * MAX_SEGMENTS * system.controller.rate_hz
+        raise FrictionloopError(
+            f"plate.cutoff_hz = {plate:g} Hz: must be at most {most:g} Hz at controller.rate_hz = "
+            f"{system.controller.rate_hz:g} Hz (a faster envelope is over within the period and cannot be resolved)"
+        )
+    return before, after
+
+
+def _check_disturbance(system: System) -> None:
+    half, highest = system.controller.rate_hz / 2, highest_hz(system.disturbance)
+    if highest > half:
+        name = "frequency_hz" if system.disturbance.kind == "sine" else "start_hz and stop_hz"
+        raise FrictionloopError(
+            f"disturbance.{name} = {highest:g} Hz: must be at most half of controller.rate_hz, {half:g} Hz"
+        )
+
+
+def contact_of(system: System) -> int:
+    """Return the number of the contact law in the kernel."""
+    return CONTACTS.index(system.finger.contact if isinstance(system.finger, Skin) else "rigid")
+
+
+def moving_of(system: System) -> int:
+    """Return who moves the finger."""
+    return STROKES if isinstance(system.motion, Strokes) else STILL

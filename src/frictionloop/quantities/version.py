@@ -1,0 +1,13 @@
+"""Which frictionloop this is."""
+
+from __future__ import annotations
+
+from importlib.metadata import PackageNotFoundError, version
+
+
+def package_version() -> str:
+    """Return the version of the installed package."""
+    try:
+        return version("frictionloop")
+    except PackageNotFoundError:
+        return "0+unknown"

@@ -1,0 +1,1 @@
+"""Files of signals, read as samples of one channel."""

@@ -1,0 +1,128 @@
+"""A measured force: one column of a file, cut, scaled and brought to the rate of the loop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+
+from frictionloop.parameters.sources import Recording
+from frictionloop.quantities import FrictionloopError
+from frictionloop.recordings.arrays import read_hdf5, read_mat, read_wav
+from frictionloop.recordings.column import Array, Column, refuse_gaps
+from frictionloop.recordings.text import read_text
+
+_LARGEST_RATIO = 100_000  # terms of the resampling ratio: right to 10 ppm, finer than the clocks of recorders
+
+
+def read_recording(recording: Recording, rate_hz: float) -> Array:
+    """Return the recorded force in newtons at t_k = k / rate_hz, from ``start_s`` to ``stop_s`` or the end.
+
+        force = offset_n + scale * column, or offset_n + scale * (column - mean) with ``remove_mean``,
+
+    the mean taken over the recorded samples used. Both ends are included, so a window of D seconds gives
+    D * rate_hz + 1 values (one less at the end of the file); ``start_s`` and ``stop_s``, counted from the first
+    sample, fall on the nearest recorded one. At the file's own rate the samples are copied exactly. At another
+    they are resampled band-limited (`scipy.signal.resample_poly`; zero phase, flat to 0.8 of the lower of the
+    two Nyquist frequencies, -100 dB above it) at a rational ratio right to 10 ppm; the straight line from the
+    first to the last sample is set aside and put back, the rest mirrored at both ends, so that they do not ring.
+
+    Parameters
+    ----------
+    recording
+        Path and column. ``.csv .tsv .txt``: delimiter found by itself, one line of names optional, lines
+        starting with ``#`` are comments; column by name or number from 0. ``.h5 .hdf5 .nc`` (NetCDF-4, packing
+        undone) and ``.mat`` (5 and 7.3, indexed as in MATLAB but from 0): path of a dataset or its number, with
+        ``[:, k]`` or ``[k, :]`` if it has two dimensions. ``.wav``: channel; integers become -1 to 1 (full
+        scale). The rate is ``recording.rate_hz``; a WAV brings its own, and so does a text file with a column
+        of seconds named time, time_s or t whose steps agree within 0.1 %.
+    rate_hz
+        Rate of the result in Hz, positive, at most 1e5 times above or below that of the file.
+
+    Returns
+    -------
+    Force in N, shape (samples,).
+
+    Raises
+    ------
+    FrictionloopError
+        In one line: the file is missing, empty, damaged or of an unknown format; the column is not there (what
+        is there is listed); the rate is missing, contradicts the file or is uneven (with the line of the gap);
+        a value in use is blank, not a number or not finite (with its line or index); the window is past the end.
+    """
+    column = _open(recording)
+    used, file_hz = _used(recording, column)
+    if recording.remove_mean:
+        used -= used.mean()
+    return _resampled(recording.offset_n + recording.scale * used, file_hz, rate_hz, recording.path)
+
+
+def _open(recording: Recording) -> Column:
+    path = Path(recording.path)
+    reader = _READERS.get(path.suffix.lower())
+    if reader is None:
+        raise FrictionloopError(f"{path}: format {path.suffix!r} is unknown; accepted: {' '.join(_READERS)}")
+    if not path.is_file():
+        raise FrictionloopError(f"{path}: there is no such file")
+    try:
+        column = reader(recording)
+    except FrictionloopError:
+        raise
+    except Exception as error:  # on a damaged file the libraries raise anything
+        reason = (getattr(error, "strerror", None) or str(error) or type(error).__name__).splitlines()[0]
+        raise FrictionloopError(f"{path}: cannot be read, empty or damaged ({reason:.120})") from None
+    if not column.samples.size:
+        raise FrictionloopError(f"{path}: column = {recording.column!r} holds no samples")
+    return column
+
+
+def _used(recording: Recording, column: Column) -> tuple[Array, float]:
+    path, rate_hz, count = recording.path, column.rate_hz or recording.rate_hz, column.samples.size
+    if rate_hz is None:
+        raise FrictionloopError(f"{path}: rate_hz is missing; accepted: the sampling rate of the file in Hz")
+    if recording.rate_hz not in (None, rate_hz):
+        raise FrictionloopError(
+            f"{path}: rate_hz = {recording.rate_hz:g} contradicts the file; accepted: {rate_hz:g} or none"
+        )
+    lasts = f"the recording lasts {count / rate_hz:g} s ({count} samples at {rate_hz:g} Hz)"
+    if recording.start_s * rate_hz >= count - 0.5:
+        raise FrictionloopError(f"{path}: start_s = {recording.start_s:g} is beyond the end; {lasts}")
+    if recording.stop_s is not None and recording.stop_s * rate_hz > count + 0.5:
+        raise FrictionloopError(f"{path}: stop_s = {recording.stop_s:g} is beyond the end; {lasts}")
+    first = round(recording.start_s * rate_hz)
+    stop = count if recording.stop_s is None else round(recording.stop_s * rate_hz) + 1
+    used = np.array(column.decode(column.samples[first:stop]), dtype=np.float64)
+    refuse_gaps(path, used, lambda i: column.place(first + i))
+    return used, rate_hz
+
+
+def _resampled(force: Array, file_hz: float, rate_hz: float, path: str) -> Array:
+    slower, faster = sorted((file_hz, rate_hz))
+    if not 0 < faster <= _LARGEST_RATIO * slower:
+        raise FrictionloopError(
+            f"{path}: {file_hz:g} Hz cannot be resampled to {rate_hz:g} Hz; "
+            f"accepted: {file_hz / _LARGEST_RATIO:g} to {file_hz * _LARGEST_RATIO:g} Hz"
+        )
+    ratio = Fraction(slower / faster).limit_denominator(_LARGEST_RATIO)
+    if ratio == 1 or force.size == 1:
+        return force
+    from scipy.signal import firwin, kaiser_beta, resample_poly
+
+    up, down = ratio.as_integer_ratio() if rate_hz < file_hz else ratio.as_integer_ratio()[::-1]
+    # 32 samples of the lower rate to each side: 100 dB in a band of 0.2 of its Nyquist frequency.
+    low_pass = firwin(64 * max(up, down) + 1, 0.9 / max(up, down), window=("kaiser", kaiser_beta(100)))
+    line = np.linspace(force[0], force[-1], force.size)
+    around = resample_poly(force - line, up, down, window=low_pass, padtype="antireflect")
+    # The last t_k is the last one that the recording covers.
+    k = np.arange((force.size - 1) * up // down + 1)
+    return np.asarray(around[: k.size] + np.interp(k * (down / up), np.arange(force.size), line))
+
+
+_READERS: Mapping[str, Callable[[Recording], Column]] = {
+    **dict.fromkeys((".csv", ".tsv", ".txt"), read_text),
+    **dict.fromkeys((".h5", ".hdf5", ".nc"), read_hdf5),
+    ".mat": read_mat,
+    ".wav": read_wav,
+}
