@@ -48,9 +48,7 @@ def tracker_quantised(controller: Any) -> tuple[Gain, ...]:
     FrictionloopError
         When one does not fit: the largest jump must be below 0.8 N, the largest amplitude below 8 um.
     """
-    gains = tracker_gains(controller)
-    own = TrackerGains(*gains[: len(TrackerGains._fields)])
-    sensor = SensorStep(*gains[len(TrackerGains._fields) :][: len(SensorStep._fields)])
+    own, sensor, *_ = tracker_gains(controller)
     rate, largest = controller.rate_hz, own.largest_um
     before = {
         "rest": (own.rest, 30), "decay_rest": (own.decay_rest, 30), "decay_left": (own.decay_left, 30),

@@ -14,7 +14,8 @@ from scipy.special import ndtr
 from frictionloop.parameters.finger import FingerFriction
 from frictionloop.parameters.motion import Strokes
 from frictionloop.physics.friction import halving_amplitude_um
-from frictionloop.physics.friction_limit import limit_coefficients, limit_step, vibrated_step
+from frictionloop.physics.friction_limit import limit_coefficients, limit_step
+from frictionloop.physics.vibration import vibrated_step
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.normals import normals
 

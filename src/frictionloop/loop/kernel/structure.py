@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from frictionloop.loop.kernel.exchange import CONTACTS, STILL, STROKES
 from frictionloop.loop.kernel.quadrature import MAX_SEGMENTS, PLATE_PER_SEGMENT, segments_needed
 from frictionloop.loop.kernel.slab import NODES_MAX
 from frictionloop.parameters import OracleController, Skin, Strokes, System
@@ -145,11 +144,11 @@ def _check_disturbance(system: System) -> None:
         )
 
 
-def contact_of(system: System) -> int:
-    """Return the number of the contact law in the kernel."""
-    return CONTACTS.index(system.finger.contact if isinstance(system.finger, Skin) else "rigid")
+def contact_of(system: System) -> str:
+    """Return the contact law."""
+    return system.finger.contact if isinstance(system.finger, Skin) else "rigid"
 
 
-def moving_of(system: System) -> int:
-    """Return who moves the finger."""
-    return STROKES if isinstance(system.motion, Strokes) else STILL
+def moves(system: System) -> bool:
+    """Return whether the finger moves."""
+    return isinstance(system.motion, Strokes)
