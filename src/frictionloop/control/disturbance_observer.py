@@ -22,8 +22,6 @@ and with nominal_n 2.2 too, leaves 28 / 44 (Dahl) and 30 / 47 (slider). Some 150
   (median), as part of a slope from 100 Hz down.
 - Tried on fingers(100, 3) and left out: a slope of d as a further state (bandwidth 320 Hz: 24 to 31 mN under Dahl
   instead of 21), a pole of the contact at 60 Hz (24 and, on a slider, 29 instead of 20); one at 250 Hz gains 0.8 mN.
-
-Operations of a tick: those of `force_observer`, and 1 addition, 3 to 4 comparisons.
 """
 
 from __future__ import annotations

@@ -48,9 +48,7 @@ def filtered_pi_step(
     the springs would ring if it were held. Where nothing is held (`hold_gain`) the
     integral stops where e pushes v further into the clamp, as in `pi_step`.
 
-    Operations of a tick with six sections and feed-forward: 57 multiplications, 58 additions, 19 comparisons; no
-    division, root, exponential or table besides the lookup. A section that is not there saves 5 multiplications and 4
-    additions, one of those that are held 6 and 5, where idle ones are skipped. Every state is bounded: free sections by
+    Every state is bounded: free sections by
     their gain times the largest error, held ones and the integral by what their inverse makes of a signal within the
     clamp, other integrals by conditional integration, and forces of the expected reading by set-point and clamp (the
     springs' overshoot at most doubles a step).

@@ -1,4 +1,4 @@
-"""What every control law has in common: its step, its rows of numbers, and what it costs on a microcontroller."""
+"""What every control law has in common: its step and its rows of numbers."""
 
 from __future__ import annotations
 
@@ -18,23 +18,6 @@ class ForceCommand(NamedTuple):
 
     u: float
     saturated: float
-
-
-class Operations(NamedTuple):
-    """Operations of a law's tick; a fused multiply-add counts as one of each, negations and constants as none."""
-
-    multiplications: int = 0
-    additions: int = 0
-    comparisons: int = 0
-    """With those of clamps and absolute values."""
-    divisions: int = 0
-    roots: int = 0
-    exponentials: int = 0
-    """2^x."""
-    logarithms: int = 0
-    """log2 x."""
-    lookups: int = 0
-    """Inversions of the friction law behind the law (control/lookup)."""
 
 
 class Law(NamedTuple):
@@ -57,5 +40,3 @@ class Law(NamedTuple):
     law that has no integral."""
     follow: Any = None
     """``follow(state, command_um, gains) -> state`` of a law that was not obeyed; None of one whose clamp tells it."""
-    operations: Operations | None = None
-    """What a tick costs at most, with the lookup and without overdrive behind it; None where it is not known."""

@@ -7,7 +7,7 @@ from typing import Any
 from frictionloop.control import disturbance_observer, super_twisting, tracker_state
 from frictionloop.control.disturbance_observer import disturbance_observer_gains, disturbance_observer_step
 from frictionloop.control.filtered_pi import GAINS, STATES, filtered_pi_gains, filtered_pi_start, filtered_pi_step
-from frictionloop.control.law import Law, Operations
+from frictionloop.control.law import Law
 from frictionloop.control.observer_gains import observer_start
 from frictionloop.control.open_loop import open_loop_step
 from frictionloop.control.pi import pi_step
@@ -18,32 +18,22 @@ from frictionloop.control.tracker_gains import tracker_gains, tracker_start
 from frictionloop.quantities import FrictionloopError
 
 LAWS = (
+    Law("pi", pi_step, states=1, gains_of=lambda c: (c.kp, c.ki), gains=2, begin=pi_begin),
+    Law("lookup", open_loop_step, states=1, gains_of=lambda c: (), gains=0),
     Law(
-        "pi", pi_step, states=1, gains_of=lambda c: (c.kp, c.ki), gains=2,
-        begin=pi_begin, operations=Operations(multiplications=5, additions=3, comparisons=7, lookups=1),
-    ),
-    Law(
-        "lookup", open_loop_step, states=1, gains_of=lambda c: (), gains=0,
-        operations=Operations(comparisons=3, lookups=1),
-    ),
-    Law(
-        "filtered_pi", filtered_pi_step, STATES, filtered_pi_gains, GAINS, filtered_pi_start,
-        begin=filtered_pi_begin, operations=Operations(multiplications=57, additions=58, comparisons=19, lookups=1),
+        "filtered_pi", filtered_pi_step, STATES, filtered_pi_gains, GAINS, filtered_pi_start, begin=filtered_pi_begin,
     ),
     Law(
         "observer", disturbance_observer_step, states=disturbance_observer.STATES, gains=disturbance_observer.GAINS,
         gains_of=disturbance_observer_gains, start_of=observer_start,
-        operations=Operations(multiplications=34, additions=28, comparisons=22, lookups=1),
     ),
     Law(
         "super_twisting", super_twisting_step, states=super_twisting.STATES, gains=super_twisting.GAINS,
         gains_of=super_twisting_gains, start_of=super_twisting_start,
-        operations=Operations(multiplications=38, additions=39, comparisons=29, roots=1, lookups=1),
     ),
     Law(
         "tracker", tracker_step, states=tracker_state.STATES, gains=tracker_state.GAINS, gains_of=tracker_gains,
         start_of=tracker_start, frozen=tracker_state.ESTIMATES, follow=tracker_follow,
-        operations=Operations(227, 246, 140, divisions=12, roots=1, exponentials=3, logarithms=2),
     ),
 )  # fmt: skip
 """The first is number 1."""

@@ -11,7 +11,7 @@ from frictionloop.sensing.measurement import Measurement
 def open_loop_step(
     state: tuple[float], measurement: Measurement, setpoint_n: float, gains: Clamp, dt: float
 ) -> tuple[tuple[float], ForceCommand]:
-    """u = clip(f_r, low, high), whatever is measured. Operations of a tick: 3 comparisons."""
+    """u = clip(f_r, low, high), whatever is measured."""
     low, high = gains
     u = min(max(setpoint_n, low), high)
     return state, ForceCommand(u, 1.0 if setpoint_n != u else 0.0)

@@ -33,9 +33,6 @@ def pi_step(
     """e = f_r - f_m; v = kp e + I; u = clip(v, low, high); I += ki dt e unless e pushes v further into the clamp.
 
     Without a sliding finger (``valid`` 0) there is no error to act on: u = I, which is held.
-
-    Operations of a tick: 5 multiplications, 3 additions, 7 comparisons; 2 multiplications where ki dt is one number and
-    ``valid`` a branch.
     """
     (integral,) = state
     kp, ki, low, high = gains

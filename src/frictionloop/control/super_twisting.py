@@ -18,8 +18,6 @@ Measured as in `disturbance_observer`, same beliefs and bandwidth, k's of L = 1e
 14.8 / 33.9; with tremor of 30 um and 30 mN for all 13.6 / 26.9 and 12.0 / 24.0. L from 3e4 to 1e6 are alike, below it
 the rate of u limits: 1e4 leaves 18. No limit cycle was seen. A resonance believed too high is as fatal (slider,
 believed 139 Hz, true one 132: 34 / 56 mN), too low as benign (160: 11.7 / 23.1).
-
-Operations of a tick: those of `force_observer`, and 4 multiplications, 12 additions, 10 comparisons, 1 root.
 """
 
 from __future__ import annotations

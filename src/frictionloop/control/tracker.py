@@ -9,8 +9,6 @@ Gains are scheduled by that pole, which moves with speed and force.
 Commands: the amplitude at which friction goes the given share of its error in a period, reached by overdrive; none at
 all until friction that is on its way up has all but arrived. While a finger is stuck, lands or is lifted the limit is
 held, and the law goes on from it without a jump. There is no integrator to wind up; the estimates are bounded.
-
-Operations of a tick: 227 multiplications, 246 additions, 140 comparisons, 12 divisions, 1 root, 3 exp2, 2 log2.
 """
 
 from __future__ import annotations

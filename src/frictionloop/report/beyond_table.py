@@ -56,7 +56,7 @@ def _row(race: Race, law: str, contact: str) -> dict[str, str]:
         return " / ".join(_mn(race.value(law, contact, score, key)) for key in (MEDIAN, WORST))
 
     peak, peak_10 = race.peaks[law, contact]
-    alone, tick = (f"{cycles:,}" if cycles is not None else "–" for cycles in race.cost[law])
+    worst = race.tick[law]
     levels = [race.value(law, contact, f"r2_identity_{level:g}_n") for level in protocol.LEVELS_N]
     return {
         "law": law,
@@ -70,8 +70,7 @@ def _row(race: Race, law: str, contact: str) -> dict[str, str]:
         "felt": _plain(race.value(law, contact, "relative_index"), 2),
         "peak": _plain(peak, 2),
         "peak_10": _plain(peak_10, 2),
-        "alone": alone,
-        "tick": tick,
+        "tick": f"{worst.cycles:,}" if worst else "–",
         "oracle": "1" if law == ORACLE else _plain(race.value(law, contact, "over_oracle"), 2),
     }
 
