@@ -23,7 +23,7 @@ from frictionloop.report.device import OPEN, PRINTED, RETUNED_GAINS
 
 SPEED_MM_S = 20.0
 """Speed of the strokes (paper, Sec. 4.2)."""
-NOTCH, TRACKER, ORACLE = "notch and feed-forward", "tracker", "oracle"
+NOTCH, TRACKER, ORACLE = "notch and feed-forward", "tracker (experimental)", "oracle"
 MEDIAN, WORST = "median", "worst_decile"
 PEAK = 2.0
 """Largest |S| that the computed limit allows."""
