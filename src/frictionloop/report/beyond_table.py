@@ -14,6 +14,7 @@ SHORT = {
     "printed gains": "printed",
     "re-tuned gains": "retuned",
     "notch and feed-forward": "notch",
+    "tracker (experimental)": "tracker",
     "open loop": "open",
 }
 """What the facts call laws, where their name is longer."""
@@ -56,7 +57,7 @@ def _row(race: Race, law: str, contact: str) -> dict[str, str]:
         return " / ".join(_mn(race.value(law, contact, score, key)) for key in (MEDIAN, WORST))
 
     peak, peak_10 = race.peaks[law, contact]
-    alone, tick = (f"{cycles:,}" if cycles is not None else "–" for cycles in race.cost[law])
+    worst = race.tick[law]
     levels = [race.value(law, contact, f"r2_identity_{level:g}_n") for level in protocol.LEVELS_N]
     return {
         "law": law,
@@ -70,8 +71,7 @@ def _row(race: Race, law: str, contact: str) -> dict[str, str]:
         "felt": _plain(race.value(law, contact, "relative_index"), 2),
         "peak": _plain(peak, 2),
         "peak_10": _plain(peak_10, 2),
-        "alone": alone,
-        "tick": tick,
+        "tick": f"{worst.cycles:,}" if worst else "–",
         "oracle": "1" if law == ORACLE else _plain(race.value(law, contact, "over_oracle"), 2),
     }
 
