@@ -13,7 +13,6 @@ from frictionloop.loop.kernel.slab import ROW
 from frictionloop.loop.kernel.structure import moves
 from frictionloop.loop.timing import check_seed, is_finite
 from frictionloop.parameters import System, check_system
-from frictionloop.physics.sources import longest_s
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.normals import BLOCK
 from frictionloop.sensing.measurement import Measurement
@@ -58,7 +57,7 @@ class Stepper:
         check_system(system)
         self.system, seed = system, check_seed(seed)
         self._tile = lower([system], [seed], external=True)
-        self._period, self._last = 0, round(min(longest_s(system.disturbance), 1e9) * system.controller.rate_hz)
+        self._period, self._last = 0, round(min(system.disturbance.longest_s, 1e9) * system.controller.rate_hz)
         self._disturbance = _NONE
         self._view = self._tile.slab.data
         self._bench = self._tile.kernel == "substeps"

@@ -7,6 +7,7 @@ from frictionloop.parameters import (
     Constant,
     Controller,
     FrictionLaw,
+    FrictionLimit,
     LogSweep,
     Model,
     PiController,
@@ -30,10 +31,13 @@ def source_label(source: Source) -> str:
         return f"{len(source.levels_n)} levels, {number(min(source.levels_n))} to {number(max(source.levels_n))} N"
     if isinstance(source, ColouredNoise):
         return f"1/f{_power(source.exponent)} noise, {number(source.rms_n)} N rms"
+    return _swing_label(source) if isinstance(source, Sine | LogSweep) else source.kind
+
+
+def _swing_label(source: Sine | LogSweep) -> str:
     around = f"{number(source.offset_n)} ± {number(source.amplitude_n)} N"
     if isinstance(source, Sine):
         return f"sine {number(source.frequency_hz)} Hz\n{around}"
-    assert isinstance(source, LogSweep)
     return f"sweep {number(source.start_hz)}–{number(source.stop_hz)} Hz\n{around}"
 
 
@@ -65,8 +69,10 @@ def plate_label(plate: Plate) -> list[str]:
     return ["first-order low-pass", f"{number(plate.cutoff_hz)} Hz", f"$a$ ≤ {number(plate.max_amplitude_um)} µm"]
 
 
-def friction_label(friction: FrictionLaw) -> list[str]:
+def friction_label(friction: FrictionLimit) -> list[str]:
     """Return the friction law, equation (1)."""
+    if not isinstance(friction, FrictionLaw):
+        return [friction.kind]
     f0, tau = number(friction.nominal_n), number(friction.susceptibility_per_um2)
     return ["$f_0\\,\\exp(-\\tau a^2)$", f"$f_0$ = {f0} N", f"$\\tau$ = {tau} µm⁻²"]
 
