@@ -34,7 +34,7 @@ def compiler() -> tuple[str, ...]:
         return named
     if find_spec("ziglang"):
         return zig()
-    raise FrictionloopError("no C compiler: install cc, or frictionloop[firmware], which brings one")
+    raise FrictionloopError("no C compiler: install cc, or frictionloop[image], which brings one")
 
 
 def zig() -> tuple[str, ...]:
