@@ -62,16 +62,17 @@ class Stepper:
         self._period, self._last = 0, round(min(longest_s(system.disturbance), 1e9) * system.controller.rate_hz)
         self._disturbance = NO_TRACES
         self._view = self._tile.slab.data
-        self._bench = self._tile.kernel == "substeps"
+        self.tells_sampled = self._tile.kernel == "substeps"
+        """Whether `force_n` is that at the last sample, as on a bench; else it is the one a period before."""
         # The sensor has settled on the first force, which one period tells: of a bench its sample alone, of the plant
         # of Section 2 all of it, run on a copy.
-        probe = self._tile if self._bench else lower([system], [seed], external=True)
+        probe = self._tile if self.tells_sampled else lower([system], [seed], external=True)
         first = probe.disturbance(0, 1)
         self._advance(probe.slab.data, 1, 0, 1, probe.options, probe.buffers, _UNUSED, first, 0, NO_TRACES)
-        force = probe.slab.view("friction" if self._bench else "nominal")[0, 0]
+        force = probe.slab.view("friction" if self.tells_sampled else "nominal")[0, 0]
         self.force_n = float(force + probe.slab.view("disturbance")[0, 0])
-        """Friction force on the finger, which no sensor shows: on a bench at the last sample, else a period before."""
-        self.measured = self._told() if self._bench else Measurement(self.force_n)
+        """Friction force on the finger, which no sensor shows (`tells_sampled`)."""
+        self.measured = self._told() if self.tells_sampled else Measurement(self.force_n)
         """The last measurement."""
 
     @property
@@ -125,14 +126,14 @@ class Stepper:
             )
         self._period += 1
         # A bench's period ends with its sample, which the kernel takes at the beginning of the next.
-        k += self._bench
+        k += self.tells_sampled
         chunk = k // BLOCK * BLOCK
         self._sample(k, chunk)
         self._view[ROW["command"]], g = amplitude_command, self._view[ROW["friction"]]
         self._advance(self._view, 1, k, k + 1, options, tile.buffers, _UNUSED, self._disturbance, chunk, NO_TRACES)
-        g = self._view[ROW["friction"]] if self._bench else g
+        g = self._view[ROW["friction"]] if self.tells_sampled else g
         self.force_n = float(g + self._view[ROW["disturbance"]])
-        self.measured = self._told() if self._bench else Measurement(float(self._view[ROW["measurement"]]))
+        self.measured = self._told() if self.tells_sampled else Measurement(float(self._view[ROW["measurement"]]))
         return self.measured
 
     def _move(self, motion: Movement) -> None:

@@ -116,11 +116,6 @@ def contact_coefficients(
     return ContactCoefficients(**(values if h.shape else {name: float(value) for name, value in values.items()}))
 
 
-def bristle_energy_j(bristle_m: np.ndarray | float, bristle_stiffness_n_per_m: np.ndarray | float) -> np.ndarray:
-    """Return s0 z^2/2 in J, what the bristle holds, for deflections z in m of any shape and s0 in N/m."""
-    return np.asarray(bristle_stiffness_n_per_m * np.square(bristle_m) / 2.0)
-
-
 def _checked(name: str, values: object, unit: str, zero: bool = False) -> np.ndarray:
     """Return values as an array, refusing what is no finite number, negative, or zero unless it may be."""
     accepted = f"must be finite and {'at least' if zero else 'above'} 0"
