@@ -9,12 +9,12 @@ import pytest
 import xarray as xr
 
 import frictionloop as fl
-from frictionloop.physics.trials import sliding_trials
 from frictionloop.report.figures.diagram import controller_label, figure_diagram, lookup_label, source_label
 from frictionloop.report.figures.population import binned, figure_population
 from frictionloop.report.figures.why import figure_why
 from frictionloop.report.numbers import number
 from frictionloop.report.style import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, inline, svg
+from frictionloop.report.trials import sliding_trials
 
 
 def words(figure):

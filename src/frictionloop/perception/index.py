@@ -9,9 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import make_interp_spline
 from scipy.signal import welch
 
-from frictionloop.perception.checks import Array, number, numbers
 from frictionloop.perception.thresholds import HIGHEST_HZ, LOWEST_HZ, Impedance, force_threshold_n
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.checks import Array, number, numbers
 
 SEGMENT_S = 4.0
 """Length of a Welch segment: 0.25 Hz between frequencies, the Hann window is 1 Hz wide (zero to zero)."""

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionloop.perception.checks import Array
 from frictionloop.perception.thresholds import HIGHEST_HZ, LOWEST_HZ
+from frictionloop.quantities.checks import Array
 
 Complex = NDArray[np.complex128]
 

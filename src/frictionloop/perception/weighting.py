@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.signal import sosfreqz
 
-from frictionloop.perception.checks import Array, number, numbers
 from frictionloop.perception.prototype import GRID_HZ, HIGHPASS_HZ, PROTOTYPE, Complex, gain_db, roots_of
 from frictionloop.perception.thresholds import Fingertip, Impedance, force_threshold_n, impedance
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.checks import Array, number, numbers
 
 RATES_HZ = (1200.0, 200_000.0)
 """Sampling rates that the filter is made for."""

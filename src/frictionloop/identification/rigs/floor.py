@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import xarray as xr
 
-from frictionloop.identification.rigs.sensor import checked, checked_seed, reading, spring_noise, to_dataset
+from frictionloop.identification.rigs.sensor import checked, reading, spring_noise, to_dataset
+from frictionloop.loop.timing import check_seed
 from frictionloop.parameters.rigs import CalibrationBench
 
 _SECONDS = 36000.0  # ten hours: what fits in memory at 5 kHz
@@ -41,6 +42,6 @@ def floor_rig(
     bench = bench or CalibrationBench()
     rate_hz = checked("rate_hz", rate_hz, "Hz", 1.0)
     duration_s = checked("duration_s", duration_s, "s", 2 / rate_hz, _SECONDS)
-    seed = checked_seed(seed)
+    seed = check_seed(seed)
     noise_n = spring_noise(bench, round(duration_s * rate_hz), rate_hz, seed)
     return to_dataset(bench, "floor", seed, rate_hz, {"f_m": reading(bench, noise_n)})
