@@ -377,7 +377,6 @@ def test_a_band_beyond_the_recording():
     response = find.frequency_response(RUNS["hammer"])
     assert "half the rate" in complaint(find.fit_resonance, response, (20, 4000))
     assert "holds no resonance" in complaint(find.fit_resonance, response, (220.0, 400.0))
-    assert "lag = 'both'" in complaint(find.fit_resonance, response, None, "both")
 
 
 def test_a_rate_too_low_for_the_resonance():
