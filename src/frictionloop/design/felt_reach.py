@@ -16,9 +16,9 @@ from frictionloop.design.linear_optimum import BINS, linear_optimum
 from frictionloop.design.linear_reach import LEVELS_N, reading_noise_psd
 from frictionloop.design.wiener_hopf import bins, squared
 from frictionloop.parameters import System
-from frictionloop.perception.checks import numbers
 from frictionloop.perception.weighting import felt_power
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.checks import numbers
 
 WEIGHTS = (0.0, 0.1, 0.3, 1.0)
 REFERENCE_HZ = 100.0

@@ -10,7 +10,7 @@ import numpy as np
 from frictionloop.device.asked import number
 from frictionloop.device.link import Link
 from frictionloop.device.recorder import TICK_HZ
-from frictionloop.parameters import Constant, Signal, Sine, System
+from frictionloop.parameters import Constant, LogSweep, Signal, Sine, System
 from frictionloop.physics.sources import evaluate, sampler
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import schema
@@ -170,6 +170,7 @@ def _at_ticks(setpoint: Signal | np.ndarray, duration_s: float, ticks: int) -> n
         raise FrictionloopError(f"duration_s = {duration_s:g}: the set-point lasts {setpoint.longest_s:g} s")
     if (take := sampler(setpoint, TICK_HZ, 0, 0)) is not None:
         return take(0, ticks)
+    assert isinstance(setpoint, Constant | Sine | LogSweep)  # what has no sampler
     return evaluate(setpoint, np.arange(ticks + 1) / TICK_HZ)
 
 

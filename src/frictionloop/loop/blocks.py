@@ -95,7 +95,7 @@ def outside_digest() -> str:
 
 def _described(block: Any, parameters: Any) -> list[Any]:
     """Return what a block computes: its functions, and the functions and defaults of its parameters."""
-    classes = [each for each in (block, parameters) if isinstance(each, type)]
+    classes: list[Any] = [each for each in (block, parameters) if isinstance(each, type)]
     own = [value for each in classes for value in vars(each).values() if inspect.isfunction(value)]
     fields = [repr(each.model_fields) for each in classes]
     return [block if not isinstance(block, type) else kind_of(block), own, fields]
@@ -112,7 +112,7 @@ def _check_kind(block: Any, parameters: Any) -> None:
 def _warn_of_python(block: Any) -> None:
     """Say of a law that is not compiled what it costs."""
     step = getattr(block, "step", None)
-    if isinstance(block, Law) and not is_compiled(step):
+    if isinstance(block, Law) and step is not None and not is_compiled(step):
         warnings.warn(
             f'law "{block.kind}": {step.__name__} is plain Python and runs some hundred times slower than compiled; '
             "decorate it with @fl.step if it only computes with numbers",

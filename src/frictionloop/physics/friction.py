@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple, TypeGuard
 
 import numpy as np
@@ -11,6 +10,7 @@ from frictionloop.parameters import FrictionLaw, FrictionLimit, System, check_sy
 from frictionloop.physics.vibration import GAUSSIAN, Vibration, inverse_of, vibration_of
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.arithmetic import exp2, step
+from frictionloop.quantities.checks import as_numbers, numbers
 
 LARGEST_UM = 1000.0
 """Largest amplitude that is searched for (assumed: far beyond any plate)."""
@@ -65,7 +65,7 @@ def friction_force(amplitude_um: np.ndarray | float, friction: Law) -> np.ndarra
     FrictionloopError
         For an amplitude that is negative or not finite.
     """
-    _numbers("amplitude_um", amplitude_um, "um", least=0.0)
+    numbers("amplitude_um", amplitude_um, "um", 0.0)
     if is_gaussian(friction):
         return friction.nominal_n * np.exp(-friction.susceptibility_per_um2 * np.square(amplitude_um))
     nominal_n, law, coefficients, occluded = friction if isinstance(friction, Held) else held(friction)
@@ -99,7 +99,7 @@ def amplitude_for(force_n: np.ndarray | float, friction: Law) -> np.ndarray:
     FrictionloopError
         For forces that are not numbers.
     """
-    force = _numbers("force_n", force_n, "N", finite=False)
+    force = as_numbers("force_n", force_n, "N")
     inside = (force > 0) & (force <= friction.nominal_n)
     if not is_gaussian(friction):
         nominal_n, law, coefficients, occluded = friction if isinstance(friction, Held) else held(friction)
@@ -137,21 +137,8 @@ def reachable(system: System, disturbance_n: np.ndarray | float = 0.0) -> Band:
         For what is not a System, or a disturbance that is empty or not finite.
     """
     check_system(system)
-    disturbance = _numbers("disturbance_n", disturbance_n, "N")
+    disturbance = numbers("disturbance_n", disturbance_n, "N")
     if disturbance.size == 0:
         raise FrictionloopError("disturbance_n is empty: must hold at least one force in N")
     floor = float(friction_force(system.plate.max_amplitude_um, system.friction))
     return Band(floor + float(disturbance.max()), system.friction.nominal_n + float(disturbance.min()))
-
-
-def _numbers(name: str, values: object, unit: str, least: float = -math.inf, finite: bool = True) -> np.ndarray:
-    """Return values as an array, refusing what is no number, not finite or below the least."""
-    try:
-        found = np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        raise FrictionloopError(f"{name} = {values!r}: must be a number or an array of numbers in {unit}") from None
-    wrong = found[~(np.isfinite(found) & (found >= least))] if finite else np.empty(0)
-    if wrong.size:
-        range_ = "" if least == -math.inf else f" and at least {least:g}"
-        raise FrictionloopError(f"{name} = {wrong[0]:g} {unit}: must be finite{range_}")
-    return found

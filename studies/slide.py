@@ -11,9 +11,9 @@ import numpy as np
 import xarray as xr
 from scipy.signal import detrend
 
-from frictionloop.identification.slide_spectrum import band_rms, in_common, inside, power_law, waves_of
-from frictionloop.identification.slide_window import mean_of, window
 from frictionloop.quantities import FrictionloopError
+from studies.slide_spectrum import band_rms, in_common, inside, power_law, waves_of
+from studies.slide_window import mean_of, window
 
 BAND_HZ = (5.0, 100.0)
 """Band of the spectrum's slope: five waves a second and more fit a stroke; skin and sensors end well above 100 Hz."""

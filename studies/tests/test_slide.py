@@ -15,13 +15,13 @@ from scipy.signal import periodogram
 from scipy.stats import binom
 
 import frictionloop as fl
-from frictionloop.identification.slide import slide_statistics
-from frictionloop.identification.slide_onset import stick_to_slip
-from frictionloop.identification.slide_spectrum import power_law, waves_of
+from studies.slide import slide_statistics
+from studies.slide_onset import stick_to_slip
+from studies.slide_spectrum import power_law, waves_of
 
 RATE = 5000
 BAND = (5.0, 100.0)
-PAGE = Path(__file__).parents[2] / "docs" / "finger-validation.md"
+PAGE = Path(__file__).parents[1] / "pages" / "finger-validation.md"
 OFF = {"controller.kp": 0.0, "controller.ki": 0.0, "controller.model.max_amplitude_um": 1e-3}
 
 

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from frictionloop.identification.slide_window import window
 from frictionloop.quantities import FrictionloopError
+from studies.slide_window import window
 
 SETTLED_S = 0.01
 """Time at rest that gives the force before the slip, and time left out after the peak (assumed)."""
