@@ -16,7 +16,7 @@ from numba import njit, types
 from numba.core.dispatcher import Dispatcher
 from numba.extending import intrinsic
 
-step = njit(error_model="numpy", forceinline=True)
+step = njit(error_model="numpy", forceinline=True, no_cfunc_wrapper=True)
 """Compile a scalar step function; division by zero gives inf as in NumPy, which keeps loops branch-free."""
 
 

@@ -48,7 +48,9 @@ def lifting(name: str, width: int, inlined: bool = False) -> Lifting:
     def compiled(function: Any) -> Any:
         # Functions from the disk that have one name would be one function to the linker.
         function.__qualname__ += suffix
-        return njit(error_model="numpy", nogil=True, forceinline=inlined)(function)
+        return njit(
+            error_model="numpy", nogil=True, forceinline=inlined, no_cpython_wrapper=True, no_cfunc_wrapper=True
+        )(function)
 
     def one(n):  # type: ignore[no-untyped-def]
         return 1
