@@ -1,6 +1,6 @@
 """The table of control laws, from scores that `frictionloop compare` has left beside the pages.
 
-``python docs/_tools/compared.py tournament/scores.csv`` keeps the few that the table shows.
+``python docs/_tools/compared.py comparison/scores.csv`` keeps the few that the table shows.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from typing import Any
 
 from tables import table
 
-KEPT = Path(__file__).parents[1] / "_static" / "tournament.csv"
+KEPT = Path(__file__).parents[1] / "_static" / "comparison.csv"
 MISSING = (
-    "*No scores are stored with these pages yet. `make tournament` makes them (`tournament/scores.csv`), and "
-    "`python docs/_tools/compared.py tournament/scores.csv` puts what this table shows beside them.*"
+    "*No scores are stored with these pages yet. `make comparison` makes them (`comparison/scores.csv`), and "
+    "`python docs/_tools/compared.py comparison/scores.csv` puts what this table shows beside them.*"
 )
 ERRORS = (
     ("residual_rms_n", "rms (mN)", 1e3),
@@ -92,7 +92,7 @@ def _margins(title: str, here: dict[str, list[Row]]) -> str:
 
 
 def keep(scores: Path, kept: Path = KEPT) -> None:
-    """Copy what the table shows out of a tournament's scores, at four digits."""
+    """Copy what the table shows out of a comparison's scores, at four digits."""
     populations = {*POPULATIONS, MEDIAN_FINGER}
     rows = [row for row in _read(scores) if row["score"] in SHOWN and row["population"] in populations]
     for row in rows:

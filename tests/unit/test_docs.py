@@ -164,7 +164,7 @@ def test_the_table_of_laws_shows_scores_that_are_kept_or_says_how_to_get_them(tm
     from compared import compared, keep
 
     kept = tmp_path / "kept.csv"
-    assert "make tournament" in compared(kept)
+    assert "make comparison" in compared(kept)
     (tmp_path / "scores.csv").write_text(SCORES)
     keep(tmp_path / "scores.csv", kept)
     assert "saturation_index" not in kept.read_text()

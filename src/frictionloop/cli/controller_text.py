@@ -8,7 +8,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from frictionloop.cli import screen, tracker_text
-from frictionloop.cli.tournament_text import number
+from frictionloop.cli.comparison_text import number
 
 if TYPE_CHECKING:
     from frictionloop.analysis.headroom import Headroom

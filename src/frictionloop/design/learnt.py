@@ -6,9 +6,7 @@ import math
 from typing import Any
 
 from frictionloop.control.tracker_state import TrackerState
-from frictionloop.loop.kernel.lowering import lower
-from frictionloop.loop.simulate import run_tile
-from frictionloop.loop.timing import periods_in
+from frictionloop.loop.simulate import law_state
 from frictionloop.parameters import Skin, Strokes, System, TrackerController
 
 FASTER = (1.0, 4.0)
@@ -39,9 +37,7 @@ def learnt_in_run(system: System, duration_s: float, seed: int) -> System:
     law = system.controller
     if not isinstance(law, TrackerController):
         return system
-    tile = lower([system], [seed])
-    run_tile(tile, periods_in(system, duration_s))
-    found = dict(zip(TrackerState._fields, tile.slab.view("controller_state")[:, 0].tolist(), strict=False))
+    found = dict(zip(TrackerState._fields, law_state(system, duration_s, seed).tolist(), strict=False))
     return system.evolve(
         {
             "controller.compliance_um_per_n": min(found["compliance"], law.largest_compliance_um_per_n),

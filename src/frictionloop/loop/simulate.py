@@ -39,6 +39,13 @@ def run_tile(tile: Tile, periods: int, traces: np.ndarray = NO_TRACES) -> None:
         )
 
 
+def law_state(system: System, duration_s: float, seed: int) -> np.ndarray:
+    """Return the state of the control law at the end of a run, in the order of the law's own state."""
+    tile = lower([system], [check_seed(seed)])
+    run_tile(tile, periods_in(system, duration_s))
+    return np.asarray(tile.slab.view("controller_state")[:, 0])
+
+
 def simulate(system: System, duration_s: float = 10.0, seed: int = 0) -> xr.Dataset:
     """Simulate the closed loop and return its traces.
 
