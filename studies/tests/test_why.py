@@ -8,6 +8,7 @@ import xarray as xr
 
 import frictionloop as fl
 from frictionloop.design import comparison as rooms
+from frictionloop.design.comparison import protocol
 from frictionloop.report.style import svg
 from studies.why import reason_rows, reasons
 from studies.why_figure import figure_why
@@ -62,3 +63,21 @@ def test_the_figure_of_causes_tells_laws_apart_without_colour_and_says_what_cann
     plain, best = (bars.patches[0] for bars in figure.axes[0].containers)
     assert plain.get_hatch() != best.get_hatch() and plain.get_facecolor() != best.get_facecolor()
     assert [label.get_text() for label in figure.axes[0].get_yticklabels()] == ["all", "no disturbance", *causes]
+
+
+def test_reasons_are_those_of_the_fingers_that_are_scored(ran):
+    found = reasons(ran, ["retuned_pi"])
+    able = np.flatnonzero(protocol.able(ran.system, ran.people, 20.0, ran.duration_s))
+    numbers = (able if able.size else np.arange(len(ran.people))).tolist()
+    assert found["finger"].values.tolist() == numbers
+    cell = ran.cells["rms_error"].sel(law="retuned_pi", speed_mm_s=20.0, task="sine 0.6", finger=numbers)
+    for contact in protocol.CONTACTS:
+        got = found["all"].sel(law="retuned_pi", speed_mm_s=20.0, contact=contact).values
+        assert np.array_equal(got, cell.sel(contact=contact).values)
+    rows = reason_rows(found)
+    roughness = next(row for row in rows if (row["part"], row["contact"]) == ("roughness", "dahl"))
+    cost = found["cost"].sel(law="retuned_pi", speed_mm_s=20.0, contact="dahl", cause="roughness").values
+    assert roughness["cost_median"] == pytest.approx(np.median(cost), rel=1e-12)
+    for wrong in ([], ["retuned_pi", "retuned_pi"], ["oracle"]):
+        with pytest.raises(fl.FrictionloopError, match="why"):
+            reasons(ran, wrong)

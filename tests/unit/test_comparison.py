@@ -288,24 +288,6 @@ def test_nothing_depends_on_git(monkeypatch):
     store.commit_of.cache_clear()
 
 
-def test_reasons_are_those_of_the_fingers_that_are_scored(whole):
-    found = rooms.reasons(whole, ["retuned_pi"])
-    able = np.flatnonzero(protocol.able(whole.system, whole.people, 20.0, whole.duration_s))
-    numbers = (able if able.size else np.arange(len(whole.people))).tolist()
-    assert found["finger"].values.tolist() == numbers
-    cell = whole.cells["rms_error"].sel(law="retuned_pi", speed_mm_s=20.0, task="sine 0.6", finger=numbers)
-    for contact in protocol.CONTACTS:
-        got = found["all"].sel(law="retuned_pi", speed_mm_s=20.0, contact=contact).values
-        assert np.array_equal(got, cell.sel(contact=contact).values)
-    rows = rooms.reason_rows(found)
-    roughness = next(row for row in rows if (row["part"], row["contact"]) == ("roughness", "dahl"))
-    cost = found["cost"].sel(law="retuned_pi", speed_mm_s=20.0, contact="dahl", cause="roughness").values
-    assert roughness["cost_median"] == pytest.approx(np.median(cost), rel=1e-12)
-    for wrong in ([], ["retuned_pi", "retuned_pi"], ["oracle"]):
-        with pytest.raises(fl.FrictionloopError, match="why"):
-            rooms.reasons(whole, wrong)
-
-
 def test_entrants_of_ones_own_run_under_their_names():
     own = {"mine": lambda system: {"controller.kind": "lookup"}, "oracle": entrants.ENTRANTS["oracle"]}
     found, named = short(laws=own), short(laws=["lookup", "oracle"])

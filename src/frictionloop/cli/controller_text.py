@@ -97,7 +97,7 @@ def headroom_text(system: System, left: Headroom, wanted: Wanted) -> list[Any]:
                 "Bode's least",
                 _mn(left.least_rms_n),
                 f"of any linear law with Ms up to {wanted.sensitivity_peak:g}; |S| is 1 at "
-                f"{number(left.least_zero_db_hz)} Hz; not to be had with sensor noise (linear_optimum)",
+                f"{number(left.least_zero_db_hz)} Hz; not to be had with sensor noise",
             ),
         ]
     rows += [

@@ -32,7 +32,7 @@ def learnt_in_run(system: System, duration_s: float, seed: int) -> System:
     """Return a system whose tracker begins with what it believes at the end of a run; of other laws as it is.
 
     Compliance and susceptibility that are learnt in the loop are biased, for its innovations are not white
-    (docs/which-law.md): this is the loop that runs, `knowing` the one that was designed.
+    (studies/pages/laws.md): this is the loop that runs, `knowing` the one that was designed.
     """
     law = system.controller
     if not isinstance(law, TrackerController):

@@ -30,7 +30,7 @@ class FingerFriction(FrictionLaw):
     static_ratio: Annotated[Number, Field(ge=1, le=5)] = 1.0
     """Limit of a tip that sticks over that of one that slides; 1 is none, above it slow fingers stick and slip.
 
-    1.4 on one measured finger (docs/finger-validation), 1.5 in physics models of fingers; none is assumed.
+    1.4 on one measured finger (studies/pages/finger-validation), 1.5 in physics models of fingers; none is assumed.
     """
     static_mm_s: Positive = 2.0
     """Slip speed over which the static share fades, as e^-(v/vs)^2 (assumed)."""
