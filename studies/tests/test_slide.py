@@ -21,7 +21,7 @@ from studies.slide_spectrum import power_law, waves_of
 
 RATE = 5000
 BAND = (5.0, 100.0)
-PAGE = Path(__file__).parents[2] / "docs" / "finger-validation.md"
+PAGE = Path(__file__).parents[1] / "pages" / "finger-validation.md"
 OFF = {"controller.kp": 0.0, "controller.ki": 0.0, "controller.model.max_amplitude_um": 1e-3}
 
 
