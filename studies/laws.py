@@ -19,7 +19,7 @@ SHOWN = (
     *("residual_rms_n", "hold_rms_n", "r2_identity", "relative_index", "over_oracle", "fall_63_s"),
     *("sensitivity_peak", "sensitivity_peak_5", "sensitivity_peak_10", "sensitivity_peak_learnt"),
 )
-POPULATIONS = ("capable", "within reach", "median capable finger")
+POPULATIONS = ("capable", "median capable finger")
 
 
 def whole(path: Path = RUNS) -> rooms.Comparison:

@@ -16,13 +16,14 @@ import frictionloop as fl
 from frictionloop.design.comparison import protocol
 from frictionloop.design.comparison.measured import told
 from frictionloop.design.learnt import learnt_in_run
-from frictionloop.design.tracker_loop import Row, plant_paths
+from frictionloop.design.tracker_loop import Row
 from frictionloop.design.tracker_search import RowSearch
 from frictionloop.design.tracker_tuning import LIMITS, believed_resonance, tune_tracker
 from frictionloop.parameters.tracking import PLACES
 from frictionloop.physics.fingers import Fingers
 from studies.linear_reach import linear_reach
 from studies.robust_optimum import robust_optimum
+from studies.tracker_plant import plant_paths
 from studies.wiener_hopf import bins
 
 SPEEDS_MM_S, CONTACTS, LEVELS_N = (20.0, 80.0), ("dahl", "slider"), (0.4, 0.6, 0.8)
@@ -45,7 +46,7 @@ def strokes() -> Iterator[tuple[str, dict[str, Any], float]]:
 
 def capable(count: int, speed_mm_s: float) -> Fingers:
     """Return those of ``fingers(count, 3)`` given 0.3 and 0.9 N at their mean load, each told its own resonance."""
-    people = protocol.tuning_population(count)
+    people = fl.fingers(count, protocol.TUNING_SEED)
     able = protocol.able(BENCH, people, speed_mm_s)
     devices = told(BENCH, protocol.each_resonance(BENCH, people), {"controller.kind": "tracker"})
     return Fingers(each for each, can in zip(devices, able, strict=True) if can)

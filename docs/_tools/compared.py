@@ -27,9 +27,8 @@ MARGINS = (
     ("sensitivity_peak_learnt", "learnt"),
 )
 """Margins of the median capable finger."""
-POPULATIONS = {"capable": "capable fingers", "within reach": "fingers within reach"}
-"""Populations shown, by what a table calls them."""
-MEDIAN_FINGER = "median capable finger"
+CAPABLE, MEDIAN_FINGER = "capable", "median capable finger"
+"""Populations shown."""
 Row = dict[str, str]
 Pairs = Sequence[tuple[str, str, float]]
 
@@ -41,24 +40,20 @@ def compared(kept: Path = KEPT) -> str:
     parts = []
     for speed in _names(rows, "speed_mm_s"):
         here = {c: [row for row in rows if row["speed_mm_s"] == speed and row["contact"] == c] for c in contacts}
-        parts += [
-            _table(f"**{float(speed):g} mm/s, {c}, errors**", here[c], ERRORS, population)
-            for population in POPULATIONS
-            for c in contacts
-        ]
+        parts += [_table(f"**{float(speed):g} mm/s, {c}, errors**", here[c], ERRORS) for c in contacts]
         parts.append(_margins(f"**{float(speed):g} mm/s, margins**", here))
     return "\n\n".join(part for part in parts if part)
 
 
-def _table(title: str, rows: list[Row], pairs: Pairs, population: str) -> str:
-    rows = [row for row in rows if row["population"] == population]
+def _table(title: str, rows: list[Row], pairs: Pairs) -> str:
+    rows = [row for row in rows if row["population"] == CAPABLE]
     pairs = [pair for pair in pairs if pair[0] in _names(rows, "score")]
     if not pairs:
         return ""
     count = max(int(row["fingers"]) for row in rows)
     heads = ("Law", *(head for _, head, _ in pairs))
     cells = table(heads, (_law(law, rows, pairs) for law in _names(rows, "law")))
-    return f"{title}, median / worst decile of {count} {POPULATIONS[population]}:\n\n{cells}"
+    return f"{title}, median / worst decile of {count} capable fingers:\n\n{cells}"
 
 
 def _margins(title: str, here: dict[str, list[Row]]) -> str:

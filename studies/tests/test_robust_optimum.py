@@ -11,13 +11,14 @@ from scipy.signal import freqz
 
 import frictionloop as fl
 from frictionloop.design import linear_optimum
-from frictionloop.design.tracker_loop import Plant, Row, plant_paths
+from frictionloop.design.tracker_loop import Plant, Row
 from frictionloop.design.tracker_search import RowSearch, true_shares
 from frictionloop.design.tracker_tuning import LIMITS, believed_resonance
 from frictionloop.parameters.tracking import PLACES, SCHEDULE
 from studies.linear_reach import linear_reach
 from studies.robust_optimum import RobustOptimum, _turns, robust_optimum
 from studies.robust_reach import robust_reach
+from studies.tracker_plant import plant_paths
 from studies.wiener_hopf import Spectra, bins
 
 TS, NYQUIST_HZ, BINS = 2e-4, 2500.0, 2**11

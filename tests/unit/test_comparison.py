@@ -66,7 +66,6 @@ def test_fingers_are_those_of_the_seed_and_meet_three_resonances():
     met = [each["sensor.resonance_hz"] / 145.0 for each in people]
     np.testing.assert_allclose(met, [1.0, 0.95, 1.05, 1.0, 0.95, 1.05, 1.0], rtol=1e-15)
     assert fl.bench().evolve(people[1]).controller.model.resonance_hz == 145.0
-    assert rooms.tuning_population(4) == fl.fingers(4, rooms.TUNING_SEED)
 
 
 def test_no_two_tasks_or_populations_share_noise():

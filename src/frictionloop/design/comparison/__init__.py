@@ -6,7 +6,6 @@ from frictionloop.design.comparison.protocol import (
     SMALL,
     SPEEDS_MM_S,
     TUNING_SEED,
-    tuning_population,
 )
 from frictionloop.design.comparison.run import Comparison, ComparisonInterrupted, compare
 from frictionloop.design.comparison.scores import SCORES, BelowOracle, below_oracle, scores
@@ -29,6 +28,5 @@ __all__ = [
     "score_rows",
     "scores",
     "tidy_rows",
-    "tuning_population",
     "value_of",
 ]

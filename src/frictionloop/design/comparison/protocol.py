@@ -122,11 +122,6 @@ def each_resonance(system: System, people: Fingers) -> Fingers:
     return Fingers(each | {"sensor.resonance_hz": shift} for each, shift in zip(people, shifts, strict=True))
 
 
-def tuning_population(count: int) -> Fingers:
-    """Return fingers that a law may be tuned on."""
-    return fingers(count, TUNING_SEED)
-
-
 def speeds_of(system: System, speeds_mm_s: Iterable[float]) -> tuple[float, ...]:
     """Return the speeds of the strokes, each one that the bench's sensors follow and the strokes leave room for.
 
