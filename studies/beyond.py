@@ -50,7 +50,7 @@ def race(duration_s: float = protocol.DURATION_S) -> tuple[dict[str, Any], xr.Da
     whole = rooms.compare(bench(), rooms.SMALL, laws=LAWS, speeds_mm_s=[SPEED_MM_S], duration_s=duration_s)
     scored = rooms.scores(whole).sel(speed_mm_s=SPEED_MM_S)
     rows, some = rooms.score_rows(scored.expand_dims(speed_mm_s=[SPEED_MM_S])), scored["capable"].values
-    finger = protocol.median_finger(whole.people, some)
+    finger = protocol.median_finger(whole.people, some) or {}
     number = next(i for i, each in enumerate(whole.people) if each is finger)
     traces = step_traces(whole, SPEED_MM_S)
     found: dict[str, Any] = {

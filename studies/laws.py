@@ -10,6 +10,7 @@ import csv
 from pathlib import Path
 
 from frictionloop.design import comparison as rooms
+from frictionloop.design.comparison.table import Row
 from frictionloop.parameters import bench
 from frictionloop.quantities.version import package_version
 
@@ -28,7 +29,7 @@ def whole(path: Path = RUNS) -> rooms.Comparison:
     return rooms.compare(bench(), path=path, resume=path.exists())
 
 
-def keep(rows: list[rooms.Row], kept: Path = KEPT) -> None:
+def keep(rows: list[Row], kept: Path = KEPT) -> None:
     """Write the rows that are shown, at four digits, below a line that says where they are from."""
     shown = [row for row in rows if row["score"] in SHOWN and row["population"] in POPULATIONS]
     with kept.open("w", newline="", encoding="utf-8") as stream:

@@ -80,7 +80,7 @@ def learnt() -> None:
         for finger in capable(120, speed):
             own = learnt_in_run(BENCH.evolve({**held(0.6), **overrides, **finger}), 11.0, SEED)
             believed, true = own.controller.model.susceptibility_per_um2, own.friction.susceptibility_per_um2
-            found.append((own.controller.compliance_um_per_n, believed / true))
+            found.append((float(own.controller.model_dump()["compliance_um_per_n"]), believed / true))
         for what, row in zip(
             ("um/N", "of the true susceptibility"), np.quantile(found, (0.25, 0.5, 0.75), axis=0).T, strict=True
         ):

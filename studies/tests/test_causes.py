@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from scipy import signal
 
 import frictionloop as fl
-from frictionloop.design import causes
 from frictionloop.loop.felt import plain_stroke
+from studies import causes
 from studies.residual import residual_by_cause
 from studies.residual_bands import band_rms, residual_bands
 

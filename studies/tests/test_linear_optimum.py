@@ -13,11 +13,11 @@ from scipy.signal import ss2tf
 import frictionloop as fl
 from frictionloop.analysis import waterbed_bound
 from frictionloop.control.tracker_gains import sensor_matrices
-from frictionloop.design import linear_optimum
 from frictionloop.design.tracker_loop import Plant, Row, answer
 from frictionloop.design.tracker_search import RowSearch, true_shares
 from frictionloop.design.tracker_tuning import LIMITS, believed_resonance
 from frictionloop.parameters.tracking import PLACES, SCHEDULE
+from studies.linear_optimum import linear_optimum
 from studies.tracker_plant import plant_paths
 
 TS, NYQUIST_HZ = 2e-4, 2500.0

@@ -10,11 +10,11 @@ from scipy.optimize import minimize
 from scipy.signal import freqz
 
 import frictionloop as fl
-from frictionloop.design import linear_optimum
 from frictionloop.design.tracker_loop import Plant, Row
 from frictionloop.design.tracker_search import RowSearch, true_shares
 from frictionloop.design.tracker_tuning import LIMITS, believed_resonance
 from frictionloop.parameters.tracking import PLACES, SCHEDULE
+from studies.linear_optimum import linear_optimum
 from studies.linear_reach import linear_reach
 from studies.robust_optimum import RobustOptimum, _turns, robust_optimum
 from studies.robust_reach import robust_reach

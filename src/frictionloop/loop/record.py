@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -34,7 +33,6 @@ VARIABLES: dict[str, tuple[str, str]] = {
 _FLAGS = ("saturated", "sliding", "scored")
 
 
-@cache
 def provenance(system: System, **more: Any) -> dict[str, Any]:
     """Return the attributes that let a result be repeated: System, version, schema and what the caller adds."""
     return {
