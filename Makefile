@@ -51,12 +51,12 @@ clean: ## remove everything that can be made again
 # The stamps below are newer than the pins when the environment agrees with them.
 $(VENV)/.runtime: $(PINS) | $(BIN)/python
 	@echo "Installing frictionloop into $(VENV)"
-	@$(PIP) .
+	@$(PIP) '.[report]'
 	@touch $@
 
 $(VENV)/.design: $(PINS) | $(BIN)/python
-	@echo "Installing frictionloop with its synthesis tools into $(VENV)"
-	@$(PIP) '.[design]'
+	@echo "Installing frictionloop with what it draws and designs with into $(VENV)"
+	@$(PIP) '.[report,design]'
 	@touch $(VENV)/.runtime $@
 
 $(VENV)/.dev: $(PINS) | $(BIN)/python

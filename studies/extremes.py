@@ -12,12 +12,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from frictionloop.analysis.operating import law_at
-from frictionloop.loop.kernel.build import kernel
 from frictionloop.loop.kernel.lowering import Tile, lower
 from frictionloop.loop.kernel.placing import placed
+from frictionloop.loop.kernel.run import advance
 from frictionloop.loop.kernel.slab import LANES
 from frictionloop.loop.kernel.structure import substeps_of
-from frictionloop.loop.kernel.tiles import BENCH_TRACES
+from frictionloop.loop.kernel.traces import BENCH_TRACES
 from frictionloop.parameters import Constant, System
 from frictionloop.physics.friction import amplitude_for
 
@@ -94,24 +94,16 @@ def forces_from_rest(
 
 
 def _tile_from_rest(systems: Sequence[System], level_n: float, command_um: float, count: int) -> np.ndarray:
-    tile = lower(systems, [0] * len(systems), recording=True, external=True)
-    width = tile.slab.width
-    traces = np.zeros((len(BENCH_TRACES), count + 1, width))
-    _advance(tile, 0, 1, traces)
+    traces = np.zeros((len(BENCH_TRACES), count + 1, 1 if len(systems) == 1 else LANES))
+    tile = lower(systems, [0] * len(systems), traces=traces.reshape(-1), external=True)
+    unused = np.zeros(1)
+    advance(tile, 0, 1, unused, unused, 0)
     _rest(tile, systems, level_n)
     tile.slab.view("command")[:] = command_um
-    _advance(tile, 1, count + 1, traces)
+    advance(tile, 1, count + 1, unused, unused, 1)
     forces = traces[BENCH_TRACES.index("f_a"), :, : len(systems)]
     forces[0] = level_n
     return forces
-
-
-def _advance(tile: Tile, start: int, stop: int, traces: np.ndarray) -> None:
-    """Run periods under the command in the slab; set-point and disturbance are constants, which the kernel makes."""
-    advance = kernel(tile.kernel, tile.slab.width)
-    unused = np.zeros(1)
-    data, width = tile.slab.data, tile.slab.width
-    advance(data, width, start, stop, tile.options, tile.buffers, unused, unused, start, traces.reshape(-1))
 
 
 def _rest(tile: Tile, systems: Sequence[System], level_n: float) -> None:
@@ -123,4 +115,4 @@ def _rest(tile: Tile, systems: Sequence[System], level_n: float) -> None:
     view("contact")[:] = level_n * view("compliance")[0], np.zeros(tile.slab.width), deflection_m, deflection_m
     view("contact_force")[:] = level_n
     view("amplitude")[:] = amplitudes
-    tile.buffers.history.reshape(-1, tile.slab.width)[:] = amplitudes
+    tile.shared.kept["history"].reshape(-1, tile.slab.width)[:] = amplitudes

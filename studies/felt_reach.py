@@ -18,9 +18,9 @@ from frictionloop.analysis.state_space import Array
 from frictionloop.design.comparison import protocol
 from frictionloop.design.comparison.scores import spread
 from frictionloop.parameters import System
-from frictionloop.perception.checks import numbers
 from frictionloop.perception.weighting import felt_power
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.checks import numbers
 from studies.conditions import conditions
 from studies.friction_spectrum import disturbed_levels, own_systems
 from studies.linear_optimum import BINS, linear_optimum

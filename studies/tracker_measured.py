@@ -1,6 +1,6 @@
 """The figures that the pages give of the tracker on the fingers it was tuned on, measured again: some minutes.
 
-``python -m studies.tracker_measured [starts learnt lasting steps optimum rows moved]``; all without a name.
+``python -m studies.tracker_measured [starts learnt lasting steps optimum rows]``; all without a name.
 """
 
 from __future__ import annotations
@@ -18,11 +18,12 @@ from frictionloop.design.comparison.measured import told
 from frictionloop.design.learnt import learnt_in_run
 from frictionloop.design.tracker_loop import Row
 from frictionloop.design.tracker_search import RowSearch
-from frictionloop.design.tracker_tuning import LIMITS, believed_resonance, tune_tracker
+from frictionloop.design.tracker_tuning import believed_resonance
 from frictionloop.parameters.tracking import PLACES
 from frictionloop.physics.fingers import Fingers
 from studies.linear_reach import linear_reach
 from studies.robust_optimum import robust_optimum
+from studies.robust_reach import UNMEASURED
 from studies.tracker_plant import plant_paths
 from studies.wiener_hopf import bins
 
@@ -154,16 +155,16 @@ def rows() -> None:
     found with the first is so with every resonance.
     """
     true, turns = BENCH.controller.model, np.linspace(0.0, np.pi, BINS + 1)
-    share_of_true, q = believed_resonance()
+    share_of_true, q = believed_resonance(UNMEASURED)
     low = {"resonance_hz": share_of_true * true.resonance_hz, "resonance_q": q}
     for place, row in zip(PLACES, BENCH.controller.schedule, strict=True):
-        search = RowSearch(BENCH, true, true.model_copy(update=low), place, LIMITS)
+        search = RowSearch(BENCH, true, true.model_copy(update=low), place, UNMEASURED)
         plants, disturbance = search.plants[0]
         search.near, search.plants = 0.0, search.plants[:1]
         paths = {off: plant_paths(plant, search.dt) for off, plant in plants.items()}
         seen = {off: freqz(reading, poles, turns)[1] for off, (reading, _, poles) in paths.items()}
         ratios = np.array([seen[off] / seen[0.0] for off in plants])
-        peaks = np.array([LIMITS[abs(off)] for off in plants])
+        peaks = np.array([UNMEASURED[abs(off)] for off in plants])
         reading, friction, poles = paths[0.0]
         decay = np.exp(-2.0 * np.pi * true.plate_hz * search.dt)
         driven = np.convolve(poles, [1.0, -decay]) / (1.0 - decay)
@@ -175,22 +176,8 @@ def rows() -> None:
         print(f"place {place:g}: {told}, and {1e3 * driven_less.bound_rms_n:.1f} with a command that small")
 
 
-def moved() -> None:
-    """Print the rms at three levels with the default schedule over that with the one that tuning finds."""
-    tuned = tune_tracker(BENCH).overrides
-    for name, overrides, speed in strokes():
-        people = capable(240, speed)
-        ours, theirs = (
-            np.sqrt(np.mean([rms_mn(held(level) | overrides | more, people, 11.0, 1.0) ** 2 for level in LEVELS_N], 0))
-            for more in ({}, tuned)
-        )
-        row = np.quantile(ours / theirs, (0.25, 0.5, 0.75))
-        told = f"{np.median(ours):.2f} instead of {np.median(theirs):.2f} mN at the median"
-        print(f"{name}: {told}, finger by finger {row[1]:.3f} ({row[0]:.3f} to {row[2]:.3f})")
-
-
 if __name__ == "__main__":
-    for measured in (starts, learnt, lasting, steps, optimum, rows, moved):
+    for measured in (starts, learnt, lasting, steps, optimum, rows):
         if not sys.argv[1:] or measured.__name__ in sys.argv[1:]:
             print(f"{measured.__name__}: {measured.__doc__}")
             measured()

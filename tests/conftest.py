@@ -22,10 +22,19 @@ settings.load_profile("default")
 
 COMPILE = """
 import sys
-from frictionloop.loop.kernel.build import BUILDERS, kernel
-from frictionloop.loop.kernel.slab import LANES
-for name in BUILDERS:
-    kernel(name, (1, LANES)[int(sys.argv[1])])
+import frictionloop as fl
+kinds = ["pi", "lookup", "oracle", "notch_pi", "observer", "super_twisting", "tracker"]
+for contact in ("dahl", "slider", "lugre"):
+    for kind in kinds if contact == "dahl" else kinds[:1]:
+        bench = fl.bench().evolve({"finger.contact": contact, "controller.kind": kind})
+        if sys.argv[1] == "0":
+            fl.simulate(bench, 0.01)
+        else:
+            fl.sweep(bench, {"setpoint.offset_n": [0.5, 0.6]}, 0.01, n_jobs=1)
+if sys.argv[1] == "0":
+    fl.simulate(fl.paper(), 0.01)
+else:
+    fl.sweep(fl.paper(), {"controller.kp": [1.0, 2.0]}, 0.01, n_jobs=1)
 """
 TOGETHER = "tests/claims/"
 """Tests that share the report's results, which take longest of all to compute: one worker takes them all.
@@ -36,7 +45,7 @@ They come first where files keep their order (``--no-loadscope-reorder``), so th
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_setupnodes() -> None:
-    """Fill the cache of kernels, half in each of two processes, before every worker compiles all that it meets."""
+    """Fill the cache of tiles, those of single runs and of sweeps side by side, before every worker compiles them."""
     halves = [subprocess.Popen([sys.executable, "-c", COMPILE, half]) for half in ("0", "1")]
     for half in halves:
         half.wait()  # what does not compile is told by the tests that need it

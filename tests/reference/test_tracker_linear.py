@@ -8,8 +8,8 @@ import pytest
 import frictionloop as fl
 from frictionloop.analysis import linearise
 from frictionloop.control.tracker_gains import observed
+from frictionloop.design.robust_reach import UNMEASURED
 from frictionloop.design.tracker_loop import Plant, Row, _tracker, answer
-from frictionloop.design.tracker_tuning import LIMITS
 from frictionloop.parameters.tracking import PLACES, SCHEDULE, TrackerController
 
 TS = 1 / 5000
@@ -105,9 +105,9 @@ def slow(value):
 @pytest.mark.parametrize("speed_mm_s", [20.0, 80.0])
 @pytest.mark.parametrize(("contact", "compliance"), [("slider", 0.0), ("dahl", 50.0)])
 def test_the_margins_that_are_asked_for(contact, compliance, speed_mm_s, force_n):
-    """Of the real loop Ms 1.7, 2.0 and 2.6 with the resonance 0, 2.5 and 5 % off what it is told."""
+    """Of the real loop Ms 1.7, 2.0 and 2.6 with the resonance 0, 5 and 10 % off what it is told."""
     system = bench(contact, compliance, speed_mm_s)
-    for off, limit in LIMITS.items():
+    for off, limit in UNMEASURED.items():
         for factor in sorted({1.0 - off, 1.0 + off}):
             there = system.evolve({"sensor.resonance_hz": factor * system.sensor.resonance_hz})
             margins = linearise(there, force_n=force_n).margins()
@@ -121,13 +121,7 @@ def test_a_device_with_another_resonance_has_its_margins_once_it_is_measured(con
     hertz = dict.fromkeys(("sensor.resonance_hz", "controller.model.resonance_hz"), factor * 145.0)
     for force_n in (0.4, 0.6, 0.8):
         margins = linearise(bench(contact, compliance, speed_mm_s).evolve(hertz), force_n=force_n).margins()
-        assert margins.stable and margins.sensitivity_peak < 1.01 * LIMITS[0.0]  # 1.703 at most
-
-
-def test_a_device_10_percent_below_what_it_is_told_is_not_stable_on_bristles():
-    """Why a tracker is told: the price of its margins' being for what is measured (docs/controllers.md)."""
-    low = bench("dahl", 50.0).evolve({"sensor.resonance_hz": 0.9 * 145.0})
-    assert not linearise(low, force_n=0.6).margins().stable
+        assert margins.stable and margins.sensitivity_peak < UNMEASURED[0.0]
 
 
 @pytest.mark.parametrize("force_n", [0.41, 0.6, 0.8])

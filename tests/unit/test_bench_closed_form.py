@@ -125,6 +125,21 @@ def test_position_speed_and_load_are_those_of_the_plan(contact_s):
     assert run["load"].values.min() == (0.0 if contact_s else pytest.approx(run["load"].values.min()))
 
 
+def test_a_finger_of_the_bench_trembles_as_those_that_were_measured():
+    """30 um along the stroke, 30 mN of load and a peak at 10 Hz that is 4 Hz wide (docs/finger.md)."""
+    still, duration_s = {"motion.tremor_um": 0.0, "motion.tremor_n": 0.0}, 60.0
+    trembling, steady = (fl.simulate(fl.bench().evolve(each), duration_s, seed=2) for each in ({}, still))
+    for name, rms in (("position", 30e-6), ("load", 0.03)):
+        tremor = (trembling[name] - steady[name]).values
+        # A band b wide has pi b T independent values of its variance; 5 deviations.
+        assert np.std(tremor) == pytest.approx(rms, rel=5 * math.sqrt(0.5 / (math.pi * 4.0 * duration_s)))
+        f, power = signal.welch(tremor, 5000.0, nperseg=10_000)
+        inside = np.abs(f - 10.0) <= 4.0
+        # (f^2 - f_p^2)^2 + b^2 (f_p^2 + b^2/4) is 1/|x|^2: what it leaves between 6 and 14 Hz, by the trapezium.
+        exact = 1.0 / ((f**2 - 100.0) ** 2 + 16.0 * 104.0)
+        assert power[inside].sum() / power.sum() == pytest.approx(exact[inside].sum() / exact.sum(), abs=0.05)
+
+
 def test_scored_is_pressed_and_away_from_the_ends():
     run = fl.simulate(fl.bench().evolve({**QUIET, "motion.contact_s": 3.0, "motion.speed_mm_s": 80.0}), 4.0)
     x, load = run["position"].values, run["load"].values

@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.physics.trials import sliding_trials
-from frictionloop.report.figures.diagram import figure_diagram
-from frictionloop.report.figures.labels import controller_label, lookup_label, source_label
+from frictionloop.report.figures.diagram import controller_label, figure_diagram, lookup_label, source_label
 from frictionloop.report.figures.population import binned, figure_population
 from frictionloop.report.numbers import number
 from frictionloop.report.style import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, inline, svg
+from frictionloop.report.trials import sliding_trials
 
 
 def words(figure):
@@ -36,9 +35,8 @@ def test_the_diagram_shows_the_systems_own_numbers():
         ({"plate.cutoff_hz": 150.0}, "150 Hz"),
         ({"friction.susceptibility_per_um2": 0.51}, "0.51"),
         ({"sensor.noise_rms_n": 3e-4}, "3×10⁻⁴ N"),
-        ({"setpoint": fl.Constant(offset_n=0.55)}, "constant 0.55 N"),
-        ({"disturbance": fl.ColouredNoise(rms_n=0.03)}, "0.03 N rms"),
-        ({"disturbance": fl.Steps(times_s=(0, 1), levels_n=(0.1, 0.35))}, "2 levels"),
+        ({"setpoint.stop_hz": 55.0}, "sweep 1–55 Hz"),
+        ({"disturbance.frequency_hz": 3.0}, "sine 3 Hz"),
     ],
 )
 def test_the_diagram_changes_with_the_system(change, shown):

@@ -121,6 +121,7 @@ def test_a_tuned_tracker_holds_is_simulated_and_exported(tmp_path, capsys, monke
     for row in found["margins"]:
         assert row["sensitivity_peak"] <= {0: 1.7, 5: 2.0, 10: 2.6}[round(100 * abs(row["resonance_off"]))] * 1.001
     assert [row["place"] for row in found["schedule"]] == list(PLACES)
+    assert "experimental" in found["notes"][0] and "notch_pi" in found["notes"][0]
     run = fl.simulate(system, 4.0).sel(time=slice(1.0, None))
     plain = fl.simulate(system.evolve({"controller.kind": "lookup"}), 4.0).sel(time=slice(1.0, None))
     assert fl.rms_error(run) < 0.5 * fl.rms_error(plain)

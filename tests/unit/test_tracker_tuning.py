@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
+from frictionloop.design.synthesis import design_controller
 from frictionloop.design.tracker_loop import Row
 from frictionloop.design.tracker_search import TOUCH, RowSearch
 from frictionloop.design.tracker_tuning import LIMITS, believed_resonance, tune_tracker
@@ -15,6 +16,14 @@ from frictionloop.quantities import FrictionloopError
 
 UNMEASURED = {0.0: 1.7, 0.05: 2.0, 0.1: 2.6}
 """Largest Ms by how far off the resonance of a device may be that nobody has measured."""
+
+
+def search_at(bench, place):
+    """Return the search of a row as the default's was."""
+    true = bench.controller.model
+    low, broad = believed_resonance(UNMEASURED)
+    believed = true.model_copy(update={"resonance_hz": low * true.resonance_hz, "resonance_q": broad})
+    return RowSearch(bench, true, believed, place, UNMEASURED)
 
 
 @pytest.mark.slow
@@ -28,9 +37,16 @@ def test_what_tuning_finds_keeps_its_limits(limits):
         assert max(max(peaks[off], peaks[-off]) for peaks in tuning.peaks) <= 1.02 * limit
 
 
-def test_the_default_believes_what_tuning_for_a_measured_resonance_does():
-    fields = TrackerController.model_fields
-    assert tuple(fields[name].default for name in ("resonance_share", "broadened_q")) == believed_resonance()
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_the_default_is_what_the_design_finds():
+    """Row by row as good by prediction: libraries of other machines may end the search a little elsewhere."""
+    found = design_controller(fl.bench(), "tracker")
+    fields, bench = TrackerController.model_fields, fl.bench()
+    for name in ("resonance_share", "broadened_q"):
+        assert fields[name].default == found.overrides[f"controller.{name}"]
+    for place, default, residual_n in zip(PLACES, SCHEDULE, found.tuning.residual_n, strict=True):
+        assert search_at(bench, place).residual(Row(*default))[0] == pytest.approx(residual_n, rel=0.01)
 
 
 def test_the_further_off_a_resonance_may_be_the_lower_it_is_believed():
@@ -42,14 +58,10 @@ def test_the_further_off_a_resonance_may_be_the_lower_it_is_believed():
 
 @pytest.mark.parametrize("place", PLACES)
 def test_the_default_rows_keep_the_limits_of_ms(place):
-    bench = fl.bench()
-    true = bench.controller.model
-    low, broad = believed_resonance()
-    believed = true.model_copy(update={"resonance_hz": low * true.resonance_hz, "resonance_q": broad})
-    search = RowSearch(bench, true, believed, place, LIMITS)
+    search = search_at(fl.bench(), place)
     peaks = search.residual(Row(*SCHEDULE[PLACES.index(place)]))[1]
     for off, limit in search.limits.items():
-        assert max(peaks[off], peaks[-off]) <= 1.02 * limit
+        assert max(peaks[off], peaks[-off]) <= limit
 
 
 def test_what_is_rejected_is_what_the_bench_has():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,7 +18,7 @@ from frictionloop.control.law import Law
 from frictionloop.control.laws import law_of
 from frictionloop.control.lookup import lookup_table
 from frictionloop.parameters import Model, Strokes, System
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, trees
 from frictionloop.sensing.measurement import Measurement
 
 OPEN_N = 1e3
@@ -38,8 +39,7 @@ class LawStep:
     """(x, f_r, f_m) -> (x', u) of a law under a finger that slides steadily; x without the frozen states."""
 
     law: Law
-    gains: tuple[float, ...]
-    clamp: tuple[float, float]
+    gains: Any
     whole: Array
     """All states; the frozen ones keep these values."""
     free: Array
@@ -57,9 +57,14 @@ class LawStep:
         state = self.whole.copy()
         state[self.free] = point[:-2]
         measured = Measurement(float(point[-1]), 0.0, self.speed_m_s, self.load_n, 1.0)
-        given = (*self.gains, *self.clamp)
-        after, (u, saturated) = self.law.step(tuple(state.tolist()), measured, float(point[-2]), given, self.period_s)
-        return np.append(np.array(tuple(after), dtype=float)[self.free], u), bool(saturated)
+        after, u, saturated = self.tick(state.tolist(), measured, float(point[-2]))
+        return np.append(np.array(after)[self.free], u), saturated
+
+    def tick(self, state: Sequence[float], measured: Measurement, setpoint_n: float) -> tuple[list[float], float, bool]:
+        """Return all states a tick later, u, and whether the law says that it is saturated."""
+        before = trees.shaped(self.law.state, state)
+        after, (u, saturated) = self.law.step(before, measured, setpoint_n, self.gains, self.period_s)
+        return [float(each) for each in trees.flat(after)], u, bool(saturated)
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,11 +97,11 @@ def rest_of(system: System, loop: Elements, plant: SampledPlant, *, adapting: bo
     """
     controller, model = system.controller, system.controller.model
     law, motion = law_of(controller), system.motion
-    start = np.zeros(law.states) if law.start_of is None else np.array(law.start_of(controller), dtype=float)
-    free = np.setdiff1d(np.arange(law.states), () if adapting else law.frozen).astype(int)
+    start = np.array(trees.flat(law.start_for(controller)), dtype=float)
+    frozen = [trees.names(law.state).index(name) for name in (() if adapting else law.frozen)]
+    free = np.setdiff1d(np.arange(start.size), frozen).astype(int)
     speed, load = (1e-3 * motion.speed_mm_s, motion.load_n) if isinstance(motion, Strokes) else (0.0, 0.0)
-    clamp = (model.floor_n, model.nominal_n)
-    step = LawStep(law, law.gains_of(controller), clamp, start, free, speed, load, plant.period_s)
+    step = LawStep(law, law.gains_for(controller), start, free, speed, load, plant.period_s)
     wanted = _command_n(model, loop.amplitude_um)
     measured = loop.force_n + mean_disturbance_n(system)
     first = np.append(start[free], [measured, measured])
@@ -117,7 +122,8 @@ def rest_of(system: System, loop: Elements, plant: SampledPlant, *, adapting: bo
 
 def _beginnings(step: LawStep, first: Array, wanted: float, plant: SampledPlant) -> Any:
     """Yield points near which the rest may be: without a clamp from the start, then after a run of the loop."""
-    opened = _newton(replace(step, clamp=(-OPEN_N, OPEN_N)), first, wanted)
+    wide = step.gains._replace(low=-OPEN_N, high=OPEN_N)
+    opened = _newton(replace(step, gains=wide), first, wanted)
     if opened is not None:
         yield opened
     yield first
@@ -175,15 +181,14 @@ def _after_a_run(step: LawStep, first: Array, wanted: float, plant: SampledPlant
     """Return where the law is after a run against the linear plant, its gain times a factor; at rest it ends early."""
     space, point, law = plant.state_space(), first.copy(), step.whole.copy()
     state, f_m, drive = np.zeros(len(space.A)), gain * space.C[1], space.B[:, 0]
-    given, free = (*step.gains, *step.clamp), step.free.tolist()
+    free = step.free.tolist()
     law[free] = first[:-2]
     before, frozen = law.tolist(), [(k, law[k].item()) for k in set(range(len(law))) - set(free)]
     # Tens of thousands of ticks: the step is called on plain numbers, without what `run` does to arrays.
     for k in range(round(SETTLE_S / plant.period_s)):
         measured = Measurement(float(first[-1] + f_m @ state), 0.0, step.speed_m_s, step.load_n, 1.0)
-        after, (u, _) = step.law.step(tuple(before), measured, float(first[-2]), given, step.period_s)
+        reached, u, _ = step.tick(before, measured, float(first[-2]))
         moved = space.A @ state + drive * (u - wanted)
-        reached = list(map(float, after))
         if not all(map(math.isfinite, (*reached, u))):
             return first
         for n, value in frozen:

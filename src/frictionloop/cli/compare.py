@@ -61,7 +61,11 @@ def command(
         ),
     ] = None,
     laws: Annotated[
-        str | None, Parameter(help="Laws to compare, such as lookup,retuned_pi; all if not given.", group=flags.RUN)
+        str | None,
+        Parameter(
+            help="Laws to compare, such as lookup,notch_pi; all if not given. The tracker is experimental.",
+            group=flags.RUN,
+        ),
     ] = None,
     speeds: Annotated[str, Parameter(help="Speeds of the strokes in mm/s.", group=flags.RUN)] = "20,80",
     duration_s: Annotated[

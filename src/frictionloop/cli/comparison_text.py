@@ -40,6 +40,10 @@ LEGEND = (
     "Ms of the tracker, and stable, are with right estimates; learnt: with those it has after a run",
 )
 """What the heads of the tables mean."""
+RECOMMENDED = (
+    "note: the tracker is experimental: quick set-point steps can teach it the wrong contact, after which some fingers "
+    "ring; notch_pi is recommended"
+)
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -78,6 +82,7 @@ def summary(comparison: Comparison, scored: xr.Dataset, rows: Rows, margins: Row
     found += [screen.table(_margins(margins)), ""]
     found += LEGEND
     found += [screen.wrapped(f"note: {law} is left out: {reason}") for law, reason in comparison.left_out.items()]
+    found += [screen.wrapped(RECOMMENDED)] if "tracker" in comparison.laws else []
     below = below_oracle(scored)
     found += [screen.wrapped(_note(below))] if below else []
     found += [_code(comparison.cells)]

@@ -38,8 +38,8 @@ def command(
     law: Annotated[
         str | None,
         Parameter(
-            help="Control law: notch_pi, pi, observer, super_twisting, hinf, lqg or tracker; notch_pi if not given, "
-            "pi for a force sensor without a resonance.",
+            help="Control law: notch_pi, pi, observer, super_twisting, hinf, lqg or tracker (experimental: quick "
+            "set-point steps can make it ring); notch_pi if not given, pi for a force sensor without a resonance.",
             group=WANTED,
         ),
     ] = None,

@@ -57,12 +57,12 @@ def list_ports(*, json: flags.Json = False) -> None:
 
 def info(address: Address, /, *, json: flags.Json = False) -> None:
     """Say who answers at an address, what runs there and what it has counted since reset."""
-    from frictionloop.control.laws import LAWS
+    from frictionloop.control.laws import NUMBERED
     from frictionloop.quantities.schema import table_hash
 
     with connected(address) as device:
         found, counted, parameters = device.info, device.statistics(), device.parameters
-        law = LAWS[found.law - 1].kind if 0 < found.law <= len(LAWS) else "none"
+        law = NUMBERED[found.law - 1].kind if 0 < found.law <= len(NUMBERED) else "none"
         clamp = float(parameters["law.low_n"]), float(parameters["law.high_n"])
         ceiling = float(parameters["drive.ceiling_um"])
     same = found.table_hash == table_hash()

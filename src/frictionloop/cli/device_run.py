@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 ARGUMENTS = "ADDRESS [FILE] [OPTIONS]"
 EXAMPLES = r"""Examples
 
-  frictionloop device run sim: --controller.kind tracker --plot forces.svg
+  frictionloop device run sim: --controller.kp 0.062 --controller.ki 134 \
+      --plot forces.svg
   frictionloop device run serial:///dev/ttyACM0 my-controller.toml --out run.h5
   frictionloop device run tcp://bench:5555 --setpoint.offset_n 0.5 --open
 
@@ -97,7 +98,7 @@ def command(
 
 def counted(run: xr.Dataset) -> np.ndarray:
     """Return which samples count: recorded, of a finger that slides, away from its turns."""
-    from frictionloop.device.turns import away_from_turns
+    from frictionloop.device.counted import away_from_turns
 
     away = away_from_turns(run["position"].values, run["speed"].values, 1e-3 * TURN_MM)
     return (run["scored"] & run["sliding"]).values.astype(bool) & away

@@ -22,48 +22,61 @@ and with nominal_n 2.2 too, leaves 28 / 44 (Dahl) and 30 / 47 (slider). Some 150
   (median), as part of a slope from 100 Hz down.
 - Tried on fingers(100, 3) and left out: a slope of d as a further state (bandwidth 320 Hz: 24 to 31 mN under Dahl
   instead of 21), a pole of the contact at 60 Hz (24 and, on a slider, 29 instead of 20); one at 250 Hz gains 0.8 mN.
-
-Operations of a tick: those of `force_observer`, and 1 addition, 3 to 4 comparisons.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import NamedTuple
 
 from frictionloop.control.force_observer import (
-    OBSERVER_GAINS,
-    OBSERVER_STATES,
+    ObserverGains,
     ObserverState,
     held_step,
     observe_step,
     predict_step,
 )
-from frictionloop.control.law import ForceCommand
-from frictionloop.control.observer_gains import observer_gains
+from frictionloop.control.law import ForceCommand, Law, clamp_of
+from frictionloop.control.observer_gains import observer_gains, observer_start
 from frictionloop.parameters import ObserverController
 from frictionloop.quantities.arithmetic import step
 from frictionloop.sensing.measurement import Measurement
 
-STATES, GAINS = OBSERVER_STATES, OBSERVER_GAINS + 1
+
+class DisturbanceGains(NamedTuple):
+    """Gains of the observer, 1 where overdrive follows, and the clamp, N."""
+
+    observer: ObserverGains
+    overdriven: float
+    low: float
+    high: float
 
 
 @step
 def disturbance_observer_step(
-    state: ObserverState, measurement: Measurement, setpoint_n: float, gains: Any, dt: float
+    state: ObserverState, measurement: Measurement, setpoint_n: float, gains: DisturbanceGains, dt: float
 ) -> tuple[ObserverState, ForceCommand]:
-    """u = clip(f_r - d, low, high); gains are those of the observer, whether overdrive follows, and the clamp.
+    """u = clip(f_r - d, low, high).
 
     While the finger does not slide, d is that of the last sample at which it did.
     """
-    observer = gains[0:29]
-    overdriven, low, high = gains[29:32]
+    observer, overdriven, low, high = gains
     seen = observe_step(state, measurement, observer)
-    v = setpoint_n - seen[6]
+    v = setpoint_n - seen.kept
     u = min(max(v, low), high)
-    held = held_step(seen[1], u, observer, low, high) if overdriven > 0.5 else u
+    held = held_step(seen.ahead, u, observer, low, high) if overdriven > 0.5 else u
     return predict_step(seen, held, observer), ForceCommand(u, 1.0 if v != u else 0.0)
 
 
-def disturbance_observer_gains(controller: ObserverController) -> tuple[float, ...]:
-    """Return the gains of the law without the clamp."""
-    return (*observer_gains(controller), float(controller.overdrive))
+def disturbance_observer_gains(controller: ObserverController) -> DisturbanceGains:
+    """Return the gains of the law."""
+    return DisturbanceGains(observer_gains(controller), float(controller.overdrive), *clamp_of(controller.model))
+
+
+OBSERVER_LAW = Law(
+    "observer",
+    disturbance_observer_step,
+    ObserverState,
+    DisturbanceGains,
+    disturbance_observer_gains,
+    observer_start,
+)

@@ -65,14 +65,14 @@ def expected_step(
     to f_r. The plate's p_{k+1} and its mean over the period are weighted sums of p_k and of the two commands in force
     before and after the switch within the period. Springs and pole take that mean as held: x - F decays.
     """
-    c1, c2, c3, driven, plate, spring, rate, _ = state
+    c1, c2, c3, driven, plate, spring, rate, reading = state
     overdrive, whole, decay, newest, mean_decay, mean_newest, a11, a12, a21, a22, a31, a32, a33 = gains
     wanted = fma(overdrive, setpoint_n - driven, setpoint_n)
     c = min(max(wanted, min(low_n, setpoint_n)), max(high_n, setpoint_n))
     new = c if whole < 0.5 else (c1 if whole < 1.5 else (c2 if whole < 2.5 else c3))
     old = c1 if whole < 0.5 else (c2 if whole < 1.5 else c3)
     mean = fma(mean_decay, plate - old, fma(mean_newest, new - old, old))
-    s, r = spring - mean, state[7] - mean
+    s, r = spring - mean, reading - mean
     return ExpectedState(
         c,
         c1,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from frictionloop.control.expected import (
     ExpectedGains,
@@ -12,18 +12,52 @@ from frictionloop.control.expected import (
     expected_start,
     expected_step,
 )
-from frictionloop.control.law import ForceCommand
+from frictionloop.control.law import ForceCommand, Law, clamp_of
 from frictionloop.control.notch import Section, notch_section
 from frictionloop.parameters.filtered import FILTERS
 from frictionloop.quantities.arithmetic import fma, step
 from frictionloop.quantities.biquad import biquad_step
 from frictionloop.sensing.measurement import Measurement
 
-STATES = 1 + 2 * FILTERS + len(ExpectedState._fields)
-"""Integral, two of each section, the expected reading."""
-GAINS = 3 + 5 * FILTERS + len(ExpectedGains._fields)
-"""kp, ki, what holds sections to the command, the sections, the expected reading; the clamp follows."""
-THROUGH: Section = (1.0, 0.0, 0.0, 0.0, 0.0)
+
+class Memory(NamedTuple):
+    """Of a section."""
+
+    s1: float
+    s2: float
+
+
+class FilteredState(NamedTuple):
+    """Integral in N, what the sections remember, and what the sensor is expected to read."""
+
+    integral: float
+    memory_1: Memory
+    memory_2: Memory
+    memory_3: Memory
+    memory_4: Memory
+    memory_5: Memory
+    memory_6: Memory
+    expected: ExpectedState
+
+
+class FilteredGains(NamedTuple):
+    """kp (N/N), ki (1/s), what holds sections to the command, the sections, the expected reading, the clamp (N)."""
+
+    kp: float
+    ki: float
+    hold: float
+    section_1: Section
+    section_2: Section
+    section_3: Section
+    section_4: Section
+    section_5: Section
+    section_6: Section
+    expected: ExpectedGains
+    low: float
+    high: float
+
+
+THROUGH = Section(1.0, 0.0, 0.0, 0.0, 0.0)
 """A section that is not there: its output is its input, to the bit."""
 FREE = 2
 """Sections that the command does not hold: for what is fast or inverts the springs."""
@@ -33,8 +67,8 @@ LEAST_HELD = 1e-6
 
 @step
 def filtered_pi_step(
-    state: tuple[float, ...], measurement: Measurement, setpoint_n: float, gains: tuple[float, ...], dt: float
-) -> tuple[tuple[float, ...], ForceCommand]:
+    state: FilteredState, measurement: Measurement, setpoint_n: float, gains: FilteredGains, dt: float
+) -> tuple[FilteredState, ForceCommand]:
     """e = F(z) (f_ref - f_m), v = kp e + I, u = clip(s f_r + v): PI of `pi_step` on a filtered error.
 
     Without feed-forward f_ref = f_r and s = 0; with it f_ref is the reading that the model expects (`expected_step`)
@@ -48,40 +82,59 @@ def filtered_pi_step(
     the springs would ring if it were held. Where nothing is held (`hold_gain`) the
     integral stops where e pushes v further into the clamp, as in `pi_step`.
 
-    Operations of a tick with six sections and feed-forward: 57 multiplications, 58 additions, 19 comparisons; no
-    division, root, exponential or table besides the lookup. A section that is not there saves 5 multiplications and 4
-    additions, one of those that are held 6 and 5, where idle ones are skipped. Every state is bounded: free sections by
+    Every state is bounded: free sections by
     their gain times the largest error, held ones and the integral by what their inverse makes of a signal within the
     clamp, other integrals by conditional integration, and forces of the expected reading by set-point and clamp (the
     springs' overshoot at most doubles a step).
     """
-    kp, ki, hold = gains[0], gains[1], gains[2]
-    low, high = gains[46], gains[47]
+    kp, ki, hold, first, second, third, fourth, fifth, sixth, believed, low, high = gains
+    integral, m1, m2, m3, m4, m5, m6, expected = state
     force, _, _, _, valid = measurement
-    integral, expected = state[0], state[13:21]
-    feed = 1.0 if gains[34] > -0.5 else 0.0
-    reference = expected[7] if feed > 0.5 else setpoint_n
+    feed = feeds_forward(gains)
+    reference = expected.reading if feed > 0.5 else setpoint_n
     e = valid * (reference - force)
-    s1, s2, e = biquad_step(state[1], state[2], e, *gains[3:8])
-    s3, s4, e = biquad_step(state[3], state[4], e, *gains[8:13])
-    y = fma(gains[18], fma(gains[13], e, state[5]), state[7])
-    y = fma(gains[28], fma(gains[23], y, state[9]), state[11])
+    m1, e = section_step(m1, e, first)
+    m2, e = section_step(m2, e, second)
+    y = fma(fourth.b0, fma(third.b0, e, m3.s1), m4.s1)
+    y = fma(sixth.b0, fma(fifth.b0, y, m5.s1), m6.s1)
     # The PI has what the set-point leaves of the clamp.
     ahead = feed * setpoint_n
     v = fma(valid * kp, y, integral)
     within = min(max(v, low - ahead), high - ahead)
     e = fma(hold, within - fma(kp, y, integral), e)
-    s5, s6, e = biquad_step(state[5], state[6], e, *gains[13:18])
-    s7, s8, e = biquad_step(state[7], state[8], e, *gains[18:23])
-    s9, s10, e = biquad_step(state[9], state[10], e, *gains[23:28])
-    s11, s12, e = biquad_step(state[11], state[12], e, *gains[28:33])
+    m3, e = section_step(m3, e, third)
+    m4, e = section_step(m4, e, fourth)
+    m5, e = section_step(m5, e, fifth)
+    m6, e = section_step(m6, e, sixth)
     pushes = (hold == 0.0) & (((v > within) & (e > 0.0)) | ((v < within) & (e < 0.0)))
     integral = integral if pushes else fma(valid * ki * dt, e, integral)
     u = min(max(fma(feed, setpoint_n, within), low), high)
-    c1, c2, c3, driven, plate, spring, rate, reading = expected_step(expected, setpoint_n, low, high, gains[33:46])
-    sections = (s1, s2, s3, s4, s5, s6, s7, s8, s9, s10, s11, s12)
-    after = (integral, *sections, c1, c2, c3, driven, plate, spring, rate, reading)
+    expected = expected_step(expected, setpoint_n, low, high, believed)
+    after = FilteredState(integral, m1, m2, m3, m4, m5, m6, expected)
     return after, ForceCommand(u, 1.0 if v != within else 0.0)
+
+
+@step
+def section_step(memory: Memory, x: float, section: Section) -> tuple[Memory, float]:
+    """One section: `biquad_step`."""
+    s1, s2 = memory
+    b0, b1, b2, a1, a2 = section
+    s1, s2, y = biquad_step(s1, s2, x, b0, b1, b2, a1, a2)
+    return Memory(s1, s2), y
+
+
+@step
+def feeds_forward(gains: FilteredGains) -> float:
+    """1 with feed-forward of the set-point, 0 without."""
+    return 1.0 if gains.expected.whole > -0.5 else 0.0
+
+
+@step
+def filtered_pi_begin(state: FilteredState, force_n: float, setpoint_n: float, gains: FilteredGains) -> FilteredState:
+    """I = u - s f_r: with feed-forward the set-point is ahead of the integral."""
+    _, m1, m2, m3, m4, m5, m6, expected = state
+    integral = force_n - setpoint_n if feeds_forward(gains) > 0.5 else force_n
+    return FilteredState(integral, m1, m2, m3, m4, m5, m6, expected)
 
 
 def hold_gain(kp: float, ki: float, sections: Sequence[Section], dt: float) -> float:
@@ -102,18 +155,32 @@ def sections_of(controller: Any) -> tuple[Section, ...]:
     if controller.kind == "notch_pi":
         notch = (controller.notch_hz, controller.notch_depth, controller.notch_width)
         return (notch_section(*notch, controller.rate_hz),)
-    return tuple(controller.sections)
+    return tuple(Section(*each) for each in controller.sections)
 
 
-def filtered_pi_gains(controller: Any) -> tuple[float, ...]:
-    """Return the gains of `filtered_pi_step` without the clamp, for both kinds of parameters."""
+def filtered_pi_gains(controller: Any) -> FilteredGains:
+    """Return the gains of `filtered_pi_step`, for both kinds of parameters."""
     sections = sections_of(controller)
-    padded = sections + (THROUGH,) * (FILTERS - len(sections))
-    coefficients = [number for section in padded for number in section]
+    first, second, third, fourth, fifth, sixth = sections + (THROUGH,) * (FILTERS - len(sections))
     hold = hold_gain(controller.kp, controller.ki, sections, 1.0 / controller.rate_hz)
-    return (controller.kp, controller.ki, hold, *coefficients, *expected_gains(controller))
+    padded = first, second, third, fourth, fifth, sixth
+    return FilteredGains(
+        controller.kp, controller.ki, hold, *padded, expected_gains(controller), *clamp_of(controller.model)
+    )
 
 
-def filtered_pi_start(controller: Any) -> tuple[float, ...]:
+def filtered_pi_start(controller: Any) -> FilteredState:
     """Return the state at t = 0: at rest, with the expected reading settled on the believed f0."""
-    return (*[0.0] * (1 + 2 * FILTERS), *expected_start(controller))
+    empty = Memory(0.0, 0.0)
+    return FilteredState(0.0, empty, empty, empty, empty, empty, empty, expected_start(controller))
+
+
+FILTERED_PI_LAW = Law(
+    "filtered_pi",
+    filtered_pi_step,
+    FilteredState,
+    FilteredGains,
+    filtered_pi_gains,
+    filtered_pi_start,
+    begin=filtered_pi_begin,
+)

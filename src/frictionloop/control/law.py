@@ -1,13 +1,17 @@
-"""What every control law has in common: its step, its rows of numbers, and what it costs on a microcontroller."""
+"""What every control law declares, once: kernels, start values, traces and the linear analysis follow from it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, NamedTuple
+
+from frictionloop.parameters import Model
+from frictionloop.quantities import trees
 
 
 class Clamp(NamedTuple):
-    """Lowest and highest force in N that the controller's model can command: the last two gains of every law."""
+    """Lowest and highest force in N that the controller's model can command."""
 
     low: float
     high: float
@@ -20,42 +24,45 @@ class ForceCommand(NamedTuple):
     saturated: float
 
 
-class Operations(NamedTuple):
-    """Operations of a law's tick; a fused multiply-add counts as one of each, negations and constants as none."""
-
-    multiplications: int = 0
-    additions: int = 0
-    comparisons: int = 0
-    """With those of clamps and absolute values."""
-    divisions: int = 0
-    roots: int = 0
-    exponentials: int = 0
-    """2^x."""
-    logarithms: int = 0
-    """log2 x."""
-    lookups: int = 0
-    """Inversions of the friction law behind the law (control/lookup)."""
+def clamp_of(model: Model) -> Clamp:
+    """Return g(a_max) and f0 of a controller's model."""
+    return Clamp(model.floor_n, model.nominal_n)
 
 
-class Law(NamedTuple):
-    """A control law: ``step(state, measurement, setpoint_n, gains, dt) -> state, ForceCommand``."""
+@dataclass(frozen=True)
+class Law:
+    """A control law: ``step(state, measurement, setpoint_n, gains, dt) -> state, ForceCommand``.
+
+    State and gains are named tuples of numbers, which may hold named tuples. The last two gains of every law are
+    ``low`` and ``high``, the clamp: the loop moves them while it is opened and closed.
+    """
 
     kind: str
     """Kind of the parameters it runs with."""
     step: Any
-    states: int
-    gains_of: Callable[[Any], tuple[float, ...]]
-    """Controller parameters -> gains of the step without the clamp."""
-    gains: int
-    """How many these are."""
-    start_of: Callable[[Any], tuple[float, ...]] | None = None
-    """Controller parameters -> state at t = 0; all zero where it is missing."""
-    frozen: tuple[int, ...] = ()
-    """Indices of slow states (estimates of the finger), which the linear analysis holds where they are."""
+    state: type
+    gains: type
+    gains_of: Callable[[Any], Any] | None = None
+    """Controller parameters -> gains; without it they are the parameters of the same names."""
+    start_of: Callable[[Any], Any] | None = None
+    """Controller parameters -> state at t = 0; all zero without it."""
+    frozen: tuple[str, ...] = ()
+    """Names of slow states (estimates of the finger), which the linear analysis holds where they are."""
     begin: Any = None
-    """``begin(force_n, setpoint_n, gains)`` -> integral, state 0, that commands this force without an error; None of a
-    law that has no integral."""
+    """``begin(state, force_n, setpoint_n, gains) -> state`` that commands this force without an error, as the loop
+    closes; None of a law that has no integral."""
     follow: Any = None
     """``follow(state, command_um, gains) -> state`` of a law that was not obeyed; None of one whose clamp tells it."""
-    operations: Operations | None = None
-    """What a tick costs at most, with the lookup and without overdrive behind it; None where it is not known."""
+
+    def gains_for(self, controller: Any) -> Any:
+        """Return the gains of a controller."""
+        if self.gains_of is not None:
+            return self.gains_of(controller)
+        own = {name: getattr(controller, name) for name in self.gains._fields[:-2]}  # type: ignore[attr-defined]
+        return self.gains(**own, **clamp_of(controller.model)._asdict())
+
+    def start_for(self, controller: Any) -> Any:
+        """Return the state of a controller at t = 0."""
+        if self.start_of is not None:
+            return self.start_of(controller)
+        return trees.shaped(self.state, [0.0] * trees.size(self.state))

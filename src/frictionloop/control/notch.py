@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Section = tuple[float, float, float, float, float]
-"""b0, b1, b2, a1, a2 of (b0 + b1/z + b2/z^2) / (1 + a1/z + a2/z^2)."""
+
+class Section(NamedTuple):
+    """(b0 + b1/z + b2/z^2) / (1 + a1/z + a2/z^2)."""
+
+    b0: float
+    b1: float
+    b2: float
+    a1: float
+    a2: float
 
 
 def notch_section(notch_hz: float, depth: float, width: float, rate_hz: float) -> Section:
@@ -29,7 +37,13 @@ def notch_section(notch_hz: float, depth: float, width: float, rate_hz: float) -
     t = math.tan(math.pi * notch_hz / rate_hz)
     above, below, scale = 1.0 + t * t, 2.0 * t, 1.0 / (1.0 + 2.0 * width * t + t * t)
     turn = 2.0 * (t * t - 1.0) * scale
-    return (above + depth * below) * scale, turn, (above - depth * below) * scale, turn, (above - width * below) * scale
+    return Section(
+        (above + depth * below) * scale,
+        turn,
+        (above - depth * below) * scale,
+        turn,
+        (above - width * below) * scale,
+    )
 
 
 def section_response(section: Section, frequency_hz: ArrayLike, rate_hz: float) -> NDArray[np.complex128]:

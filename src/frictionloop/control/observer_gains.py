@@ -35,10 +35,11 @@ def observer_gains(controller: Observing) -> ObserverGains:
     return _gains(controller.model, controller.rate_hz, periods, controller.bandwidth_hz)
 
 
-def observer_start(controller: Observing) -> tuple[float, ...]:
+def observer_start(controller: Observing) -> ObserverState:
     """Return the state before the first reading: the plate is at rest, so each command so far was f0."""
     high, under_way = controller.model.nominal_n, LONGEST_DELAY + 1
-    return (high, high, *[0.0] * (len(ObserverState._fields) - 2 - under_way), *[high] * under_way)
+    still = len(ObserverState._fields) - 2 - under_way
+    return ObserverState(high, high, *[0.0] * still, *[high] * under_way)
 
 
 def believed_rates(model: Model) -> tuple[list[str], np.ndarray]:

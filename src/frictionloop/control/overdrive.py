@@ -19,10 +19,7 @@ class OverdriveGains(NamedTuple):
 
 @step
 def overdrive_step(amplitude_um: float, wanted_um: float, gains: OverdriveGains) -> tuple[float, float]:
-    """c = clip((a_w - p a)/(1 - p), 0, a_max), then a' = p a + (1 - p) c: new belief, and command.
-
-    Operations of a tick: 3 multiplications, 3 additions, 2 comparisons.
-    """
+    """c = clip((a_w - p a)/(1 - p), 0, a_max), then a' = p a + (1 - p) c: new belief, and command."""
     decay, inverse, largest = gains
     command = min(max(fma(-decay, amplitude_um, wanted_um) * inverse, 0.0), largest)
     return fma(decay, amplitude_um - command, command), command

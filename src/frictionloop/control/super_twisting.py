@@ -18,29 +18,50 @@ Measured as in `disturbance_observer`, same beliefs and bandwidth, k's of L = 1e
 14.8 / 33.9; with tremor of 30 um and 30 mN for all 13.6 / 26.9 and 12.0 / 24.0. L from 3e4 to 1e6 are alike, below it
 the rate of u limits: 1e4 leaves 18. No limit cycle was seen. A resonance believed too high is as fatal (slider,
 believed 139 Hz, true one 132: 34 / 56 mN), too low as benign (160: 11.7 / 23.1).
-
-Operations of a tick: those of `force_observer`, and 4 multiplications, 12 additions, 10 comparisons, 1 root.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import NamedTuple
 
 from frictionloop.control.force_observer import (
-    OBSERVER_GAINS,
-    OBSERVER_STATES,
+    ObserverGains,
+    ObserverState,
     held_step,
     observe_step,
     predict_step,
 )
-from frictionloop.control.law import ForceCommand
+from frictionloop.control.law import ForceCommand, Law, clamp_of
 from frictionloop.control.observer_gains import observer_gains, observer_start
 from frictionloop.parameters import SuperTwistingController
 from frictionloop.quantities.arithmetic import fma, step
 from frictionloop.sensing.measurement import Measurement
 
-STATES, GAINS = OBSERVER_STATES + 3, OBSERVER_GAINS + 4
+
+class SuperTwistingState(NamedTuple):
+    """What the observer believes, and the sliding mode: w, d of the last sample and the set-point then, N."""
+
+    observer: ObserverState
+    w: float
+    before: float
+    target: float
+
+
+class SuperTwistingGains(NamedTuple):
+    """Gains of the observer and of the sliding mode, and the clamp, N."""
+
+    observer: ObserverGains
+    reach: float
+    """dt k1, N^(1/2)."""
+    band: float
+    """dt^2 k2, N."""
+    fastest: float
+    """Most that the plate can do in a period, N."""
+    overdriven: float
+    """1 where overdrive follows."""
+    low: float
+    high: float
 
 
 @step
@@ -60,19 +81,18 @@ def super_twist_step(s: float, w: float, drift: float, reach: float, band: float
 
 @step
 def super_twisting_step(
-    state: Any, measurement: Measurement, setpoint_n: float, gains: Any, dt: float
-) -> tuple[Any, ForceCommand]:
+    state: SuperTwistingState, measurement: Measurement, setpoint_n: float, gains: SuperTwistingGains, dt: float
+) -> tuple[SuperTwistingState, ForceCommand]:
     """Force wanted next: f_r - d - drift + s+; with overdrive u is this, else u takes the believed plate there.
 
     w is 0 where the clamp acts and bounded by what the plate can do, so that nothing winds up. While the finger does
     not slide, d is that of the last sample at which it did.
     """
-    observer = gains[0:29]
-    reach, band, fastest, overdriven, low, high = gains[29:35]
-    w, before, target = state[18:21]
-    seen = observe_step(state[0:18], measurement, observer)
-    ahead, d = seen[1], seen[6]
-    begins = state[8] == 0.0
+    observer, reach, band, fastest, overdriven, low, high = gains
+    believed, w, before, target = state
+    seen = observe_step(believed, measurement, observer)
+    ahead, d = seen.ahead, seen.kept
+    begins = believed.forward == 0.0
     drift = 0.0 if begins else d - before
     s, w = super_twist_step(0.0 if begins else ahead + d - target, w, drift, reach, band)
     v = setpoint_n - d - drift + s
@@ -82,16 +102,33 @@ def super_twisting_step(
     held = held_step(ahead, wanted, observer, low, high)
     after = predict_step(seen, held, observer)
     u = wanted if overdriven > 0.5 else held
-    return (*after[0:18], w, d, setpoint_n), ForceCommand(u, 0.0 if free else 1.0)
+    return SuperTwistingState(after, w, d, setpoint_n), ForceCommand(u, 0.0 if free else 1.0)
 
 
-def super_twisting_gains(controller: SuperTwistingController) -> tuple[float, ...]:
-    """Return the gains of the law without the clamp."""
+def super_twisting_gains(controller: SuperTwistingController) -> SuperTwistingGains:
+    """Return the gains of the law."""
     observer, dt, model = observer_gains(controller), 1.0 / controller.rate_hz, controller.model
     fastest = (model.nominal_n - model.floor_n) * (1.0 - observer.pp)
-    return (*observer, controller.k1 * dt, controller.k2 * dt * dt, fastest, float(controller.overdrive))
+    return SuperTwistingGains(
+        observer,
+        controller.k1 * dt,
+        controller.k2 * dt * dt,
+        fastest,
+        float(controller.overdrive),
+        *clamp_of(model),
+    )
 
 
-def super_twisting_start(controller: SuperTwistingController) -> tuple[float, ...]:
+def super_twisting_start(controller: SuperTwistingController) -> SuperTwistingState:
     """Return the state before the first reading, which finds s = 0."""
-    return (*observer_start(controller), 0.0, 0.0, 0.0)
+    return SuperTwistingState(observer_start(controller), 0.0, 0.0, 0.0)
+
+
+SUPER_TWISTING_LAW = Law(
+    "super_twisting",
+    super_twisting_step,
+    SuperTwistingState,
+    SuperTwistingGains,
+    super_twisting_gains,
+    super_twisting_start,
+)

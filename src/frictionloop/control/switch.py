@@ -8,8 +8,6 @@ asks for, and the law's anti-windup knows why.
 
 from __future__ import annotations
 
-from typing import Any
-
 from frictionloop.quantities.arithmetic import fma, step
 
 CLOSING = 512
@@ -22,22 +20,3 @@ def switched_clamp(setpoint_n: float, low_n: float, high_n: float, since: int) -
     open_n = min(max(setpoint_n, low_n), high_n)
     down = fma((CLOSING - since) / CLOSING, open_n - low_n, low_n)
     return (open_n if since <= 0 else down), (open_n if since < 0 else high_n)
-
-
-@step
-def pi_begin(force_n: float, setpoint_n: float, gains: Any) -> float:
-    """I = u."""
-    return force_n
-
-
-@step
-def filtered_pi_begin(force_n: float, setpoint_n: float, gains: Any) -> float:
-    """I = u - s f_r: with feed-forward the set-point is ahead of the integral."""
-    return force_n - setpoint_n if gains[34] > -0.5 else force_n
-
-
-@step
-def tracker_follow(state: Any, command_um: float, gains: Any) -> Any:
-    """Let the believed plate go where the command in force takes it, not the tracker's own, which no clamp limits."""
-    amplitude, own, decay_left = state[0], state[1], gains[2]
-    return (fma(1.0 - decay_left, command_um - own, amplitude), command_um, *state[2:29])

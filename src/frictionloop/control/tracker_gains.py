@@ -8,7 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.control.tracker_state import SensorStep, TrackerGains, TrackerState
+from frictionloop.control.law import clamp_of
+from frictionloop.control.tracker_state import (
+    Column,
+    ScheduleColumns,
+    SensorStep,
+    TrackerGains,
+    TrackerState,
+    TrackerTick,
+)
 from frictionloop.parameters.model import Model
 from frictionloop.parameters.tracking import PLACES, Schedule, TrackerController
 from frictionloop.quantities import FrictionloopError
@@ -17,7 +25,7 @@ STUCK_NOISE_N, STUCK_STEP_N = 1e-4, 1e-3
 """Noise of a reading, and what friction that sticks may do in a period beyond a steady slope (assumed)."""
 
 
-def tracker_gains(controller: TrackerController) -> tuple[float, ...]:
+def tracker_gains(controller: TrackerController) -> TrackerTick:
     """Return the gains of `tracker_step` for what a controller believes.
 
     Raises
@@ -46,10 +54,10 @@ def tracker_gains(controller: TrackerController) -> tuple[float, ...]:
         model_fall=model.susceptibility_per_um2 / math.log(2.0),
         **_stuck_gains(model, c.rate_hz),
     )
-    return (*own, *sensor_step_of(model, dt), *slopes_of(c.schedule))
+    return TrackerTick(own, sensor_step_of(model, dt), slopes_of(c.schedule), *clamp_of(c.model))
 
 
-def tracker_start(controller: TrackerController) -> tuple[float, ...]:
+def tracker_start(controller: TrackerController) -> TrackerState:
     """Return the state before the first reading: the finger that the model describes, nothing measured yet."""
     model = controller.model
     known = {
@@ -58,7 +66,7 @@ def tracker_start(controller: TrackerController) -> tuple[float, ...]:
         "compliance": controller.compliance_um_per_n,
         "fall": model.susceptibility_per_um2 / math.log(2.0),
     }
-    return tuple(known.get(name, 0.0) for name in TrackerState._fields)
+    return TrackerState(*(known.get(name, 0.0) for name in TrackerState._fields))
 
 
 def observed(controller: TrackerController) -> Model:
@@ -91,11 +99,12 @@ def sensor_step_of(model: Model, dt: float) -> SensorStep:
     return SensorStep(*(float(x) for x in (a[0, 0], a[0, 1], a[1, 0], a[1, 1], *a[2], *b0, *b1)))
 
 
-def slopes_of(schedule: Schedule) -> tuple[float, ...]:
+def slopes_of(schedule: Schedule) -> ScheduleColumns:
     """Return each column of a schedule as its first value and slopes that add up."""
     values = np.array(schedule, dtype=float)
     slopes = np.diff(values, axis=0) / np.diff(PLACES)[:, None]
-    return tuple(np.vstack([values[:1], slopes[:1], np.diff(slopes, axis=0)]).T.ravel().tolist())
+    columns = np.vstack([values[:1], slopes[:1], np.diff(slopes, axis=0)]).T
+    return ScheduleColumns(*(Column(*column) for column in columns.tolist()))
 
 
 @lru_cache(maxsize=64)

@@ -4,11 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from frictionloop.parameters.tracking import PLACES
-
-SCHEDULED = 7
-"""Values of a row of the schedule."""
-
 
 class TrackerState(NamedTuple):
     """Amplitude in um, forces in N, d and the load as binary logarithms."""
@@ -106,7 +101,42 @@ class TrackerGains(NamedTuple):
     stuck_reading: float
 
 
-ESTIMATES = tuple(map(TrackerState._fields.index, ("compliance", "fall", "power_c", "power_t")))
+class Column(NamedTuple):
+    """One value of the schedule: the first, and slopes that add up between its places."""
+
+    first: float
+    slope_0: float
+    slope_1: float
+    slope_2: float
+    slope_3: float
+    slope_4: float
+    slope_5: float
+    slope_6: float
+    slope_7: float
+    slope_8: float
+
+
+class ScheduleColumns(NamedTuple):
+    """The schedule's values, in the order of its rows."""
+
+    limit: Column
+    friction: Column
+    spring: Column
+    rate: Column
+    reading: Column
+    lead: Column
+    trust: Column
+
+
+class TrackerTick(NamedTuple):
+    """All gains of the law, and the clamp, N."""
+
+    own: TrackerGains
+    sensor: SensorStep
+    schedule: ScheduleColumns
+    low: float
+    high: float
+
+
+ESTIMATES = ("compliance", "fall", "power_c", "power_t")
 """What changes over seconds: the linear analysis holds it."""
-STATES = len(TrackerState._fields)
-GAINS = len(TrackerGains._fields) + len(SensorStep._fields) + SCHEDULED * len(PLACES)

@@ -12,7 +12,7 @@ from frictionloop.analysis.linear import LinearLoop
 from frictionloop.analysis.margins import search_grid
 from frictionloop.analysis.sampled import sample
 from frictionloop.analysis.state_space import Array, Complex
-from frictionloop.control.notch import section_response
+from frictionloop.control.notch import Section, section_response
 from frictionloop.design.pi_region import PiRegion
 from frictionloop.parameters import SuspendedSensor
 from frictionloop.quantities import FrictionloopError
@@ -64,7 +64,7 @@ class Plants:
             responses = responses * (1.0 - decay * np.exp(-turn)) / (1.0 - decay)
         return cls(frequency, responses, np.asarray(period_s / np.expm1(turn)), 1.0 / period_s)
 
-    def behind(self, section: tuple[float, float, float, float, float]) -> Plants:
+    def behind(self, section: Section) -> Plants:
         """Return the plants behind one section of a filter."""
         return replace(self, responses=self.responses * section_response(section, self.frequency_hz, self.rate_hz))
 

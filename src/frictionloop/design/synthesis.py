@@ -82,7 +82,7 @@ def lqg(system: System, wanted: Wanted) -> Designed:
 
 
 def tracker(system: System, wanted: Wanted) -> Designed:
-    """Tracker with the schedule of least residual (`tune_tracker`), held on both contacts and at two speeds."""
+    """Tracker, experimental, with the schedule of least residual, held on both contacts and at two speeds."""
     from frictionloop.design.tracker_synthesis import held_tracker
 
     return held_tracker(system, wanted)

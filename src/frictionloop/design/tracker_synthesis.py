@@ -82,7 +82,7 @@ def _excess(found: Sequence[Corner], limits: Mapping[float, float]) -> float:
 
 
 def _learning(system: System) -> tuple[str, ...]:
-    """Return what to say of margins with what the tracker believes as it starts, and when it has learnt for a while."""
+    """Return what to say of an experimental law: margins as it starts and when it has learnt, and its known fault."""
     if not isinstance(system.finger, Skin):
         return ()
     starts = [system.evolve({"finger.contact": contact}) for contact in CONTACTS]
@@ -91,9 +91,8 @@ def _learning(system: System) -> tuple[str, ...]:
         "these margins are those of a contact and a finger known exactly. At the mean force of a dry finger Ms is "
         f"{_told(starts)} as it starts, with {believed:g} um/N believed, and "
         f"{_told([learnt_in_run(each, LEARNT_S, 0) for each in starts])} with what it has learnt after {LEARNT_S:g} s, "
-        "which is biased. It goes on learning, and friction that begins to ring changes what it believes, which has "
-        "kept it from a cycle in all runs of bench(), up to 120 s; who needs margins that do not rest on this takes "
-        "another law",
+        "which is biased. The tracker is experimental: quick set-point steps can teach it the wrong contact, after "
+        "which some fingers ring. notch_pi has margins that do not rest on what is learnt",
     )
 
 

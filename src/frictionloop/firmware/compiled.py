@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from frictionloop.control.law import Law
-from frictionloop.control.laws import law_number, law_of
+from frictionloop.control.laws import NUMBERED, law_of
 from frictionloop.control.lookup import lookup_table
 from frictionloop.control.overdrive import overdrive_gains
 from frictionloop.firmware.compiler import FLAGS, shared_library
@@ -24,7 +24,9 @@ from frictionloop.firmware.quantised_observer import (
 from frictionloop.firmware.quantised_tracker import TRACKER_PLACES, tracker_quantised
 from frictionloop.parameters import Model, System
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.extra import needed
 from frictionloop.quantities.schema import BITS, firmware_folder, parameter_words, word_count
+from frictionloop.quantities.trees import flat
 
 FORMS: dict[str, Quantised] = {
     "pi": Quantised(pi_gains, lambda c: (28,)),
@@ -73,7 +75,7 @@ def quantised_start(controller: Any) -> list[int]:
     What two words hold is 0 then (firmware/quantised_tracker).
     """
     law, places = law_of(controller), state_places(controller)
-    start = law.start_of(controller) if law.start_of else (0.0,) * law.states
+    start = flat(law.start_for(controller))
     words = [to_places(value, places[i], f"state {i} of {law.kind} at t = 0") for i, value in enumerate(start)]
     return words + [0] * (len(places) - len(words))
 
@@ -83,7 +85,7 @@ def law_words(controller: Any) -> dict[str, np.ndarray]:
     words = parameter_words()
     gains, start = words["law.gains"], words["law.start"]
     return {
-        "law.number": _array([law_number(controller)], 1),
+        "law.number": _array([1 + NUMBERED.index(law_of(controller))], 1),
         "law.gains": _array([number for gain in quantised_gains(controller) for number in gain], gains.words),
         "law.start": _array(quantised_start(controller), start.words),
         "law.low_n": _array([to_q28(controller.model.floor_n, "g(controller.model.max_amplitude_um)")], 1),
@@ -141,11 +143,7 @@ def host_library(flags: tuple[str, ...] = FLAGS, command: tuple[str, ...] | None
     FrictionloopError
         Without cffi or a C compiler, or when the core does not compile.
     """
-    try:
-        import cffi
-    except ImportError:
-        raise FrictionloopError("cffi is not installed: install frictionloop[firmware]") from None
-    ffi = cffi.FFI()
+    ffi = needed("cffi", "cffi", "firmware").FFI()
     ffi.cdef(_DECLARATIONS)
     sources, folders = host_sources()
     return ffi, ffi.dlopen(str(shared_library("core", sources, folders, flags, command)))

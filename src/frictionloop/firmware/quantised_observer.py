@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from frictionloop.control.force_observer import OBSERVER_GAINS, ObserverGains
+from frictionloop.control.force_observer import ObserverGains
 from frictionloop.control.observer_gains import observer_gains
 from frictionloop.control.super_twisting import super_twisting_gains
-from frictionloop.firmware.quantised import Gain, to_gain
-from frictionloop.firmware.quantised_rows import to_fixed, to_row
+from frictionloop.firmware.quantised import Gain, to_fixed, to_gain, to_row
 
 FORCE, SENSOR = 28, 26
 """Binary places of forces on the finger and of those behind the sensor's springs, which ring."""
@@ -25,10 +24,10 @@ def disturbance_observer_quantised(controller: Any) -> tuple[Gain, ...]:
 
 def super_twisting_quantised(controller: Any) -> tuple[Gain, ...]:
     """Return the gains of `super_twisting_step` for its C form, which takes the square of the reach besides it."""
-    reach, band, fastest, overdriven = super_twisting_gains(controller)[OBSERVER_GAINS:]
+    observer, reach, band, fastest, overdriven, _, _ = super_twisting_gains(controller)
     own = {"controller.k1 dt": reach, "(controller.k1 dt)^2": reach**2, "controller.k2 dt^2": band, "fastest": fastest}
     fixed = [to_fixed(value, FORCE, name) for name, value in own.items()]
-    return (*_observer(observer_gains(controller)), *fixed, _flag(overdriven))
+    return (*_observer(observer), *fixed, _flag(overdriven))
 
 
 def _observer(gains: ObserverGains) -> list[Gain]:

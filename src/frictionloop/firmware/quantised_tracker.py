@@ -7,8 +7,7 @@ from typing import Any
 from frictionloop.control.tracker import SMOOTH
 from frictionloop.control.tracker_gains import tracker_gains
 from frictionloop.control.tracker_state import SensorStep, TrackerGains, TrackerState
-from frictionloop.firmware.quantised import Gain, to_gain, to_places
-from frictionloop.firmware.quantised_rows import to_fixed, to_row
+from frictionloop.firmware.quantised import Gain, to_fixed, to_gain, to_places, to_row
 from frictionloop.parameters.tracking import Schedule
 from frictionloop.quantities import FrictionloopError
 
@@ -48,9 +47,7 @@ def tracker_quantised(controller: Any) -> tuple[Gain, ...]:
     FrictionloopError
         When one does not fit: the largest jump must be below 0.8 N, the largest amplitude below 8 um.
     """
-    gains = tracker_gains(controller)
-    own = TrackerGains(*gains[: len(TrackerGains._fields)])
-    sensor = SensorStep(*gains[len(TrackerGains._fields) :][: len(SensorStep._fields)])
+    own, sensor, *_ = tracker_gains(controller)
     rate, largest = controller.rate_hz, own.largest_um
     before = {
         "rest": (own.rest, 30), "decay_rest": (own.decay_rest, 30), "decay_left": (own.decay_left, 30),

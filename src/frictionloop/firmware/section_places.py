@@ -62,7 +62,7 @@ def places_for(size: float, most: int = MOST_PLACES) -> int:
 
 def _before_held(sections: Sequence[Section], behind: float) -> list[float]:
     """Return the largest input of each held section, given the largest output of the last."""
-    inverses = [(1.0, a1, a2, b1 / b0, b2 / b0) for b0, b1, b2, a1, a2 in reversed(sections)]
+    inverses = [Section(1.0, a1, a2, b1 / b0, b2 / b0) for b0, b1, b2, a1, a2 in reversed(sections)]
     inputs, gain = [], behind / LARGEST_N
     for section, total in zip(reversed(sections), _chain(inverses), strict=True):
         gain /= abs(section[0])

@@ -12,7 +12,7 @@ from scipy.signal import lfilter, sosfilt
 from frictionloop.loop.kernel.felt_tile import FADE_S
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.structure import kernel_of
-from frictionloop.loop.kernel.tiles import traces_of
+from frictionloop.loop.kernel.traces import traces_of
 from frictionloop.loop.metrics import kept
 from frictionloop.loop.record import system_of, to_dataset
 from frictionloop.loop.simulate import run_tile
@@ -79,9 +79,9 @@ def plain_stroke(system: System, amplitude_um: float = 0.0, duration_s: float = 
         raise FrictionloopError(f"amplitude_um = {amplitude_um!r} um: must be a finite number")
     periods = periods_in(system, duration_s)
     traces = np.empty((len(traces_of(kernel_of(system))), periods))
-    tile = lower([system], [check_seed(seed)], recording=True, external=True)
+    tile = lower([system], [check_seed(seed)], traces=traces.reshape(-1), external=True)
     tile.slab.view("command")[:] = amplitude_um
-    run_tile(tile, periods, traces.reshape(-1))
+    run_tile(tile, periods)
     return to_dataset(traces, system, seed)
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from frictionloop.loop.kernel.build import kernel
 from frictionloop.loop.kernel.lowering import Tile, lower
+from frictionloop.loop.kernel.run import advance
 from frictionloop.loop.kernel.structure import kernel_of
-from frictionloop.loop.kernel.tiles import traces_of
+from frictionloop.loop.kernel.traces import traces_of
 from frictionloop.loop.record import to_dataset
 from frictionloop.loop.timing import check_memory, check_seed, periods_in
 from frictionloop.parameters import System
@@ -16,27 +16,13 @@ from frictionloop.quantities.normals import BLOCK
 
 CHUNK = 2048 * BLOCK
 """Control periods per call of the kernel: Ctrl-C is answered between chunks."""
-NO_TRACES = np.zeros(0)
 
 
-def run_tile(tile: Tile, periods: int, traces: np.ndarray = NO_TRACES) -> None:
-    """Run a tile from t = 0 for some control periods; its slab then holds the sums, ``traces`` the traces."""
-    advance = kernel(tile.kernel, tile.slab.width)
+def run_tile(tile: Tile, periods: int) -> None:
+    """Run a tile from t = 0 for some control periods; its slab then holds the sums."""
     for start in range(0, periods, CHUNK):
         stop = min(start + CHUNK, periods)
-        setpoint, disturbance = tile.setpoint(start, stop), tile.disturbance(start, stop)
-        advance(
-            tile.slab.data,
-            tile.slab.width,
-            start,
-            stop,
-            tile.options,
-            tile.buffers,
-            setpoint,
-            disturbance,
-            start,
-            traces,
-        )
+        advance(tile, start, stop, tile.setpoint(start, stop), tile.disturbance(start, stop), start)
 
 
 def law_state(system: System, duration_s: float, seed: int) -> np.ndarray:
@@ -76,5 +62,5 @@ def simulate(system: System, duration_s: float = 10.0, seed: int = 0) -> xr.Data
     names = traces_of(kernel_of(system))
     check_memory(2 * 8 * len(names) * periods, f"a run of {duration_s:g} s")
     traces = np.empty((len(names), periods))
-    run_tile(lower([system], [seed], recording=True), periods, traces.reshape(-1))
+    run_tile(lower([system], [seed], traces=traces.reshape(-1)), periods)
     return to_dataset(traces, system, seed)

@@ -6,20 +6,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from frictionloop.loop.kernel.build import kernel
-from frictionloop.loop.kernel.exchange import GIVEN, STILL
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.motion_tile import DIRECTION, LOAD, PLACE, POSITION, SPEED
+from frictionloop.loop.kernel.run import advance
 from frictionloop.loop.kernel.slab import ROW
-from frictionloop.loop.simulate import NO_TRACES
+from frictionloop.loop.kernel.structure import moves
 from frictionloop.loop.timing import check_seed, is_finite
 from frictionloop.parameters import System, check_system
-from frictionloop.physics.sources import longest_s
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.normals import BLOCK
 from frictionloop.sensing.measurement import Measurement
 
 _UNUSED = np.zeros(BLOCK + 1)  # samples of the set-point, which is the caller's affair
+_NONE = np.zeros(0)
 
 
 class Movement(NamedTuple):
@@ -58,20 +57,20 @@ class Stepper:
         check_system(system)
         self.system, seed = system, check_seed(seed)
         self._tile = lower([system], [seed], external=True)
-        self._advance = kernel(self._tile.kernel, 1)
-        self._period, self._last = 0, round(min(longest_s(system.disturbance), 1e9) * system.controller.rate_hz)
-        self._disturbance = NO_TRACES
+        self._period, self._last = 0, round(min(system.disturbance.longest_s, 1e9) * system.controller.rate_hz)
+        self._disturbance = _NONE
         self._view = self._tile.slab.data
-        self._bench = self._tile.kernel == "substeps"
+        self.tells_sampled = self._tile.kernel == "substeps"
+        """Whether `force_n` is that at the last sample, as on a bench; else it is the one a period before."""
         # The sensor has settled on the first force, which one period tells: of a bench its sample alone, of the plant
         # of Section 2 all of it, run on a copy.
-        probe = self._tile if self._bench else lower([system], [seed], external=True)
+        probe = self._tile if self.tells_sampled else lower([system], [seed], external=True)
         first = probe.disturbance(0, 1)
-        self._advance(probe.slab.data, 1, 0, 1, probe.options, probe.buffers, _UNUSED, first, 0, NO_TRACES)
-        force = probe.slab.view("friction" if self._bench else "nominal")[0, 0]
+        advance(probe, 0, 1, _UNUSED, first, 0)
+        force = probe.slab.view("friction" if self.tells_sampled else "nominal")[0, 0]
         self.force_n = float(force + probe.slab.view("disturbance")[0, 0])
-        """Friction force on the finger, which no sensor shows: on a bench at the last sample, else a period before."""
-        self.measured = self._told() if self._bench else Measurement(self.force_n)
+        """Friction force on the finger, which no sensor shows (`tells_sampled`)."""
+        self.measured = self._told() if self.tells_sampled else Measurement(self.force_n)
         """The last measurement."""
 
     @property
@@ -90,7 +89,7 @@ class Stepper:
             try:
                 self._disturbance = self._tile.disturbance(chunk, chunk + BLOCK)
             except FrictionloopError:
-                self._disturbance = NO_TRACES
+                self._disturbance = _NONE
         if self._disturbance.size <= BLOCK:
             self._disturbance = self._tile.disturbance(chunk, k + 1)
 
@@ -115,28 +114,28 @@ class Stepper:
         """
         if not is_finite(amplitude_command):
             raise FrictionloopError(f"amplitude_command = {amplitude_command!r} um: must be a finite number")
-        k, tile, options = self._period, self._tile, self._tile.options
+        k, tile = self._period, self._tile
         if motion is not None:
             self._move(motion)
-            options = options._replace(moving=GIVEN)
+        tile.shared.set(given=motion is not None)
         if k >= self._last:
             raise FrictionloopError(
                 f"tick: disturbance.sweep_s = {self._last / self.system.controller.rate_hz:g} s is over"
             )
         self._period += 1
         # A bench's period ends with its sample, which the kernel takes at the beginning of the next.
-        k += self._bench
+        k += self.tells_sampled
         chunk = k // BLOCK * BLOCK
         self._sample(k, chunk)
         self._view[ROW["command"]], g = amplitude_command, self._view[ROW["friction"]]
-        self._advance(self._view, 1, k, k + 1, options, tile.buffers, _UNUSED, self._disturbance, chunk, NO_TRACES)
-        g = self._view[ROW["friction"]] if self._bench else g
+        advance(tile, k, k + 1, _UNUSED, self._disturbance, chunk)
+        g = self._view[ROW["friction"]] if self.tells_sampled else g
         self.force_n = float(g + self._view[ROW["disturbance"]])
-        self.measured = self._told() if self._bench else Measurement(float(self._view[ROW["measurement"]]))
+        self.measured = self._told() if self.tells_sampled else Measurement(float(self._view[ROW["measurement"]]))
         return self.measured
 
     def _move(self, motion: Movement) -> None:
-        if self._tile.options.moving == STILL:
+        if not moves(self.system):
             raise FrictionloopError('motion: nobody moves on this plant; leave it out, or take motion.kind "strokes"')
         if not all(is_finite(value) for value in motion) or motion[2] < 0:
             raise FrictionloopError(f"motion = {motion!r}: must be finite, with load_n at least 0")

@@ -6,8 +6,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from frictionloop.parameters.block import Block, NotNegative, Number, Positive, default_kind
-from frictionloop.parameters.plant import Friction, FrictionLaw
+from frictionloop.parameters.block import Block, NotNegative, Number, Positive
+from frictionloop.parameters.kinds import Kinds
+from frictionloop.parameters.plant import Friction, FrictionLaw, FrictionLimit
 
 
 class FingerFriction(FrictionLaw):
@@ -78,5 +79,6 @@ class Skin(Block):
         return k * s0 / (k + s0)
 
 
-Finger = Annotated[RigidFinger | Skin, Field(discriminator="kind"), default_kind("rigid")]
-AnyFriction = Annotated[Friction | FingerFriction, Field(discriminator="kind"), default_kind("gaussian")]
+Finger = Annotated[RigidFinger | Skin, Kinds(Block, RigidFinger, Skin, default="rigid")]
+FRICTIONS = Kinds(FrictionLimit, Friction, FingerFriction, default="gaussian")
+AnyFriction = Annotated[FrictionLimit, FRICTIONS]

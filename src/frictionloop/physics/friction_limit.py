@@ -67,12 +67,6 @@ def static_step(slip_m_s: float, static_gain: float, per_static_speed: float) ->
     return fma(static_gain, exp2(-min(y * y, 1000.0)), 1.0)
 
 
-@step
-def vibrated_step(y: float, occluded: float, moist_loss: float) -> float:
-    """e^(-tau(t) a^2) = 2^(-y^2 (1 - l w)): what vibration leaves; moisture takes away from its effect."""
-    return exp2(-y * fma(-moist_loss, occluded, 1.0), y)
-
-
 def limit_coefficients(friction: FingerFriction) -> LimitCoefficients:
     """Return the coefficients of `limit_step`."""
     slow2 = (1e-3 * friction.slow_mm_s) ** 2

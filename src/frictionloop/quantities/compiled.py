@@ -1,44 +1,51 @@
-"""Keeping compiled functions on disk between processes."""
+"""Compiled functions kept on disk between processes, each under the digest of what it computes."""
 
 from __future__ import annotations
 
-import hashlib
-from pathlib import Path
+from collections.abc import Iterable
 from typing import Any
 
 from llvmlite.binding import get_host_cpu_name
 from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.ccallback import CFunc
 
-ROOMS = ("quantities", "physics", "sensing", "control", "perception", "loop")
-"""Where compiled steps live."""
-
-
-def source_digest() -> str:
-    """Return a digest of all compiled source: Numba's cache checks one file, but a kernel is built from many."""
-    digest = hashlib.sha256()
-    package = Path(__file__).parents[1]
-    for path in sorted(package.rglob("*.py")):
-        if path.relative_to(package).parts[0] in ROOMS:
-            digest.update(path.read_bytes())
-    return digest.hexdigest()
+from frictionloop.quantities.digest import code_digest
 
 
-SOURCE_DIGEST = source_digest()
-"""Taken on import, together with the code that it stands for."""
-
-
-class SourceCache(FunctionCache):
-    """Numba's on-disk cache with one file per function, source and processor.
+class DigestCache(FunctionCache):
+    """Numba's on-disk cache with one file per function, digest and processor.
 
     Numba keys closures by their contents, which differ from process to process, and lets processes that compile at
-    the same time number their files alike, so that one may load the other's kernel. A file name that says what is in
-    it avoids both.
+    the same time number their files alike, so that one may load the other's function. A file name that says what is in
+    it avoids both, and a change of a docstring or of another function in the file compiles nothing anew.
     """
 
-    def __init__(self, function: Any, what: str) -> None:
+    def __init__(self, function: Any, name: str, digest: str) -> None:
         super().__init__(function)
-        name = f"{self._impl.filename_base}-{what}-{SOURCE_DIGEST[:16]}-{get_host_cpu_name()}"
-        self._cache_file = IndexDataCacheFile(self._cache_path, name, self._impl.locator.get_source_stamp())
+        self._cache_file = IndexDataCacheFile(self._cache_path, f"{name}-{digest}-{get_host_cpu_name()}", ())
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
         return (sig, codegen.magic_tuple())
+
+
+def compile_c(signature: Any, function: Any, name: str, also: Iterable[Any] = ()) -> Any:
+    """Return the C function of a Python function: ``.address``, ``.ctypes``; from the disk if it is there.
+
+    Parameters
+    ----------
+    signature
+        Numba's signature of the C function.
+    function
+        What to compile, with the functions that it calls.
+    name
+        What its file is called, besides the digest.
+    also
+        What else decides the code, such as implementations that the compiler finds by type.
+    """
+    digest = code_digest(function, tuple(also))
+    # Functions from the disk that have one name would be one function to the linker.
+    function.__qualname__ = f"{name}_{digest}".replace("-", "_")
+    compiled: Any = CFunc(function, (signature.args, signature.return_type), {}, {"error_model": "numpy"})
+    compiled._cache = DigestCache(function, name, digest)
+    compiled.compile()
+    return compiled

@@ -13,7 +13,8 @@ import numpy as np
 from numba import njit
 
 from frictionloop.quantities.arithmetic import SQRT_HALF, bits, double, fma, step
-from frictionloop.quantities.compiled import SourceCache
+from frictionloop.quantities.compiled import DigestCache
+from frictionloop.quantities.digest import code_digest
 
 BLOCK = 32
 """Periods per block: one call to ``draw`` serves periods c, c+8, c+16 and c+24 of a block."""
@@ -101,7 +102,8 @@ def fill_normals(out: np.ndarray, seed: Word, stream: Word, first_block: int) ->
                 out[block * BLOCK + m * 8 + c] = z[m]
 
 
-fill_normals._cache = SourceCache(fill_normals.py_func, "normals")  # called from Python, too
+# Called from Python, too.
+fill_normals._cache = DigestCache(fill_normals.py_func, "normals", code_digest(fill_normals))
 
 
 def normals(seed: int, stream: int, start: int, stop: int) -> np.ndarray:

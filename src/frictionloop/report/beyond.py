@@ -23,7 +23,7 @@ SOURCE = f"from the stored study `{COMMAND}`"
 """Where claims say that their numbers come from."""
 FOLDER = files("frictionloop.report") / "stored"
 SUMMARY, STEPS = "beyond.json", "beyond-steps.csv"
-NOTCH, TRACKER, ORACLE = "notch and feed-forward", "tracker", "oracle"
+NOTCH, TRACKER, ORACLE = "notch and feed-forward", "tracker (experimental)", "oracle"
 LAWS = (OPEN, PRINTED, RETUNED_GAINS, NOTCH, TRACKER, ORACLE)
 """Who competes, named as in Fig. 5."""
 MEDIAN, WORST = "median", "worst_decile"

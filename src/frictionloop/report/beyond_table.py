@@ -12,6 +12,7 @@ SHORT = {
     "printed gains": "printed",
     "re-tuned gains": "retuned",
     "notch and feed-forward": "notch",
+    "tracker (experimental)": "tracker",
     "open loop": "open",
 }
 """What the facts call laws, where their name is longer."""

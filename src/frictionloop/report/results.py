@@ -10,8 +10,8 @@ from typing import Any
 import xarray as xr
 
 from frictionloop.parameters import System, feasible, paper
-from frictionloop.physics.trials import sliding_trials
 from frictionloop.report import beyond, calibration, device, gains, noise, people, steady, systems, tracking
+from frictionloop.report.trials import sliding_trials
 
 
 @dataclass(frozen=True)

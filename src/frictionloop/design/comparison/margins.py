@@ -8,8 +8,6 @@ from typing import Any, NamedTuple
 
 from frictionloop.analysis.linear import LinearLoop, linearise
 from frictionloop.analysis.margins import Margins
-from frictionloop.control.cost import cycles_m4, worst_tick
-from frictionloop.control.laws import law_of
 from frictionloop.design.comparison import protocol
 from frictionloop.design.comparison.measured import on_device
 from frictionloop.design.comparison.plain import occluded_at
@@ -98,23 +96,6 @@ def _learnt_peak(comparison: Comparison, system: System | None) -> float:
     own = learnt_in_run(system, comparison.duration_s, seed)
     found = [each for each in _around(own, 0.0, comparison.middle_s) if each is not None]
     return max((each.sensitivity_peak for each in found), default=math.nan)
-
-
-class Cost(NamedTuple):
-    """Cycles a tick on a Cortex-M4; None of what has no law, as an oracle."""
-
-    cycles_m4: int | None
-    """Of the law alone, estimated from its operations."""
-    tick_cycles_m4: int | None
-    """Of the worst whole tick, traced on the image of the law's kind."""
-
-
-def cost_of(system: System) -> Cost:
-    """Return what the law of a system costs."""
-    kind = system.controller.kind
-    operations = None if kind == "oracle" else law_of(system.controller).operations
-    worst = worst_tick(kind)
-    return Cost(None if operations is None else cycles_m4(operations), None if worst is None else worst.cycles)
 
 
 def _around(system: System, shift: float, occlude_s: float) -> list[Margins | None]:

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from frictionloop.design.comparison.margins import cost_of, robustness
+from frictionloop.control.cost import worst_tick
+from frictionloop.design.comparison.margins import robustness
 from frictionloop.design.comparison.run import Comparison
 from frictionloop.design.comparison.scores import SCORES, spread
 
@@ -24,7 +25,6 @@ MARGINS = {
     "phase_margin_deg": "deg",
     "delay_margin_s": "s",
     "stable": "1",
-    "cycles_m4": "1",
     "tick_cycles_m4": "1",
 }
 """What the margins of a law are, with units."""
@@ -55,7 +55,8 @@ def margin_rows(comparison: Comparison) -> list[Row]:
     """Return a row for each law, speed and contact: margins for small signals, and cycles a tick."""
     found = []
     for law, overrides in comparison.laws.items():
-        cost = cost_of(comparison.system.evolve(overrides))._asdict()
+        worst = worst_tick(comparison.system.evolve(overrides).controller.kind)
+        cost = {"tick_cycles_m4": worst.cycles if worst else None}
         for speed in comparison.speeds_mm_s:
             for contact in comparison.cells["contact"].values:
                 where = {"law": law, "speed_mm_s": speed, "contact": str(contact)}

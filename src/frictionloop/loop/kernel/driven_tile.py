@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
+from frictionloop.loop.kernel.access import doubles, load, peek, poke
 from frictionloop.loop.kernel.slab import ROW, rows
-from frictionloop.loop.kernel.slab_access import load, peek, poke
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.quantities.arithmetic import cos_turns, fma, sin_turns
 from frictionloop.quantities.normals import BLOCK
 
 
-def build_driven(lifting: Lifting) -> tuple[Any, Any]:
-    """Return ``fill_driven``, a sum over the nodes of the period, and ``fill_swing``, a sine and its share at once."""
-    (width, compiled, _), weight = lifting, ROW["weight"]
+def build_swing(lifting: Lifting) -> Any:
+    """Return the tile that makes a sine and its share of the reading at once."""
+    width, compiled, _ = lifting
     swing_rows, sine_rows = rows("swing"), rows("disturbance_signal")
 
     @compiled
@@ -25,22 +25,31 @@ def build_driven(lifting: Lifting) -> tuple[Any, Any]:
         poke(driven, at, fma(in_phase, sine, fma(quarter, cosine, steady)))
 
     @compiled
-    def fill_swing(out, driven, s, shared, first, dt):  # type: ignore[no-untyped-def]
+    def fill_swing(s, n, first, periods, o):  # type: ignore[no-untyped-def]
         # What a sine adds to the reading is a sine: two evaluations where a sum over the nodes takes six.
+        out, driven = doubles(o.disturbance), doubles(o.driven)
         for k in range(BLOCK):
-            if shared:
-                swing(out, driven, k, s, 0, float(first + k) * dt)
+            if o.disturbance_shared:
+                swing(out, driven, k, s, 0, float(first + k) * o.dt)
             else:
                 for i in range(width):
-                    swing(out, driven, k * width + i, s, i, float(first + k) * dt)
+                    swing(out, driven, k * width + i, s, i, float(first + k) * o.dt)
+
+    return fill_swing
+
+
+def build_driven(lifting: Lifting) -> Any:
+    """Return the tile that sums the disturbance's share of the reading over the nodes of each period."""
+    (width, compiled, _), weight = lifting, ROW["weight"]
 
     @compiled
-    def fill_driven(out, s, d, shared, nodes, periods):  # type: ignore[no-untyped-def]
-        columns = 1 if shared else width
+    def fill_driven(s, n, first, periods, o):  # type: ignore[no-untyped-def]
+        out, d = doubles(o.driven), doubles(o.disturbance)
+        columns = 1 if o.disturbance_shared else width
         for k in range(periods * columns):
             poke(out, k, 0.0)
-        for j in range(nodes):
-            if shared:
+        for j in range(o.nodes):
+            if o.disturbance_shared:
                 w = peek(s, (weight + j) * width)
                 for k in range(periods):
                     poke(out, k, fma(w, peek(d, j * BLOCK + k), peek(out, k)))
@@ -50,4 +59,4 @@ def build_driven(lifting: Lifting) -> tuple[Any, Any]:
                         f = peek(d, (j * BLOCK + k) * width + i)
                         poke(out, k * width + i, fma(peek(s, (weight + j) * width + i), f, peek(out, k * width + i)))
 
-    return fill_driven, fill_swing
+    return fill_driven

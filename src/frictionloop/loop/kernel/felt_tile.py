@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from frictionloop.loop.kernel.access import doubles, load, peek, poke
 from frictionloop.loop.kernel.slab import ROW
-from frictionloop.loop.kernel.slab_access import load, peek, poke
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.quantities.arithmetic import fma
 from frictionloop.quantities.biquad import biquad_step
@@ -54,14 +54,15 @@ def build_felt(lifting: Lifting) -> Any:
     first, second, third, fourth, fifth = (section(j) for j in range(5))
 
     @compiled
-    def felt(s, n, coefficients, counts):  # type: ignore[no-untyped-def]
+    def felt(s, n, k, at, o):  # type: ignore[no-untyped-def]
+        coefficients = doubles(o.weighting)
         fade(s, n)
         first(s, n, coefficients)
         second(s, n, coefficients)
         third(s, n, coefficients)
         fourth(s, n, coefficients)
         fifth(s, n, coefficients)
-        if counts:
+        if k >= o.score_from:
             for i in range(count(n)):
                 x = peek(s, percept * width + i) * peek(s, scored * width + i)
                 poke(s, (percept + 1) * width + i, fma(x, x, peek(s, (percept + 1) * width + i)))

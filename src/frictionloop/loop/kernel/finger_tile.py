@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
+from frictionloop.loop.kernel.access import load, peek, poke, store
 from frictionloop.loop.kernel.motion_tile import FACTOR, OCCLUDED, SPEED
-from frictionloop.loop.kernel.slab import ROW, rows
-from frictionloop.loop.kernel.slab_access import load, peek, poke, store
+from frictionloop.loop.kernel.slab import ROW, rows, vibration_rows
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.physics.contact import ContactCoefficients, ContactState
-from frictionloop.physics.friction_limit import static_step, vibrated_step
+from frictionloop.physics.contact_bristle import dahl_step, lugre_step
+from frictionloop.physics.contact_slider import slider_step
+from frictionloop.physics.friction_limit import static_step
 from frictionloop.physics.plate import limit_step, lowpass_step
+from frictionloop.physics.vibration import Vibration
 from frictionloop.quantities.arithmetic import fma, step
 
 
@@ -22,16 +25,20 @@ def rigid_step(
     return state, limit_n if speed_m_s >= 0.0 else -limit_n
 
 
-def build_finger(lifting: Lifting, law: Any) -> Any:
+CONTACT_STEPS = {"rigid": rigid_step, "dahl": dahl_step, "lugre": lugre_step, "slider": slider_step}
+
+
+def lift_finger(lifting: Lifting, contact: str, vibration: Vibration) -> Any:
     """Lift plate, friction limit and a contact law over substep ``j`` ``of`` a period.
 
     Speed and limit are linear between control periods. In the substep in which the command changes the plate sees its
     mean, which errs by 1/8 (substep times plate bandwidth)^2 of the change.
     """
     width, compiled, count = lifting
-    now, after, limit_row, loss = ROW["motion"], ROW["motion_next"], ROW["limit_n"], ROW["moist_loss"]
+    law, remaining, effect_rows = CONTACT_STEPS[contact], vibration.step, vibration_rows(vibration)
+    now, after, limit_row = ROW["motion"], ROW["motion_next"], ROW["limit_n"]
     decay, amplitude, applied, switch = ROW["amplitude_decay"], ROW["amplitude"], ROW["applied"], ROW["switch"]
-    per_halving, ceiling = ROW["halving_amplitude"] + 1, ROW["max_amplitude"]
+    ceiling = ROW["max_amplitude"]
     static_rows = rows("static")
     state_rows, force, given_rows = rows("contact"), ROW["contact_force"], rows("contact_coefficients")
 
@@ -48,10 +55,10 @@ def build_finger(lifting: Lifting, law: Any) -> Any:
             share = min(max(j + 1.0 - peek(s, switch * width + i) * of, 0.0), 1.0)
             held = limit_step(fma(share, new - old, old), peek(s, ceiling * width + i))
             a = peek(s, amplitude * width + i)
-            y = lowpass_step(a, held, peek(s, decay * width + i)) * peek(s, per_halving * width + i)
+            y = lowpass_step(a, held, peek(s, decay * width + i))
             poke(s, amplitude * width + i, lowpass_step(a, held, peek(s, (decay + 1) * width + i)))
             occluded = peek(s, (now + OCCLUDED) * width + i)
-            left = vibrated_step(y, occluded, peek(s, loss * width + i))
+            left = remaining(y, occluded, load(s, i, width, effect_rows))
             limit = peek(s, limit_row * width + i) * between(s, i, FACTOR, fraction) * left
             speed = between(s, i, SPEED, fraction)
             before = ContactState(*load(s, i, width, state_rows))

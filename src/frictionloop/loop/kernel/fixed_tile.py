@@ -12,9 +12,9 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from frictionloop.loop.kernel.exchange import CORE_GIVEN
+from frictionloop.loop.kernel.access import doubles, peek, poke, words
+from frictionloop.loop.kernel.shared import CORE_GIVEN
 from frictionloop.loop.kernel.slab import ROW
-from frictionloop.loop.kernel.slab_access import peek, poke
 from frictionloop.loop.kernel.tiles import Lifting
 
 
@@ -39,15 +39,17 @@ def build_fixed(lifting: Lifting) -> Any:
     saturated, draws, timing = ROW["saturated"], ROW["timing_draws"], ROW["timing"]
 
     @compiled
-    def fixed(s, n, address, words, size, given, irregular, closed):  # type: ignore[no-untyped-def]
+    def fixed(s, n, k, at, o):  # type: ignore[no-untyped-def]
+        context, size, given = words(o.core_context), o.core_words, doubles(o.core_given)
+        closed = k >= o.open_until
         for i in range(count(n)):
-            lost = irregular and peek(s, (draws + 1) * width + i) < peek(s, (timing + 2) * width + i)
+            lost = (o.irregular != 0) and peek(s, (draws + 1) * width + i) < peek(s, (timing + 2) * width + i)
             if not lost:
                 for j in range(5):
                     poke(given, j, peek(s, (measurement + j) * width + i))
                 poke(given, 5, peek(s, setpoint * width + i))
                 poke(given, 6, 1.0 if closed else 0.0)
-                call_c(address, words, i * size, given)
+                call_c(o.core, context, i * size, given)
                 poke(s, u * width + i, peek(given, CORE_GIVEN))
                 poke(s, saturated * width + i, peek(given, CORE_GIVEN + 1))
                 poke(s, command * width + i, peek(given, CORE_GIVEN + 2))

@@ -94,7 +94,6 @@ def _lower_motion(slab: Slab, systems: Sequence[System], keys: np.ndarray, dt: f
     _fill(slab, "limit_coefficients", [limit_coefficients(f) for f in frictions])
     _fill(slab, "occlusion_coefficients", [occlusion_coefficients(f, dt) for f in frictions])
     _fill(slab, "static", [static_coefficients(f) for f in frictions])
-    _fill(slab, "moist_loss", [(f.moist_loss,) for f in frictions])
     _fill(slab, "roughness_per_m", [(cells_per_m(f.roughness_longest_mm),) for f in frictions])
     _fill(slab, "touch_coefficients", [touch_coefficients(s.touch, dt) for s in systems])
     edges = [scored_edge_m(m, s.finger) for m, s in zip(motions, systems, strict=True)]

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from frictionloop.loop.kernel.exchange import Plan
 from frictionloop.loop.kernel.lower_finger import contact_of_step
 from frictionloop.loop.kernel.slab import Slab
 from frictionloop.loop.kernel.structure import delay_periods, kernel_of, substeps_of, switch_s
@@ -20,14 +19,22 @@ In 8 periods of 200 us the envelope of 100 Hz gets from rest to 63 % of what the
 """
 
 
-def plan_of(system: System) -> Plan:
+def plan_of(system: System) -> dict[str, int]:
     """Return how an oracle looks ahead; nothing is looked at for other controllers."""
     c = system.controller
     if not isinstance(c, OracleController) or kernel_of(system) != "substeps":
-        return Plan()
+        return {}
     substeps, late = substeps_of(system), delay_periods(system)
     rest = round(switch_s(system) * c.rate_hz * substeps)
-    return Plan(c.preview, late, late * substeps + rest, STEPS, LANDING, TRIALS)
+    ahead = late * substeps + rest
+    return {
+        "preview": c.preview,
+        "late": late,
+        "predicted": ahead,
+        "steps": STEPS,
+        "landing": LANDING,
+        "trials": TRIALS,
+    }
 
 
 def lower_oracle(slab: Slab, systems: Sequence[System]) -> None:

@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from frictionloop.loop.kernel.signals import HELD, LOG_SWEEP, SAMPLED, SINE
 from frictionloop.loop.kernel.slab import Slab
 from frictionloop.parameters import ColouredNoise, Constant, LogSweep, Sine, Source, Steps
 from frictionloop.physics.sources import Sampler, sampler, sweep_turns
@@ -16,8 +15,8 @@ from frictionloop.physics.sources import Sampler, sampler, sweep_turns
 class Signal(NamedTuple):
     """How the kernel makes a signal."""
 
-    how: int
-    """SINE or LOG_SWEEP from the formula rows, SAMPLED or HELD from samples."""
+    how: str
+    """A formula of `FORMULAS` (signals), or how samples are taken: "linear" or "held"."""
     shared: bool
     """One column serves all lanes."""
     take: Sampler
@@ -34,16 +33,16 @@ def lower_signal(
     drawn = isinstance(first, ColouredNoise) and bool(np.any(seeds != seeds[0]))
     shared = nodes_alike and alike and not drawn
     if isinstance(first, (Constant, Sine)):
-        return Signal(SINE, shared, _nothing)
+        return Signal("sine", shared, _nothing)
     if isinstance(first, LogSweep):
-        return Signal(LOG_SWEEP, shared, _nothing)
+        return Signal("log_sweep", shared, _nothing)
     columns = 1 if shared else len(sources)
     takes = [sampler(s, rate_hz, int(seed), stream) for s, seed in zip(sources[:columns], seeds, strict=False)]
 
     def take(start: int, stop: int) -> np.ndarray:
         return np.ascontiguousarray(np.array([one(start, stop) for one in takes if one]).T).ravel()
 
-    return Signal(HELD if isinstance(first, Steps) else SAMPLED, shared, take)
+    return Signal("held" if isinstance(first, Steps) else "linear", shared, take)
 
 
 def _formula(source: Source) -> tuple[float, float, float, float]:

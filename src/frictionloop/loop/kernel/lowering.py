@@ -9,44 +9,37 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.control.laws import law_number, law_of
+from frictionloop.control.laws import law_of
 from frictionloop.control.lookup import lookup_table
 from frictionloop.control.overdrive import no_overdrive, overdrive_gains
 from frictionloop.loop.formulas import Sums
 from frictionloop.loop.kernel.columns import column
-from frictionloop.loop.kernel.exchange import (
-    EXTERNAL,
-    FIRMWARE,
-    NO_WORDS,
-    NOTHING,
-    ORACLE,
-    Buffers,
-    Options,
-    buffers,
-    ring_size,
-)
 from frictionloop.loop.kernel.felt_tile import FADE_S
 from frictionloop.loop.kernel.lower_finger import keys_of, lower_finger
 from frictionloop.loop.kernel.lower_oracle import lower_oracle, plan_of
 from frictionloop.loop.kernel.lower_plant import lower_plant, lower_swing
 from frictionloop.loop.kernel.lower_signals import lower_signal
+from frictionloop.loop.kernel.programs import set_programs
 from frictionloop.loop.kernel.score_tile import PERCEPTION
-from frictionloop.loop.kernel.signals import SINE
-from frictionloop.loop.kernel.slab import LANES, Slab
+from frictionloop.loop.kernel.shared import Shared, ring_size, scratch
+from frictionloop.loop.kernel.slab import LANES, Slab, law_rows, vibration_rows
 from frictionloop.loop.kernel.structure import (
-    contact_of,
     divided,
     is_irregular,
     kernel_of,
     late_s,
-    moving_of,
+    moves,
     open_until,
     segments_of,
     substeps_of,
 )
+from frictionloop.loop.kernel.traces import traces_of
+from frictionloop.loop.metric import StreamingMetric, first_rows
 from frictionloop.parameters import OracleController, System
 from frictionloop.physics.friction import halving_amplitude_um
 from frictionloop.physics.sources import Sampler
+from frictionloop.physics.vibration import vibration_of
+from frictionloop.quantities.trees import flat
 
 SETPOINT_STREAM, DISTURBANCE_STREAM = 1, 2
 """Streams of coloured noise; 0 is the sensor noise."""
@@ -58,8 +51,7 @@ class Tile:
 
     kernel: str
     slab: Slab
-    options: Options
-    buffers: Buffers
+    shared: Shared
     setpoint: Sampler
     disturbance: Sampler
 
@@ -70,100 +62,96 @@ def lower(
     *,
     groups: int = 0,
     score_from: int = 0,
-    recording: bool = False,
+    traces: np.ndarray | None = None,
+    streaming: Sequence[StreamingMetric] = (),
     external: bool = False,
 ) -> Tile:
-    """Return the tile that runs these systems (one, or up to ``LANES`` of equal structure) with these seeds."""
+    """Return the tile that runs these systems (one, or up to ``LANES`` of equal structure) with these seeds.
+
+    ``traces`` is what a run records, ``[trace][period][lane]``; ``streaming`` are metrics from outside.
+    """
     width = 1 if len(systems) == 1 else LANES
     # A tile is always full: lanes beyond the last system repeat it and are not read.
     systems = [*systems, *[systems[-1]] * (width - len(systems))]
     keys = keys_of(systems, [*seeds, *[seeds[-1]] * (width - len(seeds))])
-    slab, rate, name = Slab(width), systems[0].controller.rate_hz, kernel_of(systems[0])
+    first, slab = systems[0], Slab(width, first_rows(streaming)[-1])
+    rate, name = first.controller.rate_hz, kernel_of(first)
     _lower_friction(slab, systems)
     lates = [late_s(s) for s in systems]
     whole, switch = column(lates, lambda late: divided(late, rate))
     slab.view("delay_periods")[0] = whole
-    roughness = NOTHING
+    shared = Shared(
+        lanes=width,
+        dt=1.0 / rate,
+        groups=groups,
+        score_from=score_from,
+        external=external,
+        irregular=name == "substeps" and any(is_irregular(s) for s in systems),
+        pulsed=name == "substeps" and any(s.plate.pulse_ticks for s in systems),
+        open_until=open_until(first),
+        noise_shared=bool(np.all(keys == keys[0])),
+        **plan_of(first),
+    )
     if name == "quadrature":
-        before, after = segments_of(systems[0])
+        before, after = segments_of(first)
         nodes = lower_plant(slab, systems, switch, before, after)
     else:
-        before, after = 0, substeps_of(systems[0])
-        nodes, roughness = after + 1, lower_finger(slab, systems, keys)
-    table = _lower_controller(slab, systems)
-    fixed = systems[0].controller.form == "firmware" and not external
-    core = _lower_core(systems) if fixed else NO_WORDS
+        before, after, nodes = 0, substeps_of(first), 1 + substeps_of(first)
+        shared.point(roughness=lower_finger(slab, systems, keys))
+    shared.set(segments=before + after, before=before, nodes=nodes)
     setpoints, disturbances = [s.setpoint for s in systems], [s.disturbance for s in systems]
     # Lanes share the disturbance's share of the reading if they also share the nodes and their weights.
     used = [slab.view(name)[:nodes] for name in ("node_time", "weight")]
     nodes_alike = all(bool(np.all(rows == rows[:, :1])) for rows in used)
     setpoint = lower_signal(slab, "setpoint_signal", setpoints, keys, SETPOINT_STREAM, rate, True)
     disturbance = lower_signal(slab, "disturbance_signal", disturbances, keys, DISTURBANCE_STREAM, rate, nodes_alike)
-    if name == "quadrature" and disturbance.how == SINE:
+    shared.set(setpoint_shared=setpoint.shared, disturbance_shared=disturbance.shared)
+    if name == "quadrature" and disturbance.how == "sine":
         lower_swing(slab, nodes)
     slab.view("shift")[0] = slab.view("setpoint_signal")[0]
     # A bench always looks up what the last command was: jitter may keep it in force.
     ring = ring_size(max(max(lates) * rate, float(name == "substeps")))
-    options = Options(
-        law=EXTERNAL if external else _number(systems[0].controller),
-        segments=before + after,
-        before=before,
-        setpoint=setpoint.how,
-        setpoint_shared=setpoint.shared,
-        disturbance=disturbance.how,
-        disturbance_shared=disturbance.shared,
-        noise_shared=bool(np.all(keys == keys[0])),
-        groups=groups,
-        score_from=score_from,
-        recording=recording,
-        table_size=systems[0].controller.model.table_size,
-        ring_mask=ring - 1,
-        dt=1.0 / rate,
-        moving=moving_of(systems[0]),
-        irregular=name == "substeps" and any(is_irregular(s) for s in systems),
-        contact=contact_of(systems[0]),
-        plan=plan_of(systems[0]),
-        pulsed=name == "substeps" and any(s.plate.pulse_ticks for s in systems),
-        core=_core_address() if fixed else 0,
-        core_words=core.size // width,
-        open_until=open_until(systems[0]),
-    )
-    if options.law == ORACLE:
+    shared.set(ring_mask=ring - 1, table_size=first.controller.model.table_size)
+    shared.point(table=_lower_controller(slab, systems, external), seeds=keys)
+    shared.point(**scratch(width, ring, nodes, name == "substeps" and moves(first)))
+    if first.controller.form == "firmware" and not external:
+        _lower_core(shared, systems)
+    if isinstance(first.controller, OracleController) and not external:
         lower_oracle(slab, systems)
-    weighting = _lower_perception(slab, rate) if groups & PERCEPTION else NOTHING
-    scratch = buffers(width, ring, nodes, table, keys, roughness, weighting, core)
-    return Tile(name, slab, options, scratch, setpoint.take, disturbance.take)
-
-
-def _number(controller: Any) -> int:
-    if controller.form == "firmware":
-        return FIRMWARE
-    return ORACLE if isinstance(controller, OracleController) else law_number(controller)
+    if groups & PERCEPTION:
+        shared.point(weighting=_lower_perception(slab, rate))
+    if traces is not None:
+        shared.point(trace=traces)
+        shared.set(trace_size=traces.size // len(traces_of(name)))
+    set_programs(shared, slab, first, setpoint, disturbance, streaming)
+    return Tile(name, slab, shared, setpoint.take, disturbance.take)
 
 
 def _lower_friction(slab: Slab, systems: Sequence[System]) -> None:
-    nominal, susceptibility = column(
-        [s.friction for s in systems], lambda friction: (friction.nominal_n, friction.susceptibility_per_um2)
-    )
-    ceiling, ticks = column([s.plate for s in systems], lambda plate: (plate.max_amplitude_um, plate.pulse_ticks))
-    slab.view("nominal")[0] = slab.view("friction")[0] = nominal
-    unit = halving_amplitude_um(susceptibility)
-    slab.view("halving_amplitude")[:] = unit, 1.0 / unit
+    frictions, plates = [s.friction for s in systems], [s.plate for s in systems]
+    vibration = vibration_of(frictions[0])
+    effect = flat(vibration_rows(vibration))
+    slab.rows(effect)[:] = column(frictions, lambda f: flat(vibration.coefficients_of(f)))
+    ceiling, ticks = column(plates, lambda plate: (plate.max_amplitude_um, plate.pulse_ticks))
+    slab.view("nominal")[0] = slab.view("friction")[0] = nominal = column(frictions, lambda f: f.nominal_n)
     slab.view("max_amplitude")[0] = ceiling
-    slab.view("floor")[0] = nominal * np.exp(-susceptibility * ceiling**2)
     slab.view("pulse_ticks")[0] = ticks
     slab.view("measurement")[4] = slab.view("scored")[0] = 1.0
+    if kernel_of(systems[0]) == "quadrature":
+        susceptibility = column(frictions, lambda f: f.susceptibility_per_um2)
+        unit = halving_amplitude_um(susceptibility)
+        slab.view("halving_amplitude")[:] = unit, 1.0 / unit
+        slab.view("floor")[0] = nominal * np.exp(-susceptibility * ceiling**2)
 
 
-def _lower_controller(slab: Slab, systems: Sequence[System]) -> np.ndarray:
+def _lower_controller(slab: Slab, systems: Sequence[System], external: bool) -> np.ndarray:
     controllers = [s.controller for s in systems]
     models = [c.model for c in controllers]
     low, high, halving = column(models, lambda m: (m.floor_n, m.nominal_n, math.log(2.0) / m.susceptibility_per_um2))
     size = models[0].table_size
-    if not isinstance(controllers[0], OracleController):
+    if not (isinstance(controllers[0], OracleController) or external):
         _lower_law(slab, controllers)
-    for clamp in (slab.view("clamp"), slab.view("believed_clamp")):
-        clamp[0], clamp[1] = low, high
+    slab.view("believed_clamp")[:] = low, high
     # Of a kind without the field, as PI, pydantic takes microseconds to say so: asked once, not for each lane.
     may_overdrive = hasattr(controllers[0], "overdrive")
     gains = column(controllers, overdrive_gains) if may_overdrive else column(models, no_overdrive)
@@ -179,23 +167,19 @@ def _lower_controller(slab: Slab, systems: Sequence[System]) -> np.ndarray:
     return np.array(np.broadcast_to(column(models, lookup_table), (size, slab.width)), order="C").ravel()
 
 
-def _core_address() -> int:
-    from frictionloop.firmware.simulated import core_address
+def _lower_core(shared: Shared, systems: Sequence[System]) -> None:
+    from frictionloop.firmware.simulated import core_address, core_context
 
-    return core_address()
-
-
-def _lower_core(systems: Sequence[System]) -> np.ndarray:
-    from frictionloop.firmware.simulated import core_context
-
-    return np.concatenate([core_context(s) for s in systems])
+    context = np.concatenate([core_context(s) for s in systems])
+    shared.point(core_context=context)
+    shared.set(core=core_address(), core_words=context.size // shared.lanes)
 
 
 def _lower_law(slab: Slab, controllers: Sequence[Any]) -> None:
     law = law_of(controllers[0])
-    slab.view("controller_gains")[: law.gains] = column(controllers, law.gains_of)
-    if law.start_of is not None:
-        slab.view("controller_state")[: law.states] = column(controllers, law.start_of)
+    state_rows, gain_rows = law_rows(law)
+    slab.rows(flat(gain_rows))[:] = column(controllers, lambda c: flat(law.gains_for(c)))
+    slab.rows(flat(state_rows))[:] = column(controllers, lambda c: flat(law.start_for(c)))
 
 
 def sums_of(tile: Tile, lanes: int, periods: int) -> Sums:
@@ -204,7 +188,7 @@ def sums_of(tile: Tile, lanes: int, periods: int) -> Sums:
     *rows, scored = view("sums")[:, :lanes]
     # Where nothing is scored nothing can be said: NaN, which passes through the formulas without a warning.
     count = np.where(scored > 0, scored, np.nan) if tile.kernel == "substeps" else np.full(lanes, float(periods))
-    more = (view("percept")[1, :lanes], *view("step_sums")[:, :lanes], tile.options.dt, view("shift")[0, :lanes])
+    more = (view("percept")[1, :lanes], *view("step_sums")[:, :lanes], tile.shared.dt, view("shift")[0, :lanes])
     return Sums._make([*rows, count, *more])
 
 

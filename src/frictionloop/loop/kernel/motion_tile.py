@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from frictionloop.loop.kernel.access import load, peek, poke, store
 from frictionloop.loop.kernel.slab import ROW, rows
-from frictionloop.loop.kernel.slab_access import load, peek, poke, store
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.physics.friction_limit import LimitCoefficients, OcclusionCoefficients, limit_step, occlusion_step
 from frictionloop.physics.motion import LoadPlan, StrokePlan, load_step, stroke_step
@@ -18,7 +18,7 @@ POSITION, SPEED, LOAD, FACTOR, OCCLUDED, DIRECTION, PLACE = range(7)
 """Rows of ``motion`` and ``motion_next``."""
 
 
-def build_motion(lifting: Lifting) -> tuple[Any, Any, Any, Any]:
+def lift_motion(lifting: Lifting) -> tuple[Any, Any, Any, Any]:
     """Return the tiles that take over the motion of t_k, go on to t_k+1, begin at t = 0, and accept a given motion.
 
     The looked-up roughness is a gather, which does not vectorise, and has a loop of its own.
@@ -108,7 +108,7 @@ def build_motion(lifting: Lifting) -> tuple[Any, Any, Any, Any]:
     return take_over, go_on, begin, accept
 
 
-def build_touch(lifting: Lifting) -> Any:
+def lift_touch(lifting: Lifting) -> Any:
     """Return the tile that measures position, speed and load, and turns the force along the measured motion."""
     width, compiled, count = lifting
     now, draw_row, force = ROW["motion"], ROW["draws"], ROW["measurement"]

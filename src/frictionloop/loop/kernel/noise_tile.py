@@ -1,4 +1,4 @@
-"""Sensor noise for one block of control periods, drawn inside the kernel, ``[period of the block][lane]``."""
+"""Unit normals for one block of control periods, drawn inside the kernel, ``[period of the block][lane]``."""
 
 from __future__ import annotations
 
@@ -6,18 +6,28 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.loop.kernel.slab_access import peek, poke
+from frictionloop.loop.kernel.access import doubles, keys, peek, poke
 from frictionloop.loop.kernel.tiles import Lifting
+from frictionloop.physics.tremor import NORMAL_STREAM, TANGENTIAL_STREAM
 from frictionloop.quantities.arithmetic import bits, double
 from frictionloop.quantities.normals import BLOCK, box_muller, draw_words
+from frictionloop.sensing.touch import LOAD_STREAM, POSITION_STREAM
 
-NOISE_STREAM = np.uint64(0)
-"""Stream number of the sensor noise; other noises have streams of their own."""
+JITTER_STREAM, LOST_STREAM = 24, 25
+"""Streams of the counter-based noise that make commands late and lose ticks."""
+STREAMS = {
+    "normals": (0,),  # of the sensor
+    "draws": (TANGENTIAL_STREAM, NORMAL_STREAM, POSITION_STREAM, LOAD_STREAM),
+    "timing": (JITTER_STREAM, LOST_STREAM),
+}
+"""What is drawn, by the buffer that it goes to: one stream after another."""
 
 
-def build_noise(lifting: Lifting) -> Any:
-    """Return the compiled ``fill_noise`` for the tiles of a kernel."""
+def build_draws(lifting: Lifting, buffer: str) -> Any:
+    """Return the tile that draws all streams of a buffer."""
     width, compiled, _ = lifting
+    streams = tuple(np.uint64(stream) for stream in STREAMS[buffer])
+    sensor, moving = buffer == "normals", buffer == "draws"
 
     @compiled
     def scatter(out, at, apart, words):  # type: ignore[no-untyped-def]
@@ -51,4 +61,12 @@ def build_noise(lifting: Lifting) -> Any:
                 poke(out, begin + j, z0)
                 poke(out, begin + apart + j, z1)
 
-    return fill_noise
+    @compiled
+    def draws(s, n, first, periods, o):  # type: ignore[no-untyped-def]
+        out = doubles(o.normals if sensor else (o.draws if moving else o.timing))
+        counters = BLOCK // 4 if n > 0 else 0
+        columns = BLOCK if o.noise_shared else BLOCK * width
+        for j in range(len(streams)):
+            fill_noise(out, j * columns, keys(o.seeds), o.noise_shared, first, counters, streams[j])
+
+    return draws

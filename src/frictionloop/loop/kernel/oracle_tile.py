@@ -11,49 +11,51 @@ from __future__ import annotations
 
 from typing import Any
 
-from frictionloop.loop.kernel.aim_tile import COMMAND, build_aim
-from frictionloop.loop.kernel.exchange import CONTACTS
+from frictionloop.loop.kernel.access import doubles, peek, poke
+from frictionloop.loop.kernel.aim_tile import COMMAND, lift_aim
+from frictionloop.loop.kernel.finger_tile import lift_finger
 from frictionloop.loop.kernel.slab import ROW
-from frictionloop.loop.kernel.slab_access import peek, poke
 from frictionloop.loop.kernel.tiles import Lifting
-from frictionloop.loop.kernel.trial_tile import build_copy, build_trials
+from frictionloop.loop.kernel.traces import lift_spread
+from frictionloop.loop.kernel.trial_tile import lift_copy, lift_trials
+from frictionloop.physics.vibration import Vibration
 from frictionloop.quantities.arithmetic import exp2
 
-DAHL, LUGRE = CONTACTS.index("dahl"), CONTACTS.index("lugre")
 
-
-def build_oracle(lifting: Lifting, spread: Any, finger: Any) -> Any:
-    """Return the tile that decides as an oracle; ``finger`` is that of a substep, ``spread`` brings a signal in."""
+def build_oracle(lifting: Lifting, contact: str, vibration: Vibration) -> Any:
+    """Return the tile that decides as an oracle."""
     width, compiled, count = lifting
-    copy, (want, aim) = build_copy(lifting), build_aim(lifting, spread)
-    search = build_trials(lifting, finger, copy)
+    finger, copy = lift_finger(lifting, contact, vibration), lift_copy(lifting)
+    want, aim = lift_aim(lifting, lift_spread(lifting), vibration)
+    search, searches = lift_trials(lifting, finger, copy), contact in ("dahl", "lugre")
     kept, trial, applied, command = ROW["trial_kept"], ROW["trial"], ROW["applied"], ROW["command"]
-    now, after, contact, amplitude = ROW["motion"], ROW["motion_next"], ROW["contact"], ROW["amplitude"]
+    now, after, contact_row, amplitude = ROW["motion"], ROW["motion_next"], ROW["contact"], ROW["amplitude"]
     model, u_row = ROW["model"], ROW["u"]
 
     @compiled
-    def predict(s, n, k, o, b):  # type: ignore[no-untyped-def]
-        for j in range(o.plan.predicted):
-            since = k + j // o.segments - o.plan.late
+    def predict(s, n, k, o):  # type: ignore[no-untyped-def]
+        history = doubles(o.history)
+        for j in range(o.predicted):
+            since = k + j // o.segments - o.late
             for i in range(count(n)):
-                poke(s, applied * width + i, peek(b.history, ((since - 1) & o.ring_mask) * width + i))
-                poke(s, (applied + 1) * width + i, peek(b.history, (since & o.ring_mask) * width + i))
-            finger(s, n, o.contact, float(j % o.segments), float(o.segments))
+                poke(s, applied * width + i, peek(history, ((since - 1) & o.ring_mask) * width + i))
+                poke(s, (applied + 1) * width + i, peek(history, (since & o.ring_mask) * width + i))
+            finger(s, n, float(j % o.segments), float(o.segments))
 
     @compiled
-    def oracle(s, n, k, at, o, b):  # type: ignore[no-untyped-def]
+    def oracle(s, n, k, at, o):  # type: ignore[no-untyped-def]
         copy(s, n, amplitude, kept, 1)
-        copy(s, n, contact, kept + 1, 4)
+        copy(s, n, contact_row, kept + 1, 4)
         copy(s, n, after, kept + 5, 7)
-        if not o.plan.preview:
+        if o.preview == 0:
             copy(s, n, now, after, 7)
-        predict(s, n, k, o, b)
-        want(s, n, at, o, b)
+        predict(s, n, k, o)
+        want(s, n, at, o)
         aim(s, n, o)
-        if (o.contact == DAHL) | (o.contact == LUGRE):
+        if searches:
             search(s, n, o)
         copy(s, n, kept, amplitude, 1)
-        copy(s, n, kept + 1, contact, 4)
+        copy(s, n, kept + 1, contact_row, 4)
         copy(s, n, kept + 5, after, 7)
         for i in range(count(n)):
             c = peek(s, (trial + COMMAND) * width + i)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from frictionloop.loop.kernel.access import load, peek, store
 from frictionloop.loop.kernel.ends import TERMS, end_step
 from frictionloop.loop.kernel.slab import ROW, SEGMENT_ROWS
-from frictionloop.loop.kernel.slab_access import load, peek, store
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.physics.friction import remaining_step
 from frictionloop.physics.plate import limit_step, lowpass_step

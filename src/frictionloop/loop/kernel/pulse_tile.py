@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+from frictionloop.loop.kernel.access import peek, poke
 from frictionloop.loop.kernel.slab import ROW
-from frictionloop.loop.kernel.slab_access import peek, poke
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.physics.pulses import pulse_step
 
 
-def build_pulses(lifting: Lifting) -> Any:
+def lift_pulses(lifting: Lifting) -> Any:
     """Lift `pulse_step` over the commands in force, whoever gave them."""
     width, compiled, count = lifting
     applied, largest, ticks = ROW["applied"], ROW["max_amplitude"], ROW["pulse_ticks"]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from frictionloop.loop.kernel.access import peek, poke
 from frictionloop.loop.kernel.slab import ROW
-from frictionloop.loop.kernel.slab_access import peek, poke
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.quantities.arithmetic import fma
 
@@ -13,7 +13,19 @@ IDENTITY, SATURATION, REGRESSION, BOUND, PERCEPTION, STEPS = 1, 2, 4, 8, 16, 32
 """Groups of streaming sums a run may ask for, as bits."""
 
 
-def build_scores(lifting: Lifting, masked: bool = False) -> Any:
+def build_scores(lifting: Lifting) -> Any:
+    """Return the tile that sums over the scored periods of a bench."""
+    scores = lift_scores(lifting, masked=True)
+
+    @lifting.compiled
+    def score(s, n, k, at, o):  # type: ignore[no-untyped-def]
+        if k >= o.score_from:
+            scores(s, n, o.groups)
+
+    return score
+
+
+def lift_scores(lifting: Lifting, masked: bool = False) -> Any:
     """Lift the streaming sums of the metrics (loop/formulas.py turns them into numbers).
 
     ``masked`` kernels count only periods whose ``scored`` row is 1, and how many there are.

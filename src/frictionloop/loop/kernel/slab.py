@@ -6,15 +6,25 @@ without checking for overlap.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
+from frictionloop.control.law import Law
 from frictionloop.loop.kernel.ends import TERMS
 from frictionloop.loop.kernel.quadrature import MAX_SEGMENTS, NODES
+from frictionloop.physics.vibration import Vibration
+from frictionloop.quantities import FrictionloopError, trees
 
 LANES = 32
 """Lanes of a full tile: best of 16 to 256 in C, and 4 registers of 8 doubles."""
 NODES_MAX = 2 * MAX_SEGMENTS * (NODES - 1) + 1
 SEGMENT_ROWS = 1 + 2 * TERMS
+VIBRATION_ROWS = 16
+"""Room for the coefficients of a friction law."""
+LAW_ROWS = 256
+"""Room for a law: twice its states, and its gains."""
 
 _ROWS: tuple[tuple[str, int], ...] = (
     # what changes every period
@@ -29,11 +39,8 @@ _ROWS: tuple[tuple[str, int], ...] = (
     ("amplitude", 1),
     ("friction", 1),  # g(a) at t_k
     ("applied", 2),  # amplitude command in force before and after the switch
-    ("controller_state", 32),
     # coefficients
-    ("controller_gains", 102),
-    ("clamp", 2),  # lowest and highest force command
-    ("believed_clamp", 2),  # the same while the loop is open or closes, when the clamp is another
+    ("believed_clamp", 2),  # lowest and highest force command; while the loop is open or closes the clamp is another
     ("overdrive", 1),  # believed amplitude
     ("overdrive_gains", 3),
     ("model", 5),  # log2 f0, ln 2 / tau, clamp low, table cells per newton, last cell
@@ -66,7 +73,7 @@ _ROWS: tuple[tuple[str, int], ...] = (
     ("limit_coefficients", 6),
     ("occlusion_coefficients", 2),
     ("static", 2),  # static ratio less 1, and the inverse of its speed
-    ("moist_loss", 1),
+    ("vibration", VIBRATION_ROWS),  # coefficients of the friction law
     ("roughness_per_m", 1),
     ("touch", 4),
     ("touch_coefficients", 10),
@@ -77,7 +84,7 @@ _ROWS: tuple[tuple[str, int], ...] = (
     ("switch", 1),  # when in the period the command changes, 0 to 1
     ("timing", 3),  # the same without jitter, jitter in periods, normal below which a tick is lost
     ("timing_draws", 2),
-    ("kept", 36),  # the controller's state and commands before a tick that may be lost
+    ("kept", 4),  # commands before a tick that may be lost
     ("contact", 4),
     ("contact_force", 1),
     ("vibrated_limit", 1),  # friction limit at t_k under the amplitude of then
@@ -101,6 +108,7 @@ _ROWS: tuple[tuple[str, int], ...] = (
     ("percept_state", 12),
     ("step", 6),  # from, to, periods since, when 10 % and 63 % were passed, 1 once 90 % was
     ("step_sums", 10),  # up, then down: number, times to 63 % and their squares, from 10 to 90 % and their squares
+    ("law", LAW_ROWS),  # a law's state, its gains, and its state before a tick that may be lost
 )
 ROW: dict[str, int] = {}
 COUNT: dict[str, int] = dict(_ROWS)
@@ -114,6 +122,38 @@ def rows(name: str, count: int | None = None) -> tuple[int, ...]:
     return tuple(range(ROW[name], ROW[name] + (COUNT[name] if count is None else count)))
 
 
+def law_rows(law: Law) -> tuple[Any, Any]:
+    """Return the row numbers of a law's state and of its gains, in the shapes that its step takes.
+
+    Raises
+    ------
+    FrictionloopError
+        For a law with more numbers than there is room for.
+    """
+    states, gains, first = trees.size(law.state), trees.size(law.gains), ROW["law"]
+    if 2 * states + gains > LAW_ROWS:
+        raise FrictionloopError(
+            f'law "{law.kind}": {states} states and {gains} gains; twice the states and the gains must be at most '
+            f"{LAW_ROWS} numbers"
+        )
+    numbers = range(first, first + LAW_ROWS)
+    return trees.shaped(law.state, numbers), trees.shaped(law.gains, numbers[states:])
+
+
+def vibration_rows(vibration: Vibration) -> Any:
+    """Return the row numbers of a friction law's coefficients, in the shape that its step takes."""
+    count, first = trees.size(vibration.coefficients), ROW["vibration"]
+    if count > VIBRATION_ROWS:
+        raise FrictionloopError(f'friction law "{vibration.kind}": {count} coefficients; at most {VIBRATION_ROWS}')
+    return trees.shaped(vibration.coefficients, range(first, first + count))
+
+
+def kept_rows(law: Law) -> tuple[int, ...]:
+    """Return the rows that keep a law's state while a tick may be lost."""
+    first = ROW["law"] + trees.size(law.state) + trees.size(law.gains)
+    return tuple(range(first, first + trees.size(law.state)))
+
+
 def aligned(size: int) -> np.ndarray:
     """Return zeros that begin on a cache line: a vector of 8 doubles then never straddles two."""
     line = 64
@@ -125,11 +165,16 @@ def aligned(size: int) -> np.ndarray:
 class Slab:
     """The rows of one tile, addressed by name; ``width`` is 1 for a single lane, else ``LANES``."""
 
-    def __init__(self, width: int) -> None:
+    def __init__(self, width: int, rows: int = ROWS) -> None:
         self.width = width
-        self.data = aligned(ROWS * width)
+        self.data = aligned(rows * width)
 
     def view(self, name: str) -> np.ndarray:
         """Return the rows of a quantity as a view of shape (count, width)."""
         start = ROW[name] * self.width
         return self.data[start : start + COUNT[name] * self.width].reshape(COUNT[name], self.width)
+
+    def rows(self, numbers: Sequence[int]) -> np.ndarray:
+        """Return adjoining rows by their numbers as a view of shape (count, width)."""
+        start = numbers[0] * self.width
+        return self.data[start : start + len(numbers) * self.width].reshape(len(numbers), self.width)

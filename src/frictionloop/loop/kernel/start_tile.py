@@ -4,36 +4,31 @@ from __future__ import annotations
 
 from typing import Any
 
-from frictionloop.loop.kernel.exchange import CONTACTS
+from frictionloop.loop.kernel.access import load, peek, poke
 from frictionloop.loop.kernel.motion_tile import DIRECTION, FACTOR, OCCLUDED, SPEED
-from frictionloop.loop.kernel.slab import ROW, rows
-from frictionloop.loop.kernel.slab_access import load, peek, poke
+from frictionloop.loop.kernel.slab import ROW, rows, vibration_rows
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.physics.contact import ContactCoefficients, ContactState
 from frictionloop.physics.contact_bristle import lugre_force_step
-from frictionloop.physics.friction_limit import static_step, vibrated_step
+from frictionloop.physics.friction_limit import static_step
 from frictionloop.physics.motion import StrokePlan
+from frictionloop.physics.vibration import Vibration
 from frictionloop.quantities.arithmetic import fma
 
 
-def build_start(lifting: Lifting) -> tuple[Any, Any]:
-    """Return ``settle``: finger and sensor before t = 0 have had time enough; and ``tell``: f_a and its band at t_k.
+def lift_settle(lifting: Lifting, law: str) -> Any:
+    """Return what puts finger and sensor where they had time enough to be before t = 0.
 
     A finger slides at t = 0 if it goes at half the speed of its stroke or more; one at rest only trembles.
     """
     width, compiled, count = lifting
-    now, contact, force = ROW["motion"], ROW["contact"], ROW["contact_force"]
+    now, contact, force, stiff = ROW["motion"], ROW["contact"], ROW["contact_force"], law == "rigid"
     limit_row, per_bristle, compliance = ROW["limit_n"], ROW["contact_coefficients"] + 7, ROW["compliance"]
-    springs, disturbance, friction_row = ROW["suspension"], ROW["disturbance"], ROW["friction"]
-    floor, nominal, ceiling = ROW["floor"], ROW["nominal"], ROW["max_amplitude"]
-    per_halving, loss, amplitude = ROW["halving_amplitude"] + 1, ROW["moist_loss"], ROW["amplitude"]
-    static_rows = rows("static")
-    contact_rows, given_rows, vibrated = rows("contact"), rows("contact_coefficients"), ROW["vibrated_limit"]
+    springs, disturbance = ROW["suspension"], ROW["disturbance"]
     full_speed = ROW["stroke_plan"] + StrokePlan._fields.index("speed_m_s")
-    rigid, lugre, slider = CONTACTS.index("rigid"), CONTACTS.index("lugre"), CONTACTS.index("slider")
 
     @compiled
-    def settle(s, n, stiff):  # type: ignore[no-untyped-def]
+    def settle(s, n):  # type: ignore[no-untyped-def]
         for i in range(count(n)):
             speed = peek(s, (now + SPEED) * width + i)
             limit = peek(s, limit_row * width + i) * peek(s, (now + FACTOR) * width + i)
@@ -48,39 +43,66 @@ def build_start(lifting: Lifting) -> tuple[Any, Any]:
             poke(s, springs * width + i, pushed)
             poke(s, (springs + 2) * width + i, pushed)
 
+    return settle
+
+
+def lift_tell(lifting: Lifting, law: str, vibration: Vibration) -> Any:
+    """Return what tells f_a and what is reachable at t_k."""
+    width, compiled, count = lifting
+    now, contact, force = ROW["motion"], ROW["contact"], ROW["contact_force"]
+    limit_row, friction_row, amplitude = ROW["limit_n"], ROW["friction"], ROW["amplitude"]
+    floor, nominal, ceiling = ROW["floor"], ROW["nominal"], ROW["max_amplitude"]
+    static_rows, remaining, effect_rows = rows("static"), vibration.step, vibration_rows(vibration)
+    contact_rows, vibrated = ContactState(*rows("contact")), ROW["vibrated_limit"]
+    given_rows = ContactCoefficients(*rows("contact_coefficients"))
+
     @compiled
-    def tell(s, n, law):  # type: ignore[no-untyped-def]
+    def limits(s, n):  # type: ignore[no-untyped-def]
         for i in range(count(n)):
             top = peek(s, limit_row * width + i) * peek(s, (now + FACTOR) * width + i)
-            scale, occluded = peek(s, per_halving * width + i), peek(s, (now + OCCLUDED) * width + i)
-            moist = peek(s, loss * width + i)
+            occluded, effect = peek(s, (now + OCCLUDED) * width + i), load(s, i, width, effect_rows)
             poke(s, nominal * width + i, top)
-            poke(s, floor * width + i, top * vibrated_step(peek(s, ceiling * width + i) * scale, occluded, moist))
-            y = peek(s, amplitude * width + i) * scale
+            poke(s, floor * width + i, top * remaining(peek(s, ceiling * width + i), occluded, effect))
             slip = peek(s, (now + SPEED) * width + i) - peek(s, contact_rows[1] * width + i)
             gain, per_speed = load(s, i, width, static_rows)
-            poke(s, vibrated * width + i, top * vibrated_step(y, occluded, moist) * static_step(slip, gain, per_speed))
-        if law == rigid:
-            for i in range(count(n)):
-                limit = peek(s, vibrated * width + i)
-                forward = peek(s, (now + SPEED) * width + i) >= 0.0
-                poke(s, force * width + i, limit if forward else -limit)
-        elif law == lugre:
-            for i in range(count(n)):
-                state = ContactState(*load(s, i, width, contact_rows))
-                given = ContactCoefficients(*load(s, i, width, given_rows))
-                speed = peek(s, (now + SPEED) * width + i)
-                poke(s, force * width + i, lugre_force_step(state, peek(s, vibrated * width + i), speed, given))
-        else:
-            for i in range(count(n)):
-                z = peek(s, (contact + 2) * width + i)
-                poke(s, force * width + i, peek(s, given_rows[6] * width + i) * z)
-        if law == slider:
-            # Under a falling limit its bristle has slid with that of the middle of the substep.
-            for i in range(count(n)):
-                f, limit = peek(s, force * width + i), peek(s, vibrated * width + i)
-                poke(s, force * width + i, min(max(f, -limit), limit))
+            left = remaining(peek(s, amplitude * width + i), occluded, effect)
+            poke(s, vibrated * width + i, top * left * static_step(slip, gain, per_speed))
+
+    @compiled
+    def rigid(s, n):  # type: ignore[no-untyped-def]
+        for i in range(count(n)):
+            limit = peek(s, vibrated * width + i)
+            forward = peek(s, (now + SPEED) * width + i) >= 0.0
+            poke(s, force * width + i, limit if forward else -limit)
+
+    @compiled
+    def lugre(s, n):  # type: ignore[no-untyped-def]
+        for i in range(count(n)):
+            state, given = load(s, i, width, contact_rows), load(s, i, width, given_rows)
+            speed = peek(s, (now + SPEED) * width + i)
+            poke(s, force * width + i, lugre_force_step(state, peek(s, vibrated * width + i), speed, given))
+
+    @compiled
+    def bristle(s, n):  # type: ignore[no-untyped-def]
+        for i in range(count(n)):
+            z = peek(s, (contact + 2) * width + i)
+            poke(s, force * width + i, peek(s, given_rows[6] * width + i) * z)
+
+    @compiled
+    def slider(s, n):  # type: ignore[no-untyped-def]
+        bristle(s, n)
+        # Under a falling limit its bristle has slid with that of the middle of the substep.
+        for i in range(count(n)):
+            f, limit = peek(s, force * width + i), peek(s, vibrated * width + i)
+            poke(s, force * width + i, min(max(f, -limit), limit))
+
+    of_contact = {"rigid": rigid, "dahl": bristle, "lugre": lugre, "slider": slider}[law]
+
+    @compiled
+    def tell(s, n):  # type: ignore[no-untyped-def]
+        limits(s, n)
+        of_contact(s, n)
         for i in range(count(n)):
             poke(s, friction_row * width + i, peek(s, (now + DIRECTION) * width + i) * peek(s, force * width + i))
 
-    return settle, tell
+    return tell

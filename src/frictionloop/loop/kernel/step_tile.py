@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from frictionloop.loop.kernel.access import load, peek, poke, store
 from frictionloop.loop.kernel.slab import ROW, rows
-from frictionloop.loop.kernel.slab_access import load, peek, poke, store
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.quantities.arithmetic import fma, step
 
@@ -49,7 +49,10 @@ def build_steps(lifting: Lifting) -> Any:
             store(s, i, width, state_rows, (r, r, 0.0, 0.0, 0.0, 1.0))
 
     @compiled
-    def passages(s, n, counts):  # type: ignore[no-untyped-def]
+    def passages(s, n, k, at, o):  # type: ignore[no-untyped-def]
+        if k == 0:
+            begin(s, n)
+        counts = k >= o.score_from
         for i in range(count(n)):
             force = peek(s, g_row * width + i) + peek(s, d_row * width + i)
             given = load(s, i, width, state_rows)
@@ -71,4 +74,4 @@ def build_steps(lifting: Lifting) -> Any:
         poke(s, base + 3 * width, fma(weight, rise, peek(s, base + 3 * width)))
         poke(s, base + 4 * width, fma(weight, rise * rise, peek(s, base + 4 * width)))
 
-    return begin, passages
+    return passages

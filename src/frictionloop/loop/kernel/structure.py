@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 
-from frictionloop.loop.kernel.exchange import CONTACTS, STILL, STROKES
 from frictionloop.loop.kernel.quadrature import MAX_SEGMENTS, PLATE_PER_SEGMENT, segments_needed
 from frictionloop.loop.kernel.slab import NODES_MAX
 from frictionloop.parameters import OracleController, Skin, Strokes, System
+from frictionloop.physics.friction import is_gaussian
 from frictionloop.physics.sources import highest_hz
+from frictionloop.physics.vibration import vibration_of
 from frictionloop.quantities import FrictionloopError
 from frictionloop.sensing.touch import check_follows
 
@@ -50,6 +51,7 @@ def structure(system: System) -> tuple[object, ...]:
         c.model.table_size,
         *(segments_of(system) if kernel_of(system) == "quadrature" else (substeps_of(system), is_irregular(system))),
         system.sensor.kind,
+        vibration_of(system.friction).kind,
         contact_of(system),
         system.motion.kind,
         c.kind,
@@ -63,6 +65,7 @@ def structure(system: System) -> tuple[object, ...]:
 def kernel_of(system: System) -> str:
     """Return which kernel runs a system: by quadrature what feeds nothing back within a period, else by substeps."""
     still = system.motion.kind == "sliding" and system.finger.kind == "rigid"
+    still = still and is_gaussian(system.friction)
     plain = still and system.sensor.kind == "lowpass" and not is_irregular(system) and _is_plain_pi(system)
     return "quadrature" if plain else "substeps"
 
@@ -99,7 +102,7 @@ def open_until(system: System) -> int:
 def late_s(system: System) -> float:
     """Return the delay of the command in s: 0 for an oracle who knows what happens meanwhile."""
     c = system.controller
-    return 0.0 if c.kind == "oracle" and c.preview else c.delay_s
+    return 0.0 if isinstance(c, OracleController) and c.preview else c.delay_s
 
 
 def divided(late_s: float, rate_hz: float) -> tuple[int, float]:
@@ -145,11 +148,11 @@ def _check_disturbance(system: System) -> None:
         )
 
 
-def contact_of(system: System) -> int:
-    """Return the number of the contact law in the kernel."""
-    return CONTACTS.index(system.finger.contact if isinstance(system.finger, Skin) else "rigid")
+def contact_of(system: System) -> str:
+    """Return the contact law."""
+    return system.finger.contact if isinstance(system.finger, Skin) else "rigid"
 
 
-def moving_of(system: System) -> int:
-    """Return who moves the finger."""
-    return STROKES if isinstance(system.motion, Strokes) else STILL
+def moves(system: System) -> bool:
+    """Return whether the finger moves."""
+    return isinstance(system.motion, Strokes)

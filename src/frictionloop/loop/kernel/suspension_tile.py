@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from frictionloop.loop.kernel.access import load, peek, poke, store
 from frictionloop.loop.kernel.motion_tile import DIRECTION
 from frictionloop.loop.kernel.slab import ROW, rows
-from frictionloop.loop.kernel.slab_access import load, peek, poke, store
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.quantities.arithmetic import fma
 from frictionloop.sensing.suspended import (
@@ -18,7 +18,7 @@ from frictionloop.sensing.suspended import (
 )
 
 
-def build_sensor(lifting: Lifting) -> tuple[Any, Any]:
+def lift_sensor(lifting: Lifting) -> tuple[Any, Any]:
     """Lift the suspension over one substep, and the reading at t_k with its noise and converter."""
     width, compiled, count = lifting
     state_rows, given_rows, force = rows("suspension"), rows("suspension_coefficients"), ROW["contact_force"]

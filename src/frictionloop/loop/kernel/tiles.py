@@ -1,32 +1,34 @@
 """Scalar steps lifted to tiles: one loop over lanes each, so that the compiler vectorises it.
 
 A tile loads the rows a step needs, calls it, and stores what it returns. The steps themselves live in their rooms and
-know nothing of lanes. Here are the tiles that move numbers; those that compute are in control_tile, plant_tile and
-score_tile.
+know nothing of lanes. A tile is compiled as a C function, ``tile(slab, k, at, shared)``: period k, its place in the
+block, and the record of what lanes share. Each has a file on the disk of its own, and loops call tiles by address.
 """
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable
+from pathlib import Path
+from threading import RLock
 from typing import Any, NamedTuple
 
-from numba import njit
+from numba import njit, types
+from numba.core.errors import NumbaError
 
-from frictionloop.loop.kernel.slab import ROW, rows
-from frictionloop.loop.kernel.slab_access import peek, poke
+from frictionloop.loop.kernel.access import BY_TYPE
+from frictionloop.loop.kernel.shared import POINTER, at
+from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.compiled import compile_c
+from frictionloop.quantities.digest import code_digest
 
-TRACES = ("f_r", "f_a", "f_m", "u", "a", "d", "saturated")
-BENCH_TRACES = (*TRACES, "position", "speed", "load", "limit", "floor", "sliding", "scored")
-"""Traces of the two kernels, in the order of their rows."""
-_BENCH_ROWS = (*rows("motion")[:3], ROW["nominal"], ROW["floor"], ROW["measurement"] + 4, ROW["scored"])
-
-
-def traces_of(kernel: str) -> tuple[str, ...]:
-    """Return the names of the traces that a kernel records."""
-    return TRACES if kernel == "quadrature" else BENCH_TRACES
+TILE = types.void(types.CPointer(types.float64), types.int64, types.int64, POINTER)
+_compiled: dict[tuple[Any, ...], Any] = {}
+_compiling = RLock()
 
 
 class Lifting(NamedTuple):
-    """How the tiles of one kernel are compiled."""
+    """How the parts of one tile are compiled."""
 
     width: int
     """Lanes of a tile."""
@@ -36,17 +38,16 @@ class Lifting(NamedTuple):
     """n -> number of lanes to run: the constant 1 for single runs, so that their loops vanish."""
 
 
-def lifting(kernel: str, width: int, inlined: bool = False) -> Lifting:
-    """Return how to compile the functions of a kernel for tiles of this width.
+def lifting(name: str, width: int, inlined: bool = False) -> Lifting:
+    """Return how to compile the functions of a tile for this width.
 
-    ``inlined`` functions leave no calls in a control period, each of which would copy all options to the stack.
-
-    Kernel and width become part of every function's name: kernels are loaded from disk, where functions of different
-    processes have the same names, and the linker takes the first function of a name for all of them.
+    ``inlined`` functions leave no calls in a control period.
     """
+    suffix = f"_{name}_{width}".replace("-", "_")
 
     def compiled(function: Any) -> Any:
-        function.__qualname__ += f"_{kernel}_{width}"
+        # Functions from the disk that have one name would be one function to the linker.
+        function.__qualname__ += suffix
         return njit(error_model="numpy", nogil=True, forceinline=inlined)(function)
 
     def one(n):  # type: ignore[no-untyped-def]
@@ -58,66 +59,42 @@ def lifting(kernel: str, width: int, inlined: bool = False) -> Lifting:
     return Lifting(width, compiled, compiled(one if width == 1 else given))
 
 
-def build_inputs(lifting: Lifting) -> Any:
-    """Return the tiles that bring a signal into its row, and that start the sensor settled on the first force."""
-    width, compiled, count = lifting
-    force, friction_row, disturbance = ROW["measurement"], ROW["friction"], ROW["disturbance"]
+def compiled_tile(build: Callable[..., Any], width: int, *of: Any) -> Any:
+    """Return the C function of the tile that ``build(lifting, *of)`` makes, compiled at most once.
 
-    @compiled
-    def spread(s, n, row, values, k, shared):  # type: ignore[no-untyped-def]
-        if shared:
-            value = peek(values, k)
-            for i in range(count(n)):
-                poke(s, row * width + i, value)
-        else:
-            for i in range(count(n)):
-                poke(s, row * width + i, peek(values, k * width + i))
-
-    @compiled
-    def settle(s, n):  # type: ignore[no-untyped-def]
-        for i in range(count(n)):
-            poke(s, force * width + i, peek(s, friction_row * width + i) + peek(s, disturbance * width + i))
-
-    return spread, settle
+    ``build`` returns a function ``body(s, n, k, at, o)`` of the slab, the number of lanes, the period, its place in the
+    block and the record.
+    """
+    key = (build, width, *of)
+    with _compiling:  # threads that start together must not compile it twice
+        if key not in _compiled:
+            name = "-".join([build.__name__.removeprefix("build_"), *(_name(each) for each in of)])
+            _compiled[key] = _compile(build(lifting(name, width), *of), f"{name}-{width}")
+        return _compiled[key]
 
 
-def build_delay(lifting: Lifting) -> Any:
-    """Pick the commands in force during this period when they are applied later than the sample."""
-    width, compiled, count = lifting
-    command, applied, delay = ROW["command"], ROW["applied"], ROW["delay_periods"]
-
-    @compiled
-    def apply_late(s, n, k, history, mask):  # type: ignore[no-untyped-def]
-        for i in range(count(n)):
-            poke(history, (k & mask) * width + i, peek(s, command * width + i))
-            since = k - int(peek(s, delay * width + i))
-            poke(s, (applied + 1) * width + i, peek(history, (since & mask) * width + i))
-            poke(s, applied * width + i, peek(history, ((since - 1) & mask) * width + i))
-
-    return apply_late
+def _name(of: Any) -> str:
+    if isinstance(of, (str, int, bool)):
+        return str(of)
+    named = getattr(of, "kind", None) or of.name
+    return f"{named}_{code_digest(of)[:8]}"
 
 
-def build_record(lifting: Lifting, traces: tuple[str, ...] = TRACES) -> Any:
-    """Return the tile that writes the traces of one period, ``[trace][period][lane]``."""
-    width, compiled, count = lifting
-    force, u, sat, r, d = ROW["measurement"], ROW["u"], ROW["saturated"], ROW["setpoint"], ROW["disturbance"]
-    amplitude, friction_row = ROW["amplitude"], ROW["friction"]
-    more = traces[len(TRACES) :]
+def _compile(body: Any, name: str) -> Any:
+    def entry(s, k, place, shared):  # type: ignore[no-untyped-def]
+        o = at(shared)
+        body(s, o.lanes, k, place, o)
 
-    @compiled
-    def record(s, n, k, out, size):  # type: ignore[no-untyped-def]
-        for i in range(count(n)):
-            at = k * width + i
-            disturbance = peek(s, d * width + i)
-            poke(out, at, peek(s, r * width + i))
-            poke(out, size + at, peek(s, friction_row * width + i) + disturbance)
-            poke(out, 2 * size + at, peek(s, force * width + i))
-            poke(out, 3 * size + at, peek(s, u * width + i))
-            poke(out, 4 * size + at, peek(s, amplitude * width + i))
-            poke(out, 5 * size + at, disturbance)
-            poke(out, 6 * size + at, peek(s, sat * width + i))
-            if more:
-                for j in range(len(_BENCH_ROWS)):
-                    poke(out, (7 + j) * size + at, peek(s, _BENCH_ROWS[j] * width + i))
+    try:
+        return compile_c(TILE, entry, name, also=BY_TYPE)
+    except NumbaError as error:
+        raise FrictionloopError(f"{name}: {_complaint(str(error))}") from None
 
-    return record
+
+def _complaint(text: str) -> str:
+    """Return what the compiler says of somebody's code as one line: file, line and reason."""
+    ours = str(Path(__file__).parents[2])
+    places = [(file, line) for file, line in re.findall(r'File "([^"]+)", line (\d+)', text) if ours not in file]
+    said = [line.strip() for line in text.splitlines() if line.strip() and not line.startswith("Failed in nopython")]
+    where = f"{places[-1][0]}, line {places[-1][1]}: " if places else ""
+    return f"{where}does not compile: {said[0] if said else 'no reason given'}"

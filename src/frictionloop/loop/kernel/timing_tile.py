@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from typing import Any
 
-from frictionloop.loop.kernel.slab import COUNT, ROW
-from frictionloop.loop.kernel.slab_access import peek, poke
+from frictionloop.control.law import Law
+from frictionloop.loop.kernel.access import peek, poke
+from frictionloop.loop.kernel.slab import ROW, kept_rows
 from frictionloop.loop.kernel.tiles import Lifting
 
+_COMMANDS = tuple(ROW[name] for name in ("u", "saturated", "command", "overdrive"))
 
-def build_timing(lifting: Lifting) -> tuple[Any, Any, Any]:
-    """Return the tiles that say when the command changes, and that keep and restore what a lost tick would change."""
+
+def lift_timing(lifting: Lifting) -> Any:
+    """Return what says when in the period the command changes."""
     width, compiled, count = lifting
-    switch, timing, draws, kept = ROW["switch"], ROW["timing"], ROW["timing_draws"], ROW["kept"]
-    state, state_count = ROW["controller_state"], COUNT["controller_state"]
-    u, saturated, command, believed = ROW["u"], ROW["saturated"], ROW["command"], ROW["overdrive"]
+    switch, timing, draws = ROW["switch"], ROW["timing"], ROW["timing_draws"]
 
     @compiled
     def time_switch(s, n):  # type: ignore[no-untyped-def]
@@ -22,31 +23,44 @@ def build_timing(lifting: Lifting) -> tuple[Any, Any, Any]:
             late = peek(s, (timing + 1) * width + i) * abs(peek(s, draws * width + i))
             poke(s, switch * width + i, min(peek(s, timing * width + i) + late, 1.0))
 
+    return time_switch
+
+
+def build_keep(lifting: Lifting, law: Law | None) -> Any:
+    """Return the tile that keeps what a lost tick would change."""
+    width, compiled, count = lifting
+    rows, kept = _rows(law)
+
     @compiled
-    def keep(s, n):  # type: ignore[no-untyped-def]
-        for row in range(state_count):
+    def keep(s, n, k, at, o):  # type: ignore[no-untyped-def]
+        for j in range(len(rows)):
             for i in range(count(n)):
-                poke(s, (kept + row) * width + i, peek(s, (state + row) * width + i))
-        for i in range(count(n)):
-            poke(s, (kept + state_count) * width + i, peek(s, u * width + i))
-            poke(s, (kept + state_count + 1) * width + i, peek(s, saturated * width + i))
-            poke(s, (kept + state_count + 2) * width + i, peek(s, command * width + i))
-            poke(s, (kept + state_count + 3) * width + i, peek(s, believed * width + i))
+                poke(s, kept[j] * width + i, peek(s, rows[j] * width + i))
+
+    return keep
+
+
+def build_restore(lifting: Lifting, law: Law | None) -> Any:
+    """Return the tile that takes back a tick that was lost."""
+    width, compiled, count = lifting
+    rows, kept = _rows(law)
+    draws, timing = ROW["timing_draws"], ROW["timing"]
 
     @compiled
-    def choose(s, n, row, saved):  # type: ignore[no-untyped-def]
-        for i in range(count(n)):
-            lost = peek(s, (draws + 1) * width + i) < peek(s, (timing + 2) * width + i)
-            value, before = peek(s, row * width + i), peek(s, (kept + saved) * width + i)
-            poke(s, row * width + i, before if lost else value)
+    def restore(s, n, k, at, o):  # type: ignore[no-untyped-def]
+        for j in range(len(rows)):
+            for i in range(count(n)):
+                lost = peek(s, (draws + 1) * width + i) < peek(s, (timing + 2) * width + i)
+                value, before = peek(s, rows[j] * width + i), peek(s, kept[j] * width + i)
+                poke(s, rows[j] * width + i, before if lost else value)
 
-    @compiled
-    def restore(s, n):  # type: ignore[no-untyped-def]
-        for row in range(state_count):
-            choose(s, n, state + row, row)
-        choose(s, n, u, state_count)
-        choose(s, n, saturated, state_count + 1)
-        choose(s, n, command, state_count + 2)
-        choose(s, n, believed, state_count + 3)
+    return restore
 
-    return time_switch, keep, restore
+
+def _rows(law: Law | None) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Return the rows that a tick changes, and where they are kept; an oracle and the C core keep no state in rows."""
+    kept = tuple(range(ROW["kept"], ROW["kept"] + len(_COMMANDS)))
+    if law is None:
+        return _COMMANDS, kept
+    own = kept_rows(law)
+    return (*_COMMANDS, *range(ROW["law"], ROW["law"] + len(own))), (*kept, *own)

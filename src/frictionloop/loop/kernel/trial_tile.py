@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from frictionloop.loop.kernel.access import peek, poke
 from frictionloop.loop.kernel.aim_tile import (
     COMMAND,
     COMMAND_BEFORE,
@@ -16,7 +17,6 @@ from frictionloop.loop.kernel.aim_tile import (
 )
 from frictionloop.loop.kernel.motion_tile import DIRECTION
 from frictionloop.loop.kernel.slab import ROW
-from frictionloop.loop.kernel.slab_access import peek, poke
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.quantities.arithmetic import fma
 
@@ -28,7 +28,7 @@ COEFFICIENTS = 13
 """Rows from ``contact_coefficients`` to ``amplitude_decay``."""
 
 
-def build_copy(lifting: Lifting) -> Any:
+def lift_copy(lifting: Lifting) -> Any:
     """Return the tile that copies some rows in sequence."""
     width, compiled, count = lifting
 
@@ -41,7 +41,7 @@ def build_copy(lifting: Lifting) -> Any:
     return copy
 
 
-def build_trials(lifting: Lifting, finger: Any, copy: Any) -> Any:
+def lift_trials(lifting: Lifting, finger: Any, copy: Any) -> Any:
     """Return the tile that tries commands on the state there is and leaves the one to give in ``trial``."""
     width, compiled, count = lifting
     attempt, improve = _build_attempt(lifting, finger, copy), _build_improve(lifting)
@@ -61,7 +61,7 @@ def build_trials(lifting: Lifting, finger: Any, copy: Any) -> Any:
         copy(s, n, amplitude, start, 1)
         copy(s, n, contact, start + 1, 4)
         swap(s, n)
-        for trials in range(o.plan.trials):
+        for trials in range(o.trials):
             attempt(s, n, o)
             improve(s, n, trials == 0)
         swap(s, n)
@@ -96,11 +96,11 @@ def _build_attempt(lifting: Lifting, finger: Any, copy: Any) -> Any:
         copy(s, n, start + 1, contact, 4)
         hold(s, n)
         # A clairvoyant takes motion and limit to go on for one period more, and then to stay.
-        steps, last = o.plan.steps, 2 * o.plan.steps - 1
-        for j in range((1 + o.plan.landing) * steps):
+        steps, last = o.steps, 2 * o.steps - 1
+        for j in range((1 + o.landing) * steps):
             if (j > 0) & (j % steps == 0):
                 land(s, n)
-            finger(s, n, o.contact, float(min(j, last)), float(steps))
+            finger(s, n, float(min(j, last)), float(steps))
         for i in range(count(n)):
             along = peek(s, (after + DIRECTION) * width + i) * peek(s, (own + 6) * width + i)
             error = fma(along, peek(s, (contact + 2) * width + i), -peek(s, (trial + SETPOINT) * width + i))

@@ -10,7 +10,6 @@ from scipy.special import ndtr
 from frictionloop.parameters import ColouredNoise, Friction
 from frictionloop.physics.coloured_noise import colour, shaping_filter, stationary_state
 from frictionloop.physics.friction import friction_force
-from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.normals import normals
 
 Array = NDArray[np.float64]
@@ -41,26 +40,11 @@ def sliding_trials(n: int = 26, seed: int = 0) -> xr.Dataset:
     tau log-normal, and d a constant plus 1/f noise. d is bounded below by -g(a), "so to avoid negative values of the
     friction force". Trial i is the same whatever ``n``.
 
-    Parameters
-    ----------
-    n : int
-        Number of trials, at least 1; the paper shows 26.
-    seed : int
-        Seed of every draw, 0 or above.
-
     Returns
     -------
     xarray.Dataset
-        Dims ``trial`` and ``sample``: ``a`` (um) over sample; ``f`` and ``d`` (N) over both; ``f0`` (N) and ``tau``
-        (um^-2) per trial; coordinate ``time`` (s).
-
-    Raises
-    ------
-    FrictionloopError
-        ``n`` below 1 or ``seed`` below 0.
+        ``a`` (um) over ``sample``; ``f`` and ``d`` (N) over both; ``f0`` (N) and ``tau`` (um^-2) over ``trial``.
     """
-    if n < 1 or seed < 0:
-        raise FrictionloopError(f"n = {n!r}, seed = {seed!r}: accepted are n >= 1 and seed >= 0")
     samples = round(RATE_HZ * DURATION_S)
     time = np.arange(samples) / RATE_HZ
     a = CARRIER_UM / 2 * (1 - np.cos(2 * np.pi * MODULATION_HZ * time))
@@ -69,7 +53,10 @@ def sliding_trials(n: int = 26, seed: int = 0) -> xr.Dataset:
         [friction_force(a, Friction(nominal_n=f, susceptibility_per_um2=t)) for f, t in zip(f0, tau, strict=True)]
     )
     d = np.maximum(level[:, None] + f0[:, None] * _fluctuations(n, seed, samples), -g)
-    return _dataset(time, a, g + d, d, f0, tau)
+    both = ("trial", "sample")
+    return xr.Dataset(
+        {"a": ("sample", a), "f": (both, g + d), "d": (both, d), "f0": ("trial", f0), "tau": ("trial", tau)}
+    )
 
 
 def _fingers(n: int, seed: int) -> tuple[Array, Array, Array]:
@@ -87,16 +74,3 @@ def _fluctuations(n: int, seed: int, samples: int) -> Array:
     drawn = normals(seed, FLUCTUATION_STREAM, 0, n * (lead + samples)).reshape(n, -1)
     noise, _ = colour(sos, drawn[:, lead:], stationary_state(sos, drawn[:, :lead]))
     return FLUCTUATION.rms_n * noise
-
-
-def _dataset(time: Array, a: Array, f: Array, d: Array, f0: Array, tau: Array) -> xr.Dataset:
-    both = ("trial", "sample")
-    variables = {
-        "a": ("sample", a, {"units": "um", "long_name": "vibration amplitude, zero-to-peak"}),
-        "f": (both, f, {"units": "N", "long_name": "friction force"}),
-        "d": (both, d, {"units": "N", "long_name": "disturbance"}),
-        "f0": ("trial", f0, {"units": "N", "long_name": "friction without vibration"}),
-        "tau": ("trial", tau, {"units": "um^-2", "long_name": "susceptibility"}),
-    }
-    coordinates = {"time": ("sample", time, {"units": "s"}), "trial": np.arange(len(f0))}
-    return xr.Dataset(variables, coordinates, {"source": "synthetic"})

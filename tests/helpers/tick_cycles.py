@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from frictionloop.device.emulator.costs import (
+from tick_costs import (
     EXCEPTION,
     FLASH_DATA,
     LINE_BYTES,
@@ -14,6 +14,7 @@ from frictionloop.device.emulator.costs import (
     REFILL,
     cycles,
 )
+
 from frictionloop.device.emulator.memory_map import FLASH, FLASH_BYTES, RAM
 from frictionloop.device.emulator.teensy import TeensyEmulator
 from frictionloop.quantities.extra import needed

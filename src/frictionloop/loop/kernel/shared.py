@@ -1,0 +1,131 @@
+"""What all lanes of a tile share, as one record: the structure of the loop, its tiles, scratch and history."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import from_dtype, types
+from numba.extending import intrinsic
+
+from frictionloop.loop.kernel.slab import aligned
+from frictionloop.quantities.normals import BLOCK
+
+CORE_GIVEN, CORE_TOLD = 7, 3
+"""Numbers to the C core in a tick (measurement, set-point, 1 unless open), and back (u, saturated, amplitude)."""
+
+_WHOLE = (
+    "lanes",
+    # the period: substeps or segments, those before the command changes, and whether its clock is imperfect
+    *("segments", "before", "nodes", "irregular"),
+    # signals that one column serves for all lanes
+    *("setpoint_shared", "disturbance_shared", "noise_shared"),
+    # the first period that is scored; which groups of sums; the period with which the loop closes, 0 if it is closed
+    *("groups", "score_from", "open_until"),
+    # who acts: the caller commands (``Stepper``), or moves the finger
+    *("external", "given"),
+    # the carrier is made of pulses of whole ticks
+    "pulsed",
+    # lookup table, command history, words of the C core per lane and its function
+    *("table_size", "ring_mask", "core_words", "core"),
+    # how an oracle looks ahead (loop/kernel/lower_oracle)
+    *("preview", "late", "predicted", "steps", "landing", "trials"),
+    # samples of signals begin with this period; values per trace, 0 without traces
+    *("chunk", "trace_size"),
+    # the tile that runs whole blocks, 0 where a program of ticks does
+    "whole",
+)
+_SCRATCH = (
+    *("setpoint", "disturbance", "driven", "normals", "history", "table", "seeds"),
+    "draws",  # unit normals of tremor, position and load, one block after the other
+    "roughness",  # table of n(x), ``[cell][lane]``
+    "timing",  # unit normals of jitter and of lost ticks, one block after the other
+    "weighting",  # coefficients of the perceptual weighting filter, five a section
+    "core_context",  # words and state of the C core, lane by lane
+    "core_given",  # what the C core is given and tells
+    *("setpoint_samples", "disturbance_samples", "trace"),
+)
+_PROGRAMS = ("blocks", "ticks", "obeys", "extras")
+"""Tiles in the order in which they run: before each block of periods, in each period, when a command comes from
+outside, and where a period is scored."""
+_COUNTS = tuple(f"{name}_count" for name in _PROGRAMS)
+SHARED = np.dtype([("dt", float), *((name, np.int64) for name in (*_WHOLE, *_SCRATCH, *_PROGRAMS, *_COUNTS))])
+"""Addresses are whole numbers: a record then is plain data for compiled code of any origin."""
+RECORD = from_dtype(SHARED)
+POINTER = types.CPointer(RECORD)
+
+
+@intrinsic
+def at(_context: Any, pointer: Any) -> Any:
+    """Return the record at an address (compiled code only)."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.bitcast(args[0], context.get_value_type(signature.return_type))
+
+    return RECORD(pointer), generate
+
+
+@intrinsic
+def pointer_to(_context: Any, record: Any) -> Any:
+    """Return where a record lies (compiled code only)."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.bitcast(args[0], context.get_value_type(signature.return_type))
+
+    return POINTER(record), generate
+
+
+class Shared:
+    """The record of one tile, and what keeps the arrays alive that it points to."""
+
+    def __init__(self, **whole: float) -> None:
+        self.record = np.zeros(1, SHARED)
+        self.kept: dict[str, np.ndarray] = {}
+        self.python: Any = None
+        """A law in plain Python (loop/kernel/python_law), which stops where it raises."""
+        self.set(**whole)
+
+    @property
+    def address(self) -> int:
+        """Where the record lies."""
+        return int(self.record.ctypes.data)
+
+    def set(self, **values: float) -> None:
+        """Set some fields by name."""
+        for name, value in values.items():
+            self.record[name] = value
+
+    def point(self, **arrays: np.ndarray) -> None:
+        """Let some fields point to arrays."""
+        for name, array in arrays.items():
+            self.kept[name] = array
+            self.record[name] = array.ctypes.data
+
+    def program(self, name: str, addresses: list[int]) -> None:
+        """Set the tiles of a program."""
+        self.point(**{name: np.array(addresses, np.int64)})
+        self.record[f"{name}_count"] = len(addresses)
+
+    def __getattr__(self, name: str) -> Any:
+        """Return a field by name."""
+        return self.record[name][0].item()
+
+
+def ring_size(longest_delay: float) -> int:
+    """Return the length of the command history: 1 without delay, else a power of two that holds two periods more."""
+    return 1 << math.ceil(longest_delay + 1).bit_length() if longest_delay else 1
+
+
+def scratch(width: int, ring: int, nodes: int, moving: bool) -> dict[str, np.ndarray]:
+    """Return zeroed scratch and history for one tile."""
+    return {
+        "setpoint": aligned(BLOCK * width),
+        "disturbance": aligned(nodes * BLOCK * width),
+        "driven": aligned(BLOCK * width),
+        "normals": aligned(BLOCK * width),
+        "history": aligned(ring * width),
+        "draws": aligned(4 * BLOCK * width if moving else 0),
+        "timing": aligned(2 * BLOCK * width),
+        "core_given": aligned(CORE_GIVEN + CORE_TOLD),
+    }

@@ -1,0 +1,90 @@
+"""What a function computes, as a digest: its code and all that the code refers to, but no comment or docstring."""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+from pathlib import Path
+from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
+from typing import Any
+
+
+def code_digest(*things: Any) -> str:
+    """Return a digest of functions and values, equal in every process for the same code.
+
+    A function counts by its byte code, its constants and defaults, and in the same way by every function, number and
+    named tuple that it takes from its closure or its module. So a change elsewhere in a file changes nothing.
+    """
+    walk = _Walk()
+    walk.update(sys.version)
+    for thing in things:
+        walk.add(thing)
+    return walk.digest.hexdigest()[:20]
+
+
+class _Walk:
+    """One pass over what is reachable; what was met before counts by its place."""
+
+    def __init__(self) -> None:
+        self.digest, self.met = hashlib.sha256(), {}  # type: ignore[var-annotated]
+
+    def update(self, text: str) -> None:
+        self.digest.update(text.encode() + b"\0")
+
+    def add(self, thing: Any) -> None:
+        """Add a value by what it is."""
+        if isinstance(thing, (int, float, complex, str, bytes, type(None), type(Ellipsis))):
+            self.update(f"{type(thing).__name__} {thing!r}")
+            return
+        if id(thing) in self.met:
+            self.update(f"met {self.met[id(thing)][0]}")
+            return
+        self.met[id(thing)] = len(self.met), thing  # kept alive, so that no other thing gets its id
+        inner = getattr(thing, "py_func", None) or getattr(thing, "_defn", None)
+        if inner is not None:
+            self.add(inner)
+        elif isinstance(thing, FunctionType):
+            self._function(thing)
+        elif isinstance(thing, (tuple, list, frozenset)):
+            self.update(type(thing).__name__)
+            for each in sorted(thing, key=repr) if isinstance(thing, frozenset) else thing:
+                self.add(each)
+        elif isinstance(thing, type):
+            self.update(f"class {thing.__name__} {getattr(thing, '_fields', '')}")
+        elif isinstance(thing, ModuleType):
+            self._module(thing)
+        elif isinstance(thing, BuiltinFunctionType):
+            self.update(f"built-in {thing.__module__}.{thing.__name__}")
+        else:
+            self.update(f"value {type(thing).__qualname__} {_text(thing)}")
+
+    def _function(self, function: FunctionType) -> None:
+        self._code(function.__code__, function)
+        self.add(function.__defaults__)
+        for cell in function.__closure__ or ():
+            self.add(cell.cell_contents)
+
+    def _code(self, code: CodeType, function: FunctionType) -> None:
+        self.update(f"code {code.co_code.hex()} {code.co_names} {code.co_varnames}")
+        for each in code.co_consts:
+            if isinstance(each, CodeType):
+                self._code(each, function)
+            elif each is not function.__doc__:
+                self.add(each)
+        for name in code.co_names:
+            if name in function.__globals__:
+                self.add(function.__globals__[name])
+
+    def _module(self, module: ModuleType) -> None:
+        """A library counts by its name, a module of this package by its text."""
+        self.update(f"module {module.__name__}")
+        if module.__name__.startswith("frictionloop") and module.__file__:
+            self.digest.update(Path(module.__file__).read_bytes())
+
+
+def _text(thing: Any) -> str:
+    """Return what tells a value from others of its type, and is the same in every process."""
+    if hasattr(thing, "tobytes"):
+        return f"{getattr(thing, 'dtype', '')} {thing.tobytes().hex()}"
+    text = repr(thing)
+    return "" if " at 0x" in text else text
