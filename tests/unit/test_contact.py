@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 import pytest
-from frictionloop.loop.kernel.slab_access import load, peek, pointer, poke, store
 from hypothesis import given
 from hypothesis import strategies as st
 from numba import njit
 
 from frictionloop.loop.kernel.slab import LANES
+from frictionloop.loop.kernel.slab_access import load, peek, pointer, poke, store
 from frictionloop.physics.contact import ContactCoefficients, ContactState, contact_coefficients
 from frictionloop.physics.contact_bristle import dahl_step, lugre_step
 from frictionloop.physics.contact_slider import slider_step

@@ -6,9 +6,7 @@ import math
 from typing import Any
 
 from frictionloop.control.tracker_state import TrackerState
-from frictionloop.loop.kernel.lowering import lower
-from frictionloop.loop.simulate import run_tile
-from frictionloop.loop.timing import periods_in
+from frictionloop.loop.simulate import law_state
 from frictionloop.parameters import Skin, Strokes, System, TrackerController
 
 FASTER = (1.0, 4.0)
@@ -34,14 +32,12 @@ def learnt_in_run(system: System, duration_s: float, seed: int) -> System:
     """Return a system whose tracker begins with what it believes at the end of a run; of other laws as it is.
 
     Compliance and susceptibility that are learnt in the loop are biased, for its innovations are not white
-    (docs/which-law.md): this is the loop that runs, `knowing` the one that was designed.
+    (studies/pages/laws.md): this is the loop that runs, `knowing` the one that was designed.
     """
     law = system.controller
     if not isinstance(law, TrackerController):
         return system
-    tile = lower([system], [seed])
-    run_tile(tile, periods_in(system, duration_s))
-    found = dict(zip(TrackerState._fields, tile.slab.view("controller_state")[:, 0].tolist(), strict=False))
+    found = dict(zip(TrackerState._fields, law_state(system, duration_s, seed).tolist(), strict=False))
     return system.evolve(
         {
             "controller.compliance_um_per_n": min(found["compliance"], law.largest_compliance_um_per_n),
