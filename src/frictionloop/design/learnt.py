@@ -7,7 +7,7 @@ from typing import Any
 
 from frictionloop.control.tracker_state import TrackerState
 from frictionloop.loop.simulate import law_state
-from frictionloop.parameters import Skin, Strokes, System, TrackerController
+from frictionloop.parameters import FrictionLaw, Skin, Strokes, System, TrackerController
 
 FASTER = (1.0, 4.0)
 """Speeds that a tracker is looked at, over that of the strokes: 20 and 80 mm/s, as in the comparison of laws."""
@@ -17,13 +17,14 @@ CONTACTS = ("dahl", "slider")
 def knowing(system: System) -> System:
     """Return a system whose tracker begins with the compliance and the susceptibility that are true; others stay."""
     law, finger = system.controller, system.finger
-    if not (isinstance(law, TrackerController) and isinstance(finger, Skin)):
+    friction = system.friction
+    if not (isinstance(law, TrackerController) and isinstance(finger, Skin) and isinstance(friction, FrictionLaw)):
         return system
     compliance = 0.0 if finger.contact == "slider" else 1e6 / finger.bristle_stiffness_n_m
     return system.evolve(
         {
             "controller.compliance_um_per_n": min(compliance, law.largest_compliance_um_per_n),
-            "controller.model.susceptibility_per_um2": system.friction.susceptibility_per_um2,
+            "controller.model.susceptibility_per_um2": friction.susceptibility_per_um2,
         }
     )
 

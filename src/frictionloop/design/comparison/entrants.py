@@ -8,6 +8,8 @@ from typing import Any
 
 from frictionloop.design.retune import retune
 from frictionloop.parameters import RETUNED, PiController, System, bench
+from frictionloop.parameters.controller import CONTROLLERS
+from frictionloop.parameters.timing import Timing
 from frictionloop.quantities import check_each_once, check_known
 
 Overrides = Mapping[str, Any]
@@ -88,7 +90,16 @@ def entrants(names: Iterable[str] | Mapping[str, Entrant] | None = None) -> dict
     """
     if isinstance(names, Mapping) and names:
         return dict(names)
-    asked = list(ENTRANTS if names is None else names)
-    check_known("laws", asked, ENTRANTS)
+    known = ENTRANTS | {kind: _from_outside(kind) for kind in sorted(CONTROLLERS.outside)}
+    asked = list(known if names is None else names)
+    check_known("laws", asked, known)
     check_each_once("laws", "law", asked)
-    return {name: ENTRANTS[name] for name in asked}
+    return {name: known[name] for name in asked}
+
+
+def _from_outside(kind: str) -> Entrant:
+    """Return a law from outside the package (`fl.register`) with the defaults of its own parameters."""
+    fields = CONTROLLERS.models[kind].model_fields
+    own = {name: field.get_default(call_default_factory=True) for name, field in fields.items()}
+    gains = {f"controller.{name}": value for name, value in own.items() if name not in Timing.model_fields}
+    return lambda system: {"controller.kind": kind} | gains

@@ -60,7 +60,7 @@ def loop_at(system: System, level_n: float, occlude_s: float) -> LinearLoop | No
     """Return the loop for small signals around a level, None for a law that has none."""
     if system.controller.kind == "oracle":
         return None
-    occluded = occluded_at(system.friction.occlusion_s, occlude_s)  # type: ignore[union-attr]
+    occluded = occluded_at(system, occlude_s)
     loop = linearise(system, force_n=level_n, occluded=occluded)
     try:
         return loop if loop.law else None

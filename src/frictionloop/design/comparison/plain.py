@@ -17,8 +17,10 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.analysis.operating import law_at
-from frictionloop.parameters import Constant, System
+from frictionloop.parameters import Constant, FingerFriction, System
 from frictionloop.physics.fingers import Fingers
+from frictionloop.physics.friction import is_gaussian
+from frictionloop.quantities import FrictionloopError
 
 CORRECTIONS = 2
 Sweep = Callable[[System, Fingers, Sequence[str]], xr.Dataset]
@@ -47,7 +49,11 @@ def plain_strokes(system: System, people: Fingers, level_n: float, occluded: flo
     most = min(system.plate.max_amplitude_um, model.max_amplitude_um) ** 2
     bench = system.evolve({"controller.kind": "lookup", "setpoint": Constant(), "disturbance": Constant()})
     laws = [law_at(bench.evolve(each), occluded) for each in people]
-    tau = np.array([law.susceptibility_per_um2 for law in laws])
+    tau = np.array([law.susceptibility_per_um2 for law in laws if is_gaussian(law)])
+    if tau.size < len(laws):
+        raise FrictionloopError(
+            f'friction.kind = "{system.friction.kind}": a comparison needs the law of equation (1), kind "finger"'
+        )
     square = np.clip(np.log([law.nominal_n / level_n for law in laws]) / tau, 0.0, most)
     mean = np.zeros(len(people))
     for _ in range(CORRECTIONS):
@@ -77,6 +83,7 @@ def _offsets(model: Any, square: np.ndarray, mean: np.ndarray) -> np.ndarray:
     return np.where(mean > 0.0, _command(model, square) - mean, 0.0)
 
 
-def occluded_at(occlusion_s: float, time_s: float) -> float:
-    """Return w = 1 - e^(-t/T), how far occlusion has come so long after landing."""
-    return -math.expm1(-time_s / occlusion_s)
+def occluded_at(system: System, time_s: float) -> float:
+    """Return w = 1 - e^(-t/T), how far occlusion has come so long after landing; 0 where nothing is occluded."""
+    friction = system.friction
+    return -math.expm1(-time_s / friction.occlusion_s) if isinstance(friction, FingerFriction) else 0.0

@@ -213,8 +213,7 @@ class _Trial:
         bench, swept = self.bench(law, at), partial(self.swept, at)
         if law is None:
             level_n = protocol.LEVELS_N[protocol.SINES.index(at.task)]
-            occlusion_s: float = bench.friction.occlusion_s  # type: ignore[union-attr]
-            occluded = occluded_at(occlusion_s, (self.start_s + self.duration_s) / 2.0)
+            occluded = occluded_at(bench, (self.start_s + self.duration_s) / 2.0)
             found = plain_strokes(bench, self.people, level_n, occluded, swept)
         else:
             found = swept(bench, self.people_of(law), protocol.metrics_of(at.task))
