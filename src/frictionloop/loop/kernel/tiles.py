@@ -70,7 +70,7 @@ def compiled_tile(build: Callable[..., Any], width: int, *of: Any) -> Any:
 
 
 def _name(of: Any) -> str:
-    if isinstance(of, (str, int, bool)):
+    if of is None or isinstance(of, (str, int, bool)):
         return str(of)
     return f"{of.kind}_{code_digest(of)[:8]}"
 
