@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from frictionloop.control.tracker_state import TrackerState
+from frictionloop.control.tracker import TRACKER_LAW
 from frictionloop.loop.kernel.lowering import lower
+from frictionloop.loop.kernel.slab import law_rows
 from frictionloop.loop.simulate import run_tile
 from frictionloop.loop.timing import periods_in
 from frictionloop.parameters import Skin, Strokes, System, TrackerController
+from frictionloop.quantities import trees
 
 FASTER = (1.0, 4.0)
 """Speeds that a tracker is looked at, over that of the strokes: 20 and 80 mm/s, as in the comparison of laws."""
@@ -41,11 +43,12 @@ def learnt_in_run(system: System, duration_s: float, seed: int) -> System:
         return system
     tile = lower([system], [seed])
     run_tile(tile, periods_in(system, duration_s))
-    found = dict(zip(TrackerState._fields, tile.slab.view("controller_state")[:, 0].tolist(), strict=False))
+    state_rows, _ = law_rows(TRACKER_LAW)
+    state = trees.shaped(TRACKER_LAW.state, tile.slab.rows(trees.flat(state_rows))[:, 0].tolist())
     return system.evolve(
         {
-            "controller.compliance_um_per_n": min(found["compliance"], law.largest_compliance_um_per_n),
-            "controller.model.susceptibility_per_um2": found["fall"] * math.log(2.0),
+            "controller.compliance_um_per_n": min(state.compliance, law.largest_compliance_um_per_n),
+            "controller.model.susceptibility_per_um2": state.fall * math.log(2.0),
         }
     )
 
