@@ -12,8 +12,9 @@ from typing import Any
 def code_digest(*things: Any) -> str:
     """Return a digest of functions and values, equal in every process for the same code.
 
-    A function counts by its byte code, its constants and defaults, and in the same way by every function, number and
-    named tuple that it takes from its closure or its module. So a change elsewhere in a file changes nothing.
+    A function counts by its byte code, its constants and defaults, how it is compiled, and in the same way by every
+    function, number and named tuple that it takes from its closure or its module. So a change elsewhere in a file
+    changes nothing.
     """
     walk = _Walk()
     walk.update(sys.version)
@@ -42,6 +43,7 @@ class _Walk:
         self.met[id(thing)] = len(self.met), thing  # kept alive, so that no other thing gets its id
         inner = getattr(thing, "py_func", None) or getattr(thing, "_defn", None)
         if inner is not None:
+            self.update(f"compiled {sorted(getattr(thing, 'targetoptions', {}).items())}")
             self.add(inner)
         elif isinstance(thing, FunctionType):
             self._function(thing)
@@ -50,7 +52,8 @@ class _Walk:
             for each in sorted(thing, key=repr) if isinstance(thing, frozenset) else thing:
                 self.add(each)
         elif isinstance(thing, type):
-            self.update(f"class {thing.__name__} {getattr(thing, '_fields', '')}")
+            fields = getattr(thing, "_fields", ""), getattr(thing, "_field_defaults", "")
+            self.update(f"class {thing.__name__} {fields}")
         elif isinstance(thing, ModuleType):
             self._module(thing)
         elif isinstance(thing, BuiltinFunctionType):
@@ -85,6 +88,6 @@ class _Walk:
 def _text(thing: Any) -> str:
     """Return what tells a value from others of its type, and is the same in every process."""
     if hasattr(thing, "tobytes"):
-        return f"{getattr(thing, 'dtype', '')} {thing.tobytes().hex()}"
+        return f"{getattr(thing, 'dtype', '')} {getattr(thing, 'shape', '')} {thing.tobytes().hex()}"
     text = repr(thing)
     return "" if " at 0x" in text else text
