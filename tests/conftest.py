@@ -31,7 +31,10 @@ for contact in ("dahl", "slider", "lugre"):
             fl.simulate(bench, 0.01)
         else:
             fl.sweep(bench, {"setpoint.offset_n": [0.5, 0.6]}, 0.01, n_jobs=1)
-fl.simulate(fl.paper(), 0.01) if sys.argv[1] == "0" else fl.sweep(fl.paper(), {"controller.kp": [1.0, 2.0]}, 0.01, n_jobs=1)
+if sys.argv[1] == "0":
+    fl.simulate(fl.paper(), 0.01)
+else:
+    fl.sweep(fl.paper(), {"controller.kp": [1.0, 2.0]}, 0.01, n_jobs=1)
 """
 TOGETHER = "tests/claims/"
 """Tests that share the report's results, which take longest of all to compute: one worker takes them all.
