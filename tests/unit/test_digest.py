@@ -6,6 +6,8 @@ import os
 import subprocess
 import sys
 import textwrap
+from collections import namedtuple
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -105,6 +107,48 @@ def test_what_changes_what_is_computed_changes_it(change):
 def test_a_callees_callee_counts():
     deeper = ("def helper(x):", "def helper(x):\n    x = unrelated(x)")
     assert digest(deeper, ("x + 100.0", "x + 200.0")) != digest(deeper)
+
+
+HELPERS = """
+from numba import njit
+
+FACTOR = 2.0
+
+@njit
+def helper(x):
+    return FACTOR * x
+
+def of_the_library(x):
+    return x + 1.0
+"""
+
+
+def through_a_module(change=("", "")):
+    """The digest of a function that takes functions from a module by their dotted names."""
+    library, package = ModuleType("library"), ModuleType("package")
+    exec(HELPERS.replace(*change), vars(library))
+    package.library = library
+    space = {"package": package, "library": library}
+    exec("def g(x):\n    return library.of_the_library(x)", space)
+    exec("def f(x):\n    return g(x) + package.library.helper(x)", space)
+    return code_digest(space["f"])
+
+
+def test_what_is_taken_from_a_module_counts_and_the_rest_of_it_does_not():
+    assert through_a_module(("x + 1.0", "x + 2.0")) == through_a_module()
+    assert through_a_module(("FACTOR * x", "FACTOR + x")) != through_a_module()
+    assert through_a_module(("FACTOR = 2.0", "FACTOR = 3.0")) != through_a_module()
+
+
+def test_the_order_of_the_fields_of_named_tuples_counts():
+    """Rows of the same numbers under other names: compiled code takes each by its name."""
+
+    def reads_first(*fields):
+        rows = namedtuple("Gains", fields)(10, 11)
+        return lambda values: values[rows.kp]
+
+    assert code_digest(reads_first("kp", "ki")) == code_digest(reads_first("kp", "ki"))
+    assert code_digest(reads_first("kp", "ki")) != code_digest(reads_first("ki", "kp"))
 
 
 def test_what_else_decides_counts():
