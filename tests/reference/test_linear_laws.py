@@ -155,7 +155,7 @@ class BiquadState(NamedTuple):
     estimate: float
 
 
-class BiquadGains(NamedTuple):
+class OneGain(NamedTuple):
     gain: float
     low: float
     high: float
@@ -179,8 +179,8 @@ BIQUAD = Law(
     "lookup",
     _biquad_step,
     BiquadState,
-    BiquadGains,
-    gains_of=lambda c: BiquadGains(GAIN, *clamp_of(c.model)),
+    OneGain,
+    gains_of=lambda c: OneGain(GAIN, *clamp_of(c.model)),
     start_of=lambda c: BiquadState(0.0, 0.0, 0.0, 0.0, 1.5),
     frozen=("estimate",),
 )
@@ -326,13 +326,13 @@ def _integral_step(state, measurement, setpoint_n, gains, dt):  # type: ignore[n
     (integral,) = state
     gain, low, high = gains
     integral += gain * (setpoint_n - measurement.force)
-    return (integral,), ForceCommand(min(max(integral, low), high), 0.0)
+    return OneState(integral), ForceCommand(min(max(integral, low), high), 0.0)
 
 
 @pytest.mark.parametrize(("gain", "says"), [(0.005, None), (0.1, "close to ringing"), (0.2, "rings")])
 def test_advice_on_a_law_without_kp(monkeypatch: pytest.MonkeyPatch, gain: float, says: str | None) -> None:
     """Ms and stability are told, no gains; a law that holds is not spoken of."""
-    law = Law("lookup", _integral_step, 1, lambda c: (gain,), 1)
+    law = Law("lookup", _integral_step, OneState, OneGain, lambda c: OneGain(gain, *clamp_of(c.model)))
     loop = with_law(monkeypatch, law)
     found = advice.of_system(loop.system)
     if says is None:
@@ -354,12 +354,12 @@ def _banded_step(state, measurement, setpoint_n, gains, dt):  # type: ignore[no-
     (integral,) = state
     low, high = gains
     pulled = min(max(setpoint_n - measurement.force, -4e-4), 4e-4)
-    return (integral + 0.02 * pulled,), ForceCommand(min(max(integral + 2.0 * pulled, low), high), 0.0)
+    return OneState(integral + 0.02 * pulled), ForceCommand(min(max(integral + 2.0 * pulled, low), high), 0.0)
 
 
 def test_linear_range(monkeypatch: pytest.MonkeyPatch) -> None:
     """The slope is off by 5 % at band / 0.95; of PI it ends 5 % beyond the clamp, of the lookup nowhere."""
-    banded = with_law(monkeypatch, Law("lookup", _banded_step, 1, lambda c: (), 0)).linear_range_n
+    banded = with_law(monkeypatch, Law("lookup", _banded_step, OneState, Clamp)).linear_range_n
     assert 4e-4 / 0.95 / 1.05 < banded <= 4e-4 / 0.95
     monkeypatch.undo()
     pi = linearise(steady({"controller.kp": 2.0, "controller.ki": 1.0}), force_n=0.55)
