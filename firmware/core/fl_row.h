@@ -3,7 +3,7 @@
  *
  * A row is a sum of products in 64 bits, rounded once: its coefficients have FL_ROW binary places,
  * magnitude below 8 and together below 16. Where terms or result have other places than 28, the
- * coefficients hold the difference (firmware/quantised_rows.py). */
+ * coefficients hold the difference (firmware/quantised.py). */
 #ifndef FL_ROW_H
 #define FL_ROW_H
 

@@ -166,7 +166,7 @@ def law_words() -> dict[str, np.ndarray]:
 @pytest.fixture(scope="session")
 def images(law_words: dict[str, np.ndarray], tmp_path_factory: pytest.TempPathFactory) -> Any:
     """Return what builds an image of a law, once: ``images("pi")``, ``images("pi", board="mps2", optimise="0")``."""
-    pytest.importorskip("ziglang", reason="the images are built by zig: install frictionloop[firmware]")
+    pytest.importorskip("ziglang", reason="the images are built by zig: install frictionloop[image]")
 
     @cache
     def built(law: str, board: str = "teensy31", optimise: str | None = None) -> Image:

@@ -4,12 +4,12 @@ from importlib.metadata import version
 from itertools import pairwise
 
 import pytest
+from tick_corpus import edges, heartbeat, opening, strokes
+from tick_costs import cycles
+from tick_cycles import CycleTrace
 
 from frictionloop.control.cost import BUDGET_CYCLES, WORST_TICK
 from frictionloop.device.emulator import TeensyEmulator
-from frictionloop.device.emulator.corpus import edges, heartbeat, opening, strokes
-from frictionloop.device.emulator.costs import cycles
-from frictionloop.device.emulator.cycles import CycleTrace
 
 pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
 capstone = pytest.importorskip("capstone", reason="install frictionloop[emulator]")

@@ -13,7 +13,7 @@ import numpy as np
 
 from frictionloop.device.codec import Decoder, Message, encode
 from frictionloop.device.errors import Unplugged
-from frictionloop.device.transport import Pipe
+from frictionloop.device.pipe import Pipe
 from frictionloop.quantities.schema import schema, table_hash, word_count
 
 SAMPLES = 16

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from floor_terms import floor_terms
 
 import frictionloop.identification as find
 from frictionloop.identification import rigs
@@ -54,7 +55,7 @@ def test_the_printed_r2_needs_a_pulley_that_hardly_turns():
     assert found.r2 == pytest.approx(0.95, abs=1e-3)
     assert found.residual_rms_n / found.load_std_n == pytest.approx(find.residual_share(0.95), rel=0.1)
     assert rigs.bearing_friction_for(exponent, BENCH.pulley) > 500 * BENCH.pulley.bearing_friction
-    assert 1 - find.r2_missing(5e-5, found.load_std_n) > 0.99999999
+    assert (5e-5 / found.load_std_n) ** 2 < 1e-8  # what a residual of the floor would leave of 1 - R2
     friction = find.pulley_friction(found)
     low, high = friction.exponent.interval(0.999)
     assert low < exponent < high
@@ -111,7 +112,7 @@ ISOLATED = BENCH.evolve({"base.vibration_ug": 0.0, "sensor.cutoff_hz": 300.0, "e
 def test_the_floor_is_5e_5_n_and_94_db_on_an_isolated_bench():
     spectrum = find.noise_spectrum(rigs.floor_rig(ISOLATED, seed=2))
     rms = find.band_rms(spectrum, 2, 2500)
-    terms = rigs.floor_terms(ISOLATED)
+    terms = floor_terms(ISOLATED)
     assert rms.value == pytest.approx(terms.rms_n, abs=4 * rms.standard_error)
     assert terms.electronics_n == pytest.approx(5e-5, rel=2e-3)
     # 93.98 dB less what the converter adds; the paper prints 93.
@@ -127,7 +128,7 @@ def test_the_floor_is_5e_5_n_and_94_db_on_an_isolated_bench():
 def test_a_bench_that_shakes_sets_the_floor():
     bench = BENCH.evolve({"errors.gain_error": 0.0})
     spectrum = find.noise_spectrum(rigs.floor_rig(bench, duration_s=60.0, seed=1), segment_s=4.0)
-    terms, rms = rigs.floor_terms(bench), find.band_rms(spectrum, 1, 2500)
+    terms, rms = floor_terms(bench), find.band_rms(spectrum, 1, 2500)
     assert rms.value == pytest.approx(terms.rms_n, abs=4 * rms.standard_error)
     assert terms.base_n > 4 * 5e-5
     peak = spectrum.frequency_hz[np.argmax(spectrum.power_density)]
@@ -143,6 +144,6 @@ def test_what_converters_leave():
             bench = ISOLATED.evolve({"sensor.adc_bits": bits, "errors.offset_n": share * step_n})
             rms[bits, share] = float(rigs.floor_rig(bench).f_m.std())
     for share in (0.0, 0.5):
-        assert rms[16, share] == pytest.approx(math.hypot(4.993e-5, find.converter_figures(16).rms_n), rel=0.05)
+        assert rms[16, share] == pytest.approx(math.hypot(4.993e-5, 5.0 / 2**16 / math.sqrt(12)), rel=0.05)
     assert rms[13, 0.0] < 1e-6  # one and the same number for ten seconds: no noise, and nothing seen below the step
     assert rms[13, 0.5] == pytest.approx(5.0 / 2**14, rel=0.01)  # back and forth between two

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from designed_notch import DESIGNED_NOTCH
 from scipy.signal import freqz
 from steady_finger import SILENT, SLIDING
 
@@ -18,7 +19,6 @@ from frictionloop.analysis.rest import rest_of
 from frictionloop.cli import advice
 from frictionloop.control.law import Clamp, ForceCommand, Law, clamp_of
 from frictionloop.quantities.arithmetic import step
-from frictionloop.report.beyond import NOTCH_DESIGNED
 
 RATE_HZ, TS = 5000, 1 / 5000
 SETTLE_S, SCORE_S = 3.0, 1.0
@@ -61,8 +61,8 @@ LAWS: dict[str, dict[str, Any]] = {
             **LEARNT,
         },
     },
-    "notch_pi": {**NOTCH_DESIGNED, "controller.overdrive": False, "controller.feedforward": False},
-    "notch_pi, overdrive and feed-forward": dict(NOTCH_DESIGNED),
+    "notch_pi": {**DESIGNED_NOTCH, "controller.overdrive": False, "controller.feedforward": False},
+    "notch_pi, overdrive and feed-forward": dict(DESIGNED_NOTCH),
     "observer": {"controller.kind": "observer", **BELIEVED},
     "super-twisting": {"controller.kind": "super_twisting", **BELIEVED},
     "lookup": {"controller": OPEN},

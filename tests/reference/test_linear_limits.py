@@ -178,11 +178,10 @@ def test_available_crossover() -> None:
     """Delay alone: 45 degrees of 360 f 300 us at 417 Hz; what is not inverted takes most of it."""
     loop = linearise(fl.bench())
     assert available_crossover_hz(loop) == pytest.approx(45 / 360 / 3e-4)
-    assert available_crossover_hz(loop, 60.0, slope=0.5) == pytest.approx(75 / 360 / 3e-4)
     as_it_is = available_crossover_hz(loop, inverted=False)
     assert phase_lag(loop, as_it_is).total == pytest.approx(45.0)
     assert as_it_is < 100
-    assert available_crossover_hz(linearise(fl.paper()), 10.0, slope=0.0) == NYQUIST_HZ
+    assert available_crossover_hz(linearise(fl.paper())) == pytest.approx(NYQUIST_HZ / 2)
 
 
 @pytest.mark.parametrize(
@@ -201,5 +200,3 @@ def test_available_crossover() -> None:
 def test_bad_input(frequency: list, psd: list, peak: float, options: dict, says: str) -> None:
     with pytest.raises(fl.FrictionloopError, match=f"^[^\n]*{says}[^\n]*$"):
         waterbed_bound(frequency, psd, peak, NYQUIST_HZ, **options)
-    with pytest.raises(fl.FrictionloopError, match=r"^phase_margin_deg = 90: must be below 90$"):
-        available_crossover_hz(linearise(fl.paper()), 90.0)

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import sosfreqz
+from streaming import streaming_index
 
 from frictionloop.perception import (
     force_threshold_n,
@@ -16,7 +17,6 @@ from frictionloop.perception import (
     index_of_residual,
     index_of_spectrum,
     is_perceptible,
-    streaming_index,
     weighting_sos,
 )
 from frictionloop.perception.weighting import ERROR_DB

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 import pytest
+from sensor_waveform import waveform
 
 from frictionloop.hardware.sensor import baseband, front_end
 from frictionloop.hardware.sensor.noise_budget import noise_budget
-from frictionloop.hardware.sensor.waveform import waveform
 from frictionloop.parameters.sensor_design import SensorDesign
 from frictionloop.quantities import FrictionloopError
 

@@ -11,7 +11,7 @@ from scipy.signal import butter, freqs_zpk, lsim, step, zpk2ss
 from frictionloop.hardware.plate.carrier import actual_carrier_hz, plate_resonator, simulate_carrier
 from frictionloop.hardware.plate.carrier_check import _filter_spread_s, allowed_error, check_envelope, first_order_um
 from frictionloop.hardware.plate.carrier_filter import band_pass
-from frictionloop.hardware.plate.carrier_pwm import duty_for, phase_of, pulse_ticks, pulses, share_of
+from frictionloop.hardware.plate.carrier_pwm import duty_for, pulse_ticks, pulses, share_of
 from frictionloop.hardware.plate.envelope import detuned_gain, envelope, envelope_pole, time_constant_s
 from frictionloop.parameters.plate_design import Carrier, PlateDesign
 from frictionloop.quantities import FrictionloopError
@@ -161,7 +161,7 @@ def test_pulses_that_grow_from_one_edge_dip_when_they_change():
     runs = {a: simulate_carrier(design(carrier__alignment=a), command, filtered=False) for a in ("centre", "edge")}
     held = runs["edge"].command_um
     duty = duty_for(held / 2.5)
-    turned = held * np.exp(1j * phase_of(duty, "edge"))
+    turned = held * np.exp(-1j * np.pi * duty)
     model = envelope(np.repeat(turned, 2), 0.5 / TUNED_HZ, envelope_pole(TUNED_HZ, quality))[1::2]
     bound = 2.5 * allowed_error(design(), "pwm", False)
     np.testing.assert_allclose(np.abs(runs["edge"].envelope_um), np.abs(model), rtol=0, atol=bound)

@@ -68,7 +68,7 @@ def test_a_complaint_of_the_compiler_is_one_line(folder):
 def test_no_compiler_says_what_to_install(folder, monkeypatch):
     monkeypatch.setenv("CC", "no-such-compiler")
     monkeypatch.setattr(compiler, "find_spec", lambda name: None)
-    with pytest.raises(FrictionloopError, match=r"^no C compiler: install cc, or frictionloop\[firmware\]"):
+    with pytest.raises(FrictionloopError, match=r"^no C compiler: install cc, or frictionloop\[image\]"):
         shared_library("answer", source(folder, "int answer;\n"))
 
 

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from stored_energy import bristle_energy_j, skin_energy_j
 
-from frictionloop.physics.contact import ContactState, bristle_energy_j, contact_coefficients
+from frictionloop.physics.contact import ContactState, contact_coefficients
 from frictionloop.physics.contact_bristle import dahl_step, lugre_step
 from frictionloop.physics.contact_slider import slider_step
-from frictionloop.physics.skin import skin_energy_j
 
 STEPS = {"dahl": dahl_step, "lugre": lugre_step, "slider": slider_step}
 each_law = pytest.mark.parametrize("law", STEPS)

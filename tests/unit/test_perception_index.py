@@ -18,7 +18,6 @@ from frictionloop.perception import (
     index_of_residual,
     index_of_spectrum,
     is_perceptible,
-    ratio_to_plain,
 )
 from frictionloop.perception.thresholds import THRESHOLD_UM
 from frictionloop.quantities import FrictionloopError
@@ -122,15 +121,6 @@ def test_decibels_and_verdicts():
     # 6 dB is a factor of 1.995.
     np.testing.assert_array_equal(is_perceptible([0.4, 0.6, 1.9, 2.0], 6.0), [False, False, False, True])
     np.testing.assert_array_equal(is_perceptible([0.4, 0.6, 1.9, 2.0], -6.0), [False, True, True, True])
-    np.testing.assert_array_equal(ratio_to_plain([1.0, 3.0], 2.0), [0.5, 1.5])
-
-
-@given(st.floats(1e-3, 1e3), st.floats(0.5, 2))
-@settings(max_examples=20)
-def test_ratio_to_plain_does_not_depend_on_the_level_of_the_thresholds(level, ratio):
-    """Thresholds that are a factor off for all frequencies drop out of the ratio."""
-    plain, run = index_of_spectrum(GRID, np.outer([1.0, ratio**2], FLAT) * level**2)
-    assert ratio_to_plain(run, plain) == pytest.approx(ratio, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -175,11 +165,9 @@ def test_a_residual_is_long_and_dense_enough(residual, rate, message):
         index_of_residual(residual, rate)
 
 
-def test_an_index_is_not_negative_and_plain_sliding_has_one():
-    for call in (index_db, is_perceptible, lambda d: ratio_to_plain(d, 1.0)):
+def test_an_index_is_not_negative():
+    for call in (index_db, is_perceptible):
         with pytest.raises(FrictionloopError, match=r"^index = -1 "):
             call(-1.0)
-    with pytest.raises(FrictionloopError, match=r"^plain_index = 0: must be positive"):
-        ratio_to_plain(1.0, [1.0, 0.0])
     with pytest.raises(FrictionloopError, match=r"^margin_db = nan dB"):
         is_perceptible(1.0, math.nan)

@@ -8,7 +8,7 @@ import math
 import pytest
 from cyclopts import App
 
-from frictionloop.cli.design_plate import ARGUMENTS, EXAMPLES, design_plate
+from frictionloop.cli.design_plate import ARGUMENTS, EXAMPLES, command
 from frictionloop.cli.flags import gather
 from frictionloop.hardware.plate.answers import plate_answers
 from frictionloop.hardware.plate.wanted import plate_for
@@ -22,7 +22,7 @@ PAPER = PlateDesign().evolve({"drive.resonance_hz": 46e3})
 def plate(capsys):
     """Return a function that calls the command as the program does."""
     app = App(name="plate", default_parameter=None)
-    app.default(design_plate)
+    app.default(command)
 
     def run(*tokens):
         app(gather(list(tokens)), print_error=False, exit_on_error=False, result_action="return_value")

@@ -16,13 +16,12 @@ from frictionloop.hardware.plate.envelope import (
     detuned_gain,
     envelope,
     envelope_pole,
-    linearise_envelope,
     quality_for_bandwidth,
     time_constant_s,
 )
 from frictionloop.parameters.plate_design import PlateDesign
 from frictionloop.physics.plate import lowpass_step
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, Lti
 
 F0, Q = 46e3, 230.0
 
@@ -80,6 +79,13 @@ def test_a_solver_gives_the_same_envelope():
         assert found[k + 1] == pytest.approx(a[0], abs=1e-8)
 
 
+def linearised(detuning_hz):
+    """H(s) = (s1/m) (s1 s + m^2)/((s + s1)^2 + w1^2), m^2 = s1^2 + w1^2: |A| over small changes of the command."""
+    pole = envelope_pole(F0, Q, detuning_hz)
+    rate, size = -pole.real, abs(pole)
+    return Lti((rate * rate / size, rate * size), (1.0, 2 * rate, size * size))
+
+
 @pytest.mark.parametrize("detuning", [0.0, 50.0, -130.0])
 @pytest.mark.parametrize("frequency", [1.0, 60.0, 130.0, 400.0])
 def test_small_changes_of_the_amplitude(detuning, frequency):
@@ -91,19 +97,19 @@ def test_small_changes_of_the_amplitude(detuning, frequency):
     amplitude = np.abs(envelope(1 + eps * np.cos(phase), step, pole))[-steps - 1 : -1]
     found = 2 * np.mean(amplitude * np.exp(-2j * np.pi * np.arange(steps) / steps)) / eps
     # Held commands: (2 pi/steps)^2/24 = 1e-7; squares of eps: 1e-5; settled to e^-25.
-    exact = linearise_envelope(F0, Q, detuning).response(frequency)
+    exact = linearised(detuning).response(frequency)
     assert found == pytest.approx(exact, rel=1e-4)
 
 
 def test_poles_of_the_linearisation():
-    lti = linearise_envelope(F0, Q, 50.0)
+    lti = linearised(50.0)
     pole = envelope_pole(F0, Q, 50.0)
     assert pole == complex(-1 / time_constant_s(F0, Q), -2 * math.pi * 50.0)
     np.testing.assert_allclose(
         np.sort_complex(np.roots(lti.den)), np.sort_complex([pole, pole.conjugate()]), rtol=1e-12
     )
     assert abs(lti.response(0.0)) == pytest.approx(detuned_gain(F0, Q, 50.0), rel=1e-13)
-    tuned = linearise_envelope(F0, Q)
+    tuned = linearised(0.0)
     assert abs(tuned.response(100.0)) == pytest.approx(math.sqrt(0.5), rel=1e-13)
 
 

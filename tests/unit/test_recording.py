@@ -150,6 +150,23 @@ def test_a_short_row_and_a_blank_line_are_gaps(tmp_path):
     assert refusal(text(tmp_path, "1\nx\n2\ny\n")).startswith("line 2: column 0 is 'x' (and 1 more);")
 
 
+@pytest.mark.parametrize(
+    ("content", "column", "said"),
+    [
+        ("force\n1\n2,7\n", "force", "line 3: force is in a row of 2 cells, of 1 columns"),
+        ("t,force\n0,5,1,25\n1,0,1,5\n", "force", "line 2: force is in a row of 4 cells, of 2 columns (and 1 more)"),
+        ("t;force\n0,5;1,25\n1,0;1,5\n", "force", "line 2: force is '1,25' (and 1 more)"),
+        ("1,2\n3,4,5\n", "0", "line 2: column 0 is in a row of 3 cells, of 2 columns"),
+    ],
+)
+def test_a_decimal_comma_is_never_read_as_another_number(tmp_path, content, column, said):
+    assert refusal(text(tmp_path, content), column) == f"{said}; accepted: a finite number"
+
+
+def test_a_mark_at_the_end_of_a_row_is_no_cell(tmp_path):
+    assert read(text(tmp_path, "x,force\n0,1.5,\n0,-2,\n"), "force").tolist() == [1.5, -2.0]
+
+
 def test_a_bad_cell_outside_the_window_does_no_harm(tmp_path):
     path = text(tmp_path, "nan\n1\n2\nlost\n")
     assert read(path, start_s=0.01, stop_s=0.02).tolist() == [1.0, 2.0]

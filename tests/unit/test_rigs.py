@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
+from floor_terms import floor_terms
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
@@ -96,7 +97,7 @@ def test_gain_offset_and_curvature():
 @pytest.mark.parametrize("cutoff_hz", [300.0, 1000.0])
 def test_noise_terms_against_integrals_of_the_spectrum(cutoff_hz):
     bench = BENCH.evolve({"sensor.cutoff_hz": cutoff_hz, "base.vibration_ug": 30.0, "base.corner_hz": 70.0})
-    terms = rigs.floor_terms(bench)
+    terms = floor_terms(bench)
     assert terms.electronics_n == pytest.approx(bench.sensor.noise_rms_n, rel=1e-9)
     shaking_n = 0.4 * 30e-6 * 9.80665
     density = shaking_n / math.sqrt(math.pi / 2 * 70.0)
@@ -125,14 +126,6 @@ def test_noise_has_the_covariance_of_its_equations(rate_hz):
     lagged = (step @ at_rest)[2, 2]
     spread = math.sqrt((variance**2 + lagged**2) / 200)
     assert np.mean(records[:, 3] * records[:, 4]) == pytest.approx(lagged, abs=5 * spread)
-
-
-def test_the_vibration_allowed_gives_the_floor():
-    bench = BENCH.evolve({"sensor.cutoff_hz": 300.0})
-    allowed = rigs.vibration_allowed_ug(6e-5, bench)
-    terms = rigs.floor_terms(bench.evolve({"base.vibration_ug": allowed}))
-    assert math.hypot(terms.electronics_n, terms.base_n) == pytest.approx(6e-5, rel=1e-9)
-    assert "floor_n" in complaint(rigs.vibration_allowed_ug, 1e-5, bench)
 
 
 # Pulley

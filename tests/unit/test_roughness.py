@@ -16,12 +16,17 @@ from frictionloop.physics.roughness import (
     cells_per_m,
     roughness_between,
     roughness_cells,
-    roughness_step,
     roughness_table,
 )
 from frictionloop.quantities import FrictionloopError
 
 PER_M = cells_per_m(100.0)
+
+
+@njit
+def roughness_step(position_m, per_m, table):
+    cell, after, fraction = roughness_cells(position_m, per_m)
+    return roughness_between(fraction, table[cell], table[after])
 
 
 @njit

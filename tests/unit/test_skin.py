@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from stored_energy import skin_energy_j
 
 from frictionloop.physics.contact import contact_coefficients
-from frictionloop.physics.skin import follow_step, free_slide_step, series_stiffness_n_per_m, skin_energy_j
+from frictionloop.physics.skin import follow_step, free_slide_step
 
 DT, K, C, M = 2e-5, 1e3, 1.0, 1e-4
 
@@ -55,8 +56,3 @@ def test_the_response_to_a_force_is_that_of_the_differential_equation():
     # The rule turns a pole p into p (1 + (p dt)^2/12); p t e^(p t) is at most 1/e, for the fast pole the larger.
     assert worst < 0.5 / K * (p1 * DT) ** 2 / 12 / math.e
     assert lag == pytest.approx(0.5 / K, rel=1e-4)
-
-
-def test_springs_in_series():
-    assert series_stiffness_n_per_m(1e3, 2e4) == pytest.approx(1 / (1 / 1e3 + 1 / 2e4), rel=1e-15)
-    np.testing.assert_allclose(series_stiffness_n_per_m(np.array([1.0, 2.0]), 2.0), [2 / 3, 1.0], rtol=1e-15)

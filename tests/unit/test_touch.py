@@ -1,4 +1,4 @@
-"""Position, speed and load as measured; statics of the four load cells and what their noise does to the centre."""
+"""Position, speed and load as measured."""
 
 from __future__ import annotations
 
@@ -14,11 +14,9 @@ from scipy.linalg import solve_discrete_lyapunov
 from frictionloop.parameters.motion import Sliding, Strokes
 from frictionloop.parameters.touch import LoadCells, PositionSensor, Touch
 from frictionloop.quantities import FrictionloopError
-from frictionloop.sensing.load_cells import CORNERS, cell_forces, centre_of_pressure
-from frictionloop.sensing.touch import TouchState, check_follows, speed_noise_m_s, touch_coefficients, touch_step
+from frictionloop.sensing.touch import TouchState, check_follows, touch_coefficients, touch_step
 
 DT = 2e-4
-CELLS = LoadCells()
 QUIET = Touch(position=PositionSensor(noise_um=0.0), load=LoadCells(noise_n=0.0))
 
 
@@ -51,6 +49,13 @@ def test_a_quiet_sensor_follows_a_stroke_without_lag():
     wt = 2 * math.pi * 20 * t
     assert np.all(np.abs(seen[:, 1] - 0.02) <= 0.02 * (1 + wt) * np.exp(-wt) + 1e-12)
     np.testing.assert_array_equal(seen[:, 3], seen[:, 1] >= 0.002)
+
+
+def speed_noise_m_s(sensor, dt):
+    """(sigma/dt) sqrt(2 beta^2 / (alpha (4 - 2 alpha - beta))): Kalata, IEEE Trans. AES 20 (1984) 174-182."""
+    pole = math.exp(-2 * math.pi * sensor.tracking_hz * dt)
+    alpha, beta = 1 - pole * pole, (1 - pole) ** 2
+    return 1e-6 * sensor.noise_um / dt * beta * math.sqrt(2 / (alpha * (4 - 2 * alpha - beta)))
 
 
 def test_noise_of_each_reading():
@@ -152,57 +157,6 @@ def test_lanes_have_the_bits_of_a_single_step(lanes):
         assert tuple(row) == (*state, *seen)
 
 
-place = st.tuples(st.floats(0.03, 5), st.floats(-127, 127), st.floats(-70, 70), st.floats(-3, 3))
-
-
-@given(place)
-def test_the_cells_hold_the_plate_in_balance(given_):
-    load, x, y, tangential = given_
-    f = cell_forces(load, x, y, CELLS, tangential)
-    sx, sy = CORNERS.T
-    assert f.sum() == pytest.approx(load, rel=1e-13)
-    size = 255 * (load + abs(tangential))
-    assert (f * sx * 127.5).sum() == pytest.approx(load * x + tangential * 3.0, abs=1e-13 * size)
-    assert (f * sy * 70).sum() == pytest.approx(load * y, abs=1e-13 * size)
-    # A rigid plate stays plane: on equal springs the two diagonals carry the same.
-    assert f[0] + f[3] == pytest.approx(f[1] + f[2], abs=1e-13 * size)
-
-
-@given(place)
-def test_the_centre_of_pressure_is_where_the_finger_is(given_):
-    load, x, y, tangential = given_
-    seen = centre_of_pressure(cell_forces(load, x, y, CELLS, tangential), CELLS, tangential)
-    size = 1e-13 * (255 + 3 * abs(tangential) / load)
-    assert seen.load_n == pytest.approx(load, rel=1e-13)
-    assert seen.x_mm == pytest.approx(x, abs=10 * size)
-    assert seen.y_mm == pytest.approx(y, abs=10 * size)
-    assert seen.valid == 1.0
-
-
-def test_friction_shifts_an_uncorrected_centre_by_its_lever():
-    seen = centre_of_pressure(cell_forces(0.5, 10.0, 0.0, CELLS, 0.8), CELLS)
-    assert float(seen.x_mm) == pytest.approx(10.0 + 0.8 * 3.0 / 0.5, rel=1e-13)
-
-
-@pytest.mark.parametrize(("load", "x", "y"), [(0.5, 0.0, 0.0), (0.5, 100.0, 30.0), (2.0, -120.0, -60.0)])
-def test_noise_of_the_centre_against_draws(load, x, y):
-    n = 200_000
-    forces = cell_forces(load, x, y, CELLS) + 1e-3 * np.random.default_rng(2).standard_normal((n, 4))
-    seen, exact = centre_of_pressure(forces, CELLS), centre_of_pressure(cell_forces(load, x, y, CELLS), CELLS)
-    # 5 deviations of a standard deviation, and what the first order leaves out, (sigma_N/N)^2.
-    slack = 5 / math.sqrt(2 * n) + 4 * (2e-3 / load) ** 2
-    assert np.std(seen.load_n) == pytest.approx(seen.load_noise_n, rel=slack)
-    assert np.std(seen.x_mm) == pytest.approx(float(exact.x_noise_mm), rel=slack)
-    assert np.std(seen.y_mm) == pytest.approx(float(exact.y_noise_mm), rel=slack)
-
-
-def test_without_touch_there_is_no_centre():
-    seen = centre_of_pressure(np.array([[0.0, 0.0, 0.0, 0.0], [0.1, 0.1, 0.1, 0.1]]), CELLS)
-    np.testing.assert_array_equal(seen.valid, [0.0, 1.0])
-    np.testing.assert_array_equal(np.isnan(seen.x_mm), [True, False])
-    np.testing.assert_array_equal(np.isnan(seen.y_noise_mm), [True, False])
-
-
 def test_strokes_that_the_sensors_do_not_follow_are_refused():
     check_follows(Sliding(), Touch())
     check_follows(Strokes(speed_mm_s=500.0), Touch())
@@ -210,21 +164,3 @@ def test_strokes_that_the_sensors_do_not_follow_are_refused():
         check_follows(Strokes(speed_mm_s=501.0), Touch())
     with pytest.raises(FrictionloopError, match=r"^motion\.stroke_mm = 300 mm: .*\.length_mm = 255 mm long$"):
         check_follows(Strokes(stroke_mm=300.0), Touch())
-
-
-@pytest.mark.parametrize(
-    ("values", "message"),
-    [
-        ((-0.1, 0.0, 0.0), r"^load_n = -0\.1 N: must be finite, from 0"),
-        ((0.5, 128.0, 0.0), r"^x_mm = 128 mm: must be finite, from -127\.5 to 127\.5$"),
-        ((0.5, 0.0, np.nan), r"^y_mm = nan mm: "),
-    ],
-)
-def test_places_off_the_plate_are_refused(values, message):
-    with pytest.raises(FrictionloopError, match=message):
-        cell_forces(*values, CELLS)
-
-
-def test_four_cells_are_needed():
-    with pytest.raises(FrictionloopError, match=r"^forces_n has shape \(3,\); accepted: \(\.\.\., 4\)$"):
-        centre_of_pressure(np.zeros(3), CELLS)

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictionloop.physics.trials import NOMINAL_N, sliding_trials
-from frictionloop.quantities import FrictionloopError
+from frictionloop.report.trials import NOMINAL_N, sliding_trials
 
 
 def test_a_trial_is_equation_1():
@@ -50,9 +49,3 @@ def test_each_trial_falls_clearly_and_trials_disagree():
     within = [np.corrcoef(trials["a"], force)[0, 1] for force in trials["f"].values]
     pooled = np.corrcoef(np.tile(trials["a"], 26), trials["f"].values.ravel())[0, 1]
     assert np.median(within) < -0.9 < pooled
-
-
-@pytest.mark.parametrize(("n", "seed"), [(0, 0), (26, -1)])
-def test_bad_arguments_are_refused(n, seed):
-    with pytest.raises(FrictionloopError, match="accepted"):
-        sliding_trials(n, seed)

@@ -1,93 +1,58 @@
-"""Registers, fields and interrupts of an SVD file (CMSIS System View Description)."""
+"""Registers, fields and interrupts of an SVD file (CMSIS System View Description), read by cmsis-svd."""
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import NamedTuple
-from xml.etree import ElementTree
+from typing import Any
 
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.extra import needed
 
 PREFIXES = {"PDB0_": "PDB_", "NVIC_NVICISER": "NVIC_ISER", "NVIC_NVICIP": "NVIC_IPR"}
 """Where this project's names are shorter than the vendor's."""
-
-
-class Entry(NamedTuple):
-    """A register: address, bytes, value after reset and which of its bits have one, (place, width) of each field."""
-
-    address: int
-    width: int
-    reset: int
-    known: int
-    fields: dict[str, tuple[int, int]]
 
 
 class Svd:
     """What an SVD file says, by the names of registers.h."""
 
     def __init__(self, path: Path) -> None:
+        parser = needed("cmsis_svd", "cmsis-svd", "test").SVDParser
         try:
-            root = ElementTree.parse(path).getroot()
-        except (OSError, ElementTree.ParseError) as error:
+            device = parser.for_xml_file(path).get_device()
+        except (OSError, SyntaxError) as error:
             raise FrictionloopError(f"{path}: must be an SVD file: {error}") from None
-        self.registers: dict[str, Entry] = {}
-        self.interrupts: dict[str, int] = {}
-        for peripheral in root.iter("peripheral"):
-            for interrupt in peripheral.iter("interrupt"):
-                self.interrupts[_text(interrupt, "name")] = _number(interrupt, "value")
-            prefix = peripheral.findtext("prependToName") or f"{_text(peripheral, 'name')}_"
-            for register in peripheral.iter("register"):
-                self._take(prefix, _number(peripheral, "baseAddress"), register)
+        self.interrupts = {each.name: each.value for part in device.peripherals for each in part.interrupts or ()}
+        self.registers: dict[str, tuple[int, Any]] = {}
+        for part in device.peripherals:
+            for register in part.get_registers():
+                name = register.name if part.prepend_to_name else f"{part.name}_{register.name}"
+                for long, short in PREFIXES.items():
+                    name = re.sub(f"^{long}", short, name)
+                self.registers[name] = (part.base_address + register.address_offset, register)
 
     def compare(self, name: str, address: int, width: int, reset: int | None = None) -> list[str]:
         """Return what is not as the file says, one line each."""
-        entry = self.registers.get(name)
-        if entry is None:
+        if name not in self.registers:
             return [f"{name} is not in the SVD file"]
+        there, register = self.registers[name]
         lines = []
-        if address != entry.address:
-            lines.append(f"{name} is at {entry.address:#x}, not {address:#x}")
-        if width != entry.width:
-            lines.append(f"{name} has {entry.width} bytes, not {width}")
-        if reset is not None and (reset ^ entry.reset) & entry.known:
-            lines.append(f"{name} is {entry.reset:#x} after reset, not {reset:#x}")
+        if address != there:
+            lines.append(f"{name} is at {there:#x}, not {address:#x}")
+        if 8 * width != register.size:
+            lines.append(f"{name} has {register.size // 8} bytes, not {width}")
+        if reset is not None and (reset ^ register.reset_value) & register.reset_mask:
+            lines.append(f"{name} is {register.reset_value:#x} after reset, not {reset:#x}")
         return lines
 
     def value(self, name: str, settings: list[str]) -> int | None:
         """Return the register's value with fields set as `FIELD=number`; None where there is no such field."""
-        word, entry = 0, self.registers.get(name)
-        if entry is None:
+        if name not in self.registers:
             return None
+        word, fields = 0, {each.name: each for each in self.registers[name][1].fields}
         for setting in settings:
             field, _, number = setting.partition("=")
-            place, width = entry.fields.get(field, (0, 0))
-            if int(number or 0) >> width:
+            if field not in fields or int(number or 0) >> fields[field].bit_width:
                 return None
-            word |= int(number or 0) << place
+            word |= int(number or 0) << fields[field].bit_offset
         return word
-
-    def _take(self, prefix: str, base: int, register: ElementTree.Element) -> None:
-        fields = {_text(part, "name"): (_number(part, "bitOffset"), _number(part, "bitWidth"))
-                  for part in register.iter("field")}  # fmt: skip
-        indices = [part for part in (register.findtext("dimIndex") or "").split(",") if part] or [""]
-        for place, index in enumerate(indices):
-            name = prefix + _text(register, "name").replace("%s", index)
-            for long, short in PREFIXES.items():
-                name = re.sub(f"^{long}", short, name)
-            step = _number(register, "dimIncrement") if index else 0
-            self.registers[name] = Entry(
-                base + _number(register, "addressOffset") + place * step,
-                _number(register, "size") // 8,
-                _number(register, "resetValue"),
-                _number(register, "resetMask"),
-                fields,
-            )
-
-
-def _text(element: ElementTree.Element, name: str) -> str:
-    return element.findtext(name) or ""
-
-
-def _number(element: ElementTree.Element, name: str) -> int:
-    return int(_text(element, name), 0)

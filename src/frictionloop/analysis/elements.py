@@ -12,7 +12,7 @@ from frictionloop.control.lookup import lookup_table
 from frictionloop.control.pi import linearise_pi
 from frictionloop.parameters import LowpassSensor, Model, PiController, Sensor, Skin, Strokes, System, check_system
 from frictionloop.physics.contact_linear import linearise_dahl, linearise_lugre, linearise_slider
-from frictionloop.physics.friction import friction_force
+from frictionloop.physics.friction import friction_force, slope_per_um2
 from frictionloop.physics.plate import linearise_plate
 from frictionloop.quantities import Lti
 from frictionloop.sensing.lowpass import linearise_sensor
@@ -86,14 +86,14 @@ def elements(
 
 
 def lumped_gain(system: System, amplitude_um: float, occluded: float = 0.0) -> float:
-    """Return df/du of lookup table and friction law in series, -tau g(a) d(a^2)/du; 1 where the model is right.
+    """Return df/du of lookup table and friction law in series, dg/d(a^2) d(a^2)/du; 1 where the model is right.
 
     With the exact inverse this is g'(a) / g_model'(a), finite at a = 0 too; with a table d(a^2)/du is the slope of
     the cell that holds ``amplitude_um``.
     """
     law = law_at(system, occluded)
     slope = _square_per_newton(system.controller.model, amplitude_um)
-    return -law.susceptibility_per_um2 * float(friction_force(amplitude_um, law)) * slope
+    return slope_per_um2(amplitude_um, law) * slope
 
 
 def linearise_contact(system: System, force_n: float) -> Lti:

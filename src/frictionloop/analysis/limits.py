@@ -13,7 +13,10 @@ from frictionloop.analysis.linear import LinearLoop
 from frictionloop.analysis.noise import panel_edges
 from frictionloop.analysis.state_space import Array, Complex
 from frictionloop.parameters import LowpassSensor
-from frictionloop.quantities import FrictionloopError, Lti
+from frictionloop.quantities import Lti
+
+LEFT_DEG = 180.0 - 90.0 - 45.0
+"""What an integral's slope and a margin of 45 degrees leave."""
 
 
 class Stubborn(NamedTuple):
@@ -114,39 +117,18 @@ def _phase_deg(block: Lti, frequency_hz: float) -> float:
     return math.degrees(turn)
 
 
-def available_crossover_hz(
-    loop: LinearLoop, phase_margin_deg: float = 45.0, *, slope: float = 1.0, inverted: bool = True
-) -> float:
-    """Return the highest frequency at which |G| can be 1 with a phase margin: lag = 180 - 90 slope - margin degrees.
+def available_crossover_hz(loop: LinearLoop, inverted: bool = True) -> float:
+    """Return the highest frequency at which |G|, falling as 1/f, can be 1 with a phase margin of 45 degrees.
 
     The rule of Astrom ("Limitations on control system performance", European J. Control 6, 2000): what is not
-    invertible may take what the margin and the slope of |G| leave; a rule of design, not a strict bound.
-
-    Parameters
-    ----------
-    loop
-        The loop; its law is not used.
-    phase_margin_deg
-        Phase margin wanted, degrees.
-    slope
-        Fall of |G| at the crossover in powers of frequency: 1 for an integral, 0.5 where the law leads.
-    inverted
-        The law undoes plate, contact, springs and the electronics' pole, and delay and hold are left. Without: nothing
-        is inverted.
-
-    Raises
-    ------
-    FrictionloopError
-        Nothing is left: margin and slope take all of 180 degrees.
+    invertible may take what slope and margin leave of 180 degrees; a rule of design, not a strict bound. The loop's
+    law is not used. ``inverted``: a law undoes plate, contact, springs and the electronics' pole, and delay and hold
+    are left; without, nothing is inverted.
     """
-    left = 180.0 - 90.0 * slope - phase_margin_deg
-    if not left > 0:
-        raise FrictionloopError(f"phase_margin_deg = {phase_margin_deg:g}: must be below {180.0 - 90.0 * slope:g}")
 
     def excess(frequency_hz: float) -> float:
         lag = phase_lag(loop, frequency_hz)
-        return (lag.fixed if inverted else lag.total) - left
+        return (lag.fixed if inverted else lag.total) - LEFT_DEG
 
-    if excess(loop.nyquist_hz) <= 0:
-        return loop.nyquist_hz
+    # The hold alone takes 90 degrees at half the rate.
     return float(brentq(excess, 1e-9 * loop.nyquist_hz, loop.nyquist_hz, xtol=1e-9, rtol=1e-12))

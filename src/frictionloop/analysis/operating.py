@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from frictionloop.parameters import FingerFriction, Friction, LogSweep, Recording, Sine, Source, Steps, Strokes, System
+from frictionloop.parameters import FingerFriction, Friction, LogSweep, Recording, Sine, Steps, Strokes, System
 from frictionloop.parameters.sources import ColouredNoise
-from frictionloop.physics.friction import amplitude_for, friction_force
+from frictionloop.physics.friction import Held, amplitude_for, friction_force, held, is_gaussian
 from frictionloop.physics.friction_limit import limit_coefficients, limit_step
 from frictionloop.quantities import FrictionloopError
 
@@ -23,8 +23,8 @@ class Asked(NamedTuple):
     high_n: float
 
 
-def law_at(system: System, occluded: float = 0.0) -> Friction:
-    """Return the law f0 exp(-tau a^2) that holds at the mean load and the stroke's speed, for small signals.
+def law_at(system: System, occluded: float = 0.0) -> Friction | Held:
+    """Return the friction law that holds at the mean load and the stroke's speed, for small signals.
 
     f0 (N/N0)^n (v/v0)^p (1 + (M - 1) w) and tau (1 - l w) of `FingerFriction`, without roughness, tremor and drift;
     other friction is its own law.
@@ -46,12 +46,20 @@ def law_at(system: System, occluded: float = 0.0) -> Friction:
     motion, friction = system.motion, system.friction
     if isinstance(motion, Strokes):
         _check_slides(system, motion)
-    if not (isinstance(friction, FingerFriction) and isinstance(motion, Strokes)):
+    slides = isinstance(friction, FingerFriction) and isinstance(motion, Strokes)
+    factor = _factor(friction, motion, occluded) if slides else 1.0
+    if not is_gaussian(friction):
+        return held(friction, factor, occluded)
+    if not (slides and isinstance(friction, FingerFriction)):
         return Friction(nominal_n=friction.nominal_n, susceptibility_per_um2=friction.susceptibility_per_um2)
-    speed_m_s = 1e-3 * motion.speed_mm_s
-    factor = limit_step(motion.load_n, speed_m_s, occluded, 0.0, tuple(limit_coefficients(friction)))
     tau = friction.susceptibility_per_um2 * (1.0 - friction.moist_loss * occluded)
     return Friction(nominal_n=friction.nominal_n * factor, susceptibility_per_um2=tau)
+
+
+def _factor(friction: Any, motion: Any, occluded: float) -> float:
+    """Return the factor on f0 at the mean load and the stroke's speed."""
+    given = tuple(limit_coefficients(friction))
+    return float(limit_step(motion.load_n, 1e-3 * motion.speed_mm_s, occluded, 0.0, given))
 
 
 def asked(system: System) -> Asked:
@@ -71,10 +79,12 @@ def mean_disturbance_n(system: System) -> float:
     disturbance = system.disturbance
     if isinstance(disturbance, Recording):
         return disturbance.offset_n
+    if not hasattr(disturbance, "offset_n") and not isinstance(disturbance, Steps):
+        return 0.0
     return _band(disturbance, "disturbance").mean_n
 
 
-def reach_n(system: System, law: Friction) -> tuple[float, float]:
+def reach_n(system: System, law: Friction | Held) -> tuple[float, float]:
     """Return the lowest and highest friction force that plate and controller model allow under a law, N."""
     return float(friction_force(_largest_um(system), law)), law.nominal_n
 
@@ -89,7 +99,9 @@ def check_reach(system: System) -> None:
         )
 
 
-def operating_amplitude_um(system: System, law: Friction, amplitude_um: float | None, force_n: float | None) -> float:
+def operating_amplitude_um(
+    system: System, law: Friction | Held, amplitude_um: float | None, force_n: float | None
+) -> float:
     """Return the amplitude of an operating point given as amplitude, as force, or not at all (`linearise`)."""
     low, high = reach_n(system, law)
     if amplitude_um is not None and force_n is not None:
@@ -130,12 +142,14 @@ def _check_slides(system: System, motion: Strokes) -> None:
             )
 
 
-def _band(source: Source, name: str) -> Asked:
+def _band(source: Any, name: str) -> Asked:
     if isinstance(source, Steps):
         levels = source.levels_n
         return Asked(min(levels), math.fsum(levels) / len(levels), max(levels))
     if isinstance(source, Recording) and not source.remove_mean:
         raise FrictionloopError(f'{name}.kind = "recording": its level is not known here; give force_n or amplitude_um')
+    if not hasattr(source, "offset_n"):
+        raise FrictionloopError(f'{name}.kind = "{source.kind}": its level is unknown; give force_n or amplitude_um')
     swing = 0.0
     if isinstance(source, Sine | LogSweep):
         swing = abs(source.amplitude_n)

@@ -112,7 +112,9 @@ def of_system(system: System) -> Ringing | None:
     forces_n = [point.elements.force_n for point in points]
     band = Band(min(forces_n), max(forces_n), len({point.elements.occluded for point in points}) > 1)
     controller, known = system.controller, peak if stable else None
-    if controller.kind != "pi":
+    from frictionloop.parameters import PiController
+
+    if not isinstance(controller, PiController):
         return Ringing(stable, None, controller.kind, known, None, None, {}, band)
     try:
         held = {path: _three_digits(gain) for path, gain in retune(points, HELD_PEAK).overrides.items()}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+from frictionloop.quantities.extra import needed
 from frictionloop.quantities.files import why_unwritable
 from frictionloop.quantities.units import FrictionloopError
 
@@ -20,6 +21,13 @@ def check_output(name: str, path: Path | None, accepted: tuple[str, ...]) -> Non
     if not path.parent.is_dir():
         raise FrictionloopError(f"{name} = {str(path)!r}: there is no folder {str(path.parent)!r}; create it first")
     _check_writable(name, path, path.parent)
+    if accepted is FIGURES:
+        check_drawing()
+
+
+def check_drawing() -> None:
+    """Refuse to draw without what draws."""
+    needed("matplotlib", "matplotlib", "report")
 
 
 def check_new(name: str, path: Path | None) -> None:
@@ -34,6 +42,7 @@ def check_folder(name: str, path: Path | None) -> None:
         raise FrictionloopError(f"{name} = {str(path)!r}: must be a folder, or a new one in a folder that is there")
     if path is not None:
         _check_writable(name, path, path if path.is_dir() else path.parent)
+        check_drawing()
 
 
 def _check_writable(name: str, path: Path, folder: Path) -> None:

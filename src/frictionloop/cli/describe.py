@@ -6,8 +6,8 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from frictionloop.cli.derived import notes_of
-from frictionloop.parameters import Board, System
+from frictionloop.parameters import Board, FingerFriction, ResonantPlate, Skin, Strokes, SuspendedSensor, System
+from frictionloop.quantities import FrictionloopError
 
 Row = tuple[str, ...]
 
@@ -48,3 +48,50 @@ def short(value: Any) -> str:
         shown = ", ".join(map(short, value[:6]))
         return f"[{shown}]" if len(value) <= 6 else f"[{shown}, ... {len(value)} values]"
     return str(value)
+
+
+def notes_of(system: System) -> dict[str, str]:
+    """Return what a person wants to know of each block besides its values, by the block's dotted name."""
+    found: dict[str, str] = {}
+    friction, plate, sensor, controller = system.friction, system.plate, system.sensor, system.controller
+    if isinstance(friction, FingerFriction) and (band := _band(system)):
+        found["friction"] = f"{band[0]:.3g} to {band[1]:.3g} N within reach just after landing"
+    if isinstance(plate, ResonantPlate):
+        found["plate"] = f"envelope cutoff {plate.cutoff_hz:.4g} Hz"
+    if isinstance(sensor, SuspendedSensor):
+        found["sensor"] = (
+            f"springs {sensor.stiffness_n_m * 1e-6:.3g} N/um, noise {sensor.noise_rms_n * 1e6:.3g} uN rms, "
+            f"ADC step {sensor.step_n * 1e6:.3g} uN"
+        )
+    if controller.delay_s > 0:
+        found["controller"] = f"{1e6 * (controller.delay_s + 0.5 / controller.rate_hz):.4g} us with half the hold"
+    if isinstance(system.motion, Strokes):
+        found |= _moving(system.motion, system)
+    return found
+
+
+def _moving(motion: Strokes, system: System) -> dict[str, str]:
+    model = system.controller.model
+    found = {
+        "controller.model": f"force command from {model.floor_n:.3g} to {model.nominal_n:.3g} N",
+        "motion": f"{motion.cycle_s:.3g} s there and back, reversals included",
+    }
+    if isinstance(system.finger, Skin):
+        slew = system.finger.stuck_stiffness_n_m * motion.speed_mm_s * 1e-3
+        found["finger"] = f"friction rises by at most {slew:.3g} N/s, skin and stuck contact in series times speed"
+    return found
+
+
+def finger_values(system: System) -> dict[str, Any]:
+    """Return the values of friction and motion under their dotted names, as `capable` reads them."""
+    blocks = {"friction": system.friction, "motion": system.motion}
+    return {f"{name}.{key}": value for name, block in blocks.items() for key, value in block}
+
+
+def _band(system: System) -> tuple[float, float] | None:
+    from frictionloop.physics.fingers import reach
+
+    try:
+        return reach(finger_values(system), system.plate.max_amplitude_um)
+    except FrictionloopError:
+        return None

@@ -13,21 +13,8 @@ app = group_app(
     "sensor",
     Group("The bench", sort_key=3),
 )
-app.command(
-    design_sensor.command,
-    name="sensor",
-    usage=f"frictionloop design sensor {design_sensor.ARGUMENTS}",
-    help_epilogue=design_sensor.EXAMPLES,
-)
-app.command(
-    design_plate.design_plate,
-    name="plate",
-    usage=f"frictionloop design plate {design_plate.ARGUMENTS}",
-    help_epilogue=design_plate.EXAMPLES,
-)
-app.command(
-    design_controller.command,
-    name="controller",
-    usage=f"frictionloop design controller {design_controller.ARGUMENTS}",
-    help_epilogue=design_controller.EXAMPLES,
-)
+for verb in (design_sensor, design_plate, design_controller):
+    name = verb.__name__.rsplit("_", 1)[-1]
+    app.command(
+        verb.command, name=name, usage=f"frictionloop design {name} {verb.ARGUMENTS}", help_epilogue=verb.EXAMPLES
+    )

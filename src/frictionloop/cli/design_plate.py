@@ -41,7 +41,7 @@ Overrides = Annotated[
 Row = tuple[str, str, str]
 
 
-def design_plate(
+def command(
     *,
     overrides: Overrides = None,
     frequency_hz: Annotated[

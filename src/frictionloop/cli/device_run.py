@@ -98,7 +98,7 @@ def command(
 
 def counted(run: xr.Dataset) -> np.ndarray:
     """Return which samples count: recorded, of a finger that slides, away from its turns."""
-    from frictionloop.device.turns import away_from_turns
+    from frictionloop.device.counted import away_from_turns
 
     away = away_from_turns(run["position"].values, run["speed"].values, 1e-3 * TURN_MM)
     return (run["scored"] & run["sliding"]).values.astype(bool) & away

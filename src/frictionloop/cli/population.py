@@ -12,7 +12,7 @@ from pydantic import BaseModel
 
 from frictionloop.analysis.operating import asked
 from frictionloop.cli import advice, describe, screen
-from frictionloop.cli.derived import finger_values
+from frictionloop.cli.describe import finger_values
 from frictionloop.cli.flags import overrides_of
 from frictionloop.cli.outcome import Outcome, loss_of, shown
 from frictionloop.parameters import FingerFriction, Skin, Strokes, System

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from frictionloop.cli.describe import Row
     from frictionloop.loop.step_times import StepTime
 
+PLAIN = ("r2_identity", "r2_bound", "rms_error", "output_noise", "saturation_index")
+LINE = ("r2_regression", "slope", "intercept")
+FELT = ("perceptual_index", "relative_index")
 UNITS = {"intercept": "N", "rms_error": "N", "output_noise": "N"}
 """Units of the metrics that have one; the others are pure numbers."""
 
@@ -33,36 +36,15 @@ def metrics_of(run: xr.Dataset, score_from_s: float = 0.0) -> dict[str, float]:
     import frictionloop as fl
 
     mask = scored_periods(run, score_from_s)
-    names = [
-        "r2_identity",
-        "r2_bound",
-        "r2_regression",
-        "slope",
-        "intercept",
-        "rms_error",
-        "output_noise",
-        "saturation_index",
-        "perceptual_index",
-        "relative_index",
-    ]
     if not mask.any():
-        return dict.fromkeys(names, math.nan)
-    line = fl.regression(run, mask)
-    found = {
-        "r2_identity": fl.r2_identity(run, mask),
-        "r2_bound": fl.r2_bound(run, mask),
-        "r2_regression": line.r2,
-        "slope": line.slope,
-        "intercept": line.intercept_n,
-        "rms_error": fl.rms_error(run, mask),
-        "output_noise": fl.output_noise(run, mask),
-        "saturation_index": fl.saturation_index(run, mask),
-    }
-    felt = {"perceptual_index": math.nan, "relative_index": math.nan}
+        return dict.fromkeys((*PLAIN, *LINE, *FELT), math.nan)
     # What is felt of a finger that is none says little, and costs half a second of imports.
-    if fl.system_of(run).motion.kind == "strokes":
-        felt = {name: _or_nan(getattr(fl, name), run, mask) for name in felt}
-    return found | felt
+    felt = fl.system_of(run).motion.kind == "strokes"
+    return {
+        **{name: float(getattr(fl, name)(run, mask)) for name in PLAIN},
+        **dict(zip(LINE, fl.regression(run, mask), strict=True)),
+        **{name: _or_nan(getattr(fl, name), run, mask) if felt else math.nan for name in FELT},
+    }
 
 
 def _or_nan(metric: Any, run: xr.Dataset, mask: np.ndarray) -> float:

@@ -9,6 +9,7 @@ from frictionloop.analysis.linear import linearise
 from frictionloop.design.corners import broken, corners
 from frictionloop.design.hinf_wanted import HinfWanted
 from frictionloop.design.noise_model import identify_noise
+from frictionloop.design.quadruple import slicot
 from frictionloop.design.wanted import Designed, Wanted, feedforward, unheld
 from frictionloop.design.weighted_plant import check_order
 from frictionloop.parameters import Skin, System
@@ -22,6 +23,7 @@ def synthesised(design: Callable[..., Any], system: System, wanted: Wanted) -> D
     """Return the controller of the least tightened limits that holds at every corner, not only on the method's grid."""
     forward, notes = feedforward(system)
     # Identifying the noise already takes seconds.
+    slicot()
     check_order(linearise(system).plant, system.controller.delay_s)
     noise = identify_noise(system)
     first = ""

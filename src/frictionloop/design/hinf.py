@@ -19,12 +19,11 @@ from frictionloop.analysis.margins import margins
 from frictionloop.analysis.state_space import Complex
 from frictionloop.design.high_order import Lead, Method, Synthesised
 from frictionloop.design.hinf_wanted import HinfWanted, broken, check
-from frictionloop.design.lqg import lqg
 from frictionloop.design.noise_model import NoiseModel, identify_noise
 from frictionloop.design.plant_grid import PlantGrid
 from frictionloop.design.quadruple import Quadruple, balanced, bilinear
-from frictionloop.design.riccati import Generalised, synthesise
 from frictionloop.design.sections import factorise
+from frictionloop.design.slicot import Generalised, lqg, synthesise
 from frictionloop.design.weighted_plant import (
     BOTH_CONTACTS,
     ONE_CONTACT,

@@ -26,6 +26,8 @@ GAIN = (0.65, 1.0, 1.35)
 """Factors on the loop gain: tau +-35 % from finger to finger, behind a lookup that does not know it."""
 SPEED_MM_S = (20.0, 40.0, 80.0, 150.0)
 """Speeds at which the contact's pole is taken."""
+NEAR = 1e-3
+"""Distance from -1 that straight lines between points of the grid do not tell from the other side (assumed)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +107,7 @@ def _on_grid(loop: LinearLoop) -> tuple[Array, Complex]:
 def _scores(
     G: Complex, frequency: Array, period_s: float, integrators: int, noise: NoiseModel | None
 ) -> tuple[float, bool, float]:
-    stable = poles_outside(G, frequency, period_s, integrators) == 0
+    stable = poles_outside(G, frequency, period_s, integrators) == 0 and _distance(G) > NEAR
     sensitivity = np.abs(1 / (1 + G))
     residual = residual_rms_n(sensitivity, frequency, noise) if noise and stable else math.nan
     return (1 / _distance(G) if stable else math.inf), stable, residual

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.linalg import solve_continuous_lyapunov, svd
+from threadpoolctl import threadpool_limits
 
 from frictionloop.analysis.state_space import Array, Complex
-from frictionloop.quantities import Lti
+from frictionloop.quantities import FrictionloopError, Lti
+from frictionloop.quantities.extra import needed
 
 
 class Quadruple(NamedTuple):
@@ -81,8 +82,8 @@ def _section(num: Array, den: Array) -> Quadruple:
 def balanced(system: Quadruple, order: int | None = None) -> tuple[Quadruple, Array]:
     """Return a stable system (in w or s) in balanced states, the last ones left out beyond ``order``.
 
-    Laub, Heath, Paige, Ward, IEEE Trans. Automatic Control 32, 1987: the square-root method. The norm of the error is
-    at most twice the sum of the singular values left out (Glover 1984; Enns 1984).
+    SLICOT's AB09AD, the square-root method. The norm of the error is at most twice the sum of the singular values left
+    out (Glover 1984; Enns 1984).
 
     Returns
     -------
@@ -90,15 +91,16 @@ def balanced(system: Quadruple, order: int | None = None) -> tuple[Quadruple, Ar
         The system, and all Hankel singular values, falling.
     """
     A, B, C, D = system
-    reach, seen = _root(solve_continuous_lyapunov(A, -B @ B.T)), _root(solve_continuous_lyapunov(A.T, -C.T @ C))
-    left, sizes, right = svd(seen.T @ reach)
-    keep = int(np.sum(sizes > 1e-13 * sizes[0])) if order is None else order
-    scale = 1 / np.sqrt(sizes[:keep])
-    into, out = scale[:, None] * (left[:, :keep].T @ seen.T), reach @ right[:keep].T * scale
-    return Quadruple(into @ A @ out, into @ B, C @ out, D), sizes
+    sizes, choose = (len(A), B.shape[1], len(C), order or 0), "A" if order is None else "F"
+    with threadpool_limits(1):
+        a, b, c, singular, kept, _, info = slicot().ab09ad(
+            "C", "B", "N", choose, *sizes, *map(np.asfortranarray, (A, B, C)), 0.0
+        )
+    if info:
+        raise FrictionloopError(f"a system that is not stable cannot be balanced: SLICOT ends with {info}")
+    return Quadruple(a[:kept, :kept], b[:kept], c[:, :kept], D), singular
 
 
-def _root(gramian: Array) -> Array:
-    """Return R with R R' the Gramian, which rounding may have left a little below 0."""
-    values, vectors = np.linalg.eigh((gramian + gramian.T) / 2)
-    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+def slicot() -> Any:
+    """Return SLICOT, which is imported where it is used."""
+    return needed("ctrlsys", "ctrlsys", "design")

@@ -21,8 +21,8 @@ import numpy as np
 
 from frictionloop.analysis.sampled import SampledPlant
 from frictionloop.design.quadruple import Quadruple, realised
-from frictionloop.design.riccati import Generalised
 from frictionloop.design.shaping import FALLS
+from frictionloop.design.slicot import Generalised
 from frictionloop.quantities import FrictionloopError, Lti
 
 SHAPING_STATES = FALLS + 2
@@ -30,8 +30,7 @@ SHAPING_STATES = FALLS + 2
 MOST_STATES = 120
 """Most states of the generalised plant, whose cube the Riccati equations of every step of a search cost.
 
-Measured on the bench, one core: at 111 LQG still holds, after 10 s; H-infinity holds at 61, does not converge at 71
-and at 261 has not said so after minutes.
+Measured on the bench, one thread: with 120 states H-infinity takes 7 s and LQG 3 s, a dozen times a search.
 """
 
 

@@ -14,11 +14,12 @@ from frictionloop.device.asked import check_decimation, number, rows_of
 from frictionloop.device.errors import DeviceError
 from frictionloop.device.info import identified
 from frictionloop.device.link import Link
+from frictionloop.device.pipe import Pipe
 from frictionloop.device.recorder import ALL, CHANNELS, SCALES, Recorder
 from frictionloop.device.recording import clock_fit, to_dataset
 from frictionloop.device.running import STATES, Interrupted, Running, check_folder, free_path, recorded_in
 from frictionloop.device.table import Parameters
-from frictionloop.device.transport import Pipe, opener
+from frictionloop.device.transport import opener
 from frictionloop.device.waveform import checked, table, table_of, with_setpoint
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.loop.record import save

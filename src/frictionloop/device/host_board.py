@@ -60,7 +60,7 @@ def core_sources() -> tuple[list[Path], tuple[Path, ...]]:
 @cache
 def load(library: Path | None = None) -> tuple[Any, Any]:
     """Return (ffi, library) of the firmware, compiled at the first call; or of a library that was built otherwise."""
-    ffi = needed("cffi", "cffi").FFI()
+    ffi = needed("cffi", "cffi", "firmware").FFI()
     ffi.cdef(DECLARATIONS)
     sources, folders = core_sources()
     return ffi, ffi.dlopen(str(library or shared_library("core", sources, folders)))

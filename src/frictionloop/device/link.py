@@ -10,7 +10,7 @@ import numpy as np
 from frictionloop.device.codec import Decoder, Message, encode
 from frictionloop.device.errors import NoReply, Refused
 from frictionloop.device.layout import REPLIES
-from frictionloop.device.transport import Pipe
+from frictionloop.device.pipe import Pipe
 from frictionloop.quantities.schema import schema
 
 REPEAT_S = 0.1

@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.device.counted import counted
+from frictionloop.device.pipe import Pipe
 from frictionloop.device.recorder import CHANNELS, FLAGS, SCALES, TICK_HZ, Recorder, gaps
-from frictionloop.device.transport import Pipe
 from frictionloop.loop.record import VARIABLES, provenance
 from frictionloop.parameters import SCHEMA, System
 from frictionloop.quantities.version import package_version

@@ -15,8 +15,8 @@ import xarray as xr
 from frictionloop.device.codec import Message
 from frictionloop.device.errors import DeviceError, NoReply, Refused, Unplugged
 from frictionloop.device.link import Link
+from frictionloop.device.pipe import Pipe
 from frictionloop.device.recorder import ALL, TICK_HZ, Recorder
-from frictionloop.device.transport import Pipe
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import schema
 

@@ -8,7 +8,7 @@ import select
 import time
 
 from frictionloop.device.errors import DeviceError, Unplugged
-from frictionloop.device.transport import Pipe
+from frictionloop.device.pipe import Pipe
 from frictionloop.quantities.extra import needed
 
 BAUD = 2_000_000

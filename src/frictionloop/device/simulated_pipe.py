@@ -8,11 +8,10 @@ import numpy as np
 
 from frictionloop.device.errors import DeviceError, Unplugged
 from frictionloop.device.host_board import HostBoard, Sample
+from frictionloop.device.pipe import Pipe
 from frictionloop.device.recorder import TICK_HZ
 from frictionloop.device.simulated_converters import Converters
-from frictionloop.device.transport import Pipe
 from frictionloop.firmware.parameter_words import firmware_words
-from frictionloop.loop.kernel.structure import kernel_of
 from frictionloop.loop.stepper import Stepper
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
@@ -81,8 +80,6 @@ class BenchPipe(Pipe):
         self._bench, self._ticks, self._open = Stepper(system, seed), 0, False
         self._converters = Converters(system)
         self._felt: list[float] = []
-        # A bench tells the friction at its last sample, the plant of Section 2 that of the period that led to it.
-        self._tells_late = kernel_of(system) != "substeps"
 
     def opened(self) -> BenchPipe:
         """Return the line, open; the board is as it was left."""
@@ -131,7 +128,7 @@ class BenchPipe(Pipe):
             bench.tick(command)
         except FrictionloopError as over:
             raise DeviceError(f"the simulated bench stands still: {over}") from None
-        self._felt.append(bench.force_n if self._tells_late else before)
+        self._felt.append(before if bench.tells_sampled else bench.force_n)
         self._ticks += 1
 
     def _check(self) -> None:

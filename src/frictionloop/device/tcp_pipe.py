@@ -7,7 +7,7 @@ import socket
 import time
 
 from frictionloop.device.errors import DeviceError, Unplugged
-from frictionloop.device.transport import Pipe
+from frictionloop.device.pipe import Pipe
 
 _BULK = 65536
 _PATIENCE_S = 2.0  # for a connection, and for a write that does not get through (assumed)

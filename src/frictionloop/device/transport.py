@@ -1,47 +1,14 @@
-"""Byte pipes: what a device hangs on, and the address that says which."""
+"""Which pipe an address means."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
 
-import numpy as np
-
+from frictionloop.device.pipe import Pipe
 from frictionloop.parameters import System, bench
 from frictionloop.quantities import FrictionloopError
 
 ADDRESSES = "sim:, emulated:image.elf, serial:///dev/ttyACM0, tcp://host:port"
-
-
-class Pipe(Protocol):
-    """A line that carries bytes both ways. It has the clock that its host lives by: simulated boards have their own."""
-
-    source: str = "device"
-    """What is behind it: simulated, emulated or device."""
-    system: System | None = None
-    """What the board was set up from, where it is known."""
-
-    def read(self, timeout_s: float) -> bytes:
-        """Return what has come in, all of it; wait up to so long for the first byte, b"" when none came.
-
-        Raises
-        ------
-        Unplugged
-            When the line is gone.
-        """
-
-    def write(self, data: bytes) -> None:
-        """Send bytes, all of them; raises Unplugged as well."""
-
-    def close(self) -> None:
-        """Let go of the line; it may be closed already."""
-
-    def clock(self) -> float:
-        """Return the time in s, from any start."""
-
-    def felt(self, first_tick: int, count: int, every: int) -> np.ndarray | None:
-        """Return the friction force on the finger at ticks of the board; None where nobody knows it."""
-        return None
 
 
 def opener(address: str, system: System | None = None, seed: int = 0) -> Callable[[], Pipe]:

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import zlib
-from typing import Any, NamedTuple, get_args
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from frictionloop.device.asked import number
 from frictionloop.device.link import Link
 from frictionloop.device.recorder import TICK_HZ
-from frictionloop.parameters import Constant, Sine, Source, System
-from frictionloop.physics.sources import evaluate, longest_s, sampler
+from frictionloop.parameters import Constant, LogSweep, Signal, Sine, System
+from frictionloop.physics.sources import evaluate, sampler
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import schema
 
@@ -20,7 +20,6 @@ POINTS_A_FRAME = 128
 PHASE = 2.0**24
 FURTHEST_M = 2000.0
 """Start of a table over position at most: 32 bits of um hold 2147 m."""
-SOURCES = get_args(get_args(Source)[0])
 LARGEST_ERROR_N = 2e-3
 """RMS by which a table may miss its set-point: a tenth of the smallest difference felt, 20 mN (assumed)."""
 
@@ -93,7 +92,7 @@ def table(
     return Table(points, "time" if spacing_s is not None else "position", loops, round(step), round(start_m * 1e6))
 
 
-def checked(setpoint: Any) -> Source | np.ndarray:
+def checked(setpoint: Any) -> Signal | np.ndarray:
     """Return the set-point of a run: a source as it is, a force as one that is held, forces as an array.
 
     Raises
@@ -101,7 +100,7 @@ def checked(setpoint: Any) -> Source | np.ndarray:
     FrictionloopError
         For anything else, or a force that the device cannot play.
     """
-    if isinstance(setpoint, SOURCES):
+    if isinstance(setpoint, Signal):
         return setpoint
     try:
         force = np.asarray(setpoint, dtype=float)
@@ -118,7 +117,7 @@ def checked(setpoint: Any) -> Source | np.ndarray:
     return force
 
 
-def table_of(setpoint: Source | np.ndarray, duration_s: float, most: int) -> Table:
+def table_of(setpoint: Signal | np.ndarray, duration_s: float, most: int) -> Table:
     """Return the table of a set-point for a run: a source, or forces at every tick.
 
     Raises
@@ -135,14 +134,14 @@ def table_of(setpoint: Source | np.ndarray, duration_s: float, most: int) -> Tab
     return _sampled(setpoint, duration_s, most)
 
 
-def with_setpoint(system: System | None, setpoint: Source | np.ndarray) -> System | None:
+def with_setpoint(system: System | None, setpoint: Signal | np.ndarray) -> System | None:
     """Return the System with the set-point that a run was given, as far as a System can hold it."""
     if system is None or isinstance(setpoint, np.ndarray):
         return system
     return system.model_copy(update={"setpoint": setpoint})
 
 
-def _sampled(setpoint: Source | np.ndarray, duration_s: float, most: int) -> Table:
+def _sampled(setpoint: Signal | np.ndarray, duration_s: float, most: int) -> Table:
     """Return the table of what does not repeat: at every tick if they are few enough, else spread over the run."""
     ticks = max(round(duration_s * TICK_HZ), 1)
     wanted = _at_ticks(setpoint, duration_s, ticks)
@@ -158,7 +157,7 @@ def _sampled(setpoint: Source | np.ndarray, duration_s: float, most: int) -> Tab
     return found._replace(error_n=error)
 
 
-def _at_ticks(setpoint: Source | np.ndarray, duration_s: float, ticks: int) -> np.ndarray:
+def _at_ticks(setpoint: Signal | np.ndarray, duration_s: float, ticks: int) -> np.ndarray:
     """Return the forces at the ticks 0 to `ticks` of a run."""
     if isinstance(setpoint, np.ndarray):
         if setpoint.size < ticks:
@@ -167,11 +166,12 @@ def _at_ticks(setpoint: Source | np.ndarray, duration_s: float, ticks: int) -> n
                 f"{ticks} for duration_s = {duration_s:g} (a single number is held; play() takes a spacing)"
             )
         return np.append(setpoint[:ticks], setpoint[ticks] if setpoint.size > ticks else setpoint[-1])
-    if duration_s > longest_s(setpoint):
-        raise FrictionloopError(f"duration_s = {duration_s:g}: the set-point lasts {longest_s(setpoint):g} s")
+    if duration_s > setpoint.longest_s:
+        raise FrictionloopError(f"duration_s = {duration_s:g}: the set-point lasts {setpoint.longest_s:g} s")
     if (take := sampler(setpoint, TICK_HZ, 0, 0)) is not None:
         return take(0, ticks)
-    return evaluate(setpoint, np.arange(ticks + 1) / TICK_HZ)  # type: ignore[arg-type]
+    assert isinstance(setpoint, Constant | Sine | LogSweep)  # what has no sampler
+    return evaluate(setpoint, np.arange(ticks + 1) / TICK_HZ)
 
 
 def _points(force_n: Any, most: int) -> np.ndarray:

@@ -24,6 +24,7 @@ from frictionloop.firmware.quantised_observer import (
 from frictionloop.firmware.quantised_tracker import TRACKER_PLACES, tracker_quantised
 from frictionloop.parameters import Model, System
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.extra import needed
 from frictionloop.quantities.schema import BITS, firmware_folder, parameter_words, word_count
 from frictionloop.quantities.trees import flat
 
@@ -142,11 +143,7 @@ def host_library(flags: tuple[str, ...] = FLAGS, command: tuple[str, ...] | None
     FrictionloopError
         Without cffi or a C compiler, or when the core does not compile.
     """
-    try:
-        import cffi
-    except ImportError:
-        raise FrictionloopError("cffi is not installed: install frictionloop[firmware]") from None
-    ffi = cffi.FFI()
+    ffi = needed("cffi", "cffi", "firmware").FFI()
     ffi.cdef(_DECLARATIONS)
     sources, folders = host_sources()
     return ffi, ffi.dlopen(str(shared_library("core", sources, folders, flags, command)))

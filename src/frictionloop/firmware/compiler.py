@@ -12,6 +12,8 @@ from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
+from platformdirs import user_cache_path
+
 from frictionloop.quantities import FrictionloopError, replacing
 
 FLAGS = ("-std=c11", "-O2", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off")
@@ -32,7 +34,7 @@ def compiler() -> tuple[str, ...]:
         return named
     if find_spec("ziglang"):
         return zig()
-    raise FrictionloopError("no C compiler: install cc, or frictionloop[firmware], which brings one")
+    raise FrictionloopError("no C compiler: install cc, or frictionloop[image], which brings one")
 
 
 def zig() -> tuple[str, ...]:
@@ -42,13 +44,7 @@ def zig() -> tuple[str, ...]:
 
 def cache_folder() -> Path:
     """Return the user's folder for what can be built again at any time."""
-    if sys.platform == "win32":
-        base = os.environ.get("LOCALAPPDATA", "~/AppData/Local")
-    elif sys.platform == "darwin":
-        base = "~/Library/Caches"
-    else:
-        base = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
-    return Path(base).expanduser() / "frictionloop"
+    return user_cache_path("frictionloop", appauthor=False)
 
 
 def shared_library(

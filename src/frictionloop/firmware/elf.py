@@ -17,9 +17,9 @@ def elf_file(file: IO[bytes]) -> Any:
     FrictionloopError
         Without pyelftools, and for a file of another kind.
     """
-    error = needed("elftools.common.exceptions", "pyelftools", "firmware").ELFError
+    error = needed("elftools.common.exceptions", "pyelftools", "image").ELFError
     try:
-        return needed("elftools.elf.elffile", "pyelftools", "firmware").ELFFile(file)
+        return needed("elftools.elf.elffile", "pyelftools", "image").ELFFile(file)
     except error as reason:
         raise FrictionloopError(f"{file.name}: is not an ELF file ({reason})") from None
 

@@ -13,6 +13,7 @@ from frictionloop.firmware.compiler import zig
 from frictionloop.firmware.image_checks import check, memory_map, sizes
 from frictionloop.firmware.revision import REVISION_BYTES, revision_here
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.extra import needed
 from frictionloop.quantities.files import replacing
 from frictionloop.quantities.schema import firmware_folder, word_count
 
@@ -92,6 +93,7 @@ def build(
     """
     if board not in BOARDS:
         raise FrictionloopError(f"board = {board!r}: accepted are {', '.join(BOARDS)}")
+    needed("ziglang", "ziglang", "image")
     folder.mkdir(parents=True, exist_ok=True)
     built = folder / "built.c"
     built.write_text(_built(_words(parameters), revision_here() if revision is None else revision), encoding="ascii")

@@ -13,6 +13,8 @@ Q28 = 2.0**28
 MANTISSA_BITS = 30
 SHIFTS = (-1, 62)
 """Least and largest shift of a gain."""
+ROW = 28
+"""Binary places of the coefficients of a row."""
 WORD = 2**31
 """Numbers of 32 bits go from -2^31 to 2^31 - 1."""
 
@@ -98,3 +100,31 @@ def integral_gain(controller: Any) -> Gain:
             "and f0, so that the firmware's integral stays below 8 N"
         )
     return to_gain(step, "controller.ki / rate_hz")
+
+
+def to_row(values: Sequence[float], inputs: Sequence[int], output: int, name: str) -> list[Gain]:
+    """Return the coefficients of a row.
+
+    Parameters
+    ----------
+    values
+        Coefficients, each of an input.
+    inputs
+        Binary places of the inputs.
+    output
+        Binary places of the sum. A coefficient holds 2^(output - input) too.
+    name
+        What the row is, for errors.
+
+    Raises
+    ------
+    FrictionloopError
+        When one is 8 or more in magnitude.
+    """
+    places = [output - given for given in inputs]
+    return [to_fixed(math.ldexp(value, more), ROW, name) for value, more in zip(values, places, strict=True)]
+
+
+def to_fixed(value: float, places: int, name: str) -> Gain:
+    """Return a coefficient whose C step reads the mantissa alone, in these places."""
+    return Gain(to_places(value, places, name), places)

@@ -7,8 +7,7 @@ from typing import Any
 from frictionloop.control.force_observer import ObserverGains
 from frictionloop.control.observer_gains import observer_gains
 from frictionloop.control.super_twisting import super_twisting_gains
-from frictionloop.firmware.quantised import Gain, to_gain
-from frictionloop.firmware.quantised_rows import to_fixed, to_row
+from frictionloop.firmware.quantised import Gain, to_fixed, to_gain, to_row
 
 FORCE, SENSOR = 28, 26
 """Binary places of forces on the finger and of those behind the sensor's springs, which ring."""

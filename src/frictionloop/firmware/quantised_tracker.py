@@ -7,8 +7,7 @@ from typing import Any
 from frictionloop.control.tracker import SMOOTH
 from frictionloop.control.tracker_gains import tracker_gains
 from frictionloop.control.tracker_state import SensorStep, TrackerGains, TrackerState
-from frictionloop.firmware.quantised import Gain, to_gain, to_places
-from frictionloop.firmware.quantised_rows import to_fixed, to_row
+from frictionloop.firmware.quantised import Gain, to_fixed, to_gain, to_places, to_row
 from frictionloop.parameters.tracking import Schedule
 from frictionloop.quantities import FrictionloopError
 

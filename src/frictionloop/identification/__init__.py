@@ -4,13 +4,9 @@ from frictionloop.identification.calibration import Calibration, calibrate
 from frictionloop.identification.channels import channel, rate_of, read_channels
 from frictionloop.identification.estimate import Estimate, Interval
 from frictionloop.identification.figures_of_merit import (
-    ConverterFigures,
     FloorReading,
-    bits_for,
-    converter_figures,
     dynamic_range_db,
     floor_readings,
-    r2_missing,
     residual_share,
     uniform_std_n,
 )
@@ -29,7 +25,6 @@ from frictionloop.identification.ring_down import RingDown, fit_ring_down
 
 __all__ = [
     "Calibration",
-    "ConverterFigures",
     "Estimate",
     "FirstOrderNoise",
     "FloorReading",
@@ -41,10 +36,8 @@ __all__ = [
     "Resonance",
     "RingDown",
     "band_rms",
-    "bits_for",
     "calibrate",
     "channel",
-    "converter_figures",
     "dynamic_range_db",
     "exponent_for_r2",
     "fit_corner",
@@ -56,7 +49,6 @@ __all__ = [
     "noise_spectrum",
     "plateaus",
     "pulley_friction",
-    "r2_missing",
     "r2_with_friction",
     "rate_of",
     "read_channels",

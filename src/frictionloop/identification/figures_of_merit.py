@@ -1,4 +1,4 @@
-"""What the printed figures of a force sensor imply, as plain formulas: R2, floor, dynamic range, converter bits."""
+"""What the printed figures of a force sensor imply, as plain formulas: R2, floor, dynamic range."""
 
 from __future__ import annotations
 
@@ -24,11 +24,6 @@ def residual_share(r2: float) -> float:
 def uniform_std_n(range_n: float = 2.5) -> float:
     """Return the standard deviation of loads spread evenly from 0 to the range, range/sqrt(12)."""
     return _positive("range_n", range_n, "N") / math.sqrt(12)
-
-
-def r2_missing(residual_n: float, load_std_n: float) -> float:
-    """Return 1 - R2 for a residual (standard deviations in N): r^2/(r^2 + l^2). 5e-5 N on 0.72 N leave 4.8e-9."""
-    return 1 / (1 + (_positive("load_std_n", load_std_n, "N") / _positive("residual_n", residual_n, "N")) ** 2)
 
 
 def dynamic_range_db(range_n: float, floor_n: float) -> float:
@@ -82,34 +77,6 @@ def floor_readings(
         name: FloorReading(density, density * width, dynamic_range_db(range_n, density * width))
         for name, density in densities.items()
     }
-
-
-class ConverterFigures(NamedTuple):
-    """What a converter over +-range leaves."""
-
-    step_n: float
-    rms_n: float
-    """Step over sqrt(12), the noise it adds if what it converts moves over several steps."""
-    range_db: float
-    """Range over that noise."""
-
-
-def converter_figures(bits: float, range_n: float = 2.5) -> ConverterFigures:
-    """Return step, noise and dynamic range of a converter of so many (effective) bits over +-range.
-
-    Raises ``FrictionloopError`` for a number that is not positive.
-    """
-    step = 2 * _positive("range_n", range_n, "N") / 2 ** _positive("bits", bits, "")
-    return ConverterFigures(step, step / math.sqrt(12), dynamic_range_db(range_n, step / math.sqrt(12)))
-
-
-def bits_for(floor_n: float = 5e-5, range_n: float = 2.5) -> tuple[float, float]:
-    """Return the bits with which a converter's noise, and with which its step, is as large as a floor.
-
-    Raises ``FrictionloopError`` for a number that is not positive.
-    """
-    steps = 2 * _positive("range_n", range_n, "N") / _positive("floor_n", floor_n, "N")
-    return math.log2(steps / math.sqrt(12)), math.log2(steps)
 
 
 def _positive(name: str, value: float, unit: str) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,6 @@ from frictionloop.identification.frequency_response import FrequencyResponse
 from frictionloop.quantities import FrictionloopError
 
 Array = NDArray[np.float64]
-Lag = Literal["pole", "delay"]
 
 
 @dataclass(frozen=True)
@@ -27,7 +26,7 @@ class Resonance:
     gain: Estimate
     """Reading per force below the resonance; a hammer's own calibration is in it."""
     lag: Estimate
-    """Time constant of the pole, or delay, in s."""
+    """Time constant of the pole, in s."""
     band_hz: tuple[float, float]
     misfit: float
     """rms of the residual over that of the response, weighted as in the fit."""
@@ -38,12 +37,10 @@ class Resonance:
         return float(1 / (2 * np.pi * self.lag.value))
 
 
-def fit_resonance(
-    measured: FrequencyResponse, band_hz: tuple[float, float] | None = None, lag: Lag = "pole"
-) -> Resonance:
+def fit_resonance(measured: FrequencyResponse, band_hz: tuple[float, float] | None = None) -> Resonance:
     """Return resonance, Q, gain and lag with their uncertainties.
 
-        H(f) = G / (1 - (f/f0)^2 + j f/(f0 Q)) / (1 + j 2 pi f T),   or e^(-j 2 pi f T) in place of the last factor
+        H(f) = G / (1 - (f/f0)^2 + j f/(f0 Q)) / (1 + j 2 pi f T)
 
     Least squares on H over the band, each frequency weighted by the power of the hammer there: that is the likelihood
     for noise of the reading which is white. The covariance is the sandwich (J^T J)^-1 J^T diag(r^2) J (J^T J)^-1 with
@@ -58,9 +55,6 @@ def fit_resonance(
     band_hz : tuple, optional
         Lower and upper frequency in Hz; None is a fifth to two and a half times that of the largest response, cut at
         what the hammer excites (1 % of its power). At least eight frequencies.
-    lag : {"pole", "delay"}
-        Whether what follows the springs is a first-order low-pass or a pure delay; within a band well below the cutoff
-        the two differ little.
 
     Raises
     ------
@@ -72,8 +66,6 @@ def fit_resonance(
     Source: paper, Sec. 3.3 (the resonance); MacKinnon and White, J. Econometrics 29 (1985) 305, for HC3; Satterthwaite,
     Biometrics 2 (1946) 110, for the degrees of freedom.
     """
-    if lag not in ("pole", "delay"):
-        raise FrictionloopError(f"lag = {lag!r}: must be 'pole' or 'delay'")
     low, high = _band(measured, band_hz)
     inside = (measured.frequency_hz >= low) & (measured.frequency_hz <= high)
     if np.count_nonzero(inside) < 8:
@@ -86,7 +78,7 @@ def fit_resonance(
     gain = float(np.median(np.abs(response[: max(top // 3, 1)])))
 
     def residuals(x: Array) -> Array:
-        away = weight * (model(frequency, x, lag) - response) / gain
+        away = weight * (model(frequency, x) - response) / gain
         return np.concatenate([away.real, away.imag])
 
     # Logarithms keep gain, resonance and Q positive; the lag may come out as anything.
@@ -110,12 +102,11 @@ def fit_resonance(
     return Resonance(hertz, q, gain_, lag_, (low, high), misfit)
 
 
-def model(frequency_hz: Array, x: Array, lag: Lag) -> NDArray[np.complex128]:
+def model(frequency_hz: Array, x: Array) -> NDArray[np.complex128]:
     """Return H(f) for x = (log gain, log resonance in Hz, log Q, lag in s)."""
     relative = frequency_hz / np.exp(x[1])
     springs = np.exp(x[0]) / (1 - relative**2 + 1j * relative / np.exp(x[2]))
-    turn = 2j * np.pi * frequency_hz * x[3]
-    return np.asarray(springs / (1 + turn) if lag == "pole" else springs * np.exp(-turn))
+    return np.asarray(springs / (1 + 2j * np.pi * frequency_hz * x[3]))
 
 
 class Errors(NamedTuple):

@@ -89,7 +89,7 @@ def _mean_s(sum_: Any, count: Any, period_s: Any) -> Any:
     return np.where(count > 0, sum_ / np.maximum(count, 1.0), np.nan) * period_s
 
 
-METRICS: dict[str, Metric] = {
+METRICS: dict[str, Any] = {
     "r2_identity": Metric(_r2_identity, IDENTITY, "1", "goodness of fit to f_a = f_r"),
     "r2_regression": Metric(_r2_regression, REGRESSION, "1", "squared correlation of f_a on f_r"),
     "slope": Metric(_slope, REGRESSION, "1", "slope of the regression of f_a on f_r"),
@@ -120,5 +120,5 @@ METRICS: dict[str, Metric] = {
     "setpoint_spread": Metric(_setpoint_std, IDENTITY, "N", "standard deviation of f_r"),
     "scored_periods": Metric(lambda s: s.count, IDENTITY, "1", "control periods that count"),
 }
-"""Every metric by name."""
+"""Every metric by name; those that are registered from outside too (loop/metric)."""
 DEFAULT_METRICS = ("r2_identity", "rms_error", "saturation_index")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+import inspect
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -55,22 +57,33 @@ def _reach(run: xr.Dataset, keep: Any) -> tuple[Any, Any]:
     return friction_force(system.plate.max_amplitude_um, system.friction), system.friction.nominal_n
 
 
+Score = TypeVar("Score", bound=Callable[..., Any])
+
+
+def _scored(metric: Score) -> Score:
+    """Add to what a metric is what all take and refuse."""
+    metric.__doc__ = f"""{inspect.getdoc(metric)}
+
+Parameters
+----------
+run : xarray.Dataset
+    From ``simulate`` or ``load``.
+mask : array of bool, optional
+    The control periods to score, shape (time,), in place of those that are ``scored``.
+
+Raises
+------
+FrictionloopError
+    For a mask of another shape or that keeps nothing.
+"""
+    return metric
+
+
+@_scored
 def r2_identity(run: xr.Dataset, mask: Any = None) -> float:
     """Return R2 = 1 - sum (f_a - f_r)^2 / sum (f_r - mean f_r)^2, the fit to the ideal f_a = f_r (paper, Sec. 2.3).
 
     NaN for a constant set-point.
-
-    Parameters
-    ----------
-    run : xarray.Dataset
-        From ``simulate`` or ``load``.
-    mask : array of bool, optional
-        The control periods to score, shape (time,), in place of those that are ``scored``.
-
-    Raises
-    ------
-    FrictionloopError
-        For a mask of another shape or that keeps nothing.
     """
     return float(METRICS["r2_identity"].of(_sums(run, mask)))
 
@@ -83,22 +96,11 @@ class Regression(NamedTuple):
     intercept_n: float
 
 
+@_scored
 def regression(run: xr.Dataset, mask: Any = None) -> Regression:
     """Return the linear regression of f_a on f_r (paper, Sec. 4.2): R2, slope and intercept in N.
 
     It is blind to a wrong gain and offset, so R2 here is never below ``r2_identity``; NaN for a constant set-point.
-
-    Parameters
-    ----------
-    run : xarray.Dataset
-        From ``simulate`` or ``load``.
-    mask : array of bool, optional
-        The control periods to score, shape (time,), in place of those that are ``scored``.
-
-    Raises
-    ------
-    FrictionloopError
-        For a mask of another shape or that keeps nothing.
     """
     sums, keep = _sums(run, mask), kept(run, mask)
     slope = float(METRICS["slope"].of(sums))
@@ -106,93 +108,34 @@ def regression(run: xr.Dataset, mask: Any = None) -> Regression:
     return Regression(float(METRICS["r2_regression"].of(sums)), slope, intercept)
 
 
+@_scored
 def r2_regression(run: xr.Dataset, mask: Any = None) -> float:
-    """Return the squared correlation of f_a on f_r; ``regression`` gives slope and intercept with it.
-
-    Parameters
-    ----------
-    run : xarray.Dataset
-        From ``simulate`` or ``load``.
-    mask : array of bool, optional
-        The control periods to score, shape (time,), in place of those that are ``scored``.
-
-    Raises
-    ------
-    FrictionloopError
-        For a mask of another shape or that keeps nothing.
-    """
+    """Return the squared correlation of f_a on f_r; ``regression`` gives slope and intercept with it."""
     return float(METRICS["r2_regression"].of(_sums(run, mask)))
 
 
+@_scored
 def rms_error(run: xr.Dataset, mask: Any = None) -> float:
-    """Return the root mean square of f_a - f_r in N.
-
-    Parameters
-    ----------
-    run : xarray.Dataset
-        From ``simulate`` or ``load``.
-    mask : array of bool, optional
-        The control periods to score, shape (time,), in place of those that are ``scored``.
-
-    Raises
-    ------
-    FrictionloopError
-        For a mask of another shape or that keeps nothing.
-    """
+    """Return the root mean square of f_a - f_r in N."""
     return float(METRICS["rms_error"].of(_sums(run, mask)))
 
 
+@_scored
 def saturation_index(run: xr.Dataset, mask: Any = None) -> float:
-    """Return the share of control periods whose command was clamped, 0 to 1 (paper, Sec. 2.3).
-
-    Parameters
-    ----------
-    run : xarray.Dataset
-        From ``simulate`` or ``load``.
-    mask : array of bool, optional
-        The control periods to score, shape (time,), in place of those that are ``scored``.
-
-    Raises
-    ------
-    FrictionloopError
-        For a mask of another shape or that keeps nothing.
-    """
+    """Return the share of control periods whose command was clamped, 0 to 1 (paper, Sec. 2.3)."""
     return float(METRICS["saturation_index"].of(_sums(run, mask)))
 
 
+@_scored
 def output_noise(run: xr.Dataset, mask: Any = None) -> float:
-    """Return the standard deviation of f_a in N: sigma_f of equation (3) if set-point and disturbance are constant.
-
-    Parameters
-    ----------
-    run : xarray.Dataset
-        From ``simulate`` or ``load``.
-    mask : array of bool, optional
-        The control periods to score, shape (time,), in place of those that are ``scored``.
-
-    Raises
-    ------
-    FrictionloopError
-        For a mask of another shape or that keeps nothing.
-    """
+    """Return the standard deviation of f_a in N: sigma_f of equation (3) if set-point and disturbance are constant."""
     return float(METRICS["output_noise"].of(_sums(run, mask)))
 
 
+@_scored
 def r2_bound(run: xr.Dataset, mask: Any = None) -> float:
     """Return the R2 of f_r clipped to the band [g(a_max) + d, f0 + d]: no controller of this plant can do better.
 
-    NaN for a constant set-point.
-
-    Parameters
-    ----------
-    run : xarray.Dataset
-        From ``simulate`` or ``load``.
-    mask : array of bool, optional
-        The control periods to score, shape (time,), in place of those that are ``scored``.
-
-    Raises
-    ------
-    FrictionloopError
-        For a mask of another shape or that keeps nothing, or a run without its System.
+    NaN for a constant set-point; refused for a run without its System.
     """
     return float(METRICS["r2_bound"].of(_sums(run, mask, bound=True)))

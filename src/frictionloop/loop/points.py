@@ -94,10 +94,15 @@ def points_of(points: Mapping[str, Any] | Sequence[Mapping[str, Any]], seeds: in
     return Points({dim: np.arange(len(overrides))}, overrides, _seeds(seeds), gridded=False)
 
 
-def fingerprint(system: System, points: Points, duration_s: float, score_from_s: float, metrics: Sequence[str]) -> str:
-    """Return a digest of everything that decides a sweep's result, so that only the same sweep is resumed."""
+def fingerprint(
+    system: System, points: Points, duration_s: float, score_from_s: float, metrics: Sequence[str], outside: str = ""
+) -> str:
+    """Return a digest of everything that decides a sweep's result, so that only the same sweep is resumed.
+
+    ``outside`` is the digest of blocks from outside (loop/blocks).
+    """
     version, described = package_version(), system.model_dump(exclude={"board"})
     # A grid is told by its axes, in their order: they are a few dozen numbers where the points are thousands.
     asked_of = [(path, axis.tolist()) for path, axis in points.axes.items()] if points.gridded else points.overrides
-    asked = [version, described, asked_of, points.seeds, duration_s, score_from_s, list(metrics)]
+    asked = [version, described, asked_of, points.seeds, duration_s, score_from_s, list(metrics), outside]
     return hashlib.sha256(json.dumps(asked, sort_keys=True, default=str).encode()).hexdigest()

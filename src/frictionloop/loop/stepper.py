@@ -7,13 +7,12 @@ from typing import NamedTuple
 import numpy as np
 
 from frictionloop.loop.kernel.lowering import lower
-from frictionloop.loop.kernel.motion_tile import DIRECTION, LOAD, PLACE, POSITION, SPEED
 from frictionloop.loop.kernel.run import advance
 from frictionloop.loop.kernel.slab import ROW
 from frictionloop.loop.kernel.structure import moves
 from frictionloop.loop.timing import check_seed, is_finite
 from frictionloop.parameters import System, check_system
-from frictionloop.physics.sources import longest_s
+from frictionloop.physics.finger_step import Motion
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.normals import BLOCK
 from frictionloop.sensing.measurement import Measurement
@@ -58,19 +57,20 @@ class Stepper:
         check_system(system)
         self.system, seed = system, check_seed(seed)
         self._tile = lower([system], [seed], external=True)
-        self._period, self._last = 0, round(min(longest_s(system.disturbance), 1e9) * system.controller.rate_hz)
+        self._period, self._last = 0, round(min(system.disturbance.longest_s, 1e9) * system.controller.rate_hz)
         self._disturbance = _NONE
         self._view = self._tile.slab.data
-        self._bench = self._tile.kernel == "substeps"
+        self.tells_sampled = self._tile.kernel == "substeps"
+        """Whether `force_n` is that at the last sample, as on a bench; else it is the one a period before."""
         # The sensor has settled on the first force, which one period tells: of a bench its sample alone, of the plant
         # of Section 2 all of it, run on a copy.
-        probe = self._tile if self._bench else lower([system], [seed], external=True)
+        probe = self._tile if self.tells_sampled else lower([system], [seed], external=True)
         first = probe.disturbance(0, 1)
         advance(probe, 0, 1, _UNUSED, first, 0)
-        force = probe.slab.view("friction" if self._bench else "nominal")[0, 0]
+        force = probe.slab.view("friction" if self.tells_sampled else "nominal")[0, 0]
         self.force_n = float(force + probe.slab.view("disturbance")[0, 0])
-        """Friction force on the finger, which no sensor shows: on a bench at the last sample, else a period before."""
-        self.measured = self._told() if self._bench else Measurement(self.force_n)
+        """Friction force on the finger, which no sensor shows (`tells_sampled`)."""
+        self.measured = self._told() if self.tells_sampled else Measurement(self.force_n)
         """The last measurement."""
 
     @property
@@ -124,14 +124,14 @@ class Stepper:
             )
         self._period += 1
         # A bench's period ends with its sample, which the kernel takes at the beginning of the next.
-        k += self._bench
+        k += self.tells_sampled
         chunk = k // BLOCK * BLOCK
         self._sample(k, chunk)
         self._view[ROW["command"]], g = amplitude_command, self._view[ROW["friction"]]
         advance(tile, k, k + 1, _UNUSED, self._disturbance, chunk)
-        g = self._view[ROW["friction"]] if self._bench else g
+        g = self._view[ROW["friction"]] if self.tells_sampled else g
         self.force_n = float(g + self._view[ROW["disturbance"]])
-        self.measured = self._told() if self._bench else Measurement(float(self._view[ROW["measurement"]]))
+        self.measured = self._told() if self.tells_sampled else Measurement(float(self._view[ROW["measurement"]]))
         return self.measured
 
     def _move(self, motion: Movement) -> None:
@@ -146,6 +146,7 @@ class Stepper:
                 "(touch.position.fastest_mm_s)"
             )
         position, speed, load = motion
-        rows = self._tile.slab.view("motion_next")
-        direction = 1.0 if speed >= 0 else -1.0
-        rows[[POSITION, SPEED, LOAD, DIRECTION, PLACE], 0] = position, speed, load, direction, position
+        rows, direction = self._tile.slab.view("motion_next"), 1.0 if speed >= 0 else -1.0
+        told = {"position": position, "speed": speed, "load": load, "direction": direction, "place": position}
+        for name, value in told.items():
+            rows[Motion._fields.index(name), 0] = value

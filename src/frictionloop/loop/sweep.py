@@ -10,11 +10,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from frictionloop.loop.formulas import DEFAULT_METRICS, METRICS
+from frictionloop.loop.blocks import outside_digest, register_all, registered
+from frictionloop.loop.formulas import DEFAULT_METRICS, METRICS, Metric
 from frictionloop.loop.kept import Result, resumed
 from frictionloop.loop.kernel.lowering import lower, sums_of
 from frictionloop.loop.kernel.placing import placed
 from frictionloop.loop.kernel.slab import LANES
+from frictionloop.loop.metric import RunMetric, StreamingMetric, streamed, values_of_runs
 from frictionloop.loop.points import fingerprint, points_of
 from frictionloop.loop.progress import progress_bar
 from frictionloop.loop.record import provenance
@@ -94,13 +96,14 @@ def sweep(
     names, workers = _metrics(metrics), worker_count(n_jobs)
     grid = points_of(points, seeds)
     structures = structures_of(system, grid, duration_s, score_from_s, names)
-    key = fingerprint(system, grid, duration_s, score_from_s, names)
+    key = fingerprint(system, grid, duration_s, score_from_s, names, outside_digest())
     values = resumed(path, key, names, grid) if resume else np.full((len(names), int(np.prod(grid.shape))), np.nan)
     result = Result(values, names, grid, provenance(system, duration_s=duration_s, fingerprint=key), path)
     result.keep()
     tiles = list(_tiles(structures, np.isnan(values).all(axis=0), len(grid.seeds)))
     of = list(grid.lanes())
-    calls = ((system, tile, [of[lane] for lane in tile], duration_s, score_from_s, names) for tile in tiles)
+    outside = registered()
+    calls = ((outside, system, tile, [of[lane] for lane in tile], duration_s, score_from_s, names) for tile in tiles)
     done = shared_out(_run, calls, workers)
     with progress_bar("sweep", len(tiles), progress) as advance, closing(done):
         try:
@@ -141,6 +144,7 @@ def _tiles(structures: Sequence[object], wanted: np.ndarray, seeds: int) -> Iter
 
 
 def _run(
+    outside: list[tuple[Any, ...]],
     system: System,
     lanes: list[int],
     points: list[tuple[dict[str, Any], int]],
@@ -152,13 +156,22 @@ def _run(
 
     Module-level and made of plain values, so that any joblib back end can ship it.
     """
+    register_all(outside)
+    metrics = [METRICS[name] for name in names]
+    streaming = [each for each in metrics if isinstance(each, StreamingMetric)]
     groups = 0
-    for name in names:
-        groups |= METRICS[name].groups
-    systems = placed(system, [override for override, _ in points])
+    for each in metrics:
+        groups |= each.groups
+    systems, seeds = placed(system, [override for override, _ in points]), [seed for _, seed in points]
     periods = periods_in(systems[0], duration_s)
     score_from = round(score_from_s * systems[0].controller.rate_hz)
-    tile = lower(systems, [seed for _, seed in points], groups=groups, score_from=score_from)
-    run_tile(tile, periods)
-    sums = sums_of(tile, len(lanes), periods - score_from)
-    return lanes, np.array([METRICS[name].of(sums) for name in names]), periods * len(lanes)
+    values: dict[str, Any] = {}
+    if any(not isinstance(each, RunMetric) for each in metrics):
+        tile = lower(systems, seeds, groups=groups, score_from=score_from, streaming=streaming)
+        run_tile(tile, periods)
+        sums = sums_of(tile, len(lanes), periods - score_from)
+        values = {name: each.of(sums) for name, each in zip(names, metrics, strict=True) if isinstance(each, Metric)}
+        values |= streamed(tile, streaming, sums.count)
+    of_runs = {name: each for name, each in zip(names, metrics, strict=True) if isinstance(each, RunMetric)}
+    values |= values_of_runs(of_runs, systems[: len(lanes)], seeds, duration_s, score_from_s)
+    return lanes, np.array([np.broadcast_to(values[name], len(lanes)) for name in names]), periods * len(lanes)

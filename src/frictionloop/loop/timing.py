@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from frictionloop.parameters import System, check_system
-from frictionloop.physics.sources import longest_s
 from frictionloop.quantities import FrictionloopError
 
 
@@ -45,11 +44,9 @@ def periods_in(system: System, duration_s: float) -> int:
             f"at controller.rate_hz = {rate:g} Hz; nearest: {near!r} s"
         )
     for name in ("setpoint", "disturbance"):
-        longest = longest_s(getattr(system, name))
+        longest = getattr(system, name).longest_s
         if duration_s > longest * (1 + 1e-12):
-            raise FrictionloopError(
-                f"duration_s = {duration_s:g} s runs past the end of {name}.sweep_s = {longest:g} s"
-            )
+            raise FrictionloopError(f"duration_s = {duration_s:g} s runs past the end of the {name}, {longest:g} s")
     return periods
 
 

@@ -11,6 +11,7 @@ from frictionloop.parameters.observing import ObserverController, SuperTwistingC
 from frictionloop.parameters.plant import (
     Friction,
     FrictionLaw,
+    FrictionLimit,
     LowpassPlate,
     LowpassSensor,
     Plate,
@@ -19,8 +20,19 @@ from frictionloop.parameters.plant import (
     SuspendedSensor,
 )
 from frictionloop.parameters.presets import READINGS, RETUNED, bench, feasible, paper
-from frictionloop.parameters.sources import ColouredNoise, Constant, LogSweep, Recording, Sine, Source, Steps
+from frictionloop.parameters.sources import (
+    ColouredNoise,
+    Constant,
+    LogSweep,
+    Recording,
+    Samples,
+    Signal,
+    Sine,
+    Source,
+    Steps,
+)
 from frictionloop.parameters.system import System, check_system
+from frictionloop.parameters.timing import Timing
 from frictionloop.parameters.touch import LoadCells, PositionSensor, Touch
 from frictionloop.parameters.tracking import TrackerController
 
@@ -39,6 +51,7 @@ __all__ = [
     "FingerFriction",
     "Friction",
     "FrictionLaw",
+    "FrictionLimit",
     "LoadCells",
     "LogSweep",
     "LookupController",
@@ -53,9 +66,11 @@ __all__ = [
     "Plate",
     "PositionSensor",
     "Recording",
+    "Samples",
     "ResonantPlate",
     "RigidFinger",
     "Sensor",
+    "Signal",
     "Sine",
     "Skin",
     "Sliding",
@@ -66,6 +81,7 @@ __all__ = [
     "SuspendedSensor",
     "System",
     "Touch",
+    "Timing",
     "TrackerController",
     "bench",
     "check_system",

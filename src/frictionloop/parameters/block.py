@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
@@ -26,8 +25,3 @@ class Block(BaseModel):
     model_config = ConfigDict(
         frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True, validate_default=True
     )
-
-
-def default_kind(kind: str) -> BeforeValidator:
-    """Return what reads a block without a ``kind`` as one of this kind."""
-    return BeforeValidator(lambda value: {"kind": kind, **value} if isinstance(value, Mapping) else value)

@@ -6,8 +6,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from frictionloop.parameters.block import NotNegative, Number, default_kind
+from frictionloop.parameters.block import NotNegative, Number
 from frictionloop.parameters.filtered import FilteredPiController, NotchPiController
+from frictionloop.parameters.kinds import Kinds
 from frictionloop.parameters.observing import ObserverController, SuperTwistingController
 from frictionloop.parameters.timing import Timing
 from frictionloop.parameters.tracking import TrackerController
@@ -50,15 +51,16 @@ class OracleController(Timing):
     """
 
 
-Controller = Annotated[
-    PiController
-    | LookupController
-    | OracleController
-    | FilteredPiController
-    | NotchPiController
-    | ObserverController
-    | SuperTwistingController
-    | TrackerController,
-    Field(discriminator="kind"),
-    default_kind("pi"),
-]
+CONTROLLERS = Kinds(
+    Timing,
+    PiController,
+    LookupController,
+    OracleController,
+    FilteredPiController,
+    NotchPiController,
+    ObserverController,
+    SuperTwistingController,
+    TrackerController,
+    default="pi",
+)
+Controller = Annotated[Timing, CONTROLLERS]

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import os
-import re
 import tomllib
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from frictionloop.parameters import presets
 from frictionloop.parameters.description import Description
 from frictionloop.parameters.system import System, check_system
 from frictionloop.quantities import FrictionloopError, replacing, unit_of
 
+if TYPE_CHECKING:
+    from tomlkit.items import Table
+
 Design = TypeVar("Design", bound=Description)
 SCHEMA = 1
 """Version of the parameter file and of the run file; a newer one is refused."""
-_TO_ESCAPE = re.compile(r'[\x00-\x1f"\\\x7f]')
 PRESETS = {"paper": presets.paper, "feasible": presets.feasible, "bench": presets.bench}
 
 
@@ -127,33 +128,28 @@ def to_toml(system: Description) -> str:
     """
     if not isinstance(system, Description):
         check_system(system)
-    lines = [f"schema = {SCHEMA}"]
+    import tomlkit
+
+    file = tomlkit.document()
+    file.add("schema", tomlkit.item(SCHEMA))
     for name, block in system.model_dump().items():
-        lines += ["", *_table(name, block)]
-    return "\n".join(lines) + "\n"
+        file.add(name, _table(block))
+    return file.as_string()
 
 
-def _table(name: str, block: dict[str, Any]) -> list[str]:
-    lines = [f"[{name}]"]
-    # What follows depends on the kind, which an inherited value may precede.
-    for key, value in sorted(block.items(), key=lambda item: item[0] != "kind"):
-        if value is not None and not isinstance(value, dict):
-            unit = unit_of(key)
-            lines.append(f"{key} = {_literal(value)}" + (f"  # {unit}" if unit else ""))
-    for key, value in block.items():
+def _table(block: dict[str, Any]) -> Table:
+    import tomlkit
+
+    table = tomlkit.table(is_super_table=False)
+    # What follows depends on the kind, which an inherited value may precede; tables end a table.
+    for key, value in sorted(block.items(), key=lambda item: (isinstance(item[1], dict), item[0] != "kind")):
         if isinstance(value, dict):
-            lines += ["", *_table(f"{name}.{key}", value)]
-    return lines
-
-
-def _literal(value: Any) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, str):
-        return '"' + _TO_ESCAPE.sub(lambda match: f"\\u{ord(match[0]):04x}", value) + '"'
-    if isinstance(value, (tuple, list)):
-        return "[" + ", ".join(map(_literal, value)) + "]"
-    return repr(value)
+            table.add(key, _table(value))
+        elif value is not None:
+            table.add(key, tomlkit.item(value))
+            if unit := unit_of(key):
+                table[key].comment(unit).trivia.comment_ws = "  "
+    return table
 
 
 def write_toml(system: Description, path: str | os.PathLike[str]) -> None:

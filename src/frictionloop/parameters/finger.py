@@ -6,8 +6,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from frictionloop.parameters.block import Block, NotNegative, Number, Positive, default_kind
-from frictionloop.parameters.plant import Friction, FrictionLaw
+from frictionloop.parameters.block import Block, NotNegative, Number, Positive
+from frictionloop.parameters.kinds import Kinds
+from frictionloop.parameters.plant import Friction, FrictionLaw, FrictionLimit
 
 
 class FingerFriction(FrictionLaw):
@@ -30,7 +31,7 @@ class FingerFriction(FrictionLaw):
     static_ratio: Annotated[Number, Field(ge=1, le=5)] = 1.0
     """Limit of a tip that sticks over that of one that slides; 1 is none, above it slow fingers stick and slip.
 
-    1.4 on one measured finger (docs/finger-validation), 1.5 in physics models of fingers; none is assumed.
+    1.4 on one measured finger (studies/pages/finger-validation), 1.5 in physics models of fingers; none is assumed.
     """
     static_mm_s: Positive = 2.0
     """Slip speed over which the static share fades, as e^-(v/vs)^2 (assumed)."""
@@ -78,5 +79,6 @@ class Skin(Block):
         return k * s0 / (k + s0)
 
 
-Finger = Annotated[RigidFinger | Skin, Field(discriminator="kind"), default_kind("rigid")]
-AnyFriction = Annotated[Friction | FingerFriction, Field(discriminator="kind"), default_kind("gaussian")]
+Finger = Annotated[RigidFinger | Skin, Kinds(Block, RigidFinger, Skin, default="rigid")]
+FRICTIONS = Kinds(FrictionLimit, Friction, FingerFriction, default="gaussian")
+AnyFriction = Annotated[FrictionLimit, FRICTIONS]

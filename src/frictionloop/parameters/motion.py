@@ -6,7 +6,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from frictionloop.parameters.block import Block, NotNegative, Number, Positive, Whole, default_kind
+from frictionloop.parameters.block import Block, NotNegative, Number, Positive, Whole
+from frictionloop.parameters.kinds import Kinds
 
 TURN_SHARE = 0.625
 """Distance covered in a reversal over that at full speed for as long, 5/8 (physics/motion)."""
@@ -89,4 +90,4 @@ class Strokes(Block):
         return 2.0 * (self.plateau_s + self.reversal_s)
 
 
-Motion = Annotated[Sliding | Strokes, Field(discriminator="kind"), default_kind("sliding")]
+Motion = Annotated[Sliding | Strokes, Kinds(Block, Sliding, Strokes, default="sliding")]

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from frictionloop.parameters.block import Block, NotNegative, Positive, Whole, default_kind
+from frictionloop.parameters.block import Block, NotNegative, Positive, Whole
+from frictionloop.parameters.kinds import Kinds
 
 
 def _halved(ticks: int) -> int:
@@ -19,11 +20,21 @@ def _halved(ticks: int) -> int:
 PulseTicks = Annotated[Whole, Field(ge=0, le=65536), AfterValidator(_halved)]
 
 
-class FrictionLaw(Block):
-    """Friction under ultrasonic vibration, f = f0 exp(-tau a^2) + d (paper, eq. 1)."""
+class FrictionLimit(Block):
+    """What every friction law has, also one from outside: the friction force without vibration."""
 
     nominal_n: Positive = 0.8
     """Nominal friction force f0 at rest of the plate (paper, Sec. 2.1)."""
+    if TYPE_CHECKING:
+
+        @property
+        def kind(self) -> str:
+            """Name of the law."""
+
+
+class FrictionLaw(FrictionLimit):
+    """Friction under ultrasonic vibration, f = f0 exp(-tau a^2) + d (paper, eq. 1)."""
+
     susceptibility_per_um2: Positive = 0.38
     """Susceptibility tau to ultrasonic levitation (paper, Sec. 2.1)."""
 
@@ -110,5 +121,5 @@ class SuspendedSensor(Block):
         return 2.0 * self.range_n / 2.0**self.adc_bits
 
 
-Plate = Annotated[LowpassPlate | ResonantPlate, Field(discriminator="kind"), default_kind("lowpass")]
-Sensor = Annotated[LowpassSensor | SuspendedSensor, Field(discriminator="kind"), default_kind("lowpass")]
+Plate = Annotated[LowpassPlate | ResonantPlate, Kinds(Block, LowpassPlate, ResonantPlate, default="lowpass")]
+Sensor = Annotated[LowpassSensor | SuspendedSensor, Kinds(Block, LowpassSensor, SuspendedSensor, default="lowpass")]

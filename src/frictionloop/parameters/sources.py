@@ -2,14 +2,42 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+import math
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+import numpy as np
+from pydantic import BeforeValidator, Field, model_validator
 
 from frictionloop.parameters.block import Block, NotNegative, Number, Positive
+from frictionloop.parameters.kinds import Kinds
 
 
-class Constant(Block):
+class Signal(Block):
+    """A force over time. One from outside is a subclass with a ``kind`` and a function ``force_n(time_s)``."""
+
+    if TYPE_CHECKING:
+
+        @property
+        def kind(self) -> str:
+            """Name of the signal."""
+
+    @property
+    def longest_s(self) -> float:
+        """How long the signal lasts, s; a run past its end is refused."""
+        return math.inf
+
+    def force_n(self, time_s: np.ndarray) -> np.ndarray:
+        """Return the force in N at times in s, an array of the same shape; of the kinds of this package, `evaluate`."""
+        raise NotImplementedError(f"{type(self).__name__}.force_n(time_s) is missing")
+
+
+def _listed(values: Any) -> Any:
+    """Return an array as a list; other things as they are."""
+    array = getattr(values, "values", values)
+    return array.tolist() if isinstance(array, np.ndarray) else values
+
+
+class Constant(Signal):
     """f(t) = offset."""
 
     kind: Literal["constant"] = "constant"
@@ -17,7 +45,7 @@ class Constant(Block):
     """Level of the force."""
 
 
-class Sine(Block):
+class Sine(Signal):
     """f(t) = offset + amplitude sin(2 pi frequency t)."""
 
     kind: Literal["sine"] = "sine"
@@ -29,7 +57,7 @@ class Sine(Block):
     """Frequency."""
 
 
-class LogSweep(Block):
+class LogSweep(Signal):
     """f(t) = offset + amplitude sin(2 pi f1 T/L (exp(L t/T) - 1)), L = ln(f2/f1): a sweep of equal time per octave."""
 
     kind: Literal["log_sweep"] = "log_sweep"
@@ -44,6 +72,11 @@ class LogSweep(Block):
     sweep_s: Positive = 10.0
     """Duration T of the sweep; a run longer than this is refused."""
 
+    @property
+    def longest_s(self) -> float:
+        """T."""
+        return self.sweep_s
+
     @model_validator(mode="after")
     def _two_frequencies(self) -> Self:
         if self.start_hz == self.stop_hz:
@@ -51,7 +84,7 @@ class LogSweep(Block):
         return self
 
 
-class Steps(Block):
+class Steps(Signal):
     """f(t) = levels[k] from times[k] on; a step lands on the first control period at or after its time."""
 
     kind: Literal["steps"] = "steps"
@@ -71,7 +104,7 @@ class Steps(Block):
         return self
 
 
-class ColouredNoise(Block):
+class ColouredNoise(Signal):
     """f(t) = offset + rms * n(t), n Gaussian of unit variance with a power spectrum falling as 1/f^exponent."""
 
     kind: Literal["noise"] = "noise"
@@ -93,7 +126,7 @@ class ColouredNoise(Block):
         return self
 
 
-class Recording(Block):
+class Recording(Signal):
     """f(t) = offset + scale * column(t), linear between the recorded samples; a run past the end is refused."""
 
     kind: Literal["recording"] = "recording"
@@ -123,11 +156,38 @@ class Recording(Block):
         return self
 
 
-Source = Annotated[Constant | Sine | LogSweep | Steps | ColouredNoise | Recording, Field(discriminator="kind")]
+class Samples(Signal):
+    """f(t) = values[k] at t = k / rate, linear between; a run past the last one is refused."""
+
+    kind: Literal["samples"] = "samples"
+    values_n: Annotated[tuple[Number, ...], BeforeValidator(_listed), Field(min_length=2)]
+    """Forces: a list, a NumPy array or an xarray variable of one dimension."""
+    rate_hz: Positive
+    """Samples per second."""
+
+    def force_n(self, time_s: np.ndarray) -> np.ndarray:
+        """Return the force at times in s."""
+        known = np.arange(len(self.values_n)) / self.rate_hz
+        return np.interp(time_s, known, self.values_n)
+
+    @property
+    def longest_s(self) -> float:
+        """Time of the last sample."""
+        return (len(self.values_n) - 1) / self.rate_hz
 
 
-def largest_n(source: Source) -> float:
-    """Return the largest magnitude of a signal in N; of noise and recordings only that of the offset is known."""
+SOURCES = Kinds(Signal, Constant, Sine, LogSweep, Steps, ColouredNoise, Recording, Samples)
+Source = Annotated[Signal, SOURCES]
+
+
+def largest_n(source: Signal) -> float:
+    """Return the largest magnitude of a signal in N; of noise and recordings only that of the offset is known.
+
+    Nothing is known of a signal from outside: 0.
+    """
     if isinstance(source, Steps):
         return max(abs(level) for level in source.levels_n)
-    return abs(source.offset_n) + (abs(source.amplitude_n) if isinstance(source, Sine | LogSweep) else 0.0)
+    if isinstance(source, Samples):
+        return max(map(abs, source.values_n))
+    known = abs(getattr(source, "offset_n", 0.0))
+    return known + (abs(source.amplitude_n) if isinstance(source, Sine | LogSweep) else 0.0)

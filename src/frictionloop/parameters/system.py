@@ -13,7 +13,7 @@ from frictionloop.parameters.controller import Controller
 from frictionloop.parameters.description import Description
 from frictionloop.parameters.finger import AnyFriction, Finger, RigidFinger
 from frictionloop.parameters.motion import Motion, Sliding
-from frictionloop.parameters.plant import Plate, Sensor, SuspendedSensor
+from frictionloop.parameters.plant import FrictionLaw, Plate, Sensor, SuspendedSensor
 from frictionloop.parameters.sources import Source, largest_n
 from frictionloop.parameters.touch import Touch
 from frictionloop.quantities import FrictionloopError
@@ -48,6 +48,8 @@ class System(Description):
 
     @model_validator(mode="after")
     def _some_friction_is_left(self) -> Self:
+        if not isinstance(self.friction, FrictionLaw):
+            return self
         fall = self.friction.susceptibility_per_um2 * (self.plate.max_amplitude_um * self.plate.max_amplitude_um)
         if not fall <= _STEEPEST:
             raise ValueError(

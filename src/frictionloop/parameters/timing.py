@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
@@ -12,6 +12,12 @@ from frictionloop.parameters.model import Model
 
 class Timing(Block):
     """What all controllers have: when they run, and what they believe of the plant."""
+
+    if TYPE_CHECKING:
+
+        @property
+        def kind(self) -> str:
+            """Name of the law."""
 
     rate_hz: Annotated[Number, Field(gt=0, le=1e9)] = 5000.0
     """Rate of the control periods (paper, Sec. 4.1: "5 kHz timer")."""

@@ -27,10 +27,6 @@ class LoadCells(Block):
     """Standard deviation of one sample of one cell (assumed)."""
     length_mm: Positive = 255.0
     """Distance between cells along the stroke (paper, Sec. 4.1: the plate's length)."""
-    width_mm: Positive = 140.0
-    """Distance between cells across the stroke (paper, Sec. 4.1: the plate's width)."""
-    height_mm: NotNegative = 3.0
-    """Height of the touched face above the cells, through which friction tilts the plate (assumed: its thickness)."""
     touch_n: Positive = 0.02
     """Least measured load that counts as touch (assumed: ten standard deviations of its noise)."""
     touch_share: Annotated[Number, Field(ge=0, lt=1)] = 0.7

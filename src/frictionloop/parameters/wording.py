@@ -8,6 +8,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
+from frictionloop.parameters.kinds import Kinds
 from frictionloop.quantities import unit_of
 
 Model = type[BaseModel]
@@ -15,8 +16,11 @@ Model = type[BaseModel]
 
 def kinds_of(system: Model, block: str) -> list[Model]:
     """Return the parameter classes a block of the System may be."""
-    annotation = system.model_fields[block].annotation
-    return list(getattr(annotation, "__args__", (annotation,)))
+    field = system.model_fields[block]
+    for each in field.metadata:
+        if isinstance(each, Kinds):
+            return list(each.models.values())
+    return list(getattr(field.annotation, "__args__", (field.annotation,)))
 
 
 def known_names(system: Model, tree: Mapping[str, Any]) -> list[str]:

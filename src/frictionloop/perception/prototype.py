@@ -10,10 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
-from frictionloop.perception.checks import Array
-from frictionloop.perception.thresholds import HIGHEST_HZ, LOWEST_HZ, displacement_threshold_um
+from frictionloop.perception.thresholds import HIGHEST_HZ, LOWEST_HZ
+from frictionloop.quantities.checks import Array
 
 Complex = NDArray[np.complex128]
 
@@ -21,8 +20,6 @@ HIGHPASS_HZ = 0.7
 """Corner of the second-order Butterworth high-pass that keeps mean and drift out, 0.9 dB down at 1 Hz (assumed)."""
 GRID_HZ = np.geomspace(LOWEST_HZ, HIGHEST_HZ, 400)
 """Where the gain is compared with the table: evenly spaced in log f."""
-_START = ((4.0, 1.0), (40.0, 1.0), (10.0, 1.0), (200.0, 1.0), (300.0, 1.0))
-_ZEROS = 2
 
 
 class Prototype(NamedTuple):
@@ -41,23 +38,7 @@ PROTOTYPE = Prototype(
     zeros=((4.59950, 0.948633), (28.5841, 0.781175)),
     poles=((9.26504, 1.13138), (187.647, 0.592466), (297.210, 0.434460)),
 )
-"""What `fit_prototype` returns, rounded: 0.11 dB rms and 0.43 dB at most from the table, 1 to 500 Hz."""
-
-
-def fit_prototype() -> Prototype:
-    """Return the filter nearest to 1 / x_th(f) from 1 to 500 Hz, by least squares in dB over log f.
-
-    Unknown are the gain and, of two pairs of zeros and three pairs of poles, the logarithms of frequency and
-    damping ratio: poles and zeros stay in the left half plane, the filter is stable and of minimum phase.
-    """
-    target = -20 * np.log10(displacement_threshold_um(GRID_HZ))
-
-    def error_db(unknown: Array) -> Array:
-        return gain_db(_prototype(unknown), GRID_HZ) - target
-
-    start = np.log([0.04, *np.ravel(_START)])
-    found = least_squares(error_db, start, ftol=1e-13, xtol=1e-13, gtol=1e-13)
-    return _prototype(found.x)
+"""A least-squares fit, rounded: 0.11 dB rms and 0.43 dB at most from the table, 1 to 500 Hz."""
 
 
 def gain_db(prototype: Prototype, frequency_hz: Array) -> Array:
@@ -78,9 +59,3 @@ def roots_of(corner_hz: float, damping: float) -> Complex:
         far = -omega * (damping + math.sqrt(damping**2 - 1))
         return np.array([omega**2 / far, far], dtype=complex)
     return omega * (-damping + 1j * math.sqrt(1 - damping**2) * np.array([1, -1]))
-
-
-def _prototype(unknown: Array) -> Prototype:
-    gain, *rest = np.exp(unknown).tolist()
-    pairs = list(zip(rest[::2], rest[1::2], strict=True))
-    return Prototype(gain, tuple(sorted(pairs[:_ZEROS])), tuple(sorted(pairs[_ZEROS:])))

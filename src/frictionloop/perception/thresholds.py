@@ -9,8 +9,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from frictionloop.perception.checks import Array, number, numbers
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.checks import Array, number, numbers
 
 LOWEST_HZ, HIGHEST_HZ = 1.0, 500.0
 """The range of the threshold table, and so of the index D."""

@@ -9,17 +9,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.signal import sosfreqz
 
-from frictionloop.perception.checks import Array, number, numbers
 from frictionloop.perception.prototype import GRID_HZ, HIGHPASS_HZ, PROTOTYPE, Complex, gain_db, roots_of
 from frictionloop.perception.thresholds import Fingertip, Impedance, force_threshold_n, impedance
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.checks import Array, number, numbers
 
 RATES_HZ = (1200.0, 200_000.0)
 """Sampling rates that the filter is made for."""
 ERROR_DB = 0.45
 """Largest distance between the filter's gain and 1 / F_th from 1 to 500 Hz; 0.12 dB rms over log f (tested)."""
-SETTLING_S = 2.0
-"""After so long a step in the residual has decayed to 1/400 in the high-pass, the slowest part (tested)."""
 
 
 def weighting_sos(rate_hz: float, finger: Impedance | None = None) -> Array:
@@ -52,25 +50,6 @@ def weighting_sos(rate_hz: float, finger: Impedance | None = None) -> Array:
     return _sections(number("rate_hz", rate_hz, "Hz", *RATES_HZ), *impedance(finger or Fingertip())).copy()
 
 
-def weighting_error_db(rate_hz: float, finger: Impedance | None = None, frequency_hz: ArrayLike | None = None) -> Array:
-    """Return 20 log10 (|H(f)| F_th(f)), how far the filter is off the thresholds.
-
-    Parameters
-    ----------
-    rate_hz, finger
-        As in `weighting_sos`.
-    frequency_hz
-        Frequencies in Hz, 1 to 500, of any shape; None is 400 frequencies evenly spaced in log f.
-
-    Raises
-    ------
-    FrictionloopError
-        As `weighting_sos` and `force_threshold_n`.
-    """
-    frequency = GRID_HZ if frequency_hz is None else numbers("frequency_hz", frequency_hz, "Hz")
-    return _error_db(weighting_sos(rate_hz, finger), rate_hz, finger or Fingertip(), frequency)
-
-
 def felt_power(frequency_hz: ArrayLike, rate_hz: float) -> Array:
     """Return |H(f)|^2, about 1 / F_th(f)^2 in 1/N^2: D^2 is the integral of it times the density of a residual.
 
@@ -88,33 +67,6 @@ def felt_power(frequency_hz: ArrayLike, rate_hz: float) -> Array:
     """
     rate = max(rate_hz, RATES_HZ[0])
     return _gain(weighting_sos(rate), rate, numbers("frequency_hz", frequency_hz, "Hz")) ** 2
-
-
-def settled_state(sos: Array, first_n: ArrayLike = 0.0) -> Array:
-    """Return the state of the filter after a constant residual, so that a mean does not enter as a step.
-
-    The high-pass blocks a constant: its section holds s1 = -b0 x and s2 = b2 x, all others hold 0.
-
-    Parameters
-    ----------
-    sos
-        From `weighting_sos`.
-    first_n
-        First residual x in N, of any shape, one per lane.
-
-    Returns
-    -------
-    s1 and s2 of each section, shape (sections, ..., 2): the ``zi`` of `scipy.signal.sosfilt`.
-
-    Raises
-    ------
-    FrictionloopError
-        For a residual that is no number or not finite.
-    """
-    first = numbers("first_n", first_n, "N")
-    state = np.zeros((len(sos), *first.shape, 2))
-    state[0, ..., 0], state[0, ..., 1] = -sos[0, 0] * first, sos[0, 2] * first
-    return state
 
 
 @lru_cache(maxsize=4096)

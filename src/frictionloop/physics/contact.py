@@ -7,7 +7,6 @@ covered in a step, so that a law needs one division per pass. docs/contact.md de
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +14,7 @@ import numpy as np
 from frictionloop.parameters import Skin
 from frictionloop.physics.skin import SKIN_DAMPING_N_S_PER_M, SKIN_MASS_KG, SKIN_STIFFNESS_N_PER_M
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.checks import ABOVE_0, numbers
 
 BRISTLE_STIFFNESS_N_PER_M, BRISTLE_DAMPING_N_S_PER_M = Skin().bristle_stiffness_n_m, Skin().bristle_damping_n_s_m
 """s0 and s1 where none are given; sources in parameters/finger."""
@@ -87,12 +87,12 @@ def contact_coefficients(
         For a value that is not finite or out of range, or shapes that do not broadcast.
     """
     given = [
-        _checked("dt", dt, "s"),
-        _checked("skin_stiffness_n_per_m", skin_stiffness_n_per_m, "N/m"),
-        _checked("skin_damping_n_s_per_m", skin_damping_n_s_per_m, "N s/m", zero=True),
-        _checked("skin_mass_kg", skin_mass_kg, "kg"),
-        _checked("bristle_stiffness_n_per_m", bristle_stiffness_n_per_m, "N/m"),
-        _checked("bristle_damping_n_s_per_m", bristle_damping_n_s_per_m, "N s/m", zero=True),
+        numbers("dt", dt, "s", ABOVE_0),
+        numbers("skin_stiffness_n_per_m", skin_stiffness_n_per_m, "N/m", ABOVE_0),
+        numbers("skin_damping_n_s_per_m", skin_damping_n_s_per_m, "N s/m", 0.0),
+        numbers("skin_mass_kg", skin_mass_kg, "kg", ABOVE_0),
+        numbers("bristle_stiffness_n_per_m", bristle_stiffness_n_per_m, "N/m", ABOVE_0),
+        numbers("bristle_damping_n_s_per_m", bristle_damping_n_s_per_m, "N s/m", 0.0),
     ]
     try:
         h, k, c, m, s0, s1 = np.broadcast_arrays(*given)
@@ -114,21 +114,3 @@ def contact_coefficients(
         "guard": damping,
     }
     return ContactCoefficients(**(values if h.shape else {name: float(value) for name, value in values.items()}))
-
-
-def bristle_energy_j(bristle_m: np.ndarray | float, bristle_stiffness_n_per_m: np.ndarray | float) -> np.ndarray:
-    """Return s0 z^2/2 in J, what the bristle holds, for deflections z in m of any shape and s0 in N/m."""
-    return np.asarray(bristle_stiffness_n_per_m * np.square(bristle_m) / 2.0)
-
-
-def _checked(name: str, values: object, unit: str, zero: bool = False) -> np.ndarray:
-    """Return values as an array, refusing what is no finite number, negative, or zero unless it may be."""
-    accepted = f"must be finite and {'at least' if zero else 'above'} 0"
-    try:
-        found = np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        raise FrictionloopError(f"{name} = {values!r}: must be a number or an array of numbers in {unit}") from None
-    wrong = found[~(np.isfinite(found) & (found >= (0.0 if zero else math.ulp(0.0))))]
-    if wrong.size:
-        raise FrictionloopError(f"{name} = {wrong.flat[0]:g} {unit}: {accepted}")
-    return found

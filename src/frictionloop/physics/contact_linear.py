@@ -10,6 +10,7 @@ import math
 
 from frictionloop.physics.contact import BRISTLE_DAMPING_N_S_PER_M, BRISTLE_STIFFNESS_N_PER_M
 from frictionloop.quantities import FrictionloopError, Lti
+from frictionloop.quantities.checks import ABOVE_0, number
 
 
 def linearise_dahl(
@@ -55,9 +56,7 @@ def linearise_lugre(
         For a value out of range.
     """
     relaxation_s = _relaxation_s(limit_n, speed_m_s, bristle_stiffness_n_per_m)
-    s1 = bristle_damping_n_s_per_m
-    if not (math.isfinite(s1) and s1 >= 0.0):
-        raise FrictionloopError(f"bristle_damping_n_s_per_m = {s1:g} N s/m: must be finite and at least 0")
+    s1 = number("bristle_damping_n_s_per_m", bristle_damping_n_s_per_m, "N s/m", 0.0)
     effective = s1 / (1.0 + s1 * abs(speed_m_s) / (4.0 * limit_n))
     return Lti((effective / bristle_stiffness_n_per_m, 1.0), (relaxation_s, 1.0))
 
@@ -68,12 +67,8 @@ def linearise_slider() -> Lti:
 
 
 def _relaxation_s(limit_n: float, speed_m_s: float, bristle_stiffness_n_per_m: float) -> float:
-    for name, value, unit in (
-        ("limit_n", limit_n, "N"),
-        ("bristle_stiffness_n_per_m", bristle_stiffness_n_per_m, "N/m"),
-    ):
-        if not (math.isfinite(value) and value > 0.0):
-            raise FrictionloopError(f"{name} = {value:g} {unit}: must be finite and above 0")
+    number("limit_n", limit_n, "N", ABOVE_0)
+    number("bristle_stiffness_n_per_m", bristle_stiffness_n_per_m, "N/m", ABOVE_0)
     if not (math.isfinite(speed_m_s) and speed_m_s != 0.0):
         raise FrictionloopError(f"speed_m_s = {speed_m_s:g} m/s: must be finite and not 0")
     return limit_n / (bristle_stiffness_n_per_m * abs(speed_m_s))

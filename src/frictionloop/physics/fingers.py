@@ -17,6 +17,7 @@ from frictionloop.physics.friction import halving_amplitude_um
 from frictionloop.physics.friction_limit import limit_coefficients, limit_step
 from frictionloop.physics.vibration import vibrated_step
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.checks import number
 from frictionloop.quantities.normals import normals
 
 POPULATION_STREAM = 21
@@ -100,8 +101,7 @@ def reach(values: Mapping[str, Any], max_amplitude_um: float = 2.5, contact_s: f
         For a value out of its range.
     """
     for name, value, unit in (("max_amplitude_um", max_amplitude_um, "um"), ("contact_s", contact_s, "s")):
-        if not (math.isfinite(value) and value >= 0):
-            raise FrictionloopError(f"{name} = {value!r} {unit}: must be finite and at least 0")
+        number(name, value, unit, 0.0)
     friction, motion = _block(FingerFriction, "friction", values), _block(Strokes, "motion", values)
     y = max_amplitude_um / float(halving_amplitude_um(friction.susceptibility_per_um2))
     states = _extremes(friction, y * y * math.log(2.0), -math.expm1(-contact_s / friction.occlusion_s))

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-import math
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeGuard
 
 import numpy as np
 
-from frictionloop.parameters import FrictionLaw, System, check_system
+from frictionloop.parameters import FrictionLaw, FrictionLimit, System, check_system
+from frictionloop.physics.vibration import GAUSSIAN, Vibration, inverse_of, vibration_of
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.arithmetic import exp2, step
+from frictionloop.quantities.checks import as_numbers, numbers
+
+LARGEST_UM = 1000.0
+"""Largest amplitude that is searched for (assumed: far beyond any plate)."""
 
 
 @step
@@ -23,42 +27,86 @@ def halving_amplitude_um(susceptibility_per_um2: np.ndarray | float) -> np.ndarr
     return np.sqrt(np.log(2.0) / np.asarray(susceptibility_per_um2))
 
 
-def friction_force(amplitude_um: np.ndarray | float, friction: FrictionLaw) -> np.ndarray:
-    """Return g(a) = f0 exp(-tau a^2) in N, equation (1) without d (paper, Sec. 2.1).
+class Held(NamedTuple):
+    """A friction law of any kind under a finger whose limit and moisture stay as they are."""
+
+    nominal_n: float
+    vibration: Vibration
+    coefficients: Any
+    occluded: float = 0.0
+
+
+Law = FrictionLimit | Held
+
+
+def held(friction: FrictionLimit, factor: float = 1.0, occluded: float = 0.0) -> Held:
+    """Return the law of friction parameters, its limit times a factor."""
+    law = vibration_of(friction)
+    return Held(friction.nominal_n * factor, law, law.coefficients_of(friction), occluded)
+
+
+def is_gaussian(friction: Law) -> TypeGuard[FrictionLaw]:
+    """Tell whether equation (1) describes a law."""
+    return isinstance(friction, FrictionLaw) and vibration_of(friction) is GAUSSIAN
+
+
+def friction_force(amplitude_um: np.ndarray | float, friction: Law) -> np.ndarray:
+    """Return g(a) in N, for equation (1) f0 exp(-tau a^2) without d (paper, Sec. 2.1).
 
     Parameters
     ----------
     amplitude_um : array or float
         Vibration amplitudes a >= 0 in um, zero-to-peak, of any shape.
-    friction : FrictionLaw
-        f0 and tau.
+    friction : FrictionLimit
+        f0 and what its kind has besides.
 
     Raises
     ------
     FrictionloopError
         For an amplitude that is negative or not finite.
     """
-    _numbers("amplitude_um", amplitude_um, "um", least=0.0)
-    return friction.nominal_n * np.exp(-friction.susceptibility_per_um2 * np.square(amplitude_um))
+    numbers("amplitude_um", amplitude_um, "um", 0.0)
+    if is_gaussian(friction):
+        return friction.nominal_n * np.exp(-friction.susceptibility_per_um2 * np.square(amplitude_um))
+    nominal_n, law, coefficients, occluded = friction if isinstance(friction, Held) else held(friction)
+    shares = [law.step(float(a), occluded, coefficients) for a in np.ravel(amplitude_um)]
+    return nominal_n * np.reshape(shares, np.shape(amplitude_um))
 
 
-def amplitude_for(force_n: np.ndarray | float, friction: FrictionLaw) -> np.ndarray:
-    """Return the amplitude a = sqrt(ln(f0/f)/tau) in um at which g(a) = f, the inverse of equation (1).
+def slope_per_um2(amplitude_um: float, friction: Law) -> float:
+    """Return dg/d(a^2) in N/um^2, in closed form for equation (1), else by differences of a ten-thousandth."""
+    if is_gaussian(friction):
+        return -friction.susceptibility_per_um2 * float(friction_force(amplitude_um, friction))
+    square = amplitude_um * amplitude_um
+    step = 1e-4 * max(square, 1e-2)
+    low, high = max(square - step, 0.0), square + step
+    forces = friction_force(np.sqrt([low, high]), friction)
+    return float(forces[1] - forces[0]) / (high - low)
+
+
+def amplitude_for(force_n: np.ndarray | float, friction: Law) -> np.ndarray:
+    """Return the amplitude in um at which g(a) = f: for equation (1) sqrt(ln(f0/f)/tau).
 
     Parameters
     ----------
     force_n : array or float
         Friction forces f in N, 0 < f <= f0, of any shape; outside this range no amplitude exists, which gives NaN.
-    friction : FrictionLaw
-        f0 and tau.
+    friction : FrictionLimit
+        f0 and what its kind has besides; of a law from outside amplitudes up to 1 mm are searched.
 
     Raises
     ------
     FrictionloopError
         For forces that are not numbers.
     """
-    force = _numbers("force_n", force_n, "N", finite=False)
+    force = as_numbers("force_n", force_n, "N")
     inside = (force > 0) & (force <= friction.nominal_n)
+    if not is_gaussian(friction):
+        nominal_n, law, coefficients, occluded = friction if isinstance(friction, Held) else held(friction)
+        inverse = inverse_of(law)
+        given = [inverse(nominal_n, float(f), occluded, LARGEST_UM, coefficients) for f in force.ravel()]
+        found = np.reshape(given, force.shape)
+        return np.where(inside & (found < 0.999 * LARGEST_UM), found, np.nan)
     exponent = np.log(friction.nominal_n / np.where(inside, force, 1.0))
     return np.where(inside, np.sqrt(np.abs(exponent) / friction.susceptibility_per_um2), np.nan)
 
@@ -89,21 +137,8 @@ def reachable(system: System, disturbance_n: np.ndarray | float = 0.0) -> Band:
         For what is not a System, or a disturbance that is empty or not finite.
     """
     check_system(system)
-    disturbance = _numbers("disturbance_n", disturbance_n, "N")
+    disturbance = numbers("disturbance_n", disturbance_n, "N")
     if disturbance.size == 0:
         raise FrictionloopError("disturbance_n is empty: must hold at least one force in N")
     floor = float(friction_force(system.plate.max_amplitude_um, system.friction))
     return Band(floor + float(disturbance.max()), system.friction.nominal_n + float(disturbance.min()))
-
-
-def _numbers(name: str, values: object, unit: str, least: float = -math.inf, finite: bool = True) -> np.ndarray:
-    """Return values as an array, refusing what is no number, not finite or below the least."""
-    try:
-        found = np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        raise FrictionloopError(f"{name} = {values!r}: must be a number or an array of numbers in {unit}") from None
-    wrong = found[~(np.isfinite(found) & (found >= least))] if finite else np.empty(0)
-    if wrong.size:
-        range_ = "" if least == -math.inf else f" and at least {least:g}"
-        raise FrictionloopError(f"{name} = {wrong[0]:g} {unit}: must be finite{range_}")
-    return found

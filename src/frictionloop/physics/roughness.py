@@ -70,10 +70,3 @@ def roughness_cells(position_m: float, per_m: float) -> tuple[int, int, float]:
 def roughness_between(fraction: float, here: float, next_: float) -> float:
     """n(x) on the line between the values of two cells."""
     return fma(fraction, next_ - here, here)
-
-
-@step
-def roughness_step(position_m: float, per_m: float, table: np.ndarray) -> float:
-    """n(x) from one table, shape (CELLS,); a kernel that keeps tables in columns uses the two steps above."""
-    cell, after, fraction = roughness_cells(position_m, per_m)
-    return roughness_between(fraction, table[cell], table[after])

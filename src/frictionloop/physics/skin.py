@@ -7,8 +7,6 @@ the step, the work F (x1 - x0) is what spring and mass gain plus what the damper
 
 from __future__ import annotations
 
-import numpy as np
-
 from frictionloop.parameters import Skin
 from frictionloop.quantities.arithmetic import fma, step
 
@@ -29,35 +27,3 @@ def free_slide_step(
 def follow_step(lag_m: float, lag_speed_m_s: float, moved_m: float, two_per_dt: float) -> tuple[float, float]:
     """x + dx, 2 dx/dt - x': lag and its speed after a step in which the lag changed by dx."""
     return lag_m + moved_m, fma(two_per_dt, moved_m, -lag_speed_m_s)
-
-
-def series_stiffness_n_per_m(
-    skin_stiffness_n_per_m: np.ndarray | float, bristle_stiffness_n_per_m: np.ndarray | float
-) -> np.ndarray:
-    """Return k s0/(k + s0), what the bone feels of a tip that sticks; rising friction follows at this times w.
-
-    Parameters
-    ----------
-    skin_stiffness_n_per_m, bristle_stiffness_n_per_m : array or float
-        k > 0 and s0 > 0 in N/m, of shapes that broadcast.
-    """
-    k, s0 = np.asarray(skin_stiffness_n_per_m), np.asarray(bristle_stiffness_n_per_m)
-    return np.asarray(k * s0 / (k + s0))
-
-
-def skin_energy_j(
-    lag_m: np.ndarray | float,
-    lag_speed_m_s: np.ndarray | float,
-    skin_stiffness_n_per_m: np.ndarray | float,
-    skin_mass_kg: np.ndarray | float,
-) -> np.ndarray:
-    """Return (k x^2 + m x'^2)/2 in J, what spring and mass of the skin hold.
-
-    Parameters
-    ----------
-    lag_m, lag_speed_m_s : array or float
-        x in m and x' in m/s, of any shape.
-    skin_stiffness_n_per_m, skin_mass_kg : array or float
-        k in N/m and m in kg.
-    """
-    return np.asarray((skin_stiffness_n_per_m * np.square(lag_m) + skin_mass_kg * np.square(lag_speed_m_s)) / 2.0)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from frictionloop.parameters import ColouredNoise, Constant, LogSweep, Recording, Sine, Source, Steps
+from frictionloop.parameters import ColouredNoise, Constant, LogSweep, Recording, Signal, Sine, Steps
 from frictionloop.quantities import FrictionloopError
 
 Sampler = Callable[[int, int], np.ndarray]
@@ -34,19 +34,14 @@ def evaluate(source: Constant | Sine | LogSweep | Steps, time_s: np.ndarray | fl
     return np.asarray(source.levels_n)[index]
 
 
-def longest_s(source: Source) -> float:
-    """Return how long a source lasts in s (infinite unless it is a sweep)."""
-    return source.sweep_s if isinstance(source, LogSweep) else math.inf
-
-
-def highest_hz(source: Source) -> float:
+def highest_hz(source: Signal) -> float:
     """Return the highest frequency of a formula in Hz (0 for what is sampled: it is linear between samples)."""
     if isinstance(source, Sine):
         return source.frequency_hz
     return max(source.start_hz, source.stop_hz) if isinstance(source, LogSweep) else 0.0
 
 
-def sampler(source: Source, rate_hz: float, seed: int, stream: int) -> Sampler | None:
+def sampler(source: Signal, rate_hz: float, seed: int, stream: int) -> Sampler | None:
     """Return the sampler of a source that is defined at control periods only, None for one that has a formula.
 
     A recording is resampled to ``rate_hz``; coloured noise is drawn for (seed, stream); a step lands on the first
@@ -60,7 +55,26 @@ def sampler(source: Source, rate_hz: float, seed: int, stream: int) -> Sampler |
         return _recorded(source, rate_hz)
     if isinstance(source, ColouredNoise):
         return _drawn(source, rate_hz, seed, stream)
-    return None
+    if isinstance(source, Constant | Sine | LogSweep):
+        return None
+    return _computed(source, rate_hz)
+
+
+def _computed(source: Signal, rate_hz: float) -> Sampler:
+    """Return the sampler of a signal that has a function of its own."""
+    what = f'{type(source).__name__}.force_n, kind "{source.kind}"'
+
+    def take(start: int, stop: int) -> np.ndarray:
+        times = np.arange(start, stop + 1) / rate_hz
+        forces = np.asarray(source.force_n(times), dtype=float)
+        if forces.shape != times.shape:
+            raise FrictionloopError(f"{what}: returned shape {forces.shape} for times of shape {times.shape}")
+        if not np.all(np.isfinite(forces)):
+            wrong = int(np.flatnonzero(~np.isfinite(forces))[0])
+            raise FrictionloopError(f"{what}: returned {forces[wrong]} N at {times[wrong]:g} s; must be finite")
+        return forces
+
+    return take
 
 
 def _recorded(recording: Recording, rate_hz: float) -> Sampler:

@@ -50,12 +50,6 @@ def tremor_step(state: TremorState, normal: float, coefficients: TremorCoefficie
     return TremorState(fma(a11, x, fma(a12, rate, b1 * normal)), fma(a21, x, fma(a22, rate, b2 * normal)))
 
 
-def resonance(frequency_hz: float, width_hz: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return A, shape (2, 2), and B, shape (2,), of d/dt (x, x') = A (x, x') + B u."""
-    omega2 = (2.0 * math.pi * frequency_hz) ** 2 + 2.0 * (math.pi * width_hz) ** 2
-    return np.array([[0.0, 1.0], [-omega2, -2.0 * math.pi * width_hz]]), np.array([0.0, 1.0])
-
-
 @lru_cache(maxsize=4096)
 def tremor_coefficients(rms: float, frequency_hz: float, width_hz: float, dt: float) -> TremorCoefficients:
     """Return the coefficients for a standard deviation, in closed form of its stationary covariance.
@@ -74,12 +68,6 @@ def tremor_coefficients(rms: float, frequency_hz: float, width_hz: float, dt: fl
     (a11, a12), (a21, a22) = transition.tolist()
     b1, b2 = (gain * drive).tolist()
     return TremorCoefficients(a11, a12, a21, a22, b1, b2)
-
-
-def covariance(coefficients: TremorCoefficients) -> np.ndarray:
-    """Return the stationary covariance of (x, x') that the coefficients keep, P = A P A' + b b', shape (2, 2)."""
-    scale, unit = _scaled_covariance(coefficients)
-    return np.asarray(scale * scale * unit)
 
 
 def tremor_start(coefficients: TremorCoefficients, seed: int, which: int = 0) -> TremorState:

@@ -13,10 +13,16 @@ from typing import Any
 
 from llvmlite import ir
 from numba import njit, types
+from numba.core.dispatcher import Dispatcher
 from numba.extending import intrinsic
 
-step = njit(error_model="numpy", forceinline=True)
+step = njit(error_model="numpy", forceinline=True, no_cfunc_wrapper=True)
 """Compile a scalar step function; division by zero gives inf as in NumPy, which keeps loops branch-free."""
+
+
+def is_compiled(function: Any) -> bool:
+    """Tell whether a function is compiled, as by `step`."""
+    return isinstance(function, Dispatcher)
 
 
 @intrinsic

@@ -1,4 +1,4 @@
-"""Libraries of the extras that talk to devices, imported where they are used."""
+"""Libraries of the extras, imported where they are used."""
 
 from __future__ import annotations
 

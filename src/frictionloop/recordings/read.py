@@ -50,7 +50,8 @@ def read_recording(recording: Recording, rate_hz: float) -> Array:
     FrictionloopError
         In one line: the file is missing, empty, damaged or of an unknown format; the column is not there (what
         is there is listed); the rate is missing, contradicts the file or is uneven (with the line of the gap);
-        a value in use is blank, not a number or not finite (with its line or index); the window is past the end.
+        a value in use is blank, not a number, not finite or in a row of too many cells (with its line or index);
+        the window is past the end.
     """
     column = _open(recording)
     used, file_hz = _used(recording, column)

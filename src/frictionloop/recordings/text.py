@@ -20,15 +20,19 @@ def read_text(recording: Recording) -> Column:
     """Return a column of a text file and, if it has a column of seconds, its rate."""
     path = recording.path
     names, rows = _table(path)
-    k = column_number(recording, names, len(names or next(rows)[1]))
+    count = len(names or next(rows)[1])
+    k = column_number(recording, names, count)
 
     def values(k: int) -> Array:
-        return np.fromiter((_number(cells, k) for _, cells in _table(path)[1]), np.float64)
+        return np.fromiter((_number(cells, k, count) for _, cells in _table(path)[1]), np.float64)
 
     def place(i: int, k: int) -> str:
         line, cells = next(islice(_table(path)[1], i, None))
+        name = names[k] if names else f"column {k}"
+        if _too_long(cells, count):
+            return f"line {line}: {name} is in a row of {len(cells)} cells, of {count} columns"
         cell = cells[k].strip() if k < len(cells) else ""
-        return f"line {line}: {names[k] if names else f'column {k}'} is {f'{cell!r:.40}' if cell else 'blank'}"
+        return f"line {line}: {name} is {f'{cell!r:.40}' if cell else 'blank'}"
 
     clock = next((names.index(name) for name in _TIME_NAMES if name in names), None)
     if k == clock:
@@ -94,12 +98,17 @@ def _is_comment(line: str) -> bool:
     return line.lstrip().startswith("#")
 
 
-def _number(cells: list[str], k: int) -> float:
+def _too_long(cells: list[str], count: int) -> bool:
+    """Return whether a row has more cells than there are columns, as a decimal comma makes them."""
+    return any(cell.strip() for cell in cells[count:])
+
+
+def _number(cells: list[str], k: int, count: int) -> float:
     try:
-        return float(cells[k])
+        return np.nan if _too_long(cells, count) else float(cells[k])
     except (ValueError, IndexError):
         return np.nan
 
 
 def _is_number(cell: str) -> bool:
-    return not np.isnan(_number([cell], 0)) or cell.strip().lower().lstrip("+-") == "nan"
+    return not np.isnan(_number([cell], 0, 1)) or cell.strip().lower().lstrip("+-") == "nan"

@@ -5,6 +5,8 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from frictionloop.quantities.extra import needed
+
 if TYPE_CHECKING:
     from frictionloop.report.build import reproduce
     from frictionloop.report.claims import Claim, Verdict, claims_table
@@ -18,4 +20,7 @@ def __getattr__(name: str) -> Any:
     """Import a name when it is first used: drawing libraries load only when something is drawn."""
     if name not in _HOME:
         raise AttributeError(f"module 'frictionloop.report' has no attribute {name!r}")
+    if name == "reproduce":
+        needed("matplotlib", "matplotlib", "report")
+        needed("jinja2", "jinja2", "report")
     return getattr(importlib.import_module(f"frictionloop.report.{_HOME[name]}"), name)

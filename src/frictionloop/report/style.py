@@ -10,6 +10,7 @@ from html import escape
 from typing import Any, ParamSpec
 
 import matplotlib as mpl
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 P = ParamSpec("P")
@@ -64,6 +65,12 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 def new_figure(width_in: float = 4.5, height_in: float = 3.2) -> Figure:
     """Return an empty figure, in inches, whose parts make room for each other."""
     return Figure(figsize=(width_in, height_in), layout="constrained")
+
+
+def arrow(axes: Axes, start: tuple[float, float], stop: tuple[float, float], color: str = BLACK) -> None:
+    """Draw the arrow of a signal."""
+    look = {"arrowstyle": "-|>", "lw": 0.9, "color": color, "shrinkA": 0, "shrinkB": 0}
+    axes.annotate("", stop, start, arrowprops=look)
 
 
 def svg(figure: Figure, name: str) -> str:

@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from frictionloop.parameters.motion import Sliding, Strokes
-from frictionloop.parameters.touch import PositionSensor, Touch
+from frictionloop.parameters.touch import Touch
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.arithmetic import fma, step
 
@@ -85,17 +85,6 @@ def touch_coefficients(touch: Touch, dt: float) -> TouchCoefficients:
         mean_gain=-math.expm1(-dt / touch.load.mean_s),
         developed_m=1e-3 * touch.load.developed_mm,
     )
-
-
-def speed_noise_m_s(sensor: PositionSensor, dt: float) -> float:
-    """Return the standard deviation of the tracked speed, (sigma/dt) sqrt(2 beta^2 / (alpha (4 - 2 alpha - beta))).
-
-    Source: variance reduction of the alpha-beta filter, Kalata, IEEE Trans. AES 20 (1984) 174-182 (quoted from memory;
-    tested against the covariance of the filter).
-    """
-    pole = math.exp(-2.0 * math.pi * sensor.tracking_hz * dt)
-    alpha, beta = 1.0 - pole * pole, (1.0 - pole) ** 2
-    return 1e-6 * sensor.noise_um / dt * beta * math.sqrt(2.0 / (alpha * (4.0 - 2.0 * alpha - beta)))
 
 
 def check_follows(motion: Sliding | Strokes, touch: Touch) -> None:

@@ -38,11 +38,6 @@ def duty_for(share: np.ndarray | float) -> np.ndarray:
     return np.asarray(np.arcsin(np.clip(share, 0.0, 1.0)) / np.pi)
 
 
-def phase_of(duty: np.ndarray | float, alignment: str) -> np.ndarray:
-    """Return by how many radians the fundamental turns with the duty: -pi D for pulses that grow from one edge."""
-    return -np.pi * np.asarray(duty) if alignment == "edge" else np.zeros_like(duty, dtype=float)
-
-
 def pulse_ticks(share: np.ndarray | float, ticks: int) -> np.ndarray:
     """Return the pulse width in ticks nearest to the duty for each share, 0 to floor(C/2)."""
     return np.minimum(np.rint(duty_for(share) * ticks), duty_levels(ticks)).astype(int)
@@ -51,13 +46,6 @@ def pulse_ticks(share: np.ndarray | float, ticks: int) -> np.ndarray:
 def share_of(width: np.ndarray | int, ticks: int) -> np.ndarray:
     """Return sin(pi width/C), the fundamental of pulses so wide as a share of the largest."""
     return np.asarray(np.sin(np.pi * np.asarray(width) / ticks))
-
-
-def harmonic(order: int, duty: np.ndarray | float) -> np.ndarray:
-    """Return the n-th harmonic (n >= 1) of pulses over the fundamental at half duty, |sin(n pi D)|/n."""
-    if order < 1 or int(order) != order:
-        raise FrictionloopError(f"order = {order}: must be a whole number from 1")
-    return np.abs(np.sin(order * np.pi * np.asarray(duty))) / order
 
 
 def amplitude_step(share: float, ticks: int) -> float:

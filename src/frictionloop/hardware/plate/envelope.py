@@ -15,7 +15,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from frictionloop.hardware.plate.checks import check_positive, check_quality
-from frictionloop.quantities import FrictionloopError, Lti
+from frictionloop.quantities import FrictionloopError
 
 
 def time_constant_s(resonance_hz: float, quality_factor: float) -> float:
@@ -92,16 +92,3 @@ def envelope(command: np.ndarray, step_s: float, pole: complex, start: complex =
     # a[k+1] = decay a[k] + (1 - decay) target[k]
     found, _ = lfilter([0.0, 1.0 - decay], [1.0, -decay], target, zi=np.array([start + 0j]))
     return np.asarray(found)
-
-
-def linearise_envelope(resonance_hz: float, quality_factor: float, detuning_hz: float = 0.0) -> Lti:
-    """Return the response of |A| to small changes of the command: second order, first order if not detuned.
-
-    With s1 = 1/T and w1 = 2 pi df, about any steady amplitude:
-    H(s) = (s1/m) (s1 s + m^2)/((s + s1)^2 + w1^2), m^2 = s1^2 + w1^2.
-    """
-    pole = envelope_pole(resonance_hz, quality_factor, detuning_hz)
-    rate, size = -pole.real, abs(pole)
-    if pole.imag == 0:
-        return Lti((1.0,), (1.0 / rate, 1.0))
-    return Lti((rate * rate / size, rate * size), (1.0, 2.0 * rate, size * size))

@@ -131,10 +131,3 @@ def peak_amplifier_v(design: SensorDesign, force_n: float) -> float:
 def thermal_v_rthz(design: SensorDesign, resistor_ohm: float) -> float:
     """Return the thermal noise of a resistor, sqrt(4 kB T R), in V/rtHz."""
     return math.sqrt(4 * Boltzmann * design.environment.temperature_k * resistor_ohm)
-
-
-def converted_n(design: SensorDesign, force_n: np.ndarray) -> np.ndarray:
-    """Return forces in N as the converter gives them: rounded to its steps, held at the ends of its span."""
-    step_n = 2 * design.adc.range_n / 2**design.adc.bits
-    half = 2 ** (design.adc.bits - 1)
-    return np.asarray(np.clip(np.round(np.asarray(force_n) / step_n), -half, half - 1) * step_n)

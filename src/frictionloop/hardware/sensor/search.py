@@ -8,9 +8,8 @@ excitation is the largest that neither the source nor the amplifiers limit.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from scipy.optimize import brentq
 
@@ -78,33 +77,6 @@ def propose_sensor(requirement: SensorRequirement, base: SensorDesign | None = N
     if found is None:
         raise FrictionloopError(limit(requirement, design, max(option.area_mm2 for option in options)))
     return SensorProposal(requirement, found, tuple(sorted(options)))
-
-
-def sensor_for_block(values: Mapping[str, Any], base: SensorDesign | None = None) -> SensorProposal:
-    """Return a geometry that has the values of a loop's ``sensor`` block of kind "suspended".
-
-    Parameters
-    ----------
-    values : mapping
-        moving_mass_kg, resonance_hz, q, cutoff_hz, noise_density_n_rthz, adc_bits and range_n.
-    base : SensorDesign, optional
-        Everything else.
-
-    Raises
-    ------
-    FrictionloopError
-        For values that no geometry has, saying what limits.
-    """
-    changes = {
-        "moving.mass_kg": values["moving_mass_kg"],
-        "moving.q": values["q"],
-        "filters.cutoff_hz": values["cutoff_hz"],
-        "adc.bits": values["adc_bits"],
-    }
-    requirement = SensorRequirement(
-        values["resonance_hz"], values["range_n"], noise_density_n_rthz=values["noise_density_n_rthz"]
-    )
-    return propose_sensor(requirement, (base or SensorDesign()).evolve(changes))
 
 
 def _with_springs(requirement: SensorRequirement, base: SensorDesign) -> SensorDesign:

@@ -8,7 +8,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from frictionloop.identification.rigs.sensor import OWN_STREAM, checked, checked_seed, reading, spring_noise, to_dataset
+from frictionloop.identification.rigs.sensor import OWN_STREAM, checked, reading, spring_noise, to_dataset
+from frictionloop.loop.timing import check_seed
 from frictionloop.parameters import SuspendedSensor
 from frictionloop.parameters.rigs import CalibrationBench
 from frictionloop.quantities import FrictionloopError
@@ -73,7 +74,7 @@ def hammer_rig(
     peak_n = checked("peak_n", peak_n, "N", 1e-9)
     interval_s = checked("interval_s", interval_s, "s", 2 / rate_hz)
     pulse_s = checked("pulse_s", pulse_s, "s", 1 / rate_hz, interval_s / 2, f" (interval_s = {interval_s:g} s)")
-    seed = checked_seed(seed)
+    seed = check_seed(seed)
     z = normals(seed, OWN_STREAM, 0, 3 * hits).reshape(3, hits)
     peaks = peak_n * np.exp(bench.hammer.peak_spread * z[0])
     durations = pulse_s * np.exp(bench.hammer.width_spread * z[1])

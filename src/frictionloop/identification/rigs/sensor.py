@@ -129,13 +129,6 @@ def checked(name: str, value: float, unit: str, least: float, most: float = math
     return number
 
 
-def checked_seed(seed: int) -> int:
-    """Return a seed, refusing what is no whole number of 64 bits."""
-    if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or not 0 <= seed < 2**64:
-        raise FrictionloopError(f"seed = {seed!r}: must be a whole number from 0 to 2^64 - 1")
-    return int(seed)
-
-
 def _root(symmetric: Array) -> Array:
     """Return R with R R^T = symmetric, whose eigenvalues may be zero or, by rounding, just below."""
     powers, directions = eigh(symmetric)

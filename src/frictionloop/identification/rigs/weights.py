@@ -14,12 +14,12 @@ from frictionloop.identification.rigs.pulley import friction_exponent, pulled
 from frictionloop.identification.rigs.sensor import (
     OWN_STREAM,
     checked,
-    checked_seed,
     held_response,
     reading,
     spring_noise,
     to_dataset,
 )
+from frictionloop.loop.timing import check_seed
 from frictionloop.parameters.rigs import CalibrationBench
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.normals import normals
@@ -72,7 +72,7 @@ def weights_rig(
     masses = _masses(masses_kg, bench)
     rate_hz = checked("rate_hz", rate_hz, "Hz", _LEAST_RATE_HZ)
     dwell_s = checked("dwell_s", dwell_s, "s", bench.weights.placing_s, why=" (weights.placing_s)")
-    seed = checked_seed(seed)
+    seed = check_seed(seed)
     each = round(dwell_s * rate_hz)
     weight_n = _tension(masses * (1 + _errors(masses, bench, seed)), each, rate_hz, bench)
     read_n = held_response(bench, pulled(weight_n, bench.pulley), rate_hz)

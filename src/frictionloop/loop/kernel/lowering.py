@@ -34,6 +34,7 @@ from frictionloop.loop.kernel.structure import (
     substeps_of,
 )
 from frictionloop.loop.kernel.traces import traces_of
+from frictionloop.loop.metric import StreamingMetric, first_rows
 from frictionloop.parameters import OracleController, System
 from frictionloop.physics.friction import halving_amplitude_um
 from frictionloop.physics.sources import Sampler
@@ -62,17 +63,18 @@ def lower(
     groups: int = 0,
     score_from: int = 0,
     traces: np.ndarray | None = None,
+    streaming: Sequence[StreamingMetric] = (),
     external: bool = False,
 ) -> Tile:
     """Return the tile that runs these systems (one, or up to ``LANES`` of equal structure) with these seeds.
 
-    ``traces`` is what a run records, ``[trace][period][lane]``.
+    ``traces`` is what a run records, ``[trace][period][lane]``; ``streaming`` are metrics from outside.
     """
     width = 1 if len(systems) == 1 else LANES
     # A tile is always full: lanes beyond the last system repeat it and are not read.
     systems = [*systems, *[systems[-1]] * (width - len(systems))]
     keys = keys_of(systems, [*seeds, *[seeds[-1]] * (width - len(seeds))])
-    first, slab = systems[0], Slab(width)
+    first, slab = systems[0], Slab(width, first_rows(streaming)[-1])
     rate, name = first.controller.rate_hz, kernel_of(first)
     _lower_friction(slab, systems)
     lates = [late_s(s) for s in systems]
@@ -121,25 +123,25 @@ def lower(
     if traces is not None:
         shared.point(trace=traces)
         shared.set(trace_size=traces.size // len(traces_of(name)))
-    set_programs(shared, first, width, setpoint, disturbance)
+    set_programs(shared, slab, first, setpoint, disturbance, streaming)
     return Tile(name, slab, shared, setpoint.take, disturbance.take)
 
 
 def _lower_friction(slab: Slab, systems: Sequence[System]) -> None:
-    nominal, susceptibility = column(
-        [s.friction for s in systems], lambda friction: (friction.nominal_n, friction.susceptibility_per_um2)
-    )
-    ceiling, ticks = column([s.plate for s in systems], lambda plate: (plate.max_amplitude_um, plate.pulse_ticks))
-    slab.view("nominal")[0] = slab.view("friction")[0] = nominal
-    unit = halving_amplitude_um(susceptibility)
-    slab.view("halving_amplitude")[:] = unit, 1.0 / unit
-    vibration = vibration_of(systems[0].friction)
+    frictions, plates = [s.friction for s in systems], [s.plate for s in systems]
+    vibration = vibration_of(frictions[0])
     effect = flat(vibration_rows(vibration))
-    slab.rows(effect)[:] = column([s.friction for s in systems], lambda f: flat(vibration.coefficients_of(f)))
+    slab.rows(effect)[:] = column(frictions, lambda f: flat(vibration.coefficients_of(f)))
+    ceiling, ticks = column(plates, lambda plate: (plate.max_amplitude_um, plate.pulse_ticks))
+    slab.view("nominal")[0] = slab.view("friction")[0] = nominal = column(frictions, lambda f: f.nominal_n)
     slab.view("max_amplitude")[0] = ceiling
-    slab.view("floor")[0] = nominal * np.exp(-susceptibility * ceiling**2)
     slab.view("pulse_ticks")[0] = ticks
     slab.view("measurement")[4] = slab.view("scored")[0] = 1.0
+    if kernel_of(systems[0]) == "quadrature":
+        susceptibility = column(frictions, lambda f: f.susceptibility_per_um2)
+        unit = halving_amplitude_um(susceptibility)
+        slab.view("halving_amplitude")[:] = unit, 1.0 / unit
+        slab.view("floor")[0] = nominal * np.exp(-susceptibility * ceiling**2)
 
 
 def _lower_controller(slab: Slab, systems: Sequence[System], external: bool) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -13,28 +14,41 @@ from frictionloop.loop.kernel.felt_tile import build_felt
 from frictionloop.loop.kernel.fixed_tile import build_fixed
 from frictionloop.loop.kernel.law_tile import build_law
 from frictionloop.loop.kernel.lower_signals import Signal
+from frictionloop.loop.kernel.metric_tile import build_metric
 from frictionloop.loop.kernel.noise_tile import build_draws
 from frictionloop.loop.kernel.oracle_tile import build_oracle
 from frictionloop.loop.kernel.paper_tile import build_paper
+from frictionloop.loop.kernel.python_law import PythonLaw, build_lookup
 from frictionloop.loop.kernel.score_tile import PERCEPTION, STEPS, build_scores
 from frictionloop.loop.kernel.shared import Shared
 from frictionloop.loop.kernel.signals import FORMULAS, build_formula, build_samples
+from frictionloop.loop.kernel.slab import Slab
 from frictionloop.loop.kernel.step_tile import build_steps
 from frictionloop.loop.kernel.structure import contact_of, is_irregular, kernel_of, moves
 from frictionloop.loop.kernel.switch_tile import build_prepare, build_tell
 from frictionloop.loop.kernel.tiles import compiled_tile
 from frictionloop.loop.kernel.timing_tile import build_keep, build_restore
 from frictionloop.loop.kernel.traces import build_record
+from frictionloop.loop.metric import StreamingMetric, first_rows
 from frictionloop.parameters import OracleController, System
 from frictionloop.physics.vibration import vibration_of
+from frictionloop.quantities.arithmetic import is_compiled
 
 
-def set_programs(shared: Shared, system: System, width: int, setpoint: Signal, disturbance: Signal) -> None:
+def set_programs(
+    shared: Shared,
+    slab: Slab,
+    system: System,
+    setpoint: Signal,
+    disturbance: Signal,
+    streaming: Sequence[StreamingMetric],
+) -> None:
     """Let a record run the tiles of a system's loop, compiled or from the disk."""
-    of = partial(_tile, width)
+    of = partial(_tile, slab.width)
     groups = shared.groups
     felt = [of(build_felt)] if groups & PERCEPTION else []
     steps = [of(build_steps)] if groups & STEPS else []
+    steps += [of(build_metric, *each) for each in zip(streaming, first_rows(streaming), strict=False)]
     if kernel_of(system) == "quadrature":
         shared.program("blocks", [*_blocks(of, setpoint, disturbance, driven=True), of(build_draws, "normals")])
         shared.program("extras", [*felt, *steps])
@@ -51,7 +65,7 @@ def set_programs(shared: Shared, system: System, width: int, setpoint: Signal, d
         shared.program("obeys", [move])
         shared.program("ticks", [sense, *scored])
     else:
-        shared.program("ticks", [sense, *_decides(of, shared, system, plant[:2]), *scored, move])
+        shared.program("ticks", [sense, *_decides(of, shared, slab, system, plant[:2]), *scored, move])
 
 
 def _tile(width: int, build: Any, *of: Any) -> int:
@@ -72,7 +86,7 @@ def _signal(of: Any, which: str, signal: Signal) -> int:
     return int(of(build_samples, which, signal.how == "held"))
 
 
-def _decides(of: Any, shared: Shared, system: System, plant: tuple[Any, ...]) -> list[int]:
+def _decides(of: Any, shared: Shared, slab: Slab, system: System, plant: tuple[Any, ...]) -> list[int]:
     """Return the tiles of a tick of the controller."""
     controller, irregular = system.controller, is_irregular(system)
     law: Law | None = None
@@ -82,7 +96,13 @@ def _decides(of: Any, shared: Shared, system: System, plant: tuple[Any, ...]) ->
         tiles = [of(build_fixed)]
     else:
         law = law_of(controller)
-        tiles = [of(build_law, law)]
+        tiles = [of(build_law, law)] if is_compiled(law.step) else _python(of, shared, slab, law)
         if shared.open_until > 0:
             tiles = [of(build_prepare, law), *tiles, of(build_tell, law)]
     return [of(build_keep, law), *tiles, of(build_restore, law)] if irregular else tiles
+
+
+def _python(of: Any, shared: Shared, slab: Slab, law: Law) -> list[int]:
+    """Return the tiles of a law in plain Python."""
+    shared.python = PythonLaw(law, slab, shared.dt)
+    return [shared.python.address, of(build_lookup, law)]

@@ -21,6 +21,8 @@ def advance(tile: Tile, start: int, stop: int, setpoint: np.ndarray, disturbance
     tile.shared.point(setpoint_samples=setpoint, disturbance_samples=disturbance)
     tile.shared.set(chunk=chunk)
     _loop()(tile.slab.data.ctypes.data, start, stop, tile.shared.address)
+    if tile.shared.python is not None and tile.shared.python.error is not None:
+        raise tile.shared.python.error
 
 
 @cache

@@ -82,6 +82,8 @@ class Shared:
     def __init__(self, **whole: float) -> None:
         self.record = np.zeros(1, SHARED)
         self.kept: dict[str, np.ndarray] = {}
+        self.python: Any = None
+        """A law in plain Python (loop/kernel/python_law), which stops where it raises."""
         self.set(**whole)
 
     @property

@@ -165,9 +165,9 @@ def aligned(size: int) -> np.ndarray:
 class Slab:
     """The rows of one tile, addressed by name; ``width`` is 1 for a single lane, else ``LANES``."""
 
-    def __init__(self, width: int) -> None:
+    def __init__(self, width: int, rows: int = ROWS) -> None:
         self.width = width
-        self.data = aligned(ROWS * width)
+        self.data = aligned(rows * width)
 
     def view(self, name: str) -> np.ndarray:
         """Return the rows of a quantity as a view of shape (count, width)."""

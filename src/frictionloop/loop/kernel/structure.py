@@ -7,7 +7,9 @@ import math
 from frictionloop.loop.kernel.quadrature import MAX_SEGMENTS, PLATE_PER_SEGMENT, segments_needed
 from frictionloop.loop.kernel.slab import NODES_MAX
 from frictionloop.parameters import OracleController, Skin, Strokes, System
+from frictionloop.physics.friction import is_gaussian
 from frictionloop.physics.sources import highest_hz
+from frictionloop.physics.vibration import vibration_of
 from frictionloop.quantities import FrictionloopError
 from frictionloop.sensing.touch import check_follows
 
@@ -49,6 +51,7 @@ def structure(system: System) -> tuple[object, ...]:
         c.model.table_size,
         *(segments_of(system) if kernel_of(system) == "quadrature" else (substeps_of(system), is_irregular(system))),
         system.sensor.kind,
+        vibration_of(system.friction).kind,
         contact_of(system),
         system.motion.kind,
         c.kind,
@@ -62,6 +65,7 @@ def structure(system: System) -> tuple[object, ...]:
 def kernel_of(system: System) -> str:
     """Return which kernel runs a system: by quadrature what feeds nothing back within a period, else by substeps."""
     still = system.motion.kind == "sliding" and system.finger.kind == "rigid"
+    still = still and is_gaussian(system.friction)
     plain = still and system.sensor.kind == "lowpass" and not is_irregular(system) and _is_plain_pi(system)
     return "quadrature" if plain else "substeps"
 
@@ -98,7 +102,7 @@ def open_until(system: System) -> int:
 def late_s(system: System) -> float:
     """Return the delay of the command in s: 0 for an oracle who knows what happens meanwhile."""
     c = system.controller
-    return 0.0 if c.kind == "oracle" and c.preview else c.delay_s
+    return 0.0 if isinstance(c, OracleController) and c.preview else c.delay_s
 
 
 def divided(late_s: float, rate_hz: float) -> tuple[int, float]:

@@ -7,7 +7,7 @@ from typing import Any
 from frictionloop.control.law import Law
 from frictionloop.control.switch import CLOSING, switched_clamp
 from frictionloop.loop.kernel.access import load, peek, poke, store
-from frictionloop.loop.kernel.law_tile import lift_lookup
+from frictionloop.loop.kernel.law_tile import lift_limits
 from frictionloop.loop.kernel.slab import ROW, law_rows, rows
 from frictionloop.loop.kernel.tiles import Lifting
 
@@ -17,7 +17,7 @@ def build_prepare(lifting: Lifting, law: Law) -> Any:
     width, compiled, count = lifting
     setpoint, believed, (state_rows, gain_rows) = ROW["setpoint"], rows("believed_clamp"), law_rows(law)
     clamp, begins, step = tuple(gain_rows[-2:]), law.begin is not None, law.begin
-    _, limits, *_ = lift_lookup(lifting, law)
+    limits, _ = lift_limits(lifting, law)
 
     @compiled
     def prepare(s, n, k, at, o):  # type: ignore[no-untyped-def]

@@ -7,14 +7,18 @@ block, and the record of what lanes share. Each has a file on the disk of its ow
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
+from pathlib import Path
 from threading import RLock
 from typing import Any, NamedTuple
 
 from numba import njit, types
+from numba.core.errors import NumbaError
 
 from frictionloop.loop.kernel.access import BY_TYPE
 from frictionloop.loop.kernel.shared import POINTER, at
+from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.compiled import compile_c
 from frictionloop.quantities.digest import code_digest
 
@@ -44,7 +48,9 @@ def lifting(name: str, width: int, inlined: bool = False) -> Lifting:
     def compiled(function: Any) -> Any:
         # Functions from the disk that have one name would be one function to the linker.
         function.__qualname__ += suffix
-        return njit(error_model="numpy", nogil=True, forceinline=inlined)(function)
+        return njit(
+            error_model="numpy", nogil=True, forceinline=inlined, no_cpython_wrapper=True, no_cfunc_wrapper=True
+        )(function)
 
     def one(n):  # type: ignore[no-untyped-def]
         return 1
@@ -72,7 +78,8 @@ def compiled_tile(build: Callable[..., Any], width: int, *of: Any) -> Any:
 def _name(of: Any) -> str:
     if of is None or isinstance(of, (str, int, bool)):
         return str(of)
-    return f"{of.kind}_{code_digest(of)[:8]}"
+    named = getattr(of, "kind", None) or of.name
+    return f"{named}_{code_digest(of)[:8]}"
 
 
 def _compile(body: Any, name: str) -> Any:
@@ -80,4 +87,16 @@ def _compile(body: Any, name: str) -> Any:
         o = at(shared)
         body(s, o.lanes, k, place, o)
 
-    return compile_c(TILE, entry, name, also=BY_TYPE)
+    try:
+        return compile_c(TILE, entry, name, also=BY_TYPE)
+    except NumbaError as error:
+        raise FrictionloopError(f"{name}: {_complaint(str(error))}") from None
+
+
+def _complaint(text: str) -> str:
+    """Return what the compiler says of somebody's code as one line: file, line and reason."""
+    ours = str(Path(__file__).parents[2])
+    places = [(file, line) for file, line in re.findall(r'File "([^"]+)", line (\d+)', text) if ours not in file]
+    said = [line.strip() for line in text.splitlines() if line.strip() and not line.startswith("Failed in nopython")]
+    where = f"{places[-1][0]}, line {places[-1][1]}: " if places else ""
+    return f"{where}does not compile: {said[0] if said else 'no reason given'}"

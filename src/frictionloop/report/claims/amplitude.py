@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-
-import xarray as xr
 
 from frictionloop.report.claims.claim import Claim, Value, having, lacking, python
 from frictionloop.report.claims.closed_loop import STEPS
@@ -16,12 +13,9 @@ from frictionloop.report.step_response import overshoot, times_ms
 from frictionloop.report.tolerances import OVERSHOOT, OVERSHOOT_RULE, SAME, SAME_RULE
 
 
-def amplitude_claims(results: Results) -> list[Claim]:
-    """Return the claims about the amplitude."""
-    return [_stronger(results.stepped, results.stronger), _overshoot(results.stepped)]
+def _stronger(results: Results) -> Claim:
+    stepped, stronger = results.stepped, results.stronger
 
-
-def _stronger(stepped: Mapping[str, xr.Dataset], stronger: Mapping[str, xr.Dataset]) -> Claim:
     def change(name: str, direction: str) -> Value:
         with_more, with_less = (times_ms(runs[name], name, direction).from_10_to_90 for runs in (stronger, stepped))
         return ratio(with_more, with_less)
@@ -34,7 +28,6 @@ def _stronger(stepped: Mapping[str, xr.Dataset], stronger: Mapping[str, xr.Datas
         quote="The results could be more dramatic with a more powerful actuator, since the current dynamic is only "
         "limited by the maximum amplitude that the plate can achieve",
         published="faster",
-        unit="",
         measure="time from 10 to 90 % with a plate of 5 µm over that with 2.5 µm; none where the loop rings",
         readings={PRINTED: None},
         compared={f"{name}, {direction}": change(name, direction) for name, direction in order},
@@ -48,7 +41,8 @@ def _stronger(stepped: Mapping[str, xr.Dataset], stronger: Mapping[str, xr.Datas
     )
 
 
-def _overshoot(stepped: Mapping[str, xr.Dataset]) -> Claim:
+def _overshoot(results: Results) -> Claim:
+    stepped = results.stepped
     readings = {
         f"{name}, {direction}": overshoot(stepped[name], direction)
         for direction in ("falling", "rising")
@@ -61,7 +55,6 @@ def _overshoot(stepped: Mapping[str, xr.Dataset]) -> Claim:
         quote="In order to achieve fast response, the controller overshoots the amplitude value and then converges "
         "back to a lower steady-state value",
         published="overshoots",
-        unit="",
         measure="amplitude beyond where it settles, over its step; of the mean over all steps",
         readings=having(readings, [PRINTED]),
         compared=lacking(readings, [PRINTED]),
@@ -75,3 +68,6 @@ def _overshoot(stepped: Mapping[str, xr.Dataset]) -> Claim:
         "the force then overshoots too.",
         command=python(STEPS + "print(overshoot(stepping(the_finger(), CONTROLLERS[PRINTED]), 'falling'))"),
     )
+
+
+CLAIMS = (_stronger, _overshoot)

@@ -7,7 +7,7 @@ import math
 from frictionloop.hardware.sensor.noise_budget import noise_budget
 from frictionloop.identification import dynamic_range_db, floor_readings, residual_share, uniform_std_n
 from frictionloop.parameters.sensor_design import SensorDesign
-from frictionloop.report.calibration import BIN_HZ, PRINTED_R2, SHAKING, STILL, Rigs
+from frictionloop.report.calibration import BIN_HZ, PRINTED_R2, SHAKING, STILL
 from frictionloop.report.claims.claim import Claim, python
 from frictionloop.report.claims.sensor import MASS_KG, NOISE_N, RANGE_N, STIFFNESS_N_PER_M
 from frictionloop.report.numbers import number
@@ -26,13 +26,8 @@ BELOW_N = 1e-4
 """The floor of the Discussion (paper, Sec. 5)."""
 
 
-def characterisation_claims(results: Results) -> list[Claim]:
-    """Return the claims about weights, hammer and noise."""
+def _linearity(results: Results) -> Claim:
     rigs = results.rigs
-    return [_linearity(rigs), _accuracy(rigs), _resonance(rigs), _floor(rigs), _floor_below(), _range(rigs)]
-
-
-def _linearity(rigs: Rigs) -> Claim:
     return Claim(
         id="calibration-r2",
         title="Weights on string and pulley give R² = 0.95",
@@ -40,7 +35,6 @@ def _linearity(rigs: Rigs) -> Claim:
         quote="a known gravitational force via a string and pulley system … the linear regression shows a goodness "
         "of fit of R² = 0.95",
         published=PRINTED_R2,
-        unit="",
         measure="goodness of fit of the simulated calibration",
         readings={"pulley on ball bearings": rigs.weights.r2},
         accepted=as_printed(PRINTED_R2),
@@ -53,7 +47,8 @@ def _linearity(rigs: Rigs) -> Claim:
     )
 
 
-def _accuracy(rigs: Rigs) -> Claim:
+def _accuracy(results: Results) -> Claim:
+    rigs = results.rigs
     return Claim(
         id="calibration-accuracy",
         title="The calibration is as fine as the noise floor",
@@ -75,7 +70,8 @@ def _accuracy(rigs: Rigs) -> Claim:
     )
 
 
-def _resonance(rigs: Rigs) -> Claim:
+def _resonance(results: Results) -> Claim:
+    rigs = results.rigs
     designed = math.sqrt(STIFFNESS_N_PER_M / MASS_KG) / (2 * math.pi)
     return Claim(
         id="hammer-resonance",
@@ -97,7 +93,8 @@ def _resonance(rigs: Rigs) -> Claim:
     )
 
 
-def _floor(rigs: Rigs) -> Claim:
+def _floor(results: Results) -> Claim:
+    rigs = results.rigs
     density = rigs.density_n_rthz(STILL)
     return Claim(
         id="sensor-floor",
@@ -130,7 +127,7 @@ def _floor(rigs: Rigs) -> Claim:
     )
 
 
-def _floor_below() -> Claim:
+def _floor_below(_: Results) -> Claim:
     found = floor_readings()
     return Claim(
         id="floor-below-1e-4",
@@ -154,7 +151,8 @@ def _floor_below() -> Claim:
     )
 
 
-def _range(rigs: Rigs) -> Claim:
+def _range(results: Results) -> Claim:
+    rigs = results.rigs
     step_db = 20 * math.log10(RMS_FACTOR)
     return Claim(
         id="dynamic-range-measured",
@@ -179,3 +177,6 @@ def _range(rigs: Rigs) -> Claim:
             RIGS + "from frictionloop.identification import *; print(dynamic_range_db(2.5, all_rigs().rms_n(STILL)))"
         ),
     )
+
+
+CLAIMS = (_linearity, _accuracy, _resonance, _floor, _floor_below, _range)

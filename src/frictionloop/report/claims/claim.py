@@ -28,7 +28,7 @@ class Verdict(StrEnum):
     """No reading does, but the re-tuned gains do in at least one way of counting."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Claim:
     """One statement of the paper beside the number computed for it."""
 
@@ -41,7 +41,7 @@ class Claim:
     """The words printed."""
     published: float | str
     """The number printed, or the word where there is none."""
-    unit: str
+    unit: str = ""
     measure: str
     """What the number is, where title and unit do not say."""
     readings: Mapping[str, Value]

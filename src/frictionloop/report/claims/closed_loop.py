@@ -17,19 +17,6 @@ from frictionloop.report.tolerances import MEASURED, MEASURED_R2, as_measured, a
 
 BENCH = "from frictionloop.report.device import *; from frictionloop.report.people import *; "
 STEPS = BENCH + "from frictionloop.report.step_response import *; "
-STEADY_N = 0.02
-"""What the steady friction is held within (paper, Sec. 5)."""
-
-
-def closed_loop_claims(results: Results) -> list[Claim]:
-    """Return the claims about tracking sines."""
-    tracked = results.tracked
-    return [
-        _open_r2(tracked),
-        _open_variation(tracked),
-        _closed_r2(tracked),
-        _closed_r2_within(tracked),
-    ]
 
 
 def _tables(tracked: Mapping[str, xr.Dataset]) -> dict[str, xr.Dataset]:
@@ -37,7 +24,8 @@ def _tables(tracked: Mapping[str, xr.Dataset]) -> dict[str, xr.Dataset]:
     return {LOOKUPS[0]: tracked[OPEN]} | {name: tracked[name] for name in LOOKUPS[1:]}
 
 
-def _open_r2(tracked: Mapping[str, xr.Dataset]) -> Claim:
+def _open_r2(results: Results) -> Claim:
+    tracked = results.tracked
     fits = {name: fit(runs) for name, runs in _tables(tracked).items()}
     within = np.mean([fit(tracked[OPEN].sel(level=n)).regression for n in LEVELS_N])
     readings: dict[str, Value] = {f"{name}, pooled": found.regression for name, found in fits.items()}
@@ -49,7 +37,6 @@ def _open_r2(tracked: Mapping[str, xr.Dataset]) -> Claim:
         quote="the open-loop response matches poorly the commanded force with a linear regression reveals a goodness "
         "of fit of R² = 0.22",
         published=0.22,
-        unit="",
         measure="squared correlation of f_a on f_r over 5 strokes × 3 levels, the lookup table alone",
         readings=readings,
         compared={f"{LOOKUPS[0]}, to f_a = f_r": fits[LOOKUPS[0]].identity},
@@ -63,7 +50,8 @@ def _open_r2(tracked: Mapping[str, xr.Dataset]) -> Claim:
     )
 
 
-def _open_variation(tracked: Mapping[str, xr.Dataset]) -> Claim:
+def _open_variation(results: Results) -> Claim:
+    tracked = results.tracked
     fits = {name: fit(runs) for name, runs in _tables(tracked).items()}
 
     def about_line(name: str, runs: xr.Dataset) -> float:
@@ -93,7 +81,8 @@ def _open_variation(tracked: Mapping[str, xr.Dataset]) -> Claim:
     )
 
 
-def _closed_r2(tracked: Mapping[str, xr.Dataset]) -> Claim:
+def _closed_r2(results: Results) -> Claim:
+    tracked = results.tracked
     fits = {name: fit(tracked[name]) for name in CLOSED}
     readings: dict[str, Value] = {f"{name}, regression": found.regression for name, found in fits.items()}
     readings |= {f"{name}, to f_a = f_r": found.identity for name, found in fits.items()}
@@ -104,7 +93,6 @@ def _closed_r2(tracked: Mapping[str, xr.Dataset]) -> Claim:
         quote="The closed loop condition achieves a satisfactory tracking of the setpoint with linear regression "
         "leading to a goodness of fit R² = 0.98",
         published=0.98,
-        unit="",
         measure="both kinds of fit over 5 strokes × 3 levels pooled",
         readings=having(readings, [PRINTED]),
         compared=lacking(readings, [PRINTED]),
@@ -118,7 +106,8 @@ def _closed_r2(tracked: Mapping[str, xr.Dataset]) -> Claim:
     )
 
 
-def _closed_r2_within(tracked: Mapping[str, xr.Dataset]) -> Claim:
+def _closed_r2_within(results: Results) -> Claim:
+    tracked = results.tracked
     within = {name: [fit(tracked[name].sel(level=n)) for n in LEVELS_N] for name in CLOSED}
     readings: dict[str, Value] = {
         f"{name}, regression": float(np.mean([each.regression for each in found])) for name, found in within.items()
@@ -133,7 +122,6 @@ def _closed_r2_within(tracked: Mapping[str, xr.Dataset]) -> Claim:
         place="Sec. 4.2, Fig. 5a",
         quote="three 1 Hz sine of 0.1 N amplitude with a mean of [0.4 0.6 0.8] N … goodness of fit R² = 0.98",
         published="implied",
-        unit="",
         measure="both kinds of fit within one level, mean of the three levels",
         readings=having(readings, [PRINTED]),
         compared=lacking(readings, [PRINTED]),
@@ -147,3 +135,6 @@ def _closed_r2_within(tracked: Mapping[str, xr.Dataset]) -> Claim:
             "print(sum(fit(runs.sel(level=n)).regression for n in runs['level'].values) / 3)"
         ),
     )
+
+
+CLAIMS = (_open_r2, _open_variation, _closed_r2, _closed_r2_within)

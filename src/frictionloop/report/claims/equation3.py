@@ -15,17 +15,10 @@ STEADY = "import frictionloop as fl; from frictionloop.report.steady import *; "
 FORCE, COMMAND = "output = friction force", "output = force command"
 
 
-def equation_3_claims(results: Results) -> list[Claim]:
-    """Return the claims about the noise gain of the loop at Kp = 10, Ki = 2."""
+def _gains(results: Results) -> tuple[dict[str, float], dict[str, float]]:
+    """Return the noise gain of force and command at Kp = 10, Ki = 2, simulated and linear."""
     at_10 = results.steady.sel(kp_simulated=10.0)
-    simulated = {"f_a": float(at_10["simulated_f"]), "u": float(at_10["simulated_u"])}
-    linear = linear_gain(feasible())
-    return [
-        _attenuates(results),
-        _single_frequency(simulated, linear),
-        _one_order(simulated),
-        _not_linear(simulated, linear),
-    ]
+    return {"f_a": float(at_10["simulated_f"]), "u": float(at_10["simulated_u"])}, linear_gain(feasible())
 
 
 def _attenuates(results: Results) -> Claim:
@@ -36,7 +29,6 @@ def _attenuates(results: Results) -> Claim:
         place="Sec. 2.3, eq. (3)",
         quote="A lower gain attenuates the noise of the sensors",
         published="less than 1",
-        unit="",
         measure="rms of f_a over rms of the sensor noise, Kp = 1",
         readings={"simulated": float(gain.sel(kp_simulated=1.0))},
         accepted=(0.0, 1.0),
@@ -47,14 +39,14 @@ def _attenuates(results: Results) -> Claim:
     )
 
 
-def _single_frequency(simulated: dict[str, float], linear: dict[str, float]) -> Claim:
+def _single_frequency(results: Results) -> Claim:
+    simulated, linear = _gains(results)
     return Claim(
         id="equation-3",
         title="Equation (3) gives the output noise",
         place="Sec. 2.3, eq. (3)",
         quote="error propagation analysis leads to the following relationship: σ_f² = |G/(1+G)|² σ_n²",
         published=1.0,
-        unit="",
         measure="rms of f_a, simulated over predicted, Kp = 10",
         digits=4,
         readings={
@@ -70,7 +62,8 @@ def _single_frequency(simulated: dict[str, float], linear: dict[str, float]) -> 
     )
 
 
-def _one_order(simulated: dict[str, float]) -> Claim:
+def _one_order(results: Results) -> Claim:
+    simulated, _ = _gains(results)
     return Claim(
         id="one-order-lower",
         title="Sensor noise must be a tenth of the output's",
@@ -78,7 +71,6 @@ def _one_order(simulated: dict[str, float]) -> Claim:
         quote="to obtain a particular noise level on the output, the sensor noise has to be one order of magnitude "
         "lower",
         published=10.0,
-        unit="",
         measure="output noise over sensor noise, Kp = 10",
         readings={FORCE: simulated["f_a"], COMMAND: simulated["u"]},
         accepted=half_decade(10.0),
@@ -90,7 +82,8 @@ def _one_order(simulated: dict[str, float]) -> Claim:
     )
 
 
-def _not_linear(simulated: dict[str, float], linear: dict[str, float]) -> Claim:
+def _not_linear(results: Results) -> Claim:
+    simulated, linear = _gains(results)
     return Claim(
         id="one-order-not-linear",
         title="Linear theory does not predict that factor",
@@ -98,7 +91,6 @@ def _not_linear(simulated: dict[str, float], linear: dict[str, float]) -> Claim:
         quote="This particular ratio is not predicted by the noise sensitivity function … might be the results of "
         "the non linearity",
         published="not predicted",
-        unit="",
         measure="output noise, simulated over linear theory, Kp = 10",
         digits=4,
         readings={FORCE: simulated["f_a"] / linear["f_a"], COMMAND: simulated["u"] / linear["u"]},
@@ -108,3 +100,6 @@ def _not_linear(simulated: dict[str, float], linear: dict[str, float]) -> Claim:
         "command. No non-linearity is needed at these noise levels.",
         command=python(STEADY + "print(simulated_gain(fl.feasible())['f_a'] / linear_gain(fl.feasible())['f_a'])"),
     )
+
+
+CLAIMS = (_attenuates, _single_frequency, _one_order, _not_linear)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 import xarray as xr
 
@@ -20,12 +18,9 @@ STEADY_N = 0.02
 """What the steady friction is held within (paper, Sec. 5)."""
 
 
-def error_claims(results: Results) -> list[Claim]:
-    """Return the claims about where the errors are and how large they are once the force is steady."""
-    return [_low_forces(results.tracked), _steady(results.stepped)]
+def _low_forces(results: Results) -> Claim:
+    tracked = results.tracked
 
-
-def _low_forces(tracked: Mapping[str, xr.Dataset]) -> Claim:
     def share(runs: xr.Dataset) -> float:
         squares = [fit(runs.sel(level=n)).rms_n ** 2 for n in LEVELS_N]
         return squares[0] / sum(squares)
@@ -38,7 +33,6 @@ def _low_forces(tracked: Mapping[str, xr.Dataset]) -> Claim:
         quote="Low friction values are causing most of the errors, in part because the large amplitude needed were not "
         "achievable by the current ultrasonic plate",
         published="most",
-        unit="",
         measure="share of the lowest level in the squared error of all three",
         readings={PRINTED: share(tracked[PRINTED])},
         compared={name: share(tracked[name]) for name in CLOSED if name != PRINTED},
@@ -55,7 +49,8 @@ def _low_forces(tracked: Mapping[str, xr.Dataset]) -> Claim:
     )
 
 
-def _steady(stepped: Mapping[str, xr.Dataset]) -> Claim:
+def _steady(results: Results) -> Claim:
+    stepped = results.stepped
     errors = {name: steady_error_n(stepped[name]) for name in CLOSED}
     readings: dict[str, Value] = {f"{name}, rms": float(np.sqrt(np.mean(e**2))) for name, e in errors.items()}
     readings |= {f"{name}, 95% of the time": float(np.quantile(np.abs(e), 0.95)) for name, e in errors.items()}
@@ -79,3 +74,6 @@ def _steady(stepped: Mapping[str, xr.Dataset]) -> Claim:
             STEPS + "print((steady_error_n(stepping(the_finger(), CONTROLLERS[PRINTED])) ** 2).mean() ** 0.5)"
         ),
     )
+
+
+CLAIMS = (_low_forces, _steady)

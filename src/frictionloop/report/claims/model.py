@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 from frictionloop.parameters import System, paper
 from frictionloop.physics.friction import friction_force, reachable
@@ -15,17 +16,7 @@ from frictionloop.report.systems import FEASIBLE, compared, reachable_share, rea
 BAND_HIGH = "f₀ = 0.8 N plus the smallest d, which is 0 or less: the finger on the device must have had more."
 
 
-def model_claims(results: Results) -> list[Claim]:
-    """Return the claims about equation (1) and the signals."""
-    return [
-        _not_negative(),
-        _setpoint_reachable(results),
-        _band(low=True),
-        _band(low=False),
-    ]
-
-
-def _not_negative() -> Claim:
+def _not_negative(_: Results) -> Claim:
     floor = float(friction_force(2.5, paper().friction))
     return Claim(
         id="disturbance-amplitude",
@@ -57,7 +48,6 @@ def _setpoint_reachable(results: Results) -> Claim:
         place="Sec. 2.3",
         quote="the setpoint signal was a logarithmically swept-sinusoid … of 1.2 N amplitude",
         published="implied",
-        unit="",
         measure="share of the time at which f_r is within reach",
         readings=share,
         accepted=(1.0, 1.0),
@@ -83,7 +73,7 @@ def _band_low_text() -> str:
     )
 
 
-def _band(low: bool) -> Claim:
+def _band(low: bool, _: Results) -> Claim:
     end, printed = (0, 0.3) if low else (1, 0.9)
     return Claim(
         id="band-low" if low else "band-high",
@@ -103,3 +93,6 @@ def _band(low: bool) -> Claim:
             f"print(fl.reachable(s, [d.offset_n - d.amplitude_n, d.offset_n + d.amplitude_n])[{end}])"
         ),
     )
+
+
+CLAIMS = (_not_negative, _setpoint_reachable, partial(_band, True), partial(_band, False))

@@ -20,25 +20,24 @@ PERCEIVED_N = 5e-4
 """Lowest force perceived (paper, Sec. 2.3, after its ref. [14])."""
 
 
-def noise_claims(results: Results) -> list[Claim]:
-    """Return the claims about the level of noise."""
-    return [
-        _knee(
-            results,
-            "r2_identity",
-            id="noise-precision",
-            title="Noise above 10⁻⁴ N lowers the precision",
-            quote="Noise level higher than 10⁻⁴ N of the force sensor will decrease significantly the precision",
-        ),
-        _knee(
-            results,
-            "saturation_index",
-            id="noise-saturation",
-            title="Noise above 10⁻⁴ N saturates the output",
-            quote="… and increase the likelihood of saturating the output",
-        ),
-        _subliminal(),
-    ]
+def _precision(results: Results) -> Claim:
+    return _knee(
+        results,
+        "r2_identity",
+        id="noise-precision",
+        title="Noise above 10⁻⁴ N lowers the precision",
+        quote="Noise level higher than 10⁻⁴ N of the force sensor will decrease significantly the precision",
+    )
+
+
+def _saturation(results: Results) -> Claim:
+    return _knee(
+        results,
+        "saturation_index",
+        id="noise-saturation",
+        title="Noise above 10⁻⁴ N saturates the output",
+        quote="… and increase the likelihood of saturating the output",
+    )
 
 
 def _knee(results: Results, metric: str, id: str, title: str, quote: str) -> Claim:
@@ -73,7 +72,7 @@ def _knee(results: Results, metric: str, id: str, title: str, quote: str) -> Cla
     )
 
 
-def _subliminal() -> Claim:
+def _subliminal(_: Results) -> Claim:
     def output_n(reading: str) -> float:
         sigma_n = NOISE_READINGS[reading].sigma_n(5e-5)
         return steady_noise(feasible().evolve({NOISE: sigma_n}))["f_a"]
@@ -96,3 +95,6 @@ def _subliminal() -> Claim:
             "print(steady_noise(fl.feasible().evolve({'sensor.noise_rms_n': 5e-5}))['f_a'])"
         ),
     )
+
+
+CLAIMS = (_precision, _saturation, _subliminal)

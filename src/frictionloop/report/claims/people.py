@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from functools import cache
 
 import numpy as np
-import xarray as xr
 
 from frictionloop.physics.fingers import capable
 from frictionloop.report.claims.claim import Claim, Value, having, lacking, python
@@ -28,18 +26,13 @@ from frictionloop.report.tolerances import (
 CONTACTS_S = {"just landed": 0.0, "after a stroke of 10 s": SCORED_S, "after 20 s": 20.0}
 
 
-def people_claims(results: Results) -> list[Claim]:
-    """Return the claims about fingers and what they feel."""
-    return [_range(), _population(results.people), _fluctuations(results.fluctuations), _clean(results.felt)]
-
-
 @cache
 def capable_share(contact_s: float) -> float:
     """Return the share of the population that reaches 0.3 and 0.9 N at any time of a contact."""
     return float(capable(population(), LOW_N, HIGH_N, contact_s=contact_s)["capable"].mean())
 
 
-def _range() -> Claim:
+def _range(_: Results) -> Claim:
     readings: dict[str, Value] = {name: capable_share(s) for name, s in CONTACTS_S.items()}
     return Claim(
         id="range-achievable",
@@ -47,7 +40,6 @@ def _range() -> Claim:
         place="Sec. 4.2",
         quote="between 0.3 and 0.9 N, which corresponds to a range of reliably achievable forces",
         published="reliably",
-        unit="",
         measure=f"share of {FINGERS} fingers that reach both forces with 2.5 µm",
         readings=readings,
         accepted=(MOST, 1.0),
@@ -59,7 +51,8 @@ def _range() -> Claim:
     )
 
 
-def _population(people: Mapping[str, xr.Dataset]) -> Claim:
+def _population(results: Results) -> Claim:
+    people = results.people
     readings: dict[str, Value] = {}
     for part in ("all", "capable"):
         for name in (PRINTED, RETUNED_GAINS):
@@ -75,7 +68,6 @@ def _population(people: Mapping[str, xr.Dataset]) -> Claim:
         quote="a PI controller was sufficient to considerably reduce the variability of the stimuli produced by "
         "ultrasonic friction modulation",
         published="implied",
-        unit="",
         measure=f"median over {POPULATION} fingers of the squared correlation of f_a on f_r, three levels pooled",
         readings=having(readings, [PRINTED]),
         compared=lacking(readings, [PRINTED]),
@@ -89,7 +81,9 @@ def _population(people: Mapping[str, xr.Dataset]) -> Claim:
     )
 
 
-def _fluctuations(fluctuations: Mapping[str, Mapping[str, float]]) -> Claim:
+def _fluctuations(results: Results) -> Claim:
+    fluctuations = results.fluctuations
+
     def ratio(name: str, without: str = "neither") -> float:
         return fluctuations[name]["all"] / fluctuations[name][without]
 
@@ -101,7 +95,6 @@ def _fluctuations(fluctuations: Mapping[str, Mapping[str, float]]) -> Claim:
         quote="It seems that the additional fluctuations are due to the variability of friction and tremors of the "
         "user",
         published="of the user",
-        unit="",
         measure="rms of f_a − f_r at a constant 0.6 N over that without tremor and roughness",
         readings={PRINTED: ratio(PRINTED)},
         compared={name: ratio(name) for name in CLOSED if name != PRINTED},
@@ -119,7 +112,8 @@ def _fluctuations(fluctuations: Mapping[str, Mapping[str, float]]) -> Claim:
     )
 
 
-def _clean(felt: Mapping[str, Mapping[str, float]]) -> Claim:
+def _clean(results: Results) -> Claim:
+    felt = results.felt
     return Claim(
         id="clean-of-artefacts",
         title="The stimulus is clean of artefacts",
@@ -127,7 +121,6 @@ def _clean(felt: Mapping[str, Mapping[str, float]]) -> Claim:
         quote="the gain of the controller is set to limit the noise fed back to the actuator which results in sharp "
         "tactile stimulus which is sharp and clean of artifacts",
         published="clean",
-        unit="",
         measure="perceptual index of f_a − f_r over that of the same stroke at a constant amplitude",
         readings={PRINTED: felt[PRINTED]["relative"]},
         compared={name: felt[name]["relative"] for name in CLOSED if name != PRINTED},
@@ -138,3 +131,6 @@ def _clean(felt: Mapping[str, Mapping[str, float]]) -> Claim:
         f"without resonance and delay makes sliding smoother than it is.",
         command=python(BENCH + "print(felt(the_finger(), CONTROLLERS[PRINTED])['relative'])"),
     )
+
+
+CLAIMS = (_range, _population, _fluctuations, _clean)

@@ -13,6 +13,7 @@ from frictionloop.parameters.plate_design import Side
 from frictionloop.report.claims.claim import Claim, python
 from frictionloop.report.device import CONTROLLERS, IDEAL
 from frictionloop.report.numbers import number
+from frictionloop.report.results import Results
 from frictionloop.report.tolerances import LAST_DIGIT, as_printed
 
 SIDES: dict[Side, str] = {"length": "16 lines along 255 mm", "width": "16 lines across 140 mm"}
@@ -26,12 +27,7 @@ VARIANTS: dict[str, Mapping[str, Any]] = {
 """The bench and what keeps the printed gains from holding on it."""
 
 
-def device_claims() -> list[Claim]:
-    """Return the claims about the plate's mode and about the loop's stability."""
-    return [_mode(), _stable()]
-
-
-def _mode() -> Claim:
+def _mode(_: Results) -> Claim:
     found = {(each.wave_along, each.solved_for): each for each in plate_readings()}
     sixteen = {SIDES[side]: 1e-3 * found[side, "frequency"].mode.frequency_hz for side in SIDES}
     fits = found["width", "lines"].mode
@@ -57,7 +53,7 @@ def _mode() -> Claim:
     )
 
 
-def _stable() -> Claim:
+def _stable(_: Results) -> Claim:
     limits = {name: kp_limit(bench().evolve(changes)) for name, changes in VARIANTS.items()}
     return Claim(
         id="printed-gains-stable",
@@ -65,7 +61,6 @@ def _stable() -> Claim:
         place="Sec. 4.1",
         quote="The controller parameters were set to Kp = 10 and Ki = 2",
         published=10.0,
-        unit="",
         measure="largest Kp at which the linear loop is stable, Ki = 2",
         readings={BENCH_ITSELF: limits[BENCH_ITSELF]},
         compared={name: limit for name, limit in limits.items() if name != BENCH_ITSELF},
@@ -77,3 +72,6 @@ def _stable() -> Claim:
         f"that its 10 need not be 10 N/N.",
         command=python("import frictionloop as fl; print(fl.kp_limit(fl.bench()))"),
     )
+
+
+CLAIMS = (_mode, _stable)

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-
-import xarray as xr
+from functools import partial
 
 from frictionloop.report.claims.claim import Claim, Value, having, lacking, python
 from frictionloop.report.claims.closed_loop import STEPS
@@ -21,20 +19,13 @@ PRINTED_MS = {"falling": (37.0, 20.0), "rising": (32.0, 16.0)}
 KINDS = {"to 63 %": "to_63", "10 to 90 %": "from_10_to_90"}
 
 
-def step_claims(results: Results) -> list[Claim]:
-    """Return the claims about how fast the force follows."""
-    return [
-        *(_time(results.stepped, direction) for direction in DIRECTIONS),
-        _faster(results.stepped),
-    ]
-
-
 def this_skin_limit_ms() -> float:
     """Return the least time from 10 to 90 % of the steps up, for the chosen finger."""
     return skin_limit_ms(finger_system(the_finger()), STEP_LEVELS_N[1] - STEP_LEVELS_N[0])
 
 
-def _time(stepped: Mapping[str, xr.Dataset], direction: str) -> Claim:
+def _time(direction: str, results: Results) -> Claim:
+    stepped = results.stepped
     mean, sd = PRINTED_MS[direction]
     times = {name: times_ms(stepped[name], name, direction) for name in CLOSED}
     readings: dict[str, Value] = {
@@ -79,7 +70,9 @@ def ratio(over: float | None, under: float | None) -> Value:
     return None if over is None or not under else over / under
 
 
-def _faster(stepped: Mapping[str, xr.Dataset]) -> Claim:
+def _faster(results: Results) -> Claim:
+    stepped = results.stepped
+
     def taken(name: str, direction: str) -> float | None:
         return times_ms(stepped[name], name, direction).from_10_to_90
 
@@ -94,7 +87,6 @@ def _faster(stepped: Mapping[str, xr.Dataset]) -> Claim:
         quote="The time response is also improved compared to open-loop condition, going from 50ms to 20ms for slow "
         "sliding speed",
         published=50.0 / 20.0,
-        unit="",
         measure="time from 10 to 90 %, open over closed loop; none where the closed loop rings",
         readings={PRINTED: None},
         compared={
@@ -110,3 +102,6 @@ def _faster(stepped: Mapping[str, xr.Dataset]) -> Claim:
         f"{ms(IDEAL, 'falling')} ms with an ideal sensor.",
         command=python("print(None)  # the printed gains ring"),
     )
+
+
+CLAIMS = (*(partial(_time, direction) for direction in DIRECTIONS), _faster)

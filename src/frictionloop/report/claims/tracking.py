@@ -20,11 +20,6 @@ from frictionloop.report.tracking import noise_above_n, tracking_run
 RUN = "import frictionloop as fl; from frictionloop.report.tracking import *; "
 
 
-def tracking_claims(results: Results) -> list[Claim]:
-    """Return the claims about Fig. 2b to 2d."""
-    return [_saturated(results), _noisy(results), _because_of_noise(results), _low_gain(results)]
-
-
 def _saturated(results: Results) -> Claim:
     def more(cut: xr.Dataset) -> float:
         return at(cut["saturation_index"], 40.0) - at(cut["saturation_index"], 10.0)
@@ -36,7 +31,6 @@ def _saturated(results: Results) -> Claim:
         place="Sec. 2.3, Fig. 2b",
         quote="A high gain as in Fig 2b, results in noisy and saturated command",
         published="saturated",
-        unit="",
         measure="saturation index at Kp = 40 minus that at Kp = 10",
         readings={name: more(results.over_kp[name]) for name in READINGS},
         compared={FEASIBLE: more(results.over_kp[FEASIBLE])},
@@ -62,7 +56,6 @@ def _noisy(results: Results) -> Claim:
         place="Sec. 2.3, Fig. 2b",
         quote="Over-corrected signal leads to noise",
         published="noisy",
-        unit="",
         measure="rms of f_a above 200 Hz at Kp = 40 over that at Kp = 10",
         readings={name: louder(results.runs[name]) for name in READINGS},
         compared={FEASIBLE: louder(runs)},
@@ -89,7 +82,6 @@ def _because_of_noise(results: Results) -> Claim:
         place="Sec. 2.3",
         quote="A higher set of gain … results in an amplification of the noise introduced by the sensor",
         published="implied",
-        unit="",
         measure="rms of f_a above 200 Hz at Kp = 40 over that with a noiseless sensor",
         digits=4,
         readings={name: louder(name) for name in READINGS},
@@ -117,7 +109,6 @@ def _low_gain(results: Results) -> Claim:
         place="Sec. 2.3, Fig. 2d",
         quote="Low gain leads to unsatisfactory disturbance rejection",
         published="unsatisfactory",
-        unit="",
         measure="R² at Kp = 10 minus R² at Kp = 1",
         readings={name: lost(results.over_kp[name]) for name in READINGS},
         compared={FEASIBLE: lost(results.over_kp[FEASIBLE])},
@@ -130,3 +121,6 @@ def _low_gain(results: Results) -> Claim:
             "cut = fidelity_over(fl.paper(), KP).r2_identity; print(at(cut, 10) - at(cut, 1))"
         ),
     )
+
+
+CLAIMS = (_saturated, _noisy, _because_of_noise, _low_gain)

@@ -86,7 +86,7 @@ def _response(axes: Axes, rigs: Rigs) -> None:
     x = np.array([np.log(fit.gain.value), np.log(fit.resonance.value), np.log(fit.q.value), fit.lag.value])
     axes.plot(
         frequency,
-        np.abs(model(frequency, x, "pole")),
+        np.abs(model(frequency, x)),
         color=BLACK,
         lw=1.0,
         label=f"fit: {fit.resonance.value:.1f} Hz, Q {fit.q.value:.1f}",

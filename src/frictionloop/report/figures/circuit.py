@@ -9,7 +9,7 @@ from matplotlib.patches import Circle, Polygon, Rectangle
 
 from frictionloop.parameters.sensor_design import SensorDesign
 from frictionloop.report.numbers import number
-from frictionloop.report.style import BLACK, BLUE, GREY, ORANGE
+from frictionloop.report.style import BLACK, BLUE, GREY, ORANGE, arrow
 
 UPPER, LOWER, MIDDLE = 5.3, 1.6, 3.45
 """Heights of the two sides and of what is common to them."""
@@ -28,7 +28,7 @@ def draw_circuit(axes: Axes, design: SensorDesign) -> None:
     )
     for y in (UPPER, LOWER):
         towards = 1 if y > MIDDLE else -1
-        _arrow(axes, (MIXER, MIDDLE - 0.27 + towards * 0.5), (MIXER, y - towards * 0.24), BLUE)
+        arrow(axes, (MIXER, MIDDLE - 0.27 + towards * 0.5), (MIXER, y - towards * 0.24), BLUE)
     _excited(axes)
     _common(axes, design)
 
@@ -37,7 +37,7 @@ def _excited(axes: Axes) -> None:
     """The inner frame carries the excitation."""
     height = MIDDLE - 0.27
     axes.plot([MIXER - 1.0, 5.9, 5.9, 4.4], [height, height, 2.3, 2.3], color=BLUE, lw=1.0)
-    _arrow(axes, (4.6, 2.3), (3.97, 2.3), BLUE)
+    arrow(axes, (4.6, 2.3), (3.97, 2.3), BLUE)
     axes.text(7.7, height + 0.22, "to the inner frame", **SMALL)
 
 
@@ -57,11 +57,11 @@ def _side(axes: Axes, y: float, sign: str, design: SensorDesign) -> None:
     )
     _circle(axes, MIXER, y, "×")
     _box(axes, LOWPASS, y, 1.55, "low-pass", f"{number(design.filters.cutoff_hz / 1e3)} kHz")
-    _arrow(axes, (AMPLIFIER + 0.55, y), (BANDPASS - 0.875, y))
-    _arrow(axes, (BANDPASS + 0.875, y), (MIXER - 0.24, y))
-    _arrow(axes, (MIXER + 0.24, y), (LOWPASS - 0.775, y))
+    arrow(axes, (AMPLIFIER + 0.55, y), (BANDPASS - 0.875, y))
+    arrow(axes, (BANDPASS + 0.875, y), (MIXER - 0.24, y))
+    arrow(axes, (MIXER + 0.24, y), (LOWPASS - 0.775, y))
     axes.plot([LOWPASS + 0.775, DIFFERENCE], [y, y], color=BLACK, lw=0.9)
-    _arrow(axes, (DIFFERENCE, y), (DIFFERENCE, MIDDLE + (0.24 if y > MIDDLE else -0.24)))
+    arrow(axes, (DIFFERENCE, y), (DIFFERENCE, MIDDLE + (0.24 if y > MIDDLE else -0.24)))
     axes.text(DIFFERENCE + 0.2, (y + MIDDLE) / 2, sign, fontsize=9, ha="left", va="center")
     axes.text((LOWPASS + DIFFERENCE) / 2 + 0.38, y + 0.22, f"$V_{sign}$", fontsize=8, ha="center", va="center")
 
@@ -90,11 +90,11 @@ def _amplifier(axes: Axes, y: float, design: SensorDesign) -> None:
 def _common(axes: Axes, design: SensorDesign) -> None:
     ratio = design.readout.form == "ratio"
     _circle(axes, DIFFERENCE, MIDDLE, "÷" if ratio else "Σ")
-    _arrow(axes, (DIFFERENCE + 0.24, MIDDLE), (CONVERTER - 0.775, MIDDLE))
+    arrow(axes, (DIFFERENCE + 0.24, MIDDLE), (CONVERTER - 0.775, MIDDLE))
     bits, span = number(design.adc.bits), number(design.adc.range_n)
     _box(axes, CONVERTER, MIDDLE, 1.55, "converter", f"{bits} bit, ±{span} N")
     axes.text(DIFFERENCE + 0.5, MIDDLE - 0.27, "$V_s$", fontsize=8, ha="center", va="center")
-    _arrow(axes, (CONVERTER + 0.775, MIDDLE), (CONVERTER + 1.75, MIDDLE))
+    arrow(axes, (CONVERTER + 0.775, MIDDLE), (CONVERTER + 1.75, MIDDLE))
     axes.text(CONVERTER + 1.35, MIDDLE + 0.22, "$f_m$", fontsize=8, ha="center", va="center")
 
 
@@ -107,11 +107,3 @@ def _box(axes: Axes, x: float, y: float, width: float, title: str, words: str) -
 def _circle(axes: Axes, x: float, y: float, sign: str) -> None:
     axes.add_patch(Circle((x, y), 0.24, fc="white", ec=BLACK, lw=0.9))
     axes.text(x, y - 0.01, sign, ha="center", va="center", fontsize=9)
-
-
-def _head(color: str) -> dict[str, Any]:
-    return {"arrowstyle": "-|>", "lw": 0.9, "color": color, "shrinkA": 0, "shrinkB": 0}
-
-
-def _arrow(axes: Axes, start: tuple[float, float], stop: tuple[float, float], color: str = BLACK) -> None:
-    axes.annotate("", stop, start, arrowprops=_head(color))

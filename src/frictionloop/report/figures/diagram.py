@@ -1,4 +1,4 @@
-"""Fig. 1b: the block diagram, drawn from a System."""
+"""Fig. 1b: the block diagram of the loop of Section 2, drawn from a System."""
 
 from __future__ import annotations
 
@@ -8,17 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyBboxPatch
 
-from frictionloop.parameters import System
-from frictionloop.report.figures.labels import (
-    controller_label,
-    friction_label,
-    lookup_label,
-    noise_label,
-    plate_label,
-    sensor_label,
-    source_label,
-)
-from frictionloop.report.style import BLACK, BLUE, GREY, VERMILLION, new_figure, styled
+from frictionloop.parameters import FrictionLaw, LogSweep, Model, PiController, Sine, System
+from frictionloop.report.numbers import number
+from frictionloop.report.style import BLACK, BLUE, GREY, VERMILLION, arrow, new_figure, styled
 
 TOP, BOTTOM = 2.9, 0.75
 """Heights of the forward path and of the feedback path, in units of the drawing."""
@@ -31,22 +23,54 @@ ERROR, FORCE, TAP, NOISE = 2.05, 12.35, 13.0, 10.0
 @styled
 def figure_diagram(system: System) -> Figure:
     """Return the block diagram with the System's own numbers in the blocks."""
+    controller, setpoint, disturbance = system.controller, system.setpoint, system.disturbance
+    assert isinstance(controller, PiController)
+    assert isinstance(setpoint, LogSweep)
+    assert isinstance(disturbance, Sine)
     figure = new_figure(9.0, 3.15)
     axes = figure.subplots()
     axes.set(xlim=(-0.9, 14.0), ylim=(-0.4, 4.75), aspect="equal")
     axes.set_axis_off()
     _groups(axes)
-    _block(axes, CONTROLLER, TOP, "controller $C$", controller_label(system.controller))
-    _block(axes, LOOKUP, TOP, "lookup table", lookup_label(system.controller.model))
-    _block(axes, PLATE, TOP, "plate", plate_label(system.plate))
-    _block(axes, FRICTION, TOP, "friction $g(a)$", friction_label(system.friction))
-    _block(axes, SENSOR, BOTTOM, "sensor $S$", sensor_label(system.sensor))
+    _block(axes, CONTROLLER, TOP, "controller $C$", controller_label(controller))
+    _block(axes, LOOKUP, TOP, "lookup table", lookup_label(controller.model))
+    lowpass, plate, law = "first-order low-pass", system.plate, system.friction
+    assert isinstance(law, FrictionLaw)
+    most, f0, tau = (number(n) for n in (plate.max_amplitude_um, law.nominal_n, law.susceptibility_per_um2))
+    _block(axes, PLATE, TOP, "plate", [lowpass, f"{number(plate.cutoff_hz)} Hz", f"$a$ ≤ {most} µm"])
+    words = ["$f_0\\,\\exp(-\\tau a^2)$", f"$f_0$ = {f0} N", f"$\\tau$ = {tau} µm⁻²"]
+    _block(axes, FRICTION, TOP, "friction $g(a)$", words)
+    _block(axes, SENSOR, BOTTOM, "sensor $S$", [lowpass, f"{number(system.sensor.cutoff_hz)} Hz"])
     _forward_wires(axes)
     _feedback_wires(axes)
-    _signal(axes, -0.85, TOP + 0.3, f"set-point $f_r$\n{source_label(system.setpoint)}", ha="left", va="bottom")
-    _signal(axes, FORCE, TOP + 1.25, f"disturbance $d$\n{source_label(system.disturbance)}", va="bottom")
-    _signal(axes, NOISE, BOTTOM - 0.78, f"noise $n$: {noise_label(system.sensor)}", va="top")
+    _signal(axes, -0.85, TOP + 0.3, f"set-point $f_r$\n{source_label(setpoint)}", ha="left", va="bottom")
+    _signal(axes, FORCE, TOP + 1.25, f"disturbance $d$\n{source_label(disturbance)}", va="bottom")
+    _signal(axes, NOISE, BOTTOM - 0.78, f"noise $n$: white, {number(system.sensor.noise_rms_n)} N rms", va="top")
     return figure
+
+
+def source_label(source: LogSweep | Sine) -> str:
+    """Return what the set-point or the disturbance does over time."""
+    around = f"{number(source.offset_n)} ± {number(source.amplitude_n)} N"
+    if isinstance(source, Sine):
+        return f"sine {number(source.frequency_hz)} Hz\n{around}"
+    return f"sweep {number(source.start_hz)}–{number(source.stop_hz)} Hz\n{around}"
+
+
+def controller_label(controller: PiController) -> list[str]:
+    """Return gains, rate and delay."""
+    delay = f"delay {number(controller.delay_s * 1e6)} µs" if controller.delay_s else "no delay"
+    gains = [f"$K_p$ = {number(controller.kp)}", f"$K_i$ = {number(controller.ki)} s⁻¹"]
+    return [*gains, f"{number(controller.rate_hz / 1000)} kHz, {delay}"]
+
+
+def lookup_label(model: Model) -> list[str]:
+    """Return what the lookup table inverts and the clamp before it."""
+    return [
+        "exact inverse of $g$" if model.table_size == 0 else f"{model.table_size} entries",
+        f"{number(model.floor_n, 2)} ≤ $u$ ≤ {number(model.nominal_n)} N",
+        f"0 ≤ $a$ ≤ {number(model.max_amplitude_um)} µm",
+    ]
 
 
 def _groups(axes: Axes) -> None:
@@ -74,12 +98,6 @@ def _sum(axes: Axes, x: float, y: float) -> None:
     axes.add_patch(Circle((x, y), 0.17, fc="white", ec=BLACK, lw=0.9, zorder=2))
 
 
-def _arrow(axes: Axes, start: tuple[float, float], stop: tuple[float, float], color: str = BLACK) -> None:
-    axes.annotate(
-        "", stop, start, arrowprops={"arrowstyle": "-|>", "lw": 0.9, "color": color, "shrinkA": 0, "shrinkB": 0}
-    )
-
-
 def _signal(
     axes: Axes, x: float, y: float, text: str, ha: str = "center", va: str = "center", color: str = BLACK
 ) -> None:
@@ -92,21 +110,21 @@ def _forward_wires(axes: Axes) -> None:
     names = ("", "$e$", "$u$", "", "$a$", "", "$f_a$")
     for k, ((after, before), name) in enumerate(zip(ends, names, strict=True)):
         start, stop = places[k] + after, places[k + 1] - before
-        _arrow(axes, (start, TOP), (stop, TOP))
+        arrow(axes, (start, TOP), (stop, TOP))
         _signal(axes, (start + stop) / 2 if k < 6 else 13.45, TOP + 0.2, name)
     _sum(axes, ERROR, TOP)
     _sum(axes, FORCE, TOP)
-    _arrow(axes, (FORCE, TOP + 1.2), (FORCE, TOP + 0.17), BLUE)
+    arrow(axes, (FORCE, TOP + 1.2), (FORCE, TOP + 0.17), BLUE)
 
 
 def _feedback_wires(axes: Axes) -> None:
     axes.plot([TAP, TAP], [TOP, BOTTOM], color=BLACK, lw=0.9)
     axes.plot([TAP], [TOP], "o", ms=3, color=BLACK)
-    _arrow(axes, (TAP, BOTTOM), (NOISE + 0.17, BOTTOM))
+    arrow(axes, (TAP, BOTTOM), (NOISE + 0.17, BOTTOM))
     _sum(axes, NOISE, BOTTOM)
-    _arrow(axes, (NOISE, BOTTOM - 0.72), (NOISE, BOTTOM - 0.17), VERMILLION)
-    _arrow(axes, (NOISE - 0.17, BOTTOM), (SENSOR + 0.98, BOTTOM))
+    arrow(axes, (NOISE, BOTTOM - 0.72), (NOISE, BOTTOM - 0.17), VERMILLION)
+    arrow(axes, (NOISE - 0.17, BOTTOM), (SENSOR + 0.98, BOTTOM))
     axes.plot([SENSOR - 0.98, ERROR], [BOTTOM, BOTTOM], color=BLACK, lw=0.9, solid_capstyle="projecting")
-    _arrow(axes, (ERROR, BOTTOM), (ERROR, TOP - 0.17))
+    arrow(axes, (ERROR, BOTTOM), (ERROR, TOP - 0.17))
     _signal(axes, (SENSOR - 0.98 + ERROR) / 2, BOTTOM + 0.2, "$f_m$")
     _signal(axes, ERROR - 0.22, TOP - 0.36, "−")

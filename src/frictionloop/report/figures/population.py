@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from frictionloop.parameters import FrictionLaw
+from frictionloop.parameters import FrictionLimit
 from frictionloop.physics.friction import friction_force
 from frictionloop.report.style import BLACK, BLUE, GREY, new_figure, styled
 
@@ -24,7 +24,7 @@ def binned(trials: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 @styled
-def figure_population(trials: xr.Dataset, nominal: FrictionLaw) -> Figure:
+def figure_population(trials: xr.Dataset, nominal: FrictionLimit) -> Figure:
     """Return the forces of all trials in grey, their mean and standard deviation in black, equation (1) in blue."""
     figure = new_figure()
     axes = figure.subplots()

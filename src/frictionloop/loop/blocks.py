@@ -1,0 +1,120 @@
+"""Blocks from outside: control laws, friction laws, signals and metrics that are no part of this package.
+
+What is registered has a name from then on, its ``kind``: in ``evolve``, in TOML files, on the command line, in run
+files and in sweeps. Reading a file never imports code: whoever reads it registers first.
+"""
+
+from __future__ import annotations
+
+import inspect
+import warnings
+from typing import Any
+
+from frictionloop.control.law import Law
+from frictionloop.control.laws import LAWS
+from frictionloop.loop.formulas import METRICS
+from frictionloop.loop.metric import RunMetric, StreamingMetric
+from frictionloop.parameters import Signal
+from frictionloop.parameters.controller import CONTROLLERS
+from frictionloop.parameters.finger import FRICTIONS
+from frictionloop.parameters.kinds import kind_of
+from frictionloop.parameters.sources import SOURCES
+from frictionloop.physics.vibration import VIBRATIONS, Vibration
+from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.arithmetic import is_compiled
+from frictionloop.quantities.digest import code_digest
+
+_registered: dict[tuple[str, str], tuple[Any, ...]] = {}
+"""Arguments of `register`, by what it is and its name."""
+
+
+def register(block: Any, parameters: Any = None) -> None:
+    """Make a block from outside known by its kind; registering a kind again replaces it.
+
+    Parameters
+    ----------
+    block
+        A `Law` (control law), a `Vibration` (friction law), a subclass of `Signal`, a `StreamingMetric` or a
+        `RunMetric`.
+    parameters
+        Of a law: its parameter class, a subclass of `Timing` (control law) or `FrictionLimit` (friction law).
+
+    Raises
+    ------
+    FrictionloopError
+        For anything else, a name of this package, or parameters whose kind is not that of the law.
+    """
+    if isinstance(block, Law):
+        _check_kind(block, parameters)
+        CONTROLLERS.register(parameters)
+        LAWS[block.kind] = block
+        what, name = "law", block.kind
+    elif isinstance(block, Vibration):
+        _check_kind(block, parameters)
+        FRICTIONS.register(parameters)
+        VIBRATIONS[block.kind] = block
+        what, name = "friction", block.kind
+    elif isinstance(block, type) and issubclass(block, Signal):
+        SOURCES.register(block)
+        what, name = "signal", kind_of(block)
+    elif isinstance(block, StreamingMetric | RunMetric):
+        known = METRICS.get(block.name)
+        if known is not None and not isinstance(known, StreamingMetric | RunMetric):
+            raise FrictionloopError(f"metric {block.name!r} is one of frictionloop; choose another name")
+        METRICS[block.name] = block
+        what, name = "metric", block.name
+    else:
+        raise FrictionloopError(
+            f"{block!r:.60}: must be a fl.Law or fl.Vibration with its parameters, a subclass of fl.Signal, "
+            "a fl.StreamingMetric or a fl.RunMetric"
+        )
+    _registered[what, name] = (block, parameters)
+    _warn_of_python(block)
+
+
+def registered() -> list[tuple[Any, ...]]:
+    """Return what was registered, to register it again in another process."""
+    return list(_registered.values())
+
+
+def register_all(blocks: list[tuple[Any, ...]]) -> None:
+    """Register in a worker what its caller has registered; nothing happens where it is known already."""
+    for block, parameters in blocks:
+        if (block, parameters) not in _registered.values():
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # the caller was told
+                register(block, parameters)
+
+
+def outside_digest() -> str:
+    """Return a digest of all blocks from outside, which enters the fingerprint of a sweep; "" without any."""
+    if not _registered:
+        return ""
+    return code_digest([_described(*each) for each in _registered.values()])
+
+
+def _described(block: Any, parameters: Any) -> list[Any]:
+    """Return what a block computes: its functions, and the functions and defaults of its parameters."""
+    classes: list[Any] = [each for each in (block, parameters) if isinstance(each, type)]
+    own = [value for each in classes for value in vars(each).values() if inspect.isfunction(value)]
+    fields = [repr(each.model_fields) for each in classes]
+    return [block if not isinstance(block, type) else kind_of(block), own, fields]
+
+
+def _check_kind(block: Any, parameters: Any) -> None:
+    if parameters is None or kind_of(parameters) != block.kind:
+        raise FrictionloopError(
+            f'{type(block).__name__} "{block.kind}": give its parameter class, register(block, Parameters), '
+            f'with kind: Literal["{block.kind}"] = "{block.kind}"'
+        )
+
+
+def _warn_of_python(block: Any) -> None:
+    """Say of a law that is not compiled what it costs."""
+    step = getattr(block, "step", None)
+    if isinstance(block, Law) and step is not None and not is_compiled(step):
+        warnings.warn(
+            f'law "{block.kind}": {step.__name__} is plain Python and runs some hundred times slower than compiled; '
+            "decorate it with @fl.step if it only computes with numbers",
+            stacklevel=3,
+        )

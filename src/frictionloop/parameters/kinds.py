@@ -1,0 +1,73 @@
+"""The kinds that a block of a System may be: those of this package, and those that are registered from outside."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pydantic import BaseModel, GetCoreSchemaHandler
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from frictionloop.parameters.block import Block
+from frictionloop.quantities import FrictionloopError
+
+OWN = ", or a kind of your own after fl.register (--use FILE on the command line)"
+"""What else a block may be."""
+
+
+class Kinds:
+    """The parameter classes of one block, by the value of their ``kind``; an annotation that pydantic reads."""
+
+    def __init__(self, base: type[Block], *models: type[Block], default: str | None = None) -> None:
+        self.base, self.default = base, default
+        self.models: dict[str, type[Block]] = {}
+        self.outside: set[str] = set()
+        for model in models:
+            self.models[kind_of(model)] = model
+
+    def register(self, model: type[Block]) -> None:
+        """Add a class from outside; one of the same kind that came from outside before is replaced.
+
+        Raises
+        ------
+        FrictionloopError
+            For a class that is not of this block, without a kind, or with the kind of a class of this package.
+        """
+        if not (isinstance(model, type) and issubclass(model, self.base)):
+            raise FrictionloopError(f"{model!r}: must be a subclass of fl.{self.base.__name__}")
+        kind = kind_of(model)
+        if kind in self.models and kind not in self.outside:
+            raise FrictionloopError(f'{model.__name__}.kind = "{kind}": is a kind of frictionloop; choose another name')
+        self.models[kind] = model
+        self.outside.add(kind)
+
+    def read(self, value: Any) -> Block:
+        """Return the block that a mapping describes, or the block given, if it is of one of the kinds."""
+        if isinstance(value, BaseModel):
+            if type(value) is not self.models.get(getattr(value, "kind", "")):
+                raise PydanticCustomError("kind", "{text}", {"text": f"{type(value).__name__}: {self._accepted()}"})
+            return value
+        if not isinstance(value, Mapping):
+            raise PydanticCustomError("dict_type", "must be a table of values")
+        kind = value.get("kind", self.default)
+        model = self.models.get(kind) if isinstance(kind, str) else None
+        if model is None:
+            told = "kind is missing" if kind is None else f"kind = {kind!r} is unknown"
+            raise PydanticCustomError("kind", "{text}", {"text": f"{told}; {self._accepted()}"})
+        return model.model_validate({"kind": kind, **value})
+
+    def _accepted(self) -> str:
+        accepted = ", ".join(map(repr, self.models))
+        return f"accepted: {accepted}{OWN}"
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Let pydantic read the block by `read`, and write it as what it is."""
+        return core_schema.no_info_plain_validator_function(self.read)
+
+
+def kind_of(model: type[Block]) -> str:
+    """Return the kind of a parameter class."""
+    field = model.model_fields.get("kind")
+    if field is None or not isinstance(field.default, str):
+        raise FrictionloopError(f'{model.__name__}: needs a kind, as in kind: Literal["mine"] = "mine"')
+    return field.default

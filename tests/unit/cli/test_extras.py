@@ -1,0 +1,50 @@
+"""Without a library of an extra, its users say in one line what to install, before anything is done."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+from frictionloop.firmware import image
+from frictionloop.firmware.compiled import host_library
+from frictionloop.firmware.intel_hex import read_hex
+from frictionloop.quantities import FrictionloopError
+
+
+def line(library: str, extra: str) -> str:
+    return f"{library} is missing; install it with: pip install 'frictionloop[{extra}]'"
+
+
+@pytest.mark.parametrize(
+    "tokens",
+    [
+        ("simulate", "--plot", "run.svg", "--out", "run.h5"),
+        ("compare", "--preset", "bench", "--plots", "figures"),
+        ("design", "controller", "--preset", "bench", "--plots", "figures", "--out", "out.toml"),
+        ("reproduce",),
+    ],
+)
+def test_what_draws_needs_the_report(frictionloop, monkeypatch, tmp_path, tokens):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    answer = frictionloop(*tokens)
+    assert (answer.code, answer.out) == (2, "")
+    assert line("matplotlib", "report") in answer.err and answer.err.count("\n") == 1
+    assert not any(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("library", "extra", "call"),
+    [
+        ("cffi", "firmware", lambda folder: host_library.__wrapped__()),
+        ("ziglang", "image", lambda folder: image.build("teensy31", b"", folder / "made")),
+        ("intelhex", "device", lambda folder: read_hex(folder / "image.hex")),
+    ],
+)
+def test_the_extra_is_named(monkeypatch, tmp_path, library, extra, call):
+    monkeypatch.setitem(sys.modules, library, None)
+    with pytest.raises(FrictionloopError) as caught:
+        call(tmp_path)
+    assert str(caught.value) == line(library, extra)
+    assert not any(tmp_path.iterdir())
