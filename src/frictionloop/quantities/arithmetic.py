@@ -9,6 +9,7 @@ Coefficients: Chebyshev interpolation at 40 digits (mpmath.chebyfit). Errors sta
 
 from __future__ import annotations
 
+from types import FunctionType
 from typing import Any
 
 from llvmlite import ir
@@ -16,8 +17,27 @@ from numba import njit, types
 from numba.core.dispatcher import Dispatcher
 from numba.extending import intrinsic
 
-step = njit(error_model="numpy", forceinline=True, no_cfunc_wrapper=True)
-"""Compile a scalar step function; division by zero gives inf as in NumPy, which keeps loops branch-free."""
+from frictionloop.quantities.units import FrictionloopError
+
+
+def step(function: Any) -> Any:
+    """Compile a scalar step, a function of numbers and named tuples of numbers; a decorator.
+
+    Division by zero gives inf as in NumPy, which keeps loops branch-free.
+
+    Parameters
+    ----------
+    function
+        What to compile, at its first call (Numba: numbers, tuples, `math`, and other steps).
+
+    Raises
+    ------
+    FrictionloopError
+        For what is no Python function.
+    """
+    if not isinstance(function, FunctionType):
+        raise FrictionloopError(f"step: {function!r:.60} is no Python function; use it as a decorator, @fl.step")
+    return njit(error_model="numpy", forceinline=True, no_cfunc_wrapper=True)(function)
 
 
 def is_compiled(function: Any) -> bool:
