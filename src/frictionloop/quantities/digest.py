@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import sys
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
 from typing import Any
@@ -49,6 +50,10 @@ class _Walk:
             self.update(type(thing).__name__)
             for each in sorted(thing, key=repr) if isinstance(thing, frozenset) else thing:
                 self.add(each)
+        elif is_dataclass(thing) and not isinstance(thing, type):
+            self.update(f"record {type(thing).__name__}")
+            for field in fields(thing):
+                self.add(getattr(thing, field.name))
         elif isinstance(thing, type):
             self.update(f"class {thing.__name__} {getattr(thing, '_fields', '')}")
         elif isinstance(thing, ModuleType):
