@@ -11,18 +11,13 @@ ZIG    := $(if $(shell command -v cc),,$(comma)bench-zig)
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help reproduce tournament test benchmark lint format types imports docs clean
+.PHONY: help reproduce test benchmark lint format types imports docs clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 reproduce: $(VENV)/.runtime ## rebuild the paper's figures and claims: report/index.html, report/claims.json
 	@$(BIN)/frictionloop reproduce
-
-tournament: $(VENV)/.design ## compare all control laws on 1000 fingers; goes on where it stopped: tournament/
-	@mkdir -p tournament
-	@$(BIN)/frictionloop compare --preset bench --fingers 1000 --seed 11 --out tournament/results.h5 --resume \
-	  --csv tournament/scores.csv --plots tournament/figures --why tracker,notch_pi
 
 test: $(VENV)/.dev ## run the tests
 	@$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
@@ -49,9 +44,9 @@ docs: $(VENV)/.dev ## build docs/_build/html, running the examples; warnings are
 	@echo "docs/_build/html/index.html"
 
 clean: ## remove everything that can be made again
-	@rm -rf $(VENV) report tournament docs/_build docs/gallery docs/sg_execution_times.rst benchmarks/build
+	@rm -rf $(VENV) report docs/_build docs/gallery docs/sg_execution_times.rst benchmarks/build
 	@rm -rf .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
-	@find src tests benchmarks examples docs -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
+	@find src tests benchmarks studies examples docs -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
 
 # The stamps below are newer than the pins when the environment agrees with them.
 $(VENV)/.runtime: $(PINS) | $(BIN)/python

@@ -8,8 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import frictionloop as fl
-from frictionloop.report.figures.diagram import _arrow, _block, _box, _signal, _sum
-from frictionloop.report.style import BLACK, BLUE, GREY, new_figure, styled, svg
+from frictionloop.report.figures.diagram import _block, _box, _signal, _sum
+from frictionloop.report.style import BLACK, BLUE, GREY, arrow, new_figure, styled, svg
 
 FILE = "_build/figures/bench-diagram.svg"
 TOP, BOTTOM, OVER = 3.4, 0.9, 5.85
@@ -74,36 +74,36 @@ def _groups(axes: Axes) -> None:
 
 def _wires(axes: Axes) -> None:
     half = 0.98
-    _arrow(axes, (-0.1, TOP), (ERROR - 0.17, TOP))
+    arrow(axes, (-0.1, TOP), (ERROR - 0.17, TOP))
     _signal(axes, 0.55, TOP + 0.22, "$f_r$")
     _sum(axes, ERROR, TOP)
-    _arrow(axes, (ERROR + 0.17, TOP), (CONTROLLER - half, TOP))
+    arrow(axes, (ERROR + 0.17, TOP), (CONTROLLER - half, TOP))
     for one, two, name in (
         (CONTROLLER, LOOKUP, "$u$"),
         (LOOKUP, PLATE, ""),
         (PLATE, LIMIT, "$a$"),
         (LIMIT, SKIN, ""),
     ):
-        _arrow(axes, (one + half, TOP), (two - half, TOP))
+        arrow(axes, (one + half, TOP), (two - half, TOP))
         _signal(axes, (one + two) / 2, TOP + 0.22, name)
-    _arrow(axes, (SKIN + half, TOP), (14.85, TOP))
+    arrow(axes, (SKIN + half, TOP), (14.85, TOP))
     _signal(axes, 14.5, TOP + 0.22, "$f_a$")
-    _arrow(axes, (LIMIT, OVER - 0.58), (LIMIT, TOP + 0.58), BLUE)
+    arrow(axes, (LIMIT, OVER - 0.58), (LIMIT, TOP + 0.58), BLUE)
     _signal(axes, LIMIT + 0.12, (OVER + TOP) / 2, "place, speed, load", ha="left", color=BLUE)
     axes.plot([LIMIT + half, SKIN], [OVER, OVER], color=BLUE, lw=0.9, solid_capstyle="projecting")
-    _arrow(axes, (SKIN, OVER), (SKIN, TOP + 0.58), BLUE)
+    arrow(axes, (SKIN, OVER), (SKIN, TOP + 0.58), BLUE)
     _signal(axes, SKIN - 0.1, OVER + 0.22, "speed", ha="right", color=BLUE)
     axes.plot([LIMIT - half, CONTROLLER], [OVER, OVER], color=BLUE, lw=0.9, solid_capstyle="projecting")
-    _arrow(axes, (CONTROLLER, OVER), (CONTROLLER, TOP + 0.58), BLUE)
+    arrow(axes, (CONTROLLER, OVER), (CONTROLLER, TOP + 0.58), BLUE)
     _signal(
         axes, (LIMIT - half + CONTROLLER) / 2, OVER + 0.22, "position sensor and load cells: is it sliding?", color=BLUE
     )
     axes.plot([TAP, TAP], [TOP, BOTTOM], color=BLACK, lw=0.9)
     axes.plot([TAP], [TOP], "o", ms=3, color=BLACK)
-    _arrow(axes, (TAP, BOTTOM), (SPRINGS + half, BOTTOM))
-    _arrow(axes, (SPRINGS - half, BOTTOM), (DEMODULATOR + half, BOTTOM))
-    _arrow(axes, (DEMODULATOR - half, BOTTOM), (CONVERTER + half, BOTTOM))
+    arrow(axes, (TAP, BOTTOM), (SPRINGS + half, BOTTOM))
+    arrow(axes, (SPRINGS - half, BOTTOM), (DEMODULATOR + half, BOTTOM))
+    arrow(axes, (DEMODULATOR - half, BOTTOM), (CONVERTER + half, BOTTOM))
     axes.plot([CONVERTER - half, ERROR], [BOTTOM, BOTTOM], color=BLACK, lw=0.9, solid_capstyle="projecting")
-    _arrow(axes, (ERROR, BOTTOM), (ERROR, TOP - 0.17))
+    arrow(axes, (ERROR, BOTTOM), (ERROR, TOP - 0.17))
     _signal(axes, 2.9, BOTTOM + 0.22, "$f_m$")
     _signal(axes, ERROR - 0.22, TOP - 0.36, "−")

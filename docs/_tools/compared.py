@@ -1,36 +1,23 @@
-"""The table of control laws, from scores that `frictionloop compare` has left beside the pages.
-
-``python docs/_tools/compared.py tournament/scores.csv`` keeps the few that the table shows.
-"""
+"""The table of control laws, from the scores that ``python -m studies.laws`` has left."""
 
 from __future__ import annotations
 
 import csv
 import math
-import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 from tables import table
 
-KEPT = Path(__file__).parents[1] / "_static" / "tournament.csv"
-MISSING = (
-    "*No scores are stored with these pages yet. `make tournament` makes them (`tournament/scores.csv`), and "
-    "`python docs/_tools/compared.py tournament/scores.csv` puts what this table shows beside them.*"
-)
+KEPT = Path(__file__).parents[2] / "studies" / "results" / "laws.csv"
 ERRORS = (
     ("residual_rms_n", "rms (mN)", 1e3),
     ("hold_rms_n", "hold (mN)", 1e3),
     ("r2_identity", "$R^2$", 1.0),
     ("relative_index", "felt", 1.0),
     ("over_oracle", "/ oracle", 1.0),
-)
-STEPS = (
     ("fall_63_s", "fall to 63 % (ms)", 1e3),
-    ("fall_63_over_bound", "/ shortest", 1.0),
-    ("rise_10_90_over_limit", "rise / skin's", 1.0),
-    ("rise_10_90_over_bound", "/ shortest", 1.0),
 )
 """Scores shown as median / worst decile, as far as they are kept."""
 MARGINS = (
@@ -40,42 +27,33 @@ MARGINS = (
     ("sensitivity_peak_learnt", "learnt"),
 )
 """Margins of the median capable finger."""
-POPULATIONS = {"capable": "capable fingers", "within reach": "fingers within reach"}
-"""Populations shown, by what a table calls them; errors of both, steps of the first."""
-MEDIAN_FINGER = "median capable finger"
-SHOWN = {name for name, *_ in (*ERRORS, *STEPS, *MARGINS)}
+CAPABLE, MEDIAN_FINGER = "capable", "median capable finger"
+"""Populations shown."""
 Row = dict[str, str]
 Pairs = Sequence[tuple[str, str, float]]
 
 
 def compared(kept: Path = KEPT) -> str:
-    """Return tables of errors, steps and margins for each speed, or the line that says how to get them."""
-    if not kept.exists():
-        return MISSING
+    """Return tables of errors and margins for each speed."""
     rows = _read(kept)
     contacts = _names(rows, "contact")
     parts = []
     for speed in _names(rows, "speed_mm_s"):
         here = {c: [row for row in rows if row["speed_mm_s"] == speed and row["contact"] == c] for c in contacts}
-        for said, pairs, populations in (("errors", ERRORS, POPULATIONS), ("steps", STEPS, ("capable",))):
-            parts += [
-                _table(f"**{float(speed):g} mm/s, {c}, {said}**", here[c], pairs, population)
-                for population in populations
-                for c in contacts
-            ]
+        parts += [_table(f"**{float(speed):g} mm/s, {c}, errors**", here[c], ERRORS) for c in contacts]
         parts.append(_margins(f"**{float(speed):g} mm/s, margins**", here))
     return "\n\n".join(part for part in parts if part)
 
 
-def _table(title: str, rows: list[Row], pairs: Pairs, population: str) -> str:
-    rows = [row for row in rows if row["population"] == population]
+def _table(title: str, rows: list[Row], pairs: Pairs) -> str:
+    rows = [row for row in rows if row["population"] == CAPABLE]
     pairs = [pair for pair in pairs if pair[0] in _names(rows, "score")]
     if not pairs:
         return ""
     count = max(int(row["fingers"]) for row in rows)
     heads = ("Law", *(head for _, head, _ in pairs))
     cells = table(heads, (_law(law, rows, pairs) for law in _names(rows, "law")))
-    return f"{title}, median / worst decile of {count} {POPULATIONS[population]}:\n\n{cells}"
+    return f"{title}, median / worst decile of {count} capable fingers:\n\n{cells}"
 
 
 def _margins(title: str, here: dict[str, list[Row]]) -> str:
@@ -91,21 +69,9 @@ def _margins(title: str, here: dict[str, list[Row]]) -> str:
     return f"{title} of the median capable finger:\n\n{table(heads, known)}"
 
 
-def keep(scores: Path, kept: Path = KEPT) -> None:
-    """Copy what the table shows out of a tournament's scores, at four digits."""
-    populations = {*POPULATIONS, MEDIAN_FINGER}
-    rows = [row for row in _read(scores) if row["score"] in SHOWN and row["population"] in populations]
-    for row in rows:
-        row |= {key: f"{float(row[key] or 'nan'):.4g}" for key in ("median", "worst_decile")}
-    with kept.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-
-
 def _read(path: Path) -> list[Row]:
     with path.open(newline="", encoding="utf-8") as stream:
-        return list(csv.DictReader(stream))
+        return list(csv.DictReader(line for line in stream if not line.startswith("#")))
 
 
 def _names(rows: Iterable[Row], column: str) -> list[str]:
@@ -134,7 +100,3 @@ def _number(value: float) -> str:
     if math.isinf(value):
         return "∞"
     return f"{value:.3f}" if 0.9 <= value < 1.0 else f"{value:,.0f}" if value >= 1000.0 else f"{value:.3g}"
-
-
-if __name__ == "__main__":
-    keep(Path(sys.argv[1]))

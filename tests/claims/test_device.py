@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from scipy.stats import linregress
 
 import frictionloop as fl
-from frictionloop.design.causes import without
 from frictionloop.report import protocol
 from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit
 from frictionloop.report.people import LOOKUPS, WITHOUT, lookup, stronger, the_finger
@@ -123,7 +122,7 @@ def test_the_fitted_table_is_exact_for_the_finger_just_landed():
 def test_a_stronger_plate_and_what_is_taken_away():
     system = fl.bench().evolve(stronger({}))
     assert system.plate.max_amplitude_um == system.controller.model.max_amplitude_um == 5.0
-    left = {name: system.evolve(without(system, causes)) for name, causes in WITHOUT.items()}
+    left = {name: system.evolve(less) for name, less in WITHOUT.items()}
     assert left["all"] == system
     assert left["no sensor noise"].sensor.noise_density_n_rthz == left["no roughness"].friction.roughness_rms == 0.0
     assert left["no tremor"].motion.tremor_um == left["no tremor"].motion.tremor_n == 0.0

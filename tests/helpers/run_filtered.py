@@ -6,6 +6,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from frictionloop.control.filtered_pi import filtered_pi_gains, filtered_pi_start, filtered_pi_step
+from frictionloop.quantities.trees import flat
 from frictionloop.sensing.measurement import Measurement
 
 RATE = 5000.0
@@ -22,12 +23,12 @@ def columns(told):
 
 def run(controller, setpoints, forces, valid=None, clamp=CLAMP):
     """Commands, saturated and the state after each step."""
-    gains = tuple(map(float, (*filtered_pi_gains(controller), *clamp)))
-    state = tuple(map(float, filtered_pi_start(controller)))
+    gains = filtered_pi_gains(controller)._replace(low=clamp[0], high=clamp[1])
+    state = filtered_pi_start(controller)
     out, states = [], []
     for r, f, ok in zip(setpoints, forces, np.ones(len(forces)) if valid is None else valid, strict=True):
         told = Measurement(float(f), 0.0, 0.0, 0.0, float(ok))
         state, command = filtered_pi_step(state, told, float(r), gains, 1.0 / RATE)
         out.append(tuple(command))
-        states.append(state)
+        states.append(flat(state))
     return np.array(out), np.array(states)

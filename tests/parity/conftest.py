@@ -7,12 +7,13 @@ from functools import cache
 import numpy as np
 import pytest
 from numba import njit
-from numba.np.unsafe.ndarray import to_fixed_tuple
 
 import frictionloop as fl
 from frictionloop.control.laws import law_of
 from frictionloop.firmware.compiled import host_library, host_words, quantised_start, state_places
 from frictionloop.firmware.quantised_tracker import LOWER_WORDS
+from frictionloop.loop.kernel.access import doubles, load, store
+from frictionloop.quantities import trees
 from frictionloop.sensing.measurement import Measurement
 
 
@@ -22,21 +23,23 @@ def loop(law):
 
     Ticks follow one another from the first state, or begin each at its own where there is one for each.
     """
-    step, states, gains = law.step, law.states, law.gains + 2
+    step, states = law.step, trees.size(law.state)
+    state_rows, gain_rows = (trees.shaped(shape, range(trees.size(shape))) for shape in (law.state, law.gains))
 
     @njit
     def go(starts, rows, setpoints, numbers, dt):
         before, after, forces = np.empty((len(rows), states)), np.empty((len(rows), states)), np.empty(len(rows))
-        state = starts[0].copy()
+        state, gains = starts[0].copy(), load(doubles(numbers.ctypes.data), 0, 1, gain_rows)
+        held = doubles(state.ctypes.data)
         for k in range(len(rows)):
             if len(starts) > 1:
                 state[:] = starts[k]
             row = rows[k]
             measured = Measurement(row[0], row[1], row[2], row[3], row[4])
-            given = to_fixed_tuple(state, states), to_fixed_tuple(numbers, gains)
-            next_state, command = step(given[0], measured, setpoints[k], given[1], dt)
-            before[k], state[:], forces[k] = state, np.array(next_state), command.u
-            after[k] = state
+            before[k] = state
+            next_state, command = step(load(held, 0, 1, state_rows), measured, setpoints[k], gains, dt)
+            store(held, 0, 1, state_rows, next_state)
+            after[k], forces[k] = state, command.u
         return before, after, forces
 
     return go
@@ -47,10 +50,9 @@ class FloatLaw:
 
     def __init__(self, controller):
         law = law_of(controller)
-        model, self._loop, self._dt = controller.model, loop(law), 1.0 / controller.rate_hz
-        self._numbers = np.array([*law.gains_of(controller), model.floor_n, model.nominal_n], dtype=float)
-        start = law.start_of(controller) if law.start_of else (0.0,) * law.states
-        self.state = np.array(start, dtype=float)
+        self._loop, self._dt = loop(law), 1.0 / controller.rate_hz
+        self._numbers = np.array(trees.flat(law.gains_for(controller)), dtype=float)
+        self.state = np.array(trees.flat(law.start_for(controller)), dtype=float)
 
     def along(self, rows, setpoints):
         """Go on by these ticks: states before each."""

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.control.force_observer import OBSERVER_STATES
-from frictionloop.control.laws import law_number, law_of
+from frictionloop.control.force_observer import ObserverState
+from frictionloop.control.laws import NUMBERED, law_of
 from frictionloop.control.observer_gains import observer_gains
 from frictionloop.firmware.compiled import host_library, quantised_gains, state_places
+from frictionloop.quantities import trees
 
 MODEL = fl.bench().controller.model
 NO_RESONANCE = MODEL.model_copy(update={"resonance_hz": 0.0})
@@ -34,11 +35,11 @@ def random_states(controller, count, seed):
     """States anywhere in what the law is made for: forces within the clamp, the sensor ringing to 7 N."""
     rng, model = np.random.default_rng(seed), controller.model
     low, high = model.floor_n, model.nominal_n
-    states = rng.uniform(low, high, (count, law_of(controller).states))
+    states = rng.uniform(low, high, (count, trees.size(law_of(controller).state)))
     states[:, 2:5] = rng.uniform(-7.0, 7.0, (count, 3)) * 10.0 ** rng.uniform(-3, 0, (count, 1))
     states[:, 5:7] = rng.uniform(-2.0 * high, 2.0 * high, (count, 2))
     states[:, 7], states[:, 8] = rng.integers(0, 2, count), rng.integers(-1, 2, count)
-    if states.shape[1] > OBSERVER_STATES:
+    if states.shape[1] > len(ObserverState._fields):
         states[:, 18] = rng.uniform(-0.2, 0.2, count)
         states[:, 19], states[:, 20] = states[:, 6] + rng.normal(0.0, 0.05, count), rng.uniform(0.0, 2.0, count)
     return states
@@ -50,7 +51,7 @@ def check(controller, difference, states):
     steps = STEPS * (1.0 + max(gains.k1, gains.k2, gains.k3, gains.kd))
     allowed = steps * 2.0 ** -np.array(state_places(controller), dtype=float)
     # The command that is held is 1/(1 - p) of a difference of forces.
-    allowed[[1, *range(9, OBSERVER_STATES)]] *= 1.0 + gains.inverse
+    allowed[[1, *range(9, len(ObserverState._fields))]] *= 1.0 + gains.inverse
     assert np.all(np.abs(states) <= allowed)
 
 
@@ -84,9 +85,9 @@ def test_force_and_states_agree_a_million_times(parity, name):
 def test_both_sides_mean_the_same_places(kind):
     controller = fl.bench().evolve({"controller.kind": kind}).controller
     _, library = host_library()
-    places = state_places(controller)
-    assert library.fl_host_states(law_number(controller)) == len(places)
-    assert [library.fl_host_places(law_number(controller), i) for i in range(len(places))] == list(places)
+    places, number = state_places(controller), 1 + NUMBERED.index(law_of(controller))
+    assert library.fl_host_states(number) == len(places)
+    assert [library.fl_host_places(number, i) for i in range(len(places))] == list(places)
 
 
 def test_too_much_friction_for_the_format_is_one_line():

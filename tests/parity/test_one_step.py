@@ -66,7 +66,7 @@ def check(parity, controller, inputs):
     # Held sections and the integral take the rounding of the command along, times what holds them.
     allowed = STEPS / scale
     if controller.kind == "filtered_pi":
-        allowed[:13] += 2.0 * STEPS * filtered_pi_gains(controller)[2] / scale[0]
+        allowed[:13] += 2.0 * STEPS * filtered_pi_gains(controller).hold / scale[0]
     apart = np.abs(states) > allowed
     if not getattr(controller, "feedforward", False):
         apart[:, 13:] = False  # the C core does not compute an expected reading that nobody reads

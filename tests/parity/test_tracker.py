@@ -10,7 +10,7 @@ import pytest
 import frictionloop as fl
 from frictionloop.control.tracker import HIGHEST, LARGEST_BY_C, LARGEST_BY_T, LARGEST_N, LOWEST
 from frictionloop.control.tracker_gains import tracker_gains
-from frictionloop.control.tracker_state import TrackerGains, TrackerState
+from frictionloop.control.tracker_state import TrackerState
 from frictionloop.firmware.compiled import quantised_gains
 
 SYSTEM = fl.bench().evolve({"controller.kind": "tracker"})
@@ -54,7 +54,7 @@ def squares(commands_um, forces):
     wants the amplitude w that its force stands for, and commands (w - what is left of the last)/(1 - decay).
     """
     wanted_um = np.sqrt(np.log(MODEL.nominal_n / forces) / MODEL.susceptibility_per_um2)
-    off_um = commands_um / TrackerGains(*tracker_gains(TRACKER)[: len(TrackerGains._fields)]).inverse
+    off_um = commands_um / tracker_gains(TRACKER).own.inverse
     return off_um * (2.0 * wanted_um + off_um)
 
 

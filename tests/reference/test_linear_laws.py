@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from designed_notch import DESIGNED_NOTCH
 from scipy.signal import freqz
 from steady_finger import SILENT, SLIDING
 
@@ -16,9 +17,8 @@ from frictionloop.analysis import rest as resting
 from frictionloop.analysis.law_space import jacobian_space, pi_space
 from frictionloop.analysis.rest import rest_of
 from frictionloop.cli import advice
-from frictionloop.control.law import ForceCommand, Law
+from frictionloop.control.law import Clamp, ForceCommand, Law, clamp_of
 from frictionloop.quantities.arithmetic import step
-from frictionloop.report.beyond import NOTCH_DESIGNED
 
 RATE_HZ, TS = 5000, 1 / 5000
 SETTLE_S, SCORE_S = 3.0, 1.0
@@ -61,8 +61,8 @@ LAWS: dict[str, dict[str, Any]] = {
             **LEARNT,
         },
     },
-    "notch_pi": {**NOTCH_DESIGNED, "controller.overdrive": False, "controller.feedforward": False},
-    "notch_pi, overdrive and feed-forward": dict(NOTCH_DESIGNED),
+    "notch_pi": {**DESIGNED_NOTCH, "controller.overdrive": False, "controller.feedforward": False},
+    "notch_pi, overdrive and feed-forward": dict(DESIGNED_NOTCH),
     "observer": {"controller.kind": "observer", **BELIEVED},
     "super-twisting": {"controller.kind": "super_twisting", **BELIEVED},
     "lookup": {"controller": OPEN},
@@ -147,6 +147,20 @@ B, A = (0.31, -0.42, 0.17), (1.0, -1.52, 0.61)
 GAIN = 0.04
 
 
+class BiquadState(NamedTuple):
+    integral: float
+    s1: float
+    s2: float
+    command: float
+    estimate: float
+
+
+class OneGain(NamedTuple):
+    gain: float
+    low: float
+    high: float
+
+
 @step
 def _biquad_step(state, measurement, setpoint_n, gains, dt):  # type: ignore[no-untyped-def]
     """I += k e; u = biquad(I) - log-like bend of what is measured: two inputs, a nonlinear path, a slow estimate."""
@@ -157,12 +171,19 @@ def _biquad_step(state, measurement, setpoint_n, gains, dt):  # type: ignore[no-
     s1, s2 = B[1] * integral - A[1] * y + s2, B[2] * integral - A[2] * y
     wanted = estimate * y - 0.3 * measurement.force * measurement.force + 0.2 * setpoint_n
     u = min(max(wanted, low), high)
-    return (integral, s1, s2, u, estimate + 1e-4 * (setpoint_n - measurement.force)), ForceCommand(
-        u, 1.0 if u != wanted else 0.0
-    )
+    after = BiquadState(integral, s1, s2, u, estimate + 1e-4 * (setpoint_n - measurement.force))
+    return after, ForceCommand(u, 1.0 if u != wanted else 0.0)
 
 
-BIQUAD = Law("lookup", _biquad_step, 5, lambda c: (GAIN,), 1, lambda c: (0.0, 0.0, 0.0, 0.0, 1.5), frozen=(4,))
+BIQUAD = Law(
+    "lookup",
+    _biquad_step,
+    BiquadState,
+    OneGain,
+    gains_of=lambda c: OneGain(GAIN, *clamp_of(c.model)),
+    start_of=lambda c: BiquadState(0.0, 0.0, 0.0, 0.0, 1.5),
+    frozen=("estimate",),
+)
 
 
 def with_law(monkeypatch: pytest.MonkeyPatch, law: Law, changes: dict[str, Any] | None = None) -> LinearLoop:
@@ -195,22 +216,31 @@ def test_it_rests_where_the_operating_point_is(monkeypatch: pytest.MonkeyPatch) 
     assert rest.step(rest.point)[-1] == pytest.approx(loop.elements.force_n)  # the model is right
 
 
+class CountingState(NamedTuple):
+    integral: float
+    count: float
+
+
 @step
 def _counting_step(state, measurement, setpoint_n, gains, dt):  # type: ignore[no-untyped-def]
     """An integral that starts 100 periods late: no search from the start finds its rest, a run does."""
     integral, count = state
     low, high = gains
     integral += (0.02 if count > 99.5 else 0.0) * (setpoint_n - measurement.force)
-    return (integral, min(count + 1.0, 100.0)), ForceCommand(min(max(integral, low), high), 0.0)
+    return CountingState(integral, min(count + 1.0, 100.0)), ForceCommand(min(max(integral, low), high), 0.0)
 
 
 def test_a_law_that_wakes_up_late(monkeypatch: pytest.MonkeyPatch) -> None:
-    loop = with_law(monkeypatch, Law("lookup", _counting_step, 2, lambda c: (), 0))
+    loop = with_law(monkeypatch, Law("lookup", _counting_step, CountingState, Clamp))
     frequency = np.array([1.0, 30.0, 2000.0])
     z = np.exp(2j * np.pi * frequency * TS)
     np.testing.assert_allclose(
         loop.responses(frequency)["u_from_q"] / loop.responses(frequency)["S"], -0.02 / (1 - 1 / z)
     )
+
+
+class OneState(NamedTuple):
+    value: float
 
 
 @step
@@ -220,7 +250,7 @@ def _twisting_step(state, measurement, setpoint_n, gains, dt):  # type: ignore[n
     error = setpoint_n - measurement.force
     sign = 1.0 if error > 0.0 else (-1.0 if error < 0.0 else 0.0)
     u = integral + 0.1 * sign * np.sqrt(abs(error))
-    return (integral + 1e-3 * sign,), ForceCommand(min(max(u, low), high), 0.0)
+    return OneState(integral + 1e-3 * sign), ForceCommand(min(max(u, low), high), 0.0)
 
 
 @step
@@ -229,14 +259,14 @@ def _kinked_step(state, measurement, setpoint_n, gains, dt):  # type: ignore[no-
     low, high = gains
     error = setpoint_n - measurement.force
     integral += 0.02 * error
-    return (integral,), ForceCommand(min(max(integral + 0.1 * abs(error), low), high), 0.0)
+    return OneState(integral), ForceCommand(min(max(integral + 0.1 * abs(error), low), high), 0.0)
 
 
 @step
 def _running_step(state, measurement, setpoint_n, gains, dt):  # type: ignore[no-untyped-def]
     (time,) = state
     low, high = gains
-    return (time + dt,), ForceCommand(min(max(setpoint_n, low), high), 0.0)
+    return OneState(time + dt), ForceCommand(min(max(setpoint_n, low), high), 0.0)
 
 
 @step
@@ -256,7 +286,7 @@ def _stopped_step(state, measurement, setpoint_n, gains, dt):  # type: ignore[no
     ],
 )
 def test_what_has_no_linear_analysis_is_refused(monkeypatch: pytest.MonkeyPatch, law_step: Any, says: str) -> None:
-    loop = with_law(monkeypatch, Law("lookup", law_step, 1, lambda c: (), 0))
+    loop = with_law(monkeypatch, Law("lookup", law_step, OneState, Clamp))
     with pytest.raises(fl.FrictionloopError, match=rf'^controller\.kind = "lookup": [^\n]*{says}[^\n]*$'):
         loop.is_stable()
 
@@ -296,13 +326,13 @@ def _integral_step(state, measurement, setpoint_n, gains, dt):  # type: ignore[n
     (integral,) = state
     gain, low, high = gains
     integral += gain * (setpoint_n - measurement.force)
-    return (integral,), ForceCommand(min(max(integral, low), high), 0.0)
+    return OneState(integral), ForceCommand(min(max(integral, low), high), 0.0)
 
 
 @pytest.mark.parametrize(("gain", "says"), [(0.005, None), (0.1, "close to ringing"), (0.2, "rings")])
 def test_advice_on_a_law_without_kp(monkeypatch: pytest.MonkeyPatch, gain: float, says: str | None) -> None:
     """Ms and stability are told, no gains; a law that holds is not spoken of."""
-    law = Law("lookup", _integral_step, 1, lambda c: (gain,), 1)
+    law = Law("lookup", _integral_step, OneState, OneGain, lambda c: OneGain(gain, *clamp_of(c.model)))
     loop = with_law(monkeypatch, law)
     found = advice.of_system(loop.system)
     if says is None:
@@ -324,12 +354,12 @@ def _banded_step(state, measurement, setpoint_n, gains, dt):  # type: ignore[no-
     (integral,) = state
     low, high = gains
     pulled = min(max(setpoint_n - measurement.force, -4e-4), 4e-4)
-    return (integral + 0.02 * pulled,), ForceCommand(min(max(integral + 2.0 * pulled, low), high), 0.0)
+    return OneState(integral + 0.02 * pulled), ForceCommand(min(max(integral + 2.0 * pulled, low), high), 0.0)
 
 
 def test_linear_range(monkeypatch: pytest.MonkeyPatch) -> None:
     """The slope is off by 5 % at band / 0.95; of PI it ends 5 % beyond the clamp, of the lookup nowhere."""
-    banded = with_law(monkeypatch, Law("lookup", _banded_step, 1, lambda c: (), 0)).linear_range_n
+    banded = with_law(monkeypatch, Law("lookup", _banded_step, OneState, Clamp)).linear_range_n
     assert 4e-4 / 0.95 / 1.05 < banded <= 4e-4 / 0.95
     monkeypatch.undo()
     pi = linearise(steady({"controller.kp": 2.0, "controller.ki": 1.0}), force_n=0.55)

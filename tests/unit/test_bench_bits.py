@@ -12,7 +12,7 @@ from frictionloop.control.lookup import inverse_step
 from frictionloop.loop import simulate as simulate_module
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.slab import LANES
-from frictionloop.loop.kernel.tiles import BENCH_TRACES
+from frictionloop.loop.kernel.traces import BENCH_TRACES
 from frictionloop.loop.simulate import run_tile
 
 PERIODS = 333  # not a whole number of blocks of 32
@@ -48,7 +48,7 @@ def alone(system, seed, periods=PERIODS):
 
 def together(systems, seeds):
     traces = np.empty((len(BENCH_TRACES), PERIODS, LANES))
-    run_tile(lower(systems, seeds, recording=True), PERIODS, traces.reshape(-1))
+    run_tile(lower(systems, seeds, traces=traces.reshape(-1)), PERIODS)
     return np.moveaxis(traces, 2, 0)[: len(systems)]
 
 

@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 import pytest
-from frictionloop.loop.kernel.slab_access import load, peek, pointer, poke, store
 from hypothesis import given
 from hypothesis import strategies as st
 from numba import njit
 
+from frictionloop.loop.kernel.access import doubles, load, peek, poke, store
 from frictionloop.loop.kernel.slab import LANES
 from frictionloop.physics.contact import ContactCoefficients, ContactState, contact_coefficients
 from frictionloop.physics.contact_bristle import dahl_step, lugre_step
@@ -147,7 +147,7 @@ def test_a_tile_of_lanes_has_the_bits_of_single_fingers(law):
 
     @njit(error_model="numpy")
     def tile(slab, n):
-        s = pointer(slab)
+        s = doubles(slab.ctypes.data)
         for i in range(n):
             limit, speed = peek(s, limit_row * LANES + i), peek(s, speed_row * LANES + i)
             constants = load(s, i, LANES, constant_rows)

@@ -88,7 +88,7 @@ def test_it_fits_the_law(design) -> None:
     assert set(design.overrides) == {f"controller.{name}" for name in names}
     assert design.overrides["controller.feedforward"] and design.overrides["controller.overdrive"]
     # Slow sections behind the first two, which the law can hold to the command.
-    assert filtered_pi_gains(BENCH.evolve(design.overrides).controller)[2] != 0.0
+    assert filtered_pi_gains(BENCH.evolve(design.overrides).controller).hold != 0.0
     nearest = [np.abs(1 - np.roots([1.0, *section[3:]])).min() for section in design.cascade.sections]
     assert min(nearest[:2]) >= max(nearest[2:])
     assert design.command_noise_n <= 0.03

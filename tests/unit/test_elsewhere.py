@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import pytest
+from designed_notch import DESIGNED_NOTCH
 
 import frictionloop as fl
 from frictionloop.analysis import linearise
 from frictionloop.design.elsewhere import elsewhere
 from frictionloop.design.learnt import strokes_of
 from frictionloop.design.wanted import Wanted
-from frictionloop.report.beyond import NOTCH_DESIGNED
 
 LIMITS = Wanted().limits
 
 
 def test_a_notch_for_bristles_is_told_not_to_hold_on_a_slider():
-    (line,) = elsewhere(fl.bench().evolve(NOTCH_DESIGNED), LIMITS)
+    (line,) = elsewhere(fl.bench().evolve(DESIGNED_NOTCH), LIMITS)
     places = line.removeprefix("not held elsewhere, where it was not designed for: Ms gets to ").split("; ")
     assert [each.partition(" on ")[2] for each in places] == ["dahl, 80 mm/s", "slider, 20 mm/s", "slider, 80 mm/s"]
-    slider = fl.bench().evolve({**NOTCH_DESIGNED, "finger.contact": "slider", "sensor.resonance_hz": 0.9 * 145.0})
+    slider = fl.bench().evolve({**DESIGNED_NOTCH, "finger.contact": "slider", "sensor.resonance_hz": 0.9 * 145.0})
     told = float(places[1].split()[0])
     assert told > 2.6 and told >= 0.99 * linearise(slider, force_n=0.5).margins().sensitivity_peak
 

@@ -67,7 +67,7 @@ def test_nothing_winds_up_whatever_the_error(told, count, feedforward):
     """kp y + I is the command, so I moves towards it by ki dt/kp of the way, and never beyond."""
     forces, setpoints, valid = columns(told)
     controller = law(HELD[:count], feedforward=feedforward, overdrive=feedforward)
-    assert filtered_pi_gains(controller)[2] != 0.0
+    assert filtered_pi_gains(controller).hold != 0.0
     got, states = run(controller, setpoints, forces, valid)
     assert np.all((got[:, 0] >= CLAMP[0]) & (got[:, 0] <= CLAMP[1]))
     ahead = setpoints if feedforward else np.zeros(1)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 import frictionloop as fl
-from frictionloop.control.force_observer import ObserverState, held_step, observe_step, predict_step
+from frictionloop.control.force_observer import held_step, observe_step, predict_step
 from frictionloop.control.observer_gains import observer_gains, observer_start
 from frictionloop.sensing.measurement import Measurement
 
@@ -49,7 +49,7 @@ def test_the_believed_plant_is_that_of_the_equations(delay_s):
     commands, disturbance_n = [0.5, 0.3, 0.9, 0.6, 0.6, 0.2] * 5, 0.13
     times = np.arange(len(commands)) / 5000.0
     expected = plant(MODEL, commands, delay_s, 5000.0, disturbance_n, times)
-    state = ObserverState(*observer_start(believes(delay_s=delay_s)))
+    state = observer_start(believes(delay_s=delay_s))
     got = []
     for k, command in enumerate(commands):
         reading = 0.95 + disturbance_n if k == 0 else 0.0
@@ -61,7 +61,7 @@ def test_the_believed_plant_is_that_of_the_equations(delay_s):
 
 def test_ahead_is_the_plate_once_all_commands_have_acted():
     gains = observer_gains(believes(delay_s=600e-6))
-    state = ObserverState(*observer_start(believes()))
+    state = observer_start(believes())
     aheads, plates = [], []
     for command in (0.5, 0.2, 0.9, 0.4, 0.4, 0.4, 0.7):
         state = observe_step(state, SLIDES, gains)
@@ -110,7 +110,7 @@ readings = st.lists(
 def test_no_reading_and_no_command_makes_the_observer_unbounded(sequence, delay_s):
     """d is clamped, the plate lies between its commands, and the suspension is a stable filter of bounded inputs."""
     c = believes(delay_s=delay_s)
-    gains, state = observer_gains(c), ObserverState(*observer_start(c))
+    gains, state = observer_gains(c), observer_start(c)
     for force, speed, valid, command in sequence:
         state = observe_step(state, Measurement(force, 0.0, speed, 0.5, valid), gains)
         assert abs(state.rest) <= gains.limit and abs(state.kept) <= gains.limit
@@ -129,7 +129,7 @@ def slide(state, gains, force_n, periods, valid=1.0, speed=0.02):
 
 
 def test_what_was_unknown_is_held_while_the_finger_does_not_slide_and_no_kick_follows():
-    gains, state = observer_gains(believes()), ObserverState(*observer_start(believes()))
+    gains, state = observer_gains(believes()), observer_start(believes())
     state = slide(state, gains, 0.7, 2000)
     assert state.kept == pytest.approx(0.2, abs=1e-6)
     held = state.kept
@@ -144,7 +144,7 @@ def test_what_was_unknown_is_held_while_the_finger_does_not_slide_and_no_kick_fo
 
 def test_a_reversal_turns_the_forces_on_the_sensor():
     """The same force on the same springs, read the other way round: estimates change sign, and nothing is corrected."""
-    gains, state = observer_gains(believes()), ObserverState(*observer_start(believes()))
+    gains, state = observer_gains(believes()), observer_start(believes())
     state = slide(state, gains, 0.7, 2000)
     turned = observe_step(state, Measurement(-0.7, 0.0, -0.02, 0.5, 0.0), gains)
     assert turned.spring == pytest.approx(-0.7, abs=1e-6)

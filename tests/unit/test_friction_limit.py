@@ -21,8 +21,8 @@ from frictionloop.physics.friction_limit import (
     limit_step,
     occlusion_coefficients,
     occlusion_step,
-    vibrated_step,
 )
+from frictionloop.physics.vibration import vibrated_step
 
 DT = 2e-4
 EPS = 2.0**-52

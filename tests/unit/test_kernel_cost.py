@@ -10,35 +10,40 @@ import tracemalloc
 import pytest
 
 import frictionloop as fl
+from frictionloop.loop.kernel.slab import LANES
 
 FRESH_PROCESS = """
     from numba.core import event
 
     import frictionloop as fl
-    from frictionloop.loop.kernel.build import BUILDERS, kernel
-    from frictionloop.loop.kernel.slab import LANES
+    from frictionloop.loop.kernel.tiles import _compiled
 
-    with event.install_recorder("numba:compile") as compiled:
+    with event.install_recorder("numba:compile") as compiled, event.install_recorder("numba:run_pass") as passes:
         fl.simulate(fl.paper(), 0.01)
         fl.sweep(fl.paper(), {"controller.kp": [1.0, 2.0, 3.0]}, 0.01)
         fl.Stepper(fl.paper()).tick(1.0)
-    # A bench draws its start by steps called from Python, which are compiled for that; its kernels are not.
+    # A bench draws its start by steps called from Python, which are compiled for that; its tiles are not.
     fl.simulate(fl.bench(), 0.01)
     fl.sweep(fl.bench(), {"controller.kp": [1.0, 2.0, 3.0]}, 0.01)
     fl.Stepper(fl.bench()).tick(1.0)
-    kernels = [kernel(name, width) for name in BUILDERS for width in (1, LANES)]
-    hits = [sum(advance.stats.cache_hits.values()) for advance in kernels]
-    print(len(compiled.buffer), *hits)
+    print(len(compiled.buffer), len(passes.buffer))
+    for (build, width, *_), tile in _compiled.items():
+        print(build.__name__, width, tile.cache_hits)
 """
 
 
 def test_a_second_process_compiles_nothing():
     def fresh():
         script = [sys.executable, "-c", textwrap.dedent(FRESH_PROCESS)]
-        return subprocess.run(script, capture_output=True, text=True, check=True).stdout.split()
+        return subprocess.run(script, capture_output=True, text=True, check=True).stdout.splitlines()
 
     fresh()  # may compile, if no test has before
-    assert fresh() == ["0", "1", "1", "1", "1"]  # no compilation for the paper; all four kernels come from the cache
+    events, *tiles = fresh()
+    assert events == "0 0"  # no compilation, nor a pass of the compiler, for the paper
+    # Every tile comes from the cache, those of both loops and widths among them.
+    assert all(line.endswith(" 1") for line in tiles)
+    loops = ("build_paper", "build_sense", "build_law", "build_move")
+    assert {f"{build} {width} 1" for build in loops for width in (1, LANES)} <= set(tiles)
 
 
 def peak_bytes(system, duration_s):

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from frictionloop.report.figures.comparison import figure_residuals
 from frictionloop.report.figures.controller import figure_step
 from frictionloop.report.figures.law_panels import figure_sensitivities, figure_step_traces
-from frictionloop.report.figures.tournament import figure_residuals
 
 CONTACTS = ["dahl", "slider"]
 TIME = np.arange(0.0, 2.0, 1e-3)

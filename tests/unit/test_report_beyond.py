@@ -1,51 +1,57 @@
-"""The laws of "Beyond the paper": the notch is the one that the synthesis finds, and its loop is stable."""
+"""The study that comes with the report: complete, and what is not finite is read as it was written."""
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
-import frictionloop as fl
-from frictionloop.design.synthesis import design_controller
-from frictionloop.design.tournament import EVALUATION_SEED, SMALL, margins, protocol
-from frictionloop.report.beyond import LAWS, NOTCH, SPEED_MM_S
+from frictionloop.report.beyond import COMMAND, LAWS, OPEN, ORACLE, PRINTED, TRACKER, stored
+from frictionloop.report.beyond_table import beyond_facts, beyond_rows
+from frictionloop.report.figures.beyond import LINES, figure_close_steps
 
-GAINS = [f"controller.{name}" for name in ("kp", "ki", "notch_hz", "notch_depth", "notch_width")]
-
-
-@pytest.fixture(scope="module")
-def finger():
-    """The median of the capable fingers of the section, with the resonance that the bench says."""
-    people = protocol.population(fl.bench(), SMALL, EVALUATION_SEED)
-    found = protocol.median_finger(people, protocol.able(fl.bench(), people, SPEED_MM_S))
-    return {path: value for path, value in found.items() if path != "sensor.resonance_hz"}
+CONTACTS = ("dahl", "slider")
 
 
-def peak(finger, contact, level_n, changes):
-    at = protocol.Condition(SPEED_MM_S, contact, protocol.SINES[1])
-    system = fl.bench().evolve({**protocol.overrides_of(at), **finger, **changes})
-    found = margins.loop_at(system, level_n, 0.5 * (protocol.START_S + protocol.DURATION_S)).margins()
-    assert found.stable == math.isfinite(found.sensitivity_peak)
-    return found.sensitivity_peak
+def test_it_has_every_law_on_both_contacts():
+    found = stored()
+    assert found.contacts == CONTACTS == tuple(found.limit_n)
+    assert list(found.cells) == [(law, contact) for law in LAWS for contact in CONTACTS]
+    assert found.scored["residual_rms_n"].shape == (len(LAWS), 1, len(CONTACTS), 26)
+    assert np.isfinite(found.scored["residual_rms_n"].values).all()
 
 
-@pytest.mark.parametrize("contact", protocol.CONTACTS)
-@pytest.mark.parametrize("level_n", protocol.LEVELS_N)
-def test_the_notch_is_stable_around_its_levels(finger, contact, level_n):
-    """Ms at most 2, its usual bound and that of the section's limit: a kind with another's gains has far more."""
-    assert peak(finger, contact, level_n, LAWS[NOTCH](fl.bench())) <= 2.0
+@pytest.mark.parametrize("contact", CONTACTS)
+def test_its_medians_are_those_of_its_fingers(contact):
+    found = stored()
+    able = found.scored["capable"].values[0]
+    for law in LAWS:
+        own = found.scored["residual_rms_n"].sel(law=law, contact=contact).values[0]
+        assert found.value(law, contact, "residual_rms_n") == pytest.approx(np.median(own[able]), rel=1e-5)
+        assert found.cells[law, contact]["median_finger_rms_n"] in own[able]
 
 
-def test_the_kind_alone_keeps_gains_that_are_not_stable(finger):
-    """Why the gains are named: the test above fails without them."""
-    kind = {path: value for path, value in LAWS[NOTCH](fl.bench()).items() if path not in GAINS}
-    assert peak(finger, "dahl", 0.6, kind) == math.inf
+def test_steps_that_are_never_followed_and_loops_that_are_not_stable_are_said():
+    found = stored()
+    assert math.isinf(found.value(PRINTED, "dahl", "fall_10_90_s"))
+    rows = {(row["law"], row["contact"]): row for row in beyond_rows(found)}
+    assert rows[PRINTED, "dahl"]["fall"] == "never" and rows[PRINTED, "dahl"]["peak"] == "unstable"
+    assert (rows[ORACLE, "dahl"]["tick"], rows[ORACLE, "dahl"]["oracle"]) == ("–", "1")
+    assert beyond_facts(found)["beyond command"] == COMMAND
 
 
-@pytest.mark.slow
-def test_the_notch_is_what_its_synthesis_finds():
-    own, found = LAWS[NOTCH](fl.bench()), design_controller(fl.bench(), "notch_pi").overrides
-    assert own.keys() == found.keys()
-    for path, value in found.items():  # kept to three digits: half of the last one is at most 0.5 %
-        assert own[path] == (value if isinstance(value, (str, bool)) else pytest.approx(value, rel=5e-3))
+def test_a_ratio_is_of_two_values():
+    found = stored()
+    medians = [found.value(law, "slider", "hold_rms_n") for law in (OPEN, TRACKER)]
+    assert found.ratio(OPEN, TRACKER, "slider", "hold_rms_n") == medians[0] / medians[1]
+
+
+def test_steps_are_drawn_for_four_laws_from_the_level_before_on():
+    figure = figure_close_steps(stored().steps)
+    assert [axes.get_title("left") for axes in figure.axes] == [
+        f"{contact}, step {way}" for contact in CONTACTS for way in ("down", "up")
+    ]
+    assert all(len(axes.lines) == 1 + len(LINES) for axes in figure.axes)
+    first = stored().steps.isel(time=0)
+    assert first["f_r"] == 0.75 and np.allclose(first["f_a"], 0.75, atol=0.05)

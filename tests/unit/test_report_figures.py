@@ -6,12 +6,10 @@ import re
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import frictionloop as fl
 from frictionloop.report.figures.diagram import controller_label, figure_diagram, lookup_label, source_label
 from frictionloop.report.figures.population import binned, figure_population
-from frictionloop.report.figures.why import figure_why
 from frictionloop.report.numbers import number
 from frictionloop.report.style import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, inline, svg
 from frictionloop.report.trials import sliding_trials
@@ -111,31 +109,3 @@ def test_colours_differ_in_grey_or_by_their_dashes():
 
     shades = sorted(lightness(colour) for colour in (BLUE, VERMILLION, GREEN, ORANGE, SKY, PURPLE))
     assert shades[-1] - shades[0] > 60
-
-
-def test_the_figure_of_causes_tells_laws_apart_without_colour_and_says_what_cannot_be_told():
-    causes, laws = ["roughness", "resonance"], ["plain", "best"]
-    axes = {"law": laws, "speed_mm_s": [20.0], "contact": ["dahl"], "finger": [0, 1, 2], "cause": causes}
-    lengths = {name: len(values) for name, values in axes.items()} | {"band": 2}
-    per_finger = ("law", "speed_mm_s", "contact", "finger")
-
-    def full(dims, value):
-        return dims, np.full([lengths[dim] for dim in dims], value)
-
-    found = xr.Dataset(
-        {
-            "all": full(per_finger, 0.02),
-            "silent": full(per_finger, 0.001),
-            "cost": full((*per_finger, "cause"), 0.0034),
-            "band_rms": full(("law", "speed_mm_s", "contact", "band"), 0.005),
-        },
-        axes | {"low_hz": ("band", [0.0, 5.0]), "high_hz": ("band", [5.0, 15.0])},
-    )
-    found["cost"].loc[{"law": "best", "cause": "resonance"}] = np.nan
-    found["cost"].loc[{"law": "plain", "cause": "resonance"}] = -0.00001
-    figure = figure_why(found, 20.0)
-    shown = words(figure).splitlines()
-    assert {"20.0", "3.4", "5.0", "cannot be told", "0.0"} <= set(shown) and "−0.0" not in shown
-    plain, best = (bars.patches[0] for bars in figure.axes[0].containers)
-    assert plain.get_hatch() != best.get_hatch() and plain.get_facecolor() != best.get_facecolor()
-    assert [label.get_text() for label in figure.axes[0].get_yticklabels()] == ["all", "no disturbance", *causes]

@@ -7,12 +7,14 @@ from functools import cache
 
 import numpy as np
 import pytest
+from designed_notch import DESIGNED_NOTCH
 from scipy import signal
 
 import frictionloop as fl
 from frictionloop.analysis.disturbance import touch_spectrum
 from frictionloop.design.detuned import Plants, detuned
 from frictionloop.design.notch import retune_notch
+from frictionloop.design.synthesis import design_controller
 
 BENCH = fl.bench()
 RATE = 5000.0
@@ -194,3 +196,11 @@ def test_the_default_notch_is_what_is_found_for_the_bench():
             peak, pole = closed_loop(system, (c.notch_hz, c.notch_depth, c.notch_width), c.kp, c.ki, False)
             assert pole < 1.0
             assert peak < 1.52
+
+
+@pytest.mark.slow
+def test_the_designed_notch_of_the_tests_is_what_its_synthesis_finds():
+    found = design_controller(BENCH, "notch_pi").overrides
+    assert DESIGNED_NOTCH.keys() == found.keys()
+    for path, value in found.items():  # kept to three digits: half of the last one is at most 0.5 %
+        assert DESIGNED_NOTCH[path] == (value if isinstance(value, (str, bool)) else pytest.approx(value, rel=5e-3))

@@ -9,7 +9,7 @@ import frictionloop as fl
 from frictionloop.loop import simulate as simulate_module
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.slab import LANES
-from frictionloop.loop.kernel.tiles import TRACES
+from frictionloop.loop.kernel.traces import TRACES
 from frictionloop.loop.simulate import run_tile
 from frictionloop.quantities.normals import normals
 
@@ -73,7 +73,7 @@ def alone(system, seed):
 def together(systems, seeds):
     """Return the traces of one tile, shape (lanes, variables, periods)."""
     traces = np.empty((len(TRACES), PERIODS, LANES))
-    run_tile(lower(systems, seeds, recording=True), PERIODS, traces.reshape(-1))
+    run_tile(lower(systems, seeds, traces=traces.reshape(-1)), PERIODS)
     return np.moveaxis(traces, 2, 0)[: len(systems)]
 
 

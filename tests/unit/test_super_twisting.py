@@ -169,9 +169,13 @@ def test_a_step_solves_its_equation(s, w, drift, reach, band):
 
 def plant_step(plant, u, gains, overdrive):
     """The believed plant with d = 0.1 N, as its own observer steps it; the command as overdrive makes it in N."""
-    c = held_step(plant[1], u, gains[:29], *gains[-2:]) if overdrive else u
-    plant = predict_step((*plant[:5], 0.1, *plant[6:]), c, gains[:29])
-    return tuple(plant)
+    c = held_step(plant.ahead, u, gains.observer, gains.low, gains.high) if overdrive else u
+    return predict_step(plant._replace(rest=0.1), c, gains.observer)
+
+
+def believed(state):
+    """The state of the observer that either law has."""
+    return getattr(state, "observer", state)
 
 
 kinds = st.sampled_from(["observer", "super_twisting"])
@@ -192,19 +196,20 @@ def controller(kind, **changes):
 def test_no_law_ever_leaves_the_clamp_or_winds_up(kind, overdrive, sequence):
     c = controller(kind, overdrive=overdrive)
     law, low, high = law_of(c), c.model.floor_n, c.model.nominal_n
-    gains, state = (*law.gains_of(c), low, high), tuple(law.start_of(c))
+    gains, state = law.gains_for(c), law.start_for(c)
+    assert (gains.low, gains.high) == (low, high)
     for force, speed, load, valid, setpoint in sequence:
-        state, command = law.step(tuple(state), Measurement(force, 0.0, speed, load, valid), setpoint, gains, 2e-4)
+        state, command = law.step(state, Measurement(force, 0.0, speed, load, valid), setpoint, gains, 2e-4)
         assert low <= command.u <= high
-        assert abs(state[6]) <= 2.0 * high  # d as it is used
+        assert abs(believed(state).kept) <= 2.0 * high  # d as it is used
         if kind == "super_twisting":
-            assert abs(state[18]) <= high - low
+            assert abs(state.w) <= high - low
     # Whatever has been: a finger with 0.1 N more than is believed gets there within 0.4 s of sliding.
-    plant = tuple(law.start_of(c))[:18]
+    plant = believed(law.start_for(c))
     for _ in range(2000):
         plant = plant_step(plant, command.u, gains, overdrive)
-        seen = Measurement(plant[4], 0.0, 0.02, 0.5, 1.0)
-        state, command = law.step(tuple(state), seen, 0.5, gains, 2e-4)
+        seen = Measurement(plant.reading, 0.0, 0.02, 0.5, 1.0)
+        state, command = law.step(state, seen, 0.5, gains, 2e-4)
     assert command.u == pytest.approx(0.4, abs=0.01)
 
 
@@ -212,12 +217,12 @@ def test_no_law_ever_leaves_the_clamp_or_winds_up(kind, overdrive, sequence):
 def test_without_a_sliding_finger_the_command_stays(kind, force):
     c = controller(kind)
     law = law_of(c)
-    gains, state = (*law.gains_of(c), c.model.floor_n, c.model.nominal_n), tuple(law.start_of(c))
+    gains, state = law.gains_for(c), law.start_for(c)
     for _ in range(2000):
-        state, command = law.step(tuple(state), Measurement(0.6, 0.0, 0.02, 0.5, 1.0), 0.5, gains, 2e-4)
-    kept = state[6]
+        state, command = law.step(state, Measurement(0.6, 0.0, 0.02, 0.5, 1.0), 0.5, gains, 2e-4)
+    kept = believed(state).kept
     for k in range(300):
-        state, command = law.step(tuple(state), Measurement(force, 0.0, 0.0, 0.0, 0.0), 0.5, gains, 2e-4)
-        assert state[6] == kept
+        state, command = law.step(state, Measurement(force, 0.0, 0.0, 0.0, 0.0), 0.5, gains, 2e-4)
+        assert believed(state).kept == kept
         if k > 100:
             assert command.u == pytest.approx(min(max(0.5 - kept, c.model.floor_n), c.model.nominal_n), abs=1e-9)

@@ -62,8 +62,8 @@ def test_so_it_is_with_lost_ticks_a_table_and_what_is_out_of_reach():
 def replayed(system, setpoints):
     """u of a law that runs a Stepper, opened and closed by hand as docs/firmware-states.md says."""
     controller, model, plant = system.controller, system.controller.model, fl.Stepper(system, seed=2)
-    law, numbers = law_of(controller), law_of(controller).gains_of(controller)
-    state = tuple(law.start_of(controller)) if law.start_of else (0.0,) * law.states
+    law = law_of(controller)
+    numbers, state = law.gains_for(controller), law.start_for(controller)
     believed, gains, found = 0.0, overdrive_gains(controller), []
     of_table = math.log2(model.nominal_n), math.log(2.0) / model.susceptibility_per_um2
     for k, r in enumerate(setpoints):
@@ -73,12 +73,12 @@ def replayed(system, setpoints):
         if 0 <= since < RAMP:
             low += (asked - low) * (RAMP - since) / RAMP
         if since == 0 and controller.kind in ("pi", "notch_pi"):
-            state = (asked - r if getattr(controller, "feedforward", False) else asked, *state[1:])
+            state = state._replace(integral=asked - r if getattr(controller, "feedforward", False) else asked)
         before = state
-        state, command = law.step(state, plant.measured, r, (*numbers, low, high), 1.0 / RATE_HZ)
+        state, command = law.step(state, plant.measured, r, numbers._replace(low=low, high=high), 1.0 / RATE_HZ)
         believed, amplitude = overdrive_step(believed, inverse_step(command.u, *of_table), gains)
         if controller.kind == "tracker" and since < RAMP:
-            state = (plate_after(controller, before, amplitude), amplitude, *state[2:])
+            state = state._replace(amplitude=plate_after(controller, before, amplitude), command=amplitude)
         found.append(command.u)
         plant.tick(amplitude)
     return np.array(found)
@@ -88,7 +88,7 @@ def plate_after(controller, state, command_um):
     """The tracker's believed amplitude a period on: under its last command until the new one takes effect."""
     late, period = controller.delay_s, 1.0 / RATE_HZ
     pole = 2 * math.pi * controller.model.plate_hz
-    switched = state[1] + (state[0] - state[1]) * math.exp(-pole * late)
+    switched = state.command + (state.amplitude - state.command) * math.exp(-pole * late)
     return command_um + (switched - command_um) * math.exp(-pole * (period - late))
 
 

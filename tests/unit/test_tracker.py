@@ -9,7 +9,7 @@ from scipy.linalg import expm
 import frictionloop as fl
 from frictionloop.control.tracker import tracker_step
 from frictionloop.control.tracker_gains import tracker_gains, tracker_start
-from frictionloop.control.tracker_state import TrackerGains, TrackerState
+from frictionloop.control.tracker_state import TrackerState
 from frictionloop.parameters.tracking import TrackerController
 from frictionloop.sensing.measurement import Measurement
 
@@ -51,9 +51,9 @@ class Tracker:
         self.A, self.b0, self.b1 = believed_sensor(c)
         self.calmed = self.shaken = self.leaps = self.drops = self.leaned = 0
         self.let_go = self.hastened = self.quick = 0
-        given = TrackerGains(*tracker_gains(c)[: len(TrackerGains._fields)])
+        given = tracker_gains(c).own
         self.stuck = np.array([0.0, given.stuck_friction, given.stuck_spring, given.stuck_rate, given.stuck_reading])
-        self.put(TrackerState(*tracker_start(c)))
+        self.put(tracker_start(c))
 
     def put(self, s):
         """Be where the compiled law is; tau = ln 2 fall, so sensitivities by tau are 1/ln 2 of those by fall."""
@@ -236,15 +236,14 @@ def test_the_compiled_step_is_the_law_written_anew(case, seed):
     rounding, tenfold every 100 ticks in places.
     """
     c = controller(**CASES[case])
-    own, gains = Tracker(c), (*tracker_gains(c), c.model.floor_n, c.model.nominal_n)
-    state, inside, stuck, forces, states = TrackerState(*tracker_start(c))._replace(compliance=60.0), 0, 0, [], []
+    own, gains = Tracker(c), tracker_gains(c)
+    state, inside, stuck, forces, states = tracker_start(c)._replace(compliance=60.0), 0, 0, [], []
     for k, (y, speed, load, valid, setpoint) in enumerate(readings(seed, 8000)):
         if k % 500 == 250:
             state = state._replace(compliance=4.0)  # nearly a slider: gains go by speed, and steps up lean
         own.put(state)
         wanted = own.tick(y, speed, load, valid, setpoint)
-        found, (u, saturated) = tracker_step(tuple(state), Measurement(y, 0.0, speed, load, valid), setpoint, gains, DT)
-        state = TrackerState(*found)
+        state, (u, saturated) = tracker_step(state, Measurement(y, 0.0, speed, load, valid), setpoint, gains, DT)
         forces.append((u, wanted))
         states.append((state, own.state()))
         inside, stuck = inside + (saturated == 0.0), stuck + (own.w > 0.0)
@@ -259,15 +258,15 @@ def test_the_compiled_step_is_the_law_written_anew(case, seed):
 def test_they_stay_together_while_the_finger_slides():
     """Two independent runs of 1,000 ticks around the set-point: where friction answers, nothing is amplified."""
     c, rng = controller(compliance_um_per_n=0.0), np.random.default_rng(4)
-    own, gains = Tracker(c), (*tracker_gains(c), c.model.floor_n, c.model.nominal_n)
-    state, limit = tuple(tracker_start(c)), 0.9
+    own, gains = Tracker(c), tracker_gains(c)
+    state, limit = tracker_start(c), 0.9
     x, f = np.zeros(3), 0.0
     for _ in range(1000):
         y = x[2] + 1e-4 * rng.normal()
         state, (u, _) = tracker_step(state, Measurement(y, 0.0, 0.03, 0.5, 1.0), 0.6, gains, DT)
         assert u == pytest.approx(own.tick(y, 0.03, 0.5, 1.0, 0.6), rel=RTOL)
         limit *= np.exp(2e-3 * rng.normal())
-        f_next = limit * np.exp(-0.45 * state[0] ** 2)
+        f_next = limit * np.exp(-0.45 * state.amplitude**2)
         x, f = own.A @ x + own.b0 * f + own.b1 * f_next, f_next
     np.testing.assert_allclose(state, own.state(), rtol=1e-7, atol=1e-10)
     assert abs(own.x[1] - 0.6) < 0.05

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
+from frictionloop.design.comparison.protocol import STEPPED, setpoint_of
 from frictionloop.design.learnt import learnt_in_run
-from frictionloop.design.tournament.protocol import STEPPED, setpoint_of
 
 TRACKER = {"controller.kind": "tracker"}
 OPEN = {"controller.kind": "lookup"}

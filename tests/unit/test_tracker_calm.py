@@ -10,14 +10,13 @@ import pytest
 import frictionloop as fl
 from frictionloop.control.tracker import CALM_C, CALM_T, tracker_step
 from frictionloop.control.tracker_gains import tracker_gains, tracker_start
-from frictionloop.control.tracker_state import TrackerState
 from frictionloop.parameters.tracking import TrackerController
 from frictionloop.quantities.arithmetic import step
 from frictionloop.sensing.measurement import Measurement
 
 DT, SPEED = 1.0 / 5000, 0.02
 C = TrackerController(model=fl.bench().controller.model, rate_hz=5000, delay_s=2e-4)
-START = TrackerState(*tracker_start(C))._replace(compliance=40.0, forward=1.0)
+START = tracker_start(C)._replace(compliance=40.0, forward=1.0)
 LIMIT_N_S = -2.0 * C.skin_stiffness_n_m * SPEED
 """-40 N/s: steeper than the skin follows, twice over."""
 RINGING = {
@@ -38,9 +37,8 @@ Gains for Ms 2.0 (`tune_tracker`); those for Ms 1.7, which the tracker has by de
 
 def after(state, speed=SPEED, valid=1.0):
     """Return the state after a reading that is just as expected: nothing else moves the estimates."""
-    gains = (*tracker_gains(C), C.model.floor_n, C.model.nominal_n)
     seen = Measurement(state.reading, 0.0, speed, 0.5, valid)
-    return TrackerState(*tracker_step(tuple(state), seen, 0.6, gains, DT)[0])
+    return tracker_step(state, seen, 0.6, tracker_gains(C), DT)[0]
 
 
 @pytest.mark.parametrize("speed", [SPEED, -SPEED, 0.08])
@@ -104,11 +102,11 @@ def without_the_rule():
 def last_second_n(law, system):
     """Run a law on the bench's plant for 2 s; return the rms of the second one."""
     c, plant = system.controller, fl.Stepper(system)
-    gains, state = (*tracker_gains(c), c.model.floor_n, c.model.nominal_n), tuple(tracker_start(c))
+    gains, state = tracker_gains(c), tracker_start(c)
     errors = []
     for _ in range(10000):
         state, _ = law(state, plant.measured, 0.6, gains, DT)
-        plant.tick(TrackerState(*state).command)
+        plant.tick(state.command)
         errors.append(plant.force_n - 0.6)
     return float(np.sqrt(np.mean(np.square(errors[5000:]))))
 

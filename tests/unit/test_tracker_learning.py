@@ -9,7 +9,6 @@ from scipy.linalg import solve_discrete_are
 import frictionloop as fl
 from frictionloop.control.tracker import tracker_step
 from frictionloop.control.tracker_gains import observed, sensor_matrices, tracker_gains, tracker_start
-from frictionloop.control.tracker_state import TrackerState
 from frictionloop.design.learnt import learnt_in_run
 from frictionloop.design.tracker_search import believed_share
 from frictionloop.parameters.tracking import PLACES, SCHEDULE, TrackerController
@@ -48,13 +47,9 @@ class Finger:
         return self.x[2] + self.noise_n * self.rng.normal()
 
 
-def gains_of(c):
-    return (*tracker_gains(c), c.model.floor_n, c.model.nominal_n)
-
-
 def stepped(gains, state, y, setpoint_n):
-    after, _ = tracker_step(tuple(state), Measurement(y, 0.0, SPEED, 0.5, 1.0), setpoint_n, gains, DT)
-    return TrackerState(*after)
+    after, _ = tracker_step(state, Measurement(y, 0.0, SPEED, 0.5, 1.0), setpoint_n, gains, DT)
+    return after
 
 
 def asked(k, hz):
@@ -63,7 +58,7 @@ def asked(k, hz):
 
 def tracked(c, finger, ticks, hz=1.0):
     """Return the states before each tick and the readings, for a sine of 0.6 +- 0.1 N."""
-    gains, state, y, states, readings = gains_of(c), TrackerState(*tracker_start(c)), 0.0, [], []
+    gains, state, y, states, readings = tracker_gains(c), tracker_start(c), 0.0, [], []
     for k in range(ticks):
         states.append(state)
         readings.append(y)
@@ -74,7 +69,7 @@ def tracked(c, finger, ticks, hz=1.0):
 
 def replayed(c, states, readings, parameter, value, hz):
     """Return the expected readings of an observer with another parameter: same readings, same commands."""
-    gains, state, found = gains_of(c), states[0]._replace(**{parameter: value}), []
+    gains, state, found = tracker_gains(c), states[0]._replace(**{parameter: value}), []
     for k, (own, y) in enumerate(zip(states, readings, strict=True)):
         state = state._replace(amplitude=own.amplitude, command=own.command)
         found.append(state.reading)
@@ -156,11 +151,11 @@ def test_gains_for_robustness_bias_what_is_learnt(compliance, least, most):
 
 def test_what_is_believed_after_a_run_is_what_the_law_believes_tick_by_tick():
     bench = fl.bench().evolve({"controller.kind": "tracker", "setpoint": fl.Constant(offset_n=0.6)})
-    plant, gains, state = fl.Stepper(bench, seed=5), gains_of(bench.controller), tracker_start(bench.controller)
+    plant, gains, state = fl.Stepper(bench, seed=5), tracker_gains(bench.controller), tracker_start(bench.controller)
     for _ in range(2500):
-        state, _ = tracker_step(tuple(state), plant.measured, 0.6, gains, DT)
-        plant.tick(state[1])
-    found, last = learnt_in_run(bench, 0.5, seed=5).controller, TrackerState(*state)
+        state, _ = tracker_step(state, plant.measured, 0.6, gains, DT)
+        plant.tick(state.command)
+    found, last = learnt_in_run(bench, 0.5, seed=5).controller, state
     assert last.compliance != bench.controller.compliance_um_per_n
     assert found.compliance_um_per_n == pytest.approx(last.compliance, rel=1e-6)
     assert found.model.susceptibility_per_um2 == pytest.approx(last.fall * LN2, rel=1e-9)

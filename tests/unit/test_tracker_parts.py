@@ -20,7 +20,7 @@ from frictionloop.control.limit_observer import (
     stuck_share,
 )
 from frictionloop.control.tracker_gains import observed, sensor_matrices, sensor_step_of, slopes_of, tracker_gains
-from frictionloop.control.tracker_state import SCHEDULED, TrackerGains
+from frictionloop.control.tracker_state import ScheduleColumns
 from frictionloop.parameters.tracking import PLACES, SCHEDULE, TrackerController
 
 DT = 1.0 / 5000
@@ -32,10 +32,6 @@ def controller(**changes):
     return TrackerController(**{"model": MODEL, "rate_hz": 5000, "delay_s": 2e-4} | changes)
 
 
-def all_gains(c):
-    return (*tracker_gains(c), c.model.floor_n, c.model.nominal_n)
-
-
 @pytest.mark.parametrize(("share", "q"), [(0.91, 6.0), (1.0, 20.0), (1.1, 0.7)])
 def test_the_observer_is_given_another_resonance(share, q):
     """Only the springs differ from the model: 145 Hz times the share, and a Q of their own."""
@@ -43,7 +39,7 @@ def test_the_observer_is_given_another_resonance(share, q):
     assert given == MODEL.model_dump() | {"resonance_hz": pytest.approx(145.0 * share), "resonance_q": q}
     w, p = 2 * np.pi * 145.0 * share, 2 * np.pi * MODEL.sensor_hz
     A = np.array([[0, w, 0], [-w, -w / q, 0], [p, 0, -p]])
-    a11, a12, a21, a22, a31, a32, a33 = tracker_gains(controller(resonance_share=share, broadened_q=q))[19:26]
+    a11, a12, a21, a22, a31, a32, a33 = tracker_gains(controller(resonance_share=share, broadened_q=q)).sensor[:7]
     np.testing.assert_allclose([[a11, a12, 0], [a21, a22, 0], [a31, a32, a33]], expm(A * DT), atol=1e-12)
 
 
@@ -73,14 +69,14 @@ def test_stuck_gains_against_the_riccati_recursion():
     for _ in range(5000):
         K = P[:, 4] / (P[4, 4] + 1e-8)
         P = F @ (P - np.outer(K, P[4])) @ F.T + Q
-    found = TrackerGains(*tracker_gains(controller())[: len(TrackerGains._fields)])
+    found = tracker_gains(controller()).own
     given = (found.stuck_friction, found.stuck_spring, found.stuck_rate, found.stuck_reading)
     np.testing.assert_allclose(given, K[[0, 2, 3, 4]], rtol=1e-6)
 
 
-@given(st.floats(0.0, PLACES[-1]), st.integers(0, SCHEDULED - 1))
+@given(st.floats(0.0, PLACES[-1]), st.integers(0, len(ScheduleColumns._fields) - 1))
 def test_schedule_against_interp(place, column):
-    slopes = slopes_of(SCHEDULE)[len(PLACES) * column :][: len(PLACES)]
+    slopes = slopes_of(SCHEDULE)[column]
     expected = np.interp(place, PLACES, [row[column] for row in SCHEDULE])
     assert scheduled(place, slopes) == pytest.approx(expected, rel=1e-12, abs=1e-12)
 

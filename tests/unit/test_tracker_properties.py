@@ -13,16 +13,17 @@ import frictionloop as fl
 from frictionloop.control.laws import law_of
 from frictionloop.control.tracker import HIGHEST, LOWEST, tracker_step
 from frictionloop.control.tracker_gains import observed, sensor_matrices, tracker_gains, tracker_start
-from frictionloop.control.tracker_state import TrackerState
 from frictionloop.design.tracker_tuning import tune_tracker
+from frictionloop.loop.kernel.slab import kept_rows, law_rows, rows
 from frictionloop.parameters.tracking import SCHEDULE, TrackerController
+from frictionloop.quantities import trees
 from frictionloop.sensing.measurement import Measurement
 
 DT = 1.0 / 5000
 MODEL = fl.bench().controller.model
 C = TrackerController(model=MODEL, rate_hz=5000, delay_s=2e-4)
-GAINS = (*tracker_gains(C), MODEL.floor_n, MODEL.nominal_n)
-START = TrackerState(*tracker_start(C))
+GAINS = tracker_gains(C)
+START = tracker_start(C)
 TRUST = max(1.0, *(row[6] for row in SCHEDULE))
 BEYOND = (TRUST - 1.0) / (2.0 - TRUST) * (HIGHEST - LOWEST)
 """How far a mean with a gain of 1 to 2 leaves the range [L, H] of what it follows: e = (t - 1)(H - L + e)."""
@@ -51,8 +52,8 @@ phases = st.lists(
 
 
 def tick(state, y, speed, load, valid, setpoint_n):
-    after, (u, saturated) = tracker_step(tuple(state), Measurement(y, 0.0, speed, load, valid), setpoint_n, GAINS, DT)
-    return TrackerState(*after), u, saturated
+    after, (u, saturated) = tracker_step(state, Measurement(y, 0.0, speed, load, valid), setpoint_n, GAINS, DT)
+    return after, u, saturated
 
 
 def driven(phases):
@@ -134,8 +135,16 @@ def test_no_kick_when_valid_comes_and_goes(off_ticks):
 def test_frozen_states_are_the_estimates():
     """The analysis holds compliance, susceptibility and the mean squares that scale their steps, and no more."""
     law = law_of(C)
-    assert [TrackerState._fields[i] for i in law.frozen] == ["compliance", "fall", "power_c", "power_t"]
-    assert len(GAINS) == law.gains + 2 and len(START) == law.states <= 32
+    assert law.frozen == ("compliance", "fall", "power_c", "power_t")
+    assert set(law.frozen) <= set(trees.names(law.state))
+
+
+def test_it_fits_its_rows():
+    law = law_of(C)
+    states, gains = map(trees.flat, law_rows(law))
+    used = [*states, *gains, *kept_rows(law)]
+    assert len(set(used)) == len(used) and set(used) <= set(rows("law"))
+    assert (len(states), len(gains)) == (len(START), len(trees.flat(GAINS)))
 
 
 def one_line(error):

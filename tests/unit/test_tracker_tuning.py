@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.design.robust_reach import UNMEASURED
 from frictionloop.design.synthesis import design_controller
 from frictionloop.design.tracker_loop import Row
 from frictionloop.design.tracker_search import TOUCH, RowSearch
@@ -14,6 +13,9 @@ from frictionloop.design.tracker_tuning import LIMITS, believed_resonance, tune_
 from frictionloop.parameters.tracking import PLACES, SCHEDULE, TrackerController
 from frictionloop.perception.thresholds import force_threshold_n
 from frictionloop.quantities import FrictionloopError
+
+UNMEASURED = {0.0: 1.7, 0.05: 2.0, 0.1: 2.6}
+"""Largest Ms by how far off the resonance of a device may be that nobody has measured."""
 
 
 def search_at(bench, place):

@@ -15,6 +15,7 @@ from frictionloop.cli import compare, design, device, firmware, reproduce, simul
 from frictionloop.cli.flags import gather
 from frictionloop.cli.helptext import HELP_STYLE
 from frictionloop.cli.screen import Interrupted, say
+from frictionloop.cli.use import used
 from frictionloop.quantities.units import FrictionloopError
 
 NOT_WRITTEN, BAD_INPUT, INTERRUPTED = 1, 2, 130
@@ -35,7 +36,8 @@ def _version() -> str:
 app = App(
     name="frictionloop",
     help="Closed-loop control of fingertip friction on ultrasonic surfaces: simulate it, sweep it, report on it.",
-    help_epilogue="Each command has its own help with examples: frictionloop simulate --help",
+    help_epilogue="Each command has its own help with examples: frictionloop simulate --help\n\n"
+    "A law, friction law, signal or metric of your own: --use FILE.py runs the file, which registers it, first.",
     help_format="plaintext",
     help_formatter=HELP_STYLE,
     version=_version,
@@ -69,7 +71,7 @@ def main(tokens: Sequence[str] | None = None) -> None:
 
 def _run(tokens: list[str]) -> int:
     try:
-        app(gather(tokens), print_error=False, exit_on_error=False, result_action="return_value")
+        app(gather(used(tokens)), print_error=False, exit_on_error=False, result_action="return_value")
         return 0
     except CycloptsError as error:
         say(f"error: {_one_line(error)}")

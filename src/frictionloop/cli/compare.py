@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from frictionloop.cli import checks, flags, screen
-from frictionloop.cli import tournament_files as files
+from frictionloop.cli import comparison_files as files
 from frictionloop.quantities.units import FrictionloopError
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from frictionloop.design.tournament import Tournament
+    from frictionloop.design.comparison import Comparison
     from frictionloop.parameters import System
 
 ARGUMENTS = "[FILE] [OPTIONS]"
@@ -24,7 +24,7 @@ EXAMPLES = r"""Examples
   frictionloop compare my-bench.toml --fingers 1000 --seed 11 \
       --out results.h5 --resume
   frictionloop compare --fingers 50 --laws lookup,retuned_pi --speeds 20 \
-      --csv scores.csv --plots figures --why retuned_pi
+      --csv scores.csv --plots figures
 """
 MOST_FINGERS = 1_000_000
 PROTOCOLS = (
@@ -88,13 +88,6 @@ def command(
     plots: Annotated[
         Path | None, Parameter(help="Folder for figures: residuals, steps, sensitivities (.svg).", group=flags.RESULT)
     ] = None,
-    why: Annotated[
-        str | None,
-        Parameter(
-            help="Laws whose residual to split by cause: tremor, roughness, resonance, ...; 100 fingers at most.",
-            group=flags.RESULT,
-        ),
-    ] = None,
     json: flags.Json = False,
 ) -> None:
     """Compare control laws: paper's sines, holds, steps and landings on unseen fingers, two speeds, two contacts."""
@@ -104,20 +97,18 @@ def command(
     checks.check_count("jobs", 1 if jobs is None else jobs, 1, 1024)
     checks.check_folder("plots", plots)
     if resume and out is None:
-        raise FrictionloopError("resume: needs --out FILE.h5, the file of the tournament to continue")
+        raise FrictionloopError("resume: needs --out FILE.h5, the file of the comparison to continue")
     _check_overrides(overrides)
     system = flags.system_from(file, preset or (None if file else "bench"), overrides)
 
-    from frictionloop.design import tournament as rooms
-    from frictionloop.design.tournament.entrants import entrants
+    from frictionloop.design import comparison as rooms
 
     at = rooms.EVALUATION_SEED if seed is None else seed
-    explained = [] if why is None else rooms.check_laws(_names(why) or [], entrants(_names(laws)))
     options: dict[str, Any] = {"path": out, "resume": resume, "n_jobs": jobs, "duration_s": duration_s}
     clock = screen.Stopwatch()
     try:
         ran = rooms.compare(system, fingers, at, _names(laws), _speeds(speeds), **options)
-    except rooms.TournamentInterrupted as stop:
+    except rooms.ComparisonInterrupted as stop:
         kept = f"kept in {out}" if out else "not kept: without --out there is nothing to continue from"
         kept = kept if stop.done else "none was finished"
         raise screen.Interrupted(f"{stop.done} of {stop.total} cells done, {kept}", resumable=out is not None) from None
@@ -130,8 +121,6 @@ def command(
     if plots is not None:
         with screen.waiting("drawing"):
             files.draw(ran, scored, plots)
-    # Last, as it may take longest: what is asked for as a file is then written already.
-    causes = files.causes(ran, [law for law in explained if law in ran.laws], jobs, plots)
     if json:
         below = rooms.below_oracle(scored)
         _show_json(
@@ -141,22 +130,18 @@ def command(
             {
                 "scores": rows,
                 "margins": margins,
-                "causes": causes,
                 "below_clairvoyant": below and below._asdict(),
                 "saved": saved,
             },
         )
     else:
-        from frictionloop.cli.tournament_text import summary
-        from frictionloop.cli.why_text import why_summary
+        from frictionloop.cli.comparison_text import summary
 
         origin = flags.named(file, preset or (None if file else "bench"), overrides)
         lines = [f"saved {what} as {path}" for what, path in saved.items() if path]
         took = screen.seconds(clock.elapsed_s())
         said = f"{origin}, {fingers} fingers of seed {at}, runs of {duration_s:g} s, in {took}"
-        screen.show(
-            screen.columns([("bench", said)]), "", *summary(ran, scored, rows, margins), *why_summary(causes), *lines
-        )
+        screen.show(screen.columns([("bench", said)]), "", *summary(ran, scored, rows, margins), *lines)
 
 
 def _names(laws: str | None) -> list[str] | None:
@@ -190,7 +175,7 @@ def _check_overrides(overrides: list[str] | None) -> None:
             raise FrictionloopError(f"{path}: every law of a comparison brings its own; leave it out")
 
 
-def _show_json(system: System, ran: Tournament, scored: xr.Dataset, more: dict[str, Any]) -> None:
+def _show_json(system: System, ran: Comparison, scored: xr.Dataset, more: dict[str, Any]) -> None:
     about: dict[str, Any] = {"system": system.model_dump(), "laws": ran.laws, "left_out": ran.left_out}
     about |= {"seed": ran.seed, "fingers": len(ran.people)}
     about |= {"speeds_mm_s": ran.speeds_mm_s, "duration_s": ran.duration_s, "score_from_s": ran.start_s}

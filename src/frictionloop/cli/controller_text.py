@@ -8,7 +8,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from frictionloop.cli import screen, tracker_text
-from frictionloop.cli.tournament_text import number
+from frictionloop.cli.comparison_text import number
 
 if TYPE_CHECKING:
     from frictionloop.analysis.headroom import Headroom
@@ -97,7 +97,7 @@ def headroom_text(system: System, left: Headroom, wanted: Wanted) -> list[Any]:
                 "Bode's least",
                 _mn(left.least_rms_n),
                 f"of any linear law with Ms up to {wanted.sensitivity_peak:g}; |S| is 1 at "
-                f"{number(left.least_zero_db_hz)} Hz; not to be had with sensor noise (linear_optimum)",
+                f"{number(left.least_zero_db_hz)} Hz; not to be had with sensor noise",
             ),
         ]
     rows += [

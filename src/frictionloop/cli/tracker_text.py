@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from frictionloop.cli import screen
-from frictionloop.cli.tournament_text import number
+from frictionloop.cli.comparison_text import number
 from frictionloop.parameters.tracking import PLACES
 
 if TYPE_CHECKING:

@@ -2,21 +2,18 @@
 
 from frictionloop.design.high_order import Synthesised
 from frictionloop.design.hinf import design_hinf, design_lqg
-from frictionloop.design.linear_optimum import LinearOptimum, linear_optimum
 from frictionloop.design.notch import Notched, retune_notch
 from frictionloop.design.retune import Retuned, retune
 from frictionloop.design.robustness import robustness
 from frictionloop.design.tracker_tuning import TrackerTuning, tune_tracker
 
 __all__ = [
-    "LinearOptimum",
     "Notched",
     "Retuned",
     "Synthesised",
     "TrackerTuning",
     "design_hinf",
     "design_lqg",
-    "linear_optimum",
     "retune",
     "retune_notch",
     "robustness",

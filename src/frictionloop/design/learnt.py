@@ -6,10 +6,8 @@ import math
 from typing import Any
 
 from frictionloop.control.tracker_state import TrackerState
-from frictionloop.loop.kernel.lowering import lower
-from frictionloop.loop.simulate import run_tile
-from frictionloop.loop.timing import periods_in
-from frictionloop.parameters import Skin, Strokes, System, TrackerController
+from frictionloop.loop.simulate import law_state
+from frictionloop.parameters import FrictionLaw, Skin, Strokes, System, TrackerController
 
 FASTER = (1.0, 4.0)
 """Speeds that a tracker is looked at, over that of the strokes: 20 and 80 mm/s, as in the comparison of laws."""
@@ -19,13 +17,14 @@ CONTACTS = ("dahl", "slider")
 def knowing(system: System) -> System:
     """Return a system whose tracker begins with the compliance and the susceptibility that are true; others stay."""
     law, finger = system.controller, system.finger
-    if not (isinstance(law, TrackerController) and isinstance(finger, Skin)):
+    friction = system.friction
+    if not (isinstance(law, TrackerController) and isinstance(finger, Skin) and isinstance(friction, FrictionLaw)):
         return system
     compliance = 0.0 if finger.contact == "slider" else 1e6 / finger.bristle_stiffness_n_m
     return system.evolve(
         {
             "controller.compliance_um_per_n": min(compliance, law.largest_compliance_um_per_n),
-            "controller.model.susceptibility_per_um2": system.friction.susceptibility_per_um2,
+            "controller.model.susceptibility_per_um2": friction.susceptibility_per_um2,
         }
     )
 
@@ -34,14 +33,12 @@ def learnt_in_run(system: System, duration_s: float, seed: int) -> System:
     """Return a system whose tracker begins with what it believes at the end of a run; of other laws as it is.
 
     Compliance and susceptibility that are learnt in the loop are biased, for its innovations are not white
-    (docs/which-law.md): this is the loop that runs, `knowing` the one that was designed.
+    (studies/pages/laws.md): this is the loop that runs, `knowing` the one that was designed.
     """
     law = system.controller
     if not isinstance(law, TrackerController):
         return system
-    tile = lower([system], [seed])
-    run_tile(tile, periods_in(system, duration_s))
-    found = dict(zip(TrackerState._fields, tile.slab.view("controller_state")[:, 0].tolist(), strict=False))
+    found = dict(zip(TrackerState._fields, law_state(system, duration_s, seed).tolist(), strict=False))
     return system.evolve(
         {
             "controller.compliance_um_per_n": min(found["compliance"], law.largest_compliance_um_per_n),

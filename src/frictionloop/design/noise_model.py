@@ -20,7 +20,6 @@ from frictionloop.analysis.state_space import Array
 from frictionloop.design.shaping import fit_shaping
 from frictionloop.loop.felt import plain_stroke
 from frictionloop.parameters import LowpassSensor, Strokes, System, check_system
-from frictionloop.perception import force_threshold_n
 from frictionloop.perception.thresholds import HIGHEST_HZ, LOWEST_HZ
 from frictionloop.quantities import FrictionloopError, Lti
 
@@ -51,10 +50,6 @@ class NoiseModel:
         """Return the rms of the fluctuation within a band by the fit, N."""
         grid = np.geomspace(low_hz, high_hz, 2000)
         return float(np.sqrt(np.trapezoid(self.density(grid), grid)))
-
-    def index_density(self, frequency_hz: ArrayLike) -> Array:
-        """Return density over threshold squared, S/F_th^2 in 1/Hz, whose integral is D^2 of a plain stroke."""
-        return np.asarray(self.density(frequency_hz) / force_threshold_n(frequency_hz) ** 2)
 
 
 def identify_noise(

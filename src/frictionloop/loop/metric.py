@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
-import numpy as np
 import xarray as xr
 
 from frictionloop.loop.kernel.slab import ROWS
-from frictionloop.quantities import FrictionloopError, trees
-from frictionloop.quantities.blame import place, theirs
-
-if TYPE_CHECKING:
-    from frictionloop.loop.kernel.lowering import Tile
-    from frictionloop.parameters import System
+from frictionloop.quantities import trees
 
 
 class Sample(NamedTuple):
@@ -64,40 +58,3 @@ def first_rows(metrics: Sequence[StreamingMetric]) -> list[int]:
     """Return the row at which the state of each metric begins, and the row after the last."""
     sizes = [trees.size(each.state) for each in metrics]
     return [ROWS + sum(sizes[:i]) for i in range(len(sizes) + 1)]
-
-
-def streamed(tile: Tile, metrics: Sequence[StreamingMetric], count: Any) -> dict[str, Any]:
-    """Return the value of each streaming metric over the lanes of a tile that has run."""
-    lanes, found = np.size(count), {}
-    for metric, first in zip(metrics, first_rows(metrics), strict=False):
-        rows = tile.slab.rows(range(first, first + trees.size(metric.state)))[:, :lanes]
-        try:
-            values = metric.of(trees.shaped(metric.state, list(rows)), count)
-            found[metric.name] = np.broadcast_to(np.asarray(values, float), lanes)
-        except Exception as error:
-            raise theirs(f'metric "{metric.name}"', metric.of, error) from error
-    return found
-
-
-def values_of_runs(
-    metrics: Mapping[str, RunMetric], systems: Sequence[System], seeds: Sequence[int], duration_s: float, from_s: float
-) -> dict[str, list[float]]:
-    """Return the value of each metric of each run; the run is told from ``from_s`` on."""
-    from frictionloop.loop.simulate import simulate
-
-    found: dict[str, list[float]] = {name: [] for name in metrics}
-    if not metrics:
-        return {}
-    for system, seed in zip(systems, seeds, strict=False):
-        run = simulate(system, duration_s, seed)
-        scored = run.isel(time=slice(round(from_s * system.controller.rate_hz), None))
-        for name, metric in metrics.items():
-            try:
-                value = np.asarray(metric.of(scored), float)
-            except Exception as error:
-                raise theirs(f'metric "{name}"', metric.of, error) from error
-            if value.size != 1:
-                where, shape = place(metric.of), value.shape
-                raise FrictionloopError(f'metric "{name}": {where}: returned shape {shape}; must be one number per run')
-            found[name].append(float(value.ravel()[0]))
-    return found

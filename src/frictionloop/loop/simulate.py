@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from frictionloop.control.laws import law_of
 from frictionloop.loop.kernel.lowering import Tile, lower
 from frictionloop.loop.kernel.run import advance
+from frictionloop.loop.kernel.slab import law_rows
 from frictionloop.loop.kernel.structure import kernel_of
 from frictionloop.loop.kernel.traces import traces_of
 from frictionloop.loop.record import to_dataset
@@ -14,6 +16,7 @@ from frictionloop.loop.timing import check_memory, check_seed, periods_in
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.normals import BLOCK
+from frictionloop.quantities.trees import flat
 
 CHUNK = 2048 * BLOCK
 """Control periods per call of the kernel: Ctrl-C is answered between chunks."""
@@ -24,6 +27,14 @@ def run_tile(tile: Tile, periods: int) -> None:
     for start in range(0, periods, CHUNK):
         stop = min(start + CHUNK, periods)
         advance(tile, start, stop, tile.setpoint(start, stop), tile.disturbance(start, stop), start)
+
+
+def law_state(system: System, duration_s: float, seed: int) -> np.ndarray:
+    """Return the state of the control law at the end of a run, in the order of the law's own state."""
+    tile = lower([system], [check_seed(seed)])
+    run_tile(tile, periods_in(system, duration_s))
+    state_rows, _ = law_rows(law_of(system.controller))
+    return np.asarray(tile.slab.rows(flat(state_rows))[:, 0])
 
 
 def simulate(system: System, duration_s: float = 10.0, seed: int = 0) -> xr.Dataset:

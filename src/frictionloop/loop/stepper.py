@@ -7,12 +7,12 @@ from typing import NamedTuple
 import numpy as np
 
 from frictionloop.loop.kernel.lowering import lower
-from frictionloop.loop.kernel.motion_tile import DIRECTION, LOAD, PLACE, POSITION, SPEED
 from frictionloop.loop.kernel.run import advance
 from frictionloop.loop.kernel.slab import ROW
 from frictionloop.loop.kernel.structure import moves
 from frictionloop.loop.timing import check_seed, is_finite
 from frictionloop.parameters import System, check_system
+from frictionloop.physics.finger_step import Motion
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.normals import BLOCK
 from frictionloop.sensing.measurement import Measurement
@@ -146,6 +146,7 @@ class Stepper:
                 "(touch.position.fastest_mm_s)"
             )
         position, speed, load = motion
-        rows = self._tile.slab.view("motion_next")
-        direction = 1.0 if speed >= 0 else -1.0
-        rows[[POSITION, SPEED, LOAD, DIRECTION, PLACE], 0] = position, speed, load, direction, position
+        rows, direction = self._tile.slab.view("motion_next"), 1.0 if speed >= 0 else -1.0
+        told = {"position": position, "speed": speed, "load": load, "direction": direction, "place": position}
+        for name, value in told.items():
+            rows[Motion._fields.index(name), 0] = value

@@ -16,7 +16,8 @@ from frictionloop.loop.kept import Result, resumed
 from frictionloop.loop.kernel.lowering import lower, sums_of
 from frictionloop.loop.kernel.placing import placed
 from frictionloop.loop.kernel.slab import LANES
-from frictionloop.loop.metric import RunMetric, StreamingMetric, streamed, values_of_runs
+from frictionloop.loop.metric import RunMetric, StreamingMetric
+from frictionloop.loop.metric_values import streamed, values_of_runs
 from frictionloop.loop.points import fingerprint, points_of
 from frictionloop.loop.progress import progress_bar
 from frictionloop.loop.record import provenance

@@ -9,6 +9,7 @@ from pydantic import BaseModel, ValidationError
 
 from frictionloop.parameters import wording
 from frictionloop.parameters.block import Block
+from frictionloop.parameters.kinds import OWN
 from frictionloop.quantities import FrictionloopError
 
 
@@ -93,4 +94,4 @@ def _change_kind(whole: type[Description], tree: dict[str, Any], block: str, kin
                     tree[block][name] = field.get_default(call_default_factory=True)
             return
     accepted = ", ".join(repr(model.model_fields["kind"].default) for model in wording.kinds_of(whole, block))
-    raise FrictionloopError(f"{block}.kind = {kind!r} is unknown; accepted: {accepted}")
+    raise FrictionloopError(f"{block}.kind = {kind!r} is unknown; accepted: {accepted}{OWN}")

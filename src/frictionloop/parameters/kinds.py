@@ -11,6 +11,9 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 from frictionloop.parameters.block import Block
 from frictionloop.quantities import FrictionloopError
 
+OWN = ", or a kind of your own after fl.register (--use FILE on the command line)"
+"""What else a block may be."""
+
 
 class Kinds:
     """The parameter classes of one block, by the value of their ``kind``; an annotation that pydantic reads."""
@@ -67,7 +70,7 @@ class Kinds:
 
     def _accepted(self) -> str:
         accepted = ", ".join(map(repr, self.models))
-        return f"accepted: {accepted}, or a kind of your own after fl.register (--use FILE on the command line)"
+        return f"accepted: {accepted}{OWN}"
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Let pydantic read the block by `read`, and write it as what it is."""

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import sys
-from dataclasses import fields, is_dataclass
-from pathlib import Path
 from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
 from typing import Any
 
@@ -13,8 +12,9 @@ from typing import Any
 def code_digest(*things: Any) -> str:
     """Return a digest of functions and values, equal in every process for the same code.
 
-    A function counts by its byte code, its constants and defaults, and in the same way by every function, number and
-    named tuple that it takes from its closure or its module. So a change elsewhere in a file changes nothing.
+    A function counts by its byte code, its constants and defaults, how it is compiled, and in the same way by every
+    function, number and named tuple that it takes from its closure or its module. So a change elsewhere in a file
+    changes nothing.
     """
     walk = _Walk()
     walk.update(sys.version)
@@ -43,21 +43,23 @@ class _Walk:
         self.met[id(thing)] = len(self.met), thing  # kept alive, so that no other thing gets its id
         inner = getattr(thing, "py_func", None) or getattr(thing, "_defn", None)
         if inner is not None:
+            self.update(f"compiled {sorted(getattr(thing, 'targetoptions', {}).items())}")
             self.add(inner)
         elif isinstance(thing, FunctionType):
             self._function(thing)
         elif isinstance(thing, (tuple, list, frozenset)):
-            self.update(type(thing).__name__)
+            self.add(type(thing))  # of a named tuple also the order of its fields
             for each in sorted(thing, key=repr) if isinstance(thing, frozenset) else thing:
                 self.add(each)
-        elif is_dataclass(thing) and not isinstance(thing, type):
+        elif dataclasses.is_dataclass(thing) and not isinstance(thing, type):
             self.update(f"record {type(thing).__name__}")
-            for field in fields(thing):
+            for field in dataclasses.fields(thing):
                 self.add(getattr(thing, field.name))
         elif isinstance(thing, type):
-            self.update(f"class {thing.__name__} {getattr(thing, '_fields', '')}")
+            fields = getattr(thing, "_fields", ""), getattr(thing, "_field_defaults", "")
+            self.update(f"class {thing.__name__} {fields}")
         elif isinstance(thing, ModuleType):
-            self._module(thing)
+            self.update(f"module {thing.__name__}")
         elif isinstance(thing, BuiltinFunctionType):
             self.update(f"built-in {thing.__module__}.{thing.__name__}")
         else:
@@ -76,20 +78,27 @@ class _Walk:
                 self._code(each, function)
             elif each is not function.__doc__:
                 self.add(each)
-        for name in code.co_names:
-            if name in function.__globals__:
-                self.add(function.__globals__[name])
+        self._named(function.__globals__, code.co_names)
 
-    def _module(self, module: ModuleType) -> None:
-        """A library counts by its name, a module of this package by its text."""
-        self.update(f"module {module.__name__}")
-        if module.__name__.startswith("frictionloop") and module.__file__:
-            self.digest.update(Path(module.__file__).read_bytes())
+    def _named(self, space: dict[str, Any], names: tuple[str, ...], within: tuple[ModuleType, ...] = ()) -> None:
+        """Add what names stand for; of a module also what is compiled, a number or a module under one of them."""
+        for name in names:
+            if name in space:
+                thing = space[name]
+                self.add(thing)
+                if isinstance(thing, ModuleType) and thing not in within:
+                    own = vars(thing)
+                    self._named({each: own[each] for each in names if _counts(own.get(each))}, names, (*within, thing))
+
+
+def _counts(thing: Any) -> bool:
+    """Tell what compiled code takes from a module: other functions are the library's own, known by their names."""
+    return hasattr(thing, "py_func") or isinstance(thing, (int, float, complex, tuple, ModuleType))
 
 
 def _text(thing: Any) -> str:
     """Return what tells a value from others of its type, and is the same in every process."""
     if hasattr(thing, "tobytes"):
-        return f"{getattr(thing, 'dtype', '')} {thing.tobytes().hex()}"
+        return f"{getattr(thing, 'dtype', '')} {getattr(thing, 'shape', '')} {thing.tobytes().hex()}"
     text = repr(thing)
     return "" if " at 0x" in text else text

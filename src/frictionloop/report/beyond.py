@@ -1,141 +1,98 @@
-"""Beyond the paper: control laws on a small population of fingers that none of them was tuned on."""
+"""Beyond the paper: control laws on a small population of fingers, as a stored study has found them.
+
+The report runs no law here: ``python -m studies.beyond`` does, and writes the two files in ``report/stored``.
+"""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+import csv
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from joblib import Parallel, delayed
 
-from frictionloop.control.cost import WorstTick, worst_tick
-from frictionloop.design import tournament as rooms
-from frictionloop.design.linear_reach import linear_reach_table
-from frictionloop.design.tournament import margins, protocol
-from frictionloop.design.tournament.entrants import ENTRANTS, Entrant, Overrides
-from frictionloop.design.tournament.measured import on_device
-from frictionloop.design.tournament.traces import LEVEL_N, step_traces
-from frictionloop.parameters import bench
 from frictionloop.report.device import OPEN, PRINTED, RETUNED_GAINS
 
-SPEED_MM_S = 20.0
-"""Speed of the strokes (paper, Sec. 4.2)."""
+COMMAND = "python -m studies.beyond"
+SOURCE = f"from the stored study `{COMMAND}`"
+"""Where claims say that their numbers come from."""
+FOLDER = files("frictionloop.report") / "stored"
+SUMMARY, STEPS = "beyond.json", "beyond-steps.csv"
 NOTCH, TRACKER, ORACLE = "notch and feed-forward", "tracker (experimental)", "oracle"
-MEDIAN, WORST = "median", "worst_decile"
-PEAK = 2.0
-"""Largest |S| that the computed limit allows."""
-NOTCH_DESIGNED: Overrides = {
-    "controller.kind": "notch_pi",
-    "controller.kp": 6.36,
-    "controller.ki": 52.1,
-    "controller.notch_hz": 136.7,
-    "controller.notch_depth": 0.00151,
-    "controller.notch_width": 10.0,
-    "controller.feedforward": True,
-    "controller.overdrive": True,
-}
-"""What `design_controller(bench(), "notch_pi")` finds, as the tournament asks anew: that takes longer than a page.
-
-The gains are named: a change of kind alone keeps the printed ones, with which the notch is unstable.
-"""
-LAWS: dict[str, Entrant] = {
-    OPEN: ENTRANTS["lookup"],
-    PRINTED: ENTRANTS["printed_pi"],
-    RETUNED_GAINS: ENTRANTS["retuned_pi"],
-    NOTCH: lambda system: NOTCH_DESIGNED,
-    TRACKER: ENTRANTS["tracker"],
-    ORACLE: ENTRANTS["oracle"],
-}
+LAWS = (OPEN, PRINTED, RETUNED_GAINS, NOTCH, TRACKER, ORACLE)
 """Who competes, named as in Fig. 5."""
-HALVES = ((OPEN, PRINTED, RETUNED_GAINS, NOTCH), (TRACKER, ORACLE))
-"""Laws that run side by side: so few fingers keep one core busy."""
+MEDIAN, WORST = "median", "worst_decile"
 
 
 @dataclass(frozen=True)
-class Race:
-    """What the small tournament found."""
+class Beyond:
+    """What the study has found at 20 mm/s (paper, Sec. 4.2)."""
 
+    version: str
+    """Of the package that ran it."""
+    seed: int
+    contacts: tuple[str, ...]
     scored: xr.Dataset
-    """Every score over law, speed_mm_s, contact and finger (`tournament.scores`)."""
-    rows: list[dict[str, Any]]
-    """Medians and worst deciles (`tournament.score_rows`)."""
-    peaks: dict[tuple[str, str], tuple[float, float]]
-    """Ms by law and contact on the median capable finger around 0.6 N: nominal, worst 10 % off."""
-    tick: dict[str, WorstTick | None]
-    """Worst tick of each law on a Cortex-M4; None of what has no image."""
-    traces: xr.Dataset
-    """Steps of that finger."""
-    limit_n: dict[str, float]
+    """``residual_rms_n`` (N) over law, speed_mm_s, contact and finger, and which fingers are ``capable``."""
+    cells: Mapping[tuple[str, str], Mapping[str, Any]]
+    """By law and contact: ``scores`` of the capable fingers, and what is told of the median one of them.
+
+    ``sensitivity_peak`` is Ms around 0.6 N, ``sensitivity_peak_10`` the worst with the resonance 10 % off,
+    ``median_finger_rms_n`` what is left on the sines and ``after_fall_rms_n`` from 5 to 60 ms after the step down.
+    """
+    tick_cycles: Mapping[str, int | None]
+    """Cycles of the worst tick on a Cortex-M4, by law."""
+    limit_n: Mapping[str, float]
     """Bound on the residual of any linear controller of force and load with Ms at most 2 on that finger, by contact."""
-    limit_of: dict[str, dict[str, float]]
-    """What each law leaves on that finger on the sines, N, by contact."""
+    steps: xr.Dataset
+    """``f_r`` and ``f_a`` (N) of that finger around a step down and one up, over law, contact and time."""
 
     def value(self, law: str, contact: str, score: str, key: str = MEDIAN) -> float:
-        """Return one number of the capable fingers."""
-        return value_of(self.rows, law, contact, score, key)
+        """Return one number of the capable fingers: the median of a score, or its worst decile."""
+        return float(self.cells[law, contact]["scores"][score][(MEDIAN, WORST).index(key)])
+
+    def ratio(self, of: str, over: str, contact: str, score: str, key: str = MEDIAN) -> float:
+        """Return a score under one law over that under another."""
+        return self.value(of, contact, score, key) / self.value(over, contact, score, key)
 
 
-def compared(laws: Iterable[str]) -> rooms.Tournament:
-    """Return some of the laws through the protocol at 20 mm/s."""
-    some = {name: LAWS[name] for name in laws}
-    return rooms.compare(bench(), rooms.SMALL, laws=some, speeds_mm_s=[SPEED_MM_S], n_jobs=1, progress=False)
-
-
-def race() -> Race:
-    """Run all laws, score them, and compute what bounds them."""
-    halves = Parallel(n_jobs=len(HALVES), prefer="threads")(delayed(compared)(names) for names in HALVES)
-    whole = _joined(halves)
-    scored = rooms.scores(whole)
-    number, finger = _median(whole, scored)
-    stroked = whole.system.evolve({"motion.stroke_mm": protocol.STROKE_MM})
-    limits = linear_reach_table(stroked, [finger], [SPEED_MM_S], peaks=[PEAK])["bound_rms_n"]
-    of_both = limits.sel(measured="force and load", speed_mm_s=SPEED_MM_S, sensitivity_peak=PEAK, drop=True)
-    own = scored["residual_rms_n"].sel(speed_mm_s=SPEED_MM_S).isel(finger=number)
-    return Race(
-        scored,
-        rooms.score_rows(scored),
-        {(law, at): _peaks(whole, law, at) for law in whole.laws for at in protocol.CONTACTS},
-        {law: worst_tick(whole.system.evolve(overrides).controller.kind) for law, overrides in whole.laws.items()},
-        step_traces(whole, SPEED_MM_S),
-        {contact: float(of_both.sel(contact=contact).item()) for contact in protocol.CONTACTS},
-        {name: {at: float(own.sel(law=name, contact=at)) for at in protocol.CONTACTS} for name in whole.laws},
+@cache
+def stored() -> Beyond:
+    """Return the study that comes with the package."""
+    found = json.loads((FOLDER / SUMMARY).read_text(encoding="utf-8"))
+    laws, contacts = list(found["laws"]), list(found["limit_n"])
+    residual = np.array([[found["laws"][law][contact]["residual_rms_n"] for contact in contacts] for law in laws])
+    return Beyond(
+        version=found["version"],
+        seed=found["seed"],
+        contacts=tuple(contacts),
+        scored=xr.Dataset(
+            {
+                "residual_rms_n": (("law", "speed_mm_s", "contact", "finger"), residual[:, None]),
+                "capable": (("speed_mm_s", "finger"), np.array([found["capable"]])),
+            },
+            {"law": laws, "speed_mm_s": [found["speed_mm_s"]], "contact": contacts},
+        ),
+        cells={(law, contact): found["laws"][law][contact] for law in laws for contact in contacts},
+        tick_cycles={law: found["laws"][law]["tick_cycles_m4"] for law in laws},
+        limit_n=found["limit_n"],
+        steps=_steps(),
     )
 
 
-def value_of(rows: list[dict[str, Any]], law: str, contact: str, score: str, key: str = MEDIAN) -> float:
-    """Return the median of a score over the capable fingers, or its worst decile."""
-    return rooms.value_of(rows, key, law=law, contact=contact, population="capable", score=score)
-
-
-def rms_ratio(of: str, over: str, contact: str, score: str) -> float:
-    """Return the median of a residual under one law over that under another, on the capable fingers."""
-    rows = rooms.score_rows(rooms.scores(compared((of, over))))
-    return value_of(rows, of, contact, score) / value_of(rows, over, contact, score)
-
-
-def _joined(halves: list[rooms.Tournament]) -> rooms.Tournament:
-    """Return one tournament of the laws of several; each has the plain strokes, the same in all."""
-    laws = {name: overrides for half in halves for name, overrides in half.laws.items()}
-    cells = [halves[0].cells, *(half.cells.sel(law=list(half.laws)) for half in halves[1:])]
-    return replace(halves[0], laws=laws, cells=xr.concat(cells, "law"))
-
-
-def _median(whole: rooms.Tournament, scored: xr.Dataset) -> tuple[int, Mapping[str, Any]]:
-    """Return number and overrides of the median capable finger."""
-    some = np.asarray(scored["capable"].sel(speed_mm_s=SPEED_MM_S).values)
-    finger = protocol.median_finger(whole.people, some)
-    return next(i for i, each in enumerate(whole.people) if each is finger), finger or {}
-
-
-def _peaks(whole: rooms.Tournament, law: str, contact: str) -> tuple[float, float]:
-    """Return Ms with the resonance as the bench says, and the worst of that and of 10 % off; NaN without a loop."""
-    system = margins.median_system(whole, law, SPEED_MM_S, contact)
-    if system is None:
-        return math.nan, math.nan
-    shifted = (on_device(system, factor) for factor in (1.0, 0.9, 1.1))
-    loops = [margins.loop_at(each, LEVEL_N, whole.middle_s) for each in shifted]
-    found = [math.nan if loop is None else loop.margins().sensitivity_peak for loop in loops]
-    return found[0], max(found)
+def _steps() -> xr.Dataset:
+    heads, *rows = csv.reader((FOLDER / STEPS).read_text(encoding="utf-8").splitlines())
+    columns = dict(zip(heads, np.array(rows, dtype=float).T, strict=True))
+    laws, contacts = (
+        list(dict.fromkeys(names)) for names in zip(*(head.split(", ") for head in heads[2:]), strict=True)
+    )
+    forces = np.array([[columns[f"{law}, {contact}"] for contact in contacts] for law in laws])
+    return xr.Dataset(
+        {"f_r": ("time", columns["f_r"]), "f_a": (("law", "contact", "time"), forces)},
+        {"law": laws, "contact": contacts, "time": columns["time_s"]},
+    )

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from frictionloop.design.tournament import EVALUATION_SEED, protocol
-from frictionloop.report.beyond import MEDIAN, ORACLE, SPEED_MM_S, WORST, Race
+from frictionloop.report.beyond import COMMAND, MEDIAN, ORACLE, WORST, Beyond
 from frictionloop.report.numbers import number
+from frictionloop.report.protocol import LEVELS_N
 
 SHORT = {
     "printed gains": "printed",
@@ -20,59 +18,53 @@ SHORT = {
 """What the facts call laws, where their name is longer."""
 
 
-def beyond_rows(race: Race) -> list[dict[str, str]]:
+def beyond_rows(found: Beyond) -> list[dict[str, str]]:
     """Return a row of texts for each law and contact."""
-    return [_row(race, law, contact) for law in race.scored["law"].values.tolist() for contact in protocol.CONTACTS]
+    return [_row(found, law, contact) for law, contact in found.cells]
 
 
-def beyond_facts(race: Race) -> dict[str, str]:
+def beyond_facts(found: Beyond) -> dict[str, str]:
     """Return the numbers that the section's text quotes."""
-    able = race.scored["capable"].sel(speed_mm_s=SPEED_MM_S)
-    found = {
+    able = found.scored["capable"]
+    facts = {
+        "beyond command": COMMAND,
+        "beyond version": found.version,
         "beyond people": str(able.size),
         "beyond capable": str(int(able.sum())),
-        "beyond seed": str(EVALUATION_SEED),
+        "beyond seed": str(found.seed),
     }
-    for law in race.limit_of:
-        for contact in protocol.CONTACTS:
-            at = f"beyond {SHORT.get(law, law)} {contact}"
-            found |= {
-                at: _mn(race.value(law, contact, "residual_rms_n")),
-                f"{at} worst": _mn(race.value(law, contact, "residual_rms_n", WORST)),
-                f"{at} fall": _ms(race.value(law, contact, "fall_10_90_s")),
-                f"{at} after": _mn(after_fall_n(race, law, contact)),
-                f"{at} median finger": _mn(race.limit_of[law][contact]),
-            }
-    return found | {f"beyond limit {contact}": _mn(limit) for contact, limit in race.limit_n.items()}
+    for (law, contact), cell in found.cells.items():
+        at = f"beyond {SHORT.get(law, law)} {contact}"
+        facts |= {
+            at: _mn(found.value(law, contact, "residual_rms_n")),
+            f"{at} worst": _mn(found.value(law, contact, "residual_rms_n", WORST)),
+            f"{at} fall": _ms(found.value(law, contact, "fall_10_90_s")),
+            f"{at} after": _mn(cell["after_fall_rms_n"]),
+            f"{at} median finger": _mn(cell["median_finger_rms_n"]),
+        }
+    return facts | {f"beyond limit {contact}": _mn(limit) for contact, limit in found.limit_n.items()}
 
 
-def after_fall_n(race: Race, law: str, contact: str) -> float:
-    """Return the rms of f_a - f_r from 5 to 60 ms after the step down, on the median finger, N."""
-    some = race.traces.sel(law=law, contact=contact, time=slice(1.005, 1.06))
-    return float(np.sqrt(np.mean((some["f_a"].values - some["f_r"].values) ** 2)))
-
-
-def _row(race: Race, law: str, contact: str) -> dict[str, str]:
+def _row(found: Beyond, law: str, contact: str) -> dict[str, str]:
     def both(score: str) -> str:
-        return " / ".join(_mn(race.value(law, contact, score, key)) for key in (MEDIAN, WORST))
+        return " / ".join(_mn(found.value(law, contact, score, key)) for key in (MEDIAN, WORST))
 
-    peak, peak_10 = race.peaks[law, contact]
-    worst = race.tick[law]
-    levels = [race.value(law, contact, f"r2_identity_{level:g}_n") for level in protocol.LEVELS_N]
+    cell, cycles = found.cells[law, contact], found.tick_cycles[law]
+    levels = [found.value(law, contact, f"r2_identity_{level:g}_n") for level in LEVELS_N]
     return {
         "law": law,
         "contact": contact,
         "sines": both("residual_rms_n"),
         "hold": both("hold_rms_n"),
-        "r2": _r2(race.value(law, contact, "r2_identity")),
+        "r2": _r2(found.value(law, contact, "r2_identity")),
         "levels": " ".join(_r2(level) for level in levels),
-        "fall": _ms(race.value(law, contact, "fall_10_90_s")),
-        "rise": _ms(race.value(law, contact, "rise_10_90_s")),
-        "felt": _plain(race.value(law, contact, "relative_index"), 2),
-        "peak": _plain(peak, 2),
-        "peak_10": _plain(peak_10, 2),
-        "tick": f"{worst.cycles:,}" if worst else "–",
-        "oracle": "1" if law == ORACLE else _plain(race.value(law, contact, "over_oracle"), 2),
+        "fall": _ms(found.value(law, contact, "fall_10_90_s")),
+        "rise": _ms(found.value(law, contact, "rise_10_90_s")),
+        "felt": _plain(found.value(law, contact, "relative_index"), 2),
+        "peak": _plain(float(cell["sensitivity_peak"]), 2),
+        "peak_10": _plain(float(cell["sensitivity_peak_10"]), 2),
+        "tick": "–" if cycles is None else f"{cycles:,}",
+        "oracle": "1" if law == ORACLE else _plain(found.value(law, contact, "over_oracle"), 2),
     }
 
 

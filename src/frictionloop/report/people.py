@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from frictionloop.design import causes
 from frictionloop.loop.felt import perceptual_index, relative_index
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import Constant, System
@@ -20,15 +19,15 @@ from frictionloop.report import device, protocol
 LOOKUPS = ("lookup of the bench", "lookup of Sec. 2.1", "lookup fitted to the finger")
 STILL_N = 0.6
 """Constant set-point on which fluctuations are compared: the middle of the levels."""
-TREMOR = ("tangential tremor", "normal tremor")
-WITHOUT: dict[str, tuple[str, ...]] = {
-    "all": (),
-    "no sensor noise": ("sensor noise",),
-    "no tremor": TREMOR,
-    "no roughness": ("roughness",),
-    "neither": (*TREMOR, "roughness"),
+_TREMOR, _ROUGHNESS = {"motion.tremor_um": 0.0, "motion.tremor_n": 0.0}, {"friction.roughness_rms": 0.0}
+WITHOUT: dict[str, dict[str, Any]] = {
+    "all": {},
+    "no sensor noise": {"sensor.noise_density_n_rthz": 0.0, "sensor.adc_bits": 32},
+    "no tremor": _TREMOR,
+    "no roughness": _ROUGHNESS,
+    "neither": _TREMOR | _ROUGHNESS,
 }
-"""Causes (`design.causes`) that are taken away to see where the fluctuations come from."""
+"""What is taken away to see where the fluctuations come from, as overrides."""
 ENDS = ("all", "neither")
 
 
@@ -72,7 +71,7 @@ def felt(finger: Mapping[str, float], overrides: Mapping[str, Any]) -> dict[str,
 def fluctuation_n(finger: Mapping[str, float], controller: Mapping[str, Any], without: str) -> float:
     """Return the rms of f_a - f_r over five strokes at a constant set-point with something taken away, in N."""
     system = protocol.finger_system(finger).evolve({**controller, "setpoint": Constant(offset_n=STILL_N)})
-    strokes = protocol.strokes(system.evolve(causes.without(system, WITHOUT[without])))
+    strokes = protocol.strokes(system.evolve(WITHOUT[without]))
     runs = device.run_all((stroke, protocol.seed_of(1, j)) for j, stroke in enumerate(strokes))
     return float(np.sqrt(np.mean([np.mean((run["f_a"].values - run["f_r"].values) ** 2) for run in runs])))
 

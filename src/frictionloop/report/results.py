@@ -40,8 +40,8 @@ class Results:
     """Perceptual indices by controller."""
     fluctuations: dict[str, dict[str, float]]
     """rms of the error at a constant set-point by controller and by what is taken away, N."""
-    beyond: beyond.Race
-    """Control laws compared on fingers that none of them was tuned on."""
+    beyond: beyond.Beyond
+    """Control laws compared on fingers that none of them was tuned on, from the stored study."""
 
 
 def variants() -> dict[str, dict[str, float]]:
@@ -73,7 +73,7 @@ def parts() -> Iterator[Part]:
     yield "steady", partial(steady.noise_gain, feasible())
     yield "rigs", calibration.all_rigs
     yield from bench_parts()
-    yield "beyond", beyond.race
+    yield "beyond", beyond.stored
 
 
 def bench_parts() -> Iterator[Part]:

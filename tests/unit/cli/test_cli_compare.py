@@ -7,11 +7,10 @@ import csv
 import pytest
 
 import frictionloop as fl
-from frictionloop.cli import tournament_text
-from frictionloop.cli.why_text import LEGEND
+from frictionloop.cli import comparison_text
+from frictionloop.design import comparison as rooms
 from frictionloop.design import synthesis
-from frictionloop.design import tournament as rooms
-from frictionloop.design.tournament import run
+from frictionloop.design.comparison import run
 
 WORDS = (
     "compare",
@@ -44,7 +43,7 @@ def test_json_and_csv_hold_the_numbers_of_python(frictionloop, ran):
             else:
                 assert got[name] == value
     assert found["laws"]["retuned_pi"] == {"controller.kind": "pi", **fl.RETUNED}
-    assert (found["seed"], found["fingers"], found["below_clairvoyant"], found["causes"]) == (0, 3, None, [])
+    assert (found["seed"], found["fingers"], found["below_clairvoyant"]) == (0, 3, None)
     with open("s.csv", newline="") as stream:
         table = list(csv.DictReader(stream))
     assert len(table) == len(rows) + 9 * len(found["margins"])
@@ -69,7 +68,7 @@ def test_summary_files_and_figures(frictionloop, tmp_path, monkeypatch):
     assert "20 mm/s, slider: median / worst decile of" in answer.out
     assert max(len(line.rstrip()) for line in answer.out.splitlines()) <= 100
     assert "saved results as r.h5" in answer.out
-    assert fl.load(tmp_path / "r.h5").attrs["kind"] == "tournament"
+    assert fl.load(tmp_path / "r.h5").attrs["kind"] == "comparison"
     drawn = sorted(path.name for path in (tmp_path / "figures").iterdir())
     assert "residuals.svg" in drawn
     assert all((tmp_path / "figures" / name).read_text().startswith("<?xml") for name in drawn)
@@ -81,43 +80,6 @@ def test_summary_files_and_figures(frictionloop, tmp_path, monkeypatch):
     again = frictionloop(*WORDS, "--out", "r.h5", "--resume")
     tables = [text[text.index("20 mm/s") : text.index("saved")] for text in (answer.out, again.out)]
     assert tables[0] == tables[1]
-
-
-def test_why_says_where_the_residual_comes_from(frictionloop, tmp_path, monkeypatch, ran):
-    monkeypatch.setenv("COLUMNS", "100")
-    really, split = rooms.reasons, []
-
-    def once(tournament, laws, **more):  # takes seconds; both answers are made of the same
-        assert tournament.cells.drop_vars("commit").identical(ran.cells.drop_vars("commit"))
-        assert list(laws) == ["retuned_pi"]
-        split.append(split[0] if split else really(tournament, laws, **more))
-        return split[-1]
-
-    monkeypatch.setattr(rooms, "reasons", once)
-    explained = (*WORDS, "--why", "retuned_pi")
-    answer = frictionloop(*explained, "--plots", "figures")
-    assert (answer.code, answer.err) == (0, "")
-    assert "20 mm/s, slider: where the residual comes from" in answer.out
-    assert "retuned_pi: costs" in answer.out and "unknown finger" in answer.out
-    assert all(line in answer.out for line in LEGEND)
-    assert max(len(line.rstrip()) for line in answer.out.splitlines()) <= 100
-    assert (tmp_path / "figures" / "causes-20-mm-s.svg").read_text().startswith("<?xml")
-    rows = frictionloop(*explained, "--json").json()["causes"]
-    assert rows == rooms.reason_rows(split[0])
-    refused = frictionloop(*WORDS, "--why", "observer")
-    assert (refused.code, refused.out) == (2, "")
-    assert refused.err.startswith("error: why: 'observer' is not compared; accepted: lookup, retuned_pi")
-
-
-def test_files_are_written_before_the_residual_is_split(frictionloop, tmp_path, monkeypatch):
-    def stopped(*_, **__):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(rooms, "reasons", stopped)
-    answer = frictionloop(*WORDS, "--why", "lookup", "--csv", "s.csv", "--plots", "figures")
-    assert answer.code == 130
-    assert (tmp_path / "s.csv").read_text().startswith("law,")
-    assert (tmp_path / "figures" / "residuals.svg").exists()
 
 
 def test_interrupted_says_how_to_go_on(frictionloop, monkeypatch):
@@ -139,7 +101,7 @@ def test_interrupted_says_how_to_go_on(frictionloop, monkeypatch):
 @pytest.mark.parametrize(("count", "many"), [(10, "and 9 more of 20000"), (1, "one of 20000")])
 def test_a_law_better_than_the_clairvoyant_oracle_is_a_note(frictionloop, monkeypatch, count, many):
     below = rooms.BelowOracle(count, 20000, 0.94, "hinf", 80.0, "dahl", 146)
-    for module in (rooms, tournament_text):
+    for module in (rooms, comparison_text):
         monkeypatch.setattr(module, "below_oracle", lambda scored: below)
     answer = frictionloop(*WORDS)
     assert (answer.code, answer.err) == (0, "")
@@ -165,7 +127,6 @@ def test_a_law_better_than_the_clairvoyant_oracle_is_a_note(frictionloop, monkey
         (("--duration-s", "1"), "error: duration_s = 1 s: must be longer than 1 s, the part"),
         (("--duration-s", "inf"), "error: duration_s = inf s: must be longer than 1 s, the part"),
         (("--duration-s", "1.50001"), "error: duration_s = 1.50001 s is not a whole number"),
-        (("--why", "nobody"), "error: why: 'nobody' is not compared"),
         (("--fingers", "0"), "error: fingers = 0: must be a whole number"),
         (("--out", "nowhere/r.h5"), "error: out = 'nowhere/r.h5': there is no folder"),
         (("--out", "r.txt"), "error: out = 'r.txt': must end in"),

@@ -49,5 +49,5 @@ def test_files_and_make_targets_exist():
     makefile = (README.parent / "Makefile").read_text(encoding="utf-8")
     for words in re.findall(r"make ((?:[a-z]+ ?)+)", TEXT):
         for target in words.split():
-            if target in {"reproduce", "tournament", "test", "benchmark", "lint", "types", "imports", "docs"}:
+            if target in {"reproduce", "test", "benchmark", "lint", "types", "imports", "docs"}:
                 assert f"\n{target}:" in makefile, target

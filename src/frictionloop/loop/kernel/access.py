@@ -48,7 +48,7 @@ words, keys = _pointer(types.int32), _pointer(types.uint64)
 
 @intrinsic
 def call_tile(_context: Any, address: Any, slab: Any, k: Any, at: Any, shared: Any) -> Any:
-    """Call the tile at an address (loop/kernel/build)."""
+    """Call the tile at an address (loop/kernel/tiles)."""
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         given = [context.get_value_type(kind) for kind in signature.args[1:]]

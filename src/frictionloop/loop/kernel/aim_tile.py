@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from frictionloop.loop.kernel.access import doubles, load, peek, poke
-from frictionloop.loop.kernel.motion_tile import FACTOR, OCCLUDED, SPEED
+from frictionloop.loop.kernel.motion_tile import NEXT, NOW
 from frictionloop.loop.kernel.slab import ROW, rows, vibration_rows
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.physics.friction_limit import static_step
@@ -27,7 +27,7 @@ def lift_aim(lifting: Lifting, spread: Any, vibration: Vibration) -> tuple[Any, 
     """Return the tiles that say which force is wanted, and which amplitudes and first command would give it."""
     width, compiled, count = lifting
     trial, decay, amplitude, contact = ROW["trial"], ROW["trial_decay"], ROW["amplitude"], ROW["contact"]
-    now, after, driven, disturbance = ROW["motion"], ROW["motion_next"], ROW["driven"], ROW["disturbance"]
+    driven, disturbance = ROW["driven"], ROW["disturbance"]
     ceiling, saturated, limit_row, static_rows = ROW["max_amplitude"], ROW["saturated"], ROW["limit_n"], rows("static")
     inverse, effect_rows = inverse_of(vibration), vibration_rows(vibration)
 
@@ -48,13 +48,13 @@ def lift_aim(lifting: Lifting, spread: Any, vibration: Vibration) -> tuple[Any, 
 
     @compiled
     def amplitude_at(s, i, fraction):  # type: ignore[no-untyped-def]
-        factor, speed = peek(s, (now + FACTOR) * width + i), peek(s, (now + SPEED) * width + i)
-        factor = max(fma(fraction, peek(s, (after + FACTOR) * width + i) - factor, factor), 0.0)
-        speed = fma(fraction, peek(s, (after + SPEED) * width + i) - speed, speed)
+        factor, speed = peek(s, NOW.factor * width + i), peek(s, NOW.speed * width + i)
+        factor = max(fma(fraction, peek(s, NEXT.factor * width + i) - factor, factor), 0.0)
+        speed = fma(fraction, peek(s, NEXT.speed * width + i) - speed, speed)
         gain, per_speed = load(s, i, width, static_rows)
         slip = speed - peek(s, (contact + 1) * width + i)
         limit = peek(s, limit_row * width + i) * factor * static_step(slip, gain, per_speed)
-        occluded, wanted = peek(s, (now + OCCLUDED) * width + i), peek(s, (trial + SETPOINT) * width + i)
+        occluded, wanted = peek(s, NOW.occluded * width + i), peek(s, (trial + SETPOINT) * width + i)
         top = peek(s, ceiling * width + i)
         return min(inverse(limit, wanted, occluded, top, load(s, i, width, effect_rows)), top)
 

@@ -5,12 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from frictionloop.loop.kernel.access import doubles
-from frictionloop.loop.kernel.finger_tile import lift_finger
+from frictionloop.loop.kernel.finger_tile import lift_finger, lift_pulses, lift_sensor, lift_settle, lift_tell
 from frictionloop.loop.kernel.motion_tile import lift_motion, lift_touch
-from frictionloop.loop.kernel.pulse_tile import lift_pulses
 from frictionloop.loop.kernel.slab import ROW
-from frictionloop.loop.kernel.start_tile import lift_settle, lift_tell
-from frictionloop.loop.kernel.suspension_tile import lift_sensor
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.loop.kernel.timing_tile import lift_timing
 from frictionloop.loop.kernel.traces import lift_delay, lift_spread

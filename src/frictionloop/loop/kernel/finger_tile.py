@@ -1,72 +1,118 @@
-"""The tile of a substep of the bench: plate, friction limit and contact."""
+"""The parts of tiles for what a finger feels and a sensor reads: a substep, the start, and what is told at t_k."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from frictionloop.loop.kernel.access import load, peek, poke, store
-from frictionloop.loop.kernel.motion_tile import FACTOR, OCCLUDED, SPEED
+from frictionloop.loop.kernel.lift import lift
+from frictionloop.loop.kernel.motion_tile import NEXT as AFTER
+from frictionloop.loop.kernel.motion_tile import NOW
 from frictionloop.loop.kernel.slab import ROW, rows, vibration_rows
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.physics.contact import ContactCoefficients, ContactState
-from frictionloop.physics.contact_bristle import dahl_step, lugre_step
-from frictionloop.physics.contact_slider import slider_step
-from frictionloop.physics.friction_limit import static_step
-from frictionloop.physics.plate import limit_step, lowpass_step
+from frictionloop.physics.finger_step import FORCES, Static, limits_of, settled_of, substep_of
+from frictionloop.physics.motion import StrokePlan
+from frictionloop.physics.pulses import pulse_step
 from frictionloop.physics.vibration import Vibration
 from frictionloop.quantities.arithmetic import fma, step
+from frictionloop.sensing.suspended import (
+    Converter,
+    NoiseCoefficients,
+    SuspensionCoefficients,
+    SuspensionState,
+    convert_step,
+    suspension_step,
+)
+
+_CONTACT, _GIVEN = ContactState(*rows("contact")), ContactCoefficients(*rows("contact_coefficients"))
+_STATIC, _SPRINGS = Static(*rows("static")), SuspensionState(*rows("suspension"))
+_FORCE, _LIMIT, _VIBRATED = ROW["contact_force"], ROW["limit_n"], ROW["vibrated_limit"]
 
 
 @step
-def rigid_step(
-    state: ContactState, limit_n: float, speed_m_s: float, coefficients: ContactCoefficients
-) -> tuple[ContactState, float]:
-    """Friction without skin: the force is at its limit and opposes the motion, forwards if there is none."""
-    return state, limit_n if speed_m_s >= 0.0 else -limit_n
+def pushed_step(direction, disturbance_n, force_n, state, given):  # type: ignore[no-untyped-def]
+    """The suspension under friction and disturbance."""
+    return suspension_step(state, fma(direction, disturbance_n, force_n), given)
 
 
-CONTACT_STEPS = {"rigid": rigid_step, "dahl": dahl_step, "lugre": lugre_step, "slider": slider_step}
+@step
+def read_step(noise_n, state, converter, decay, gain, normal):  # type: ignore[no-untyped-def]
+    """The reading at t_k, and the noise of the next."""
+    return convert_step(state.filtered_n + noise_n, converter), fma(decay, noise_n, gain * normal)
+
+
+@step
+def at_rest_step(direction, disturbance_n, force_n):  # type: ignore[no-untyped-def]
+    """Spring and reading of a sensor that has settled on a force."""
+    pushed = fma(direction, disturbance_n, force_n)
+    return pushed, pushed
+
+
+@step
+def along_step(direction, force_n):  # type: ignore[no-untyped-def]
+    """Force along the stroke, positive where it opposes it."""
+    return direction * force_n
 
 
 def lift_finger(lifting: Lifting, contact: str, vibration: Vibration) -> Any:
-    """Lift plate, friction limit and a contact law over substep ``j`` ``of`` a period.
+    """Return ``finger(s, n, j, of)``: plate, friction limit and contact over substep j of a period."""
+    drive = *rows("applied"), ROW["switch"], ROW["max_amplitude"], ROW["amplitude"], *rows("amplitude_decay")
+    given = NOW, AFTER, *drive, vibration_rows(vibration), _LIMIT, _STATIC, _CONTACT, _GIVEN
+    return lift(lifting, substep_of(contact, vibration), given, (ROW["amplitude"], _CONTACT, _FORCE), extra=2)
 
-    Speed and limit are linear between control periods. In the substep in which the command changes the plate sees its
-    mean, which errs by 1/8 (substep times plate bandwidth)^2 of the change.
-    """
-    width, compiled, count = lifting
-    law, remaining, effect_rows = CONTACT_STEPS[contact], vibration.step, vibration_rows(vibration)
-    now, after, limit_row = ROW["motion"], ROW["motion_next"], ROW["limit_n"]
-    decay, amplitude, applied, switch = ROW["amplitude_decay"], ROW["amplitude"], ROW["applied"], ROW["switch"]
-    ceiling = ROW["max_amplitude"]
-    static_rows = rows("static")
-    state_rows, force, given_rows = rows("contact"), ROW["contact_force"], rows("contact_coefficients")
 
-    @compiled
-    def between(s, i, row, fraction):  # type: ignore[no-untyped-def]
-        value = peek(s, (now + row) * width + i)
-        return fma(fraction, peek(s, (after + row) * width + i) - value, value)
+def lift_sensor(lifting: Lifting) -> tuple[Any, Any]:
+    """Return the suspension over one substep, and the reading at t_k with its noise and converter."""
+    coefficients = SuspensionCoefficients(*rows("suspension_coefficients"))
+    suspend = lift(lifting, pushed_step, (NOW.direction, ROW["driven"], _FORCE, _SPRINGS, coefficients), _SPRINGS)
+    noise = NoiseCoefficients(*rows("noise_coefficients"))
+    given = ROW["noise"], _SPRINGS, Converter(*rows("converter")), *noise, ROW["normal"]
+    return suspend, lift(lifting, read_step, given, (ROW["measurement"], ROW["noise"]))
 
-    @compiled
-    def finger(s, n, j, of):  # type: ignore[no-untyped-def]
-        fraction = (j + 0.5) / of
-        for i in range(count(n)):
-            old, new = peek(s, applied * width + i), peek(s, (applied + 1) * width + i)
-            share = min(max(j + 1.0 - peek(s, switch * width + i) * of, 0.0), 1.0)
-            held = limit_step(fma(share, new - old, old), peek(s, ceiling * width + i))
-            a = peek(s, amplitude * width + i)
-            y = lowpass_step(a, held, peek(s, decay * width + i))
-            poke(s, amplitude * width + i, lowpass_step(a, held, peek(s, (decay + 1) * width + i)))
-            occluded = peek(s, (now + OCCLUDED) * width + i)
-            left = remaining(y, occluded, load(s, i, width, effect_rows))
-            limit = peek(s, limit_row * width + i) * between(s, i, FACTOR, fraction) * left
-            speed = between(s, i, SPEED, fraction)
-            before = ContactState(*load(s, i, width, state_rows))
-            static_gain, per_static_speed = load(s, i, width, static_rows)
-            limit = limit * static_step(speed - before.lag_speed_m_s, static_gain, per_static_speed)
-            given = ContactCoefficients(*load(s, i, width, given_rows))
-            state, f = law(before, limit, speed, given)
-            store(s, i, width, state_rows, state)
-            poke(s, force * width + i, f)
 
-    return finger
+def lift_settle(lifting: Lifting, contact: str) -> Any:
+    """Return what puts finger and sensor where they had time enough to be before t = 0."""
+    full_speed = StrokePlan(*rows("stroke_plan")).speed_m_s
+    given = _LIMIT, NOW, full_speed, ROW["compliance"], _GIVEN
+    results = _FORCE, _CONTACT.lag_m, _CONTACT.bristle_m, _CONTACT.limit_m
+    finger = lift(lifting, settled_of(contact), given, results)
+    pushed = NOW.direction, ROW["disturbance"], _FORCE
+    sensor = lift(lifting, at_rest_step, pushed, (_SPRINGS[0], _SPRINGS[2]))
+
+    @lifting.compiled
+    def settle(s, n):  # type: ignore[no-untyped-def]
+        finger(s, n)
+        sensor(s, n)
+
+    return settle
+
+
+def lift_tell(lifting: Lifting, contact: str, vibration: Vibration) -> Any:
+    """Return what tells f_a and what is reachable at t_k."""
+    effect, top = vibration_rows(vibration), (ROW["nominal"], ROW["floor"], _VIBRATED)
+    given = _LIMIT, NOW, ROW["amplitude"], ROW["max_amplitude"], effect, _CONTACT.lag_speed_m_s, _STATIC
+    limits = lift(lifting, limits_of(vibration), given, top)
+    force = lift(lifting, FORCES[contact], (_VIBRATED, NOW, _CONTACT, _GIVEN), _FORCE)
+    along = lift(lifting, along_step, (NOW.direction, _FORCE), ROW["friction"])
+
+    @lifting.compiled
+    def tell(s, n):  # type: ignore[no-untyped-def]
+        limits(s, n)
+        force(s, n)
+        along(s, n)
+
+    return tell
+
+
+def lift_pulses(lifting: Lifting) -> Any:
+    """Return what makes the commands in force ones that pulses of whole clock ticks can give."""
+    (old, new), largest, ticks = rows("applied"), ROW["max_amplitude"], ROW["pulse_ticks"]
+    before = lift(lifting, pulse_step, (old, largest, ticks), old)
+    after = lift(lifting, pulse_step, (new, largest, ticks), new)
+
+    @lifting.compiled
+    def pulse(s, n):  # type: ignore[no-untyped-def]
+        before(s, n)
+        after(s, n)
+
+    return pulse

@@ -10,11 +10,11 @@ import numpy as np
 from scipy.special import ndtri
 
 from frictionloop.loop.kernel.columns import column
-from frictionloop.loop.kernel.motion_tile import DIRECTION, FACTOR, OCCLUDED
 from frictionloop.loop.kernel.slab import Slab
 from frictionloop.loop.kernel.structure import substeps_of, switch_s
 from frictionloop.parameters import FingerFriction, Skin, Strokes, System
 from frictionloop.physics.contact import contact_coefficients
+from frictionloop.physics.finger_step import Motion
 from frictionloop.physics.friction_limit import limit_coefficients, occlusion_coefficients, static_coefficients
 from frictionloop.physics.motion import load_plan, scored_edge_m, stroke_plan
 from frictionloop.physics.roughness import cells_per_m, roughness_table
@@ -52,8 +52,9 @@ def lower_finger(slab: Slab, systems: Sequence[System], keys: np.ndarray) -> np.
     _fill(slab, "noise_coefficients", [noise_coefficients(s.sensor, dt) for s in systems])
     _fill(slab, "converter", [converter(s.sensor) for s in systems])
     if not isinstance(systems[0].motion, Strokes):
-        for row, value in ((FACTOR, 1.0), (DIRECTION, 1.0)):
-            slab.view("motion")[row] = slab.view("motion_next")[row] = value
+        for name in ("factor", "direction"):
+            row = Motion._fields.index(name)
+            slab.view("motion")[row] = slab.view("motion_next")[row] = 1.0
         return np.zeros(0)
     return _lower_motion(slab, systems, keys, dt)
 
@@ -98,7 +99,6 @@ def _lower_motion(slab: Slab, systems: Sequence[System], keys: np.ndarray, dt: f
     _fill(slab, "touch_coefficients", [touch_coefficients(s.touch, dt) for s in systems])
     edges = [scored_edge_m(m, s.finger) for m, s in zip(motions, systems, strict=True)]
     _fill(slab, "unscored", [(edge, 0.5 * m.load_n) for edge, m in zip(edges, motions, strict=True)])
-    slab.view("motion")[OCCLUDED] = 0.0
     tables = [roughness_table(f.roughness_rms, key) for f, key in zip(frictions, seeds, strict=True)]
     return np.ascontiguousarray(np.array(tables).T).ravel()
 

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from frictionloop.loop.kernel.access import load, peek, store
 from frictionloop.loop.kernel.slab import ROW, rows
 from frictionloop.loop.kernel.tiles import Lifting
+from frictionloop.loop.metric import Sample, StreamingMetric
 from frictionloop.quantities import trees
-
-if TYPE_CHECKING:
-    from frictionloop.loop.metric import StreamingMetric
 
 
 def build_metric(lifting: Lifting, metric: StreamingMetric, first: int) -> Any:
     """Lift a metric's step over the scored periods; its state begins at row ``first``."""
-    from frictionloop.loop.metric import Sample
-
     width, compiled, count = lifting
     step, friction, disturbance, scored = metric.step, ROW["friction"], ROW["disturbance"], ROW["scored"]
     state_rows = trees.shaped(metric.state, range(first, first + trees.size(metric.state)))

@@ -1,129 +1,109 @@
-"""The tiles of the finger's motion: what it does from one control period to the next, and what is measured of it."""
+"""The parts of tiles that move a finger on from one control period to the next, and measure its motion."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from frictionloop.loop.kernel.access import load, peek, poke, store
+from frictionloop.loop.kernel.access import peek, poke
+from frictionloop.loop.kernel.lift import lift
 from frictionloop.loop.kernel.slab import ROW, rows
 from frictionloop.loop.kernel.tiles import Lifting
-from frictionloop.physics.friction_limit import LimitCoefficients, OcclusionCoefficients, limit_step, occlusion_step
-from frictionloop.physics.motion import LoadPlan, StrokePlan, load_step, stroke_step
+from frictionloop.physics.finger_step import Motion, factor_step, landed_step, move_step, scored_step
+from frictionloop.physics.friction_limit import LimitCoefficients, OcclusionCoefficients
+from frictionloop.physics.motion import LoadPlan, StrokePlan
 from frictionloop.physics.roughness import roughness_between, roughness_cells
 from frictionloop.physics.tremor import TremorCoefficients, TremorState, tremor_step
-from frictionloop.quantities.arithmetic import fma
+from frictionloop.quantities.arithmetic import fma, step
 from frictionloop.sensing.touch import DEVELOPED_M, TouchCoefficients, TouchState, touch_step
 
-POSITION, SPEED, LOAD, FACTOR, OCCLUDED, DIRECTION, PLACE = range(7)
-"""Rows of ``motion`` and ``motion_next``."""
+NOW, NEXT = Motion(*rows("motion")), Motion(*rows("motion_next"))
+"""Rows of the finger at t_k and t_k+1."""
+_ALONG, _ACROSS = TremorState(*rows("tremor")[:2]), TremorState(*rows("tremor")[2:])
+_LIMIT = LimitCoefficients(*rows("limit_coefficients"))
+
+
+@step
+def same_step(motion: Motion) -> Motion:
+    """As it is."""
+    return motion
+
+
+@step
+def tracked_step(position: float, speed: float, load: float) -> tuple[float, float, float, float]:
+    """The tracker of the position sensor has settled before t = 0."""
+    return position, speed, load, DEVELOPED_M if load > 0.0 else 0.0
 
 
 def lift_motion(lifting: Lifting) -> tuple[Any, Any, Any, Any]:
-    """Return the tiles that take over the motion of t_k, go on to t_k+1, begin at t = 0, and accept a given motion.
-
-    The looked-up roughness is a gather, which does not vectorise, and has a loop of its own.
-    """
-    width, compiled, count = lifting
-    now, after, rough = ROW["motion"], ROW["motion_next"], ROW["rough"]
-    stroke_rows, load_rows, limit_rows = rows("stroke_plan"), rows("load_plan"), rows("limit_coefficients")
-    occlusion_rows, draw_row, per_m = rows("occlusion_coefficients"), ROW["draws"], ROW["roughness_per_m"]
-    tremor, tremor_rows = rows("tremor"), rows("tremor_coefficients")
-    along, across = (tremor[:2], tremor_rows[:6]), (tremor[2:], tremor_rows[6:])
-    scored, unscored, tracked = ROW["scored"], ROW["unscored"], ROW["touch"]
+    """Return what takes over the motion of t_k, goes on to t_k+1, begins at t = 0, and accepts a given motion."""
+    compiled = lifting.compiled
+    keep = lift(lifting, same_step, (NEXT,), NOW)
+    count_in = lift(lifting, scored_step, (NOW.place, NOW.load, *rows("unscored")), ROW["scored"])
+    coefficients, draws = rows("tremor_coefficients"), rows("draws")
+    along = lift(lifting, tremor_step, (_ALONG, draws[0], TremorCoefficients(*coefficients[:6])), _ALONG)
+    across = lift(lifting, tremor_step, (_ACROSS, draws[1], TremorCoefficients(*coefficients[6:])), _ACROSS)
+    plans = StrokePlan(*rows("stroke_plan")), LoadPlan(*rows("load_plan"))
+    moved = NEXT.position, NEXT.speed, NEXT.load, NEXT.direction, NEXT.place
+    move = lift(lifting, move_step, (*plans, _ALONG, _ACROSS), moved, extra=1)
+    scan, rough = _lift_roughness(lifting), ROW["rough"]
+    dried = OcclusionCoefficients(*rows("occlusion_coefficients"))
+    under = NEXT.load, NEXT.speed, NOW.occluded, rough, dried, _LIMIT
+    limit = lift(lifting, factor_step, under, (NEXT.occluded, NEXT.factor))
+    land = lift(lifting, landed_step, (NEXT.load, NEXT.speed, rough, _LIMIT), (NEXT.occluded, NEXT.factor))
+    track = lift(lifting, tracked_step, (NEXT.position, NEXT.speed, NEXT.load), rows("touch"))
 
     @compiled
     def take_over(s, n):  # type: ignore[no-untyped-def]
-        for row in range(7):
-            for i in range(count(n)):
-                poke(s, (now + row) * width + i, peek(s, (after + row) * width + i))
-        for i in range(count(n)):
-            inside = abs(peek(s, (now + PLACE) * width + i)) <= peek(s, unscored * width + i)
-            pressed = peek(s, (now + LOAD) * width + i) >= peek(s, (unscored + 1) * width + i)
-            poke(s, scored * width + i, 1.0 if inside & pressed else 0.0)
-
-    @compiled
-    def tremble(s, n):  # type: ignore[no-untyped-def]
-        for i in range(count(n)):
-            state, given = TremorState(*load(s, i, width, along[0])), TremorCoefficients(*load(s, i, width, along[1]))
-            store(s, i, width, along[0], tremor_step(state, peek(s, draw_row * width + i), given))
-            state, given = TremorState(*load(s, i, width, across[0])), TremorCoefficients(*load(s, i, width, across[1]))
-            store(s, i, width, across[0], tremor_step(state, peek(s, (draw_row + 1) * width + i), given))
-
-    @compiled
-    def move(s, n, t):  # type: ignore[no-untyped-def]
-        for i in range(count(n)):
-            place, speed = stroke_step(t, StrokePlan(*load(s, i, width, stroke_rows)))
-            shift, rate, push, _ = load(s, i, width, tremor)
-            pressed = load_step(t, push, LoadPlan(*load(s, i, width, load_rows)))
-            poke(s, (after + PLACE) * width + i, place)
-            poke(s, (after + DIRECTION) * width + i, 1.0 if speed >= 0.0 else -1.0)
-            poke(s, (after + POSITION) * width + i, place + shift)
-            poke(s, (after + SPEED) * width + i, speed + rate)
-            poke(s, (after + LOAD) * width + i, pressed)
-
-    @compiled
-    def scan(s, n, table):  # type: ignore[no-untyped-def]
-        for i in range(count(n)):
-            x, per = peek(s, (after + POSITION) * width + i), peek(s, per_m * width + i)
-            cell, next_, fraction = roughness_cells(x, per)
-            here, there = peek(table, cell * width + i), peek(table, next_ * width + i)
-            poke(s, rough * width + i, roughness_between(fraction, here, there))
-
-    @compiled
-    def limit(s, n, begins):  # type: ignore[no-untyped-def]
-        for i in range(count(n)):
-            pressed, speed = peek(s, (after + LOAD) * width + i), peek(s, (after + SPEED) * width + i)
-            given = OcclusionCoefficients(*load(s, i, width, occlusion_rows))
-            occluded = occlusion_step(peek(s, (now + OCCLUDED) * width + i), pressed, given)
-            occluded = 0.0 if begins else occluded
-            law = LimitCoefficients(*load(s, i, width, limit_rows))
-            poke(s, (after + OCCLUDED) * width + i, occluded)
-            poke(s, (after + FACTOR) * width + i, limit_step(pressed, speed, occluded, peek(s, rough * width + i), law))
+        keep(s, n)
+        count_in(s, n)
 
     @compiled
     def go_on(s, n, t, table):  # type: ignore[no-untyped-def]
-        tremble(s, n)
+        along(s, n)
+        across(s, n)
         move(s, n, t)
         scan(s, n, table)
-        limit(s, n, False)
+        limit(s, n)
 
     @compiled
     def begin(s, n, table):  # type: ignore[no-untyped-def]
         move(s, n, 0.0)
-        # The tracker of the position sensor has settled, too.
-        for i in range(count(n)):
-            poke(s, tracked * width + i, peek(s, (after + POSITION) * width + i))
-            pressed = peek(s, (after + LOAD) * width + i)
-            poke(s, (tracked + 1) * width + i, peek(s, (after + SPEED) * width + i))
-            poke(s, (tracked + 2) * width + i, pressed)
-            poke(s, (tracked + 3) * width + i, DEVELOPED_M if pressed > 0.0 else 0.0)
+        track(s, n)
         scan(s, n, table)
-        limit(s, n, True)
+        land(s, n)
 
     @compiled
     def accept(s, n, table):  # type: ignore[no-untyped-def]
         scan(s, n, table)
-        limit(s, n, False)
+        limit(s, n)
 
     return take_over, go_on, begin, accept
 
 
-def lift_touch(lifting: Lifting) -> Any:
-    """Return the tile that measures position, speed and load, and turns the force along the measured motion."""
+def _lift_roughness(lifting: Lifting) -> Any:
+    """Return what looks roughness up: a gather, which does not vectorise, and so has a loop of its own."""
     width, compiled, count = lifting
-    now, draw_row, force = ROW["motion"], ROW["draws"], ROW["measurement"]
-    state_rows, given_rows, told = rows("touch"), rows("touch_coefficients"), rows("measurement")[1:]
+    position, per_m, rough = NEXT.position, ROW["roughness_per_m"], ROW["rough"]
 
     @compiled
-    def follow(s, n):  # type: ignore[no-untyped-def]
+    def scan(s, n, table):  # type: ignore[no-untyped-def]
         for i in range(count(n)):
-            z_position, z_load = peek(s, (draw_row + 2) * width + i), peek(s, (draw_row + 3) * width + i)
-            position, pressed = peek(s, (now + POSITION) * width + i), peek(s, (now + LOAD) * width + i)
-            state, given = TouchState(*load(s, i, width, state_rows)), TouchCoefficients(*load(s, i, width, given_rows))
-            state, seen = touch_step(state, position, pressed, z_position, z_load, given)
-            store(s, i, width, state_rows, state)
-            store(s, i, width, told, seen)
-            forward = 1.0 if seen[1] >= 0.0 else -1.0
-            poke(s, force * width + i, fma(forward, peek(s, force * width + i), 0.0))
+            cell, next_, fraction = roughness_cells(peek(s, position * width + i), peek(s, per_m * width + i))
+            here, there = peek(table, cell * width + i), peek(table, next_ * width + i)
+            poke(s, rough * width + i, roughness_between(fraction, here, there))
 
-    return follow
+    return scan
+
+
+@step
+def follow_step(state, position, load, z_position, z_load, given, force):  # type: ignore[no-untyped-def]
+    """Measured position, speed, load and validity, and the force along the measured motion."""
+    state, seen = touch_step(state, position, load, z_position, z_load, given)
+    return state, seen, fma(1.0 if seen[1] >= 0.0 else -1.0, force, 0.0)
+
+
+def lift_touch(lifting: Lifting) -> Any:
+    """Return what measures position, speed and load, and turns the force along the measured motion."""
+    state, (force, *told) = TouchState(*rows("touch")), rows("measurement")
+    given = state, NOW.position, NOW.load, *rows("draws")[2:], TouchCoefficients(*rows("touch_coefficients")), force
+    return lift(lifting, follow_step, given, (state, tuple(told), force))

@@ -77,7 +77,7 @@ def compiled_tile(build: Callable[..., Any], width: int, *of: Any) -> Any:
 
 
 def _name(of: Any) -> str:
-    if isinstance(of, (str, int, bool)):
+    if of is None or isinstance(of, (str, int, bool)):
         return str(of)
     named = getattr(of, "kind", None) or of.name
     return f"{named}_{code_digest(of)[:8]}"

@@ -15,7 +15,7 @@ from frictionloop.loop.kernel.aim_tile import (
     SLOPE,
     drive_step,
 )
-from frictionloop.loop.kernel.motion_tile import DIRECTION
+from frictionloop.loop.kernel.motion_tile import NEXT
 from frictionloop.loop.kernel.slab import ROW
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.quantities.arithmetic import fma
@@ -72,7 +72,7 @@ def lift_trials(lifting: Lifting, finger: Any, copy: Any) -> Any:
 def _build_attempt(lifting: Lifting, finger: Any, copy: Any) -> Any:
     width, compiled, count = lifting
     trial, start, decay = ROW["trial"], ROW["trial_start"], ROW["trial_decay"]
-    own, after, contact = ROW["contact_coefficients"], ROW["motion_next"], ROW["contact"]
+    own, contact = ROW["contact_coefficients"], ROW["contact"]
     amplitude, applied = ROW["amplitude"], ROW["applied"]
 
     @compiled
@@ -102,7 +102,7 @@ def _build_attempt(lifting: Lifting, finger: Any, copy: Any) -> Any:
                 land(s, n)
             finger(s, n, float(min(j, last)), float(steps))
         for i in range(count(n)):
-            along = peek(s, (after + DIRECTION) * width + i) * peek(s, (own + 6) * width + i)
+            along = peek(s, NEXT.direction * width + i) * peek(s, (own + 6) * width + i)
             error = fma(along, peek(s, (contact + 2) * width + i), -peek(s, (trial + SETPOINT) * width + i))
             poke(s, (trial + ERROR) * width + i, error)
 

@@ -10,12 +10,12 @@ from matplotlib.figure import Figure
 
 from frictionloop.parameters import paper
 from frictionloop.parameters.sensor_design import SensorDesign
-from frictionloop.report.beyond import LAWS
 from frictionloop.report.claims.steps import this_skin_limit_ms
-from frictionloop.report.device import CLOSED, OPEN, PRINTED
+from frictionloop.report.device import CLOSED
 from frictionloop.report.figures.beyond import figure_close_steps
 from frictionloop.report.figures.calibration import figure_linearity, figure_spectrum
 from frictionloop.report.figures.closed_loop import figure_closed_loop, figure_people
+from frictionloop.report.figures.comparison import figure_residuals
 from frictionloop.report.figures.diagram import figure_diagram
 from frictionloop.report.figures.equation3 import figure_equation_3
 from frictionloop.report.figures.fidelity import figure_fidelity_map, figure_fidelity_over_kp
@@ -23,7 +23,6 @@ from frictionloop.report.figures.noise import figure_noise
 from frictionloop.report.figures.population import figure_population
 from frictionloop.report.figures.sensor import figure_sensor
 from frictionloop.report.figures.steps import figure_overshoot, figure_steps
-from frictionloop.report.figures.tournament import figure_residuals
 from frictionloop.report.figures.tracking import common_limits_n, figure_tracking
 from frictionloop.report.results import Results
 from frictionloop.report.systems import FEASIBLE, WORKING
@@ -84,15 +83,11 @@ def _device(results: Results) -> Iterator[Drawing]:
 
 
 def _beyond(results: Results) -> Iterator[Drawing]:
-    race = results.beyond
+    found = results.beyond
     alt = "Residual of the capable fingers under each control law, median and deciles, for both contacts"
-    yield Drawing("beyond-residuals", alt, partial(figure_residuals, race.scored))
+    yield Drawing("beyond-residuals", alt, partial(figure_residuals, found.scored))
     alt = "Steps of the force on one finger, per control law, for both contacts"
-    yield Drawing(
-        "beyond-steps",
-        alt,
-        partial(figure_close_steps, race.traces, [law for law in LAWS if law not in (OPEN, PRINTED)]),
-    )
+    yield Drawing("beyond-steps", alt, partial(figure_close_steps, found.steps))
 
 
 def _tracking(results: Results) -> Iterator[Drawing]:

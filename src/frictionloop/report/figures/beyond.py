@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import xarray as xr
@@ -22,8 +21,8 @@ WINDOWS_S = {"step down": (0.99, 1.06), "step up": (1.49, 1.60)}
 
 
 @styled
-def figure_close_steps(traces: xr.Dataset, laws: Sequence[str]) -> Figure:
-    """Return force over time around two steps under some laws, four at most, per contact."""
+def figure_close_steps(traces: xr.Dataset) -> Figure:
+    """Return force over time around two steps under four laws, per contact."""
     contacts = traces["contact"].values.tolist()
     figure = new_figure(6.8, 2.1 * len(contacts) + 0.7)
     grid = figure.subplots(len(contacts), len(WINDOWS_S), squeeze=False, sharex="col", sharey=True)
@@ -31,8 +30,8 @@ def figure_close_steps(traces: xr.Dataset, laws: Sequence[str]) -> Figure:
         for axes, (name, (start_s, stop_s)) in zip(row, WINDOWS_S.items(), strict=True):
             some = traces.sel(contact=contact, time=slice(start_s, stop_s))
             time_ms = 1e3 * (some["time"] - start_s - 0.01)
-            axes.step(time_ms, some["f_r"].isel(law=0), where="post", color=GREY, lw=0.8, label="set-point")
-            for law, line in zip(laws, LINES, strict=False):
+            axes.step(time_ms, some["f_r"], where="post", color=GREY, lw=0.8, label="set-point")
+            for law, line in zip(some["law"].values.tolist(), LINES, strict=True):
                 axes.plot(time_ms, some["f_a"].sel(law=law), lw=1.0, label=law, **line)
             axes.set_title(f"{contact}, {name}")
     for axes in grid[-1]:

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyBboxPatch
 
-from frictionloop.parameters import LogSweep, Model, PiController, Sine, System
+from frictionloop.parameters import FrictionLaw, LogSweep, Model, PiController, Sine, System
 from frictionloop.report.numbers import number
 from frictionloop.report.style import BLACK, BLUE, GREY, VERMILLION, arrow, new_figure, styled
 
@@ -35,6 +35,7 @@ def figure_diagram(system: System) -> Figure:
     _block(axes, CONTROLLER, TOP, "controller $C$", controller_label(controller))
     _block(axes, LOOKUP, TOP, "lookup table", lookup_label(controller.model))
     lowpass, plate, law = "first-order low-pass", system.plate, system.friction
+    assert isinstance(law, FrictionLaw)
     most, f0, tau = (number(n) for n in (plate.max_amplitude_um, law.nominal_n, law.susceptibility_per_um2))
     _block(axes, PLATE, TOP, "plate", [lowpass, f"{number(plate.cutoff_hz)} Hz", f"$a$ ≤ {most} µm"])
     words = ["$f_0\\,\\exp(-\\tau a^2)$", f"$f_0$ = {f0} N", f"$\\tau$ = {tau} µm⁻²"]

@@ -1,0 +1,124 @@
+"""A comparison as a person is shown it: one table for each speed and contact, one of margins, and what is wrong."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from frictionloop.cli import screen
+from frictionloop.control.cost import BUDGET_CYCLES
+from frictionloop.design.comparison import BelowOracle, Comparison, below_oracle, value_of
+
+Rows = list[dict[str, Any]]
+SHOWN = (
+    ("r2_identity", "R2", 1.0),
+    ("residual_rms_n", "rms, mN", 1e3),
+    ("fall_63_s", "fall, ms", 1e3),
+    ("relative_index", "felt", 1.0),
+    ("over_oracle", "/oracle", 1.0),
+)
+"""Scores of the terminal's table, under short names; the rest is in --csv and --json."""
+MARGINS = (
+    ("sensitivity_peak", "Ms", 1.0),
+    ("sensitivity_peak_5", "±5 %", 1.0),
+    ("sensitivity_peak_10", "±10 %", 1.0),
+    ("sensitivity_peak_learnt", "learnt", 1.0),
+    ("phase_margin_deg", "phase", 1.0),
+    ("delay_margin_s", "delay", 1e3),
+)
+
+
+LEGEND = (
+    "R2, rms: of three sines pooled",
+    "fall: time to 63 % of a step down; never, ∞, where ringing is there within the delay",
+    "felt: how much of the error touch feels, over a stroke without control; below 1 it feels less",
+    "/oracle: rms over that of a law that knows plant and finger; Ms: largest gain on a disturbance",
+    "±5 %, ±10 %: Ms with the sensor's resonance off by that much, either way (a tracker is told it)",
+    "Ms of the tracker, and stable, are with right estimates; learnt: with those it has after a run",
+)
+"""What the heads of the tables mean."""
+RECOMMENDED = (
+    "note: the tracker is experimental: quick set-point steps can teach it the wrong contact, after which some fingers "
+    "ring; notch_pi is recommended"
+)
+
+
+def number(value: float, digits: int = 3) -> str:
+    """Return a number as short as it says something; - is none, ∞ is beyond all measure."""
+    if math.isnan(value):
+        return "-"
+    if math.isinf(value):
+        return "∞" if value > 0 else "-∞"
+    if 0.9 <= value < 1.0:
+        return f"{value:.{digits}f}".removeprefix("0")
+    return f"{value:.{digits}g}" if abs(value) < 1000 else f"{value:.0f}"
+
+
+def short(value: float) -> str:
+    """Return a score in two significant digits, whole from 10 on, so that a table of pairs fits 80 columns."""
+    if math.isfinite(value) and abs(value) >= 9.95:
+        return f"{value:.0f}"
+    return number(value, 3 if 0.9 <= value < 1.0 else 2)
+
+
+def summary(comparison: Comparison, scored: xr.Dataset, rows: Rows, margins: Rows) -> list[Any]:
+    """Return what is shown."""
+    found: list[Any] = []
+    for v, speed in enumerate(comparison.speeds_mm_s):
+        able = int(scored["capable"].values[v].sum())
+        population = "capable" if able else "all"
+        count = able or scored.sizes["finger"]
+        for contact in scored["contact"].values.tolist():
+            told = f"{count} {population} fingers" if able else f"all {count} fingers, none of them capable"
+            found += [f"{speed:g} mm/s, {contact}: median / worst decile of {told}"]
+            at = {"speed_mm_s": speed, "contact": contact, "population": population}
+            found += [screen.table(_scores(comparison, rows, at)), ""]
+    found += ["median capable finger, worst of three levels, by linear analysis; - is not known;"]
+    found += [f"phase margin in degrees, delay margin in ms; of {BUDGET_CYCLES} cycles, tick: the worst whole one,"]
+    found += ["traced on the image in an emulator; - has no image"]
+    found += [screen.table(_margins(margins)), ""]
+    found += LEGEND
+    found += [screen.wrapped(f"note: {law} is left out: {reason}") for law, reason in comparison.left_out.items()]
+    found += [screen.wrapped(RECOMMENDED)] if "tracker" in comparison.laws else []
+    below = below_oracle(scored)
+    found += [screen.wrapped(_note(below))] if below else []
+    found += [_code(comparison.cells)]
+    return found
+
+
+def _scores(comparison: Comparison, rows: Rows, at: dict[str, Any]) -> list[tuple[str, ...]]:
+    heads = ("law", *(head for _, head, _ in SHOWN), "")
+    table: list[tuple[str, ...]] = [heads]
+    for law in comparison.laws:
+        cells = []
+        for score, _, factor in SHOWN:
+            both = [factor * value_of(rows, key, law=law, score=score, **at) for key in ("median", "worst_decile")]
+            cells.append("-" if math.isnan(both[0]) else "/".join(map(short, both)))
+        table.append((law, *cells, ""))
+    return table
+
+
+def _margins(margins: Rows) -> list[tuple[str, ...]]:
+    table: list[tuple[str, ...]] = [("law", "at", *(head for _, head, _ in MARGINS), "stable", "tick", "")]
+    for row in margins:
+        cells = [number(factor * row[name]) for name, _, factor in MARGINS]
+        stable = {True: "yes", False: "no", None: "-"}[row["stable"]]
+        cost = "-" if row["tick_cycles_m4"] is None else str(row["tick_cycles_m4"])
+        table.append((row["law"], f"{row['speed_mm_s']:g} {row['contact']}", *cells, stable, cost, ""))
+    return table
+
+
+def _note(below: BelowOracle) -> str:
+    where = f"at {below.speed_mm_s:g} mm/s, {below.contact}, finger {below.finger}"
+    many = f"and {below.below - 1} more of {below.of}" if below.below > 1 else f"one of {below.of}"
+    said = f"{below.law} leaves {below.ratio:.4f} of the clairvoyant residual {where}, {many}"
+    return f"note: {said}: that oracle sees two periods ahead"
+
+
+def _code(cells: xr.Dataset) -> str:
+    commits = sorted(set(np.unique(cells["commit"].values).tolist()) - {""})
+    several = f", of several commits: {', '.join(each[:12] for each in commits)}" if len(commits) > 1 else ""
+    return f"version {cells.attrs['version']}" + (several or (f", commit {commits[0]}" if commits else ""))

@@ -1,0 +1,105 @@
+"""Who competes: each control law with the parameters that it is given on a bench."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from frictionloop.design.retune import retune
+from frictionloop.parameters import RETUNED, PiController, System, bench
+from frictionloop.parameters.controller import CONTROLLERS
+from frictionloop.parameters.timing import Timing
+from frictionloop.quantities import check_each_once, check_known
+
+Overrides = Mapping[str, Any]
+Entrant = Callable[[System], Overrides]
+"""From a bench to overrides of its controller. It may tune on fingers of `protocol.TUNING_SEED`, never on others."""
+
+
+def printed_pi(system: System) -> Overrides:
+    """Return the gains of the paper, Sec. 2.3."""
+    printed = PiController()
+    return {"controller.kind": "pi", "controller.kp": printed.kp, "controller.ki": printed.ki}
+
+
+def retuned_pi(system: System) -> Overrides:
+    """Return the gains of `RETUNED` on the bench they were made for, on another those that `retune` finds."""
+    own = {path: value for path, value in RETUNED.items() if path.startswith("controller.")}
+    plain = system.evolve(printed_pi(system))
+    if plain == bench():
+        return {"controller.kind": "pi", **own}
+    return {"controller.kind": "pi", **retune(plain).overrides}
+
+
+def believing_much(law: str) -> Entrant:
+    """Return a law on the linear observer that believes more friction and slower electronics than there are.
+
+    Best of some 150 settings on `fingers(100, 3)` of ``bench()``, relative to its description: by the margins that the
+    other laws hold it would follow 5 Hz (`design.synthesis`), and be worse than a PI.
+    """
+
+    def entrant(system: System) -> Overrides:
+        model = system.controller.model
+        return {
+            "controller.kind": law,
+            "controller.model.nominal_n": min(2.3 * model.nominal_n, getattr(system.sensor, "range_n", math.inf)),
+            "controller.model.resonance_hz": 0.96 * model.resonance_hz,
+            "controller.model.sensor_hz": 0.35 * model.sensor_hz,
+        }
+
+    return entrant
+
+
+def designed(law: str) -> Entrant:
+    """Return the entrant of a law in `SYNTHESES`, designed on the bench as it is described."""
+
+    def entrant(system: System) -> Overrides:
+        from frictionloop.design.synthesis import design_controller
+
+        return design_controller(system, law).overrides
+
+    return entrant
+
+
+DESIGNED = {law: designed(law) for law in ("notch_pi", "hinf", "lqg")}
+"""Those whose synthesis takes from some seconds to half a minute."""
+ENTRANTS: dict[str, Entrant] = {
+    "lookup": lambda system: {"controller.kind": "lookup"},
+    "printed_pi": printed_pi,
+    "retuned_pi": retuned_pi,
+    **DESIGNED,
+    "observer": believing_much("observer"),
+    "super_twisting": believing_much("super_twisting"),
+    "tracker": lambda system: {"controller.kind": "tracker"},
+    "oracle": lambda system: {"controller.kind": "oracle", "controller.preview": False},
+    "clairvoyant": lambda system: {"controller.kind": "oracle", "controller.preview": True},
+}
+"""Every entrant by name; one more is one more line."""
+ORACLE, CLAIRVOYANT = "oracle", "clairvoyant"
+"""Names of the two entrants, if they are there, that know the plant: by its present alone, and ahead of time."""
+
+
+def entrants(names: Iterable[str] | Mapping[str, Entrant] | None = None) -> dict[str, Entrant]:
+    """Return entrants by name in the order asked for, all of them if None, a mapping as it is.
+
+    Raises
+    ------
+    FrictionloopError
+        For a name that no entrant has, with near ones, one given twice, or no name at all.
+    """
+    if isinstance(names, Mapping) and names:
+        return dict(names)
+    known = ENTRANTS | {kind: _from_outside(kind) for kind in sorted(CONTROLLERS.outside)}
+    asked = list(known if names is None else names)
+    check_known("laws", asked, known)
+    check_each_once("laws", "law", asked)
+    return {name: known[name] for name in asked}
+
+
+def _from_outside(kind: str) -> Entrant:
+    """Return a law from outside the package (`fl.register`) with the defaults of its own parameters."""
+    fields = CONTROLLERS.models[kind].model_fields
+    own = {name: field.get_default(call_default_factory=True) for name, field in fields.items()}
+    gains = {f"controller.{name}": value for name, value in own.items() if name not in Timing.model_fields}
+    return lambda system: {"controller.kind": kind} | gains

@@ -1,0 +1,109 @@
+"""How robust each law is for small signals, around the levels of the protocol and over resonances of the sensor."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from frictionloop.analysis.linear import LinearLoop, linearise
+from frictionloop.analysis.margins import Margins
+from frictionloop.design.comparison import protocol
+from frictionloop.design.comparison.measured import on_device
+from frictionloop.design.comparison.plain import occluded_at
+from frictionloop.design.comparison.run import Comparison
+from frictionloop.design.learnt import knowing, learnt_in_run
+from frictionloop.parameters import System
+from frictionloop.quantities import FrictionloopError
+
+SHIFTS = (0.0, 0.05, 0.1)
+"""How far off the device's resonance may be, either way; a law that is told believes that of the device."""
+
+
+class Robustness(NamedTuple):
+    """Margins of one law on the median finger, the worst over the levels; NaN where it has no linear loop."""
+
+    sensitivity_peak: float = math.nan
+    """Ms = max |1/(1 + G)| with the resonance as the bench says; infinite if unstable."""
+    sensitivity_peak_5: float = math.nan
+    """The same, worst with the true resonance up to 5 % off; then 10 %."""
+    sensitivity_peak_10: float = math.nan
+    sensitivity_peak_learnt: float = math.nan
+    """Ms of a law that learns with what it believes after a run of the sine, frozen; of others as the first."""
+    gain_margin: float = math.nan
+    """Factor on G nearest to 1 that makes the loop unstable."""
+    phase_margin_deg: float = math.nan
+    """Phase above -180 degrees at the crossover nearest to -1; negative beyond a resonance of a stable loop."""
+    delay_margin_s: float = math.nan
+    stable: bool | None = None
+    """At all levels, with the true resonance up to 10 % off."""
+
+
+def median_system(comparison: Comparison, law: str, speed_mm_s: float, contact: str) -> System | None:
+    """Return the bench with the median of the capable fingers under a law that knows it; None if none is capable."""
+    system = begun(comparison, law, speed_mm_s, contact)
+    return None if system is None else knowing(system)
+
+
+def begun(comparison: Comparison, law: str, speed_mm_s: float, contact: str) -> System | None:
+    """Return the same under the law as it begins, told of the device if it is one that is."""
+    some = protocol.able(comparison.system, comparison.people, speed_mm_s, comparison.duration_s)
+    finger = protocol.median_finger(comparison.people, some)
+    if finger is None:
+        return None
+    at = protocol.Condition(speed_mm_s, contact, protocol.SINES[1])
+    own = {path: value for path, value in finger.items() if path != "sensor.resonance_hz"}
+    return on_device(comparison.system.evolve({**protocol.overrides_of(at), **comparison.laws[law], **own}), 1.0)
+
+
+def loop_at(system: System, level_n: float, occlude_s: float) -> LinearLoop | None:
+    """Return the loop for small signals around a level, None for a law that has none."""
+    if system.controller.kind == "oracle":
+        return None
+    occluded = occluded_at(system, occlude_s)
+    loop = linearise(system, force_n=level_n, occluded=occluded)
+    try:
+        return loop if loop.law else None
+    except FrictionloopError:  # an oracle, a law that is saturated or has no rest
+        return None
+
+
+def robustness(comparison: Comparison, law: str, speed_mm_s: float, contact: str) -> Robustness:
+    """Return the margins of a law at one speed and contact."""
+    system = median_system(comparison, law, speed_mm_s, contact)
+    found = None if system is None else {shift: _around(system, shift, comparison.middle_s) for shift in SHIFTS}
+    if found is None or any(each is None for margins in found.values() for each in margins):
+        return Robustness()
+    every: Mapping[float, Any] = found
+    nominal: list[Margins] = every[0.0]
+    peaks = [max(each.sensitivity_peak for shift in SHIFTS[: k + 1] for each in every[shift]) for k in range(3)]
+    return Robustness(
+        peaks[0],
+        peaks[1],
+        peaks[2],
+        _learnt_peak(comparison, begun(comparison, law, speed_mm_s, contact)),
+        min((each.gain_margin for each in nominal), key=lambda factor: abs(math.log(factor))),
+        min((each.phase_margin_deg for each in nominal), key=abs),
+        min(each.delay_margin_s for each in nominal),
+        all(each.stable for margins in every.values() for each in margins),
+    )
+
+
+def _learnt_peak(comparison: Comparison, system: System | None) -> float:
+    if system is None:
+        return math.nan
+    seed = protocol.noise_seed(comparison.seed, protocol.SINES[1])
+    own = learnt_in_run(system, comparison.duration_s, seed)
+    found = [each for each in _around(own, 0.0, comparison.middle_s) if each is not None]
+    return max((each.sensitivity_peak for each in found), default=math.nan)
+
+
+def _around(system: System, shift: float, occlude_s: float) -> list[Margins | None]:
+    true_hz: float = getattr(system.sensor, "resonance_hz", 0.0)
+    factors = (1.0 - shift, 1.0 + shift) if shift and true_hz else (1.0,)
+    found: list[Margins | None] = []
+    for factor in factors:
+        off = on_device(system, factor)
+        loops = [loop_at(off, level, occlude_s) for level in protocol.LEVELS_N]
+        found += [None if loop is None else loop.margins() for loop in loops]
+    return found

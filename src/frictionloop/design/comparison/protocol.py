@@ -1,0 +1,213 @@
+"""What every entrant is put through: the protocol of Section 4.2 on fingers that nobody has tuned for.
+
+Three sines of 0.1 N and 1 Hz around 0.4, 0.6 and 0.8 N (paper, Sec. 4.2); the same levels held; steps between 0.35 and
+0.75 N; and landings, a finger that lifts and lands once a second. A run is a second that does not count, then ten
+periods of the sine, in strokes of 240 mm as in the report: at 20 mm/s one way without a reversal, at 80 mm/s reversals
+every 3 s, and nothing counts on the way in which a finger's skin turns over (`motion.unscored_n`). Of every three
+fingers one meets a sensor whose resonance is as the bench says, one 5 % below and one 5 % above; what the controller
+believes stays, unless it is one that is told what each device's own ringing shows (`measured`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from frictionloop.parameters import Constant, FingerFriction, Sine, Skin, Source, Steps, Strokes, System, check_system
+from frictionloop.parameters.motion import TURN_SHARE
+from frictionloop.physics.fingers import Fingers, capable, fingers
+from frictionloop.quantities import FrictionloopError
+
+TUNING_SEED = 3
+"""Seed of the fingers that laws may be tuned on, and of nothing that is scored."""
+EVALUATION_SEED = 11
+"""Seed of the fingers that are scored if no other is asked for."""
+SMALL = 26
+"""Fingers of the small population of reports and checks: the paper has as many trials in Fig. 1a."""
+LOW_N, HIGH_N = 0.3, 0.9
+"""Forces a capable finger can be given at its mean load (paper, Sec. 4.2)."""
+LEVELS_N, AMPLITUDE_N, FREQUENCY_HZ = (0.4, 0.6, 0.8), 0.1, 1.0
+STEP_LEVELS_N, STEP_EVERY_S = (0.35, 0.75), 0.5
+"""Levels and pace of the steps (the levels are assumed, the pace is that of Fig. 5b)."""
+SPEEDS_MM_S = (20.0, 80.0)
+CONTACTS = ("dahl", "slider")
+ALL_BUT_A_TWENTIETH = 1.645
+"""Standard deviations of a normal load below which, or above which, it is a twentieth of the time."""
+LEAST_LOAD_N = 1e-3
+"""Load that one which trembles below 0 counts as: next to no friction."""
+START_S, DURATION_S = 1.0, 11.0
+STROKE_MM = 240.0
+RESONANCES = (1.0, 0.95, 1.05)
+"""True resonance of finger 0, 1, 2, 3, ... over the bench's, in turn."""
+LANDING = {"motion.contact_s": 1.0, "motion.lifted_s": 0.4}
+"""Time on the plate and in the air of the landings (assumed)."""
+SINES, HOLDS = (tuple(f"{kind} {level:g}" for level in LEVELS_N) for kind in ("sine", "hold"))
+STEPPED, LANDINGS = "steps", "landings"
+TASKS = (*SINES, *HOLDS, STEPPED, LANDINGS)
+_FIT = ("r2_identity", "r2_regression", "slope", "output_noise", "mean_force", "mean_setpoint", "setpoint_spread")
+_ALWAYS = ("rms_error", "saturation_index", "scored_periods")
+TIMES = ("rise_63_s", "rise_10_90_s", "fall_63_s", "fall_10_90_s")
+
+
+class Condition(NamedTuple):
+    """One thing that every entrant does on every finger."""
+
+    speed_mm_s: float
+    contact: str
+    task: str
+
+
+def setpoint_of(task: str, duration_s: float = DURATION_S) -> Source:
+    """Return the set-point of a task."""
+    if task == STEPPED:
+        times = np.arange(0.0, duration_s, STEP_EVERY_S).round(9)
+        return Steps(times_s=tuple(times.tolist()), levels_n=tuple(STEP_LEVELS_N[k % 2] for k in range(times.size)))
+    if task == LANDINGS:
+        return setpoint_of(SINES[1])
+    kind, level = task.split()
+    if kind == "hold":
+        return Constant(offset_n=float(level))
+    return Sine(offset_n=float(level), amplitude_n=AMPLITUDE_N, frequency_hz=FREQUENCY_HZ)
+
+
+def metrics_of(task: str) -> tuple[str, ...]:
+    """Return what is kept of a task."""
+    if task in SINES:
+        return (*_ALWAYS, "perceptual_index", *_FIT)
+    return (*_ALWAYS, *(TIMES if task == STEPPED else ("perceptual_index",)))
+
+
+METRICS = tuple(dict.fromkeys(name for task in TASKS for name in metrics_of(task)))
+
+
+def overrides_of(condition: Condition, duration_s: float = DURATION_S) -> dict[str, Any]:
+    """Return what a condition asks of a bench, for all fingers alike."""
+    return {
+        "setpoint": setpoint_of(condition.task, duration_s),
+        "finger.contact": condition.contact,
+        "motion.speed_mm_s": condition.speed_mm_s,
+        "motion.stroke_mm": STROKE_MM,
+        **(LANDING if condition.task == LANDINGS else {"motion.contact_s": 0.0}),
+    }
+
+
+def noise_seed(seed: int, task: str) -> int:
+    """Return the seed of a task's tremor, roughness and noise: another for every task and for every population."""
+    return (len(TASKS) * seed + TASKS.index(task)) % 2**63
+
+
+def population(system: System, count: int, seed: int) -> Fingers:
+    """Return the fingers that are scored, each with the resonance it meets.
+
+    Raises
+    ------
+    FrictionloopError
+        For the tuning seed, a count or a seed out of range, or a bench that is none.
+    """
+    check_bench(system)
+    if seed == TUNING_SEED:
+        raise FrictionloopError(f"seed = {seed}: is that of the fingers laws are tuned on; choose any other")
+    return each_resonance(system, fingers(count, seed))
+
+
+def each_resonance(system: System, people: Fingers) -> Fingers:
+    """Return fingers that meet the resonance as described, 5 % lower and 5 % higher in turn."""
+    if system.sensor.kind != "suspended":
+        return people
+    shifts = [RESONANCES[i % len(RESONANCES)] * system.sensor.resonance_hz for i in range(len(people))]
+    return Fingers(each | {"sensor.resonance_hz": shift} for each, shift in zip(people, shifts, strict=True))
+
+
+def speeds_of(system: System, speeds_mm_s: Iterable[float]) -> tuple[float, ...]:
+    """Return the speeds of the strokes, each one that the bench's sensors follow and the strokes leave room for.
+
+    Raises
+    ------
+    FrictionloopError
+        For no speed, one twice, or one out of range.
+    """
+    found = tuple(float(speed) for speed in speeds_mm_s)
+    if not found or len(set(found)) < len(found):
+        raise FrictionloopError(f"speeds = {list(found)} mm/s: must name at least one speed, none of them twice")
+    touch = system.touch
+    turning = STROKE_MM / (TURN_SHARE * system.motion.reversal_s)  # type: ignore[union-attr]
+    least, most = touch.load.least_speed_mm_s, min(touch.position.fastest_mm_s, turning)
+    for speed in found:
+        if not (least <= speed <= most and speed > 0.0):
+            raise FrictionloopError(
+                f"speeds = {speed:g} mm/s: must be {'from' if least else 'above'} {least:g} to {most:.4g}; slower the "
+                "controller holds its output, faster the position sensor does not follow or strokes have no room"
+            )
+    return found
+
+
+def check_times(duration_s: float, start_s: float) -> None:
+    """Refuse a duration that leaves nothing to score."""
+    if not start_s < duration_s < math.inf:
+        raise FrictionloopError(
+            f"duration_s = {duration_s:g} s: must be longer than {start_s:g} s, the part of a run that does not count"
+        )
+
+
+def able(system: System, people: Fingers, speed_mm_s: float, hold_s: float = DURATION_S) -> np.ndarray:
+    """Return which fingers are capable at a speed: 0.3 and 0.9 N can be held at the mean load, shape (fingers,)."""
+    found = _reached(system, people, speed_mm_s, hold_s, 0.0)
+    return np.asarray(found["capable"].values)
+
+
+def within_reach(system: System, people: Fingers, speed_mm_s: float, hold_s: float = DURATION_S) -> np.ndarray:
+    """Return which fingers can be given 0.9 N, and 0.3 N, all but a twentieth of the time, shape (fingers,).
+
+    A finger that is capable at its mean load may not be where the load has drifted and trembled to: whatever the law,
+    it is short of 0.9 N then, or above 0.3 N. Drift and tremor are taken to be normal (the drift is two sines, which
+    are within these ends for longer), over many periods of the drift; a run of 11 s has one.
+    """
+    light, heavy = (_reached(system, people, speed_mm_s, hold_s, side * ALL_BUT_A_TWENTIETH) for side in (-1.0, 1.0))
+    return np.asarray(light["reaches_high"].values & heavy["reaches_low"].values)
+
+
+def _reached(system: System, people: Fingers, speed_mm_s: float, hold_s: float, deviations: float) -> xr.Dataset:
+    """Return `capable` of fingers whose load is some standard deviations off its mean."""
+    blocks = {"friction": system.friction, "motion": system.motion}
+    own = {f"{name}.{key}": value for name, block in blocks.items() for key, value in block}
+    own |= {"motion.speed_mm_s": speed_mm_s, "motion.stroke_mm": STROKE_MM}
+    largest_um = min(system.plate.max_amplitude_um, system.controller.model.max_amplitude_um)
+    moved = []
+    for each in people:
+        finger = own | each
+        load_n = finger["motion.load_n"]
+        deviation_n = math.hypot(finger["motion.load_drift"] * load_n, finger["motion.tremor_n"])
+        moved.append(finger | {"motion.load_n": max(load_n + deviations * deviation_n, LEAST_LOAD_N)})
+    return capable(moved, LOW_N, HIGH_N, max_amplitude_um=largest_um, contact_s=hold_s)
+
+
+def median_finger(people: Fingers, some: np.ndarray) -> Mapping[str, Any] | None:
+    """Return the finger of ``some`` whose f0 and tau are nearest to the medians of all, on logarithmic scales.
+
+    As the report chooses its finger; None if there is none.
+    """
+    if not some.any():
+        return None
+    points = np.log([[each["friction.nominal_n"], each["friction.susceptibility_per_um2"]] for each in people])
+    spread = np.maximum(points.std(axis=0), 1e-12)
+    apart = np.sum(((points - np.median(points, axis=0)) / spread) ** 2, axis=1)
+    return people[int(np.argmin(np.where(some, apart, math.inf)))]
+
+
+def check_bench(system: System) -> None:
+    """Refuse a system without a finger that moves."""
+    check_system(system)
+    for name, block, kind in (
+        ("friction", FingerFriction, "finger"),
+        ("finger", Skin, "skin"),
+        ("motion", Strokes, "strokes"),
+    ):
+        given = getattr(system, name)
+        if not isinstance(given, block):
+            raise FrictionloopError(
+                f'{name}.kind = "{given.kind}": must be "{kind}" to compare laws on fingers, as in preset "bench"'
+            )

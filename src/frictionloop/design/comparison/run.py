@@ -1,0 +1,225 @@
+"""The comparison: every entrant under every condition, kept cell by cell."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import xarray as xr
+
+from frictionloop.design.comparison import protocol
+from frictionloop.design.comparison.entrants import DESIGNED, Entrant, Overrides, entrants
+from frictionloop.design.comparison.measured import told
+from frictionloop.design.comparison.plain import occluded_at, plain_strokes
+from frictionloop.design.comparison.protocol import Condition
+from frictionloop.design.comparison.store import Cell, Store, check_new
+from frictionloop.loop.points import fingerprint, points_of
+from frictionloop.loop.progress import progress_bar
+from frictionloop.loop.record import provenance
+from frictionloop.loop.sweep import sweep
+from frictionloop.loop.timing import periods_in
+from frictionloop.loop.trying import structures_of
+from frictionloop.parameters import System
+from frictionloop.physics.fingers import Fingers
+from frictionloop.quantities import FrictionloopError
+
+PLAIN = "plain"
+"""Name in the file of the strokes without control that the perceptual index is compared with."""
+SAVE_EVERY = 500_000_000
+"""Control periods, over all fingers, between two savings of what is done: some 20 s of work."""
+
+
+class ComparisonInterrupted(KeyboardInterrupt):
+    """Ctrl-C during a comparison; ``done`` of ``total`` cells are kept if it has a file."""
+
+    def __init__(self, done: int, total: int) -> None:
+        super().__init__("comparison interrupted")
+        self.done, self.total = done, total
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """What was run, before it is scored (`comparison.scores`)."""
+
+    system: System
+    """The bench."""
+    laws: Mapping[str, Overrides]
+    """Entrants and their parameters on it."""
+    people: Fingers
+    seed: int
+    speeds_mm_s: tuple[float, ...]
+    duration_s: float
+    start_s: float
+    cells: xr.Dataset
+    """Metrics of the kernel over law, speed, contact, task and finger; law ``plain`` is sliding without control."""
+    left_out: Mapping[str, str] = field(default_factory=dict)
+    """Why a law does not compete that cannot run on this bench, where all were asked for."""
+
+    @property
+    def middle_s(self) -> float:
+        """Middle of the scored part of a run."""
+        return (self.start_s + self.duration_s) / 2.0
+
+
+def compare(
+    system: System,
+    count: int = 1000,
+    seed: int = protocol.EVALUATION_SEED,
+    laws: Iterable[str] | Mapping[str, Entrant] | None = None,
+    speeds_mm_s: Sequence[float] = protocol.SPEEDS_MM_S,
+    *,
+    path: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    n_jobs: int | None = None,
+    progress: bool | None = None,
+    duration_s: float = protocol.DURATION_S,
+    start_s: float = protocol.START_S,
+) -> Comparison:
+    """Run control laws through the protocol (`comparison.protocol`) on a population they were not tuned on.
+
+    Parameters
+    ----------
+    system : System
+        The bench: what the device is and how fast the controller runs. Its own law, set-point, finger and strokes are
+        replaced.
+    count, seed : int
+        The fingers, as of `fingers`; any seed but `protocol.TUNING_SEED`.
+    laws : iterable of str or mapping, optional
+        Entrants by name; or entrants of one's own, from a bench to overrides, by name. All that can run on this bench
+        if not given.
+    speeds_mm_s : sequence of float
+        Speeds of the strokes.
+    path : path, optional
+        HDF5 file that keeps every cell that is done, also on Ctrl-C.
+    resume : bool
+        Go on with ``path``: cells that are there and decided by the same things are not run again.
+    n_jobs, progress
+        As for `sweep`.
+    duration_s, start_s : float
+        Duration of a run and the part of it that is not scored, in s.
+
+    Raises
+    ------
+    FrictionloopError
+        For an unknown law, the tuning seed, a speed or a time out of range, a system without a finger, a file that is
+        there already, keeps something else or cannot be written, and for a law that is named but cannot run on this
+        bench: all before any law is designed. For one that is named and whose synthesis fails: then.
+    ComparisonInterrupted
+        On Ctrl-C.
+    """
+    fields = entrants(laws)
+    people = protocol.population(system, count, seed)
+    speeds = protocol.speeds_of(system, speeds_mm_s)
+    protocol.check_times(duration_s, start_s)
+    trial = _Trial(system, people, seed, duration_s, start_s, n_jobs)
+    for at in _conditions(speeds):
+        trial.check(at)
+    attrs = provenance(system, fingers=count, seed=seed, duration_s=float(duration_s), start_s=float(start_s))
+    store = Store(path, attrs)
+    if resume:
+        store.resume()
+    else:
+        check_new(path)
+    # Some are designed here, which takes up to a minute: whatever can be refused has been.
+    try:
+        given, left_out = _laws(system, fields, spare=laws is None)
+    except KeyboardInterrupt:
+        asked = _cells(fields, speeds)
+        raise ComparisonInterrupted(sum(key in store.cells for key in asked), len(asked)) from None
+    wanted = _cells(given, speeds)
+    digests = {(name, at): trial.digest(given.get(name), at) for name, at in wanted}
+    left = [key for key in wanted if not store.has(*key, digests[key])]
+    store.keep()
+    work, unsaved = count * periods_in(system, duration_s), 0
+    with progress_bar("compare", len(left), progress) as advance:
+        try:
+            for name, at in left:
+                store.cells[name, at] = Cell(trial.run(given.get(name), at), digests[name, at])
+                unsaved += work
+                if unsaved >= SAVE_EVERY:
+                    store.keep()
+                    unsaved = 0
+                advance()
+        except KeyboardInterrupt:
+            raise ComparisonInterrupted(sum(key in store.cells for key in wanted), len(wanted)) from None
+        finally:
+            if unsaved:
+                store.keep()
+    return Comparison(system, given, people, seed, speeds, duration_s, start_s, store.dataset(), left_out)
+
+
+def _laws(system: System, fields: Mapping[str, Entrant], spare: bool) -> tuple[dict[str, Overrides], dict[str, str]]:
+    """Return what each law is given, and why those are left out that cannot run here; unless spared they raise."""
+    given: dict[str, Overrides] = {}
+    left_out: dict[str, str] = {}
+    for name in sorted(fields, key=lambda each: each in DESIGNED):
+        try:
+            given[name] = dict(fields[name](system))
+            system.evolve(given[name])
+        except FrictionloopError as error:
+            if not spare:
+                raise
+            given.pop(name, None)
+            left_out[name] = str(error)
+    return {name: given[name] for name in fields if name in given}, left_out
+
+
+def _cells(laws: Iterable[str], speeds: Iterable[float]) -> list[tuple[str, Condition]]:
+    return [(name, at) for at in _conditions(speeds) for name in (PLAIN, *laws) if _competes(name, at)]
+
+
+def _competes(name: str, at: Condition) -> bool:
+    return name != PLAIN or at.task in protocol.SINES
+
+
+def _conditions(speeds: Iterable[float]) -> list[Condition]:
+    return [Condition(v, contact, task) for v in speeds for contact in protocol.CONTACTS for task in protocol.TASKS]
+
+
+@dataclass(frozen=True)
+class _Trial:
+    """What all cells share."""
+
+    system: System
+    people: Fingers
+    seed: int
+    duration_s: float
+    start_s: float
+    n_jobs: int | None
+
+    def bench(self, law: Overrides | None, at: Condition) -> System:
+        return self.system.evolve({**protocol.overrides_of(at, self.duration_s), **(law or {})})
+
+    def people_of(self, law: Overrides | None) -> Fingers:
+        return told(self.system, self.people, law)
+
+    def check(self, at: Condition) -> None:
+        """Refuse a condition that no law could run under, without one."""
+        one = points_of(self.people[:1], [protocol.noise_seed(self.seed, at.task)])
+        bench = self.bench({"controller.kind": "lookup"}, at)
+        structures_of(bench, one, self.duration_s, self.start_s, protocol.metrics_of(at.task))
+
+    def digest(self, law: Overrides | None, at: Condition) -> str:
+        points = points_of(self.people_of(law), [protocol.noise_seed(self.seed, at.task)])
+        # Plain strokes run under no law, whatever that of the bench is.
+        bench = self.bench(law or {"controller.kind": "lookup"}, at)
+        kept = [PLAIN] if law is None else protocol.metrics_of(at.task)
+        return fingerprint(bench, points, self.duration_s, self.start_s, kept)
+
+    def run(self, law: Overrides | None, at: Condition) -> dict[str, Any]:
+        bench, swept = self.bench(law, at), partial(self.swept, at)
+        if law is None:
+            level_n = protocol.LEVELS_N[protocol.SINES.index(at.task)]
+            occluded = occluded_at(bench, (self.start_s + self.duration_s) / 2.0)
+            found = plain_strokes(bench, self.people, level_n, occluded, swept)
+        else:
+            found = swept(bench, self.people_of(law), protocol.metrics_of(at.task))
+        return {str(name): values.values for name, values in found.data_vars.items()}
+
+    def swept(self, at: Condition, system: System, people: Fingers, metrics: Sequence[str]) -> xr.Dataset:
+        seeds = [protocol.noise_seed(self.seed, at.task)]
+        options: dict[str, Any] = {"score_from_s": self.start_s, "n_jobs": self.n_jobs, "progress": False}
+        return sweep(system, people, self.duration_s, seeds, metrics, **options).isel(seed=0, drop=True)

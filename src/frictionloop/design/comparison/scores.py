@@ -1,0 +1,177 @@
+"""The scores of a comparison, one number per finger under each condition."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from frictionloop.design.comparison import protocol
+from frictionloop.design.comparison.entrants import CLAIRVOYANT, ORACLE
+from frictionloop.design.comparison.pooled import Moments, pooled, pooled_rms
+from frictionloop.design.comparison.run import PLAIN, Comparison
+
+
+class Score(NamedTuple):
+    """What a score is called for a person, its unit, and whether more of it is better."""
+
+    long_name: str
+    units: str = "1"
+    larger_is_better: bool = False
+
+
+SCORES: dict[str, Score] = {
+    "r2_identity": Score("R2 of f_a = f_r, three levels pooled", larger_is_better=True),
+    "r2_regression": Score("R2 of the regression, three levels pooled", larger_is_better=True),
+    **{f"r2_identity_{n:g}_n": Score(f"R2 of f_a = f_r around {n:g} N", "1", True) for n in protocol.LEVELS_N},
+    **{f"r2_regression_{n:g}_n": Score(f"R2 of the regression around {n:g} N", "1", True) for n in protocol.LEVELS_N},
+    "worst_level_r2_identity": Score("R2 of f_a = f_r at the worst level", "1", True),
+    "residual_rms_n": Score("rms of f_a - f_r, sines", "N"),
+    "hold_rms_n": Score("rms of f_a - f_r, holds", "N"),
+    "landing_rms_n": Score("rms of f_a - f_r, landings", "N"),
+    "rise_63_s": Score("time to 63 % of a step up", "s"),
+    "rise_10_90_s": Score("time from 10 to 90 % of a step up", "s"),
+    "fall_63_s": Score("time to 63 % of a step down", "s"),
+    "fall_10_90_s": Score("time from 10 to 90 % of a step down", "s"),
+    "perceptual_index": Score("perceptual index D, sines"),
+    "relative_index": Score("D over that of a plain stroke at the level"),
+    "saturation_index": Score("share of commands that are clamped, sines"),
+    "over_oracle": Score("rms over that of the oracle without preview, sines"),
+    "over_clairvoyant": Score("rms over that of the clairvoyant oracle, sines"),
+}
+"""Every score by name. Times are NaN for a finger whose force does not follow the steps, or crosses before it can."""
+_DIMS = ("law", "speed_mm_s", "contact", "finger")
+
+
+def scores(comparison: Comparison) -> xr.Dataset:
+    """Return every score over law, speed_mm_s, contact and finger.
+
+    ``capable`` (speed_mm_s, finger) says which fingers can be given 0.3 and 0.9 N at their mean load, ``within_reach``
+    which can be all but a twentieth of the time; ``resonance`` (finger) is the true one over the bench's.
+
+    Both times of a direction are NaN on a finger whose mean time to 63 % is within the delay of the loop: nothing acts
+    so soon (but the clairvoyant oracle), so the force rings across the level and does not answer the step.
+    """
+    laws, speeds = list(comparison.laws), list(comparison.speeds_mm_s)
+    own = comparison.cells.sel(speed_mm_s=speeds).transpose("task", *_DIMS)
+    cells = own.sel(law=laws)
+    times = answering(_times(cells), dead_times_s(comparison))
+    found = _fits(cells) | _levels(cells) | times
+    plain = _over_tasks(own.sel(law=[PLAIN]), "perceptual_index", protocol.SINES)
+    found["perceptual_index"] = _over_tasks(cells, "perceptual_index", protocol.SINES)
+    found["relative_index"] = found["perceptual_index"] / plain
+    found |= {f"over_{name}": _over(laws, found["residual_rms_n"], name) for name in (ORACLE, CLAIRVOYANT)}
+    variables: dict[str, Any] = {
+        name: (_DIMS, found[name], {"units": score.units, "long_name": score.long_name})
+        for name, score in SCORES.items()
+    }
+    # As long as a finger must be able to hold the forces, it is on the plate.
+    for name, chosen in (("capable", protocol.able), ("within_reach", protocol.within_reach)):
+        some = [chosen(comparison.system, comparison.people, v, comparison.duration_s) for v in speeds]
+        variables[name] = (("speed_mm_s", "finger"), np.array(some))
+    met = [each.get("sensor.resonance_hz", np.nan) for each in comparison.people]
+    nominal = getattr(comparison.system.sensor, "resonance_hz", np.nan)
+    coordinates = {name: cells[name] for name in _DIMS} | {"resonance": ("finger", np.array(met) / nominal)}
+    return xr.Dataset(variables, coordinates, comparison.cells.attrs)
+
+
+def dead_times_s(comparison: Comparison) -> np.ndarray:
+    """Return the time in s, by law, within which no command follows a step; -inf for one that knows it beforehand."""
+    controllers = [comparison.system.evolve(overrides).controller for overrides in comparison.laws.values()]
+    return np.array([-np.inf if getattr(each, "preview", False) else each.delay_s for each in controllers])
+
+
+def answering(times: dict[str, np.ndarray], dead_s: np.ndarray) -> dict[str, np.ndarray]:
+    """Return step times (s, by law first) with NaN in both of a direction where 63 % are reached within ``dead_s``."""
+    found: dict[str, np.ndarray] = {}
+    for way in ("rise", "fall"):
+        # Means of whole periods: as long as the delay is to the last bits.
+        limit = dead_s.reshape(-1, *(1,) * (times[f"{way}_63_s"].ndim - 1)) * (1.0 + 1e-9)
+        early = times[f"{way}_63_s"] <= limit
+        found |= {name: np.where(early, np.nan, times[name]) for name in times if name.startswith(way)}
+    return found
+
+
+class BelowOracle(NamedTuple):
+    """How many residuals of how many are below the clairvoyant oracle's, and where the least ratio to it is."""
+
+    below: int
+    of: int
+    ratio: float
+    law: str
+    speed_mm_s: float
+    contact: str
+    finger: int
+
+
+def below_oracle(scored: xr.Dataset) -> BelowOracle | None:
+    """Return where laws leave less residual than the clairvoyant oracle; None where none does, or it did not run.
+
+    It is no error of scoring: the oracle lands as soon as it can, and sees two periods ahead only (docs/oracle.md).
+    """
+    if CLAIRVOYANT not in scored["law"].values:
+        return None
+    order = ("law", "speed_mm_s", "contact", "finger")
+    others = scored.sel(law=scored["law"].values[scored["law"].values != CLAIRVOYANT])
+    ratio = others["over_clairvoyant"].transpose(*order).values
+    count = int(np.sum(ratio < 1.0))
+    if count == 0:
+        return None
+    least = np.unravel_index(np.nanargmin(ratio), ratio.shape)
+    law, speed, contact = (others[name].values[i] for name, i in zip(order[:3], least[:3], strict=True))
+    of = int(np.sum(~np.isnan(ratio)))
+    return BelowOracle(count, of, float(ratio[least]), str(law), float(speed), str(contact), int(least[3]))
+
+
+def spread(values: np.ndarray, larger_is_better: bool) -> tuple[float, float]:
+    """Return the median over fingers and the worst decile: nine fingers in ten do as well or better.
+
+    A finger without a value, a step that was never followed, counts as the worst; infinity stands for it.
+    """
+    if values.size == 0 or np.isnan(values).all():
+        return np.nan, np.nan
+    loss = np.sort(np.where(np.isnan(values), np.inf, -values if larger_is_better else values))
+    sign = -1.0 if larger_is_better else 1.0
+    middle = loss[(loss.size - 1) // 2], loss[loss.size // 2]
+    median = middle[0] if middle[0] == middle[1] else float(np.mean(middle))
+    return float(sign * median), float(sign * loss[int(np.ceil(0.9 * loss.size - 1e-9)) - 1])
+
+
+def _fits(cells: xr.Dataset) -> dict[str, np.ndarray]:
+    sines = cells.sel(task=list(protocol.SINES))
+    names = ("scored_periods", "rms_error", "mean_setpoint", "mean_force", "setpoint_spread", "output_noise", "slope")
+    fit = pooled(Moments(*(sines[name].values for name in names)))
+    holds, landings = cells.sel(task=list(protocol.HOLDS)), cells["rms_error"].sel(task=protocol.LANDINGS)
+    count = sines["scored_periods"].values
+    return {
+        "r2_identity": fit.r2_identity,
+        "r2_regression": fit.r2_regression,
+        "residual_rms_n": fit.rms_error,
+        "hold_rms_n": pooled_rms(holds["scored_periods"].values, holds["rms_error"].values),
+        "landing_rms_n": landings.values,
+        "saturation_index": np.sum(count * sines["saturation_index"].values, axis=0) / count.sum(axis=0),
+    }
+
+
+def _levels(cells: xr.Dataset) -> dict[str, np.ndarray]:
+    found = {}
+    for task, level in zip(protocol.SINES, protocol.LEVELS_N, strict=True):
+        for name in ("r2_identity", "r2_regression"):
+            found[f"{name}_{level:g}_n"] = cells[name].sel(task=task).values
+    return found | {"worst_level_r2_identity": cells["r2_identity"].sel(task=list(protocol.SINES)).values.min(axis=0)}
+
+
+def _times(cells: xr.Dataset) -> dict[str, np.ndarray]:
+    return {name: cells[name].sel(task=protocol.STEPPED).values for name in protocol.TIMES}
+
+
+def _over_tasks(cells: xr.Dataset, name: str, tasks: tuple[str, ...]) -> np.ndarray:
+    some = cells.sel(task=list(tasks))
+    return pooled_rms(some["scored_periods"].values, some[name].values)
+
+
+def _over(laws: list[str], rms: np.ndarray, name: str) -> np.ndarray:
+    if name not in laws:
+        return np.full_like(rms, np.nan)
+    return np.asarray(rms / rms[laws.index(name)])

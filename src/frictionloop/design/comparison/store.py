@@ -1,0 +1,144 @@
+"""The file that keeps a comparison: one cell per law and condition, with what decided it and the code that ran it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from frictionloop.design.comparison.protocol import METRICS, TASKS, Condition
+from frictionloop.loop.formulas import METRICS as MEANING
+from frictionloop.loop.record import load, save
+from frictionloop.quantities import FrictionloopError, why_unwritable
+
+DIMS = ("law", "speed_mm_s", "contact", "task")
+KIND = "comparison"
+
+
+@cache
+def commit_of() -> str:
+    """Return the git commit of this package, with ``-dirty`` after changes; empty where it is no working copy."""
+    where = Path(__file__).parent
+    with suppress(OSError, subprocess.SubprocessError):
+        # An installed package may lie inside somebody else's repository.
+        for words in (("ls-files", "--error-unmatch", __file__), ("describe", "--always", "--dirty", "--abbrev=40")):
+            told = subprocess.run(("git", "-C", where, *words), capture_output=True, text=True, timeout=10, check=True)
+        return told.stdout.strip()
+    return ""
+
+
+@dataclass(frozen=True, eq=False)
+class Cell:
+    """The metrics of one law under one condition, each over fingers."""
+
+    values: Mapping[str, np.ndarray]
+    digest: str
+    """Of everything that decides them: system with the law's parameters, fingers, seeds, times, metrics, version."""
+    commit: str = field(default_factory=commit_of)
+
+
+class Store:
+    """The cells done so far, and the file that keeps them if there is one."""
+
+    def __init__(self, path: str | os.PathLike[str] | None, attrs: Mapping[str, Any]) -> None:
+        self.path, self.attrs = path, dict(attrs)
+        self.cells: dict[tuple[str, Condition], Cell] = {}
+
+    def resume(self) -> None:
+        """Take over the cells of the file; refuse one that keeps another bench or other fingers."""
+        if self.path is None:
+            raise FrictionloopError("resume: needs the file of the comparison to continue")
+        check_writable(self.path)
+        if not Path(self.path).exists():
+            return
+        kept = load(self.path)
+        if kept.attrs.get("kind") != KIND:
+            raise FrictionloopError(f"{self.path}: keeps no comparison; choose another file")
+        for name, value in self.attrs.items():
+            if str(kept.attrs.get(name)) != str(value):
+                given = f"{name} = {kept.attrs.get(name)}, not {value}" if name != "system" else "another bench"
+                raise FrictionloopError(f"{self.path}: keeps a comparison of {given}; choose another file")
+        self.cells = cells_of(kept)
+
+    def has(self, law: str, condition: Condition, digest: str) -> bool:
+        """Return whether a cell is done; refuse one that is there with other parameters."""
+        cell = self.cells.get((law, condition))
+        if cell is not None and cell.digest != digest:
+            raise FrictionloopError(
+                f"{self.path}: keeps {law} with other parameters, or of another version or protocol "
+                f"({_said(condition)}); choose another file"
+            )
+        return cell is not None
+
+    def dataset(self) -> xr.Dataset:
+        """Return all cells over law, speed, contact, task and finger, NaN where nothing has run."""
+        return dataset_of(self.cells, self.attrs)
+
+    def keep(self) -> None:
+        """Write the file, if there is one."""
+        if self.path is not None:
+            save(self.dataset(), self.path)
+
+
+def dataset_of(cells: Mapping[tuple[str, Condition], Cell], attrs: Mapping[str, Any]) -> xr.Dataset:
+    """Return cells as one Dataset; ``digest`` is empty where nothing has run."""
+    axes: dict[str, list[Any]] = {
+        "law": list(dict.fromkeys(law for law, _ in cells)),
+        "speed_mm_s": sorted({at.speed_mm_s for _, at in cells}),
+        "contact": list(dict.fromkeys(at.contact for _, at in cells)),
+        "task": [task for task in TASKS if any(at.task == task for _, at in cells)],
+    }
+    shape = tuple(len(values) for values in axes.values())
+    data = {name: np.full((*shape, int(attrs["fingers"])), np.nan) for name in METRICS}
+    notes = {name: np.full(shape, "", dtype=object) for name in ("digest", "commit")}
+    for (law, at), cell in cells.items():
+        place = tuple(values.index(value) for values, value in zip(axes.values(), (law, *at), strict=True))
+        for name, values in cell.values.items():
+            data[name][place] = values
+        notes["digest"][place], notes["commit"][place] = cell.digest, cell.commit
+    about = {name: {"units": MEANING[name].units, "long_name": MEANING[name].long_name} for name in METRICS}
+    variables: dict[str, Any] = {name: ((*DIMS, "finger"), values, about[name]) for name, values in data.items()}
+    variables |= {name: (DIMS, values.astype(str)) for name, values in notes.items()}
+    coordinates = {name: np.array(values) for name, values in axes.items()}
+    coordinates["speed_mm_s"] = coordinates["speed_mm_s"].astype(float)
+    return xr.Dataset(variables, {**coordinates, "finger": np.arange(int(attrs["fingers"]))}, {**attrs, "kind": KIND})
+
+
+def cells_of(kept: xr.Dataset) -> dict[tuple[str, Condition], Cell]:
+    """Return the cells of a Dataset that are done."""
+    found = {}
+    digests, commits = kept["digest"].values, kept["commit"].values
+    for place in zip(*np.nonzero(digests != ""), strict=True):
+        law, speed, contact, task = (kept[dim].values[k] for dim, k in zip(DIMS, place, strict=True))
+        values = {name: kept[name].values[place] for name in METRICS}
+        some = {name: each for name, each in values.items() if not np.isnan(each).all()}
+        key = (str(law), Condition(float(speed), str(contact), str(task)))
+        found[key] = Cell(some, str(digests[place]), str(commits[place]))
+    return found
+
+
+def check_new(path: str | os.PathLike[str] | None) -> None:
+    """Refuse to start over in a file that is there."""
+    if path is not None and Path(path).exists():
+        raise FrictionloopError(f"{path}: exists; add --resume (resume=True) to continue it, or choose another file")
+    if path is not None:
+        check_writable(path)
+
+
+def check_writable(path: str | os.PathLike[str]) -> None:
+    """Refuse a file in whose folder nothing can be written."""
+    why = why_unwritable(Path(path).parent)
+    if why:
+        raise FrictionloopError(f"{path}: cannot be written ({why})")
+
+
+def _said(condition: Condition) -> str:
+    return f"{condition.speed_mm_s:g} mm/s, {condition.contact}, {condition.task}"

@@ -1,0 +1,84 @@
+"""A comparison as plain rows: medians and worst deciles of every score, and the margins."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from frictionloop.control.cost import worst_tick
+from frictionloop.design.comparison.margins import robustness
+from frictionloop.design.comparison.run import Comparison
+from frictionloop.design.comparison.scores import SCORES, spread
+
+POPULATIONS = {"capable": "capable", "within reach": "within_reach"}
+"""Populations besides all of the fingers, by the variable of the scores that tells who is in them."""
+Row = dict[str, Any]
+MARGINS = {
+    "sensitivity_peak": "1",
+    "sensitivity_peak_5": "1",
+    "sensitivity_peak_10": "1",
+    "sensitivity_peak_learnt": "1",
+    "gain_margin": "1",
+    "phase_margin_deg": "deg",
+    "delay_margin_s": "s",
+    "stable": "1",
+    "tick_cycles_m4": "1",
+}
+"""What the margins of a law are, with units."""
+
+
+def score_rows(scored: xr.Dataset) -> list[Row]:
+    """Return a row for each law, speed, contact, population and score: median and worst decile over fingers."""
+    found = []
+    for law in scored["law"].values:
+        for v, speed in enumerate(scored["speed_mm_s"].values):
+            populations = {"all": np.ones(scored.sizes["finger"], dtype=bool)}
+            populations |= {name: scored[variable].values[v] for name, variable in POPULATIONS.items()}
+            for contact in scored["contact"].values:
+                cell = scored.sel(law=law, speed_mm_s=speed, contact=contact)
+                for population, some in populations.items():
+                    where = {"law": str(law), "speed_mm_s": float(speed), "contact": str(contact)}
+                    where |= {"population": population, "fingers": int(some.sum())}
+                    found += [where | _spread(name, cell[name].values[some]) for name in SCORES]
+    return found
+
+
+def _spread(name: str, values: np.ndarray) -> Row:
+    median, worst = spread(values, SCORES[name].larger_is_better)
+    return {"score": name, "unit": SCORES[name].units, "median": median, "worst_decile": worst}
+
+
+def margin_rows(comparison: Comparison) -> list[Row]:
+    """Return a row for each law, speed and contact: margins for small signals, and cycles a tick."""
+    found = []
+    for law, overrides in comparison.laws.items():
+        worst = worst_tick(comparison.system.evolve(overrides).controller.kind)
+        cost = {"tick_cycles_m4": worst.cycles if worst else None}
+        for speed in comparison.speeds_mm_s:
+            for contact in comparison.cells["contact"].values:
+                where = {"law": law, "speed_mm_s": speed, "contact": str(contact)}
+                found.append(where | robustness(comparison, law, speed, str(contact))._asdict() | cost)
+    return found
+
+
+def tidy_rows(scored: list[Row], margins: list[Row]) -> list[Row]:
+    """Return everything in one table: margins as scores of the median finger."""
+    found = list(scored)
+    for row in margins:
+        where = {name: row[name] for name in ("law", "speed_mm_s", "contact")}
+        for name, unit in MARGINS.items():
+            value = math.nan if row[name] is None else float(row[name])
+            about = {"population": "median capable finger", "fingers": 1, "score": name, "unit": unit}
+            found.append(where | about | {"median": value, "worst_decile": math.nan})
+    return found
+
+
+def value_of(rows: list[Row], key: str, **where: Any) -> float:
+    """Return one number of the rows, NaN where there is none."""
+    for row in rows:
+        if all(row[name] == value for name, value in where.items()):
+            return float(row[key])
+    return math.nan

@@ -1,0 +1,175 @@
+"""A finger on the plate as steps: how it moves on, one substep of plate, limit and contact, and what is told of it."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from frictionloop.physics.contact import ContactCoefficients, ContactState
+from frictionloop.physics.contact_bristle import dahl_step, lugre_force_step, lugre_step
+from frictionloop.physics.contact_slider import slider_step
+from frictionloop.physics.friction_limit import (
+    LimitCoefficients,
+    OcclusionCoefficients,
+    limit_step,
+    occlusion_step,
+    static_step,
+)
+from frictionloop.physics.motion import LoadPlan, StrokePlan, load_step, stroke_step
+from frictionloop.physics.plate import limit_step as drive_limit_step
+from frictionloop.physics.plate import lowpass_step
+from frictionloop.physics.tremor import TremorState
+from frictionloop.physics.vibration import Vibration
+from frictionloop.quantities.arithmetic import fma, step
+
+
+class Motion(NamedTuple):
+    """A finger at one time."""
+
+    position: float
+    """m; m/s and N below."""
+    speed: float
+    load: float
+    factor: float
+    """On f0, from load, speed, moisture and place."""
+    occluded: float
+    direction: float
+    """Of the stroke, 1 or -1."""
+    place: float
+    """Along the stroke without tremor, m."""
+
+
+class Static(NamedTuple):
+    """Coefficients of `static_step`."""
+
+    gain: float
+    per_speed: float
+
+
+@step
+def move_step(
+    t: float, stroke: StrokePlan, plan: LoadPlan, along: TremorState, across: TremorState
+) -> tuple[float, float, float, float, float]:
+    """Position, speed, load, direction and place at time t: the stroke, and the tremor on it."""
+    place, speed = stroke_step(t, stroke)
+    pressed = load_step(t, across.displacement, plan)
+    return place + along.displacement, speed + along.rate, pressed, 1.0 if speed >= 0.0 else -1.0, place
+
+
+@step
+def scored_step(place_m: float, load_n: float, edge_m: float, least_n: float) -> float:
+    """1 where a period counts: within the stroke's plateau, and pressed."""
+    return 1.0 if (abs(place_m) <= edge_m) & (load_n >= least_n) else 0.0
+
+
+@step
+def factor_step(  # type: ignore[no-untyped-def]
+    load_n, speed_m_s, occluded, rough, occlusion: OcclusionCoefficients, limit: LimitCoefficients
+) -> tuple[float, float]:
+    """Moisture a period on, and the factor on f0 then."""
+    occluded = occlusion_step(occluded, load_n, occlusion)
+    return occluded, limit_step(load_n, speed_m_s, occluded, rough, limit)
+
+
+@step
+def landed_step(load_n: float, speed_m_s: float, rough: float, limit: LimitCoefficients) -> tuple[float, float]:
+    """The same at t = 0, dry."""
+    return 0.0, limit_step(load_n, speed_m_s, 0.0, rough, limit)
+
+
+@step
+def rigid_step(
+    state: ContactState, limit_n: float, speed_m_s: float, coefficients: ContactCoefficients
+) -> tuple[ContactState, float]:
+    """Friction without skin: the force is at its limit and opposes the motion, forwards if there is none."""
+    return state, limit_n if speed_m_s >= 0.0 else -limit_n
+
+
+CONTACTS = {"rigid": rigid_step, "dahl": dahl_step, "lugre": lugre_step, "slider": slider_step}
+"""Contact laws by name: state and mean force over a step."""
+
+
+def substep_of(contact: str, vibration: Vibration) -> Any:
+    """Return the step of plate, friction limit and a contact law over substep ``j`` ``of`` a period.
+
+    Speed and limit are linear between control periods. In the substep in which the command changes the plate sees its
+    mean, which errs by 1/8 (substep times plate bandwidth)^2 of the change.
+    """
+    law, remaining = CONTACTS[contact], vibration.step
+
+    @step
+    def substep(j, of, now, after, old, new, switch, ceiling, a, half, whole, effect, limit_n, static, before, given):  # type: ignore[no-untyped-def]
+        fraction = (j + 0.5) / of
+        share = min(max(j + 1.0 - switch * of, 0.0), 1.0)
+        held = drive_limit_step(fma(share, new - old, old), ceiling)
+        left = remaining(lowpass_step(a, held, half), now.occluded, effect)
+        limit = limit_n * fma(fraction, after.factor - now.factor, now.factor) * left
+        speed = fma(fraction, after.speed - now.speed, now.speed)
+        limit = limit * static_step(speed - before.lag_speed_m_s, static.gain, static.per_speed)
+        state, force = law(before, limit, speed, given)
+        return lowpass_step(a, held, whole), state, force
+
+    return substep
+
+
+def limits_of(vibration: Vibration) -> Any:
+    """Return the step that tells the highest and the lowest friction of a finger, and its limit, at one time."""
+    remaining = vibration.step
+
+    @step
+    def limits(limit_n, now, a, ceiling, effect, lag_speed_m_s, static):  # type: ignore[no-untyped-def]
+        top = limit_n * now.factor
+        floor = top * remaining(ceiling, now.occluded, effect)
+        slips = static_step(now.speed - lag_speed_m_s, static.gain, static.per_speed)
+        return top, floor, top * remaining(a, now.occluded, effect) * slips
+
+    return limits
+
+
+@step
+def rigid_force_step(limit_n: float, now: Motion, state: ContactState, given: ContactCoefficients) -> float:
+    """Force without skin."""
+    return limit_n if now.speed >= 0.0 else -limit_n
+
+
+@step
+def bristle_force_step(limit_n: float, now: Motion, state: ContactState, given: ContactCoefficients) -> float:
+    """s0 z of Dahl's bristle."""
+    return given.bristle * state.bristle_m
+
+
+@step
+def lugre_told_step(limit_n: float, now: Motion, state: ContactState, given: ContactCoefficients) -> float:
+    """LuGre's force at an instant."""
+    return lugre_force_step(state, limit_n, now.speed, given)
+
+
+@step
+def slider_force_step(limit_n: float, now: Motion, state: ContactState, given: ContactCoefficients) -> float:
+    """s0 z within the limit: while that falls its bristle has slid with the limit of the middle of the substep."""
+    return min(max(given.bristle * state.bristle_m, -limit_n), limit_n)
+
+
+FORCES = {
+    "rigid": rigid_force_step,
+    "dahl": bristle_force_step,
+    "lugre": lugre_told_step,
+    "slider": slider_force_step,
+}
+"""Force of the contact laws at a time."""
+
+
+def settled_of(contact: str) -> Any:
+    """Return the step that puts a contact where it had time enough to be before t = 0.
+
+    A finger slides at t = 0 if it goes at half the speed of its stroke or more; one at rest only trembles.
+    """
+    stiff = contact == "rigid"
+
+    @step
+    def settled(limit_n, now, full_speed, compliance, given):  # type: ignore[no-untyped-def]
+        limit, slides = limit_n * now.factor, 0.5 * full_speed
+        f = limit if now.speed >= slides else (-limit if now.speed <= -slides else 0.0)
+        f = (limit if now.speed >= 0.0 else -limit) if stiff else f
+        return f, f * compliance, f * given.per_bristle, limit * given.per_bristle
+
+    return settled

@@ -1,0 +1,82 @@
+"""Figures of a comparison, and the first of them: residuals of a population."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from frictionloop.design.comparison import Comparison
+from frictionloop.design.comparison.scores import spread
+from frictionloop.design.comparison.traces import sensitivities, step_traces
+from frictionloop.report.figures.law_panels import figure_sensitivities, figure_step_traces
+from frictionloop.report.style import BLACK, BLUE, new_figure, styled
+
+
+def drawings(comparison: Comparison, scored: xr.Dataset) -> Iterator[tuple[str, str, Callable[[], Figure]]]:
+    """Yield name, what it shows in words, and how to draw it, of each figure; steps and |S| need a capable finger."""
+    laws = list(comparison.laws)
+    yield (
+        "residuals",
+        "Residual of each control law: median, halves and deciles of the fingers",
+        partial(figure_residuals, scored),
+    )
+    frequency_hz = np.geomspace(1.0, comparison.system.controller.rate_hz / 2.0, 600)
+    for speed in comparison.speeds_mm_s:
+        at = f"at {speed:g} mm/s"
+        traces = step_traces(comparison, speed)
+        if traces.sizes:
+            draw = partial(figure_step_traces, traces, speed)
+            yield f"steps-{speed:g}-mm-s", f"Steps of the force under each control law {at}", draw
+        if found := sensitivities(comparison, speed, frequency_hz):
+            draw = partial(figure_sensitivities, frequency_hz, found, laws, speed)
+            yield f"sensitivity-{speed:g}-mm-s", f"Sensitivity of each control law over frequency {at}", draw
+
+
+@styled
+def figure_residuals(scored: xr.Dataset) -> Figure:
+    """Return the residual of the capable fingers on the sines, a row for each law: median, halves, deciles; in mN."""
+    speeds, contacts, laws = (scored[name].values.tolist() for name in ("speed_mm_s", "contact", "law"))
+    figure = new_figure(7.2, (0.21 * len(laws) + 0.45) * len(speeds) + 0.7)
+    grid = figure.subplots(len(speeds), len(contacts), squeeze=False, sharex=True, sharey=True)
+    for v, speed in enumerate(speeds):
+        some = scored["capable"].values[v]
+        for axes, contact in zip(grid[v], contacts, strict=True):
+            for row, law in enumerate(laws):
+                cell = scored["residual_rms_n"].sel(law=law, speed_mm_s=speed, contact=contact)
+                _residual_row(axes, row, 1e3 * cell.values[some])
+            axes.set(title=f"{contact}, {speed:g} mm/s, {some.sum()} fingers", xscale="log")
+            axes.grid(visible=False, axis="y")
+    grid[0, 0].set_yticks(range(len(laws)), laws)
+    grid[0, 0].set_ylim(len(laws) - 0.5, -0.5)
+    for axes in grid[-1]:
+        axes.set_xlabel("rms of $f_a - f_r$ on the sines (mN)")
+    kinds = (
+        Line2D([], [], color=BLACK, marker="o", ls="", label="median"),
+        Line2D([], [], color=BLUE, lw=4.0, label="middle half of the fingers"),
+        Line2D([], [], color=BLUE, lw=1.0, label="best to worst decile (numbers: median, worst decile)"),
+    )
+    figure.legend(handles=kinds, loc="outside lower center", ncols=len(kinds))
+    return figure
+
+
+def _residual_row(axes: Axes, row: int, residual: np.ndarray) -> None:
+    there = residual[np.isfinite(residual)]
+    if not there.size:
+        return
+    low, first, third = np.quantile(there, (0.1, 0.25, 0.75))
+    median, worst = spread(there, larger_is_better=False)
+    axes.plot([low, worst], [row, row], color=BLUE, lw=1.0)
+    axes.plot([first, third], [row, row], color=BLUE, lw=4.0, solid_capstyle="butt")
+    axes.plot(median, row, color=BLACK, marker="o")
+    said = f"{_short(median)}, {_short(worst)}"
+    axes.annotate(said, (1.0, row), (2, 0), ("axes fraction", "data"), "offset points", va="center", fontsize=7.0)
+
+
+def _short(milli: float) -> str:
+    return f"{milli:.2g}" if milli < 99.5 else f"{milli:.0f}"

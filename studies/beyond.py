@@ -1,0 +1,133 @@
+"""The laws of the report's "Beyond the paper", on 26 fingers that none of them was tuned on: two minutes.
+
+``python -m studies.beyond`` runs them at 20 mm/s and writes what the report shows into the package
+(``src/frictionloop/report/stored``). It shows it until this is run again.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from frictionloop.control.cost import worst_tick
+from frictionloop.design import comparison as rooms
+from frictionloop.design.comparison import margins, protocol
+from frictionloop.design.comparison.entrants import ENTRANTS
+from frictionloop.design.comparison.measured import on_device
+from frictionloop.design.comparison.traces import LEVEL_N, step_traces
+from frictionloop.parameters import bench
+from frictionloop.quantities.version import package_version
+from frictionloop.report import beyond
+from frictionloop.report.figures.beyond import WINDOWS_S
+from studies.linear_reach import linear_reach_table
+
+SPEED_MM_S = 20.0
+"""Speed of the strokes (paper, Sec. 4.2)."""
+PEAK = 2.0
+"""Largest |S| that the computed limit allows."""
+OF = ("lookup", "printed_pi", "retuned_pi", "notch_pi", "tracker", "oracle")
+LAWS = {name: ENTRANTS[entrant] for name, entrant in zip(beyond.LAWS, OF, strict=True)}
+"""Who competes, by the names that the report gives them."""
+CLOSE = beyond.LAWS[2:]
+"""Laws whose steps are kept: open loop and printed gains do not come to the set-point."""
+SHOWN = (
+    *("residual_rms_n", "hold_rms_n", "r2_identity", *(f"r2_identity_{level:g}_n" for level in protocol.LEVELS_N)),
+    *("fall_10_90_s", "rise_10_90_s", "relative_index", "over_oracle"),
+)
+FOLDER = Path(beyond.__file__).parent / "stored"
+
+
+def race(duration_s: float = protocol.DURATION_S) -> tuple[dict[str, Any], xr.Dataset]:
+    """Run and score all laws; return what is kept of them, and the steps of the median finger."""
+    whole = rooms.compare(bench(), rooms.SMALL, laws=LAWS, speeds_mm_s=[SPEED_MM_S], duration_s=duration_s)
+    scored = rooms.scores(whole).sel(speed_mm_s=SPEED_MM_S)
+    rows, some = rooms.score_rows(scored.expand_dims(speed_mm_s=[SPEED_MM_S])), scored["capable"].values
+    finger = protocol.median_finger(whole.people, some) or {}
+    number = next(i for i, each in enumerate(whole.people) if each is finger)
+    traces = step_traces(whole, SPEED_MM_S)
+    found: dict[str, Any] = {
+        "command": beyond.COMMAND,
+        "version": package_version(),
+        "seed": whole.seed,
+        "speed_mm_s": SPEED_MM_S,
+        "capable": some.tolist(),
+        "limit_n": _limits_n(finger),
+        "laws": {},
+    }
+    for law in whole.laws:
+        worst = worst_tick(whole.system.evolve(whole.laws[law]).controller.kind)
+        own: dict[str, Any] = {"tick_cycles_m4": None if worst is None else worst.cycles}
+        for contact in protocol.CONTACTS:
+            residual = scored["residual_rms_n"].sel(law=law, contact=contact).values
+            peaks = _peaks(whole, law, contact)
+            own[contact] = {
+                "scores": {name: _both(rows, law, contact, name) for name in SHOWN},
+                "sensitivity_peak": _kept(peaks[0]),
+                "sensitivity_peak_10": _kept(peaks[1]),
+                "median_finger_rms_n": _kept(residual[number]),
+                "after_fall_rms_n": _kept(_after_fall_n(traces.sel(law=law, contact=contact))),
+                "residual_rms_n": [_kept(each) for each in residual],
+            }
+        found["laws"][law] = own
+    return found, traces
+
+
+def write(found: Mapping[str, Any], traces: xr.Dataset, folder: Path = FOLDER) -> None:
+    """Write both files: numbers as JSON, forces around two steps as CSV."""
+    told = re.sub(r"\[[^][]*\]", lambda row: " ".join(row[0].split()), json.dumps(found, indent=1))
+    (folder / beyond.SUMMARY).write_text(told + "\n", encoding="utf-8")
+    columns = [(law, contact) for law in CLOSE for contact in protocol.CONTACTS]
+    with (folder / beyond.STEPS).open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(["time_s", "f_r", *(f"{law}, {contact}" for law, contact in columns)])
+        for window in WINDOWS_S.values():
+            part = traces.sel(time=slice(*window))
+            forces = [part["f_a"].sel(law=law, contact=contact).values for law, contact in columns]
+            set_to = part["f_r"].isel(law=0, contact=0).values
+            for row in zip(part["time"].values, set_to, *forces, strict=True):
+                writer.writerow([f"{row[0]:.4f}", *(f"{force:.5g}" for force in row[1:])])
+
+
+def _kept(value: float) -> float | str:
+    """Return a number in six digits; JSON has no other way to say inf and nan than in words."""
+    return float(f"{value:.6g}") if math.isfinite(value) else str(float(value))
+
+
+def _both(rows: list[dict[str, Any]], law: str, contact: str, score: str) -> list[float | str]:
+    where = {"law": law, "contact": contact, "population": "capable", "score": score}
+    return [_kept(rooms.value_of(rows, key, **where)) for key in (beyond.MEDIAN, beyond.WORST)]
+
+
+def _limits_n(finger: Mapping[str, Any]) -> dict[str, float | str]:
+    stroked = bench().evolve({"motion.stroke_mm": protocol.STROKE_MM})
+    found = linear_reach_table(stroked, [finger], [SPEED_MM_S], peaks=[PEAK])["bound_rms_n"]
+    of_both = found.sel(measured="force and load", speed_mm_s=SPEED_MM_S, sensitivity_peak=PEAK, drop=True)
+    return {contact: _kept(of_both.sel(contact=contact).item()) for contact in protocol.CONTACTS}
+
+
+def _after_fall_n(traces: xr.Dataset) -> float:
+    some = traces.sel(time=slice(1.005, 1.06))
+    return float(np.sqrt(np.mean((some["f_a"].values - some["f_r"].values) ** 2)))
+
+
+def _peaks(whole: rooms.Comparison, law: str, contact: str) -> tuple[float, float]:
+    """Return Ms with the resonance as the bench says, and the worst of that and of 10 % off; NaN without a loop."""
+    system = margins.median_system(whole, law, SPEED_MM_S, contact)
+    if system is None:
+        return math.nan, math.nan
+    shifted = (on_device(system, factor) for factor in (1.0, 0.9, 1.1))
+    loops = [margins.loop_at(each, LEVEL_N, whole.middle_s) for each in shifted]
+    found = [math.nan if loop is None else loop.margins().sensitivity_peak for loop in loops]
+    return found[0], max(found)
+
+
+if __name__ == "__main__":
+    write(*race())

@@ -1,0 +1,81 @@
+"""What linear laws of M_s 1.7 leave at the least of a comparison's own noise: three quarters of an hour.
+
+``python -m studies.bounded`` prints the tables of *pages/limits-of-control.md*, "On the noise of the comparison", to a
+digit more, for what ``studies.laws`` has kept, or for the file of another comparison on `bench()`.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import numpy as np
+
+import frictionloop as fl
+from frictionloop.design.comparison import protocol
+from frictionloop.design.comparison.scores import spread
+from studies.laws import RUNS
+from studies.robust_reach import robust_reach
+
+COARSE = 0.99
+"""What is left of the bound without what 0.6 Hz of resolution may add to it (`robust_reach`)."""
+MEASURED = {0.0: 1.7}
+"""Largest |S| of laws that are told the resonance of the device, as the tracker is."""
+SINE_N2, LEVELS_N2 = 0.1**2 / 2.0, 0.1**2 / 2.0 + 0.08 / 3.0
+"""Mean squares of a set-point around its own mean: of a sine, and of those around 0.4, 0.6 and 0.8 N together."""
+KINDS = {"hold": protocol.HOLDS, "sines": protocol.SINES}
+LAWS = ("clairvoyant", "tracker", "oracle")
+
+
+def bounds_n(people: Any, seed: int, condition: protocol.Condition) -> np.ndarray:
+    """Return the bound of each finger at the level of a task, disturbed as the task is: N."""
+    level = float(condition.task.split()[1])
+    own = fl.bench().evolve(protocol.overrides_of(condition))
+    noise = protocol.noise_seed(seed, condition.task)
+    found = robust_reach(own, people, seed=noise, levels_n=(level,), limits=MEASURED)
+    return COARSE * found["bound_rms_n"].values
+
+
+def of_tasks(runs: Any, name: str, law: str, at: dict[str, Any], able: np.ndarray) -> np.ndarray:
+    """Return a metric of each task and finger."""
+    return runs[name].sel({**at, "law": law}).transpose("task", "finger").values[:, able]
+
+
+def told(values: np.ndarray) -> str:
+    """Return median / worst decile in mN."""
+    return " / ".join(f"{1e3 * value:.2f}" for value in spread(values, False))
+
+
+def r2_of(squares: np.ndarray) -> str:
+    """Return R2 of f_a = f_r, pooled and at the worst level, from mean squares (N^2) of each sine and finger."""
+    pooled, worst = 1.0 - squares.mean(0) / LEVELS_N2, 1.0 - squares.max(0) / SINE_N2
+    return ", ".join(" / ".join(f"{value:.5f}" for value in spread(each, True)) for each in (pooled, worst))
+
+
+def main(path: str) -> None:
+    """Print a row for each speed, contact, kind of task and kind of fingers."""
+    runs, bench = fl.load(path), fl.bench()
+    seed = int(runs.attrs["seed"])
+    people = protocol.population(bench, int(runs.attrs["fingers"]), seed)
+    for speed in (20.0, 80.0):
+        able = protocol.able(bench, people, speed)
+        some, near = [people[i] for i in able.nonzero()[0]], protocol.within_reach(bench, people, speed)[able]
+        for contact in ("dahl", "slider"):
+            for kind, tasks in KINDS.items():
+                conditions = [protocol.Condition(speed, contact, task) for task in tasks]
+                bound = np.array([bounds_n(some, seed, each) for each in conditions]) ** 2
+                at = {"speed_mm_s": speed, "contact": contact, "task": list(tasks)}
+                short, ours, oracle = (of_tasks(runs, "rms_error", law, at, able) ** 2 for law in LAWS)
+                slack = 1.0 - of_tasks(runs, "saturation_index", "clairvoyant", at, able)
+                squares = bound, np.maximum(bound, short), short + slack * bound, ours, oracle
+                for name, who in (("capable", np.full(near.shape, True)), ("within reach", near)):
+                    rms = [np.sqrt(each[:, who].mean(0)) for each in squares]
+                    errors = " | ".join(told(each) for each in rms[:4])
+                    ratios = " | ".join(f"{np.median(each / rms[4]):.2f}" for each in rms[1:4])
+                    print(f"| {speed:g} | {contact} | {kind} | {who.sum()} {name} | {errors} | {ratios} |", flush=True)
+                    if kind == "sines":
+                        print(*(f"R2: {r2_of(each[:, who])}" for each in squares[1:4]), sep=" | ", flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1] if sys.argv[1:] else str(RUNS))

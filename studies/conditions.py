@@ -1,0 +1,30 @@
+"""Where laws are compared: each speed and contact, with the capable ones of the comparison's fingers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from frictionloop.design.comparison import protocol
+from frictionloop.parameters import System, bench
+from frictionloop.physics.fingers import Fingers, fingers
+
+
+class Strokes(NamedTuple):
+    """One speed and contact."""
+
+    name: str
+    system: System
+    people: Fingers
+    """Those that can be given 0.3 and 0.9 N at their mean load."""
+
+
+def conditions(count: int = 1000, seed: int = protocol.EVALUATION_SEED) -> Iterator[Strokes]:
+    """Yield every speed and contact of the comparison."""
+    people = fingers(count, seed)
+    for speed in protocol.SPEEDS_MM_S:
+        for contact in protocol.CONTACTS:
+            moving = {"motion.speed_mm_s": speed, "finger.contact": contact, "motion.stroke_mm": protocol.STROKE_MM}
+            own = bench().evolve(moving)
+            able = Fingers(people[i] for i in protocol.able(own, people, speed).nonzero()[0])
+            yield Strokes(f"{speed:g} mm/s, {contact}", own, able)

@@ -1,0 +1,153 @@
+"""How little of a finger's friction noise any linear controller lets touch feel, and what that costs in rms.
+
+``python -m studies.felt_reach`` prints rms and index of the first ninety capable fingers for each weight, the table of
+*pages/limits-of-control.md*, "How little of it can be felt": some minutes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from joblib import Parallel, delayed
+
+from frictionloop.analysis.state_space import Array
+from frictionloop.design.comparison import protocol
+from frictionloop.design.comparison.scores import spread
+from frictionloop.parameters import System
+from frictionloop.perception.weighting import felt_power
+from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.checks import numbers
+from studies.conditions import conditions
+from studies.friction_spectrum import disturbed_levels, own_systems
+from studies.linear_optimum import BINS, linear_optimum
+from studies.linear_reach import LEVELS_N, reading_noise_psd
+from studies.wiener_hopf import bins, squared
+
+WEIGHTS = (0.0, 0.1, 0.3, 1.0)
+REFERENCE_HZ = 100.0
+"""Frequency at which a weight is told: there the power of a force counts 1 + weight times."""
+KEPT = {
+    "rms_n": ("N", "rms of f_a - f_r"),
+    "relative_index": ("1", "index D of f_a - f_r, over that before any control"),
+}
+
+
+def felt_reach(
+    system: System,
+    fingers: Sequence[Mapping[str, Any]],
+    weights: Sequence[float] = WEIGHTS,
+    duration_s: float = 11.0,
+    seed: int = 0,
+    *,
+    score_from_s: float = 1.0,
+    sensitivity_peak: float = 1.7,
+    levels_n: Sequence[float] = LEVELS_N,
+) -> xr.Dataset:
+    """Return rms and relative index of the linear controllers that leave least of both, weighed against each other.
+
+    The index D is a weighted rms, D^2 = integral S(f) / F_th(f)^2 df, so what leaves the least of
+    rms^2 + weight F_th(100 Hz)^2 D^2 is `linear_optimum` of disturbance and noise that are multiplied by
+    1 + weight (F_th(100 Hz) / F_th(f))^2 (by the filter of `weighting_sos`). Weight 0 is the least rms, and no linear
+    controller that keeps the peak has both less rms and a smaller index than the one of any weight. Plant, disturbance
+    and what is left out of account are those of `linear_reach`, force and load measured, the drive never cut.
+
+    Parameters
+    ----------
+    system, fingers, duration_s, seed, score_from_s, levels_n
+        As for `linear_reach`.
+    weights : sequence of float
+        Weights, at least 0.
+    sensitivity_peak : float
+        Largest |S| allowed, above 1.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``rms_n`` (N) and ``relative_index`` (1) over ``weight`` and ``finger``; squares are averaged over levels. NaN
+        for a finger that cannot be given a level.
+
+    Raises
+    ------
+    FrictionloopError
+        For weights or levels that are not lists of numbers from 0 on, or as `linear_reach`.
+    """
+    asked = (
+        _row("weights", weights, "1"),
+        duration_s,
+        seed,
+        score_from_s,
+        sensitivity_peak,
+        _row("levels_n", levels_n, "N"),
+    )
+    rows = Parallel(n_jobs=-1, prefer="threads")(delayed(_reach)(own, *asked) for own in own_systems(system, fingers))
+    found = np.array(rows).reshape(len(rows), len(asked[0]), len(KEPT))
+    return xr.Dataset(
+        {
+            name: (("weight", "finger"), found[..., k].T, {"units": unit, "long_name": about})
+            for k, (name, (unit, about)) in enumerate(KEPT.items())
+        },
+        {"weight": list(asked[0])},
+    )
+
+
+def _row(name: str, values: Any, unit: str) -> tuple[float, ...]:
+    """Return one or more numbers that are finite and at least 0."""
+    row = numbers(name, values, unit, 0.0)
+    if row.ndim != 1 or not row.size:
+        raise FrictionloopError(f"{name} = {values!r}: must be a list of numbers")
+    return tuple(row.tolist())
+
+
+def _reach(
+    system: System,
+    weights: Sequence[float],
+    duration_s: float,
+    seed: int,
+    score_from_s: float,
+    peak: float,
+    levels: Sequence[float],
+) -> Array:
+    found = disturbed_levels(system, duration_s, seed, score_from_s, levels)
+    if found is None:
+        return np.full((len(weights), len(KEPT)), math.nan)
+    sums, before = np.zeros((len(weights), len(KEPT))), 0.0
+    for loop, frequency_hz, psds in found:
+        friction, reading = loop.plant.numerators()
+        noise, psd, rate_hz = reading_noise_psd(system, frequency_hz), psds[-1], 2.0 * loop.nyquist_hz
+        spectra = bins(frequency_hz, psd, noise, loop.nyquist_hz, (reading, friction, (1.0,)), BINS)
+        felt = felt_power(np.linspace(0.0, loop.nyquist_hz, BINS + 1), rate_hz)
+        before += float(spectra.width_hz @ (spectra.disturbance * felt))
+        for k, weight in enumerate(weights):
+            more = 1.0 + weight * felt_power(frequency_hz, rate_hz) / felt_power(REFERENCE_HZ, rate_hz)
+            best = linear_optimum(
+                frequency_hz,
+                more * psd,
+                more * noise,
+                peak,
+                loop.nyquist_hz,
+                reading=reading,
+                friction=friction,
+                poles=np.poly(loop.plant.transition),
+            )
+            correction = (1.0 - best.sensitivity) / spectra.reading
+            left = squared(best.sensitivity) * spectra.disturbance + squared(correction) * spectra.heard()
+            sums[k] += spectra.width_hz @ left, spectra.width_hz @ (left * felt)
+    return np.asarray(np.sqrt(sums / [len(levels), before]))
+
+
+def main() -> None:
+    """Print medians and worst deciles for each speed, contact and weight: mN, and D over that without control."""
+    for name, system, people in conditions():
+        found = felt_reach(system, people[:90], seed=protocol.EVALUATION_SEED)
+        for weight in found["weight"].values:
+            one = found.sel(weight=weight)
+            told = [spread(values, False) for values in (1e3 * one["rms_n"].values, one["relative_index"].values)]
+            print(f"{name}, weight {weight:g}:", *told)
+
+
+if __name__ == "__main__":
+    main()

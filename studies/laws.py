@@ -1,0 +1,50 @@
+"""All control laws on 1,000 fingers that none of them was tuned on: three hours of two cores.
+
+``python -m studies.laws`` keeps every cell in ``studies/runs/laws.h5``, goes on where it was stopped, and writes what
+*docs/which-law.md* shows to ``studies/results/laws.csv``.
+"""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+from frictionloop.design import comparison as rooms
+from frictionloop.design.comparison.table import Row
+from frictionloop.parameters import bench
+from frictionloop.quantities.version import package_version
+
+RUNS = Path(__file__).parent / "runs" / "laws.h5"
+KEPT = Path(__file__).parent / "results" / "laws.csv"
+SHOWN = (
+    *("residual_rms_n", "hold_rms_n", "r2_identity", "relative_index", "over_oracle", "fall_63_s"),
+    *("sensitivity_peak", "sensitivity_peak_5", "sensitivity_peak_10", "sensitivity_peak_learnt"),
+)
+POPULATIONS = ("capable", "median capable finger")
+
+
+def whole(path: Path = RUNS) -> rooms.Comparison:
+    """Return the comparison, run as far as it is not kept."""
+    path.parent.mkdir(exist_ok=True)
+    return rooms.compare(bench(), path=path, resume=path.exists())
+
+
+def keep(rows: list[Row], kept: Path = KEPT) -> None:
+    """Write the rows that are shown, at four digits, below a line that says where they are from."""
+    shown = [row for row in rows if row["score"] in SHOWN and row["population"] in POPULATIONS]
+    with kept.open("w", newline="", encoding="utf-8") as stream:
+        stream.write(f"# python -m studies.laws, frictionloop {package_version()}\n")
+        writer = csv.DictWriter(stream, list(shown[0]), lineterminator="\n")
+        writer.writeheader()
+        for row in shown:
+            writer.writerow(row | {key: f"{float(row[key]):.4g}" for key in ("median", "worst_decile")})
+
+
+def main() -> None:
+    """Run what is left, score it, and keep what is shown."""
+    ran = whole()
+    keep(rooms.tidy_rows(rooms.score_rows(rooms.scores(ran)), rooms.margin_rows(ran)))
+
+
+if __name__ == "__main__":
+    main()

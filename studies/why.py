@@ -1,0 +1,134 @@
+"""Why laws of a comparison win or lose: their residuals split by cause and by frequency, on the fingers it scored.
+
+``python -m studies.why tracker,notch_pi [FINGERS [FOLDER]]`` prints a table for each speed and contact and draws it
+into a folder: three minutes for 60 fingers.
+"""
+
+from __future__ import annotations
+
+import itertools
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from frictionloop.design import comparison as rooms
+from frictionloop.design.comparison import protocol
+from frictionloop.design.comparison.measured import told
+from frictionloop.design.comparison.protocol import Condition
+from frictionloop.design.comparison.scores import spread
+from frictionloop.parameters import bench
+from frictionloop.quantities import FrictionloopError, check_each_once
+from studies.causes import CAUSES
+from studies.residual import residual_by_cause
+from studies.residual_bands import residual_bands
+
+MOST, FEW = 100, 20
+"""Fingers that are split by cause at most, and by frequency, which takes traces."""
+TASK = protocol.SINES[1]
+"""What they do: the sine in the middle."""
+Row = dict[str, Any]
+
+
+def check_laws(wanted: Iterable[str], laws: Iterable[str]) -> list[str]:
+    """Return the laws to explain; refuse one that does not compete, one twice, or none."""
+    asked, there = list(wanted), list(laws)
+    for name in asked:
+        if name not in there:
+            raise FrictionloopError(f"why: {name!r} is not compared; accepted: {', '.join(there)}")
+    check_each_once("why", "law", asked)
+    return asked
+
+
+def reasons(comparison: rooms.Comparison, laws: Iterable[str], *, n_jobs: int | None = None) -> xr.Dataset:
+    """Return `residual_by_cause` and `residual_bands` of some laws over law, speed and contact.
+
+    On the first 100 capable fingers of the population (of all if none is capable) at the sine around 0.6 N; bands on
+    the first 20. A cause that cannot be taken away under one law has NaN there.
+
+    Raises
+    ------
+    FrictionloopError
+        For a law that did not compete.
+    """
+    asked, speeds = check_laws(laws, comparison.laws), list(comparison.speeds_mm_s)
+    cells = itertools.product(asked, speeds, protocol.CONTACTS)
+    parts = [_split(comparison, *cell, n_jobs) for cell in cells]
+    everyone = sorted({i for part in parts for i in part["finger"].values.tolist()})
+    names = [name for name in CAUSES if any(name in part["cause"].values for part in parts)]
+    flat = [part.reindex(finger=everyone, cause=names) for part in parts]
+    axes: dict[str, list[Any]] = {"law": asked, "speed_mm_s": speeds, "contact": list(protocol.CONTACTS)}
+    shape = tuple(len(values) for values in axes.values())
+    data: dict[str, Any] = {}
+    for name, first in flat[0].data_vars.items():
+        stacked = np.array([part[name].values for part in flat])
+        data[str(name)] = ((*axes, *first.dims), stacked.reshape(*shape, *first.shape), first.attrs)
+    own = {str(name): flat[0][name] for name in flat[0].coords}
+    return xr.Dataset(data, own | axes)
+
+
+def _split(comparison: rooms.Comparison, law: str, speed: float, contact: str, n_jobs: int | None) -> xr.Dataset:
+    some = np.flatnonzero(protocol.able(comparison.system, comparison.people, speed, comparison.duration_s))
+    numbers = (some if some.size else np.arange(len(comparison.people)))[:MOST]
+    known = told(comparison.system, comparison.people, comparison.laws[law])
+    people = [known[i] for i in numbers]
+    at = Condition(speed, contact, TASK)
+    bench = comparison.system.evolve({**protocol.overrides_of(at, comparison.duration_s), **comparison.laws[law]})
+    seed, start_s = protocol.noise_seed(comparison.seed, TASK), comparison.start_s
+    options: dict[str, Any] = {"score_from_s": start_s, "n_jobs": n_jobs, "progress": False}
+    found = residual_by_cause(bench, people, comparison.duration_s, [seed], **options)
+    bands = residual_bands(bench, people[:FEW], comparison.duration_s, seed, score_from_s=start_s)
+    return found.drop_vars("kind").assign(band_rms=bands["rms"].median("finger")).assign_coords(finger=numbers)
+
+
+def reason_rows(found: xr.Dataset) -> list[Row]:
+    """Return a row for each law, speed, contact and part of the residual: medians and worst deciles, N."""
+    rows = []
+    for law, speed, contact in itertools.product(
+        *(found[dim].values.tolist() for dim in ("law", "speed_mm_s", "contact"))
+    ):
+        cell = found.sel(law=law, speed_mm_s=speed, contact=contact)
+        where = {"law": law, "speed_mm_s": speed, "contact": contact}
+        for name in ("all", "silent", "left_over_costs", "left_over_alone"):
+            rows.append(where | {"part": name, **_spread("rms", cell[name])})
+        for cause in found["cause"].values.tolist():
+            own = cell.sel(cause=cause)
+            values = {
+                key: value for name in ("cost", "alone", "without") for key, value in _spread(name, own[name]).items()
+            }
+            rows.append(where | {"part": cause, **values})
+        for low, high, rms in zip(
+            *(cell[name].values.tolist() for name in ("low_hz", "high_hz", "band_rms")), strict=True
+        ):
+            rows.append(where | {"part": f"{low:g}-{high:g} Hz", "rms_median": rms})
+    return rows
+
+
+def _spread(name: str, values: xr.DataArray) -> dict[str, float]:
+    there = values.values[np.isfinite(values.values)]
+    median, worst = spread(there, larger_is_better=False)
+    return {f"{name}_median": median, f"{name}_worst_decile": worst}
+
+
+def main(laws: str = "tracker,notch_pi", fingers: str = "60", folder: str | None = None) -> None:
+    """Compare some laws on some fingers, and print and draw what is left."""
+    from frictionloop.cli import screen
+    from frictionloop.cli.figure_files import write_figures
+    from frictionloop.report.style import svg
+    from studies.why_figure import figure_why
+    from studies.why_text import why_summary
+
+    names = laws.split(",")
+    ran = rooms.compare(bench(), int(fingers), laws=names)
+    found = reasons(ran, names)
+    screen.show(*why_summary(reason_rows(found)))
+    if folder:
+        drawn = {f"causes-{v:g}-mm-s": figure_why(found, v) for v in ran.speeds_mm_s}
+        write_figures("folder", Path(folder), {name: svg(figure, name) for name, figure in drawn.items()})
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,307 @@
+"""Laws compared: who competes, on whom, and what a file of results accepts."""
+
+from __future__ import annotations
+
+import subprocess
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import frictionloop as fl
+from frictionloop.control.cost import BUDGET_CYCLES, WORST_TICK
+from frictionloop.design import comparison as rooms
+from frictionloop.design import synthesis
+from frictionloop.design.comparison import entrants, protocol, run, store
+from frictionloop.design.wanted import Designed
+from frictionloop.quantities import FrictionloopError
+
+SHORT = {"duration_s": 1.0, "start_s": 0.4, "progress": False}
+LAWS = ["lookup", "retuned_pi"]
+
+
+def short(path=None, count=3, seed=5, laws=LAWS, speeds=(20.0,), system=None, **more):
+    return rooms.compare(system or fl.bench(), count, seed, laws, speeds, path=path, **SHORT | more)
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return short()
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in entrants.DESIGNED)) for name in entrants.ENTRANTS]
+)
+def test_every_entrant_is_a_system(name):
+    assert fl.bench().evolve(entrants.ENTRANTS[name](fl.bench())).controller.kind
+
+
+@pytest.mark.parametrize("law", sorted(entrants.DESIGNED))
+def test_an_entrant_that_is_designed_is_what_the_synthesis_of_its_law_finds(law, monkeypatch):
+    asked = []
+
+    def design_controller(*given):
+        asked.append(given)
+        return Designed({"controller.kind": "lookup"})
+
+    monkeypatch.setattr(synthesis, "design_controller", design_controller)
+    assert entrants.ENTRANTS[law](fl.bench()) == {"controller.kind": "lookup"}
+    assert asked == [(fl.bench(), law)]
+
+
+def test_the_printed_and_the_re_tuned_gains():
+    printed = fl.bench().evolve(entrants.ENTRANTS["printed_pi"](fl.bench())).controller
+    assert (printed.kp, printed.ki) == (10.0, 2.0)  # paper, Sec. 2.3
+    assert entrants.retuned_pi(fl.bench()) == {"controller.kind": "pi", **fl.RETUNED}
+    assert entrants.retuned_pi(fl.bench().evolve({"controller.kp": 3.0})) == entrants.retuned_pi(fl.bench())
+    slower = fl.bench().evolve({"controller.delay_s": 400e-6})
+    gains = entrants.retuned_pi(slower)
+    found = fl.retune(slower)
+    assert (gains["controller.kp"], gains["controller.ki"]) == (found.kp, found.ki)
+
+
+def test_fingers_are_those_of_the_seed_and_meet_three_resonances():
+    people, plain = protocol.population(fl.bench(), 7, 5), fl.fingers(7, 5)
+    assert [{k: v for k, v in each.items() if k != "sensor.resonance_hz"} for each in people] == plain
+    met = [each["sensor.resonance_hz"] / 145.0 for each in people]
+    np.testing.assert_allclose(met, [1.0, 0.95, 1.05, 1.0, 0.95, 1.05, 1.0], rtol=1e-15)
+    assert fl.bench().evolve(people[1]).controller.model.resonance_hz == 145.0
+
+
+def test_no_two_tasks_or_populations_share_noise():
+    seeds = {protocol.noise_seed(seed, task) for seed in range(20) for task in protocol.TASKS}
+    assert len(seeds) == 20 * len(protocol.TASKS)
+
+
+def test_what_is_asked_is_the_paper_s_protocol():
+    sine = protocol.setpoint_of("sine 0.8")
+    assert (sine.offset_n, sine.amplitude_n, sine.frequency_hz) == (0.8, 0.1, 1.0)
+    assert protocol.setpoint_of("hold 0.4") == fl.Constant(offset_n=0.4)
+    steps = protocol.setpoint_of("steps")
+    assert steps.times_s[:3] == (0.0, 0.5, 1.0)
+    assert steps.levels_n[:3] == (0.35, 0.75, 0.35)
+    assert (steps.times_s[-1], len(steps.times_s)) == (10.5, 22)
+    at = protocol.Condition(80.0, "slider", "landings")
+    system = fl.bench().evolve(protocol.overrides_of(at))
+    assert (system.motion.speed_mm_s, system.finger.contact, system.motion.contact_s) == (80.0, "slider", 1.0)
+    assert fl.bench().evolve(protocol.overrides_of(at._replace(task="steps"))).motion.contact_s == 0.0
+
+
+def test_capable_fingers_are_those_of_capable(whole):
+    speed = {"motion.speed_mm_s": 80.0}
+    people = fl.fingers(40, 5)
+    wanted = fl.capable([each | speed for each in people], 0.3, 0.9, contact_s=11.0)["capable"].values
+    np.testing.assert_array_equal(protocol.able(fl.bench(), people, 80.0), wanted)
+    assert 0 < wanted.sum() < 40
+    chosen = protocol.median_finger(people, wanted)
+    assert people.index(chosen) in np.flatnonzero(wanted)
+    assert protocol.median_finger(people, np.zeros(40, dtype=bool)) is None
+
+
+def test_fingers_within_reach_can_be_given_the_forces_while_their_load_moves():
+    people = fl.fingers(60, 5)
+    some = protocol.within_reach(fl.bench(), people, 20.0)
+    able = protocol.able(fl.bench(), people, 20.0)
+    assert 0 < some.sum() < able.sum()
+    assert not np.any(some & ~able)
+    still = [{**each, "motion.load_drift": 0.0, "motion.tremor_n": 0.0} for each in people]
+    np.testing.assert_array_equal(protocol.within_reach(fl.bench(), type(people)(still), 20.0), able)
+
+
+def test_fingers_within_reach_are_short_a_twentieth_of_the_time_at_most():
+    """Without vibration friction is the highest there is, with all of it the lowest: of a slider, the limit itself."""
+    people, at = fl.fingers(60, 5), protocol.Condition(20.0, "slider", "hold 0.6")
+    able, near = (choose(fl.bench(), people, 20.0) for choose in (protocol.able, protocol.within_reach))
+    smooth = {"friction.roughness_rms": 0.0, "friction.speed_slope": 0.0, "friction.occlusion_ratio": 1.0}
+    still = {**protocol.overrides_of(at), "motion.load_drift_s": 1.0, "controller.kind": "lookup"}
+
+    def share(finger, level_n, out):
+        system = fl.bench().evolve({**still, **finger, **smooth, "setpoint": fl.Constant(offset_n=level_n)})
+        return np.mean([out(fl.simulate(system, 4.0, seed)["f_a"].values[5000:]).mean() for seed in (1, 2, 3, 4)])
+
+    highest, lowest = (2.4, lambda force: force < protocol.HIGH_N), (0.02, lambda force: force > protocol.LOW_N)
+    short = np.array([max(share(people[i], *highest), share(people[i], *lowest)) for i in np.flatnonzero(able)])
+    assert np.max(short[near[able]]) < 0.05
+    assert np.mean(short[~near[able]] > 0.05) > 0.75
+
+
+def test_the_cells_are_those_of_a_sweep(whole):
+    assert whole.cells["law"].values.tolist() == ["plain", *LAWS]
+    law = {"controller.kind": "lookup"}
+    at = protocol.Condition(20.0, "slider", "hold 0.6")
+    system = fl.bench().evolve({**protocol.overrides_of(at, 1.0), **law})
+    people, seeds = protocol.population(fl.bench(), 3, 5), [protocol.noise_seed(5, "hold 0.6")]
+    alone = fl.sweep(system, people, 1.0, seeds, ["rms_error"], score_from_s=0.4)
+    cell = whole.cells["rms_error"].sel(law="lookup", speed_mm_s=20.0, contact="slider", task="hold 0.6")
+    np.testing.assert_array_equal(cell, alone["rms_error"].values[:, 0])
+
+
+def test_what_was_interrupted_goes_on(whole, tmp_path, monkeypatch):
+    path, calls, really = tmp_path / "r.h5", [], run._Trial.run
+
+    def stopping(self, law, at):
+        calls.append(at)
+        if len(calls) == 6:
+            raise KeyboardInterrupt
+        return really(self, law, at)
+
+    monkeypatch.setattr(run._Trial, "run", stopping)
+    with pytest.raises(rooms.ComparisonInterrupted) as stop:
+        short(path)
+    total = 2 * (2 * len(protocol.TASKS) + len(protocol.SINES))
+    assert (stop.value.done, stop.value.total) == (5, total)
+    resumed = short(path, resume=True)
+    assert len(calls) == 6 + total - 5
+    xr.testing.assert_identical(resumed.cells, whole.cells)
+    again = short(path, resume=True, laws=["lookup"])
+    assert len(calls) == 6 + total - 5
+    xr.testing.assert_identical(again.cells, whole.cells)
+
+
+def test_an_interrupt_while_laws_are_designed_says_that_nothing_is_done():
+    def interrupted(system):
+        raise KeyboardInterrupt
+
+    with pytest.raises(rooms.ComparisonInterrupted) as stop:
+        short(laws={"mine": interrupted})
+    assert (stop.value.done, stop.value.total) == (0, 2 * (len(protocol.TASKS) + len(protocol.SINES)))
+
+
+def test_an_interrupt_while_more_laws_are_designed_counts_what_the_file_has(tmp_path):
+    def interrupted(system):
+        raise KeyboardInterrupt
+
+    path = tmp_path / "r.h5"
+    short(path, laws=["lookup"])
+    both = {"lookup": entrants.ENTRANTS["lookup"], "mine": interrupted}
+    with pytest.raises(rooms.ComparisonInterrupted) as stop:
+        short(path, resume=True, laws=both)
+    assert stop.value.done == 2 * (len(protocol.TASKS) + len(protocol.SINES))
+
+
+LATE = {"controller.delay_s": 220e-6}
+"""More than a period: the tracker cannot."""
+
+
+def test_a_law_that_cannot_run_on_the_bench_is_left_out_with_the_reason(monkeypatch):
+    cheap = {name: entrants.ENTRANTS[name] for name in ("lookup", "tracker", "oracle")}
+    monkeypatch.setattr(entrants, "ENTRANTS", cheap)
+    ran = short(laws=None, system=fl.bench().evolve(LATE))
+    assert list(ran.laws) == ["lookup", "oracle"]
+    assert list(ran.left_out) == ["tracker"] and "delay_s = 0.00022 s: must be at most" in ran.left_out["tracker"]
+
+
+def test_a_law_that_is_named_and_cannot_run_is_refused_before_any_is_designed(monkeypatch):
+    monkeypatch.setattr(synthesis, "design_controller", lambda *given: pytest.fail("designed"))
+    with pytest.raises(FrictionloopError, match="delay_s"):
+        short(laws=["notch_pi", "tracker"], system=fl.bench().evolve(LATE))
+
+
+def test_more_laws_and_speeds_join_a_file(whole, tmp_path):
+    path = tmp_path / "r.h5"
+    short(path, laws=["retuned_pi"])
+    both = short(path, resume=True)
+    xr.testing.assert_identical(both.cells.sel(law=whole.cells["law"]), whole.cells)
+    more = short(path, resume=True, laws=["lookup"], speeds=(40.0,))
+    assert more.cells["speed_mm_s"].values.tolist() == [20.0, 40.0]
+    assert np.isnan(more.cells["rms_error"].sel(law="retuned_pi", speed_mm_s=40.0)).all()
+    assert rooms.scores(more)["speed_mm_s"].values.tolist() == [40.0]
+
+
+@pytest.mark.parametrize("laws", [["lookup"], ["printed_pi"]], ids=["fewer", "another"])
+def test_a_file_keeps_the_cells_that_are_not_asked_for(laws, tmp_path):
+    """Resumed with fewer laws and speeds than it holds, the file is written anew: every cell must come through."""
+    path = tmp_path / "r.h5"
+    short(path, count=2, speeds=(20.0, 40.0))
+    before = fl.load(path)
+    assert (before["digest"] != "").sum() == 2 * 2 * (2 * len(protocol.TASKS) + len(protocol.SINES))
+    short(path, count=2, resume=True, laws=laws, speeds=(20.0,))
+    after = fl.load(path)
+    assert set(after["law"].values) == {"plain", *LAWS, *laws}
+    xr.testing.assert_identical(after.sel(law=before["law"]), before)
+
+
+def test_a_file_refuses_what_it_does_not_keep(tmp_path, monkeypatch):
+    path = tmp_path / "r.h5"
+    short(path, count=2, laws=["lookup"])
+    before = path.read_bytes()
+
+    def refused(match, **more):
+        with pytest.raises(fl.FrictionloopError, match=match) as error:
+            short(path, **{"count": 2, "laws": ["lookup"], "resume": True} | more)
+        assert "\n" not in str(error.value)
+
+    refused("exists; add --resume", resume=False)
+    refused("of seed = 5, not 6", seed=6)
+    refused("of fingers = 2, not 3", count=3)
+    refused("of duration_s = 1.0, not 1.2", duration_s=1.2)
+    refused("of another bench", system=fl.bench().evolve({"controller.delay_s": 1e-4}))
+    monkeypatch.setitem(entrants.ENTRANTS, "lookup", lambda system: {"controller.kind": "lookup", **MODEL})
+    refused("keeps lookup with other parameters")
+    assert path.read_bytes() == before
+    fl.save(fl.simulate(fl.paper(), 0.01), tmp_path / "run.h5")
+    with pytest.raises(fl.FrictionloopError, match="keeps no comparison"):
+        short(tmp_path / "run.h5", resume=True)
+    with pytest.raises(fl.FrictionloopError, match="needs the file"):
+        short(resume=True)
+    with pytest.raises(fl.FrictionloopError, match="cannot be written"):
+        short(tmp_path / "nowhere" / "r.h5")
+
+
+MODEL = {"controller.model.nominal_n": 0.9}
+
+
+@pytest.mark.parametrize(
+    ("more", "match"),
+    [
+        ({"seed": 3}, "seed = 3: is that of the fingers laws are tuned on"),
+        ({"laws": ["retuned_ip"]}, "'retuned_ip' is unknown; did you mean retuned_pi"),
+        ({"laws": ["lookup", "lookup"]}, "none of them twice"),
+        ({"laws": []}, "at least one law"),
+        ({"speeds": ()}, "at least one speed"),
+        ({"speeds": (20.0, 20.0)}, "none of them twice"),
+        ({"speeds": (-1.0,)}, "speeds = -1 mm/s: must be from 2 to 500"),
+        ({"system": fl.paper()}, 'friction.kind = "gaussian": must be "finger"'),
+        ({"count": 0}, "n = 0"),
+        ({"duration_s": 0.3}, "duration_s = 0.3 s: must be longer than"),
+    ],
+    ids=str,
+)
+def test_bad_input_is_one_line(more, match):
+    with pytest.raises(fl.FrictionloopError, match=match) as error:
+        short(**more)
+    assert "\n" not in str(error.value)
+
+
+def test_nothing_depends_on_git(monkeypatch):
+    store.commit_of.cache_clear()
+    monkeypatch.setenv("PATH", "")
+    assert store.commit_of() == ""
+    store.commit_of.cache_clear()
+
+    def other(words, **_):
+        raise subprocess.CalledProcessError(128, words)
+
+    monkeypatch.setattr(subprocess, "run", other)
+    assert store.commit_of() == ""
+    store.commit_of.cache_clear()
+
+
+def test_entrants_of_ones_own_run_under_their_names():
+    own = {"mine": lambda system: {"controller.kind": "lookup"}, "oracle": entrants.ENTRANTS["oracle"]}
+    found, named = short(laws=own), short(laws=["lookup", "oracle"])
+    assert list(found.laws) == ["mine", "oracle"]
+    for mine, theirs in (("mine", "lookup"), ("oracle", "oracle")):
+        np.testing.assert_array_equal(found.cells["rms_error"].sel(law=mine), named.cells["rms_error"].sel(law=theirs))
+
+
+def test_an_oracle_has_no_margins():
+    found = rooms.margin_rows(short(count=12, laws=["oracle"]))
+    assert found and all(np.isnan(row["sensitivity_peak"]) and row["tick_cycles_m4"] is None for row in found)
+
+
+def test_a_tick_is_the_worst_of_the_laws_image(whole):
+    kinds = {name: fl.bench().evolve(overrides).controller.kind for name, overrides in whole.laws.items()}
+    told = {row["law"]: row["tick_cycles_m4"] for row in rooms.margin_rows(whole)}
+    assert told == {law: None if kind == "oracle" else WORST_TICK[kind].cycles for law, kind in kinds.items()}
+    assert WORST_TICK["notch_pi"].cycles < WORST_TICK["filtered_pi"].cycles < BUDGET_CYCLES  # five sections more
