@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 from frictionloop.control.law import Clamp, ForceCommand, Law
@@ -89,7 +90,7 @@ def check_vibration(law: Vibration, parameters: Any) -> None:
     for share in shares:
         check_returned(what, "step", law.step, share, float)
     told = UNTOLD not in shares
-    if told and not (abs(shares[0] - 1) < 1e-6 and all(0 <= b <= a for a, b in zip(shares, shares[1:], strict=False))):
+    if told and not (abs(shares[0] - 1) < 1e-6 and all(0 <= b <= a for a, b in pairwise(shares))):
         found = ", ".join(f"{share:g} at {a:g} um" for a, share in zip(AMPLITUDES_UM, shares, strict=True))
         raise FrictionloopError(f"{what}: {place(law.step)}: step returned {found}; must fall from 1 towards 0")
 
