@@ -16,6 +16,7 @@ from sphinx.application import Sphinx
 from sphinx.errors import ExtensionError
 from sphinx.transforms import SphinxTransform
 
+from frictionloop.loop.blocks import forget
 from frictionloop.report.style import svg
 
 FIGURES = "_build/figures"
@@ -37,6 +38,7 @@ class Executed(SphinxTransform):
             for block in list(self.document.findall(nodes.literal_block)):
                 if block.get("language") in LANGUAGES:
                     self._run(page, block)
+        forget()  # what the page has registered is not of the next
 
     def _run(self, page: Page, block: nodes.literal_block) -> None:
         try:

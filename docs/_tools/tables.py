@@ -19,6 +19,7 @@ BLOCKS: dict[str, type[Block]] = {
     "steps": fl.Steps,
     "noise": fl.ColouredNoise,
     "recording": fl.Recording,
+    "samples": fl.Samples,
     "friction": fl.Friction,
     "friction_finger": fl.FingerFriction,
     "plate": fl.LowpassPlate,

@@ -11,6 +11,7 @@ import matplotlib as mpl
 import pytest
 
 import frictionloop as fl
+from frictionloop.loop.blocks import forget
 from frictionloop.parameters.block import Block
 from frictionloop.parameters.plate_design import PlateDesign
 from frictionloop.parameters.sensor_design import SensorDesign
@@ -30,6 +31,7 @@ PAGES = [DOCS / "tutorial.md", *(DOCS / f"{name}.md" for name in BENCH), *sorted
 def tools(monkeypatch):
     monkeypatch.syspath_prepend(str(DOCS / "_tools"))
     yield
+    forget()
     for name in [name for name, module in sys.modules.items() if str(DOCS) in str(getattr(module, "__file__", ""))]:
         del sys.modules[name]
 

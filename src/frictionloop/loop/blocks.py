@@ -7,11 +7,13 @@ files and in sweeps. Reading a file never imports code: whoever reads it registe
 from __future__ import annotations
 
 import inspect
+import re
 import warnings
 from typing import Any
 
 from frictionloop.control.law import Law
 from frictionloop.control.laws import LAWS
+from frictionloop.loop.block_checks import check_law, check_metric, check_signal, check_vibration
 from frictionloop.loop.formulas import METRICS
 from frictionloop.loop.metric import RunMetric, StreamingMetric
 from frictionloop.parameters import Signal
@@ -22,6 +24,7 @@ from frictionloop.parameters.sources import SOURCES
 from frictionloop.physics.vibration import VIBRATIONS, Vibration
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.arithmetic import is_compiled
+from frictionloop.quantities.blame import place
 from frictionloop.quantities.digest import code_digest
 
 _registered: dict[tuple[str, str], tuple[Any, ...]] = {}
@@ -42,25 +45,35 @@ def register(block: Any, parameters: Any = None) -> None:
     Raises
     ------
     FrictionloopError
-        For anything else, a name of this package, or parameters whose kind is not that of the law.
+        For anything else, a name of this package, parameters whose kind is not that of the law, and for what cannot
+        run: each function is tried once, with the parameters as they are if nothing is given.
     """
+    if isinstance(block, Law | Vibration | StreamingMetric | RunMetric):
+        _check_hashable(block)
     if isinstance(block, Law):
         _check_kind(block, parameters)
+        CONTROLLERS.check(parameters)
+        check_law(block, parameters)
         CONTROLLERS.register(parameters)
         LAWS[block.kind] = block
         what, name = "law", block.kind
     elif isinstance(block, Vibration):
         _check_kind(block, parameters)
+        FRICTIONS.check(parameters)
+        check_vibration(block, parameters)
         FRICTIONS.register(parameters)
         VIBRATIONS[block.kind] = block
         what, name = "friction", block.kind
     elif isinstance(block, type) and issubclass(block, Signal):
+        SOURCES.check(block)
+        check_signal(block)
         SOURCES.register(block)
         what, name = "signal", kind_of(block)
     elif isinstance(block, StreamingMetric | RunMetric):
         known = METRICS.get(block.name)
         if known is not None and not isinstance(known, StreamingMetric | RunMetric):
             raise FrictionloopError(f"metric {block.name!r} is one of frictionloop; choose another name")
+        check_metric(block)
         METRICS[block.name] = block
         what, name = "metric", block.name
     else:
@@ -70,6 +83,17 @@ def register(block: Any, parameters: Any = None) -> None:
         )
     _registered[what, name] = (block, parameters)
     _warn_of_python(block)
+
+
+def forget() -> None:
+    """Make every block from outside unknown again."""
+    for kinds in (CONTROLLERS, FRICTIONS, SOURCES):
+        kinds.forget()
+    for table, what in ((LAWS, "law"), (VIBRATIONS, "friction"), (METRICS, "metric")):
+        for each, name in _registered:
+            if each == what:
+                del table[name]  # type: ignore[attr-defined]
+    _registered.clear()
 
 
 def registered() -> list[tuple[Any, ...]]:
@@ -96,8 +120,9 @@ def outside_digest() -> str:
 def _described(block: Any, parameters: Any) -> list[Any]:
     """Return what a block computes: its functions, and the functions and defaults of its parameters."""
     classes: list[Any] = [each for each in (block, parameters) if isinstance(each, type)]
-    own = [value for each in classes for value in vars(each).values() if inspect.isfunction(value)]
-    fields = [repr(each.model_fields) for each in classes]
+    named = [getattr(value, "fget", value) for each in classes for value in vars(each).values()]
+    own = [value for value in named if inspect.isfunction(value)]
+    fields = [re.sub(" at 0x[0-9a-f]+", "", repr(each.model_fields)) for each in classes]  # addresses differ by process
     return [block if not isinstance(block, type) else kind_of(block), own, fields]
 
 
@@ -109,12 +134,21 @@ def _check_kind(block: Any, parameters: Any) -> None:
         )
 
 
+def _check_hashable(block: Any) -> None:
+    """Refuse what cannot be a key: a tile is compiled once for each block."""
+    try:
+        hash(block)
+    except TypeError as error:
+        name = getattr(block, "kind", None) or block.name
+        raise FrictionloopError(f'{type(block).__name__} "{name}": {error}; give functions and classes') from None
+
+
 def _warn_of_python(block: Any) -> None:
     """Say of a law that is not compiled what it costs."""
     step = getattr(block, "step", None)
     if isinstance(block, Law) and step is not None and not is_compiled(step):
         warnings.warn(
-            f'law "{block.kind}": {step.__name__} is plain Python and runs some hundred times slower than compiled; '
+            f'law "{block.kind}": {place(step)}: is plain Python and runs some hundred times slower than compiled; '
             "decorate it with @fl.step if it only computes with numbers",
             stacklevel=3,
         )

@@ -12,6 +12,7 @@ from frictionloop.loop.metric import RunMetric, StreamingMetric, first_rows
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError, trees
+from frictionloop.quantities.blame import place, theirs
 
 
 def streamed(tile: Tile, metrics: Sequence[StreamingMetric], count: Any) -> dict[str, Any]:
@@ -19,7 +20,11 @@ def streamed(tile: Tile, metrics: Sequence[StreamingMetric], count: Any) -> dict
     lanes, found = np.size(count), {}
     for metric, first in zip(metrics, first_rows(metrics), strict=False):
         rows = tile.slab.rows(range(first, first + trees.size(metric.state)))[:, :lanes]
-        found[metric.name] = metric.of(trees.shaped(metric.state, list(rows)), count)
+        try:
+            values = metric.of(trees.shaped(metric.state, list(rows)), count)
+            found[metric.name] = np.broadcast_to(np.asarray(values, float), lanes)
+        except Exception as error:
+            raise theirs(f'metric "{metric.name}"', metric.of, error) from error
     return found
 
 
@@ -34,8 +39,12 @@ def values_of_runs(
         run = simulate(system, duration_s, seed)
         scored = run.isel(time=slice(round(from_s * system.controller.rate_hz), None))
         for name, metric in metrics.items():
-            value = metric.of(scored)
-            if np.size(value) != 1:
-                raise FrictionloopError(f"metric {name!r}: returned {value!r:.60}; must be one number per run")
-            found[name].append(float(value))
+            try:
+                value = np.asarray(metric.of(scored), float)
+            except Exception as error:
+                raise theirs(f'metric "{name}"', metric.of, error) from error
+            if value.size != 1:
+                where, shape = place(metric.of), value.shape
+                raise FrictionloopError(f'metric "{name}": {where}: returned shape {shape}; must be one number per run')
+            found[name].append(float(value.ravel()[0]))
     return found

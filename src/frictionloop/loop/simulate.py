@@ -14,6 +14,7 @@ from frictionloop.loop.kernel.traces import traces_of
 from frictionloop.loop.record import to_dataset
 from frictionloop.loop.timing import check_memory, check_seed, periods_in
 from frictionloop.parameters import System
+from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.normals import BLOCK
 from frictionloop.quantities.trees import flat
 
@@ -58,8 +59,8 @@ def simulate(system: System, duration_s: float = 10.0, seed: int = 0) -> xr.Data
     Raises
     ------
     FrictionloopError
-        For what is not a System, a bad seed, or a duration that does not fit the control rate, the signals or the
-        memory.
+        For what is not a System, a bad seed, a duration that does not fit the control rate, the signals or the
+        memory, and for a law (``fl.register``) that commands what is no number.
 
     """
     periods, seed = periods_in(system, duration_s), check_seed(seed)
@@ -67,4 +68,12 @@ def simulate(system: System, duration_s: float = 10.0, seed: int = 0) -> xr.Data
     check_memory(2 * 8 * len(names) * periods, f"a run of {duration_s:g} s")
     traces = np.empty((len(names), periods))
     run_tile(lower([system], [seed], traces=traces.reshape(-1)), periods)
+    _check_commands(system, traces[names.index("u")])
     return to_dataset(traces, system, seed)
+
+
+def _check_commands(system: System, u: np.ndarray) -> None:
+    wrong = np.flatnonzero(np.isnan(u))
+    if wrong.size:
+        c = system.controller
+        raise FrictionloopError(f'law "{c.kind}": its force command is not a number at {wrong[0] / c.rate_hz:g} s')

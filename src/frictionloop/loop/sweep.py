@@ -170,6 +170,10 @@ def _run(
     if any(not isinstance(each, RunMetric) for each in metrics):
         tile = lower(systems, seeds, groups=groups, score_from=score_from, streaming=streaming)
         run_tile(tile, periods)
+        wrong = np.flatnonzero(np.isnan(tile.slab.view("u")[0, : len(lanes)]))
+        if wrong.size:
+            law, override = systems[wrong[0]].controller.kind, points[wrong[0]][0]
+            raise FrictionloopError(f'law "{law}": its force command is not a number with {override}')
         sums = sums_of(tile, len(lanes), periods - score_from)
         values = {name: each.of(sums) for name, each in zip(names, metrics, strict=True) if isinstance(each, Metric)}
         values |= streamed(tile, streaming, sums.count)

@@ -26,7 +26,19 @@ class Kinds:
             self.models[kind_of(model)] = model
 
     def register(self, model: type[Block]) -> None:
-        """Add a class from outside; one of the same kind that came from outside before is replaced.
+        """Add a class from outside; one of the same kind that came from outside before is replaced."""
+        self.check(model)
+        self.models[kind_of(model)] = model
+        self.outside.add(kind_of(model))
+
+    def forget(self) -> None:
+        """Leave out the classes from outside."""
+        for kind in self.outside:
+            del self.models[kind]
+        self.outside.clear()
+
+    def check(self, model: type[Block]) -> None:
+        """Refuse a class that cannot be added.
 
         Raises
         ------
@@ -38,8 +50,8 @@ class Kinds:
         kind = kind_of(model)
         if kind in self.models and kind not in self.outside:
             raise FrictionloopError(f'{model.__name__}.kind = "{kind}": is a kind of frictionloop; choose another name')
-        self.models[kind] = model
-        self.outside.add(kind)
+        if not kind.isidentifier():
+            raise FrictionloopError(f'{model.__name__}.kind = "{kind}": must be a name of letters, digits and _')
 
     def read(self, value: Any) -> Block:
         """Return the block that a mapping describes, or the block given, if it is of one of the kinds."""
@@ -67,6 +79,8 @@ class Kinds:
 
 def kind_of(model: type[Block]) -> str:
     """Return the kind of a parameter class."""
+    if not (isinstance(model, type) and issubclass(model, Block)):
+        raise FrictionloopError(f"{model!r:.60}: must be a parameter class, such as a subclass of fl.Timing")
     field = model.model_fields.get("kind")
     if field is None or not isinstance(field.default, str):
         raise FrictionloopError(f'{model.__name__}: needs a kind, as in kind: Literal["mine"] = "mine"')

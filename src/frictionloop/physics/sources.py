@@ -9,6 +9,7 @@ import numpy as np
 
 from frictionloop.parameters import ColouredNoise, Constant, LogSweep, Recording, Signal, Sine, Steps
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.blame import place, theirs
 
 Sampler = Callable[[int, int], np.ndarray]
 """(start, stop) -> values at control periods start to stop, both included; called with rising, adjoining chunks."""
@@ -62,16 +63,24 @@ def sampler(source: Signal, rate_hz: float, seed: int, stream: int) -> Sampler |
 
 def _computed(source: Signal, rate_hz: float) -> Sampler:
     """Return the sampler of a signal that has a function of its own."""
-    what = f'{type(source).__name__}.force_n, kind "{source.kind}"'
+    what = f'signal "{source.kind}"'
+    where = place(type(source).force_n)
 
     def take(start: int, stop: int) -> np.ndarray:
         times = np.arange(start, stop + 1) / rate_hz
-        forces = np.asarray(source.force_n(times), dtype=float)
+        try:
+            forces = np.asarray(source.force_n(times), dtype=float)
+        except Exception as error:
+            raise theirs(what, type(source).force_n, error) from error
         if forces.shape != times.shape:
-            raise FrictionloopError(f"{what}: returned shape {forces.shape} for times of shape {times.shape}")
+            raise FrictionloopError(
+                f"{what}: {where}: force_n returned shape {forces.shape}; must be that of its times, {times.shape}"
+            )
         if not np.all(np.isfinite(forces)):
             wrong = int(np.flatnonzero(~np.isfinite(forces))[0])
-            raise FrictionloopError(f"{what}: returned {forces[wrong]} N at {times[wrong]:g} s; must be finite")
+            raise FrictionloopError(
+                f"{what}: {where}: force_n returned {forces[wrong]} at {times[wrong]:g} s; must be finite"
+            )
         return forces
 
     return take

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import sys
+from opcode import opmap
 from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
 from typing import Any
+
+EXTENDED_ARG, LOAD_GLOBAL = opmap["EXTENDED_ARG"], opmap["LOAD_GLOBAL"]
 
 
 def code_digest(*things: Any) -> str:
@@ -50,6 +54,10 @@ class _Walk:
             self.add(type(thing))  # of a named tuple also the order of its fields
             for each in sorted(thing, key=repr) if isinstance(thing, frozenset) else thing:
                 self.add(each)
+        elif dataclasses.is_dataclass(thing) and not isinstance(thing, type):
+            self.update(f"record {type(thing).__name__}")
+            for field in dataclasses.fields(thing):
+                self.add(getattr(thing, field.name))
         elif isinstance(thing, type):
             fields = getattr(thing, "_fields", ""), getattr(thing, "_field_defaults", "")
             self.update(f"class {thing.__name__} {fields}")
@@ -73,7 +81,8 @@ class _Walk:
                 self._code(each, function)
             elif each is not function.__doc__:
                 self.add(each)
-        self._named(function.__globals__, code.co_names)
+        space = function.__globals__
+        self._named({name: space[name] for name in _globals(code) if name in space}, code.co_names)
 
     def _named(self, space: dict[str, Any], names: tuple[str, ...], within: tuple[ModuleType, ...] = ()) -> None:
         """Add what names stand for; of a module also what is compiled, a number or a module under one of them."""
@@ -84,6 +93,14 @@ class _Walk:
                 if isinstance(thing, ModuleType) and thing not in within:
                     own = vars(thing)
                     self._named({each: own[each] for each in names if _counts(own.get(each))}, names, (*within, thing))
+
+
+def _globals(code: CodeType) -> tuple[str, ...]:
+    """Return the names that code takes from its module, without those of fields: ``gains.kp`` is no global ``kp``."""
+    operations, numbers = code.co_code[::2], code.co_code[1::2]
+    if EXTENDED_ARG in operations:  # more names than one byte can count, or long jumps: all that may be meant
+        return code.co_names
+    return tuple(code.co_names[k >> 1] for each, k in zip(operations, numbers, strict=True) if each == LOAD_GLOBAL)
 
 
 def _counts(thing: Any) -> bool:

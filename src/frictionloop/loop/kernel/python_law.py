@@ -11,6 +11,7 @@ from frictionloop.loop.kernel.law_tile import lift_lookup, lift_overdrive
 from frictionloop.loop.kernel.slab import ROW, Slab, law_rows, rows
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.quantities import trees
+from frictionloop.quantities.blame import theirs
 from frictionloop.sensing.measurement import Measurement
 
 _CALL = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64, ctypes.c_void_p)
@@ -32,6 +33,8 @@ class PythonLaw:
         try:
             for lane in range(self.slab.width):
                 self._lane(lane)
+        except Exception as error:
+            self.error = theirs(f'law "{self.law.kind}"', self.law.step, error)
         except BaseException as error:
             self.error = error
 

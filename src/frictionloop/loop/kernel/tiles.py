@@ -19,6 +19,7 @@ from numba.core.errors import NumbaError
 from frictionloop.loop.kernel.access import BY_TYPE
 from frictionloop.loop.kernel.shared import POINTER, at
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.blame import is_outside
 from frictionloop.quantities.compiled import compile_c
 from frictionloop.quantities.digest import code_digest
 
@@ -95,8 +96,10 @@ def _compile(body: Any, name: str) -> Any:
 
 def _complaint(text: str) -> str:
     """Return what the compiler says of somebody's code as one line: file, line and reason."""
-    ours = str(Path(__file__).parents[2])
-    places = [(file, line) for file, line in re.findall(r'File "([^"]+)", line (\d+)', text) if ours not in file]
+    told = re.findall(r'File "([^"]+)", line (\d+)| at (/[^\n]+) \((\d+)\)', text)
+    places = [(file or other, line or number) for file, line, other, number in told]
+    places = [(str(Path(file).resolve()), line) for file, line in places if is_outside(file)]
     said = [line.strip() for line in text.splitlines() if line.strip() and not line.startswith("Failed in nopython")]
     where = f"{places[-1][0]}, line {places[-1][1]}: " if places else ""
-    return f"{where}does not compile: {said[0] if said else 'no reason given'}"
+    reason = " ".join(said[: 2 if said[:1] and said[0].endswith(":") else 1])
+    return f"{where}does not compile: {reason}"

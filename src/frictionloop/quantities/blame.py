@@ -1,0 +1,32 @@
+"""Errors in code from outside, told as theirs: what failed, in which file and line, in one line."""
+
+from __future__ import annotations
+
+import traceback
+from pathlib import Path
+from typing import Any
+
+from frictionloop.quantities.units import FrictionloopError
+
+_OURS = str(Path(__file__).parents[1])
+
+
+def theirs(what: str, function: Any, error: BaseException) -> FrictionloopError:
+    """Return the error of somebody's function as one line with the file and line where it was raised."""
+    frames = [each for each in traceback.extract_tb(error.__traceback__) if is_outside(each.filename)]
+    where = f"{frames[-1].filename}, line {frames[-1].lineno}" if frames else place(function)
+    said = " ".join(str(error).split())
+    told = FrictionloopError(f"{what}: {where}: {type(error).__name__}{': ' * bool(said)}{said}")
+    told.__cause__ = error
+    return told
+
+
+def place(function: Any) -> str:
+    """Return file and line of a function, its text if it has none."""
+    code = getattr(getattr(function, "py_func", function), "__code__", None)
+    return f"{code.co_filename}, line {code.co_firstlineno}" if code else f"{function!r:.60}"
+
+
+def is_outside(file: str) -> bool:
+    """Tell whether a file is neither of this package nor of a library."""
+    return _OURS not in str(Path(file).resolve()) and "site-packages" not in file and not file.startswith("<frozen")
