@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any
 
 from llvmlite.binding import get_host_cpu_name
@@ -28,7 +27,7 @@ class DigestCache(FunctionCache):
         return (sig, codegen.magic_tuple())
 
 
-def compile_c(signature: Any, function: Any, name: str, also: Iterable[Any] = ()) -> Any:
+def compile_c(signature: Any, function: Any, name: str) -> Any:
     """Return the C function of a Python function: ``.address``, ``.ctypes``; from the disk if it is there.
 
     Parameters
@@ -39,10 +38,8 @@ def compile_c(signature: Any, function: Any, name: str, also: Iterable[Any] = ()
         What to compile, with the functions that it calls.
     name
         What its file is called, besides the digest.
-    also
-        What else decides the code, such as implementations that the compiler finds by type.
     """
-    digest = code_digest(function, tuple(also))
+    digest = code_digest(function)
     # Functions from the disk that have one name would be one function to the linker.
     function.__qualname__ = f"{name}_{digest}".replace("-", "_")
     compiled: Any = CFunc(function, (signature.args, signature.return_type), {}, {"error_model": "numpy"})

@@ -6,7 +6,7 @@ from typing import Any
 
 from llvmlite import ir
 from numba import types
-from numba.extending import intrinsic, overload
+from numba.extending import intrinsic
 
 
 @intrinsic
@@ -59,54 +59,54 @@ def call_tile(_context: Any, address: Any, slab: Any, k: Any, at: Any, shared: A
     return types.void(types.int64, slab, types.int64, types.int64, shared), generate
 
 
-def load(slab: Any, lane: int, width: int, row_numbers: Any) -> Any:
-    """Return the values of some rows for one lane, in the shape of the row numbers (compiled code only).
+@intrinsic
+def load(_context: Any, slab: Any, lane: Any, width: Any, row_numbers: Any) -> Any:
+    """Return the values of some rows for one lane, in the shape of the row numbers.
 
-    Row numbers are a tuple or a named tuple, which may hold others.
+    Row numbers are a number, a tuple or a named tuple, which may hold others.
     """
-    raise NotImplementedError
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        def values(kind: Any, numbers: Any) -> Any:
+            if isinstance(kind, types.Integer):
+                return builder.load(_cell(builder, args, numbers))
+            parts = [values(each, builder.extract_value(numbers, i)) for i, each in enumerate(kind.types)]
+            return context.make_tuple(builder, _shape(kind), parts)
+
+        return values(signature.args[3], args[3])
+
+    return _shape(row_numbers)(slab, types.intp, types.intp, row_numbers), generate
 
 
-def store(slab: Any, lane: int, width: int, row_numbers: Any, values: Any) -> None:
-    """Set some rows for one lane from values of the same shape (compiled code only)."""
-    raise NotImplementedError
+@intrinsic
+def store(_context: Any, slab: Any, lane: Any, width: Any, row_numbers: Any, given: Any) -> Any:
+    """Set some rows for one lane from values of the same shape."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        def put(kind: Any, numbers: Any, of: Any, value: Any) -> None:
+            if isinstance(kind, types.Integer):
+                number = context.cast(builder, value, of, types.float64)
+                builder.store(number, _cell(builder, args, numbers))
+                return
+            for i, (each, part) in enumerate(zip(kind.types, of.types, strict=True)):
+                put(each, builder.extract_value(numbers, i), part, builder.extract_value(value, i))
+
+        put(signature.args[3], args[3], signature.args[4], args[4])
+        return context.get_dummy_value()
+
+    return types.void(slab, types.intp, types.intp, row_numbers, given), generate
 
 
-@overload(load)
-def _load(slab, lane, width, row_numbers):  # type: ignore[no-untyped-def]
-    if isinstance(row_numbers, types.Integer):
-        return lambda slab, lane, width, row_numbers: peek(slab, row_numbers * width + lane)
-    if isinstance(row_numbers, types.BaseNamedTuple):
-        shape, whole = row_numbers.instance_class, len(row_numbers)
-        return lambda slab, lane, width, row_numbers: shape(*load(slab, lane, width, row_numbers[:whole]))
-    if len(row_numbers) == 0:
-        return lambda slab, lane, width, row_numbers: ()
-    if len(row_numbers) == 1:
-        return lambda slab, lane, width, row_numbers: (load(slab, lane, width, row_numbers[0]),)
-    half = len(row_numbers) // 2  # one by one, compiling a law of many gains would run out of Python's stack
-
-    def load_halves(slab, lane, width, row_numbers):  # type: ignore[no-untyped-def]
-        return (*load(slab, lane, width, row_numbers[:half]), *load(slab, lane, width, row_numbers[half:]))
-
-    return load_halves
+def _cell(builder: Any, args: Any, row: Any) -> Any:
+    """Return the address of a row's value in a lane."""
+    data, lane, width = args[:3]
+    index = builder.add(builder.mul(row, width, flags=["nsw"]), lane, flags=["nsw"])
+    return builder.gep(data, [index], inbounds=True)
 
 
-@overload(store)
-def _store(slab, lane, width, row_numbers, values):  # type: ignore[no-untyped-def]
-    if isinstance(row_numbers, types.Integer):
-        return lambda slab, lane, width, row_numbers, values: poke(slab, row_numbers * width + lane, float(values))
-    if len(row_numbers) == 0:
-        return lambda slab, lane, width, row_numbers, values: None
-    if len(row_numbers) == 1:
-        return lambda slab, lane, width, row_numbers, values: store(slab, lane, width, row_numbers[0], values[0])
-    half = len(row_numbers) // 2
-
-    def store_halves(slab, lane, width, row_numbers, values):  # type: ignore[no-untyped-def]
-        store(slab, lane, width, row_numbers[:half], values[:half])
-        store(slab, lane, width, row_numbers[half:], values[half:])
-
-    return store_halves
-
-
-BY_TYPE = (_load, _store)
-"""Implementations that the compiler finds by type, so that no function names them."""
+def _shape(kind: Any) -> Any:
+    """Return the type of the values of row numbers."""
+    if isinstance(kind, types.Integer):
+        return types.float64
+    inner = [_shape(each) for each in kind.types]
+    return types.BaseTuple.from_types(inner, getattr(kind, "instance_class", None))

@@ -16,7 +16,6 @@ from typing import Any, NamedTuple
 from numba import njit, types
 from numba.core.errors import NumbaError
 
-from frictionloop.loop.kernel.access import BY_TYPE
 from frictionloop.loop.kernel.shared import POINTER, at
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.blame import is_outside
@@ -89,7 +88,7 @@ def _compile(body: Any, name: str) -> Any:
         body(s, o.lanes, k, place, o)
 
     try:
-        return compile_c(TILE, entry, name, also=BY_TYPE)
+        return compile_c(TILE, entry, name)
     except NumbaError as error:
         raise FrictionloopError(f"{name}: {_complaint(str(error))}") from None
 
