@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from frictionloop.parameters import Model
-from frictionloop.quantities import trees
+from frictionloop.quantities import FrictionloopError, trees
 
 
 class Clamp(NamedTuple):
@@ -25,7 +25,20 @@ class ForceCommand(NamedTuple):
 
 
 def clamp_of(model: Model) -> Clamp:
-    """Return g(a_max) and f0 of a controller's model."""
+    """Return g(a_max) and f0 of a controller's model, the clamp of its force command.
+
+    Parameters
+    ----------
+    model
+        ``controller.model``.
+
+    Raises
+    ------
+    FrictionloopError
+        For what is no model, such as the controller itself.
+    """
+    if not isinstance(model, Model):
+        raise FrictionloopError(f"model = {model!r:.60}: must be a fl.Model, such as controller.model")
     return Clamp(model.floor_n, model.nominal_n)
 
 

@@ -9,6 +9,8 @@ Coefficients: Chebyshev interpolation at 40 digits (mpmath.chebyfit). Errors sta
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from types import FunctionType
 from typing import Any
 
 from llvmlite import ir
@@ -16,8 +18,27 @@ from numba import njit, types
 from numba.core.dispatcher import Dispatcher
 from numba.extending import intrinsic
 
-step = njit(error_model="numpy", forceinline=True, no_cfunc_wrapper=True)
-"""Compile a scalar step function; division by zero gives inf as in NumPy, which keeps loops branch-free."""
+from frictionloop.quantities.units import FrictionloopError
+
+_compiled = njit(error_model="numpy", forceinline=True, no_cfunc_wrapper=True)
+
+
+def step(function: Callable[..., Any]) -> Any:
+    """Compile a scalar step function, as a decorator; division by zero gives inf as in NumPy.
+
+    Parameters
+    ----------
+    function
+        Computes with numbers and named tuples of numbers alone, and raises nothing.
+
+    Raises
+    ------
+    FrictionloopError
+        For what is no Python function.
+    """
+    if not isinstance(function, FunctionType):
+        raise FrictionloopError(f"{function!r:.60}: fl.step compiles a Python function")
+    return _compiled(function)
 
 
 def is_compiled(function: Any) -> bool:
