@@ -92,7 +92,7 @@ def forget() -> None:
     for table, what in ((LAWS, "law"), (VIBRATIONS, "friction"), (METRICS, "metric")):
         for each, name in _registered:
             if each == what:
-                del table[name]  # type: ignore[attr-defined]
+                del table[name]
     _registered.clear()
 
 
