@@ -185,7 +185,7 @@ def test_code_that_moved_to_another_module_runs_although_the_disk_has_it_from_th
     for name in ("first_home_of_a_metric", "second_home_of_a_metric"):
         (tmp_path / f"{name}.py").write_text(MODULE, encoding="utf-8")
         fl.register(importlib.import_module(name).METRIC)
-        values.append(float(fl.sweep(BENCH, {"controller.kp": [0.06]}, 0.2, metrics=["total"]).total))
+        values.append(fl.sweep(BENCH, {"controller.kp": [0.06]}, 0.2, metrics=["total"]).total.item())
         del sys.modules[name]
         (tmp_path / f"{name}.py").unlink()
     assert values[0] == values[1] > 0.0
