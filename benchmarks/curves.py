@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import tempfile
@@ -137,6 +138,21 @@ def start_up(patience_s: float, told: Told) -> list[Contender]:
         run = partial(subprocess.run, cwd=folder, capture_output=True, check=True)
         calls = [Contender(name, partial(run, command), 5) for name, command in ours.commands().items()]
         return side_by_side(calls, patience_s, told)
+
+
+def cold(patience_s: float, told: Told) -> list[Contender]:
+    """The first run of a preset after installation: whole processes with an empty cache of compiled code."""
+    if not ours.version():
+        return []
+
+    def first(command: list[str]) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            environment = os.environ | {"NUMBA_CACHE_DIR": folder}
+            subprocess.run(command, cwd=folder, env=environment, capture_output=True, check=True)
+
+    run = [sys.executable, "-m", "frictionloop", "simulate", "--duration-s", "1", "--preset"]
+    calls = [Contender(f"simulate --preset {name}", partial(first, [*run, name]), 3) for name in ("paper", "bench")]
+    return side_by_side(calls, patience_s, told)
 
 
 def draw(curves: dict[str, Any], path: Path) -> None:

@@ -2,7 +2,7 @@
 
     python benchmarks/run.py                    every table and curve (about ten minutes)
     python benchmarks/run.py --quick            fewer repeats, slow contenders cut short
-    python benchmarks/run.py --only grid        one section: one, grid, bench, start-up or curves
+    python benchmarks/run.py --only grid        one section: one, grid, bench, start-up, cold or curves
     python benchmarks/run.py --docs             also draw docs/_static/benchmarks.svg
 
 Contenders take turns, and the shortest of several repeats counts. Results go to latest.json and latest.md in
@@ -29,7 +29,7 @@ from build import Reference
 from timing import Contender, commit_date, cores, machine, side_by_side
 
 HERE = Path(__file__).parent
-SECTIONS = ("one", "grid", "bench", "start-up", "curves")
+SECTIONS = ("one", "grid", "bench", "start-up", "cold", "curves")
 
 
 def arguments() -> argparse.Namespace:
@@ -88,6 +88,8 @@ def measure(options: argparse.Namespace, console: Console) -> dict[str, Any]:
                 sections[name] = rows(side_by_side(timed, options.patience_s, tell), {}, lanes)
         if "start-up" in wanted:
             sections["start-up"] = rows(curves.start_up(options.patience_s, tell), {}, 1)
+        if "cold" in wanted:
+            sections["cold"] = rows(curves.cold(options.patience_s, tell), {}, 1)
         if "curves" in wanted:
             result["curves"] = curves.measure(c, options.patience_s, tell)
     best = {name: {row["name"]: row["seconds"] for row in section} for name, section in sections.items()}

@@ -18,6 +18,7 @@ TITLES = {
     "bench": "The bench block by block: 256 lanes with seeds of their own, 10 s each, metrics only",
     "population": "A population on the bench: 10 s each, three metrics",
     "start-up": "Fresh process, warm cache",
+    "cold": "Fresh process, empty cache",
 }
 NOTES = (
     "Contenders take turns; the shortest round counts. Spread: median of the rounds over the shortest, minus one.",
@@ -44,7 +45,7 @@ def times(ratio: float) -> str:
 
 def tables(result: dict[str, Any]) -> Iterator[Cells]:
     for name, rows in result["sections"].items():
-        if rows and name == "start-up":
+        if rows and name in ("start-up", "cold"):
             yield (
                 TITLES[name],
                 ["", "time", "spread"],

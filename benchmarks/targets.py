@@ -38,6 +38,8 @@ def of(best: dict[str, dict[str, float]], threads: int) -> Iterator[Target]:
     for name, seconds in best.get("bench", {}).items():
         if name == "+ jitter, lost ticks":
             yield Target("the bench with all blocks, million periods/s", 256 * 0.05 / seconds, 10.0, at_least=True)
+    for command, seconds in best.get("cold", {}).items():
+        yield Target(f"{command}, empty cache", seconds, 6.0 if command.endswith("paper") else 15.0, unit="s")
     for command, seconds in best.get("start-up", {}).items():
         yield Target(f"{command}, fresh process", seconds, 0.5 if command.endswith("--help") else 2.0, unit="s")
 

@@ -9,10 +9,15 @@ from __future__ import annotations
 import contextlib
 import tempfile
 from pathlib import Path
+from textwrap import wrap
 
 from page import command
 
 TARGET = Path(__file__).parents[1] / "_static" / "device-transcript.txt"
+WIDTH = 86
+"""Characters of a line that fits the page, less those that say that it goes on."""
+GLUE = "\xa0"
+"""Where a line is not broken."""
 SESSION = (
     ("device info sim:", 0),
     ("device set sim: drive.ceiling_um=2 setpoint.hold_n=0.5", 0),
@@ -28,7 +33,13 @@ SESSION = (
 def transcript() -> str:
     """Return the session: commands, and what each prints."""
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
-        return "\n".join(f"$ frictionloop {words}\n{command(words, ends=ends)}" for words, ends in SESSION)
+        return "\n".join(f"{_typed(words)}\n{command(words, ends=ends)}" for words, ends in SESSION)
+
+
+def _typed(words: str) -> str:
+    """Return a command as one types it, an option with its value on a line where it is long."""
+    glued = f"$ frictionloop {words}".replace(" ", GLUE).replace(f"{GLUE}--", " --")
+    return " \\\n".join(wrap(glued, WIDTH, subsequent_indent="    ", break_on_hyphens=False)).replace(GLUE, " ")
 
 
 if __name__ == "__main__":

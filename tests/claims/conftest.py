@@ -5,12 +5,12 @@ from __future__ import annotations
 import pytest
 
 from frictionloop.report.claims import all_claims
-from frictionloop.report.results import compute
+from frictionloop.report.results import Results
 
 
 @pytest.fixture(scope="session")
 def results():
-    return compute()
+    return Results()
 
 
 @pytest.fixture(scope="session")

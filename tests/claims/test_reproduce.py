@@ -50,7 +50,7 @@ def folder(results, tmp_path_factory):
     """Reproduce into a folder, with the results that the other tests use too."""
     target = tmp_path_factory.mktemp("report")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(build, "compute", lambda advance: results)
+        patch.setattr(build, "Results", lambda advance: results)
         build.reproduce(target, progress=False)
     return target
 

@@ -31,7 +31,7 @@ DIMENSIONLESS = {
 
 
 def test_the_list_of_blocks_is_whole():
-    assert len(BLOCKS) == 30
+    assert len(BLOCKS) == 31
     assert {fl.Recording, fl.PiController, fl.LowpassPlate, fl.Strokes, fl.Skin} < set(BLOCKS)
 
 
@@ -56,7 +56,7 @@ def test_every_block_is_documented(block):
      fl.FingerFriction(), fl.ResonantPlate(), fl.SuspendedSensor(), fl.RigidFinger(), fl.Skin(), fl.Sliding(),
      fl.Strokes(), fl.Touch(), fl.PositionSensor(), fl.LoadCells(), fl.Board(), fl.LookupController(),
      fl.NotchPiController(), fl.FilteredPiController(sections=((1.0, 0.0, 0.0, 0.0, 0.0),)), fl.ObserverController(),
-     fl.SuperTwistingController()],
+     fl.SuperTwistingController(), fl.Samples(values_n=(0.0, 1.0), rate_hz=1.0)],
     ids=lambda block: type(block).__name__,
 )  # fmt: skip
 def test_every_block_is_a_frozen_hashable_value(block):

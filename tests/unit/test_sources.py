@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionloop as fl
-from frictionloop.physics.sources import evaluate, longest_s, sampler
+from frictionloop.physics.sources import evaluate, sampler
 
 RATE_HZ = 5000.0
 T = np.arange(1000) / RATE_HZ
@@ -119,5 +119,5 @@ def test_adjoining_chunks_share_their_common_sample(source, sizes, seed):
 def test_formulas_need_no_sampler():
     for source in (fl.Constant(), fl.Sine(), fl.LogSweep()):
         assert sampler(source, RATE_HZ, 0, 1) is None
-    assert longest_s(fl.LogSweep(sweep_s=3.0)) == 3.0
-    assert longest_s(fl.Sine()) == math.inf
+    assert fl.LogSweep(sweep_s=3.0).longest_s == 3.0
+    assert fl.Sine().longest_s == math.inf

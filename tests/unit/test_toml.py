@@ -52,7 +52,7 @@ SOURCES = {
         frequencies, offset_n=number, rms_n=positive | st.just(0.0), exponent=st.floats(0, 2),
     ),
     "recording": windows(),
-    "samples": st.builds(fl.Samples, values_n=st.lists(number, min_size=2, max_size=5), rate_hz=positive),
+    "samples": st.builds(fl.Samples, values_n=st.lists(number, min_size=2, max_size=9), rate_hz=positive),
 }  # fmt: skip
 model = st.builds(
     fl.Model, nominal_n=positive, susceptibility_per_um2=st.floats(0.01, 10), max_amplitude_um=st.floats(0.1, 5),

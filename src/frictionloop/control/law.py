@@ -25,20 +25,20 @@ class ForceCommand(NamedTuple):
 
 
 def clamp_of(model: Model) -> Clamp:
-    """Return g(a_max) and f0 of a controller's model, the clamp of its force command.
+    """Return g(a_max) and f0, the last two gains of every law.
 
     Parameters
     ----------
     model
-        ``controller.model``.
+        A controller's ``model``.
 
     Raises
     ------
     FrictionloopError
-        For what is no model, such as the controller itself.
+        For what is no model.
     """
     if not isinstance(model, Model):
-        raise FrictionloopError(f"model = {model!r:.60}: must be a fl.Model, such as controller.model")
+        raise FrictionloopError(f"model = {model!r:.60}: must be a controller's model, such as controller.model")
     return Clamp(model.floor_n, model.nominal_n)
 
 

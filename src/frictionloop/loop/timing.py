@@ -44,9 +44,12 @@ def periods_in(system: System, duration_s: float) -> int:
             f"at controller.rate_hz = {rate:g} Hz; nearest: {near!r} s"
         )
     for name in ("setpoint", "disturbance"):
-        longest = getattr(system, name).longest_s
+        source = getattr(system, name)
+        longest, field = source.longest_s, "sweep_s" if source.kind == "log_sweep" else "longest_s"
         if duration_s > longest * (1 + 1e-12):
-            raise FrictionloopError(f"duration_s = {duration_s:g} s runs past the end of the {name}, {longest:g} s")
+            raise FrictionloopError(
+                f"duration_s = {duration_s:g} s runs past the end of {name}.{field} = {longest:g} s"
+            )
     return periods
 
 

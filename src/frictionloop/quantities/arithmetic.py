@@ -9,7 +9,6 @@ Coefficients: Chebyshev interpolation at 40 digits (mpmath.chebyfit). Errors sta
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from types import FunctionType
 from typing import Any
 
@@ -20,16 +19,16 @@ from numba.extending import intrinsic
 
 from frictionloop.quantities.units import FrictionloopError
 
-_compiled = njit(error_model="numpy", forceinline=True, no_cfunc_wrapper=True)
 
+def step(function: Any) -> Any:
+    """Compile a scalar step, a function of numbers and named tuples of numbers; a decorator.
 
-def step(function: Callable[..., Any]) -> Any:
-    """Compile a scalar step function, as a decorator; division by zero gives inf as in NumPy.
+    Division by zero gives inf as in NumPy, which keeps loops branch-free.
 
     Parameters
     ----------
     function
-        Computes with numbers and named tuples of numbers alone, and raises nothing.
+        What to compile, at its first call (Numba: numbers, tuples, `math`, and other steps).
 
     Raises
     ------
@@ -37,8 +36,8 @@ def step(function: Callable[..., Any]) -> Any:
         For what is no Python function.
     """
     if not isinstance(function, FunctionType):
-        raise FrictionloopError(f"{function!r:.60}: fl.step compiles a Python function")
-    return _compiled(function)
+        raise FrictionloopError(f"step: {function!r:.60} is no Python function; use it as a decorator, @fl.step")
+    return njit(error_model="numpy", forceinline=True, no_cfunc_wrapper=True)(function)
 
 
 def is_compiled(function: Any) -> bool:

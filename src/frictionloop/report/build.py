@@ -12,7 +12,7 @@ from frictionloop.quantities import FrictionloopError, replacing
 from frictionloop.report.claims import Claim, all_claims
 from frictionloop.report.figures import drawings
 from frictionloop.report.page import provenance, render
-from frictionloop.report.results import Results, compute, parts
+from frictionloop.report.results import Results, parts
 from frictionloop.report.style import inline, svg
 
 SCHEMA = 1
@@ -44,8 +44,10 @@ def reproduce(folder: str | os.PathLike[str] = "report", *, progress: bool | Non
     target = Path(folder)
     _prepare(target)
     with progress_bar("report", len(list(parts())) + FIGURES + 1, progress) as advance:
-        results = compute(advance)
-        figures = _draw(results, target / "figures", advance)
+        results = Results(advance)
+        # A figure stands in the folder as soon as what it shows is computed.
+        with results.ahead():
+            figures = _draw(results, target / "figures", advance)
         claims = all_claims(results)
         advance()
     _write(target / "claims.json", claims_json(claims, results))

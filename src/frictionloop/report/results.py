@@ -1,10 +1,12 @@
-"""Everything the figures and claims are made of, computed once."""
+"""Everything the figures and claims are made of."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from functools import partial
+from threading import Event, RLock
 from typing import Any
 
 import xarray as xr
@@ -14,11 +16,12 @@ from frictionloop.report import beyond, calibration, device, gains, noise, peopl
 from frictionloop.report.trials import sliding_trials
 
 
-@dataclass(frozen=True)
 class Results:
-    """The data of the report; a dictionary is keyed by the names of ``systems.compared()``."""
+    """The data of the report, each field computed when it is first asked for, once.
 
-    systems: dict[str, System]
+    A dictionary is keyed by the names of ``systems.compared()``.
+    """
+
     population: xr.Dataset
     maps: dict[str, xr.Dataset]
     over_kp: dict[str, xr.Dataset]
@@ -42,6 +45,51 @@ class Results:
     """rms of the error at a constant set-point by controller and by what is taken away, N."""
     beyond: beyond.Beyond
     """Control laws compared on fingers that none of them was tuned on, from the stored study."""
+
+    def __init__(self, advance: Callable[[], None] = lambda: None) -> None:
+        self.systems: dict[str, System] = systems.compared()
+        self._parts, self._advance, self._computing = list(parts()), advance, RLock()
+
+    def __getattr__(self, field: str) -> Any:
+        """Compute a field, calling ``advance`` after each of its parts."""
+        if field.startswith("_"):
+            raise AttributeError(field)
+        with self._computing:
+            return self.__dict__[field] if field in self.__dict__ else self._compute(field)
+
+    @contextmanager
+    def ahead(self) -> Iterator[None]:
+        """Compute all fields in a thread of their own while the caller does something else with the first."""
+        stop = Event()
+
+        def compute() -> None:
+            for name, _ in self._parts:
+                if stop.is_set():
+                    return
+                getattr(self, name.partition(".")[0])
+
+        with ThreadPoolExecutor(1) as pool:
+            computing = pool.submit(compute)
+            try:
+                yield
+                computing.result()
+            finally:
+                stop.set()
+
+    def _compute(self, field: str) -> Any:
+        own = [(name, work) for name, work in self._parts if name.partition(".")[0] == field]
+        if not own:
+            raise AttributeError(field)
+        found: Any = {}
+        for name, work in own:
+            key, value = name.partition(".")[2], work()
+            if key:
+                found[key] = value
+            else:
+                found = value
+            self._advance()
+        setattr(self, field, found)
+        return found
 
 
 def variants() -> dict[str, dict[str, float]]:
@@ -93,17 +141,3 @@ def bench_parts() -> Iterator[Part]:
         yield f"fluctuations.{name}", partial(people.fluctuations, finger, overrides, taken)
     for name in (device.OPEN, device.PRINTED, device.RETUNED_GAINS):
         yield f"people.{name}", partial(people.population, name)
-
-
-def compute(advance: Callable[[], None] = lambda: None) -> Results:
-    """Return the results, calling ``advance`` after each part."""
-    fields: dict[str, Any] = {"systems": systems.compared()}
-    for name, work in parts():
-        field, dot, key = name.partition(".")
-        value = work()
-        if dot:
-            fields.setdefault(field, {})[key] = value
-        else:
-            fields[field] = value
-        advance()
-    return Results(**fields)
