@@ -58,7 +58,7 @@ class Page:
         refused = code.rstrip().endswith(REFUSED)
         try:
             with contextlib.redirect_stdout(printed):
-                exec(compile(code, "<block>", "exec"), self.names)
+                exec(compile(code, "<block>", "exec", dont_inherit=True), self.names)
             if refused:
                 raise AssertionError(f"nothing was refused in\n{code}")
         except FrictionloopError as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import subprocess
 import sys
 import textwrap
@@ -166,6 +167,30 @@ def test_a_law_in_plain_python_gives_what_it_gives_compiled():
     xr.testing.assert_allclose(compiled, plain, rtol=1e-12)
 
 
+MODULE = """
+import frictionloop as fl
+from typing import NamedTuple
+class Total(NamedTuple):
+    force: float
+@fl.step
+def total(state, sample, dt):
+    return Total(state.force + dt * sample.u)
+METRIC = fl.StreamingMetric("total", total, Total, lambda state, count: state.force)
+"""
+
+
+def test_code_that_moved_to_another_module_runs_although_the_disk_has_it_from_the_first(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    values = []
+    for name in ("first_home_of_a_metric", "second_home_of_a_metric"):
+        (tmp_path / f"{name}.py").write_text(MODULE, encoding="utf-8")
+        fl.register(importlib.import_module(name).METRIC)
+        values.append(fl.sweep(BENCH, {"controller.kp": [0.06]}, 0.2, metrics=["total"]).total.item())
+        del sys.modules[name]
+        (tmp_path / f"{name}.py").unlink()
+    assert values[0] == values[1] > 0.0
+
+
 def test_a_comparison_takes_a_law_from_outside_by_its_kind(own):
     from frictionloop.design.comparison import compare
 
@@ -257,7 +282,7 @@ def mine(state, measured, setpoint_n, gains, dt):
     e = measured.valid * (setpoint_n - measured.force)
     v = gains.kp * e + state.integral
     u = min(max(v, gains.low), gains.high)
-    return State(state.integral + (gains.ki * dt * e if u == v else 0.0)), fl.ForceCommand(u, 1.0 if u != v else 0.0)
+    return State(state.integral + gains.ki * dt * e), fl.ForceCommand(u, 1.0 if u != v else 0.0)
 fl.register(fl.Law("mine", mine, State, Gains), Mine)
 class Ramp(fl.Signal):
     kind: Literal["ramp"] = "ramp"

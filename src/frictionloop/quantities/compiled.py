@@ -23,6 +23,13 @@ class DigestCache(FunctionCache):
         super().__init__(function)
         self._cache_file = IndexDataCacheFile(self._cache_path, f"{name}-{digest}-{get_host_cpu_name()}", ())
 
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return what the disk has, None where it was compiled from somebody's module that is not here any more."""
+        try:
+            return super().load_overload(sig, target_context)
+        except ImportError:
+            return None
+
     def _index_key(self, sig: Any, codegen: Any) -> Any:
         return (sig, codegen.magic_tuple())
 

@@ -24,9 +24,6 @@ STRUCTURAL = (
     "jitter_s",
     "lost_ticks",
     "open_until_s",
-    "plate.cutoff_hz",
-    "plate.frequency_hz",
-    "plate.q",
     "contact",
 )
 """Last words of the paths whose values decide which systems can share a tile."""
