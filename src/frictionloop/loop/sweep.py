@@ -174,7 +174,7 @@ def _run(
         if wrong.size:
             law, override = systems[wrong[0]].controller.kind, points[wrong[0]][0]
             raise FrictionloopError(f'law "{law}": its force command is not a number with {override}')
-        sums = sums_of(tile, len(lanes), periods - score_from)
+        sums = sums_of(tile, len(lanes))
         values = {name: each.of(sums) for name, each in zip(names, metrics, strict=True) if isinstance(each, Metric)}
         values |= streamed(tile, streaming, sums.count)
     of_runs = {name: each for name, each in zip(names, metrics, strict=True) if isinstance(each, RunMetric)}

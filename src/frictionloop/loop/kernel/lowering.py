@@ -182,12 +182,12 @@ def _lower_law(slab: Slab, controllers: Sequence[Any]) -> None:
     slab.rows(flat(state_rows))[:] = column(controllers, lambda c: flat(law.start_for(c)))
 
 
-def sums_of(tile: Tile, lanes: int, periods: int) -> Sums:
-    """Return the sums of a tile's first lanes after a run in which so many periods may have counted."""
+def sums_of(tile: Tile, lanes: int) -> Sums:
+    """Return the sums of a tile's first lanes after a run."""
     view = tile.slab.view
     *rows, scored = view("sums")[:, :lanes]
     # Where nothing is scored nothing can be said: NaN, which passes through the formulas without a warning.
-    count = np.where(scored > 0, scored, np.nan) if tile.kernel == "substeps" else np.full(lanes, float(periods))
+    count = np.where(scored > 0, scored, np.nan)
     more = (view("percept")[1, :lanes], *view("step_sums")[:, :lanes], tile.shared.dt, view("shift")[0, :lanes])
     return Sums._make([*rows, count, *more])
 

@@ -9,7 +9,6 @@ from frictionloop.loop.kernel.access import doubles, peek, poke
 from frictionloop.loop.kernel.advance import run_program
 from frictionloop.loop.kernel.law_tile import lift_law
 from frictionloop.loop.kernel.plant_tile import build_plant
-from frictionloop.loop.kernel.score_tile import lift_scores
 from frictionloop.loop.kernel.slab import ROW
 from frictionloop.loop.kernel.tiles import Lifting, lifting
 from frictionloop.loop.kernel.traces import build_record, lift_delay, lift_spread
@@ -22,7 +21,7 @@ def build_paper(blockwise: Lifting) -> Any:
     width, compiled, count = lift
     pi, limits = lift_law(lift, LAWS["pi"])
     apply_late, plant, spread = lift_delay(lift), build_plant(lift), lift_spread(lift)
-    scores, record = lift_scores(lift), build_record(lift, "quadrature")
+    record = build_record(lift, "quadrature")
     command, applied, driven = ROW["command"], ROW["applied"], ROW["driven"]
     setpoint, disturbance, normal = ROW["setpoint"], ROW["disturbance"], ROW["normal"]
     force, friction = ROW["measurement"], ROW["friction"]
@@ -43,8 +42,6 @@ def build_paper(blockwise: Lifting) -> Any:
             limits(s, n)
         if o.external == 0:
             pi(s, n, o.dt, doubles(o.table), o.table_size)
-        if k >= o.score_from:
-            scores(s, n, o.groups)
         run_program(s, k, at, o.extras, o.extras_count, o)
         if o.trace_size > 0:
             record(s, n, k, at, o)

@@ -19,7 +19,7 @@ from frictionloop.loop.kernel.noise_tile import build_draws
 from frictionloop.loop.kernel.oracle_tile import build_oracle
 from frictionloop.loop.kernel.paper_tile import build_paper
 from frictionloop.loop.kernel.python_law import PythonLaw, build_lookup
-from frictionloop.loop.kernel.score_tile import PERCEPTION, STEPS, build_scores
+from frictionloop.loop.kernel.score_tile import BOUND, IDENTITY, PERCEPTION, REGRESSION, SATURATION, STEPS, build_scores
 from frictionloop.loop.kernel.shared import Shared
 from frictionloop.loop.kernel.signals import FORMULAS, build_formula, build_samples
 from frictionloop.loop.kernel.slab import Slab
@@ -44,14 +44,10 @@ def set_programs(
     streaming: Sequence[StreamingMetric],
 ) -> None:
     """Let a record run the tiles of a system's loop, compiled or from the disk."""
-    of = partial(_tile, slab.width)
-    groups = shared.groups
-    felt = [of(build_felt)] if groups & PERCEPTION else []
-    steps = [of(build_steps)] if groups & STEPS else []
-    steps += [of(build_metric, *each) for each in zip(streaming, first_rows(streaming), strict=False)]
+    of, scored = partial(_tile, slab.width), partial(_scored, shared.groups, streaming)
     if kernel_of(system) == "quadrature":
         shared.program("blocks", [*_blocks(of, setpoint, disturbance, driven=True), of(build_draws, "normals")])
-        shared.program("extras", [*felt, *steps])
+        shared.program("extras", scored(of))
         shared.set(whole=of(build_paper))
         return
     drawn = [name for name, used in (("normals", True), ("draws", moves(system)), ("timing", shared.irregular)) if used]
@@ -59,13 +55,22 @@ def set_programs(
     shared.program("blocks", [*blocks, *(of(build_draws, buffer) for buffer in drawn)])
     plant = contact_of(system), vibration_of(system.friction), moves(system)
     sense, move = of(build_sense, *plant), of(build_move, *plant)
-    record = [of(build_record, "substeps")] if shared.trace_size else []
-    scored = [of(build_scores), *felt, *steps, *record]
+    told = [*scored(of), *([of(build_record, "substeps")] if shared.trace_size else [])]
     if shared.external:
         shared.program("obeys", [move])
-        shared.program("ticks", [sense, *scored])
+        shared.program("ticks", [sense, *told])
     else:
-        shared.program("ticks", [sense, *_decides(of, shared, slab, system, plant[:2]), *scored, move])
+        shared.program("ticks", [sense, *_decides(of, shared, slab, system, plant[:2]), *told, move])
+
+
+def _scored(groups: int, streaming: Sequence[StreamingMetric], of: Any) -> list[int]:
+    """Return the tiles of the metrics asked for; all need to know how many periods count."""
+    asked = groups | IDENTITY if groups or streaming else 0
+    tiles = [of(build_scores, group) for group in (IDENTITY, SATURATION, REGRESSION, BOUND) if asked & group]
+    felt = [of(build_felt)] if asked & PERCEPTION else []
+    steps = [of(build_steps)] if asked & STEPS else []
+    outside = [of(build_metric, *each) for each in zip(streaming, first_rows(streaming), strict=False)]
+    return [*tiles, *felt, *steps, *outside]
 
 
 def _tile(width: int, build: Any, *of: Any) -> int:

@@ -1,70 +1,84 @@
-"""The tile of streaming metrics: sums over the scored periods, so that memory does not grow with duration."""
+"""The tiles of streaming metrics: sums over the scored periods, so that memory does not grow with duration.
+
+`loop.formulas` turns them into numbers. Only periods whose ``scored`` row is 1 count.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
-from frictionloop.loop.kernel.access import peek, poke
-from frictionloop.loop.kernel.slab import ROW
+from frictionloop.loop.kernel.lift import lift
+from frictionloop.loop.kernel.slab import ROW, rows
 from frictionloop.loop.kernel.tiles import Lifting
-from frictionloop.quantities.arithmetic import fma
+from frictionloop.quantities.arithmetic import fma, step
 
 IDENTITY, SATURATION, REGRESSION, BOUND, PERCEPTION, STEPS = 1, 2, 4, 8, 16, 32
 """Groups of streaming sums a run may ask for, as bits."""
 
 
-def build_scores(lifting: Lifting) -> Any:
-    """Return the tile that sums over the scored periods of a bench."""
-    scores = lift_scores(lifting, masked=True)
+class ScoreRows(NamedTuple):
+    """Rows of the sums, in the order of the first fields of `loop.formulas.Sums`."""
+
+    error2: int
+    r: int
+    r2: int
+    saturated: int
+    f: int
+    f2: int
+    fr: int
+    shortfall2: int
+    periods: int
+
+
+@step
+def identity_step(error2, r_sum, r2, count, f_r, g, d, shift, scored):  # type: ignore[no-untyped-def]
+    """Squares of the error f_a - f_r, f_r and its squares (less a constant), and the periods that count."""
+    error, r = g + d - f_r, f_r - shift
+    return (
+        fma(error * scored, error, error2),
+        fma(r * scored, 1.0, r_sum),
+        fma(r * scored, r, r2),
+        fma(scored, 1.0, count),
+    )
+
+
+@step
+def saturation_step(sum_, saturated, scored):  # type: ignore[no-untyped-def]
+    """Periods with a clamped command."""
+    return fma(saturated * scored, 1.0, sum_)
+
+
+@step
+def regression_step(f_sum, f2, fr, f_r, g, d, shift, scored):  # type: ignore[no-untyped-def]
+    """f_a, its squares, and its products with f_r, both less a constant."""
+    f = g + d - shift
+    return fma(f * scored, 1.0, f_sum), fma(f * scored, f, f2), fma(f * scored, f_r - shift, fr)
+
+
+@step
+def bound_step(shortfall2, f_r, d, floor, nominal, scored):  # type: ignore[no-untyped-def]
+    """Squares of what no command could make up for: f_r clipped to what is reachable, less f_r."""
+    short = min(max(f_r, floor + d), nominal + d) - f_r
+    return fma(short * scored, short, shortfall2)
+
+
+def build_scores(lifting: Lifting, group: int) -> Any:
+    """Return the tile that adds one group of sums."""
+    sums = ScoreRows(*rows("sums"))
+    r, g, d, shift, scored = (ROW[name] for name in ("setpoint", "friction", "disturbance", "shift", "scored"))
+    identity, regression = (sums.error2, sums.r, sums.r2, sums.periods), (sums.f, sums.f2, sums.fr)
+    add = {
+        IDENTITY: lambda: lift(lifting, identity_step, (*identity, r, g, d, shift, scored), identity),
+        SATURATION: lambda: lift(lifting, saturation_step, (sums[3], ROW["saturated"], scored), sums.saturated),
+        REGRESSION: lambda: lift(lifting, regression_step, (*regression, r, g, d, shift, scored), regression),
+        BOUND: lambda: lift(
+            lifting, bound_step, (sums[7], r, d, ROW["floor"], ROW["nominal"], scored), sums.shortfall2
+        ),
+    }[group]()
 
     @lifting.compiled
     def score(s, n, k, at, o):  # type: ignore[no-untyped-def]
         if k >= o.score_from:
-            scores(s, n, o.groups)
+            add(s, n)
 
     return score
-
-
-def lift_scores(lifting: Lifting, masked: bool = False) -> Any:
-    """Lift the streaming sums of the metrics (loop/formulas.py turns them into numbers).
-
-    ``masked`` kernels count only periods whose ``scored`` row is 1, and how many there are.
-    """
-    width, compiled, count = lifting
-    sums, shift = ROW["sums"], ROW["shift"]
-    r_row, g_row, d_row, sat = ROW["setpoint"], ROW["friction"], ROW["disturbance"], ROW["saturated"]
-    floor, nominal, scored = ROW["floor"], ROW["nominal"], ROW["scored"]
-
-    @compiled
-    def add(s, i, row, x, y):  # type: ignore[no-untyped-def]
-        if masked:
-            x = x * peek(s, scored * width + i)
-        poke(s, (sums + row) * width + i, fma(x, y, peek(s, (sums + row) * width + i)))
-
-    @compiled
-    def scores(s, n, groups):  # type: ignore[no-untyped-def]
-        for i in range(count(n)):
-            r = peek(s, r_row * width + i)
-            error = peek(s, g_row * width + i) + peek(s, d_row * width + i) - r
-            r = r - peek(s, shift * width + i)
-            add(s, i, 0, error, error)
-            add(s, i, 1, r, 1.0)
-            add(s, i, 2, r, r)
-            if masked:
-                add(s, i, 8, 1.0, 1.0)
-        if groups & SATURATION:
-            for i in range(count(n)):
-                add(s, i, 3, peek(s, sat * width + i), 1.0)
-        if groups & REGRESSION:
-            for i in range(count(n)):
-                f = peek(s, g_row * width + i) + peek(s, d_row * width + i) - peek(s, shift * width + i)
-                add(s, i, 4, f, 1.0)
-                add(s, i, 5, f, f)
-                add(s, i, 6, f, peek(s, r_row * width + i) - peek(s, shift * width + i))
-        if groups & BOUND:
-            for i in range(count(n)):
-                r, d = peek(s, r_row * width + i), peek(s, d_row * width + i)
-                best = min(max(r, peek(s, floor * width + i) + d), peek(s, nominal * width + i) + d)
-                add(s, i, 7, best - r, best - r)
-
-    return scores
