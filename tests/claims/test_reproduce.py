@@ -13,7 +13,7 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.report import build
 from frictionloop.report.figures import drawings
 from frictionloop.report.page import maths, render
-from frictionloop.report.results import Results
+from frictionloop.report.results import Results, parts
 from frictionloop.report.style import svg
 from frictionloop.report.tolerances import RULES
 
@@ -139,10 +139,11 @@ def test_a_folder_that_cannot_be_made_is_one_line(tmp_path):
 
 def test_a_folder_that_cannot_be_written_is_one_line(tmp_path, monkeypatch):
     monkeypatch.setattr(build.os, "access", lambda path, mode: False)
-    monkeypatch.setattr(build, "compute", lambda advance: pytest.fail("computed before looking"))
+    monkeypatch.setattr(build, "Results", lambda advance: pytest.fail("computed before looking"))
     with pytest.raises(FrictionloopError, match="not writable"):
         build.reproduce(tmp_path)
 
 
 def test_results_are_complete(results):
-    assert set(Results.__dataclass_fields__) == set(vars(results))
+    assert set(Results.__annotations__) == {name.partition(".")[0] for name, _ in parts()}
+    assert all(getattr(results, field) is not None for field in Results.__annotations__)
