@@ -28,7 +28,7 @@ HEADS = ("law", "speed_mm_s", "contact", "population", "fingers", "score", "unit
 
 def over_limits(ran: rooms.Comparison, scored: xr.Dataset) -> xr.Dataset:
     """Return each step time of the scores over both limits, over law, speed, contact and finger."""
-    occluded = occluded_at(ran.system.friction.occlusion_s, ran.middle_s)  # type: ignore[union-attr]
+    occluded = occluded_at(ran.system, ran.middle_s)
     parts = []
     for speed, contact in itertools.product(ran.speeds_mm_s, protocol.CONTACTS):
         at = protocol.Condition(speed, contact, protocol.STEPPED)

@@ -18,7 +18,7 @@ def test_step_times_are_over_those_of_reference_and_bound():
     over = over_limits(ran, scored)
     for contact in scored["contact"].values.tolist():
         at = protocol.Condition(80.0, contact, protocol.STEPPED)
-        occluded = plain.occluded_at(20.0, 1.25)
+        occluded = plain.occluded_at(fl.bench(), 1.25)
         found = step_limits(fl.bench().evolve(protocol.overrides_of(at)), ran.people, occluded)
         here = {"law": "retuned_pi", "speed_mm_s": 80.0, "contact": contact}
         for against, shortest in (("limit", found.reference), ("bound", found.bound)):
