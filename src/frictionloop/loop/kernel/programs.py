@@ -19,7 +19,7 @@ from frictionloop.loop.kernel.noise_tile import build_draws
 from frictionloop.loop.kernel.oracle_tile import build_oracle
 from frictionloop.loop.kernel.paper_tile import build_paper
 from frictionloop.loop.kernel.python_law import PythonLaw, build_lookup
-from frictionloop.loop.kernel.score_tile import BOUND, IDENTITY, PERCEPTION, REGRESSION, SATURATION, STEPS, build_scores
+from frictionloop.loop.kernel.score_tile import BOUND, PERCEPTION, REGRESSION, SATURATION, STEPS, build_scores
 from frictionloop.loop.kernel.shared import Shared
 from frictionloop.loop.kernel.signals import FORMULAS, build_formula, build_samples
 from frictionloop.loop.kernel.slab import Slab
@@ -65,12 +65,11 @@ def set_programs(
 
 def _scored(groups: int, streaming: Sequence[StreamingMetric], of: Any) -> list[int]:
     """Return the tiles of the metrics asked for; all need to know how many periods count."""
-    asked = groups | IDENTITY if groups or streaming else 0
-    tiles = [of(build_scores, group) for group in (IDENTITY, SATURATION, REGRESSION, BOUND) if asked & group]
-    felt = [of(build_felt)] if asked & PERCEPTION else []
-    steps = [of(build_steps)] if asked & STEPS else []
+    sums = [of(build_scores, groups & (SATURATION | REGRESSION | BOUND))] if groups or streaming else []
+    felt = [of(build_felt)] if groups & PERCEPTION else []
+    steps = [of(build_steps)] if groups & STEPS else []
     outside = [of(build_metric, *each) for each in zip(streaming, first_rows(streaming), strict=False)]
-    return [*tiles, *felt, *steps, *outside]
+    return [*sums, *felt, *steps, *outside]
 
 
 def _tile(width: int, build: Any, *of: Any) -> int:

@@ -62,23 +62,27 @@ def bound_step(shortfall2, f_r, d, floor, nominal, scored):  # type: ignore[no-u
     return fma(short * scored, short, shortfall2)
 
 
-def build_scores(lifting: Lifting, group: int) -> Any:
-    """Return the tile that adds one group of sums."""
+def build_scores(lifting: Lifting, groups: int) -> Any:
+    """Return the tile that adds the sums of some groups: what all need, and up to three more."""
     sums = ScoreRows(*rows("sums"))
     r, g, d, shift, scored = (ROW[name] for name in ("setpoint", "friction", "disturbance", "shift", "scored"))
     identity, regression = (sums.error2, sums.r, sums.r2, sums.periods), (sums.f, sums.f2, sums.fr)
-    add = {
-        IDENTITY: lambda: lift(lifting, identity_step, (*identity, r, g, d, shift, scored), identity),
-        SATURATION: lambda: lift(lifting, saturation_step, (sums[3], ROW["saturated"], scored), sums.saturated),
-        REGRESSION: lambda: lift(lifting, regression_step, (*regression, r, g, d, shift, scored), regression),
-        BOUND: lambda: lift(
-            lifting, bound_step, (sums[7], r, d, ROW["floor"], ROW["nominal"], scored), sums.shortfall2
-        ),
-    }[group]()
+    add = lift(lifting, identity_step, (*identity, r, g, d, shift, scored), identity)
+    saturate = lift(lifting, saturation_step, (sums.saturated, ROW["saturated"], scored), sums.saturated)
+    regress = lift(lifting, regression_step, (*regression, r, g, d, shift, scored), regression)
+    reach = ROW["floor"], ROW["nominal"]
+    bound = lift(lifting, bound_step, (sums.shortfall2, r, d, *reach, scored), sums.shortfall2)
+    saturates, regresses, bounds = (groups & each > 0 for each in (SATURATION, REGRESSION, BOUND))
 
     @lifting.compiled
     def score(s, n, k, at, o):  # type: ignore[no-untyped-def]
         if k >= o.score_from:
             add(s, n)
+            if saturates:
+                saturate(s, n)
+            if regresses:
+                regress(s, n)
+            if bounds:
+                bound(s, n)
 
     return score
