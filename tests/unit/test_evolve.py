@@ -59,15 +59,39 @@ def test_a_mapping_without_a_kind_changes_values_inside_a_block():
     assert changed == PAPER.evolve({"controller.kp": 3.0, "controller.model.table_size": 64})
 
 
-def test_a_new_kind_keeps_what_both_kinds_have():
+def test_a_signal_of_a_new_kind_starts_from_its_defaults():
     changed = PAPER.evolve({"setpoint.kind": "sine", "setpoint.frequency_hz": 3.0})
-    assert changed.setpoint == fl.Sine(offset_n=0.6, amplitude_n=0.6, frequency_hz=3.0)
-    assert PAPER.evolve({"setpoint.kind": "constant"}).setpoint == fl.Constant(offset_n=0.6)
+    assert changed.setpoint == fl.Sine(frequency_hz=3.0)
+    assert PAPER.evolve({"setpoint.kind": "constant"}).setpoint == fl.Constant()
+
+
+@pytest.mark.parametrize("kind", ["lookup", "filtered_pi", "notch_pi", "observer", "super_twisting", "tracker"])
+def test_a_law_of_a_new_kind_keeps_the_bench_and_no_gains(kind):
+    told = {"controller.rate_hz": 4000.0, "controller.delay_s": 1e-4, "controller.jitter_s": 1e-6}
+    told |= {"controller.model.resonance_hz": 120.0, "controller.model.nominal_n": 0.7}
+    law = PAPER.evolve(told | {"controller.kp": 3.0, "controller.ki": 5.0}).evolve({"controller.kind": kind}).controller
+    bench = {"rate_hz": 4000.0, "delay_s": 1e-4, "jitter_s": 1e-6}
+    model = PAPER.controller.model.model_copy(update={"resonance_hz": 120.0, "nominal_n": 0.7})
+    assert law == type(law)(**bench, model=model)
+
+
+def test_a_finger_keeps_what_both_kinds_have():
+    told = {"friction.nominal_n": 0.7, "friction.susceptibility_per_um2": 0.3}
+    finger = PAPER.evolve(told | {"friction.kind": "finger", "motion.kind": "strokes"}).friction
+    assert (finger.nominal_n, finger.susceptibility_per_um2) == (0.7, 0.3)
+    assert PAPER.evolve({"plate.max_amplitude_um": 2.0, "plate.kind": "resonant"}).plate.max_amplitude_um == 2.0
+
+
+def test_a_mapping_with_a_kind_is_a_change_of_kind():
+    told = {"kind": "notch_pi", "kp": 2.0}
+    law = PAPER.evolve({"controller.rate_hz": 4000.0, "controller": told}).controller
+    assert law == fl.NotchPiController(kp=2.0, rate_hz=4000.0, model=PAPER.controller.model)
+    assert PAPER.evolve({"controller": fl.NotchPiController(kp=2.0)}).controller == fl.NotchPiController(kp=2.0)
 
 
 def test_a_new_kind_may_need_a_value_that_has_no_default():
     changed = PAPER.evolve({"disturbance.kind": "recording", "disturbance.path": "finger.csv"})
-    assert changed.disturbance == fl.Recording(path="finger.csv", offset_n=0.4)
+    assert changed.disturbance == fl.Recording(path="finger.csv")
     assert complaint({"disturbance.kind": "recording"}) == "disturbance.path is missing"
 
 

@@ -88,7 +88,9 @@ def test_both_kinds_run_alike_in_one_tile_and_alone():
     """Filters, delays and feed-forward of their own in each lane; a notch is its one section."""
     sections = sections_of(NOTCH.controller)
     assert len(sections) == 1
-    base = NOTCH.evolve({"controller.kind": "filtered_pi"})
+    base = NOTCH.evolve(
+        {"controller.kind": "filtered_pi", "controller.kp": NOTCH.controller.kp, "controller.ki": NOTCH.controller.ki}
+    )
     points = [
         {"controller.sections": sections},
         {"controller.sections": sections * 3},

@@ -160,7 +160,16 @@ def test_a_short_row_and_a_blank_line_are_gaps(tmp_path):
     ],
 )
 def test_a_decimal_comma_is_never_read_as_another_number(tmp_path, content, column, said):
-    assert refusal(text(tmp_path, content), column) == f"{said}; accepted: a finite number"
+    told = refusal(text(tmp_path, content), column)
+    hint = '; is that a decimal comma? decimal = "," reads it'
+    where, _, more = said.partition(" (and")
+    assert told == f"{where}{hint}{' (and' if more else ''}{more}; accepted: a finite number"
+
+
+@pytest.mark.parametrize("mark", [";", "\t", " "])
+def test_decimal_commas_are_read_when_told(tmp_path, mark):
+    path = text(tmp_path, "t;force\n0,0;1,25\n0,01;-1,5e-3\n".replace(";", mark))
+    assert read(path, "force", rate_hz=None, decimal=",").tolist() == [1.25, -1.5e-3]
 
 
 def test_a_mark_at_the_end_of_a_row_is_no_cell(tmp_path):
@@ -184,12 +193,74 @@ def test_a_column_that_is_not_there_lists_those_that_are(tmp_path):
 # The rate
 
 
-@pytest.mark.parametrize("name", ["time", "time_s", "t"])
-def test_a_column_of_times_gives_the_rate(tmp_path, name):
-    rows = "".join(f"{5 + k * 1e-4:.7f},{k}\n" for k in range(50))
+@pytest.mark.parametrize(
+    ("name", "per_s"),
+    [
+        ("time", 1),
+        ("time_s", 1),
+        ("t", 1),
+        ("Time (s)", 1),
+        ("Time [ms]", 1e3),
+        ("t_us", 1e6),
+        ("TIME", 1),
+        ("timestamp [sec]", 1),
+    ],
+)
+def test_a_column_of_times_gives_the_rate(tmp_path, name, per_s):
+    rows = "".join(f"{(5 + k * 1e-4) * per_s:.7f},{k % 7}\n" for k in range(50))
     path = text(tmp_path, f"{name},force\n{rows}")
-    assert read(path, "force", rate_hz=None, at_hz=10_000.0).tolist() == list(range(50))
-    assert read(path, "force", rate_hz=100.0).size == 50
+    assert read(path, "force", rate_hz=None, at_hz=10_000.0).tolist() == [k % 7 for k in range(50)]
+    assert refusal(path, "force", rate_hz=100.0).startswith("rate_hz = 100 contradicts the file, whose rate is 10000;")
+    assert refusal(path, "0", rate_hz=None) == "column = '0' holds times; accepted: 'force'"
+
+
+@pytest.mark.parametrize("header", ["Zeitpunkt;Kraft\n", "", "x [cm];force\n"])
+def test_a_column_that_rises_as_times_do_is_no_force(tmp_path, header):
+    rows = "".join(f"{0.001 * k:.4f};{0.5 + 0.01 * (k % 3)}\n" for k in range(30))
+    told = refusal(text(tmp_path, header + rows), "0")
+    other = header.strip().split(";")[1] if header else "1"
+    assert told == f"column = '0' holds times; accepted: {other!r}"
+
+
+# Units
+
+
+@pytest.mark.parametrize("header", ["Ft [mN]", "Ft (mN)", "ft_mn", "Ft [millinewton]"])
+@pytest.mark.parametrize("unit", [None, "mN"])
+def test_a_column_in_millinewtons_is_scaled(tmp_path, header, unit):
+    path = text(tmp_path, f"Time (s),{header}\n0,250\n0.01,-500\n")
+    assert read(path, header, rate_hz=None, unit=unit).tolist() == [0.25, -0.5]
+    assert read(path, header.split()[0].split("_")[0], rate_hz=None, unit=unit).tolist() == [0.25, -0.5]
+
+
+def test_a_unit_beside_the_column_scales_it(tmp_path):
+    path = text(tmp_path, "250\n-500\n")
+    assert read(path, unit="mN").tolist() == [0.25, -0.5]
+    assert read(path).tolist() == [250.0, -500.0]
+    assert read(path, unit="V", scale=2.0).tolist() == [500.0, -1000.0]
+
+
+def test_a_unit_that_is_no_force_needs_a_scale(tmp_path):
+    assert refusal(text(tmp_path, "1\n2\n"), unit="V") == (
+        "column '0' is in V: scale is missing; accepted: the N per V"
+    )
+    path = text(tmp_path, "force_mv\n1\n2\n")
+    assert refusal(path, "force_mv").startswith("column 'force_mv' is in mV: scale is missing")
+    assert refusal(path, "force_mv", unit="N").startswith("column 'force_mv': unit = 'N' contradicts the file")
+    assert read(path, "force_mv", scale=0.5).tolist() == [0.5, 1.0]
+
+
+def test_a_scale_that_contradicts_its_unit_is_refused():
+    with pytest.raises(ValueError, match='scale = 2 contradicts unit = "mN"'):
+        Recording(path="a.csv", unit="mN", scale=2.0)
+
+
+def test_an_attribute_of_hdf5_says_the_unit(tmp_path):
+    path = tmp_path / "a.h5"
+    with h5py.File(path, "w") as file:
+        file["f"] = np.array([100.0, 200.0])
+        file["f"].attrs["units"] = "mN"
+    assert np.allclose(read(path, "f"), [0.1, 0.2], rtol=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -217,14 +288,16 @@ def test_the_times_are_not_a_force(tmp_path):
 def test_a_missing_rate(tmp_path, content):
     path = text(tmp_path, content)
     column = "force" if "force" in content else "0"
-    assert refusal(path, column, rate_hz=None) == ("rate_hz is missing; accepted: the sampling rate of the file in Hz")
+    told = refusal(path, column, rate_hz=None)
+    assert told.startswith("rate_hz is missing, and no column of times (time, t")
+    assert told.endswith("accepted: the sampling rate in Hz (--disturbance.rate_hz 1000, or --setpoint.rate_hz)")
 
 
 def test_a_wav_brings_its_own_rate(tmp_path):
     path = tmp_path / "a.wav"
     wavfile.write(path, 8000, np.zeros(8, np.float32))
     assert read(path, rate_hz=None, at_hz=8000).size == read(path, rate_hz=8000, at_hz=8000).size == 8
-    assert refusal(path, rate_hz=44100.0) == "rate_hz = 44100 contradicts the file; accepted: 8000 or none"
+    assert refusal(path, rate_hz=44100.0) == "rate_hz = 44100 contradicts the file, whose rate is 8000; give none"
 
 
 def test_a_window_past_the_end(tmp_path):

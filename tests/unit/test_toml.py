@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import tomllib
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -85,8 +86,32 @@ def test_every_kind_of_source_is_tried():
 def test_out_and_in_again(system, tmp_path):
     path = tmp_path / "system.toml"
     fl.write_toml(system, path)
-    assert fl.read_toml(path) == system
-    assert fl.to_toml(fl.read_toml(path)) == fl.to_toml(system)
+    assert fl.read_toml(path) == seen_from_anywhere(system)
+
+
+def seen_from_anywhere(system):
+    """Return the system with the paths of its recordings absolute."""
+    recordings = [name for name in ("setpoint", "disturbance") if hasattr(getattr(system, name), "path")]
+    return system.evolve({f"{name}.path": str(Path(getattr(system, name).path).absolute()) for name in recordings})
+
+
+@pytest.mark.parametrize("inside", [True, False])
+def test_a_recording_is_found_from_the_file_not_from_where_one_stands(tmp_path, monkeypatch, inside):
+    lab, other = tmp_path / "lab", tmp_path / "other"
+    folder = lab / "data" if inside else other
+    folder.mkdir(parents=True)
+    other.mkdir(exist_ok=True)
+    (folder / "finger.csv").write_text("0.1\n0.2\n")
+    lab.mkdir(exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+    recording = fl.Recording(path=str((folder / "finger.csv").relative_to(tmp_path)), rate_hz=5000.0)
+    fl.write_toml(fl.paper().evolve({"disturbance": recording}), lab / "bench.toml")
+    monkeypatch.chdir(other)
+    assert Path(fl.read_toml(lab / "bench.toml").disturbance.path).read_text() == "0.1\n0.2\n"
+    assert ("data/finger.csv" in (lab / "bench.toml").read_text()) == inside
+    if inside:
+        moved = lab.rename(tmp_path / "moved")
+        assert Path(fl.read_toml(moved / "bench.toml").disturbance.path).is_file()
 
 
 @pytest.mark.parametrize("name", ["paper", "feasible"])
@@ -114,7 +139,7 @@ def test_a_preset_file_holds_what_differs(tmp_path):
         {
             "controller.kp": 4.0,
             "controller.model.table_size": 64,
-            "disturbance": fl.Recording(path="finger.csv", offset_n=0.15),
+            "disturbance": fl.Recording(path=str(tmp_path / "finger.csv")),
         }
     )
     assert fl.read_toml(path) == expected

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Group, Parameter, Token
 
+from frictionloop.cli import screen
 from frictionloop.quantities.units import FrictionloopError
 
 if TYPE_CHECKING:
@@ -120,7 +121,24 @@ def system_from(file: Path | None, preset_name: str | None, flags: Iterable[str]
             f'preset = "{preset_name}" and hold only what differs)'
         )
     base = preset(preset_name or "paper") if file is None else read_toml(file)
-    return base.evolve(overrides_of(flags))
+    overrides = overrides_of(flags)
+    system = base.evolve(overrides)
+    for line in _left(base, system, overrides):
+        screen.say(line)
+    return system
+
+
+def _left(base: System, system: System, overrides: Mapping[str, Any]) -> Iterator[str]:
+    """Yield a line for each block of a new kind: which values were not taken over from the old one."""
+    for name in type(base).model_fields:
+        old, new = getattr(base, name), getattr(system, name)
+        if f"{name}.kind" in overrides and old.kind != new.kind:
+            shared = type(old).model_fields.keys() & type(new).model_fields.keys() - {"kind"}
+            left = [each for each in type(new).model_fields if each in shared and f"{name}.{each}" not in overrides]
+            left = [each for each in left if getattr(old, each) != getattr(new, each)]
+            if left:
+                values = ", ".join(f"{each} = {getattr(new, each)}" for each in left)
+                yield f"{name}.kind = {new.kind}: {values} by default; what the {old.kind} had is not taken over"
 
 
 def named(file: Path | None, preset_name: str | None, flags: Iterable[str] | None) -> str:

@@ -100,12 +100,9 @@ def read_channels(files: Mapping[str, Recording], rate_hz: float, units: Mapping
     """
     if not files:
         raise FrictionloopError("files is empty: must name at least one column, for example 'f_m'")
-    default = {"mass": "kg"}
-    columns = {name: read_recording(file, rate_hz) for name, file in files.items()}
+    units = {"mass": "kg"} | {name: "N" for name in files if name != "mass"} | dict(units or {})
+    columns = {name: read_recording(file, rate_hz, units[name]) for name, file in files.items()}
     samples = min(column.size for column in columns.values())
-    data = {
-        name: xr.Variable("time", column[:samples], {"units": (units or {}).get(name, default.get(name, "N"))})
-        for name, column in columns.items()
-    }
+    data = {name: xr.Variable("time", column[:samples], {"units": units[name]}) for name, column in columns.items()}
     time = xr.Variable("time", np.arange(samples) / rate_hz, {"units": "s"})
     return xr.Dataset(data, {"time": time}, {"source": "recorded"})

@@ -62,5 +62,6 @@ CONTROLLERS = Kinds(
     SuperTwistingController,
     TrackerController,
     default="pi",
+    tuned=True,
 )
 Controller = Annotated[Timing, CONTROLLERS]

@@ -23,8 +23,10 @@ class Description(Block):
         ----------
         overrides : mapping
             Dotted paths to values in the unit their name ends with: ``{"controller.kp": 20.0}``. A whole block may be
-            given as a mapping or a block, ``{"setpoint": fl.Sine(offset_n=0.6)}``; a new ``kind`` keeps the values
-            that the new kind also has.
+            given: as a mapping of what changes in it, or as a block, ``{"setpoint": fl.Sine(offset_n=0.6)}``.
+
+            A new ``kind`` keeps what describes the bench: of a controller its rate, delay and model, of a plate or a
+            finger the values that both kinds have. A signal and the gains of a law start from the new kind's defaults.
 
         Raises
         ------
@@ -37,7 +39,7 @@ class Description(Block):
             tree[block] = _values(tree[block])
         # A kind comes first, so that other values land in the block of that kind.
         for path, value in sorted(overrides.items(), key=lambda item: not item[0].endswith(".kind")):
-            _place(type(self), tree, path, value.model_dump() if isinstance(value, BaseModel) else value)
+            _place(type(self), tree, path, value)
         return self.from_tree(tree)
 
     @classmethod
@@ -76,21 +78,22 @@ def _place(whole: type[Description], tree: dict[str, Any], path: str, value: Any
         raise FrictionloopError(wording.unknown(path, wording.known_names(whole, tree)))
     if leaf == "kind" and value != node["kind"]:
         _change_kind(whole, tree, parents[0], value)
-    elif isinstance(value, Mapping) and isinstance(node.get(leaf), dict) and value.get("kind", None) is None:
-        for name, inner in value.items():
+    elif isinstance(value, Mapping) and isinstance(node.get(leaf), dict):
+        for name, inner in sorted(value.items(), key=lambda item: item[0] != "kind"):
             _place(whole, tree, f"{path}.{name}", inner)
     else:
-        node[leaf] = dict(value) if isinstance(value, Mapping) else value
+        node[leaf] = value.model_dump() if isinstance(value, BaseModel) else value
 
 
 def _change_kind(whole: type[Description], tree: dict[str, Any], block: str, kind: str) -> None:
-    """Swap a block for one of another kind, keeping the values both kinds have."""
+    """Swap a block for one of another kind, keeping what describes the bench."""
     for model in wording.kinds_of(whole, block):
         if model.model_fields["kind"].default == kind:
-            kept = {name: value for name, value in tree[block].items() if name in model.model_fields}
+            registry = wording.registry_of(whole, block)
+            kept = registry.carried(tree[block], model) if registry else {}
             tree[block] = kept | {"kind": kind}
             for name, field in model.model_fields.items():
-                if name not in kept and not field.is_required():
+                if name not in tree[block] and not field.is_required():
                     tree[block][name] = field.get_default(call_default_factory=True)
             return
     accepted = ", ".join(repr(model.model_fields["kind"].default) for model in wording.kinds_of(whole, block))

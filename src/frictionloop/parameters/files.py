@@ -46,14 +46,14 @@ def read_toml(path: str | os.PathLike[str]) -> System:
     ----------
     path : path
         File with ``schema = 1`` and one table per block. With ``preset = "paper"`` it needs only what differs; without
-        it every block must be there.
+        it every block must be there. A relative path in it, of a recording, starts at the folder of the file.
 
     Raises
     ------
     FrictionloopError
         For a file that cannot be read, or what is wrong in it, naming file, field and value.
     """
-    tree = _read(path)
+    tree = _from_here(_read(path), Path(path).parent)
     base = tree.pop("preset", None)
     if base is None:
         return System.from_tree(tree, f"{path}: ")
@@ -103,6 +103,28 @@ def check_schema(schema: Any, where: str) -> None:
         raise FrictionloopError(
             f"{where}schema = {schema!r} is newer than this version reads (up to {SCHEMA}); update frictionloop"
         )
+
+
+def _from_here(tree: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Return the tree with the paths of recordings as seen from where the program runs."""
+    return {
+        name: block | {"path": str(folder / block["path"])}
+        if isinstance(block, dict) and isinstance(block.get("path"), str)
+        else block
+        for name, block in tree.items()
+    }
+
+
+def _from_there(system: Description, folder: Path) -> Description:
+    """Return a System whose recordings' paths start at a folder they lie in, and are absolute elsewhere."""
+    changes = {}
+    for name in type(system).model_fields:
+        path = getattr(getattr(system, name), "path", None)
+        if path is not None:
+            absolute, folder = Path(path).absolute(), folder.absolute()
+            inside = absolute.is_relative_to(folder)
+            changes[f"{name}.path"] = str(absolute.relative_to(folder) if inside else absolute)
+    return system.evolve(changes) if changes else system
 
 
 def _flatten(tree: dict[str, Any], prefix: str = "") -> dict[str, Any]:
@@ -155,6 +177,8 @@ def _table(block: dict[str, Any]) -> Table:
 def write_toml(system: Description, path: str | os.PathLike[str]) -> None:
     """Write a System, or a design, as a TOML file; the old file stays whole until the new one is complete.
 
+    The path of a recording is written as seen from the file, which can then be moved with it.
+
     Parameters
     ----------
     system : System, SensorDesign or PlateDesign
@@ -167,6 +191,6 @@ def write_toml(system: Description, path: str | os.PathLike[str]) -> None:
     FrictionloopError
         For what is none of them, or a file that cannot be written.
     """
-    text = to_toml(system)
+    text = to_toml(_from_there(system, Path(path).parent))
     with replacing(path) as beside:
         beside.write_text(text, encoding="utf-8")

@@ -18,8 +18,10 @@ OWN = ", or a kind of your own after fl.register (--use FILE on the command line
 class Kinds:
     """The parameter classes of one block, by the value of their ``kind``; an annotation that pydantic reads."""
 
-    def __init__(self, base: type[Block], *models: type[Block], default: str | None = None) -> None:
-        self.base, self.default = base, default
+    def __init__(
+        self, base: type[Block], *models: type[Block], default: str | None = None, tuned: bool = False
+    ) -> None:
+        self.base, self.default, self.tuned = base, default, tuned
         self.models: dict[str, type[Block]] = {}
         self.outside: set[str] = set()
         for model in models:
@@ -53,6 +55,15 @@ class Kinds:
         if not kind.isidentifier():
             raise FrictionloopError(f'{model.__name__}.kind = "{kind}": must be a name of letters, digits and _')
 
+    def carried(self, values: Mapping[str, Any], model: type[BaseModel]) -> dict[str, Any]:
+        """Return what a block of another kind takes over from the values of the old one.
+
+        That is what describes the bench. Where a kind is ``tuned`` (signals, control laws) the fields of its base do;
+        a gain or an offset was chosen for the old kind and means something else in the new one.
+        """
+        names = self.base.model_fields if self.tuned else model.model_fields
+        return {name: values[name] for name in names if name in values}
+
     def read(self, value: Any) -> Block:
         """Return the block that a mapping describes, or the block given, if it is of one of the kinds."""
         if isinstance(value, BaseModel):
@@ -60,13 +71,17 @@ class Kinds:
                 raise PydanticCustomError("kind", "{text}", {"text": f"{type(value).__name__}: {self._accepted()}"})
             return value
         if not isinstance(value, Mapping):
-            raise PydanticCustomError("dict_type", "must be a table of values")
+            value = self.sampled(value)
         kind = value.get("kind", self.default)
         model = self.models.get(kind) if isinstance(kind, str) else None
         if model is None:
             told = "kind is missing" if kind is None else f"kind = {kind!r} is unknown"
             raise PydanticCustomError("kind", "{text}", {"text": f"{told}; {self._accepted()}"})
         return model.model_validate({"kind": kind, **value})
+
+    def sampled(self, value: Any) -> Mapping[str, Any]:
+        """Return the values of a block that an array stands for; only signals have any."""
+        raise PydanticCustomError("dict_type", "must be a table of values")
 
     def _accepted(self) -> str:
         accepted = ", ".join(map(repr, self.models))

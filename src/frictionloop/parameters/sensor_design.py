@@ -13,6 +13,7 @@ from pydantic import Field
 
 from frictionloop.parameters.block import Block, Number, Whole
 from frictionloop.parameters.description import Description
+from frictionloop.parameters.kinds import Kinds
 
 LEAST, MOST = 1e-9, 1e9
 """Bounds of every number, far outside what can be built, within which no formula overflows."""
@@ -59,7 +60,7 @@ class StraightSprings(_Leaves):
     """Free length of a leaf (assumed)."""
 
 
-Springs = Annotated[ArcSprings | StraightSprings, Field(discriminator="kind")]
+Springs = Annotated[ArcSprings | StraightSprings, Kinds(Block, ArcSprings, StraightSprings)]
 
 
 class Moving(Block):

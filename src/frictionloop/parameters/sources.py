@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
+from pydantic_core import PydanticCustomError
 
 from frictionloop.parameters.block import Block, NotNegative, Number, Positive
 from frictionloop.parameters.kinds import Kinds
+from frictionloop.quantities.scales import UNITS, known_unit
 
 
 class Signal(Block):
@@ -136,18 +139,27 @@ class Recording(Signal):
     """Column name or number; for HDF5 and MAT the dataset, with [:, k] for a column of it (``"dataQ[:, 0]"``)."""
     rate_hz: Positive | None = None
     """Sampling rate of the file; a WAV file brings its own."""
-    scale: Number = 1.0
-    """Newtons per unit of the column."""
+    unit: str | None = None
+    """Unit of the column, if the file does not say it: N, mN, uN and kN are scaled; any other needs ``scale``."""
+    scale: Number | None = None
+    """Newtons per unit of the column; not needed where the unit is one of force."""
     offset_n: Number = 0.0
     """Added after scaling."""
-    unit: str = "N"
-    """Unit of the column, for the record (scale turns it into newtons)."""
+    decimal: Literal[".", ","] = "."
+    """Decimal mark of a text file; with a comma the columns must be apart by semicolons, tabs or spaces."""
     start_s: NotNegative = 0.0
     """Where in the recording t = 0 lies."""
     stop_s: Positive | None = None
     """Where in the recording to stop (its end if not given)."""
     remove_mean: bool = False
     """Subtract the mean of the part used, so that offset_n alone sets the level."""
+
+    @model_validator(mode="after")
+    def _one_scale(self) -> Self:
+        of, factor = UNITS.get(known_unit(self.unit or "") or "", ("", 1.0))
+        if self.scale is not None and of == "N" and not math.isclose(self.scale, factor):
+            raise ValueError(f'scale = {self.scale:g} contradicts unit = "{self.unit}", {factor:g} N; give one of them')
+        return self
 
     @model_validator(mode="after")
     def _window(self) -> Self:
@@ -176,7 +188,25 @@ class Samples(Signal):
         return (len(self.values_n) - 1) / self.rate_hz
 
 
-SOURCES = Kinds(Signal, Constant, Sine, LogSweep, Steps, ColouredNoise, Recording, Samples)
+class Sources(Kinds):
+    """The kinds of signals; an xarray variable over time is one too."""
+
+    def sampled(self, value: Any) -> Mapping[str, Any]:
+        """Return the values of ``Samples`` of an xarray variable whose ``time`` is in s and even."""
+        if not hasattr(value, "coords") and not isinstance(value, np.ndarray):
+            return super().sampled(value)
+        time_s = np.asarray(getattr(value, "coords", {}).get("time", ()), dtype=float)
+        steps = np.diff(time_s)
+        if time_s.shape != np.shape(value) or not steps.size or not np.ptp(steps) <= 1e-3 * abs(steps.mean()):
+            text = (
+                "an array needs its rate: fl.Samples(values_n=array, rate_hz=1000), or xarray's time in even steps of s"
+            )
+            raise PydanticCustomError("array", "{text}", {"text": text})
+        rate_hz = float(f"{(time_s.size - 1) / (time_s[-1] - time_s[0]):.9g}")
+        return {"kind": "samples", "values_n": value, "rate_hz": rate_hz}
+
+
+SOURCES = Sources(Signal, Constant, Sine, LogSweep, Steps, ColouredNoise, Recording, Samples, tuned=True)
 Source = Annotated[Signal, SOURCES]
 
 

@@ -12,15 +12,19 @@ from frictionloop.parameters.kinds import Kinds
 from frictionloop.quantities import unit_of
 
 Model = type[BaseModel]
+LONGEST = 200
+"""Characters of a value that an error shows."""
 
 
 def kinds_of(system: Model, block: str) -> list[Model]:
     """Return the parameter classes a block of the System may be."""
-    field = system.model_fields[block]
-    for each in field.metadata:
-        if isinstance(each, Kinds):
-            return list(each.models.values())
-    return list(getattr(field.annotation, "__args__", (field.annotation,)))
+    registry = registry_of(system, block)
+    return list(registry.models.values()) if registry else [system.model_fields[block].annotation]  # type: ignore[list-item]
+
+
+def registry_of(system: Model, block: str) -> Kinds | None:
+    """Return the registry of the kinds that a block may be, None for a block of one kind."""
+    return next((each for each in system.model_fields[block].metadata if isinstance(each, Kinds)), None)
 
 
 def known_names(system: Model, tree: Mapping[str, Any]) -> list[str]:
@@ -83,7 +87,8 @@ def explain(system: Model, error: ValidationError, tree: Mapping[str, Any]) -> s
     if isinstance(first["input"], (dict, BaseModel)):
         return f"{path or 'system'}: {message}"
     unit = f" {unit_of(path)}" if unit_of(path) else ""
-    return f"{path} = {first['input']!r}{unit}: {message}"
+    given = " ".join(repr(first["input"]).split())
+    return f"{path} = {given if len(given) <= LONGEST else given[:LONGEST] + ' ...'}{unit}: {message}"
 
 
 def _kinds(system: Model, block: str) -> list[str]:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionloop.parameters.sources import Recording
+from frictionloop.quantities.scales import known_unit
 from frictionloop.recordings.column import Column, column_number, no_column
 
 _LINE = re.compile(r"(.*?)\s*(?:\[\s*(?::\s*,\s*(\d+)|(\d+)\s*,\s*:)\s*\])?", re.DOTALL)
@@ -31,7 +32,7 @@ def read_wav(recording: Recording) -> Column:
     if samples.dtype.kind in "iu":
         peak = 2.0 ** (8 * samples.dtype.itemsize - 1)
         middle = peak if samples.dtype.kind == "u" else 0.0
-    return Column(samples, _in_array(recording, samples), float(rate_hz), lambda x: (x - middle) / peak)
+    return Column(samples, _in_array(recording, samples), float(rate_hz), decode=lambda x: (x - middle) / peak)
 
 
 def read_hdf5(recording: Recording) -> Column:
@@ -43,7 +44,8 @@ def read_hdf5(recording: Recording) -> Column:
         file.visititems(lambda name, item: arrays.update({name: item} if isinstance(item, h5py.Dataset) else {}))
         array, samples = _pick(recording, arrays, in_matlab=recording.path.lower().endswith(".mat"))
         packing = dict(array.attrs)
-    return Column(samples, _in_array(recording, samples), decode=partial(_unpacked, packing=packing))
+    unit = known_unit(str(packing.get("units", packing.get("unit", ""))))
+    return Column(samples, _in_array(recording, samples), unit=unit, decode=partial(_unpacked, packing=packing))
 
 
 def _unpacked(stored: NDArray[Any], packing: Mapping[str, Any]) -> NDArray[Any]:

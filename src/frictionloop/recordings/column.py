@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError
+from frictionloop.recordings.headers import header
 
 Array = NDArray[np.float64]
 SHOWN = 20
@@ -25,6 +26,8 @@ class Column:
     place: Callable[[int], str]
     """How the file calls sample i, and what stands there."""
     rate_hz: float | None = None
+    unit: str | None = None
+    """What the file says, if it is a known one."""
     decode: Callable[[NDArray[Any]], NDArray[Any]] = np.asarray
     """From what is stored to the column's unit."""
 
@@ -50,6 +53,9 @@ def column_number(recording: Recording, names: list[str], count: int) -> int:
     column = recording.column.strip()
     if column in names:
         return names.index(column)
+    short = [header(name).name for name in names]
+    if short.count(column) == 1:
+        return short.index(column)
     if column.isdecimal() and int(column) < count:
         return int(column)
     raise no_column(recording, [*map(repr, filter(None, names)), f"a number from 0 to {count - 1}"])

@@ -12,12 +12,13 @@ from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.arrays import read_hdf5, read_mat, read_wav
 from frictionloop.recordings.column import Array, Column, refuse_gaps
+from frictionloop.recordings.headers import scale_of
 from frictionloop.recordings.text import read_text
 
 _LARGEST_RATIO = 100_000  # terms of the resampling ratio: right to 10 ppm, finer than the clocks of recorders
 
 
-def read_recording(recording: Recording, rate_hz: float) -> Array:
+def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> Array:
     """Return the recorded force in newtons at t_k = k / rate_hz, from ``start_s`` to ``stop_s`` or the end.
 
         force = offset_n + scale * column, or offset_n + scale * (column - mean) with ``remove_mean``,
@@ -33,23 +34,28 @@ def read_recording(recording: Recording, rate_hz: float) -> Array:
     ----------
     recording
         Path and column. ``.csv .tsv .txt``: delimiter found by itself, one line of names optional, lines
-        starting with ``#`` are comments; column by name or number from 0. ``.h5 .hdf5 .nc`` (NetCDF-4, packing
-        undone) and ``.mat`` (5 and 7.3, indexed as in MATLAB but from 0): path of a dataset or its number, with
-        ``[:, k]`` or ``[k, :]`` if it has two dimensions. ``.wav``: channel; integers become -1 to 1 (full
-        scale). The rate is ``recording.rate_hz``; a WAV brings its own, and so does a text file with a column
-        of seconds named time, time_s or t whose steps agree within 0.1 %.
+        starting with ``#`` are comments; column by name, with or without its unit, or number from 0.
+        ``.h5 .hdf5 .nc`` (NetCDF-4, packing undone) and ``.mat`` (5 and 7.3, indexed as in MATLAB but from 0): path
+        of a dataset or its number, with ``[:, k]`` or ``[k, :]`` if it has two dimensions. ``.wav``: channel; integers
+        become -1 to 1 (full scale). The rate is ``recording.rate_hz``; a WAV brings its own, and so does a text file
+        with a column of times ("t", "time_ms", "Time (s)") whose steps agree within 0.1 %.
     rate_hz
         Rate of the result in Hz, positive, at most 1e5 times above or below that of the file.
 
+    wanted
+        Unit of the result, "N", "V", "kg" or another of `quantities.scales`; a column whose header or attribute says
+        a unit of that kind (mN) is scaled, one that says another kind needs ``recording.scale``.
+
     Returns
     -------
-    Force in N, shape (samples,).
+    Force in N, or what is wanted, shape (samples,).
 
     Raises
     ------
     FrictionloopError
         In one line: the file is missing, empty, damaged or of an unknown format; the column is not there (what
-        is there is listed); the rate is missing, contradicts the file or is uneven (with the line of the gap);
+        is there is listed) or holds times; the unit is not known; the rate is missing, contradicts the file or is
+        uneven (with the line of the gap);
         a value in use is blank, not a number, not finite or in a row of too many cells (with its line or index);
         the window is past the end.
     """
@@ -57,7 +63,10 @@ def read_recording(recording: Recording, rate_hz: float) -> Array:
     used, file_hz = _used(recording, column)
     if recording.remove_mean:
         used -= used.mean()
-    return _resampled(recording.offset_n + recording.scale * used, file_hz, rate_hz, recording.path)
+    scale = recording.scale
+    if scale is None:
+        scale = scale_of(recording.path, recording.column, recording.unit, column.unit, wanted)
+    return _resampled(recording.offset_n + scale * used, file_hz, rate_hz, recording.path)
 
 
 def _open(recording: Recording) -> Column:
@@ -82,10 +91,13 @@ def _open(recording: Recording) -> Column:
 def _used(recording: Recording, column: Column) -> tuple[Array, float]:
     path, rate_hz, count = recording.path, column.rate_hz or recording.rate_hz, column.samples.size
     if rate_hz is None:
-        raise FrictionloopError(f"{path}: rate_hz is missing; accepted: the sampling rate of the file in Hz")
-    if recording.rate_hz not in (None, rate_hz):
         raise FrictionloopError(
-            f"{path}: rate_hz = {recording.rate_hz:g} contradicts the file; accepted: {rate_hz:g} or none"
+            f"{path}: rate_hz is missing, and no column of times (time, t, 'time_s', 'Time [ms]') tells it; "
+            "accepted: the sampling rate in Hz (--disturbance.rate_hz 1000, or --setpoint.rate_hz)"
+        )
+    if recording.rate_hz is not None and abs(recording.rate_hz - rate_hz) > 1e-3 * rate_hz:
+        raise FrictionloopError(
+            f"{path}: rate_hz = {recording.rate_hz:g} contradicts the file, whose rate is {rate_hz:g}; give none"
         )
     lasts = f"the recording lasts {count / rate_hz:g} s ({count} samples at {rate_hz:g} Hz)"
     if recording.start_s * rate_hz >= count - 0.5:

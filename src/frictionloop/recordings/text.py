@@ -11,47 +11,66 @@ import numpy as np
 
 from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.scales import UNITS
 from frictionloop.recordings.column import Array, Column, column_number, refuse_gaps
+from frictionloop.recordings.headers import header, is_time
 
-_TIME_NAMES = ("time", "time_s", "t")
+_EVEN = 1e-3
+"""How far a step of time may be off, as a share."""
 
 
 def read_text(recording: Recording) -> Column:
-    """Return a column of a text file and, if it has a column of seconds, its rate."""
-    path = recording.path
-    names, rows = _table(path)
+    """Return a column of a text file and, if it has a column of times, its rate."""
+    path, decimal = recording.path, recording.decimal
+    names, rows = _table(path, decimal)
     count = len(names or next(rows)[1])
     k = column_number(recording, names, count)
 
     def values(k: int) -> Array:
-        return np.fromiter((_number(cells, k, count) for _, cells in _table(path)[1]), np.float64)
+        return np.fromiter((_number(cells, k, count, decimal) for _, cells in _table(path, decimal)[1]), np.float64)
 
     def place(i: int, k: int) -> str:
-        line, cells = next(islice(_table(path)[1], i, None))
+        line, cells = next(islice(_table(path, decimal)[1], i, None))
         name = names[k] if names else f"column {k}"
         if _too_long(cells, count):
-            return f"line {line}: {name} is in a row of {len(cells)} cells, of {count} columns"
+            return f"line {line}: {name} is in a row of {len(cells)} cells, of {count} columns{_COMMA}"
         cell = cells[k].strip() if k < len(cells) else ""
-        return f"line {line}: {name} is {f'{cell!r:.40}' if cell else 'blank'}"
+        hint = _COMMA if "," in cell and decimal == "." else ""
+        return f"line {line}: {name} is {f'{cell!r:.40}' if cell else 'blank'}{hint}"
 
-    clock = next((names.index(name) for name in _TIME_NAMES if name in names), None)
-    if k == clock:
-        others = ", ".join(repr(name) for name in names if name not in _TIME_NAMES)
+    clock = next((i for i, name in enumerate(names) if is_time(name)), None)
+    used = values(k)
+    if k == clock or (count > 1 and _is_clock(used)):
+        others = ", ".join(repr(names[i] if names else str(i)) for i in range(count) if i not in (k, clock))
         raise FrictionloopError(f"{path}: column = {recording.column!r} holds times; accepted: {others or 'a force'}")
     file_hz = None
-    if recording.rate_hz is None and clock is not None:
-        file_hz = _rate_of(path, values(clock), partial(place, k=clock))
-    return Column(values(k), partial(place, k=k), file_hz)
+    if clock is not None:
+        second = UNITS[header(names[clock]).unit or "s"][1]
+        file_hz = _rate_of(path, second * values(clock), partial(place, k=clock), recording.rate_hz)
+    return Column(used, partial(place, k=k), file_hz, header(names[k]).unit if names else None)
 
 
-def _rate_of(path: str, times: Array, place: Callable[[int], str]) -> float | None:
-    """Return the rate of a column of times in s, None if it is too short to tell."""
+_COMMA = '; is that a decimal comma? decimal = "," reads it'
+
+
+def _is_clock(values: Array) -> bool:
+    """Return whether values rise in even steps, as times do and no measured force does."""
+    steps = np.diff(values[:1000])
+    return steps.size > 1 and bool(steps.min() > 0) and bool(np.ptp(steps) <= 2 * _EVEN * steps.mean())
+
+
+def _rate_of(path: str, times: Array, place: Callable[[int], str], given_hz: float | None) -> float | None:
+    """Return the rate of a column of times in s, None if it is too short to tell, or uneven where a rate is given."""
+    if given_hz is not None and not np.all(np.isfinite(times)):
+        return None
     refuse_gaps(path, times, place)
     if times.size < 2:
         return None
     steps = np.diff(times)
     usual = float(np.median(steps))
-    uneven = np.flatnonzero((np.abs(steps - usual) > 1e-3 * abs(usual)) | (steps <= 0))
+    uneven = np.flatnonzero((np.abs(steps - usual) > _EVEN * abs(usual)) | (steps <= 0))
+    if uneven.size and given_hz is not None:
+        return None
     if uneven.size:
         raise FrictionloopError(
             f"{path}: {place(uneven[0] + 1)}, {steps[uneven[0]]:g} s after the row before: a gap; "
@@ -60,22 +79,23 @@ def _rate_of(path: str, times: Array, place: Callable[[int], str]) -> float | No
     return float(f"{(times.size - 1) / (times[-1] - times[0]):.9g}")
 
 
-def _table(path: str) -> tuple[list[str], Iterator[tuple[int, list[str]]]]:
+def _table(path: str, decimal: str) -> tuple[list[str], Iterator[tuple[int, list[str]]]]:
     """Return the names (none without a header) and the rows of data, each with its line in the file."""
-    rows = _rows(path)
+    rows = _rows(path, decimal)
     first = next(rows, None)
     if first is None:
         raise FrictionloopError(f"{path}: is empty; accepted: rows of numbers")
-    if any(map(_is_number, first[1])):
+    if any(_is_number(cell, decimal) for cell in first[1]):
         return [], chain([first], rows)
     return [cell.strip() for cell in first[1]], dropwhile(lambda row: not row[1], rows)
 
 
-def _rows(path: str) -> Iterator[tuple[int, list[str]]]:
+def _rows(path: str, decimal: str) -> Iterator[tuple[int, list[str]]]:
     """Yield the line number and the cells of each row; no cells for a blank line with more rows after it."""
     with open(path, encoding="utf-8-sig", errors="replace", newline="") as stream:
         sample = [line.strip() for line in islice(stream, 100) if line.strip() and not _is_comment(line)]
-        mark = next((mark for mark in "\t;, " if sample and mark in sample[-1]), "\t")
+        marks = "\t;, ".replace(decimal, "")
+        mark = next((mark for mark in marks if sample and mark in sample[-1]), "\t")
         stream.seek(0)
         tidy = (lambda line: "\t".join(line.split())) if mark == " " else str
         reader = csv.reader(
@@ -103,12 +123,12 @@ def _too_long(cells: list[str], count: int) -> bool:
     return any(cell.strip() for cell in cells[count:])
 
 
-def _number(cells: list[str], k: int, count: int) -> float:
+def _number(cells: list[str], k: int, count: int, decimal: str) -> float:
     try:
-        return np.nan if _too_long(cells, count) else float(cells[k])
+        return np.nan if _too_long(cells, count) else float(cells[k].replace(decimal, "."))
     except (ValueError, IndexError):
         return np.nan
 
 
-def _is_number(cell: str) -> bool:
-    return not np.isnan(_number([cell], 0, 1)) or cell.strip().lower().lstrip("+-") == "nan"
+def _is_number(cell: str, decimal: str) -> bool:
+    return not np.isnan(_number([cell], 0, 1, decimal)) or cell.strip().lower().lstrip("+-") == "nan"

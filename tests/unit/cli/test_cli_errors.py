@@ -18,7 +18,10 @@ SIMULATE = [
     (("--friction.susceptibility_per_um2", "-1"), "friction.susceptibility_per_um2 = -1 um^-2: must be greater than 0"),
     (("--setpoint.offset_n", "0.5 N"), "setpoint.offset_n = '0.5 N' N: must be a valid number"),
     (("--setpoint.kind", "sinus"), "setpoint.kind = 'sinus' is unknown; accepted: 'constant', 'sine'"),
-    (("--disturbance.kind", "recording", "--disturbance.path", "no.csv"), "no.csv: there is no such file"),
+    (
+        ("--disturbance.kind", "recording", "--disturbance.path", "no.csv", "--disturbance.offset_n", "0.4"),
+        "no.csv: there is no such file",
+    ),
     (("--preset", "papr"), 'Invalid value "papr" for --preset. Choose from: "paper", "feasible", "bench"'),
     (("--setpoint.kind", "steps", "--setpoint.levels_n", "[.4, 0.6]"), "[.4, 0.6]: is no list; write one like [0.4"),
     (("--sed", "3"), "Unknown option: --sed. Did you mean --seed?"),

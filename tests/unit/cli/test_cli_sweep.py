@@ -55,13 +55,14 @@ def test_summary_names_the_best_points(frictionloop):
 
 
 def test_words_can_be_swept(frictionloop):
-    answer = frictionloop(*SHORT, "--over", "setpoint.kind=sine,constant", "--json").json()
-    assert answer["best"]["r2_identity"]["point"] == {"setpoint.kind": "sine"}
+    answer = frictionloop(*SHORT, "--over", "setpoint.kind=log_sweep,constant", "--json").json()
+    assert answer["best"]["r2_identity"]["point"] == {"setpoint.kind": "log_sweep"}
     assert answer["metrics"]["r2_identity"][1] == [None]
 
 
 def test_sweep_without_any_value_is_still_complete(frictionloop):
-    tokens = (*SHORT, "--over", "controller.kp=1,2", "--setpoint.kind", "constant", "--metrics", "r2_identity")
+    constant = ("--setpoint.kind", "constant", "--setpoint.offset_n", "0.5")
+    tokens = (*SHORT, "--over", "controller.kp=1,2", *constant, "--metrics", "r2_identity")
     assert frictionloop(*tokens, "--json").json()["complete"]
     assert "no run has a value" in frictionloop(*tokens).out
 
@@ -122,7 +123,7 @@ def interrupt_once_running(running, kept):
 
 
 def test_ctrl_c_keeps_what_is_done_and_resume_finishes_it(frictionloop, process, tmp_path):
-    long = ("--setpoint.kind", "sine", "--over", "controller.kp=1:18:64", "--over", "controller.ki=1:10:10:log")
+    long = ("--setpoint.sweep_s", "100", "--over", "controller.kp=1:18:64", "--over", "controller.ki=1:10:10:log")
     tokens = ("sweep", "--preset", "feasible", *long, "--duration-s", "100", "--out")
     running = process(*tokens, "kept.h5", "--jobs", "1")
     out, err, code = interrupt_once_running(running, tmp_path / "kept.h5")
