@@ -27,6 +27,8 @@ HELD_PEAK = 2.0
 """Ms of the gains that are named instead, dry and moist: a phase margin of at least 29 degrees."""
 FAR = 0.5
 """A population is looked at if its median R2 is further than this below its bound (chosen), as not all reach it."""
+UNREACHED, OFTEN_N = 0.9, 0.2
+"""Share of the time out of reach that is told, and the mean of a disturbance that is then asked about (chosen)."""
 LOWEST_HZ = 5.0
 """Ringing is looked for above the tracking of a set-point (chosen)."""
 
@@ -144,6 +146,31 @@ def lines(found: Ringing, metrics: dict[str, float]) -> list[str]:
     if found.held:
         said.append(f"Gains that hold: {' '.join(f'--{path} {gain:g}' for path, gain in found.held.items())}")
         said.append(f"They hold {_where(found.band)}.")
+    return said
+
+
+def out_of_reach(run: xr.Dataset, mask: np.ndarray) -> list[str]:
+    """Return what a person is told of a set-point that nearly nothing could follow, and what may be the cause."""
+    if not mask.any():
+        return []
+    from frictionloop.loop.metrics import reach_of
+    from frictionloop.loop.record import system_of
+
+    (floor, top), r, d = reach_of(run, mask), run["f_r"].values[mask], run["d"].values[mask]
+    missed = (r < floor + d) | (r > top + d)
+    if not missed.mean() >= UNREACHED:
+        return []
+    low, high = float(np.median(floor + d)), float(np.median(top + d))
+    said = [f"The set-point is out of reach {missed.mean():.0%} of the time: {low:.3g} to {high:.3g} N could be had."]
+    system, level = system_of(run), abs(float(d.mean()))
+    if level > OFTEN_N:
+        mean = " --disturbance.remove_mean true" if system.disturbance.kind == "recording" else ""
+        hint = f"did you mean{mean or ' a disturbance around 0'}?"
+        said.append(f"The disturbance adds {d.mean():.3g} N on average, to friction that has its own mean; {hint}")
+    elif np.median(r) > high:
+        said.append(f"The finger's friction is too low for {np.median(r):.3g} N; did you mean a lower set-point?")
+    else:
+        said.append(f"No amplitude lowers it to {np.median(r):.3g} N; did you mean a higher set-point?")
     return said
 
 

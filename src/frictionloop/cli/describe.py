@@ -6,7 +6,16 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from frictionloop.parameters import Board, FingerFriction, ResonantPlate, Skin, Strokes, SuspendedSensor, System
+from frictionloop.parameters import (
+    Board,
+    FingerFriction,
+    Recording,
+    ResonantPlate,
+    Skin,
+    Strokes,
+    SuspendedSensor,
+    System,
+)
 from frictionloop.quantities import FrictionloopError
 
 Row = tuple[str, ...]
@@ -53,6 +62,11 @@ def short(value: Any) -> str:
 def notes_of(system: System) -> dict[str, str]:
     """Return what a person wants to know of each block besides its values, by the block's dotted name."""
     found: dict[str, str] = {}
+    for name, signal in (("setpoint", system.setpoint), ("disturbance", system.disturbance)):
+        if isinstance(signal, Recording):
+            from frictionloop.recordings.read import told
+
+            found[name] = told(signal)
     friction, plate, sensor, controller = system.friction, system.plate, system.sensor, system.controller
     if isinstance(friction, FingerFriction) and (band := _band(system)):
         found["friction"] = f"{band[0]:.3g} to {band[1]:.3g} N within reach just after landing"

@@ -63,7 +63,7 @@ def command(
 
     with screen.waiting("scoring"):
         metrics, mask = scores.metrics_of(run, score_from_s), scores.scored_periods(run, score_from_s)
-        rings = advice.ringing(run, mask, metrics)
+        rings, unreached = advice.ringing(run, mask, metrics), advice.out_of_reach(run, mask)
     times, steps = _steps(run, system, score_from_s)
     saved = _save(run, system, {"run": out, "plot": plot, "system": save_system})
     if json:
@@ -81,6 +81,7 @@ def command(
         screen.columns(rows),
         "",
         *([*advice.lines(rings, metrics), ""] if rings else []),
+        *([*unreached, ""] if unreached else []),
         f"{duration_s:g} s of signal, {periods} control periods, simulated in {screen.seconds(elapsed_s)}",
         *(f"saved {what} as {path}" for what, path in saved.items() if path),
     )

@@ -41,7 +41,7 @@ def _sums(run: xr.Dataset, mask: Any, bound: bool = False) -> Sums:
     shortfall2 = np.nan
     if bound:
         d = run["d"].values[keep]
-        floor, top = _reach(run, keep)
+        floor, top = reach_of(run, keep)
         shortfall2 = np.sum((np.clip(r, floor + d, top + d) - r) ** 2)
     error2 = np.sum((f - r) ** 2)
     saturated = np.sum(run["saturated"].values[keep])
@@ -49,7 +49,7 @@ def _sums(run: xr.Dataset, mask: Any, bound: bool = False) -> Sums:
     return Sums(error2, r.sum(), r @ r, saturated, f.sum(), f @ f, f @ r, shortfall2, r.size, shift=shift)
 
 
-def _reach(run: xr.Dataset, keep: Any) -> tuple[Any, Any]:
+def reach_of(run: xr.Dataset, keep: Any) -> tuple[Any, Any]:
     """Return the lowest and the highest force that vibration can leave: constants, or traces of a finger."""
     if "limit" in run:
         return run["floor"].values[keep], run["limit"].values[keep]

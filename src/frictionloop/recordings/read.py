@@ -59,6 +59,25 @@ def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> A
         a value in use is blank, not a number, not finite or in a row of too many cells (with its line or index);
         the window is past the end.
     """
+    force, file_hz, _ = _scaled(recording, wanted)
+    return _resampled(force, file_hz, rate_hz, recording.path)
+
+
+def told(recording: Recording) -> str:
+    """Return in words what was found in the file: the unit, the rate and the forces.
+
+    Raises
+    ------
+    FrictionloopError
+        As `read_recording`.
+    """
+    force, file_hz, unit = _scaled(recording, "N")
+    read = f"in {unit} by the file, " if unit and recording.unit is None and recording.scale is None else ""
+    return f"{read}{force.size} samples at {file_hz:g} Hz, {force.min():.3g} to {force.max():.3g} N"
+
+
+def _scaled(recording: Recording, wanted: str) -> tuple[Array, float, str | None]:
+    """Return the part in use in the wanted unit, the rate of the file in Hz, and the unit that the file says."""
     column = _open(recording)
     used, file_hz = _used(recording, column)
     if recording.remove_mean:
@@ -66,7 +85,7 @@ def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> A
     scale = recording.scale
     if scale is None:
         scale = scale_of(recording.path, recording.column, recording.unit, column.unit, wanted)
-    return _resampled(recording.offset_n + scale * used, file_hz, rate_hz, recording.path)
+    return recording.offset_n + scale * used, file_hz, column.unit
 
 
 def _open(recording: Recording) -> Column:

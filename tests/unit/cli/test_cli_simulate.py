@@ -166,3 +166,22 @@ def test_gather_rewrites_dotted_flags_only():
     assert overrides_of(["a.b=1", "a.kind=sine"]) == {"a.kind": "sine", "a.b": 1}
     assert list(overrides_of(["a.b=1", "a.kind=sine"])) == ["a.kind", "a.b"]
     assert np.isnan(overrides_of(["a.b=nan"])["a.b"])
+
+
+def test_a_recording_says_what_was_found_in_the_file(frictionloop, tmp_path):
+    rows = "".join(f"{k / 1000:.3f},{700 + 50 * (k % 2)}\n" for k in range(1001))
+    (tmp_path / "slide.csv").write_text("Time (s),Ft [mN]\n" + rows)
+    flags = ("--disturbance.kind", "recording", "--disturbance.path", str(tmp_path / "slide.csv"))
+    still = ("--setpoint.kind", "constant", "--setpoint.offset_n", "0.5", "--disturbance.column", "Ft")
+    said = " ".join(frictionloop("simulate", *flags, *still, "--duration-s", "0.9").out.split())
+    assert "in mN by the file, 1001 samples at 1000 Hz, 0.7 to 0.75 N" in said
+    assert "The set-point is out of reach 100% of the time" in said
+    assert "did you mean --disturbance.remove_mean true?" in said
+
+
+def test_a_set_point_above_the_finger_is_told(frictionloop):
+    high = ("--setpoint.kind", "constant", "--setpoint.offset_n", "1.7", "--disturbance.kind", "constant")
+    said = frictionloop("simulate", *high, "--disturbance.offset_n", "0", "--duration-s", "0.1").out
+    assert "The set-point is out of reach 100% of the time: 0.0744 to 0.8 N could be had." in said
+    assert "did you mean a lower set-point?" in said
+    assert "out of reach" not in frictionloop("simulate", "--preset", "feasible", "--duration-s", "0.1").out
