@@ -4,6 +4,19 @@
 >>> run = fl.simulate(fl.paper(), duration_s=1.0)
 >>> bool(fl.r2_identity(run) <= fl.r2_bound(run))
 True
+
+A loop          paper  feasible  bench  preset  read_toml  write_toml  System (evolve)
+its blocks      Sine  Recording  Samples  Friction  FingerFriction  ResonantPlate
+                SuspendedSensor  PiController  NotchPiController  Skin  Strokes  ...
+Run it          simulate  sweep  Stepper  fingers  save  load
+Judge it        r2_identity  rms_error  saturation_index  perceptual_index  METRICS
+Look ahead      linearise  operating_band  kp_limit  output_noise_rms_n
+Find gains      retune  retune_notch  RETUNED
+Run a device    connect  Device
+Blocks of yours register  Law  Vibration  Signal  StreamingMetric  RunMetric  step
+
+``dir(fl)`` lists all names and ``help(fl.simulate)`` explains one. The command ``frictionloop --help`` does the same
+from a terminal. Distances are in um or mm, forces in N, times in s: every name ends with its unit.
 """
 
 from __future__ import annotations
@@ -48,7 +61,6 @@ _HOME = {
     "loop.metrics": "METRICS output_noise r2_bound r2_identity r2_regression regression rms_error saturation_index",
 }
 _ROOM_OF = {name: f"frictionloop.{room}" for room, names in _HOME.items() for name in names.split()}
-__all__ = sorted(_ROOM_OF)  # noqa: PLE0605  (computed from the rooms)
 
 
 def __getattr__(name: str) -> Any:
@@ -63,4 +75,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return __all__
+    """Return the public names."""
+    return sorted(_ROOM_OF)

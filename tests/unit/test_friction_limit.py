@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numba import njit
-from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 
 from frictionloop.parameters import Friction
@@ -23,6 +22,7 @@ from frictionloop.physics.friction_limit import (
     occlusion_step,
 )
 from frictionloop.physics.vibration import vibrated_step
+from frictionloop.quantities import FrictionloopError
 
 DT = 2e-4
 EPS = 2.0**-52
@@ -154,7 +154,7 @@ def test_lanes_have_the_bits_of_a_single_step(friction, lanes):
     ],
 )
 def test_impossible_fingers_are_refused(block, values):
-    with pytest.raises(ValidationError):
+    with pytest.raises(FrictionloopError):
         block(**values)
 
 

@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numba import njit
-from pydantic import ValidationError
 from scipy.interpolate import PPoly
 
 from frictionloop.parameters.motion import Sliding, Strokes
 from frictionloop.physics.motion import load_plan, load_step, stroke_plan, stroke_step
+from frictionloop.quantities import FrictionloopError
 
 RATE_HZ = 5000.0
 LANES = 32
@@ -167,7 +167,7 @@ def test_seeds_drift_apart():
     ],
 )
 def test_impossible_motions_are_refused(values, message):
-    with pytest.raises(ValidationError, match=message):
+    with pytest.raises(FrictionloopError, match=message):
         Strokes(**values)
 
 

@@ -16,7 +16,7 @@ from frictionloop.quantities import FrictionloopError
 class Description(Block):
     """A whole made of blocks."""
 
-    def evolve(self, overrides: Mapping[str, Any]) -> Self:
+    def evolve(self, overrides: Mapping[str, Any] | None = None, **blocks: Any) -> Self:
         """Return a copy with some values replaced.
 
         Parameters
@@ -33,6 +33,7 @@ class Description(Block):
         FrictionloopError
             For an unknown path, naming near ones, or a value outside its range.
         """
+        overrides = {**(overrides or {}), **blocks}
         # Blocks that no path enters stay as they are: sweeps evolve thousands of systems.
         tree = {name: getattr(self, name) for name in type(self).model_fields}
         for block in {path.split(".", 1)[0] for path in overrides} & tree.keys():

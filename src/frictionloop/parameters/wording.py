@@ -19,12 +19,20 @@ LONGEST = 200
 def kinds_of(system: Model, block: str) -> list[Model]:
     """Return the parameter classes a block of the System may be."""
     registry = registry_of(system, block)
-    return list(registry.models.values()) if registry else [system.model_fields[block].annotation]  # type: ignore[list-item]
+    if registry:
+        return list(registry.models.values())
+    only = system.model_fields[block].annotation
+    return [only] if isinstance(only, type) and issubclass(only, BaseModel) else []
 
 
 def registry_of(system: Model, block: str) -> Kinds | None:
     """Return the registry of the kinds that a block may be, None for a block of one kind."""
     return next((each for each in system.model_fields[block].metadata if isinstance(each, Kinds)), None)
+
+
+def known_blocks(system: Model) -> list[str]:
+    """Return the names of what is a block, not a value."""
+    return [name for name in system.model_fields if kinds_of(system, name)]
 
 
 def known_names(system: Model, tree: Mapping[str, Any]) -> list[str]:
@@ -33,7 +41,9 @@ def known_names(system: Model, tree: Mapping[str, Any]) -> list[str]:
     for block in system.model_fields:
         given = tree.get(block)
         kind = given.get("kind") if isinstance(given, Mapping) else None
-        for model in kinds_of(system, block):
+        models = kinds_of(system, block)
+        names += [] if models else [block]
+        for model in models:
             if kind is None or model.model_fields["kind"].default == kind:
                 names += _fields(model, f"{block}.")
     return list(dict.fromkeys(names))
@@ -79,13 +89,14 @@ def explain(system: Model, error: ValidationError, tree: Mapping[str, Any]) -> s
         block = path.rsplit(".", 1)[0] if "." in path else ""
         return unknown(path, [name for name in known_names(system, tree) if name.startswith(block)])
     if first["type"] == "missing":
-        hint = "" if "." in path else '; with preset = "paper" a file needs only what differs'
+        whole = "." not in path and path in known_blocks(system)
+        hint = '; with preset = "paper" a file needs only what differs' if whole else ""
         return f"{path or 'system'} is missing{hint}"
     if first["type"] in ("model_type", "dict_type"):
         return f"{path} = {first['input']!r}: must be a table of values"
     message = first["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
     if isinstance(first["input"], (dict, BaseModel)):
-        return f"{path or 'system'}: {message}"
+        return f"{path}: {message}" if path else message
     unit = f" {unit_of(path)}" if unit_of(path) else ""
     given = " ".join(repr(first["input"]).split())
     return f"{path} = {given if len(given) <= LONGEST else given[:LONGEST] + ' ...'}{unit}: {message}"
