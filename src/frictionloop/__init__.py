@@ -9,7 +9,7 @@ A loop          paper  feasible  bench  preset  read_toml  write_toml  System (e
 its blocks      Sine  Recording  Samples  Friction  FingerFriction  ResonantPlate
                 SuspendedSensor  PiController  NotchPiController  Skin  Strokes  ...
 Run it          simulate  sweep  Stepper  fingers  save  load
-Judge it        r2_identity  rms_error  saturation_index  perceptual_index  METRICS
+Judge it        plot  metrics  r2_identity  rms_error  saturation_index  perceptual_index  METRICS
 Look ahead      linearise  operating_band  kp_limit  output_noise_rms_n
 Find gains      retune  retune_notch  RETUNED
 Run a device    connect  Device
@@ -58,6 +58,8 @@ _HOME = {
     "device.device": "Device connect",
     "device.errors": "DeviceError",
     "device.running": "Interrupted",
+    "report.plot": "plot",
+    "loop.all_metrics": "metrics",
     "loop.metrics": "METRICS output_noise r2_bound r2_identity r2_regression regression rms_error saturation_index",
 }
 _ROOM_OF = {name: f"frictionloop.{room}" for room, names in _HOME.items() for name in names.split()}

@@ -78,7 +78,7 @@ def command(
                 progress=progress,
             )
     if plot is not None:
-        from frictionloop.cli.plot import draw
+        from frictionloop.report.plot import plot as draw
 
         draw(run, plot)
     found, mask = summary(run), counted(run)

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
-
-from frictionloop.quantities import FrictionloopError
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     import numpy as np
@@ -15,9 +13,6 @@ if TYPE_CHECKING:
     from frictionloop.cli.describe import Row
     from frictionloop.loop.step_times import StepTime
 
-PLAIN = ("r2_identity", "r2_bound", "rms_error", "output_noise", "saturation_index")
-LINE = ("r2_regression", "slope", "intercept")
-FELT = ("perceptual_index", "relative_index")
 UNITS = {"intercept": "N", "rms_error": "N", "output_noise": "N"}
 """Units of the metrics that have one; the others are pure numbers."""
 
@@ -29,29 +24,13 @@ def scored_periods(run: xr.Dataset, score_from_s: float = 0.0) -> np.ndarray:
 
 
 def metrics_of(run: xr.Dataset, score_from_s: float = 0.0) -> dict[str, float]:
-    """Return every metric of a run by name, NaN where nothing counts or a metric has no meaning.
-
-    ``slope`` and ``intercept`` belong to r2_regression.
-    """
-    import frictionloop as fl
+    """Return every metric of a run by name, NaN where nothing counts or a metric has no meaning."""
+    from frictionloop.loop.all_metrics import FELT, PLAIN, REGRESSION, metrics
 
     mask = scored_periods(run, score_from_s)
     if not mask.any():
-        return dict.fromkeys((*PLAIN, *LINE, *FELT), math.nan)
-    # What is felt of a finger that is none says little, and costs half a second of imports.
-    felt = fl.system_of(run).motion.kind == "strokes"
-    return {
-        **{name: float(getattr(fl, name)(run, mask)) for name in PLAIN},
-        **dict(zip(LINE, fl.regression(run, mask), strict=True)),
-        **{name: _or_nan(getattr(fl, name), run, mask) if felt else math.nan for name in FELT},
-    }
-
-
-def _or_nan(metric: Any, run: xr.Dataset, mask: np.ndarray) -> float:
-    try:
-        return float(metric(run, mask))
-    except FrictionloopError:  # a control rate without a filter; a mean force that no constant amplitude gives
-        return math.nan
+        return dict.fromkeys((*PLAIN, *REGRESSION, *FELT), math.nan)
+    return metrics(run, mask)
 
 
 def metric_rows(found: dict[str, float]) -> list[Row]:

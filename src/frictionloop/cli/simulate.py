@@ -120,7 +120,7 @@ def _save(run: xr.Dataset, system: System, paths: dict[str, Path | None]) -> dic
 
         save(run, paths["run"])
     if paths["plot"] is not None:
-        from frictionloop.cli.plot import draw
+        from frictionloop.report.plot import plot as draw
 
         draw(run, paths["plot"])
     if paths["system"] is not None:

@@ -14,6 +14,7 @@ from frictionloop.quantities.units import FrictionloopError
 if TYPE_CHECKING:
     import xarray as xr
 
+    from frictionloop.cli.outcome import Outcome
     from frictionloop.parameters import System
 
 ARGUMENTS = "[FILE] --over NAME=VALUES | --fingers N [OPTIONS]"
@@ -23,7 +24,7 @@ EXAMPLES = r"""Examples
   frictionloop sweep --over controller.kp=1:100:32:log \
       --over controller.ki=0.1,1,10
   frictionloop sweep --preset feasible --seeds 4 --out noise.h5 \
-      --over sensor.noise_rms_n=1e-6:1:25:log
+      --over sensor.noise_rms_n=1e-6:1:25:log --plot noise.svg
   frictionloop sweep my-bench.toml --over controller.kp=5,10,20 --csv table.csv
   frictionloop sweep --preset bench --fingers 100 --csv fingers.csv \
       --controller.kp 0.062 --controller.ki 134
@@ -89,11 +90,16 @@ def command(
     csv: Annotated[
         Path | None, Parameter(help="Write a table with one row per run here (.csv).", group=flags.RESULT)
     ] = None,
+    plot: Annotated[
+        Path | None,
+        Parameter(help="Draw curves, maps or a distribution into this file (.svg, .pdf or .png).", group=flags.RESULT),
+    ] = None,
     json: flags.Json = False,
 ) -> None:
     """Simulate every combination of some parameters' values and say which is best, or a population of fingers."""
     checks.check_output("out", out, checks.RUN_FILES)
     checks.check_output("csv", csv, checks.TABLES)
+    checks.check_output("plot", plot, checks.FIGURES)
     checks.check_count("seeds", seeds, 1, 1_000_000)
     checks.check_count("jobs", 1 if jobs is None else jobs, 1, 1024)
     checks.check_score(score_from_s, duration_s)
@@ -123,9 +129,8 @@ def command(
         _save_again(found.result, out)
     else:
         found = outcome.Outcome(result, clock.elapsed_s(), complete=not interrupted)
-    if csv is not None:
-        found.write_csv(csv)
-    saved = {"sweep": out, "table": csv}
+    _write(found, csv, plot)
+    saved = {"sweep": out, "table": csv, "plot": plot}
     if json:
         asked = {"system": system.model_dump(), "duration_s": duration_s, "score_from_s": score_from_s}
         if fingers:
@@ -160,6 +165,16 @@ def _people(system: System, count: int, seed: int, overrides: list[str] | None) 
     from frictionloop.cli.population import population_of
 
     return population_of(system, count, seed, overrides)
+
+
+def _write(found: Outcome, csv: Path | None, plot: Path | None) -> None:
+    """Write the table and the figure that were asked for."""
+    if csv is not None:
+        found.write_csv(csv)
+    if plot is not None:
+        from frictionloop.report.plot import plot as draw
+
+        draw(found.result, plot)
 
 
 def _save_again(result: xr.Dataset, out: Path | None) -> None:

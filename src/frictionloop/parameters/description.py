@@ -27,6 +27,8 @@ class Description(Block):
 
             A new ``kind`` keeps what describes the bench: of a controller its rate, delay and model, of a plate or a
             finger the values that both kinds have. A signal and the gains of a law start from the new kind's defaults.
+        **blocks : mapping or block
+            The same for whole blocks: ``evolve(controller={"kp": 20.0}, setpoint=fl.Sine(offset_n=0.6))``.
 
         Raises
         ------

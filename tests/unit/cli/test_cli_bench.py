@@ -11,8 +11,8 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.cli.flags import PresetName
-from frictionloop.cli.plot import figure_of
 from frictionloop.parameters import PRESETS
+from frictionloop.report.run_figure import figure_of
 
 SHORT = ("simulate", "--preset", "bench", "--duration-s", "1")
 HELD = tuple(word for path, gain in fl.RETUNED.items() for word in (f"--{path}", str(gain)))

@@ -5,14 +5,11 @@ A recording of a device has no force on the finger, which nobody can measure the
 
 from __future__ import annotations
 
-import os
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionloop.quantities import replacing
-from frictionloop.report.style import BLUE, GREEN, GREY, ORANGE, PURPLE, SILVER, new_figure, styled, svg
+from frictionloop.report.style import BLUE, GREEN, GREY, ORANGE, PURPLE, SILVER, new_figure, styled
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -91,16 +88,6 @@ def _shade(panels: Any, time: np.ndarray, left_out: np.ndarray) -> None:
         for axes in panels:
             label = "not scored" if k == 0 and axes is panels[0] else None
             axes.axvspan(time[start], stops[stop], color=SHADE, linewidth=0, zorder=0.7, label=label)
-
-
-def draw(run: xr.Dataset, path: str | os.PathLike[str]) -> None:
-    """Draw a run into a file; the name's ending chooses svg, pdf or png."""
-    figure, ending = figure_of(run), Path(path).suffix.lstrip(".")
-    with replacing(path) as beside:
-        if ending == "svg":
-            beside.write_text(svg(figure, "run"), encoding="utf-8")
-        else:
-            figure.savefig(beside, format=ending, dpi=200)
 
 
 def _amplitude(run: xr.Dataset) -> str:

@@ -1,0 +1,55 @@
+"""Every metric of a run by its name."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from frictionloop.loop import metrics as plain
+from frictionloop.loop.felt import perceptual_index, relative_index
+from frictionloop.loop.metric import RunMetric
+from frictionloop.loop.record import system_of
+from frictionloop.quantities import FrictionloopError
+
+PLAIN = ("r2_identity", "r2_bound", "rms_error", "output_noise", "saturation_index")
+REGRESSION = ("r2_regression", "slope", "intercept")
+FELT = {"perceptual_index": perceptual_index, "relative_index": relative_index}
+
+
+def metrics(run: xr.Dataset, mask: Any = None) -> dict[str, float]:
+    """Return every metric of a run by name, NaN where one has no meaning (R2 of a constant set-point).
+
+    ``slope`` and ``intercept`` (N) belong to r2_regression. Metrics of runs that are registered come last.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        From ``simulate`` or ``load``.
+    mask : array of bool, optional
+        The control periods to score, shape (time,); all that are ``scored`` if not given.
+
+    Raises
+    ------
+    FrictionloopError
+        For a mask of another shape or that keeps nothing, or a run without its System.
+    """
+    keep = mask if mask is not None else run["scored"].values if "scored" in run else np.ones(run.sizes["time"], bool)
+    # What is felt of a finger that is none says little, and costs half a second of imports.
+    felt = system_of(run).motion.kind == "strokes"
+    own = {name: each.of for name, each in plain.METRICS.items() if isinstance(each, RunMetric)}
+    return {
+        **{name: float(getattr(plain, name)(run, keep)) for name in PLAIN},
+        **dict(zip(REGRESSION, plain.regression(run, keep), strict=True)),
+        **{name: _or_nan(each, run, keep) if felt else math.nan for name, each in FELT.items()},
+        **{name: float(of(run.isel(time=np.asarray(keep, bool)))) for name, of in own.items()},
+    }
+
+
+def _or_nan(metric: Any, run: xr.Dataset, mask: np.ndarray) -> float:
+    try:
+        return float(metric(run, mask))
+    except FrictionloopError:  # a control rate without a filter; a mean force that no constant amplitude gives
+        return math.nan

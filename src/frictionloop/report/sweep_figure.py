@@ -1,0 +1,120 @@
+"""The figure of a sweep: curves over one parameter, maps over two or three, a distribution over listed points."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from frictionloop.quantities import FrictionloopError, unit_of
+from frictionloop.report.style import BLUE, GREY, VERMILLION, new_figure, styled
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MOST_PANELS = 24
+SHOWN = {"N": (1e3, "mN"), "s": (1e3, "ms")}
+"""How a metric's unit is drawn."""
+
+
+@styled
+def figure_of(result: xr.Dataset) -> Figure:
+    """Return the figure of every metric of a sweep; what is not yet run is left white."""
+    axes = [str(dim) for dim in result.dims if dim != "seed"]
+    names = [str(name) for name, values in result.data_vars.items() if set(values.dims) == {*axes, "seed"}]
+    if len(axes) > 3:
+        raise FrictionloopError(
+            f"result has {len(axes)} parameters, {', '.join(axes)}: at most 3 are drawn; pick values with "
+            f'result.sel({{"{axes[-1]}": ...}})'
+        )
+    if axes == ["point"]:
+        return _panels(names, [None], lambda panel, name, _: _distribution(panel, result[name]))
+    words = [each for each in axes if result[each].dtype.kind not in "iufb"]
+    if len(axes) == 1:
+        return _panels(names, [None], lambda panel, name, _: _curve(panel, result[name], axes[0]))
+    if set(words) & set(axes[:2]):
+        raise FrictionloopError(f"{words[0]} holds words: a map needs numbers; give it as the third parameter")
+    third = result[axes[2]].values.tolist() if len(axes) == 3 else [None]
+    if len(third) * len(names) > MOST_PANELS:
+        raise FrictionloopError(
+            f"{len(third)} values of {axes[2]} and {len(names)} metrics: at most {MOST_PANELS} maps"
+        )
+
+    def drawn(panel: Axes, name: str, value: Any) -> None:
+        values = result[name] if value is None else result[name].sel({axes[2]: value})
+        mean = _scaled(result[name].transpose(..., "seed"))[0].mean(axis=-1)
+        ends = (float(np.nanmin(mean)), float(np.nanmax(mean))) if np.isfinite(mean).any() else (0.0, 1.0)
+        _map(panel, values, axes, "" if value is None else f"{axes[2]} = {_short(value)}", ends)
+
+    return _panels(names, third, drawn)
+
+
+def _panels(names: list[str], third: list[Any], draw: Any) -> Figure:
+    """Return a figure of a row per metric and a column per value, or of metrics side by side."""
+    rows, columns = (len(names), len(third)) if len(third) > 1 else (1, len(names))
+    figure = new_figure(3.6 * columns, 3.0 * rows)
+    panels = figure.subplots(rows, columns, squeeze=False).ravel()
+    for panel, (name, value) in zip(panels, [(name, value) for name in names for value in third], strict=True):
+        draw(panel, name, value)
+    return figure
+
+
+def _curve(panel: Axes, metric: xr.DataArray, axis: str) -> None:
+    values, label = _scaled(metric.transpose(axis, "seed"))
+    at = metric[axis].values
+    if at.dtype.kind not in "iufb":
+        panel.plot([str(each) for each in at], np.nanmean(values, axis=1), "o", color=BLUE)
+    else:
+        panel.fill_between(at, np.nanmin(values, axis=1), np.nanmax(values, axis=1), color="#d5e6f2", linewidth=0)
+        panel.plot(at, np.nanmean(values, axis=1), ".-", color=BLUE)
+        panel.set_xscale("log" if _is_geometric(at) else "linear")
+    panel.set(xlabel=_named(axis), ylabel=label)
+
+
+def _map(panel: Axes, metric: xr.DataArray, axes: list[str], title: str, ends: tuple[float, float]) -> None:
+    values, label = _scaled(metric.transpose(axes[1], axes[0], "seed"))
+    mean = values.mean(axis=-1)
+    x, y = metric[axes[0]].values, metric[axes[1]].values
+    drawn = panel.pcolormesh(x, y, np.ma.masked_invalid(mean), shading="nearest", vmin=ends[0], vmax=ends[1])
+    panel.figure.colorbar(drawn, ax=panel, label=label)
+    panel.set(xlabel=_named(axes[0]), ylabel=_named(axes[1]), title=title)
+    panel.set_xscale("log" if _is_geometric(x) else "linear")
+    panel.set_yscale("log" if _is_geometric(y) else "linear")
+    panel.grid(visible=False)
+
+
+def _distribution(panel: Axes, metric: xr.DataArray) -> None:
+    values, label = _scaled(metric.transpose("point", "seed"))
+    mean = np.sort(values.mean(axis=1)[~np.isnan(values.mean(axis=1))])
+    panel.step(mean, np.arange(1, mean.size + 1) / max(mean.size, 1), where="post", color=BLUE)
+    for share, color in ((0.5, GREY), (0.9, VERMILLION)):
+        if mean.size:
+            at = float(np.quantile(mean, share))
+            panel.axvline(at, color=color, linewidth=0.9, linestyle="--", label=f"{share:.0%} below {at:.3g}")
+    panel.set(xlabel=label, ylabel="share of points", ylim=(0, 1.02))
+    panel.legend(loc="best")
+
+
+def _scaled(metric: xr.DataArray) -> tuple[np.ndarray, str]:
+    """Return the values as they are drawn, and the metric's name with that unit."""
+    units = metric.attrs.get("units", "1")
+    factor, unit = SHOWN.get(units, (1.0, units))
+    return factor * metric.values, f"{metric.name}" + (f" ({unit})" if unit != "1" else "")
+
+
+def _named(path: str) -> str:
+    return f"{path} ({unit_of(path)})" if unit_of(path) else path
+
+
+def _short(value: Any) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def _is_geometric(values: np.ndarray) -> bool:
+    """Return whether values are in equal ratios, over a factor of at least 4."""
+    if values.size < 3 or values.min() <= 0 or values.max() < 4 * values.min():
+        return False
+    ratios = np.diff(np.log(values))
+    return bool(np.allclose(ratios, ratios[0], rtol=1e-6))

@@ -1,0 +1,77 @@
+"""Figures of runs and sweeps: which panels there are, what they hold, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import frictionloop as fl
+
+KPS, KIS = np.geomspace(1.0, 30.0, 6), np.linspace(0.0, 20.0, 4)
+
+
+def swept(points, **more):
+    return fl.sweep(fl.feasible(), points, 0.1, seeds=3, metrics=["rms_error", "saturation_index"], **more)
+
+
+def test_a_sweep_over_one_parameter_is_a_curve_per_metric():
+    result = swept({"controller.kp": KPS})
+    error, clamped = fl.plot(result).axes
+    (line,) = error.lines
+    np.testing.assert_allclose(line.get_xdata(), KPS)
+    np.testing.assert_allclose(line.get_ydata(), 1e3 * result.rms_error.mean("seed"))
+    assert (error.get_xscale(), error.get_ylabel()) == ("log", "rms_error (mN)")
+    assert (error.get_xlabel(), clamped.get_ylabel()) == ("controller.kp (N/N)", "saturation_index")
+
+
+def test_a_sweep_over_two_is_a_map_per_metric():
+    result = swept({"controller.kp": KPS, "controller.ki": KIS})[["rms_error"]]
+    panel, _bar = fl.plot(result).axes
+    drawn = panel.collections[0].get_array().reshape(KIS.size, KPS.size)
+    np.testing.assert_allclose(drawn, 1e3 * result.rms_error.mean("seed").values.T)
+
+
+def test_a_sweep_over_three_is_a_map_for_each_value_of_the_third():
+    points = {"controller.kp": KPS, "controller.ki": KIS, "controller.delay_s": [0.0, 2e-4]}
+    figure = fl.plot(swept(points)[["rms_error"]])
+    maps = [axes for axes in figure.axes if axes.get_title(loc="left")]
+    assert [axes.get_title(loc="left") for axes in maps] == ["controller.delay_s = 0", "controller.delay_s = 0.0002"]
+    limits = {axes.collections[0].get_clim() for axes in maps}
+    assert len(limits) == 1  # one colour is one value in both
+
+
+def test_fingers_are_a_distribution():
+    result = fl.sweep(fl.bench().evolve(fl.RETUNED), list(fl.fingers(7, 1)), 0.5, 1, ["rms_error"])
+    (panel,) = fl.plot(result).axes
+    values = panel.lines[0].get_xdata()
+    np.testing.assert_allclose(values, 1e3 * np.sort(result.rms_error.values.ravel()))
+    assert panel.lines[0].get_ydata()[-1] == 1.0
+
+
+@pytest.mark.parametrize("ending", [".svg", ".pdf", ".png"])
+def test_it_is_written_too(tmp_path, ending):
+    path = tmp_path / f"run{ending}"
+    fl.plot(fl.simulate(fl.feasible(), 0.1), path)
+    start = {".svg": b"<?xml", ".pdf": b"%PDF", ".png": b"\x89PNG"}[ending]
+    assert path.read_bytes().startswith(start)
+
+
+def test_refusals():
+    with pytest.raises(fl.FrictionloopError, match="must be a run of"):
+        fl.plot(3.0)
+    with pytest.raises(fl.FrictionloopError, match="must end in "):
+        fl.plot(fl.simulate(fl.feasible(), 0.1), "run.bmp")
+    four = {"controller.kp": [1.0], "controller.ki": [1.0], "plate.cutoff_hz": [90.0], "controller.delay_s": [0.0]}
+    with pytest.raises(fl.FrictionloopError, match="result has 4 parameters"):
+        fl.plot(swept(four))
+
+
+def test_all_metrics_of_a_run_are_those_by_name():
+    run = fl.simulate(fl.bench().evolve(fl.RETUNED), 3.0)
+    found = fl.metrics(run)
+    assert found["rms_error"] == fl.rms_error(run)
+    assert found["perceptual_index"] == fl.perceptual_index(run)
+    assert (found["r2_regression"], found["slope"], found["intercept"]) == tuple(fl.regression(run))
+    still = fl.metrics(fl.simulate(fl.feasible().evolve(setpoint=fl.Constant(offset_n=0.5)), 0.1))
+    assert np.isnan(still["r2_identity"])
+    assert np.isnan(still["perceptual_index"])
