@@ -182,3 +182,32 @@ def test_a_failure_on_the_way_keeps_the_old_file(saved, monkeypatch):
 def test_a_file_has_a_name():
     with pytest.raises(fl.FrictionloopError, match="must be the name of a file"):
         fl.save(fl.simulate(fl.paper(), 0.01), "")
+
+
+def test_a_run_as_a_table_comes_back_as_a_recording(tmp_path):
+    """The table's columns are read by their names, with rate and unit found in its header."""
+    fl.save(RUN, tmp_path / "run.csv")
+    recording = fl.Recording(path=str(tmp_path / "run.csv"), column="f_a")
+    system = fl.feasible().evolve(disturbance=recording, setpoint=fl.Constant(offset_n=0.5))
+    again = fl.simulate(system, RUN.sizes["time"] / 5000.0 - 1e-3)
+    np.testing.assert_allclose(again.d, RUN.f_a[: again.sizes["time"]], rtol=1e-12)
+
+
+def test_a_sweep_as_a_table_has_a_row_per_run(tmp_path):
+    grid = fl.sweep(fl.feasible(), {"controller.kp": [1.0, 2.0], "controller.ki": [1.0, 2.0, 3.0]}, 0.02, 2)
+    fl.save(grid, tmp_path / "grid.csv")
+    header, *rows = (tmp_path / "grid.csv").read_text().splitlines()
+    assert header == "controller.kp [N/N],controller.ki [1/s],seed,r2_identity,rms_error [N],saturation_index"
+    assert len(rows) == 12
+    point = grid.isel({"controller.kp": 1, "controller.ki": 2, "seed": 1})
+    assert [float(cell) for cell in rows[-1].split(",")[3:]] == [float(value) for value in point.data_vars.values()]
+
+
+@pytest.mark.parametrize("name", ["run.xlsx", "run", "run.mat"])
+def test_other_endings_are_refused(tmp_path, name):
+    assert "must end in .h5, .hdf5, .nc or .csv" in complaint(fl.save, RUN, tmp_path / name)
+
+
+def test_a_sweep_is_not_kept_in_a_table(tmp_path):
+    with pytest.raises(fl.FrictionloopError, match="to be resumed"):
+        fl.sweep(fl.feasible(), {"controller.kp": [1.0]}, 0.02, path=tmp_path / "grid.csv")

@@ -129,3 +129,17 @@ def test_this_plant_knows_no_motion():
 def test_a_bad_seed_is_one_line(seed):
     with pytest.raises(fl.FrictionloopError, match="seed"):
         fl.Stepper(BASE, seed)
+
+
+@pytest.mark.parametrize("system", [BASE, fl.bench()], ids=["paper", "bench"])
+def test_after_a_reset_it_is_a_new_one(system):
+    loop = fl.Stepper(system, seed=3)
+    first = [loop.measured, *(loop.tick(1.0) for _ in range(300))]
+    assert [loop.reset(), *(loop.tick(1.0) for _ in range(300))] == first
+    other = [loop.reset(4), *(loop.tick(1.0) for _ in range(300))]
+    fresh = fl.Stepper(system, seed=4)
+    assert other == [fresh.measured, *(fresh.tick(1.0) for _ in range(300))]
+    assert loop.reset().force == other[0].force
+    assert loop.time_s == 0.0
+    with pytest.raises(fl.FrictionloopError, match="seed"):
+        loop.reset(-1)

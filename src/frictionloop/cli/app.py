@@ -9,7 +9,7 @@ import sys
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 
-from cyclopts import App, CycloptsError, Group, Parameter, UnusedCliTokensError
+from cyclopts import App, CycloptsError, Group, Parameter, UnknownOptionError, UnusedCliTokensError
 
 from frictionloop.cli import compare, design, device, firmware, reproduce, simulate, sweep
 from frictionloop.cli.flags import gather
@@ -91,7 +91,24 @@ def _run(tokens: list[str]) -> int:
 def _one_line(error: CycloptsError) -> str:
     if isinstance(error, UnusedCliTokensError):
         return f"{shlex.join(error.unused_tokens or [])}: not expected here; see --help"
+    if isinstance(error, UnknownOptionError):
+        flag = (error.token.keyword or error.token.value).partition("=")[0]
+        if meant := _parameters_named(flag):
+            return f"Unknown option: {flag}. Did you mean {' or '.join(meant)}?"
     return " ".join(str(error).split())
+
+
+def _parameters_named(flag: str) -> list[str]:
+    """Return the dotted flags of the parameters that a flag without dots is the name, or the start of the name, of."""
+    from frictionloop.parameters import System
+    from frictionloop.parameters.wording import known_names
+
+    asked = flag.removeprefix("--").replace("-", "_")
+    names = {f"--{name}": name.rsplit(".", 1)[-1] for name in known_names(System, {}) if not name.endswith(".kind")}
+    same = [name for name, leaf in names.items() if leaf == asked]
+    blocks = [f"--{asked}.kind"] if asked in System.model_fields else []
+    begun = [name for name, leaf in names.items() if asked and leaf.startswith(f"{asked}_")]
+    return (same or blocks or begun)[:3]
 
 
 def _program() -> str:

@@ -11,7 +11,7 @@ import xarray as xr
 
 from frictionloop.loop.formulas import METRICS
 from frictionloop.loop.points import Points
-from frictionloop.loop.record import load, save
+from frictionloop.loop.record import HDF5, load, save
 from frictionloop.quantities import FrictionloopError
 
 
@@ -35,6 +35,8 @@ class Result:
     def __init__(
         self, values: np.ndarray, names: tuple[str, ...], grid: Points, attrs: dict[str, Any], path: Any
     ) -> None:
+        if path is not None and Path(path).suffix.lower() not in HDF5:
+            raise FrictionloopError(f"path = {str(path)!r}: must end in {' or '.join(HDF5)}, to be resumed")
         self.values, self.names, self.grid, self.attrs, self.path = values, names, grid, attrs, path
 
     def dataset(self) -> xr.Dataset:

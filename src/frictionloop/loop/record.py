@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from frictionloop.parameters.files import check_schema
 from frictionloop.quantities import FrictionloopError, replacing
 from frictionloop.quantities.version import package_version
 
+HDF5 = (".h5", ".hdf5", ".nc")
 VARIABLES: dict[str, tuple[str, str]] = {
     "f_r": ("N", "set-point force"),
     "f_a": ("N", "friction force on the finger"),
@@ -78,25 +80,41 @@ def system_of(run: xr.Dataset) -> System:
 
 
 def save(run: xr.Dataset, path: str | os.PathLike[str]) -> None:
-    """Save a run or sweep as HDF5 (netCDF-4 layout); the old file stays whole until the new one is complete.
+    """Save a run or sweep as HDF5 (netCDF-4 layout) or as a CSV table; the old file stays whole until then.
+
+    A table has one row per control period, or per run of a sweep, and the units in its header. It has no System: only
+    HDF5 can be loaded again.
 
     Parameters
     ----------
     run : xarray.Dataset
         From ``simulate`` or ``sweep``.
     path : path
-        File to write, replaced if it is there.
+        File to write, replaced if it is there: .h5, .hdf5 or .nc, or .csv.
 
     Raises
     ------
     FrictionloopError
-        For a file that cannot be written.
+        For another ending, or a file that cannot be written.
     """
+    if (ending := Path(path).suffix.lower()) not in (*HDF5, ".csv") and str(path):
+        raise FrictionloopError(f"{str(path)!r}: must end in {', '.join(HDF5)} or .csv")
+    if ending == ".csv":
+        named = {str(name): _header(str(name), values) for name, values in run.variables.items()}
+        table = run.to_dataframe(dim_order=[*map(str, run.dims)]).reset_index().rename(columns=named)
+        with replacing(path) as beside:
+            table.to_csv(beside, index=False)
+        return
     encoding = {name: {"zlib": True, "complevel": 1, "shuffle": True} for name in run.data_vars if run[name].ndim}
     # HDF5 writes to memory: when a disk is full, its own writing leaves handles that crash the interpreter at exit.
     content = run.to_netcdf(engine="h5netcdf", encoding=encoding)
     with replacing(path) as beside:
         beside.write_bytes(content)
+
+
+def _header(name: str, values: xr.Variable) -> str:
+    unit = values.attrs.get("units", "1")
+    return name if unit == "1" else f"{name} [{unit}]"
 
 
 def load(path: str | os.PathLike[str]) -> xr.Dataset:

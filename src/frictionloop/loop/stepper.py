@@ -55,8 +55,8 @@ class Stepper:
 
     def __init__(self, system: System, seed: int = 0) -> None:
         check_system(system)
-        self.system, seed = system, check_seed(seed)
-        self._tile = lower([system], [seed], external=True)
+        self.system, self._seed = system, check_seed(seed)
+        self._tile = lower([system], [self._seed], external=True)
         self._period, self._last = 0, round(min(system.disturbance.longest_s, 1e9) * system.controller.rate_hz)
         self._disturbance = _NONE
         self._view = self._tile.slab.data
@@ -64,7 +64,7 @@ class Stepper:
         """Whether `force_n` is that at the last sample, as on a bench; else it is the one a period before."""
         # The sensor has settled on the first force, which one period tells: of a bench its sample alone, of the plant
         # of Section 2 all of it, run on a copy.
-        probe = self._tile if self.tells_sampled else lower([system], [seed], external=True)
+        probe = self._tile if self.tells_sampled else lower([system], [self._seed], external=True)
         first = probe.disturbance(0, 1)
         advance(probe, 0, 1, _UNUSED, first, 0)
         force = probe.slab.view("friction" if self.tells_sampled else "nominal")[0, 0]
@@ -82,6 +82,22 @@ class Stepper:
     def amplitude_um(self) -> float:
         """Vibration amplitude at the time of the last measurement."""
         return float(self._view[ROW["amplitude"]])
+
+    def reset(self, seed: int | None = None) -> Measurement:
+        """Begin anew at time 0 and return the first measurement; bit for bit as a new ``Stepper``.
+
+        Parameters
+        ----------
+        seed : int, optional
+            Seed of all noise from now on; the one there is if not given.
+
+        Raises
+        ------
+        FrictionloopError
+            For a bad seed.
+        """
+        self.__init__(self.system, self._seed if seed is None else seed)  # type: ignore[misc]
+        return self.measured
 
     def _sample(self, k: int, chunk: int) -> None:
         """Take the disturbance of period k: a block ahead, or period by period where a recording ends."""

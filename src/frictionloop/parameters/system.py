@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import reprlib
 from typing import Any, Self
 
@@ -45,6 +46,24 @@ class System(Description):
     """What is measured of the motion."""
     board: Board = Board()
     """How a device is wired; nothing of it enters a simulation."""
+
+    @classmethod
+    def from_toml(cls, path: str | os.PathLike[str]) -> Self:
+        """Return the System a TOML file describes, as `read_toml` does.
+
+        Parameters
+        ----------
+        path : path
+            The file.
+
+        Raises
+        ------
+        FrictionloopError
+            For a file that cannot be read, or what is wrong in it, naming file, field and value.
+        """
+        from frictionloop.parameters.files import read_toml
+
+        return read_toml(path)  # type: ignore[return-value]
 
     @model_validator(mode="after")
     def _some_friction_is_left(self) -> Self:

@@ -17,6 +17,9 @@ SIMULATE = [
     (("--controller.kp=-3",), "controller.kp = -3 N/N: must be greater than or equal to 0"),
     (("--friction.susceptibility_per_um2", "-1"), "friction.susceptibility_per_um2 = -1 um^-2: must be greater than 0"),
     (("--setpoint.offset_n", "0.5 N"), "setpoint.offset_n = '0.5 N' N: must be a valid number"),
+    (("--kp", "12"), "Unknown option: --kp. Did you mean --controller.kp?"),
+    (("--speed", "20"), "Unknown option: --speed. Did you mean --friction.speed_slope or --motion.speed_mm_s?"),
+    (("--setpoint", "3"), "Unknown option: --setpoint. Did you mean --setpoint.kind?"),
     (("--setpoint.kind", "sinus"), "setpoint.kind = 'sinus' is unknown; accepted: 'constant', 'sine'"),
     (
         ("--disturbance.kind", "recording", "--disturbance.path", "no.csv", "--disturbance.offset_n", "0.4"),
