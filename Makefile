@@ -11,7 +11,7 @@ ZIG    := $(if $(shell command -v cc),,$(comma)bench-zig)
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help reproduce test benchmark lint format types imports docs clean
+.PHONY: help reproduce test soak benchmark lint format types imports docs clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -21,6 +21,9 @@ reproduce: $(VENV)/.runtime ## rebuild the paper's figures and claims: report/in
 
 test: $(VENV)/.dev ## run the tests
 	@$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+
+soak: $(VENV)/.dev ## run the long campaigns and store what they found in tests/soak.json
+	@$(BIN)/python -m pytest -n 2 --dist loadscope -m soak
 
 benchmark: $(VENV)/.bench ## measure speed beside C, JAX, NumPy and others
 	@$(BIN)/python benchmarks/run.py

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
+from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -41,6 +44,60 @@ TOGETHER = "tests/claims/"
 
 They come first where files keep their order (``--no-loadscope-reorder``), so that the other worker fills the end.
 """
+
+SOAK = Path(__file__).with_name("soak.json")
+"""What `make soak` found: the outcome of each campaign, and of which commit and versions."""
+CAMPAIGNS = pytest.StashKey[list[str]]()
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Remember the campaigns before they are left out (tests/unit/test_soak.py)."""
+    config.stash[CAMPAIGNS] = [item.nodeid for item in items if item.get_closest_marker("soak")]
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item, call: Any) -> Any:
+    """Mark the reports of campaigns, also for the process that other workers report to."""
+    report = yield
+    report.user_properties += [("soak", True)] if item.get_closest_marker("soak") else []
+    return report
+
+
+class Soak:
+    """Store what the campaigns that were run found, beside what is stored of the others."""
+
+    def __init__(self) -> None:
+        self.found: dict[str, dict[str, Any]] = {}
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Keep outcome and time of a campaign."""
+        if ("soak", True) in report.user_properties and (report.when == "call" or not report.passed):
+            outcome = "xfailed" if hasattr(report, "wasxfail") else report.outcome
+            self.found[report.nodeid] = {"outcome": outcome, "seconds": round(report.duration, 1)} | _of()
+
+    def pytest_sessionfinish(self) -> None:
+        """Write the file."""
+        if self.found:
+            kept = json.loads(SOAK.read_text()) if SOAK.exists() else {}
+            SOAK.write_text(json.dumps(dict(sorted((kept | self.found).items())), indent=1) + "\n")
+
+
+@pytest.fixture
+def campaigns(pytestconfig: pytest.Config) -> tuple[list[str], dict[str, Any]]:
+    """Return the campaigns among the tests that were collected, and what is stored of all."""
+    return pytestconfig.stash[CAMPAIGNS], json.loads(SOAK.read_text(encoding="utf-8"))
+
+
+def _of() -> dict[str, str]:
+    commit = subprocess.run(["git", "rev-parse", "--short=10", "HEAD"], capture_output=True, text=True, check=False)
+    return {"commit": commit.stdout.strip(), "numba": version("numba"), "numpy": version("numpy")}
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Store the campaigns where results come together, not in each worker."""
+    if not hasattr(config, "workerinput"):
+        config.pluginmanager.register(Soak())
 
 
 @pytest.hookimpl(optionalhook=True)

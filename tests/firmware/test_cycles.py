@@ -77,7 +77,7 @@ def test_the_trace_counts_every_instruction_of_the_interrupt(images):
     emulator.processor.uc.hook_add(unicorn.UC_HOOK_CODE, visit)
     emulator.processor.uc.ctl_flush_tb()
     emulator.receive(opening())
-    for force, load, position in strokes(60):
+    for force, load, position in strokes(20):
         visited.clear()
         instructions = trace.tick(force, load, position).instructions
         assert instructions == issued(emulator.processor.uc, visited)

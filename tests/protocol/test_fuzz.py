@@ -27,7 +27,7 @@ def by_chance(broken: int) -> float:
 
 
 @pytest.mark.parametrize(
-    "inputs", [20_000, pytest.param(10_000_000, marks=[pytest.mark.slow, pytest.mark.timeout(900)])]
+    "inputs", [20_000, pytest.param(10_000_000, marks=[pytest.mark.soak, pytest.mark.timeout(900)])]
 )
 def test_c_under_the_sanitizers(build: Callable[..., Path], inputs: int) -> None:
     program = build("fuzz", FUZZ, *(SANITIZED if shutil.which("cc") else []))
@@ -65,7 +65,7 @@ def spoilt(frame: bytes, draw: random.Random) -> bytes:
 
 
 @pytest.mark.parametrize(
-    "inputs", [20_000, pytest.param(10_000_000, marks=[pytest.mark.slow, pytest.mark.timeout(1800)])]
+    "inputs", [20_000, pytest.param(10_000_000, marks=[pytest.mark.soak, pytest.mark.timeout(1800)])]
 )
 def test_python(inputs: int) -> None:
     draw, decoder = random.Random(1), Decoder()

@@ -13,7 +13,7 @@ from frictionloop.device.recorder import SCALES
 
 
 @pytest.mark.parametrize("kind", ["Board", "Firmware"])
-@pytest.mark.parametrize("duration_s", [6.0, pytest.param(600.0, marks=[pytest.mark.slow, pytest.mark.timeout(600)])])
+@pytest.mark.parametrize("duration_s", [6.0, pytest.param(600.0, marks=[pytest.mark.soak, pytest.mark.timeout(600)])])
 def test_a_bad_line_loses_samples_and_invents_none(boards: Any, duration_s: float, kind: str) -> None:
     board, lines, draw = getattr(boards, kind)(), [], random.Random(5)
 

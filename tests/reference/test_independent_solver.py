@@ -216,7 +216,7 @@ def test_traces(name):
     compare(system, 0.05 if fast else SHORT_S, seed=7)
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize("name", CASES)
 @pytest.mark.parametrize("base", [fl.paper, fl.feasible], ids=["paper", "feasible"])

@@ -97,12 +97,12 @@ def test_sensitivity_with_bristles(force_n, speed_mm_s):
     assert np.all(np.abs(tuned / real - 1.0) < 0.01 + 1.2 * left_out)
 
 
-def slow(value):
+def soak(value):
     """Half a second for each search of a rest: the default suite takes some of them."""
-    return pytest.param(value, marks=pytest.mark.slow)
+    return pytest.param(value, marks=pytest.mark.soak)
 
 
-@pytest.mark.parametrize("force_n", [slow(0.4), 0.6, slow(0.8)])
+@pytest.mark.parametrize("force_n", [soak(0.4), 0.6, soak(0.8)])
 @pytest.mark.parametrize("speed_mm_s", [20.0, 80.0])
 @pytest.mark.parametrize(("contact", "compliance"), [("slider", 0.0), ("dahl", 50.0)])
 def test_the_margins_that_are_asked_for(contact, compliance, speed_mm_s, force_n):
@@ -117,7 +117,7 @@ def test_the_margins_that_are_asked_for(contact, compliance, speed_mm_s, force_n
 
 @pytest.mark.parametrize("speed_mm_s", [20.0, 80.0])
 @pytest.mark.parametrize(("contact", "compliance"), [("slider", 0.0), ("dahl", 50.0)])
-@pytest.mark.parametrize("factor", [0.9, slow(0.95), slow(1.05), 1.1])
+@pytest.mark.parametrize("factor", [0.9, soak(0.95), soak(1.05), 1.1])
 def test_a_device_with_another_resonance_has_its_margins_once_it_is_measured(contact, compliance, speed_mm_s, factor):
     hertz = dict.fromkeys(("sensor.resonance_hz", "controller.model.resonance_hz"), factor * 145.0)
     for force_n in (0.4, 0.6, 0.8):

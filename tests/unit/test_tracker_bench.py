@@ -84,11 +84,20 @@ RINGS = pytest.mark.xfail(strict=True, reason="experimental: after quick set-poi
 LEAVES = pytest.mark.xfail(strict=True, reason="experimental: a finger keeps 0.55 of its residual, without a line")
 
 
-@pytest.mark.slow
+def longer(first):
+    """Return the mark of a test that takes long: the first of a kind is run in continuous integration."""
+    return [pytest.mark.slow if first else pytest.mark.soak]
+
+
+def rings(contact, case):
+    """Return whether fingers are known to ring."""
+    return contact == "slider" and case.startswith("leaps with")
+
+
 @pytest.mark.parametrize(
     ("contact", "case"),
     [
-        pytest.param(contact, case, marks=[RINGS] * (contact == "slider" and case.startswith("leaps with")))
+        pytest.param(contact, case, marks=[*longer(case == "leaps"), *[RINGS] * rings(contact, case)])
         for contact in ("dahl", "slider")
         for case in CASES
     ],
@@ -131,14 +140,14 @@ def kept(system):
     return np.std(errors[1]) / np.std(errors[0]), line_share(errors[0], 250.0)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("contact", ["dahl", "slider"])
 @pytest.mark.parametrize(
     ("factor", "stroke"),
     [
-        pytest.param(factor, stroke, marks=[LEAVES] * ((factor, stroke) == (1.0, "long and quick")))
+        pytest.param(factor, stroke, marks=[*longer(of == (1.0, "long")), *[LEAVES] * (of == (1.0, "long and quick"))])
         for factor in (0.5, 1.0, 2.0)
         for stroke in STROKES
+        for of in [(factor, stroke)]
     ],
 )
 def test_what_is_left_comes_from_what_disturbs(contact, factor, stroke):

@@ -122,6 +122,11 @@ def learnt(compliance, tau, walk, schedule, ticks=40000):
     return at[ticks // 2 :, 0].mean(), at[ticks // 2 :, 1].mean()
 
 
+def slow(*values):
+    """Return values of a parameter that are not tried by default."""
+    return pytest.param(*values, marks=pytest.mark.slow)
+
+
 @pytest.mark.parametrize("compliance", [0.0, 30.0, 50.0])
 def test_it_learns_the_contact(compliance):
     """From 20 um/N to the truth within 20 %, by gains that suit the noise; the susceptibility stays right."""
@@ -130,14 +135,14 @@ def test_it_learns_the_contact(compliance):
     assert tau == pytest.approx(0.38, rel=0.1)
 
 
-@pytest.mark.parametrize("compliance", [0.0, 30.0, 50.0])
+@pytest.mark.parametrize("compliance", [slow(0.0), slow(30.0), 50.0])
 def test_it_corrects_a_wrong_susceptibility(compliance):
     """Believed 0.38, true 0.28 per um^2; the sign of the correction is right whatever the contact."""
     _, tau = learnt(compliance, 0.28, 3e-3, matched(3e-3), ticks=80000)
     assert 0.27 < tau < 0.36
 
 
-@pytest.mark.parametrize(("compliance", "least", "most"), [(0.0, 0.0, 0.5), (30.0, 40.0, 75.0), (50.0, 55.0, 80.0)])
+@pytest.mark.parametrize(("compliance", "least", "most"), [slow(0.0, 0.0, 0.5), (30.0, 40.0, 75.0), slow(50.0, 55.0, 80.0)])
 def test_gains_for_robustness_bias_what_is_learnt(compliance, least, most):
     """The default schedule expects another noise, and the compliance comes out too large: 30 um/N may be taken for 71.
 

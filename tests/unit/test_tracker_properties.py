@@ -100,6 +100,7 @@ RANG = (
 """Histories after which gains for Ms 2.0, calmed by steep net falls alone, rang on: four ticks a turn, 0.2 N off."""
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(phases)
 @example(RANG[0])

@@ -28,7 +28,7 @@ def test_a_tracker_is_looked_at_on_both_contacts_and_at_two_speeds_with_the_cont
     assert conditions(fl.bench()) == [fl.bench()]
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_law_that_is_known_once_has_the_margins_of_each_resonance():
     system = fl.bench().evolve(TRACKER | {"finger.contact": "slider"})
     some = [each for each in corners(system, {0.0: 1.7, 0.05: 2.0}) if each.stroke == ", contact slider, 20 mm/s"]
@@ -105,7 +105,7 @@ def test_what_is_not_reached_even_so_is_told_as_it_was_asked_for(rows):
         held_tracker(fl.bench(), Wanted())
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 @pytest.mark.timeout(900)
 def test_a_tuned_tracker_holds_is_simulated_and_exported(tmp_path, capsys, monkeypatch):
     """A bench unlike the preset: other springs, electronics and delay."""

@@ -26,7 +26,7 @@ def search_at(bench, place):
     return RowSearch(bench, true, believed, place, UNMEASURED)
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize("limits", [LIMITS, UNMEASURED], ids=["measured", "unmeasured"])
 def test_what_tuning_finds_keeps_its_limits(limits):
@@ -37,7 +37,7 @@ def test_what_tuning_finds_keeps_its_limits(limits):
         assert max(max(peaks[off], peaks[-off]) for peaks in tuning.peaks) <= 1.02 * limit
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 @pytest.mark.timeout(600)
 def test_the_default_is_what_the_design_finds():
     """Row by row as good by prediction: libraries of other machines may end the search a little elsewhere."""
