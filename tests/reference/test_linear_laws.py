@@ -16,7 +16,7 @@ from frictionloop.analysis import LinearLoop, law_space, linearise
 from frictionloop.analysis import rest as resting
 from frictionloop.analysis.law_space import jacobian_space, pi_space
 from frictionloop.analysis.rest import rest_of
-from frictionloop.cli import advice
+from frictionloop.cli import advice, advice_text
 from frictionloop.control.law import Clamp, ForceCommand, Law, clamp_of
 from frictionloop.quantities.arithmetic import step
 
@@ -340,7 +340,7 @@ def test_advice_on_a_law_without_kp(monkeypatch: pytest.MonkeyPatch, gain: float
         return
     assert found is not None and found.kp is found.ki is None and found.held == {}
     assert (found.sensitivity_peak is None) == (not found.stable)
-    first, second = advice.lines(found, {"saturation_index": 0.0, "r2_identity": 0.5})
+    first, second = advice_text.lines(found, {"saturation_index": 0.0, "r2_identity": 0.5})
     assert says in first
     assert "Law lookup as tuned (" in second
     peak = "unstable" if found.sensitivity_peak is None else f"Ms {loop.margins().sensitivity_peak:.3g}"

@@ -6,31 +6,44 @@ import pytest
 from designed_notch import DESIGNED_NOTCH
 
 import frictionloop as fl
-from frictionloop.analysis import linearise
-from frictionloop.design.elsewhere import elsewhere
+from frictionloop.analysis import linearise, operating_band
+from frictionloop.design.elsewhere import Elsewhere, elsewhere
 from frictionloop.design.learnt import strokes_of
 from frictionloop.design.wanted import Wanted
 
 LIMITS = Wanted().limits
+NOWHERE = Elsewhere()
+OTHERS = ["dahl at 80 mm/s", "slider at 20 mm/s", "slider at 80 mm/s"]
+
+
+def test_gains_for_bristles_that_are_unstable_on_a_slider_are_a_warning():
+    found = elsewhere(fl.bench().evolve(fl.retune(fl.bench()).overrides), LIMITS)
+    slider = fl.bench().evolve({**fl.retune(fl.bench()).overrides, "finger.contact": "slider"})
+    assert not all(each.margins().stable for each in operating_band(slider, occluded=(0.0, 1.0)))
+    assert found.unstable[-2:] == ("on contact slider at 20 mm/s", "on contact slider at 80 mm/s")
+    (line,) = found.warning()
+    assert line.startswith("UNSTABLE on contact ") and line.endswith("it was not designed for it.")
 
 
 def test_a_notch_for_bristles_is_told_not_to_hold_on_a_slider():
-    (line,) = elsewhere(fl.bench().evolve(DESIGNED_NOTCH), LIMITS)
-    places = line.removeprefix("not held elsewhere, where it was not designed for: Ms gets to ").split("; ")
-    assert [each.partition(" on ")[2] for each in places] == ["dahl, 80 mm/s", "slider, 20 mm/s", "slider, 80 mm/s"]
+    found = elsewhere(fl.bench().evolve(DESIGNED_NOTCH), LIMITS)
+    assert (found.unstable, found.unseen, found.warning()) == ((), (), ())
+    places = [each.partition(" on contact ")[2] for each in found.beyond]
+    assert places == [f"{each} with the resonance 10 % lower" for each in OTHERS]
+    assert found.notes() == (f"beyond its limits elsewhere: {'; '.join(found.beyond)}",)
     slider = fl.bench().evolve({**DESIGNED_NOTCH, "finger.contact": "slider", "sensor.resonance_hz": 0.9 * 145.0})
-    told = float(places[1].split()[0])
+    told = float(found.beyond[1].split()[1])
     assert told > 2.6 and told >= 0.99 * linearise(slider, force_n=0.5).margins().sensitivity_peak
 
 
 def test_little_gain_holds_everywhere():
     weak = {"controller.kind": "pi", "controller.kp": 0.0, "controller.ki": 7.0}
-    assert elsewhere(fl.bench().evolve(weak), LIMITS) == ()
+    assert elsewhere(fl.bench().evolve(weak), LIMITS) == NOWHERE
 
 
 @pytest.mark.parametrize("changes", [{"controller.kind": "tracker"}, {"finger": {"kind": "rigid"}}])
 def test_where_nothing_else_is_there_is_nothing_to_say(changes):
-    assert elsewhere(fl.bench().evolve(changes), LIMITS) == ()
+    assert elsewhere(fl.bench().evolve(changes), LIMITS) == NOWHERE
 
 
 def test_strokes_are_both_contacts_at_two_speeds_its_own_first():
@@ -41,7 +54,7 @@ def test_strokes_are_both_contacts_at_two_speeds_its_own_first():
 def test_a_stroke_too_short_for_four_times_the_speed_is_said_and_no_error():
     weak = {"controller.kind": "pi", "controller.kp": 0.0, "controller.ki": 7.0}
     short = fl.bench().evolve({**weak, "motion.stroke_mm": 10.0, "motion.speed_mm_s": 50.0})
-    lines = elsewhere(short, LIMITS)
+    lines = elsewhere(short, LIMITS).notes()
     assert [line.split(":")[0] for line in lines] == [
         f"not looked at with finger.contact = {contact}, motion.speed_mm_s = 200.0" for contact in ("dahl", "slider")
     ]

@@ -154,8 +154,11 @@ def test_many_cannot_and_longer_contact_makes_it_no_easier():
         (lambda: fingers(True, 1), r"^n = True: must be a whole number"),
         (lambda: fingers(3, -1), r"^seed = -1: must be a whole number from 0 to 18446744073709551615$"),
         (lambda: fingers(3, 2**64), r"^seed = 18446744073709551616: must be a whole number"),
-        (lambda: reach({"friction.nominal_n": -1.0}), r"^friction\.nominal_n = -1\.0: .*greater than 0$"),
-        (lambda: reach({"friction.nominal": 1.0}), r"^friction\.nominal = 1\.0: "),
+        (lambda: reach({"friction.nominal_n": -1.0}), r"^FingerFriction: nominal_n = -1\.0 N: must be greater than 0$"),
+        (
+            lambda: reach({"friction.nominal": 1.0}),
+            r"^FingerFriction: unknown parameter 'nominal'; did you mean",
+        ),
         (lambda: reach({}, max_amplitude_um=-1.0), r"^max_amplitude_um = -1 um: must be finite"),
         (lambda: reach({}, contact_s=math.nan), r"^contact_s = nan s: must be finite"),
         (lambda: capable(MANY[:1], 0.9, 0.3), r"^low_n = 0\.9 N, high_n = 0\.3 N: .*low below high$"),

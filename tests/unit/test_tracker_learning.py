@@ -142,7 +142,9 @@ def test_it_corrects_a_wrong_susceptibility(compliance):
     assert 0.27 < tau < 0.36
 
 
-@pytest.mark.parametrize(("compliance", "least", "most"), [slow(0.0, 0.0, 0.5), (30.0, 40.0, 75.0), slow(50.0, 55.0, 80.0)])
+@pytest.mark.parametrize(
+    ("compliance", "least", "most"), [slow(0.0, 0.0, 0.5), (30.0, 40.0, 75.0), slow(50.0, 55.0, 80.0)]
+)
 def test_gains_for_robustness_bias_what_is_learnt(compliance, least, most):
     """The default schedule expects another noise, and the compliance comes out too large: 30 um/N may be taken for 71.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ from frictionloop.quantities import FrictionloopError
 if TYPE_CHECKING:
     import xarray as xr
 
+    from frictionloop.analysis.linear import LinearLoop
     from frictionloop.parameters import System
 
 CLAMPED, MISSING = 0.05, 0.1
@@ -27,10 +29,10 @@ HELD_PEAK = 2.0
 """Ms of the gains that are named instead, dry and moist: a phase margin of at least 29 degrees."""
 FAR = 0.5
 """A population is looked at if its median R2 is further than this below its bound (chosen), as not all reach it."""
-UNREACHED, OFTEN_N = 0.9, 0.2
-"""Share of the time out of reach that is told, and the mean of a disturbance that is then asked about (chosen)."""
+OFF = 0.1
+"""Share by which the resonance of the sensor may be off where gains are said to hold."""
 LOWEST_HZ = 5.0
-"""Ringing is looked for above the tracking of a set-point (chosen)."""
+"""Ringing is above the tracking of a set-point (chosen)."""
 
 
 class Band(NamedTuple):
@@ -39,6 +41,8 @@ class Band(NamedTuple):
     low_n: float
     high_n: float
     dry_and_moist: bool
+    where: str
+    """Contact, speed and resonance of the sensor, in words."""
 
 
 class Ringing(NamedTuple):
@@ -46,7 +50,7 @@ class Ringing(NamedTuple):
 
     stable: bool
     frequency_hz: float | None
-    """Where the error of a run has most power; None without a run: only clamping settles it."""
+    """Of the loop's least damped pole, or near it where a run has most power; None if neither is known."""
     law: str
     """Kind of the controller."""
     sensitivity_peak: float | None
@@ -58,6 +62,8 @@ class Ringing(NamedTuple):
     """Gains that hold, as overrides; empty if none were found, or the law is not PI."""
     band: Band
     """Where they hold."""
+    not_held: tuple[str, ...]
+    """Contacts and speeds at which they do not."""
 
 
 def ringing(run: xr.Dataset, mask: np.ndarray, metrics: dict[str, float]) -> Ringing | None:
@@ -71,7 +77,9 @@ def ringing(run: xr.Dataset, mask: np.ndarray, metrics: dict[str, float]) -> Rin
     from frictionloop.loop.record import system_of
 
     found = of_system(system_of(run))
-    return None if found is None else found._replace(frequency_hz=_loudest_hz(run, mask))
+    if found is None or found.frequency_hz is None:
+        return found
+    return found._replace(frequency_hz=_loudest_hz(run, mask, found.frequency_hz))
 
 
 def of_recording(run: xr.Dataset, mask: np.ndarray) -> dict[str, float]:
@@ -95,13 +103,16 @@ def of_population(system: System, median_r2: float, duration_s: float) -> Ringin
     from frictionloop.loop.sweep import sweep
 
     bound = sweep(system, [{}], duration_s, metrics=["r2_bound"], n_jobs=1, progress=False)["r2_bound"].values.item()
-    return of_system(system) if bound - median_r2 > FAR else None
+    found = of_system(system) if bound - median_r2 > FAR else None
+    # What is clamped rings lower than the pole it grew from, and no run of a finger is kept that shows how low.
+    return found if found is None or found.stable else found._replace(frequency_hz=None)
 
 
 def of_system(system: System) -> Ringing | None:
     """Return what the linear analysis says of a system, dry and moist; None if it neither rings nor nearly does."""
     from frictionloop.analysis import operating_band
     from frictionloop.design import retune
+    from frictionloop.design.elsewhere import elsewhere
 
     try:
         points = operating_band(system, occluded=(0.0, 1.0))
@@ -112,78 +123,46 @@ def of_system(system: System) -> Ringing | None:
     if stable and peak < CLOSE:
         return None
     forces_n = [point.elements.force_n for point in points]
-    band = Band(min(forces_n), max(forces_n), len({point.elements.occluded for point in points}) > 1)
-    controller, known = system.controller, peak if stable else None
+    band = Band(min(forces_n), max(forces_n), len({point.elements.occluded for point in points}) > 1, _bench(system))
+    controller, known, rings_hz = system.controller, peak if stable else None, _frequency_hz(points)
     from frictionloop.parameters import PiController
 
     if not isinstance(controller, PiController):
-        return Ringing(stable, None, controller.kind, known, None, None, {}, band)
+        return Ringing(stable, rings_hz, controller.kind, known, None, None, {}, band, ())
     try:
         held = {path: _three_digits(gain) for path, gain in retune(points, HELD_PEAK).overrides.items()}
+        beyond = elsewhere(system.evolve(held), {0.0: CLOSE, OFF: CLOSE})
+        not_held = (*beyond.unstable, *beyond.beyond)
     except FrictionloopError:
-        held = {}
-    return Ringing(stable, None, "pi", known, controller.kp, controller.ki, held, band)
+        held, not_held = {}, ()
+    return Ringing(stable, rings_hz, "pi", known, controller.kp, controller.ki, held, band, not_held)
 
 
-def _loudest_hz(run: xr.Dataset, mask: np.ndarray) -> float:
+def _frequency_hz(points: Sequence[LinearLoop]) -> float | None:
+    """Return the frequency of the pole that is the least damped of all loops; None if none is oscillating."""
+    rate_hz = points[0].system.controller.rate_hz
+    poles = [(abs(pole), abs(np.angle(pole)) * rate_hz / (2 * np.pi)) for loop in points for pole in loop.poles()]
+    turning = [(size, frequency_hz) for size, frequency_hz in poles if frequency_hz > LOWEST_HZ]
+    return float(max(turning)[1]) if turning else None
+
+
+def _loudest_hz(run: xr.Dataset, mask: np.ndarray, loop_hz: float) -> float:
+    """Return where the error of a run has most power, within half to twice the loop's frequency: not the tremor."""
     force = run["f_a" if "f_a" in run else "f_m"].values
     time, error = run["time"].values, np.where(mask, force - run["f_r"].values, 0.0)  # what was lost is NaN
     spectrum = np.abs(np.fft.rfft(error * np.hanning(error.size)))
     frequency = np.fft.rfftfreq(error.size, time[1] - time[0] if time.size > 1 else 1.0)
-    spectrum[frequency < LOWEST_HZ] = 0.0
-    return float(frequency[np.argmax(spectrum)])
+    spectrum[(frequency < loop_hz / 2) | (frequency > 2 * loop_hz)] = 0.0
+    return float(frequency[np.argmax(spectrum)]) or loop_hz
 
 
-def lines(found: Ringing, metrics: dict[str, float]) -> list[str]:
-    """Return what a person is told."""
-    clamped = metrics["saturation_index"]
-    signs = [f"{clamped:.0%} of the commands are clamped"] if clamped > CLAMPED else []
-    signs += ["the force does not follow"] if metrics["r2_identity"] < 0 else []
-    near = "" if found.frequency_hz is None else f"{',' if found.stable else ''} near {found.frequency_hz:.3g} Hz"
-    what = f"This loop {'is close to ringing' if found.stable else 'rings'}{near}"
-    said = [what + (f": {', '.join(signs)}." if signs else ".")]
-    said.append(f"{_gains(found)}: {'nearly ' if found.stable else ''}too much for this sensor, plate and delay.")
-    if found.held:
-        said.append(f"Gains that hold: {' '.join(f'--{path} {gain:g}' for path, gain in found.held.items())}")
-        said.append(f"They hold {_where(found.band)}.")
-    return said
+def _bench(system: System) -> str:
+    from frictionloop.design.corners import stroke_of
+    from frictionloop.parameters import SuspendedSensor
 
-
-def out_of_reach(run: xr.Dataset, mask: np.ndarray) -> list[str]:
-    """Return what a person is told of a set-point that nearly nothing could follow, and what may be the cause."""
-    if not mask.any():
-        return []
-    from frictionloop.loop.metrics import reach_of
-    from frictionloop.loop.record import system_of
-
-    (floor, top), r, d = reach_of(run, mask), run["f_r"].values[mask], run["d"].values[mask]
-    missed = (r < floor + d) | (r > top + d)
-    if not missed.mean() >= UNREACHED:
-        return []
-    low, high = float(np.median(floor + d)), float(np.median(top + d))
-    said = [f"The set-point is out of reach {missed.mean():.0%} of the time: {low:.3g} to {high:.3g} N could be had."]
-    system, level = system_of(run), abs(float(d.mean()))
-    if level > OFTEN_N:
-        mean = " --disturbance.remove_mean true" if system.disturbance.kind == "recording" else ""
-        hint = f"did you mean{mean or ' a disturbance around 0'}?"
-        said.append(f"The disturbance adds {d.mean():.3g} N on average, to friction that has its own mean; {hint}")
-    elif np.median(r) > high:
-        said.append(f"The finger's friction is too low for {np.median(r):.3g} N; did you mean a lower set-point?")
-    else:
-        said.append(f"No amplitude lowers it to {np.median(r):.3g} N; did you mean a higher set-point?")
-    return said
-
-
-def _gains(found: Ringing) -> str:
-    if found.kp is not None and found.ki is not None:
-        return f"kp = {found.kp:.3g}, ki = {found.ki:.4g}"
-    peak = "unstable" if found.sensitivity_peak is None else f"Ms {found.sensitivity_peak:.3g}"
-    return f"Law {found.law} as tuned ({peak} {_where(found.band)})"
-
-
-def _where(band: Band) -> str:
-    levels = f"{band.low_n:.3g}" + (f" to {band.high_n:.3g}" if band.high_n > band.low_n else "")
-    return f"{'dry and moist, ' if band.dry_and_moist else ''}at the set-point's levels ({levels} N)"
+    sensor = system.sensor
+    sprung = f", sensor resonance {sensor.resonance_hz:g} Hz" if isinstance(sensor, SuspendedSensor) else ""
+    return stroke_of(system) + sprung
 
 
 def _three_digits(gain: float) -> float:

@@ -141,6 +141,7 @@ def as_json(
     return {
         "law": law,
         "controller": dict(designed.overrides),
+        "warnings": designed.warnings,
         "notes": designed.notes,
         "wanted": asdict(wanted) | {"limits": {f"{e:g}": peak for e, peak in sorted(wanted.limits.items())}},
         "margins": [

@@ -88,6 +88,8 @@ def command(
         return
     origin = flags.named(file, preset, overrides)
     screen.show(
+        *(screen.wrapped(warning) for warning in designed.warnings),
+        *([""] if designed.warnings else []),
         screen.columns([("bench", origin), ("law", name), *controller_text.gain_rows(designed)]),
         "",
         *controller_text.margin_text(found, wanted),

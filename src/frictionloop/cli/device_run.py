@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from frictionloop.cli import advice, checks, flags, screen
+from frictionloop.cli import advice, advice_text, checks, flags, screen
 from frictionloop.cli.address import connected
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def command(
     rows = [("device", address), ("system", flags.named(file, preset, overrides)), *_worded(found)]
     screen.show(
         screen.columns(rows),
-        *(["", *advice.lines(rings, metrics), ""] if rings else []),
+        *(["", *advice_text.lines(rings, metrics), ""] if rings else []),
         *(f"saved as {path}" for path in (out, plot) if path),
     )
 

@@ -11,7 +11,7 @@ import xarray as xr
 from pydantic import BaseModel
 
 from frictionloop.analysis.operating import asked
-from frictionloop.cli import advice, describe, screen
+from frictionloop.cli import advice, advice_text, describe, screen
 from frictionloop.cli.describe import finger_values
 from frictionloop.cli.flags import overrides_of
 from frictionloop.cli.outcome import Outcome, loss_of, shown
@@ -121,7 +121,7 @@ class Population(Outcome):
             "",
             *self._reach_lines(total),
             "",
-            *([*advice.lines(self.rings, self._median), ""] if self.rings else []),
+            *([*advice_text.lines(self.rings, self._median), ""] if self.rings else []),
             self.work(of, duration_s),
         ]
 

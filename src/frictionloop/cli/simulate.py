@@ -59,11 +59,11 @@ def command(
     system = flags.system_from(file, preset, overrides)
     run, elapsed_s = _run(system, duration_s, seed)
 
-    from frictionloop.cli import advice, describe, scores
+    from frictionloop.cli import advice, advice_text, describe, scores
 
     with screen.waiting("scoring"):
         metrics, mask = scores.metrics_of(run, score_from_s), scores.scored_periods(run, score_from_s)
-        rings, unreached = advice.ringing(run, mask, metrics), advice.out_of_reach(run, mask)
+        rings, unreached = advice.ringing(run, mask, metrics), advice_text.out_of_reach(run, mask)
     times, steps = _steps(run, system, score_from_s)
     saved = _save(run, system, {"run": out, "plot": plot, "system": save_system})
     if json:
@@ -80,7 +80,7 @@ def command(
         "",
         screen.columns(rows),
         "",
-        *([*advice.lines(rings, metrics), ""] if rings else []),
+        *([*advice_text.lines(rings, metrics), ""] if rings else []),
         *([*unreached, ""] if unreached else []),
         f"{duration_s:g} s of signal, {periods} control periods, simulated in {screen.seconds(elapsed_s)}",
         *(f"saved {what} as {path}" for what, path in saved.items() if path),

@@ -131,7 +131,7 @@ def design_controller(system: System, law: str | None = None, wanted: Wanted | N
     if worst is not None:
         raise FrictionloopError(unheld(name, asked, worst))
     more = elsewhere(system.evolve(found.overrides), asked.limits)
-    return found._replace(corners=tuple(at), notes=(*found.notes, *more))
+    return found._replace(corners=tuple(at), warnings=more.warning(), notes=(*found.notes, *more.notes()))
 
 
 @contextmanager

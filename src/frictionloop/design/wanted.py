@@ -53,6 +53,8 @@ class Designed(NamedTuple):
     """Its margins wherever it was looked at."""
     tuning: TrackerTuning | None = None
     """Of a tracker: its schedule, row by row."""
+    warnings: tuple[str, ...] = ()
+    """What comes before all else: where it is unstable."""
 
 
 def unheld(law: str, wanted: Wanted, worst: Corner) -> str:

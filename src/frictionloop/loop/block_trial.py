@@ -22,7 +22,7 @@ def default(parameters: Any) -> Any:
     """Return parameters as they are if nothing is given, None where something must be given."""
     try:
         return parameters()
-    except ValidationError:
+    except (FrictionloopError, ValidationError):
         return None
 
 

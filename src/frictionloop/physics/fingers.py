@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from pydantic import ValidationError
 from scipy.special import ndtr
 
 from frictionloop.parameters.finger import FingerFriction
@@ -181,12 +180,7 @@ def _extremes(friction: FingerFriction, exponent: float, reached: float) -> list
 
 def _block(block: Any, name: str, values: Mapping[str, Any]) -> Any:
     own = {path.removeprefix(f"{name}."): value for path, value in values.items() if path.startswith(f"{name}.")}
-    try:
-        return block(**own)
-    except ValidationError as error:
-        first = error.errors()[0]
-        path = ".".join((name, *map(str, first["loc"])))
-        raise FrictionloopError(f"{path} = {first['input']!r}: {first['msg']}") from None
+    return block(**own)
 
 
 def _check_whole(name: str, value: Any, least: int, most: int) -> None:

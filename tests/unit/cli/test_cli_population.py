@@ -88,10 +88,13 @@ def test_a_population_of_a_loop_that_rings_is_told(frictionloop, monkeypatch):
     answer = frictionloop(*words)
     assert (answer.code, answer.err) == (0, "")
     assert re.search(
-        r"^This loop rings: \d+% of the commands are clamped, the force does not", answer.out, re.MULTILINE
+        r"^This loop rings: \d+% of the commands are clamped, the force does not",
+        answer.out,
+        re.MULTILINE,
     )
     assert "\nkp = 10, ki = 2: too much for this sensor, plate and delay.\n" in answer.out
-    assert "\nThey hold dry and moist, at the set-point's levels (0.5 to 0.7 N).\n" in answer.out
+    assert "\nThey hold dry and moist, at the set-point's levels (0.5 to 0.7 N), contact dahl, 20 mm/s" in answer.out
+    assert "\nThey do not hold on contact slider at 20 mm/s; on contact slider at 80 mm/s;" in answer.out
     gains = re.search(r"^Gains that hold: (.*)$", answer.out, re.MULTILINE)[1].split()
     assert "Gains that hold" not in frictionloop(*words, *gains).out
     found = frictionloop(*words, "--json").json()["ringing"]

@@ -34,7 +34,7 @@ def test_version(frictionloop):
 
 
 @pytest.mark.parametrize(
-    "tokens", [["--help"], ["sweep", "--help"], ["compare", "--help"], ["--version"], ["simulate", "--sed", "1"]]
+    "tokens", [["--help"], ["sweep", "--help"], ["compare", "--help"], ["--version"], ["simulate", "--seed", "x"]]
 )
 def test_nothing_heavy_is_imported_before_it_is_needed(tokens):
     script = (

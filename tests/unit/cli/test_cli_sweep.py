@@ -147,10 +147,11 @@ def test_ctrl_c_keeps_what_is_done_and_resume_finishes_it(frictionloop, process,
 
 
 def interrupted_after(monkeypatch, done):
+    partial = in_python()  # before sweep is replaced: fl.sweep is looked up when it is first used
+    for values in partial.data_vars.values():
+        values[done:] = np.nan
+
     def sweep(*_, **__):
-        partial = in_python()
-        for values in partial.data_vars.values():
-            values[done:] = np.nan
         raise fl.SweepInterrupted(partial)
 
     monkeypatch.setattr("frictionloop.loop.sweep.sweep", sweep)

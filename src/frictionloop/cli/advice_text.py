@@ -1,0 +1,71 @@
+"""What a person is told of a loop that rings, and of a set-point that nothing could follow."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from frictionloop.cli.advice import CLAMPED, Band, Ringing
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+UNREACHED, OFTEN_N = 0.9, 0.2
+"""Share of the time out of reach that is told, and the mean of a disturbance that is then asked about (chosen)."""
+WIDTH = 100
+
+
+def lines(found: Ringing, metrics: dict[str, float]) -> list[str]:
+    """Return what a person is told."""
+    clamped = metrics["saturation_index"]
+    signs = [f"{clamped:.0%} of the commands are clamped"] if clamped > CLAMPED else []
+    signs += ["the force does not follow"] if metrics["r2_identity"] < 0 else []
+    near = "" if found.frequency_hz is None else f"{',' if found.stable else ''} near {found.frequency_hz:.3g} Hz"
+    what = f"This loop {'is close to ringing' if found.stable else 'rings'}{near}"
+    said = [what + (f": {', '.join(signs)}." if signs else ".")]
+    said.append(f"{_gains(found)}: {'nearly ' if found.stable else ''}too much for this sensor, plate and delay.")
+    if found.held:
+        said.append(f"Gains that hold: {' '.join(f'--{path} {gain:g}' for path, gain in found.held.items())}")
+        said += textwrap.wrap(f"They hold {_where(found.band)}{found.band.where}, for this finger.", WIDTH)
+        if found.not_held:
+            said += textwrap.wrap(f"They do not hold {'; '.join(found.not_held)}.", WIDTH)
+    return said
+
+
+def _gains(found: Ringing) -> str:
+    if found.kp is not None and found.ki is not None:
+        return f"kp = {found.kp:.3g}, ki = {found.ki:.4g}"
+    peak = "unstable" if found.sensitivity_peak is None else f"Ms {found.sensitivity_peak:.3g}"
+    return f"Law {found.law} as tuned ({peak} {_where(found.band)})"
+
+
+def _where(band: Band) -> str:
+    levels = f"{band.low_n:.3g}" + (f" to {band.high_n:.3g}" if band.high_n > band.low_n else "")
+    return f"{'dry and moist, ' if band.dry_and_moist else ''}at the set-point's levels ({levels} N)"
+
+
+def out_of_reach(run: xr.Dataset, mask: np.ndarray) -> list[str]:
+    """Return what a person is told of a set-point that nearly nothing could follow, and what may be the cause."""
+    if not mask.any():
+        return []
+    from frictionloop.loop.metrics import reach_of
+    from frictionloop.loop.record import system_of
+
+    (floor, top), r, d = reach_of(run, mask), run["f_r"].values[mask], run["d"].values[mask]
+    missed = (r < floor + d) | (r > top + d)
+    if not missed.mean() >= UNREACHED:
+        return []
+    low, high = float(np.median(floor + d)), float(np.median(top + d))
+    said = [f"The set-point is out of reach {missed.mean():.0%} of the time: {low:.3g} to {high:.3g} N could be had."]
+    system, level = system_of(run), abs(float(d.mean()))
+    if level > OFTEN_N:
+        mean = " --disturbance.remove_mean true" if system.disturbance.kind == "recording" else ""
+        hint = f"did you mean{mean or ' a disturbance around 0'}?"
+        said.append(f"The disturbance adds {d.mean():.3g} N on average, to friction that has its own mean; {hint}")
+    elif np.median(r) > high:
+        said.append(f"The finger's friction is too low for {np.median(r):.3g} N; did you mean a lower set-point?")
+    else:
+        said.append(f"No amplitude lowers it to {np.median(r):.3g} N; did you mean a higher set-point?")
+    return said
