@@ -5,45 +5,32 @@ from __future__ import annotations
 import math
 
 from frictionloop.parameters import (
-    FilteredPiController,
     FingerFriction,
     Friction,
     FrictionLaw,
     FrictionLimit,
     LoadCells,
-    LookupController,
     LowpassSensor,
     Model,
-    NotchPiController,
-    ObserverController,
-    OracleController,
     PiController,
     PositionSensor,
     RigidFinger,
     Skin,
     Sliding,
     Strokes,
-    SuperTwistingController,
     SuspendedSensor,
     System,
     Timing,
     Touch,
-    TrackerController,
 )
+from frictionloop.parameters.controller import CONTROLLERS
 from frictionloop.parameters.plant import LowpassPlate, ResonantPlate
 from frictionloop.parameters.represented import Represented
+from frictionloop.physics.friction import is_gaussian
 from frictionloop.physics.plate import LINEAR_PLATE
 from frictionloop.quantities import FrictionloopError
 
-OF_THEIR_STEP = (
-    LookupController,
-    OracleController,
-    FilteredPiController,
-    NotchPiController,
-    ObserverController,
-    SuperTwistingController,
-    TrackerController,
-)
+OF_THEIR_STEP = [law for law in CONTROLLERS.models.values() if law is not PiController]
 """Laws of which the step itself is linearised, with all its gains; an oracle is refused there."""
 STATIC_SHARE = 1e-3
 """Most by which sticking may raise the limit at the stroke's speed and be left out (assumed)."""
@@ -92,9 +79,11 @@ def check_known(system: System) -> None:
     FrictionloopError
         Naming the field.
     """
-    blocks = ("friction", "plate", "sensor", "controller", "finger", "motion", "touch")
+    blocks = ("plate", "sensor", "controller", "finger", "motion", "touch")
     LINEAR.check({name: getattr(system, name) for name in blocks})
     friction, motion = system.friction, system.motion
+    if is_gaussian(friction):  # of another law the slope is that of its step
+        LINEAR.check({"friction": friction})
     if isinstance(friction, FingerFriction) and isinstance(motion, Strokes):
         raised = (friction.static_ratio - 1.0) * math.exp(-((motion.speed_mm_s / friction.static_mm_s) ** 2))
         if raised > STATIC_SHARE:
