@@ -10,13 +10,15 @@ from pydantic import BaseModel
 import frictionloop as fl
 from frictionloop.analysis.elements import elements
 from frictionloop.analysis.known import LINEAR
-from frictionloop.firmware.compiled import controller_words
+from frictionloop.control.laws import LAWS
+from frictionloop.firmware.compiled import FORMS, controller_words
 from frictionloop.firmware.known import FIRMWARE
 from frictionloop.firmware.parameter_words import device_words
 from frictionloop.loop.kernel.known import ORACLE, QUADRATURE
 from frictionloop.loop.kernel.structure import kernel_of
 from frictionloop.parameters.represented import Represented
 from frictionloop.parameters.system import kinds_of
+from frictionloop.physics.vibration import GAUSSIAN, VIBRATIONS
 
 PLANT = ("friction", "plate", "finger", "motion")
 SEEN = {
@@ -27,7 +29,17 @@ SEEN = {
 INNER = {"controller": [fl.Model], "touch": [fl.PositionSensor, fl.LoadCells]}
 KINDS = {name: [*kinds_of(name), *INNER.get(name, ())] for names in SEEN.values() for name in names}
 BLOCKS = [(of, block) for of, names in SEEN.items() for name in names for block in KINDS[name]]
-BLOCKS.remove((FIRMWARE, fl.OracleController))  # the firmware has none, and says so
+
+
+def has_its_own(of: Represented, block: type[BaseModel]) -> bool:
+    """Tell whether a law is not on the lists: a friction law by its own step, a control law not in the firmware."""
+    kind = block.model_fields["kind"].default if "kind" in block.model_fields else ""
+    if issubclass(block, fl.FrictionLimit):
+        return VIBRATIONS[kind] is not GAUSSIAN
+    return of is FIRMWARE and issubclass(block, fl.Timing) and (kind not in LAWS or LAWS[kind].kind not in FORMS)
+
+
+BLOCKS = [each for each in BLOCKS if not has_its_own(*each)]
 
 
 def listed(of: Represented, block: type[BaseModel]) -> list[str]:

@@ -19,12 +19,12 @@ from frictionloop.parameters import (
 from frictionloop.parameters.plant import LowpassPlate, ResonantPlate
 from frictionloop.parameters.represented import Represented
 from frictionloop.physics.friction import is_gaussian
-from frictionloop.physics.plate import LINEAR_PLATE
 
 QUADRATURE = Represented(
     "the rule for the paper's loop",
     {
-        **LINEAR_PLATE,
+        LowpassPlate: "kind cutoff_hz max_amplitude_um",
+        ResonantPlate: "kind frequency_hz q max_amplitude_um",
         FrictionLimit: "nominal_n",
         FrictionLaw: "susceptibility_per_um2",
         Friction: "kind",
@@ -41,7 +41,8 @@ QUADRATURE = Represented(
 ORACLE = Represented(
     "the oracle",
     {
-        **LINEAR_PLATE,
+        LowpassPlate: "kind cutoff_hz max_amplitude_um",
+        ResonantPlate: "kind frequency_hz q max_amplitude_um",
         FrictionLimit: "nominal_n",
         FrictionLaw: "susceptibility_per_um2",
         Friction: "kind",
