@@ -14,6 +14,7 @@ import numpy as np
 
 from frictionloop.analysis.operating import law_at
 from frictionloop.parameters import Constant, FingerFriction, Source, Strokes, SuspendedSensor, System
+from frictionloop.physics.friction import is_gaussian
 from frictionloop.physics.sources import sampler
 from frictionloop.quantities import FrictionloopError
 
@@ -42,7 +43,7 @@ def _mean_n(source: Source, rate_hz: float, start_s: float, stop_s: float) -> fl
     """Return the mean of a signal over the scored time; of a formula and of noise, their offset."""
     take = None if source.kind == "noise" else sampler(source, rate_hz, 0, 0)
     if take is None:
-        return float(source.offset_n)  # type: ignore[union-attr]
+        return float(source.offset_n)  # type: ignore[attr-defined]
     return float(np.mean(take(0, round(stop_s * rate_hz))[round(start_s * rate_hz) : -1]))
 
 
@@ -116,6 +117,7 @@ def _stronger(system: System, start_s: float, stop_s: float) -> Overrides:
 
 def _calibrated(system: System, start_s: float, stop_s: float) -> Overrides:
     law = law_at(system, mean_occlusion(system, start_s, stop_s))
+    assert is_gaussian(law)
     most: float = getattr(system.sensor, "range_n", math.inf)
     return {
         "controller.model.nominal_n": min(law.nominal_n, most),

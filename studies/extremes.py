@@ -19,7 +19,7 @@ from frictionloop.loop.kernel.slab import LANES
 from frictionloop.loop.kernel.structure import substeps_of
 from frictionloop.loop.kernel.traces import BENCH_TRACES
 from frictionloop.parameters import Constant, System
-from frictionloop.physics.friction import amplitude_for
+from frictionloop.physics.friction import amplitude_for, is_gaussian
 
 _QUIET = {
     "setpoint": Constant(),
@@ -59,6 +59,7 @@ def undisturbed(system: System, occluded: float = 0.0) -> System:
         As `law_at`.
     """
     law = law_at(system, occluded)
+    assert is_gaussian(law)
     own = {"friction.nominal_n": law.nominal_n, "friction.susceptibility_per_um2": law.susceptibility_per_um2}
     return system.evolve(_QUIET | own)
 

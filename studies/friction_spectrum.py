@@ -76,7 +76,7 @@ def log_limit_psd(
     """Return frequencies in Hz and densities in 1/Hz of ln Fmax of a plain stroke, with and without n ln N in it."""
     run, rate_hz = plain_stroke(system, 0.0, duration_s, seed), system.controller.rate_hz
     scored = run["scored"].values & (run["time"].values >= score_from_s - 0.5 / rate_hz)
-    load = system.friction.load_exponent * np.log(np.where(scored, run["load"].values, 1.0))  # type: ignore[union-attr]
+    load = system.friction.load_exponent * np.log(np.where(scored, run["load"].values, 1.0))  # type: ignore[attr-defined]
     whole = np.log(np.where(scored, run["limit"].values, 1.0))
     parts = stretches(scored)
     (frequency_hz, left_in), (_, fed) = (stretch_psd(each, parts, rate_hz) for each in (whole, whole - load))

@@ -21,6 +21,7 @@ from frictionloop.design.tracker_search import RowSearch
 from frictionloop.design.tracker_tuning import believed_resonance
 from frictionloop.parameters.tracking import PLACES
 from frictionloop.physics.fingers import Fingers
+from frictionloop.physics.friction import is_gaussian
 from studies.linear_reach import linear_reach
 from studies.robust_optimum import robust_optimum
 from studies.robust_reach import UNMEASURED
@@ -80,6 +81,7 @@ def learnt() -> None:
         found = []
         for finger in capable(120, speed):
             own = learnt_in_run(BENCH.evolve({**held(0.6), **overrides, **finger}), 11.0, SEED)
+            assert is_gaussian(own.friction)
             believed, true = own.controller.model.susceptibility_per_um2, own.friction.susceptibility_per_um2
             found.append((float(own.controller.model_dump()["compliance_um_per_n"]), believed / true))
         for what, row in zip(

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 
 from frictionloop.analysis import Reading, kp_limit, linearise, output_noise_rms_n
-from frictionloop.parameters import System, feasible, paper
+from frictionloop.parameters import System, bench, feasible, paper
 
 FAST_HZ = 1e9
 """A cutoff so high that the block is 1: what is left of it is of order 1e-6 (5 kHz / 1e9 Hz)."""
@@ -191,4 +192,18 @@ def test_delay_margin_is_the_delay_that_destabilises(delay_s: float) -> None:
     margin = linearise(system).margins().delay_margin_s
     for factor, stable in ((0.95, True), (1.05, False)):
         later = system.evolve({"controller.delay_s": delay_s + factor * margin})
+        assert linearise(later).is_stable() is stable
+
+
+def test_delay_margin_is_the_least_of_all_crossings() -> None:
+    """The sensor's resonance crosses 1 twice more, and less delay turns the last crossing to -1 than the first."""
+    integral = {"controller.kp": 0.0, "controller.ki": 160.0, "finger.contact": "slider"}
+    system = bench().evolve(integral)
+    loop = linearise(system)
+    first_hz = brentq(lambda f: abs(loop.responses([f])["G"][0]) - 1, 10, 100)
+    first_s = np.angle(-loop.responses([first_hz])["G"][0]) / (2 * np.pi * first_hz)
+    margin_s = loop.margins().delay_margin_s
+    assert margin_s < 0.6 * first_s
+    for factor, stable in ((0.95, True), (1.05, False)):
+        later = system.evolve({"controller.delay_s": system.controller.delay_s + factor * margin_s})
         assert linearise(later).is_stable() is stable

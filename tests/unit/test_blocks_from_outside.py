@@ -155,6 +155,20 @@ def test_the_linear_analysis_of_a_pi_from_outside_is_that_of_the_built_in(own):
     assert theirs.stable
 
 
+class Halved(fl.PiController):
+    kind: Literal["halved"] = "halved"  # type: ignore[assignment]
+
+
+def test_parameters_that_inherit_from_pi_are_linearised_by_their_own_step():
+    law = fl.Law("halved", fl.step(pi), State, Gains, lambda c: Gains(c.kp / 2, c.ki / 2, *fl.clamp_of(c.model)))
+    fl.register(law, Halved)
+    mine = fl.linearise(BENCH.evolve({"controller.kind": "halved", "controller.kp": 0.12, "controller.ki": 260.0}))
+    theirs = fl.linearise(BENCH.evolve({"controller.kp": 0.06, "controller.ki": 130.0}))
+    assert mine.margins().sensitivity_peak == pytest.approx(theirs.margins().sensitivity_peak, rel=1e-6)
+    with pytest.raises(fl.FrictionloopError, match=r'controller\.kind = "halved": has no kp and ki'):
+        mine.with_gains(0.1, 100.0)
+
+
 def test_a_law_in_plain_python_gives_what_it_gives_compiled():
     fl.register(fl.Law("own_pi", fl.step(python_pi), State, Gains), OwnPi)
     with pytest.warns(UserWarning, match=rf'law "python_pi": {__file__}, line \d+: is plain Python'):

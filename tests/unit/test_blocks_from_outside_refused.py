@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -258,11 +259,56 @@ def falls(amplitude_um, occluded, coefficients):
         ({"step": fl.step(lambda a, o, c: None)}, HERE + "step returned nothing; must return a number"),
         ({"step": fl.step(falls), "coefficients_of": lambda f: (1.0, 2.0)}, HERE + "coefficients_of returned"),
         ({"step": fl.step(falls), "inverse": falls}, HERE + "inverse must be compiled"),
+        ({"step": fl.step(lambda a, o, c: float("nan"))}, HERE + "step returned nan; must return a number"),
+        # Python stops at this root, compiled code gives no number.
+        ({"step": fl.step(lambda a, o, c: 1.0 - a + math.sqrt(1.0 - a))}, HERE + "step returned nan; must return"),
+        (
+            {"step": fl.step(lambda a, o, c: 2.0**-a - 0.2 * o * a)},
+            HERE + "step returned .*-0.3.* at 2.5 um; must fall",
+        ),
     ],
 )
 def test_a_friction_law_that_cannot_run_is_refused(given, told):
     with pytest.raises(fl.FrictionloopError, match='friction law "own": ' + f"(?s:.*){told}"):
         friction(**given)
+
+
+@fl.step
+def root(amplitude_um, occluded, coefficients):
+    """A law that is no number above 1.1 um, if its parameter is that."""
+    inside = math.sqrt(coefficients.per_um - amplitude_um) * 0.0
+    return 1.0 - 0.3 * amplitude_um + inside
+
+
+@fl.step
+def below(amplitude_um, occluded, coefficients):
+    """A law that is less than none above 1.1 um, if its parameter is that."""
+    return 1.0 - 0.3 * amplitude_um if amplitude_um <= coefficients.per_um else -0.1
+
+
+@pytest.mark.parametrize(
+    ("contact", "form"),
+    [("rigid", "float"), ("dahl", "float"), ("lugre", "float"), ("slider", "float"), ("dahl", "firmware")],
+)
+@pytest.mark.parametrize(("step", "told"), [(root, "nan at 1.1"), (below, "-0.1 at 1.1")])
+def test_friction_that_is_no_number_or_less_than_none_is_an_error_of_the_run(step, told, contact, form):
+    friction(step, lambda f: Share(3.0 if f.speed_slope == 0.0 else 1.1))
+    finger = {"finger.kind": "rigid"} if contact == "rigid" else {"finger.contact": contact}
+    system = BENCH.evolve({"friction.kind": "own", "setpoint": fl.Constant(offset_n=0.3), "controller.form": form})
+    system = system.evolve(finger)
+    short = 0.02
+    fl.simulate(system, short)
+    wrong = system.evolve({"friction.speed_slope": 0.1})
+    told = rf'friction law "own": {HERE}step returned {told}\d* um .*must be from 0 to 1'
+    with pytest.raises(fl.FrictionloopError, match=told) as refused:
+        fl.simulate(wrong, short)
+    assert "\n" not in str(refused.value)
+    with pytest.raises(fl.FrictionloopError, match=told.replace("um .*", "um .*with {'controller.kp': 0.05}.*")):
+        fl.sweep(wrong, KPS, short)
+    loop = fl.Stepper(wrong)
+    with pytest.raises(fl.FrictionloopError, match=told):
+        for _ in range(100):
+            loop.tick(2.0)
 
 
 class Sig(fl.Signal):

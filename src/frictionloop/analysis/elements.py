@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from frictionloop.analysis.known import check_known
 from frictionloop.analysis.operating import law_at, operating_amplitude_um
 from frictionloop.control.lookup import lookup_table
-from frictionloop.control.pi import linearise_pi
-from frictionloop.parameters import LowpassSensor, Model, PiController, Sensor, Skin, Strokes, System, check_system
+from frictionloop.control.pi import is_pi, linearise_pi
+from frictionloop.parameters import LowpassSensor, Model, Sensor, Skin, Strokes, System, check_system
 from frictionloop.physics.contact_linear import linearise_dahl, linearise_lugre, linearise_slider
 from frictionloop.physics.friction import friction_force, slope_per_um2
 from frictionloop.physics.plate import linearise_plate
@@ -67,15 +68,16 @@ def elements(
     Raises
     ------
     FrictionloopError
-        Both are given, or the point cannot be reached.
+        Both are given, the point cannot be reached, or a field of a block is not known here (analysis/known).
     """
     check_system(system)
+    check_known(system)
     law = law_at(system, occluded)
     amplitude = operating_amplitude_um(system, law, amplitude_um, force_n)
     force = float(friction_force(amplitude, law))
     gain = lumped_gain(system, amplitude, occluded)
     return Elements(
-        controller=linearise_pi(system.controller) if isinstance(system.controller, PiController) else None,
+        controller=linearise_pi(system.controller) if is_pi(system.controller) else None,
         delay_s=system.controller.delay_s,
         plate=Lti((gain,), (1.0,)) * linearise_plate(system.plate) * linearise_contact(system, force),
         stages=linearise_stages(system.sensor),

@@ -11,7 +11,8 @@ from frictionloop.analysis.rest import Rest, rest_of
 from frictionloop.analysis.sampled import SampledPlant
 from frictionloop.analysis.state_space import Array, StateSpace
 from frictionloop.control.overdrive import overdrive_gains
-from frictionloop.parameters import Controller, PiController, System
+from frictionloop.control.pi import is_pi
+from frictionloop.parameters import Controller, System
 
 INPUTS = ("f_r", "f_m")
 OUTPUTS = ("u", "c")
@@ -42,7 +43,7 @@ def law_space(system: System, loop: Elements, plant: SampledPlant, *, adapting: 
         The law has no rest there, is saturated there, or is not smooth.
     """
     controller = system.controller
-    if isinstance(controller, PiController):
+    if is_pi(controller):
         return pi_space(controller.kp, controller.ki, plant.period_s)
     space = jacobian_space(rest_of(system, loop, plant, adapting=adapting))
     return overdriven(space, controller)

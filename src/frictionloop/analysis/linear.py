@@ -27,7 +27,7 @@ from frictionloop.analysis.responses import (
 from frictionloop.analysis.rest import rest_of
 from frictionloop.analysis.sampled import SampledPlant, sample
 from frictionloop.analysis.state_space import Array, Complex, StateSpace
-from frictionloop.control.pi import linearise_pi
+from frictionloop.control.pi import is_pi, linearise_pi
 from frictionloop.parameters import LowpassSensor, PiController, System
 from frictionloop.quantities import FrictionloopError
 
@@ -149,8 +149,7 @@ class LinearLoop:
         """Return the same loop at the same operating point with other PI gains, kp in N/N and ki in 1/s."""
         check_pi(self.system)
         system = self.system.evolve({"controller.kp": kp, "controller.ki": ki})
-        assert isinstance(system.controller, PiController)
-        return LinearLoop(system, replace(self.elements, controller=linearise_pi(system.controller)), self.plant)
+        return LinearLoop(system, replace(self.elements, controller=linearise_pi(check_pi(system))), self.plant)
 
     def to_control(self) -> Any:
         """Return `state_space` as a ``control.StateSpace``; raises when python-control is not installed."""
@@ -160,7 +159,7 @@ class LinearLoop:
 def check_pi(system: System) -> PiController:
     """Return the controller of a System, refusing one that has no kp and ki."""
     controller = system.controller
-    if not isinstance(controller, PiController):
+    if not is_pi(controller):
         raise FrictionloopError(f'controller.kind = "{controller.kind}": has no kp and ki; must be "pi" for this')
     return controller
 
@@ -174,8 +173,8 @@ def linearise(
     ----------
     system
         The loop, with any control law. A finger that strokes is taken to slide steadily, at the strokes' speed and mean
-        load; commands that come late by chance and lost ticks are left out. The law is linearised when it is asked
-        for: one that has no linear analysis still has a plant.
+        load; commands that come late by chance, lost ticks, pulses and fixed point are left out. The law is linearised
+        when it is asked for: one that has no linear analysis still has a plant.
     amplitude_um, force_n
         Operating point, as a vibration amplitude (um, 0 to a_max) or as a friction force g(a) (N, g(a_max) to f0);
         one or neither. Without either it is the mean of set-point less disturbance for a finger that strokes, and for
@@ -186,7 +185,8 @@ def linearise(
     Raises
     ------
     FrictionloopError
-        Both are given, the point cannot be reached, or the finger is too slow or too light for the controller to act.
+        Both are given, the point cannot be reached, the finger is too slow or too light for the controller to act or
+        sticks at that speed, or a field that is not at its default is not in the linear analysis (analysis/known).
     """
     loop = elements(system, amplitude_um, force_n, occluded)
     return LinearLoop(system, loop, sample(loop, 1.0 / system.controller.rate_hz))

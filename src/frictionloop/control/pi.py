@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeGuard
 
 from frictionloop.control.law import ForceCommand, Law, clamp_of
-from frictionloop.parameters import PiController
+from frictionloop.parameters import PiController, Timing
 from frictionloop.quantities import Lti
 from frictionloop.quantities.arithmetic import fma, step
 from frictionloop.sensing.measurement import Measurement
@@ -53,6 +53,11 @@ def pi_begin(state: PiState, force_n: float, setpoint_n: float, gains: PiGains) 
 
 
 PI_LAW = Law("pi", pi_step, PiState, PiGains, lambda c: PiGains(c.kp, c.ki, *clamp_of(c.model)), begin=pi_begin)
+
+
+def is_pi(controller: Timing) -> TypeGuard[PiController]:
+    """Tell whether a controller runs this law: parameters from outside may inherit from `PiController`."""
+    return controller.kind == PI_LAW.kind
 
 
 def linearise_pi(controller: PiController) -> Lti:

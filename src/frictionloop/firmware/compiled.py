@@ -13,6 +13,7 @@ from frictionloop.control.laws import NUMBERED, law_of
 from frictionloop.control.lookup import lookup_table
 from frictionloop.control.overdrive import overdrive_gains
 from frictionloop.firmware.compiler import FLAGS, shared_library
+from frictionloop.firmware.known import check_known
 from frictionloop.firmware.quantised import Gain, Quantised, pi_gains, to_gain, to_places, to_q28
 from frictionloop.firmware.quantised_filtered import filtered_gains, filtered_state_places
 from frictionloop.firmware.quantised_observer import (
@@ -115,6 +116,7 @@ def overdrive_words(controller: Any) -> dict[str, np.ndarray]:
 
 def controller_words(system: System) -> dict[str, np.ndarray]:
     """Return all words that a System's controller alone decides: law, lookup and overdrive."""
+    check_known(system, "controller")
     controller = system.controller
     return law_words(controller) | lookup_words(controller.model) | overdrive_words(controller)
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from frictionloop.firmware.compiled import controller_words
+from frictionloop.firmware.known import check_known
 from frictionloop.firmware.quantised import to_gain, to_places
 from frictionloop.parameters import System
 from frictionloop.parameters.plant import SuspendedSensor
@@ -45,6 +46,7 @@ def firmware_words(system: System) -> np.ndarray:
 
 def device_words(system: System) -> dict[str, np.ndarray]:
     """Return the words that are not the controller's: drive, force, touch, set-point, safety."""
+    check_known(system, "touch", "board")
     rate_hz = schema()["protocol"]["tick_hz"]
     if system.controller.rate_hz != rate_hz:
         raise FrictionloopError(

@@ -11,10 +11,10 @@ from frictionloop.loop.kernel.run import advance
 from frictionloop.loop.kernel.slab import law_rows
 from frictionloop.loop.kernel.structure import kernel_of
 from frictionloop.loop.kernel.traces import traces_of
+from frictionloop.loop.no_number import lanes_without_number, no_number
 from frictionloop.loop.record import to_dataset
 from frictionloop.loop.timing import check_memory, check_seed, periods_in
 from frictionloop.parameters import System
-from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.normals import BLOCK
 from frictionloop.quantities.trees import flat
 
@@ -60,20 +60,17 @@ def simulate(system: System, duration_s: float = 10.0, seed: int = 0) -> xr.Data
     ------
     FrictionloopError
         For what is not a System, a bad seed, a duration that does not fit the control rate, the signals or the
-        memory, and for a law (``fl.register``) that commands what is no number.
+        memory, and for a law or a friction law (``fl.register``) that gives no number, or less than no friction.
 
     """
     periods, seed = periods_in(system, duration_s), check_seed(seed)
     names = traces_of(kernel_of(system))
     check_memory(2 * 8 * len(names) * periods, f"a run of {duration_s:g} s")
     traces = np.empty((len(names), periods))
-    run_tile(lower([system], [seed], traces=traces.reshape(-1)), periods)
-    _check_commands(system, traces[names.index("u")])
+    tile = lower([system], [seed], traces=traces.reshape(-1))
+    run_tile(tile, periods)
+    wrong = np.flatnonzero(np.isnan(traces[names.index("u")]))
+    if wrong.size or lanes_without_number(tile).size:
+        period = wrong[0] if wrong.size else periods
+        raise no_number(system, f"at {period / system.controller.rate_hz:g} s")
     return to_dataset(traces, system, seed)
-
-
-def _check_commands(system: System, u: np.ndarray) -> None:
-    wrong = np.flatnonzero(np.isnan(u))
-    if wrong.size:
-        c = system.controller
-        raise FrictionloopError(f'law "{c.kind}": its force command is not a number at {wrong[0] / c.rate_hz:g} s')

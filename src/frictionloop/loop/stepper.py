@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.run import advance
 from frictionloop.loop.kernel.slab import ROW
 from frictionloop.loop.kernel.structure import moves
+from frictionloop.loop.no_number import no_number
 from frictionloop.loop.timing import check_seed, is_finite
 from frictionloop.parameters import System, check_system
 from frictionloop.physics.finger_step import Motion
@@ -126,7 +128,7 @@ class Stepper:
         Raises
         ------
         FrictionloopError
-            For a command that is not finite, a motion, or a disturbance that is over.
+            For a command that is not finite, a motion, a disturbance that is over, or friction that is no number.
         """
         if not is_finite(amplitude_command):
             raise FrictionloopError(f"amplitude_command = {amplitude_command!r} um: must be a finite number")
@@ -148,6 +150,8 @@ class Stepper:
         g = self._view[ROW["friction"]] if self.tells_sampled else g
         self.force_n = float(g + self._view[ROW["disturbance"]])
         self.measured = self._told() if self.tells_sampled else Measurement(float(self._view[ROW["measurement"]]))
+        if math.isnan(self.measured.force):
+            raise no_number(self.system, f"at {self.time_s:g} s")
         return self.measured
 
     def _move(self, motion: Movement) -> None:

@@ -18,6 +18,7 @@ from frictionloop.loop.kernel.placing import placed
 from frictionloop.loop.kernel.slab import LANES
 from frictionloop.loop.metric import RunMetric, StreamingMetric
 from frictionloop.loop.metric_values import streamed, values_of_runs
+from frictionloop.loop.no_number import lanes_without_number, no_number
 from frictionloop.loop.points import fingerprint, points_of
 from frictionloop.loop.progress import progress_bar
 from frictionloop.loop.record import provenance
@@ -170,10 +171,9 @@ def _run(
     if any(not isinstance(each, RunMetric) for each in metrics):
         tile = lower(systems, seeds, groups=groups, score_from=score_from, streaming=streaming)
         run_tile(tile, periods)
-        wrong = np.flatnonzero(np.isnan(tile.slab.view("u")[0, : len(lanes)]))
-        if wrong.size:
-            law, override = systems[wrong[0]].controller.kind, points[wrong[0]][0]
-            raise FrictionloopError(f'law "{law}": its force command is not a number with {override}')
+        for lane in lanes_without_number(tile):
+            if lane < len(lanes):
+                raise no_number(systems[lane], f"with {points[lane][0]}")
         sums = sums_of(tile, len(lanes))
         values = {name: each.of(sums) for name, each in zip(names, metrics, strict=True) if isinstance(each, Metric)}
         values |= streamed(tile, streaming, sums.count)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 from frictionloop.physics.contact import ContactCoefficients, ContactState
@@ -15,10 +16,9 @@ from frictionloop.physics.friction_limit import (
     static_step,
 )
 from frictionloop.physics.motion import LoadPlan, StrokePlan, load_step, stroke_step
-from frictionloop.physics.plate import limit_step as drive_limit_step
-from frictionloop.physics.plate import lowpass_step
+from frictionloop.physics.plate import plate_step
 from frictionloop.physics.tremor import TremorState
-from frictionloop.physics.vibration import Vibration
+from frictionloop.physics.vibration import GAUSSIAN, Vibration
 from frictionloop.quantities.arithmetic import fma, step
 
 
@@ -95,18 +95,19 @@ def substep_of(contact: str, vibration: Vibration) -> Any:
     mean, which errs by 1/8 (substep times plate bandwidth)^2 of the change.
     """
     law, remaining = CONTACTS[contact], vibration.step
+    trusted = vibration is GAUSSIAN  # of a law from outside no number, or less than none, must not pass for no friction
 
     @step
-    def substep(j, of, now, after, old, new, switch, ceiling, a, half, whole, effect, limit_n, static, before, given):  # type: ignore[no-untyped-def]
+    def substep(j, of, now, after, old, new, switch, ceiling, a, plate, effect, limit_n, static, before, given):  # type: ignore[no-untyped-def]
         fraction = (j + 0.5) / of
         share = min(max(j + 1.0 - switch * of, 0.0), 1.0)
-        held = drive_limit_step(fma(share, new - old, old), ceiling)
-        left = remaining(lowpass_step(a, held, half), now.occluded, effect)
+        middle, end = plate_step(a, fma(share, new - old, old), ceiling, plate)
+        left = remaining(middle, now.occluded, effect)
         limit = limit_n * fma(fraction, after.factor - now.factor, now.factor) * left
         speed = fma(fraction, after.speed - now.speed, now.speed)
         limit = limit * static_step(speed - before.lag_speed_m_s, static.gain, static.per_speed)
         state, force = law(before, limit, speed, given)
-        return lowpass_step(a, held, whole), state, force
+        return end, state, force if trusted or left >= 0.0 else math.nan
 
     return substep
 

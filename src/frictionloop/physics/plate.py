@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from frictionloop.parameters import LowpassPlate, ResonantPlate
+from frictionloop.parameters.block import Block
 from frictionloop.quantities import Lti
 from frictionloop.quantities.arithmetic import fma, step
 
@@ -19,6 +21,37 @@ def lowpass_step(amplitude_um: float, command_um: float, decay: float) -> float:
 def limit_step(command_um: float, max_amplitude_um: float) -> float:
     """min(max(c, 0), a_max): what the drive can do of a command."""
     return min(max(command_um, 0.0), max_amplitude_um)
+
+
+class PlateCoefficients(NamedTuple):
+    """Of `plate_step`, for a time h in s."""
+
+    half: float
+    """e^(-wc h/2)."""
+    whole: float
+    """e^(-wc h)."""
+
+
+def plate_coefficients(plate: LowpassPlate | ResonantPlate, h: float) -> PlateCoefficients:
+    """Return the coefficients of `plate_step` for steps of h seconds."""
+    rate = -2.0 * math.pi * plate.cutoff_hz
+    return PlateCoefficients(math.exp(rate * h / 2.0), math.exp(rate * h))
+
+
+@step
+def plate_step(
+    amplitude_um: float, command_um: float, max_amplitude_um: float, coefficients: PlateCoefficients
+) -> tuple[float, float]:
+    """Amplitude in the middle and at the end of a step in which the drive holds a command."""
+    held = limit_step(command_um, max_amplitude_um)
+    return lowpass_step(amplitude_um, held, coefficients.half), lowpass_step(amplitude_um, held, coefficients.whole)
+
+
+LINEAR_PLATE: dict[type[Block], str] = {
+    LowpassPlate: "kind cutoff_hz max_amplitude_um",
+    ResonantPlate: "kind frequency_hz q max_amplitude_um",
+}
+"""Fields of a plate that `linearise_plate` has, and the operating point; what is not here is refused."""
 
 
 def linearise_plate(plate: LowpassPlate | ResonantPlate) -> Lti:

@@ -2,45 +2,13 @@
 
 from __future__ import annotations
 
-_UNITS = (
-    ("_per_um2", "um^-2"),
-    ("_kg_per_m3", "kg/m^3"),
-    ("_n_s_per_m", "N s/m"),
-    ("_n_per_vm", "N/(V m)"),
-    ("_n_per_count", "N/count"),
-    ("_m_per_count", "m/count"),
-    ("_counts", "counts"),
-    ("_m_s2_rthz", "m/s^2/rtHz"),
-    ("_um_per_n", "um/N"),
-    ("_n_rthz", "N/rtHz"),
-    ("_nv_rthz", "nV/rtHz"),
-    ("_fa_rthz", "fA/rtHz"),
-    ("_rthz", "1/rtHz"),
-    ("_mm_s", "mm/s"),
-    ("_n_s_m", "N s/m"),
-    ("_n_m", "N/m"),
-    ("_urad", "urad"),
-    ("_mohm", "Mohm"),
-    ("_gpa", "GPa"),
-    ("_mpa", "MPa"),
-    ("_mhz", "MHz"),
-    ("_mm2", "mm^2"),
-    ("_deg", "deg"),
-    ("_pa", "Pa"),
-    ("_pf", "pF"),
-    ("_nf", "nF"),
-    ("_uh", "uH"),
-    ("_kg", "kg"),
-    ("_mm", "mm"),
-    ("_ug", "1e-6 g"),
-    ("_um", "um"),
-    ("_hz", "Hz"),
-    ("_s", "s"),
-    ("_n", "N"),
-    ("_m", "m"),
-    ("_v", "V"),
-    ("_k", "K"),
-)
+_UNITS = {
+    **{"n": "N", "m": "m", "mm": "mm", "um": "um", "kg": "kg", "s": "s", "hz": "Hz", "rthz": "rtHz", "mhz": "MHz"},
+    **{"m3": "m^3", "mm2": "mm^2", "um2": "um^2", "s2": "s^2", "deg": "deg", "urad": "urad", "ug": "1e-6 g", "k": "K"},
+    **{"v": "V", "nv": "nV", "fa": "fA", "vm": "V m", "mohm": "Mohm", "pf": "pF", "nf": "nF", "uh": "uH"},
+    **{"pa": "Pa", "mpa": "MPa", "gpa": "GPa", "count": "count", "counts": "counts"},
+}
+"""Units by the word that stands for them at the end of a name."""
 _UNITS_WITHOUT_SUFFIX = {"kp": "N/N", "ki": "1/s", "k1": "N^0.5/s", "k2": "N/s^2"}
 
 
@@ -57,4 +25,24 @@ def unit_of(name: str) -> str:
     leaf = name.rsplit(".", 1)[-1]
     if leaf in _UNITS_WITHOUT_SUFFIX:
         return _UNITS_WITHOUT_SUFFIX[leaf]
-    return next((unit for suffix, unit in _UNITS if leaf.endswith(suffix)), "")
+    words = leaf.split("_")
+    first = len(words)
+    while first > 1 and (words[first - 1] in _UNITS or words[first - 1] == "per"):
+        first -= 1
+    if words[1:2] == ["per"] and words[0] in _UNITS:
+        first = 0
+    return _written(words[first:])
+
+
+def _written(words: list[str]) -> str:
+    """Return ["n", "s", "per", "m"] as "N s/m"; without "per" all but the first word are below: ["mm", "s"], "mm/s"."""
+    if words in ([], ["count"]):
+        return ""  # a number of something
+    if "per" not in words:
+        above = {"rthz": 0, "n s m": 2}.get(" ".join(words), 1)  # a density of a pure number, a damping
+        words = [*words[:above], "per", *words[above:]]
+    cut = words.index("per")
+    over, under = ([_UNITS[word] for word in part] for part in (words[:cut], words[cut + 1 :]))
+    if not over and "^" in under[0]:
+        return under[0].replace("^", "^-")
+    return (" ".join(over) or "1") + "".join(f"/({unit})" if " " in unit else f"/{unit}" for unit in under)

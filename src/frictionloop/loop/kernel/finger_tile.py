@@ -12,6 +12,7 @@ from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.physics.contact import ContactCoefficients, ContactState
 from frictionloop.physics.finger_step import FORCES, Static, limits_of, settled_of, substep_of
 from frictionloop.physics.motion import StrokePlan
+from frictionloop.physics.plate import PlateCoefficients
 from frictionloop.physics.pulses import pulse_step
 from frictionloop.physics.vibration import Vibration
 from frictionloop.quantities.arithmetic import fma, step
@@ -56,7 +57,8 @@ def along_step(direction, force_n):  # type: ignore[no-untyped-def]
 
 def lift_finger(lifting: Lifting, contact: str, vibration: Vibration) -> Any:
     """Return ``finger(s, n, j, of)``: plate, friction limit and contact over substep j of a period."""
-    drive = *rows("applied"), ROW["switch"], ROW["max_amplitude"], ROW["amplitude"], *rows("amplitude_decay")
+    plate = PlateCoefficients(*rows("plate_coefficients"))
+    drive = *rows("applied"), ROW["switch"], ROW["max_amplitude"], ROW["amplitude"], plate
     given = NOW, AFTER, *drive, vibration_rows(vibration), _LIMIT, _STATIC, _CONTACT, _GIVEN
     return lift(lifting, substep_of(contact, vibration), given, (ROW["amplitude"], _CONTACT, _FORCE), extra=2)
 

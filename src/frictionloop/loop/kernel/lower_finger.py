@@ -17,6 +17,7 @@ from frictionloop.physics.contact import contact_coefficients
 from frictionloop.physics.finger_step import Motion
 from frictionloop.physics.friction_limit import limit_coefficients, occlusion_coefficients, static_coefficients
 from frictionloop.physics.motion import load_plan, scored_edge_m, stroke_plan
+from frictionloop.physics.plate import plate_coefficients
 from frictionloop.physics.roughness import cells_per_m, roughness_table
 from frictionloop.physics.tremor import tremor_coefficients, tremor_start
 from frictionloop.sensing.suspended import converter, noise_coefficients, suspension_coefficients
@@ -41,8 +42,7 @@ def lower_finger(slab: Slab, systems: Sequence[System], keys: np.ndarray) -> np.
     h = dt / substeps
     slab.view("node_time")[1 : 1 + substeps] = (h * (np.arange(substeps) + 0.5))[:, None]
     _fill(slab, "limit_n", [(s.friction.nominal_n,) for s in systems])
-    rates = [-2.0 * math.pi * s.plate.cutoff_hz for s in systems]
-    _fill(slab, "amplitude_decay", [(math.exp(r * h / 2.0), math.exp(r * h)) for r in rates])
+    _fill(slab, "plate_coefficients", [plate_coefficients(s.plate, h) for s in systems])
     _fill(slab, "contact_coefficients", [contact_of_step(s, h) for s in systems])
     skins = [s.finger for s in systems]
     _fill(slab, "compliance", [(1.0 / f.stiffness_n_m if isinstance(f, Skin) else 0.0,) for f in skins])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -11,6 +10,7 @@ from frictionloop.loop.kernel.lower_finger import contact_of_step
 from frictionloop.loop.kernel.slab import Slab
 from frictionloop.loop.kernel.structure import delay_periods, kernel_of, substeps_of, switch_s
 from frictionloop.parameters import OracleController, System
+from frictionloop.physics.plate import plate_coefficients
 
 STEPS, LANDING, TRIALS = 4, 8, 3
 """Of a trial; more of any changes the residual on fingers(100, 3) by less than 0.1 mN (docs/oracle).
@@ -41,11 +41,10 @@ def lower_oracle(slab: Slab, systems: Sequence[System]) -> None:
     """Set the rows that only an oracle reads."""
     period = 1.0 / systems[0].controller.rate_hz
     h = period / STEPS
-    rates = [-2.0 * math.pi * s.plate.cutoff_hz for s in systems]
     slab.view("trial_coefficients")[:] = np.array(
         [
-            (*contact_of_step(s, h), compliance, math.exp(rate * h / 2.0), math.exp(rate * h))
-            for s, rate, compliance in zip(systems, rates, slab.view("compliance")[0], strict=True)
+            (*contact_of_step(s, h), compliance, *plate_coefficients(s.plate, h))
+            for s, compliance in zip(systems, slab.view("compliance")[0], strict=True)
         ]
     ).T
-    slab.view("trial_decay")[0] = [math.exp(rate * period) for rate in rates]
+    slab.view("trial_decay")[0] = [plate_coefficients(s.plate, period).whole for s in systems]

@@ -14,6 +14,7 @@ import numpy as np
 from frictionloop.control.law import Law
 from frictionloop.loop.kernel.ends import TERMS
 from frictionloop.loop.kernel.quadrature import MAX_SEGMENTS, NODES
+from frictionloop.physics.plate import PlateCoefficients
 from frictionloop.physics.vibration import Vibration
 from frictionloop.quantities import FrictionloopError, trees
 
@@ -90,7 +91,7 @@ _ROWS: tuple[tuple[str, int], ...] = (
     ("vibrated_limit", 1),  # friction limit at t_k under the amplitude of then
     ("contact_coefficients", 10),
     ("compliance", 1),  # of the skin, m/N
-    ("amplitude_decay", 2),  # over half a substep and a whole one
+    ("plate_coefficients", len(PlateCoefficients._fields)),
     ("suspension", 3),
     ("suspension_coefficients", 10),
     ("noise", 1),
@@ -100,7 +101,7 @@ _ROWS: tuple[tuple[str, int], ...] = (
     ("trial_kept", 12),  # amplitude, contact and motion at t_k+1 as they are
     ("trial_start", 5),  # amplitude and contact when the command takes effect
     ("trial", 7),  # force wanted along the motion, amplitude it needs, command and error, the ones before, slope
-    ("trial_coefficients", 13),  # rows from contact_coefficients to amplitude_decay for the longer steps of a trial
+    ("trial_coefficients", 11 + len(PlateCoefficients._fields)),  # contact to plate, for the longer steps of a trial
     ("trial_decay", 1),  # of the amplitude, over a period
     # perception and step times
     ("taper", 3),  # gain per period, two states

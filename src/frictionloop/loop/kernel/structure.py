@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
+from frictionloop.loop.kernel.known import check_oracle, suits_quadrature
 from frictionloop.loop.kernel.quadrature import MAX_SEGMENTS, PLATE_PER_SEGMENT, segments_needed
 from frictionloop.loop.kernel.slab import NODES_MAX
 from frictionloop.parameters import OracleController, Skin, Strokes, System
-from frictionloop.physics.friction import is_gaussian
 from frictionloop.physics.sources import highest_hz
 from frictionloop.physics.vibration import vibration_of
 from frictionloop.quantities import FrictionloopError
@@ -61,21 +61,15 @@ def structure(system: System) -> tuple[object, ...]:
 
 def kernel_of(system: System) -> str:
     """Return which kernel runs a system: by quadrature what feeds nothing back within a period, else by substeps."""
-    still = system.motion.kind == "sliding" and system.finger.kind == "rigid"
-    still = still and is_gaussian(system.friction)
-    plain = still and system.sensor.kind == "lowpass" and not is_irregular(system) and _is_plain_pi(system)
-    return "quadrature" if plain else "substeps"
-
-
-def _is_plain_pi(system: System) -> bool:
-    c = system.controller
-    return c.kind == "pi" and c.form == "float" and c.open_until_s == 0.0 and system.plate.pulse_ticks == 0
+    return "quadrature" if suits_quadrature(system) else "substeps"
 
 
 def substeps_of(system: System) -> int:
     """Return the substeps of a period, each at most SUBSTEP_S long."""
     check_follows(system.motion, system.touch)
     _check_disturbance(system)
+    if isinstance(system.controller, OracleController):
+        check_oracle(system)
     rate = system.controller.rate_hz
     count = math.ceil(1.0 / (rate * SUBSTEP_S) - 1e-9)
     if count >= NODES_MAX:

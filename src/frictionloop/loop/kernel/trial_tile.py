@@ -16,7 +16,7 @@ from frictionloop.loop.kernel.aim_tile import (
     drive_step,
 )
 from frictionloop.loop.kernel.motion_tile import NEXT
-from frictionloop.loop.kernel.slab import ROW
+from frictionloop.loop.kernel.slab import COUNT, ROW
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.quantities.arithmetic import fma
 
@@ -24,8 +24,8 @@ FLAT_N_PER_UM = -1e-9
 """Slope of the force with the command where a trial shows none: the drive then goes to its end."""
 PROBE = 0.05
 """Share of the drive's range by which the second trial differs from the first."""
-COEFFICIENTS = 13
-"""Rows from ``contact_coefficients`` to ``amplitude_decay``."""
+COEFFICIENTS = COUNT["trial_coefficients"]
+"""Rows from ``contact_coefficients`` to ``plate_coefficients``."""
 
 
 def lift_copy(lifting: Lifting) -> Any:

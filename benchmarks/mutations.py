@@ -1,0 +1,260 @@
+"""Do the tests see what they should? One small wrong at a time in a copy of the sources, and the tests that are due.
+
+    python benchmarks/mutations.py                 every mutation; prints the table and stores results/mutations.md
+    python benchmarks/mutations.py notch jitter    those whose names contain a word; prints only
+
+Exit status 1 if one survives. Only tests of the default suite run: what is marked slow does not count.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).parents[1]
+SRC, CORE = "src/frictionloop/", "firmware/core/"
+
+
+class Mutation(NamedTuple):
+    """A text that is there once, what takes its place, and the test files that should see it."""
+
+    name: str
+    file: str
+    old: str
+    new: str
+    tests: str
+
+
+MUTATIONS = [
+    Mutation(
+        "disturbance pushes the other way",
+        SRC + "loop/kernel/finger_tile.py",
+        "state, fma(direction, dist",
+        "state, fma(-direction, dist",
+        "unit/test_bench_closed_form.py reference/test_bench_solver.py",
+    ),
+    Mutation(
+        "half of the delay's rest",
+        SRC + "loop/kernel/structure.py",
+        "return whole, rest if",
+        "return whole, 0.5 * rest if",
+        "unit/test_closed_loop.py reference/test_linear_against_simulator.py reference/test_independent_solver.py",
+    ),
+    Mutation(
+        "PI clamps at 0, not at the floor",
+        SRC + "control/pi.py",
+        "u = min(max(v, low), high)",
+        "u = min(max(v, 0.0), high)",
+        "unit/test_pi.py unit/test_closed_loop.py parity/test_one_step.py",
+    ),
+    Mutation(
+        "no anti-windup",
+        SRC + "control/pi.py",
+        "integral = integral if pushes else fma(",
+        "integral = fma(",
+        "unit/test_pi.py unit/test_closed_loop.py parity/test_one_step.py",
+    ),
+    Mutation(
+        "no anti-windup in C",
+        CORE + "law_pi.c",
+        "if (!pushes) state[0]",
+        "(void)pushes; state[0]",
+        "parity/test_one_step.py parity/test_closed_loop.py firmware/test_control.py",
+    ),
+    Mutation(
+        "friction falls as a^1.98",
+        SRC + "physics/vibration.py",
+        "return exp2(-y * fma(",
+        "return exp2(-(y**0.98) * fma(",
+        "unit/test_friction.py unit/test_friction_limit.py unit/test_bench_closed_form.py",
+    ),
+    Mutation(
+        "Stribeck's speed 20 % off",
+        SRC + "physics/friction_limit.py",
+        "math.sqrt(math.log2(math.e))",
+        "1.0",
+        "unit/test_friction_limit.py unit/test_stick_slip.py",
+    ),
+    Mutation(
+        "occlusion 5 % slower",
+        SRC + "physics/friction_limit.py",
+        "math.exp(-dt / friction.occlusion_s)",
+        "math.exp(-dt / (1.05 * friction.occlusion_s))",
+        "unit/test_friction_limit.py unit/test_bench_closed_form.py unit/test_bench_properties.py",
+    ),
+    Mutation(
+        "load exponent 1",
+        SRC + "physics/friction_limit.py",
+        "load_exponent=friction.load_exponent,",
+        "load_exponent=1.0,",
+        "unit/test_friction_limit.py unit/test_bench_closed_form.py",
+    ),
+    Mutation(
+        "plate's pole 2 % slow on the bench",
+        SRC + "physics/plate.py",
+        "rate = -2.0 * math.pi *",
+        "rate = -1.96 * math.pi *",
+        "unit/test_plate.py unit/test_bench_closed_form.py reference/test_bench_solver.py",
+    ),
+    Mutation(
+        "tremor twice as wide",
+        SRC + "physics/tremor.py",
+        "decay = math.pi * width_hz",
+        "decay = 2.0 * math.pi * width_hz",
+        "unit/test_tremor.py",
+    ),
+    Mutation("spread of tau 0.30", SRC + "physics/fingers.py", "(0.38, 0.35)", "(0.38, 0.30)", "unit/test_fingers.py"),
+    Mutation(
+        "sensor noise over half the band",
+        SRC + "parameters/plant.py",
+        "math.sqrt(math.pi / 2.0 * self",
+        "math.sqrt(math.pi / 4.0 * self",
+        "unit/test_sensor.py unit/test_blocks.py reference/test_linear_bench.py",
+    ),
+    Mutation(
+        "converter rounds down",
+        SRC + "sensing/suspended.py",
+        "(force_n * per_step + ROUND) - ROUND",
+        "(force_n * per_step - 0.5 + ROUND) - ROUND",
+        "unit/test_sensor.py unit/test_bench_closed_form.py",
+    ),
+    Mutation(
+        "lookup table off by one cell",
+        SRC + "loop/kernel/lowering.py",
+        "model[3] = (size - 1) /",
+        "model[3] = size /",
+        "unit/test_lookup.py unit/test_closed_loop.py",
+    ),
+    Mutation(
+        "half the jitter",
+        SRC + "loop/kernel/timing_tile.py",
+        "* abs(peek(",
+        "* 0.5 * abs(peek(",
+        "unit/test_jitter.py unit/test_switch.py",
+    ),
+    Mutation(
+        "notch 10 % too shallow",
+        SRC + "control/notch.py",
+        "t = math.tan(",
+        "depth = 1.1 * depth\n    t = math.tan(",
+        "unit/test_filtered_parameters.py unit/test_retune_notch.py unit/test_filtered_pi.py",
+    ),
+    Mutation(
+        "overdrive beyond the drive",
+        SRC + "control/overdrive.py",
+        "inverse, 0.0), largest)",
+        "inverse, 0.0), 2.0 * largest)",
+        "unit/test_overdrive.py parity/test_amplitude.py",
+    ),
+    Mutation(
+        "words rounded down",
+        SRC + "firmware/quantised.py",
+        "return math.floor(scaled + 0.5)",
+        "return math.floor(scaled)",
+        "unit/test_quantised.py unit/test_parameter_words.py",
+    ),
+    Mutation(
+        "converter's rms over sqrt 6",
+        SRC + "analysis/noise.py",
+        "/ math.sqrt(12.0)",
+        "/ math.sqrt(6.0)",
+        "reference/test_linear_noise.py reference/test_linear_bench.py",
+    ),
+    Mutation(
+        "delay margin of the first crossing",
+        SRC + "analysis/margins.py",
+        "float(np.min(further_s))",
+        "float(further_s[0])",
+        "reference/test_linear_closed_form.py reference/test_linear_python_control.py reference/test_linear_bench.py",
+    ),
+    Mutation(
+        "interval of 90 %, not 95",
+        SRC + "identification/estimate.py",
+        "(1 + confidence) / 2",
+        "confidence",
+        "unit/test_identification.py",
+    ),
+    Mutation(
+        "Q from a tap 10 % low",
+        SRC + "identification/ring_down.py",
+        "np.exp(-0.5 * angle / q)",
+        "np.exp(-0.45 * angle / q)",
+        "unit/test_ring_down.py",
+    ),
+    Mutation(
+        "threshold at 150 Hz",
+        SRC + "perception/thresholds.py",
+        "150.0: 0.18",
+        "150.0: 0.25",
+        "unit/test_perception_thresholds.py unit/test_perception_weighting.py reference/test_perception_examples.py",
+    ),
+    Mutation(
+        "leaves 4 % too stiff",
+        SRC + "hardware/sensor/springs.py",
+        "thickness**3 / 12,",
+        "thickness**3 / 11.5,",
+        "unit/test_springs.py",
+    ),
+    Mutation(
+        "envelope of 2Q, not Q",
+        SRC + "hardware/plate/envelope.py",
+        "return quality_factor / (math.pi",
+        "return 2 * quality_factor / (math.pi",
+        "unit/test_plate_envelope.py",
+    ),
+]
+
+
+def main() -> int:
+    words, rows = sys.argv[1:], []
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / "copy"
+        for name in subprocess.check_output(["git", "ls-files"], cwd=ROOT, text=True).split("\n")[:-1]:
+            (copy / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(ROOT / name, copy / name)
+        for each in MUTATIONS:
+            if not words or any(word in each.name for word in words):
+                rows.append((each.name, each.file, tried(each, copy)))
+                print(*rows[-1], sep=" | ", flush=True)
+    survived = sum(not test for _, _, test in rows)
+    if not words:
+        lines = [f"| {name} | `{file}` | {test or '**survived**'} |\n" for name, file, test in rows]
+        head = f"{len(rows) - survived} of {len(rows)} are caught (`benchmarks/mutations.py`).\n\n"
+        text = head + "| wrong | in | caught by |\n|---|---|---|\n" + "".join(lines)
+        (ROOT / "benchmarks" / "results" / "mutations.md").write_text(f"# Mutations\n\n{text}")
+    return int(survived > 0)
+
+
+def tried(mutation: Mutation, copy: Path) -> str:
+    """Return the first test that fails with a mutation, nothing if it survives."""
+    file = copy / mutation.file
+    right = file.read_text()
+    if right.count(mutation.old) != 1:
+        raise SystemExit(f"{mutation.name}: {mutation.file} has {mutation.old!r} {right.count(mutation.old)} times")
+    file.write_text(right.replace(mutation.old, mutation.new))
+    tests = [f"tests/{each}" for each in mutation.tests.split()]
+    options = ["-x", "-q", "-n", "0", "-p", "no:cacheprovider"]
+    environment = os.environ | {"PYTHONPATH": str(copy / "src")}
+    ran = subprocess.run(
+        [sys.executable, "-m", "pytest", *options, *tests],
+        cwd=copy,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    file.write_text(right)
+    if ran.returncode not in (0, 1):
+        raise SystemExit(f"{mutation.name}: {ran.stdout[-2000:]}{ran.stderr[-2000:]}")
+    found = re.search(r"^(?:FAILED|ERROR) tests/(\S+)", ran.stdout, re.MULTILINE)
+    return found[1] if found else ""
+
+
+if __name__ == "__main__":
+    sys.exit(main())

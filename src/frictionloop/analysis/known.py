@@ -1,0 +1,94 @@
+"""Which fields of a System the linear analysis has; `linearise` says what it leaves out."""
+
+from __future__ import annotations
+
+import math
+
+from frictionloop.parameters import (
+    FingerFriction,
+    Friction,
+    FrictionLaw,
+    FrictionLimit,
+    LoadCells,
+    LowpassSensor,
+    Model,
+    PiController,
+    PositionSensor,
+    RigidFinger,
+    Skin,
+    Sliding,
+    Strokes,
+    SuspendedSensor,
+    System,
+    Timing,
+    Touch,
+)
+from frictionloop.parameters.controller import CONTROLLERS
+from frictionloop.parameters.plant import LowpassPlate, ResonantPlate
+from frictionloop.parameters.represented import Represented
+from frictionloop.physics.friction import is_gaussian
+from frictionloop.physics.plate import LINEAR_PLATE
+from frictionloop.quantities import FrictionloopError
+
+OF_THEIR_STEP = [law for law in CONTROLLERS.models.values() if law is not PiController]
+"""Laws of which the step itself is linearised, with all its gains; an oracle is refused there."""
+STATIC_SHARE = 1e-3
+"""Most by which sticking may raise the limit at the stroke's speed and be left out (assumed)."""
+
+LINEAR = Represented(
+    "the linear analysis",
+    {
+        **LINEAR_PLATE,
+        FrictionLimit: "nominal_n",
+        FrictionLaw: "susceptibility_per_um2",
+        Friction: "kind",
+        FingerFriction: "kind reference_load_n load_exponent speed_slope reference_speed_mm_s slow_mm_s "
+        "occlusion_ratio moist_loss",
+        LowpassSensor: "kind cutoff_hz noise_rms_n",
+        SuspendedSensor: "kind moving_mass_kg resonance_hz q cutoff_hz noise_density_n_rthz adc_bits range_n",
+        RigidFinger: "kind",
+        Skin: "kind stiffness_n_m damping_n_s_m mass_kg contact bristle_stiffness_n_m bristle_damping_n_s_m",
+        Sliding: "kind",
+        Strokes: "kind speed_mm_s load_n",
+        Touch: "position load",
+        LoadCells: "touch_n least_speed_mm_s",
+        Timing: "rate_hz delay_s model",
+        PiController: "kind kp ki",
+        **{law: " ".join(law.model_fields) for law in OF_THEIR_STEP},
+        Model: "nominal_n susceptibility_per_um2 max_amplitude_um plate_hz resonance_hz resonance_q sensor_hz "
+        "table_size",
+    },
+    {
+        LowpassPlate: "pulse_ticks",
+        ResonantPlate: "pulse_ticks",
+        FingerFriction: "static_ratio static_mm_s occlusion_s drying_s roughness_rms roughness_longest_mm",
+        Strokes: "stroke_mm reversal_s start load_drift load_drift_s tremor_um tremor_n tremor_hz tremor_width_hz "
+        "landing_s contact_s lifted_s person unscored_n",
+        PositionSensor: "noise_um fastest_mm_s tracking_hz",
+        LoadCells: "noise_n length_mm touch_share mean_s developed_mm",
+        Timing: "jitter_s lost_ticks open_until_s form",
+    },
+)
+
+
+def check_known(system: System) -> None:
+    """Refuse a System with a field that is not in the linear analysis, or that sticks at the speed of its strokes.
+
+    Raises
+    ------
+    FrictionloopError
+        Naming the field.
+    """
+    blocks = ("plate", "sensor", "controller", "finger", "motion", "touch")
+    LINEAR.check({name: getattr(system, name) for name in blocks})
+    friction, motion = system.friction, system.motion
+    if is_gaussian(friction):  # of another law the slope is that of its step
+        LINEAR.check({"friction": friction})
+    if isinstance(friction, FingerFriction) and isinstance(motion, Strokes):
+        raised = (friction.static_ratio - 1.0) * math.exp(-((motion.speed_mm_s / friction.static_mm_s) ** 2))
+        if raised > STATIC_SHARE:
+            raise FrictionloopError(
+                f"friction.static_ratio = {friction.static_ratio:g}: raises the limit by {raised:.2g} at "
+                f"motion.speed_mm_s = {motion.speed_mm_s:g}, which the linear analysis does not know; "
+                f"must be below {STATIC_SHARE:g}"
+            )

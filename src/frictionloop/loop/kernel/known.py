@@ -1,0 +1,73 @@
+"""Which fields the rule of the paper's loop and the oracle have, of the blocks that they are worked out from."""
+
+from __future__ import annotations
+
+from frictionloop.parameters import (
+    FingerFriction,
+    Friction,
+    FrictionLaw,
+    FrictionLimit,
+    LowpassSensor,
+    PiController,
+    RigidFinger,
+    Skin,
+    Sliding,
+    Strokes,
+    System,
+    Timing,
+)
+from frictionloop.parameters.plant import LowpassPlate, ResonantPlate
+from frictionloop.parameters.represented import Represented
+from frictionloop.physics.friction import is_gaussian
+
+QUADRATURE = Represented(
+    "the rule for the paper's loop",
+    {
+        LowpassPlate: "kind cutoff_hz max_amplitude_um",
+        ResonantPlate: "kind frequency_hz q max_amplitude_um",
+        FrictionLimit: "nominal_n",
+        FrictionLaw: "susceptibility_per_um2",
+        Friction: "kind",
+        LowpassSensor: "kind cutoff_hz noise_rms_n",
+        Sliding: "kind",
+        RigidFinger: "kind",
+        Timing: "rate_hz delay_s model",
+        PiController: "kind kp ki",
+    },
+    {},
+)
+"""What else there is runs by substeps."""
+
+ORACLE = Represented(
+    "the oracle",
+    {
+        LowpassPlate: "kind cutoff_hz max_amplitude_um",
+        ResonantPlate: "kind frequency_hz q max_amplitude_um",
+        FrictionLimit: "nominal_n",
+        FrictionLaw: "susceptibility_per_um2",
+        Friction: "kind",
+        FingerFriction: "kind reference_load_n load_exponent speed_slope reference_speed_mm_s slow_mm_s static_ratio "
+        "static_mm_s occlusion_ratio occlusion_s drying_s moist_loss roughness_rms roughness_longest_mm",
+        RigidFinger: "kind",
+        Skin: "kind stiffness_n_m damping_n_s_m mass_kg contact bristle_stiffness_n_m bristle_damping_n_s_m",
+        Sliding: "kind",
+        Strokes: "kind speed_mm_s stroke_mm reversal_s start load_n load_drift load_drift_s tremor_um tremor_n "
+        "tremor_hz tremor_width_hz landing_s contact_s lifted_s person unscored_n",
+    },
+    # Pulses round the command that it has chosen.
+    {LowpassPlate: "pulse_ticks", ResonantPlate: "pulse_ticks"},
+)
+"""It tries commands on the plant; sensors it does not need."""
+
+
+def suits_quadrature(system: System) -> bool:
+    """Return whether a system is a paper's loop, in which nothing feeds back within a period."""
+    blocks = system.friction, system.plate, system.sensor, system.controller, system.finger, system.motion
+    return all(type(block) in QUADRATURE.fields and not any(QUADRATURE.missing(block)) for block in blocks)
+
+
+def check_oracle(system: System) -> None:
+    """Refuse what an oracle does not know of the plant."""
+    ORACLE.check({name: getattr(system, name) for name in ("plate", "finger", "motion")})
+    if is_gaussian(system.friction):  # of another law it has the step and the inverse
+        ORACLE.check({"friction": system.friction})

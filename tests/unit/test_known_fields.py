@@ -1,0 +1,140 @@
+"""No field of a block is silently without effect: a model of the loop has it, leaves it out knowingly, or refuses."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import pytest
+from pydantic import BaseModel
+
+import frictionloop as fl
+from frictionloop.analysis.elements import elements
+from frictionloop.analysis.known import LINEAR
+from frictionloop.control.laws import LAWS
+from frictionloop.firmware.compiled import FORMS, controller_words
+from frictionloop.firmware.known import FIRMWARE
+from frictionloop.firmware.parameter_words import device_words
+from frictionloop.loop.kernel.known import ORACLE, QUADRATURE
+from frictionloop.loop.kernel.structure import kernel_of
+from frictionloop.parameters.represented import Represented
+from frictionloop.parameters.system import kinds_of
+from frictionloop.physics.vibration import GAUSSIAN, VIBRATIONS
+
+PLANT = ("friction", "plate", "finger", "motion")
+SEEN = {
+    LINEAR: (*PLANT, "sensor", "controller", "touch"),
+    ORACLE: PLANT,
+    FIRMWARE: ("controller", "touch", "board"),
+}
+INNER = {"controller": [fl.Model], "touch": [fl.PositionSensor, fl.LoadCells]}
+KINDS = {name: [*kinds_of(name), *INNER.get(name, ())] for names in SEEN.values() for name in names}
+BLOCKS = [(of, block) for of, names in SEEN.items() for name in names for block in KINDS[name]]
+
+
+def has_its_own(of: Represented, block: type[BaseModel]) -> bool:
+    """Tell whether a law is not on the lists: a friction law by its own step, a control law not in the firmware."""
+    kind = block.model_fields["kind"].default if "kind" in block.model_fields else ""
+    if issubclass(block, fl.FrictionLimit):
+        return VIBRATIONS[kind] is not GAUSSIAN
+    return of is FIRMWARE and issubclass(block, fl.Timing) and (kind not in LAWS or LAWS[kind].kind not in FORMS)
+
+
+BLOCKS = [each for each in BLOCKS if not has_its_own(*each)]
+
+
+def listed(of: Represented, block: type[BaseModel]) -> list[str]:
+    lists = [fields.get(each, "").split() for each in block.__mro__ for fields in (of.fields, of.left_out)]
+    return [name for names in lists for name in names]
+
+
+@pytest.mark.parametrize(("of", "block"), BLOCKS, ids=lambda each: getattr(each, "what", getattr(each, "__name__", "")))
+def test_every_field_is_on_a_list(of, block):
+    assert set(block.model_fields) == set(listed(of, block))
+
+
+@pytest.mark.parametrize("of", [LINEAR, ORACLE, FIRMWARE, QUADRATURE], ids=lambda of: of.what)
+def test_no_list_has_a_field_that_is_gone_or_on_both(of):
+    for block, names in [*of.fields.items(), *of.left_out.items()]:
+        assert set(names.split()) <= set(block.model_fields)
+    for block in of.fields.keys() & of.left_out.keys():
+        assert not set(of.fields[block].split()) & set(of.left_out[block].split())
+
+
+class Softer(fl.ResonantPlate):
+    """As if a field had been added to the plate."""
+
+    softening_per_um: float = 0.0
+
+
+Softer.__module__ = "frictionloop.parameters.plant"
+
+
+class Piezo(Softer):
+    """As if a kind had been added."""
+
+    kind: Literal["piezo"] = "piezo"  # type: ignore[assignment]
+
+
+Piezo.__module__ = "frictionloop.parameters.plant"
+
+
+def with_plate(system: fl.System, plate: BaseModel) -> fl.System:
+    return system.model_copy(update={"plate": plate})
+
+
+ORACLE_BENCH = fl.bench().evolve({"controller.kind": "oracle"})
+
+
+@pytest.mark.parametrize(
+    ("run", "told"),
+    [
+        (lambda plate: elements(with_plate(fl.bench(), plate)), "the linear analysis"),
+        (lambda plate: fl.simulate(with_plate(ORACLE_BENCH, plate), 0.1), "the oracle"),
+    ],
+    ids=["linear", "oracle"],
+)
+def test_a_new_field_of_the_plate_is_refused_unless_it_has_its_default(run, told):
+    run(Softer())
+    with pytest.raises(fl.FrictionloopError, match=rf"plate\.softening_per_um = 0\.1: {told} does not .*must be 0\.0"):
+        run(Softer(softening_per_um=0.1))
+    with pytest.raises(fl.FrictionloopError, match=rf"plate\.kind = 'piezo': {told} does not know"):
+        run(Piezo())
+
+
+def test_the_rule_for_the_papers_loop_is_for_what_it_knows():
+    assert kernel_of(fl.paper()) == "quadrature"
+    assert kernel_of(with_plate(fl.paper(), Softer(softening_per_um=0.1))) == "substeps"
+
+
+class Derived(fl.PiController):
+    """As if a gain had been added to PI."""
+
+    kd: float = 0.0
+
+
+Derived.__module__ = "frictionloop.parameters.controller"
+
+
+def test_a_new_gain_is_refused_where_a_form_of_the_law_does_not_have_it():
+    system = fl.paper().model_copy(update={"controller": Derived(kd=0.5)})
+    for form, told in ((elements, "the linear analysis"), (controller_words, "the firmware's form of the law")):
+        with pytest.raises(fl.FrictionloopError, match=rf"controller\.kd = 0\.5: {told} does not know"):
+            form(system)
+
+
+def test_inner_blocks_are_looked_at_too():
+    class Cells(fl.LoadCells):
+        gain: float = 1.0
+
+    Cells.__module__ = "frictionloop.parameters.touch"
+    system = fl.bench().model_copy(update={"touch": fl.Touch().model_copy(update={"load": Cells(gain=2.0)})})
+    for form in (elements, device_words):
+        with pytest.raises(fl.FrictionloopError, match=r"touch\.load\.gain = 2\.0"):
+            form(system)
+
+
+def test_a_tip_that_sticks_at_its_speed_has_no_linear_analysis():
+    slow = {"friction.static_ratio": 1.4, "motion.speed_mm_s": 5.0}
+    elements(fl.bench().evolve(slow | {"friction.static_mm_s": 1.9}))  # 0.4 e^-(5/1.9)^2 = 0.0004
+    with pytest.raises(fl.FrictionloopError, match=r"friction\.static_ratio = 1\.4.*motion\.speed_mm_s = 5"):
+        elements(fl.bench().evolve(slow | {"friction.static_mm_s": 2.1}))  # 0.0014
