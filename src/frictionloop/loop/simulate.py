@@ -68,11 +68,12 @@ def simulate(system: System, duration_s: float = 10.0, seed: int = 0) -> xr.Data
     check_memory(2 * 8 * len(names) * periods, f"a run of {duration_s:g} s")
     traces = np.empty((len(names), periods))
     run_tile(lower([system], [seed], traces=traces.reshape(-1)), periods)
-    _check_commands(system, traces[names.index("u")])
+    check_commands(system, traces[names.index("u")])
     return to_dataset(traces, system, seed)
 
 
-def _check_commands(system: System, u: np.ndarray) -> None:
+def check_commands(system: System, u: np.ndarray) -> None:
+    """Refuse the force commands of a run if a law (``fl.register``) made one that is no number."""
     wrong = np.flatnonzero(np.isnan(u))
     if wrong.size:
         c = system.controller
