@@ -14,6 +14,7 @@ from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.slab import LANES
 from frictionloop.loop.kernel.traces import BENCH_TRACES
 from frictionloop.loop.simulate import run_tile
+from frictionloop.loop.together import simulate_all
 
 PERIODS = 333  # not a whole number of blocks of 32
 DURATION_S = PERIODS / 5000.0
@@ -171,3 +172,14 @@ def test_metrics_do_not_depend_on_tiles_or_workers():
         one = fl.sweep(system, [fingers[k]], **options)
         for name in fl.METRICS:
             np.testing.assert_array_equal(one[name].values[0], many[name].values[k], err_msg=name)
+
+
+def test_runs_made_together_are_the_runs_alone():
+    other = fl.bench().evolve({"sensor.kind": "lowpass"})  # of another structure, and too few to share a tile
+    jobs = [(system, seed) for seed, system in enumerate(people("dahl", 4))]
+    jobs.insert(2, (other, 7))
+    found = simulate_all(jobs, DURATION_S, ("f_a", "saturated"), 0.02)
+    assert len(found) == len(jobs)
+    for (system, seed), run in zip(jobs, found, strict=True):
+        single = fl.simulate(system, DURATION_S, seed)[["f_a", "saturated"]].isel(time=slice(100, None))
+        assert run.identical(single)

@@ -98,8 +98,10 @@ def sample(loop: Elements, period_s: float) -> SampledPlant:
     rest = delay_s / period_s - whole
     rest = rest if rest > 1e-9 else 0.0
     transition, held, ramp = _hold(matrix, drive, 1.0)
-    onwards, late, _ = _hold(matrix, drive, 1.0 - rest)
-    _, early, _ = _hold(matrix, drive, rest)
+    onwards, late, early = transition, held, np.zeros_like(held)
+    if rest:
+        onwards, late, _ = _hold(matrix, drive, 1.0 - rest)
+        _, early, _ = _hold(matrix, drive, rest)
     u, d, n = range(3)
     linear = transition @ ramp[:, d] + held[:, d] - ramp[:, d]
     return SampledPlant(

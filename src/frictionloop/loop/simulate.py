@@ -69,8 +69,13 @@ def simulate(system: System, duration_s: float = 10.0, seed: int = 0) -> xr.Data
     traces = np.empty((len(names), periods))
     tile = lower([system], [seed], traces=traces.reshape(-1))
     run_tile(tile, periods)
-    wrong = np.flatnonzero(np.isnan(traces[names.index("u")]))
-    if wrong.size or lanes_without_number(tile).size:
-        period = wrong[0] if wrong.size else periods
-        raise no_number(system, f"at {period / system.controller.rate_hz:g} s")
+    check_numbers(system, traces[names.index("u")], bool(lanes_without_number(tile).size))
     return to_dataset(traces, system, seed)
+
+
+def check_numbers(system: System, u: np.ndarray, lost: bool) -> None:
+    """Refuse a run if its force command is no number somewhere, or a friction law (``fl.register``) gave none."""
+    wrong = np.flatnonzero(np.isnan(u))
+    if wrong.size or lost:
+        period = wrong[0] if wrong.size else u.size
+        raise no_number(system, f"at {period / system.controller.rate_hz:g} s")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import closing
 from typing import Any
 
@@ -14,8 +14,7 @@ from frictionloop.loop.blocks import outside_digest, register_all, registered
 from frictionloop.loop.formulas import DEFAULT_METRICS, METRICS, Metric
 from frictionloop.loop.kept import Result, resumed
 from frictionloop.loop.kernel.lowering import lower, sums_of
-from frictionloop.loop.kernel.placing import placed
-from frictionloop.loop.kernel.slab import LANES
+from frictionloop.loop.kernel.placing import placed, tiles_of
 from frictionloop.loop.metric import RunMetric, StreamingMetric
 from frictionloop.loop.metric_values import streamed, values_of_runs
 from frictionloop.loop.no_number import lanes_without_number, no_number
@@ -102,7 +101,8 @@ def sweep(
     values = resumed(path, key, names, grid) if resume else np.full((len(names), int(np.prod(grid.shape))), np.nan)
     result = Result(values, names, grid, provenance(system, duration_s=duration_s, fingerprint=key), path)
     result.keep()
-    tiles = list(_tiles(structures, np.isnan(values).all(axis=0), len(grid.seeds)))
+    wanted = np.flatnonzero(np.isnan(values).all(axis=0)).tolist()
+    tiles = list(tiles_of(structures, wanted, len(grid.seeds)))
     of = list(grid.lanes())
     outside = registered()
     calls = ((outside, system, tile, [of[lane] for lane in tile], duration_s, score_from_s, names) for tile in tiles)
@@ -131,18 +131,6 @@ def _metrics(metrics: Sequence[str] | None) -> tuple[str, ...]:
     if not names or any(name not in list(METRICS) for name in names):
         raise FrictionloopError(f"metrics = {list(names)!r}: accepted are {', '.join(METRICS)}")
     return names
-
-
-def _tiles(structures: Sequence[object], wanted: np.ndarray, seeds: int) -> Iterator[list[int]]:
-    """Yield the lane numbers of each tile: lanes of one structure, single lanes if few are left."""
-    groups: dict[object, list[int]] = {}
-    for lane in np.flatnonzero(wanted).tolist():
-        groups.setdefault(structures[lane // seeds], []).append(lane)
-    for lanes in groups.values():
-        for start in range(0, len(lanes), LANES):
-            part = lanes[start : start + LANES]
-            # Up to two lanes cost less one by one than as a padded tile; the bits are the same.
-            yield from [part] if len(part) > 2 else [[lane] for lane in part]
 
 
 def _run(

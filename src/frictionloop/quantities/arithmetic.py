@@ -15,9 +15,31 @@ from typing import Any
 from llvmlite import ir
 from numba import njit, types
 from numba.core.dispatcher import Dispatcher
+from numba.core.registry import CPUDispatcher
 from numba.extending import intrinsic
 
 from frictionloop.quantities.units import FrictionloopError
+
+_OPTIONS = {"error_model": "numpy", "forceinline": True, "no_cfunc_wrapper": True}
+
+
+class _Step(CPUDispatcher):
+    """A compiled function that compiled code calls without what a call from Python needs.
+
+    Numba's wrappers of arguments take a fifth of a first run's compilation, and Python calls few steps.
+    """
+
+    def __init__(self, function: Any, *settings: Any, **options: Any) -> None:
+        super().__init__(function, *settings, **options)
+        self._within = njit(**_OPTIONS, no_cpython_wrapper=True)(function)
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Return what a call from compiled code with arguments of these types is, compiled."""
+        return self._within.get_call_template(args, kws)
+
+    def get_overload(self, sig: Any) -> Any:
+        """Return the function that such a call calls."""
+        return self._within.get_overload(sig)
 
 
 def step(function: Any) -> Any:
@@ -37,7 +59,7 @@ def step(function: Any) -> Any:
     """
     if not isinstance(function, FunctionType):
         raise FrictionloopError(f"step: {function!r:.60} is no Python function; use it as a decorator, @fl.step")
-    return njit(error_model="numpy", forceinline=True, no_cfunc_wrapper=True)(function)
+    return _Step(function, targetoptions={**_OPTIONS, "nopython": True})
 
 
 def is_compiled(function: Any) -> bool:

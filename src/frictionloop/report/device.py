@@ -7,10 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from joblib import Parallel, delayed
 
-from frictionloop.loop.simulate import simulate
-from frictionloop.parameters import RETUNED, System
+from frictionloop.loop.together import Job, simulate_all
+from frictionloop.parameters import RETUNED
 from frictionloop.report import protocol
 
 OPEN, PRINTED, RETUNED_GAINS, IDEAL = "open loop", "printed gains", "re-tuned gains", "ideal sensor"
@@ -26,16 +25,10 @@ CLOSED = (PRINTED, RETUNED_GAINS, IDEAL)
 KEPT = ("f_r", "f_a", "a", "saturated")
 
 
-def run_all(jobs: Iterable[tuple[System, int]]) -> list[xr.Dataset]:
-    """Return the scored part of the stroke of every (system, seed); the kernel runs in threads."""
-    parallel = Parallel(n_jobs=-1, prefer="threads")
-    return list(parallel(delayed(_run)(system, seed) for system, seed in jobs))
-
-
-def _run(system: System, seed: int) -> xr.Dataset:
-    run = simulate(system, protocol.STROKE_S, seed)
-    kept = run[list(KEPT)].isel(time=slice(round(protocol.START_S * system.controller.rate_hz), None))
-    return kept.assign_coords(time=kept["time"] - protocol.START_S)
+def run_all(jobs: Iterable[Job]) -> list[xr.Dataset]:
+    """Return the scored part of the stroke of every (system, seed)."""
+    runs = simulate_all(jobs, protocol.STROKE_S, KEPT, protocol.START_S)
+    return [run.assign_coords(time=run["time"] - protocol.START_S) for run in runs]
 
 
 def tracking(finger: Mapping[str, float], overrides: Mapping[str, Any]) -> xr.Dataset:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from types import MappingProxyType
 from typing import Any
@@ -68,19 +68,21 @@ def felt(finger: Mapping[str, float], overrides: Mapping[str, Any]) -> dict[str,
     return {"index": perceptual_index(run, scored), "relative": relative_index(run, scored)}
 
 
-def fluctuation_n(finger: Mapping[str, float], controller: Mapping[str, Any], without: str) -> float:
-    """Return the rms of f_a - f_r over five strokes at a constant set-point with something taken away, in N."""
-    system = protocol.finger_system(finger).evolve({**controller, "setpoint": Constant(offset_n=STILL_N)})
-    strokes = protocol.strokes(system.evolve(WITHOUT[without]))
-    runs = device.run_all((stroke, protocol.seed_of(1, j)) for j, stroke in enumerate(strokes))
-    return float(np.sqrt(np.mean([np.mean((run["f_a"].values - run["f_r"].values) ** 2) for run in runs])))
-
-
 def fluctuations(
     finger: Mapping[str, float], controller: Mapping[str, Any], without: Iterable[str] = ENDS
 ) -> dict[str, float]:
-    """Return the rms with each of these things of ``WITHOUT`` taken away, in N."""
-    return {name: fluctuation_n(finger, controller, name) for name in without}
+    """Return the rms of f_a - f_r at a constant set-point over five strokes, N, with each of ``WITHOUT`` taken away."""
+    system = protocol.finger_system(finger).evolve({**controller, "setpoint": Constant(offset_n=STILL_N)})
+    strokes = {name: protocol.strokes(system.evolve(WITHOUT[name])) for name in without}
+    # All at once, so that they share a tile.
+    runs = iter(
+        device.run_all((each, protocol.seed_of(1, j)) for some in strokes.values() for j, each in enumerate(some))
+    )
+    return {name: _rms_n([next(runs) for _ in some]) for name, some in strokes.items()}
+
+
+def _rms_n(runs: Sequence[xr.Dataset]) -> float:
+    return float(np.sqrt(np.mean([np.mean((run["f_a"].values - run["f_r"].values) ** 2) for run in runs])))
 
 
 def stronger(system_overrides: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,11 +1,27 @@
-"""The systems of a tile: values that have been tried, placed without trying them again."""
+"""Which lanes share a tile, and its systems: values that have been tried, placed without trying them again."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
+from frictionloop.loop.kernel.slab import LANES
 from frictionloop.parameters import System
+
+
+def tiles_of(structures: Sequence[object], wanted: Iterable[int], seeds: int = 1) -> Iterator[list[int]]:
+    """Yield the lane numbers of each tile: lanes of one structure, single lanes if few are left.
+
+    ``structures`` has one entry for each ``seeds`` lanes.
+    """
+    groups: dict[object, list[int]] = {}
+    for lane in wanted:
+        groups.setdefault(structures[lane // seeds], []).append(lane)
+    for lanes in groups.values():
+        for start in range(0, len(lanes), LANES):
+            part = lanes[start : start + LANES]
+            # Up to two lanes cost less one by one than as a padded tile; the bits are the same.
+            yield from [part] if len(part) > 2 else [[lane] for lane in part]
 
 
 def placed(system: System, overrides: Sequence[Mapping[str, Any]]) -> list[System]:
