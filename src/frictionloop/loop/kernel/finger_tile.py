@@ -25,8 +25,8 @@ from frictionloop.sensing.suspended import (
     suspension_step,
 )
 
-_CONTACT, _GIVEN = ContactState(*rows("contact")), ContactCoefficients(*rows("contact_coefficients"))
-_STATIC, _SPRINGS = Static(*rows("static")), SuspensionState(*rows("suspension"))
+CONTACT, GIVEN = ContactState(*rows("contact")), ContactCoefficients(*rows("contact_coefficients"))
+STATIC, _SPRINGS = Static(*rows("static")), SuspensionState(*rows("suspension"))
 _FORCE, _LIMIT, _VIBRATED = ROW["contact_force"], ROW["limit_n"], ROW["vibrated_limit"]
 
 
@@ -59,8 +59,8 @@ def lift_finger(lifting: Lifting, contact: str, vibration: Vibration) -> Any:
     """Return ``finger(s, n, j, of)``: plate, friction limit and contact over substep j of a period."""
     plate = PlateCoefficients(*rows("plate_coefficients"))
     drive = *rows("applied"), ROW["switch"], ROW["max_amplitude"], ROW["amplitude"], plate
-    given = NOW, AFTER, *drive, vibration_rows(vibration), _LIMIT, _STATIC, _CONTACT, _GIVEN
-    return lift(lifting, substep_of(contact, vibration), given, (ROW["amplitude"], _CONTACT, _FORCE), extra=2)
+    given = NOW, AFTER, *drive, vibration_rows(vibration), _LIMIT, STATIC, CONTACT, GIVEN
+    return lift(lifting, substep_of(contact, vibration), given, (ROW["amplitude"], CONTACT, _FORCE), extra=2)
 
 
 def lift_sensor(lifting: Lifting) -> tuple[Any, Any]:
@@ -75,8 +75,8 @@ def lift_sensor(lifting: Lifting) -> tuple[Any, Any]:
 def lift_settle(lifting: Lifting, contact: str) -> Any:
     """Return what puts finger and sensor where they had time enough to be before t = 0."""
     full_speed = StrokePlan(*rows("stroke_plan")).speed_m_s
-    given = _LIMIT, NOW, full_speed, ROW["compliance"], _GIVEN
-    results = _FORCE, _CONTACT.lag_m, _CONTACT.bristle_m, _CONTACT.limit_m
+    given = _LIMIT, NOW, full_speed, ROW["compliance"], GIVEN
+    results = _FORCE, CONTACT.lag_m, CONTACT.bristle_m, CONTACT.limit_m
     finger = lift(lifting, settled_of(contact), given, results)
     pushed = NOW.direction, ROW["disturbance"], _FORCE
     sensor = lift(lifting, at_rest_step, pushed, (_SPRINGS[0], _SPRINGS[2]))
@@ -92,9 +92,9 @@ def lift_settle(lifting: Lifting, contact: str) -> Any:
 def lift_tell(lifting: Lifting, contact: str, vibration: Vibration) -> Any:
     """Return what tells f_a and what is reachable at t_k."""
     effect, top = vibration_rows(vibration), (ROW["nominal"], ROW["floor"], _VIBRATED)
-    given = _LIMIT, NOW, ROW["amplitude"], ROW["max_amplitude"], effect, _CONTACT.lag_speed_m_s, _STATIC
+    given = _LIMIT, NOW, ROW["amplitude"], ROW["max_amplitude"], effect, CONTACT.lag_speed_m_s, STATIC
     limits = lift(lifting, limits_of(vibration), given, top)
-    force = lift(lifting, FORCES[contact], (_VIBRATED, NOW, _CONTACT, _GIVEN), _FORCE)
+    force = lift(lifting, FORCES[contact], (_VIBRATED, NOW, CONTACT, GIVEN), _FORCE)
     along = lift(lifting, along_step, (NOW.direction, _FORCE), ROW["friction"])
 
     @lifting.compiled

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtri
 
+from frictionloop.control.oracle import STEPS
 from frictionloop.loop.kernel.columns import column
 from frictionloop.loop.kernel.slab import Slab
 from frictionloop.loop.kernel.structure import substeps_of, switch_s
@@ -57,6 +58,14 @@ def lower_finger(slab: Slab, systems: Sequence[System], keys: np.ndarray) -> np.
             slab.view("motion")[row] = slab.view("motion_next")[row] = 1.0
         return np.zeros(0)
     return _lower_motion(slab, systems, keys, dt)
+
+
+def lower_oracle(slab: Slab, systems: Sequence[System]) -> None:
+    """Set the rows that only an oracle reads."""
+    period = 1.0 / systems[0].controller.rate_hz
+    h = period / STEPS
+    _fill(slab, "trial_decay", [(plate_coefficients(s.plate, period).whole,) for s in systems])
+    _fill(slab, "trial_stride", [(*plate_coefficients(s.plate, h), *contact_of_step(s, h)) for s in systems])
 
 
 def _timing(system: System) -> tuple[float, float, float]:

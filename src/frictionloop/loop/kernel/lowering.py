@@ -15,8 +15,7 @@ from frictionloop.control.overdrive import no_overdrive, overdrive_gains
 from frictionloop.loop.formulas import Sums
 from frictionloop.loop.kernel.columns import column
 from frictionloop.loop.kernel.felt_tile import FADE_S
-from frictionloop.loop.kernel.lower_finger import keys_of, lower_finger
-from frictionloop.loop.kernel.lower_oracle import lower_oracle, plan_of
+from frictionloop.loop.kernel.lower_finger import keys_of, lower_finger, lower_oracle
 from frictionloop.loop.kernel.lower_plant import lower_plant, lower_swing
 from frictionloop.loop.kernel.lower_signals import lower_signal
 from frictionloop.loop.kernel.programs import set_programs
@@ -90,7 +89,6 @@ def lower(
         pulsed=name == "substeps" and any(s.plate.pulse_ticks for s in systems),
         open_until=open_until(first),
         noise_shared=bool(np.all(keys == keys[0])),
-        **plan_of(first),
     )
     if name == "quadrature":
         before, after = segments_of(first)

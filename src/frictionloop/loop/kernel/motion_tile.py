@@ -23,9 +23,9 @@ _LIMIT = LimitCoefficients(*rows("limit_coefficients"))
 
 
 @step
-def same_step(motion: Motion) -> Motion:
+def same_step(value: Any) -> Any:
     """As it is."""
-    return motion
+    return value
 
 
 @step

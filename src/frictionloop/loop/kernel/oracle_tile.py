@@ -1,65 +1,117 @@
-"""The tile of the oracle: it tries commands on the true plant, by the very tile that will advance it.
-
-From the true state at t_k it runs the finger under the commands in force until its own takes effect. An amplitude a* at
-the end of its period would put the friction limit onto the set-point. Where the force follows its limit at once (rigid,
-slider) the overdriven plate gets there, and this is the command. A bristle follows late: there it looks for the command
-after which, the amplitude driven back to a* from the next period on, the force is at the set-point. Where the drive is
-strong enough that takes two periods: force and limit arrive together, and nothing rings (docs/oracle).
-"""
+"""The tile of the oracle: predictions and trials of all lanes side by side, and the command that comes of them."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from frictionloop.loop.kernel.access import doubles, peek, poke
-from frictionloop.loop.kernel.aim_tile import COMMAND, lift_aim
-from frictionloop.loop.kernel.finger_tile import lift_finger
-from frictionloop.loop.kernel.slab import ROW
+from frictionloop.control.oracle import (
+    LANDING,
+    STEPS,
+    TRIALS,
+    Finger,
+    Plant,
+    Stride,
+    Trial,
+    advance_of,
+    begin_of,
+    improve_step,
+    land_step,
+)
+from frictionloop.loop.kernel.access import doubles, peek
+from frictionloop.loop.kernel.finger_tile import CONTACT, GIVEN, STATIC
+from frictionloop.loop.kernel.lift import lift
+from frictionloop.loop.kernel.motion_tile import NEXT, NOW, same_step
+from frictionloop.loop.kernel.slab import ROW, rows, shaped_rows, vibration_rows
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.loop.kernel.traces import lift_spread
-from frictionloop.loop.kernel.trial_tile import lift_copy, lift_trials
+from frictionloop.physics.plate import PlateCoefficients
 from frictionloop.physics.vibration import Vibration
-from frictionloop.quantities.arithmetic import exp2
+from frictionloop.quantities.arithmetic import exp2, step
+from frictionloop.quantities.normals import BLOCK
+
+_FINGER, _AHEAD, _TRIED = Finger(ROW["amplitude"], CONTACT), *(shaped_rows(n, Finger) for n in ("ahead", "tried"))
+"""The finger now, when the command takes effect, and in a trial."""
+_TRIAL, _COARSE, _DECAY = shaped_rows("trial", Trial), shaped_rows("trial_stride", Stride), ROW["trial_decay"]
+_OLD, _NEW = rows("applied")
 
 
-def build_oracle(lifting: Lifting, contact: str, vibration: Vibration) -> Any:
-    """Return the tile that decides as an oracle."""
-    width, compiled, count = lifting
-    finger, copy = lift_finger(lifting, contact, vibration), lift_copy(lifting)
-    want, aim = lift_aim(lifting, lift_spread(lifting), vibration)
-    search, searches = lift_trials(lifting, finger, copy), contact in ("dahl", "lugre")
-    kept, trial, applied, command = ROW["trial_kept"], ROW["trial"], ROW["applied"], ROW["command"]
-    now, after, contact_row, amplitude = ROW["motion"], ROW["motion_next"], ROW["contact"], ROW["amplitude"]
-    model, u_row = ROW["model"], ROW["u"]
+@step
+def told_step(trial: Trial, log2_nominal: float, halving: float) -> tuple[float, float, float]:
+    """Command, whether it is another than wanted, and the force that the model expects of it."""
+    c = trial.command_um
+    return c, trial.saturated, exp2(log2_nominal - c * c / halving)
 
-    @compiled
-    def predict(s, n, k, o):  # type: ignore[no-untyped-def]
-        history = doubles(o.history)
-        for j in range(o.predicted):
-            since = k + j // o.segments - o.late
-            for i in range(count(n)):
-                poke(s, applied * width + i, peek(history, ((since - 1) & o.ring_mask) * width + i))
-                poke(s, (applied + 1) * width + i, peek(history, (since & o.ring_mask) * width + i))
-            finger(s, n, float(j % o.segments), float(o.segments))
 
-    @compiled
+def build_oracle(lifting: Lifting, contact: str, vibration: Vibration, preview: bool) -> Any:
+    """Return the tile that decides as an oracle; with ``preview`` it knows motion and signals of t_k+1."""
+    plant = _plant_rows(vibration, preview)
+    advance, signals = advance_of(contact, vibration), (ROW["wanted"], ROW["disturbance"], ROW["driven"])
+    start, predict = lift(lifting, same_step, (_FINGER,), _AHEAD), _lift_predict(lifting, advance, plant)
+    begin = lift(lifting, begin_of(vibration), (_AHEAD, signals, plant), _TRIAL, extra=1)
+    attempt, searches = _lift_attempt(lifting, advance, plant), contact in ("dahl", "lugre")
+    improve = lift(lifting, improve_step, (_TRIED, _TRIAL, plant), _TRIAL, extra=1)
+    told = ROW["command"], ROW["saturated"], ROW["u"]
+    tell, spread = lift(lifting, told_step, (_TRIAL, *rows("model")[:2]), told), lift_spread(lifting)
+    wanted, _, later = signals
+
+    @lifting.compiled
     def oracle(s, n, k, at, o):  # type: ignore[no-untyped-def]
-        copy(s, n, amplitude, kept, 1)
-        copy(s, n, contact_row, kept + 1, 4)
-        copy(s, n, after, kept + 5, 7)
-        if o.preview == 0:
-            copy(s, n, now, after, 7)
+        # A clairvoyant's signals are those of t_k+1: the next sample of the set-point, if its block is drawn, and the
+        # disturbance on a line through t_k and the middle of the last substep.
+        ahead = o.segments / (o.segments - 0.5) if preview else 0.0
+        spread(s, n, wanted, doubles(o.setpoint), min(at + 1, BLOCK - 1) if preview else at, o.setpoint_shared)
+        spread(s, n, later, doubles(o.disturbance), o.segments * BLOCK + at, o.disturbance_shared)
+        start(s, n)
         predict(s, n, k, o)
-        want(s, n, at, o)
-        aim(s, n, o)
+        begin(s, n, ahead)
         if searches:
-            search(s, n, o)
-        copy(s, n, kept, amplitude, 1)
-        copy(s, n, kept + 1, contact_row, 4)
-        copy(s, n, kept + 5, after, 7)
-        for i in range(count(n)):
-            c = peek(s, (trial + COMMAND) * width + i)
-            poke(s, command * width + i, c)
-            poke(s, u_row * width + i, exp2(peek(s, model * width + i) - c * c / peek(s, (model + 1) * width + i)))
+            for trial in range(TRIALS):
+                attempt(s, n)
+                improve(s, n, trial == 0)
+        tell(s, n)
 
     return oracle
+
+
+def _plant_rows(vibration: Vibration, preview: bool) -> Any:
+    drive = ROW["switch"], ROW["max_amplitude"], ROW["limit_n"], STATIC, _DECAY
+    own = Stride(PlateCoefficients(*rows("plate_coefficients")), GIVEN)
+    return Plant(NOW, NEXT if preview else NOW, *drive, own, _COARSE, vibration_rows(vibration))
+
+
+def _lift_predict(lifting: Lifting, advance: Any, plant: Any) -> Any:
+    """Return what runs the finger under the commands in force until the one to decide takes effect."""
+    forward = lift(lifting, advance, (_AHEAD, _OLD, _NEW, plant, plant.own), _AHEAD, extra=2)
+    spread, delay, switch = lift_spread(lifting), ROW["delay_periods"] * lifting.width, ROW["timing"] * lifting.width
+
+    @lifting.compiled
+    def predict(s, n, k, o):  # type: ignore[no-untyped-def]
+        # The delay is the same in all lanes.
+        history, segments, late = doubles(o.history), o.segments, int(peek(s, delay))
+        for j in range(late * segments + round(peek(s, switch) * segments)):
+            since = k + j // segments - late
+            spread(s, n, _OLD, history, (since - 1) & o.ring_mask, False)
+            spread(s, n, _NEW, history, since & o.ring_mask, False)
+            forward(s, n, float(j % segments), float(segments))
+
+    return predict
+
+
+def _lift_attempt(lifting: Lifting, advance: Any, plant: Any) -> Any:
+    """Return what runs the finger under a command and through the landing that follows it."""
+    again, command = lift(lifting, same_step, (_AHEAD,), _TRIED), ROW["applied"]
+    first = lift(lifting, same_step, (_TRIAL.command_um,), command)
+    land = lift(lifting, land_step, (_TRIED, _TRIAL, _DECAY), command)
+    forward = lift(lifting, advance, (_TRIED, command, command, plant, plant.coarse), _TRIED, extra=2)
+
+    @lifting.compiled
+    def attempt(s, n):  # type: ignore[no-untyped-def]
+        again(s, n)
+        first(s, n)
+        for j in range((1 + LANDING) * STEPS):
+            if (j > 0) & (j % STEPS == 0):
+                land(s, n)
+            # Motion and limit are taken to go on for one period more, and then to stay.
+            forward(s, n, float(min(j, 2 * STEPS - 1)), float(STEPS))
+
+    return attempt

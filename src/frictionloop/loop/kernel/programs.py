@@ -95,7 +95,7 @@ def _decides(of: Any, shared: Shared, slab: Slab, system: System, plant: tuple[A
     controller, irregular = system.controller, is_irregular(system)
     law: Law | None = None
     if isinstance(controller, OracleController):
-        tiles = [of(build_oracle, *plant)]
+        tiles = [of(build_oracle, *plant, controller.preview)]
     elif controller.form == "firmware":
         tiles = [of(build_fixed)]
     else:

@@ -29,8 +29,6 @@ _WHOLE = (
     "pulsed",
     # lookup table, command history, words of the C core per lane and its function
     *("table_size", "ring_mask", "core_words", "core"),
-    # how an oracle looks ahead (loop/kernel/lower_oracle)
-    *("preview", "late", "predicted", "steps", "landing", "trials"),
     # samples of signals begin with this period; values per trace, 0 without traces
     *("chunk", "trace_size"),
     # the tile that runs whole blocks, 0 where a program of ticks does

@@ -97,11 +97,12 @@ _ROWS: tuple[tuple[str, int], ...] = (
     ("noise", 1),
     ("noise_coefficients", 2),
     ("converter", 3),
-    # the oracle's trials
-    ("trial_kept", 12),  # amplitude, contact and motion at t_k+1 as they are
-    ("trial_start", 5),  # amplitude and contact when the command takes effect
-    ("trial", 7),  # force wanted along the motion, amplitude it needs, command and error, the ones before, slope
-    ("trial_coefficients", 11 + len(PlateCoefficients._fields)),  # contact to plate, for the longer steps of a trial
+    # the oracle
+    ("wanted", 1),  # set-point that it is after
+    ("ahead", 5),  # amplitude and contact when the command takes effect
+    ("tried", 5),  # the same in a trial
+    ("trial", 7),
+    ("trial_stride", len(PlateCoefficients._fields) + 10),  # of plate and contact, for the longer steps of a trial
     ("trial_decay", 1),  # of the amplitude, over a period
     # perception and step times
     ("taper", 3),  # gain per period, two states
@@ -121,6 +122,11 @@ ROWS = sum(COUNT.values())
 def rows(name: str, count: int | None = None) -> tuple[int, ...]:
     """Return the row numbers of a quantity, the first ``count`` of them."""
     return tuple(range(ROW[name], ROW[name] + (COUNT[name] if count is None else count)))
+
+
+def shaped_rows(name: str, shape: Any) -> Any:
+    """Return the row numbers of a quantity in the shape of a named tuple class."""
+    return trees.shaped(shape, rows(name))
 
 
 def law_rows(law: Law) -> tuple[Any, Any]:
