@@ -22,6 +22,8 @@ import frictionloop as fl
 
 LAWS = ("lookup", "pi", "filtered_pi", "notch_pi", "observer", "super_twisting", "tracker", "oracle")
 CONTACTS = ("slider", "dahl", "lugre")
+NOTCH = {"controller.kind": "notch_pi", "controller.kp": 3.8, "controller.ki": 80.0}
+GAINS = {"notch_pi": NOTCH, "filtered_pi": {"controller.kp": 0.062, "controller.ki": 134.0}}
 STEPS = {
     "setpoint.kind": "steps",
     "setpoint.times_s": [0.1 * i for i in range(20)],
@@ -35,11 +37,11 @@ PAPER = {
 }
 BENCH = {
     "jitter and lost ticks": {"controller.jitter_s": 20e-6, "controller.lost_ticks": 0.05},
-    "opened": {"controller.kind": "notch_pi", "controller.open_until_s": 0.2},
-    "firmware": {"controller.kind": "notch_pi", "controller.form": "firmware"},
+    "opened": NOTCH | {"controller.open_until_s": 0.2},
+    "firmware": NOTCH | {"controller.form": "firmware"},
     "delay": {"controller.delay_s": 350e-6},
     "pulses": {"plate.pulse_ticks": 4000},
-    "steps": STEPS | {"controller.kind": "notch_pi"},
+    "steps": STEPS | NOTCH,
     "rigid": {"finger.kind": "rigid"},
 }
 
@@ -52,7 +54,11 @@ def runs() -> Iterator[tuple[str, fl.System, float]]:
     bench = fl.bench()
     for law in LAWS:
         for contact in CONTACTS:
-            yield f"{law} on {contact}", bench.evolve({"controller.kind": law, "finger.contact": contact}), 2.0
+            yield (
+                f"{law} on {contact}",
+                bench.evolve({"controller.kind": law, "finger.contact": contact} | GAINS.get(law, {})),
+                2.0,
+            )
     for name, changes in BENCH.items():
         yield f"bench, {name}", bench.evolve(changes), 2.0
 
@@ -63,7 +69,12 @@ def sweeps() -> Iterator[tuple[str, fl.System, Any, int]]:
     yield "grid", fl.paper(), gains, 2
     fingers = list(fl.fingers(40, 11))
     for law in ("notch_pi", "observer", "tracker"):
-        yield f"fingers under {law}", fl.bench().evolve(STEPS | {"controller.kind": law}), fingers, 1
+        yield (
+            f"fingers under {law}",
+            fl.bench().evolve(STEPS | {"controller.kind": law} | GAINS.get(law, {})),
+            fingers,
+            1,
+        )
 
 
 def digest(values: np.ndarray) -> str:
