@@ -9,7 +9,7 @@ import xarray as xr
 from scipy.optimize import brentq
 from scipy.signal import lfilter, sosfilt
 
-from frictionloop.loop.kernel.felt_tile import FADE_S
+from frictionloop.loop.felt_tally import fade_gain
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.structure import kernel_of
 from frictionloop.loop.kernel.traces import traces_of
@@ -50,7 +50,7 @@ def _index(residual: np.ndarray, run: xr.Dataset, mask: Any) -> float:
         scored = np.zeros(residual.size)
         scored[kept(run, mask)] = 1.0
     rate_hz = system_of(run).controller.rate_hz
-    gain = 1.0 - np.exp(-1.0 / (FADE_S * rate_hz))
+    gain = fade_gain(rate_hz)
     weight = scored
     for _ in range(2):
         weight = lfilter([gain], [1.0, gain - 1.0], weight)

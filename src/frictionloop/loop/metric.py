@@ -1,15 +1,12 @@
-"""Metrics from outside: computed sample by sample inside the kernel, or from a whole run."""
+"""What a metric is: a tally that the kernel keeps of the control periods, and the number that is made of it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import xarray as xr
-
-from frictionloop.loop.kernel.slab import ROWS
-from frictionloop.quantities import trees
 
 
 class Sample(NamedTuple):
@@ -25,6 +22,36 @@ class Sample(NamedTuple):
     position: float
     speed: float
     load: float
+    limit: float
+    """Friction without vibration, and ``floor`` under the largest."""
+    floor: float
+    scored: float
+    """1, but 0 while the finger turns or is lifted."""
+    counts: float
+    """1 where ``scored``, and not before the scored part of a run."""
+
+
+@dataclass(frozen=True)
+class Tally:
+    """State that a run keeps of its periods: ``step(state, sample, dt) -> state`` where a period counts."""
+
+    name: str
+    step: Any
+    state: type
+    start_of: Callable[[Any], Any] | None = None
+    """System -> state before the first period; all zero if not given."""
+    everywhere: bool = False
+    """The step runs in every period, also where ``sample.counts`` is 0."""
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A number per run of this package; any number of metrics may read one tally."""
+
+    tally: Tally
+    of: Callable[[Any, Any], Any]
+    units: str
+    long_name: str
 
 
 @dataclass(frozen=True)
@@ -40,7 +67,11 @@ class StreamingMetric:
     """(state with an array over runs for each number, number of scored periods) -> value of each run."""
     units: str = "1"
     long_name: str = ""
-    groups: int = 0
+
+    @property
+    def tally(self) -> Tally:
+        """What the kernel keeps."""
+        return Tally(self.name, self.step, self.state)
 
 
 @dataclass(frozen=True)
@@ -51,10 +82,3 @@ class RunMetric:
     of: Callable[[xr.Dataset], float]
     units: str = "1"
     long_name: str = ""
-    groups: int = 0
-
-
-def first_rows(metrics: Sequence[StreamingMetric]) -> list[int]:
-    """Return the row at which the state of each metric begins, and the row after the last."""
-    sizes = [trees.size(each.state) for each in metrics]
-    return [ROWS + sum(sizes[:i]) for i in range(len(sizes) + 1)]

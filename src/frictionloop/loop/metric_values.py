@@ -1,4 +1,4 @@
-"""The values of metrics from outside, over the lanes of a tile or run by run."""
+"""The values of metrics, over the lanes of a tile or run by run."""
 
 from __future__ import annotations
 
@@ -8,23 +8,26 @@ from typing import Any
 import numpy as np
 
 from frictionloop.loop.kernel.lowering import Tile
-from frictionloop.loop.metric import RunMetric, StreamingMetric, first_rows
+from frictionloop.loop.metric import Metric, RunMetric, StreamingMetric
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError, trees
 from frictionloop.quantities.blame import place, theirs
 
 
-def streamed(tile: Tile, metrics: Sequence[StreamingMetric], count: Any) -> dict[str, Any]:
-    """Return the value of each streaming metric over the lanes of a tile that has run."""
-    lanes, found = np.size(count), {}
-    for metric, first in zip(metrics, first_rows(metrics), strict=False):
-        rows = tile.slab.rows(range(first, first + trees.size(metric.state)))[:, :lanes]
+def values_of_tile(metrics: Mapping[str, Metric | StreamingMetric], tile: Tile, lanes: int) -> dict[str, Any]:
+    """Return the value of each metric over the first lanes of a tile that has run."""
+    found: dict[str, Any] = {}
+    for name, metric in metrics.items():
+        state, first = metric.tally.state, tile.places[metric.tally]
+        counted, *numbers = tile.slab.rows(range(first, first + 1 + trees.size(state)))[:, :lanes]
+        # Where nothing is scored nothing can be said: NaN, which passes through the formulas without a warning.
+        count = np.where(counted > 0, counted, np.nan)
         try:
-            values = metric.of(trees.shaped(metric.state, list(rows)), count)
-            found[metric.name] = np.broadcast_to(np.asarray(values, float), lanes)
+            values = metric.of(trees.shaped(state, numbers), count)
+            found[name] = np.broadcast_to(np.asarray(values, float), lanes)
         except Exception as error:
-            raise theirs(f'metric "{metric.name}"', metric.of, error) from error
+            raise theirs(f'metric "{name}"', metric.of, error) from error
     return found
 
 

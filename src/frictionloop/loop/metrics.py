@@ -10,8 +10,8 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.loop import formulas
-from frictionloop.loop.formulas import Sums
 from frictionloop.loop.record import system_of
+from frictionloop.loop.tallies import SHORTFALL
 from frictionloop.physics.friction import friction_force
 from frictionloop.quantities import FrictionloopError
 
@@ -34,19 +34,18 @@ def kept(run: xr.Dataset, mask: Any) -> Any:
     return keep
 
 
-def _sums(run: xr.Dataset, mask: Any, bound: bool = False) -> Sums:
-    keep = kept(run, mask)
+def _value(name: str, run: xr.Dataset, mask: Any) -> float:
+    """Return a metric, its tally summed over the traces."""
+    metric, keep = METRICS[name], kept(run, mask)
     r, f = run["f_r"].values[keep], run["f_a"].values[keep]
     shift = r[0]
-    shortfall2 = np.nan
-    if bound:
-        d = run["d"].values[keep]
-        floor, top = reach_of(run, keep)
-        shortfall2 = np.sum((np.clip(r, floor + d, top + d) - r) ** 2)
-    error2 = np.sum((f - r) ** 2)
-    saturated = np.sum(run["saturated"].values[keep])
+    sums = {"shift": shift, "error2": np.sum((f - r) ** 2), "saturated": np.sum(run["saturated"].values[keep])}
+    if metric.tally is SHORTFALL:
+        d, (floor, top) = run["d"].values[keep], reach_of(run, keep)
+        sums["shortfall2"] = np.sum((np.clip(r, floor + d, top + d) - r) ** 2)
     r, f = r - shift, f - shift
-    return Sums(error2, r.sum(), r @ r, saturated, f.sum(), f @ f, f @ r, shortfall2, r.size, shift=shift)
+    sums |= {"r": r.sum(), "r2": r @ r, "f": f.sum(), "f2": f @ f, "fr": f @ r}
+    return float(metric.of(metric.tally.state(*(sums[each] for each in metric.tally.state._fields)), r.size))
 
 
 def reach_of(run: xr.Dataset, keep: Any) -> tuple[Any, Any]:
@@ -85,7 +84,7 @@ def r2_identity(run: xr.Dataset, mask: Any = None) -> float:
 
     NaN for a constant set-point.
     """
-    return float(METRICS["r2_identity"].of(_sums(run, mask)))
+    return _value("r2_identity", run, mask)
 
 
 class Regression(NamedTuple):
@@ -102,34 +101,33 @@ def regression(run: xr.Dataset, mask: Any = None) -> Regression:
 
     It is blind to a wrong gain and offset, so R2 here is never below ``r2_identity``; NaN for a constant set-point.
     """
-    sums, keep = _sums(run, mask), kept(run, mask)
-    slope = float(METRICS["slope"].of(sums))
+    keep, slope = kept(run, mask), _value("slope", run, mask)
     intercept = float(run["f_a"].values[keep].mean() - slope * run["f_r"].values[keep].mean())
-    return Regression(float(METRICS["r2_regression"].of(sums)), slope, intercept)
+    return Regression(_value("r2_regression", run, mask), slope, intercept)
 
 
 @_scored
 def r2_regression(run: xr.Dataset, mask: Any = None) -> float:
     """Return the squared correlation of f_a on f_r; ``regression`` gives slope and intercept with it."""
-    return float(METRICS["r2_regression"].of(_sums(run, mask)))
+    return _value("r2_regression", run, mask)
 
 
 @_scored
 def rms_error(run: xr.Dataset, mask: Any = None) -> float:
     """Return the root mean square of f_a - f_r in N."""
-    return float(METRICS["rms_error"].of(_sums(run, mask)))
+    return _value("rms_error", run, mask)
 
 
 @_scored
 def saturation_index(run: xr.Dataset, mask: Any = None) -> float:
     """Return the share of control periods whose command was clamped, 0 to 1 (paper, Sec. 2.3)."""
-    return float(METRICS["saturation_index"].of(_sums(run, mask)))
+    return _value("saturation_index", run, mask)
 
 
 @_scored
 def output_noise(run: xr.Dataset, mask: Any = None) -> float:
     """Return the standard deviation of f_a in N: sigma_f of equation (3) if set-point and disturbance are constant."""
-    return float(METRICS["output_noise"].of(_sums(run, mask)))
+    return _value("output_noise", run, mask)
 
 
 @_scored
@@ -138,4 +136,4 @@ def r2_bound(run: xr.Dataset, mask: Any = None) -> float:
 
     NaN for a constant set-point; refused for a run without its System.
     """
-    return float(METRICS["r2_bound"].of(_sums(run, mask, bound=True)))
+    return _value("r2_bound", run, mask)

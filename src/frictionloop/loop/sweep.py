@@ -11,12 +11,12 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.loop.blocks import outside_digest, register_all, registered
-from frictionloop.loop.formulas import DEFAULT_METRICS, METRICS, Metric
+from frictionloop.loop.formulas import DEFAULT_METRICS, METRICS
 from frictionloop.loop.kept import Result, resumed
-from frictionloop.loop.kernel.lowering import lower, sums_of
+from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.placing import placed, tiles_of
-from frictionloop.loop.metric import RunMetric, StreamingMetric
-from frictionloop.loop.metric_values import streamed, values_of_runs
+from frictionloop.loop.metric import RunMetric
+from frictionloop.loop.metric_values import values_of_runs, values_of_tile
 from frictionloop.loop.no_number import lanes_without_number, no_number
 from frictionloop.loop.points import fingerprint, points_of
 from frictionloop.loop.progress import progress_bar
@@ -147,24 +147,19 @@ def _run(
     Module-level and made of plain values, so that any joblib back end can ship it.
     """
     register_all(outside)
-    metrics = [METRICS[name] for name in names]
-    streaming = [each for each in metrics if isinstance(each, StreamingMetric)]
-    groups = 0
-    for each in metrics:
-        groups |= each.groups
+    metrics = {name: METRICS[name] for name in names}
+    of_runs = {name: each for name, each in metrics.items() if isinstance(each, RunMetric)}
+    of_tile = {name: each for name, each in metrics.items() if name not in of_runs}
     systems, seeds = placed(system, [override for override, _ in points]), [seed for _, seed in points]
     periods = periods_in(systems[0], duration_s)
     score_from = round(score_from_s * systems[0].controller.rate_hz)
     values: dict[str, Any] = {}
-    if any(not isinstance(each, RunMetric) for each in metrics):
-        tile = lower(systems, seeds, groups=groups, score_from=score_from, streaming=streaming)
+    if of_tile:
+        tile = lower(systems, seeds, score_from=score_from, tallies=[each.tally for each in of_tile.values()])
         run_tile(tile, periods)
         for lane in lanes_without_number(tile):
             if lane < len(lanes):
                 raise no_number(systems[lane], f"with {points[lane][0]}")
-        sums = sums_of(tile, len(lanes))
-        values = {name: each.of(sums) for name, each in zip(names, metrics, strict=True) if isinstance(each, Metric)}
-        values |= streamed(tile, streaming, sums.count)
-    of_runs = {name: each for name, each in zip(names, metrics, strict=True) if isinstance(each, RunMetric)}
+        values |= values_of_tile(of_tile, tile, len(lanes))
     values |= values_of_runs(of_runs, systems[: len(lanes)], seeds, duration_s, score_from_s)
     return lanes, np.array([np.broadcast_to(values[name], len(lanes)) for name in names]), periods * len(lanes)

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import Any
 
 from frictionloop.loop.formulas import METRICS
-from frictionloop.loop.kernel.score_tile import STEPS
 from frictionloop.loop.kernel.structure import COUPLED, STRUCTURAL, structure
 from frictionloop.loop.points import Points
+from frictionloop.loop.step_tally import STEP_TIMES
 from frictionloop.loop.timing import is_finite, periods_in
 from frictionloop.parameters import Recording, System
 from frictionloop.physics.sources import sampler
@@ -29,7 +29,7 @@ def structures_of(
             raise FrictionloopError(
                 f"score_from_s = {score_from_s!r} s: must be at least 0 and below duration_s = {duration_s!r} s"
             )
-        stepped = [name for name in names if METRICS[name].groups == STEPS]
+        stepped = [name for name in names if getattr(METRICS[name], "tally", None) is STEP_TIMES]
         if stepped and changed.setpoint.kind != "steps":
             raise FrictionloopError(
                 f"metric {stepped[0]}: needs steps to follow; setpoint.kind is {changed.setpoint.kind!r}, not 'steps'"

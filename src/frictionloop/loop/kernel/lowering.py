@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,14 +12,11 @@ import numpy as np
 from frictionloop.control.laws import law_of
 from frictionloop.control.lookup import lookup_table
 from frictionloop.control.overdrive import no_overdrive, overdrive_gains
-from frictionloop.loop.formulas import Sums
 from frictionloop.loop.kernel.columns import column
-from frictionloop.loop.kernel.felt_tile import FADE_S
 from frictionloop.loop.kernel.lower_finger import keys_of, lower_finger, lower_oracle
 from frictionloop.loop.kernel.lower_plant import lower_plant, lower_swing
 from frictionloop.loop.kernel.lower_signals import lower_signal
 from frictionloop.loop.kernel.programs import set_programs
-from frictionloop.loop.kernel.score_tile import PERCEPTION
 from frictionloop.loop.kernel.shared import Shared, ring_size, scratch
 from frictionloop.loop.kernel.slab import LANES, Slab, law_rows, vibration_rows
 from frictionloop.loop.kernel.structure import (
@@ -32,8 +29,9 @@ from frictionloop.loop.kernel.structure import (
     segments_of,
     substeps_of,
 )
+from frictionloop.loop.kernel.tally_tile import places_of
 from frictionloop.loop.kernel.traces import traces_of
-from frictionloop.loop.metric import StreamingMetric, first_rows
+from frictionloop.loop.metric import Tally
 from frictionloop.parameters import OracleController, System
 from frictionloop.physics.friction import halving_amplitude_um
 from frictionloop.physics.sources import Sampler
@@ -53,27 +51,29 @@ class Tile:
     shared: Shared
     setpoint: Sampler
     disturbance: Sampler
+    places: Mapping[Tally, int]
+    """First row of each tally."""
 
 
 def lower(
     systems: Sequence[System],
     seeds: Sequence[int],
     *,
-    groups: int = 0,
     score_from: int = 0,
     traces: np.ndarray | None = None,
-    streaming: Sequence[StreamingMetric] = (),
+    tallies: Sequence[Tally] = (),
     external: bool = False,
 ) -> Tile:
     """Return the tile that runs these systems (one, or up to ``LANES`` of equal structure) with these seeds.
 
-    ``traces`` is what a run records, ``[trace][period][lane]``; ``streaming`` are metrics from outside.
+    ``traces`` is what a run records, ``[trace][period][lane]``.
     """
     width = 1 if len(systems) == 1 else LANES
     # A tile is always full: lanes beyond the last system repeat it and are not read.
     systems = [*systems, *[systems[-1]] * (width - len(systems))]
     keys = keys_of(systems, [*seeds, *[seeds[-1]] * (width - len(seeds))])
-    first, slab = systems[0], Slab(width, first_rows(streaming)[-1])
+    places, rows = places_of(tallies)
+    first, slab = systems[0], Slab(width, rows)
     rate, name = first.controller.rate_hz, kernel_of(first)
     _lower_friction(slab, systems)
     lates = [late_s(s) for s in systems]
@@ -82,7 +82,6 @@ def lower(
     shared = Shared(
         lanes=width,
         dt=1.0 / rate,
-        groups=groups,
         score_from=score_from,
         external=external,
         irregular=name == "substeps" and any(is_irregular(s) for s in systems),
@@ -106,7 +105,6 @@ def lower(
     shared.set(setpoint_shared=setpoint.shared, disturbance_shared=disturbance.shared)
     if name == "quadrature" and disturbance.how == "sine":
         lower_swing(slab, nodes)
-    slab.view("shift")[0] = slab.view("setpoint_signal")[0]
     # A bench always looks up what the last command was: jitter may keep it in force.
     ring = ring_size(max(max(lates) * rate, float(name == "substeps")))
     shared.set(ring_mask=ring - 1, table_size=first.controller.model.table_size)
@@ -116,13 +114,13 @@ def lower(
         _lower_core(shared, systems)
     if isinstance(first.controller, OracleController) and not external:
         lower_oracle(slab, systems)
-    if groups & PERCEPTION:
-        shared.point(weighting=_lower_perception(slab, rate))
+    for tally, place in places.items():
+        _lower_tally(slab, tally, place, systems)
     if traces is not None:
         shared.point(trace=traces)
         shared.set(trace_size=traces.size // len(traces_of(name)))
-    set_programs(shared, slab, first, setpoint, disturbance, streaming)
-    return Tile(name, slab, shared, setpoint.take, disturbance.take)
+    set_programs(shared, slab, first, setpoint, disturbance, places)
+    return Tile(name, slab, shared, setpoint.take, disturbance.take, places)
 
 
 def _lower_friction(slab: Slab, systems: Sequence[System]) -> None:
@@ -180,18 +178,8 @@ def _lower_law(slab: Slab, controllers: Sequence[Any]) -> None:
     slab.rows(flat(state_rows))[:] = column(controllers, lambda c: flat(law.start_for(c)))
 
 
-def sums_of(tile: Tile, lanes: int) -> Sums:
-    """Return the sums of a tile's first lanes after a run."""
-    view = tile.slab.view
-    *rows, scored = view("sums")[:, :lanes]
-    # Where nothing is scored nothing can be said: NaN, which passes through the formulas without a warning.
-    count = np.where(scored > 0, scored, np.nan)
-    more = (view("percept")[1, :lanes], *view("step_sums")[:, :lanes], tile.shared.dt, view("shift")[0, :lanes])
-    return Sums._make([*rows, count, *more])
-
-
-def _lower_perception(slab: Slab, rate_hz: float) -> np.ndarray:
-    from frictionloop.perception.weighting import weighting_sos  # half a second of scipy, not needed for every run
-
-    slab.view("taper")[0] = 1.0 - math.exp(-1.0 / (FADE_S * rate_hz))
-    return np.ascontiguousarray(weighting_sos(rate_hz)[:, [0, 1, 2, 4, 5]]).ravel()
+def _lower_tally(slab: Slab, tally: Tally, place: int, systems: Sequence[System]) -> None:
+    start_of = tally.start_of
+    if start_of is not None:
+        start = column(systems, lambda s: flat(start_of(s)))
+        slab.rows(range(place + 1, place + 1 + len(start)))[:] = start

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
@@ -10,26 +10,23 @@ from frictionloop.control.law import Law
 from frictionloop.control.laws import law_of
 from frictionloop.loop.kernel.bench_loop import build_move, build_sense
 from frictionloop.loop.kernel.driven_tile import build_driven, build_swing
-from frictionloop.loop.kernel.felt_tile import build_felt
 from frictionloop.loop.kernel.fixed_tile import build_fixed
 from frictionloop.loop.kernel.law_tile import build_law
 from frictionloop.loop.kernel.lower_signals import Signal
-from frictionloop.loop.kernel.metric_tile import build_metric
 from frictionloop.loop.kernel.noise_tile import build_draws
 from frictionloop.loop.kernel.oracle_tile import build_oracle
 from frictionloop.loop.kernel.paper_tile import build_paper
 from frictionloop.loop.kernel.python_law import PythonLaw, build_lookup
-from frictionloop.loop.kernel.score_tile import BOUND, PERCEPTION, REGRESSION, SATURATION, STEPS, build_scores
 from frictionloop.loop.kernel.shared import Shared
 from frictionloop.loop.kernel.signals import FORMULAS, build_formula, build_samples
 from frictionloop.loop.kernel.slab import Slab
-from frictionloop.loop.kernel.step_tile import build_steps
 from frictionloop.loop.kernel.structure import contact_of, is_irregular, kernel_of, moves
 from frictionloop.loop.kernel.switch_tile import build_prepare, build_tell
+from frictionloop.loop.kernel.tally_tile import build_tally
 from frictionloop.loop.kernel.tiles import compiled_tile
 from frictionloop.loop.kernel.timing_tile import build_keep, build_restore
 from frictionloop.loop.kernel.traces import build_record
-from frictionloop.loop.metric import StreamingMetric, first_rows
+from frictionloop.loop.metric import Tally
 from frictionloop.parameters import OracleController, System
 from frictionloop.physics.vibration import vibration_of
 from frictionloop.quantities.arithmetic import is_compiled
@@ -41,13 +38,14 @@ def set_programs(
     system: System,
     setpoint: Signal,
     disturbance: Signal,
-    streaming: Sequence[StreamingMetric],
+    places: Mapping[Tally, int],
 ) -> None:
     """Let a record run the tiles of a system's loop, compiled or from the disk."""
-    of, scored = partial(_tile, slab.width), partial(_scored, shared.groups, streaming)
+    of = partial(_tile, slab.width)
+    tallied = [of(build_tally, *each) for each in places.items()]
     if kernel_of(system) == "quadrature":
         shared.program("blocks", [*_blocks(of, setpoint, disturbance, driven=True), of(build_draws, "normals")])
-        shared.program("extras", scored(of))
+        shared.program("extras", tallied)
         shared.set(whole=of(build_paper))
         return
     drawn = [name for name, used in (("normals", True), ("draws", moves(system)), ("timing", shared.irregular)) if used]
@@ -55,21 +53,12 @@ def set_programs(
     shared.program("blocks", [*blocks, *(of(build_draws, buffer) for buffer in drawn)])
     plant = contact_of(system), vibration_of(system.friction), moves(system)
     sense, move = of(build_sense, *plant), of(build_move, *plant)
-    told = [*scored(of), *([of(build_record, "substeps")] if shared.trace_size else [])]
+    told = [*tallied, *([of(build_record, "substeps")] if shared.trace_size else [])]
     if shared.external:
         shared.program("obeys", [move])
         shared.program("ticks", [sense, *told])
     else:
         shared.program("ticks", [sense, *_decides(of, shared, slab, system, plant[:2]), *told, move])
-
-
-def _scored(groups: int, streaming: Sequence[StreamingMetric], of: Any) -> list[int]:
-    """Return the tiles of the metrics asked for; all need to know how many periods count."""
-    sums = [of(build_scores, groups & (SATURATION | REGRESSION | BOUND))] if groups or streaming else []
-    felt = [of(build_felt)] if groups & PERCEPTION else []
-    steps = [of(build_steps)] if groups & STEPS else []
-    outside = [of(build_metric, *each) for each in zip(streaming, first_rows(streaming), strict=False)]
-    return [*sums, *felt, *steps, *outside]
 
 
 def _tile(width: int, build: Any, *of: Any) -> int:

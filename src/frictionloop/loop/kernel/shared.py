@@ -21,8 +21,8 @@ _WHOLE = (
     *("segments", "before", "nodes", "irregular"),
     # signals that one column serves for all lanes
     *("setpoint_shared", "disturbance_shared", "noise_shared"),
-    # the first period that is scored; which groups of sums; the period with which the loop closes, 0 if it is closed
-    *("groups", "score_from", "open_until"),
+    # the first period that is scored; the period with which the loop closes, 0 if it is closed
+    *("score_from", "open_until"),
     # who acts: the caller commands (``Stepper``), or moves the finger
     *("external", "given"),
     # the carrier is made of pulses of whole ticks
@@ -39,7 +39,6 @@ _SCRATCH = (
     "draws",  # unit normals of tremor, position and load, one block after the other
     "roughness",  # table of n(x), ``[cell][lane]``
     "timing",  # unit normals of jitter and of lost ticks, one block after the other
-    "weighting",  # coefficients of the perceptual weighting filter, five a section
     "core_context",  # words and state of the C core, lane by lane
     "core_given",  # what the C core is given and tells
     *("setpoint_samples", "disturbance_samples", "trace"),

@@ -60,9 +60,6 @@ _ROWS: tuple[tuple[str, int], ...] = (
     ("setpoint_signal", 4),  # offset, amplitude, two of the phase
     ("disturbance_signal", 4),
     ("swing", 3),  # of a sine's share of the reading: steady, in phase, a quarter turn later
-    # streaming metrics
-    ("shift", 1),
-    ("sums", 9),
     # the bench: a finger that moves, skin that yields, a sensor that resonates
     ("motion", 7),  # at t_k: position (m), speed (m/s), load (N), factor on f0, occluded, direction, place along stroke
     ("motion_next", 7),  # the same at t_k+1
@@ -104,12 +101,6 @@ _ROWS: tuple[tuple[str, int], ...] = (
     ("trial", 7),
     ("trial_stride", len(PlateCoefficients._fields) + 10),  # of plate and contact, for the longer steps of a trial
     ("trial_decay", 1),  # of the amplitude, over a period
-    # perception and step times
-    ("taper", 3),  # gain per period, two states
-    ("percept", 2),  # weighted residual, sum of its squares
-    ("percept_state", 12),
-    ("step", 6),  # from, to, periods since, when 10 % and 63 % were passed, 1 once 90 % was
-    ("step_sums", 10),  # up, then down: number, times to 63 % and their squares, from 10 to 90 % and their squares
     ("law", LAW_ROWS),  # a law's state, its gains, and its state before a tick that may be lost
 )
 ROW: dict[str, int] = {}
