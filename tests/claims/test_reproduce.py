@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from html.parser import HTMLParser
+from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
@@ -69,8 +70,9 @@ def test_the_page_is_well_formed(page):
 
 def test_the_page_needs_nothing_beside_it(page, folder):
     outside = {link for link in page.links if not link.startswith(("#", "data:"))}
-    assert outside == {DOI}
-    assert "script" not in page.tags
+    notes = {link for link in outside if link.startswith("../docs/")}
+    assert outside - notes == {DOI}
+    assert all((Path(__file__).parents[2] / link.removeprefix("../")).is_file() for link in notes)
     text = (folder / "index.html").read_text(encoding="utf-8")
     assert not re.search(r"@import|url\((?!#|[\"']?#)", text)
 
@@ -115,9 +117,11 @@ def test_symbols_are_set(results, claims):
     assert "<i>K</i><sub>p</sub> starts at 5" in text and "{{" not in text
 
 
-def test_the_first_sentence_tells_what_does_not_come_out(results, claims):
+def test_the_first_sentence_tells_whether_the_idea_holds_and_the_next_part_what_does_not(results, claims):
     figures = {drawing.name: "" for drawing in drawings(results)}
     text = " ".join(render(results, claims, figures).split())
+    answer = text[text.index('<section id="answer">') :]
+    assert answer[: answer.index("</b>")].endswith("The idea of the paper holds:")
     first = text[text.index('<section id="short">') :]
     assert "comes out in part" in first[: first.index("</b>")]
     assert "no upper end" in first[: first.index("</b>")]
@@ -147,3 +151,18 @@ def test_a_folder_that_cannot_be_written_is_one_line(tmp_path, monkeypatch):
 def test_results_are_complete(results):
     assert set(Results.__annotations__) == {name.partition(".")[0] for name, _ in parts()}
     assert all(getattr(results, field) is not None for field in Results.__annotations__)
+
+
+def test_the_page_begins_with_fig_5a_beside_the_papers_numbers_then_fig_2a(folder):
+    text = (folder / "index.html").read_text(encoding="utf-8")
+    order = ['<section id="answer">', "0.22", 'id="fig-5a-', 'id="fig-2a-printed-', 'id="counts"', "<nav"]
+    places = [text.index(each) for each in order]
+    assert places == sorted(places)
+
+
+def test_claims_are_folded_and_can_be_filtered(page, folder):
+    text = (folder / "index.html").read_text(encoding="utf-8")
+    claims = json.loads((folder / "claims.json").read_text(encoding="utf-8"))["claims"]
+    folded = re.findall(r'<details id="claim-([^"]+)" class="claim [^"]*">', text)
+    assert sorted(folded) == sorted(claim["id"] for claim in claims)
+    assert 'id="filter"' in text and "prefers-color-scheme: dark" in text

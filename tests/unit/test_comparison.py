@@ -305,3 +305,21 @@ def test_a_tick_is_the_worst_of_the_laws_image(whole):
     told = {row["law"]: row["tick_cycles_m4"] for row in rooms.margin_rows(whole)}
     assert told == {law: None if kind == "oracle" else WORST_TICK[kind].cycles for law, kind in kinds.items()}
     assert WORST_TICK["notch_pi"].cycles < WORST_TICK["filtered_pi"].cycles < BUDGET_CYCLES  # five sections more
+
+
+def test_a_design_is_kept_and_not_made_again(tmp_path, monkeypatch):
+    made = []
+
+    def design(system):
+        made.append(system)
+        return {"controller.kind": "notch_pi", "controller.kp": 2.0, "controller.ki": 60.0}
+
+    monkeypatch.setitem(entrants.DESIGNED, "notch_pi", design)
+    monkeypatch.setitem(entrants.ENTRANTS, "notch_pi", design)
+    options = {"duration_s": 1.6, "progress": False, "path": tmp_path / "kept.h5"}
+    first = rooms.compare(fl.bench(), 2, 0, ["notch_pi"], [20.0], **options)
+    again = rooms.compare(fl.bench(), 2, 0, ["notch_pi"], [20.0], resume=True, **options)
+    assert len(made) == 1
+    assert again.laws == first.laws
+    rooms.compare(fl.bench(), 2, 0, ["notch_pi"], [20.0], **{**options, "path": tmp_path / "other.h5"})
+    assert len(made) == 2

@@ -63,7 +63,8 @@ def command(
     laws: Annotated[
         str | None,
         Parameter(
-            help="Laws to compare, such as lookup,notch_pi; all if not given. The tracker is experimental.",
+            help="Laws to compare, all if not given: lookup, printed_pi and retuned_pi (kind pi), notch_pi, hinf and "
+            "lqg (filtered_pi), observer, super_twisting, tracker (experimental), oracle and clairvoyant (oracle).",
             group=flags.RUN,
         ),
     ] = None,
@@ -112,7 +113,7 @@ def command(
         kept = f"kept in {out}" if out else "not kept: without --out there is nothing to continue from"
         kept = kept if stop.done else "none was finished"
         raise screen.Interrupted(f"{stop.done} of {stop.total} cells done, {kept}", resumable=out is not None) from None
-    with screen.waiting("scoring"):
+    with screen.waiting("scoring, and margins of each law"):
         scored = rooms.scores(ran)
         rows, margins = rooms.score_rows(scored), rooms.margin_rows(ran)
     saved: dict[str, Any] = {"results": out, "table": csv, "figures": plots}

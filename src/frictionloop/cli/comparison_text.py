@@ -10,7 +10,7 @@ import xarray as xr
 
 from frictionloop.cli import screen
 from frictionloop.control.cost import BUDGET_CYCLES
-from frictionloop.design.comparison import BelowOracle, Comparison, below_oracle, value_of
+from frictionloop.design.comparison import CLAIRVOYANT, ORACLE, BelowOracle, Comparison, below_oracle, value_of
 
 Rows = list[dict[str, Any]]
 SHOWN = (
@@ -40,10 +40,12 @@ LEGEND = (
     "Ms of the tracker, and stable, are with right estimates; learnt: with those it has after a run",
 )
 """What the heads of the tables mean."""
-RECOMMENDED = (
+EXPERIMENTAL = (
     "note: the tracker is experimental: quick set-point steps can teach it the wrong contact, after which some fingers "
-    "ring; notch_pi is recommended"
+    "ring; it is never recommended"
 )
+NEVER = {"lookup", "printed_pi", "tracker", ORACLE, CLAIRVOYANT}
+"""Not recommended: no control, gains for another device, what is experimental, and what knows the finger."""
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -82,11 +84,30 @@ def summary(comparison: Comparison, scored: xr.Dataset, rows: Rows, margins: Row
     found += [screen.table(_margins(margins)), ""]
     found += LEGEND
     found += [screen.wrapped(f"note: {law} is left out: {reason}") for law, reason in comparison.left_out.items()]
-    found += [screen.wrapped(RECOMMENDED)] if "tracker" in comparison.laws else []
+    found += [screen.wrapped(EXPERIMENTAL)] if "tracker" in comparison.laws else []
     below = below_oracle(scored)
     found += [screen.wrapped(_note(below))] if below else []
-    found += [_code(comparison.cells)]
+    found += [_code(comparison.cells), "", screen.wrapped(recommendation(rows, margins)), ""]
     return found
+
+
+def recommendation(rows: Rows, margins: Rows) -> str:
+    """Return one sentence that says which law to take, and why."""
+    shaky = {row["law"] for row in margins if row["stable"] is not True}
+    worst: dict[str, float] = {}
+    able = {row["speed_mm_s"] for row in rows if row["population"] == "capable" and row["fingers"]}
+    for row in rows:
+        counted = row["population"] == ("capable" if row["speed_mm_s"] in able else "all")
+        if counted and row["score"] == "residual_rms_n" and row["law"] not in shaky | NEVER:
+            worst[row["law"]] = max(worst.get(row["law"], 0.0), row["worst_decile"])
+    found = {law: value for law, value in worst.items() if math.isfinite(value)}
+    if not found:
+        return "Recommended: none of these laws, as none is known to stay stable with the resonance 10 % off."
+    law = min(found, key=lambda each: found[each])
+    return (
+        f"Recommended: {law}. Of the laws that stay stable with the sensor's resonance 10 % off it leaves the least: "
+        f"{short(1e3 * found[law])} mN in the worst decile of fingers, speeds and contacts."
+    )
 
 
 def _scores(comparison: Comparison, rows: Rows, at: dict[str, Any]) -> list[tuple[str, ...]]:

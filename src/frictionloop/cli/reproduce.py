@@ -24,11 +24,11 @@ def command(
     json: flags.Json = False,
 ) -> None:
     """Rebuild the paper's figures and check its numbers: index.html and claims.json in a folder."""
-    from frictionloop.report import claims_table, reproduce
+    from frictionloop.report import claims_tables, reproduce, summary
 
     claims = reproduce(out)
     page = out / "index.html"
     if json:
         screen.show_json(json_text.loads((out / "claims.json").read_text(encoding="utf-8")) | {"page": page})
     else:
-        screen.show(claims_table(claims), "", f"The page: {page}")
+        screen.show(*claims_tables(claims), *summary(claims), f"The page: {page}")

@@ -7,11 +7,31 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 
+class Bar:
+    """Call it once per finished part; ``doing`` names the part under way."""
+
+    def __init__(self, title: str, finish: Callable[[], None], name: Callable[[str], None]) -> None:
+        self.title, self._finish, self._name = title, finish, name
+
+    def __call__(self) -> None:
+        """Count a part."""
+        self._finish()
+
+    def doing(self, what: str) -> None:
+        """Say what is under way."""
+        self._name(f"{self.title}: {what}")
+
+
+def silent() -> Bar:
+    """Return a bar that shows nothing."""
+    return Bar("", lambda: None, lambda _: None)
+
+
 @contextmanager
-def progress_bar(title: str, total: int, show: bool | None = None) -> Iterator[Callable[[], None]]:
-    """Yield a function to call once per finished part; ``show`` None means only on a terminal."""
+def progress_bar(title: str, total: int, show: bool | None = None) -> Iterator[Bar]:
+    """Yield a bar; ``show`` None means only on a terminal."""
     if not (sys.stderr.isatty() if show is None else show):
-        yield lambda: None
+        yield silent()
         return
     from rich.console import Console
     from rich.progress import (
@@ -33,4 +53,4 @@ def progress_bar(title: str, total: int, show: bool | None = None) -> Iterator[C
     )
     with Progress(*columns, console=Console(stderr=True)) as bars:
         task = bars.add_task(title, total=total)
-        yield lambda: bars.advance(task)
+        yield Bar(title, lambda: bars.advance(task), lambda text: bars.update(task, description=text))

@@ -9,11 +9,18 @@ from frictionloop.quantities.extra import needed
 
 if TYPE_CHECKING:
     from frictionloop.report.build import reproduce
-    from frictionloop.report.claims import Claim, Verdict, claims_table
+    from frictionloop.report.claims import Claim, Verdict, claims_tables
+    from frictionloop.report.counts import summary
 
-__all__ = ["Claim", "Verdict", "claims_table", "reproduce"]
+__all__ = ["Claim", "Verdict", "claims_tables", "reproduce", "summary"]
 
-_HOME = {"reproduce": "build", "Claim": "claims", "Verdict": "claims", "claims_table": "claims"}
+_HOME = {
+    "reproduce": "build",
+    "Claim": "claims",
+    "Verdict": "claims",
+    "claims_tables": "claims",
+    "summary": "counts",
+}
 
 
 def __getattr__(name: str) -> Any:

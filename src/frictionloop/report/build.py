@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from frictionloop.loop.progress import progress_bar
+from frictionloop.loop.progress import Bar, progress_bar
 from frictionloop.quantities import FrictionloopError, replacing
 from frictionloop.report.claims import Claim, all_claims
 from frictionloop.report.figures import drawings
@@ -43,13 +43,13 @@ def reproduce(folder: str | os.PathLike[str] = "report", *, progress: bool | Non
     """
     target = Path(folder)
     _prepare(target)
-    with progress_bar("report", len(list(parts())) + FIGURES + 1, progress) as advance:
-        results = Results(advance)
+    with progress_bar("report", len(list(parts())) + FIGURES + 1, progress) as bar:
+        results = Results(bar)
         # A figure stands in the folder as soon as what it shows is computed.
         with results.ahead():
-            figures = _draw(results, target / "figures", advance)
+            figures = _draw(results, target / "figures", bar)
         claims = all_claims(results)
-        advance()
+        bar()
     _write(target / "claims.json", claims_json(claims, results))
     _write(target / "index.html", render(results, claims, figures))
     return claims
@@ -72,14 +72,14 @@ def _prepare(folder: Path) -> None:
             raise FrictionloopError(f"{place}: is not writable; choose another folder")
 
 
-def _draw(results: Results, folder: Path, advance: Callable[[], None]) -> Mapping[str, str]:
+def _draw(results: Results, folder: Path, bar: Bar) -> Mapping[str, str]:
     """Draw and write every figure; return them as elements for the page."""
     elements = {}
     for drawing in drawings(results):
         text = svg(drawing.draw(), drawing.name)
         _write(folder / f"{drawing.name}.svg", text)
         elements[drawing.name] = inline(text, drawing.alt)
-        advance()
+        bar()
     return elements
 
 

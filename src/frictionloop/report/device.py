@@ -59,6 +59,11 @@ class Fit(NamedTuple):
     rms_n: float
 
 
+def spread_n(runs: xr.Dataset) -> float:
+    """Return the standard deviation of f_a about its regression on f_r, N."""
+    return float(np.sqrt((1.0 - fit(runs).regression) * runs["f_a"].values.var()))
+
+
 def fit(runs: xr.Dataset) -> Fit:
     """Return both kinds of R2 over everything in a Dataset (as in loop/metrics, for several runs together)."""
     r, f = runs["f_r"].values.ravel(), runs["f_a"].values.ravel()

@@ -9,7 +9,7 @@ from frictionloop.report import protocol
 from frictionloop.report.calibration import SHAKING, STILL
 from frictionloop.report.claims.people import capable_share
 from frictionloop.report.claims.steps import this_skin_limit_ms
-from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit
+from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit, spread_n
 from frictionloop.report.numbers import number
 from frictionloop.report.people import the_finger
 from frictionloop.report.results import Results
@@ -30,6 +30,9 @@ def device_facts(results: Results) -> dict[str, str]:
         "finger load": number(finger["motion.load_n"], 2),
         "finger stiffness": number(finger["finger.stiffness_n_m"]),
         "finger tremor": number(finger["motion.tremor_um"], 2),
+        "open spread N": number(spread_n(results.tracked[OPEN]), 2),
+        "retuned spread N": number(spread_n(results.tracked[RETUNED_GAINS]), 2),
+        "retuned error N": number(fit(results.tracked[RETUNED_GAINS]).rms_n, 2),
         "retuned kp": number(RETUNED["controller.kp"]),
         "retuned ki": number(RETUNED["controller.ki"]),
         "skin limit": f"{this_skin_limit_ms():.0f}",

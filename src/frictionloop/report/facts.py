@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from frictionloop.report import gains
 from frictionloop.report.beyond_table import beyond_facts
 from frictionloop.report.claims import Claim
+from frictionloop.report.counts import HOLDS, THESIS, counts
 from frictionloop.report.device_facts import device_facts
 from frictionloop.report.figures.fidelity import at_paper
 from frictionloop.report.noise import NOISE_READINGS, knee_n
@@ -18,24 +19,29 @@ from frictionloop.report.systems import FEASIBLE, WORKING, reachable_share
 
 def facts(results: Results, claims: Sequence[Claim]) -> dict[str, str]:
     """Return formatted numbers by name."""
-    verdicts = {f"claim {claim.id}": str(claim.verdict) for claim in claims}
-    limit = {claim.id: claim.ours for claim in claims}["printed-gains-stable"]
+    named = {claim.id: claim for claim in claims}
+    limit = named["printed-gains-stable"].ours
     device = device_facts(results) | {"bench kp limit": number(limit or math.nan, 2)}
+    answer = {
+        "thesis": HOLDS[named[THESIS].verdict],
+        "counted": str(counts(claims)["counted"]),
+        "optimum under": " or ".join(named["kp-optimum"].under) or "nothing assumed here",
+    }
     return (
         _gains(results)
         | _noise(results)
         | device
         | beyond_facts(results.beyond)
-        | verdicts
+        | answer
         | {f"holds {claim.id}": holding(claim) for claim in claims}
     )
 
 
 def holding(claim: Claim) -> str:
     """Return for which readings a claim holds, in words that follow "holds"."""
-    yes = [name for name, held in claim.holds.items() if held]
-    no = [name for name, held in claim.holds.items() if not held]
-    beside = [name for name, held in claim.compared_holds.items() if held]
+    yes = [name for name in claim.readings if claim.holds[name]]
+    no = [name for name in claim.readings if not claim.holds[name]]
+    beside = [name for name in claim.assumed if claim.holds[name]]
     if not no:
         return "under every reading"
     if not yes:

@@ -14,8 +14,9 @@ from markupsafe import Markup, escape
 from frictionloop.quantities.version import package_version
 from frictionloop.report import gains, noise, protocol
 from frictionloop.report.beyond_table import beyond_rows
-from frictionloop.report.claims import Claim, Verdict
-from frictionloop.report.claims.table import SYMBOLS, shown, with_unit
+from frictionloop.report.claims import Claim
+from frictionloop.report.claims.table import SYMBOLS, grouped, shown, with_unit
+from frictionloop.report.counts import FIRST, counts, told
 from frictionloop.report.facts import facts
 from frictionloop.report.people import bench_systems
 from frictionloop.report.results import Results
@@ -66,9 +67,12 @@ def render(results: Results, claims: Sequence[Claim], figures: Mapping[str, str]
     )
     environment.filters |= {"maths": maths, "accepted": accepted}
     environment.globals |= {"with_unit": with_unit, "shown": shown, "symbols": SYMBOLS, "rules": RULES}
+    named = {claim.id: claim for claim in claims}
     return environment.get_template("index.html.jinja").render(
-        claims=claims,
-        counts={verdict: sum(claim.verdict == verdict for claim in claims) for verdict in Verdict},
+        groups=list(grouped(claims).items()),
+        first=[named[id] for id in FIRST],
+        counts=counts(claims),
+        told=told(claims),
         figures={name: Markup(figure) for name, figure in figures.items()},
         facts=facts(results, claims),
         beyond=beyond_rows(results.beyond),

@@ -11,6 +11,7 @@ from typing import Any
 
 import xarray as xr
 
+from frictionloop.loop.progress import Bar, silent
 from frictionloop.parameters import System, feasible, paper
 from frictionloop.report import beyond, calibration, device, gains, noise, people, steady, systems, tracking
 from frictionloop.report.trials import sliding_trials
@@ -46,12 +47,12 @@ class Results:
     beyond: beyond.Beyond
     """Control laws compared on fingers that none of them was tuned on, from the stored study."""
 
-    def __init__(self, advance: Callable[[], None] = lambda: None) -> None:
+    def __init__(self, bar: Bar | None = None) -> None:
         self.systems: dict[str, System] = systems.compared()
-        self._parts, self._advance, self._computing = list(parts()), advance, RLock()
+        self._parts, self._bar, self._computing = list(parts()), bar or silent(), RLock()
 
     def __getattr__(self, field: str) -> Any:
-        """Compute a field, calling ``advance`` after each of its parts."""
+        """Compute a field, told part by part to the bar."""
         if field.startswith("_"):
             raise AttributeError(field)
         with self._computing:
@@ -82,12 +83,13 @@ class Results:
             raise AttributeError(field)
         found: Any = {}
         for name, work in own:
+            self._bar.doing(name.replace("_", " ").replace(".", ", "))
             key, value = name.partition(".")[2], work()
             if key:
                 found[key] = value
             else:
                 found = value
-            self._advance()
+            self._bar()
         setattr(self, field, found)
         return found
 

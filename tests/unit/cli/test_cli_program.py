@@ -91,7 +91,8 @@ def report(monkeypatch):
     import frictionloop.report as rooms
 
     monkeypatch.setattr(rooms, "reproduce", reproduce, raising=False)
-    monkeypatch.setattr(rooms, "claims_table", lambda claims: "\n".join(map(str, claims)), raising=False)
+    monkeypatch.setattr(rooms, "claims_tables", lambda claims: ["\n".join(map(str, claims))], raising=False)
+    monkeypatch.setattr(rooms, "summary", lambda claims: ["the idea holds"], raising=False)
 
 
 def test_reproduce_prints_the_claims_and_where_the_page_is(frictionloop, report):

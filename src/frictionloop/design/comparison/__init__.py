@@ -1,6 +1,6 @@
 """Control laws compared on one bench: tuned on one population of fingers, scored on another."""
 
-from frictionloop.design.comparison.entrants import ENTRANTS, Entrant
+from frictionloop.design.comparison.entrants import CLAIRVOYANT, ENTRANTS, ORACLE, Entrant
 from frictionloop.design.comparison.protocol import (
     EVALUATION_SEED,
     SMALL,
@@ -13,6 +13,8 @@ from frictionloop.design.comparison.table import margin_rows, score_rows, tidy_r
 
 __all__ = [
     "BelowOracle",
+    "CLAIRVOYANT",
+    "ORACLE",
     "ENTRANTS",
     "EVALUATION_SEED",
     "Entrant",

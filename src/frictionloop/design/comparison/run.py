@@ -125,7 +125,7 @@ def compare(
         check_new(path)
     # Some are designed here, which takes up to a minute: whatever can be refused has been.
     try:
-        given, left_out = _laws(system, fields, spare=laws is None)
+        given, left_out = _laws(system, fields, store, spare=laws is None, progress=progress)
     except KeyboardInterrupt:
         asked = _cells(fields, speeds)
         raise ComparisonInterrupted(sum(key in store.cells for key in asked), len(asked)) from None
@@ -134,15 +134,16 @@ def compare(
     left = [key for key in wanted if not store.has(*key, digests[key])]
     store.keep()
     work, unsaved = count * periods_in(system, duration_s), 0
-    with progress_bar("compare", len(left), progress) as advance:
+    with progress_bar("compare", len(left), progress) as bar:
         try:
             for name, at in left:
+                bar.doing(f"{name}, {at.speed_mm_s:g} mm/s, {at.contact}, {at.task}")
                 store.cells[name, at] = Cell(trial.run(given.get(name), at), digests[name, at])
                 unsaved += work
                 if unsaved >= SAVE_EVERY:
                     store.keep()
                     unsaved = 0
-                advance()
+                bar()
         except KeyboardInterrupt:
             raise ComparisonInterrupted(sum(key in store.cells for key in wanted), len(wanted)) from None
         finally:
@@ -151,19 +152,25 @@ def compare(
     return Comparison(system, given, people, seed, speeds, duration_s, start_s, store.dataset(), left_out)
 
 
-def _laws(system: System, fields: Mapping[str, Entrant], spare: bool) -> tuple[dict[str, Overrides], dict[str, str]]:
+def _laws(
+    system: System, fields: Mapping[str, Entrant], store: Store, spare: bool, progress: bool | None
+) -> tuple[dict[str, Overrides], dict[str, str]]:
     """Return what each law is given, and why those are left out that cannot run here; unless spared they raise."""
     given: dict[str, Overrides] = {}
     left_out: dict[str, str] = {}
-    for name in sorted(fields, key=lambda each: each in DESIGNED):
-        try:
-            given[name] = dict(fields[name](system))
-            system.evolve(given[name])
-        except FrictionloopError as error:
-            if not spare:
-                raise
-            given.pop(name, None)
-            left_out[name] = str(error)
+    with progress_bar("designing", len(fields), progress) as bar:
+        for name in sorted(fields, key=lambda each: each in DESIGNED):
+            bar.doing(name)
+            find = partial(fields[name], system)
+            try:
+                given[name] = store.design(name, system, find) if fields[name] is DESIGNED.get(name) else dict(find())
+                system.evolve(given[name])
+            except FrictionloopError as error:
+                if not spare:
+                    raise
+                given.pop(name, None)
+                left_out[name] = str(error)
+            bar()
     return {name: given[name] for name in fields if name in given}, left_out
 
 

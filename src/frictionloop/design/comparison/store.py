@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +19,9 @@ import xarray as xr
 from frictionloop.design.comparison.protocol import METRICS, TASKS, Condition
 from frictionloop.loop.formulas import METRICS as MEANING
 from frictionloop.loop.record import load, save
+from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError, why_unwritable
+from frictionloop.quantities.version import package_version
 
 DIMS = ("law", "speed_mm_s", "contact", "task")
 KIND = "comparison"
@@ -51,6 +55,8 @@ class Store:
     def __init__(self, path: str | os.PathLike[str] | None, attrs: Mapping[str, Any]) -> None:
         self.path, self.attrs = path, dict(attrs)
         self.cells: dict[tuple[str, Condition], Cell] = {}
+        self.designs: dict[str, dict[str, Any]] = {}
+        """What syntheses have found: overrides by a digest of law, bench and code."""
 
     def resume(self) -> None:
         """Take over the cells of the file; refuse one that keeps another bench or other fingers."""
@@ -67,6 +73,15 @@ class Store:
                 given = f"{name} = {kept.attrs.get(name)}, not {value}" if name != "system" else "another bench"
                 raise FrictionloopError(f"{self.path}: keeps a comparison of {given}; choose another file")
         self.cells = cells_of(kept)
+        self.designs = json.loads(kept.attrs.get("designs", "{}"))
+
+    def design(self, law: str, system: System, work: Callable[[], Mapping[str, Any]]) -> dict[str, Any]:
+        """Return what a synthesis finds, or found when the file was written, and keep it."""
+        key = sha256("\n".join((law, system.model_dump_json(), package_version(), commit_of())).encode()).hexdigest()
+        if key not in self.designs:
+            self.designs[key] = json.loads(json.dumps(dict(work())))
+            self.keep()
+        return self.designs[key]
 
     def has(self, law: str, condition: Condition, digest: str) -> bool:
         """Return whether a cell is done; refuse one that is there with other parameters."""
@@ -85,7 +100,7 @@ class Store:
     def keep(self) -> None:
         """Write the file, if there is one."""
         if self.path is not None:
-            save(self.dataset(), self.path)
+            save(self.dataset().assign_attrs(designs=json.dumps(self.designs)), self.path)
 
 
 def dataset_of(cells: Mapping[tuple[str, Condition], Cell], attrs: Mapping[str, Any]) -> xr.Dataset:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from frictionloop.report.claims import (
     amplitude,
+    beyond,
     characterisation,
     closed_loop,
     equation3,
@@ -15,23 +16,24 @@ from frictionloop.report.claims import (
     plate,
     sensor,
     steps,
+    thesis,
     tracking,
 )
-from frictionloop.report.claims.beyond import beyond_claims
-from frictionloop.report.claims.claim import Claim, Verdict
-from frictionloop.report.claims.table import claims_table
+from frictionloop.report.claims.claim import COUNTED, Claim, Group, Verdict
+from frictionloop.report.claims.table import claims_tables
 from frictionloop.report.results import Results
 
-__all__ = ["Claim", "Verdict", "all_claims", "claims_table"]
+__all__ = ["COUNTED", "Claim", "Group", "Verdict", "all_claims", "claims_tables"]
 
 TOPICS = (
+    thesis,
     *(gains, tracking, noise, equation3, model),
     *(sensor, characterisation, plate),
-    *(closed_loop, errors, steps, amplitude, people),
+    *(closed_loop, errors, steps, amplitude, people, beyond),
 )
-"""In the order of the paper; each has its ``CLAIMS``, which take the results."""
+"""The paper's thesis, then the order of the paper; each has its ``CLAIMS``, which take the results."""
 
 
 def all_claims(results: Results) -> list[Claim]:
-    """Return every claim in the order of the paper's topics."""
-    return [*(claim(results) for topic in TOPICS for claim in topic.CLAIMS), *beyond_claims(results.beyond)]
+    """Return every claim, the paper's thesis first."""
+    return [claim(results) for topic in TOPICS for claim in topic.CLAIMS]

@@ -8,7 +8,7 @@ from frictionloop.hardware.sensor.noise_budget import noise_budget
 from frictionloop.identification import dynamic_range_db, floor_readings, residual_share, uniform_std_n
 from frictionloop.parameters.sensor_design import SensorDesign
 from frictionloop.report.calibration import BIN_HZ, PRINTED_R2, SHAKING, STILL
-from frictionloop.report.claims.claim import Claim, python
+from frictionloop.report.claims.claim import Claim, Group, python
 from frictionloop.report.claims.sensor import MASS_KG, NOISE_N, RANGE_N, STIFFNESS_N_PER_M
 from frictionloop.report.numbers import number
 from frictionloop.report.results import Results
@@ -30,6 +30,9 @@ def _linearity(results: Results) -> Claim:
     rigs = results.rigs
     return Claim(
         id="calibration-r2",
+        of=Group.DEVICE,
+        note=29,
+        quantity="R²",
         title="Weights on string and pulley give R² = 0.95",
         place="Sec. 3.3, Fig. 4a",
         quote="a known gravitational force via a string and pulley system … the linear regression shows a goodness "
@@ -51,6 +54,9 @@ def _accuracy(results: Results) -> Claim:
     rigs = results.rigs
     return Claim(
         id="calibration-accuracy",
+        of=Group.QUESTION,
+        note=29,
+        quantity="residuals",
         title="The calibration is as fine as the noise floor",
         place="Sec. 3.3, Fig. 4a and 4b",
         quote="a goodness of fit of R² = 0.95 … a floor at 5·10⁻⁵ N",
@@ -75,6 +81,9 @@ def _resonance(results: Results) -> Claim:
     designed = math.sqrt(STIFFNESS_N_PER_M / MASS_KG) / (2 * math.pi)
     return Claim(
         id="hammer-resonance",
+        of=Group.CONSTRUCTION,
+        note=25,
+        quantity="resonance found",
         title="The hammer finds the first resonance at 145 Hz",
         place="Sec. 3.3, Fig. 4b",
         quote="The frequency response shows a first resonance at 145 Hz, owing to the large glass plate",
@@ -98,6 +107,9 @@ def _floor(results: Results) -> Claim:
     density = rigs.density_n_rthz(STILL)
     return Claim(
         id="sensor-floor",
+        of=Group.CONSTRUCTION,
+        note=28,
+        quantity="rms noise over the printed",
         title="The sensor's noise floor is 5×10⁻⁵ N",
         place="Sec. 3.3, Fig. 4b",
         quote="a 10s sample without any external perturbation and show a floor at 5·10⁻⁵ N in the low frequency and an "
@@ -131,6 +143,8 @@ def _floor_below(_: Results) -> Claim:
     found = floor_readings()
     return Claim(
         id="floor-below-1e-4",
+        note=28,
+        quantity="noise below 300 Hz",
         title="The noise is below 10⁻⁴ N",
         place="Sec. 5",
         quote="The custom-built force sensor has a noise floor that falls below 10⁻⁴ N",
@@ -156,6 +170,9 @@ def _range(results: Results) -> Claim:
     step_db = 20 * math.log10(RMS_FACTOR)
     return Claim(
         id="dynamic-range-measured",
+        of=Group.CONSTRUCTION,
+        note=27,
+        quantity="range over rms noise",
         title="The sensor spans 93 dB below its resonance",
         place="Sec. 3.3",
         quote="The dynamic range of the sensor before its first resonance is 1:50,000 or about 93dB",

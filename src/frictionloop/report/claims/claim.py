@@ -8,8 +8,6 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, TypeVar
 
-from frictionloop.report.device import RETUNED_GAINS
-
 T = TypeVar("T")
 Value = float | None
 """A computed number; None where what was looked for does not exist."""
@@ -18,14 +16,33 @@ Value = float | None
 class Verdict(StrEnum):
     """What the numbers say about a claim."""
 
-    REPRODUCED = "reproduced"
+    COMES_OUT = "comes out"
     """Every reading of the text gives an accepted number."""
-    NOT_REPRODUCED = "not reproduced"
-    """No reading does, nor do the re-tuned gains."""
-    READING_DEPENDENT = "reading-dependent"
-    """Some readings do."""
-    OTHER_GAINS = "only with other gains"
-    """No reading does, but the re-tuned gains do in at least one way of counting."""
+    ASSUMED = "under an assumption"
+    """Some reading does, or something assumed where the text is silent."""
+    CONTRADICTED = "contradicted"
+    """Nothing does."""
+    NOT_COUNTED = "not counted"
+
+
+class Group(StrEnum):
+    """Where a claim is counted (docs/paper-notes, "How a verdict is given"), in the order of the page."""
+
+    PRINTED = "come out of the text as printed"
+    ASSUMED = "come out under an assumption"
+    CONTRADICTED = "are contradicted"
+    DEVICE = "about the device, on an assumed bench"
+    CONSTRUCTION = "hold by construction"
+    SLIP = "slips of the text"
+    QUESTION = "questions of our own"
+
+
+COUNTED = (Group.PRINTED, Group.ASSUMED, Group.CONTRADICTED, Group.DEVICE)
+OF_TEXT = {
+    Verdict.COMES_OUT: Group.PRINTED,
+    Verdict.ASSUMED: Group.ASSUMED,
+    Verdict.CONTRADICTED: Group.CONTRADICTED,
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,8 +61,17 @@ class Claim:
     unit: str = ""
     measure: str
     """What the number is, where title and unit do not say."""
+    of: Group | None = None
+    """Group of a claim that is not of the simulation and its formulas, where the verdict decides."""
+    note: int
+    """Note of docs/paper-notes that says how the text was read."""
+    quantity: str
+    """What ``ours`` is, in a few words for a table."""
     readings: Mapping[str, Value]
-    """The computed number under each reading of the text; the working reading is first. Only these decide."""
+    """The computed number under each reading of the text; the working reading is first.
+
+    A claim of the device is read with gains that are stable on the bench.
+    """
     accepted: tuple[float, float]
     """Numbers that agree with the claim, both ends included: set by a rule, never by the result."""
     tolerance: str
@@ -53,8 +79,12 @@ class Claim:
     explanation: str
     command: str
     """A command line that prints ``ours``."""
+    assumed: Mapping[str, Value] = field(default_factory=dict)
+    """The number for what the text leaves open: a reachable set-point, a delay, an ideal sensor. These vote too."""
     compared: Mapping[str, Value] = field(default_factory=dict)
-    """The number for what the text does not say: other gains, an ideal sensor, a reachable set-point."""
+    """The number of what is shown beside them and has no vote, such as gains that ring on the bench."""
+    meant: str = ""
+    """Of a slip: what must have been meant."""
     digits: int = 3
     """Digits of the numbers where they are shown."""
 
@@ -65,28 +95,39 @@ class Claim:
 
     @property
     def holds(self) -> dict[str, bool]:
-        """Whether each reading's number is accepted."""
-        return {name: self._accepts(value) for name, value in self.readings.items()}
+        """Whether the number of each reading, assumption and comparison is accepted."""
+        return {name: self._accepts(value) for name, value in self.all_values.items()}
 
     @property
-    def compared_holds(self) -> dict[str, bool]:
-        """Whether the number of each comparison is accepted."""
-        return {name: self._accepts(value) for name, value in self.compared.items()}
+    def all_values(self) -> dict[str, Value]:
+        """Readings, assumptions and comparisons together."""
+        return {**self.readings, **self.assumed, **self.compared}
 
     def _accepts(self, value: Value) -> bool:
         low, high = self.accepted
         return value is not None and low <= value <= high
 
     @property
+    def under(self) -> list[str]:
+        """Readings and assumptions whose numbers are accepted."""
+        return [name for name in (*self.readings, *self.assumed) if self.holds[name]]
+
+    @property
+    def result(self) -> Verdict:
+        """What readings and assumptions decide, whether it is counted or not."""
+        if all(self.holds[name] for name in self.readings):
+            return Verdict.COMES_OUT
+        return Verdict.ASSUMED if self.under else Verdict.CONTRADICTED
+
+    @property
     def verdict(self) -> Verdict:
-        """What the readings decide; comparisons only tell "not reproduced" from "only with other gains"."""
-        held = self.holds.values()
-        if all(held):
-            return Verdict.REPRODUCED
-        if any(held):
-            return Verdict.READING_DEPENDENT
-        retuned = having(self.compared_holds, [RETUNED_GAINS])
-        return Verdict.OTHER_GAINS if any(retuned.values()) else Verdict.NOT_REPRODUCED
+        """What is told of the claim."""
+        return self.result if self.group in COUNTED else Verdict.NOT_COUNTED
+
+    @property
+    def group(self) -> Group:
+        """Where it is counted."""
+        return self.of or OF_TEXT[self.result]
 
     def as_dict(self) -> dict[str, Any]:
         """Return the claim for JSON: an end of ``accepted`` that is infinite becomes null."""
@@ -99,10 +140,16 @@ class Claim:
             "ours": self.ours,
             "unit": self.unit,
             "measure": self.measure,
+            "quantity": self.quantity,
             "readings": dict(self.readings),
+            "assumed": dict(self.assumed),
             "compared": dict(self.compared),
             "tolerance": {"accepted": [_finite(end) for end in self.accepted], "from": self.tolerance},
+            "group": str(self.group),
             "verdict": str(self.verdict),
+            "under": self.under,
+            "meant": self.meant,
+            "note": self.note,
             "explanation": self.explanation,
             "command": self.command,
         }

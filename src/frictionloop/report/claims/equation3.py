@@ -25,6 +25,8 @@ def _attenuates(results: Results) -> Claim:
     gain = results.steady["simulated_f"]
     return Claim(
         id="low-gain-attenuates",
+        note=19,
+        quantity="noise of force over sensor's",
         title="A lower gain attenuates the sensor's noise",
         place="Sec. 2.3, eq. (3)",
         quote="A lower gain attenuates the noise of the sensors",
@@ -43,6 +45,8 @@ def _single_frequency(results: Results) -> Claim:
     simulated, linear = _gains(results)
     return Claim(
         id="equation-3",
+        note=19,
+        quantity="simulated over predicted",
         title="Equation (3) gives the output noise",
         place="Sec. 2.3, eq. (3)",
         quote="error propagation analysis leads to the following relationship: σ_f² = |G/(1+G)|² σ_n²",
@@ -66,6 +70,8 @@ def _one_order(results: Results) -> Claim:
     simulated, _ = _gains(results)
     return Claim(
         id="one-order-lower",
+        note=21,
+        quantity="noise of force over sensor's",
         title="Sensor noise must be a tenth of the output's",
         place="Sec. 5",
         quote="to obtain a particular noise level on the output, the sensor noise has to be one order of magnitude "
@@ -86,7 +92,9 @@ def _not_linear(results: Results) -> Claim:
     simulated, linear = _gains(results)
     return Claim(
         id="one-order-not-linear",
-        title="Linear theory does not predict that factor",
+        note=21,
+        quantity="simulated over linear",
+        title="Linear theory does not predict ten times the noise",
         place="Sec. 5",
         quote="This particular ratio is not predicted by the noise sensitivity function … might be the results of "
         "the non linearity",

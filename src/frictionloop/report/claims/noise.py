@@ -51,6 +51,8 @@ def _knee(results: Results, metric: str, id: str, title: str, quote: str) -> Cla
     assert feasible_n is not None
     return Claim(
         id=id,
+        note=18,
+        quantity="harm starts at",
         title=title,
         place="Sec. 2.3, Fig. 2e" if metric == "r2_identity" else "Sec. 2.3, Fig. 2f",
         quote=quote,
@@ -59,7 +61,7 @@ def _knee(results: Results, metric: str, id: str, title: str, quote: str) -> Cla
         measure=f"noise at which the {words} has moved by {step:g}, in the unit of each reading; densities "
         "one-sided to 2.5 kHz",
         readings=lacking(readings, [FEASIBLE]),
-        compared=having(readings, [FEASIBLE]),
+        assumed=having(readings, [FEASIBLE]),
         accepted=half_decade(1e-4),
         tolerance=f"{HALF_DECADE}; {rule}",
         explanation=f"Harm starts at {number(1e3 * feasible_n)} mN rms with a reachable set-point "
@@ -79,6 +81,8 @@ def _subliminal(_: Results) -> Claim:
 
     return Claim(
         id="noise-subliminal",
+        note=20,
+        quantity="noise of the force",
         title="5×10⁻⁵ N of sensor noise stays imperceptible",
         place="Sec. 2.3",
         quote="A sensor with a noise level of 5·10⁻⁵ N produces an output noise that remains subliminal",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from frictionloop.report.claims.claim import Claim, Verdict
+from frictionloop.report.claims.claim import Claim, Group, Verdict
 from frictionloop.report.numbers import number
 
 if TYPE_CHECKING:
@@ -14,17 +14,17 @@ if TYPE_CHECKING:
 NEARLY_ONE = 0.9999
 """A number above this and below 1 is shown as what is missing from 1."""
 SYMBOLS = {
-    Verdict.REPRODUCED: "✓",
-    Verdict.NOT_REPRODUCED: "✗",
-    Verdict.READING_DEPENDENT: "◐",
-    Verdict.OTHER_GAINS: "↻",
+    Verdict.COMES_OUT: "✓",
+    Verdict.ASSUMED: "◐",
+    Verdict.CONTRADICTED: "✗",
+    Verdict.NOT_COUNTED: "·",
 }
 """A sign beside each verdict, so that it does not rest on colour."""
 COLOURS = {
-    Verdict.REPRODUCED: "blue",
-    Verdict.NOT_REPRODUCED: "red",
-    Verdict.READING_DEPENDENT: "yellow",
-    Verdict.OTHER_GAINS: "magenta",
+    Verdict.COMES_OUT: "blue",
+    Verdict.ASSUMED: "yellow",
+    Verdict.CONTRADICTED: "red",
+    Verdict.NOT_COUNTED: "dim",
 }
 
 
@@ -54,15 +54,26 @@ def paper_and_ours(claim: Claim) -> tuple[str, str]:
     return with_unit(claim.published, claim.unit, claim.digits), with_unit(claim.ours, claim.unit, claim.digits)
 
 
-def claims_table(claims: Sequence[Claim]) -> Table:
-    """Return the claims as a ``rich`` table, narrow enough for 80 columns: sign, statement, the paper's value, ours."""
+def claims_tables(claims: Sequence[Claim]) -> list[Table]:
+    """Return the claims as ``rich`` tables for 80 columns, one per group: sign, statement, the paper's value, ours."""
     from rich.table import Table
     from rich.text import Text
 
-    count = {verdict: sum(claim.verdict == verdict for claim in claims) for verdict in Verdict}
-    key = Text("   ").join(Text(f"{SYMBOLS[v]} {count[v]} {v}", style=COLOURS[v]) for v in Verdict)
-    table = Table("", "statement", "paper", "here", title=key, title_justify="left", box=None, padding=(0, 1, 0, 0))
-    for claim in claims:
-        sign = Text(SYMBOLS[claim.verdict], style=COLOURS[claim.verdict])
-        table.add_row(sign, claim.title, *paper_and_ours(claim))
-    return table
+    tables: list[Table] = []
+    for group, some in grouped(claims).items():
+        title = Text(f"{len(some)} {group}", style="bold")
+        table = Table(title=title, title_justify="left", box=None, padding=(0, 1, 0, 0), show_header=not tables)
+        for name, width in (("", 1), ("statement", 34), ("paper", 13), ("here", 28)):
+            table.add_column(name, width=width)
+        for claim in some:
+            sign = Text(SYMBOLS[claim.verdict], style=COLOURS[claim.verdict])
+            published, ours = paper_and_ours(claim)
+            table.add_row(sign, claim.title, published, f"{claim.quantity} {ours}")
+        tables.append(table)
+    return tables
+
+
+def grouped(claims: Sequence[Claim]) -> dict[Group, list[Claim]]:
+    """Return the claims of each group, in the order of the groups; groups without claims are left out."""
+    found = {group: [claim for claim in claims if claim.group is group] for group in Group}
+    return {group: some for group, some in found.items() if some}
