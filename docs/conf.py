@@ -40,7 +40,7 @@ html_css_files = ["pages.css"]
 myst_enable_extensions = ["dollarmath", "amsmath", "substitution", "colon_fence", "deflist"]
 myst_heading_anchors = 3
 
-executed_pages = ["tutorial", "bench", "bench-gains", "controllers", "oracle", "plate", "how-to/*"]
+executed_pages = ["start", "tutorial", "loop-gain", "bench", "bench-gains", "controllers", "oracle", "plate", "how-to/*"]
 executed_style = LOOK
 
 autodoc_default_options = {"exclude-members": "model_config"}

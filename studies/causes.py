@@ -88,6 +88,7 @@ def _no_springs(system: System, start_s: float, stop_s: float) -> Overrides | No
     found["controller.model.resonance_hz"] = 0.0
     if law.kind == "notch_pi":
         found["controller.kind"] = "filtered_pi"
+        found |= {f"controller.{name}": getattr(law, name) for name in ("kp", "ki", "feedforward", "overdrive")}
         found["controller.sections"] = (_undoes_nothing(law.notch_hz, law.notch_width, law.rate_hz),)
     return found
 

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import bench_diagram
-import compared
 import facts
 import protocol_tables
 import sensor_tables
@@ -33,7 +32,6 @@ def substitutions(source: Path) -> dict[str, Any]:
         "n": facts.numbers(),
         "presets": tables.presets(),
         "metrics": tables.metrics(),
-        "compared": compared.compared(),
         "design_plate": tables.design(PlateDesign),
         "design_sensor": tables.design(SensorDesign),
         "bench_diagram": bench_diagram.image(source),

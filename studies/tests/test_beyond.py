@@ -38,14 +38,8 @@ def notch():
 @pytest.mark.parametrize("contact", protocol.CONTACTS)
 @pytest.mark.parametrize("level_n", protocol.LEVELS_N)
 def test_the_notch_is_stable_around_its_levels(finger, notch, contact, level_n):
-    """Ms at most 2, its usual bound and that of the section's limit: a kind with another's gains has far more."""
+    """Ms at most 2, its usual bound and that of the section's limit."""
     assert peak(finger, contact, level_n, notch) <= 2.0
-
-
-def test_the_kind_alone_keeps_gains_that_are_not_stable(finger, notch):
-    """Why the gains are named: the test above fails without them."""
-    kind = {path: value for path, value in notch.items() if path not in GAINS}
-    assert peak(finger, "dahl", 0.6, kind) == math.inf
 
 
 @pytest.mark.timeout(900)

@@ -116,21 +116,25 @@ def test_the_parameters_page_has_every_block_and_field():
                 assert about.description
 
 
+def reference():
+    return "\n".join(path.read_text(encoding="utf-8") for path in sorted((DOCS / "reference").glob("*.md")))
+
+
 def test_the_reference_has_every_public_name():
-    page = (DOCS / "reference.md").read_text(encoding="utf-8")
+    page = reference()
     assert [name for name in dir(fl) if not re.search(rf":: (\S*\.)?{name}$", page, re.MULTILINE)] == []
 
 
 @pytest.mark.parametrize("room", ["analysis", "design"])
 def test_the_reference_has_every_name_of_the_analysis(room):
-    page = (DOCS / "reference.md").read_text(encoding="utf-8")
+    page = reference()
     names = importlib.import_module(f"frictionloop.{room}").__all__
     assert [name for name in names if not re.search(rf":: (\S*\.)?{name}$", page, re.MULTILINE)] == []
 
 
 @pytest.mark.parametrize("room", ["perception", "identification", "identification.rigs"])
 def test_the_reference_has_every_name_of_the_room(room):
-    page = (DOCS / "reference.md").read_text(encoding="utf-8")
+    page = reference()
     listed = page.split(f".. currentmodule:: frictionloop.{room}\n")[1].split("currentmodule")[0]
     names = importlib.import_module(f"frictionloop.{room}").__all__
     assert [name for name in names if not re.search(rf":: {name}$", listed, re.MULTILINE)] == []
@@ -148,36 +152,20 @@ def test_the_contents_have_every_page():
 def test_the_numbers_of_the_notes_are_all_used():
     from facts import numbers
 
-    pages = "".join((DOCS / name).read_text(encoding="utf-8") for name in ("model.md", "paper-notes.md"))
+    pages = "".join(
+        (DOCS / name).read_text(encoding="utf-8") for name in ("model.md", "paper-notes.md", "paper-notes-device.md")
+    )
     assert set(re.findall(r"\{\{ n\.(\w+) \}\}", pages)) == set(numbers())
 
 
-SCORES = """# python -m studies.laws
-law,speed_mm_s,contact,population,fingers,score,unit,median,worst_decile
-pi,20.0,dahl,all,9,residual_rms_n,N,0.5,0.6
-pi,20.0,dahl,capable,4,residual_rms_n,N,0.02125,0.03333333
-pi,20.0,dahl,capable,4,saturation_index,1,0.1,0.2
-pi,20.0,dahl,capable,4,over_oracle,1,nan,nan
-pi,20.0,dahl,median capable finger,1,sensitivity_peak,1,inf,nan
-"""
+LOOKED_UP = {"parameters", "command-line", "protocol", "reference"}
+"""Pages that are looked things up in, not read."""
 
 
-@pytest.mark.usefixtures("tools")
-def test_the_table_of_laws_shows_scores_that_are_kept(tmp_path):
-    from compared import compared
-
-    kept = tmp_path / "kept.csv"
-    kept.write_text(SCORES)
-    errors, margins = compared(kept).split("\n\n**")
-    title, _, heads, _, row = errors.splitlines()
-    assert title == "**20 mm/s, dahl, errors**, median / worst decile of 4 capable fingers:"
-    assert cells(heads) == ["Law", "rms (mN)", "/ oracle"]
-    assert cells(row) == ["`pi`", "21.2 / 33.3", "–"]
-    title, _, heads, _, row = margins.splitlines()
-    assert title == "20 mm/s, margins** of the median capable finger:"
-    assert cells(heads) == ["Law", "dahl: $M_s$", "±5 %", "±10 %", "learnt"]
-    assert cells(row) == ["`pi`", "∞", "–", "–", "–"]
-
-
-def cells(row):
-    return [cell.strip() for cell in row.strip("|").split("|")]
+@pytest.mark.parametrize(
+    "page", sorted(DOCS.glob("*.md")) + sorted(DOCS.glob("how-to/*.md")), ids=lambda path: path.stem
+)
+def test_no_page_is_too_long_to_read(page):
+    """Some 2,500 words with their figures and outputs are 8,000 pixels at a width of 1280."""
+    if page.stem not in LOOKED_UP:
+        assert len(page.read_text(encoding="utf-8").split()) < 2500

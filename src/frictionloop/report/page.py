@@ -22,6 +22,7 @@ from frictionloop.report.people import bench_systems
 from frictionloop.report.results import Results
 from frictionloop.report.tolerances import RULES
 
+FIRST_NOTE_OF_DEVICE = 24
 _SYMBOLS = ((r"\bK([pi])\b", r"<i>K</i><sub>\1</sub>"), (r"\b([fkmσ])_([a-z])(?![a-z_])", r"<i>\1</i><sub>\2</sub>"))
 
 
@@ -42,6 +43,11 @@ def accepted(claim: Claim) -> str:
     if math.isinf(high):
         return f"at least {low_text}"
     return f"at most {high_text}" if math.isinf(low) else f"{low_text} to {high_text}"
+
+
+def notes_of(claim: Claim) -> str:
+    """Return the page of notes on the paper that has a claim's."""
+    return "paper-notes-device.md" if claim.note >= FIRST_NOTE_OF_DEVICE else "paper-notes.md"
 
 
 def provenance(results: Results) -> dict[str, Any]:
@@ -66,7 +72,13 @@ def render(results: Results, claims: Sequence[Claim], figures: Mapping[str, str]
         lstrip_blocks=True,
     )
     environment.filters |= {"maths": maths, "accepted": accepted}
-    environment.globals |= {"with_unit": with_unit, "shown": shown, "symbols": SYMBOLS, "rules": RULES}
+    environment.globals |= {
+        "with_unit": with_unit,
+        "shown": shown,
+        "symbols": SYMBOLS,
+        "rules": RULES,
+        "notes_of": notes_of,
+    }
     named = {claim.id: claim for claim in claims}
     return environment.get_template("index.html.jinja").render(
         groups=list(grouped(claims).items()),

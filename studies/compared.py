@@ -1,4 +1,7 @@
-"""The table of control laws, from the scores that ``python -m studies.laws`` has left."""
+"""The table of control laws in pages/laws.md, from the scores that ``python -m studies.laws`` has left.
+
+python -m studies.compared
+"""
 
 from __future__ import annotations
 
@@ -8,9 +11,9 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from tables import table
-
-KEPT = Path(__file__).parents[2] / "studies" / "results" / "laws.csv"
+HERE = Path(__file__).parent
+KEPT, PAGE = HERE / "results" / "laws.csv", HERE / "pages" / "laws.md"
+MARKS = "<!-- python -m studies.compared -->", "<!-- end -->"
 ERRORS = (
     ("residual_rms_n", "rms (mN)", 1e3),
     ("hold_rms_n", "hold (mN)", 1e3),
@@ -52,7 +55,7 @@ def _table(title: str, rows: list[Row], pairs: Pairs) -> str:
         return ""
     count = max(int(row["fingers"]) for row in rows)
     heads = ("Law", *(head for _, head, _ in pairs))
-    cells = table(heads, (_law(law, rows, pairs) for law in _names(rows, "law")))
+    cells = _rows(heads, (_law(law, rows, pairs) for law in _names(rows, "law")))
     return f"{title}, median / worst decile of {count} capable fingers:\n\n{cells}"
 
 
@@ -66,7 +69,7 @@ def _margins(title: str, here: dict[str, list[Row]]) -> str:
     first, *others = (head for _, head in MARGINS)
     heads = ("Law", *(head for contact in here for head in (f"{contact}: {first}", *others)))
     known = ((f"`{law}`", *cells) for law, cells in found.items() if set(cells) != {"–"})
-    return f"{title} of the median capable finger:\n\n{table(heads, known)}"
+    return f"{title} of the median capable finger:\n\n{_rows(heads, known)}"
 
 
 def _read(path: Path) -> list[Row]:
@@ -100,3 +103,18 @@ def _number(value: float) -> str:
     if math.isinf(value):
         return "∞"
     return f"{value:.3f}" if 0.9 <= value < 1.0 else f"{value:,.0f}" if value >= 1000.0 else f"{value:.3g}"
+
+
+def _rows(heads: Sequence[str], rows: Iterable[Iterable[str]]) -> str:
+    lines = [heads, ["---"] * len(heads), *rows]
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
+
+
+def written(page: str) -> str:
+    """Return the page with the table between its marks."""
+    (before, rest), end = page.split(MARKS[0]), MARKS[1]
+    return f"{before}{MARKS[0]}\n\n{compared()}\n\n{end}{rest.split(end, 1)[1]}"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(written(PAGE.read_text(encoding="utf-8")), encoding="utf-8")

@@ -1,0 +1,37 @@
+"""The table of laws on its page: of the scores that are kept, and as the command writes it."""
+
+from __future__ import annotations
+
+from studies.compared import PAGE, compared, written
+
+SCORES = """# python -m studies.laws
+law,speed_mm_s,contact,population,fingers,score,unit,median,worst_decile
+pi,20.0,dahl,all,9,residual_rms_n,N,0.5,0.6
+pi,20.0,dahl,capable,4,residual_rms_n,N,0.02125,0.03333333
+pi,20.0,dahl,capable,4,saturation_index,1,0.1,0.2
+pi,20.0,dahl,capable,4,over_oracle,1,nan,nan
+pi,20.0,dahl,median capable finger,1,sensitivity_peak,1,inf,nan
+"""
+
+
+def test_the_table_of_laws_shows_scores_that_are_kept(tmp_path):
+    kept = tmp_path / "kept.csv"
+    kept.write_text(SCORES)
+    errors, margins = compared(kept).split("\n\n**")
+    title, _, heads, _, row = errors.splitlines()
+    assert title == "**20 mm/s, dahl, errors**, median / worst decile of 4 capable fingers:"
+    assert cells(heads) == ["Law", "rms (mN)", "/ oracle"]
+    assert cells(row) == ["`pi`", "21.2 / 33.3", "–"]
+    title, _, heads, _, row = margins.splitlines()
+    assert title == "20 mm/s, margins** of the median capable finger:"
+    assert cells(heads) == ["Law", "dahl: $M_s$", "±5 %", "±10 %", "learnt"]
+    assert cells(row) == ["`pi`", "∞", "–", "–", "–"]
+
+
+def test_the_page_has_the_table_of_the_stored_study():
+    page = PAGE.read_text(encoding="utf-8")
+    assert written(page) == page, "to write it anew: python -m studies.compared"
+
+
+def cells(row):
+    return [cell.strip() for cell in row.strip("|").split("|")]
