@@ -1,19 +1,20 @@
 """What linear laws of M_s 1.7 leave at the least of a comparison's own noise: three quarters of an hour.
 
-``python -m studies.bounded`` prints the tables of *pages/limits-of-control.md*, "On the noise of the comparison", to a
-digit more, for what ``studies.laws`` has kept, or for the file of another comparison on `bench()`.
+``python -m studies.bounded`` keeps the table of *pages/limits-of-control.md*, "On the noise of the comparison", for
+what ``studies.laws`` has kept, or for the file of another comparison on `bench()`.
 """
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 import frictionloop as fl
 from frictionloop.design.comparison import protocol
-from frictionloop.design.comparison.scores import spread
+from studies.kept import both, keep
 from studies.laws import RUNS
 from studies.robust_reach import robust_reach
 
@@ -21,9 +22,11 @@ COARSE = 0.99
 """What is left of the bound without what 0.6 Hz of resolution may add to it (`robust_reach`)."""
 MEASURED = {0.0: 1.7}
 """Largest |S| of laws that are told the resonance of the device, as the tracker is."""
-SINE_N2, LEVELS_N2 = 0.1**2 / 2.0, 0.1**2 / 2.0 + 0.08 / 3.0
-"""Mean squares of a set-point around its own mean: of a sine, and of those around 0.4, 0.6 and 0.8 N together."""
 KINDS = {"hold": protocol.HOLDS, "sines": protocol.SINES}
+HEADS = (
+    *("mm/s", "contact", "task", "fingers", "bound", "larger", "both", "tracker"),
+    *("larger / oracle", "both / oracle", "tracker / oracle"),
+)
 LAWS = ("clairvoyant", "tracker", "oracle")
 
 
@@ -41,19 +44,8 @@ def of_tasks(runs: Any, name: str, law: str, at: dict[str, Any], able: np.ndarra
     return runs[name].sel({**at, "law": law}).transpose("task", "finger").values[:, able]
 
 
-def told(values: np.ndarray) -> str:
-    """Return median / worst decile in mN."""
-    return " / ".join(f"{1e3 * value:.2f}" for value in spread(values, False))
-
-
-def r2_of(squares: np.ndarray) -> str:
-    """Return R2 of f_a = f_r, pooled and at the worst level, from mean squares (N^2) of each sine and finger."""
-    pooled, worst = 1.0 - squares.mean(0) / LEVELS_N2, 1.0 - squares.max(0) / SINE_N2
-    return ", ".join(" / ".join(f"{value:.5f}" for value in spread(each, True)) for each in (pooled, worst))
-
-
-def main(path: str) -> None:
-    """Print a row for each speed, contact, kind of task and kind of fingers."""
+def rows(path: str) -> Iterator[list[Any]]:
+    """Yield what is kept of each speed, contact, kind of task and kind of fingers."""
     runs, bench = fl.load(path), fl.bench()
     seed = int(runs.attrs["seed"])
     people = protocol.population(bench, int(runs.attrs["fingers"]), seed)
@@ -70,12 +62,10 @@ def main(path: str) -> None:
                 squares = bound, np.maximum(bound, short), short + slack * bound, ours, oracle
                 for name, who in (("capable", np.full(near.shape, True)), ("within reach", near)):
                     rms = [np.sqrt(each[:, who].mean(0)) for each in squares]
-                    errors = " | ".join(told(each) for each in rms[:4])
-                    ratios = " | ".join(f"{np.median(each / rms[4]):.2f}" for each in rms[1:4])
-                    print(f"| {speed:g} | {contact} | {kind} | {who.sum()} {name} | {errors} | {ratios} |", flush=True)
-                    if kind == "sines":
-                        print(*(f"R2: {r2_of(each[:, who])}" for each in squares[1:4]), sep=" | ", flush=True)
+                    errors = (both(1e3 * each) for each in rms[:4])
+                    ratios = (f"{np.median(each / rms[4]):.2f}" for each in rms[1:4])
+                    yield [f"{speed:g}", contact, kind, f"{who.sum()} {name}", *errors, *ratios]
 
 
 if __name__ == "__main__":
-    main(sys.argv[1] if sys.argv[1:] else str(RUNS))
+    keep("bounded", "bounded", HEADS, rows(sys.argv[1] if sys.argv[1:] else str(RUNS)))

@@ -1,13 +1,13 @@
 """How little of a finger's friction noise any linear controller lets touch feel, and what that costs in rms.
 
-``python -m studies.felt_reach`` prints rms and index of the first ninety capable fingers for each weight, the table of
+``python -m studies.felt_reach`` keeps rms and index of the first ninety capable fingers for each weight, the table of
 *pages/limits-of-control.md*, "How little of it can be felt": some minutes.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,13 +16,13 @@ from joblib import Parallel, delayed
 
 from frictionloop.analysis.state_space import Array
 from frictionloop.design.comparison import protocol
-from frictionloop.design.comparison.scores import spread
 from frictionloop.parameters import System
 from frictionloop.perception.weighting import felt_power
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.checks import numbers
 from studies.conditions import conditions
 from studies.friction_spectrum import disturbed_levels, own_systems
+from studies.kept import both, keep
 from studies.linear_optimum import BINS, linear_optimum
 from studies.linear_reach import LEVELS_N, reading_noise_psd
 from studies.wiener_hopf import bins, squared
@@ -140,13 +140,18 @@ def _reach(
 
 
 def main() -> None:
-    """Print medians and worst deciles for each speed, contact and weight: mN, and D over that without control."""
+    """Keep medians and worst deciles for each speed, contact and weight: mN, and D over that without control."""
+    heads = ("mm/s", "contact", *(f"{what}, {weight:g}" for weight in WEIGHTS for what in ("rms", "felt")))
+    keep("felt-reach", "felt_reach", heads, rows())
+
+
+def rows() -> Iterator[list[Any]]:
+    """Yield what is kept of each speed and contact."""
     for name, system, people in conditions():
         found = felt_reach(system, people[:90], seed=protocol.EVALUATION_SEED)
-        for weight in found["weight"].values:
-            one = found.sel(weight=weight)
-            told = [spread(values, False) for values in (1e3 * one["rms_n"].values, one["relative_index"].values)]
-            print(f"{name}, weight {weight:g}:", *told)
+        weighed = [found.sel(weight=weight) for weight in WEIGHTS]
+        cells = [(both(1e3 * one["rms_n"].values), both(one["relative_index"].values, 2)) for one in weighed]
+        yield [*name.split(" mm/s, "), *(cell for pair in cells for cell in pair)]
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """The finger of the bench beside a measured slide, the model's side: three minutes.
 
-``python -m studies.finger_validation`` prints median and 5 to 95 % of every statistic of 200 fingers, as drawn and at
-the level that was measured: the numbers of *pages/finger-validation.md*.
+``python -m studies.finger_validation`` keeps median and 5 to 95 % of every statistic of 200 fingers, as drawn and at
+the level that was measured, for *pages/finger-validation.md*.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 import frictionloop as fl
+from studies.kept import keep
 from studies.slide import slide_statistics
 from studies.slide_onset import stick_to_slip
 
@@ -45,16 +46,18 @@ def slides(changes: Mapping[str, Any], count: int = 200) -> dict[str, np.ndarray
 def told(values: np.ndarray, scale: float) -> str:
     """Return the median and 5 to 95 %."""
     low, median, high = np.percentile(scale * values, (5, 50, 95))
-    return f"{median:7.3f} [{low:6.3f} to {high:6.3f}]"
+    return f"{median:.3f} [{low:.3f} to {high:.3f}]"
 
 
 def main() -> None:
-    """Print a row for each statistic: as drawn, and at the measured level."""
+    """Keep a row for each statistic: as drawn, and at the measured level."""
     drawn, level = slides({}), slides(LEVEL)
-    for name, values in level.items():
-        scale = SCALES.get(name, 1.0)
-        as_drawn = told(drawn[name], scale) if name in drawn else ""
-        print(f"{name:16} {as_drawn:26} {told(values, scale)}".rstrip())
+    rows = [
+        (name, told(drawn[name], scale) if name in drawn else "", told(values, scale))
+        for name, values in level.items()
+        for scale in [SCALES.get(name, 1.0)]
+    ]
+    keep("finger-validation", "finger_validation", ("statistic", "as drawn", "at the measured level"), rows)
 
 
 if __name__ == "__main__":

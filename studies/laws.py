@@ -1,7 +1,7 @@
 """All control laws on 1,000 fingers that none of them was tuned on: three hours of two cores.
 
 ``python -m studies.laws`` keeps every cell in ``studies/runs/laws.h5``, goes on where it was stopped, and writes what
-*docs/which-law.md* shows to ``studies/results/laws.csv``.
+*pages/laws.md* shows to ``studies/results/laws.csv``.
 """
 
 from __future__ import annotations

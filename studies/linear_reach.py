@@ -1,6 +1,6 @@
 """What any linear controller can reach on a bench, finger by finger: the waterbed's bound and the linear optimum.
 
-``python -m studies.linear_reach`` prints medians and worst deciles of the capable of 1,000 fingers, the first table of
+``python -m studies.linear_reach`` keeps medians and worst deciles of the capable of 1,000 fingers, the first table of
 *pages/limits-of-control.md*: half an hour.
 """
 
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -21,13 +21,13 @@ from frictionloop.analysis.operating import law_at
 from frictionloop.analysis.state_space import Array
 from frictionloop.analysis.waterbed import waterbed_bound
 from frictionloop.design.comparison import protocol
-from frictionloop.design.comparison.scores import spread
 from frictionloop.parameters import SuspendedSensor, System
 from frictionloop.physics.friction import friction_force
 from frictionloop.sensing.suspended import noise_coefficients
 from studies.causes import mean_occlusion
 from studies.conditions import conditions
 from studies.friction_spectrum import MEASURED, disturbed_levels, own_systems, power_of
+from studies.kept import both, keep
 from studies.linear_optimum import linear_optimum
 
 LEVELS_N = (0.4, 0.6, 0.8)
@@ -42,6 +42,17 @@ KEPT = {
     "open_rms_n": "rms of f_a - f_r before any control",
 }
 """What is told of a finger, in N."""
+COLUMNS = (
+    ("no control", "open_rms_n", 1.7),
+    ("waterbed, 1.7", "waterbed_rms_n", 1.7),
+    ("optimum, 1.7", "optimum_rms_n", 1.7),
+    ("noise in it, 1.7", "noise_rms_n", 1.7),
+    ("drive spared, 1.7", "driven_rms_n", 1.7),
+    ("waterbed, 2.0", "waterbed_rms_n", 2.0),
+    ("optimum, 2.0", "optimum_rms_n", 2.0),
+    ("drive spared, 2.0", "driven_rms_n", 2.0),
+)
+"""What is kept of a speed and contact: head, variable, largest |S|."""
 CALM = 0.5
 """Largest rms of a command that is seldom cut, over the way to its nearer end: a normal one is, 5 % of the time."""
 
@@ -176,11 +187,17 @@ def linear_reach_table(
 
 
 def main() -> None:
-    """Print each variable at both peaks for each speed and contact, mN."""
+    """Keep median and worst decile of each variable for each speed and contact, mN."""
+    heads = ("mm/s", "contact", "fingers", *(head for head, _, _ in COLUMNS))
+    keep("linear-reach", "linear_reach", heads, rows())
+
+
+def rows() -> Iterator[list[Any]]:
+    """Yield what is kept of each speed and contact."""
     for name, system, people in conditions():
         found = linear_reach(system, people, seed=protocol.EVALUATION_SEED).sel(measured="force and load")
-        for variable in found:
-            print(name, variable, [spread(1e3 * row, False) for row in found[variable].values])
+        cells = [both(1e3 * found[variable].sel(sensitivity_peak=peak).values) for _, variable, peak in COLUMNS]
+        yield [*name.split(" mm/s, "), len(people), *cells]
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
-"""The figures that the pages give of the tracker on the fingers it was tuned on, measured again: some minutes.
+"""What the tracker learns, how it lasts, and how its steps end, on the fingers it was tuned on: some minutes.
 
-``python -m studies.tracker_measured [starts learnt lasting steps optimum rows]``; all without a name.
+``python -m studies.tracker_measured [starts learnt lasting steps]``; all without a name.
 """
 
 from __future__ import annotations
@@ -10,31 +10,27 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from scipy.signal import freqz
 
 import frictionloop as fl
 from frictionloop.design.comparison import protocol
 from frictionloop.design.comparison.measured import told
 from frictionloop.design.learnt import learnt_in_run
-from frictionloop.design.tracker_loop import Row
-from frictionloop.design.tracker_search import RowSearch
-from frictionloop.design.tracker_tuning import believed_resonance
-from frictionloop.parameters.tracking import PLACES
 from frictionloop.physics.fingers import Fingers
 from frictionloop.physics.friction import is_gaussian
-from studies.linear_reach import linear_reach
-from studies.robust_optimum import robust_optimum
-from studies.robust_reach import UNMEASURED
-from studies.tracker_plant import plant_paths
-from studies.wiener_hopf import bins
+from studies.kept import keep
 
 SPEEDS_MM_S, CONTACTS, LEVELS_N = (20.0, 80.0), ("dahl", "slider"), (0.4, 0.6, 0.8)
 BENCH = fl.bench().evolve({"controller.kind": "tracker"})
 SEED = 7
 LOST = 2.0
 """Ratio to the oracle's residual, over that of the median finger, beyond which one is told."""
-BINS, DRIVE_N = 2**12, 0.2
-"""Bins of the bounds of rows, and the command that a plate of 0.3 to 0.6 N to give seldom cuts."""
+MULTIPLIED = (
+    ("finger's × 0.8", 0.8, 1.0),
+    ("as it is", 1.0, 1.0),
+    ("finger's × 2", 2.0, 1.0),
+    ("model's × 1.3", 1.0, 1.3),
+)
+"""By what the finger's susceptibility, and the model's, are multiplied for steps."""
 BEYOND = 30
 """Control periods that overshoot is exceeded for: 6 ms."""
 
@@ -107,18 +103,20 @@ def lasting() -> None:
 
 
 def steps() -> None:
-    """Print rise and fall (ms), overshoot, undershoot and rms (mN) of steps at 80 mm/s, medians of eight fingers.
+    """Keep rise and fall (ms), overshoot, undershoot and rms (mN) of steps at 80 mm/s, medians of eight fingers.
 
     Of the fingers' susceptibility 0.8, 1 and 2 times, and of a model whose own is 1.3 times as large.
     """
     up_down = fl.Steps(times_s=tuple(0.5 * k for k in range(12)), levels_n=(0.35, 0.75) * 6)
     described = {"sensor.resonance_hz": BENCH.sensor.resonance_hz, "motion.stroke_mm": 240.0, "setpoint": up_down}
+    rows = []
     for name, overrides, speed in list(strokes())[2:]:
         people = list(capable(240, speed))[:8]
-        for share, model in ((0.8, 1.0), (1.0, 1.0), (2.0, 1.0), (1.0, 1.3)):
-            rows = [_steps(BENCH.evolve({**overrides, **each, **described}), share, model) for each in people]
-            told = ", ".join(f"{value:.3g}" for value in np.median(rows, axis=0))
-            print(f"{name}, tau x {share:g}, model's x {model:g}: {told}")
+        for what, share, model in MULTIPLIED:
+            found = [_steps(BENCH.evolve({**overrides, **each, **described}), share, model) for each in people]
+            rows.append([what, name.split(", ")[1], *(f"{value:.3g}" for value in np.median(found, axis=0))])
+    heads = ("susceptibility", "contact", "rise, ms", "fall, ms", "over, mN", "under, mN", "rms, mN")
+    keep("tracker-steps", "tracker_measured steps", heads, rows)
 
 
 def _steps(system: fl.System, share: float, model: float) -> list[float]:
@@ -137,49 +135,8 @@ def _steps(system: fl.System, share: float, model: float) -> list[float]:
     return [*times, *map(float, beyond), 1e3 * fl.rms_error(run)]
 
 
-def optimum() -> None:
-    """Print the residual over each finger's own spared linear optimum."""
-    for name, overrides, speed in strokes():
-        people, squares = capable(120, speed), []
-        for level in LEVELS_N:
-            own = BENCH.evolve(held(level) | overrides)
-            found = linear_reach(own, people, seed=SEED, peaks=(1.7,), levels_n=(level,)).sel(measured="force and load")
-            squares.append((rms_mn(held(level) | overrides, people, 11.0, 1.0), 1e3 * found["driven_rms_n"].values[0]))
-        ours, least = np.sqrt(np.nanmean(np.square(squares), axis=0))
-        row = np.nanquantile(ours / least, (0.25, 0.5, 0.75))
-        print(f"{name}: {row[1]:.2f} ({row[0]:.2f} to {row[2]:.2f})")
-
-
-def rows() -> None:
-    """Print what rows leave as predicted, their estimates right, and what no linear law that bears as much gets below.
-
-    Without and with a command of at most 0.2 N rms, the plate's lag divided out (mN); stable tells whether the law
-    found with the first is so with every resonance.
-    """
-    true, turns = BENCH.controller.model, np.linspace(0.0, np.pi, BINS + 1)
-    share_of_true, q = believed_resonance(UNMEASURED)
-    low = {"resonance_hz": share_of_true * true.resonance_hz, "resonance_q": q}
-    for place, row in zip(PLACES, BENCH.controller.schedule, strict=True):
-        search = RowSearch(BENCH, true, true.model_copy(update=low), place, UNMEASURED)
-        plants, disturbance = search.plants[0]
-        search.near, search.plants = 0.0, search.plants[:1]
-        paths = {off: plant_paths(plant, search.dt) for off, plant in plants.items()}
-        seen = {off: freqz(reading, poles, turns)[1] for off, (reading, _, poles) in paths.items()}
-        ratios = np.array([seen[off] / seen[0.0] for off in plants])
-        peaks = np.array([UNMEASURED[abs(off)] for off in plants])
-        reading, friction, poles = paths[0.0]
-        decay = np.exp(-2.0 * np.pi * true.plate_hz * search.dt)
-        driven = np.convolve(poles, [1.0, -decay]) / (1.0 - decay)
-        spectra = bins(search.f, disturbance, search.noise, 0.5 / search.dt, (reading, friction, driven), BINS)
-        free, driven_less = (robust_optimum(spectra, ratios, peaks, most) for most in (np.inf, DRIVE_N))
-        told = (
-            f"{1e3 * search.residual(Row(*row))[0]:.1f} mN, bound {1e3 * free.bound_rms_n:.1f} (stable: {free.stable})"
-        )
-        print(f"place {place:g}: {told}, and {1e3 * driven_less.bound_rms_n:.1f} with a command that small")
-
-
 if __name__ == "__main__":
-    for measured in (starts, learnt, lasting, steps, optimum, rows):
+    for measured in (starts, learnt, lasting, steps):
         if not sys.argv[1:] or measured.__name__ in sys.argv[1:]:
             print(f"{measured.__name__}: {measured.__doc__}")
             measured()

@@ -1,15 +1,14 @@
 """Why laws of a comparison win or lose: their residuals split by cause and by frequency, on the fingers it scored.
 
-``python -m studies.why tracker,notch_pi [FINGERS [FOLDER]]`` prints a table for each speed and contact and draws it
-into a folder: three minutes for 60 fingers.
+``python -m studies.why tracker,notch_pi [FINGERS]`` keeps a table of medians: three minutes for 60 fingers.
 """
 
 from __future__ import annotations
 
 import itertools
+import math
 import sys
 from collections.abc import Iterable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,6 +22,7 @@ from frictionloop.design.comparison.scores import spread
 from frictionloop.parameters import bench
 from frictionloop.quantities import FrictionloopError, check_each_once
 from studies.causes import CAUSES
+from studies.kept import keep
 from studies.residual import residual_by_cause
 from studies.residual_bands import residual_bands
 
@@ -113,21 +113,22 @@ def _spread(name: str, values: xr.DataArray) -> dict[str, float]:
     return {f"{name}_median": median, f"{name}_worst_decile": worst}
 
 
-def main(laws: str = "tracker,notch_pi", fingers: str = "60", folder: str | None = None) -> None:
-    """Compare some laws on some fingers, and print and draw what is left."""
-    from frictionloop.cli import screen
-    from frictionloop.cli.figure_files import write_figures
-    from frictionloop.report.style import svg
-    from studies.why_figure import figure_why
-    from studies.why_text import why_summary
-
+def main(laws: str = "tracker,notch_pi", fingers: str = "60") -> None:
+    """Keep what each part of the residual costs: a column for each law, speed and contact, medians in mN."""
     names = laws.split(",")
-    ran = rooms.compare(bench(), int(fingers), laws=names)
-    found = reasons(ran, names)
-    screen.show(*why_summary(reason_rows(found)))
-    if folder:
-        drawn = {f"causes-{v:g}-mm-s": figure_why(found, v) for v in ran.speeds_mm_s}
-        write_figures("folder", Path(folder), {name: svg(figure, name) for name, figure in drawn.items()})
+    rows = reason_rows(reasons(rooms.compare(bench(), int(fingers), laws=names), names))
+    cells: dict[str, dict[str, str]] = {}
+    for row in rows:
+        at = f"{row['law']}, {row['speed_mm_s']:g} mm/s, {row['contact']}"
+        value = row["cost_median"] if "cost_median" in row else row["rms_median"]
+        cells.setdefault(row["part"], {})[at] = "-" if math.isnan(value) else f"{1e3 * value:.1f}"
+    heads = list(cells["all"])
+    keep(
+        "why",
+        f"why {laws} {fingers}",
+        ("part", *heads),
+        ([part, *(found[at] for at in heads)] for part, found in cells.items()),
+    )
 
 
 if __name__ == "__main__":

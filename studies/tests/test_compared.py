@@ -1,7 +1,11 @@
-"""The table of laws on its page: of the scores that are kept, and as the command writes it."""
+"""The tables on the pages of studies: of what is kept, and as the commands write them."""
 
 from __future__ import annotations
 
+import numpy as np
+import pytest
+
+from studies import kept
 from studies.compared import PAGE, compared, written
 
 SCORES = """# python -m studies.laws
@@ -31,6 +35,34 @@ def test_the_table_of_laws_shows_scores_that_are_kept(tmp_path):
 def test_the_page_has_the_table_of_the_stored_study():
     page = PAGE.read_text(encoding="utf-8")
     assert written(page) == page, "to write it anew: python -m studies.compared"
+
+
+@pytest.mark.parametrize("path", sorted(kept.PAGES.glob("*.md")), ids=lambda path: path.stem)
+def test_every_page_has_the_tables_that_are_kept(path):
+    page = path.read_text(encoding="utf-8")
+    assert kept.SHOWN.search(page)
+    assert kept.written(page) == page, "to write them anew: python -m studies.kept"
+
+
+def test_every_small_table_that_is_kept_is_shown():
+    pages = "".join(path.read_text(encoding="utf-8") for path in kept.PAGES.glob("*.md"))
+    small = {path.stem for path in kept.RESULTS.glob("*.csv")} - {"laws", "step-times"}
+    assert small == set(kept.SHOWN.findall(pages))
+
+
+def test_a_table_is_kept_as_it_is_shown(tmp_path, monkeypatch):
+    monkeypatch.setattr(kept, "RESULTS", tmp_path)
+    kept.keep("errors", "errors", ("law", "rms"), [("pi", kept.both(np.array([1.0, 2.0, 3.0])))])
+    assert (tmp_path / "errors.csv").read_text(encoding="utf-8").startswith("# python -m studies.errors, frictionloop ")
+    shown = kept.written("before\n<!-- results/errors.csv -->\n<!-- end -->\nafter")
+    assert shown.splitlines()[3:] == [
+        "| law | rms |",
+        "| --- | --- |",
+        "| pi | 2.0 / 3.0 |",
+        "",
+        "<!-- end -->",
+        "after",
+    ]
 
 
 def cells(row):

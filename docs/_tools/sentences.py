@@ -1,0 +1,78 @@
+"""Sentences with more numbers than a reader keeps: python docs/_tools/sentences.py [PAGE...].
+
+Code, tables, equations, links and what is a name, not a quantity (Section 2, Fig. 5a, a year, a version) are left out.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+MOST = 2
+"""Numbers in a sentence."""
+ROOT = Path(__file__).parents[2]
+NOT_PROSE = re.compile(
+    r"^(```|~~~|:::).*?^\1\S*$|\$\$.*?\$\$(\s*\(\w+\))?|^\$ .*?$|<!--.*?-->", re.MULTILINE | re.DOTALL
+)
+INLINE = re.compile(r"`[^`]*`|\$[^$\n]*\$|\]\([^)]*\)|https?://\S+|\{[a-z]+\}")
+NAMES = re.compile(
+    r"\b(?:Sections?|Sec\.|Figs?\.|Figures?|Tables?|notes?|decisions?|steps?|row|ref\.|chapter|schema|Python|Teensy|seeds?"
+    r"|[Ee]quations?)"
+    r"\s+\(?\d[\w.]*\)?(?:(?:,| to| and| or) \(?\d[\w.]*\)?)*"
+    r"|\b(?:19|20)\d\d\b|\[\d+\]|\b[A-Za-z]+[-_]?\d[\w.-]*|\b\d+D\b|doi \S+"
+)
+NUMBER = re.compile(r"(?<![\w.])[-+−±]?\d[\d,.   ]*(?:\s*[×x·±]\s*[\d.]+)*|\{\{ n\.\w+ \}\}")
+BREAK = re.compile(r"(?<=[.!?])[*\"')]*\s+(?=[\"'(*`\[]*[A-Z0-9ÄÖÜ$])")
+
+
+class Sentence(NamedTuple):
+    """One that has numbers."""
+
+    line: int
+    text: str
+    numbers: int
+
+
+def sentences(text: str) -> Iterator[Sentence]:
+    """Yield the sentences of a page."""
+    prose = NOT_PROSE.sub(lambda found: "\n" * found[0].count("\n"), text)
+    block: list[str] = []
+    for number, line in enumerate([*prose.splitlines(), ""], 1):
+        apart = not line.strip() or re.match(r"\s*([-*] |\d+\. |#|\||>|[:!(\[]?\w*[:!]\[)", line)
+        if apart and block:
+            yield from _of(" ".join(block), number - len(block))
+            block = []
+        if line.strip() and not line.lstrip().startswith(("|", "#")):
+            block.append(re.sub(r"^\s*(?:[-*] |\d+\. |: )", "", line).strip())
+
+
+def _of(paragraph: str, line: int) -> Iterator[Sentence]:
+    for sentence in BREAK.split(paragraph):
+        plain = NAMES.sub("", INLINE.sub("", sentence))
+        yield Sentence(line, sentence, len(NUMBER.findall(plain)))
+
+
+def crowded(path: Path) -> list[Sentence]:
+    """Return the sentences of a page with more numbers than `MOST`."""
+    return [each for each in sentences(path.read_text(encoding="utf-8")) if each.numbers > MOST]
+
+
+def read() -> list[Path]:
+    """Return the pages that readers use."""
+    docs = ROOT / "docs"
+    pages = [*docs.glob("*.md"), *docs.glob("how-to/*.md"), ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
+    return sorted(path for path in pages if not path.stem.startswith("paper-notes"))
+
+
+def main(names: Iterable[str]) -> None:
+    """Print the offenders, the worst first."""
+    found = [(path, each) for path in [Path(name) for name in names] or read() for each in crowded(path)]
+    for path, each in sorted(found, key=lambda one: -one[1].numbers):
+        print(f"{path.name}:{each.line}: {each.numbers} numbers: {each.text}")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
