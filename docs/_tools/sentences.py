@@ -15,17 +15,22 @@ MOST = 2
 """Numbers in a sentence."""
 ROOT = Path(__file__).parents[2]
 NOT_PROSE = re.compile(
-    r"^(```|~~~|:::).*?^\1\S*$|\$\$.*?\$\$(\s*\(\w+\))?|^\$ .*?$|<!--.*?-->", re.MULTILINE | re.DOTALL
+    r"^(```|~~~|:::).*?^\1\S*$|\$\$.*?\$\$(\s*\(\w+\))?|^\$ .*?$|<!--.*?-->|^- \[[A-Z]\w+\]:.*?$",
+    re.MULTILINE | re.DOTALL,
 )
-INLINE = re.compile(r"`[^`]*`|\$[^$\n]*\$|\]\([^)]*\)|https?://\S+|\{[a-z]+\}")
+"""Code, equations, commands, comments, and entries of a list of sources."""
+CODE = re.compile(r"`[^`]*`|\]\([^)]*\)|https?://\S+|\bdoi:? ?\S+|\bISBN [\d-]+|\{[a-z]+\}|\[10\.\S+\]")
+FORMULA = re.compile(r"\$([^$\n]*)\$")
+VALUE = re.compile(r"(?:^|=|\\approx|\\le|\\ge|<|>)\s*(-?\d[\d.]*)")
+"""What of a formula is a number that a reader is given: all of it, or what follows a sign of equality."""
 NAMES = re.compile(
     r"\b(?:Sections?|Sec\.|Figs?\.|Figures?|Tables?|notes?|decisions?|steps?|row|ref\.|chapter|schema|Python|Teensy|seeds?"
-    r"|[Ee]quations?)"
-    r"\s+\(?\d[\w.]*\)?(?:(?:,| to| and| or) \(?\d[\w.]*\)?)*"
-    r"|\b(?:19|20)\d\d\b|\[\d+\]|\b[A-Za-z]+[-_]?\d[\w.-]*|\b\d+D\b|doi \S+"
+    r"|[Ee]quations?|version)\s+\(?\d[\w.]*\)?(?:(?:,| to| and| or) \(?\d[\w.]*\)?)*"
+    r"|\b(?:19|20)\d\d\b|\[\d+\]|\b[A-Za-z]+[-_]?\d[\w.-]*|\b\d+D\b"
 )
-NUMBER = re.compile(r"(?<![\w.])[-+−±]?\d[\d,.   ]*(?:\s*[×x·±]\s*[\d.]+)*|\{\{ n\.\w+ \}\}")
-BREAK = re.compile(r"(?<=[.!?])[*\"')]*\s+(?=[\"'(*`\[]*[A-Z0-9ÄÖÜ$])")
+"""Numbers that are part of a name."""
+NUMBER = re.compile(r"(?<![\w.])[-+−±]?\d[\d,.  ]*(?:e-?\d+|[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+)?(?:\s*[×x·±]\s*[\d.]+)*|\{\{ n\.\w+ \}\}")
+BREAK = re.compile(r"(?<=[.!?])[*\"')]*\s+(?=[\"'(\[]*(?:[A-Z0-9$]|[*`]+\w))")
 
 
 class Sentence(NamedTuple):
@@ -51,7 +56,8 @@ def sentences(text: str) -> Iterator[Sentence]:
 
 def _of(paragraph: str, line: int) -> Iterator[Sentence]:
     for sentence in BREAK.split(paragraph):
-        plain = NAMES.sub("", INLINE.sub("", sentence))
+        prose = FORMULA.sub(lambda found: " ".join(VALUE.findall(found[1])), CODE.sub("", sentence))
+        plain = NAMES.sub("", prose)
         yield Sentence(line, sentence, len(NUMBER.findall(plain)))
 
 

@@ -169,3 +169,75 @@ def test_no_page_is_too_long_to_read(page):
     """Some 2,500 words with their figures and outputs are 8,000 pixels at a width of 1280."""
     if page.stem not in LOOKED_UP:
         assert len(page.read_text(encoding="utf-8").split()) < 2500
+
+
+PROSE = [*sorted(DOCS.glob("*.md")), *sorted(DOCS.glob("how-to/*.md")), DOCS.parent / "README.md"]
+NOTES = {"paper-notes", "paper-notes-device"}
+HISTORY = re.compile(
+    r"(the \w+|one) before this|\bno longer\b(?! matters)|\bany ?more\b|\bformerly\b|\buntil now\b|\bat first it\b"
+    r"|this project started|earlier (version|loop|schedule)|mended since|\bused to (be|have|take|leave)\b",
+    re.IGNORECASE,
+)
+"""What tells how the project got here."""
+
+
+@pytest.mark.parametrize("path", PROSE, ids=lambda path: path.stem)
+@pytest.mark.usefixtures("tools")
+def test_a_sentence_has_at_most_two_numbers(path):
+    from sentences import crowded
+
+    if path.stem not in NOTES:
+        assert crowded(path) == []
+
+
+@pytest.mark.usefixtures("tools")
+def test_numbers_of_sentences_are_counted():
+    from sentences import sentences
+
+    page = """A kp of 10 and a ki of 2 in Section 2.3, [at](https://x.org/12) $f_0 = 0.8$ N. `kp 4` has
+one, 5e-5 N. A plate of 255 × 140 × 3 mm.
+
+| 1 | 2 | 3 | 4 |
+
+- From 20 to 80 mm/s, 4 %.
+
+```text
+1 2 3 4
+```
+"""
+    assert [(each.line, each.numbers) for each in sentences(page)] == [(1, 3), (1, 1), (1, 1), (6, 3)]
+
+
+@pytest.mark.parametrize("path", [*PROSE, *sorted(DOCS.glob("reference/*.md"))], ids=lambda path: path.stem)
+def test_pages_tell_no_history(path):
+    found = [(k, line) for k, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)]
+    assert [each for each in found if HISTORY.search(each[1])] == []
+
+
+def test_the_glossary_has_the_words_that_pages_use_in_a_sense_of_their_own_in_order():
+    page = (DOCS / "glossary.md").read_text(encoding="utf-8").split("```")[1]
+    words = [word for line in page.splitlines() if re.match(r"\w", line) for word in line.split(", ")]
+    terms = [line for line in page.splitlines() if re.match(r"\w", line)]
+    assert terms == sorted(terms, key=str.lower)
+    assert {"law", "rest", "fall", "hold", "told", "learnt", "row", "capable", "felt", "task", "ring"} <= set(words)
+
+
+@pytest.mark.usefixtures("tools")
+def test_a_page_that_is_too_high_is_found(tmp_path, capsys):
+    from heights import browser, main
+
+    if browser() is None:
+        pytest.skip("no chromium here")
+    for name, px in (("high", 9000), ("low", 500), ("reference", 9000)):
+        (tmp_path / f"{name}.html").write_text(f'<body style="margin:0"><div style="height:{px}px"></div>')
+    assert main(str(tmp_path)) == 1
+    assert capsys.readouterr().out == "high.html: 9000 px, at most 8000\n"
+    (tmp_path / "high.html").unlink()
+    assert main(str(tmp_path)) == 0
+
+
+def test_studies_stay_small():
+    studies = DOCS.parent / "studies"
+    files = [path for ending in ("py", "md", "csv") for path in studies.rglob(f"*.{ending}")]
+    kept = [path for path in files if "runs" not in path.parts]
+    assert sum(len(path.read_text(encoding="utf-8").splitlines()) for path in kept) <= 6000
