@@ -27,7 +27,7 @@ VERBS = (
 
 def substitutions(source: Path) -> dict[str, Any]:
     """Return every name that a page may insert."""
-    front = "![The force asked for and the force on the finger, in open and in closed loop](_static/frontpage.svg)"
+    front = "![The idea, and the force on a finger in open and in closed loop](_static/frontpage.svg)"
     found: dict[str, Any] = {
         "n": facts.numbers(),
         "presets": tables.presets(),
