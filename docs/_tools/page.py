@@ -1,8 +1,8 @@
 """The code blocks of a page, run from top to bottom in one folder and one namespace.
 
-``python`` blocks run; if the last line ends with ``# refused`` the error is what the block shows. ``toml`` blocks whose
-first line is ``# some-name.toml`` become that file. Lines ``$ frictionloop ...`` of ``console`` blocks run, also with
-``| head -n 3`` or ``| tail -n 3`` after them.
+``python`` blocks run, and show figures that they name or that `plt.show` shows; if the last line ends with ``# refused``
+the error is what the block shows. ``toml`` blocks whose first line is ``# some-name.toml`` become that file. Lines
+``$ frictionloop ...`` of ``console`` blocks run, also with ``| head -n 3`` or ``| tail -n 3`` after them.
 """
 
 from __future__ import annotations
@@ -54,6 +54,7 @@ class Page:
             figures.extend(plt.figure(number) for number in plt.get_fignums())
             plt.close("all")
 
+        before = {id(value) for value in self.names.values()}
         shown, plt.show = plt.show, show
         refused = code.rstrip().endswith(REFUSED)
         try:
@@ -67,7 +68,13 @@ class Page:
             printed.write(f"FrictionloopError: {error}\n")
         finally:
             plt.show = shown
+        figures += [each for each in self._drawn() if id(each) not in before and each not in figures]
         return printed.getvalue(), figures
+
+    def _drawn(self) -> list[Figure]:
+        """Return the figures that have names, but those of pyplot, which `plt.show` shows."""
+        found = (value for value in self.names.values() if isinstance(value, Figure))
+        return [each for each in found if not hasattr(each, "number")]
 
 
 def _file(text: str) -> str:

@@ -24,7 +24,12 @@ WIDEST = 88
 SLOW = {"sweep-on-a-cluster", "design-a-controller", "controllers", "my-labs-bench"}
 """Pages that start processes or design controllers; building the documentation runs them too."""
 BENCH = ("bench", "bench-gains", "controllers", "oracle", "plate", "force-sensor")
-PAGES = [DOCS / "tutorial.md", *(DOCS / f"{name}.md" for name in BENCH), *sorted((DOCS / "how-to").glob("*.md"))]
+PAGES = [
+    DOCS / "start.md",
+    DOCS / "tutorial.md",
+    *(DOCS / f"{name}.md" for name in BENCH),
+    *sorted((DOCS / "how-to").glob("*.md")),
+]
 
 
 @pytest.fixture
@@ -65,6 +70,8 @@ def test_a_block_shows_what_it_prints_and_draws_and_what_is_refused(tmp_path):
     text, figures = page.run("python", "print(1)\nplt.plot([1, 2])\nplt.show()")
     assert text == "1\n"
     assert len(figures) == 1
+    assert len(page.run("python", "figure = fl.plot(fl.simulate(fl.paper(), 0.1))")[1]) == 1
+    assert page.run("python", "print(figure)")[1] == []
     assert page.run("python", "fl.preset('papre')  # refused")[0].startswith("FrictionloopError: preset")
     with pytest.raises(fl.FrictionloopError):
         page.run("python", "fl.preset('papre')")
