@@ -1,6 +1,6 @@
 """The code blocks of a page, run from top to bottom in one folder and one namespace.
 
-``python`` blocks run, and show figures that they name or that `plt.show` shows; if the last line ends with ``# refused``
+``python`` blocks run, and show figures that they name or `plt.show`; if the last line ends with ``# refused``
 the error is what the block shows. ``toml`` blocks whose first line is ``# some-name.toml`` become that file. Lines
 ``$ frictionloop ...`` of ``console`` blocks run, also with ``| head -n 3`` or ``| tail -n 3`` after them.
 """
