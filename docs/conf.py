@@ -40,7 +40,10 @@ html_css_files = ["pages.css"]
 myst_enable_extensions = ["dollarmath", "amsmath", "substitution", "colon_fence", "deflist"]
 myst_heading_anchors = 3
 
-executed_pages = ["start", "tutorial", "loop-gain", "bench", "bench-gains", "controllers", "oracle", "plate", "how-to/*"]
+executed_pages = [
+    *("start", "tutorial", "bench", "bench-gains", "loop-gain", "controllers", "oracle", "plate", "finger", "perception"),
+    "how-to/*",
+]
 executed_style = LOOK
 
 autodoc_default_options = {"exclude-members": "model_config"}

@@ -23,7 +23,7 @@ WIDEST = 88
 """Characters of a line of code that the pages show without scrolling."""
 SLOW = {"sweep-on-a-cluster", "design-a-controller", "controllers", "my-labs-bench"}
 """Pages that start processes or design controllers; building the documentation runs them too."""
-BENCH = ("bench", "bench-gains", "controllers", "oracle", "plate", "force-sensor")
+BENCH = ("bench", "bench-gains", "controllers", "oracle", "plate", "force-sensor", "finger", "perception")
 PAGES = [
     DOCS / "start.md",
     DOCS / "tutorial.md",
