@@ -99,7 +99,8 @@ def test_interrupted_says_how_to_go_on(frictionloop, monkeypatch):
 
 
 @pytest.mark.parametrize(("count", "many"), [(10, "and 9 more of 20000"), (1, "one of 20000")])
-def test_a_law_better_than_the_clairvoyant_oracle_is_a_note(frictionloop, monkeypatch, count, many):
+def test_a_law_better_than_the_clairvoyant_oracle_is_a_note(frictionloop, monkeypatch, ran, count, many):
+    monkeypatch.setattr(rooms, "compare", lambda *_, **__: ran)
     below = rooms.BelowOracle(count, 20000, 0.94, "hinf", 80.0, "dahl", 146)
     for module in (rooms, comparison_text):
         monkeypatch.setattr(module, "below_oracle", lambda scored: below)
