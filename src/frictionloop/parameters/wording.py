@@ -93,13 +93,19 @@ def explain(system: Model, error: ValidationError, tree: Mapping[str, Any]) -> s
         hint = '; with preset = "paper" a file needs only what differs' if whole else ""
         return f"{path or 'system'} is missing{hint}"
     if first["type"] in ("model_type", "dict_type"):
-        return f"{path} = {first['input']!r}: must be a table of values"
+        return f"{path} = {_shown(first['input'])}: must be a table of values"
     message = first["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
     if isinstance(first["input"], (dict, BaseModel)):
         return f"{path}: {message}" if path else message
     unit = f" {unit_of(path)}" if unit_of(path) else ""
-    given = " ".join(repr(first["input"]).split())
-    return f"{path} = {given if len(given) <= LONGEST else given[:LONGEST] + ' ...'}{unit}: {message}"
+    return f"{path} = {_shown(first['input'])}{unit}: {message}"
+
+
+def _shown(value: Any) -> str:
+    if hasattr(value, "shape"):
+        return f"an array of shape {value.shape}"
+    given = " ".join(repr(value).split())
+    return given if len(given) <= LONGEST else given[:LONGEST] + " ..."
 
 
 def _kinds(system: Model, block: str) -> list[str]:
