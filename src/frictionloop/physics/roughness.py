@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.arithmetic import ROUND, bits, fma, step
+from frictionloop.quantities.checks import number
 from frictionloop.quantities.normals import normals
 
 ROUGHNESS_STREAM = 20
@@ -41,8 +41,7 @@ def roughness_table(rms: float, seed: int) -> np.ndarray:
     1/f background of a finger on a flat surface: Wiertlewski, Hudin, Hayward (springer 978-1-4471-4841-8_7); that it is
     fixed in space is assumed.
     """
-    if not (math.isfinite(rms) and rms >= 0):
-        raise FrictionloopError(f"rms = {rms!r}: must be finite and at least 0")
+    number("rms", rms, "", 0.0)
     drawn = normals(seed, ROUGHNESS_STREAM, 0, 2 * WAVES).reshape(WAVES, 2)
     spectrum = np.zeros(CELLS // 2 + 1, dtype=complex)
     spectrum[1 : WAVES + 1] = (drawn[:, 0] + 1j * drawn[:, 1]) / np.sqrt(np.arange(1.0, WAVES + 1.0))
