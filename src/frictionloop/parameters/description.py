@@ -55,20 +55,12 @@ class Description(Block):
 
     def paths(self) -> list[str]:
         """Return every settable dotted path."""
-        return _paths(self.model_dump())
+        return wording.known_names(type(self), self.model_dump())
 
 
 def _values(block: BaseModel) -> dict[str, Any]:
     """Return ``block.model_dump()`` in a third of the time."""
     return {name: _values(value) if isinstance(value, BaseModel) else value for name, value in block.__dict__.items()}
-
-
-def _paths(tree: Mapping[str, Any], prefix: str = "") -> list[str]:
-    found: list[str] = []
-    for name, block in tree.items():
-        value = block.model_dump() if isinstance(block, BaseModel) else block
-        found += _paths(value, f"{prefix}{name}.") if isinstance(value, dict) else [prefix + name]
-    return found
 
 
 def _place(whole: type[Description], tree: dict[str, Any], path: str, value: Any) -> None:
