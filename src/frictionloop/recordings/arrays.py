@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -29,11 +28,11 @@ def read_wav(recording: Recording) -> Column:
         rate_hz, channels = wavfile.read(recording.path)
     channels = channels.reshape(len(channels), -1)
     samples = channels[:, column_number(recording, [], channels.shape[1])]
-    middle, peak = 0.0, 1.0
+    place = _in_array(recording, samples)
     if samples.dtype.kind in "iu":
         peak = 2.0 ** (8 * samples.dtype.itemsize - 1)
-        middle = peak if samples.dtype.kind == "u" else 0.0
-    return Column(samples, _in_array(recording, samples), rate_hz=float(rate_hz), decode=lambda x: (x - middle) / peak)
+        samples = (samples - (peak if samples.dtype.kind == "u" else 0.0)) / peak
+    return Column(samples, place, rate_hz=float(rate_hz))
 
 
 def read_hdf5(recording: Recording) -> Column:
@@ -110,11 +109,11 @@ def _column(
     times: Column | None = None,
     others: Sequence[str] = (),
 ) -> Column:
-    packing = dict(getattr(array, "attrs", {}))
+    attributes = dict(getattr(array, "attrs", {}))
     leaf = name.rpartition("/")[2]
-    unit = _unit(packing) or header(leaf).unit
-    decode = partial(_unpacked, packing=packing)
-    return Column(samples, _in_array(recording, samples), leaf, unit, decode=decode, times=times, others=others)
+    unit = _unit(attributes) or header(leaf).unit
+    values = _unpacked(samples, attributes)
+    return Column(values, _in_array(recording, samples), leaf, unit, times=times, others=others)
 
 
 def _unit(attributes: Mapping[str, Any]) -> str | None:

@@ -64,7 +64,7 @@ def no_rate(column: Column) -> str:
 
 def _rate_of(path: str, times: Column, given_hz: float | None) -> float | None:
     """Return the rate of times, None if they are counts, or uneven about the rate that is given."""
-    in_s = UNITS.get(times.unit or "s", ("", 1.0))[1] * np.asarray(times.decode(times.samples), dtype=float)
+    in_s = UNITS.get(times.unit or "s", ("", 1.0))[1] * np.asarray(times.samples, dtype=float)
     if given_hz is None:
         refuse_gaps(path, in_s, times.place)
     steps = np.diff(in_s)

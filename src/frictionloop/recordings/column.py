@@ -31,8 +31,6 @@ class Column:
     """What the file says."""
     rate_hz: float | None = None
     """Where the format itself has one."""
-    decode: Callable[[NDArray[Any]], NDArray[Any]] = np.asarray
-    """From what is stored to the column's unit."""
     times: Column | None = None
     """The column of times beside it."""
     others: Sequence[str] = ()

@@ -128,7 +128,7 @@ def _used(recording: Recording, column: Column) -> tuple[Array, float]:
         raise FrictionloopError(f"{path}: stop_s = {recording.stop_s:g} is beyond the end; {lasts}")
     first = round(recording.start_s * rate_hz)
     stop = count if recording.stop_s is None else round(recording.stop_s * rate_hz) + 1
-    used = np.array(column.decode(column.samples[first:stop]), dtype=np.float64)
+    used = np.array(column.samples[first:stop], dtype=np.float64)
     refuse_gaps(path, used, lambda i: column.place(first + i))
     return used, rate_hz
 
