@@ -122,6 +122,11 @@ def test_a_single_column_name_may_hold_spaces(tmp_path):
     assert read(text(tmp_path, "lateral force\n1\n2\n"), "lateral force").tolist() == [1.0, 2.0]
 
 
+def test_a_path_object_names_a_file(tmp_path):
+    path = text(tmp_path, "1\n2\n")
+    assert Recording(path=path) == Recording(path=str(path))
+
+
 def test_without_a_header_the_first_row_is_data(tmp_path):
     assert read(text(tmp_path, "12:00:01,1\n12:00:02,2\n"), "1").tolist() == [1.0, 2.0]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
@@ -144,7 +145,7 @@ class Recording(Signal):
     """f(t) = offset + scale * column(t), linear between the recorded samples; a run past the end is refused."""
 
     kind: Literal["recording"] = "recording"
-    path: str
+    path: Annotated[str, BeforeValidator(lambda path: os.fspath(path) if isinstance(path, os.PathLike) else path)]
     """File: .csv, .tsv, .txt, .h5, .hdf5, .nc, .mat or .wav."""
     column: Annotated[str, Field(coerce_numbers_to_str=True)] = "0"
     """Column name or number; for HDF5 and MAT the dataset, with [:, k] for a column of it (``"dataQ[:, 0]"``)."""
