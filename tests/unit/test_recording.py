@@ -482,6 +482,13 @@ def test_numbers_over_numbers_are_names_where_text_stands_beside_them(tmp_path):
     assert told.startswith("line 1: 0, 1 may number the columns or be the first sample; accepted: names in their place")
 
 
+def test_a_title_above_the_names_needs_a_mark(tmp_path):
+    rows = "t (s),F [N]\n0,1\n0.01,2\n"
+    told = refusal(text(tmp_path, "Trial 3\n" + rows), "F")
+    assert told.startswith("line 2: t (s), F [N] stand below Trial 3; accepted: # before lines")
+    assert read(text(tmp_path, "# Trial 3\n" + rows), "F", rate_hz=None).tolist() == [1.0, 2.0]
+
+
 def test_two_columns_of_one_name_are_told_apart_by_number(tmp_path):
     path = text(tmp_path, "t,F,F\n0,1,2\n0.01,3,4\n")
     assert refusal(path, "F") == "column = 'F' is there more than once; accepted: 1, 2"

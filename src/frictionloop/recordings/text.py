@@ -98,6 +98,9 @@ def _table(path: str, decimal: str) -> _Table:
     if not any(below) and any(map(known_unit, units)):
         names = [f"{name} [{unit}]" if unit else name for name, unit in zip(names, units, strict=False)]
         second = next(rows, (second[0] + 1, []))
+    elif not any(below) and len(units) > len(names):
+        told = f"line {second[0]}: {', '.join(map(_readable, second[1]))} stand below {', '.join(names)}"
+        raise FrictionloopError(f"{path}: {told}; accepted: # before lines that are not names, units or numbers")
     data = next(dropwhile(lambda row: not row[1], chain([second], rows)), second)
     return _Table(path, decimal, names, data, len(names), mark)
 
