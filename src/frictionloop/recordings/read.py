@@ -44,7 +44,7 @@ def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> A
         Rate of the result in Hz, positive, at most 1e5 times above or below that of the file.
 
     wanted
-        Unit of the result, "N", "V", "kg" or another of `quantities.scales`; a column whose header or attribute says
+        Unit of the result, "N", "V", "kg" or another of `quantities.units.UNITS`; a column whose header or attribute says
         a unit of that kind (mN) is scaled, one that says another kind needs ``recording.scale``.
 
     Returns
