@@ -42,10 +42,9 @@ def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> A
         column of times ("t", "time_ms", "Time (s)"), or an array of them beside, whose steps agree within 0.1 %.
     rate_hz
         Rate of the result in Hz, positive, at most 1e5 times above or below that of the file.
-
     wanted
-        Unit of the result, "N", "V", "kg" or another of `quantities.units.UNITS`; a column whose header or attribute says
-        a unit of that kind (mN) is scaled, one that says another kind needs ``recording.scale``.
+        Unit of the result, "N", "V", "kg" or another of `quantities.units.UNITS`; a column whose header or attribute
+        says a unit of that kind (mN) is scaled, one that says another kind needs ``recording.scale``.
 
     Returns
     -------
