@@ -18,6 +18,7 @@ from frictionloop.parameters.block import Block
 from frictionloop.parameters.plate_design import PlateDesign
 from frictionloop.parameters.sensor_design import SensorDesign
 from frictionloop.parameters.system import kinds_of
+from frictionloop.parameters.wording import known_names
 
 DOCS = Path(__file__).parents[2] / "docs"
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -103,7 +104,7 @@ def test_the_table_of_a_design_has_every_value(design):
     from tables import design as table_of
 
     table = table_of(design)
-    assert [path for path in design().paths() if f"| `{path}` |" not in table] == []
+    assert [path for path in known_names(design, design().model_dump()) if f"| `{path}` |" not in table] == []
 
 
 @pytest.mark.usefixtures("tools")
