@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from frictionloop.report.beyond import COMMAND, LAWS, OPEN, ORACLE, PRINTED, TRACKER, stored
-from frictionloop.report.beyond_table import beyond_facts, beyond_rows
+from frictionloop.report.beyond import LAWS, OPEN, ORACLE, PRINTED, TRACKER, stored
+from frictionloop.report.beyond_table import beyond_rows
 from frictionloop.report.figures.beyond import LINES, figure_close_steps
 
 CONTACTS = ("dahl", "slider")
@@ -38,7 +38,6 @@ def test_steps_that_are_never_followed_and_loops_that_are_not_stable_are_said():
     rows = {(row["law"], row["contact"]): row for row in beyond_rows(found)}
     assert rows[PRINTED, "dahl"]["fall"] == "never" and rows[PRINTED, "dahl"]["peak"] == "unstable"
     assert (rows[ORACLE, "dahl"]["tick"], rows[ORACLE, "dahl"]["oracle"]) == ("–", "1")
-    assert beyond_facts(found)["beyond command"] == COMMAND
 
 
 def test_a_ratio_is_of_two_values():

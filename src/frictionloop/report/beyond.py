@@ -52,6 +52,12 @@ class Beyond:
     steps: xr.Dataset
     """``f_r`` and ``f_a`` (N) of that finger around a step down and one up, over law, contact and time."""
 
+    @property
+    def able(self) -> list[bool]:
+        """Which of the fingers are capable."""
+        found: list[bool] = self.scored["capable"].values[0].tolist()
+        return found
+
     def value(self, law: str, contact: str, score: str, key: str = MEDIAN) -> float:
         """Return one number of the capable fingers: the median of a score, or its worst decile."""
         return float(self.cells[law, contact]["scores"][score][(MEDIAN, WORST).index(key)])
