@@ -21,6 +21,12 @@ from frictionloop.report.device import OPEN, PRINTED, RETUNED_GAINS
 COMMAND = "python -m studies.beyond"
 SOURCE = f"from the stored study `{COMMAND}`"
 """Where claims say that their numbers come from."""
+SPEED_MM_S = 20.0
+"""Speed of the strokes (paper, Sec. 4.2)."""
+WINDOWS_S = ((0.99, 1.06), (1.49, 1.60))
+"""What the study keeps of a step down and of one up."""
+SHOWN_MS = {"down": (-5.0, 60.0), "up": (-5.0, 60.0)}
+"""What is shown of them: how long a law takes to be at rest."""
 FOLDER = files("frictionloop.report") / "stored"
 SUMMARY, STEPS = "beyond.json", "beyond-steps.csv"
 NOTCH, TRACKER, ORACLE = "notch and feed-forward", "tracker (experimental)", "oracle"
@@ -98,7 +104,8 @@ def _steps() -> xr.Dataset:
         list(dict.fromkeys(names)) for names in zip(*(head.split(", ") for head in heads[2:]), strict=True)
     )
     forces = np.array([[columns[f"{law}, {contact}"] for contact in contacts] for law in laws])
+    over = ("law", "contact", "time")
     return xr.Dataset(
-        {"f_r": ("time", columns["f_r"]), "f_a": (("law", "contact", "time"), forces)},
+        {"f_r": (over, np.broadcast_to(columns["f_r"], forces.shape)), "f_a": (over, forces)},
         {"law": laws, "contact": contacts, "time": columns["time_s"]},
     )

@@ -39,7 +39,7 @@ FIELDS = {
     "stronger": Field("Fig. 5b, a stronger plate", "0 to 4"),
     "felt": Field("what is felt", "5"),
     "fluctuations": Field("where fluctuations come from", "5 to 9"),
-    "people": Field("Fig. 5a, 26 fingers", "0, 5 and 10, fingers 1"),
+    "people": Field("Fig. 5a, 26 fingers", "0, 5 and 10, fingers of seed 1"),
     "beyond": Field("laws, a stored study", "11, of the stored study"),
 }
 """In the order of the page."""

@@ -9,14 +9,15 @@ from matplotlib.figure import Figure
 
 from frictionloop.parameters import paper
 from frictionloop.parameters.sensor_design import SensorDesign
+from frictionloop.report.beyond import SHOWN_MS, SPEED_MM_S
 from frictionloop.report.device import CLOSED
-from frictionloop.report.figures.beyond import figure_close_steps
 from frictionloop.report.figures.calibration import figure_linearity, figure_spectrum
 from frictionloop.report.figures.closed_loop import figure_closed_loop, figure_people
 from frictionloop.report.figures.comparison import figure_residuals
 from frictionloop.report.figures.diagram import figure_diagram
 from frictionloop.report.figures.equation3 import figure_equation_3
 from frictionloop.report.figures.fidelity import figure_fidelity_map, figure_fidelity_over_kp
+from frictionloop.report.figures.law_panels import figure_step_traces
 from frictionloop.report.figures.noise import figure_noise
 from frictionloop.report.figures.population import figure_population
 from frictionloop.report.figures.sensor import figure_sensor
@@ -68,6 +69,6 @@ DRAWINGS: dict[str, Draw] = {
     "fig-5b": lambda results: figure_steps(results.stepped, {"rising": this_skin_limit_ms()}),
     "fig-5c": lambda results: figure_overshoot(results.stepped, CLOSED),
     "beyond-residuals": lambda results: figure_residuals(results.beyond.scored),
-    "beyond-steps": lambda results: figure_close_steps(results.beyond.steps),
+    "beyond-steps": lambda results: figure_step_traces(results.beyond.steps, SPEED_MM_S, SHOWN_MS),
 }
 """How each figure is drawn, by its file name without suffix, in the order of the page."""
