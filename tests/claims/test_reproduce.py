@@ -199,3 +199,11 @@ def test_the_progress_line_names_the_figure_under_way():
     assert all(hasattr(results, field) for field in ("population", "steady"))
     assert said == ["report: Fig. 1a, sliding trials", "report: equation (3)"]
     assert set(FIELDS) == {name.partition(".")[0] for name, _ in parts()}
+
+
+def test_a_row_that_needs_an_assumption_names_it(folder, claims):
+    text = " ".join((folder / "index.html").read_text(encoding="utf-8").split())
+    rows = dict(re.findall(r'<details id="claim-([^"]+)".*?<summary>(.*?)</summary>', text))
+    assert "comes out under: half a period of delay" in rows["kp-optimum"]
+    for claim in claims:
+        assert ("comes out under: " in rows[claim.id]) == (claim.verdict == "under an assumption"), claim.id

@@ -33,7 +33,8 @@ def command(
     json: flags.Json = False,
 ) -> None:
     """Rebuild the paper's figures and check its numbers: index.html and claims.json in a folder."""
-    from frictionloop.report import claims_tables, reproduce, summary
+    with screen.waiting("loading what simulates and draws"):
+        from frictionloop.report import claims_tables, reproduce, summary
 
     if only is not None:
         _some([name.strip() for name in only.split(",")], out, json)
