@@ -189,9 +189,11 @@ def bench_parts() -> Iterator[Part]:
         yield f"tracked.{name}", partial(device.tracking, finger, table)
     for name in device.CLOSED:
         overrides = device.CONTROLLERS[name]
-        yield f"stronger.{name}", partial(device.stepping, finger, people.stronger(overrides))
         yield f"felt.{name}", partial(people.felt, finger, overrides)
         taken = tuple(people.WITHOUT) if name == device.RETUNED_GAINS else people.ENDS
         yield f"fluctuations.{name}", partial(people.fluctuations, finger, overrides, taken)
+    for name in (device.RETUNED_GAINS, device.IDEAL):
+        stronger = people.stronger(device.CONTROLLERS[name])
+        yield f"stronger.{name}", partial(device.stepping, finger, stronger)
     for name in (device.OPEN, device.PRINTED, device.RETUNED_GAINS):
         yield f"people.{name}", partial(people.population, name)

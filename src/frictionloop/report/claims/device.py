@@ -153,6 +153,7 @@ def fluctuations_of_the_finger(results: Results) -> Numbers:
         no_tremor=milli["no tremor"],
         no_roughness=milli["no roughness"],
         neither=milli["neither"],
+        noiseless=milli["no sensor noise"],
         printed=1e3 * fluctuations[PRINTED]["neither"],
         ideal=1e3 * fluctuations[IDEAL]["neither"],
     )
