@@ -41,7 +41,16 @@ myst_enable_extensions = ["dollarmath", "amsmath", "substitution", "colon_fence"
 myst_heading_anchors = 3
 
 executed_pages = [
-    *("start", "tutorial", "bench", "bench-gains", "loop-gain", "controllers", "oracle", "plate", "finger", "perception"),
+    "start",
+    "tutorial",
+    "bench",
+    "bench-gains",
+    "loop-gain",
+    "controllers",
+    "oracle",
+    "plate",
+    "finger",
+    "perception",
     "how-to/*",
 ]
 executed_style = LOOK
