@@ -10,6 +10,7 @@ from pydantic.fields import FieldInfo
 
 import frictionloop as fl
 from frictionloop.parameters.block import Block
+from frictionloop.parameters.wording import known_names
 from frictionloop.quantities import unit_of
 
 BLOCKS: dict[str, type[Block]] = {
@@ -157,14 +158,14 @@ def presets() -> str:
     """Return what each preset holds, path by path."""
     systems = {"`fl.paper()`": fl.paper(), "`fl.feasible()`": fl.feasible(), "`fl.bench()`": fl.bench()}
     blocks = list(fl.System.model_fields)
-    every = dict.fromkeys(path for system in systems.values() for path in system.paths())
+    every = dict.fromkeys(path for system in systems.values() for path in _paths(system))
     paths = sorted(every, key=lambda path: blocks.index(path.split(".")[0]))
     rows = [(f"`{path}`", *(_value(s, path) for s in systems.values()), _unit(unit_of(path))) for path in paths]
     return table(("Parameter", *systems, "Unit"), rows)
 
 
 def _value(system: fl.System, path: str) -> str:
-    if path not in system.paths():
+    if path not in _paths(system):
         return ""
     value: Any = system
     for name in path.split("."):
@@ -178,3 +179,8 @@ def metrics() -> str:
     """Return every metric by name."""
     rows = [(f"`{name}`", m.long_name, _unit(m.units)) for name, m in fl.METRICS.items()]
     return table(("Name", "Meaning", "Unit"), rows)
+
+
+def _paths(system: fl.System) -> list[str]:
+    """Return the dotted names of a system."""
+    return known_names(system, system.model_dump())

@@ -115,6 +115,17 @@ def test_the_table_of_a_design_has_every_value(design):
 
 
 @pytest.mark.usefixtures("tools")
+def test_the_table_of_presets_has_every_value_that_one_has():
+    from tables import presets
+
+    rows = {line.split(" | ")[0].strip("| `"): line.split(" | ") for line in presets().splitlines()}
+    assert rows["controller.kp"][1:4] == ["10", "10", "10"]
+    assert rows["sensor.resonance_hz"][1:4] == ["", "", "145"]
+    bench = fl.bench()
+    assert set(known_names(bench, bench.model_dump())) <= set(rows)
+
+
+@pytest.mark.usefixtures("tools")
 def test_the_parameters_page_has_every_block_and_field():
     from tables import BLOCKS, VALUELESS, parameters
 
