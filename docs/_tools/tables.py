@@ -183,4 +183,4 @@ def metrics() -> str:
 
 def _paths(system: fl.System) -> list[str]:
     """Return the dotted names of a system."""
-    return known_names(system, system.model_dump())
+    return known_names(type(system), system.model_dump())

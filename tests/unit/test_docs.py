@@ -121,8 +121,7 @@ def test_the_table_of_presets_has_every_value_that_one_has():
     rows = {line.split(" | ")[0].strip("| `"): line.split(" | ") for line in presets().splitlines()}
     assert rows["controller.kp"][1:4] == ["10", "10", "10"]
     assert rows["sensor.resonance_hz"][1:4] == ["", "", "145"]
-    bench = fl.bench()
-    assert set(known_names(bench, bench.model_dump())) <= set(rows)
+    assert set(known_names(fl.System, fl.bench().model_dump())) <= set(rows)
 
 
 @pytest.mark.usefixtures("tools")
