@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.loop.kernel.lowering import Tile
+from frictionloop.loop.kernel.loop import Tile
 from frictionloop.loop.metric import Metric, RunMetric, StreamingMetric
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import System
@@ -20,7 +20,7 @@ def values_of_tile(metrics: Mapping[str, Metric | StreamingMetric], tile: Tile, 
     found: dict[str, Any] = {}
     for name, metric in metrics.items():
         state, first = metric.tally.state, tile.places[metric.tally]
-        counted, *numbers = tile.slab.rows(range(first, first + 1 + trees.size(state)))[:, :lanes]
+        counted, *numbers = tile.slab.view(range(first, first + 1 + trees.size(state)))[:, :lanes]
         # Where nothing is scored nothing can be said: NaN, which passes through the formulas without a warning.
         count = np.where(counted > 0, counted, np.nan)
         try:

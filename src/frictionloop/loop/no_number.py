@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from frictionloop.loop.kernel.lowering import Tile
+from frictionloop.loop.kernel.loop import Tile
 from frictionloop.parameters import System
 from frictionloop.physics.vibration import GAUSSIAN, vibration_of
 from frictionloop.quantities import FrictionloopError

@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.control.laws import law_of
-from frictionloop.loop.kernel.lowering import Tile, lower
-from frictionloop.loop.kernel.run import advance
+from frictionloop.loop.kernel.loop import Tile
+from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.slab import law_rows
 from frictionloop.loop.kernel.structure import kernel_of
 from frictionloop.loop.kernel.traces import traces_of
@@ -16,7 +16,6 @@ from frictionloop.loop.record import to_dataset
 from frictionloop.loop.timing import check_memory, check_seed, periods_in
 from frictionloop.parameters import System
 from frictionloop.quantities.normals import BLOCK
-from frictionloop.quantities.trees import flat
 
 CHUNK = 2048 * BLOCK
 """Control periods per call of the kernel: Ctrl-C is answered between chunks."""
@@ -26,15 +25,15 @@ def run_tile(tile: Tile, periods: int) -> None:
     """Run a tile from t = 0 for some control periods; its slab then holds the sums."""
     for start in range(0, periods, CHUNK):
         stop = min(start + CHUNK, periods)
-        advance(tile, start, stop, tile.setpoint(start, stop), tile.disturbance(start, stop), start)
+        tile.advance(start, stop, tile.setpoint(start, stop), tile.disturbance(start, stop), start)
 
 
 def law_state(system: System, duration_s: float, seed: int) -> np.ndarray:
     """Return the state of the control law at the end of a run, in the order of the law's own state."""
     tile = lower([system], [check_seed(seed)])
     run_tile(tile, periods_in(system, duration_s))
-    state_rows, _ = law_rows(law_of(system.controller))
-    return np.asarray(tile.slab.rows(flat(state_rows))[:, 0])
+    state_rows, *_ = law_rows(law_of(system.controller))
+    return np.asarray(tile.slab.view(state_rows)[:, 0])
 
 
 def simulate(system: System, duration_s: float = 10.0, seed: int = 0) -> xr.Dataset:

@@ -69,7 +69,7 @@ def add_shortfall(state: Shortfall, sample: Sample, dt: float) -> Shortfall:
 
 def _from(shape: Any) -> Any:
     """Return the start of sums: none yet, less the offset of the set-point."""
-    return lambda system: shape(getattr(system.setpoint, "offset_n", 0.0), *[0.0] * (len(shape._fields) - 1))
+    return lambda setpoint, rate_hz: shape(getattr(setpoint, "offset_n", 0.0), *[0.0] * (len(shape._fields) - 1))
 
 
 ERRORS = Tally("errors", add_errors, Errors, _from(Errors))

@@ -5,12 +5,19 @@ from __future__ import annotations
 from typing import Any
 
 from frictionloop.loop.kernel.access import doubles
-from frictionloop.loop.kernel.finger_tile import lift_finger, lift_pulses, lift_sensor, lift_settle, lift_tell
+from frictionloop.loop.kernel.clock_tile import lift_delay, lift_timing
+from frictionloop.loop.kernel.finger_tile import (
+    lift_finger,
+    lift_pulses,
+    lift_read,
+    lift_settle,
+    lift_suspend,
+    lift_tell,
+)
 from frictionloop.loop.kernel.motion_tile import lift_motion, lift_touch
+from frictionloop.loop.kernel.signals import lift_spread
 from frictionloop.loop.kernel.slab import ROW
-from frictionloop.loop.kernel.tiles import Lifting
-from frictionloop.loop.kernel.timing_tile import lift_timing
-from frictionloop.loop.kernel.traces import lift_delay, lift_spread
+from frictionloop.loop.kernel.tiles import Lifting, chain
 from frictionloop.physics.vibration import Vibration
 from frictionloop.quantities.normals import BLOCK
 
@@ -19,10 +26,10 @@ def build_sense(lifting: Lifting, contact: str, vibration: Vibration, moving: bo
     """Return the tile that brings the signals of t_k, moves the finger on, and reads force, position and load."""
     compiled, spread = lifting.compiled, lift_spread(lifting)
     take_over, go_on, begin, _ = lift_motion(lifting)
-    follow, time_switch, (_, read) = lift_touch(lifting), lift_timing(lifting), lift_sensor(lifting)
-    settle, tell = lift_settle(lifting, contact), lift_tell(lifting, contact, vibration)
-    setpoint, disturbance, normal, draws = ROW["setpoint"], ROW["disturbance"], ROW["normal"], ROW["draws"]
-    timing_draws = ROW["timing_draws"]
+    follow, time_switch, settle = lift_touch(lifting), lift_timing(lifting), lift_settle(lifting, contact)
+    tell = chain(lifting, lift_tell(lifting, contact, vibration), lift_read(lifting))
+    setpoint, disturbance, normal = ROW["setpoint"], ROW["disturbance"], ROW["normal"]
+    draws, timing_draws = ROW["draws"][0], ROW["timing_draws"][0]
 
     @compiled
     def sense(s, n, k, at, o):  # type: ignore[no-untyped-def]
@@ -45,7 +52,6 @@ def build_sense(lifting: Lifting, contact: str, vibration: Vibration, moving: bo
         if moving:
             go_on(s, n, (k + 1) * o.dt, doubles(o.roughness))
         tell(s, n)
-        read(s, n)
         if moving:
             follow(s, n)
 
@@ -56,7 +62,7 @@ def build_move(lifting: Lifting, contact: str, vibration: Vibration, moving: boo
     """Return the tile of the plant over one period: substeps of finger and suspension under the commands in force."""
     compiled, spread, driven = lifting.compiled, lift_spread(lifting), ROW["driven"]
     apply_late, pulse, finger = lift_delay(lifting), lift_pulses(lifting), lift_finger(lifting, contact, vibration)
-    (suspend, _), (*_, accept) = lift_sensor(lifting), lift_motion(lifting)
+    suspend, accept = lift_suspend(lifting), lift_motion(lifting).accept
 
     @compiled
     def move(s, n, k, at, o):  # type: ignore[no-untyped-def]

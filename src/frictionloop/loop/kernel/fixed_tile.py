@@ -12,8 +12,8 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from frictionloop.loop.kernel.access import doubles, peek, poke, words
-from frictionloop.loop.kernel.shared import CORE_GIVEN
+from frictionloop.loop.kernel.access import doubles, load, peek, poke, store, words
+from frictionloop.loop.kernel.shared import CORE_GIVEN, CORE_TOLD
 from frictionloop.loop.kernel.slab import ROW
 from frictionloop.loop.kernel.tiles import Lifting
 
@@ -35,23 +35,19 @@ def call_c(_context: Any, address: Any, context: Any, at: Any, given: Any) -> An
 def build_fixed(lifting: Lifting) -> Any:
     """Return the tile that lets the C core decide, but for lanes whose tick is lost."""
     width, compiled, count = lifting
-    measurement, setpoint, u, command = ROW["measurement"], ROW["setpoint"], ROW["u"], ROW["command"]
-    saturated, draws, timing = ROW["saturated"], ROW["timing_draws"], ROW["timing"]
+    given_rows, told_rows = (*ROW["measurement"], ROW["setpoint"]), (ROW["u"], ROW["saturated"], ROW["command"])
+    drawn, below = ROW["timing_draws"][1], ROW["timing"][2]
+    given_places, told_places = tuple(range(CORE_GIVEN - 1)), tuple(range(CORE_GIVEN, CORE_GIVEN + CORE_TOLD))
 
     @compiled
     def fixed(s, n, k, at, o):  # type: ignore[no-untyped-def]
         context, size, given = words(o.core_context), o.core_words, doubles(o.core_given)
-        closed = k >= o.open_until
+        poke(given, CORE_GIVEN - 1, 1.0 if k >= o.open_until else 0.0)
         for i in range(count(n)):
-            lost = (o.irregular != 0) and peek(s, (draws + 1) * width + i) < peek(s, (timing + 2) * width + i)
+            lost = (o.irregular != 0) and peek(s, drawn * width + i) < peek(s, below * width + i)
             if not lost:
-                for j in range(5):
-                    poke(given, j, peek(s, (measurement + j) * width + i))
-                poke(given, 5, peek(s, setpoint * width + i))
-                poke(given, 6, 1.0 if closed else 0.0)
+                store(given, 0, 1, given_places, load(s, i, width, given_rows))
                 call_c(o.core, context, i * size, given)
-                poke(s, u * width + i, peek(given, CORE_GIVEN))
-                poke(s, saturated * width + i, peek(given, CORE_GIVEN + 1))
-                poke(s, command * width + i, peek(given, CORE_GIVEN + 2))
+                store(s, i, width, told_rows, load(given, 0, 1, told_places))
 
     return fixed

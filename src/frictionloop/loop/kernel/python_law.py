@@ -6,9 +6,8 @@ import ctypes
 from typing import Any
 
 from frictionloop.control.law import Law
-from frictionloop.loop.kernel.access import doubles, peek, poke
 from frictionloop.loop.kernel.law_tile import lift_lookup, lift_overdrive
-from frictionloop.loop.kernel.slab import ROW, Slab, law_rows, rows
+from frictionloop.loop.kernel.slab import Slab, law_rows
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.quantities import trees
 from frictionloop.quantities.blame import theirs
@@ -22,7 +21,7 @@ class PythonLaw:
 
     def __init__(self, law: Law, slab: Slab, dt: float) -> None:
         self.law, self.slab, self.dt = law, slab, dt
-        self.state_rows, self.gain_rows = (trees.flat(each) for each in law_rows(law))
+        self.state_rows, self.gain_rows, _ = law_rows(law)
         self.error: BaseException | None = None
         self._call = _CALL(self._tick)
         self.address = int(ctypes.cast(self._call, ctypes.c_void_p).value or 0)
@@ -39,7 +38,7 @@ class PythonLaw:
             self.error = error
 
     def _lane(self, lane: int) -> None:
-        states, gains = self.slab.rows(self.state_rows), self.slab.rows(self.gain_rows)
+        states, gains = self.slab.view(self.state_rows), self.slab.view(self.gain_rows)
         measured = Measurement(*self.slab.view("measurement")[:, lane].tolist())
         before = trees.shaped(self.law.state, states[:, lane].tolist())
         given = trees.shaped(self.law.gains, gains[:, lane].tolist())
@@ -49,19 +48,13 @@ class PythonLaw:
         self.slab.view("u")[0, lane], self.slab.view("saturated")[0, lane] = u, saturated
 
 
-def build_lookup(lifting: Lifting, law: Law) -> Any:
+def build_lookup(lifting: Lifting, table: bool) -> Any:
     """Return the tile that turns force commands into amplitudes, behind a law that only says the force."""
-    width, compiled, count = lifting
-    exact, look_up = lift_lookup(lifting)
-    overdrive, u_row, command = lift_overdrive(lifting), rows("u")[0], ROW["command"]
+    look_up, overdrive = lift_lookup(lifting, table), lift_overdrive(lifting)
 
-    @compiled
+    @lifting.compiled
     def lookup(s, n, k, at, o):  # type: ignore[no-untyped-def]
-        for i in range(count(n)):
-            if o.table_size == 0:
-                poke(s, command * width + i, exact(s, i, peek(s, u_row * width + i)))
-            else:
-                look_up(s, i, doubles(o.table))
+        look_up(s, n, o)
         overdrive(s, n)
 
     return lookup
