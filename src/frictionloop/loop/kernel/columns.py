@@ -1,4 +1,4 @@
-"""Numbers of lanes as rows of a slab: one for each lane, or one for all of them."""
+"""Lanes as columns of a slab: one array for the state of a tile (structure of arrays)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.loop.kernel.slab import Slab
+from frictionloop.loop.kernel.slab import ROW, ROWS
 from frictionloop.quantities.trees import flat
 
 
@@ -26,8 +26,44 @@ def column(lanes: Sequence[Any], of: Callable[[Any], Any]) -> np.ndarray:
     return np.array([of(lane) for lane in distinct(lanes)]).T
 
 
-def fill(slab: Slab, of: Callable[[Any], dict[Any, Any]], lanes: Sequence[Any]) -> None:
-    """Set the rows that ``of`` names for each lane: by names or row numbers, to a number or named tuples of numbers."""
-    found = [of(lane) for lane in distinct(lanes)]
-    for rows in found[0]:
-        slab.view(rows)[:] = np.array([flat((each[rows],)) for each in found], float).T
+def aligned(size: int) -> np.ndarray:
+    """Return zeros that begin on a cache line: a vector of 8 doubles then never straddles two."""
+    line = 64
+    room = np.zeros(size + line // 8)
+    start = -room.ctypes.data % line // 8
+    return room[start : start + size]
+
+
+def _span(numbers: Any) -> slice:
+    """Return the rows from the first to the last of row numbers."""
+    first, last = numbers, numbers
+    while not isinstance(first, int):
+        first = first[0]
+    while not isinstance(last, int):
+        last = last[-1]
+    return slice(first, last + 1)
+
+
+_SPANS = {name: _span(numbers) for name, numbers in ROW.items()}
+
+
+class Slab:
+    """The rows of one tile; ``width`` is 1 for a single lane, else ``LANES``."""
+
+    def __init__(self, width: int, rows: int = ROWS) -> None:
+        self.width = width
+        self.data = aligned(rows * width)
+        self._rows = self.data.reshape(rows, width)
+
+    def view(self, of: Any) -> np.ndarray:
+        """Return rows as a view of shape (count, width): those of a quantity by its name, or adjoining row numbers."""
+        return self._rows[_SPANS[of] if isinstance(of, str) else _span(of)]
+
+    def fill(self, of: Callable[[Any], dict[Any, Any]], lanes: Sequence[Any]) -> None:
+        """Set the rows that ``of`` gives for each lane, by name or row numbers: to a number, or to tuples of numbers."""
+        found = [of(lane) for lane in distinct(lanes)]
+        for rows, first in found[0].items():
+            values = [each[rows] for each in found]
+            if isinstance(first, tuple) and any(isinstance(part, tuple) for part in first):
+                values = [flat(value) for value in values]
+            self.view(rows)[:] = np.array(values, float).reshape(len(found), -1).T

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from frictionloop.loop.kernel.access import call_tile, peek, wholes
+from frictionloop.loop.kernel.columns import Slab
 from frictionloop.loop.kernel.shared import Shared, pointer_to
-from frictionloop.loop.kernel.slab import Slab
 from frictionloop.loop.kernel.tiles import Lifting, compiled_tile
 from frictionloop.loop.metric import Tally
 from frictionloop.physics.sources import Sampler

@@ -10,8 +10,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from frictionloop.control.oracle import STEPS, Stride
-from frictionloop.loop.kernel.columns import column, fill
-from frictionloop.loop.kernel.slab import Slab
+from frictionloop.loop.kernel.columns import Slab, column
 from frictionloop.loop.kernel.structure import moves, substeps_of, switch_s
 from frictionloop.parameters import FingerFriction, OracleController, Skin, Strokes, System
 from frictionloop.physics.contact import ContactCoefficients, contact_coefficients
@@ -54,13 +53,13 @@ def lower_bench(slab: Slab, systems: Sequence[System], keys: np.ndarray) -> np.n
     h = period_s / substeps
     slab.view("node_time")[1 : 1 + substeps] = (h * (np.arange(substeps) + 0.5))[:, None]
     lanes = [Lane(system, int(key), period_s, h) for system, key in zip(systems, keys, strict=True)]
-    fill(slab, _plant, lanes)
+    slab.fill(_plant, lanes)
     if isinstance(systems[0].controller, OracleController):
-        fill(slab, _oracle, lanes)
+        slab.fill(_oracle, lanes)
     if not moves(systems[0]):
-        fill(slab, lambda _: dict.fromkeys(("motion", "motion_next"), _STILL), lanes[:1])
+        slab.fill(lambda _: dict.fromkeys(("motion", "motion_next"), _STILL), lanes[:1])
         return np.zeros(0)
-    fill(slab, _motion, lanes)
+    slab.fill(_motion, lanes)
     tables = [roughness_table(_friction(lane.system).roughness_rms, lane.key) for lane in lanes]
     return np.ascontiguousarray(np.array(tables).T).ravel()
 

@@ -11,14 +11,14 @@ import numpy as np
 from frictionloop.control.laws import law_of
 from frictionloop.control.lookup import lookup_table
 from frictionloop.control.overdrive import no_overdrive, overdrive_gains
-from frictionloop.loop.kernel.columns import column, fill
+from frictionloop.loop.kernel.columns import Slab, column
 from frictionloop.loop.kernel.loop import Tile
 from frictionloop.loop.kernel.lower_bench import keys_of, lower_bench
 from frictionloop.loop.kernel.lower_plant import lower_plant, lower_swing
 from frictionloop.loop.kernel.lower_signals import lower_signal
 from frictionloop.loop.kernel.programs import set_programs
 from frictionloop.loop.kernel.shared import Shared, ring_size, scratch
-from frictionloop.loop.kernel.slab import LANES, Slab, law_rows, vibration_rows
+from frictionloop.loop.kernel.slab import LANES, law_rows, vibration_rows
 from frictionloop.loop.kernel.structure import (
     divided,
     is_irregular,
@@ -60,7 +60,7 @@ def lower(
     places, rows = places_of(tallies)
     first, slab = systems[0], Slab(width, rows)
     rate, name = first.controller.rate_hz, kernel_of(first)
-    _lower_friction(slab, systems)
+    _lower_friction(slab, systems, name == "quadrature")
     lates = [late_s(s) for s in systems]
     whole, switch = column(lates, lambda late: divided(late, rate))
     slab.view("delay_periods")[0] = whole
@@ -103,19 +103,19 @@ def lower(
         shared.point(trace=traces)
         shared.set(trace_size=traces.size // len(traces_of(name)))
     how = {"setpoint": setpoint.how, "disturbance": disturbance.how}
-    set_programs(shared, slab, first, how, places)
+    set_programs(shared, slab, first, name, how, places)
     return Tile(name, slab, shared, setpoint.take, disturbance.take, places)
 
 
-def _lower_friction(slab: Slab, systems: Sequence[System]) -> None:
+def _lower_friction(slab: Slab, systems: Sequence[System], quadrature: bool) -> None:
     frictions, plates = [s.friction for s in systems], [s.plate for s in systems]
     vibration = vibration_of(frictions[0])
     effect = vibration_rows(vibration)
-    fill(slab, lambda f: {effect: vibration.coefficients_of(f), "nominal": f.nominal_n}, frictions)
-    fill(slab, lambda plate: {"max_amplitude": plate.max_amplitude_um, "pulse_ticks": plate.pulse_ticks}, plates)
+    slab.fill(lambda f: {effect: vibration.coefficients_of(f), "nominal": f.nominal_n}, frictions)
+    slab.fill(lambda plate: {"max_amplitude": plate.max_amplitude_um, "pulse_ticks": plate.pulse_ticks}, plates)
     slab.view("friction")[:] = slab.view("nominal")
     slab.view("measurement")[4] = slab.view("scored")[0] = 1.0
-    if kernel_of(systems[0]) == "quadrature":
+    if quadrature:
         susceptibility = column(frictions, lambda f: f.susceptibility_per_um2)
         unit = halving_amplitude_um(susceptibility)
         slab.view("halving_amplitude")[:] = unit, 1.0 / unit
@@ -126,15 +126,15 @@ def _lower_controller(slab: Slab, systems: Sequence[System], external: bool) -> 
     """Set the rows of the controllers; return their lookup tables, ``[entry][lane]``."""
     controllers, size = [s.controller for s in systems], systems[0].controller.model.table_size
     models = [c.model for c in controllers]
-    fill(slab, _model, models)
+    slab.fill(_model, models)
     # Of a kind without the field, as PI, pydantic takes microseconds to say so: asked once, not for each lane.
     if hasattr(controllers[0], "overdrive"):
-        fill(slab, lambda c: {"overdrive_gains": overdrive_gains(c)}, controllers)
+        slab.fill(lambda c: {"overdrive_gains": overdrive_gains(c)}, controllers)
     if not (isinstance(controllers[0], OracleController) or external):
         law = law_of(controllers[0])
         state, gains, _ = law_rows(law)
-        fill(slab, lambda c: {gains: law.gains_for(c)}, controllers)
-        fill(slab, lambda c: {state: law.start_for(c)}, controllers if law.start_of else controllers[:1])
+        slab.fill(lambda c: {gains: law.gains_for(c)}, controllers)
+        slab.fill(lambda c: {state: law.start_for(c)}, controllers if law.start_of else controllers[:1])
     if size == 0:
         return np.zeros(0)
     return np.array(np.broadcast_to(column(models, lookup_table), (size, slab.width)), order="C").ravel()
@@ -162,4 +162,4 @@ def _lower_tally(slab: Slab, tally: Tally, place: int, systems: Sequence[System]
     start_of, rate_hz = tally.start_of, systems[0].controller.rate_hz
     if start_of is not None:
         rows = trees.shaped(tally.state, range(place + 1, place + 1 + trees.size(tally.state)))
-        fill(slab, lambda setpoint: {rows: start_of(setpoint, rate_hz)}, [s.setpoint for s in systems])
+        slab.fill(lambda setpoint: {rows: start_of(setpoint, rate_hz)}, [s.setpoint for s in systems])

@@ -10,6 +10,7 @@ from frictionloop.control.law import Law
 from frictionloop.control.laws import law_of
 from frictionloop.loop.kernel.bench_loop import build_move, build_sense
 from frictionloop.loop.kernel.clock_tile import build_lost, build_prepare, build_tell
+from frictionloop.loop.kernel.columns import Slab
 from frictionloop.loop.kernel.fixed_tile import build_fixed
 from frictionloop.loop.kernel.law_tile import build_law
 from frictionloop.loop.kernel.oracle_tile import build_oracle
@@ -24,8 +25,7 @@ from frictionloop.loop.kernel.signals import (
     build_samples,
     build_swing,
 )
-from frictionloop.loop.kernel.slab import Slab
-from frictionloop.loop.kernel.structure import contact_of, is_irregular, kernel_of, moves
+from frictionloop.loop.kernel.structure import contact_of, is_irregular, moves
 from frictionloop.loop.kernel.tiles import compiled_tile
 from frictionloop.loop.kernel.traces import build_record, build_tally
 from frictionloop.loop.metric import Tally
@@ -35,10 +35,10 @@ from frictionloop.quantities.arithmetic import is_compiled
 
 
 def set_programs(
-    shared: Shared, slab: Slab, system: System, how: Mapping[str, str], places: Mapping[Tally, int]
+    shared: Shared, slab: Slab, system: System, kernel: str, how: Mapping[str, str], places: Mapping[Tally, int]
 ) -> None:
     """Let a record run the tiles of a system's loop, compiled or from the disk; ``how`` its signals are made."""
-    of, quadrature = partial(_tile, slab.width), kernel_of(system) == "quadrature"
+    of, quadrature = partial(_tile, slab.width), kernel == "quadrature"
     common, alike = bool(shared.disturbance_shared), bool(shared.noise_shared)
     drawn = {"normals": True, "draws": moves(system), "timing": shared.irregular}
     blocks = [_signal(of, "setpoint", how["setpoint"], bool(shared.setpoint_shared))]

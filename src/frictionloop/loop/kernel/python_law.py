@@ -6,8 +6,9 @@ import ctypes
 from typing import Any
 
 from frictionloop.control.law import Law
+from frictionloop.loop.kernel.columns import Slab
 from frictionloop.loop.kernel.law_tile import lift_lookup, lift_overdrive
-from frictionloop.loop.kernel.slab import Slab, law_rows
+from frictionloop.loop.kernel.slab import law_rows
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.quantities import trees
 from frictionloop.quantities.blame import theirs

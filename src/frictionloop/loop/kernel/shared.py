@@ -9,7 +9,7 @@ import numpy as np
 from numba import from_dtype, types
 from numba.extending import intrinsic
 
-from frictionloop.loop.kernel.slab import aligned
+from frictionloop.loop.kernel.columns import aligned
 from frictionloop.quantities.normals import BLOCK
 
 CORE_GIVEN, CORE_TOLD = 7, 3

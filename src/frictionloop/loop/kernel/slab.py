@@ -1,4 +1,4 @@
-"""The state of a tile of lanes as one array: a row per quantity, a column per lane (structure of arrays).
+"""The rows of a slab, which is the state of a tile of lanes: a row per quantity, a column per lane.
 
 Rows have fixed numbers, so the compiler knows the distance between any two of them and vectorises the loops over lanes
 without checking for overlap.
@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from itertools import count, islice
 from typing import Any
-
-import numpy as np
 
 from frictionloop.control.law import Law
 from frictionloop.control.oracle import Finger, Stride, Trial
@@ -157,35 +155,3 @@ def vibration_rows(vibration: Vibration) -> Any:
     if needed > VIBRATION_ROWS:
         raise FrictionloopError(f'friction law "{vibration.kind}": {needed} coefficients; at most {VIBRATION_ROWS}')
     return trees.shaped(vibration.coefficients, ROW["vibration"])
-
-
-def aligned(size: int) -> np.ndarray:
-    """Return zeros that begin on a cache line: a vector of 8 doubles then never straddles two."""
-    line = 64
-    room = np.zeros(size + line // 8)
-    start = -room.ctypes.data % line // 8
-    return room[start : start + size]
-
-
-class Slab:
-    """The rows of one tile; ``width`` is 1 for a single lane, else ``LANES``."""
-
-    def __init__(self, width: int, rows: int = ROWS) -> None:
-        self.width = width
-        self.data = aligned(rows * width)
-
-    def view(self, of: Any) -> np.ndarray:
-        """Return rows as a view of shape (count, width): those of a quantity by its name, or adjoining row numbers."""
-        numbers = ROW[of] if isinstance(of, str) else of
-        first, last = (numbers, numbers) if isinstance(numbers, int) else ends(numbers)
-        return self.data[first * self.width : (last + 1) * self.width].reshape(-1, self.width)
-
-
-def ends(numbers: Any) -> tuple[int, int]:
-    """Return the first and the last of some row numbers."""
-    first, last = numbers, numbers
-    while not isinstance(first, int):
-        first = first[0]
-    while not isinstance(last, int):
-        last = last[-1]
-    return first, last
