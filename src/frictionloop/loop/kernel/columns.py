@@ -60,7 +60,7 @@ class Slab:
         return self._rows[_SPANS[of] if isinstance(of, str) else _span(of)]
 
     def fill(self, of: Callable[[Any], dict[Any, Any]], lanes: Sequence[Any]) -> None:
-        """Set the rows that ``of`` gives for each lane, by name or row numbers: to a number, or to tuples of numbers."""
+        """Set the rows that ``of`` gives for each lane, by name or row numbers, to a number or tuples of numbers."""
         found = [of(lane) for lane in distinct(lanes)]
         for rows, first in found[0].items():
             values = [each[rows] for each in found]

@@ -19,15 +19,18 @@ from frictionloop.parameters import (
 from frictionloop.parameters.plant import LowpassPlate, ResonantPlate
 from frictionloop.parameters.represented import Represented
 from frictionloop.physics.friction import is_gaussian
+from frictionloop.physics.plate import LINEAR_PLATE
 
+_PLATE_AND_FRICTION = {
+    **LINEAR_PLATE,
+    FrictionLimit: "nominal_n",
+    FrictionLaw: "susceptibility_per_um2",
+    Friction: "kind",
+}
 QUADRATURE = Represented(
     "the rule for the paper's loop",
     {
-        LowpassPlate: "kind cutoff_hz max_amplitude_um",
-        ResonantPlate: "kind frequency_hz q max_amplitude_um",
-        FrictionLimit: "nominal_n",
-        FrictionLaw: "susceptibility_per_um2",
-        Friction: "kind",
+        **_PLATE_AND_FRICTION,
         LowpassSensor: "kind cutoff_hz noise_rms_n",
         Sliding: "kind",
         RigidFinger: "kind",
@@ -41,11 +44,7 @@ QUADRATURE = Represented(
 ORACLE = Represented(
     "the oracle",
     {
-        LowpassPlate: "kind cutoff_hz max_amplitude_um",
-        ResonantPlate: "kind frequency_hz q max_amplitude_um",
-        FrictionLimit: "nominal_n",
-        FrictionLaw: "susceptibility_per_um2",
-        Friction: "kind",
+        **_PLATE_AND_FRICTION,
         FingerFriction: "kind reference_load_n load_exponent speed_slope reference_speed_mm_s slow_mm_s static_ratio "
         "static_mm_s occlusion_ratio occlusion_s drying_s moist_loss roughness_rms roughness_longest_mm",
         RigidFinger: "kind",

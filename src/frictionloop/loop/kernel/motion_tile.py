@@ -67,11 +67,15 @@ def lift_motion(lifting: Lifting) -> Moving:
     scan = _lift_roughness(lifting)
 
     @lifting.compiled
+    def accept(s, n, table):  # type: ignore[no-untyped-def]
+        scan(s, n, table)
+        limit(s, n)
+
+    @lifting.compiled
     def go_on(s, n, t, table):  # type: ignore[no-untyped-def]
         tremble(s, n)
         move(s, n, t)
-        scan(s, n, table)
-        limit(s, n)
+        accept(s, n, table)
 
     @lifting.compiled
     def begin(s, n, table):  # type: ignore[no-untyped-def]
@@ -79,11 +83,6 @@ def lift_motion(lifting: Lifting) -> Moving:
         track(s, n)
         scan(s, n, table)
         land(s, n)
-
-    @lifting.compiled
-    def accept(s, n, table):  # type: ignore[no-untyped-def]
-        scan(s, n, table)
-        limit(s, n)
 
     return Moving(chain(lifting, keep, count_in), go_on, begin, accept)
 

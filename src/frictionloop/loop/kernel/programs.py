@@ -8,14 +8,13 @@ from typing import Any
 
 from frictionloop.control.law import Law
 from frictionloop.control.laws import law_of
-from frictionloop.loop.kernel.bench_loop import build_move, build_sense
+from frictionloop.loop.kernel.bench_tile import build_move, build_sense
 from frictionloop.loop.kernel.clock_tile import build_lost, build_prepare, build_tell
 from frictionloop.loop.kernel.columns import Slab
-from frictionloop.loop.kernel.fixed_tile import build_fixed
+from frictionloop.loop.kernel.foreign_tile import PythonLaw, build_fixed, build_lookup
 from frictionloop.loop.kernel.law_tile import build_law
 from frictionloop.loop.kernel.oracle_tile import build_oracle
 from frictionloop.loop.kernel.paper_tile import build_paper
-from frictionloop.loop.kernel.python_law import PythonLaw, build_lookup
 from frictionloop.loop.kernel.shared import Shared
 from frictionloop.loop.kernel.signals import (
     FORMULAS,
@@ -23,7 +22,6 @@ from frictionloop.loop.kernel.signals import (
     build_driven,
     build_formula,
     build_samples,
-    build_swing,
 )
 from frictionloop.loop.kernel.structure import contact_of, is_irregular, moves
 from frictionloop.loop.kernel.tiles import compiled_tile
@@ -41,12 +39,13 @@ def set_programs(
     of, quadrature = partial(_tile, slab.width), kernel == "quadrature"
     common, alike = bool(shared.disturbance_shared), bool(shared.noise_shared)
     drawn = {"normals": True, "draws": moves(system), "timing": shared.irregular}
-    blocks = [_signal(of, "setpoint", how["setpoint"], bool(shared.setpoint_shared))]
-    if quadrature and how["disturbance"] == "sine":
-        blocks += [of(build_swing, common)]
-    else:
-        blocks += [_signal(of, "disturbance", how["disturbance"], common)]
-        blocks += [of(build_driven, common)] if quadrature else []
+    sine = quadrature and how["disturbance"] == "sine"
+    blocks = [
+        _signal(of, "setpoint", how["setpoint"], bool(shared.setpoint_shared), False),
+        _signal(of, "disturbance", how["disturbance"], common, not sine),
+    ]
+    if quadrature:
+        blocks += [_signal(of, "driven", "sine", common, False) if sine else of(build_driven, common)]
     shared.program("blocks", [*blocks, *(of(build_draws, each, alike) for each, used in drawn.items() if used)])
     told = [of(build_tally, *each) for each in places.items()]
     if quadrature:
@@ -67,9 +66,9 @@ def _tile(width: int, build: Any, *of: Any) -> int:
     return int(compiled_tile(build, width, *of).address)
 
 
-def _signal(of: Any, which: str, how: str, common: bool) -> int:
+def _signal(of: Any, which: str, how: str, common: bool, nodes: bool) -> int:
     if how in FORMULAS:
-        return int(of(build_formula, which, how, common))
+        return int(of(build_formula, which, how, common, nodes))
     return int(of(build_samples, which, how == "held", common))
 
 

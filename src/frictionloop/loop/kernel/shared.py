@@ -80,7 +80,7 @@ class Shared:
         self.record = np.zeros(1, SHARED)
         self.kept: dict[str, np.ndarray] = {}
         self.python: Any = None
-        """A law in plain Python (loop/kernel/python_law), which stops where it raises."""
+        """A law in plain Python (loop/kernel/foreign_tile), which stops where it raises."""
         self.set(**whole)
 
     @property

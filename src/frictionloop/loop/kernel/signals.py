@@ -31,6 +31,15 @@ def log_sweep_step(t: float, offset: float, amplitude: float, turns: float, octa
     return fma(amplitude, sin_turns(turns * (exp2(octaves_per_s, t) - 1.0)), offset)
 
 
+@step
+def swing_step(
+    t: float, signal: tuple[float, float, float, float], steady: float, in_phase: float, quarter: float
+) -> float:
+    """What a sine adds to the reading, a sine again: two evaluations where a sum over the nodes takes six."""
+    turns = signal[2] * t
+    return fma(in_phase, sin_turns(turns), fma(quarter, cos_turns(turns), steady))
+
+
 FORMULAS = {"sine": sine_step, "log_sweep": log_sweep_step}
 """Signals that a kernel makes from a formula; all others come as samples."""
 JITTER_STREAM, LOST_STREAM = 24, 25
@@ -44,15 +53,20 @@ STREAMS = {
 _TIME, _WEIGHT = ROW["node_time"][0], ROW["weight"][0]
 
 
-def build_formula(lifting: Lifting, which: str, how: str, common: bool) -> Any:
-    """Return the tile that makes a signal from its formula; the set-point has one node, at the sample."""
-    (width, compiled, _), formula = lifting, FORMULAS[how]
-    parameters, one_node, columns = ROW[f"{which}_signal"], which == "setpoint", 1 if common else lifting.width
+def build_formula(lifting: Lifting, which: str, how: str, common: bool, nodes: bool) -> Any:
+    """Return the tile that makes a signal from its formula, at all ``nodes`` of a period or at its sample alone.
+
+    ``which`` may be "driven" too: of a sine, what it adds to the reading over a period.
+    """
+    (width, compiled, _), columns = lifting, 1 if common else lifting.width
+    is_setpoint, is_driven = which == "setpoint", which == "driven"
+    formula = swing_step if is_driven else FORMULAS[how]
+    parameters = (ROW["disturbance_signal"], *ROW["swing"]) if is_driven else ROW[f"{which}_signal"]
 
     @compiled
     def fill(s, n, first, periods, o):  # type: ignore[no-untyped-def]
-        out = doubles(o.setpoint if one_node else o.disturbance)
-        for j in range(1 if one_node else o.nodes):
+        out = doubles(o.setpoint if is_setpoint else (o.driven if is_driven else o.disturbance))
+        for j in range(o.nodes if nodes else 1):
             for k in range(BLOCK):
                 for i in range(columns):
                     t = fma(float(first + k), o.dt, peek(s, (_TIME + j) * width + i))
@@ -77,28 +91,6 @@ def build_samples(lifting: Lifting, which: str, held: bool, common: bool) -> Any
                     y1 = y0 if held else peek(samples, (start + k + 1) * columns + i)
                     fraction = peek(s, (_TIME + j) * width + i) / o.dt
                     poke(out, (j * BLOCK + k) * columns + i, fma(fraction, y1 - y0, y0))
-
-    return fill
-
-
-def build_swing(lifting: Lifting, common: bool) -> Any:
-    """Return the tile that makes a sine of the disturbance and its share of the reading at once.
-
-    What a sine adds to the reading is a sine: two evaluations where a sum over the nodes takes six.
-    """
-    (width, compiled, _), columns = lifting, 1 if common else lifting.width
-    given = ROW["disturbance_signal"], ROW["swing"]
-
-    @compiled
-    def fill(s, n, first, periods, o):  # type: ignore[no-untyped-def]
-        out, driven = doubles(o.disturbance), doubles(o.driven)
-        for k in range(BLOCK):
-            for i in range(columns):
-                (offset, amplitude, frequency_hz, _), (steady, in_phase, quarter) = load(s, i, width, given)
-                turns = frequency_hz * (float(first + k) * o.dt)
-                sine, cosine = sin_turns(turns), cos_turns(turns)
-                poke(out, k * columns + i, fma(amplitude, sine, offset))
-                poke(driven, k * columns + i, fma(in_phase, sine, fma(quarter, cosine, steady)))
 
     return fill
 
@@ -129,10 +121,8 @@ def build_draws(lifting: Lifting, buffer: str, common: bool) -> Any:
 
     @compiled
     def scatter(out, at, apart, words):  # type: ignore[no-untyped-def]
-        poke(out, at, double(np.int64(words[0])))
-        poke(out, at + apart, double(np.int64(words[1])))
-        poke(out, at + 2 * apart, double(np.int64(words[2])))
-        poke(out, at + 3 * apart, double(np.int64(words[3])))
+        for j in range(4):
+            poke(out, at + j * apart, double(np.int64(words[j])))
 
     @compiled
     def fill_noise(out, at, seeds, first, counters, stream):  # type: ignore[no-untyped-def]
