@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+
 import numpy as np
 import xarray as xr
 
 from frictionloop.control.laws import law_of
 from frictionloop.loop.kernel.loop import Tile
 from frictionloop.loop.kernel.lowering import lower
-from frictionloop.loop.kernel.slab import law_rows
+from frictionloop.loop.kernel.slab import LANES, law_rows
 from frictionloop.loop.kernel.structure import kernel_of
 from frictionloop.loop.kernel.traces import traces_of
 from frictionloop.loop.no_number import lanes_without_number, no_number
@@ -34,6 +36,24 @@ def law_state(system: System, duration_s: float, seed: int) -> np.ndarray:
     run_tile(tile, periods_in(system, duration_s))
     state_rows, *_ = law_rows(law_of(system.controller))
     return np.asarray(tile.slab.view(state_rows)[:, 0])
+
+
+def traced(
+    systems: Sequence[System], seeds: Sequence[int], duration_s: float, command_um: float | None = None
+) -> Iterator[xr.Dataset]:
+    """Yield the runs of systems that can share a tile, each with its seed; under a constant command if one is given."""
+    periods, seeds = periods_in(systems[0], duration_s), [check_seed(seed) for seed in seeds]
+    names, width = traces_of(kernel_of(systems[0])), 1 if len(systems) == 1 else LANES
+    check_memory((1 + width) * 8 * len(names) * periods, f"{len(systems)} runs of {duration_s:g} s")
+    traces = np.empty((len(names), periods, width))
+    tile = lower(systems, seeds, traces=traces.reshape(-1), external=command_um is not None)
+    if command_um is not None:
+        tile.slab.view("command")[:] = command_um
+    run_tile(tile, periods)
+    lost = set(lanes_without_number(tile).tolist())
+    for lane, (system, seed) in enumerate(zip(systems, seeds, strict=True)):
+        check_numbers(system, traces[names.index("u"), :, lane], lane in lost)
+        yield to_dataset(traces[:, :, lane], system, seed)
 
 
 def simulate(system: System, duration_s: float = 10.0, seed: int = 0) -> xr.Dataset:
@@ -62,14 +82,8 @@ def simulate(system: System, duration_s: float = 10.0, seed: int = 0) -> xr.Data
         memory, and for a law or a friction law (``fl.register``) that gives no number, or less than no friction.
 
     """
-    periods, seed = periods_in(system, duration_s), check_seed(seed)
-    names = traces_of(kernel_of(system))
-    check_memory(2 * 8 * len(names) * periods, f"a run of {duration_s:g} s")
-    traces = np.empty((len(names), periods))
-    tile = lower([system], [seed], traces=traces.reshape(-1))
-    run_tile(tile, periods)
-    check_numbers(system, traces[names.index("u")], bool(lanes_without_number(tile).size))
-    return to_dataset(traces, system, seed)
+    (run,) = traced([system], [seed], duration_s)
+    return run
 
 
 def check_numbers(system: System, u: np.ndarray, lost: bool) -> None:

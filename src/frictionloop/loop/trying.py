@@ -8,7 +8,7 @@ from typing import Any
 from frictionloop.loop.formulas import METRICS
 from frictionloop.loop.kernel.structure import COUPLED, STRUCTURAL, structure
 from frictionloop.loop.points import Points
-from frictionloop.loop.step_tally import STEP_TIMES
+from frictionloop.loop.step_times import STEP_TIMES
 from frictionloop.loop.timing import is_finite, periods_in
 from frictionloop.parameters import Recording, System
 from frictionloop.physics.sources import sampler

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from frictionloop.loop.formulas import TALLIES
 from frictionloop.loop.kernel.access import doubles, load, peek, poke, store
 from frictionloop.loop.kernel.slab import ROW, ROWS
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.loop.metric import Sample, Tally
-from frictionloop.loop.tallies import TALLIES
 from frictionloop.quantities import trees
 
 TRACES = ("f_r", "f_a", "f_m", "u", "a", "d", "saturated")
