@@ -123,7 +123,7 @@ def build_move(lifting: Lifting, contact: str, vibration: Vibration, moving: boo
     compiled, spread, driven = lifting.compiled, lift_spread(lifting), ROW["driven"]
     apply_late, pulse, finger = lift_delay(lifting), lift_pulses(lifting), lift_finger(lifting, contact, vibration)
     pushed = _NOW.direction, driven, _FORCE, _SPRINGS, ROW["suspension_coefficients"]
-    suspend, accept = lift(lifting, pushed_step, pushed, _SPRINGS), lift_motion(lifting).accept
+    suspend, (*_, accept) = lift(lifting, pushed_step, pushed, _SPRINGS), lift_motion(lifting)
 
     @compiled
     def move(s, n, k, at, o):  # type: ignore[no-untyped-def]

@@ -16,12 +16,13 @@ from frictionloop.parameters import (
     System,
     Timing,
 )
+from frictionloop.parameters.block import Block
 from frictionloop.parameters.plant import LowpassPlate, ResonantPlate
 from frictionloop.parameters.represented import Represented
 from frictionloop.physics.friction import is_gaussian
 from frictionloop.physics.plate import LINEAR_PLATE
 
-_PLATE_AND_FRICTION = {
+_PLATE_AND_FRICTION: dict[type[Block], str] = {
     **LINEAR_PLATE,
     FrictionLimit: "nominal_n",
     FrictionLaw: "susceptibility_per_um2",

@@ -102,8 +102,7 @@ def lower(
     if traces is not None:
         shared.point(trace=traces)
         shared.set(trace_size=traces.size // len(traces_of(name)))
-    how = {"setpoint": setpoint.how, "disturbance": disturbance.how}
-    set_programs(shared, slab, first, name, how, places)
+    set_programs(shared, slab, first, name, setpoint, disturbance, places)
     return Tile(name, slab, shared, setpoint.take, disturbance.take, places)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 from frictionloop.loop.kernel.access import peek, poke
 from frictionloop.loop.kernel.slab import ROW
@@ -35,21 +35,8 @@ def follow_step(state, position, load, z_position, z_load, given, force):  # typ
     return state, seen, fma(1.0 if seen[1] >= 0.0 else -1.0, force, 0.0)
 
 
-class Moving(NamedTuple):
-    """The parts that move a finger."""
-
-    take_over: Any
-    """``(s, n)``: what was t_k+1 is t_k."""
-    go_on: Any
-    """``(s, n, t, table)``: on to t_k+1."""
-    begin: Any
-    """``(s, n, table)``: where it is at t = 0."""
-    accept: Any
-    """``(s, n, table)``: a motion that the caller gave."""
-
-
-def lift_motion(lifting: Lifting) -> Moving:
-    """Return the parts that move a finger."""
+def lift_motion(lifting: Lifting) -> tuple[Any, Any, Any, Any]:
+    """Return what takes over the motion of t_k, goes on to t_k+1, begins at t = 0, and accepts a given motion."""
     keep = lift(lifting, same_step, (_NEXT,), _NOW)
     count_in = lift(lifting, scored_step, (_NOW.place, _NOW.load, *ROW["unscored"]), ROW["scored"])
     along, across, draws = ROW["tremor_along"], ROW["tremor_across"], ROW["draws"]
@@ -84,7 +71,7 @@ def lift_motion(lifting: Lifting) -> Moving:
         scan(s, n, table)
         land(s, n)
 
-    return Moving(chain(lifting, keep, count_in), go_on, begin, accept)
+    return chain(lifting, keep, count_in), go_on, begin, accept
 
 
 def _lift_roughness(lifting: Lifting) -> Any:

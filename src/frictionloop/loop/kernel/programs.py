@@ -13,6 +13,7 @@ from frictionloop.loop.kernel.clock_tile import build_lost, build_prepare, build
 from frictionloop.loop.kernel.columns import Slab
 from frictionloop.loop.kernel.foreign_tile import PythonLaw, build_fixed, build_lookup
 from frictionloop.loop.kernel.law_tile import build_law
+from frictionloop.loop.kernel.lower_signals import Signal
 from frictionloop.loop.kernel.oracle_tile import build_oracle
 from frictionloop.loop.kernel.paper_tile import build_paper
 from frictionloop.loop.kernel.shared import Shared
@@ -33,19 +34,22 @@ from frictionloop.quantities.arithmetic import is_compiled
 
 
 def set_programs(
-    shared: Shared, slab: Slab, system: System, kernel: str, how: Mapping[str, str], places: Mapping[Tally, int]
+    shared: Shared,
+    slab: Slab,
+    system: System,
+    kernel: str,
+    setpoint: Signal,
+    disturbance: Signal,
+    places: Mapping[Tally, int],
 ) -> None:
-    """Let a record run the tiles of a system's loop, compiled or from the disk; ``how`` its signals are made."""
+    """Let a record run the tiles of a system's loop, compiled or from the disk."""
     of, quadrature = partial(_tile, slab.width), kernel == "quadrature"
-    common, alike = bool(shared.disturbance_shared), bool(shared.noise_shared)
-    drawn = {"normals": True, "draws": moves(system), "timing": shared.irregular}
-    sine = quadrature and how["disturbance"] == "sine"
-    blocks = [
-        _signal(of, "setpoint", how["setpoint"], bool(shared.setpoint_shared), False),
-        _signal(of, "disturbance", how["disturbance"], common, not sine),
-    ]
+    sine = quadrature and disturbance.how == "sine"
+    blocks = [_signal(of, "setpoint", setpoint, False), _signal(of, "disturbance", disturbance, not sine)]
     if quadrature:
-        blocks += [_signal(of, "driven", "sine", common, False) if sine else of(build_driven, common)]
+        blocks += [_signal(of, "driven", disturbance, False) if sine else of(build_driven, disturbance.shared)]
+    drawn = {"normals": True, "draws": moves(system), "timing": shared.irregular}
+    alike = bool(shared.noise_shared)
     shared.program("blocks", [*blocks, *(of(build_draws, each, alike) for each, used in drawn.items() if used)])
     told = [of(build_tally, *each) for each in places.items()]
     if quadrature:
@@ -66,10 +70,10 @@ def _tile(width: int, build: Any, *of: Any) -> int:
     return int(compiled_tile(build, width, *of).address)
 
 
-def _signal(of: Any, which: str, how: str, common: bool, nodes: bool) -> int:
-    if how in FORMULAS:
-        return int(of(build_formula, which, how, common, nodes))
-    return int(of(build_samples, which, how == "held", common))
+def _signal(of: Any, which: str, signal: Signal, nodes: bool) -> int:
+    if signal.how in FORMULAS:
+        return int(of(build_formula, which, signal.how, signal.shared, nodes))
+    return int(of(build_samples, which, signal.how == "held", signal.shared))
 
 
 def _decides(of: Any, shared: Shared, slab: Slab, system: System, plant: tuple[Any, ...]) -> list[int]:

@@ -70,9 +70,11 @@ def build_tally(lifting: Lifting, tally: Tally, first: int) -> Any:
         if everywhere or counting > 0.0:
             for i in range(count(n)):
                 f_r, friction, f_m, u, a, d, saturated = load(s, i, width, _SIGNALS)
-                scored, reach = peek(s, inside * width + i), load(s, i, width, _REACH)
+                x, v, pressed, limit, floor = load(s, i, width, _REACH)
+                scored = peek(s, inside * width + i)
                 counts = scored * counting
-                sample = Sample(f_r, friction + d, f_m, u, a, d, saturated, *reach, scored, counts)
+                f_a = friction + d
+                sample = Sample(f_r, f_a, f_m, u, a, d, saturated, x, v, pressed, limit, floor, scored, counts)
                 poke(s, first * width + i, peek(s, first * width + i) + counts)
                 if everywhere or counts > 0.0:
                     store(s, i, width, state_rows, step(load(s, i, width, state_rows), sample, o.dt))
