@@ -171,7 +171,7 @@ def _values_of_tile(metrics: Mapping[str, Metric | StreamingMetric], tile: Tile,
     found: dict[str, Any] = {}
     for name, metric in metrics.items():
         state, first = metric.tally.state, tile.places[metric.tally]
-        counted, *numbers = tile.slab.view(range(first, first + 1 + trees.size(state)))[:, :lanes]
+        counted, *numbers = tile.slab.view((first, first + trees.size(state)))[:, :lanes]
         # Where nothing is scored nothing can be said: NaN, which passes through the formulas without a warning.
         count = np.where(counted > 0, counted, np.nan)
         try:

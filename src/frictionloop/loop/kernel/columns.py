@@ -36,12 +36,8 @@ def aligned(size: int) -> np.ndarray:
 
 def _span(numbers: Any) -> slice:
     """Return the rows from the first to the last of row numbers."""
-    first, last = numbers, numbers
-    while not isinstance(first, int):
-        first = first[0]
-    while not isinstance(last, int):
-        last = last[-1]
-    return slice(first, last + 1)
+    adjoining = flat((numbers,))
+    return slice(adjoining[0], adjoining[-1] + 1)
 
 
 _SPANS = {name: _span(numbers) for name, numbers in ROW.items()}

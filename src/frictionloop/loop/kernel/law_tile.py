@@ -42,16 +42,14 @@ def lift_law(lifting: Lifting, law: Law, table: bool) -> Any:
     With the exact inverse law and lookup are one loop, so that the force command stays in a register.
     """
     state, gains, _ = law_rows(law)
-    given, look_up = (state, ROW["measurement"], ROW["setpoint"], gains), lift_lookup(lifting, table)
-    law_step, branches = law.step, lifting.width == 1
+    given = state, ROW["measurement"], ROW["setpoint"], gains, ROW["at_limits"], _INVERSE
+    look_up, law_step, branches = lift_lookup(lifting, table), law.step, lifting.width == 1
 
     @step
-    def decide_step(dt, state, measured, setpoint_n, gains):  # type: ignore[no-untyped-def]
-        return law_step(state, measured, setpoint_n, gains, dt)
-
-    @step
-    def command_step(dt, state, measured, setpoint_n, gains, at_limits, model):  # type: ignore[no-untyped-def]
+    def decide_step(dt, state, measured, setpoint_n, gains, at_limits, model):  # type: ignore[no-untyped-def]
         state, wanted = law_step(state, measured, setpoint_n, gains, dt)
+        if table:  # looked up after all lanes have decided
+            return state, wanted, 0.0
         # A lane alone waits for the logarithm and the root; at a limit of the clamp their result is known, and the
         # processor, which predicts the branch, runs ahead. Lanes in a tile would only lose by it.
         if branches and wanted[0] == gains.low:
@@ -62,16 +60,13 @@ def lift_law(lifting: Lifting, law: Law, table: bool) -> Any:
             command_um = inverse_step(wanted[0], model[0], model[1])
         return state, wanted, command_um
 
-    only_decide = lift(lifting, decide_step, given, (state, _WANTED))
-    command = lift(lifting, command_step, (*given, ROW["at_limits"], _INVERSE), (state, _WANTED, _COMMAND))
+    tick = lift(lifting, decide_step, given, (state, _WANTED, _COMMAND))
 
     @lifting.compiled
     def decide(s, n, o):  # type: ignore[no-untyped-def]
+        tick(s, n, o.dt)
         if table:
-            only_decide(s, n, o.dt)
             look_up(s, n, o)
-        else:
-            command(s, n, o.dt)
 
     return decide
 
