@@ -16,22 +16,18 @@ from frictionloop.parameters import (
     System,
     Timing,
 )
-from frictionloop.parameters.block import Block
 from frictionloop.parameters.plant import LowpassPlate, ResonantPlate
 from frictionloop.parameters.represented import Represented
 from frictionloop.physics.friction import is_gaussian
-from frictionloop.physics.plate import LINEAR_PLATE
 
-_PLATE_AND_FRICTION: dict[type[Block], str] = {
-    **LINEAR_PLATE,
-    FrictionLimit: "nominal_n",
-    FrictionLaw: "susceptibility_per_um2",
-    Friction: "kind",
-}
 QUADRATURE = Represented(
     "the rule for the paper's loop",
     {
-        **_PLATE_AND_FRICTION,
+        LowpassPlate: "kind cutoff_hz max_amplitude_um",
+        ResonantPlate: "kind frequency_hz q max_amplitude_um",
+        FrictionLimit: "nominal_n",
+        FrictionLaw: "susceptibility_per_um2",
+        Friction: "kind",
         LowpassSensor: "kind cutoff_hz noise_rms_n",
         Sliding: "kind",
         RigidFinger: "kind",
@@ -45,7 +41,11 @@ QUADRATURE = Represented(
 ORACLE = Represented(
     "the oracle",
     {
-        **_PLATE_AND_FRICTION,
+        LowpassPlate: "kind cutoff_hz max_amplitude_um",
+        ResonantPlate: "kind frequency_hz q max_amplitude_um",
+        FrictionLimit: "nominal_n",
+        FrictionLaw: "susceptibility_per_um2",
+        Friction: "kind",
         FingerFriction: "kind reference_load_n load_exponent speed_slope reference_speed_mm_s slow_mm_s static_ratio "
         "static_mm_s occlusion_ratio occlusion_s drying_s moist_loss roughness_rms roughness_longest_mm",
         RigidFinger: "kind",
