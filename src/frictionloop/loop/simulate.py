@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -13,14 +14,18 @@ from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.slab import LANES, law_rows
 from frictionloop.loop.kernel.structure import kernel_of
 from frictionloop.loop.kernel.traces import traces_of
-from frictionloop.loop.no_number import lanes_without_number, no_number
 from frictionloop.loop.record import to_dataset
 from frictionloop.loop.timing import check_memory, check_seed, periods_in
 from frictionloop.parameters import System
+from frictionloop.physics.vibration import GAUSSIAN, vibration_of
+from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.blame import place
 from frictionloop.quantities.normals import BLOCK
 
 CHUNK = 2048 * BLOCK
 """Control periods per call of the kernel: Ctrl-C is answered between chunks."""
+PLACES = 101
+"""Amplitudes at which a friction law is looked at, from 0 to the plate's largest."""
 
 
 def run_tile(tile: Tile, periods: int) -> None:
@@ -92,3 +97,29 @@ def check_numbers(system: System, u: np.ndarray, lost: bool) -> None:
     if wrong.size or lost:
         period = wrong[0] if wrong.size else u.size
         raise no_number(system, f"at {period / system.controller.rate_hz:g} s")
+
+
+def lanes_without_number(tile: Tile) -> np.ndarray:
+    """Return which lanes of a tile that has run are left with a reading or a command that is no number.
+
+    What gets into the sensor stays there: the last period tells of all.
+    """
+    rows = [tile.slab.view("u"), tile.slab.view("measurement")[:1], tile.slab.view("suspension")]
+    return np.flatnonzero(np.isnan(np.concatenate(rows)).any(axis=0))
+
+
+def no_number(system: System, where: str) -> FrictionloopError:
+    """Return the error of a run whose force is no number; ``where`` is a time, or the point of a sweep."""
+    friction, c = system.friction, system.controller
+    law = vibration_of(friction)
+    if law is not GAUSSIAN:
+        given = law.coefficients_of(friction)
+        for a in np.linspace(0.0, system.plate.max_amplitude_um, PLACES).tolist():
+            for occluded in (0.0, 1.0):
+                share = float(law.step(a, occluded, given))
+                if math.isnan(share) or share < 0.0:
+                    return FrictionloopError(
+                        f'friction law "{friction.kind}": {place(law.step)}: step returned {share:g} at {a:g} um '
+                        f"(occluded {occluded:g}) {where}; must be from 0 to 1"
+                    )
+    return FrictionloopError(f'law "{c.kind}": its force command is not a number {where}')

@@ -10,7 +10,7 @@ import numpy as np
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.slab import ROW
 from frictionloop.loop.kernel.structure import moves
-from frictionloop.loop.no_number import no_number
+from frictionloop.loop.simulate import no_number
 from frictionloop.loop.timing import check_seed, is_finite
 from frictionloop.parameters import System, check_system
 from frictionloop.physics.finger_step import Motion

@@ -17,13 +17,11 @@ from frictionloop.loop.kernel.loop import Tile
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.placing import placed, tiles_of
 from frictionloop.loop.metric import Metric, RunMetric, StreamingMetric
-from frictionloop.loop.no_number import lanes_without_number, no_number
-from frictionloop.loop.points import fingerprint, points_of
+from frictionloop.loop.points import fingerprint, points_of, structures_of
 from frictionloop.loop.progress import progress_bar
 from frictionloop.loop.record import provenance
-from frictionloop.loop.simulate import run_tile, simulate
+from frictionloop.loop.simulate import lanes_without_number, no_number, run_tile, simulate
 from frictionloop.loop.timing import periods_in
-from frictionloop.loop.trying import structures_of
 from frictionloop.loop.workers import shared_out, worker_count
 from frictionloop.parameters import System, check_system
 from frictionloop.quantities import FrictionloopError, trees
