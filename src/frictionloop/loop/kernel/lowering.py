@@ -164,7 +164,7 @@ def _lower_controller(slab: Slab, systems: Sequence[System], external: bool) -> 
 
 
 def _lower_core(shared: Shared, systems: Sequence[System]) -> None:
-    from frictionloop.firmware.simulated import core_address, core_context
+    from frictionloop.firmware.compiled import core_address, core_context
 
     context = np.concatenate([core_context(s) for s in systems])
     shared.point(core_context=context)
