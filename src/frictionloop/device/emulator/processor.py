@@ -37,7 +37,6 @@ class Processor:
         unicorn = needed("unicorn", "unicorn", "emulator")
         arm = self._arm = needed("unicorn.arm_const", "unicorn", "emulator")
         self._error, self._timed_out = unicorn.UcError, unicorn.UC_QUERY_TIMEOUT
-        bank.connect()
         self._read_register, self._write_register = bank.read, bank.write
         self.failure: Exception | None = None
         self.on_access: Callable[[], None] | None = None
