@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import frictionloop as fl
 from frictionloop.cli.describe import system_rows
-from frictionloop.device.simulated_converters import Converters
+from frictionloop.device.simulated_pipe import Converters
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.loop.kernel.structure import structure
 from frictionloop.loop.points import fingerprint, points_of

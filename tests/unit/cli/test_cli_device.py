@@ -11,6 +11,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.cli import device_run
+from frictionloop.device import boards as simulated_boards
 from frictionloop.device import serial_pipe, simulated_pipe
 from frictionloop.quantities.schema import schema
 
@@ -312,7 +313,7 @@ def kept(monkeypatch):
     def same_board(address, system=None, seed=0):
         if address not in boards:
             system = system or fl.bench()
-            boards[address] = simulated_pipe.BenchPipe(simulated_pipe.Simulated(system), system, seed)
+            boards[address] = simulated_pipe.BenchPipe(simulated_boards.Simulated(system), system, seed)
         return boards[address].opened
 
     monkeypatch.setattr("frictionloop.device.device.opener", same_board)
