@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -33,10 +32,6 @@ _COMMON = (
     "-fdata-sections", "-ffp-contract=off",
 )  # fmt: skip
 _ZIG = ("-target", "thumb-freestanding-eabi", "-mcpu=cortex_m4", "-fno-sanitize=all")
-_GCC = (
-    "arm-none-eabi-gcc", "-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=soft", "-nostartfiles", "-nostdlib",
-    "-fno-tree-loop-distribute-patterns",  # which would make memset of the loop in memset
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -60,12 +55,11 @@ class Image:
 
 def build(
     board: str,
-    parameters: bytes | Sequence[int],
+    parameters: Sequence[int],
     folder: Path,
     *,
     revision: str | None = None,
     optimise: str | None = None,
-    compiler: str = "zig",
 ) -> Image:
     """Build the image of a board and check it.
 
@@ -74,7 +68,7 @@ def build(
     board
         One of `BOARDS`.
     parameters
-        The words in force at reset: int32, as a sequence or as little-endian bytes.
+        The words in force at reset, int32.
     folder
         Where ``<board>.elf``, ``.hex`` and ``.map`` are written; made if it is missing.
     revision
@@ -82,13 +76,11 @@ def build(
     optimise
         Level of optimisation for all files: 0, 1, 2, 3 or s; the budget of memory is then not held against the image.
         By default 2 for what the tick runs, and s for `BACKGROUND`.
-    compiler
-        ``zig``, from the wheel ziglang, or ``gcc``, which is arm-none-eabi-gcc.
 
     Raises
     ------
     FrictionloopError
-        For an unknown board, a table of another length, a missing compiler, sources that do not compile, and an image
+        For an unknown board, a table of another length, a missing ziglang, sources that do not compile, and an image
         that fails `image_checks.check`.
     """
     if board not in BOARDS:
@@ -96,18 +88,13 @@ def build(
     needed("ziglang", "ziglang", "image")
     folder.mkdir(parents=True, exist_ok=True)
     built = folder / "built.c"
-    built.write_text(_built(_words(parameters), revision_here() if revision is None else revision), encoding="ascii")
+    built.write_text(_built(_checked(parameters), revision_here() if revision is None else revision), encoding="ascii")
     elf = folder / f"{board}.elf"
     with replacing(elf) as fresh:
-        _compile_and_link(board, built.resolve(), fresh.resolve(), compiler, optimise)
+        _compile_and_link(board, built.resolve(), fresh.resolve(), optimise)
         check(fresh, flash_configuration=board == FLASHED, budget=optimise is None)
     flash, ram = sizes(elf)
     return Image(elf, _hex(elf), memory_map(elf), flash, ram)
-
-
-def gcc_is_there() -> bool:
-    """Return whether arm-none-eabi-gcc is installed."""
-    return shutil.which(_GCC[0]) is not None
 
 
 def _sources(board: str) -> list[Path]:
@@ -125,10 +112,8 @@ def _home(board: str) -> Path:
     return firmware_folder() / "boards" / board.removesuffix("-scenario")
 
 
-def _compile_and_link(board: str, built: Path, elf: Path, compiler: str, optimise: str | None) -> None:
-    if compiler == "gcc" and not gcc_is_there():
-        raise FrictionloopError("compiler = 'gcc': arm-none-eabi-gcc is not installed; 'zig' comes with the extra")
-    command = _GCC if compiler == "gcc" else (*zig(), *_ZIG)
+def _compile_and_link(board: str, built: Path, elf: Path, optimise: str | None) -> None:
+    command = (*zig(), *_ZIG)
     boards, core, home = firmware_folder() / "boards", firmware_folder() / "core", _home(board)
     include = [f"-I{path}" for path in (boards / "freestanding", core, boards, home)]
     levels: dict[str, list[Path]] = {}
@@ -138,9 +123,8 @@ def _compile_and_link(board: str, built: Path, elf: Path, compiler: str, optimis
         for level, sources in levels.items():
             _run([*command, *_COMMON, *include, f"-O{level}", "-c", *map(str, sources)], board, Path(objects))
         made = [str(path) for path in sorted(Path(objects).glob("*.o"))]
-        libraries = ("-lgcc",) if compiler == "gcc" else ()
         script = f"-Wl,-T,{home / 'link.ld'},--gc-sections"
-        _run([*command, "-g", "-O2", script, *made, *libraries, "-o", str(elf)], board, Path(objects))
+        _run([*command, "-g", "-O2", script, *made, "-o", str(elf)], board, Path(objects))
 
 
 def _run(command: Sequence[str], board: str, folder: Path) -> None:
@@ -150,14 +134,7 @@ def _run(command: Sequence[str], board: str, folder: Path) -> None:
         raise FrictionloopError(f"the image of {board} does not build: {lines[0]}")
 
 
-def _words(parameters: bytes | Sequence[int]) -> list[int]:
-    if isinstance(parameters, bytes):
-        whole = len(parameters) // 4 * 4
-        words = [int.from_bytes(parameters[k : k + 4], "little", signed=True) for k in range(0, whole, 4)]
-        if whole != len(parameters):
-            raise FrictionloopError(f"parameters: {len(parameters)} bytes, must be {4 * word_count()}")
-    else:
-        words = [int(word) for word in parameters]
+def _checked(words: Sequence[int]) -> Sequence[int]:
     if len(words) != word_count():
         raise FrictionloopError(f"parameters: {len(words)} words, the firmware has {word_count()}")
     wrong = next((k for k, word in enumerate(words) if not -(2**31) <= word < 2**31), None)

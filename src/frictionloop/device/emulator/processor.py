@@ -10,8 +10,8 @@ from typing import Any
 
 from frictionloop.device.emulator.bank import Bank
 from frictionloop.device.emulator.memory_map import FLASH, FLASH_BYTES, PAGE, PAGES, RAM, RAM_BYTES
-from frictionloop.firmware.elf import loaded
 from frictionloop.firmware.image_checks import check_teensy
+from frictionloop.firmware.image_files import loaded
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.extra import needed
 
