@@ -119,11 +119,6 @@ def test_bad_input_is_one_line(arguments, message, tmp_path):
         build(*arguments, tmp_path)
 
 
-def test_a_long_revision_is_refused(tmp_path):
-    with pytest.raises(FrictionloopError, match="at most 16 characters"):
-        build("teensy31", [0] * word_count(), tmp_path, revision="1.2.3-and-much-more")
-
-
 def test_the_hex_file_holds_what_the_elf_file_loads(images):
     """zig's objcopy against our reader, and pyelftools beside it."""
     image = images("pi")

@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 
 from frictionloop.firmware.compiler import zig
 from frictionloop.firmware.image_checks import check, memory_map, sizes
-from frictionloop.firmware.revision import REVISION_BYTES, revision_here
+from frictionloop.firmware.revision import revision_here
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.extra import needed
 from frictionloop.quantities.files import replacing
@@ -58,7 +58,6 @@ def build(
     parameters: Sequence[int],
     folder: Path,
     *,
-    revision: str | None = None,
     optimise: str | None = None,
 ) -> Image:
     """Build the image of a board and check it.
@@ -71,8 +70,6 @@ def build(
         The words in force at reset, int32.
     folder
         Where ``<board>.elf``, ``.hex`` and ``.map`` are written; made if it is missing.
-    revision
-        What the firmware says of its version: ASCII, at most 16 bytes; `revision_here` by default.
     optimise
         Level of optimisation for all files: 0, 1, 2, 3 or s; the budget of memory is then not held against the image.
         By default 2 for what the tick runs, and s for `BACKGROUND`.
@@ -88,7 +85,7 @@ def build(
     needed("ziglang", "ziglang", "image")
     folder.mkdir(parents=True, exist_ok=True)
     built = folder / "built.c"
-    built.write_text(_built(_checked(parameters), revision_here() if revision is None else revision), encoding="ascii")
+    built.write_text(_built(_checked(parameters)), encoding="ascii")
     elf = folder / f"{board}.elf"
     with replacing(elf) as fresh:
         _compile_and_link(board, built.resolve(), fresh.resolve(), optimise)
@@ -143,17 +140,12 @@ def _checked(words: Sequence[int]) -> Sequence[int]:
     return words
 
 
-def _built(words: Sequence[int], revision: str) -> str:
-    if not (revision.isascii() and revision.isprintable() and len(revision) <= REVISION_BYTES):
-        raise FrictionloopError(
-            f"revision = {revision!r}: must be printable ASCII, at most {REVISION_BYTES} characters"
-        )
-    literal = "".join(f"\\x{byte:02x}" for byte in revision.encode("ascii"))
+def _built(words: Sequence[int]) -> str:
     numbers = ", ".join("INT32_MIN" if word == -(2**31) else str(word) for word in words)
     return (
         '#include "built.h"\n'
         f"const fl_built fl_built_parameters = {{.words = {{{numbers}}}}};\n"
-        f'const char fl_built_revision[] = "{literal}";\n'
+        f'const char fl_built_revision[] = "{revision_here()}";\n'
     )
 
 
