@@ -61,19 +61,9 @@ class Simulated:
 
 
 class Emulated:
-    """An emulated Teensy 3.1 with its converters on a bench.
+    """An emulated Teensy 3.1 with its converters on a bench; errors say so if the image is of other sources than these.
 
-    Parameters
-    ----------
-    image_path : path
-        The ELF file; it is never built here.
-    largest_um : float
-        Amplitude of the plate at duty 1/2: the fundamental of the carrier goes with sin(pi duty).
-
-    Raises
-    ------
-    FrictionloopError
-        As `TeensyEmulator`, also saying so when the image was built from other sources than those here.
+    The plate has its largest amplitude at duty 1/2: the fundamental of the carrier goes with sin(pi duty).
     """
 
     source = "emulated"

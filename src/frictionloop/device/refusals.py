@@ -27,14 +27,7 @@ RELATIONS: dict[str, Callable[[dict[str, Any]], str]] = {
 def in_words(asked: str, refused: Refused, table: np.ndarray) -> Refused:
     """Return a refusal of `set` or `commit` that names the parameter, its value and what would be accepted.
 
-    Parameters
-    ----------
-    asked : str
-        ``"set"`` or ``"commit"``.
-    refused : Refused
-        Its ``index`` is that of the word that is wrong; without one it is returned as it is.
-    table : array (word_count,) of int32
-        The words that were refused.
+    A refusal that has no ``index``, that of the word that is wrong in the table, is returned as it is.
     """
     if refused.index is None or refused.index >= len(table) or refused.reason != "out_of_range":
         return refused

@@ -24,14 +24,7 @@ ENDS = -(2**15), 2**15 - 1
 class BenchPipe(Pipe):
     """The line to a board at a simulated bench.
 
-    Parameters
-    ----------
-    board : Board
-        The firmware.
-    system : System
-        The bench: plate, friction, finger, sensors; its controller runs on the board.
-    seed : int
-        Seed of all noise.
+    Plate, friction, finger and sensors are the System's; its controller runs on the board.
     """
 
     def __init__(self, board: Board, system: System, seed: int = 0) -> None:
@@ -98,10 +91,7 @@ class BenchPipe(Pipe):
 class Converters:
     """The wiring that ``system.board`` describes, the other way round: what the firmware makes of it is what was there.
 
-    Parameters
-    ----------
-    system : System
-        The bench. The force comes on the first channel, and on the second none.
+    The force comes on the first channel, and on the second none.
     """
 
     def __init__(self, system: System) -> None:

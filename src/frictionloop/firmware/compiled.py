@@ -134,13 +134,7 @@ def host_library(
 
 
 def core_address() -> int:
-    """Return the address in this process of what the simulator calls for ``controller.form = "firmware"``.
-
-    Raises
-    ------
-    FrictionloopError
-        When the core cannot be built here.
-    """
+    """Return the address in this process of what the simulator calls for ``controller.form = "firmware"``."""
     ffi, library = host_library()
     return int(ffi.cast("intptr_t", ffi.addressof(library, "fl_host_simulated")))
 

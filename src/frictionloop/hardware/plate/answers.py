@@ -75,11 +75,6 @@ class PlateAnswers:
 def plate_answers(design: PlateDesign) -> PlateAnswers:
     """Return mode, envelope, drive, finger and carrier of a design.
 
-    Parameters
-    ----------
-    design : PlateDesign
-        The plate.
-
     Raises
     ------
     FrictionloopError

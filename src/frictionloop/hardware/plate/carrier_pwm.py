@@ -50,15 +50,8 @@ def amplitude_step(share: float, ticks: int) -> float:
 def pulses(width: np.ndarray, ticks: int, alignment: str) -> np.ndarray:
     """Return the level (0 or 1) of every tick, one row per carrier period.
 
-    Parameters
-    ----------
-    width : array (periods,)
-        Pulse widths in ticks.
-    ticks : int
-        C, ticks a period.
-    alignment : {"centre", "edge"}
-        "centre": pulses grow from the middle of the period, to half a tick, so that their phase stays; "edge": from its
-        start, so that the phase of the fundamental moves by -pi D.
+    With alignment "centre" pulses grow from the middle of the period, to half a tick, so that their phase stays; with
+    "edge" from its start, so that the phase of the fundamental moves by -pi D.
     """
     width = np.asarray(width)[:, None]
     start = (ticks - width) // 2 if alignment == "centre" else np.zeros_like(width)

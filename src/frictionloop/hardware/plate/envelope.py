@@ -45,12 +45,7 @@ def quality_for_bandwidth(resonance_hz: float, bandwidth: float) -> float:
 def envelope_pole(resonance_hz: float, quality_factor: float, detuning_hz: float = 0.0) -> complex:
     """Return the pole -1/T + j 2 pi df of the complex envelope in rad/s; the amplitude has it and its conjugate.
 
-    Parameters
-    ----------
-    resonance_hz, quality_factor : float
-        f0 > 0 and Q > 1/2.
-    detuning_hz : float
-        Carrier less resonance, -df, of either sign.
+    The detuning is the carrier less the resonance, -df.
     """
     return complex(-1.0 / time_constant_s(resonance_hz, quality_factor), -2.0 * math.pi * detuning_hz)
 
@@ -64,16 +59,7 @@ def detuned_gain(resonance_hz: float, quality_factor: float, detuning_hz: float)
 def envelope(command: np.ndarray, step_s: float, pole: complex, start: complex = 0.0) -> np.ndarray:
     """Return the complex envelope at the start of every step and after the last one, exact for held commands.
 
-    Parameters
-    ----------
-    command : array (steps,)
-        Amplitude commands c, each held for one step; complex if the phase of the carrier moves with them.
-    step_s : float
-        Length of a step.
-    pole : complex
-        From ``envelope_pole``.
-    start : complex
-        Envelope at the start.
+    Commands are complex if the phase of the carrier moves with them.
     """
     held = np.append(np.asarray(command, dtype=complex), 0.0)
     target = held * (pole.real / pole)  # what A settles on: c/(1 - j 2 pi df T)

@@ -30,17 +30,7 @@ class FingerEffect:
 
 
 def mode_factor(position_mm: np.ndarray | float, half_wavelength_mm: float, contact_mm: float) -> np.ndarray:
-    """Return F, the mean of cos^2(k x) under a round contact.
-
-    Parameters
-    ----------
-    position_mm : array or float
-        Centre of the contact from an antinode, of any shape.
-    half_wavelength_mm : float
-        Distance between nodal lines, pi/k.
-    contact_mm : float
-        Diameter of the contact.
-    """
+    """Return F, the mean of cos^2(k x) under a round contact, whose centre is so far from an antinode."""
     k = math.pi / half_wavelength_mm
     spread = 2 * j1(k * contact_mm) / (k * contact_mm)
     return np.asarray((1 + spread * np.cos(2 * k * np.asarray(position_mm))) / 2)
@@ -49,14 +39,7 @@ def mode_factor(position_mm: np.ndarray | float, half_wavelength_mm: float, cont
 def amplitude_left(factor: np.ndarray | float, plate_n_s_per_m: float, finger_n_s_per_m: float) -> np.ndarray:
     """Return R_p/(R_p + F R_f): amplitude of the antinodes with a finger over that without, drive unchanged.
 
-    Parameters
-    ----------
-    factor : array or float
-        F from ``mode_factor``, 0 to 1.
-    plate_n_s_per_m : float
-        The plate's modal damping R_p = M omega/Q > 0.
-    finger_n_s_per_m : float
-        Resistance R_f >= 0 of the finger.
+    R_p = M omega/Q is the plate's own damping.
     """
     return np.asarray(plate_n_s_per_m / (plate_n_s_per_m + np.asarray(factor) * finger_n_s_per_m))
 
