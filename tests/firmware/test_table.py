@@ -111,10 +111,14 @@ WHOLE = {
     "clamp empty": ({"law.low_n": [1 << 28]}, AT["law.high_n"]),
     "ceiling above the largest": ({"drive.ceiling_um": [3 << 28]}, AT["drive.ceiling_um"]),
     "no largest": ({"drive.largest_um": [0], "drive.ceiling_um": [0]}, AT["drive.largest_um"]),
-    "duty at rest": ({"drive.duty": [1]}, AT["drive.duty"]),
+    "a ceiling that was not built in": (
+        {"drive.largest_um": [4 << 28], "drive.ceiling_um": [3 << 28]}, AT["drive.ceiling_um"],
+    ),
+    "a plate that moves less than it does": (
+        {"drive.largest_um": [1 << 22], "drive.ceiling_um": [1 << 22]}, AT["drive.largest_um"],
+    ),
     "lookup rises": ({"lookup.squares_um2": [1 << 25, (1 << 25) + 1]}, AT["lookup.squares_um2"] + 1),
-    "duty falls": ({"drive.duty": [0, 900, 899]}, AT["drive.duty"] + 2),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("case", WHOLE)

@@ -16,9 +16,10 @@ RELATIONS: dict[str, Callable[[dict[str, Any]], str]] = {
         "a law that the firmware has: " + parameter_words()["law.number"].text.partition(": ")[2]
     ),
     "law.high_n": lambda value: f"above law.low_n = {value['law.low_n']:g} N",
-    "drive.largest_um": lambda value: "above 0 um",
-    "drive.ceiling_um": lambda value: f"at most drive.largest_um = {value['drive.largest_um']:g} um",
-    "drive.duty": lambda value: "0 first and none below the one before",
+    "drive.largest_um": lambda value: "above 0 um, and not below what the image was built with",
+    "drive.ceiling_um": lambda value: (
+        f"at most drive.largest_um = {value['drive.largest_um']:g} um, and not above what the image was built with"
+    ),
     "lookup.squares_um2": lambda value: "none above the one before",
 }
 """What the firmware asks of a parameter beside its range (firmware/core/app_parameters.c, fl_check_table)."""

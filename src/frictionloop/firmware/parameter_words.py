@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, cast
 
 import numpy as np
@@ -72,19 +71,17 @@ def n_per_count(system: System) -> float:
 
 
 def _drive(system: System) -> dict[str, Any]:
-    """Return the values ``drive.*``: the carrier's fundamental goes with sin(pi duty), so duty = asin(a/a_max)/pi."""
+    """Return the values ``drive.*``."""
     largest_um, board = system.plate.max_amplitude_um, system.board
     ceiling_um = largest_um if board.ceiling_um is None else board.ceiling_um
     if ceiling_um > largest_um:
         raise FrictionloopError(
             f"board.ceiling_um = {ceiling_um:g} um: must be at most plate.max_amplitude_um = {largest_um:g} um"
         )
-    share = np.linspace(0.0, 1.0, word_of("drive.duty").count)
     return {
         "drive.largest_um": largest_um,
         "drive.ceiling_um": ceiling_um,
         "drive.ramp_um": largest_um / (board.ramp_s * system.controller.rate_hz),
-        "drive.duty": np.round(np.arcsin(share) / math.pi * 2**17),
     }
 
 
