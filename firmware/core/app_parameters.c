@@ -7,6 +7,7 @@
 #define INDEX(member) ((uint16_t)(offsetof(fl_parameters, member) / 4))
 
 static const fl_range ranges[FL_RANGES] = FL_RANGE_TABLE;
+enum { RAMP_TICKS = FL_RAMP_MS * FL_TICK_HZ / 1000 };
 
 /* Whether a word may have a value: within its range; of a gain any mantissa but the one that has no
  * negative. */
@@ -34,6 +35,7 @@ uint16_t fl_check_table(const fl_table *table, fl_built_in built) {
     if (p->drive_largest_um <= 0 || p->drive_largest_um < built.largest_um) return INDEX(drive_largest_um);
     if (p->drive_ceiling_um > p->drive_largest_um || p->drive_ceiling_um > built.ceiling_um)
         return INDEX(drive_ceiling_um);
+    if (((int64_t)p->drive_ramp_um + 1) * RAMP_TICKS < p->drive_ceiling_um) return INDEX(drive_ramp_um);
     return rising(table);
 }
 

@@ -9,6 +9,7 @@
 #define FL_LARGEST_BODY 272
 #define FL_TICK_HZ 5000
 #define FL_SILENCE_MS 200
+#define FL_RAMP_MS 100
 #define FL_TABLE_HASH 0x27f3f5f0u
 #define FL_WORDS 537
 
@@ -39,7 +40,7 @@ typedef struct {
     fl_gain overdrive_inverse;  /* gain: 1/(1 - decay) */
     int32_t drive_largest_um;  /* q28, um: amplitude at duty 1/2; not below what the image was built with */
     int32_t drive_ceiling_um;  /* q28, um: largest amplitude ever commanded; not above what the image was built with */
-    int32_t drive_ramp_um;  /* q28, um: largest fall of the amplitude per tick while ramping down */
+    int32_t drive_ramp_um;  /* q28, um: fall of the amplitude per tick while ramping down; from ceiling_um to 0 in ramp_ms at most */
     int32_t force_axes;  /* count: 1: the first channel, along the motion; 2: magnitude of both */
     int32_t force_zero_counts[2];  /* count: converter counts at no force */
     fl_gain force_n_per_count[2];  /* gain, N: newtons a count */
@@ -91,9 +92,9 @@ typedef struct { uint16_t first, count, stride; int32_t low, high; } fl_range;
     {531, 1, 1, 0, 2147483647}, \
     {532, 1, 1, 0, 2147483647}, \
     {533, 1, 1, 0, 2147483647}, \
-    {534, 1, 1, 1, 50000}, \
+    {534, 1, 1, 1, 100}, \
     {535, 1, 1, 2, 500000}, \
-    {536, 1, 1, 1, 5000}, \
+    {536, 1, 1, 1, 50}, \
 }
 
 #endif

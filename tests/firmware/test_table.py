@@ -117,6 +117,8 @@ WHOLE = {
     "a plate that moves less than it does": (
         {"drive.largest_um": [1 << 22], "drive.ceiling_um": [1 << 22]}, AT["drive.largest_um"],
     ),
+    "down in a tick more than 0.1 s": ({"drive.ramp_um": [round(2.5 / 501 * 2**28)]}, AT["drive.ramp_um"]),
+    "down in 40 000 s": ({"drive.ramp_um": [3]}, AT["drive.ramp_um"]),
     "lookup rises": ({"lookup.squares_um2": [1 << 25, (1 << 25) + 1]}, AT["lookup.squares_um2"] + 1),
 }  # fmt: skip
 
@@ -131,6 +133,12 @@ def test_a_table_that_makes_no_sense_is_refused_by_the_index_of_what_is_wrong(ri
     assert (answer.name, answer["reason"], answer["index"]) == ("refused", 5, index)
     rig.tick()
     np.testing.assert_array_equal(read(rig), words)
+
+
+@pytest.mark.parametrize(("name", "longest"), [("safety.force_ticks", 100), ("safety.overrun_ticks", 50)])
+def test_no_table_makes_a_fault_wait_longer_than_the_image_lets_it(rig, name, longest):
+    assert rig.reason("set", first=AT[name], values=[longest]) == "done"
+    assert rig.reason("set", first=AT[name], values=[longest + 1]) == "out_of_range"
 
 
 def test_words_beyond_the_table(rig):

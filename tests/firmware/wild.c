@@ -54,8 +54,9 @@ static void fill(fl_table *table, fl_built_in built) {
     int32_t least = built.largest_um > 0 ? built.largest_um : 1;
     if (p->drive_largest_um < least) p->drive_largest_um = least;
     p->drive_ceiling_um = any(0, p->drive_largest_um < built.ceiling_um ? p->drive_largest_um : built.ceiling_um);
+    if (p->drive_ramp_um < p->drive_ceiling_um / 500) p->drive_ramp_um = p->drive_ceiling_um / 500;
     qsort(p->lookup_squares_um2, 257, 4, falling);
-    p->safety_force_ticks = 1 + (int32_t)below(300); /* so that it gets somewhere before it faults */
+    p->safety_force_ticks = 1 + (int32_t)below(100); /* so that it gets somewhere before it faults */
     if (below(2)) p->safety_force_limit_n = INT32_MAX;
 }
 

@@ -128,6 +128,11 @@ def test_a_bench_whose_signals_are_over_ends_a_run_and_keeps_it(tmp_path: Any) -
             "drive.largest_um = 2.4 um, out of range; must be above 0 um, and not below what the image was built with",
         ),
         (
+            "drive.ramp_um",
+            0.001,
+            "drive.ramp_um = 0.001 um, out of range; must be at least 0.005 um, from drive.ceiling",
+        ),
+        (
             "lookup.squares_um2",
             [4, *[3] * 255, 3.5],
             "lookup.squares_um2[256] = 3.5 um^2, out of range; must be none above",

@@ -78,6 +78,7 @@ def test_it_survives_a_file(tmp_path):
         ("board.force_zero_counts", (0,), r"board\.force_zero_counts"),
         ("board.force_n_per_count", 0.0, r"board\.force_n_per_count.* must not be 0"),
         ("board.ceiling_um", -1.0, r"board\.ceiling_um"),
+        ("board.ramp_s", 0.11, r"board\.ramp_s = 0\.11 s: must be less than or equal to 0\.1"),
         ("board.ceilling_um", 1.0, r"board\.ceiling_um"),
     ],
 )

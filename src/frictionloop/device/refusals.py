@@ -9,8 +9,11 @@ import numpy as np
 
 from frictionloop.device.errors import Refused
 from frictionloop.firmware.words import accepted, from_words, shown, word_at
-from frictionloop.quantities.schema import Word, parameter_words
+from frictionloop.quantities.schema import Word, parameter_words, schema
 
+PROTOCOL = schema()["protocol"]
+LONGEST_RAMP = PROTOCOL["ramp_ms"] * PROTOCOL["tick_hz"] / 1000
+"""Ticks from the ceiling to 0 at most."""
 RELATIONS: dict[str, Callable[[dict[str, Any]], str]] = {
     "law.number": lambda value: (
         "a law that the firmware has: " + parameter_words()["law.number"].text.partition(": ")[2]
@@ -19,6 +22,10 @@ RELATIONS: dict[str, Callable[[dict[str, Any]], str]] = {
     "drive.largest_um": lambda value: "above 0 um, and not below what the image was built with",
     "drive.ceiling_um": lambda value: (
         f"at most drive.largest_um = {value['drive.largest_um']:g} um, and not above what the image was built with"
+    ),
+    "drive.ramp_um": lambda value: (
+        f"at least {value['drive.ceiling_um'] / LONGEST_RAMP:.4g} um, from drive.ceiling_um to 0 in "
+        f"{PROTOCOL['ramp_ms']} ms"
     ),
     "lookup.squares_um2": lambda value: "none above the one before",
 }
