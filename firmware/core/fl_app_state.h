@@ -54,7 +54,7 @@ typedef struct {
 
 /* Ticks in a row at which something was so. */
 typedef struct {
-    uint32_t out_of_range, saturated, stuck[2];
+    uint32_t out_of_range, saturated, stuck[2], alone;
     int32_t last[2];
     uint32_t late, second; /* late ticks in this second, ticks of it */
 } fl_watch;

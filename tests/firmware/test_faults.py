@@ -99,6 +99,23 @@ def test_a_lifted_finger_is_no_fault_and_the_plate_goes_on(rig):
     assert (rig.state, rig.drive.amplitude_um > 0.5) == ("closed", True)
 
 
+def test_a_plate_that_nobody_touches_is_off_after_a_minute(rig):
+    closed(rig)
+    for _ in range(599):
+        rig.run(500, Sample(8000 + rig.ticks % 2, 0, 0, 0))
+    rig.run(300)  # a finger slides once more: the minute begins anew
+    for _ in range(599):
+        rig.run(500, Sample(8000 + rig.ticks % 2, 0, 0, 0))
+    assert (rig.state, faults(rig)) == ("closed", [])
+    rig.run(500, Sample(8000, 0, 0, 0))
+    assert [(name, value) for name, _, value in faults(rig)] == [("no_finger", 300_000)]
+    rig.run(60)
+    assert rig.drive.duty == 0
+    assert rig.reason("clear") == "done"
+    assert rig.mode("closed") == "done"
+    assert rig.state == "closed"
+
+
 def test_stuck_while_the_finger_slides(make_rig):
     rig = closed(make_rig(safety__stuck_ticks=50))
     feed(rig, 49, 8000, jitter=0)

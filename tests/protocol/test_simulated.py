@@ -129,8 +129,8 @@ def test_a_bench_whose_signals_are_over_ends_a_run_and_keeps_it(tmp_path: Any) -
         ),
         (
             "drive.ramp_um",
-            0.001,
-            "drive.ramp_um = 0.001 um, out of range; must be at least 0.005 um, from drive.ceiling",
+            2**-8,
+            "drive.ramp_um = 0.00390625 um, out of range; must be at least 0.005 um, from drive.ceiling_um",
         ),
         (
             "lookup.squares_um2",

@@ -28,7 +28,8 @@ PAUSE_S = 0.1
 FAULTS = named("faults")
 STATES = schema()["states"]
 READINGS = {"force_range": (2.0**-28, "N"), "sensor_saturated": (1, "counts"), "sensor_stuck": (1, "counts"),
-            "host_silent": (1e-3, "ms"), "tick_overrun": (1, "late ticks")}  # fmt: skip
+            "host_silent": (1e-3, "ms"), "tick_overrun": (1, "late ticks"),
+            "no_finger": (1 / TICK_HZ, "s")}  # fmt: skip
 """What a fault tells of its cause: the size of a step, and the unit."""
 
 
