@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from frictionloop.firmware.compiler import zig
+from frictionloop.firmware.compiler import run, zig
 from frictionloop.firmware.image_checks import check, memory_map, sizes
 from frictionloop.firmware.revision import revision_here
 from frictionloop.quantities import FrictionloopError
@@ -114,21 +113,15 @@ def _compile_and_link(board: str, built: Path, elf: Path, optimise: str | None) 
     boards, core, home = firmware_folder() / "boards", firmware_folder() / "core", _home(board)
     include = [f"-I{path}" for path in (boards / "freestanding", core, boards, home)]
     levels: dict[str, list[Path]] = {}
+    fails = f"the image of {board} does not build"
     for source in (*_sources(board), built):
         levels.setdefault(optimise or ("s" if source.name in BACKGROUND else "2"), []).append(source)
     with TemporaryDirectory() as objects:
         for level, sources in levels.items():
-            _run([*command, *_COMMON, *include, f"-O{level}", "-c", *map(str, sources)], board, Path(objects))
+            run([*command, *_COMMON, *include, f"-O{level}", "-c", *map(str, sources)], fails, Path(objects))
         made = [str(path) for path in sorted(Path(objects).glob("*.o"))]
         script = f"-Wl,-T,{home / 'link.ld'},--gc-sections"
-        _run([*command, "-g", "-O2", script, *made, "-o", str(elf)], board, Path(objects))
-
-
-def _run(command: Sequence[str], board: str, folder: Path) -> None:
-    done = subprocess.run(command, cwd=folder, check=False, capture_output=True, text=True, errors="replace")
-    if done.returncode:
-        lines = [line.strip() for line in done.stderr.splitlines() if "error" in line] or ["no message"]
-        raise FrictionloopError(f"the image of {board} does not build: {lines[0]}")
+        run([*command, "-g", "-O2", script, *made, "-o", str(elf)], fails, Path(objects))
 
 
 def _checked(words: Sequence[int]) -> Sequence[int]:
@@ -153,8 +146,5 @@ def _hex(elf: Path) -> Path:
     """Write the Intel hex file beside the ELF file, with zig's objcopy."""
     path = elf.with_suffix(".hex")
     with replacing(path) as fresh:
-        command = [*zig()[:-1], "objcopy", "-O", "hex", str(elf), str(fresh)]
-        done = subprocess.run(command, check=False, capture_output=True, text=True, errors="replace")
-        if done.returncode:
-            raise FrictionloopError(f"{path}: cannot be made: {done.stderr.strip().splitlines()[-1]}")
+        run([*zig()[:-1], "objcopy", "-O", "hex", str(elf), str(fresh)], f"{path}: cannot be made")
     return path
