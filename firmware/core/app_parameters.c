@@ -42,6 +42,13 @@ uint16_t fl_check_table(const fl_table *table, fl_built_in built) {
 /* A table that fails its checks is not run, not even at amplitude 0: its shifts may be anything. In its
  * place all is zero, which gives no amplitude, until the host commits one that passes. */
 void fl_parameters_start(fl_app *app, const fl_parameters *parameters) {
+    if (!parameters) {
+        app->built = (fl_built_in){INT32_MAX, 0};
+        app->raised.fault = app->fault = FL_FAULT_BAD_IMAGE;
+        app->state = FL_STATE_FAULT;
+        app->bad_table = app->tell_fault = 1;
+        return;
+    }
     app->tables[0].named = *parameters;
     app->built = (fl_built_in){parameters->drive_largest_um, parameters->drive_ceiling_um};
     uint16_t wrong = fl_check_table(&app->tables[0], app->built);

@@ -127,7 +127,8 @@ int fl_cause_lasts(const fl_app *app) {
     case FL_FAULT_SENSOR_SATURATED: return watch->saturated > 0;
     case FL_FAULT_SENSOR_STUCK: return is_stuck(watch, 0, p) || is_stuck(watch, 1, p);
     case FL_FAULT_TICK_OVERRUN: return watch->late >= (uint32_t)p->safety_overrun_ticks;
-    case FL_FAULT_BAD_PARAMETER: return app->bad_table;
+    case FL_FAULT_BAD_PARAMETER:
+    case FL_FAULT_BAD_IMAGE: return app->bad_table;
     default: return 0; /* a host that asks is not silent */
     }
 }

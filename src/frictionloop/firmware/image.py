@@ -9,6 +9,7 @@ from tempfile import TemporaryDirectory
 
 from frictionloop.firmware.compiler import run, zig
 from frictionloop.firmware.image_checks import check, memory_map, sizes
+from frictionloop.firmware.image_files import seal
 from frictionloop.firmware.revision import revision_here
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.extra import needed
@@ -17,6 +18,8 @@ from frictionloop.quantities.schema import firmware_folder, word_count
 
 BOARDS = {"teensy31": ("main.c",), "mps2": ("main.c", "stimulus.c"), "mps2-scenario": ("scenario.c", "stimulus.c")}
 """Boards with the files they share with others; a scenario is a program of its own on the same board."""
+CHECK_SUM = "flash_crc"
+"""Where a board has the check sum of its flash."""
 FLASHED = "teensy31"
 """The board of these whose image is flashed; the others are qemu's."""
 BACKGROUND = frozenset(
@@ -88,6 +91,7 @@ def build(
     elf = folder / f"{board}.elf"
     with replacing(elf) as fresh:
         _compile_and_link(board, built.resolve(), fresh.resolve(), optimise)
+        seal(fresh, CHECK_SUM)
         check(fresh, flash_configuration=board == FLASHED, budget=optimise is None)
     flash, ram = sizes(elf)
     return Image(elf, _hex(elf), memory_map(elf), flash, ram)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from pathlib import Path
 from typing import IO, Any
 
@@ -38,6 +39,24 @@ def symbol_bytes(path: Path, name: str) -> bytes:
             offset = symbol["st_value"] - start
             return content[offset : offset + symbol["st_size"]]
     return b""
+
+
+def seal(path: Path, name: str) -> None:
+    """Write into the word of that name the CRC-32 of all that is loaded before it, gaps as erased; if there is one."""
+    with path.open("rb") as file:
+        elf = elf_file(file)
+        (symbol,) = elf.get_section_by_name(".symtab").get_symbol_by_name(name) or (None,)
+        if symbol is None:
+            return
+        at = symbol["st_value"]
+        parts = [part for part in elf.iter_segments() if part["p_type"] == "PT_LOAD" and part["p_filesz"]]
+        content = bytearray(b"\xff" * at)
+        for part in parts:
+            content[part["p_paddr"] : part["p_paddr"] + part["p_filesz"]] = part.data()
+        last = next(part for part in parts if 0 <= at - part["p_paddr"] < part["p_filesz"])
+    with path.open("r+b") as file:
+        file.seek(last["p_offset"] + at - last["p_paddr"])
+        file.write(zlib.crc32(content[:at]).to_bytes(4, "little"))
 
 
 def loaded(path: Path) -> list[tuple[int, bytes]]:

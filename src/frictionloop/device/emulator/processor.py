@@ -46,6 +46,7 @@ class Processor:
         uc.mem_map(RAM, RAM_BYTES, unicorn.UC_PROT_ALL)
         for page in PAGES:
             uc.mmio_map(page, PAGE, self._read, page, self._write, page)
+        uc.mem_write(FLASH, b"\xff" * FLASH_BYTES)  # erased
         segments = loaded(image_path)
         check_teensy(str(image_path), segments)
         for address, content in segments:
