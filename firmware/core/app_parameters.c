@@ -7,6 +7,7 @@
 #define INDEX(member) ((uint16_t)(offsetof(fl_parameters, member) / 4))
 
 static const fl_range ranges[FL_RANGES] = FL_RANGE_TABLE;
+static const fl_built_in NOTHING = {INT32_MAX, -1}; /* no table will do */
 enum { RAMP_TICKS = FL_RAMP_MS * FL_TICK_HZ / 1000 };
 
 /* Whether a word may have a value: within its range; of a gain any mantissa but the one that has no
@@ -26,15 +27,19 @@ static uint16_t rising(const fl_table *table) {
     return FL_NO_INDEX;
 }
 
+/* Whether the ceiling takes a larger duty than the one that was built in. */
+static int is_more(const fl_parameters *p, fl_built_in built) {
+    return (int64_t)p->drive_ceiling_um * built.largest_um > (int64_t)built.ceiling_um * p->drive_largest_um;
+}
+
 uint16_t fl_check_table(const fl_table *table, fl_built_in built) {
     const fl_parameters *p = &table->named;
     for (uint16_t k = 0; k < FL_WORDS; k++)
         if (!fits(k, table->words[k])) return k;
     if ((uint32_t)p->law_number >= fl_law_count || !fl_laws[p->law_number].step) return INDEX(law_number);
     if (p->law_low_n >= p->law_high_n) return INDEX(law_high_n);
-    if (p->drive_largest_um <= 0 || p->drive_largest_um < built.largest_um) return INDEX(drive_largest_um);
-    if (p->drive_ceiling_um > p->drive_largest_um || p->drive_ceiling_um > built.ceiling_um)
-        return INDEX(drive_ceiling_um);
+    if (p->drive_largest_um <= 0) return INDEX(drive_largest_um);
+    if (p->drive_ceiling_um > p->drive_largest_um || is_more(p, built)) return INDEX(drive_ceiling_um);
     if (((int64_t)p->drive_ramp_um + 1) * RAMP_TICKS < p->drive_ceiling_um) return INDEX(drive_ramp_um);
     return rising(table);
 }
@@ -43,7 +48,7 @@ uint16_t fl_check_table(const fl_table *table, fl_built_in built) {
  * place all is zero, which gives no amplitude, until the host commits one that passes. */
 void fl_parameters_start(fl_app *app, const fl_parameters *parameters) {
     if (!parameters) {
-        app->built = (fl_built_in){INT32_MAX, 0};
+        app->built = NOTHING;
         app->raised.fault = app->fault = FL_FAULT_BAD_IMAGE;
         app->state = FL_STATE_FAULT;
         app->bad_table = app->tell_fault = 1;
@@ -53,7 +58,7 @@ void fl_parameters_start(fl_app *app, const fl_parameters *parameters) {
     app->built = (fl_built_in){parameters->drive_largest_um, parameters->drive_ceiling_um};
     uint16_t wrong = fl_check_table(&app->tables[0], app->built);
     if (wrong >= INDEX(drive_largest_um) && wrong <= INDEX(drive_ceiling_um))
-        app->built = (fl_built_in){INT32_MAX, 0}; /* nobody knows the plate: no table will do */
+        app->built = NOTHING; /* nobody knows the plate */
     if (wrong != FL_NO_INDEX) {
         memset(&app->tables[0], 0, sizeof app->tables[0]);
         app->raised = (fl_raised){FL_FAULT_BAD_PARAMETER, 0, wrong};

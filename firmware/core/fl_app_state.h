@@ -34,8 +34,8 @@ typedef struct {
     uint32_t ends[4];
 } fl_derived;
 
-/* What the image's own table says of the drive. No table that a host commits may say that duty 1/2 is a smaller
- * amplitude, or ask for a larger one: so the duty at the pin is at most that of this ceiling. */
+/* What the image's own table says of the drive. The ceiling of a table that a host commits is at most as large a
+ * share of its largest amplitude: so the duty at the pin is at most that of this ceiling. */
 typedef struct { int32_t largest_um, ceiling_um; } fl_built_in;
 
 /* How the set-point table is played: `step` points a tick or a um, 2^-24. */

@@ -39,8 +39,8 @@ typedef struct {
     fl_gain lookup_cells_per_n;  /* gain, 1/N: 256 over high_n - low_n */
     int32_t overdrive_decay;  /* q28: decay of the believed plate in a period; 0 without overdrive */
     fl_gain overdrive_inverse;  /* gain: 1/(1 - decay) */
-    int32_t drive_largest_um;  /* q28, um: amplitude at duty 1/2; not below what the image was built with */
-    int32_t drive_ceiling_um;  /* q28, um: largest amplitude ever commanded; not above what the image was built with */
+    int32_t drive_largest_um;  /* q28, um: amplitude at duty 1/2 */
+    int32_t drive_ceiling_um;  /* q28, um: largest amplitude ever commanded; no larger a share of largest_um than the image was built with */
     int32_t drive_ramp_um;  /* q28, um: fall of the amplitude per tick while ramping down; from ceiling_um to 0 in ramp_ms at most */
     int32_t force_axes;  /* count: 1: the first channel, along the motion; 2: magnitude of both */
     int32_t force_zero_counts[2];  /* count: converter counts at no force */

@@ -51,9 +51,12 @@ static void fill(fl_table *table, fl_built_in built) {
         int32_t low = p->law_high_n;
         p->law_high_n = p->law_low_n, p->law_low_n = low;
     }
-    int32_t least = built.largest_um > 0 ? built.largest_um : 1;
-    if (p->drive_largest_um < least) p->drive_largest_um = least;
-    p->drive_ceiling_um = any(0, p->drive_largest_um < built.ceiling_um ? p->drive_largest_um : built.ceiling_um);
+    if (p->drive_largest_um == 0) p->drive_largest_um = 1;
+    p->drive_ceiling_um = any(0, p->drive_largest_um);
+    if (built.largest_um > 0 && built.ceiling_um >= 0) {
+        int64_t most = (int64_t)built.ceiling_um * p->drive_largest_um / built.largest_um;
+        if (p->drive_ceiling_um > most) p->drive_ceiling_um = (int32_t)most;
+    }
     if (p->drive_ramp_um < p->drive_ceiling_um / 500) p->drive_ramp_um = p->drive_ceiling_um / 500;
     qsort(p->lookup_squares_um2, 257, 4, falling);
     p->safety_force_ticks = 1 + (int32_t)below(100); /* so that it gets somewhere before it faults */
@@ -164,7 +167,7 @@ int main(int count, char **arguments) {
     uint64_t digest = 14695981039346656037u;
     fl_app *app = malloc(sizeof *app);
     fl_table table;
-    fill(&table, (fl_built_in){0, INT32_MAX});
+    fill(&table, (fl_built_in){0, 0});
     if (below(3) == 0) spoil(&table);
     fl_app_start(app, &(fl_identity){FL_BOARD_HOST, 1, "wild"}, &table.named);
     int32_t before = 0;

@@ -19,9 +19,10 @@ RELATIONS: dict[str, Callable[[dict[str, Any]], str]] = {
         "a law that the firmware has: " + parameter_words()["law.number"].text.partition(": ")[2]
     ),
     "law.high_n": lambda value: f"above law.low_n = {value['law.low_n']:g} N",
-    "drive.largest_um": lambda value: "above 0 um, and not below what the image was built with",
+    "drive.largest_um": lambda value: "above 0 um",
     "drive.ceiling_um": lambda value: (
-        f"at most drive.largest_um = {value['drive.largest_um']:g} um, and not above what the image was built with"
+        f"at most drive.largest_um = {value['drive.largest_um']:g} um, "
+        "and no larger a share of it than the image was built with"
     ),
     "drive.ramp_um": lambda value: (
         f"at least {value['drive.ceiling_um'] / LONGEST_RAMP:.4g} um, from drive.ceiling_um to 0 in "
