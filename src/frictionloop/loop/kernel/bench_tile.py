@@ -11,7 +11,7 @@ from frictionloop.loop.kernel.signals import lift_spread
 from frictionloop.loop.kernel.slab import ROW, vibration_rows
 from frictionloop.loop.kernel.tiles import Lifting, chain, lift
 from frictionloop.physics.finger_step import FORCES, limits_of, settled_of, substep_of
-from frictionloop.physics.pulses import pulse_step
+from frictionloop.physics.plate import pulse_step
 from frictionloop.physics.vibration import Vibration
 from frictionloop.quantities.arithmetic import fma, step
 from frictionloop.quantities.normals import BLOCK
