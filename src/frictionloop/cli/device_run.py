@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from frictionloop.cli import advice, advice_text, checks, flags, screen
-from frictionloop.cli.address import connected
+from frictionloop.cli.device import SameAddress, connected
 
 if TYPE_CHECKING:
     import numpy as np
@@ -34,7 +34,7 @@ stiffness of 1000 N/m; that of a real finger is not known."""
 
 
 def command(
-    address: Annotated[str, Parameter(name="ADDRESS", help="As in device info.", group=flags.SYSTEM)],
+    address: SameAddress,
     file: Annotated[
         Path | None,
         Parameter(
@@ -85,6 +85,8 @@ def command(
     with screen.waiting("scoring"):
         metrics = advice.of_recording(run, mask)
         rings = None if open_loop else advice.ringing(run, mask, metrics)
+        largest_um = system.plate.max_amplitude_um
+        limited = advice_text.at_ceiling(run, mask, system.board.ceiling_um or largest_um, largest_um)
     if json:
         screen.show_json({**found, "ringing": advice.as_json(rings), "saved": {"run": out, "plot": plot}})
         return
@@ -92,6 +94,7 @@ def command(
     screen.show(
         screen.columns(rows),
         *(["", *advice_text.lines(rings, metrics), ""] if rings else []),
+        *(["", *limited, ""] if limited else []),
         *(f"saved as {path}" for path in (out, plot) if path),
     )
 

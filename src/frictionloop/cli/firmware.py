@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from frictionloop.cli import checks, flags, screen
-from frictionloop.cli.helptext import group_app
 
 if TYPE_CHECKING:
     from frictionloop.firmware.export import Table
@@ -25,10 +24,6 @@ BUILD_EXAMPLES = r"""Examples
   frictionloop firmware build my-controller.toml --out my-image --board mps2
 """
 Out = Annotated[Path, Parameter(help="Folder for the files; made if it is missing.", group=flags.RESULT)]
-
-app = group_app(
-    "firmware", "The controller on the microcontroller: its parameter table and its image.", "export", flags.DEVICE
-)
 
 
 def export(
@@ -103,7 +98,3 @@ def _show(table: Table, origin: str, made: dict[str, Any], rows: list[tuple[str,
         ("words", f"{found['words']}, table {found['table_hash']:08x}"),
     ]
     screen.show(screen.columns([("system", origin), *about, *rows]))
-
-
-app.command(export, usage=f"frictionloop firmware export {ARGUMENTS}", help_epilogue=EXPORT_EXAMPLES)
-app.command(build, usage=f"frictionloop firmware build {ARGUMENTS}", help_epilogue=BUILD_EXAMPLES)

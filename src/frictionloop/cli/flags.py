@@ -21,8 +21,6 @@ DOTTED = "--BLOCK.NAME"
 SYSTEM = Group("System", sort_key=1)
 RUN = Group("Run", sort_key=2)
 RESULT = Group("Result", sort_key=3)
-DEVICE = Group("The device", sort_key=4)
-"""Where the verbs of the firmware stand among all."""
 
 SystemFile = Annotated[
     Path | None,
@@ -123,7 +121,9 @@ def system_from(file: Path | None, preset_name: str | None, flags: Iterable[str]
     base = preset(preset_name or "paper") if file is None else read_toml(file)
     overrides = overrides_of(flags)
     system = base.evolve(overrides)
-    for line in _left(base, system, overrides):
+    from frictionloop.cli.plausible import questions
+
+    for line in (*_left(base, system, overrides), *questions(system)):
         screen.say(line)
     return system
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from frictionloop.cli import checks, flags, screen
+from frictionloop.quantities.units import FrictionloopError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,6 +48,12 @@ def command(
         Path | None,
         Parameter(help="Write the system here (.toml): a start for a file of your own.", group=flags.RESULT),
     ] = None,
+    every: Annotated[
+        bool,
+        Parameter(
+            name="all", help="Write there also what a simple bench never needs.", show_default=False, group=flags.RESULT
+        ),
+    ] = False,
     json: flags.Json = False,
 ) -> None:
     """Simulate one run and say how well the force followed its set-point."""
@@ -54,6 +61,8 @@ def command(
     checks.check_output("plot", plot, checks.FIGURES)
     checks.check_output("save_system", save_system, checks.SYSTEMS)
     checks.check_new("save_system", save_system)
+    if every and save_system is None:
+        raise FrictionloopError("all: needs --save-system FILE.toml, the file that everything is to be in")
     checks.check_count("seed", seed, 0)
     checks.check_score(score_from_s, duration_s)
     system = flags.system_from(file, preset, overrides)
@@ -65,7 +74,7 @@ def command(
         metrics, mask = scores.metrics_of(run, score_from_s), scores.scored_periods(run, score_from_s)
         rings, unreached = advice.ringing(run, mask, metrics), advice_text.out_of_reach(run, mask)
     times, steps = _steps(run, system, score_from_s)
-    saved = _save(run, system, {"run": out, "plot": plot, "system": save_system})
+    saved = _save(run, system, {"run": out, "plot": plot, "system": save_system}, every)
     if json:
         result = {"system": system.model_dump(), "duration_s": duration_s, "seed": seed, "score_from_s": score_from_s}
         result |= {"metrics": metrics, "units": scores.UNITS, "scored": float(mask.mean())}
@@ -113,7 +122,7 @@ def _run(system: System, duration_s: float, seed: int) -> tuple[xr.Dataset, floa
         return simulate(system, duration_s, seed), clock.elapsed_s()
 
 
-def _save(run: xr.Dataset, system: System, paths: dict[str, Path | None]) -> dict[str, Path | None]:
+def _save(run: xr.Dataset, system: System, paths: dict[str, Path | None], every: bool) -> dict[str, Path | None]:
     """Save what was asked for and return the paths."""
     if paths["run"] is not None:
         from frictionloop.loop.record import save
@@ -126,5 +135,5 @@ def _save(run: xr.Dataset, system: System, paths: dict[str, Path | None]) -> dic
     if paths["system"] is not None:
         from frictionloop.parameters import write_toml
 
-        write_toml(system, paths["system"])
+        write_toml(system, paths["system"], every)
     return paths

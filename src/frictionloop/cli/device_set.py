@@ -1,0 +1,125 @@
+"""``frictionloop device set``: parameters of a device by name, gains among them, as long as they hold."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from frictionloop.cli import flags, screen
+from frictionloop.cli.device import SameAddress, connected
+from frictionloop.quantities.units import FrictionloopError
+
+if TYPE_CHECKING:
+    from frictionloop.device.device import Device
+    from frictionloop.parameters import System
+
+ARGUMENTS = "ADDRESS NAME=VALUE... [--system FILE]"
+EXAMPLES = """Examples
+
+  frictionloop device set sim: controller.kp=0.05 controller.ki=100
+  frictionloop device set sim: drive.ceiling_um=2 setpoint.hold_n=0.5
+  frictionloop device set serial:///dev/ttyACM0 --system my-controller.toml
+"""
+
+
+def command(
+    address: SameAddress,
+    /,
+    *assignments: Annotated[
+        str,
+        Parameter(
+            name="NAME=VALUE",
+            help="A parameter and its value: of the table, such as drive.ceiling_um=2, or of the controller, such as "
+            "controller.kp=0.05.",
+            group=flags.SYSTEM,
+        ),
+    ],
+    system: Annotated[
+        Path | None,
+        Parameter(
+            help="Set the whole table from this system (.toml), and the values given on top.", group=flags.SYSTEM
+        ),
+    ] = None,
+    unchecked: Annotated[
+        bool,
+        Parameter(help="Set gains that by analysis do not hold too.", show_default=False, group=flags.SYSTEM),
+    ] = False,
+    json: flags.Json = False,
+) -> None:
+    """Set parameters of a device, all at once and while it runs; if one is wrong, none is. A reset forgets them."""
+    pairs = dict(_pair(text) for text in assignments)
+    if not pairs and system is None:
+        raise FrictionloopError("set: needs NAME=VALUE or --system FILE")
+    described = flags.system_from(system, None, None) if system is not None else None
+    tuned = {name: value for name, value in pairs.items() if name.startswith("controller.")}
+    own = {name: value for name, value in pairs.items() if name not in tuned}
+
+    from frictionloop.firmware.words import shown
+
+    with connected(address) as device:
+        base = described or device.system
+        before = {name: device.parameters[name] for name in own}
+        after: dict[str, Any] = {}
+        if tuned:
+            given = _known(base, next(iter(tuned)))
+            described = _holding(given.evolve(tuned), tuned, unchecked)
+            before = {name: _value(given, name) for name in tuned} | before
+            after = {name: _value(described, name) for name in tuned}
+        if described is not None:
+            device.upload(described)
+            before |= {name: device.parameters[name] for name in own}
+        _commit(device, own)
+        after |= {name: device.parameters[name] for name in own}
+        words = {name: device.parameters.about(name) for name in own}
+    if json:
+        screen.show_json({"system": str(system) if system else None, "before": before, "after": after})
+        return
+    rows = [("table", f"set from {system}")] if system else []
+    rows += [(name, f"{before[name]} -> {after[name]}") for name in tuned]
+    rows += [(name, f"{shown(word, before[name])} -> {shown(word, after[name])}") for name, word in words.items()]
+    screen.show(screen.columns(rows))
+
+
+def _commit(device: Device, values: dict[str, Any]) -> None:
+    for name, value in values.items():
+        device.set(name, value)
+    if values:
+        device.commit()
+
+
+def _known(system: System | None, name: str) -> System:
+    if system is None:
+        raise FrictionloopError(f"{name}: of which system? A board does not tell; add --system FILE, its description")
+    return system
+
+
+def _value(system: System, path: str) -> Any:
+    found: Any = system
+    for name in path.split("."):
+        found = getattr(found, name)
+    return found
+
+
+def _holding(system: System, tuned: dict[str, Any], unchecked: bool) -> System:
+    """Return a system whose loop is stable by linear analysis; refuse another one with gains that hold."""
+    from frictionloop.cli import advice
+
+    found = None if unchecked else advice.of_system(system)
+    if found is None or found.stable:
+        return system
+    given = " ".join(
+        f"{name}={value:g}" if isinstance(value, float) else f"{name}={value}" for name, value in tuned.items()
+    )
+    near = "" if found.frequency_hz is None else f" near {found.frequency_hz:.3g} Hz"
+    held = " ".join(f"{name}={gain:g}" for name, gain in found.held.items())
+    instead = f"; gains that hold {found.band.where.removeprefix(', ')}: {held}" if held else ""
+    raise FrictionloopError(f"{given}: this loop rings{near}{instead}; --unchecked sets it all the same")
+
+
+def _pair(text: str) -> tuple[str, Any]:
+    name, equals, value = text.partition("=")
+    if not equals or not name or not value:
+        raise FrictionloopError(f"{text!r}: must be NAME=VALUE, such as drive.ceiling_um=2 or controller.kp=0.05")
+    return name, flags.scalar(value)
