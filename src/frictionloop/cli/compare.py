@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from frictionloop.cli import checks, flags, screen
-from frictionloop.cli import comparison_files as files
 from frictionloop.quantities.units import FrictionloopError
 
 if TYPE_CHECKING:
@@ -102,7 +101,8 @@ def command(
     _check_overrides(overrides)
     system = flags.system_from(file, preset or (None if file else "bench"), overrides)
 
-    from frictionloop.design import comparison as rooms
+    with screen.waiting("loading what compares"):
+        from frictionloop.design import comparison as rooms
 
     at = rooms.EVALUATION_SEED if seed is None else seed
     options: dict[str, Any] = {"path": out, "resume": resume, "n_jobs": jobs, "duration_s": duration_s}
@@ -118,23 +118,18 @@ def command(
         rows, margins = rooms.score_rows(scored), rooms.margin_rows(ran)
     saved: dict[str, Any] = {"results": out, "table": csv, "figures": plots}
     if csv is not None:
-        files.write_csv(rooms.tidy_rows(rows, margins), csv)
+        checks.write_csv(csv, rooms.tidy_rows(rows, margins))
     if plots is not None:
         with screen.waiting("drawing"):
-            files.draw(ran, scored, plots)
+            from frictionloop.report.figures.comparison import drawings
+            from frictionloop.report.style import svg
+
+            drawn = {name: svg(figure(), name) for name, _, figure in drawings(ran, scored)}
+        checks.write_figures("plots", plots, drawn)
     if json:
         below = rooms.below_oracle(scored)
-        _show_json(
-            system,
-            ran,
-            scored,
-            {
-                "scores": rows,
-                "margins": margins,
-                "below_clairvoyant": below and below._asdict(),
-                "saved": saved,
-            },
-        )
+        found = {"scores": rows, "margins": margins, "below_clairvoyant": below and below._asdict(), "saved": saved}
+        screen.show_json(_about(system, ran, scored) | found)
     else:
         from frictionloop.cli.comparison_text import summary
 
@@ -176,9 +171,10 @@ def _check_overrides(overrides: list[str] | None) -> None:
             raise FrictionloopError(f"{path}: every law of a comparison brings its own; leave it out")
 
 
-def _show_json(system: System, ran: Comparison, scored: xr.Dataset, more: dict[str, Any]) -> None:
+def _about(system: System, ran: Comparison, scored: xr.Dataset) -> dict[str, Any]:
+    """Return what was run, for a program."""
     about: dict[str, Any] = {"system": system.model_dump(), "laws": ran.laws, "left_out": ran.left_out}
     about |= {"seed": ran.seed, "fingers": len(ran.people)}
     about |= {"speeds_mm_s": ran.speeds_mm_s, "duration_s": ran.duration_s, "score_from_s": ran.start_s}
-    about["capable"] = {f"{v:g}": scored["capable"].sel(speed_mm_s=v).values for v in ran.speeds_mm_s}
-    screen.show_json(about | more)
+    able = {f"{v:g}": scored["capable"].sel(speed_mm_s=v).values for v in ran.speeds_mm_s}
+    return about | {"capable": able}

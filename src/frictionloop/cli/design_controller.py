@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Group, Parameter
 
 from frictionloop.cli import checks, flags, screen
-from frictionloop.cli.figure_files import write_figures
 
 if TYPE_CHECKING:
     from frictionloop.design.wanted import Designed, Wanted
@@ -71,7 +70,7 @@ def command(
     system = flags.system_from(file, preset, overrides)
 
     from frictionloop.analysis.headroom import headroom
-    from frictionloop.cli import controller_text, tracker_text
+    from frictionloop.cli import controller_text
     from frictionloop.design.learnt import knowing
     from frictionloop.design.synthesis import default_law
     from frictionloop.design.wanted import Wanted
@@ -94,7 +93,7 @@ def command(
         "",
         *controller_text.margin_text(found, wanted),
         "",
-        *tracker_text.tuned_text(designed),
+        *controller_text.stroke_text(designed),
         *controller_text.headroom_text(after, left, wanted),
         *(["", *(screen.wrapped(note) for note in designed.notes)] if designed.notes else []),
         *(["", *(f"saved {what} as {path}" for what, path in saved.items() if path)] if any(saved.values()) else []),
@@ -131,7 +130,7 @@ def _save(system: System, out: Path | None, plots: Path | None, figures: dict[st
     from frictionloop.parameters import write_toml
 
     if plots is not None:
-        write_figures("plots", plots, figures)
+        checks.write_figures("plots", plots, figures)
     if out is not None:
         write_toml(system, out)
     return {"controller": out, "figures": plots}

@@ -3,19 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
 from frictionloop.cli import checks, flags, screen
 from frictionloop.cli.axes import axes_of
 from frictionloop.quantities.units import FrictionloopError
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from frictionloop.cli.outcome import Outcome
-    from frictionloop.parameters import System
 
 ARGUMENTS = "[FILE] --over NAME=VALUES | --fingers N [OPTIONS]"
 MOST_FINGERS = 1_000_000
@@ -107,12 +101,14 @@ def command(
     if resume and out is None:
         raise FrictionloopError("resume: needs --out FILE.h5, the file of the sweep to continue")
     system = flags.system_from(file, preset, overrides)
-    points: Any = axes_of(over, seeds) if over else _people(system, fingers or 0, fingers_seed or 0, overrides)
     names = None if metrics is None else [name.strip() for name in metrics.split(",")]
     with screen.waiting("loading the compiled loop; after an installation it is compiled first"):
         from frictionloop.cli import outcome, population
+        from frictionloop.loop.record import save
         from frictionloop.loop.sweep import SweepInterrupted, sweep
 
+        people = population.population_of(system, fingers, fingers_seed or 0, overrides) if fingers else None
+        points: Any = people or axes_of(over or (), seeds)
         names = list(population.METRICS) if names is None and fingers else names
         outcome.compiled(system, points, seeds, names)
     if out is not None and not resume:
@@ -126,10 +122,16 @@ def command(
     found: outcome.Outcome
     if fingers:
         found = population.Population(result, clock.elapsed_s(), not interrupted, system, points)
-        _save_again(found.result, out)
+        if out is not None:  # what each finger can be given beside its metrics
+            save(found.result, out)
     else:
         found = outcome.Outcome(result, clock.elapsed_s(), complete=not interrupted)
-    _write(found, csv, plot)
+    if csv is not None:
+        checks.write_csv(csv, found.table())
+    if plot is not None:
+        from frictionloop.report.plot import plot as draw
+
+        draw(found.result, plot)
     saved = {"sweep": out, "table": csv, "plot": plot}
     if json:
         asked = {"system": system.model_dump(), "duration_s": duration_s, "score_from_s": score_from_s}
@@ -159,27 +161,3 @@ def _check_points(over: list[str] | None, fingers: int | None, fingers_seed: int
         return
     checks.check_count("fingers", fingers, 1, MOST_FINGERS // seeds)
     checks.check_count("fingers_seed", fingers_seed or 0, 0)
-
-
-def _people(system: System, count: int, seed: int, overrides: list[str] | None) -> Any:
-    from frictionloop.cli.population import population_of
-
-    return population_of(system, count, seed, overrides)
-
-
-def _write(found: Outcome, csv: Path | None, plot: Path | None) -> None:
-    """Write the table and the figure that were asked for."""
-    if csv is not None:
-        found.write_csv(csv)
-    if plot is not None:
-        from frictionloop.report.plot import plot as draw
-
-        draw(found.result, plot)
-
-
-def _save_again(result: xr.Dataset, out: Path | None) -> None:
-    """Keep what each finger can be given beside its metrics."""
-    if out is not None:
-        from frictionloop.loop.record import save
-
-        save(result, out)
