@@ -60,6 +60,13 @@ def check_count(name: str, value: int, least: int, most: int = 2**63 - 1) -> Non
         raise FrictionloopError(f"{name} = {value}: must be a whole number from {least} to {most}")
 
 
+def check_workers(jobs: int | None, resume: bool, out: Path | None, what: str) -> None:
+    """Refuse a number of workers out of range, and to go on with a file that is not named."""
+    check_count("jobs", 1 if jobs is None else jobs, 1, 1024)
+    if resume and out is None:
+        raise FrictionloopError(f"resume: needs --out FILE.h5, the file of the {what} to continue")
+
+
 def check_score(score_from_s: float, duration_s: float) -> None:
     """Refuse a scored part that is empty."""
     # A wrong duration is complained about where it is used.

@@ -144,10 +144,18 @@ def monitor(
     address: SameAddress,
     /,
     *,
-    duration_s: Annotated[float, Parameter(help="How long to look, in s.", group=flags.RUN)] = 10.0,
-    rate_hz: Annotated[float, Parameter(help="Lines a second, at most 100.", group=flags.RUN)] = 10.0,
+    duration_s: flags.Run[float] = 10.0,
+    rate_hz: flags.Run[float] = 10.0,
 ) -> None:
-    """Print one line per sample, without asking the plate for anything: `device run` closes the loop."""
+    """Print one line per sample, without asking the plate for anything: `device run` closes the loop.
+
+    Parameters
+    ----------
+    duration_s
+        How long to look, in s.
+    rate_hz
+        Lines a second, at most 100.
+    """
     if not 0 < rate_hz <= 100:
         raise FrictionloopError(f"rate_hz = {rate_hz:g}: must be above 0 and at most 100 lines a second")
     if not 0 < duration_s < float("inf"):

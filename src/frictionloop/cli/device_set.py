@@ -27,32 +27,31 @@ EXAMPLES = """Examples
 def command(
     address: SameAddress,
     /,
-    *assignments: Annotated[
-        str,
-        Parameter(
-            name="NAME=VALUE",
-            help="A parameter and its value: of the table, such as drive.ceiling_um=2, or of the controller, such as "
-            "controller.kp=0.05.",
-            group=flags.SYSTEM,
-        ),
-    ],
-    system: Annotated[
-        Path | None,
-        Parameter(
-            help="Set the whole table from this system (.toml), and the values given on top.", group=flags.SYSTEM
-        ),
-    ] = None,
-    unchecked: Annotated[
-        bool,
-        Parameter(help="Set gains that by analysis do not hold too.", show_default=False, group=flags.SYSTEM),
-    ] = False,
+    *assignments: Annotated[flags.Described[str], Parameter(name="NAME=VALUE")],
+    system: flags.Described[Path | None] = None,
+    unchecked: flags.Described[flags.Flag] = False,
     json: flags.Json = False,
 ) -> None:
-    """Set parameters of a device, all at once and while it runs; if one is wrong, none is. A reset forgets them."""
-    pairs = dict(_pair(text) for text in assignments)
+    """Set parameters of a device, all at once and while it runs; if one is wrong, none is. A reset forgets them.
+
+    Parameters
+    ----------
+    assignments
+        A parameter and its value: of the table, such as drive.ceiling_um=2, or of the controller, such as
+        controller.kp=0.05.
+    system
+        Set the whole table from this system (.toml), and the values given on top.
+    unchecked
+        Set gains that by analysis do not hold too.
+    """
+    pairs: dict[str, Any] = {}
+    for name, value in map(_pair, assignments):
+        if name in pairs:
+            raise FrictionloopError(f"{name} = {value}: is given twice; give it once")
+        pairs[name] = value
     if not pairs and system is None:
         raise FrictionloopError("set: needs NAME=VALUE or --system FILE")
-    described = flags.system_from(system, None, None) if system is not None else None
+    described = flags.given(system, None, None)[0] if system is not None else None
     tuned = {name: value for name, value in pairs.items() if name.startswith("controller.")}
     own = {name: value for name, value in pairs.items() if name not in tuned}
 

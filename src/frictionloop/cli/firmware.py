@@ -36,9 +36,9 @@ def export(
     json: flags.Json = False,
 ) -> None:
     """Write the parameter table of a system: as words for the device, as numbers with units, and the system itself."""
-    table = _table(file, preset, overrides, out)
+    table, origin = _table(file, preset, overrides, out)
     table.write(out)
-    _show(table, flags.named(file, preset, overrides), {}, [("table", str(out))], json)
+    _show(table, origin, {}, [("table", str(out))], json)
 
 
 def build(
@@ -47,14 +47,18 @@ def build(
     *,
     preset: flags.BenchPreset = None,
     overrides: flags.Overrides = None,
-    board: Annotated[
-        str, Parameter(help="teensy31, or mps2 or mps2-scenario for qemu-system-arm.", group=flags.RUN)
-    ] = "teensy31",
+    board: flags.Run[str] = "teensy31",
     out: Out,
     json: flags.Json = False,
 ) -> None:
-    """Build the image that runs a system's controller: .elf, .hex (to be flashed), .map; with the table beside it."""
-    table = _table(file, preset, overrides, out)
+    """Build the image that runs a system's controller: .elf, .hex (to be flashed), .map; with the table beside it.
+
+    Parameters
+    ----------
+    board
+        teensy31, or mps2 or mps2-scenario for qemu-system-arm.
+    """
+    table, origin = _table(file, preset, overrides, out)
 
     from frictionloop.device.emulator.memory_map import FLASH_BYTES, RAM_BYTES
     from frictionloop.firmware.image import FLASHED
@@ -73,14 +77,15 @@ def build(
         ("memory", f"{image.ram_bytes:,}" + (f" of {RAM_BYTES:,} bytes" if to_flash else " bytes")),
         ("table", str(out)),
     ]
-    _show(table, flags.named(file, preset, overrides), made, rows, json)
+    _show(table, origin, made, rows, json)
 
 
-def _table(file: Path | None, preset: str | None, overrides: list[str] | None, out: Path) -> Table:
+def _table(file: Path | None, preset: str | None, overrides: list[str] | None, out: Path) -> tuple[Table, str]:
     from frictionloop.firmware.export import table_of
 
     checks.check_folder("out", out)
-    return table_of(flags.system_from(file, preset or (None if file else "bench"), overrides))
+    system, origin = flags.given(file, preset, overrides, "bench")
+    return table_of(system), origin
 
 
 def _show(table: Table, origin: str, made: dict[str, Any], rows: list[tuple[str, str]], json: bool) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+import re
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -9,6 +11,7 @@ from cyclopts import App, Group, Parameter
 from cyclopts.help import DefaultFormatter, PanelSpec
 from rich.box import Box
 
+_MEANING = re.compile(r"^ {4}\S.*(?:\n {4}\S.*)*", re.MULTILINE)
 _NO_LINES = Box("    \n" * 8)
 
 HERE = Group("About", sort_key=9)
@@ -41,6 +44,9 @@ def new_app(name: str, text: str, **more: Any) -> App:
 def add(app: App, path: str, verbs: dict[str, Verb], **more: Any) -> None:
     """Add verbs to an app; ``path`` is what is typed before their names."""
     for name, verb in verbs.items():
+        # What a parameter means is one line, for the terminal to break.
+        told = inspect.cleandoc(verb.command.__doc__ or "")
+        verb.command.__doc__ = _MEANING.sub(lambda found: "    " + " ".join(found[0].split()), told)
         usage = f"{path} {name} {verb.arguments}"
         app.command(verb.command, name=name, usage=usage, help_epilogue=verb.examples, **more)
 

@@ -92,7 +92,7 @@ class Outcome:
     """A result of ``sweep``, perhaps not complete, and how long it took."""
 
     def __init__(self, result: xr.Dataset, elapsed_s: float, complete: bool) -> None:
-        self.result, self.elapsed_s = result, elapsed_s
+        self.result, self.elapsed_s, self.complete = result, elapsed_s, complete
         self.axes = [str(dim) for dim in result.dims if dim != "seed"]
         self.seeds = result.sizes["seed"]
         self.total = int(np.prod(list(result.sizes.values())))

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import json as json_text
 from pathlib import Path
-from typing import Annotated
-
-from cyclopts import Parameter
 
 from frictionloop.cli import flags, screen
+from frictionloop.quantities.units import FrictionloopError
 
 ARGUMENTS = "[OPTIONS]"
 EXAMPLES = """Examples
@@ -20,10 +18,19 @@ EXAMPLES = """Examples
 
 def command(
     *,
-    out: Annotated[Path, Parameter(help="Folder for the page and the claims.", group=flags.RESULT)] = Path("report"),
+    out: flags.Result[Path] = Path("report"),
     json: flags.Json = False,
 ) -> None:
-    """Rebuild the paper's figures and check its numbers: index.html and claims.json in a folder."""
+    """Rebuild the paper's figures and check its numbers: index.html and claims.json in a folder.
+
+    Parameters
+    ----------
+    out
+        Folder for the page and the claims.
+    """
+    if out.is_file():
+        raise FrictionloopError(f"out = {str(out)!r}: is a file; must be a folder, or a new one")
+
     from frictionloop.report import claims_tables, reproduce, summary
 
     claims = reproduce(out)
