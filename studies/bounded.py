@@ -15,6 +15,8 @@ import numpy as np
 import frictionloop as fl
 from frictionloop.design.comparison import protocol
 from frictionloop.design.comparison.scores import spread
+from frictionloop.parameters import System
+from frictionloop.physics.fingers import Fingers
 from studies.laws import RUNS
 from studies.robust_reach import robust_reach
 
@@ -32,7 +34,7 @@ KINDS = {"hold": protocol.HOLDS, "sines": protocol.SINES}
 LAWS = ("clairvoyant", "tracker", "oracle")
 
 
-def within_reach(system: fl.System, people: Any, speed_mm_s: float) -> np.ndarray:
+def within_reach(system: System, people: Any, speed_mm_s: float) -> np.ndarray:
     """Return which fingers can be given 0.9 N, and 0.3 N, all but a twentieth of the time, shape (fingers,).
 
     A finger that is capable at its mean load may not be where the load has drifted and trembled to: whatever the law,
@@ -40,13 +42,15 @@ def within_reach(system: fl.System, people: Any, speed_mm_s: float) -> np.ndarra
     are within these ends for longer), over many periods of the drift; a run of 11 s has one.
     """
     light, heavy = (
-        protocol.reached(system, [off_mean(system, each, side * ALL_BUT_A_TWENTIETH) for each in people], speed_mm_s)
+        protocol.reached(
+            system, Fingers(off_mean(system, each, side * ALL_BUT_A_TWENTIETH) for each in people), speed_mm_s
+        )
         for side in (-1.0, 1.0)
     )
     return np.asarray(light["reaches_high"].values & heavy["reaches_low"].values)
 
 
-def off_mean(system: fl.System, finger: dict[str, Any], deviations: float) -> dict[str, Any]:
+def off_mean(system: System, finger: dict[str, Any], deviations: float) -> dict[str, Any]:
     """Return a finger whose load is some standard deviations off its mean."""
     motion = {f"motion.{key}": value for key, value in system.motion} | finger
     load_n = motion["motion.load_n"]

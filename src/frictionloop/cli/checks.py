@@ -89,7 +89,7 @@ def write_figures(option: str, folder: Path, figures: Mapping[str, str]) -> None
 
 def write_csv(path: Path, table: Any) -> None:
     """Write rows, or a DataFrame, as a table."""
-    import pandas
+    import pandas  # type: ignore[import-untyped]
 
     with replacing(path) as beside:
         pandas.DataFrame(table).to_csv(beside, index=False)

@@ -104,7 +104,7 @@ def command(
 
         draw(found.result, plot)
     saved = {"sweep": out, "table": csv, "plot": plot}
-    about = {"fingers_seed": fingers_seed or 0} if fingers else {}
+    about: dict[str, Any] = {"fingers_seed": fingers_seed or 0} if fingers else {}
     if json:
         about |= {"system": system.model_dump(), "duration_s": duration_s, "score_from_s": score_from_s}
         screen.show_json(about | found.as_json() | {"saved": saved})

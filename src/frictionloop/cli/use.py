@@ -51,7 +51,8 @@ def _import(what: str) -> None:
             raise FrictionloopError(f"{OPTION} {what}: {error}") from None
         raise FrictionloopError(f"{OPTION} {what}: there is no such module; a file must end in .py") from None
     except SyntaxError as error:
-        raise FrictionloopError(f"{OPTION} {what}: SyntaxError in {error.filename}, line {error.lineno}: {error.msg}") from None
+        where = f"SyntaxError in {error.filename}, line {error.lineno}"
+        raise FrictionloopError(f"{OPTION} {what}: {where}: {error.msg}") from None
     except Exception as error:
         last = traceback.extract_tb(error.__traceback__)[-1]
         told = " ".join(str(error).split())
