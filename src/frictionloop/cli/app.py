@@ -28,7 +28,7 @@ from frictionloop.cli import (
 )
 from frictionloop.cli.flags import gather
 from frictionloop.cli.helptext import HERE, Verb, add, group_app, new_app
-from frictionloop.cli.screen import Interrupted, say
+from frictionloop.cli.screen import Interrupted, forget_notes, say
 from frictionloop.cli.use import used
 from frictionloop.quantities.units import FrictionloopError
 
@@ -123,6 +123,7 @@ def main(tokens: Sequence[str] | None = None) -> None:
 
 
 def _run(tokens: list[str]) -> int:
+    forget_notes()
     try:
         app(gather(used(tokens)), print_error=False, exit_on_error=False, result_action="return_value")
         return 0

@@ -134,7 +134,7 @@ def given(
     overrides = overrides_of(flags)
     system = base.evolve(overrides)
     for line in (*_left(base, system, overrides), *questions(system)):
-        screen.say(line)
+        screen.note(line)
     return system, changed(str(file) if file else f"{preset_name or instead}()", overrides)
 
 

@@ -13,7 +13,7 @@ from frictionloop.quantities import unit_of
 USUAL = {
     "nominal_n": (0.01, 20.0),
     "susceptibility_per_um2": (1e-3, 50.0),
-    "max_amplitude_um": (0.05, 100.0),
+    "max_amplitude_um": (1e-3, 100.0),
     "cutoff_hz": (1.0, 1e5),
     "frequency_hz": (0.01, 2e5),
     "resonance_hz": (5.0, 1e4),

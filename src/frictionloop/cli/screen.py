@@ -24,6 +24,25 @@ def interrupted(said: str, out: Any) -> Interrupted:
     return Interrupted(f"{said}, {kept}", resumable=out is not None)
 
 
+_NOTES: list[str] = []
+
+
+def note(line: str) -> None:
+    """Keep a line for stderr until there is a result, or long work begins: bad input is one line."""
+    _NOTES.append(line)
+
+
+def tell_notes() -> None:
+    """Write what was kept."""
+    while _NOTES:
+        say(_NOTES.pop(0))
+
+
+def forget_notes() -> None:
+    """Drop what an earlier command has kept."""
+    _NOTES.clear()
+
+
 def say(line: str) -> None:
     """Write one line to stderr."""
     print(line, file=sys.stderr, flush=True)
@@ -33,6 +52,7 @@ def show(*renderables: Any) -> None:
     """Write to stdout as wide as the terminal, at most 100 columns, where lines are still easy to follow."""
     from rich.console import Console
 
+    tell_notes()
     console = Console(highlight=False, markup=False)
     console.width = min(console.width, 100)
     for renderable in renderables:
@@ -41,6 +61,7 @@ def show(*renderables: Any) -> None:
 
 def show_json(result: Mapping[str, Any]) -> None:
     """Write one JSON object to stdout; NaN and infinity, which JSON lacks, become null."""
+    tell_notes()
     print(json.dumps(_plain(result), indent=2, ensure_ascii=False, allow_nan=False))
 
 

@@ -95,6 +95,7 @@ def command(
         outcome.compiled(system, points, seeds, names)
     if out is not None and not resume:
         outcome.check_finished(out)
+    screen.tell_notes()
     options: dict[str, Any] = {"score_from_s": score_from_s, "n_jobs": jobs, "path": out, "resume": resume}
     found = _swept(system, points, duration_s, seeds, names, **options)
     if csv is not None:

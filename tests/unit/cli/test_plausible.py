@@ -22,7 +22,7 @@ def test_no_finger_is_asked_about():
 @pytest.mark.parametrize(
     ("flag", "value", "said"),
     [
-        ("plate.max_amplitude_um", "2.5e-6", "2.5e-06 um: is the unit right? Usual are 0.05 to 100 um"),
+        ("plate.max_amplitude_um", "2.5e-6", "2.5e-06 um: is the unit right? Usual are 0.001 to 100 um"),
         ("sensor.noise_rms_n", "50", "50 N: is the unit right? Usual are 1e-08 to 0.5 N"),
     ],
 )
