@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,7 +13,6 @@ from frictionloop.cli.device import SameAddress, connected
 from frictionloop.quantities.units import FrictionloopError
 
 if TYPE_CHECKING:
-    from frictionloop.device.device import Device
     from frictionloop.parameters import System
 
 ARGUMENTS = "ADDRESS NAME=VALUE... [--system FILE]"
@@ -55,21 +55,22 @@ def command(
     tuned = {name: value for name, value in pairs.items() if name.startswith("controller.")}
     own = {name: value for name, value in pairs.items() if name not in tuned}
 
+    from frictionloop.firmware.parameter_words import firmware_words
     from frictionloop.firmware.words import shown
 
     with connected(address) as device:
-        base = described or device.system
         before = {name: device.parameters[name] for name in own}
         after: dict[str, Any] = {}
         if tuned:
-            given = _known(base, next(iter(tuned)))
-            described = _holding(given.evolve(tuned), tuned, unchecked)
-            before = {name: _value(given, name) for name in tuned} | before
-            after = {name: _value(described, name) for name in tuned}
+            base = _known(described or device.system, next(iter(tuned)))
+            described = _holding(base.evolve(tuned), tuned, unchecked)
+            before = {name: attrgetter(name)(base) for name in tuned} | before
+            after = {name: attrgetter(name)(described) for name in tuned}
         if described is not None:
-            device.upload(described)
-            before |= {name: device.parameters[name] for name in own}
-        _commit(device, own)
+            device.parameters.write(firmware_words(described))
+        for name, value in own.items():
+            device.set(name, value)
+        device.commit()
         after |= {name: device.parameters[name] for name in own}
         words = {name: device.parameters.about(name) for name in own}
     if json:
@@ -81,40 +82,27 @@ def command(
     screen.show(screen.columns(rows))
 
 
-def _commit(device: Device, values: dict[str, Any]) -> None:
-    for name, value in values.items():
-        device.set(name, value)
-    if values:
-        device.commit()
-
-
 def _known(system: System | None, name: str) -> System:
     if system is None:
         raise FrictionloopError(f"{name}: of which system? A board does not tell; add --system FILE, its description")
     return system
 
 
-def _value(system: System, path: str) -> Any:
-    found: Any = system
-    for name in path.split("."):
-        found = getattr(found, name)
-    return found
-
-
 def _holding(system: System, tuned: dict[str, Any], unchecked: bool) -> System:
     """Return a system whose loop is stable by linear analysis; refuse another one with gains that hold."""
-    from frictionloop.cli import advice
+    from frictionloop.cli import advice, describe
 
     found = None if unchecked else advice.of_system(system)
-    if found is None or found.stable:
+    if found is None:
         return system
-    given = " ".join(
-        f"{name}={value:g}" if isinstance(value, float) else f"{name}={value}" for name, value in tuned.items()
-    )
+    given = " ".join(f"{name}={describe.short(value)}" for name, value in tuned.items())
     near = "" if found.frequency_hz is None else f" near {found.frequency_hz:.3g} Hz"
     held = " ".join(f"{name}={gain:g}" for name, gain in found.held.items())
     instead = f"; gains that hold {found.band.where.removeprefix(', ')}: {held}" if held else ""
-    raise FrictionloopError(f"{given}: this loop rings{near}{instead}; --unchecked sets it all the same")
+    if not found.stable:
+        raise FrictionloopError(f"{given}: this loop rings{near}{instead}; --unchecked sets it all the same")
+    screen.note(f"{given}: this loop is close to ringing{near}{instead}")
+    return system
 
 
 def _pair(text: str) -> tuple[str, Any]:

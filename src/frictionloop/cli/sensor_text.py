@@ -128,10 +128,11 @@ def _block_text(found: SensorAnalysis) -> list[Any]:
 
 def _block_toml(found: SensorAnalysis) -> str:
     """Return the loop's ``sensor`` block as TOML."""
-    lines = ["[sensor]"]
-    for name, value in suspended_values(found.design).items():
-        lines.append(f'{name} = "{value}"' if isinstance(value, str) else f"{name} = {_digits(value)}")
-    return "\n".join(lines)
+    import tomlkit
+
+    values = suspended_values(found.design).items()
+    short = {name: float(f"{value:.6g}") if isinstance(value, float) else value for name, value in values}
+    return tomlkit.dumps({"sensor": short}).rstrip()
 
 
 def _left_out(found: SensorAnalysis) -> str:
@@ -144,7 +145,3 @@ def _left_out(found: SensorAnalysis) -> str:
         largest = ", the largest there" if name == loaded.dominant.name else ""
         said += f"; under {missing.force_n:g} N also {name} {missing.under_load_n:.1e} N rms{largest}"
     return f"{said}. The block has the electronics' noise at rest, and through adc_bits the converter's."
-
-
-def _digits(value: float) -> str:
-    return str(value) if isinstance(value, int) else repr(float(f"{value:.6g}"))

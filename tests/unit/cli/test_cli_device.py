@@ -192,6 +192,19 @@ def test_gains_that_ring_are_set_where_that_is_asked_for(frictionloop):
     assert said["after"] == {"controller.kp": 12.0}
 
 
+def test_of_gains_and_a_value_that_is_refused_neither_is_set(frictionloop, kept):
+    assert "law.high_n = 0.1 N" in refused(
+        frictionloop("device", "set", "sim:", *HOLD, "law.high_n=0.1", "law.low_n=0.9")
+    )
+    with fl.connect("sim:") as device:
+        assert device.parameters["law.gains"][0] == pytest.approx(10.0)
+
+
+def test_gains_close_to_ringing_are_set_with_a_word(frictionloop):
+    answer = frictionloop("device", "set", "sim:", "controller.kp=0.1", "controller.ki=150")
+    assert answer.code == 0 and "this loop is close to ringing near" in answer.err
+
+
 def test_gains_of_a_board_that_nobody_described_need_its_system(frictionloop, kept):
     assert frictionloop("device", "set", "sim:", "law.low_n=0.2").code == 0  # of no System from now on
     said = refused(frictionloop("device", "set", "sim:", *HOLD))
