@@ -37,10 +37,11 @@ class Represented:
         """
         for path, block in blocks.items():
             for name, value, default in self.missing(block):
+                told = f"{path}.{name} = {value!r}: {self.what} does not know this"
                 if name == "kind":
-                    raise FrictionloopError(f"{path}.kind = {value!r}: {self.what} has {', '.join(self._kinds(block))}")
+                    raise FrictionloopError(f"{told} kind; known: {', '.join(self._kinds(block))}")
                 other = "" if default is OUTSIDE else f"; must be {default!r} for this"
-                raise FrictionloopError(f"{path}.{name} = {value!r}: {self.what} does not know this field{other}")
+                raise FrictionloopError(f"{told} field{other}")
             self.check({f"{path}.{name}": inner for name, inner in block if isinstance(inner, BaseModel)})
 
     def missing(self, block: BaseModel) -> Iterator[tuple[str, Any, Any]]:

@@ -127,7 +127,7 @@ VERBS_WITHOUT_A_LOOP = [
     (("firmware", "build", "--out", "img", "--board", "uno"), "board = 'uno': accepted are teensy31, mps2"),
     (
         ("firmware", "export", "--out", "img", "--controller.kind", "oracle"),
-        "controller.kind = 'oracle': the firmware's form of the law has pi, lookup, filtered_pi, notch_pi, ",
+        "controller.kind = 'oracle': the firmware's form of the law does not know this kind; known: pi, lookup, ",
     ),
     (("device", "info"), "parameter ADDRESS requires an argument"),
     (("device", "info", "COM3"), "serial:///dev/cu.usbmodem1 (macOS), serial://COM3 (Windows)"),
