@@ -4,21 +4,25 @@ from __future__ import annotations
 
 import json as json_text
 from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
 
 from frictionloop.cli import flags, screen
-from frictionloop.quantities.units import FrictionloopError
 
 ARGUMENTS = "[OPTIONS]"
 EXAMPLES = """Examples
 
   frictionloop reproduce
   frictionloop reproduce --out my-report --json
+  frictionloop reproduce --only fig-5a,closed-loop-r2
 """
 
 
 def command(
     *,
     out: flags.Result[Path] = Path("report"),
+    only: Annotated[flags.Result[str | None], Parameter(metavar="NAME,...")] = None,
     json: flags.Json = False,
 ) -> None:
     """Rebuild the paper's figures and check its numbers: index.html and claims.json in a folder.
@@ -27,15 +31,32 @@ def command(
     ----------
     out
         Folder for the page and the claims.
+    only
+        Make these figures and claims alone, and no page: fig-5a,closed-loop-r2. The page names each.
     """
-    if out.is_file():
-        raise FrictionloopError(f"out = {str(out)!r}: is a file; must be a folder, or a new one")
+    with screen.waiting("loading what simulates and draws"):
+        from frictionloop.report import claims_tables, reproduce, summary
 
-    from frictionloop.report import claims_tables, reproduce, summary
-
+    if only is not None:
+        _some([name.strip() for name in only.split(",")], out, json)
+        return
     claims = reproduce(out)
     page = out / "index.html"
     if json:
         screen.show_json(json_text.loads((out / "claims.json").read_text(encoding="utf-8")) | {"page": page})
     else:
         screen.show(*claims_tables(claims), *summary(claims), f"The page: {page}")
+
+
+def _some(names: list[str], out: Path, json: bool) -> None:
+    """Make some figures and claims, and show the claims with all of their numbers."""
+    from frictionloop.report import claim_lines, reproduce
+
+    claims = reproduce(out, only=names)
+    figures = [out / "figures" / f"{name}.svg" for name in names if name not in {claim.id for claim in claims}]
+    if json:
+        screen.show_json({"claims": [claim.as_dict() for claim in claims], "figures": figures})
+        return
+    for claim in claims:
+        screen.show(*claim_lines(claim))
+    screen.show(*(f"The figure: {path}" for path in figures))

@@ -88,6 +88,8 @@ def shared_library(
         library.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise FrictionloopError(f"{library.parent}: cannot be made ({error.strerror or error})") from None
+    if not os.access(library.parent, os.W_OK):  # the linker would not say why
+        raise FrictionloopError(f"{library.parent}: cannot be written")
     with replacing(library) as fresh:
         folders = [f"-I{folder}" for folder in include]
         built = [*command, *given, "-fPIC", "-shared", *folders, *map(str, sources), "-o", str(fresh)]

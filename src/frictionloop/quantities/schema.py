@@ -23,12 +23,12 @@ class Word:
 
     name: str
     first: int
-    count: int
     format: str
-    unit: str
-    low: float | None
-    high: float | None
     text: str
+    count: int = 1
+    unit: str = ""
+    low: float | None = None
+    high: float | None = None
 
     @property
     def words(self) -> int:
@@ -58,16 +58,8 @@ def parameter_words() -> dict[str, Word]:
     words: dict[str, Word] = {}
     first = 0
     for entry in schema()["parameter"]:
-        word = Word(
-            entry["name"],
-            first,
-            entry.get("count", 1),
-            entry["format"],
-            entry.get("unit", ""),
-            entry.get("min"),
-            entry.get("max"),
-            entry["text"],
-        )
+        given = {{"min": "low", "max": "high"}.get(key, key): value for key, value in entry.items()}
+        word = Word(first=first, **given)
         words[word.name] = word
         first += word.words
     return words

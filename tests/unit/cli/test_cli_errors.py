@@ -188,11 +188,6 @@ def test_file_is_named(frictionloop, content, line):
     assert line in only_line(frictionloop("simulate", "bench.toml"))
 
 
-def test_a_report_cannot_be_a_file(frictionloop):
-    Path("a.csv").write_text("mine")
-    assert "out = 'a.csv': is a file; must be a folder" in only_line(frictionloop("reproduce", "--out", "a.csv"))
-
-
 def test_system_file_is_never_replaced(frictionloop):
     Path("bench.toml").write_text("# edited by hand\n")
     assert "exists and stays as it is" in only_line(frictionloop("simulate", "--save-system", "bench.toml"))

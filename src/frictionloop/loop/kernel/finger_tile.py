@@ -12,8 +12,7 @@ from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.physics.contact import ContactCoefficients, ContactState
 from frictionloop.physics.finger_step import FORCES, Static, limits_of, settled_of, substep_of
 from frictionloop.physics.motion import StrokePlan
-from frictionloop.physics.plate import PlateCoefficients
-from frictionloop.physics.pulses import pulse_step
+from frictionloop.physics.plate import PlateCoefficients, pulse_step
 from frictionloop.physics.vibration import Vibration
 from frictionloop.quantities.arithmetic import fma, step
 from frictionloop.sensing.suspended import (

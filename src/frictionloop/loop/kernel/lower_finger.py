@@ -76,12 +76,7 @@ def _timing(system: System) -> tuple[float, float, float]:
 
 def contact_of_step(system: System, h: float) -> tuple[float, ...]:
     """Return the coefficients of the contact for a step of h seconds."""
-    f = system.finger
-    if not isinstance(f, Skin):
-        return (0.0,) * 10
-    return contact_coefficients(
-        h, f.stiffness_n_m, f.damping_n_s_m, f.mass_kg, f.bristle_stiffness_n_m, f.bristle_damping_n_s_m
-    )
+    return contact_coefficients(system.finger, h) if isinstance(system.finger, Skin) else (0.0,) * 10
 
 
 def _lower_motion(slab: Slab, systems: Sequence[System], keys: np.ndarray, dt: float) -> np.ndarray:
