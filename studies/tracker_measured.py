@@ -14,7 +14,7 @@ from scipy.signal import freqz
 
 import frictionloop as fl
 from frictionloop.design.comparison import protocol
-from frictionloop.design.comparison.measured import told
+from frictionloop.design.comparison.entrants import told
 from frictionloop.design.learnt import learnt_in_run
 from frictionloop.design.tracker_loop import Row
 from frictionloop.design.tracker_search import RowSearch

@@ -17,7 +17,7 @@ import xarray as xr
 
 from frictionloop.design import comparison as rooms
 from frictionloop.design.comparison import protocol
-from frictionloop.design.comparison.measured import told
+from frictionloop.design.comparison.entrants import told
 from frictionloop.design.comparison.protocol import Condition
 from frictionloop.design.comparison.scores import spread
 from frictionloop.parameters import bench
@@ -116,7 +116,7 @@ def _spread(name: str, values: xr.DataArray) -> dict[str, float]:
 def main(laws: str = "tracker,notch_pi", fingers: str = "60", folder: str | None = None) -> None:
     """Compare some laws on some fingers, and print and draw what is left."""
     from frictionloop.cli import screen
-    from frictionloop.cli.figure_files import write_figures
+    from frictionloop.cli.checks import write_figures
     from frictionloop.report.style import svg
     from studies.why_figure import figure_why
     from studies.why_text import why_summary

@@ -24,10 +24,14 @@ GET_IT = (
 )
 
 
-def command(
-    image: Annotated[Path, Parameter(name="IMAGE", help="Intel hex file of `firmware build`.", group=flags.SYSTEM)], /
-) -> None:
-    """Flash an image: press the button on the board when asked to."""
+def command(image: Annotated[flags.Described[Path], Parameter(name="IMAGE")], /) -> None:
+    """Flash an image: press the button on the board when asked to.
+
+    Parameters
+    ----------
+    image
+        Intel hex file of `firmware build`.
+    """
     if image.suffix != ".hex":
         raise FrictionloopError(f"IMAGE = {str(image)!r}: must end in .hex; frictionloop firmware build makes one")
     if not image.is_file():

@@ -8,7 +8,10 @@ from frictionloop.device.pipe import Pipe
 from frictionloop.parameters import System, bench
 from frictionloop.quantities import FrictionloopError
 
-ADDRESSES = "sim:, emulated:image.elf, serial:///dev/ttyACM0, tcp://host:port"
+ADDRESSES = (
+    "sim:, emulated:image.elf, tcp://host:port, serial:///dev/ttyACM0 (Linux), serial:///dev/cu.usbmodem1 (macOS), "
+    "serial://COM3 (Windows)"
+)
 
 
 def opener(address: str, system: System | None = None, seed: int = 0) -> Callable[[], Pipe]:

@@ -83,6 +83,8 @@ def points_of(points: Mapping[str, Any] | Sequence[Mapping[str, Any]], seeds: in
 
     A list may name its dimension with an attribute ``dim``.
     """
+    if not isinstance(points, (Mapping, Sequence)):
+        raise FrictionloopError(f"points = {points!r}: must be {{path: values, ...}} or a list of such overrides")
     if len(points) == 0:
         raise FrictionloopError("points: a sweep needs at least one point: a path with values, or an override")
     if isinstance(points, Mapping):

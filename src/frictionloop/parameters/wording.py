@@ -86,6 +86,7 @@ def explain(system: Model, error: ValidationError, tree: Mapping[str, Any]) -> s
     if first["type"] in ("model_type", "dict_type"):
         return f"{path} = {_shown(first['input'])}: must be a table of values"
     message = first["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
+    message = message.replace("a valid tuple", "a list, such as [0.4, 0.8]")
     if isinstance(first["input"], (dict, BaseModel)):
         return f"{path}: {message}" if path else message
     unit = f" {unit_of(path)}" if unit_of(path) else ""

@@ -11,8 +11,7 @@ from typing import Any
 import xarray as xr
 
 from frictionloop.design.comparison import protocol
-from frictionloop.design.comparison.entrants import DESIGNED, Entrant, Overrides, entrants
-from frictionloop.design.comparison.measured import told
+from frictionloop.design.comparison.entrants import DESIGNED, Entrant, Overrides, entrants, told
 from frictionloop.design.comparison.plain import occluded_at, plain_strokes
 from frictionloop.design.comparison.protocol import Condition
 from frictionloop.design.comparison.store import Cell, Store, check_new

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import signal
 import struct
-from collections.abc import Callable
-from contextlib import suppress
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -90,10 +92,11 @@ class Processor:
         self.uc.emu_stop()
 
     def _run(self, begin: int, until: int, limit_us: int = 0) -> None:
-        try:
-            self.uc.emu_start(begin | 1, until, limit_us)
-        except self._error as error:
-            self._fault(str(error))
+        with _whole():
+            try:
+                self.uc.emu_start(begin | 1, until, limit_us)
+            except self._error as error:
+                self._fault(str(error))
         if self.failure is not None:
             raise self.failure
 
@@ -121,3 +124,20 @@ class Processor:
             self._write_register(page + offset, width, value)
         except FrictionloopError as error:
             self.stop(error)
+
+
+@contextmanager
+def _whole() -> Iterator[None]:
+    """Let Ctrl-C wait until unicorn has returned: raised inside one of its callbacks it would be lost."""
+    before = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(before):
+        yield
+        return
+    pressed: list[bool] = []
+    signal.signal(signal.SIGINT, lambda *_: pressed.append(True))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if pressed:
+        before(signal.SIGINT, None)
