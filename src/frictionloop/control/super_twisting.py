@@ -14,10 +14,7 @@ s goes to 0 exactly, and so needs no boundary layer. phi is taken from the last 
 with what phi changed by, at most L dt^2. In that interval u = f_r - d - (d - d before), the disturbance observer's with
 d predicted; outside, the rate of u is bounded, which is what a large step of d meets.
 
-Measured as in `disturbance_observer`, same beliefs and bandwidth, k's of L = 1e5 N/s^2, in mN: Dahl 16.3 / 31.9, slider
-14.8 / 33.9; with tremor of 30 um and 30 mN for all 13.6 / 26.9 and 12.0 / 24.0. L from 3e4 to 1e6 are alike, below it
-the rate of u limits: 1e4 leaves 18. No limit cycle was seen. A resonance believed too high is as fatal (slider,
-believed 139 Hz, true one 132: 34 / 56 mN), too low as benign (160: 11.7 / 23.1).
+What to believe is as in `disturbance_observer`.
 """
 
 from __future__ import annotations

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from frictionloop.analysis.state_space import Complex
+from frictionloop.control.notch import Section, section_response
 from frictionloop.design.pairing import ANGLES, paired, zeros_of
 from frictionloop.design.quadruple import Quadruple
 from frictionloop.quantities import FrictionloopError
@@ -21,7 +22,6 @@ SECTIONS = 6
 """Most sections the law has room for."""
 LARGEST = 2.0
 """Largest coefficient, by magnitude."""
-Section = tuple[float, float, float, float, float]
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Cascade:
     """Proportional gain, N/N."""
     ki: float
     """Integral gain, 1/s."""
-    sections: tuple[Section, ...]
+    sections: tuple[tuple[float, float, float, float, float], ...]
     """Coefficients of every section, in the order in which they run."""
     period_s: float
     """Control period Ts."""
@@ -50,10 +50,9 @@ class Cascade:
     def response(self, frequency_hz: ArrayLike) -> Complex:
         """Return C at z = exp(j 2 pi f Ts), error to force command, f in Hz above 0."""
         turn = 2j * np.pi * np.asarray(frequency_hz, dtype=float) * self.period_s
-        back = np.exp(-turn)
         value = self.kp + self.ki * self.period_s / np.expm1(turn)
-        for b0, b1, b2, a1, a2 in self.sections:
-            value = value * (b0 + b1 * back + b2 * back**2) / (1 + a1 * back + a2 * back**2)
+        for section in self.sections:
+            value = value * section_response(Section(*section), frequency_hz, 1.0 / self.period_s)
         return np.asarray(value)
 
 
