@@ -10,9 +10,9 @@ import numpy as np
 from frictionloop.analysis.linear import linearise
 from frictionloop.analysis.state_space import Complex
 from frictionloop.design.plants import Plants, detuned
-from frictionloop.design.sections import SECTIONS
 from frictionloop.design.weighted_plant import Weights
 from frictionloop.parameters import Skin, SuspendedSensor, System
+from frictionloop.parameters.filtered import FILTERS
 from frictionloop.quantities import FrictionloopError
 
 
@@ -36,7 +36,7 @@ class HinfWanted:
     """Largest rms of the command that sensor noise causes, N: beyond it the command strays into the clamp (assumed)."""
     overdrive: bool = True
     """Whether overdrive makes up for the plate, and not the sections."""
-    order: int = 2 * SECTIONS
+    order: int = 2 * FILTERS
     """Most states of the sections, at most 12."""
 
 
@@ -85,7 +85,7 @@ def check(wanted: HinfWanted, weights: Weights) -> None:
     for name, value, low, high in (
         ("sensitivity_peaks", min(wanted.sensitivity_peaks), 1.01, 10.0),
         ("resonance", wanted.resonance, 0.0, 0.45),
-        ("order", wanted.order, 1, 2 * SECTIONS),
+        ("order", wanted.order, 1, 2 * FILTERS),
         ("resonance_bias", weights.resonance_bias, -0.5, 0.5),
     ):
         if not (low <= value <= high):
