@@ -20,7 +20,7 @@ What to believe is as in `disturbance_observer`.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from frictionloop.control.force_observer import (
     ObserverGains,
@@ -31,9 +31,20 @@ from frictionloop.control.force_observer import (
 )
 from frictionloop.control.law import ForceCommand, Law, clamp_of
 from frictionloop.control.observer_gains import observer_gains, observer_start
-from frictionloop.parameters import SuperTwistingController
+from frictionloop.parameters.block import NotNegative
+from frictionloop.parameters.observing import Observing
 from frictionloop.quantities.arithmetic import fma, step
 from frictionloop.sensing.measurement import Measurement
+
+
+class SuperTwistingController(Observing):
+    """Super-twisting sliding mode on the observed friction force (paper, ref. [16])."""
+
+    kind: Literal["super_twisting"] = "super_twisting"
+    k1: NotNegative = 474.0
+    """Gain on the root of the sliding variable, sqrt(N)/s: 1.5 sqrt(L), L in N/s^2 the largest phi'."""
+    k2: NotNegative = 1.1e5
+    """Gain of the integral, N/s^2: 1.1 L."""
 
 
 class SuperTwistingState(NamedTuple):
@@ -121,7 +132,7 @@ def super_twisting_start(controller: SuperTwistingController) -> SuperTwistingSt
     return SuperTwistingState(observer_start(controller), 0.0, 0.0, 0.0)
 
 
-SUPER_TWISTING_LAW = Law(
+LAW = Law(
     "super_twisting",
     super_twisting_step,
     SuperTwistingState,

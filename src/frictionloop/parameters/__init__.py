@@ -7,7 +7,7 @@ from frictionloop.parameters.filtered import FilteredPiController, NotchPiContro
 from frictionloop.parameters.finger import AnyFriction, Finger, FingerFriction, RigidFinger, Skin
 from frictionloop.parameters.model import Model
 from frictionloop.parameters.motion import Motion, Sliding, Strokes
-from frictionloop.parameters.observing import ObserverController, SuperTwistingController
+from frictionloop.parameters.observing import ObserverController
 from frictionloop.parameters.plant import (
     Friction,
     FrictionLaw,
@@ -77,7 +77,6 @@ __all__ = [
     "Source",
     "Steps",
     "Strokes",
-    "SuperTwistingController",
     "SuspendedSensor",
     "System",
     "Touch",

@@ -90,14 +90,11 @@ def _place(whole: type[Description], tree: dict[str, Any], path: str, value: Any
 
 def _change_kind(whole: type[Description], tree: dict[str, Any], block: str, kind: str) -> None:
     """Swap a block for one of another kind, keeping what describes the bench."""
-    for model in wording.kinds_of(whole, block):
-        if model.model_fields["kind"].default == kind:
-            registry = wording.registry_of(whole, block)
-            kept = registry.carried(tree[block], model) if registry else {}
-            tree[block] = kept | {"kind": kind}
-            for name, field in model.model_fields.items():
-                if name not in tree[block] and not field.is_required():
-                    tree[block][name] = field.get_default(call_default_factory=True)
-            return
-    accepted = ", ".join(repr(model.model_fields["kind"].default) for model in wording.kinds_of(whole, block))
-    raise FrictionloopError(f"{block}.kind = {kind!r} is unknown; accepted: {accepted}{OWN}")
+    registry = wording.registry_of(whole, block)
+    if registry is None or kind not in registry.names:
+        accepted = ", ".join(map(repr, registry.names if registry else [tree[block]["kind"]]))
+        raise FrictionloopError(f"{block}.kind = {kind!r} is unknown; accepted: {accepted}{OWN}")
+    tree[block] = registry.carried(tree[block], registry[kind]) | {"kind": kind}
+    for name, field in registry[kind].model_fields.items():
+        if name not in tree[block] and not field.is_required():
+            tree[block][name] = field.get_default(call_default_factory=True)
