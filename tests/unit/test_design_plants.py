@@ -41,6 +41,10 @@ def test_peaks_are_what_the_margins_of_each_loop_say(gain: float) -> None:
         assert peak == pytest.approx(wanted, rel=5e-3) if wanted <= 10.0 or np.isinf(wanted) else peak > 9.0
 
 
+def test_an_integral_of_the_wrong_sign_is_unstable() -> None:
+    assert not PLANTS.stable(PLANTS.pi(0.0, -20.0)).any()
+
+
 def test_printed_gains_are_unstable_everywhere_and_infinite() -> None:
     assert np.all(np.isinf(PLANTS.peaks(PLANTS.pi(10.0, 2.0))))
 

@@ -99,7 +99,8 @@ class Plants:
         """
         phase = np.unwrap(np.angle(self.returned(controller)), axis=1)
         # From -90 degrees, where the integral rules, to 0 at half the rate; each turn is two unstable poles.
-        return np.asarray(np.abs(phase[:, -1]) < 1.0)
+        # An integral of the wrong sign begins at 90.
+        return np.asarray((phase[:, 0] < 1.0) & (np.abs(phase[:, -1]) < 1.0))
 
     def distances(self, controller: Complex) -> Array:
         """Return the smallest distance of G from -1 in each loop, 1/Ms of a stable one; G goes straight in between."""
