@@ -8,6 +8,9 @@ PINS   := pyproject.toml requirements/lock.txt
 comma  := ,
 ZIG    := $(if $(shell command -v cc),,$(comma)bench-zig)
 
+# Tests are rewritten and compiled in each of their processes unless Python may keep what it compiled.
+unexport PYTHONDONTWRITEBYTECODE
+
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .DELETE_ON_ERROR:

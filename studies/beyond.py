@@ -26,11 +26,9 @@ from frictionloop.design.comparison.traces import LEVEL_N, step_traces
 from frictionloop.parameters import bench
 from frictionloop.quantities.version import package_version
 from frictionloop.report import beyond
-from frictionloop.report.figures.beyond import WINDOWS_S
+from frictionloop.report.beyond import SPEED_MM_S
 from studies.linear_reach import linear_reach_table
 
-SPEED_MM_S = 20.0
-"""Speed of the strokes (paper, Sec. 4.2)."""
 PEAK = 2.0
 """Largest |S| that the computed limit allows."""
 OF = ("lookup", "printed_pi", "retuned_pi", "notch_pi", "tracker", "oracle")
@@ -88,7 +86,7 @@ def write(found: Mapping[str, Any], traces: xr.Dataset, folder: Path = FOLDER) -
     with (folder / beyond.STEPS).open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(["time_s", "f_r", *(f"{law}, {contact}" for law, contact in columns)])
-        for window in WINDOWS_S.values():
+        for window in beyond.WINDOWS_S:
             part = traces.sel(time=slice(*window))
             forces = [part["f_a"].sel(law=law, contact=contact).values for law, contact in columns]
             set_to = part["f_r"].isel(law=0, contact=0).values

@@ -26,19 +26,24 @@ settings.load_profile("default")
 COMPILE = """
 import sys
 import frictionloop as fl
+alone, bench = sys.argv[1] == "1", fl.bench()
 kinds = ["pi", "lookup", "oracle", "notch_pi", "observer", "super_twisting", "tracker"]
-for contact in ("dahl", "slider", "lugre"):
-    for kind in kinds if contact == "dahl" else kinds[:1]:
-        bench = fl.bench().evolve({"finger.contact": contact, "controller.kind": kind})
-        if sys.argv[1] == "0":
-            fl.simulate(bench, 0.01)
-        else:
-            fl.sweep(bench, {"setpoint.offset_n": [0.5, 0.6]}, 0.01, n_jobs=1)
-if sys.argv[1] == "0":
-    fl.simulate(fl.paper(), 0.01)
-else:
-    fl.sweep(fl.paper(), {"controller.kp": [1.0, 2.0]}, 0.01, n_jobs=1)
+steps = fl.Steps(times_s=(0.0, 0.004), levels_n=(0.5, 0.6))
+systems = [
+    fl.paper(),
+    *(bench.evolve({"controller.kind": kind}) for kind in kinds),
+    *(bench.evolve({"finger.contact": contact}) for contact in ("slider", "lugre")),
+    bench.evolve({"finger.kind": "rigid"}),
+    bench.evolve({"controller.jitter_s": 1e-5, "controller.lost_ticks": 0.01}),
+    bench.evolve({"setpoint": steps, "disturbance": steps}),
+]
+for system in systems:
+    if alone:
+        fl.simulate(system, 0.01)
+    else:
+        fl.sweep(system, {"plate.max_amplitude_um": [2.3, 2.4, 2.5]}, 0.01, n_jobs=1)
 """
+"""Fills the cache with tiles of single runs ("1"), or with those of sweeps, which take three runs or more at once."""
 TOGETHER = "tests/claims/"
 """Tests that share the report's results, which take longest of all to compute: one worker takes them all.
 
@@ -103,7 +108,7 @@ def pytest_configure(config: pytest.Config) -> None:
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_setupnodes() -> None:
     """Fill the cache of tiles, those of single runs and of sweeps side by side, before every worker compiles them."""
-    halves = [subprocess.Popen([sys.executable, "-c", COMPILE, half]) for half in ("0", "1")]
+    halves = [subprocess.Popen([sys.executable, "-c", COMPILE, lanes]) for lanes in ("1", "32")]
     for half in halves:
         half.wait()  # what does not compile is told by the tests that need it
 

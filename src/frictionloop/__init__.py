@@ -26,10 +26,11 @@ from typing import Any
 
 _HOME = {
     "quantities": "FrictionloopError Lti",
-    "parameters": "READINGS RETUNED System bench feasible paper preset read_toml to_toml write_toml",
+    "parameters": "READINGS RETUNED System bench feasible paper preset read_toml write_toml",
+    "parameters.files": "to_toml",
     "parameters.board": "Board",
     "parameters.sources": "ColouredNoise Constant LogSweep Recording Samples Signal Sine Steps",
-    "parameters.timing": "Timing",
+    "parameters.timing": "Model Timing",
     "parameters.plant": "Friction FrictionLimit LowpassPlate LowpassSensor ResonantPlate SuspendedSensor",
     "parameters.finger": "FingerFriction RigidFinger Skin",
     "parameters.motion": "Sliding Strokes",
@@ -38,7 +39,6 @@ _HOME = {
     "parameters.filtered": "FilteredPiController NotchPiController",
     "parameters.observing": "ObserverController",
     "parameters.tracking": "TrackerController",
-    "parameters.model": "Model",
     "control.super_twisting": "SuperTwistingController",
     "control.law": "Clamp ForceCommand Law clamp_of",
     "physics.vibration": "Vibration",

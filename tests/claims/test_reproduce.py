@@ -10,15 +10,18 @@ from xml.etree import ElementTree
 
 import pytest
 
+from frictionloop.loop.progress import Bar
 from frictionloop.quantities import FrictionloopError
 from frictionloop.report import build
-from frictionloop.report.figures import drawings
-from frictionloop.report.page import maths, render
-from frictionloop.report.results import Results, parts
+from frictionloop.report.claims import THESIS
+from frictionloop.report.figures import DRAWINGS
+from frictionloop.report.page import Drawn, maths, render
+from frictionloop.report.results import FIELDS, Results, parts
 from frictionloop.report.style import svg
 from frictionloop.report.tolerances import RULES
 
 DOI = "https://doi.org/10.1007/978-3-319-93399-3_29"
+EMPTY = Drawn('<svg width="1pt" height="1pt"></svg>', "0")
 VOID = {"meta", "link", "br", "img", "hr", "input"}
 
 
@@ -51,7 +54,7 @@ def folder(results, tmp_path_factory):
     """Reproduce into a folder, with the results that the other tests use too."""
     target = tmp_path_factory.mktemp("report")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(build, "Results", lambda advance: results)
+        patch.setattr(build, "Results", lambda bar: results)
         build.reproduce(target, progress=False)
     return target
 
@@ -84,9 +87,8 @@ def test_links_within_the_page_lead_somewhere(page):
 def test_the_page_shows_every_figure_and_claim(page, results, folder):
     claims = json.loads((folder / "claims.json").read_text(encoding="utf-8"))["claims"]
     assert {f"claim-{claim['id']}" for claim in claims} <= set(page.ids)
-    names = [drawing.name for drawing in drawings(results)]
-    assert len(names) == len(set(names)) == build.FIGURES
-    assert {path.stem for path in (folder / "figures").iterdir()} == set(names)
+    names = set(DRAWINGS)
+    assert {path.stem for path in (folder / "figures").iterdir()} == names
     for name in names:
         assert any(id.startswith(f"{name}-") for id in page.ids), name
 
@@ -102,23 +104,22 @@ def test_figures_are_svg_without_dates(folder):
     "name", ["fig-1a", "fig-1b", "fig-2a-reachable", "fig-2c-printed", "fig-2e", "fig-3", "fig-4b", "fig-5a", "fig-5c"]
 )
 def test_a_figure_is_the_same_bytes_twice(results, folder, name):
-    drawing = next(drawing for drawing in drawings(results) if drawing.name == name)
-    assert svg(drawing.draw(), name) == (folder / "figures" / f"{name}.svg").read_text(encoding="utf-8")
+    assert svg(DRAWINGS[name](results), name) == (folder / "figures" / f"{name}.svg").read_text(encoding="utf-8")
 
 
 def test_the_page_is_the_same_text_twice(results, claims):
-    figures = {drawing.name: "<svg></svg>" for drawing in drawings(results)}
+    figures = dict.fromkeys(DRAWINGS, EMPTY)
     assert render(results, claims, figures) == render(results, claims, figures)
 
 
 def test_symbols_are_set(results, claims):
-    figures = {drawing.name: "" for drawing in drawings(results)}
+    figures = dict.fromkeys(DRAWINGS, EMPTY)
     text = render(results, claims, figures)
     assert "<i>K</i><sub>p</sub> starts at 5" in text and "{{" not in text
 
 
 def test_the_first_sentence_tells_whether_the_idea_holds_and_the_next_part_what_does_not(results, claims):
-    figures = {drawing.name: "" for drawing in drawings(results)}
+    figures = dict.fromkeys(DRAWINGS, EMPTY)
     text = " ".join(render(results, claims, figures).split())
     answer = text[text.index('<section id="answer">') :]
     assert answer[: answer.index("</b>")].endswith("The idea of the paper holds:")
@@ -129,7 +130,7 @@ def test_the_first_sentence_tells_whether_the_idea_holds_and_the_next_part_what_
 
 
 def test_every_rule_of_agreement_is_on_the_page(results, claims):
-    figures = {drawing.name: "" for drawing in drawings(results)}
+    figures = dict.fromkeys(DRAWINGS, EMPTY)
     text = render(results, claims, figures)
     assert all(str(maths(rule)) in text for rule in RULES)
 
@@ -166,3 +167,43 @@ def test_claims_are_folded_and_can_be_filtered(page, folder):
     folded = re.findall(r'<details id="claim-([^"]+)" class="claim [^"]*">', text)
     assert sorted(folded) == sorted(claim["id"] for claim in claims)
     assert 'id="filter"' in text and "prefers-color-scheme: dark" in text
+
+
+def test_every_figure_and_claim_can_be_cited_by_version_command_and_seeds(folder):
+    text = (folder / "index.html").read_text(encoding="utf-8")
+    claims = json.loads((folder / "claims.json").read_text(encoding="utf-8"))["claims"]
+    lines = re.findall(
+        r'<p class="cite">frictionloop [\w.+]+ · <code>frictionloop reproduce --only (\S+)</code> · (.+)</p>', text
+    )
+    assert sorted(name for name, _ in lines) == sorted([*DRAWINGS, *(claim["id"] for claim in claims)])
+    seeds = dict(lines)
+    assert (seeds["fig-5a"], seeds["fig-1b"]) == ("seeds 0 to 14", "no random numbers")
+    assert all(seeds[claim["id"]].endswith(claim["seeds"]) for claim in claims if claim["seeds"] != "none")
+
+
+def test_the_thesis_is_the_first_claim_of_the_page_and_stands_once(folder):
+    text = (folder / "index.html").read_text(encoding="utf-8")
+    assert re.findall(r'id="claim-([^"]+)"', text)[0] == THESIS
+
+
+def test_laws_beyond_the_paper_are_shown_in_a_figure_first(folder):
+    text = (folder / "index.html").read_text(encoding="utf-8")
+    section = text[text.index('<section id="beyond">') :]
+    assert section.index("<svg") < section.index("<p><b>") < section.index("<table")
+
+
+def test_the_progress_line_names_the_figure_under_way():
+    said = []
+    results = Results(Bar("report", lambda: None, said.append))
+    assert results.systems and not said
+    assert all(hasattr(results, field) for field in ("population", "steady"))
+    assert said == ["report: Fig. 1a, sliding trials", "report: equation (3)"]
+    assert set(FIELDS) == {name.partition(".")[0] for name, _ in parts()}
+
+
+def test_a_row_that_needs_an_assumption_names_it(folder, claims):
+    text = " ".join((folder / "index.html").read_text(encoding="utf-8").split())
+    rows = dict(re.findall(r'<details id="claim-([^"]+)".*?<summary>(.*?)</summary>', text))
+    assert "comes out under: half a period of delay" in rows["kp-optimum"]
+    for claim in claims:
+        assert ("comes out under: " in rows[claim.id]) == (claim.verdict == "under an assumption"), claim.id

@@ -10,10 +10,11 @@ from functools import cache
 
 import numpy as np
 import pytest
+from contact_constants import constants_of
 from numba import njit
 from scipy.integrate import solve_ivp
 
-from frictionloop.physics.contact import ContactState, contact_coefficients
+from frictionloop.physics.contact import ContactState
 from frictionloop.physics.contact_bristle import dahl_step, lugre_step
 
 DT = 2e-5
@@ -113,7 +114,7 @@ def simulated(law, v, name, parts=1):
     limit, speed, start, duration = scenarios(v)[name]
     steps = round(duration / DT) * parts
     middles = (np.arange(steps) + 0.5) * DT / parts
-    coefficients = contact_coefficients(DT / parts, K, C, M, S0, DAMPING[law])
+    coefficients = constants_of(DT / parts, K, C, M, S0, DAMPING[law])
     forces = RUN[law](ContactState(*start, 0.0), limit(middles), speed(middles), coefficients)
     return forces.reshape(-1, parts).mean(axis=1)
 

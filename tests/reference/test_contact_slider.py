@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from contact_constants import constants_of
 from numba import njit
 from scipy.integrate import solve_ivp
 
-from frictionloop.physics.contact import ContactState, contact_coefficients
+from frictionloop.physics.contact import ContactState
 from frictionloop.physics.contact_slider import slider_step
 
 DT = 2e-5
@@ -111,7 +112,7 @@ def simulated(v, name, parts=1):
     (limit, _), speed, start, corners = scenarios(v)[name]
     steps = round(corners[-1] / DT) * parts
     middles = (np.arange(steps) + 0.5) * DT / parts
-    coefficients = contact_coefficients(DT / parts, K, C, M, S0)
+    coefficients = constants_of(DT / parts, K, C, M, S0)
     forces = run(ContactState(*start, limit(0.0) / S0), limit(middles), speed(middles), coefficients)
     return forces.reshape(-1, parts).mean(axis=1)
 

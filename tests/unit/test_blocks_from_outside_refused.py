@@ -273,26 +273,29 @@ def test_a_friction_law_that_cannot_run_is_refused(given, told):
         friction(**given)
 
 
-@fl.step
-def root(amplitude_um, occluded, coefficients):
-    """A law that is no number above 1.1 um, if its parameter is that."""
-    inside = math.sqrt(coefficients.per_um - amplitude_um) * 0.0
-    return 1.0 - 0.3 * amplitude_um + inside
+class Failing(NamedTuple):
+    until_um: float
+    below: float
 
 
 @fl.step
-def below(amplitude_um, occluded, coefficients):
-    """A law that is less than none above 1.1 um, if its parameter is that."""
-    return 1.0 - 0.3 * amplitude_um if amplitude_um <= coefficients.per_um else -0.1
+def fails(amplitude_um, occluded, coefficients):
+    """A law that is no number beyond an amplitude, or less than none there: one for both compiles half as long."""
+    if coefficients.below > 0.0:
+        return 1.0 - 0.3 * amplitude_um if amplitude_um <= coefficients.until_um else -0.1
+    return 1.0 - 0.3 * amplitude_um + math.sqrt(coefficients.until_um - amplitude_um) * 0.0
 
 
 @pytest.mark.parametrize(
     ("contact", "form"),
     [("rigid", "float"), ("dahl", "float"), ("lugre", "float"), ("slider", "float"), ("dahl", "firmware")],
 )
-@pytest.mark.parametrize(("step", "told"), [(root, "nan at 1.1"), (below, "-0.1 at 1.1")])
-def test_friction_that_is_no_number_or_less_than_none_is_an_error_of_the_run(step, told, contact, form):
-    friction(step, lambda f: Share(3.0 if f.speed_slope == 0.0 else 1.1))
+@pytest.mark.parametrize(("below", "told"), [(0.0, "nan at 1.1"), (1.0, "-0.1 at 1.1")])
+def test_friction_that_is_no_number_or_less_than_none_is_an_error_of_the_run(below, told, contact, form):
+    fl.register(
+        fl.Vibration("own", fails, Failing, lambda f: Failing(3.0 if f.speed_slope == 0.0 else 1.1, below)),
+        OwnFriction,
+    )
     finger = {"finger.kind": "rigid"} if contact == "rigid" else {"finger.contact": contact}
     system = BENCH.evolve({"friction.kind": "own", "setpoint": fl.Constant(offset_n=0.3), "controller.form": form})
     system = system.evolve(finger)

@@ -20,7 +20,7 @@ SHORT = {"duration_s": 1.0, "start_s": 0.4, "progress": False}
 LAWS = ["lookup", "retuned_pi"]
 
 
-def short(path=None, count=3, seed=5, laws=LAWS, speeds=(20.0,), system=None, **more):
+def short(path=None, count=2, seed=5, laws=LAWS, speeds=(20.0,), system=None, **more):
     return rooms.compare(system or fl.bench(), count, seed, laws, speeds, path=path, **SHORT | more)
 
 
@@ -130,7 +130,7 @@ def test_the_cells_are_those_of_a_sweep(whole):
     law = {"controller.kind": "lookup"}
     at = protocol.Condition(20.0, "slider", "hold 0.6")
     system = fl.bench().evolve({**protocol.overrides_of(at, 1.0), **law})
-    people, seeds = protocol.population(fl.bench(), 3, 5), [protocol.noise_seed(5, "hold 0.6")]
+    people, seeds = protocol.population(fl.bench(), 2, 5), [protocol.noise_seed(5, "hold 0.6")]
     alone = fl.sweep(system, people, 1.0, seeds, ["rms_error"], score_from_s=0.4)
     cell = whole.cells["rms_error"].sel(law="lookup", speed_mm_s=20.0, contact="slider", task="hold 0.6")
     np.testing.assert_array_equal(cell, alone["rms_error"].values[:, 0])
@@ -212,10 +212,10 @@ def test_more_laws_and_speeds_join_a_file(whole, tmp_path):
 def test_a_file_keeps_the_cells_that_are_not_asked_for(laws, tmp_path):
     """Resumed with fewer laws and speeds than it holds, the file is written anew: every cell must come through."""
     path = tmp_path / "r.h5"
-    short(path, count=2, speeds=(20.0, 40.0))
+    short(path, speeds=(20.0, 40.0))
     before = fl.load(path)
     assert (before["digest"] != "").sum() == 2 * 2 * (2 * len(protocol.TASKS) + len(protocol.SINES))
-    short(path, count=2, resume=True, laws=laws, speeds=(20.0,))
+    short(path, resume=True, laws=laws, speeds=(20.0,))
     after = fl.load(path)
     assert set(after["law"].values) == {"plain", *LAWS, *laws}
     xr.testing.assert_identical(after.sel(law=before["law"]), before)
@@ -223,7 +223,7 @@ def test_a_file_keeps_the_cells_that_are_not_asked_for(laws, tmp_path):
 
 def test_a_file_refuses_what_it_does_not_keep(tmp_path, monkeypatch):
     path = tmp_path / "r.h5"
-    short(path, count=2, laws=["lookup"])
+    short(path, laws=["lookup"])
     before = path.read_bytes()
 
     def refused(match, **more):

@@ -6,20 +6,20 @@ import math
 
 import numpy as np
 import pytest
+from contact_constants import constants_of
 from hypothesis import given
 from hypothesis import strategies as st
 from numba import njit
 
 from frictionloop.loop.kernel.access import doubles, load, peek, poke, store
 from frictionloop.loop.kernel.slab import LANES
-from frictionloop.physics.contact import ContactCoefficients, ContactState, contact_coefficients
+from frictionloop.physics.contact import ContactCoefficients, ContactState
 from frictionloop.physics.contact_bristle import dahl_step, lugre_step
 from frictionloop.physics.contact_slider import slider_step
-from frictionloop.quantities import FrictionloopError
 
 STEPS = {"dahl": dahl_step, "lugre": lugre_step, "slider": slider_step}
 K, C, M, S0, S1, DT = 1e3, 1.0, 1e-4, 2e4, 1.4, 2e-5
-COEFFICIENTS = contact_coefficients(DT, K, C, M, S0, S1)
+COEFFICIENTS = constants_of(DT, K, C, M, S0, S1)
 REST = ContactState(0.0, 0.0, 0.0)
 
 
@@ -133,7 +133,8 @@ def test_the_slider_never_exceeds_its_limit(lag, lag_speed, bristle, last, limit
 def lane_values(random):
     """Return a state, inputs and constants for every lane, all different, some lifted and some beyond the limit."""
     scale = random.uniform(0.5, 2.0, (6, LANES))
-    constants = contact_coefficients(DT, *(scale[:5] * np.array([[K], [C], [M], [S0], [S1]])))
+    values = (scale[:5] * np.array([[K], [C], [M], [S0], [S1]])).T
+    constants = np.transpose([constants_of(DT, *own) for own in values])
     state = random.uniform(-1, 1, (3, LANES)) * np.array([[1e-3], [0.2], [5e-5]])
     limits = random.uniform(-0.2, 1, LANES)
     return constants, np.vstack([state, random.uniform(0, 5e-5, LANES)]), limits, random.uniform(-0.2, 0.2, LANES)
@@ -166,34 +167,3 @@ def test_a_tile_of_lanes_has_the_bits_of_single_fingers(law):
         for _ in range(50):
             single, force = step(single, limits[lane], speeds[lane], alone)
         assert (*single, force) == (*flat.reshape(slab.shape)[:4, lane], flat.reshape(slab.shape)[6, lane])
-
-
-def test_constants_of_lanes_have_the_bits_of_single_ones():
-    random = np.random.default_rng(4)
-    given_ = random.uniform(0.1, 10, (6, LANES)) * np.array([[DT], [K], [C], [M], [S0], [S1]])
-    lanes = contact_coefficients(*given_)
-    for lane in range(LANES):
-        assert contact_coefficients(*given_[:, lane]) == tuple(values[lane] for values in lanes)
-
-
-@pytest.mark.parametrize(
-    ("name", "bad", "says"),
-    [
-        ("dt", 0.0, "dt = 0 s: must be finite and above 0"),
-        ("skin_stiffness_n_per_m", -1.0, "skin_stiffness_n_per_m = -1 N/m: must be finite and above 0"),
-        ("skin_damping_n_s_per_m", -1.0, "skin_damping_n_s_per_m = -1 N s/m: must be finite and at least 0"),
-        ("skin_mass_kg", [1e-4, math.nan], "skin_mass_kg = nan kg: must be finite and above 0"),
-        ("bristle_stiffness_n_per_m", math.inf, "bristle_stiffness_n_per_m = inf N/m: must be finite and above 0"),
-        ("bristle_damping_n_s_per_m", "x", "bristle_damping_n_s_per_m = 'x': must be a number"),
-    ],
-)
-def test_bad_constants_are_named(name, bad, says):
-    with pytest.raises(FrictionloopError) as error:
-        contact_coefficients(**{"dt": DT, name: bad})
-    assert str(error.value).startswith(says)
-    assert "\n" not in str(error.value)
-
-
-def test_shapes_that_do_not_fit_are_refused():
-    with pytest.raises(FrictionloopError, match=r"^contact coefficients of shapes \(2,\), \(3,\)"):
-        contact_coefficients(np.full(2, DT), np.full(3, K))

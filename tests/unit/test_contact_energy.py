@@ -9,11 +9,12 @@ import math
 
 import numpy as np
 import pytest
+from contact_constants import constants_of
 from hypothesis import given
 from hypothesis import strategies as st
 from stored_energy import bristle_energy_j, skin_energy_j
 
-from frictionloop.physics.contact import ContactState, contact_coefficients
+from frictionloop.physics.contact import ContactState
 from frictionloop.physics.contact_bristle import dahl_step, lugre_step
 from frictionloop.physics.contact_slider import slider_step
 
@@ -22,7 +23,7 @@ each_law = pytest.mark.parametrize("law", STEPS)
 K, C, M, S0, S1, DT = 1e3, 1.0, 1e-4, 2e4, 1.4, 2e-5
 TINY = 1e-300
 """Below this, numbers lose digits."""
-COEFFICIENTS = contact_coefficients(DT, K, C, M, S0, S1)
+COEFFICIENTS = constants_of(DT, K, C, M, S0, S1)
 
 parameters = st.tuples(
     st.floats(1e-6, 1e-3),  # dt
@@ -52,7 +53,7 @@ def dissipated_j(step, state, limit, speed, coefficients):
 @given(parameters, states, limits, speeds)
 def test_a_step_never_gives_energy(law, values, state, limit, speed):
     """Whatever the parameters, the step, the state (also beyond the limit) and the speed."""
-    dissipated, slack, _ = dissipated_j(STEPS[law], state, limit, speed, contact_coefficients(*values))
+    dissipated, slack, _ = dissipated_j(STEPS[law], state, limit, speed, constants_of(*values))
     assert dissipated >= -slack - TINY
 
 
@@ -60,7 +61,7 @@ def test_a_step_never_gives_energy(law, values, state, limit, speed):
 @given(parameters, states, st.lists(limits, min_size=1, max_size=4))
 def test_a_bone_at_rest_leaves_energy_to_die(law, values, state, steps):
     """With w = 0 the energy of skin and bristle never grows, at a constant limit or a changing one."""
-    constants = contact_coefficients(*values)
+    constants = constants_of(*values)
     _, k, _, m, s0, _ = values
 
     def energy(state):
@@ -118,7 +119,7 @@ def continuous_power_w(deflection, limit, speed, damping):
 def test_lugre_without_its_guard_gives_energy_and_is_caught():
     """After the limit has fallen from 0.5 to 0.05 N, s1 = 10 N s/m at 0.15 m/s: s1 |v|/Fc = 30, where 4 is passive."""
     deflection, limit, speed, s1 = 0.5 / S0, 0.05, 0.15, 10.0
-    constants = contact_coefficients(DT, K, C, M, S0, s1)
+    constants = constants_of(DT, K, C, M, S0, s1)
     state = ContactState(0.5 / K, 0.0, deflection)
     assert continuous_power_w(deflection, limit, speed, s1) < 0  # the law itself, not the step, gives energy
     given_, slack, _ = dissipated_j(lugre_step, state, limit, speed, constants._replace(guard=0.0))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -10,8 +11,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionloop as fl
+from frictionloop.parameters.description import _change_kind
+from frictionloop.parameters.sensor_design import SensorDesign, StraightSprings
+from frictionloop.parameters.system import kinds_of
+from frictionloop.parameters.timing import Timing
+from frictionloop.parameters.wording import known_names
 
 PAPER = fl.paper()
+PATHS = known_names(fl.System, PAPER.model_dump())
 
 
 def complaint(overrides):
@@ -31,7 +38,7 @@ def test_changes_what_is_named_and_nothing_else():
 
 
 def test_every_path_can_be_set_to_what_it_is():
-    values = {path: value(PAPER, path) for path in PAPER.paths()}
+    values = {path: value(PAPER, path) for path in PATHS}
     assert len(values) >= 20
     assert PAPER.evolve(values) == PAPER
 
@@ -106,6 +113,28 @@ def test_a_finger_keeps_what_both_kinds_have():
     finger = PAPER.evolve(told | {"friction.kind": "finger", "motion.kind": "strokes"}).friction
     assert (finger.nominal_n, finger.susceptibility_per_um2) == (0.7, 0.3)
     assert PAPER.evolve({"plate.max_amplitude_um": 2.0, "plate.kind": "resonant"}).plate.max_amplitude_um == 2.0
+
+
+@pytest.mark.parametrize("block", [name for name in fl.System.model_fields if len(kinds_of(name)) > 1])
+def test_nothing_but_the_bench_is_taken_over_by_any_kind_from_any_other(block):
+    """Values that no default is: they stay where both kinds have them and the block is not tuned, else start anew."""
+    tuned = set(Timing.model_fields) if block == "controller" else set()
+    untuned = block not in ("controller", "setpoint", "disturbance")
+    for old, new in itertools.permutations(kinds_of(block), 2):
+        fields = {name: field for name, field in old.model_fields.items() if isinstance(field.default, float)}
+        values = {name: field.default + 2.0**-10 for name, field in fields.items()}
+        tree = {block: old.model_construct(**values).__dict__}
+        _change_kind(fl.System, tree, block, new.model_fields["kind"].default)
+        for name, field in new.model_fields.items():
+            if name in values and (untuned or name in tuned):
+                assert tree[block][name] == values[name]
+            elif name in tree[block] and name not in {"kind", "model"}:
+                assert tree[block][name] == field.get_default(call_default_factory=True)
+
+
+def test_what_was_chosen_for_one_kind_of_springs_is_not_taken_over():
+    straight = SensorDesign().evolve({"springs.width_mm": 12.0, "springs.kind": "straight"}).springs
+    assert straight == StraightSprings(width_mm=12.0)
 
 
 def test_a_mapping_with_a_kind_is_a_change_of_kind():
@@ -230,7 +259,7 @@ def test_numpy_numbers_are_numbers():
     assert changed == PAPER.evolve({"controller.kp": 3.0, "controller.model.table_size": 8})
 
 
-@given(st.sampled_from(PAPER.paths()), st.floats(allow_nan=True, allow_infinity=True))
+@given(st.sampled_from(PATHS), st.floats(allow_nan=True, allow_infinity=True))
 def test_any_number_anywhere_is_taken_or_refused_in_one_line(path, number):
     try:
         changed = PAPER.evolve({path: number})

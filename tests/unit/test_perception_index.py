@@ -167,7 +167,7 @@ def test_a_residual_is_long_and_dense_enough(residual, rate, message):
 
 def test_an_index_is_not_negative():
     for call in (index_db, is_perceptible):
-        with pytest.raises(FrictionloopError, match=r"^index = -1 "):
+        with pytest.raises(FrictionloopError, match=r"^index = -1: must be finite and at least 0$"):
             call(-1.0)
     with pytest.raises(FrictionloopError, match=r"^margin_db = nan dB"):
         is_perceptible(1.0, math.nan)

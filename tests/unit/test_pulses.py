@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import frictionloop as fl
 from frictionloop.hardware.plate.carrier_pwm import duty_for, pulse_ticks, share_of
-from frictionloop.physics.pulses import pulse_step
+from frictionloop.physics.plate import pulse_step
 
 
 @given(st.floats(-1.0, 5.0), st.floats(0.1, 5.0), st.integers(4, 2000))

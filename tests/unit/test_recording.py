@@ -16,9 +16,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.io import savemat, wavfile
 
-from frictionloop.parameters import Recording
+from frictionloop.parameters import Recording, Samples, paper
 from frictionloop.quantities import FrictionloopError
-from frictionloop.recordings.read import read_recording
+from frictionloop.recordings.read import read_recording, told
 
 TABLE = np.array([[0.1, -1.5, 2e-7], [0.2, 3.25, 1e9], [0.3, -0.125, -4.0], [0.4, 2.5, 7.0]])
 
@@ -122,6 +122,11 @@ def test_a_single_column_name_may_hold_spaces(tmp_path):
     assert read(text(tmp_path, "lateral force\n1\n2\n"), "lateral force").tolist() == [1.0, 2.0]
 
 
+def test_a_path_object_names_a_file(tmp_path):
+    path = text(tmp_path, "1\n2\n")
+    assert Recording(path=path) == Recording(path=str(path))
+
+
 def test_without_a_header_the_first_row_is_data(tmp_path):
     assert read(text(tmp_path, "12:00:01,1\n12:00:02,2\n"), "1").tolist() == [1.0, 2.0]
 
@@ -162,6 +167,8 @@ def test_a_short_row_and_a_blank_line_are_gaps(tmp_path):
 def test_a_decimal_comma_is_never_read_as_another_number(tmp_path, content, column, said):
     told = refusal(text(tmp_path, content), column)
     hint = '; is that a decimal comma? decimal = "," reads it'
+    if "of 2 columns" in said:  # commas between columns too
+        hint = "; are there decimal commas? then columns must be apart by semicolons or tabs"
     where, _, more = said.partition(" (and")
     assert told == f"{where}{hint}{' (and' if more else ''}{more}; accepted: a finite number"
 
@@ -429,6 +436,207 @@ def test_any_bytes_are_read_or_refused_in_one_line(name, content):
             assert re.fullmatch(rf"{re.escape(str(path))}: [^\n]+", str(error))
         else:
             assert np.isfinite(force).all()
+
+
+# What other programs write: read rightly, or refused
+
+
+@pytest.mark.parametrize(
+    "header",
+    ["Ft/mN", "Ft in mN", "Ft mN", '"Ft, mN"', "Ft [mN]\n", "Ft\nmN", "Ft\n(mN)", "Ft\n\u00b5N"],
+)
+def test_a_unit_is_found_wherever_the_header_has_it(tmp_path, header):
+    name, _, unit = header.partition("\n")
+    lines = [f"t;{name}", f"s;{unit}"] if unit else [f"t/s;{name}"]
+    path = text(tmp_path, "\n".join([*lines, "0;250", "0.01;-500"]) + "\n")
+    expected = np.array([0.25, -0.5]) * (1e-3 if "\u00b5" in header else 1.0)
+    assert read(path, "Ft", rate_hz=None) == pytest.approx(expected)
+
+
+def test_a_unit_that_is_not_known_is_refused(tmp_path):
+    path = text(tmp_path, "t,Ft [gf],Ft (left)\n0,1,2\n0.01,3,4\n")
+    told = refusal(path, "Ft [gf]")
+    assert (
+        told
+        == "column 'Ft [gf]' is in gf: scale is missing; accepted: the N per gf, or unit = \"N\" if that is no unit"
+    )
+    assert read(path, "Ft (left)", unit="N").tolist() == [2.0, 4.0]
+    assert read(path, "Ft [gf]", scale=2.0).tolist() == [2.0, 6.0]
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "cp1252"])
+def test_encodings(tmp_path, encoding):
+    path = tmp_path / "a.csv"
+    path.write_bytes("t,Ft [\u00b5N]\n0,1e6\n0.01,2e6\n".encode(encoding))
+    assert read(path, "Ft", rate_hz=None) == pytest.approx([1.0, 2.0])
+
+
+def test_the_first_line_of_excel_is_no_header(tmp_path):
+    assert read(text(tmp_path, "sep=;\nt;F\n0;1\n0.01;2\n"), "F", rate_hz=None).tolist() == [1.0, 2.0]
+
+
+def test_numbers_over_numbers_are_names_where_text_stands_beside_them(tmp_path):
+    assert read(text(tmp_path, "t,1,2\n0,5,6\n0.01,7,8\n"), "2", rate_hz=None).tolist() == [6.0, 8.0]
+    assert read(text(tmp_path, "rate,1000\n0.1,0.2\n0.3,0.4\n"), "1").tolist() == [0.2, 0.4]
+    told = refusal(text(tmp_path, "0,1\n0.0,0.3\n0.01,0.4\n"), "1")
+    assert told.startswith("line 1: 0, 1 may number the columns or be the first sample; accepted: names in their place")
+
+
+def test_a_title_above_the_names_needs_a_mark(tmp_path):
+    rows = "t (s),F [N]\n0,1\n0.01,2\n"
+    told = refusal(text(tmp_path, "Trial 3\n" + rows), "F")
+    assert told.startswith("line 2: t (s), F [N] stand below Trial 3; accepted: # before lines")
+    assert read(text(tmp_path, "# Trial 3\n" + rows), "F", rate_hz=None).tolist() == [1.0, 2.0]
+
+
+def test_two_columns_of_one_name_are_told_apart_by_number(tmp_path):
+    path = text(tmp_path, "t,F,F\n0,1,2\n0.01,3,4\n")
+    assert refusal(path, "F") == "column = 'F' is there more than once; accepted: 1, 2"
+    assert read(path, "2").tolist() == [2.0, 4.0]
+
+
+@pytest.mark.parametrize(
+    ("content", "decimal", "said"),
+    [
+        ("0,5\n0,6\n0,7\n", ".", "line 1: 0,5 may be one number; is that a decimal comma?"),
+        ("0,05\n1,60\n", ".", "line 1: 0,05 may be one number; is that a decimal comma?"),
+        ("F\n1.234\n1.235\n", ",", "line 2: F is '1.234' (and 1 more)"),
+        ("F\n1.234,5\n", ",", "line 2: F is '1.234,5'"),
+        ("F\n1_000\n", ".", "line 2: F is '1_000'"),
+        ("F\n1'000\n", ".", 'line 2: F is "1\'000"'),
+    ],
+)
+def test_a_mark_within_a_number_is_asked_about(tmp_path, content, decimal, said):
+    told = refusal(text(tmp_path, content), decimal=decimal)
+    where, _, more = said.partition(" (and")
+    assert told.startswith(where)
+    assert more in told
+    if decimal == ",":
+        assert 'is that a decimal point? decimal = "." reads it' in told
+
+
+def test_times_without_a_unit_may_be_counts(tmp_path):
+    path = text(tmp_path, "time,F\n0,1\n1,2\n2,4\n")
+    assert "'time' has no unit: it may count samples, or be in ms;" in refusal(path, "F", rate_hz=None)
+    assert read(path, "F").tolist() == [1.0, 2.0, 4.0]
+    assert read(text(tmp_path, "time_s,F\n0,1\n1,2\n2,4\n"), "F", rate_hz=None, at_hz=1.0).tolist() == [1, 2, 4]
+
+
+@pytest.mark.parametrize("jitter", [0, 0.02, np.nan])
+def test_a_rate_may_differ_little_from_uneven_times(tmp_path, jitter):
+    path = text(tmp_path, "t,F\n" + "".join(f"{0.01 * (k + jitter if k == 3 else k):g},{k % 2}\n" for k in range(9)))
+    assert read(path, "F").size == 9
+    assert "rate_hz = 10 contradicts the " in refusal(path, "F", rate_hz=10.0)
+
+
+def test_a_force_that_rises_evenly_beside_times_is_one(tmp_path):
+    path = text(tmp_path, "t,F\n0,0.1\n0.01,0.2\n0.02,0.3\n")
+    assert read(path, "1", rate_hz=None).tolist() == [0.1, 0.2, 0.3]
+    bare = text(tmp_path, "0.1,1\n0.2,5\n0.3,2\n", "bare.csv")
+    assert refusal(bare, "0").startswith("column = '0' holds times")
+    assert read(bare, "0", unit="N").tolist() == [0.1, 0.2, 0.3]
+
+
+@pytest.mark.parametrize("name", ["a.h5", "a.mat", "v7.mat"])
+def test_times_beside_an_array_give_the_rate(tmp_path, name):
+    path, arrays = tmp_path / name, {"a_t": np.arange(5) / 100, "force": np.array([1.0, 2, 1, 2, 1])}
+    arrays["time"] = arrays.pop("a_t")
+    if name == "a.mat":
+        savemat(path, {"other": np.arange(3.0), **arrays})
+    else:
+        with h5py.File(path, "w", userblock_size=512 if name == "v7.mat" else 0) as file:
+            file.update({f"trial/{key}": values for key, values in arrays.items()})
+    column = "force" if name == "a.mat" else "trial/force"
+    assert read(path, column, rate_hz=None).tolist() == [1.0, 2.0, 1.0, 2.0, 1.0]
+    assert refusal(path, column, rate_hz=10.0).startswith("rate_hz = 10 contradicts the file, whose rate is 100;")
+    assert refusal(path, column.replace("force", "time")).endswith(f"holds times; accepted: {column!r}")
+
+
+def test_a_saved_run_is_a_recording(tmp_path):
+    run = xr.Dataset(
+        {"f_m": ("time", [1.0, 2.0, 3.0], {"units": "mN"})}, {"time": ("time", [0.0, 0.5, 1.0], {"units": "s"})}
+    )
+    run.to_netcdf(tmp_path / "run.h5", engine="h5netcdf")
+    assert read(tmp_path / "run.h5", "f_m", rate_hz=None, at_hz=2.0) == pytest.approx([1e-3, 2e-3, 3e-3])
+
+
+@pytest.mark.parametrize("units", [np.bytes_("mN"), "mN", np.array(["mN"], dtype=h5py.string_dtype())])
+def test_an_attribute_is_read_however_it_is_written(tmp_path, units):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["f"] = np.array([100.0, 200.0])
+        file["f"].attrs["units"] = units
+    assert read(tmp_path / "a.h5", "f") == pytest.approx([0.1, 0.2])
+
+
+def test_an_attribute_that_is_no_known_unit_is_refused(tmp_path):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["f"] = np.array([100.0, 200.0])
+        file["f"].attrs["units"] = "lbf"
+    assert refusal(tmp_path / "a.h5", "f").startswith("column 'f' is in lbf: scale is missing")
+
+
+def test_what_was_found_is_told(tmp_path):
+    path = text(tmp_path, "t,Ft [mN]\n0,250\n0.01,-500\n")
+    assert told(Recording(path=str(path), column="Ft")).startswith("in mN by the file, 2 samples at 100 Hz, -0.5 to")
+    assert told(Recording(path=str(path), column="Ft", scale=2.0)).startswith("in mN by the file, taken for 2 N each, ")
+    wavfile.write(tmp_path / "a.wav", 100, np.zeros(8, np.int16))
+    assert told(Recording(path=str(tmp_path / "a.wav"))).startswith("full scale taken for 1 N, 8 samples")
+
+
+# Arrays
+
+
+def over(time, units="s", force_units="N", values=(0.3, 0.5, 0.4)):
+    time = xr.Variable("time", time, {"units": units} if units else {})
+    return xr.DataArray(np.array(values), {"time": time}, ["time"], attrs={"units": force_units})
+
+
+@pytest.mark.parametrize(
+    "array",
+    [
+        over([0.0, 0.01, 0.02]),
+        over([0, 10, 20], "ms"),
+        over(np.array([0, 10, 20], "timedelta64[ms]"), None),
+        over(np.array(["2024-01-01T00:00:00.00", "2024-01-01T00:00:00.01", "2024-01-01T00:00:00.02"], "M8[ns]"), None),
+        over([0.0, 0.01, 0.02], None, "mN", (300, 500, 400)),
+    ],
+)
+def test_a_variable_of_xarray_is_a_signal(array):
+    signal = paper().evolve({"disturbance": array}).disturbance
+    assert signal.rate_hz == 100.0
+    assert signal.values_n == pytest.approx((0.3, 0.5, 0.4))
+
+
+@pytest.mark.parametrize(
+    "array",
+    [
+        [0.3, 0.5],
+        np.array([0.3, 0.5]),
+        over([0, 1, 2], None),
+        over([0.0, 0.01, 0.03]),
+        over([0.02, 0.01, 0.0]),
+        over([0, 1, 2], "h"),
+        xr.DataArray([0.3, 0.5], dims="time"),
+    ],
+)
+def test_an_array_without_a_rate_is_refused(array):
+    with pytest.raises(FrictionloopError, match="an array needs its rate") as caught:
+        paper().evolve({"disturbance": array})
+    assert len(str(caught.value)) < 250
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        (over([0.0, 0.01, 0.02], force_units="lbf"), "in lbf: must be in N, mN, uN or kN"),
+        (np.ones((3, 2)), r"float64 of shape \(3, 2\): must be numbers over one dimension"),
+        (np.ones(3, complex), "must be numbers over one dimension"),
+        (np.array([1.0, np.nan]), "values_n.1 = nan: must be a finite number"),
+    ],
+)
+def test_an_array_that_is_no_force_is_refused(values, said):
+    with pytest.raises(FrictionloopError, match=said):
+        Samples(values_n=values, rate_hz=100)
 
 
 # Resampling

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from frictionloop.report.beyond import COMMAND, LAWS, OPEN, ORACLE, PRINTED, TRACKER, stored
-from frictionloop.report.beyond_table import beyond_facts, beyond_rows
-from frictionloop.report.figures.beyond import LINES, figure_close_steps
+from frictionloop.report.beyond import LAWS, OPEN, ORACLE, PRINTED, SHOWN_MS, SPEED_MM_S, TRACKER, stored
+from frictionloop.report.beyond_table import beyond_rows
+from frictionloop.report.figures.law_panels import figure_step_traces
 
 CONTACTS = ("dahl", "slider")
 
@@ -38,7 +38,6 @@ def test_steps_that_are_never_followed_and_loops_that_are_not_stable_are_said():
     rows = {(row["law"], row["contact"]): row for row in beyond_rows(found)}
     assert rows[PRINTED, "dahl"]["fall"] == "never" and rows[PRINTED, "dahl"]["peak"] == "unstable"
     assert (rows[ORACLE, "dahl"]["tick"], rows[ORACLE, "dahl"]["oracle"]) == ("–", "1")
-    assert beyond_facts(found)["beyond command"] == COMMAND
 
 
 def test_a_ratio_is_of_two_values():
@@ -47,11 +46,11 @@ def test_a_ratio_is_of_two_values():
     assert found.ratio(OPEN, TRACKER, "slider", "hold_rms_n") == medians[0] / medians[1]
 
 
-def test_steps_are_drawn_for_four_laws_from_the_level_before_on():
-    figure = figure_close_steps(stored().steps)
-    assert [axes.get_title("left") for axes in figure.axes] == [
-        f"{contact}, step {way}" for contact in CONTACTS for way in ("down", "up")
-    ]
-    assert all(len(axes.lines) == 1 + len(LINES) for axes in figure.axes)
+def test_steps_are_drawn_in_a_row_for_each_law_from_the_level_before_on():
+    figure = figure_step_traces(stored().steps, SPEED_MM_S, SHOWN_MS)
+    laws = stored().steps["law"].values.tolist()
+    assert [axes.get_ylabel() for axes in figure.axes[::4]] == laws == list(LAWS[2:])
+    titles = [axes.get_title("left") for axes in figure.axes[:4]]
+    assert titles == [f"{contact}, step {way}" for contact in CONTACTS for way in ("down", "up")]
     first = stored().steps.isel(time=0)
-    assert first["f_r"] == 0.75 and np.allclose(first["f_a"], 0.75, atol=0.05)
+    assert np.all(first["f_r"] == 0.75) and np.allclose(first["f_a"], 0.75, atol=0.05)

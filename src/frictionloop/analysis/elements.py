@@ -12,7 +12,7 @@ from frictionloop.analysis.operating import law_at, operating_amplitude_um
 from frictionloop.control.lookup import lookup_table
 from frictionloop.control.pi import is_pi, linearise_pi
 from frictionloop.parameters import LowpassSensor, Model, Sensor, Skin, Strokes, System, check_system
-from frictionloop.physics.contact_linear import linearise_dahl, linearise_lugre, linearise_slider
+from frictionloop.physics.contact import linearise_slip
 from frictionloop.physics.friction import friction_force, slope_per_um2
 from frictionloop.physics.plate import linearise_plate
 from frictionloop.quantities import Lti
@@ -52,7 +52,7 @@ def elements(
 
     The literal order of the paper's Section 2.2 is kept, low-pass on the amplitude, then g: small signals then see
     P(s) = `lumped_gain` times the plate's low-pass, times the contact of a finger that slides steadily
-    (physics/contact_linear; 1 without skin).
+    (physics/contact; 1 without skin).
 
     Parameters
     ----------
@@ -103,12 +103,7 @@ def linearise_contact(system: System, force_n: float) -> Lti:
     finger, motion = system.finger, system.motion
     if not (isinstance(finger, Skin) and isinstance(motion, Strokes)):
         return Lti((1.0,), (1.0,))
-    speed_m_s = 1e-3 * motion.speed_mm_s
-    if finger.contact == "dahl":
-        return linearise_dahl(force_n, speed_m_s, finger.bristle_stiffness_n_m)
-    if finger.contact == "lugre":
-        return linearise_lugre(force_n, speed_m_s, finger.bristle_stiffness_n_m, finger.bristle_damping_n_s_m)
-    return linearise_slider()
+    return linearise_slip(finger, force_n, 1e-3 * motion.speed_mm_s)
 
 
 def linearise_stages(sensor: Sensor) -> tuple[Lti, ...]:

@@ -52,9 +52,12 @@ def search_grid(
     return np.union1d(grid, near[(near > grid[0]) & (near < nyquist_hz)])
 
 
-def crossings(value: Callable[[Array], Array], grid: Array) -> Array:
-    """Return the frequencies at which a real function of frequency changes sign, between grid points, refined."""
-    positive = value(grid) >= 0
+def crossings(value: Callable[[Array], Array], grid: Array, on_grid: Array) -> Array:
+    """Return the frequencies at which a real function of frequency changes sign, between grid points, refined.
+
+    ``on_grid`` is the function there, which takes longest to compute.
+    """
+    positive = on_grid >= 0
     changes = np.flatnonzero(positive[1:] != positive[:-1])
 
     def scalar(frequency: float) -> float:
@@ -63,9 +66,9 @@ def crossings(value: Callable[[Array], Array], grid: Array) -> Array:
     return np.array([brentq(scalar, grid[i], grid[i + 1], xtol=1e-15 * grid[-1], rtol=1e-14) for i in changes])
 
 
-def real_axis(value: LoopGain, grid: Array, nyquist_hz: float) -> Array:
+def real_axis(value: LoopGain, grid: Array, on_grid: Complex, nyquist_hz: float) -> Array:
     """Return the frequencies at which a complex response is real, the Nyquist frequency included."""
-    return np.append(crossings(lambda f: value(f).imag, grid), nyquist_hz)
+    return np.append(crossings(lambda f: value(f).imag, grid, on_grid.imag), nyquist_hz)
 
 
 def margins(loop_gain: LoopGain, grid: Array, nyquist_hz: float, stable: bool) -> Margins:
@@ -82,9 +85,11 @@ def margins(loop_gain: LoopGain, grid: Array, nyquist_hz: float, stable: bool) -
     stable
         Whether the closed loop is stable.
     """
-    gain_margin, phase_crossover_hz = _gain_margin(loop_gain, grid, nyquist_hz)
-    phase_margin, delay_margin_s, crossover_hz = _phase_margin(loop_gain, grid)
-    peak = _sensitivity_peak(loop_gain, np.append(grid, nyquist_hz))
+    full = np.append(grid, nyquist_hz)
+    gains = loop_gain(full)
+    gain_margin, phase_crossover_hz = _gain_margin(loop_gain, grid, gains[:-1], nyquist_hz)
+    phase_margin, delay_margin_s, crossover_hz = _phase_margin(loop_gain, grid, gains[:-1])
+    peak = _sensitivity_peak(loop_gain, full, gains)
     return Margins(
         gain_margin=gain_margin,
         phase_margin_deg=phase_margin,
@@ -97,8 +102,8 @@ def margins(loop_gain: LoopGain, grid: Array, nyquist_hz: float, stable: bool) -
     )
 
 
-def _gain_margin(loop_gain: LoopGain, grid: Array, nyquist_hz: float) -> tuple[float, float]:
-    frequency = real_axis(loop_gain, grid, nyquist_hz)
+def _gain_margin(loop_gain: LoopGain, grid: Array, gains: Complex, nyquist_hz: float) -> tuple[float, float]:
+    frequency = real_axis(loop_gain, grid, gains, nyquist_hz)
     real = loop_gain(frequency).real
     frequency, real = frequency[real < 0], real[real < 0]
     if frequency.size == 0:
@@ -107,8 +112,8 @@ def _gain_margin(loop_gain: LoopGain, grid: Array, nyquist_hz: float) -> tuple[f
     return float(-1.0 / real[nearest]), float(frequency[nearest])
 
 
-def _phase_margin(loop_gain: LoopGain, grid: Array) -> tuple[float, float, float]:
-    frequency = crossings(lambda f: np.abs(loop_gain(f)) - 1.0, grid)
+def _phase_margin(loop_gain: LoopGain, grid: Array, gains: Complex) -> tuple[float, float, float]:
+    frequency = crossings(lambda f: np.abs(loop_gain(f)) - 1.0, grid, np.abs(gains) - 1.0)
     if frequency.size == 0:
         return math.inf, math.inf, math.nan
     above = np.angle(-loop_gain(frequency))  # 0 where G = -1, in (-pi, pi]
@@ -117,11 +122,11 @@ def _phase_margin(loop_gain: LoopGain, grid: Array) -> tuple[float, float, float
     return float(np.degrees(above[nearest])), float(np.min(further_s)), float(frequency[nearest])
 
 
-def _sensitivity_peak(loop_gain: LoopGain, grid: Array) -> float:
+def _sensitivity_peak(loop_gain: LoopGain, grid: Array, gains: Complex) -> float:
     def distance(frequency: float) -> float:
         return float(np.abs(1.0 + loop_gain(np.array([frequency]))[0]))
 
-    distances = np.abs(1.0 + loop_gain(grid))
+    distances = np.abs(1.0 + gains)
     nearest = int(np.argmin(distances))
     around = grid[max(nearest - 1, 0)], grid[min(nearest + 1, grid.size - 1)]
     refined = minimize_scalar(distance, bounds=around, method="bounded", options={"xatol": 1e-9 * around[1]})

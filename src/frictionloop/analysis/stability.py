@@ -47,5 +47,6 @@ def _limits(loop: LinearLoop) -> Array:
         turn = 2j * np.pi * frequency * loop.plant.period_s
         return np.asarray(-1.0 / loop.plant.response(frequency)[:, 1, 0] - step / np.expm1(turn))
 
-    values = limit(real_axis(limit, loop.search_grid(), loop.nyquist_hz)).real
+    grid = loop.search_grid()
+    values = limit(real_axis(limit, grid, limit(grid), loop.nyquist_hz)).real
     return np.unique(values[values > 0])

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 UNREACHED, OFTEN_N = 0.9, 0.2
 """Share of the time out of reach that is told, and the mean of a disturbance that is then asked about (chosen)."""
+FINGERS_N = 10.0
+"""Mean of a signal above which its unit is asked about: no finger slides under so much (assumed)."""
 WIDTH = 100
 
 
@@ -60,6 +62,10 @@ def out_of_reach(run: xr.Dataset, mask: np.ndarray) -> list[str]:
     low, high = float(np.median(floor + d)), float(np.median(top + d))
     said = [f"The set-point is out of reach {missed.mean():.0%} of the time: {low:.3g} to {high:.3g} N could be had."]
     system, level = system_of(run), abs(float(d.mean()))
+    for name, force in (("disturbance", level), ("setpoint", abs(float(r.mean())))):
+        if force > FINGERS_N:
+            hint = f"--{name}.unit mN" if getattr(system, name).kind == "recording" else "mN"
+            return [*said, f"The {name} is {force:.3g} N on average; did you mean {hint}?"]
     if level > OFTEN_N:
         mean = " --disturbance.remove_mean true" if system.disturbance.kind == "recording" else ""
         hint = f"did you mean{mean or ' a disturbance around 0'}?"

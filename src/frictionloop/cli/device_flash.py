@@ -34,7 +34,7 @@ def command(
         raise FrictionloopError(f"IMAGE = {str(image)!r}: there is no such file")
 
     from frictionloop.firmware.image_checks import check_teensy
-    from frictionloop.firmware.intel_hex import read_hex
+    from frictionloop.firmware.image_files import read_hex
 
     check_teensy(f"IMAGE = {str(image)!r}", read_hex(image))
     loader = shutil.which(LOADER) or shutil.which(LOADER.replace("_", "-"))

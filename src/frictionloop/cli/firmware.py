@@ -82,10 +82,12 @@ def build(
 
 
 def _table(file: Path | None, preset: str | None, overrides: list[str] | None, out: Path) -> Table:
-    from frictionloop.firmware.export import table_of
+    from frictionloop.firmware.export import Table
+    from frictionloop.firmware.parameter_words import firmware_words
 
     checks.check_folder("out", out)
-    return table_of(flags.system_from(file, preset or (None if file else "bench"), overrides))
+    system = flags.system_from(file, preset or (None if file else "bench"), overrides)
+    return Table(system, firmware_words(system))
 
 
 def _show(table: Table, origin: str, made: dict[str, Any], rows: list[tuple[str, str]], json: bool) -> None:

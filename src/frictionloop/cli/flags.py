@@ -92,7 +92,7 @@ def scalar(text: str) -> Any:
     """
     if "\n" in text:
         return text
-    if "," in text and set(text) <= set("0123456789.,+-eE "):
+    if "," in text and len(text) > 1 and set(text) <= set("0123456789.,+-eE "):
         text = f"[{text}]"
     try:
         value = tomllib.loads(f"value = {text}")["value"]

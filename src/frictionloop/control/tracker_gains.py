@@ -18,7 +18,7 @@ from frictionloop.control.tracker_state import (
     TrackerState,
     TrackerTick,
 )
-from frictionloop.parameters.model import Model
+from frictionloop.parameters.timing import Model
 from frictionloop.parameters.tracking import PLACES, Schedule, TrackerController
 from frictionloop.quantities import FrictionloopError
 

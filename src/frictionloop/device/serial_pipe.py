@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import errno
-import os
 import select
 import time
+from pathlib import Path
 
 from frictionloop.device.errors import DeviceError, Unplugged
 from frictionloop.device.pipe import Pipe
@@ -59,11 +59,6 @@ class SerialPipe(Pipe):
         return time.monotonic()
 
 
-def ports() -> list[str]:
-    """Return the serial ports of this machine."""
-    return [port.device for port in needed("serial.tools.list_ports", "pyserial").comports()]
-
-
 def described_ports() -> list[tuple[str, str]]:
     """Return the address of each serial port of this machine, and what it says it is."""
     found = needed("serial.tools.list_ports", "pyserial").comports()
@@ -72,23 +67,12 @@ def described_ports() -> list[tuple[str, str]]:
 
 def _why(port: str, code: int | None, error: Exception) -> str:
     if code == errno.ENOENT:
-        return f"no such port; there is {', '.join(ports()) or 'none'}"
+        return f"no such port; there is {', '.join(address for address, _ in described_ports()) or 'none'}"
     if code == errno.EACCES:
-        group = _group(port)
+        group = Path(port).group()
         return (
             f"permission denied; it belongs to the group '{group}': sudo usermod -aG {group} $USER, then log in again"
         )
     if code in (errno.EBUSY, errno.EAGAIN):
         return "in use by another program; only one host may have a device"
     return f"cannot be opened ({str(error).splitlines()[0]})"
-
-
-def _group(port: str) -> str:
-    """Return the group that owns a port."""
-    import grp
-
-    number = os.stat(port).st_gid
-    try:
-        return grp.getgrgid(number).gr_name
-    except KeyError:
-        return str(number)

@@ -14,6 +14,7 @@ from scipy.stats import linregress
 from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.plateaus import Plateaus, plateaus
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.checks import ABOVE_0, BELOW_1, number
 
 Array = NDArray[np.float64]
 
@@ -74,10 +75,8 @@ def calibrate(
     FrictionloopError
         For a column that is missing or has another unit, too few steps, or a number out of range.
     """
-    if not (math.isfinite(gravity_m_s2) and gravity_m_s2 > 0):
-        raise FrictionloopError(f"gravity_m_s2 = {gravity_m_s2!r} m/s^2: must be positive")
-    if not 0 <= tolerance < 1:
-        raise FrictionloopError(f"tolerance = {tolerance!r}: must be at least 0 and below 1")
+    number("gravity_m_s2", gravity_m_s2, "m/s^2", ABOVE_0)
+    number("tolerance", tolerance, "", 0.0, BELOW_1)
     steps = plateaus(recording, settle_s)
     force = steps.mass_kg * gravity_m_s2
     line = linregress(force, steps.reading)
@@ -87,9 +86,8 @@ def calibrate(
         )
     residuals = (steps.reading - line.intercept - line.slope * force) / line.slope
     freedom = force.size - 2
-    ratio = "N/N" if steps.unit == "N" else f"{steps.unit}/N"
     return Calibration(
-        sensitivity=Estimate(float(line.slope), float(line.stderr), ratio, freedom),
+        sensitivity=Estimate(float(line.slope), float(line.stderr), f"{steps.unit}/N", freedom),
         offset=Estimate(float(line.intercept), float(line.intercept_stderr), steps.unit, freedom),
         r2=float(line.rvalue) ** 2,
         residual_rms_n=float(np.sqrt(np.sum(residuals**2) / freedom)),

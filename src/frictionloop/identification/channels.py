@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -77,6 +78,28 @@ def rate_of(recording: xr.Dataset) -> float:
         raise FrictionloopError(f"recording: 'time' is uneven at row {row}: must rise in equal steps")
     # A rate that was a round number comes back as one.
     return float(f"{1 / step:.9g}")
+
+
+def samples_in(name: str, seconds: float, rate_hz: float, least: int, most: int, why: str) -> int:
+    """Return how many samples a time holds, refusing too few and too many; ``why`` says what bounds it."""
+    samples = round(seconds * rate_hz) if math.isfinite(seconds) else 0
+    if not least <= samples <= most:
+        raise FrictionloopError(
+            f"{name} = {seconds:g} s: must be from {least / rate_hz:g} to {most / rate_hz:g}, {why}"
+        )
+    return samples
+
+
+def pieces(found: NDArray[np.bool_], length: int, before: int = 0) -> list[int]:
+    """Return the first rows of pieces of this length, each with ``before`` rows ahead of one that is found.
+
+    A piece has room in the recording, and none begins within the one before it.
+    """
+    starts: list[int] = []
+    for row in (np.flatnonzero(found) - before).tolist():
+        if row >= 0 and row + length <= found.size and (not starts or row >= starts[-1] + length):
+            starts.append(row)
+    return starts
 
 
 def read_channels(files: Mapping[str, Recording], rate_hz: float, units: Mapping[str, str] | None = None) -> xr.Dataset:

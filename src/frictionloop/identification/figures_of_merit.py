@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.checks import ABOVE_0, number
 
 HANN_BINS = 1.5
 """Equivalent noise bandwidth of a Hann window in bins."""
@@ -16,19 +16,17 @@ def residual_share(r2: float) -> float:
 
     Raises ``FrictionloopError`` for an R2 outside 0 to 1.
     """
-    if not 0 <= r2 <= 1:
-        raise FrictionloopError(f"r2 = {r2!r}: must be from 0 to 1")
-    return math.sqrt(1 - r2)
+    return math.sqrt(1 - number("r2", r2, "", 0.0, 1.0))
 
 
 def uniform_std_n(range_n: float = 2.5) -> float:
     """Return the standard deviation of loads spread evenly from 0 to the range, range/sqrt(12)."""
-    return _positive("range_n", range_n, "N") / math.sqrt(12)
+    return number("range_n", range_n, "N", ABOVE_0) / math.sqrt(12)
 
 
 def dynamic_range_db(range_n: float, floor_n: float) -> float:
     """Return 20 log10(range/floor); 2.5 N over 5e-5 N is 93.98 dB. Raises ``FrictionloopError`` if not positive."""
-    return 20 * math.log10(_positive("range_n", range_n, "N") / _positive("floor_n", floor_n, "N"))
+    return 20 * math.log10(number("range_n", range_n, "N", ABOVE_0) / number("floor_n", floor_n, "N", ABOVE_0))
 
 
 class FloorReading(NamedTuple):
@@ -64,9 +62,9 @@ def floor_readings(
     FrictionloopError
         For a number that is not positive.
     """
-    floor = _positive("floor_n", floor_n, "N")
-    width = math.sqrt(math.pi / 2 * _positive("cutoff_hz", cutoff_hz, "Hz"))
-    bin_ = _positive("bin_hz", bin_hz, "Hz")
+    floor = number("floor_n", floor_n, "N", ABOVE_0)
+    width = math.sqrt(math.pi / 2 * number("cutoff_hz", cutoff_hz, "Hz", ABOVE_0))
+    bin_ = number("bin_hz", bin_hz, "Hz", ABOVE_0)
     densities = {
         "rms": floor / width,
         "density": floor,
@@ -77,9 +75,3 @@ def floor_readings(
         name: FloorReading(density, density * width, dynamic_range_db(range_n, density * width))
         for name, density in densities.items()
     }
-
-
-def _positive(name: str, value: float, unit: str) -> float:
-    if not (math.isfinite(value) and value > 0):
-        raise FrictionloopError(f"{name} = {value!r} {unit}".rstrip() + ": must be finite and positive")
-    return float(value)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.signal import csd
 
-from frictionloop.identification.channels import READING, READING_UNITS, channel, rate_of
+from frictionloop.identification.channels import READING, READING_UNITS, channel, pieces, rate_of, samples_in
 from frictionloop.quantities import FrictionloopError
 
 Array = NDArray[np.float64]
@@ -63,16 +62,12 @@ def frequency_response(recording: xr.Dataset, segment_s: float = 0.5) -> Frequen
     force = channel(recording, "hammer", ("N",))
     reading = channel(recording, READING, READING_UNITS)
     rate_hz = rate_of(recording)
-    length = round(segment_s * rate_hz) if math.isfinite(segment_s) else 0
-    if not 16 <= length <= force.size:
+    length = samples_in("segment_s", segment_s, rate_hz, 16, force.size, "the length of the recording")
+    still = force - np.median(force)
+    starts = pieces(still > TRIGGER * still.max(), length, length // 10)
+    if len(starts) < 2:
         raise FrictionloopError(
-            f"segment_s = {segment_s:g} s: must be from {16 / rate_hz:g} to {force.size / rate_hz:g}, "
-            "the length of the recording"
-        )
-    starts = _hits(force, length)
-    if starts.size < 2:
-        raise FrictionloopError(
-            f"recording: 'hammer' has {starts.size} hits with segment_s = {segment_s:g} s around them: "
+            f"recording: 'hammer' has {len(starts)} hits with segment_s = {segment_s:g} s around them: "
             "must have at least two"
         )
     x, y = (np.stack([column[k : k + length] for k in starts]) for column in (force, reading))
@@ -91,24 +86,12 @@ def frequency_response(recording: xr.Dataset, segment_s: float = 0.5) -> Frequen
         frequency_hz=frequency[keep],
         response=across / of_force,
         coherence=coherence,
-        relative_error=np.sqrt((1 - coherence) / (2 * starts.size * coherence)),
+        relative_error=np.sqrt((1 - coherence) / (2 * len(starts) * coherence)),
         input_density=of_force,
-        hits=int(starts.size),
+        hits=len(starts),
         rate_hz=rate_hz,
-        unit="N/N" if recording[READING].attrs["units"] == "N" else f"{recording[READING].attrs['units']}/N",
+        unit=f"{recording[READING].attrs['units']}/N",
     )
-
-
-def _hits(force: Array, length: int) -> NDArray[np.intp]:
-    """Return the first row of every piece: a tenth of its length before a hit that has room for it."""
-    force = force - np.median(force)
-    above = np.flatnonzero(force > TRIGGER * force.max())
-    starts: list[int] = []
-    for row in above.tolist():
-        start = row - length // 10
-        if start >= 0 and start + length <= force.size and (not starts or start >= starts[-1] + length):
-            starts.append(start)
-    return np.array(starts, dtype=np.intp)
 
 
 def _refuse_cut(reading: Array, before: int, segment_s: float) -> None:

@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.signal import get_window, welch
 
-from frictionloop.identification.channels import READING, channel, rate_of
+from frictionloop.identification.channels import READING, channel, rate_of, samples_in
 from frictionloop.identification.estimate import Estimate
 from frictionloop.quantities import FrictionloopError
 
@@ -61,12 +61,7 @@ def noise_spectrum(recording: xr.Dataset, segment_s: float = 1.0, column: str = 
     Source: Welch, IEEE Trans. Audio Electroacoust. 15 (1967) 70, also for the number of averages.
     """
     values, rate_hz = channel(recording, column, ("N",)), rate_of(recording)
-    length = round(segment_s * rate_hz) if math.isfinite(segment_s) else 0
-    if not 16 <= length <= values.size // 2:
-        raise FrictionloopError(
-            f"segment_s = {segment_s:g} s: must be from {16 / rate_hz:g} to {values.size // 2 / rate_hz:g}, "
-            "half the recording"
-        )
+    length = samples_in("segment_s", segment_s, rate_hz, 16, values.size // 2, "half the recording")
     frequency, power = welch(values, rate_hz, window="hann", nperseg=length, noverlap=length // 2, detrend="constant")
     pieces = 1 + (values.size - length) // (length - length // 2)
     window = get_window("hann", length)

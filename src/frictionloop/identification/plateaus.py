@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from frictionloop.identification.channels import READING, READING_UNITS, channel, rate_of
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.checks import number
 
 Array = NDArray[np.float64]
 
@@ -45,8 +46,7 @@ def plateaus(recording: xr.Dataset, settle_s: float = 1.0) -> Plateaus:
     mass = channel(recording, "mass", ("kg",))
     reading = channel(recording, READING, READING_UNITS)
     rate_hz = rate_of(recording)
-    if not (math.isfinite(settle_s) and settle_s >= 0):
-        raise FrictionloopError(f"settle_s = {settle_s!r} s: must be finite and at least 0")
+    number("settle_s", settle_s, "s", 0.0)
     if np.any(mass < 0):
         raise FrictionloopError(f"recording: 'mass' is {mass.min():g} kg: must be at least 0")
     starts = np.concatenate([[0], np.flatnonzero(np.diff(mass)) + 1])

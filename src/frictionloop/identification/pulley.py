@@ -14,6 +14,7 @@ from scipy.stats import linregress
 from frictionloop.identification.calibration import Calibration
 from frictionloop.identification.estimate import Estimate
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.checks import BELOW_1, number
 
 Array = NDArray[np.float64]
 
@@ -120,8 +121,7 @@ def r2_with_friction(loads_n: Sequence[float], exponent: float) -> float:
     loads = np.asarray(loads_n, dtype=float)
     if loads.ndim != 1 or loads.size < 2 or not np.all(np.diff(loads) > 0) or loads[0] < 0:
         raise FrictionloopError("loads_n: must be at least two rising forces in N, none negative")
-    if not 0 <= exponent < np.inf:
-        raise FrictionloopError(f"exponent = {exponent!r}: must be finite and at least 0")
+    number("exponent", exponent, "", 0.0)
     visits = np.concatenate([loads, loads[-2::-1]])
     return (
         float(linregress(visits, arriving(visits, np.sign(np.diff(visits, prepend=visits[0])), exponent)).rvalue) ** 2
@@ -143,8 +143,7 @@ def exponent_for_r2(r2: float, loads_n: Sequence[float]) -> float:
     FrictionloopError
         For an R2 out of range, or that no friction gives with these loads.
     """
-    if not 0.5 <= r2 < 1:
-        raise FrictionloopError(f"r2 = {r2!r}: must be from 0.5 to below 1")
+    number("r2", r2, "", 0.5, BELOW_1)
     strongest = 2.0
     while r2_with_friction(loads_n, strongest) > r2 and strongest < 16:
         strongest *= 2

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 from scipy.optimize import least_squares
 
-from frictionloop.identification.channels import READING, READING_UNITS, channel, rate_of
+from frictionloop.identification.channels import READING, READING_UNITS, channel, pieces, rate_of, samples_in
 from frictionloop.identification.estimate import Estimate
 from frictionloop.quantities import FrictionloopError
 
@@ -60,13 +60,9 @@ def fit_ring_down(recording: xr.Dataset, between_s: float = 0.5) -> RingDown:
         as one resonance does.
     """
     reading, rate_hz = channel(recording, READING, READING_UNITS), rate_of(recording)
-    length = round(between_s * rate_hz) if math.isfinite(between_s) else 0
-    if not 32 <= length <= reading.size:
-        raise FrictionloopError(
-            f"between_s = {between_s:g} s: must be from {32 / rate_hz:g} to {reading.size / rate_hz:g}, the length of "
-            "the recording"
-        )
-    starts = _taps(reading - np.median(reading), length)
+    length = samples_in("between_s", between_s, rate_hz, 32, reading.size, "the length of the recording")
+    still = np.abs(reading - np.median(reading))
+    starts = pieces(still > TRIGGER * still.max(), length)
     if len(starts) < LEAST_TAPS:
         raise FrictionloopError(
             f"recording: {len(starts)} taps with between_s = {between_s:g} s after each: must be at least {LEAST_TAPS}"
@@ -78,15 +74,6 @@ def fit_ring_down(recording: xr.Dataset, between_s: float = 0.5) -> RingDown:
         for value, error, unit in zip(mean[:2], scatter[:2], ("Hz", ""), strict=True)
     )
     return RingDown(hertz, q, len(found), float(found[:, 2].max()))
-
-
-def _taps(still: Array, length: int) -> list[int]:
-    """Return the rows at which taps begin that have room after them."""
-    starts: list[int] = []
-    for row in np.flatnonzero(np.abs(still) > TRIGGER * np.abs(still).max()).tolist():
-        if row + length <= still.size and (not starts or row >= starts[-1] + length):
-            starts.append(row)
-    return starts
 
 
 def _fit(piece: Array, rate_hz: float) -> tuple[float, float, float]:

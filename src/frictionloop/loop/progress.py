@@ -8,10 +8,10 @@ from contextlib import contextmanager
 
 
 class Bar:
-    """Call it once per finished part; ``doing`` names the part under way."""
+    """Call it once per finished part; ``doing`` names the part under way, ``compiling`` says what it waits for."""
 
     def __init__(self, title: str, finish: Callable[[], None], name: Callable[[str], None]) -> None:
-        self.title, self._finish, self._name = title, finish, name
+        self.title, self._finish, self._name, self._what = title, finish, name, title
 
     def __call__(self) -> None:
         """Count a part."""
@@ -19,7 +19,12 @@ class Bar:
 
     def doing(self, what: str) -> None:
         """Say what is under way."""
-        self._name(f"{self.title}: {what}")
+        self._what = f"{self.title}: {what}"
+        self._name(self._what)
+
+    def compiling(self, begins: bool) -> None:
+        """Say beside the part under way that something is compiled, or that it is done."""
+        self._name(self._what + "; compiling the loop, once after an installation" * begins)
 
 
 def silent() -> Bar:
@@ -43,6 +48,8 @@ def progress_bar(title: str, total: int, show: bool | None = None) -> Iterator[B
         TimeRemainingColumn,
     )
 
+    from frictionloop.quantities.compiled import on_compiling
+
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -53,4 +60,9 @@ def progress_bar(title: str, total: int, show: bool | None = None) -> Iterator[B
     )
     with Progress(*columns, console=Console(stderr=True)) as bars:
         task = bars.add_task(title, total=total)
-        yield Bar(title, lambda: bars.advance(task), lambda text: bars.update(task, description=text))
+        bar = Bar(title, lambda: bars.advance(task), lambda text: bars.update(task, description=text))
+        on_compiling.append(bar.compiling)
+        try:
+            yield bar
+        finally:
+            on_compiling.remove(bar.compiling)

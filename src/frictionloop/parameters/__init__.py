@@ -2,11 +2,10 @@
 
 from frictionloop.parameters.board import Board
 from frictionloop.parameters.controller import Controller, LookupController, OracleController, PiController
-from frictionloop.parameters.files import PRESETS, SCHEMA, preset, read_toml, to_toml, write_toml
+from frictionloop.parameters.files import PRESETS, SCHEMA, preset, read_toml, write_toml
 from frictionloop.parameters.filtered import FilteredPiController, NotchPiController
-from frictionloop.parameters.finger import AnyFriction, Finger, FingerFriction, RigidFinger, Skin
-from frictionloop.parameters.model import Model
-from frictionloop.parameters.motion import Motion, Sliding, Strokes
+from frictionloop.parameters.finger import FingerFriction, RigidFinger, Skin
+from frictionloop.parameters.motion import Sliding, Strokes
 from frictionloop.parameters.observing import ObserverController
 from frictionloop.parameters.plant import (
     Friction,
@@ -14,7 +13,6 @@ from frictionloop.parameters.plant import (
     FrictionLimit,
     LowpassPlate,
     LowpassSensor,
-    Plate,
     ResonantPlate,
     Sensor,
     SuspendedSensor,
@@ -32,7 +30,7 @@ from frictionloop.parameters.sources import (
     Steps,
 )
 from frictionloop.parameters.system import System, check_system
-from frictionloop.parameters.timing import Timing
+from frictionloop.parameters.timing import Model, Timing
 from frictionloop.parameters.touch import LoadCells, PositionSensor, Touch
 from frictionloop.parameters.tracking import TrackerController
 
@@ -41,13 +39,11 @@ __all__ = [
     "READINGS",
     "RETUNED",
     "SCHEMA",
-    "AnyFriction",
     "Board",
     "ColouredNoise",
     "Constant",
     "Controller",
     "FilteredPiController",
-    "Finger",
     "FingerFriction",
     "Friction",
     "FrictionLaw",
@@ -59,11 +55,9 @@ __all__ = [
     "LowpassPlate",
     "LowpassSensor",
     "Model",
-    "Motion",
     "NotchPiController",
     "ObserverController",
     "PiController",
-    "Plate",
     "PositionSensor",
     "Recording",
     "Samples",
@@ -88,6 +82,5 @@ __all__ = [
     "paper",
     "preset",
     "read_toml",
-    "to_toml",
     "write_toml",
 ]

@@ -9,7 +9,6 @@ from pydantic import BaseModel, ValidationError
 
 from frictionloop.parameters import wording
 from frictionloop.parameters.block import Block
-from frictionloop.parameters.kinds import OWN
 from frictionloop.quantities import FrictionloopError
 
 
@@ -53,22 +52,10 @@ class Description(Block):
         except ValidationError as error:
             raise FrictionloopError(where + wording.explain(cls, error, tree)) from None
 
-    def paths(self) -> list[str]:
-        """Return every settable dotted path."""
-        return _paths(self.model_dump())
-
 
 def _values(block: BaseModel) -> dict[str, Any]:
     """Return ``block.model_dump()`` in a third of the time."""
     return {name: _values(value) if isinstance(value, BaseModel) else value for name, value in block.__dict__.items()}
-
-
-def _paths(tree: Mapping[str, Any], prefix: str = "") -> list[str]:
-    found: list[str] = []
-    for name, block in tree.items():
-        value = block.model_dump() if isinstance(block, BaseModel) else block
-        found += _paths(value, f"{prefix}{name}.") if isinstance(value, dict) else [prefix + name]
-    return found
 
 
 def _place(whole: type[Description], tree: dict[str, Any], path: str, value: Any) -> None:
@@ -88,13 +75,15 @@ def _place(whole: type[Description], tree: dict[str, Any], path: str, value: Any
         node[leaf] = value.model_dump() if isinstance(value, BaseModel) else value
 
 
-def _change_kind(whole: type[Description], tree: dict[str, Any], block: str, kind: str) -> None:
+def _change_kind(whole: type[Description], tree: dict[str, Any], block: str, kind: Any) -> None:
     """Swap a block for one of another kind, keeping what describes the bench."""
-    registry = wording.registry_of(whole, block)
-    if registry is None or kind not in registry.names:
-        accepted = ", ".join(map(repr, registry.names if registry else [tree[block]["kind"]]))
-        raise FrictionloopError(f"{block}.kind = {kind!r} is unknown; accepted: {accepted}{OWN}")
-    tree[block] = registry.carried(tree[block], registry[kind]) | {"kind": kind}
-    for name, field in registry[kind].model_fields.items():
-        if name not in tree[block] and not field.is_required():
-            tree[block][name] = field.get_default(call_default_factory=True)
+    kinds = wording.registry_of(whole, block)
+    model = kinds[kind] if kinds and isinstance(kind, str) and kind in kinds.names else None
+    if kinds is None or model is None:
+        raise FrictionloopError(f"{block}.kind = {kind!r} is unknown; {kinds.accepted() if kinds else 'it has none'}")
+    fresh = {
+        name: field.get_default(call_default_factory=True)
+        for name, field in model.model_fields.items()
+        if not field.is_required()
+    }
+    tree[block] = fresh | kinds.carried(tree[block], model) | {"kind": kind}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -57,10 +58,7 @@ def read_toml(path: str | os.PathLike[str]) -> System:
     base = tree.pop("preset", None)
     if base is None:
         return System.from_tree(tree, f"{path}: ")
-    try:
-        return preset(base).evolve(_flatten(tree))
-    except FrictionloopError as error:
-        raise FrictionloopError(f"{path}: {error}") from None
+    return _evolved(path, lambda: preset(base), tree)
 
 
 def read_design(path: str | os.PathLike[str], default: Design) -> Design:
@@ -78,9 +76,12 @@ def read_design(path: str | os.PathLike[str], default: Design) -> Design:
     FrictionloopError
         For a file that cannot be read, or what is wrong in it, naming file, field and value.
     """
-    tree = _read(path)
+    return _evolved(path, lambda: default, _read(path))
+
+
+def _evolved(path: str | os.PathLike[str], base: Callable[[], Design], tree: dict[str, Any]) -> Design:
     try:
-        return default.evolve(_flatten(tree))
+        return base().evolve(tree)
     except FrictionloopError as error:
         raise FrictionloopError(f"{path}: {error}") from None
 
@@ -125,14 +126,6 @@ def _from_there(system: Description, folder: Path) -> Description:
             inside = absolute.is_relative_to(folder)
             changes[f"{name}.path"] = str(absolute.relative_to(folder) if inside else absolute)
     return system.evolve(changes) if changes else system
-
-
-def _flatten(tree: dict[str, Any], prefix: str = "") -> dict[str, Any]:
-    flat: dict[str, Any] = {}
-    # A kind comes first, so that the other values land in the block of that kind.
-    for name, value in sorted(tree.items(), key=lambda item: item[0] != "kind"):
-        flat |= _flatten(value, f"{prefix}{name}.") if isinstance(value, dict) and value else {prefix + name: value}
-    return flat
 
 
 def to_toml(system: Description) -> str:

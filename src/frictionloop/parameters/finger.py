@@ -56,7 +56,7 @@ class RigidFinger(Block):
 
 
 class Skin(Block):
-    """Fingertip in the sliding direction: mass, spring and damper in series with the contact (physics/skin)."""
+    """Fingertip in the sliding direction: mass, spring and damper in series with the contact (physics/contact)."""
 
     kind: Literal["skin"] = "skin"
     stiffness_n_m: Positive = 1000.0

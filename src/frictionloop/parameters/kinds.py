@@ -77,31 +77,35 @@ class Kinds:
         """Return what a block of another kind takes over from the values of the old one.
 
         That is what describes the bench. Where a kind is ``tuned`` (signals, control laws) the fields of its base do;
-        a gain or an offset was chosen for the old kind and means something else in the new one.
+        a gain or an offset was chosen for the old kind and means something else in the new one. Elsewhere it is what
+        both kinds have, unless their defaults say that it was chosen for one of them.
         """
-        names = self.base.model_fields if self.tuned else model.model_fields
-        return {name: values[name] for name in names if name in values}
+        if self.tuned:
+            return {name: values[name] for name in self.base.model_fields if name in values}
+        old, new = self[values["kind"]].model_fields, model.model_fields
+        return {name: values[name] for name in new if name in old and old[name].default == new[name].default}
 
     def read(self, value: Any) -> Block:
         """Return the block that a mapping describes, or the block given, if it is of one of the kinds."""
         if isinstance(value, BaseModel):
             kind = getattr(value, "kind", "")
             if kind not in self.names or type(value) is not self[kind]:
-                raise PydanticCustomError("kind", "{text}", {"text": f"{type(value).__name__}: {self._accepted()}"})
+                raise PydanticCustomError("kind", "{text}", {"text": f"{type(value).__name__}: {self.accepted()}"})
             return value
         if not isinstance(value, Mapping):
             value = self.sampled(value)
         kind = value.get("kind", self.default)
         if not (isinstance(kind, str) and kind in self.names):
             told = "kind is missing" if kind is None else f"kind = {kind!r} is unknown"
-            raise PydanticCustomError("kind", "{text}", {"text": f"{told}; {self._accepted()}"})
+            raise PydanticCustomError("kind", "{text}", {"text": f"{told}; {self.accepted()}"})
         return self[kind].model_validate({"kind": kind, **value})
 
     def sampled(self, value: Any) -> Mapping[str, Any]:
         """Return the values of a block that an array stands for; only signals have any."""
         raise PydanticCustomError("dict_type", "must be a table of values")
 
-    def _accepted(self) -> str:
+    def accepted(self) -> str:
+        """Return the kinds there are, in words."""
         accepted = ", ".join(map(repr, self.names))
         return f"accepted: {accepted}{OWN}"
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from frictionloop.parameters.controller import PiController
 from frictionloop.parameters.finger import FingerFriction, Skin
-from frictionloop.parameters.model import Model
 from frictionloop.parameters.motion import Strokes
 from frictionloop.parameters.plant import Friction, LowpassPlate, LowpassSensor, ResonantPlate, SuspendedSensor
 from frictionloop.parameters.sources import Constant, LogSweep, Sine
 from frictionloop.parameters.system import System
+from frictionloop.parameters.timing import Model
 
 
 def paper() -> System:

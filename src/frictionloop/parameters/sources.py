@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
@@ -12,7 +13,10 @@ from pydantic_core import PydanticCustomError
 
 from frictionloop.parameters.block import Block, NotNegative, Number, Positive
 from frictionloop.parameters.kinds import Kinds
-from frictionloop.quantities.scales import UNITS, known_unit
+from frictionloop.quantities.units import UNITS, known_unit
+
+SLOWEST_S = 0.5
+"""Steps of times without a unit from which on they may count, or be in ms (assumed: no force is recorded so slowly)."""
 
 
 class Signal(Block):
@@ -35,9 +39,17 @@ class Signal(Block):
 
 
 def _listed(values: Any) -> Any:
-    """Return an array as a list; other things as they are."""
+    """Return an array as a list, in N if it says that it is in a unit of force; other things as they are."""
     array = getattr(values, "values", values)
-    return array.tolist() if isinstance(array, np.ndarray) else values
+    if not isinstance(array, np.ndarray):
+        return values
+    unit = getattr(values, "attrs", {}).get("units", "N")
+    of, factor = UNITS.get(known_unit(str(unit)) or "", ("", 1.0))
+    if of != "N":
+        raise ValueError(f"in {unit}: must be in N, mN, uN or kN, or numbers without a unit")
+    if array.ndim != 1 or array.dtype.kind not in "iuf":
+        raise ValueError(f"{array.dtype} of shape {array.shape}: must be numbers over one dimension")
+    return (factor * array).tolist()
 
 
 class Constant(Signal):
@@ -133,7 +145,7 @@ class Recording(Signal):
     """f(t) = offset + scale * column(t), linear between the recorded samples; a run past the end is refused."""
 
     kind: Literal["recording"] = "recording"
-    path: str
+    path: Annotated[str, BeforeValidator(lambda path: os.fspath(path) if isinstance(path, os.PathLike) else path)]
     """File: .csv, .tsv, .txt, .h5, .hdf5, .nc, .mat or .wav."""
     column: Annotated[str, Field(coerce_numbers_to_str=True)] = "0"
     """Column name or number; for HDF5 and MAT the dataset, with [:, k] for a column of it (``"dataQ[:, 0]"``)."""
@@ -193,17 +205,28 @@ class Sources(Kinds):
 
     def sampled(self, value: Any) -> Mapping[str, Any]:
         """Return the values of ``Samples`` of an xarray variable whose ``time`` is in s and even."""
-        if not hasattr(value, "coords") and not isinstance(value, np.ndarray):
+        if not isinstance(getattr(value, "values", value), (np.ndarray, list, tuple)):
             return super().sampled(value)
-        time_s = np.asarray(getattr(value, "coords", {}).get("time", ()), dtype=float)
+        time_s = _seconds(getattr(value, "coords", {}).get("time"))
         steps = np.diff(time_s)
-        if time_s.shape != np.shape(value) or not steps.size or not np.ptp(steps) <= 1e-3 * abs(steps.mean()):
+        if time_s.shape != np.shape(value) or not steps.size or not np.ptp(steps) <= 1e-3 * steps.mean():
             text = (
                 "an array needs its rate: fl.Samples(values_n=array, rate_hz=1000), or xarray's time in even steps of s"
             )
             raise PydanticCustomError("array", "{text}", {"text": text})
         rate_hz = float(f"{(time_s.size - 1) / (time_s[-1] - time_s[0]):.9g}")
         return {"kind": "samples", "values_n": value, "rate_hz": rate_hz}
+
+
+def _seconds(time: Any) -> np.ndarray:
+    """Return times of any kind that xarray has in s; nothing where it is not known what they count."""
+    times = np.asarray(() if time is None else time)
+    if times.dtype.kind in "mM":
+        return (times - times[:1]) / np.timedelta64(1, "s")
+    said = getattr(time, "attrs", {}).get("units")
+    of, factor = UNITS.get(known_unit(str(said or "s")) or "", ("", 1.0))
+    counts = said is None and times.size > 1 and abs(times[-1] - times[0]) >= SLOWEST_S * (times.size - 1)
+    return np.empty(0) if of != "s" or counts or times.dtype.kind not in "iuf" else factor * times
 
 
 SOURCES = Sources(Signal, Constant, Sine, LogSweep, Steps, ColouredNoise, Recording, Samples, tuned=True)

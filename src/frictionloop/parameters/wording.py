@@ -30,11 +30,6 @@ def registry_of(system: Model, block: str) -> Kinds | None:
     return next((each for each in system.model_fields[block].metadata if isinstance(each, Kinds)), None)
 
 
-def known_blocks(system: Model) -> list[str]:
-    """Return the names of what is a block, not a value."""
-    return [name for name in system.model_fields if kinds_of(system, name)]
-
-
 def known_names(system: Model, tree: Mapping[str, Any]) -> list[str]:
     """Return the paths that the kinds named in a tree accept."""
     names: list[str] = []
@@ -79,28 +74,25 @@ def explain(system: Model, error: ValidationError, tree: Mapping[str, Any]) -> s
     errors = error.errors(include_url=False)
     # A misspelt name is often why another is missing.
     first = next((each for each in errors if each["type"] == "extra_forbidden"), errors[0])
-    # Pydantic puts the kind of a block behind its name.
-    parts = [str(part) for part in first["loc"]]
-    if len(parts) > 1 and parts[0] in system.model_fields and parts[1] in _kinds(system, parts[0]):
-        del parts[1]
-    path = ".".join(parts)
+    path = ".".join(map(str, first["loc"]))
     if first["type"] == "extra_forbidden":
         block = path.rsplit(".", 1)[0] if "." in path else ""
         return unknown(path, [name for name in known_names(system, tree) if name.startswith(block)])
     if first["type"] == "missing":
-        whole = "." not in path and path in known_blocks(system)
+        whole = path in system.model_fields and bool(kinds_of(system, path))
         hint = '; with preset = "paper" a file needs only what differs' if whole else ""
         return f"{path or 'system'} is missing{hint}"
     if first["type"] in ("model_type", "dict_type"):
-        return f"{path} = {first['input']!r}: must be a table of values"
+        return f"{path} = {_shown(first['input'])}: must be a table of values"
     message = first["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
     if isinstance(first["input"], (dict, BaseModel)):
         return f"{path}: {message}" if path else message
     unit = f" {unit_of(path)}" if unit_of(path) else ""
-    given = " ".join(repr(first["input"]).split())
-    return f"{path} = {given if len(given) <= LONGEST else given[:LONGEST] + ' ...'}{unit}: {message}"
+    return f"{path} = {_shown(first['input'])}{unit}: {message}"
 
 
-def _kinds(system: Model, block: str) -> list[str]:
-    models = kinds_of(system, block)
-    return [model.model_fields["kind"].default for model in models if "kind" in model.model_fields]
+def _shown(value: Any) -> str:
+    if hasattr(value, "shape"):
+        return f"an array of shape {value.shape}"
+    given = " ".join(repr(value).split())
+    return given if len(given) <= LONGEST else given[:LONGEST] + " ..."

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from frictionloop.parameters import Skin
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.checks import Array, number, numbers
+from frictionloop.quantities.checks import ABOVE_0, Array, number, numbers
 
 LOWEST_HZ, HIGHEST_HZ = 1.0, 500.0
 """The range of the threshold table, and so of the index D."""
-UNCERTAINTY_DB = 6.0
-"""How far the thresholds may be off, either way: the table is from memory, and people differ (assumed)."""
 THRESHOLD_UM = {
     1.0: 25.0,
     3.0: 20.0,
@@ -34,26 +32,7 @@ THRESHOLD_UM = {
     400.0: 0.18,
     500.0: 0.30,
 }
-"""Displacement threshold by frequency in Hz, um zero-to-peak (Bolanowski and Verrillo; assumed: from memory)."""
-
-
-class Impedance(Protocol):
-    """What is needed to know of a fingertip: a `Fingertip`, or the skin of a simulated finger."""
-
-    @property
-    def stiffness_n_m(self) -> float:
-        """Stiffness k."""
-        ...
-
-    @property
-    def damping_n_s_m(self) -> float:
-        """Damping c."""
-        ...
-
-    @property
-    def mass_kg(self) -> float:
-        """Moving mass m."""
-        ...
+"""Displacement threshold by frequency in Hz, um zero-to-peak, +-6 dB (Bolanowski and Verrillo; from memory)."""
 
 
 @dataclass(frozen=True)
@@ -74,15 +53,16 @@ class Fingertip:
         impedance(self)
 
 
+Impedance = Fingertip | Skin
+"""What is needed to know of a finger: its stiffness, damping and mass."""
+
+
 def impedance(finger: Impedance) -> tuple[float, float, float]:
     """Return k in N/m, c in N s/m and m in kg, refusing what is not positive."""
     units = {"stiffness_n_m": "N/m", "damping_n_s_m": "N s/m", "mass_kg": "kg"}
     if not all(hasattr(finger, name) for name in units):
         raise FrictionloopError(f"finger = {finger!r}: must have {', '.join(units)}")
-    k, c, m = (number(f"finger {name}", getattr(finger, name), unit) for name, unit in units.items())
-    for (name, unit), value in zip(units.items(), (k, c, m), strict=True):
-        if value <= 0:
-            raise FrictionloopError(f"finger {name} = {value:g} {unit}: must be positive")
+    k, c, m = (number(f"finger {name}", getattr(finger, name), unit, ABOVE_0) for name, unit in units.items())
     return k, c, m
 
 

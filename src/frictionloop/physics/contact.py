@@ -1,23 +1,23 @@
-"""What the three laws of the contact share: the state of tip and bristle, and the coefficients of a step.
+"""What the three laws of the contact share: state of tip and bristle, the skin they pull on, constants of a step.
 
 A step takes the friction limit and the bone's speed in the middle of the step (or their means over it) and returns the
 mean force over the step. Inside, forces are counted in the deflection of the bristle, F/s0, and speeds in the way
 covered in a step, so that a law needs one division per pass. docs/contact.md derives them.
+
+The skin is a lateral spring, damper and mass between bone and contact, m x'' + c x' + k x = F. The bone moves over the
+glass with speed w, the tip lags behind it by x, and so slides with v = w - x'. Over a step the skin follows the
+implicit midpoint rule, which keeps the books of energy exactly at any step: with F the mean force of the step, the
+work F (x1 - x0) is what spring and mass gain plus what the damper takes.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
 from frictionloop.parameters import Skin
-from frictionloop.physics.skin import SKIN_DAMPING_N_S_PER_M, SKIN_MASS_KG, SKIN_STIFFNESS_N_PER_M
-from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.checks import ABOVE_0, numbers
+from frictionloop.quantities import Lti
+from frictionloop.quantities.arithmetic import fma, step
 
-BRISTLE_STIFFNESS_N_PER_M, BRISTLE_DAMPING_N_S_PER_M = Skin().bristle_stiffness_n_m, Skin().bristle_damping_n_s_m
-"""s0 and s1 where none are given; sources in parameters/finger."""
 LEAST_LIMIT_M = 1e-18
 """Deflection at the limit below which a step would divide by zero; 2e-14 N with s0 = 2e4 N/m, far below any force."""
 
@@ -36,7 +36,7 @@ class ContactState(NamedTuple):
 
 
 class ContactCoefficients(NamedTuple):
-    """Constants of a step, numbers or arrays over lanes.
+    """Constants of a step.
 
     A = 1 / (2 m/dt + c + k dt/2) is the skin's mean speed per newton of mean force.
     """
@@ -60,57 +60,56 @@ class ContactCoefficients(NamedTuple):
     """What holds LuGre's damping below 4 Fc/|v|: equal to ``damping``; 0 would leave s1 as it is, and not passive."""
 
 
-def contact_coefficients(
-    dt: np.ndarray | float,
-    skin_stiffness_n_per_m: np.ndarray | float = SKIN_STIFFNESS_N_PER_M,
-    skin_damping_n_s_per_m: np.ndarray | float = SKIN_DAMPING_N_S_PER_M,
-    skin_mass_kg: np.ndarray | float = SKIN_MASS_KG,
-    bristle_stiffness_n_per_m: np.ndarray | float = BRISTLE_STIFFNESS_N_PER_M,
-    bristle_damping_n_s_per_m: np.ndarray | float = BRISTLE_DAMPING_N_S_PER_M,
-) -> ContactCoefficients:
-    """Return the constants of `dahl_step`, `lugre_step` and `slider_step`; an array has the same bits as its numbers.
+@step
+def free_slide_step(
+    lag_m: float, lag_speed_m_s: float, speed_m_s: float, dt: float, inertia: float, elastic: float
+) -> float:
+    """dt w - (2 m A x' - dt k A x): how far the tip slides in a step without force, A = 1 / (2 m/dt + c + k dt/2)."""
+    return fma(dt, speed_m_s, fma(elastic, lag_m, -(inertia * lag_speed_m_s)))
 
-    Parameters
-    ----------
-    dt : array or float
-        Length of a step in s, above 0. Any length is stable; docs/contact.md says how accurate.
-    skin_stiffness_n_per_m, skin_damping_n_s_per_m, skin_mass_kg : array or float
-        k > 0, c >= 0 and m > 0 of the skin in N/m, N s/m and kg.
-    bristle_stiffness_n_per_m : array or float
-        s0 > 0 in N/m.
-    bristle_damping_n_s_per_m : array or float
-        s1 >= 0 in N s/m, used by LuGre alone. Any value gives a passive contact (see `lugre_step`).
 
-    Raises
-    ------
-    FrictionloopError
-        For a value that is not finite or out of range, or shapes that do not broadcast.
+@step
+def follow_step(lag_m: float, lag_speed_m_s: float, moved_m: float, two_per_dt: float) -> tuple[float, float]:
+    """x + dx, 2 dx/dt - x': lag and its speed after a step in which the lag changed by dx."""
+    return lag_m + moved_m, fma(two_per_dt, moved_m, -lag_speed_m_s)
+
+
+def contact_coefficients(skin: Skin, dt: float) -> ContactCoefficients:
+    """Return the constants of `dahl_step`, `lugre_step` and `slider_step` for steps of ``dt`` s.
+
+    Any length is stable; docs/contact.md says how accurate.
     """
-    given = [
-        numbers("dt", dt, "s", ABOVE_0),
-        numbers("skin_stiffness_n_per_m", skin_stiffness_n_per_m, "N/m", ABOVE_0),
-        numbers("skin_damping_n_s_per_m", skin_damping_n_s_per_m, "N s/m", 0.0),
-        numbers("skin_mass_kg", skin_mass_kg, "kg", ABOVE_0),
-        numbers("bristle_stiffness_n_per_m", bristle_stiffness_n_per_m, "N/m", ABOVE_0),
-        numbers("bristle_damping_n_s_per_m", bristle_damping_n_s_per_m, "N s/m", 0.0),
-    ]
-    try:
-        h, k, c, m, s0, s1 = np.broadcast_arrays(*given)
-    except ValueError:
-        shapes = ", ".join(str(values.shape) for values in given)
-        raise FrictionloopError(f"contact coefficients of shapes {shapes}: must be numbers or of one shape") from None
-    yielding = 1.0 / (2.0 * m / h + c + k * h / 2.0)
-    coupling, damping = h * s0 * yielding, s1 / (s0 * h)
-    values = {
-        "dt": h,
-        "two_per_dt": 2.0 / h,
-        "inertia": 2.0 * m * yielding,
-        "elastic": h * k * yielding,
-        "coupling": coupling,
-        "stuck": 1.0 / (1.0 + coupling / 2.0),
-        "bristle": s0,
-        "per_bristle": 1.0 / s0,
-        "damping": damping,
-        "guard": damping,
-    }
-    return ContactCoefficients(**(values if h.shape else {name: float(value) for name, value in values.items()}))
+    k, c, m = skin.stiffness_n_m, skin.damping_n_s_m, skin.mass_kg
+    s0, s1 = skin.bristle_stiffness_n_m, skin.bristle_damping_n_s_m
+    yielding = 1.0 / (2.0 * m / dt + c + k * dt / 2.0)
+    coupling, damping = dt * s0 * yielding, s1 / (s0 * dt)
+    return ContactCoefficients(
+        dt=dt,
+        two_per_dt=2.0 / dt,
+        inertia=2.0 * m * yielding,
+        elastic=dt * k * yielding,
+        coupling=coupling,
+        stuck=1.0 / (1.0 + coupling / 2.0),
+        bristle=s0,
+        per_bristle=1.0 / s0,
+        damping=damping,
+        guard=damping,
+    )
+
+
+def linearise_slip(skin: Skin, force_n: float, speed_m_s: float) -> Lti:
+    """Return friction limit to force F for small signals at steady sliding with speed v, N/N.
+
+        slider 1,   Dahl 1 / (1 + s T),   LuGre (1 + s s1(v)/s0) / (1 + s T),
+        T = F/(s0 |v|),   s1(v) = s1 / (1 + s1 |v|/(4 F))
+
+    There v (1 - s0 z sign(v)/Fc) = 0, so the force does not feel small changes of speed: the skin drops out, and holds
+    again only where the force would have to rise faster than the skin allows (docs/contact.md).
+    """
+    if skin.contact == "slider":
+        return Lti((1.0,), (1.0,))
+    s0, s1 = skin.bristle_stiffness_n_m, skin.bristle_damping_n_s_m
+    relaxation_s = force_n / (s0 * abs(speed_m_s))
+    if skin.contact == "dahl":
+        return Lti((1.0,), (relaxation_s, 1.0))
+    return Lti((s1 / (1.0 + s1 * abs(speed_m_s) / (4.0 * force_n)) / s0, 1.0), (relaxation_s, 1.0))

@@ -8,8 +8,7 @@ Freezing |v| at any value keeps the contact passive, so the number of passes is 
 
 from __future__ import annotations
 
-from frictionloop.physics.contact import LEAST_LIMIT_M, ContactCoefficients, ContactState
-from frictionloop.physics.skin import follow_step, free_slide_step
+from frictionloop.physics.contact import LEAST_LIMIT_M, ContactCoefficients, ContactState, follow_step, free_slide_step
 from frictionloop.quantities.arithmetic import fma, step
 
 

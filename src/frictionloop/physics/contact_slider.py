@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from frictionloop.physics.contact import ContactCoefficients, ContactState
-from frictionloop.physics.skin import follow_step, free_slide_step
+from frictionloop.physics.contact import ContactCoefficients, ContactState, follow_step, free_slide_step
 from frictionloop.quantities.arithmetic import fma, step
 
 

@@ -16,7 +16,7 @@ from frictionloop.physics.friction import halving_amplitude_um
 from frictionloop.physics.friction_limit import limit_coefficients, limit_step
 from frictionloop.physics.vibration import vibrated_step
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.checks import number
+from frictionloop.quantities.checks import number, whole
 from frictionloop.quantities.normals import normals
 
 POPULATION_STREAM = 21
@@ -72,8 +72,8 @@ def fingers(n: int, seed: int) -> Fingers:
     FrictionloopError
         For an n below 1 or a seed out of range, or what is not a whole number.
     """
-    _check_whole("n", n, 1, 2**32)
-    _check_whole("seed", seed, 0, 2**64 - 1)
+    whole("n", n, 1, 2**32)
+    whole("seed", seed, 0, 2**64 - 1)
     z = normals(seed, POPULATION_STREAM, 0, n * SLOTS).reshape(n, SLOTS)
     return Fingers(_finger(row) | {"motion.person": i} for i, row in enumerate(z))
 
@@ -181,8 +181,3 @@ def _extremes(friction: FingerFriction, exponent: float, reached: float) -> list
 def _block(block: Any, name: str, values: Mapping[str, Any]) -> Any:
     own = {path.removeprefix(f"{name}."): value for path, value in values.items() if path.startswith(f"{name}.")}
     return block(**own)
-
-
-def _check_whole(name: str, value: Any, least: int, most: int) -> None:
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not least <= value <= most:
-        raise FrictionloopError(f"{name} = {value!r}: must be a whole number from {least} to {most}")

@@ -47,6 +47,18 @@ def plate_step(
     return lowpass_step(amplitude_um, held, coefficients.half), lowpass_step(amplitude_um, held, coefficients.whole)
 
 
+@step
+def pulse_step(command_um: float, largest_um: float, ticks: float) -> float:
+    """a = a_max sin(pi n / C), n the whole number nearest to C arcsin(c / a_max) / pi; C ticks a carrier period.
+
+    The fundamental of pulses of duty n/C is sin(pi n/C) of the largest (docs/plate); C = 783 at 36 MHz and 46 kHz.
+    """
+    share = min(max(command_um / largest_um, 0.0), 1.0)
+    widest = math.floor(0.5 * ticks)
+    width = min(math.floor(ticks * math.asin(share) / math.pi + 0.5), widest)
+    return largest_um * math.sin(math.pi * width / ticks)
+
+
 LINEAR_PLATE: dict[type[Block], str] = {
     LowpassPlate: "kind cutoff_hz max_amplitude_um",
     ResonantPlate: "kind frequency_hz q max_amplitude_um",

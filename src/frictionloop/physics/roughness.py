@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 
-from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.arithmetic import ROUND, bits, fma, step
 from frictionloop.quantities.normals import normals
 
@@ -22,27 +21,10 @@ def roughness_table(rms: float, seed: int) -> np.ndarray:
     """Return one period of n(x), shape (CELLS,), to be joined by straight lines.
 
     n is Gaussian with E|n_k|^2 proportional to 1/k, k = 1 ... WAVES waves per period, and mean 0. It is then scaled so
-    that the joined function has exactly the standard deviation asked for over a period.
-
-    Parameters
-    ----------
-    rms : float
-        Standard deviation of n, relative to the mean friction, at least 0.
-    seed : int
-        Seed of the run, at least 0: a table depends on nothing else.
-
-    Raises
-    ------
-    FrictionloopError
-        For an rms that is negative or not finite.
-
-    Notes
-    -----
-    1/f background of a finger on a flat surface: Wiertlewski, Hudin, Hayward (springer 978-1-4471-4841-8_7); that it is
-    fixed in space is assumed.
+    that the joined function has exactly the standard deviation asked for over a period, relative to the mean friction.
+    It depends on nothing but the seed: 1/f background of a finger on a flat surface, Wiertlewski, Hudin, Hayward
+    (springer 978-1-4471-4841-8_7); that it is fixed in space is assumed.
     """
-    if not (math.isfinite(rms) and rms >= 0):
-        raise FrictionloopError(f"rms = {rms!r}: must be finite and at least 0")
     drawn = normals(seed, ROUGHNESS_STREAM, 0, 2 * WAVES).reshape(WAVES, 2)
     spectrum = np.zeros(CELLS // 2 + 1, dtype=complex)
     spectrum[1 : WAVES + 1] = (drawn[:, 0] + 1j * drawn[:, 1]) / np.sqrt(np.arange(1.0, WAVES + 1.0))

@@ -54,14 +54,8 @@ def tremor_step(state: TremorState, normal: float, coefficients: TremorCoefficie
 def tremor_coefficients(rms: float, frequency_hz: float, width_hz: float, dt: float) -> TremorCoefficients:
     """Return the coefficients for a standard deviation, in closed form of its stationary covariance.
 
-    Parameters
-    ----------
-    rms : float
-        Standard deviation of x, in the unit wanted of x (m or N), at least 0.
-    frequency_hz, width_hz : float
-        Peak f and width b of the spectrum in Hz, above 0.
-    dt : float
-        Control period in s; 1/dt at least some ten times f.
+    ``rms`` is that of x, in the unit wanted of x (m or N); the spectrum peaks at ``frequency_hz``, at most a tenth of
+    the control rate, and is ``width_hz`` wide.
     """
     transition, drive = _held(frequency_hz, width_hz, dt)
     gain = rms / math.sqrt(_unit_covariance(transition, drive)[0, 0])
@@ -73,14 +67,7 @@ def tremor_coefficients(rms: float, frequency_hz: float, width_hz: float, dt: fl
 def tremor_start(coefficients: TremorCoefficients, seed: int, which: int = 0) -> TremorState:
     """Return a state drawn from the stationary distribution, so that the tremor has no start-up transient.
 
-    Parameters
-    ----------
-    coefficients : TremorCoefficients
-        Of the tremor to start.
-    seed : int
-        Seed of the run.
-    which : int
-        0 for the displacement along the stroke, 1 for the normal force: they are independent.
+    ``which`` is 0 for the displacement along the stroke and 1 for the normal force: they are independent.
     """
     z0, z1 = normals(seed, START_STREAM, 2 * which, 2 * which + 2).tolist()
     if coefficients.b2 == 0.0:

@@ -1,8 +1,8 @@
 """Units, the common error, linear systems and safe file writing: no domain knowledge."""
 
+from frictionloop.quantities.checks import check_each_once, check_known
 from frictionloop.quantities.files import replacing, why_unwritable
 from frictionloop.quantities.lti import Lti
-from frictionloop.quantities.names import check_each_once, check_known
 from frictionloop.quantities.units import FrictionloopError, unit_of
 
 __all__ = ["FrictionloopError", "Lti", "check_each_once", "check_known", "replacing", "unit_of", "why_unwritable"]

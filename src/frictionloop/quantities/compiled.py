@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from llvmlite.binding import get_host_cpu_name
@@ -9,6 +10,9 @@ from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.ccallback import CFunc
 
 from frictionloop.quantities.digest import code_digest
+
+on_compiling: list[Callable[[bool], None]] = []
+"""Called with True before something is compiled that the disk does not have, and with False when it is done."""
 
 
 class DigestCache(FunctionCache):
@@ -26,12 +30,25 @@ class DigestCache(FunctionCache):
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return what the disk has, None where it was compiled from somebody's module that is not here any more."""
         try:
-            return super().load_overload(sig, target_context)
+            found = super().load_overload(sig, target_context)
         except ImportError:
-            return None
+            found = None
+        if found is None:
+            _tell(True)
+        return found
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep what was compiled."""
+        super().save_overload(sig, data)
+        _tell(False)
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
         return (sig, codegen.magic_tuple())
+
+
+def _tell(compiling: bool) -> None:
+    for listener in on_compiling:
+        listener(compiling)
 
 
 def compile_c(signature: Any, function: Any, name: str) -> Any:

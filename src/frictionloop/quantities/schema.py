@@ -23,12 +23,12 @@ class Word:
 
     name: str
     first: int
-    count: int
     format: str
-    unit: str
-    low: float | None
-    high: float | None
     text: str
+    count: int = 1
+    unit: str = ""
+    low: float | None = None
+    high: float | None = None
 
     @property
     def words(self) -> int:
@@ -52,22 +52,19 @@ def schema() -> dict[str, Any]:
     return tomllib.loads(schema_path().read_text(encoding="utf-8"))
 
 
+def named(group: str) -> dict[int, str]:
+    """Return a group of the schema, such as ``faults``: name by number."""
+    return {number: name for name, number in schema()[group].items()}
+
+
 @cache
 def parameter_words() -> dict[str, Word]:
     """Return the parameters by name, in the order of their words."""
     words: dict[str, Word] = {}
     first = 0
     for entry in schema()["parameter"]:
-        word = Word(
-            entry["name"],
-            first,
-            entry.get("count", 1),
-            entry["format"],
-            entry.get("unit", ""),
-            entry.get("min"),
-            entry.get("max"),
-            entry["text"],
-        )
+        given = {{"min": "low", "max": "high"}.get(key, key): value for key, value in entry.items()}
+        word = Word(first=first, **given)
         words[word.name] = word
         first += word.words
     return words

@@ -1,4 +1,4 @@
-"""Units carried by names, and the error every bad value raises."""
+"""Units carried by names and by files of measurements, and the error every bad value raises."""
 
 from __future__ import annotations
 
@@ -46,3 +46,21 @@ def _written(words: list[str]) -> str:
     if not over and "^" in under[0]:
         return under[0].replace("^", "^-")
     return (" ".join(over) or "1") + "".join(f"/({unit})" if " " in unit else f"/{unit}" for unit in under)
+
+
+UNITS: dict[str, tuple[str, float]] = {
+    **{"N": ("N", 1.0), "mN": ("N", 1e-3), "uN": ("N", 1e-6), "kN": ("N", 1e3)},
+    **{"V": ("V", 1.0), "mV": ("V", 1e-3), "uV": ("V", 1e-6)},
+    **{"kg": ("kg", 1.0), "g": ("kg", 1e-3)},
+    **{"s": ("s", 1.0), "ms": ("s", 1e-3), "us": ("s", 1e-6), "ns": ("s", 1e-9), "min": ("s", 60.0)},
+}
+"""Units that a file of measurements may say: in what each is counted, and how much of that it is."""
+_SPELT = {"sec": "s", "secs": "s", "second": "s", "seconds": "s", "newton": "N", "newtons": "N", "volt": "V"}
+_SPELT |= {"volts": "V", "µs": "us", "μs": "us", "µN": "uN", "μN": "uN", "msec": "ms", "millinewton": "mN"}
+_SPELT |= {"millinewtons": "mN", "milliseconds": "ms", "millisecond": "ms", "microseconds": "us", "nanoseconds": "ns"}
+
+
+def known_unit(text: str) -> str | None:
+    """Return how this package spells a unit, None for one that it does not know."""
+    text = _SPELT.get(text.strip().lower(), _SPELT.get(text.strip(), text.strip()))
+    return text if text in UNITS else None

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Callable, Iterator, Mapping
-from functools import partial
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from frictionloop.parameters.sources import Recording
-from frictionloop.quantities.scales import known_unit
+from frictionloop.quantities.units import known_unit
 from frictionloop.recordings.column import Column, column_number, no_column
+from frictionloop.recordings.headers import header, is_time
 
 _LINE = re.compile(r"(.*?)\s*(?:\[\s*(?::\s*,\s*(\d+)|(\d+)\s*,\s*:)\s*\])?", re.DOTALL)
 
@@ -28,11 +28,11 @@ def read_wav(recording: Recording) -> Column:
         rate_hz, channels = wavfile.read(recording.path)
     channels = channels.reshape(len(channels), -1)
     samples = channels[:, column_number(recording, [], channels.shape[1])]
-    middle, peak = 0.0, 1.0
+    place = _in_array(recording, samples)
     if samples.dtype.kind in "iu":
         peak = 2.0 ** (8 * samples.dtype.itemsize - 1)
-        middle = peak if samples.dtype.kind == "u" else 0.0
-    return Column(samples, _in_array(recording, samples), float(rate_hz), decode=lambda x: (x - middle) / peak)
+        samples = (samples - (peak if samples.dtype.kind == "u" else 0.0)) / peak
+    return Column(samples, place, rate_hz=float(rate_hz))
 
 
 def read_hdf5(recording: Recording) -> Column:
@@ -42,10 +42,13 @@ def read_hdf5(recording: Recording) -> Column:
     arrays: dict[str, Any] = {}
     with h5py.File(recording.path) as file:
         file.visititems(lambda name, item: arrays.update({name: item} if isinstance(item, h5py.Dataset) else {}))
-        array, samples = _pick(recording, arrays, in_matlab=recording.path.lower().endswith(".mat"))
-        packing = dict(array.attrs)
-    unit = known_unit(str(packing.get("units", packing.get("unit", ""))))
-    return Column(samples, _in_array(recording, samples), unit=unit, decode=partial(_unpacked, packing=packing))
+        arrays = {name: item for name, item in arrays.items() if not _is_bare_dimension(item)}
+        return _picked(recording, arrays, in_matlab=recording.path.lower().endswith(".mat"))
+
+
+def _is_bare_dimension(array: Any) -> bool:
+    """Tell what NetCDF keeps for a dimension without coordinates: zeros under its name."""
+    return bytes(array.attrs.get("NAME", b"")).startswith(b"This is a netCDF dimension but not")
 
 
 def _unpacked(stored: NDArray[Any], packing: Mapping[str, Any]) -> NDArray[Any]:
@@ -66,11 +69,12 @@ def read_mat(recording: Recording) -> Column:
     if h5py.is_hdf5(recording.path):
         return read_hdf5(recording)
     variable = re.split(r"[/\[]", recording.column)[0].strip()
-    # The variable asked for alone in memory; all of them to find one by number or to list them.
-    known = variable in [name for name, _, _ in whosmat(recording.path, appendmat=False)]
-    tree = loadmat(recording.path, appendmat=False, variable_names=[variable] if known else None)
-    _, samples = _pick(recording, dict(_flat(tree)))
-    return Column(samples, _in_array(recording, samples))
+    # The variable asked for and times alone in memory; all of them to find one by number or to list them.
+    there = [name for name, _, _ in whosmat(recording.path, appendmat=False)]
+    known = variable in there and not is_time(variable)
+    wanted = [name for name in there if name == variable or is_time(name)] if known else None
+    tree = loadmat(recording.path, appendmat=False, variable_names=wanted)
+    return _picked(recording, dict(_flat(tree)))
 
 
 def _flat(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, NDArray[Any]]]:
@@ -82,8 +86,50 @@ def _flat(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, NDAr
             yield prefix + name, value
 
 
-def _pick(recording: Recording, arrays: Mapping[str, Any], in_matlab: bool = False) -> tuple[Any, NDArray[Any]]:
-    """Return the array that ``column`` names and the line of it that is asked for (MATLAB stores transposed)."""
+def _picked(recording: Recording, arrays: Mapping[str, Any], in_matlab: bool = False) -> Column:
+    """Return the array, or the line of one, that ``column`` names, and the times beside it."""
+    name, samples, lines = _pick(recording, arrays, in_matlab)
+    beside = [other for other in arrays if other != name and arrays[other].size == samples.size]
+    folder = name.rpartition("/")[0]
+    clock = next((other for other in beside if other.rpartition("/")[0] == folder and _is_clock(other)), None)
+    times = None if clock is None else _column(recording, clock, arrays[clock], np.ravel(arrays[clock][()]))
+    others = [repr(other) for other in beside if other != clock and arrays[other].dtype.kind in "iuf"]
+    return _column(recording, name, arrays[name], samples, times, others + lines)
+
+
+def _is_clock(name: str) -> bool:
+    return is_time(name.rpartition("/")[2])
+
+
+def _column(
+    recording: Recording,
+    name: str,
+    array: Any,
+    samples: NDArray[Any],
+    times: Column | None = None,
+    others: Sequence[str] = (),
+) -> Column:
+    attributes = dict(getattr(array, "attrs", {}))
+    leaf = name.rpartition("/")[2]
+    unit = _unit(attributes) or header(leaf).unit
+    values = _unpacked(samples, attributes)
+    return Column(values, _in_array(recording, samples), leaf, unit, times=times, others=others)
+
+
+def _unit(attributes: Mapping[str, Any]) -> str | None:
+    """Return what an attribute says of the unit, which some programs write as bytes or as a list of one."""
+    said = np.ravel(attributes.get("units", attributes.get("unit", "")))
+    text = (
+        said[0].decode("utf-8", "replace") if said.size and isinstance(said[0], bytes) else "".join(map(str, said[:1]))
+    )
+    return known_unit(text) or text.strip() or None
+
+
+def _pick(recording: Recording, arrays: Mapping[str, Any], in_matlab: bool) -> tuple[str, NDArray[Any], list[str]]:
+    """Return the name of the array, the line of it that is asked for, and what other lines it has.
+
+    MATLAB stores transposed.
+    """
     order = -1 if in_matlab else 1
     shapes = {
         name: array.shape[::order]
@@ -100,13 +146,14 @@ def _pick(recording: Recording, arrays: Mapping[str, Any], in_matlab: bool = Fal
         raise no_column(recording, [f"{name!r} ({size})" for name, size in zip(shapes, sizes, strict=True)])
     array, shape = arrays[name], shapes[name]
     if column is None and row is None and (len(shape) == 1 or 1 in shape):
-        return array, np.ravel(array[()])
+        return name, np.ravel(array[()]), []
     axis, k = (0, int(row)) if row is not None else (1, int(column or shape[-1]))
     if len(shape) == 1:
         raise no_column(recording, [repr(name)])
     if k >= shape[axis]:
         raise no_column(recording, [f"'{name}[:, 0]' to '{name}[:, {shape[1] - 1}]' or a row '{name}[0, :]'"])
-    return array, array[(slice(None), k)[:: order if axis else -order]]
+    lines = [f"'{name}[:, {i}]'" for i in range(shape[1]) if i != k] if axis else []
+    return name, array[(slice(None), k)[:: order if axis else -order]], lines
 
 
 def _in_array(recording: Recording, samples: NDArray[Any]) -> Callable[[int], str]:

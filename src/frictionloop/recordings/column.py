@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,18 +25,23 @@ class Column:
     samples: NDArray[Any]
     place: Callable[[int], str]
     """How the file calls sample i, and what stands there."""
-    rate_hz: float | None = None
+    name: str = ""
+    """What the file calls it."""
     unit: str | None = None
-    """What the file says, if it is a known one."""
-    decode: Callable[[NDArray[Any]], NDArray[Any]] = np.asarray
-    """From what is stored to the column's unit."""
+    """What the file says."""
+    rate_hz: float | None = None
+    """Where the format itself has one."""
+    times: Column | None = None
+    """The column of times beside it."""
+    others: Sequence[str] = ()
+    """What else in the file may be a force."""
 
 
-def no_column(recording: Recording, there: list[str]) -> FrictionloopError:
+def no_column(recording: Recording, there: list[str], why: str = "is not there") -> FrictionloopError:
     """Return the error that a column is not there, listing what is."""
     shown = ", ".join(there[:SHOWN]) + (f" and {len(there) - SHOWN} more" if len(there) > SHOWN else "")
     return FrictionloopError(
-        f"{recording.path}: column = {recording.column!r} is not there; accepted: {shown or 'nothing in this file'}"
+        f"{recording.path}: column = {recording.column!r} {why}; accepted: {shown or 'nothing in this file'}"
     )
 
 
@@ -51,11 +56,12 @@ def refuse_gaps(path: str, values: Array, place: Callable[[int], str]) -> None:
 def column_number(recording: Recording, names: list[str], count: int) -> int:
     """Return the number of the column that is asked for by name or by number."""
     column = recording.column.strip()
-    if column in names:
-        return names.index(column)
-    short = [header(name).name for name in names]
-    if short.count(column) == 1:
-        return short.index(column)
+    for there in (names, [header(name).name for name in names]):
+        found = [k for k, name in enumerate(there) if name == column]
+        if len(found) > 1:
+            raise no_column(recording, list(map(str, found)), "is there more than once")
+        if found:
+            return found[0]
     if column.isdecimal() and int(column) < count:
         return int(column)
     raise no_column(recording, [*map(repr, filter(None, names)), f"a number from 0 to {count - 1}"])

@@ -6,24 +6,27 @@ import re
 from typing import NamedTuple
 
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.scales import UNITS, known_unit
+from frictionloop.quantities.units import UNITS, known_unit
 
 _IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*")
-_AS_SUFFIX = re.compile(r"(.+)_(n|mn|un|kn|v|mv|uv|kg|s|ms|us)", re.IGNORECASE)
+_AFTER_A_MARK = re.compile(r"(.+?)(?:\s*[/,]\s*|\s+(?:in\s+)?)(\S+)")
+_AS_SUFFIX = re.compile(r"(.+)_(n|mn|un|kn|v|mv|uv|kg|g|s|ms|us)", re.IGNORECASE)
 _TIMES = ("time", "t", "timestamp", "zeit", "temps")
 
 
 class Header(NamedTuple):
-    """A column's name without its unit, and the unit if it is a known one."""
+    """A column's name without its unit, and the unit: one that is known, or what stands in its place."""
 
     name: str
     unit: str | None
 
 
 def header(text: str) -> Header:
-    """Return what a header says: "Ft [mN]", "Ft (mN)" and "ft_mn" are all in mN."""
+    """Return what a header says: "Ft [mN]", "Ft (mN)", "Ft/mN", "Ft in mN" and "ft_mn" are all in mN."""
     text = text.strip()
     if match := _IN_BRACKETS.fullmatch(text):
+        return Header(match[1].strip(), known_unit(match[2]) or match[2] or None)
+    if (match := _AFTER_A_MARK.fullmatch(text)) and known_unit(match[2]):
         return Header(match[1].strip(), known_unit(match[2]))
     if match := _AS_SUFFIX.fullmatch(text):
         lower = {unit.lower(): unit for unit in UNITS}
@@ -34,10 +37,10 @@ def header(text: str) -> Header:
 def is_time(text: str) -> bool:
     """Return whether a header is that of a column of times."""
     name, unit = header(text)
-    return name.lower() in _TIMES and (unit is None or UNITS[unit][0] == "s")
+    return name.lower() in _TIMES and (unit not in UNITS or UNITS[unit][0] == "s")
 
 
-def scale_of(path: str, column: str, given: str | None, found: str | None, wanted: str) -> float:
+def scale_of(where: str, given: str | None, found: str | None, wanted: str) -> float:
     """Return the factor from a column's unit to the wanted one; a column that says nothing is in the wanted one.
 
     Raises
@@ -45,13 +48,13 @@ def scale_of(path: str, column: str, given: str | None, found: str | None, wante
     FrictionloopError
         For a unit that contradicts the file's, or from which no known factor leads to the wanted one.
     """
-    where = f"{path}: column {column!r}"
     stated = found if given is None else known_unit(given)
-    if given is not None and found is not None and stated != found:
+    if given is not None and found in UNITS and stated != found:
         raise FrictionloopError(f"{where}: unit = {given!r} contradicts the file, which says {found!r}; give one alone")
     if given is None and found is None:
         return 1.0
-    if stated is None or UNITS[stated][0] != wanted:
+    if stated not in UNITS or UNITS[stated][0] != wanted:
         unit = given or found
-        raise FrictionloopError(f"{where} is in {unit}: scale is missing; accepted: the {wanted} per {unit}")
+        known = "" if given or found in UNITS else f', or unit = "{wanted}" if that is no unit'
+        raise FrictionloopError(f"{where} is in {unit}: scale is missing; accepted: the {wanted} per {unit}{known}")
     return UNITS[stated][1]

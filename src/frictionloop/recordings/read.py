@@ -11,6 +11,7 @@ import numpy as np
 from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.arrays import read_hdf5, read_mat, read_wav
+from frictionloop.recordings.clock import no_rate, rate_of, refuse_times
 from frictionloop.recordings.column import Array, Column, refuse_gaps
 from frictionloop.recordings.headers import scale_of
 from frictionloop.recordings.text import read_text
@@ -33,18 +34,17 @@ def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> A
     Parameters
     ----------
     recording
-        Path and column. ``.csv .tsv .txt``: delimiter found by itself, one line of names optional, lines
+        Path and column. ``.csv .tsv .txt``: delimiter found by itself, lines of names and of units optional, lines
         starting with ``#`` are comments; column by name, with or without its unit, or number from 0.
         ``.h5 .hdf5 .nc`` (NetCDF-4, packing undone) and ``.mat`` (5 and 7.3, indexed as in MATLAB but from 0): path
         of a dataset or its number, with ``[:, k]`` or ``[k, :]`` if it has two dimensions. ``.wav``: channel; integers
-        become -1 to 1 (full scale). The rate is ``recording.rate_hz``; a WAV brings its own, and so does a text file
-        with a column of times ("t", "time_ms", "Time (s)") whose steps agree within 0.1 %.
+        become -1 to 1 (full scale). The rate is ``recording.rate_hz``; a WAV brings its own, and so does a file with a
+        column of times ("t", "time_ms", "Time (s)"), or an array of them beside, whose steps agree within 0.1 %.
     rate_hz
         Rate of the result in Hz, positive, at most 1e5 times above or below that of the file.
-
     wanted
-        Unit of the result, "N", "V", "kg" or another of `quantities.scales`; a column whose header or attribute says
-        a unit of that kind (mN) is scaled, one that says another kind needs ``recording.scale``.
+        Unit of the result, "N", "V", "kg" or another of `quantities.units.UNITS`; a column whose header or attribute
+        says a unit of that kind (mN) is scaled, one that says another kind needs ``recording.scale``.
 
     Returns
     -------
@@ -71,21 +71,28 @@ def told(recording: Recording) -> str:
     FrictionloopError
         As `read_recording`.
     """
-    force, file_hz, unit = _scaled(recording, "N")
-    read = f"in {unit} by the file, " if unit and recording.unit is None and recording.scale is None else ""
+    force, file_hz, column = _scaled(recording, "N")
+    read = ""
+    if column.rate_hz is not None and recording.scale is None and recording.unit is None:
+        read = "full scale taken for 1 N, "
+    elif column.unit and recording.unit is None:
+        read = f"in {column.unit} by the file, "
+        if recording.scale is not None:
+            read += f"taken for {recording.scale:g} N each, "
     return f"{read}{force.size} samples at {file_hz:g} Hz, {force.min():.3g} to {force.max():.3g} N"
 
 
-def _scaled(recording: Recording, wanted: str) -> tuple[Array, float, str | None]:
-    """Return the part in use in the wanted unit, the rate of the file in Hz, and the unit that the file says."""
+def _scaled(recording: Recording, wanted: str) -> tuple[Array, float, Column]:
+    """Return the part in use in the wanted unit, the rate of the file in Hz, and the column."""
     column = _open(recording)
     used, file_hz = _used(recording, column)
     if recording.remove_mean:
         used -= used.mean()
     scale = recording.scale
     if scale is None:
-        scale = scale_of(recording.path, recording.column, recording.unit, column.unit, wanted)
-    return recording.offset_n + scale * used, file_hz, column.unit
+        where = f"{recording.path}: column {recording.column!r}"
+        scale = scale_of(where, recording.unit, column.unit, wanted)
+    return recording.offset_n + scale * used, file_hz, column
 
 
 def _open(recording: Recording) -> Column:
@@ -104,20 +111,15 @@ def _open(recording: Recording) -> Column:
         raise FrictionloopError(f"{path}: cannot be read, empty or damaged ({reason:.120})") from None
     if not column.samples.size:
         raise FrictionloopError(f"{path}: column = {recording.column!r} holds no samples")
+    refuse_times(recording, column)
     return column
 
 
 def _used(recording: Recording, column: Column) -> tuple[Array, float]:
-    path, rate_hz, count = recording.path, column.rate_hz or recording.rate_hz, column.samples.size
+    path, count = recording.path, column.samples.size
+    rate_hz = rate_of(recording, column) or recording.rate_hz
     if rate_hz is None:
-        raise FrictionloopError(
-            f"{path}: rate_hz is missing, and no column of times (time, t, 'time_s', 'Time [ms]') tells it; "
-            "accepted: the sampling rate in Hz (--disturbance.rate_hz 1000, or --setpoint.rate_hz)"
-        )
-    if recording.rate_hz is not None and abs(recording.rate_hz - rate_hz) > 1e-3 * rate_hz:
-        raise FrictionloopError(
-            f"{path}: rate_hz = {recording.rate_hz:g} contradicts the file, whose rate is {rate_hz:g}; give none"
-        )
+        raise FrictionloopError(f"{path}: {no_rate(column)}")
     lasts = f"the recording lasts {count / rate_hz:g} s ({count} samples at {rate_hz:g} Hz)"
     if recording.start_s * rate_hz >= count - 0.5:
         raise FrictionloopError(f"{path}: start_s = {recording.start_s:g} is beyond the end; {lasts}")
@@ -125,7 +127,7 @@ def _used(recording: Recording, column: Column) -> tuple[Array, float]:
         raise FrictionloopError(f"{path}: stop_s = {recording.stop_s:g} is beyond the end; {lasts}")
     first = round(recording.start_s * rate_hz)
     stop = count if recording.stop_s is None else round(recording.stop_s * rate_hz) + 1
-    used = np.array(column.decode(column.samples[first:stop]), dtype=np.float64)
+    used = np.array(column.samples[first:stop], dtype=np.float64)
     refuse_gaps(path, used, lambda i: column.place(first + i))
     return used, rate_hz
 

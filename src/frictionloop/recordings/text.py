@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import partial
 from itertools import chain, dropwhile, islice
 
@@ -11,92 +12,132 @@ import numpy as np
 
 from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.scales import UNITS
-from frictionloop.recordings.column import Array, Column, column_number, refuse_gaps
+from frictionloop.quantities.units import known_unit
+from frictionloop.recordings.column import Column, column_number
 from frictionloop.recordings.headers import header, is_time
 
-_EVEN = 1e-3
-"""How far a step of time may be off, as a share."""
+_COMMA = '; is that a decimal comma? decimal = "," reads it'
+_COMMAS = "; are there decimal commas? then columns must be apart by semicolons or tabs"
+_POINT = '; is that a decimal point? decimal = "." reads it'
+
+Row = tuple[int, list[str]]
+"""A line's number in the file, and its cells."""
+
+
+@dataclass(frozen=True)
+class _Table:
+    """A text file: the names of its columns (none without a header), how many there are, and what parts them."""
+
+    path: str
+    decimal: str
+    names: list[str]
+    first: Row
+    """The first row of data."""
+    count: int
+    mark: str
+
+    def rows(self) -> Iterator[Row]:
+        """Yield the rows of data."""
+        return dropwhile(lambda row: row[0] < self.first[0], _rows(self.path, self.decimal, self.mark))
+
+    def column(self, k: int, times: Column | None = None, others: list[str] | None = None) -> Column:
+        """Return column k."""
+        values = np.fromiter((self.number(cells, k) for _, cells in self.rows()), np.float64)
+        name = self.names[k] if self.names else ""
+        place = partial(self.place, k=k)
+        return Column(values, place, name, header(name).unit, times=times, others=others or [])
+
+    def number(self, cells: list[str], k: int) -> float:
+        """Return what stands in column k of a row, NaN if that is no number."""
+        return np.nan if self.too_long(cells) or k >= len(cells) else _number(cells[k], self.decimal)
+
+    def too_long(self, cells: list[str]) -> bool:
+        """Return whether a row has more cells than there are columns, as a decimal comma makes them."""
+        return any(cell.strip() for cell in cells[self.count :])
+
+    def place(self, i: int, k: int) -> str:
+        """Return where row i of column k stands, and what is there."""
+        line, cells = next(islice(self.rows(), i, None))
+        name = self.names[k] if self.names else f"column {k}"
+        if self.too_long(cells):
+            hint = _COMMAS if self.mark == "," and self.count > 1 else _COMMA
+            return f"line {line}: {name} is in a row of {len(cells)} cells, of {self.count} columns{hint}"
+        cell = cells[k].strip() if k < len(cells) else ""
+        other, hint = (",", _COMMA) if self.decimal == "." else (".", _POINT)
+        return f"line {line}: {name} is {f'{cell!r:.40}' if cell else 'blank'}{hint if other in cell else ''}"
 
 
 def read_text(recording: Recording) -> Column:
-    """Return a column of a text file and, if it has a column of times, its rate."""
-    path, decimal = recording.path, recording.decimal
-    names, rows = _table(path, decimal)
-    count = len(names or next(rows)[1])
-    k = column_number(recording, names, count)
-
-    def values(k: int) -> Array:
-        return np.fromiter((_number(cells, k, count, decimal) for _, cells in _table(path, decimal)[1]), np.float64)
-
-    def place(i: int, k: int) -> str:
-        line, cells = next(islice(_table(path, decimal)[1], i, None))
-        name = names[k] if names else f"column {k}"
-        if _too_long(cells, count):
-            return f"line {line}: {name} is in a row of {len(cells)} cells, of {count} columns{_COMMA}"
-        cell = cells[k].strip() if k < len(cells) else ""
-        hint = _COMMA if "," in cell and decimal == "." else ""
-        return f"line {line}: {name} is {f'{cell!r:.40}' if cell else 'blank'}{hint}"
-
-    clock = next((i for i, name in enumerate(names) if is_time(name)), None)
-    used = values(k)
-    if k == clock or (count > 1 and _is_clock(used)):
-        others = ", ".join(repr(names[i] if names else str(i)) for i in range(count) if i not in (k, clock))
-        raise FrictionloopError(f"{path}: column = {recording.column!r} holds times; accepted: {others or 'a force'}")
-    file_hz = None
-    if clock is not None:
-        second = UNITS[header(names[clock]).unit or "s"][1]
-        file_hz = _rate_of(path, second * values(clock), partial(place, k=clock), recording.rate_hz)
-    return Column(used, partial(place, k=k), file_hz, header(names[k]).unit if names else None)
+    """Return a column of a text file, and its column of times if it has one."""
+    table = _table(recording.path, recording.decimal)
+    k = column_number(recording, table.names, table.count)
+    if not table.names:
+        _refuse_halves(table)
+    clock = next((i for i, name in enumerate(table.names) if is_time(name) and i != k), None)
+    others = [repr(table.names[i] if table.names else str(i)) for i in range(table.count) if i not in (k, clock)]
+    return table.column(k, None if clock is None else table.column(clock), others)
 
 
-_COMMA = '; is that a decimal comma? decimal = "," reads it'
-
-
-def _is_clock(values: Array) -> bool:
-    """Return whether values rise in even steps, as times do and no measured force does."""
-    steps = np.diff(values[:1000])
-    return steps.size > 1 and bool(steps.min() > 0) and bool(np.ptp(steps) <= 2 * _EVEN * steps.mean())
-
-
-def _rate_of(path: str, times: Array, place: Callable[[int], str], given_hz: float | None) -> float | None:
-    """Return the rate of a column of times in s, None if it is too short to tell, or uneven where a rate is given."""
-    if given_hz is not None and not np.all(np.isfinite(times)):
-        return None
-    refuse_gaps(path, times, place)
-    if times.size < 2:
-        return None
-    steps = np.diff(times)
-    usual = float(np.median(steps))
-    uneven = np.flatnonzero((np.abs(steps - usual) > _EVEN * abs(usual)) | (steps <= 0))
-    if uneven.size and given_hz is not None:
-        return None
-    if uneven.size:
-        raise FrictionloopError(
-            f"{path}: {place(uneven[0] + 1)}, {steps[uneven[0]]:g} s after the row before: a gap; "
-            f"accepted: even steps (most are {usual:g} s), or rate_hz given"
-        )
-    return float(f"{(times.size - 1) / (times[-1] - times[0]):.9g}")
-
-
-def _table(path: str, decimal: str) -> tuple[list[str], Iterator[tuple[int, list[str]]]]:
-    """Return the names (none without a header) and the rows of data, each with its line in the file."""
-    rows = _rows(path, decimal)
+def _table(path: str, decimal: str) -> _Table:
+    mark = _mark(path, decimal)
+    rows = _rows(path, decimal, mark)
     first = next(rows, None)
     if first is None:
         raise FrictionloopError(f"{path}: is empty; accepted: rows of numbers")
-    if any(_is_number(cell, decimal) for cell in first[1]):
-        return [], chain([first], rows)
-    return [cell.strip() for cell in first[1]], dropwhile(lambda row: not row[1], rows)
+    second = next(rows, (first[0] + 1, []))
+    numbers = [_is_number(cell, decimal) for cell in first[1]]
+    below = [_is_number(cell, decimal) for cell in second[1]]
+    text_over_number = any(
+        under and cell.strip() and not number for cell, number, under in zip(first[1], numbers, below, strict=False)
+    )
+    if any(numbers) and not text_over_number:
+        _refuse_numbered(path, first, second[1])
+        return _Table(path, decimal, [], first, len(first[1]), mark)
+    names = [_readable(cell) for cell in first[1]]
+    units = [_readable(cell).strip("[]() ") for cell in second[1]]
+    if not any(below) and any(map(known_unit, units)):
+        names = [f"{name} [{unit}]" if unit else name for name, unit in zip(names, units, strict=False)]
+        second = next(rows, (second[0] + 1, []))
+    elif not any(below) and len(units) > len(names):
+        told = f"line {second[0]}: {', '.join(map(_readable, second[1]))} stand below {', '.join(names)}"
+        raise FrictionloopError(f"{path}: {told}; accepted: # before lines that are not names, units or numbers")
+    data = next(dropwhile(lambda row: not row[1], chain([second], rows)), second)
+    return _Table(path, decimal, names, data, len(names), mark)
 
 
-def _rows(path: str, decimal: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield the line number and the cells of each row; no cells for a blank line with more rows after it."""
-    with open(path, encoding="utf-8-sig", errors="replace", newline="") as stream:
+def _refuse_numbered(path: str, first: Row, below: list[str]) -> None:
+    """Refuse a first row 0, 1, 2 ... over fractions: some programs write it to name columns."""
+    numbered = [cell.strip() for cell in first[1]] == [str(k) for k in range(len(first[1]))]
+    if numbered and len(first[1]) > 1 and below and all("." in cell or "," in cell for cell in below):
+        raise FrictionloopError(
+            f"{path}: line {first[0]}: {', '.join(first[1])} may number the columns or be the first sample; "
+            "accepted: names in their place, or 0.0 for a sample"
+        )
+
+
+def _refuse_halves(table: _Table) -> None:
+    """Refuse two columns of whole numbers that look like the halves of numbers with a decimal comma."""
+    cells = [row for _, row in islice(table.rows(), 100)]
+    if table.mark != "," or not all(len(row) == 2 and all(map(str.isdecimal, row)) for row in cells):
+        return
+    padded = any(len(row[1]) > 1 and row[1].startswith("0") for row in cells)
+    if padded or (len(cells) > 2 and len({row[0] for row in cells}) == 1):
+        raise FrictionloopError(
+            f"{table.path}: line {table.first[0]}: {','.join(cells[0])} may be one number{_COMMA}; "
+            "a line of names says that it is two"
+        )
+
+
+def _mark(path: str, decimal: str) -> str:
+    """Return what parts the columns: a tab, a semicolon, a comma or spaces, by the last of the first lines."""
+    with _opened(path) as stream:
         sample = [line.strip() for line in islice(stream, 100) if line.strip() and not _is_comment(line)]
-        marks = "\t;, ".replace(decimal, "")
-        mark = next((mark for mark in marks if sample and mark in sample[-1]), "\t")
-        stream.seek(0)
+    return next((mark for mark in "\t;, ".replace(decimal, "") if sample and mark in sample[-1]), "\t")
+
+
+def _rows(path: str, decimal: str, mark: str) -> Iterator[Row]:
+    """Yield the line number and the cells of each row; no cells for a blank line with more rows after it."""
+    with _opened(path) as stream:
         tidy = (lambda line: "\t".join(line.split())) if mark == " " else str
         reader = csv.reader(
             ("#" if _is_comment(line) else tidy(line) for line in stream),
@@ -114,21 +155,36 @@ def _rows(path: str, decimal: str) -> Iterator[tuple[int, list[str]]]:
                 blank.append(reader.line_num)
 
 
-def _is_comment(line: str) -> bool:
-    return line.lstrip().startswith("#")
+def _opened(path: str):  # type: ignore[no-untyped-def]
+    with open(path, "rb") as stream:
+        wide = stream.read(2) in (b"\xff\xfe", b"\xfe\xff")
+    if wide:
+        return open(path, encoding="utf-16", errors="replace", newline="")
+    return open(path, encoding="utf-8-sig", errors="surrogateescape", newline="")
 
 
-def _too_long(cells: list[str], count: int) -> bool:
-    """Return whether a row has more cells than there are columns, as a decimal comma makes them."""
-    return any(cell.strip() for cell in cells[count:])
-
-
-def _number(cells: list[str], k: int, count: int, decimal: str) -> float:
+def _readable(cell: str) -> str:
+    """Return a cell with bytes that are no UTF-8 as older programs of Windows write them."""
+    cell = cell.strip()
     try:
-        return np.nan if _too_long(cells, count) else float(cells[k].replace(decimal, "."))
-    except (ValueError, IndexError):
+        cell.encode()
+    except UnicodeEncodeError:
+        return cell.encode("utf-8", "surrogateescape").decode("cp1252", "replace")
+    return cell
+
+
+def _is_comment(line: str) -> bool:
+    return line.lstrip().startswith(("#", "sep="))
+
+
+def _number(cell: str, decimal: str) -> float:
+    if "_" in cell or (decimal == "," and "." in cell):
+        return np.nan
+    try:
+        return float(cell.replace(decimal, "."))
+    except ValueError:
         return np.nan
 
 
 def _is_number(cell: str, decimal: str) -> bool:
-    return not np.isnan(_number([cell], 0, 1, decimal)) or cell.strip().lower().lstrip("+-") == "nan"
+    return not np.isnan(_number(cell, decimal)) or cell.strip().lower().lstrip("+-") == "nan"

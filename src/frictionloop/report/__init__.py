@@ -9,15 +9,16 @@ from frictionloop.quantities.extra import needed
 
 if TYPE_CHECKING:
     from frictionloop.report.build import reproduce
-    from frictionloop.report.claims import Claim, Verdict, claims_tables
+    from frictionloop.report.claims import Claim, Verdict, claim_lines, claims_tables
     from frictionloop.report.counts import summary
 
-__all__ = ["Claim", "Verdict", "claims_tables", "reproduce", "summary"]
+__all__ = ["Claim", "Verdict", "claim_lines", "claims_tables", "reproduce", "summary"]
 
 _HOME = {
     "reproduce": "build",
     "Claim": "claims",
     "Verdict": "claims",
+    "claim_lines": "claims",
     "claims_tables": "claims",
     "summary": "counts",
 }

@@ -21,6 +21,12 @@ from frictionloop.report.device import OPEN, PRINTED, RETUNED_GAINS
 COMMAND = "python -m studies.beyond"
 SOURCE = f"from the stored study `{COMMAND}`"
 """Where claims say that their numbers come from."""
+SPEED_MM_S = 20.0
+"""Speed of the strokes (paper, Sec. 4.2)."""
+WINDOWS_S = ((0.99, 1.06), (1.49, 1.60))
+"""What the study keeps of a step down and of one up."""
+SHOWN_MS = {"down": (-5.0, 60.0), "up": (-5.0, 60.0)}
+"""What is shown of them: how long a law takes to be at rest."""
 FOLDER = files("frictionloop.report") / "stored"
 SUMMARY, STEPS = "beyond.json", "beyond-steps.csv"
 NOTCH, TRACKER, ORACLE = "notch and feed-forward", "tracker (experimental)", "oracle"
@@ -51,6 +57,12 @@ class Beyond:
     """Bound on the residual of any linear controller of force and load with Ms at most 2 on that finger, by contact."""
     steps: xr.Dataset
     """``f_r`` and ``f_a`` (N) of that finger around a step down and one up, over law, contact and time."""
+
+    @property
+    def able(self) -> list[bool]:
+        """Which of the fingers are capable."""
+        found: list[bool] = self.scored["capable"].values[0].tolist()
+        return found
 
     def value(self, law: str, contact: str, score: str, key: str = MEDIAN) -> float:
         """Return one number of the capable fingers: the median of a score, or its worst decile."""
@@ -92,7 +104,8 @@ def _steps() -> xr.Dataset:
         list(dict.fromkeys(names)) for names in zip(*(head.split(", ") for head in heads[2:]), strict=True)
     )
     forces = np.array([[columns[f"{law}, {contact}"] for contact in contacts] for law in laws])
+    over = ("law", "contact", "time")
     return xr.Dataset(
-        {"f_r": ("time", columns["f_r"]), "f_a": (("law", "contact", "time"), forces)},
+        {"f_r": (over, np.broadcast_to(columns["f_r"], forces.shape)), "f_a": (over, forces)},
         {"law": laws, "contact": contacts, "time": columns["time_s"]},
     )

@@ -4,45 +4,14 @@ from __future__ import annotations
 
 import math
 
-from frictionloop.report.beyond import COMMAND, MEDIAN, ORACLE, WORST, Beyond
+from frictionloop.report.beyond import MEDIAN, ORACLE, WORST, Beyond
 from frictionloop.report.numbers import number
 from frictionloop.report.protocol import LEVELS_N
-
-SHORT = {
-    "printed gains": "printed",
-    "re-tuned gains": "retuned",
-    "notch and feed-forward": "notch",
-    "tracker (experimental)": "tracker",
-    "open loop": "open",
-}
-"""What the facts call laws, where their name is longer."""
 
 
 def beyond_rows(found: Beyond) -> list[dict[str, str]]:
     """Return a row of texts for each law and contact."""
     return [_row(found, law, contact) for law, contact in found.cells]
-
-
-def beyond_facts(found: Beyond) -> dict[str, str]:
-    """Return the numbers that the section's text quotes."""
-    able = found.scored["capable"]
-    facts = {
-        "beyond command": COMMAND,
-        "beyond version": found.version,
-        "beyond people": str(able.size),
-        "beyond capable": str(int(able.sum())),
-        "beyond seed": str(found.seed),
-    }
-    for (law, contact), cell in found.cells.items():
-        at = f"beyond {SHORT.get(law, law)} {contact}"
-        facts |= {
-            at: _mn(found.value(law, contact, "residual_rms_n")),
-            f"{at} worst": _mn(found.value(law, contact, "residual_rms_n", WORST)),
-            f"{at} fall": _ms(found.value(law, contact, "fall_10_90_s")),
-            f"{at} after": _mn(cell["after_fall_rms_n"]),
-            f"{at} median finger": _mn(cell["median_finger_rms_n"]),
-        }
-    return facts | {f"beyond limit {contact}": _mn(limit) for contact, limit in found.limit_n.items()}
 
 
 def _row(found: Beyond, law: str, contact: str) -> dict[str, str]:

@@ -1,53 +1,67 @@
-"""``reproduce``: compute everything, draw it, judge the claims, and write the report."""
+"""``reproduce``: compute, draw, judge the claims, and write the report; or some figures and claims alone."""
 
 from __future__ import annotations
 
+import difflib
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from frictionloop.loop.progress import Bar, progress_bar
 from frictionloop.quantities import FrictionloopError, replacing
-from frictionloop.report.claims import Claim, all_claims
-from frictionloop.report.figures import drawings
-from frictionloop.report.page import provenance, render
+from frictionloop.report.claims import Claim, all_claims, claim_ids, one_claim
+from frictionloop.report.figures import DRAWINGS
+from frictionloop.report.page import Drawn, provenance, render
 from frictionloop.report.results import Results, parts
-from frictionloop.report.style import inline, svg
+from frictionloop.report.style import svg
 
 SCHEMA = 1
 """Version of claims.json."""
-FIGURES = 23
-"""Figures of the report, for the progress bar."""
 
 
-def reproduce(folder: str | os.PathLike[str] = "report", *, progress: bool | None = None) -> list[Claim]:
+def reproduce(
+    folder: str | os.PathLike[str] = "report", *, only: Sequence[str] = (), progress: bool | None = None
+) -> list[Claim]:
     """Rebuild the paper's figures and claims: write index.html, claims.json and figures/*.svg into a folder.
 
     Parameters
     ----------
     folder : path
         Where to write; made if it does not exist. Files of the same names are replaced, each once it is complete.
+    only : sequence of str, optional
+        Names of figures and claims, such as "fig-5a" and "kp-optimum": compute no more than these need, and write no
+        page.
     progress : bool, optional
         Show a progress bar; by default on a terminal.
 
     Returns
     -------
     list of Claim
-        Every claim with its verdict.
+        Every claim with its verdict, or those of ``only``.
 
     Raises
     ------
     FrictionloopError
-        The folder cannot be written; nothing has been computed then.
+        The folder cannot be written, or a name is unknown; nothing has been computed then.
     """
     target = Path(folder)
-    _prepare(target)
-    with progress_bar("report", len(list(parts())) + FIGURES + 1, progress) as bar:
+    _check_names(only)
+    wanted = [name for name in DRAWINGS if name in only or not only]
+    if wanted:
+        _prepare(target)
+    if only:
+        # Only what is asked for counts on the bar, not the parts that it needs.
+        with progress_bar("report", len(only), progress) as bar:
+            results = Results(Bar(bar.title, lambda: None, bar.doing))
+            _draw(wanted, results, target / "figures", bar)
+            return [one_claim(id, results) for id in only if id not in DRAWINGS]
+    with progress_bar("report", len(list(parts())) + len(wanted) + 1, progress) as bar:
         results = Results(bar)
         # A figure stands in the folder as soon as what it shows is computed.
         with results.ahead():
-            figures = _draw(results, target / "figures", bar)
+            figures = _draw(wanted, results, target / "figures", bar)
+        bar.doing("claims")
         claims = all_claims(results)
         bar()
     _write(target / "claims.json", claims_json(claims, results))
@@ -61,6 +75,14 @@ def claims_json(claims: Sequence[Claim], results: Results) -> str:
     return json.dumps(tree, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
+def _check_names(names: Iterable[str]) -> None:
+    known = [*DRAWINGS, *claim_ids()]
+    for name in names:
+        if name not in known:
+            near = " or ".join(difflib.get_close_matches(name, known)) or "fig-5a or closed-loop-r2"
+            raise FrictionloopError(f"only = {name!r}: is neither a figure nor a claim; a name is accepted, as {near}")
+
+
 def _prepare(folder: Path) -> None:
     """Make the folder and see that it can be written to."""
     try:
@@ -72,15 +94,16 @@ def _prepare(folder: Path) -> None:
             raise FrictionloopError(f"{place}: is not writable; choose another folder")
 
 
-def _draw(results: Results, folder: Path, bar: Bar) -> Mapping[str, str]:
-    """Draw and write every figure; return them as elements for the page."""
-    elements = {}
-    for drawing in drawings(results):
-        text = svg(drawing.draw(), drawing.name)
-        _write(folder / f"{drawing.name}.svg", text)
-        elements[drawing.name] = inline(text, drawing.alt)
+def _draw(names: Iterable[str], results: Results, folder: Path, bar: Bar) -> dict[str, Drawn]:
+    """Draw and write figures; return them for the page."""
+    drawn = {}
+    for name in names:
+        watched = results.watched()
+        text = svg(DRAWINGS[name](watched), name)
+        _write(folder / f"{name}.svg", text)
+        drawn[name] = Drawn(text, watched.seeds())
         bar()
-    return elements
+    return drawn
 
 
 def _write(path: Path, text: str) -> None:

@@ -4,21 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from frictionloop.report.claims import COUNTED, Claim, Group, Verdict
+from frictionloop.report.claims import COUNTED, THESIS, Claim, Group, Verdict
 
 FIRST = ("open-loop-r2", "closed-loop-r2", "open-loop-variation", "steady-20-mn")
 """Claims of Fig. 5a that stand beside the paper's values at the top."""
-EXAMPLES = ("kp-1-unsatisfactory", "kp-40-saturated", "ki-influence")
-"""Of what comes out as printed."""
-THESIS = "pi-reduces-variability"
+EXAMPLES = ("kp-1-unsatisfactory", "kp-40-saturated", "closed-loop-r2")
+"""Of what comes out."""
 HOLDS = {
     Verdict.COMES_OUT: "holds",
     Verdict.ASSUMED: "holds in part",
     Verdict.CONTRADICTED: "does not hold",
 }
 """What is said of the paper's thesis."""
-MOST = 4
-"""Titles in a sentence."""
 
 
 def counts(claims: Sequence[Claim]) -> dict[str, int]:
@@ -30,6 +27,7 @@ def counts(claims: Sequence[Claim]) -> dict[str, int]:
         "counted": sum(claim.group in COUNTED for claim in claims),
         "device out": device.count(Verdict.COMES_OUT),
         "device part": device.count(Verdict.ASSUMED),
+        "device not": device.count(Verdict.CONTRADICTED),
     }
 
 
@@ -47,18 +45,12 @@ def summary(claims: Sequence[Claim]) -> list[str]:
     ]
 
 
-def told(claims: Sequence[Claim]) -> dict[str, str]:
-    """Return the titles that the sentences about each group name."""
-    named = {claim.id: claim for claim in claims}
+def named(claims: Sequence[Claim]) -> dict[str, str]:
+    """Return the titles that the sentences about what comes out, and what does not, name."""
+    out = [claim for claim in claims if claim.id in EXAMPLES and claim.verdict is Verdict.COMES_OUT]
     not_out = [claim for claim in claims if claim.verdict is Verdict.CONTRADICTED]
-    return {
-        "printed": _titles([named[id] for id in EXAMPLES if named[id].group is Group.PRINTED]),
-        "contradicted": _titles([claim for claim in not_out if claim.group is Group.CONTRADICTED]),
-        "device not": _titles([claim for claim in not_out if claim.group is Group.DEVICE]),
-    }
+    return {"printed": _titles(out), "contradicted": _titles(not_out)}
 
 
 def _titles(claims: Sequence[Claim]) -> str:
-    some = [claim.title for claim in claims[:MOST]]
-    more = len(claims) - len(some)
-    return "; ".join(some) + (f"; and {more} more" if more else "")
+    return ", ".join(f"“{claim.title}”" for claim in claims)

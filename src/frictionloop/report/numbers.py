@@ -19,3 +19,8 @@ def number(value: float, digits: int = 3) -> str:
     mantissa = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
     power = "10" + "".join(POWERS[digit] for digit in str(int(exponent)))
     return power if mantissa == "1" else f"{mantissa}×{power}".replace("-", "−")
+
+
+def milli(value: float) -> str:
+    """Return a number in thousandths with two digits, as mN or ms are shown."""
+    return number(1e3 * value, 2)

@@ -6,20 +6,22 @@ import hashlib
 import math
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup, escape
 
+from frictionloop.parameters import RETUNED
 from frictionloop.quantities.version import package_version
-from frictionloop.report import gains, noise, protocol
+from frictionloop.report import protocol
 from frictionloop.report.beyond_table import beyond_rows
-from frictionloop.report.claims import Claim
+from frictionloop.report.claims import THESIS, Claim
 from frictionloop.report.claims.table import SYMBOLS, grouped, shown, with_unit
-from frictionloop.report.counts import FIRST, counts, told
-from frictionloop.report.facts import facts
-from frictionloop.report.people import bench_systems
-from frictionloop.report.results import Results
+from frictionloop.report.counts import FIRST, HOLDS, counts, named
+from frictionloop.report.numbers import milli
+from frictionloop.report.people import bench_systems, the_finger
+from frictionloop.report.results import FIELDS, Results
+from frictionloop.report.style import inline
 from frictionloop.report.tolerances import RULES
 
 FIRST_NOTE_OF_DEVICE = 24
@@ -45,25 +47,42 @@ def accepted(claim: Claim) -> str:
     return f"at most {high_text}" if math.isinf(low) else f"{low_text} to {high_text}"
 
 
+def holding(claim: Claim) -> str:
+    """Return for which readings a claim holds, in words that follow "holds"."""
+    yes = [name for name in claim.readings if claim.holds[name]]
+    no = [name for name in claim.readings if not claim.holds[name]]
+    beside = [name for name in claim.assumed if claim.holds[name]]
+    if not no:
+        return "under every reading"
+    if not yes:
+        return "under no reading" + (f", only for {', '.join(f'“{name}”' for name in beside)}" if beside else "")
+    names = yes if len(yes) <= len(no) else no
+    quoted = ", ".join(f"“{name}”" for name in names)
+    return f"only for {quoted}" if names is yes else f"except for {quoted}"
+
+
 def notes_of(claim: Claim) -> str:
     """Return the page of notes on the paper that has a claim's."""
     return "paper-notes-device.md" if claim.note >= FIRST_NOTE_OF_DEVICE else "paper-notes.md"
 
 
+class Drawn(NamedTuple):
+    """A figure as SVG text, and the seeds of the runs that it shows."""
+
+    svg: str
+    seeds: str
+
+
 def provenance(results: Results) -> dict[str, Any]:
-    """Return what a reader needs to make the same page again: version, digests of the systems, seeds."""
+    """Return what a reader needs to make the same page again: version, digests of the systems, seeds by field."""
     systems = results.systems | bench_systems()
     digests = {name: hashlib.sha256(system.model_dump_json().encode()).hexdigest() for name, system in systems.items()}
-    strokes = len(protocol.LOADS) * len(protocol.LEVELS_N)
-    return {
-        "version": package_version(),
-        "systems": digests,
-        "seeds": {"traces": 1, "maps": 2, "cuts": gains.SEEDS, "noise": noise.SEEDS, "rigs": 1, "strokes": strokes},
-    }
+    seeds = {name: field.seeds for name, field in FIELDS.items()}
+    return {"version": package_version(), "systems": digests, "seeds": seeds}
 
 
-def render(results: Results, claims: Sequence[Claim], figures: Mapping[str, str]) -> str:
-    """Return the page's HTML from computed results, claims, and figures as SVG elements by name."""
+def render(results: Results, claims: Sequence[Claim], figures: Mapping[str, Drawn]) -> str:
+    """Return the page's HTML from computed results, claims, and figures by name."""
     environment = Environment(
         loader=PackageLoader("frictionloop.report"),
         autoescape=select_autoescape(default_for_string=True, default=True),
@@ -71,22 +90,50 @@ def render(results: Results, claims: Sequence[Claim], figures: Mapping[str, str]
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"maths": maths, "accepted": accepted}
+
+    def figure(name: str, alt: str) -> Markup:
+        drawn = figures[name]
+        return Markup(inline(drawn.svg, alt)) + _citation(f"frictionloop reproduce --only {name}", drawn.seeds)
+
+    by_id = {claim.id: claim for claim in claims}
+    environment.filters |= {
+        "maths": maths,
+        "accepted": accepted,
+        "holding": holding,
+        "number": shown,
+        "milli": milli,
+        "percent": "{:.0%}".format,
+    }
     environment.globals |= {
+        "figure": figure,
+        "citation": _citation,
+        "by_id": by_id,
+        "value": lambda id, name: by_id[id].all_values[name],
+        "told": lambda id, name: by_id[id].told[name],
         "with_unit": with_unit,
         "shown": shown,
         "symbols": SYMBOLS,
         "rules": RULES,
         "notes_of": notes_of,
     }
-    named = {claim.id: claim for claim in claims}
     return environment.get_template("index.html.jinja").render(
+        thesis=by_id[THESIS],
+        holds=HOLDS[by_id[THESIS].verdict],
         groups=list(grouped(claims).items()),
-        first=[named[id] for id in FIRST],
+        first=[by_id[id] for id in FIRST],
         counts=counts(claims),
-        told=told(claims),
-        figures={name: Markup(figure) for name, figure in figures.items()},
-        facts=facts(results, claims),
-        beyond=beyond_rows(results.beyond),
+        named=named(claims),
+        retuned=RETUNED,
+        finger=the_finger(),
+        finger_number=protocol.chosen(protocol.population()),
+        study=results.beyond,
+        laws=beyond_rows(results.beyond),
         provenance=provenance(results),
     )
+
+
+def _citation(command: str, seeds: str) -> Markup:
+    """Return the line that a figure or a number is cited by: version, command, seeds."""
+    words = f"seeds {seeds}" if seeds != "none" else "no random numbers"
+    line = '<p class="cite">frictionloop {version} · <code>{command}</code> · {words}</p>'
+    return Markup(line).format(version=package_version(), command=command, words=words)

@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import partial
 from threading import Event, RLock
-from typing import Any
+from typing import Any, NamedTuple
 
 import xarray as xr
 
@@ -15,6 +15,34 @@ from frictionloop.loop.progress import Bar, silent
 from frictionloop.parameters import System, feasible, paper
 from frictionloop.report import beyond, calibration, device, gains, noise, people, steady, systems, tracking
 from frictionloop.report.trials import sliding_trials
+
+
+class Field(NamedTuple):
+    """What a field of ``Results`` is for, as the progress line says it, and the seeds of its runs."""
+
+    words: str
+    seeds: str
+
+
+FIELDS = {
+    "population": Field("Fig. 1a, sliding trials", "0"),
+    "maps": Field("Fig. 2a, map of both gains", "0 and 1"),
+    "over_kp": Field("Fig. 2a, proportional gain", "0 to 3"),
+    "over_ki": Field("Fig. 2a, integral gain", "0 to 3"),
+    "runs": Field("Fig. 2b to 2d", "0"),
+    "noise": Field("Fig. 2e and 2f", "0 to 7"),
+    "variants": Field("Fig. 2a, what the text leaves open", "0 to 3"),
+    "steady": Field("equation (3)", "0"),
+    "rigs": Field("Fig. 4, weights, hammer and silence", "0"),
+    "tracked": Field("Fig. 5a", "0 to 14"),
+    "stepped": Field("Fig. 5b and 5c", "0 to 4"),
+    "stronger": Field("Fig. 5b, a stronger plate", "0 to 4"),
+    "felt": Field("what is felt", "5"),
+    "fluctuations": Field("where fluctuations come from", "5 to 9"),
+    "people": Field("Fig. 5a, 26 fingers", "0, 5 and 10, fingers of seed 1"),
+    "beyond": Field("laws, a stored study", "11, of the stored study"),
+}
+"""In the order of the page."""
 
 
 class Results:
@@ -51,6 +79,10 @@ class Results:
         self.systems: dict[str, System] = systems.compared()
         self._parts, self._bar, self._computing = list(parts()), bar or silent(), RLock()
 
+    def watched(self) -> Watched:
+        """Return a view that notes which fields are asked for."""
+        return Watched(self)
+
     def __getattr__(self, field: str) -> Any:
         """Compute a field, told part by part to the bar."""
         if field.startswith("_"):
@@ -83,8 +115,9 @@ class Results:
             raise AttributeError(field)
         found: Any = {}
         for name, work in own:
-            self._bar.doing(name.replace("_", " ").replace(".", ", "))
-            key, value = name.partition(".")[2], work()
+            key = name.partition(".")[2]
+            self._bar.doing(f"{FIELDS[field].words}{key and ', '}{key}")
+            value = work()
             if key:
                 found[key] = value
             else:
@@ -92,6 +125,25 @@ class Results:
             self._bar()
         setattr(self, field, found)
         return found
+
+
+class Watched(Results):
+    """Results that note which of their fields are asked for, so that a figure or a number can name its seeds."""
+
+    def __init__(self, results: Results) -> None:
+        self._results, self._asked = results, set[str]()
+
+    def __getattr__(self, field: str) -> Any:
+        """Note the field and return it."""
+        if field.startswith("_"):
+            raise AttributeError(field)
+        self._asked.add(field)
+        return getattr(self._results, field)
+
+    def seeds(self) -> str:
+        """Return the seeds of all that was asked for, in words."""
+        found = [FIELDS[field].seeds for field in FIELDS if field in self._asked]
+        return "; ".join(dict.fromkeys(found)) or "none"
 
 
 def variants() -> dict[str, dict[str, float]]:
@@ -137,9 +189,11 @@ def bench_parts() -> Iterator[Part]:
         yield f"tracked.{name}", partial(device.tracking, finger, table)
     for name in device.CLOSED:
         overrides = device.CONTROLLERS[name]
-        yield f"stronger.{name}", partial(device.stepping, finger, people.stronger(overrides))
         yield f"felt.{name}", partial(people.felt, finger, overrides)
         taken = tuple(people.WITHOUT) if name == device.RETUNED_GAINS else people.ENDS
         yield f"fluctuations.{name}", partial(people.fluctuations, finger, overrides, taken)
+    for name in (device.RETUNED_GAINS, device.IDEAL):
+        stronger = people.stronger(device.CONTROLLERS[name])
+        yield f"stronger.{name}", partial(device.stepping, finger, stronger)
     for name in (device.OPEN, device.PRINTED, device.RETUNED_GAINS):
         yield f"people.{name}", partial(people.population, name)

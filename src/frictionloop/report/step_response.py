@@ -10,13 +10,17 @@ import xarray as xr
 from frictionloop.loop.step_times import StepTime, step_times
 from frictionloop.parameters import Skin, Strokes, System
 from frictionloop.report.device import OPEN, PRINTED
+from frictionloop.report.people import the_finger
+from frictionloop.report.protocol import STEP_LEVELS_N, finger_system
 
 BEFORE_MS, AFTER_MS = 100.0, 400.0
 """A window around a step; the level after it lasts 500 ms."""
 SETTLED_MS = 200.0
 """From here on a level counts as settled: the 37 ms of the paper and five standard deviations of it have passed."""
 SHARE_10_90 = 0.8
-DIRECTIONS = ("falling", "rising")
+PRINTED_MS = {"falling": (37.0, 20.0), "rising": (32.0, 16.0)}
+"""Mean and standard deviation of the response (paper, Sec. 4.2)."""
+DIRECTIONS = tuple(PRINTED_MS)
 
 
 class Times(NamedTuple):
@@ -112,3 +116,8 @@ def skin_limit_ms(system: System, step_n: float) -> float:
     finger, motion = system.finger, system.motion
     assert isinstance(finger, Skin) and isinstance(motion, Strokes)
     return 1e3 * SHARE_10_90 * step_n / (finger.stuck_stiffness_n_m * 1e-3 * motion.speed_mm_s)
+
+
+def this_skin_limit_ms() -> float:
+    """Return the least time from 10 to 90 % of the steps up, for the chosen finger."""
+    return skin_limit_ms(finger_system(the_finger()), STEP_LEVELS_N[1] - STEP_LEVELS_N[0])

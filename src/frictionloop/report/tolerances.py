@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from decimal import Decimal
+from typing import NamedTuple
 
 Interval = tuple[float, float]
 
@@ -21,48 +23,6 @@ MOST = 0.95
 """Share of a population that counts as all of it (assumed)."""
 DECADE_FACTOR = math.sqrt(10)
 """Half a decade: where a power of ten ends and the next begins."""
-
-R2_RULE = f"R² that differs by less than {R2_STEP:g} is the same (assumed)"
-SATURATION_RULE = f"a saturation index that differs by less than {SATURATION_STEP:g} is the same (assumed)"
-RMS_RULE = f"a force is louder if its rms is at least {RMS_FACTOR:g} times as large (assumed)"
-SAME_RULE = f"two computations of one number agree within {SAME:.0%} (assumed); scatter is below 1%"
-LAST_DIGIT = "half a unit of the last digit that is not zero, which is how printed round numbers are taken (assumed)"
-STEP_125 = "rounds to the printed gain in the series 1, 2, 5, 10 that the text's gains come from"
-HALF_DECADE = "half a decade either way, where the next power of ten begins"
-MEASURED = (
-    f"a measured force agrees within a factor of {RMS_FACTOR:g}, as one person's fingertip is not another's (assumed)"
-)
-MEASURED_R2 = (
-    f"a measured R² agrees if what is not explained over what is, sqrt((1 − R²)/R²), is within a factor of "
-    f"{RMS_FACTOR:g} (assumed)"
-)
-NOISE_LEVEL = (
-    f"a noise level printed with one digit agrees within a factor of {RMS_FACTOR:g}, 6 dB: less than what the base "
-    f"and the window of a spectrum make of it (assumed)"
-)
-FLOOR_ACCURACY = f"as fine as the floor: residuals at most {RMS_FACTOR:g} times the printed noise (assumed)"
-TIME_RATIO = f"a ratio of two measured times agrees within a factor of {RMS_FACTOR:g} (assumed)"
-WITHIN_SD = "a measured time agrees within the printed standard deviation"
-OVERSHOOT_RULE = f"less than {OVERSHOOT:.0%} of a step is no overshoot (assumed)"
-MOST_RULE = f"{MOST:.0%} of a population count as all of it (assumed)"
-RULES = (
-    R2_RULE,
-    SATURATION_RULE,
-    RMS_RULE,
-    SAME_RULE,
-    f"a printed number: {LAST_DIGIT}",
-    f"a gain of the text: {STEP_125}",
-    f"a printed power of ten: {HALF_DECADE}",
-    MEASURED,
-    MEASURED_R2,
-    NOISE_LEVEL,
-    FLOOR_ACCURACY,
-    TIME_RATIO,
-    WITHIN_SD,
-    OVERSHOOT_RULE,
-    MOST_RULE,
-)
-"""Every rule, for the page."""
 
 
 def as_printed(value: float) -> Interval:
@@ -97,6 +57,12 @@ def as_measured(value: float) -> Interval:
     return value / RMS_FACTOR, value * RMS_FACTOR
 
 
+def as_measured_db(value: float) -> Interval:
+    """Return the numbers of dB whose ratio is within a factor of ``RMS_FACTOR``."""
+    step = 20.0 * math.log10(RMS_FACTOR)
+    return value - step, value + step
+
+
 def as_measured_r2(r2: float) -> Interval:
     """Return the R2 whose sqrt((1 - R2)/R2) is within a factor of ``RMS_FACTOR`` of the printed one's.
 
@@ -105,3 +71,75 @@ def as_measured_r2(r2: float) -> Interval:
     """
     share = (1.0 - r2) / r2
     return 1.0 / (1.0 + share * RMS_FACTOR**2), 1.0 / (1.0 + share / RMS_FACTOR**2)
+
+
+class Yardstick(NamedTuple):
+    """How the numbers that agree with a printed one are found, and the rule in words."""
+
+    rule: str
+    accepted: Callable[[float], Interval]
+
+
+def _between(low: float, high: float) -> Callable[[float], Interval]:
+    """Return the yardstick of a statement without a number: the same interval for each."""
+    return lambda _: (low, high)
+
+
+_DECADE = "a printed power of ten: half a decade either way, where the next power of ten begins"
+_R2 = f"R² that differs by less than {R2_STEP:g} is the same (assumed)"
+_NUMBERS = f"two computations of one number agree within {SAME:.0%} (assumed); scatter is below 1%"
+_FORCE = (
+    f"a measured force agrees within a factor of {RMS_FACTOR:g}, as one person's fingertip is not another's (assumed)"
+)
+_LEVEL = (
+    f"a noise level printed with one digit agrees within a factor of {RMS_FACTOR:g}, 6 dB: less than what the base "
+    f"and the window of a spectrum make of it (assumed)"
+)
+YARDSTICKS = {
+    "rounding": Yardstick(
+        "a printed number: half a unit of its last digit that is not zero, which is how printed round numbers are "
+        "taken (assumed)",
+        as_printed,
+    ),
+    "gain": Yardstick(
+        "a gain of the text: rounds to the printed one in the series 1, 2, 5, 10 that the text's gains come from",
+        nearest_125,
+    ),
+    "power of ten": Yardstick(_DECADE, half_decade),
+    "beyond a power of ten": Yardstick(_DECADE, _between(DECADE_FACTOR, math.inf)),
+    "same R²": Yardstick(_R2, _between(0.0, R2_STEP)),
+    "other R²": Yardstick(_R2, _between(R2_STEP, math.inf)),
+    "more saturated": Yardstick(
+        f"a saturation index that differs by less than {SATURATION_STEP:g} is the same (assumed)",
+        _between(SATURATION_STEP, math.inf),
+    ),
+    "louder": Yardstick(
+        f"a force is louder if its rms is at least {RMS_FACTOR:g} times as large (assumed)",
+        _between(RMS_FACTOR, math.inf),
+    ),
+    "same number": Yardstick(_NUMBERS, _between(1.0 - SAME, 1.0 + SAME)),
+    "smaller number": Yardstick(_NUMBERS, _between(0.0, 1.0 - SAME)),
+    "measured force": Yardstick(_FORCE, as_measured),
+    "at most a measured force": Yardstick(_FORCE, lambda value: (0.0, RMS_FACTOR * value)),
+    "measured R²": Yardstick(
+        f"a measured R² agrees if what is not explained over what is, sqrt((1 − R²)/R²), is within a factor of "
+        f"{RMS_FACTOR:g} (assumed)",
+        as_measured_r2,
+    ),
+    "noise level": Yardstick(_LEVEL, as_measured),
+    "noise level in dB": Yardstick(_LEVEL, as_measured_db),
+    "as fine as": Yardstick(
+        f"as fine as the floor: residuals at most {RMS_FACTOR:g} times the printed noise (assumed)",
+        lambda value: (0.0, RMS_FACTOR * value),
+    ),
+    "ratio of times": Yardstick(
+        f"a ratio of two measured times agrees within a factor of {RMS_FACTOR:g} (assumed)", as_measured
+    ),
+    "overshoot": Yardstick(
+        f"less than {OVERSHOOT:.0%} of a step is no overshoot (assumed)", _between(OVERSHOOT, math.inf)
+    ),
+    "all of them": Yardstick(f"{MOST:.0%} of a population count as all of it (assumed)", _between(MOST, 1.0)),
+}
+"""By the names that the texts of claims use."""
+RULES = tuple(dict.fromkeys(yardstick.rule for yardstick in YARDSTICKS.values()))
+"""Every rule once, for the page."""

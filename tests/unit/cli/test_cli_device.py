@@ -11,6 +11,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.cli import device_run
+from frictionloop.device import boards as simulated_boards
 from frictionloop.device import serial_pipe, simulated_pipe
 from frictionloop.quantities.schema import schema
 
@@ -71,7 +72,7 @@ def test_who_answers(frictionloop):
     said = rows(frictionloop("device", "info", "sim:").out)
     model = fl.bench().controller.model
     assert said["board"] == "host"
-    assert "protocol 1.0" in said["firmware"] and "5000 ticks a second" in said["firmware"]
+    assert "protocol 1.1" in said["firmware"] and "5000 ticks a second" in said["firmware"]
     assert said["parameters"] == "the same table as here"
     assert said["law"] == f"pi, 0.0884 to {model.nominal_n:g} N, at most {model.max_amplitude_um:g} um"
     assert said["telemetry"] == "0 samples dropped"
@@ -312,7 +313,7 @@ def kept(monkeypatch):
     def same_board(address, system=None, seed=0):
         if address not in boards:
             system = system or fl.bench()
-            boards[address] = simulated_pipe.BenchPipe(simulated_pipe.Simulated(system), system, seed)
+            boards[address] = simulated_pipe.BenchPipe(simulated_boards.Simulated(system), system, seed)
         return boards[address].opened
 
     monkeypatch.setattr("frictionloop.device.device.opener", same_board)

@@ -110,6 +110,27 @@ def test_reproduce_json_is_the_claims(frictionloop, report):
     }
 
 
+def test_reproduce_makes_a_claim_alone(frictionloop):
+    answer = frictionloop("reproduce", "--only", "resonance")
+    assert (answer.code, answer.err) == (0, "")
+    assert answer.out.splitlines() == [
+        "✓ 400 g on 1 N/µm resonates at 250 Hz (Sec. 3.1): comes out",
+        "  paper: 250 Hz; here: √(k/m)/2π",
+        "  ✓ as printed: 252 Hz",
+        "  seeds: none",
+    ]
+    (claim,) = frictionloop("reproduce", "--only", "resonance", "--json").json()["claims"]
+    assert claim["command"] == "frictionloop reproduce --only resonance"
+    assert not Path("report").exists()
+
+
+def test_reproduce_of_an_unknown_name_is_one_line(frictionloop):
+    answer = frictionloop("reproduce", "--only", "resonances")
+    assert (answer.code, answer.out) == (2, "")
+    assert answer.err.startswith("error: only = 'resonances': is neither a figure nor a claim")
+    assert answer.err.count("\n") == 1 and "resonance" in answer.err.partition("accepted, as")[2]
+
+
 def test_reproduce_into_a_folder_that_cannot_be_made(frictionloop):
     Path("file").write_text("")
     answer = frictionloop("reproduce", "--out", "file")

@@ -136,6 +136,7 @@ def test_plot_in_other_formats(frictionloop, ending):
         ("1,2.5", [1, 2.5]),
         ("0, -1e-3", [0, -1e-3]),
         ("run,2.csv", "run,2.csv"),
+        (",", ","),
         (".5", ".5"),  # not TOML; validation reads it as a number
         ("2026-01-01", "2026-01-01"),
         ("1\ny = 2", "1\ny = 2"),
@@ -177,6 +178,16 @@ def test_a_recording_says_what_was_found_in_the_file(frictionloop, tmp_path):
     assert "in mN by the file, 1001 samples at 1000 Hz, 0.7 to 0.75 N" in said
     assert "The set-point is out of reach 100% of the time" in said
     assert "did you mean --disturbance.remove_mean true?" in said
+
+
+def test_a_recording_in_another_unit_is_asked_about(frictionloop, tmp_path):
+    rows = "".join(f"{0.001 * k:.3f}".replace(".", ",") + f";{700 + 50 * (k % 2)},5\n" for k in range(300))
+    (tmp_path / "slide.csv").write_text("Zeit;Kraft\n" + rows)
+    flags = ("--disturbance.kind", "recording", "--disturbance.path", str(tmp_path / "slide.csv"))
+    flags = (*flags, "--disturbance.column", "Kraft", "--disturbance.decimal", ",", "--duration-s", "0.2")
+    said = " ".join(frictionloop("simulate", *flags).out.split())
+    assert "The disturbance is 726 N on average; did you mean --disturbance.unit mN?" in said
+    assert "N on average" not in frictionloop("simulate", *flags, "--disturbance.unit", "mN").out.split("did you")[0]
 
 
 def test_a_set_point_above_the_finger_is_told(frictionloop):

@@ -10,8 +10,8 @@ from typing import Any
 
 from frictionloop.device.emulator.bank import Bank
 from frictionloop.device.emulator.memory_map import FLASH, FLASH_BYTES, PAGE, PAGES, RAM, RAM_BYTES
-from frictionloop.firmware.elf import loaded
 from frictionloop.firmware.image_checks import check_teensy
+from frictionloop.firmware.image_files import loaded
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.extra import needed
 
@@ -37,7 +37,6 @@ class Processor:
         unicorn = needed("unicorn", "unicorn", "emulator")
         arm = self._arm = needed("unicorn.arm_const", "unicorn", "emulator")
         self._error, self._timed_out = unicorn.UcError, unicorn.UC_QUERY_TIMEOUT
-        bank.connect()
         self._read_register, self._write_register = bank.read, bank.write
         self.failure: Exception | None = None
         self.on_access: Callable[[], None] | None = None
@@ -47,6 +46,7 @@ class Processor:
         uc.mem_map(RAM, RAM_BYTES, unicorn.UC_PROT_ALL)
         for page in PAGES:
             uc.mmio_map(page, PAGE, self._read, page, self._write, page)
+        uc.mem_write(FLASH, b"\xff" * FLASH_BYTES)  # erased
         segments = loaded(image_path)
         check_teensy(str(image_path), segments)
         for address, content in segments:

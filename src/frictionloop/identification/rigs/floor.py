@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import xarray as xr
 
-from frictionloop.identification.rigs.sensor import checked, reading, spring_noise, to_dataset
+from frictionloop.identification.rigs.sensor import reading, spring_noise, to_dataset
 from frictionloop.loop.timing import check_seed
 from frictionloop.parameters.rigs import CalibrationBench
+from frictionloop.quantities.checks import number
 
 _SECONDS = 36000.0  # ten hours: what fits in memory at 5 kHz
 
@@ -40,8 +41,8 @@ def floor_rig(
     Source: paper, Sec. 3.3.
     """
     bench = bench or CalibrationBench()
-    rate_hz = checked("rate_hz", rate_hz, "Hz", 1.0)
-    duration_s = checked("duration_s", duration_s, "s", 2 / rate_hz, _SECONDS)
+    rate_hz = number("rate_hz", rate_hz, "Hz", 1.0)
+    duration_s = number("duration_s", duration_s, "s", 2 / rate_hz, _SECONDS)
     seed = check_seed(seed)
     noise_n = spring_noise(bench, round(duration_s * rate_hz), rate_hz, seed)
     return to_dataset(bench, "floor", seed, rate_hz, {"f_m": reading(bench, noise_n)})

@@ -8,11 +8,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from frictionloop.identification.rigs.sensor import OWN_STREAM, checked, reading, spring_noise, to_dataset
+from frictionloop.identification.rigs.sensor import OWN_STREAM, reading, spring_noise, to_dataset
 from frictionloop.loop.timing import check_seed
 from frictionloop.parameters import SuspendedSensor
 from frictionloop.parameters.rigs import CalibrationBench
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.checks import number, whole
 from frictionloop.quantities.normals import normals
 
 Array = NDArray[np.float64]
@@ -68,12 +69,11 @@ def hammer_rig(
     if sensor.q <= 0.5:
         raise FrictionloopError(f"sensor.q = {sensor.q:g}: must be above 0.5, without that there is no resonance")
     least_hz = LEAST_RATE * sensor.resonance_hz
-    rate_hz = checked("rate_hz", rate_hz, "Hz", least_hz, why=f" for sensor.resonance_hz = {sensor.resonance_hz:g} Hz")
-    if isinstance(hits, bool) or not isinstance(hits, (int, np.integer)) or hits < 1:
-        raise FrictionloopError(f"hits = {hits!r}: must be a whole number of at least 1")
-    peak_n = checked("peak_n", peak_n, "N", 1e-9)
-    interval_s = checked("interval_s", interval_s, "s", 2 / rate_hz)
-    pulse_s = checked("pulse_s", pulse_s, "s", 1 / rate_hz, interval_s / 2, f" (interval_s = {interval_s:g} s)")
+    rate_hz = number("rate_hz", rate_hz, "Hz", least_hz, why=f" for sensor.resonance_hz = {sensor.resonance_hz:g} Hz")
+    hits = whole("hits", hits, 1, 10**6)
+    peak_n = number("peak_n", peak_n, "N", 1e-9)
+    interval_s = number("interval_s", interval_s, "s", 2 / rate_hz)
+    pulse_s = number("pulse_s", pulse_s, "s", 1 / rate_hz, interval_s / 2, f" (interval_s = {interval_s:g} s)")
     seed = check_seed(seed)
     z = normals(seed, OWN_STREAM, 0, 3 * hits).reshape(3, hits)
     peaks = peak_n * np.exp(bench.hammer.peak_spread * z[0])

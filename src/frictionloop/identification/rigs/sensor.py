@@ -21,7 +21,6 @@ from scipy.signal import lfilter
 
 from frictionloop.parameters import SCHEMA
 from frictionloop.parameters.rigs import CalibrationBench
-from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.normals import normals
 from frictionloop.quantities.version import package_version
 from frictionloop.sensing.suspended import converter
@@ -115,18 +114,6 @@ def to_dataset(bench: CalibrationBench, rig: str, seed: int, rate_hz: float, cha
         "seed": seed,
     }
     return xr.Dataset(data, {"time": time}, attributes)
-
-
-def checked(name: str, value: float, unit: str, least: float, most: float = math.inf, why: str = "") -> float:
-    """Return a number, refusing what is none or outside least to most."""
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise FrictionloopError(f"{name} = {value!r}: must be a number in {unit}") from None
-    if not (math.isfinite(number) and least <= number <= most):
-        accepted = f"at least {least:g}" if most == math.inf else f"from {least:g} to {most:g}"
-        raise FrictionloopError(f"{name} = {number:g} {unit}: must be {accepted}{why}")
-    return number
 
 
 def _root(symmetric: Array) -> Array:

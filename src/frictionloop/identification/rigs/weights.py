@@ -13,7 +13,6 @@ from scipy.special import ndtr
 from frictionloop.identification.rigs.pulley import friction_exponent, pulled
 from frictionloop.identification.rigs.sensor import (
     OWN_STREAM,
-    checked,
     held_response,
     reading,
     spring_noise,
@@ -22,6 +21,7 @@ from frictionloop.identification.rigs.sensor import (
 from frictionloop.loop.timing import check_seed
 from frictionloop.parameters.rigs import CalibrationBench
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.checks import number
 from frictionloop.quantities.normals import normals
 
 Array = NDArray[np.float64]
@@ -70,8 +70,8 @@ def weights_rig(
     """
     bench = bench or CalibrationBench()
     masses = _masses(masses_kg, bench)
-    rate_hz = checked("rate_hz", rate_hz, "Hz", _LEAST_RATE_HZ)
-    dwell_s = checked("dwell_s", dwell_s, "s", bench.weights.placing_s, why=" (weights.placing_s)")
+    rate_hz = number("rate_hz", rate_hz, "Hz", _LEAST_RATE_HZ)
+    dwell_s = number("dwell_s", dwell_s, "s", bench.weights.placing_s, why=" (weights.placing_s)")
     seed = check_seed(seed)
     each = round(dwell_s * rate_hz)
     weight_n = _tension(masses * (1 + _errors(masses, bench, seed)), each, rate_hz, bench)

@@ -1,39 +1,53 @@
-"""The paper's claims as data, each with a verdict that its numbers decide."""
+"""The paper's claims: texts in TOML files, numbers from the module of the same name, and verdicts from both."""
 
 from __future__ import annotations
 
-from frictionloop.report.claims import (
-    amplitude,
-    beyond,
-    characterisation,
-    closed_loop,
-    equation3,
-    errors,
-    gains,
-    model,
-    noise,
-    people,
-    plate,
-    sensor,
-    steps,
-    thesis,
-    tracking,
-)
+from collections.abc import Iterator
+
+from frictionloop.report.claims import device, noise, sensor, simulation, steps
 from frictionloop.report.claims.claim import COUNTED, Claim, Group, Verdict
-from frictionloop.report.claims.table import claims_tables
+from frictionloop.report.claims.judging import judged, texts
+from frictionloop.report.claims.table import claim_lines, claims_tables
 from frictionloop.report.results import Results
 
-__all__ = ["COUNTED", "Claim", "Group", "Verdict", "all_claims", "claims_tables"]
+__all__ = [
+    "COUNTED",
+    "THESIS",
+    "Claim",
+    "Group",
+    "Verdict",
+    "all_claims",
+    "claim_ids",
+    "claim_lines",
+    "claims_tables",
+    "one_claim",
+]
 
-TOPICS = (
-    thesis,
-    *(gains, tracking, noise, equation3, model),
-    *(sensor, characterisation, plate),
-    *(closed_loop, errors, steps, amplitude, people, beyond),
-)
-"""The paper's thesis, then the order of the paper; each has its ``CLAIMS``, which take the results."""
+THESIS = "pi-reduces-variability"
+"""The paper's thesis, which comes first."""
+TOPICS = {"simulation": simulation, "noise": noise, "sensor": sensor, "device": device, "steps": steps}
+
+
+def _by_id() -> Iterator[tuple[str, str]]:
+    """Yield id and topic of every claim: the thesis, then the order of the paper."""
+    found = {id: topic for topic in TOPICS for id in texts(topic)}
+    yield THESIS, found.pop(THESIS)
+    yield from found.items()
+
+
+def claim_ids() -> list[str]:
+    """Return the names of all claims, the thesis first."""
+    return [id for id, _ in _by_id()]
+
+
+def one_claim(id: str, results: Results) -> Claim:
+    """Return one claim, computing only what it needs."""
+    topic = dict(_by_id())[id]
+    watched = results.watched()
+    found = getattr(TOPICS[topic], id.replace("-", "_"))(watched)
+    return judged(id, texts(topic)[id], found, watched.seeds())
 
 
 def all_claims(results: Results) -> list[Claim]:
     """Return every claim, the paper's thesis first."""
-    return [claim(results) for topic in TOPICS for claim in topic.CLAIMS]
+    return [one_claim(id, results) for id in claim_ids()]

@@ -77,8 +77,6 @@ class Claim:
     tolerance: str
     """Where ``accepted`` comes from."""
     explanation: str
-    command: str
-    """A command line that prints ``ours``."""
     assumed: Mapping[str, Value] = field(default_factory=dict)
     """The number for what the text leaves open: a reachable set-point, a delay, an ideal sensor. These vote too."""
     compared: Mapping[str, Value] = field(default_factory=dict)
@@ -87,11 +85,20 @@ class Claim:
     """Of a slip: what must have been meant."""
     digits: int = 3
     """Digits of the numbers where they are shown."""
+    seeds: str = ""
+    """Of the runs that its numbers come from."""
+    told: Mapping[str, float | str] = field(default_factory=dict)
+    """Numbers that the explanation, or the page's text, names besides."""
 
     @property
     def ours(self) -> Value:
         """The number under the working reading."""
         return next(iter(self.readings.values()))
+
+    @property
+    def command(self) -> str:
+        """The command line that computes the numbers again."""
+        return f"frictionloop reproduce --only {self.id}"
 
     @property
     def holds(self) -> dict[str, bool]:
@@ -131,27 +138,15 @@ class Claim:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the claim for JSON: an end of ``accepted`` that is infinite becomes null."""
+        words = ("id", "title", "place", "quote", "published", "ours", "unit", "measure", "quantity")
+        more = ("under", "meant", "note", "explanation", "seeds", "command")
         return {
-            "id": self.id,
-            "title": self.title,
-            "place": self.place,
-            "quote": self.quote,
-            "published": self.published,
-            "ours": self.ours,
-            "unit": self.unit,
-            "measure": self.measure,
-            "quantity": self.quantity,
-            "readings": dict(self.readings),
-            "assumed": dict(self.assumed),
-            "compared": dict(self.compared),
+            **{name: getattr(self, name) for name in words},
+            **{name: dict(getattr(self, name)) for name in ("readings", "assumed", "compared")},
             "tolerance": {"accepted": [_finite(end) for end in self.accepted], "from": self.tolerance},
             "group": str(self.group),
             "verdict": str(self.verdict),
-            "under": self.under,
-            "meant": self.meant,
-            "note": self.note,
-            "explanation": self.explanation,
-            "command": self.command,
+            **{name: getattr(self, name) for name in more},
         }
 
 
@@ -168,8 +163,3 @@ def lacking(values: Mapping[str, T], names: Collection[str]) -> dict[str, T]:
 
 def _finite(value: float) -> Value:
     return value if math.isfinite(value) else None
-
-
-def python(code: str) -> str:
-    """Return the command line that runs Python code; the code holds no double quotes."""
-    return f'python -c "{code}"'

@@ -1,104 +1,95 @@
-"""Claims of Sec. 2.3 about how much sensor noise harms, Fig. 2e and 2f."""
+"""Numbers of the claims of Sec. 2.3 and 5 about sensor noise, Fig. 2e and 2f and equation (3)."""
 
 from __future__ import annotations
 
 from frictionloop.parameters import feasible
-from frictionloop.report.claims.claim import Claim, Value, having, lacking, python
+from frictionloop.report.claims.claim import Value
+from frictionloop.report.claims.judging import Numbers, numbers
 from frictionloop.report.noise import NOISE, NOISE_READINGS, knee_n
-from frictionloop.report.numbers import number
 from frictionloop.report.results import Results
-from frictionloop.report.steady import steady_noise
+from frictionloop.report.steady import linear_gain, steady_noise
 from frictionloop.report.systems import FEASIBLE
-from frictionloop.report.tolerances import HALF_DECADE, R2_RULE, R2_STEP, SATURATION_RULE, SATURATION_STEP, half_decade
-
-METRIC = {
-    "r2_identity": ("fidelity R²", R2_STEP, R2_RULE),
-    "saturation_index": ("saturation index", SATURATION_STEP, SATURATION_RULE),
-}
-KNEE = "import frictionloop as fl; from frictionloop.report.noise import *; "
-PERCEIVED_N = 5e-4
-"""Lowest force perceived (paper, Sec. 2.3, after its ref. [14])."""
+from frictionloop.report.tolerances import R2_STEP, SATURATION_STEP
 
 
-def _precision(results: Results) -> Claim:
-    return _knee(
-        results,
-        "r2_identity",
-        id="noise-precision",
-        title="Noise above 10⁻⁴ N lowers the precision",
-        quote="Noise level higher than 10⁻⁴ N of the force sensor will decrease significantly the precision",
-    )
+def noise_precision(results: Results) -> Numbers:
+    """Return the noise that lowers the fidelity."""
+    return _knee(results, "r2_identity", R2_STEP)
 
 
-def _saturation(results: Results) -> Claim:
-    return _knee(
-        results,
-        "saturation_index",
-        id="noise-saturation",
-        title="Noise above 10⁻⁴ N saturates the output",
-        quote="… and increase the likelihood of saturating the output",
-    )
+def noise_saturation(results: Results) -> Numbers:
+    """Return the noise that saturates the output."""
+    return _knee(results, "saturation_index", SATURATION_STEP)
 
 
-def _knee(results: Results, metric: str, id: str, title: str, quote: str) -> Claim:
-    words, step, rule = METRIC[metric]
+def _knee(results: Results, metric: str, step: float) -> Numbers:
+    """Return the noise at which a metric has moved by a step, in the unit of each reading of a noise level."""
     knees = {name: knee_n(sweep[metric], step) for name, sweep in results.noise.items()}
-    readings: dict[str, Value] = {}
-    for reading, of in NOISE_READINGS.items():
-        for name, sigma in knees.items():
-            readings[f"{reading} ({of.unit}), {name}"] = None if sigma is None else of.level(sigma)
-    feasible_n = knees[FEASIBLE]
-    assert feasible_n is not None
-    return Claim(
-        id=id,
-        note=18,
-        quantity="harm starts at",
-        title=title,
-        place="Sec. 2.3, Fig. 2e" if metric == "r2_identity" else "Sec. 2.3, Fig. 2f",
-        quote=quote,
-        published=1e-4,
-        unit="N",
-        measure=f"noise at which the {words} has moved by {step:g}, in the unit of each reading; densities "
-        "one-sided to 2.5 kHz",
-        readings=lacking(readings, [FEASIBLE]),
-        assumed=having(readings, [FEASIBLE]),
-        accepted=half_decade(1e-4),
-        tolerance=f"{HALF_DECADE}; {rule}",
-        explanation=f"Harm starts at {number(1e3 * feasible_n)} mN rms with a reachable set-point "
-        f"(some {number(feasible_n / 1e-4, 1)} times the level "
-        "printed if that is rms). Of the four readings of “10⁻⁴” this is "
-        f"{number(NOISE_READINGS['variance'].level(feasible_n), 2)} N² as a variance and "
-        f"{number(NOISE_READINGS['amplitude density'].level(feasible_n), 2)} N/√Hz as a one-sided "
-        "density up to 2.5 kHz.",
-        command=python(KNEE + f"print(knee_n(noise_sweep(fl.paper()).{metric}, {step:g}))"),
+    levels: dict[str, Value] = {
+        f"{reading} ({of.unit}), {name}": None if sigma is None else of.level(sigma)
+        for reading, of in NOISE_READINGS.items()
+        for name, sigma in knees.items()
+    }
+    reachable_n = knees[FEASIBLE]
+    assert reachable_n is not None
+    return numbers(
+        levels,
+        step=step,
+        reachable_mn=1e3 * reachable_n,
+        times=reachable_n / 1e-4,
+        variance=NOISE_READINGS["variance"].level(reachable_n),
+        density=NOISE_READINGS["amplitude density"].level(reachable_n),
     )
 
 
-def _subliminal(_: Results) -> Claim:
+def noise_subliminal(_: Results) -> Numbers:
+    """Return the noise of the force that the printed noise of the sensor becomes."""
+
     def output_n(reading: str) -> float:
         sigma_n = NOISE_READINGS[reading].sigma_n(5e-5)
         return steady_noise(feasible().evolve({NOISE: sigma_n}))["f_a"]
 
-    return Claim(
-        id="noise-subliminal",
-        note=20,
-        quantity="noise of the force",
-        title="5×10⁻⁵ N of sensor noise stays imperceptible",
-        place="Sec. 2.3",
-        quote="A sensor with a noise level of 5·10⁻⁵ N produces an output noise that remains subliminal",
-        published=PERCEIVED_N,
-        unit="N",
-        measure="rms of f_a, everything else held; densities one-sided to 2.5 kHz",
-        readings={f"{reading} ({of.unit})": output_n(reading) for reading, of in NOISE_READINGS.items()},
-        accepted=(0.0, PERCEIVED_N),
-        tolerance="below the perceivable force printed, 5·10⁻⁴ N",
-        explanation="True if the noise is an rms value, by a wide margin. The readings that put the harm of Fig. 2e "
-        "near 10⁻⁴ make this one false: no single reading of “noise level” gives both.",
-        command=python(
-            "import frictionloop as fl; from frictionloop.report.steady import steady_noise; "
-            "print(steady_noise(fl.feasible().evolve({'sensor.noise_rms_n': 5e-5}))['f_a'])"
-        ),
+    return numbers({f"{reading} ({of.unit})": output_n(reading) for reading, of in NOISE_READINGS.items()})
+
+
+def low_gain_attenuates(results: Results) -> Numbers:
+    """Return noise of the force over that of the sensor at Kp = 1."""
+    at_1, at_10 = (float(results.steady["simulated_f"].sel(kp_simulated=kp)) for kp in (1.0, 10.0))
+    return numbers({"simulated": at_1}, at_1=at_1, at_10=at_10)
+
+
+def equation_3(results: Results) -> Numbers:
+    """Return the simulated noise of the force over what equation (3) says of it."""
+    (simulated, _), linear = _simulated(results), linear_gain(feasible())
+    return numbers(
+        {
+            "at 1 Hz, as printed": simulated / linear["tone"],
+            "summed over the noise's spectrum": simulated / linear["f_a"],
+        },
+        summed=linear["f_a"],
+        simulated=simulated,
+        tone=linear["tone"],
     )
 
 
-CLAIMS = (_precision, _saturation, _subliminal)
+def one_order_lower(results: Results) -> Numbers:
+    """Return noise of the output over that of the sensor at Kp = 10."""
+    force, command = _simulated(results)
+    return numbers(_outputs(force, command), force=force, command=command)
+
+
+def one_order_not_linear(results: Results) -> Numbers:
+    """Return noise of the output, simulated over linear theory."""
+    (force, command), linear = _simulated(results), linear_gain(feasible())
+    return numbers(_outputs(force / linear["f_a"], command / linear["u"]), force=linear["f_a"], command=linear["u"])
+
+
+def _simulated(results: Results) -> tuple[float, float]:
+    """Return noise of force and command over that of the sensor at Kp = 10, Ki = 2."""
+    at_10 = results.steady.sel(kp_simulated=10.0)
+    return float(at_10["simulated_f"]), float(at_10["simulated_u"])
+
+
+def _outputs(force: float, command: float) -> dict[str, float]:
+    """Return what "the output" may be."""
+    return {"output = friction force": force, "output = force command": command}

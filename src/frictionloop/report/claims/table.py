@@ -77,3 +77,18 @@ def grouped(claims: Sequence[Claim]) -> dict[Group, list[Claim]]:
     """Return the claims of each group, in the order of the groups; groups without claims are left out."""
     found = {group: [claim for claim in claims if claim.group is group] for group in Group}
     return {group: some for group, some in found.items() if some}
+
+
+def claim_lines(claim: Claim) -> list[str]:
+    """Return one claim for a terminal: the statement, the paper's value, and every number with whether it agrees."""
+    published, _ = paper_and_ours(claim)
+    numbers = [
+        f"  {'✓' if claim.holds[name] else '✗'} {name}: {with_unit(value, claim.unit, claim.digits)}"
+        for name, value in claim.all_values.items()
+    ]
+    return [
+        f"{SYMBOLS[claim.verdict]} {claim.title} ({claim.place}): {claim.verdict}",
+        f"  paper: {published}; here: {claim.measure}",
+        *numbers,
+        f"  seeds: {claim.seeds}",
+    ]

@@ -19,8 +19,10 @@ from frictionloop.design.comparison.entrants import ORACLE
 from frictionloop.design.comparison.protocol import STEP_EVERY_S, STEP_LEVELS_N
 from frictionloop.report.style import BLUE, GREY, ORANGE, SILVER, VERMILLION, new_figure, styled
 
-STEPS = {"down": (2.0 * STEP_EVERY_S, (-2.0, 14.0)), "up": (3.0 * STEP_EVERY_S, (-5.0, 45.0))}
-"""The second and the third step of the protocol: when, in s, and what is shown of each, in ms since."""
+STARTS_S = {"down": 2.0 * STEP_EVERY_S, "up": 3.0 * STEP_EVERY_S}
+"""The second and the third step of the protocol."""
+SHOWN_MS = {"down": (-2.0, 14.0), "up": (-5.0, 45.0)}
+"""What is shown of each: how fast the force follows."""
 ROOM_N = 0.3
 """How far the axis of the steps goes beyond the levels, N; what goes further is cut off, and said."""
 COLUMNS = 3
@@ -32,20 +34,22 @@ CONTACT_LINES: dict[str, dict[str, Any]] = {
 
 
 @styled
-def figure_step_traces(traces: xr.Dataset, speed_mm_s: float) -> Figure:
+def figure_step_traces(
+    traces: xr.Dataset, speed_mm_s: float, shown_ms: Mapping[str, tuple[float, float]] = SHOWN_MS
+) -> Figure:
     """Return the force after a step on the median capable finger: a row for each law, steps by contact.
 
     The oracle's force, where it competes, is in every panel: what plant and drive allow.
     """
     laws = traces["law"].values.tolist()
-    columns = [(contact, way) for contact in traces["contact"].values.tolist() for way in STEPS]
+    columns = [(contact, way) for contact in traces["contact"].values.tolist() for way in STARTS_S]
     figure = new_figure(7.2, 0.8 * len(laws) + 1.0)
     grid = figure.subplots(len(laws), len(columns), squeeze=False, sharex="col", sharey=True)
     low, high = max(0.0, min(STEP_LEVELS_N) - ROOM_N), max(STEP_LEVELS_N) + ROOM_N
     for row, law in zip(grid, laws, strict=True):
         row[0].set_ylabel(law, fontweight="bold", rotation=0, ha="right", va="center")
         for axes, (contact, way) in zip(row, columns, strict=True):
-            since_ms, here = _since(traces.sel(contact=contact), way)
+            since_ms, here = _since(traces.sel(contact=contact), STARTS_S[way], shown_ms[way])
             if ORACLE in laws and law != ORACLE:
                 axes.plot(since_ms, here["f_a"].sel(law=ORACLE), color=ORANGE, lw=1.6, label="oracle")
             force = here["f_a"].sel(law=law)
@@ -57,7 +61,7 @@ def figure_step_traces(traces: xr.Dataset, speed_mm_s: float) -> Figure:
                 axes.text(0.98, 0.04, f"cut off, reaches {' and '.join(reached)} N", **place)
     for axes, (contact, way) in zip(grid[0], columns, strict=True):
         axes.set_title(f"{contact}, step {way}")
-        axes.set_xlim(*STEPS[way][1])
+        axes.set_xlim(*shown_ms[way])
     grid[0, 0].set(ylim=(low, high), yticks=STEP_LEVELS_N)
     figure.suptitle(f"force (N) at {speed_mm_s:g} mm/s", fontsize=9.0)
     for axes in grid[-1]:
@@ -68,9 +72,9 @@ def figure_step_traces(traces: xr.Dataset, speed_mm_s: float) -> Figure:
     return figure
 
 
-def _since(traces: xr.Dataset, way: str) -> tuple[np.ndarray, xr.Dataset]:
-    """Return the time in ms since the step this way and what is shown of it."""
-    start_s, (first_ms, last_ms) = STEPS[way]
+def _since(traces: xr.Dataset, start_s: float, shown_ms: tuple[float, float]) -> tuple[np.ndarray, xr.Dataset]:
+    """Return the time in ms since a step and what is shown of it."""
+    first_ms, last_ms = shown_ms
     shown = traces.sel(time=slice(start_s + 1e-3 * first_ms, start_s + 1e-3 * last_ms))
     return 1e3 * (shown["time"].values - start_s), shown
 

@@ -1,0 +1,224 @@
+"""Numbers of the claims of Sec. 4 to 6 about the device, on the bench under one finger and under others, Fig. 5a."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from frictionloop.analysis import kp_limit
+from frictionloop.parameters import bench
+from frictionloop.physics.fingers import capable
+from frictionloop.report.beyond import MEDIAN, NOTCH, ORACLE, TRACKER, WORST
+from frictionloop.report.claims.claim import Value
+from frictionloop.report.claims.judging import Numbers, numbers
+from frictionloop.report.device import CLOSED, CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, Fit, fit, spread_n
+from frictionloop.report.numbers import number
+from frictionloop.report.people import LOOKUPS
+from frictionloop.report.protocol import HIGH_N, LEVELS_N, LOW_N, SCORED_S, population
+from frictionloop.report.results import Results
+from frictionloop.report.step_response import steady_error_n
+
+CONTACTS_S = {"just landed": 0.0, "after a stroke of 10 s": SCORED_S, "after 20 s": 20.0}
+BENCHES: dict[str, Mapping[str, Any]] = {
+    "the bench": {},
+    "without computing delay": {"controller.delay_s": 0.0},
+    "without the resonance": {"sensor.kind": "lowpass"},
+    "without either": CONTROLLERS[IDEAL],
+}
+"""The bench and what keeps the printed gains from holding on it."""
+
+
+def pi_reduces_variability(results: Results) -> Numbers:
+    """Return the error with the lookup table alone over that with the PI."""
+    tracked, people = results.tracked, results.people
+    found = {}
+    for name in (RETUNED_GAINS, PRINTED):
+        found[f"{name}, one finger"] = fit(tracked[OPEN]).rms_n / fit(tracked[name]).rms_n
+        some = float((people[OPEN]["rms_n"] / people[name]["rms_n"]).median())
+        found[f"{name}, median of {people[name].sizes['finger']} fingers"] = some
+    return numbers(
+        found,
+        before=1e3 * fit(tracked[OPEN]).rms_n,
+        left=1e3 * fit(tracked[RETUNED_GAINS]).rms_n,
+        open_spread=spread_n(tracked[OPEN]),
+        spread=spread_n(tracked[RETUNED_GAINS]),
+    )
+
+
+def printed_gains_stable(_: Results) -> Numbers:
+    """Return the largest stable Kp."""
+    limits = {name: kp_limit(bench().evolve(changes)) for name, changes in BENCHES.items()}
+    return numbers(
+        limits,
+        assumed=list(BENCHES)[1:],
+        bench=limits["the bench"],
+        no_resonance=limits["without the resonance"],
+    )
+
+
+def open_loop_r2(results: Results) -> Numbers:
+    """Return the squared correlation of force and set-point without control."""
+    fits = {name: fit(runs) for name, runs in _tables(results).items()}
+    first = LOOKUPS[0]
+    within = float(np.mean([each.regression for each in _levels(results.tracked[OPEN])]))
+    found = {f"{name}, pooled": each.regression for name, each in fits.items()}
+    found |= {f"{first}, mean of the levels": within, f"{first}, to f_a = f_r": fits[first].identity}
+    return numbers(
+        found,
+        assumed=["mean of the levels"],
+        compared=["to f_a = f_r"],
+        within=within,
+        identity=fits[first].identity,
+    )
+
+
+def open_loop_variation(results: Results) -> Numbers:
+    """Return how far the force lies from its regression, and from the set-point, without control, in N."""
+    tables = _tables(results)
+    found = {f"{name}, about the regression": spread_n(runs) for name, runs in tables.items()}
+    return numbers(found | {f"{name}, from the set-point": fit(runs).rms_n for name, runs in tables.items()})
+
+
+def _tables(results: Results) -> dict[str, xr.Dataset]:
+    """Return the runs without control by the lookup table that commanded them."""
+    return {LOOKUPS[0]: results.tracked[OPEN]} | {name: results.tracked[name] for name in LOOKUPS[1:]}
+
+
+def _levels(runs: xr.Dataset) -> list[Fit]:
+    return [fit(runs.sel(level=level_n)) for level_n in LEVELS_N]
+
+
+def closed_loop_r2(results: Results) -> Numbers:
+    """Return both kinds of fit of the closed loop, levels pooled."""
+    fits = {name: fit(results.tracked[name]) for name in CLOSED}
+    errors_mn = {name: 1e3 * found.rms_n for name, found in fits.items()}
+    return numbers(
+        _both_fits({name: [found] for name, found in fits.items()}),
+        retuned=errors_mn[RETUNED_GAINS],
+        printed=errors_mn[PRINTED],
+        ideal=errors_mn[IDEAL],
+    )
+
+
+def closed_loop_r2_within(results: Results) -> Numbers:
+    """Return both kinds of fit within one sine, mean of the three."""
+    within = {name: _levels(results.tracked[name]) for name in CLOSED}
+    low, middle, high = (each.identity for each in within[RETUNED_GAINS])
+    return numbers(_both_fits(within), low=low, middle=middle, high=high)
+
+
+def _both_fits(fits: Mapping[str, list[Fit]]) -> dict[str, float]:
+    """Return the mean of both kinds of R2, the regression's first."""
+    found = {f"{name}, regression": float(np.mean([each.regression for each in some])) for name, some in fits.items()}
+    return found | {
+        f"{name}, to f_a = f_r": float(np.mean([each.identity for each in some])) for name, some in fits.items()
+    }
+
+
+def low_forces_err_most(results: Results) -> Numbers:
+    """Return the share of the lowest level in the squared error of all."""
+    tracked, found = results.tracked, {}
+    for name in (RETUNED_GAINS, IDEAL, PRINTED):
+        squares = [each.rms_n**2 for each in _levels(tracked[name])]
+        found[name] = squares[0] / sum(squares)
+    low = tracked[RETUNED_GAINS].sel(level=LEVELS_N[0])
+    return numbers(found, saturated=float(low["saturated"].mean()))
+
+
+def steady_20_mn(results: Results) -> Numbers:
+    """Return the error from 200 ms after a step on, in N."""
+    errors = {name: steady_error_n(results.stepped[name]) for name in CLOSED}
+    rms = {name: float(np.sqrt(np.mean(error**2))) for name, error in errors.items()}
+    bounds = {name: float(np.quantile(np.abs(error), 0.95)) for name, error in errors.items()}
+    found = {f"{name}, rms": each for name, each in rms.items()}
+    return numbers(
+        found | {f"{name}, 95% of the time": each for name, each in bounds.items()},
+        rms_mn=1e3 * rms[RETUNED_GAINS],
+        bound_mn=1e3 * bounds[RETUNED_GAINS],
+        ideal_mn=1e3 * rms[IDEAL],
+    )
+
+
+def fluctuations_of_the_finger(results: Results) -> Numbers:
+    """Return the error at a constant set-point over that without tremor and roughness."""
+    fluctuations = results.fluctuations
+    milli = {name: 1e3 * each for name, each in fluctuations[RETUNED_GAINS].items()}
+    return numbers(
+        {name: fluctuations[name]["all"] / fluctuations[name]["neither"] for name in (RETUNED_GAINS, IDEAL, PRINTED)},
+        left=milli["all"],
+        no_tremor=milli["no tremor"],
+        no_roughness=milli["no roughness"],
+        neither=milli["neither"],
+        noiseless=milli["no sensor noise"],
+        printed=1e3 * fluctuations[PRINTED]["neither"],
+        ideal=1e3 * fluctuations[IDEAL]["neither"],
+    )
+
+
+def clean_of_artefacts(results: Results) -> Numbers:
+    """Return what is felt of the error over what is felt of plain sliding."""
+    felt = results.felt
+    found = {name: felt[name]["relative"] for name in (RETUNED_GAINS, IDEAL, PRINTED)}
+    return numbers(found, ringing=felt[PRINTED]["index"])
+
+
+@cache
+def capable_share(contact_s: float) -> float:
+    """Return the share of the population that reaches 0.3 and 0.9 N at any time of a contact."""
+    return float(capable(population(), LOW_N, HIGH_N, contact_s=contact_s)["capable"].mean())
+
+
+def range_achievable(_: Results) -> Numbers:
+    """Return the share of fingers that reach both ends of the range."""
+    return numbers({name: capable_share(contact_s) for name, contact_s in CONTACTS_S.items()})
+
+
+def population_r2(results: Results) -> Numbers:
+    """Return the median fit of a population."""
+    people = {name: results.people[name] for name in (PRINTED, RETUNED_GAINS)}
+    able = {name: some.where(some["capable"], drop=True) for name, some in people.items()}
+    found: dict[str, Value] = {f"{name}, all fingers": _median(some) for name, some in people.items()}
+    found |= {f"{name}, capable fingers": _median(some) for name, some in able.items()}
+    retuned = people[RETUNED_GAINS]
+    worst = retuned.isel(finger=int(np.argmax(retuned["rms_n"].values)))
+    return numbers(
+        found,
+        median_mn=1e3 * float(retuned["rms_n"].median()),
+        able=able[PRINTED].sizes["finger"],
+        able_mn=1e3 * float(able[RETUNED_GAINS]["rms_n"].median()),
+        worst_mn=1e3 * float(worst["rms_n"]),
+        lowest=float(worst["lowest_n"]),
+        highest=float(worst["highest_n"]),
+    )
+
+
+def _median(people: xr.Dataset) -> float:
+    return float(people["regression"].median())
+
+
+def higher_order_cancels(results: Results) -> Numbers:
+    """Return the residual of the re-tuned PI over that of other laws, on fingers that no law was tuned on."""
+    study = results.beyond
+    found = {
+        f"{law}, {contact} contact, {words}": study.ratio(RETUNED_GAINS, law, contact, "hold_rms_n", key)
+        for law in (NOTCH, TRACKER, ORACLE)
+        for key, words in ((MEDIAN, "median"), (WORST, "worst decile"))
+        for contact in study.contacts
+    }
+
+    def left_mn(law: str, key: str) -> str:
+        values = (1e3 * study.value(law, contact, "hold_rms_n", key) for contact in study.contacts)
+        return " and ".join(number(each, 2) for each in values)
+
+    return numbers(
+        found,
+        notch=left_mn(NOTCH, MEDIAN),
+        notch_worst=left_mn(NOTCH, WORST),
+        pi_worst=left_mn(RETUNED_GAINS, WORST),
+        tracker=left_mn(TRACKER, MEDIAN),
+        tracker_worst=left_mn(TRACKER, WORST),
+    )

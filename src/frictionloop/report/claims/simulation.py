@@ -1,0 +1,117 @@
+"""Numbers of the claims of Sec. 2 about gains, tracking, and the simulation's signals, Fig. 2a to 2d."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import xarray as xr
+
+from frictionloop.analysis import kp_limit
+from frictionloop.parameters import paper
+from frictionloop.physics.friction import friction_force
+from frictionloop.report.claims.judging import Numbers, numbers
+from frictionloop.report.gains import at, optimum, spread, useful_range
+from frictionloop.report.numbers import number
+from frictionloop.report.results import Results
+from frictionloop.report.systems import FEASIBLE, WORKING, reachable_share, readings
+from frictionloop.report.tracking import noise_above_n, tracking_run
+
+
+def kp_range_low(results: Results) -> Numbers:
+    """Return where useful gains begin, at Ki = 2."""
+    low = {name: useful_range(cut["r2_identity"]).low for name, cut in results.over_kp.items()}
+    return numbers(low, reachable=low[FEASIBLE])
+
+
+def kp_range_high(results: Results) -> Numbers:
+    """Return where useful gains end, at Ki = 2."""
+    high = {name: useful_range(cut["r2_identity"]).high for name, cut in results.over_kp.items()}
+    return numbers(high, r2_at_100=at(results.over_kp[WORKING]["r2_identity"], 100.0))
+
+
+def kp_optimum(results: Results) -> Numbers:
+    """Return the best gain at Ki = 2, also with the noise and the delay that the text leaves open."""
+    best = {name: optimum(cut["r2_identity"]).kp for name, cut in (results.over_kp | results.variants).items()}
+    return numbers(
+        best,
+        half=best["half a period of delay"],
+        whole=best["one period of delay"],
+        power=best["noise as power density"],
+    )
+
+
+def ki_influence(results: Results) -> Numbers:
+    """Return how much the integral gain changes the fidelity at Kp = 10."""
+    changed = {name: spread(cut["r2_identity"], 2.0, 1e4) for name, cut in results.over_ki.items()}
+    beside = spread(results.over_kp[FEASIBLE]["r2_identity"], 1.0, 40.0)
+    return numbers(changed, reachable=changed[FEASIBLE], beside=beside)
+
+
+def close_to_possible(results: Results) -> Numbers:
+    """Return what the printed gains leave of the fidelity that any controller could reach."""
+    r2 = {name: at(cut["r2_identity"], 10.0) for name, cut in results.over_kp.items()}
+    bound = {name: float(cut["r2_bound"]) for name, cut in results.over_kp.items()}
+    return numbers(
+        {name: bound[name] - found for name, found in r2.items()},
+        working=r2[WORKING],
+        bound=bound[WORKING],
+        share=r2[WORKING] / bound[WORKING],
+        feasible=r2[FEASIBLE],
+        reachable=bound[FEASIBLE] - r2[FEASIBLE],
+    )
+
+
+def kp_1_unsatisfactory(results: Results) -> Numbers:
+    """Return how much fidelity is lost from Kp = 10 to 1."""
+    r2 = {name: cut["r2_identity"] for name, cut in results.over_kp.items()}
+    lost = {name: at(each, 10.0) - at(each, 1.0) for name, each in r2.items()}
+    return numbers(lost, at_1=at(r2[FEASIBLE], 1.0), at_10=at(r2[FEASIBLE], 10.0))
+
+
+def kp_40_saturated(results: Results) -> Numbers:
+    """Return how much more often the command is clamped at Kp = 40 than at 10."""
+    index = {name: cut["saturation_index"] for name, cut in results.over_kp.items()}
+    more = {name: at(each, 40.0) - at(each, 10.0) for name, each in index.items()}
+    return numbers(
+        more,
+        printed_10=at(index[WORKING], 10.0),
+        printed_40=at(index[WORKING], 40.0),
+        reachable=at(index[FEASIBLE], 40.0),
+    )
+
+
+def kp_40_noisy(results: Results) -> Numbers:
+    """Return how much louder the force is above 200 Hz at Kp = 40 than at 10."""
+    runs = results.runs[FEASIBLE]
+    return numbers(
+        _louder(results, lambda name: results.runs[name][10.0]),
+        at_40_mn=1e3 * noise_above_n(runs[40.0]),
+        at_10_un=1e6 * noise_above_n(runs[10.0]),
+    )
+
+
+def kp_40_because_of_sensor_noise(results: Results) -> Numbers:
+    """Return how much louder the force is above 200 Hz at Kp = 40 than with a noiseless sensor."""
+
+    def quiet(name: str) -> xr.Dataset:
+        return tracking_run(results.systems[name], 40.0, sensor__noise_rms_n=0.0)
+
+    return numbers(_louder(results, quiet), limit=kp_limit(results.systems[WORKING]))
+
+
+def _louder(results: Results, than: Callable[[str], xr.Dataset]) -> Mapping[str, float]:
+    """Return the noise at Kp = 40 over that of another run of each system."""
+    return {name: noise_above_n(results.runs[name][40.0]) / noise_above_n(than(name)) for name in results.systems}
+
+
+def disturbance_amplitude(_: Results) -> Numbers:
+    """Return the lowest friction force under both readings of the disturbance's amplitude."""
+    mean_n = float(friction_force(2.5, paper().friction)) + 0.4
+    return numbers({"0.8 N peak to peak": mean_n - 0.4, "0.8 N zero to peak": mean_n - 0.8})
+
+
+def setpoint_reachable(results: Results) -> Numbers:
+    """Return the share of the time at which the printed set-points can be followed."""
+    share = {name: reachable_share(system) for name, system in readings().items()}
+    bounds = (f"{number(float(results.over_kp[name]['r2_bound']), 2)} ({name})" for name in share)
+    return numbers(share, bounds=", ".join(bounds))

@@ -1,0 +1,46 @@
+"""What a progress line says while something is compiled."""
+
+from __future__ import annotations
+
+from numba import types
+
+from frictionloop.loop.progress import Bar, progress_bar
+from frictionloop.quantities import compiled
+
+
+def test_a_bar_says_what_it_waits_for_and_then_again_what_it_does():
+    said = []
+    bar = Bar("report", lambda: None, said.append)
+    bar.doing("Fig. 5a")
+    bar.compiling(True)
+    bar.compiling(False)
+    assert said == [
+        "report: Fig. 5a",
+        "report: Fig. 5a; compiling the loop, once after an installation",
+        "report: Fig. 5a",
+    ]
+
+
+def test_a_bar_is_told_of_compilations_only_while_it_stands(capsys):
+    with progress_bar("work", 1, show=True):
+        assert len(compiled.on_compiling) == 1
+    assert compiled.on_compiling == []
+    capsys.readouterr()
+
+
+def doubled():
+    def function(x):
+        return 2.0 * x
+
+    return compiled.compile_c(types.float64(types.float64), function, "doubled-for-a-test")
+
+
+def test_what_is_on_the_disk_is_not_compiled(monkeypatch):
+    told = []
+    monkeypatch.setattr(compiled, "on_compiling", [told.append])
+    monkeypatch.setattr(compiled.DigestCache, "load_overload", lambda self, sig, context: compiled._tell(True))
+
+    assert doubled().ctypes(1.5) == 3.0 and told == [True, False]
+    monkeypatch.undo()
+    monkeypatch.setattr(compiled, "on_compiling", [told.append])
+    assert doubled().ctypes(1.5) == 3.0 and told == [True, False]
