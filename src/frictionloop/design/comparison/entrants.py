@@ -110,7 +110,7 @@ def entrants(names: Iterable[str] | Mapping[str, Entrant] | None = None) -> dict
 
 def _from_outside(kind: str) -> Entrant:
     """Return a law from outside the package (`fl.register`) with the defaults of its own parameters."""
-    fields = CONTROLLERS.models[kind].model_fields
+    fields = CONTROLLERS[kind].model_fields
     own = {name: field.get_default(call_default_factory=True) for name, field in fields.items()}
     gains = {f"controller.{name}": value for name, value in own.items() if name not in Timing.model_fields}
     return lambda system: {"controller.kind": kind} | gains
