@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import os
 import select
 import time
 from pathlib import Path
@@ -70,7 +71,7 @@ def described_ports() -> list[tuple[str, str]]:
 
 def _why(port: str, code: int | None, error: Exception) -> str:
     if code == errno.ENOENT:
-        return f"no such port; there is {', '.join(ports()) or 'none'}"
+        return f"no such port; there is {', '.join(address for address, _ in described_ports()) or 'none'}"
     if code == errno.EACCES and os.name != "nt":
         group = Path(port).group()
         return (
