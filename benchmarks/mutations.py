@@ -34,7 +34,7 @@ class Mutation(NamedTuple):
 MUTATIONS = [
     Mutation(
         "disturbance pushes the other way",
-        SRC + "loop/kernel/finger_tile.py",
+        SRC + "loop/kernel/bench_tile.py",
         "state, fma(direction, dist",
         "state, fma(-direction, dist",
         "unit/test_bench_closed_form.py reference/test_bench_solver.py",
@@ -127,15 +127,15 @@ MUTATIONS = [
     Mutation(
         "lookup table off by one cell",
         SRC + "loop/kernel/lowering.py",
-        "model[3] = (size - 1) /",
-        "model[3] = size /",
+        "cells = (size - 1) /",
+        "cells = size /",
         "unit/test_lookup.py unit/test_closed_loop.py",
     ),
     Mutation(
         "half the jitter",
-        SRC + "loop/kernel/timing_tile.py",
-        "* abs(peek(",
-        "* 0.5 * abs(peek(",
+        SRC + "loop/kernel/clock_tile.py",
+        "jitter * abs(normal)",
+        "0.5 * jitter * abs(normal)",
         "unit/test_jitter.py unit/test_switch.py",
     ),
     Mutation(

@@ -1,13 +1,21 @@
-"""Write firmware/core/fl_protocol.h from frictionloop.toml: `python protocol/generate.py`."""
+"""Write fl_protocol.h from frictionloop.toml, and fl_duty.h, into firmware/core: `python protocol/generate.py`."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
-from pathlib import Path
 
-from frictionloop.quantities.schema import BITS, WORDS, Word, parameter_words, schema, table_hash, word_count
+from frictionloop.quantities.schema import (
+    BITS,
+    WORDS,
+    Word,
+    firmware_folder,
+    parameter_words,
+    schema,
+    table_hash,
+    word_count,
+)
 
-HEADER = Path(__file__).resolve().parents[1] / "firmware" / "core" / "fl_protocol.h"
 TYPES = {"gain": "fl_gain"}
 NUMBERED = ("boards", "sources", "states", "faults", "refusals")
 
@@ -15,6 +23,16 @@ NUMBERED = ("boards", "sources", "states", "faults", "refusals")
 def header() -> str:
     """Return the text of the header."""
     return "\n".join([*_top(), *_names(), *_messages(), *_channels(), *_parameters(), "", "#endif", ""])
+
+
+def duties() -> str:
+    """Return the text of fl_duty.h: the carrier's fundamental goes with sin(pi duty), so duty = asin(a/largest)/pi."""
+    rows = [round(math.asin(k / 256) / math.pi * 2**17) for k in range(257)]
+    lines = [", ".join(map(str, rows[k : k + 12])) for k in range(0, len(rows), 12)]
+    return (
+        "/* Made by protocol/generate.py. Duty in 2^-17 at 257 amplitudes, from 0 to that of 1/2: asin(share)/pi. */\n"
+        "static const int32_t fl_duties[257] = {\n" + "".join(f"    {line},\n" for line in lines) + "};\n"
+    )
 
 
 def _top() -> Iterator[str]:
@@ -81,5 +99,7 @@ def _range(word: Word) -> str:
 
 
 if __name__ == "__main__":
-    HEADER.write_text(header(), encoding="utf-8")
-    print(f"{HEADER.name}: {word_count()} words")
+    core = firmware_folder() / "core"
+    (core / "fl_protocol.h").write_text(header(), encoding="utf-8")
+    (core / "fl_duty.h").write_text(duties(), encoding="utf-8")
+    print(f"{word_count()} words")

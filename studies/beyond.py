@@ -20,9 +20,8 @@ import xarray as xr
 from frictionloop.control.cost import worst_tick
 from frictionloop.design import comparison as rooms
 from frictionloop.design.comparison import margins, protocol
-from frictionloop.design.comparison.entrants import ENTRANTS
-from frictionloop.design.comparison.measured import on_device
-from frictionloop.design.comparison.traces import LEVEL_N, step_traces
+from frictionloop.design.comparison.entrants import ENTRANTS, on_device
+from frictionloop.design.comparison.margins import LEVEL_N, step_traces
 from frictionloop.parameters import bench
 from frictionloop.quantities.version import package_version
 from frictionloop.report import beyond

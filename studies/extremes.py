@@ -12,9 +12,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from frictionloop.analysis.operating import law_at
-from frictionloop.loop.kernel.lowering import Tile, lower
+from frictionloop.loop.kernel.loop import Tile
+from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.placing import placed
-from frictionloop.loop.kernel.run import advance
 from frictionloop.loop.kernel.slab import LANES
 from frictionloop.loop.kernel.structure import substeps_of
 from frictionloop.loop.kernel.traces import BENCH_TRACES
@@ -98,10 +98,10 @@ def _tile_from_rest(systems: Sequence[System], level_n: float, command_um: float
     traces = np.zeros((len(BENCH_TRACES), count + 1, 1 if len(systems) == 1 else LANES))
     tile = lower(systems, [0] * len(systems), traces=traces.reshape(-1), external=True)
     unused = np.zeros(1)
-    advance(tile, 0, 1, unused, unused, 0)
+    tile.advance(0, 1, unused, unused, 0)
     _rest(tile, systems, level_n)
     tile.slab.view("command")[:] = command_um
-    advance(tile, 1, count + 1, unused, unused, 1)
+    tile.advance(1, count + 1, unused, unused, 1)
     forces = traces[BENCH_TRACES.index("f_a"), :, : len(systems)]
     forces[0] = level_n
     return forces

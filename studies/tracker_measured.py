@@ -13,7 +13,7 @@ import numpy as np
 
 import frictionloop as fl
 from frictionloop.design.comparison import protocol
-from frictionloop.design.comparison.measured import told
+from frictionloop.design.comparison.entrants import told
 from frictionloop.design.learnt import learnt_in_run
 from frictionloop.physics.fingers import Fingers
 from frictionloop.physics.friction import is_gaussian

@@ -16,7 +16,7 @@ import xarray as xr
 
 from frictionloop.design import comparison as rooms
 from frictionloop.design.comparison import protocol
-from frictionloop.design.comparison.measured import told
+from frictionloop.design.comparison.entrants import told
 from frictionloop.design.comparison.protocol import Condition
 from frictionloop.design.comparison.scores import spread
 from frictionloop.parameters import bench

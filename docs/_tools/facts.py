@@ -7,10 +7,10 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
+from scipy.signal import dlsim
 from tables import table
 
 import frictionloop as fl
-from frictionloop.analysis import integrated_noise_rms_n
 
 GAINS = (1.0, 5.0, 10.0, 20.0, 40.0)
 
@@ -102,7 +102,9 @@ def noise_gains() -> str:
     for kp in GAINS:
         loop = fl.linearise(fl.paper().evolve({"controller.kp": kp}))
         sigma = loop.system.sensor.noise_rms_n
-        printed = integrated_noise_rms_n(loop, reading="printed") / sigma
+        frequency = np.geomspace(1e-3, loop.nyquist_hz, 20_001)
+        through = np.abs(loop.responses(frequency, "printed")["f_a_from_n"])
+        printed = math.sqrt(2.0 * loop.plant.period_s * np.trapezoid(through**2, frequency))
         sampled = fl.output_noise_rms_n(loop) / sigma, fl.command_noise_rms_n(loop) / sigma
         rows.append((f"{kp:g}", f"{printed:.2f}", *(f"{x:.2f}" if math.isfinite(x) else "unstable" for x in sampled)))
     force, command = r"$\sigma_f/\sigma_n$", r"$\sigma_u/\sigma_n$"
@@ -148,7 +150,9 @@ def literal_and_lumped() -> tuple[float, float, float]:
     system = fl.feasible().evolve({"sensor.noise_rms_n": 0.0})
     run = fl.simulate(system, 10.0)
     f_r, d = run["f_r"].values, run["d"].values
-    lumped = fl.linearise(system).state_space().simulate(np.column_stack([f_r, d, np.zeros_like(d)]))[:, 0]
+    space = fl.linearise(system).state_space(("f_r", "d"))
+    matrices = space.A, space.B, space.C, space.D, space.period_s
+    lumped = dlsim(matrices, np.column_stack([f_r, d]))[1][:, 0]
     settled = run["time"].values >= 0.1
     apart = np.sqrt(np.mean((lumped - run["f_a"].values)[settled] ** 2))
     return fl.r2_identity(run, settled), fl.r2_identity(run.assign(f_a=("time", lumped)), settled), float(apart)

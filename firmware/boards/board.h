@@ -11,6 +11,9 @@
  * throughout. */
 void board_start(void);
 
+/* Whether the image is what was built; a board that cannot tell says 1. */
+int board_is_whole(void);
+
 /* Begin the ticks. */
 void board_run(void);
 

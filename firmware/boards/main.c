@@ -33,7 +33,7 @@ static int serve(void) {
 
 int main(void) {
     board_start();
-    fl_app_start(app, &board_identity, &fl_built_parameters.table);
+    fl_app_start(app, &board_identity, board_is_whole() ? &fl_built_parameters.table : 0);
     board_run();
     for (;;)
         if (!serve()) board_rest();

@@ -54,6 +54,6 @@ fl_drive fl_app_tick(fl_app *app, const fl_sample *sample, uint32_t now_us, int3
     fl_force_command command = decide(app, p, &m, setpoint);
     app->amplitude = amplitude(app, p, command.force);
     fl_keep(app, &m, setpoint, command);
-    int32_t duty = fl_duty(p, &app->derived[app->parameters.in_force], app->amplitude);
+    int32_t duty = fl_duty(&app->derived[app->parameters.in_force], app->amplitude);
     return (fl_drive){duty, app->amplitude};
 }

@@ -7,6 +7,8 @@
 #define INDEX(member) ((uint16_t)(offsetof(fl_parameters, member) / 4))
 
 static const fl_range ranges[FL_RANGES] = FL_RANGE_TABLE;
+static const fl_built_in NOTHING = {INT32_MAX, -1}; /* no table will do */
+enum { RAMP_TICKS = FL_RAMP_MS * FL_TICK_HZ / 1000 };
 
 /* Whether a word may have a value: within its range; of a gain any mantissa but the one that has no
  * negative. */
@@ -17,31 +19,46 @@ static int fits(uint16_t index, int32_t value) {
     return value >= range->low && value <= range->high;
 }
 
-/* Index of the first entry that breaks the order; `sign` 1: none falls, -1: none rises. */
-static uint16_t unordered(const fl_table *table, uint16_t first, int64_t sign) {
+/* Index of the first square of an amplitude that is above the one before. */
+static uint16_t rising(const fl_table *table) {
+    const uint16_t first = INDEX(lookup_squares_um2);
     for (uint16_t k = first + 1; k < first + 257; k++)
-        if (sign * ((int64_t)table->words[k] - table->words[k - 1]) < 0) return k;
+        if (table->words[k] > table->words[k - 1]) return k;
     return FL_NO_INDEX;
 }
 
-uint16_t fl_check_table(const fl_table *table) {
+/* Whether the ceiling takes a larger duty than the one that was built in. */
+static int is_more(const fl_parameters *p, fl_built_in built) {
+    return (int64_t)p->drive_ceiling_um * built.largest_um > (int64_t)built.ceiling_um * p->drive_largest_um;
+}
+
+uint16_t fl_check_table(const fl_table *table, fl_built_in built) {
     const fl_parameters *p = &table->named;
     for (uint16_t k = 0; k < FL_WORDS; k++)
         if (!fits(k, table->words[k])) return k;
     if ((uint32_t)p->law_number >= fl_law_count || !fl_laws[p->law_number].step) return INDEX(law_number);
     if (p->law_low_n >= p->law_high_n) return INDEX(law_high_n);
     if (p->drive_largest_um <= 0) return INDEX(drive_largest_um);
-    if (p->drive_ceiling_um > p->drive_largest_um) return INDEX(drive_ceiling_um);
-    if (p->drive_duty[0] != 0) return INDEX(drive_duty);
-    uint16_t wrong = unordered(table, INDEX(lookup_squares_um2), -1);
-    return wrong != FL_NO_INDEX ? wrong : unordered(table, INDEX(drive_duty), 1);
+    if (p->drive_ceiling_um > p->drive_largest_um || is_more(p, built)) return INDEX(drive_ceiling_um);
+    if (((int64_t)p->drive_ramp_um + 1) * RAMP_TICKS < p->drive_ceiling_um) return INDEX(drive_ramp_um);
+    return rising(table);
 }
 
 /* A table that fails its checks is not run, not even at amplitude 0: its shifts may be anything. In its
  * place all is zero, which gives no amplitude, until the host commits one that passes. */
 void fl_parameters_start(fl_app *app, const fl_parameters *parameters) {
+    if (!parameters) {
+        app->built = NOTHING;
+        app->raised.fault = app->fault = FL_FAULT_BAD_IMAGE;
+        app->state = FL_STATE_FAULT;
+        app->bad_table = app->tell_fault = 1;
+        return;
+    }
     app->tables[0].named = *parameters;
-    uint16_t wrong = fl_check_table(&app->tables[0]);
+    app->built = (fl_built_in){parameters->drive_largest_um, parameters->drive_ceiling_um};
+    uint16_t wrong = fl_check_table(&app->tables[0], app->built);
+    if (wrong >= INDEX(drive_largest_um) && wrong <= INDEX(drive_ceiling_um))
+        app->built = NOTHING; /* nobody knows the plate */
     if (wrong != FL_NO_INDEX) {
         memset(&app->tables[0], 0, sizeof app->tables[0]);
         app->raised = (fl_raised){FL_FAULT_BAD_PARAMETER, 0, wrong};
@@ -99,7 +116,7 @@ static uint32_t crc_of(const fl_table *table) {
 fl_answer fl_commit(fl_app *app, uint32_t crc) {
     fl_table *table = app->parameters.asked ? &app->tables[!app->parameters.in_force] : waiting(app);
     if (crc_of(table) != crc) return (fl_answer){FL_REFUSAL_WRONG_CRC, FL_NO_INDEX};
-    uint16_t wrong = fl_check_table(table);
+    uint16_t wrong = fl_check_table(table, app->built);
     if (wrong != FL_NO_INDEX) return (fl_answer){FL_REFUSAL_OUT_OF_RANGE, wrong};
     app->derived[!app->parameters.in_force] = fl_derive(&table->named);
     fl_fence();

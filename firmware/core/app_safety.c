@@ -12,7 +12,7 @@ static void count(uint32_t *ticks, int holds) {
 /* Both ends of 16 bits, -32768 and 32767, have the magnitude 32767. None reaches the end of a channel that is
  * not there, which has gain 0: it is neither stuck nor saturated. */
 static const uint32_t NOT_THERE = UINT32_MAX;
-enum { CHANNELS = 4 };
+enum { CHANNELS = 4, ALONE_TICKS = FL_ALONE_S * FL_TICK_HZ };
 
 static uint32_t magnitude(int32_t counts) { return (uint32_t)(counts < 0 ? ~counts : counts); }
 
@@ -54,8 +54,8 @@ void fl_watch_step(fl_app *app, const fl_sample *sample, const fl_measurement *m
 }
 
 /* A reading that has been the same for n ticks has not changed n - 1 times. */
-static int is_stuck(const fl_app *app, int k) {
-    return app->watch.stuck[k] + 1 >= (uint32_t)fl_in_force(app)->safety_stuck_ticks;
+static int is_stuck(const fl_watch *watch, int k, const fl_parameters *p) {
+    return watch->stuck[k] + 1 >= (uint32_t)p->safety_stuck_ticks;
 }
 
 static int32_t reading(const fl_sample *sample, int k) {
@@ -73,7 +73,7 @@ static fl_raised cause(const fl_app *app, const fl_sample *sample, const fl_meas
     if (watch->out_of_range >= (uint32_t)p->safety_force_ticks)
         return (fl_raised){FL_FAULT_FORCE_RANGE, tick, m->force};
     for (int k = 0; k < 2; k++)
-        if (is_stuck(app, k)) return (fl_raised){FL_FAULT_SENSOR_STUCK, tick, sample->force[k]};
+        if (is_stuck(watch, k, p)) return (fl_raised){FL_FAULT_SENSOR_STUCK, tick, sample->force[k]};
     if (silent_us > FL_SILENCE_MS * 1000) return (fl_raised){FL_FAULT_HOST_SILENT, tick, silent_us};
     if (watch->late >= (uint32_t)p->safety_overrun_ticks)
         return (fl_raised){FL_FAULT_TICK_OVERRUN, tick, (int32_t)watch->late};
@@ -89,14 +89,17 @@ static void raise(fl_app *app, fl_raised raised) {
 }
 
 static void obey(fl_app *app) {
-    if (app->asked_clear && app->state == FL_STATE_FAULT && !app->bad_table) {
-        app->state = FL_STATE_IDLE;
-        app->fault = FL_FAULT_NONE;
+    if (app->asked_clear) {
+        app->asked_clear = 0;
+        if (app->state == FL_STATE_FAULT && !app->bad_table) {
+            app->state = FL_STATE_IDLE;
+            app->fault = FL_FAULT_NONE;
+        }
     }
-    app->asked_clear = 0;
     uint8_t wanted = app->asked_state;
+    if (wanted == FL_NO_STATE) return;
     app->asked_state = FL_NO_STATE;
-    if (wanted == FL_NO_STATE || app->state == FL_STATE_FAULT) return;
+    if (app->state == FL_STATE_FAULT) return;
     int was_on = on(app);
     app->state = wanted;
     if (!was_on && on(app)) app->phase = 0; /* a run begins with the first point of its table */
@@ -104,19 +107,28 @@ static void obey(fl_app *app) {
 
 void fl_state_step(fl_app *app, const fl_sample *sample, const fl_measurement *m, uint32_t now_us) {
     obey(app);
-    if (!on(app)) return;
+    uint32_t *alone = &app->watch.alone;
+    if (!on(app)) {
+        *alone = 0;
+        return;
+    }
     fl_raised found = cause(app, sample, m, now_us);
     if (found.fault != FL_FAULT_NONE) raise(app, found);
+    else if (m->valid) *alone = 0;
+    else if (++*alone >= ALONE_TICKS)
+        raise(app, (fl_raised){FL_FAULT_NO_FINGER, app->tick, (int32_t)*alone});
 }
 
 int fl_cause_lasts(const fl_app *app) {
     const fl_watch *watch = &app->watch;
+    const fl_parameters *p = fl_in_force(app);
     switch (app->fault) {
     case FL_FAULT_FORCE_RANGE: return watch->out_of_range > 0;
     case FL_FAULT_SENSOR_SATURATED: return watch->saturated > 0;
-    case FL_FAULT_SENSOR_STUCK: return is_stuck(app, 0) || is_stuck(app, 1);
-    case FL_FAULT_TICK_OVERRUN: return watch->late >= (uint32_t)fl_in_force(app)->safety_overrun_ticks;
-    case FL_FAULT_BAD_PARAMETER: return app->bad_table;
+    case FL_FAULT_SENSOR_STUCK: return is_stuck(watch, 0, p) || is_stuck(watch, 1, p);
+    case FL_FAULT_TICK_OVERRUN: return watch->late >= (uint32_t)p->safety_overrun_ticks;
+    case FL_FAULT_BAD_PARAMETER:
+    case FL_FAULT_BAD_IMAGE: return app->bad_table;
     default: return 0; /* a host that asks is not silent */
     }
 }

@@ -34,7 +34,8 @@ typedef struct fl_app fl_app;
 /* Size in bytes of fl_app, for callers that cannot see it (the host library). */
 size_t fl_app_size(void);
 
-/* Begin: idle, amplitude 0, with these parameters in force; bad ones are FL_FAULT_BAD_PARAMETER. */
+/* Begin: idle, amplitude 0, with these parameters in force; bad ones are FL_FAULT_BAD_PARAMETER. Without any, of
+ * an image that is damaged, FL_FAULT_BAD_IMAGE for good. */
 void fl_app_start(fl_app *app, const fl_identity *identity, const fl_parameters *parameters);
 
 /* The tick: every 200 us, from the interrupt. now_us counts on modulo 2^32; late is 1 when the tick began late. */

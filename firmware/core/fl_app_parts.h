@@ -32,7 +32,7 @@ int32_t fl_setpoint(fl_app *app, int32_t position);
 
 /* app_drive.c */
 fl_derived fl_derive(const fl_parameters *p);
-int32_t fl_duty(const fl_parameters *p, const fl_derived *derived, int32_t amplitude);
+int32_t fl_duty(const fl_derived *derived, int32_t amplitude);
 
 /* app_safety.c */
 void fl_derive_ends(uint32_t ends[4], const fl_parameters *p);
@@ -41,7 +41,7 @@ void fl_state_step(fl_app *app, const fl_sample *sample, const fl_measurement *m
 int fl_cause_lasts(const fl_app *app);
 
 /* app_parameters.c: index of the first word that is wrong, else FL_NO_INDEX. */
-uint16_t fl_check_table(const fl_table *table);
+uint16_t fl_check_table(const fl_table *table, fl_built_in built);
 void fl_parameters_start(fl_app *app, const fl_parameters *parameters);
 void fl_parameters_take(fl_app *app);
 fl_answer fl_set(fl_app *app, uint16_t first, const uint8_t *values, uint16_t count);

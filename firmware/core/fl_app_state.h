@@ -34,6 +34,10 @@ typedef struct {
     uint32_t ends[4];
 } fl_derived;
 
+/* What the image's own table says of the drive. The ceiling of a table that a host commits is at most as large a
+ * share of its largest amplitude: so the duty at the pin is at most that of this ceiling. */
+typedef struct { int32_t largest_um, ceiling_um; } fl_built_in;
+
 /* How the set-point table is played: `step` points a tick or a um, 2^-24. */
 typedef struct {
     uint8_t source, loops;
@@ -50,7 +54,7 @@ typedef struct {
 
 /* Ticks in a row at which something was so. */
 typedef struct {
-    uint32_t out_of_range, saturated, stuck[2];
+    uint32_t out_of_range, saturated, stuck[2], alone;
     int32_t last[2];
     uint32_t late, second; /* late ticks in this second, ticks of it */
 } fl_watch;
@@ -73,6 +77,7 @@ typedef struct {
 
 struct fl_app {
     fl_identity identity;
+    fl_built_in built;
     /* which parameters and which set-point table */
     fl_swap parameters;
     fl_play plays[2];

@@ -5,12 +5,14 @@
 #include "fl_fixed.h"
 
 #define FL_MAJOR 1
-#define FL_MINOR 0
+#define FL_MINOR 1
 #define FL_LARGEST_BODY 272
 #define FL_TICK_HZ 5000
 #define FL_SILENCE_MS 200
-#define FL_TABLE_HASH 0xd3ac5665u
-#define FL_WORDS 794
+#define FL_RAMP_MS 100
+#define FL_ALONE_S 60
+#define FL_TABLE_HASH 0x27f3f5f0u
+#define FL_WORDS 537
 
 enum fl_board { FL_BOARD_HOST = 0, FL_BOARD_MPS2 = 1, FL_BOARD_TEENSY31 = 2 };
 
@@ -18,7 +20,7 @@ enum fl_source { FL_SOURCE_HOLD = 0, FL_SOURCE_TIME = 1, FL_SOURCE_POSITION = 2 
 
 enum fl_state { FL_STATE_IDLE = 0, FL_STATE_OPEN = 1, FL_STATE_CLOSED = 2, FL_STATE_FAULT = 3 };
 
-enum fl_fault { FL_FAULT_NONE = 0, FL_FAULT_FORCE_RANGE = 1, FL_FAULT_SENSOR_STUCK = 2, FL_FAULT_SENSOR_SATURATED = 3, FL_FAULT_HOST_SILENT = 4, FL_FAULT_TICK_OVERRUN = 5, FL_FAULT_BAD_PARAMETER = 6 };
+enum fl_fault { FL_FAULT_NONE = 0, FL_FAULT_FORCE_RANGE = 1, FL_FAULT_SENSOR_STUCK = 2, FL_FAULT_SENSOR_SATURATED = 3, FL_FAULT_HOST_SILENT = 4, FL_FAULT_TICK_OVERRUN = 5, FL_FAULT_BAD_PARAMETER = 6, FL_FAULT_NO_FINGER = 7, FL_FAULT_BAD_IMAGE = 8 };
 
 enum fl_refusal { FL_REFUSAL_UNKNOWN_MESSAGE = 1, FL_REFUSAL_WRONG_LENGTH = 2, FL_REFUSAL_WRONG_VERSION = 3, FL_REFUSAL_UNKNOWN_WORD = 4, FL_REFUSAL_OUT_OF_RANGE = 5, FL_REFUSAL_WRONG_CRC = 6, FL_REFUSAL_NOT_NOW = 7, FL_REFUSAL_STILL_AT_FAULT = 8 };
 
@@ -38,9 +40,8 @@ typedef struct {
     int32_t overdrive_decay;  /* q28: decay of the believed plate in a period; 0 without overdrive */
     fl_gain overdrive_inverse;  /* gain: 1/(1 - decay) */
     int32_t drive_largest_um;  /* q28, um: amplitude at duty 1/2 */
-    int32_t drive_ceiling_um;  /* q28, um: largest amplitude ever commanded */
-    int32_t drive_ramp_um;  /* q28, um: largest fall of the amplitude per tick while ramping down */
-    int32_t drive_duty[257];  /* count: duty in 2^-17 at 257 amplitudes from 0 to largest_um: asin(a/largest)/pi */
+    int32_t drive_ceiling_um;  /* q28, um: largest amplitude ever commanded; no larger a share of largest_um than the image was built with */
+    int32_t drive_ramp_um;  /* q28, um: fall of the amplitude per tick while ramping down; from ceiling_um to 0 in ramp_ms at most */
     int32_t force_axes;  /* count: 1: the first channel, along the motion; 2: magnitude of both */
     int32_t force_zero_counts[2];  /* count: converter counts at no force */
     fl_gain force_n_per_count[2];  /* gain, N: newtons a count */
@@ -63,7 +64,7 @@ typedef struct {
 
 /* Least and largest value of the words of each parameter; of a gain, of its shift. */
 typedef struct { uint16_t first, count, stride; int32_t low, high; } fl_range;
-#define FL_RANGES 31
+#define FL_RANGES 30
 #define FL_RANGE_TABLE { \
     {0, 1, 1, 0, 15}, \
     {1, 106, 2, -1, 62}, \
@@ -77,25 +78,24 @@ typedef struct { uint16_t first, count, stride; int32_t low, high; } fl_range;
     {509, 1, 1, 0, 2120640102}, \
     {510, 1, 1, 0, 2120640102}, \
     {511, 1, 1, 3, 2120640102}, \
-    {512, 257, 1, 0, 65536}, \
-    {769, 1, 1, 1, 2}, \
-    {770, 2, 1, -32768, 32767}, \
-    {772, 2, 2, -1, 62}, \
-    {776, 1, 1, -32768, 32767}, \
-    {777, 1, 2, -1, 62}, \
-    {779, 1, 2, -1, 62}, \
-    {781, 1, 1, 0, 268435456}, \
-    {782, 1, 2, -1, 62}, \
-    {784, 1, 1, 0, 2147483647}, \
-    {785, 1, 1, 0, 268435456}, \
-    {786, 1, 1, 0, 268435456}, \
-    {787, 1, 1, 0, 2147483647}, \
-    {788, 1, 1, 0, 2147483647}, \
-    {789, 1, 1, 0, 2147483647}, \
-    {790, 1, 1, 0, 2147483647}, \
-    {791, 1, 1, 1, 50000}, \
-    {792, 1, 1, 2, 500000}, \
-    {793, 1, 1, 1, 5000}, \
+    {512, 1, 1, 1, 2}, \
+    {513, 2, 1, -32768, 32767}, \
+    {515, 2, 2, -1, 62}, \
+    {519, 1, 1, -32768, 32767}, \
+    {520, 1, 2, -1, 62}, \
+    {522, 1, 2, -1, 62}, \
+    {524, 1, 1, 0, 268435456}, \
+    {525, 1, 2, -1, 62}, \
+    {527, 1, 1, 0, 2147483647}, \
+    {528, 1, 1, 0, 268435456}, \
+    {529, 1, 1, 0, 268435456}, \
+    {530, 1, 1, 0, 2147483647}, \
+    {531, 1, 1, 0, 2147483647}, \
+    {532, 1, 1, 0, 2147483647}, \
+    {533, 1, 1, 0, 2147483647}, \
+    {534, 1, 1, 1, 100}, \
+    {535, 1, 1, 2, 500000}, \
+    {536, 1, 1, 1, 50}, \
 }
 
 #endif

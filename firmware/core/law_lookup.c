@@ -1,4 +1,4 @@
-/* Mirrors open_loop_step of control/open_loop.py: the set-point commands and nothing is fed back. No gains. */
+/* Mirrors open_loop_step of control/lookup.py: the set-point commands and nothing is fed back. No gains. */
 #include "laws.h"
 
 fl_force_command fl_open_loop_step(

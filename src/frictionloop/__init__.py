@@ -5,7 +5,7 @@
 >>> bool(fl.r2_identity(run) <= fl.r2_bound(run))
 True
 
-A loop          paper  feasible  bench  preset  read_toml  write_toml  System (evolve)
+A loop          paper  feasible  bench  preset  read_toml  write_toml  System (evolve, from_toml)
 its blocks      Sine  Recording  Samples  Friction  FingerFriction  ResonantPlate
                 SuspendedSensor  PiController  NotchPiController  Skin  Strokes  ...
 Run it          simulate  sweep  Stepper  fingers  save  load
@@ -37,8 +37,9 @@ _HOME = {
     "parameters.touch": "LoadCells PositionSensor Touch",
     "parameters.controller": "LookupController OracleController PiController",
     "parameters.filtered": "FilteredPiController NotchPiController",
-    "parameters.observing": "ObserverController SuperTwistingController",
+    "parameters.observing": "ObserverController",
     "parameters.tracking": "TrackerController",
+    "control.super_twisting": "SuperTwistingController",
     "control.law": "Clamp ForceCommand Law clamp_of",
     "physics.vibration": "Vibration",
     "quantities.arithmetic": "step",

@@ -10,7 +10,8 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.device.codec import Decoder, Message, encode
-from frictionloop.device.host_board import Drive, HostBoard, Sample, load
+from frictionloop.device.host_board import Drive, HostBoard, Sample
+from frictionloop.firmware.compiled import host_library
 from frictionloop.firmware.image import Image, build
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.parameters.presets import RETUNED
@@ -137,7 +138,7 @@ def make_rig(words: np.ndarray) -> Any:
 @pytest.fixture(scope="session")
 def library() -> tuple[Any, Any]:
     """Return (ffi, library) of the firmware."""
-    return load()
+    return host_library()
 
 
 LAWS: dict[str, dict[str, Any]] = {

@@ -9,7 +9,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.device.host_board import Sample
-from frictionloop.device.simulated_converters import Converters
+from frictionloop.device.simulated_pipe import Converters
 from frictionloop.firmware.parameter_words import firmware_words
 
 MODEL = fl.bench().controller.model

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import pytest
 
+import frictionloop as fl
 from frictionloop.device.host_board import Sample
-from frictionloop.quantities.schema import schema
+from frictionloop.firmware.parameter_words import firmware_words
+from frictionloop.parameters.presets import RETUNED
+from frictionloop.quantities.schema import parameter_words, schema
 
 N_PER_COUNT = 5.0 / 2**16
 
@@ -96,6 +99,23 @@ def test_a_lifted_finger_is_no_fault_and_the_plate_goes_on(rig):
     assert (rig.state, rig.drive.amplitude_um > 0.5) == ("closed", True)
 
 
+def test_a_plate_that_nobody_touches_is_off_after_a_minute(rig):
+    closed(rig)
+    for _ in range(599):
+        rig.run(500, Sample(8000 + rig.ticks % 2, 0, 0, 0))
+    rig.run(300)  # a finger slides once more: the minute begins anew
+    for _ in range(599):
+        rig.run(500, Sample(8000 + rig.ticks % 2, 0, 0, 0))
+    assert (rig.state, faults(rig)) == ("closed", [])
+    rig.run(500, Sample(8000, 0, 0, 0))
+    assert [(name, value) for name, _, value in faults(rig)] == [("no_finger", 300_000)]
+    rig.run(60)
+    assert rig.drive.duty == 0
+    assert rig.reason("clear") == "done"
+    assert rig.mode("closed") == "done"
+    assert rig.state == "closed"
+
+
 def test_stuck_while_the_finger_slides(make_rig):
     rig = closed(make_rig(safety__stuck_ticks=50))
     feed(rig, 49, 8000, jitter=0)
@@ -175,6 +195,17 @@ def test_the_amplitude_goes_down_by_the_ramp_and_stays_down(rig):
     rig.run(1000)
     assert (rig.state, rig.drive.amplitude_um) == ("fault", 0.0)
     assert len(faults(rig)) == 1
+
+
+def test_the_slowest_ramp_that_a_table_may_have_is_down_0_1_s_after_the_host_has_died(make_rig):
+    slow = firmware_words(fl.bench().evolve({**RETUNED, "board.ramp_s": 0.1}))
+    rig = closed(make_rig(drive__ramp_um=slow[parameter_words()["drive.ramp_um"].first]))
+    rig.run(500)
+    rig.ask("heartbeat")
+    rig.tick(1000 + 250)
+    assert (rig.state, rig.drive.duty > 0) == ("fault", True)
+    rig.tick(251)
+    assert rig.drive.duty == 0
 
 
 def test_a_fault_is_told_once_with_the_tick_it_was_raised_and_the_first_one_stays(rig):

@@ -15,7 +15,7 @@ from frictionloop.quantities.schema import schema, table_hash, word_count
 
 def test_identity(rig):
     told = rig.ask("identify")
-    assert (told["major"], told["minor"]) == (1, 0)
+    assert (told["major"], told["minor"]) == (1, 1)
     assert (told["board"], told["law"], told["tick_hz"]) == (0, 1, 5000)
     assert (told["table_hash"], told["parameters"], told["waveform"]) == (table_hash(), word_count(), 1024)
     assert told["revision"].rstrip(b"\0").decode() == revision_here()

@@ -7,7 +7,7 @@ from itertools import pairwise
 import pytest
 
 from frictionloop.device.codec import Decoder
-from frictionloop.device.host_board import DECLARATIONS
+from frictionloop.firmware.compiled import declarations
 from frictionloop.firmware.compiler import shared_library
 from frictionloop.firmware.revision import revision_here
 from frictionloop.quantities.schema import firmware_folder, schema
@@ -27,7 +27,7 @@ def scenario(law_words):
     """What the host makes of the scenario, by law."""
     cffi = pytest.importorskip("cffi")
     ffi = cffi.FFI()
-    ffi.cdef(DECLARATIONS + SCENARIO)
+    ffi.cdef(declarations() + SCENARIO)
     core, boards = firmware_folder() / "core", firmware_folder() / "boards"
     sources = [*sorted(core.glob("*.c")), boards / "scenario.c", boards / "stimulus.c"]
     library = ffi.dlopen(str(shared_library("scenario", sources, (core, boards))))

@@ -63,6 +63,14 @@ def late(rig) -> str:
     return "done"
 
 
+def lifted(rig) -> str:
+    for _ in range(600):
+        rig.ask("heartbeat")
+        for _ in range(500):
+            rig.tick(1, Sample(8000 + rig.ticks % 2, 0, 0, 0))
+    return "done"
+
+
 def ask(name: str, **fields: int) -> Callable[..., str]:
     return lambda rig: rig.reason(name, **fields)
 
@@ -79,6 +87,7 @@ EVENTS: dict[str, Callable[..., str]] = {
     "sensor_stuck": ticks(2501, lambda k: Sample(8000, 0, 4 * k, 3277)),
     "host_silent": silence,
     "tick_overrun": late,
+    "no_finger": lifted,
 }
 FAULTS = {event: event.partition(",")[0] for event in EVENTS if event.partition(",")[0] in schema()["faults"]}
 

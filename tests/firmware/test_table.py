@@ -111,10 +111,10 @@ WHOLE = {
     "clamp empty": ({"law.low_n": [1 << 28]}, AT["law.high_n"]),
     "ceiling above the largest": ({"drive.ceiling_um": [3 << 28]}, AT["drive.ceiling_um"]),
     "no largest": ({"drive.largest_um": [0], "drive.ceiling_um": [0]}, AT["drive.largest_um"]),
-    "duty at rest": ({"drive.duty": [1]}, AT["drive.duty"]),
+    "down in a tick more than 0.1 s": ({"drive.ramp_um": [round(2.5 / 501 * 2**28)]}, AT["drive.ramp_um"]),
+    "down in 40 000 s": ({"drive.ramp_um": [3]}, AT["drive.ramp_um"]),
     "lookup rises": ({"lookup.squares_um2": [1 << 25, (1 << 25) + 1]}, AT["lookup.squares_um2"] + 1),
-    "duty falls": ({"drive.duty": [0, 900, 899]}, AT["drive.duty"] + 2),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("case", WHOLE)
@@ -127,6 +127,30 @@ def test_a_table_that_makes_no_sense_is_refused_by_the_index_of_what_is_wrong(ri
     assert (answer.name, answer["reason"], answer["index"]) == ("refused", 5, index)
     rig.tick()
     np.testing.assert_array_equal(read(rig), words)
+
+
+@pytest.mark.parametrize(
+    ("largest_um", "ceiling_um", "answer"),
+    [
+        (2.5, 1.0, "done"),
+        (2.5, 1.001, "out_of_range"),
+        (5.0, 2.0, "done"),  # of a plate that moves twice as far, the same duty
+        (1.0, 1.0, "out_of_range"),  # half duty called 1 um
+        (0.02, 0.02, "out_of_range"),
+    ],
+)
+def test_no_table_takes_a_larger_duty_than_the_image_was_built_with(make_rig, largest_um, ceiling_um, answer):
+    rig = make_rig(drive__ceiling_um=1 << 28)
+    changed = rig.words.copy()
+    changed[[AT["drive.largest_um"], AT["drive.ceiling_um"]]] = np.rint(np.array([largest_um, ceiling_um]) * 2**28)
+    write(rig, changed)
+    assert rig.reason("commit", crc=crc(changed)) == answer
+
+
+@pytest.mark.parametrize(("name", "longest"), [("safety.force_ticks", 100), ("safety.overrun_ticks", 50)])
+def test_no_table_makes_a_fault_wait_longer_than_the_image_lets_it(rig, name, longest):
+    assert rig.reason("set", first=AT[name], values=[longest]) == "done"
+    assert rig.reason("set", first=AT[name], values=[longest + 1]) == "out_of_range"
 
 
 def test_words_beyond_the_table(rig):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from cffi import FFI
 
-from frictionloop.device.host_board import core_sources
+from frictionloop.firmware.compiled import host_sources
 from frictionloop.firmware.compiler import shared_library
 from frictionloop.parameters import Board, Touch
 from frictionloop.sensing.touch import TouchState, touch_coefficients, touch_step
@@ -29,7 +29,7 @@ fl_measurement fl_touch_step(fl_touch *, const void *, int32_t, int32_t, int32_t
 def parts() -> tuple[FFI, Any]:
     ffi = FFI()
     ffi.cdef(DECLARED)
-    sources, folders = core_sources()
+    sources, folders = host_sources()
     return ffi, ffi.dlopen(str(shared_library("core", sources, folders)))
 
 

@@ -10,11 +10,15 @@ from numba import njit
 
 import frictionloop as fl
 from frictionloop.control.laws import law_of
+from frictionloop.control.tracker_state import TrackerState
 from frictionloop.firmware.compiled import host_library, host_words, quantised_start, state_places
-from frictionloop.firmware.quantised_tracker import LOWER_WORDS
+from frictionloop.firmware.quantised_tracker import WIDE
 from frictionloop.loop.kernel.access import doubles, load, store
 from frictionloop.quantities import trees
 from frictionloop.sensing.measurement import Measurement
+
+LOWER_WORDS = {TrackerState._fields.index(name): len(TrackerState._fields) + i for i, name in enumerate(WIDE)}
+"""Where the lower words of the tracker's wide states are, by the index of the upper ones."""
 
 
 @cache

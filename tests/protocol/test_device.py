@@ -60,7 +60,7 @@ def test_what_another_host_left_waiting_is_written_over(device: Device, board: A
         ("setpoint.hold_n", 9, "setpoint.hold_n = 9 N: must be a number from 0 to 8 N"),
         ("setpoint.hold_n", float("nan"), "setpoint.hold_n = nan N: must be a number from 0 to 8 N"),
         ("setpoint.hold_n", "much", "setpoint.hold_n = 'much': must be a number from 0 to 8 N"),
-        ("safety.force_ticks", 2.5, "safety.force_ticks = 2.5: must be a whole number from 1 to 50000"),
+        ("safety.force_ticks", 2.5, "safety.force_ticks = 2.5: must be a whole number from 1 to 100"),
         ("force.zero_counts", 1, "force.zero_counts: 1 number; must be 2"),
         ("touch.n_per_count", 1e10, "touch.n_per_count = 1e+10 N: must be a number of magnitude below 2^31 N"),
     ],

@@ -14,11 +14,13 @@ from frictionloop.quantities.schema import firmware_folder, parameter_words, sch
 ROOT = schema_path().parents[1]
 
 
-def test_the_header_is_up_to_date() -> None:
+def test_the_headers_are_up_to_date() -> None:
     spec = importlib.util.spec_from_file_location("generate", schema_path().with_name("generate.py"))
     generate = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(generate)
-    assert (firmware_folder() / "core" / "fl_protocol.h").read_text(encoding="utf-8") == generate.header()
+    core = firmware_folder() / "core"
+    assert (core / "fl_protocol.h").read_text(encoding="utf-8") == generate.header()
+    assert (core / "fl_duty.h").read_text(encoding="utf-8") == generate.duties()
 
 
 def test_sizes_that_c_writes_by_hand() -> None:

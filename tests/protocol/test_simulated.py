@@ -123,9 +123,9 @@ def test_a_bench_whose_signals_are_over_ends_a_run_and_keeps_it(tmp_path: Any) -
         ("drive.ceiling_um", 5, "drive.ceiling_um = 5 um, out of range; must be at most drive.largest_um = 2.5 um"),
         ("drive.largest_um", 0, "drive.largest_um = 0 um, out of range; must be above 0 um"),
         (
-            "drive.duty",
-            [0, *[500] * 7, 499, *[500] * 248],
-            "drive.duty[8] = 499, out of range; must be 0 first and none",
+            "drive.ramp_um",
+            2**-8,
+            "drive.ramp_um = 0.00390625 um, out of range; must be at least 0.005 um, from drive.ceiling_um",
         ),
         (
             "lookup.squares_um2",

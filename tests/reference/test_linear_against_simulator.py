@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from linear_runs import noise_spectrum
 
 import frictionloop as fl
-from frictionloop.analysis import LinearLoop, linearise, noise_spectrum
+from frictionloop.analysis import LinearLoop, linearise
 
 RATE_HZ = 5000
 SETTLE_S = 2.0  # the slowest pole, ki / (1 + kp) = 18 / s or faster, has decayed by exp(-36)
@@ -90,6 +91,6 @@ def test_noise(name: str, output: str) -> None:
     measured = np.var(run[output].values[round(SETTLE_S * RATE_HZ) :])
     loop = linear(system)
     predicted = 1e-5**2 * loop.state_space().variance("n")[output]
-    spectrum = noise_spectrum(loop, (np.arange(25_000) + 0.5) * 0.1)[output].values
+    spectrum = noise_spectrum(loop, (np.arange(25_000) + 0.5) * 0.1, output)
     error = np.sqrt(np.sum(spectrum**2) * 0.1 / NOISE_S) / (np.sum(spectrum) * 0.1)
     assert measured / predicted == pytest.approx(1, abs=4 * error)

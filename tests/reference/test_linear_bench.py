@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from linear_runs import noise_spectrum
 from steady_finger import SILENT
 from steady_finger import SLIDING as STEADY
 
 import frictionloop as fl
-from frictionloop.analysis import kp_limit, linearise, noise_spectrum
+from frictionloop.analysis import kp_limit, linearise
 
 RATE_HZ, TS = 5000, 1 / 5000
 SETTLE_S, SCORE_S = 2.0, 1.0
@@ -151,7 +152,7 @@ def test_noise(output: str, density: float, bits: int, runs: int) -> None:
         measured[seed] = np.var(run[output].values[round(SETTLE_S * RATE_HZ) :])
     loop = linearise(system)
     predicted = {"f_a": fl.output_noise_rms_n, "u": fl.command_noise_rms_n}[output](loop)
-    spectrum = noise_spectrum(loop, (np.arange(25_000) + 0.5) * 0.1)[output].values
+    spectrum = noise_spectrum(loop, (np.arange(25_000) + 0.5) * 0.1, output)
     error = np.sqrt(np.sum(spectrum**2) * 0.1 / (NOISE_S * runs)) / (np.sum(spectrum) * 0.1)
     assert np.mean(measured) / predicted**2 == pytest.approx(1, abs=4 * error)
 

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from linear_runs import run_linear
 
 from frictionloop.analysis import linearise
 from frictionloop.parameters import System, paper
@@ -65,7 +66,7 @@ def test_closed_loop_from_rest(delay_s: float, ki: float) -> None:
     f_r, d, n = rng.normal(size=(3, 60))
     d[0] = 0.0  # from rest: the sensor has seen no disturbance before t = 0
     system = paper().evolve({"controller.kp": 3.0, "controller.ki": ki, "controller.delay_s": delay_s})
-    ours = linearise(system).state_space().simulate(np.column_stack([f_r, d, n]))
+    ours = run_linear(linearise(system).state_space(), np.column_stack([f_r, d, n]))
     np.testing.assert_allclose(ours, integrate(system, f_r, d, n), atol=1e-7)
 
 
@@ -76,7 +77,7 @@ def test_a_wrong_model_changes_the_gain() -> None:
     rng = np.random.default_rng(4)
     f_r, d, n = rng.normal(size=(3, 30))
     d[0] = 0.0
-    ours = loop.state_space().simulate(np.column_stack([f_r, d, n]))
+    ours = run_linear(loop.state_space(), np.column_stack([f_r, d, n]))
     np.testing.assert_allclose(ours, integrate(system, f_r, d, n, gain), atol=1e-7)
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import frictionloop as fl
 from frictionloop.cli.describe import system_rows
-from frictionloop.device.simulated_converters import Converters
+from frictionloop.device.simulated_pipe import Converters
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.loop.kernel.structure import structure
 from frictionloop.loop.points import fingerprint, points_of
@@ -78,6 +78,7 @@ def test_it_survives_a_file(tmp_path):
         ("board.force_zero_counts", (0,), r"board\.force_zero_counts"),
         ("board.force_n_per_count", 0.0, r"board\.force_n_per_count.* must not be 0"),
         ("board.ceiling_um", -1.0, r"board\.ceiling_um"),
+        ("board.ramp_s", 0.11, r"board\.ramp_s = 0\.11 s: must be less than or equal to 0\.1"),
         ("board.ceilling_um", 1.0, r"board\.ceiling_um"),
     ],
 )

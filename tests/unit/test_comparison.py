@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -12,7 +10,7 @@ import frictionloop as fl
 from frictionloop.control.cost import BUDGET_CYCLES, WORST_TICK
 from frictionloop.design import comparison as rooms
 from frictionloop.design import synthesis
-from frictionloop.design.comparison import entrants, protocol, run, store
+from frictionloop.design.comparison import entrants, protocol, run
 from frictionloop.design.wanted import Designed
 from frictionloop.quantities import FrictionloopError
 
@@ -96,33 +94,6 @@ def test_capable_fingers_are_those_of_capable(whole):
     chosen = protocol.median_finger(people, wanted)
     assert people.index(chosen) in np.flatnonzero(wanted)
     assert protocol.median_finger(people, np.zeros(40, dtype=bool)) is None
-
-
-def test_fingers_within_reach_can_be_given_the_forces_while_their_load_moves():
-    people = fl.fingers(60, 5)
-    some = protocol.within_reach(fl.bench(), people, 20.0)
-    able = protocol.able(fl.bench(), people, 20.0)
-    assert 0 < some.sum() < able.sum()
-    assert not np.any(some & ~able)
-    still = [{**each, "motion.load_drift": 0.0, "motion.tremor_n": 0.0} for each in people]
-    np.testing.assert_array_equal(protocol.within_reach(fl.bench(), type(people)(still), 20.0), able)
-
-
-def test_fingers_within_reach_are_short_a_twentieth_of_the_time_at_most():
-    """Without vibration friction is the highest there is, with all of it the lowest: of a slider, the limit itself."""
-    people, at = fl.fingers(60, 5), protocol.Condition(20.0, "slider", "hold 0.6")
-    able, near = (choose(fl.bench(), people, 20.0) for choose in (protocol.able, protocol.within_reach))
-    smooth = {"friction.roughness_rms": 0.0, "friction.speed_slope": 0.0, "friction.occlusion_ratio": 1.0}
-    still = {**protocol.overrides_of(at), "motion.load_drift_s": 1.0, "controller.kind": "lookup"}
-
-    def share(finger, level_n, out):
-        system = fl.bench().evolve({**still, **finger, **smooth, "setpoint": fl.Constant(offset_n=level_n)})
-        return np.mean([out(fl.simulate(system, 4.0, seed)["f_a"].values[5000:]).mean() for seed in (1, 2, 3, 4)])
-
-    highest, lowest = (2.4, lambda force: force < protocol.HIGH_N), (0.02, lambda force: force > protocol.LOW_N)
-    short = np.array([max(share(people[i], *highest), share(people[i], *lowest)) for i in np.flatnonzero(able)])
-    assert np.max(short[near[able]]) < 0.05
-    assert np.mean(short[~near[able]] > 0.05) > 0.75
 
 
 def test_the_cells_are_those_of_a_sweep(whole):
@@ -271,20 +242,6 @@ def test_bad_input_is_one_line(more, match):
     with pytest.raises(fl.FrictionloopError, match=match) as error:
         short(**more)
     assert "\n" not in str(error.value)
-
-
-def test_nothing_depends_on_git(monkeypatch):
-    store.commit_of.cache_clear()
-    monkeypatch.setenv("PATH", "")
-    assert store.commit_of() == ""
-    store.commit_of.cache_clear()
-
-    def other(words, **_):
-        raise subprocess.CalledProcessError(128, words)
-
-    monkeypatch.setattr(subprocess, "run", other)
-    assert store.commit_of() == ""
-    store.commit_of.cache_clear()
 
 
 def test_entrants_of_ones_own_run_under_their_names():

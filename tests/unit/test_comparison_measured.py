@@ -7,7 +7,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.design.comparison import compare, protocol
-from frictionloop.design.comparison.measured import BELIEVED_HZ, ERROR, on_device, told
+from frictionloop.design.comparison.entrants import BELIEVED_HZ, ERROR, on_device, told
 
 BENCH = fl.bench()
 MET = "sensor.resonance_hz"

@@ -16,7 +16,8 @@ from hypothesis import strategies as st
 from frictionloop.analysis import elements, kp_limit, linearise, lumped_gain, operating_band, output_noise_rms_n
 from frictionloop.analysis.operating import asked, law_at
 from frictionloop.design import retune
-from frictionloop.design.pi_region import PiRegion, open_stretches
+from frictionloop.design.gain_search import forbidden, open_stretches
+from frictionloop.design.plants import Plants
 from frictionloop.parameters import RETUNED, ColouredNoise, LogSweep, Recording, Sine, Steps, System, bench, paper
 from frictionloop.physics.friction import amplitude_for, friction_force
 from frictionloop.quantities import FrictionloopError
@@ -157,11 +158,10 @@ def test_rounding_alone_acts_like_a_noisy_setpoint() -> None:
 @settings(max_examples=40, deadline=None)
 @given(kp=st.floats(0, 0.3), ki=st.floats(0.1, 1500), peak=st.floats(1.1, 3.0))
 def test_open_stretches_are_where_no_frequency_forbids(kp: float, ki: float, peak: float) -> None:
-    loop = linearise(BENCH)
-    region = PiRegion.of(loop, peak)
-    largest = np.max(1 / np.abs(1 + (kp + ki * region.integral) * region.plant))
-    inside = any(low <= ki <= high for low, high in open_stretches([region], kp))
-    beyond = ki > np.max(region.closed(kp), initial=0.0)
+    plants = Plants.of([linearise(BENCH)])
+    largest = np.max(1 / np.abs(1 + (kp + ki * plants.integral) * plants.responses))
+    inside = any(low <= ki <= high for low, high in open_stretches(plants, [peak], kp))
+    beyond = ki > np.max(forbidden(plants, [peak], kp), initial=0.0)
     assert (largest <= peak * (1 + 1e-9)) == (inside or beyond)
 
 

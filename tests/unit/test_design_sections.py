@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter, sosfilt, zpk2ss
 
 from frictionloop.design.quadruple import Quadruple
-from frictionloop.design.sections import Cascade, checked, factorise
+from frictionloop.design.sections import factorise
 from frictionloop.quantities import FrictionloopError
 
 PERIOD_S = 2e-4
@@ -84,21 +84,7 @@ def test_no_sections_is_a_pi() -> None:
 
 
 def test_what_is_refused_in_one_line() -> None:
-    section = (1.0, 0.0, 0.0, -0.5, 0.0)
-    for cascade, words in [
-        (Cascade(1.0, 1.0, ((2.5, 0.0, 0.0, 0.0, 0.0),), PERIOD_S), r"^sections\[0\]: coefficient 2.5 overflows Q31"),
-        (
-            Cascade(1.0, 1.0, (section, (1.0, 0.0, 0.0, 0.0, float("nan"))), PERIOD_S),
-            r"^sections\[1\]: .*overflows Q31",
-        ),
-        (Cascade(1.0, 1.0, (section,) * 7, PERIOD_S), "^sections: 7 are needed, at most 6"),
-        (Cascade(1.0, 1.0, ((1.0, 0.0, 0.0, -1.9, 1.0),), PERIOD_S), "not stable by itself"),
-        (Cascade(float("inf"), 1.0, (section,), PERIOD_S), "^kp = inf"),
-    ]:
-        with pytest.raises(FrictionloopError, match=words) as caught:
-            checked(cascade)
-        assert "\n" not in str(caught.value)
     with pytest.raises(FrictionloopError, match="not stable by itself"):
         factorise(Quadruple(*zpk2ss([0.5], [1.01], 1.0)), 1.0, 1.0, PERIOD_S)
-    with pytest.raises(FrictionloopError, match=r"^sections: 7 are needed"):
+    with pytest.raises(FrictionloopError, match="must be at most 6 sections, not 7"):
         factorise(Quadruple(*zpk2ss([], np.linspace(-0.9, 0.9, 13), 1.0)), 1.0, 1.0, PERIOD_S)

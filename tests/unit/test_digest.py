@@ -185,7 +185,7 @@ def test_functions_that_call_themselves_or_one_another():
 
 IN_ANOTHER = """
     from frictionloop.control.laws import LAWS
-    from frictionloop.loop.kernel.bench_loop import build_sense
+    from frictionloop.loop.kernel.bench_tile import build_sense
     from frictionloop.loop.kernel.tiles import lifting
     from frictionloop.physics.vibration import GAUSSIAN
     from frictionloop.quantities.digest import code_digest

@@ -17,7 +17,7 @@ from frictionloop.control.filtered_pi import filtered_pi_gains, filtered_pi_star
 from frictionloop.control.laws import law_of
 from frictionloop.control.notch import notch_section, section_response
 from frictionloop.control.pi import PiGains, PiState, pi_step
-from frictionloop.loop.kernel.slab import kept_rows, law_rows, rows
+from frictionloop.loop.kernel.slab import ROW, law_rows
 from frictionloop.quantities.trees import flat
 from frictionloop.sensing.measurement import Measurement
 
@@ -39,9 +39,9 @@ def filters(count, seed):
 
 def test_a_law_fits_its_rows():
     law = law_of(fl.NotchPiController())
-    states, gains = map(flat, law_rows(law))
-    used = [*states, *gains, *kept_rows(law)]
-    assert len(set(used)) == len(used) and set(used) <= set(rows("law"))
+    states, gains, kept = map(flat, law_rows(law))
+    used = [*states, *gains, *kept]
+    assert len(set(used)) == len(used) and set(used) <= set(ROW["law"])
     assert len(flat(filtered_pi_gains(fl.NotchPiController(feedforward=True)))) == len(gains)
     assert len(flat(filtered_pi_start(fl.NotchPiController()))) == len(states)
     assert law is law_of(fl.FilteredPiController())

@@ -9,20 +9,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictionloop.hardware.plate.drive import (
-    drive_power_w,
-    kinetic_energy_j,
-    modal_damping_n_s_per_m,
-    modal_force_n,
-    modal_mass_kg,
-    piezo_force_n_per_v,
-    plate_mass_kg,
-)
-from frictionloop.parameters.plate_design import Glass, Piezo, PlateGeometry
-from frictionloop.quantities import FrictionloopError
+from frictionloop.hardware.plate.drive import effort, modal_damping_n_s_per_m, piezo_force_n_per_v
+from frictionloop.parameters.plate_design import Piezo, PlateDesign
 
-GLASS, GEOMETRY = Glass(), PlateGeometry()
-M = 0.134
+HALF_MM = 140 / 11.5
+
+
+def plate(amplitude=2.5, quality=230.0, **piezo):
+    """Return a design and what it takes at 46 kHz, at a carrier that is tuned."""
+    tree = {"drive.max_amplitude_um": amplitude, "drive.quality_factor": quality}
+    design = PlateDesign().evolve(tree | {f"piezo.{name}": value for name, value in piezo.items()})
+    return design, effort(design, 46e3, HALF_MM, 1.0)
 
 
 @given(st.integers(2, 40), st.floats(0.1, 5.0))
@@ -32,8 +29,7 @@ def test_energy_is_that_of_the_moving_glass(lines, amplitude):
     x = (np.arange(4000) + 0.5) / 4000 * 0.140
     speed = 2 * math.pi * 46e3 * amplitude * 1e-6 * np.cos(k * x)
     direct = np.mean(2500 * 0.003 * 0.255 * 0.140 * speed**2) / 2
-    found = kinetic_energy_j(modal_mass_kg(GEOMETRY, GLASS), 46e3, amplitude)
-    assert found == pytest.approx(direct, rel=1e-10)
+    assert plate(amplitude)[1].kinetic_energy_j == pytest.approx(direct, rel=1e-10)
 
 
 def test_a_standing_wave_that_ends_between_nodes_changes_little():
@@ -46,36 +42,35 @@ def test_a_standing_wave_that_ends_between_nodes_changes_little():
 
 def test_figures_of_the_research_notes():
     """Notes C.5 and C.6, to the digits given there."""
-    assert plate_mass_kg(GEOMETRY, GLASS) == pytest.approx(0.268, abs=5e-4)
-    mass = modal_mass_kg(GEOMETRY, GLASS)
-    energy = kinetic_energy_j(mass, 46e3, 2.5)
+    design, found = plate(patches=1)
+    assert found.plate_mass_kg == pytest.approx(0.268, abs=5e-4)
     assert 2 * math.pi * 46e3 * 2.5e-6 == pytest.approx(0.72, abs=5e-3)
-    assert energy == pytest.approx(35e-3, abs=5e-4)
-    assert drive_power_w(energy, 46e3, 230) == pytest.approx(44, abs=0.5)
-    assert drive_power_w(energy / 4, 46e3, 230) == pytest.approx(11, abs=0.5)
-    assert modal_force_n(mass, 46e3, 2.5, 230) == pytest.approx(122, abs=0.5)
-    assert modal_damping_n_s_per_m(mass, 46e3, 230) == pytest.approx(168, abs=0.5)
-    one = piezo_force_n_per_v(Piezo(patches=1), 3.0, 140 / 11.5)
-    assert one == pytest.approx(0.19, abs=5e-3)
-    volts = modal_force_n(mass, 46e3, 2.5, 230) / (4 * one)
-    assert volts == pytest.approx(160, abs=5)
-    assert volts * 14 / 20 == pytest.approx(110, abs=5)
+    assert found.kinetic_energy_j == pytest.approx(35e-3, abs=5e-4)
+    assert found.power_w == pytest.approx(44, abs=0.5)
+    assert plate(1.25)[1].power_w == pytest.approx(11, abs=0.5)
+    assert found.force_n == pytest.approx(122, abs=0.5)
+    assert modal_damping_n_s_per_m(design, 46e3) == pytest.approx(168, abs=0.5)
+    assert found.force_n_per_v == pytest.approx(0.19, abs=5e-3)
+    assert found.voltage_v / 4 == pytest.approx(160, abs=5)
+    assert found.voltage_v / 4 * 14 / 20 == pytest.approx(110, abs=5)
 
 
 @given(st.floats(5, 2000), st.floats(1e4, 1e5), st.floats(0.1, 5.0))
-def test_power_is_force_times_speed_and_what_damping_takes(q, f0, amplitude):
-    power = drive_power_w(kinetic_energy_j(M, f0, amplitude), f0, q)
-    speed = 2 * math.pi * f0 * amplitude * 1e-6
-    assert power == pytest.approx(modal_force_n(M, f0, amplitude, q) * speed / 2, rel=1e-12)
-    assert power == pytest.approx(modal_damping_n_s_per_m(M, f0, q) * speed**2 / 2, rel=1e-12)
+def test_power_and_force_by_their_definitions(q, f0, amplitude):
+    """P = omega E/Q, and F = M omega^2 a/Q, whose mean work is that power."""
+    design, omega = plate(amplitude, q)[0], 2 * math.pi * f0
+    found = effort(design, f0, HALF_MM, 0.5)
+    assert found.power_w == pytest.approx(omega * found.kinetic_energy_j / q, rel=1e-12)
+    assert found.force_n == pytest.approx(found.modal_mass_kg * omega**2 * amplitude * 1e-6 / q, rel=1e-12)
+    assert found.power_w == pytest.approx(found.force_n * omega * amplitude * 1e-6 / 2, rel=1e-12)
+    assert found.voltage_v * found.force_n_per_v == pytest.approx(2 * found.force_n, rel=1e-12)
 
 
 def test_power_of_a_ring_down():
     """What x'' + w/Q x' + w^2 x = 0 loses in its first period, in the limit of high Q."""
-    q, f0 = 1e5, 46e3
-    energy = kinetic_energy_j(M, f0, 2.5)
+    q, found = 1e5, plate(quality=1e5)[1]
     left = math.exp(-2 * math.pi / q)  # of the energy after one period
-    assert drive_power_w(energy, f0, q) == pytest.approx(energy * (1 - left) * f0, rel=2 * math.pi / q)
+    assert found.power_w == pytest.approx(found.kinetic_energy_j * (1 - left) * 46e3, rel=2 * math.pi / q)
 
 
 @given(st.floats(0.3, 6), st.floats(3, 30), st.floats(0.1, 1))
@@ -87,10 +82,3 @@ def test_the_patch_does_the_work_of_its_moment_on_the_curvature(thickness, half_
     work = np.mean(15.0 * (thickness + patch_mm) * 1e-3 / 2 * k * k * np.cos(k * x)) * half_mm * 1e-3 * 17e-3 * 3
     # The midpoint rule over half a cosine errs by (pi/2000)^2/24 = 1e-7.
     assert piezo_force_n_per_v(piezo, thickness, half_mm) == pytest.approx(work, rel=2e-7)
-
-
-def test_refusals():
-    with pytest.raises(FrictionloopError, match=r"^quality_factor = 0: must be a finite number above 0$"):
-        modal_force_n(M, 46e3, 2.5, 0)
-    with pytest.raises(FrictionloopError, match=r"^amplitude_um = -1 um: must be a finite number above 0$"):
-        kinetic_energy_j(M, 46e3, -1)

@@ -27,7 +27,7 @@ def test_a_gain_keeps_thirty_bits(value):
     gain = to_gain(value)
     assert abs(gain.mantissa) <= 2**30
     assert -1 <= gain.shift <= 62
-    assert gain.value == pytest.approx(value, rel=2.0**-30, abs=2.0**-63)
+    assert math.ldexp(gain.mantissa, -gain.shift) == pytest.approx(value, rel=2.0**-30, abs=2.0**-63)
 
 
 @pytest.mark.parametrize("value", [2.0**31, -(2.0**31), 2.0**31 - 2.0**-10, math.inf, math.nan])

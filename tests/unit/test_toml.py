@@ -226,3 +226,27 @@ def test_writing_replaces_the_old_file_whole(tmp_path):
 def test_the_kind_of_a_controller_comes_first(kind):
     lines = fl.to_toml(fl.bench().evolve({"controller.kind": kind})).splitlines()
     assert lines[lines.index("[controller]") + 1] == f'kind = "{kind}"'
+
+
+@pytest.mark.parametrize("kind", [each.model_fields["kind"].default for each in kinds_of("controller")])
+@pytest.mark.parametrize("every", [True, False])
+def test_a_file_without_what_is_rare_is_the_same_system(tmp_path, kind, every):
+    system = fl.bench().evolve({"controller.kind": kind})
+    fl.write_toml(system, tmp_path / "mine.toml", every)
+    assert fl.read_toml(tmp_path / "mine.toml") == system
+
+
+def test_each_key_says_what_it_means():
+    lines = [line for line in fl.to_toml(fl.bench()).splitlines() if " = " in line]
+    without = [line for line in lines if "  # " not in line and not line.startswith(("schema", "kind"))]
+    assert without == []
+    assert 'form = "float"  # The float64 law, or the fixed-point C' in fl.to_toml(fl.bench())
+
+
+def test_what_is_rare_is_written_where_it_is_not_the_default():
+    plain = fl.to_toml(fl.bench(), every=False)
+    assert not any(name in plain for name in ("[board]", "[touch]", "jitter_s", "table_size", "\nperson"))
+    changed = fl.bench().evolve({"controller.jitter_s": 1e-5, "touch.load.mean_s": 0.4})
+    said = fl.to_toml(changed, every=False)
+    assert "jitter_s = 1e-05" in said and "mean_s = 0.4" in said and "[board]" not in said
+    assert len(plain.splitlines()) < 0.75 * len(fl.to_toml(fl.bench()).splitlines())

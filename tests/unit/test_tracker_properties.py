@@ -14,7 +14,7 @@ from frictionloop.control.laws import law_of
 from frictionloop.control.tracker import HIGHEST, LOWEST, tracker_step
 from frictionloop.control.tracker_gains import observed, sensor_matrices, tracker_gains, tracker_start
 from frictionloop.design.tracker_tuning import tune_tracker
-from frictionloop.loop.kernel.slab import kept_rows, law_rows, rows
+from frictionloop.loop.kernel.slab import ROW, law_rows
 from frictionloop.parameters.tracking import SCHEDULE, TrackerController
 from frictionloop.quantities import trees
 from frictionloop.sensing.measurement import Measurement
@@ -142,9 +142,9 @@ def test_frozen_states_are_the_estimates():
 
 def test_it_fits_its_rows():
     law = law_of(C)
-    states, gains = map(trees.flat, law_rows(law))
-    used = [*states, *gains, *kept_rows(law)]
-    assert len(set(used)) == len(used) and set(used) <= set(rows("law"))
+    states, gains, kept = map(trees.flat, law_rows(law))
+    used = [*states, *gains, *kept]
+    assert len(set(used)) == len(used) and set(used) <= set(ROW["law"])
     assert (len(states), len(gains)) == (len(START), len(trees.flat(GAINS)))
 
 

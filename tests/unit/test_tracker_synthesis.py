@@ -47,8 +47,13 @@ class Corner(NamedTuple):
     """A corner of which only Ms is looked at."""
 
     off: float
+    limit: float
     margins: Margins
     where: str = "somewhere"
+
+    @property
+    def excess(self) -> float:
+        return self.margins.sensitivity_peak / self.limit
 
 
 @pytest.fixture
@@ -66,8 +71,8 @@ def rows(monkeypatch):
             peaks = ({sign * off: peak for off, peak in limits.items() for sign in (-1, 1)},) * len(PLACES)
             return TrackerTuning(SCHEDULE, system.controller.model, (0.01,) * len(PLACES), peaks, 0.91, 6.0)
 
-        def looked_at(_system, _limits):
-            return [Corner(off, Margins(1.0 + factor * (peak - 1.0))) for off, peak in asked[-1].items()]
+        def looked_at(_system, limits):
+            return [Corner(off, limits[off], Margins(1.0 + factor * (peak - 1.0))) for off, peak in asked[-1].items()]
 
         monkeypatch.setattr(tracker_synthesis, "tune_tracker", tune)
         monkeypatch.setattr(tracker_synthesis, "corners", looked_at)

@@ -18,8 +18,6 @@ from frictionloop.analysis.margins import Margins
 from frictionloop.analysis.noise import (
     command_noise_rms_n,
     equation_3_rms_n,
-    integrated_noise_rms_n,
-    noise_spectrum,
     output_noise_rms_n,
 )
 from frictionloop.analysis.responses import Reading
@@ -41,12 +39,10 @@ __all__ = [
     "command_noise_rms_n",
     "elements",
     "equation_3_rms_n",
-    "integrated_noise_rms_n",
     "kp_limit",
     "law_space",
     "linearise",
     "lumped_gain",
-    "noise_spectrum",
     "operating_band",
     "output_noise_rms_n",
     "phase_lag",

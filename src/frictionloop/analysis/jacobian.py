@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from frictionloop.analysis.rest import LawStep, Rest, sizes
+from frictionloop.analysis.rest import LawStep, sizes
 from frictionloop.analysis.state_space import Array
 from frictionloop.quantities import FrictionloopError
 
@@ -55,30 +55,3 @@ def _column(step: LawStep, point: Array, centre: Array, j: int, size: float, out
         return None
     best = int(np.argmin(np.where(smooth, apart, np.inf)))
     return np.where(np.abs(slopes[best]) * scaled < NOTHING, 0.0, slopes[best])
-
-
-def linear_range_n(rest: Rest, departure: float = 0.05) -> float:
-    """Return how far the measured force may jump from rest, N, before u departs from the Jacobian by this share.
-
-    For one step of the law: where it is nearly its own tangent, up to 1 N, looked at in steps of 5 %. A sliding mode
-    stepped implicitly is linear in a band of less than 1 mN: its margins hold for noise, not for what it is there for.
-    A clamp counts too.
-
-    Parameters
-    ----------
-    rest
-        The law at rest (`rest_of`).
-    departure
-        Largest difference, relative to the change of u.
-    """
-    matrix = jacobian(rest.step, rest.point, f'controller.kind = "{rest.kind}"')
-    slope, u = matrix[-1, -1], rest.step(rest.point)[-1]
-    reached = 0.0
-    for jump in np.geomspace(1e-7, 1.0, 331):
-        for signed in (jump, -jump):
-            there = rest.point.copy()
-            there[-1] += signed
-            if abs(rest.step(there)[-1] - u - slope * signed) > departure * abs(slope * signed) + 1e-12:
-                return reached
-        reached = float(jump)
-    return reached

@@ -20,13 +20,14 @@ IDLE = 1.0 + 1e-6
 """Largest |pole| of states that may be left out when nothing moves them or they move nothing."""
 
 
-def law_space(system: System, loop: Elements, plant: SampledPlant, *, adapting: bool = False) -> StateSpace:
+def law_space(system: System, loop: Elements, plant: SampledPlant) -> StateSpace:
     """Return a System's control law for small signals around an operating point.
 
     x[k+1] = A x[k] + B [f_r, f_m][k], [u, c][k] = C x[k] + D [f_r, f_m][k], where c is what the plant gets of the
     force command u: the same, or behind the overdrive c = (u[k] - p u[k-1])/(1 - p), which in amplitude is
     (a_w - p a)/(1 - p) (control/overdrive). PI has it in closed form; of any other law it is the Jacobian of the
-    compiled step at rest (analysis/rest) at the finger's steady speed and load.
+    compiled step at rest (analysis/rest) at the finger's steady speed and load; the slow states that it lists as
+    ``frozen`` keep the values they start with.
 
     Parameters
     ----------
@@ -34,8 +35,6 @@ def law_space(system: System, loop: Elements, plant: SampledPlant, *, adapting: 
         The loop.
     loop, plant
         Its elements at the operating point, and sampled.
-    adapting
-        Linearise the slow states too that the law lists as ``frozen``; else they keep the values they start with.
 
     Raises
     ------
@@ -45,7 +44,7 @@ def law_space(system: System, loop: Elements, plant: SampledPlant, *, adapting: 
     controller = system.controller
     if is_pi(controller):
         return pi_space(controller.kp, controller.ki, plant.period_s)
-    space = jacobian_space(rest_of(system, loop, plant, adapting=adapting))
+    space = jacobian_space(rest_of(system, loop, plant))
     return overdriven(space, controller)
 
 

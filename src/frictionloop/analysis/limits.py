@@ -10,7 +10,6 @@ from scipy.integrate import tanhsinh
 from scipy.optimize import brentq
 
 from frictionloop.analysis.linear import LinearLoop
-from frictionloop.analysis.noise import panel_edges
 from frictionloop.analysis.state_space import Array, Complex
 from frictionloop.parameters import LowpassSensor
 from frictionloop.quantities import Lti
@@ -82,6 +81,19 @@ def bode_integral(loop: LinearLoop) -> float:
     edges = np.union1d(panel_edges(loop, loop.poles()), panel_edges(loop, zeros))
     panels = tanhsinh(log_sensitivity, edges[:-1], edges[1:], rtol=1e-9, atol=1e-9 * loop.nyquist_hz / edges.size)
     return float(np.sum(panels.integral)) / loop.nyquist_hz
+
+
+def panel_edges(loop: LinearLoop, poles: Complex) -> Array:
+    """Return the frequencies that cut 0 to the Nyquist frequency into panels on which what has these poles is smooth.
+
+    A pole makes a peak at its frequency, as wide as its damping: panels grow from there by factors of 8.
+    """
+    logs = np.log(poles[np.abs(poles) > 1e-6]) / (2 * np.pi * loop.plant.period_s)
+    widths = np.abs(logs.real)[:, None] * 8.0 ** np.arange(-1, 20)
+    centres = np.abs(logs.imag)[:, None]
+    edges = np.concatenate([centres, centres - widths, centres + widths], axis=1).ravel()
+    tiny = 1e-12 * loop.nyquist_hz  # the spectrum is finite at 0, only its formula is not
+    return np.unique([tiny, *edges[(edges > 2 * tiny) & (edges < loop.nyquist_hz)], loop.nyquist_hz])
 
 
 def unstable_sum(loop: LinearLoop) -> float:

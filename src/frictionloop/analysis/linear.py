@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -13,7 +12,6 @@ from numpy.typing import ArrayLike
 
 from frictionloop.analysis.closed import close
 from frictionloop.analysis.elements import Elements, elements
-from frictionloop.analysis.jacobian import linear_range_n
 from frictionloop.analysis.law_space import law_space
 from frictionloop.analysis.margins import Margins, margins, search_grid
 from frictionloop.analysis.responses import (
@@ -24,7 +22,6 @@ from frictionloop.analysis.responses import (
     continuous_responses,
     sampled_responses,
 )
-from frictionloop.analysis.rest import rest_of
 from frictionloop.analysis.sampled import SampledPlant, sample
 from frictionloop.analysis.state_space import Array, Complex, StateSpace
 from frictionloop.control.pi import is_pi, linearise_pi
@@ -103,11 +100,6 @@ class LinearLoop:
         return self.known_law or law_space(self.system, self.elements, self.plant)
 
     @cached_property
-    def linear_range_n(self) -> float:
-        """How far the measured force may jump, N, before the law departs from its linear form by 5 %."""
-        return linear_range_n(rest_of(self.system, self.elements, self.plant))
-
-    @cached_property
     def _closed(self) -> StateSpace:
         return close(self.plant.state_space(), self.law)
 
@@ -150,10 +142,6 @@ class LinearLoop:
         check_pi(self.system)
         system = self.system.evolve({"controller.kp": kp, "controller.ki": ki})
         return LinearLoop(system, replace(self.elements, controller=linearise_pi(check_pi(system))), self.plant)
-
-    def to_control(self) -> Any:
-        """Return `state_space` as a ``control.StateSpace``; raises when python-control is not installed."""
-        return self.state_space().to_control()
 
 
 def check_pi(system: System) -> PiController:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.optimize import least_squares
 
 from frictionloop.analysis.elements import Elements
 from frictionloop.analysis.operating import mean_disturbance_n
@@ -32,6 +33,9 @@ RESTS = 1e-10
 LOOK_TICKS = 500
 """Ticks of that run between two looks at whether it is over."""
 ROUNDS = 60
+"""Steps of the search at most, each of which costs a run of the law per unknown."""
+FINEST = dict.fromkeys(("ftol", "xtol", "gtol"), 1e-15)
+"""Of the search: it ends where rounding does."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,11 +86,11 @@ def sizes(values: Array) -> Array:
     return np.maximum(np.abs(values), 1e-2)
 
 
-def rest_of(system: System, loop: Elements, plant: SampledPlant, *, adapting: bool = False) -> Rest:
+def rest_of(system: System, loop: Elements, plant: SampledPlant) -> Rest:
     """Return where the law of a System rests at an operating point.
 
     The measured force is that of the operating point, u the command that the lookup turns into its amplitude; states
-    and set-point follow from x' = x (Newton, least squares: what no equation holds stays where it starts). A law with
+    and set-point follow from x' = x (Levenberg and Marquardt: what no equation holds stays where it starts). A law with
     integral action rests at f_r = f_m, the lookup at f_r = u. Where the search fails from the law's start the closed
     loop is run first.
 
@@ -98,7 +102,7 @@ def rest_of(system: System, loop: Elements, plant: SampledPlant, *, adapting: bo
     controller, model = system.controller, system.controller.model
     law, motion = law_of(controller), system.motion
     start = np.array(trees.flat(law.start_for(controller)), dtype=float)
-    frozen = [trees.names(law.state).index(name) for name in (() if adapting else law.frozen)]
+    frozen = [trees.names(law.state).index(name) for name in law.frozen]
     free = np.setdiff1d(np.arange(start.size), frozen).astype(int)
     speed, load = (1e-3 * motion.speed_mm_s, motion.load_n) if isinstance(motion, Strokes) else (0.0, 0.0)
     step = LawStep(law, law.gains_for(controller), start, free, speed, load, plant.period_s)
@@ -107,7 +111,7 @@ def rest_of(system: System, loop: Elements, plant: SampledPlant, *, adapting: bo
     first = np.append(start[free], [measured, measured])
     what, saturated = f'controller.kind = "{controller.kind}"', False
     for begin in _beginnings(step, first, wanted, plant):
-        point = _newton(step, begin, wanted)
+        point = _settled(step, begin, wanted)
         if point is None:
             continue
         saturated = step.run(point)[1]
@@ -123,7 +127,7 @@ def rest_of(system: System, loop: Elements, plant: SampledPlant, *, adapting: bo
 def _beginnings(step: LawStep, first: Array, wanted: float, plant: SampledPlant) -> Any:
     """Yield points near which the rest may be: without a clamp from the start, then after a run of the loop."""
     wide = step.gains._replace(low=-OPEN_N, high=OPEN_N)
-    opened = _newton(replace(step, gains=wide), first, wanted)
+    opened = _settled(replace(step, gains=wide), first, wanted)
     if opened is not None:
         yield opened
     yield first
@@ -131,50 +135,21 @@ def _beginnings(step: LawStep, first: Array, wanted: float, plant: SampledPlant)
         yield _after_a_run(step, first, wanted, plant, gain)
 
 
-def _newton(step: LawStep, begin: Array, wanted: float) -> Array | None:
+def _settled(step: LawStep, begin: Array, wanted: float) -> Array | None:
     """Return the point with x' = x and u as wanted, the measured force kept; None where the search gets nowhere."""
-    point = begin.copy()
-    left = _residual(step, point, wanted)
-    for _ in range(ROUNDS):
-        if not np.all(np.isfinite(left)):
-            return None
-        if np.all(np.abs(left) <= RESTS * (1.0 + np.abs(np.append(point[:-2], wanted)))):
-            return point
-        move = _direction(step, point, wanted, left)
-        if move is None:
-            return None
-        for share in 0.5 ** np.arange(12):
-            trial = point.copy()
-            trial[:-1] += share * move
-            after = _residual(step, trial, wanted)
-            with np.errstate(over="ignore"):  # a trial that overflows is no nearer
-                nearer = np.linalg.norm(after) < np.linalg.norm(left)
-            if nearer:
-                break
-        else:
-            return None
-        point, left = trial, after
-    return None
+    rows = np.append(sizes(begin[:-2]), 1.0)
 
+    def left(unknown: Array) -> Array:
+        return (step(np.append(unknown, begin[-1])) - np.append(unknown[:-1], wanted)) / rows
 
-def _residual(step: LawStep, point: Array, wanted: float) -> Array:
-    return step(point) - np.append(point[:-2], wanted)
-
-
-def _direction(step: LawStep, point: Array, wanted: float, left: Array) -> Array | None:
-    """Return the Newton step in states and set-point, the shortest in units of their sizes."""
-    scale = sizes(point[:-1])
-    columns = []
-    for j, size in enumerate(scale):
-        ahead, behind = point.copy(), point.copy()
-        ahead[j] += 1e-5 * size
-        behind[j] -= 1e-5 * size
-        columns.append((_residual(step, ahead, wanted) - _residual(step, behind, wanted)) / 2e-5)
-    matrix, rows = np.column_stack(columns), np.append(sizes(point[:-2]), 1.0)[:, None]
-    if not np.all(np.isfinite(matrix)):
+    if not np.all(np.isfinite(left(begin[:-1]))):
         return None
-    shares, *_ = np.linalg.lstsq(matrix / rows, -left / rows[:, 0], rcond=1e-10)
-    return shares * scale
+    with np.errstate(over="ignore", invalid="ignore"):  # a trial that overflows is no nearer
+        found = least_squares(
+            left, begin[:-1], "2-point", method="lm", x_scale=sizes(begin[:-1]), max_nfev=ROUNDS * begin.size, **FINEST
+        )
+    rests = np.abs(found.fun * rows) <= RESTS * (1.0 + np.abs(np.append(found.x[:-1], wanted)))
+    return np.append(found.x, begin[-1]) if np.all(rests) else None
 
 
 def _after_a_run(step: LawStep, first: Array, wanted: float, plant: SampledPlant, gain: float) -> Array:

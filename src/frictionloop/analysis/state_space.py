@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import solve_discrete_lyapunov
-
-from frictionloop.quantities import FrictionloopError
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -55,16 +52,6 @@ class StateSpace:
         inner = np.expm1(turn)[:, None, None] * eye - (self.A - eye)
         return np.asarray(self.C @ np.linalg.solve(inner, np.broadcast_to(self.B, (turn.size, *self.B.shape))) + self.D)
 
-    def simulate(self, inputs: ArrayLike) -> Array:
-        """Return y, shape (periods, outputs), for inputs w of shape (periods, inputs), starting from rest."""
-        state = np.zeros(len(self.A))
-        w = np.asarray(inputs, dtype=float)
-        states = np.empty((len(w), len(state)))
-        for k, driven in enumerate(w @ self.B.T):
-            states[k] = state
-            state = self.A @ state + driven
-        return np.asarray(states @ self.C.T + w @ self.D.T)
-
     def variance(self, source: str) -> dict[str, float]:
         """Return the stationary variance of every output, per unit variance of one input drawn anew each period.
 
@@ -80,14 +67,3 @@ class StateSpace:
         states = len(self.A)
         rounding = states**2 * np.finfo(float).eps * np.linalg.norm(spread, 2) * np.sum(self.C**2, axis=1)
         return dict(zip(self.outputs, map(float, np.where(powers > rounding, powers, 0.0)), strict=True))
-
-    def to_control(self) -> Any:
-        """Return the same system as a ``control.StateSpace``; raises when python-control is not installed."""
-        try:
-            import control
-        except ImportError:
-            raise FrictionloopError(
-                "python-control is missing; install it with: pip install 'frictionloop[design]'"
-            ) from None
-        named = {"inputs": list(self.inputs), "outputs": list(self.outputs)}
-        return control.ss(self.A, self.B, self.C, self.D, self.period_s, **named)

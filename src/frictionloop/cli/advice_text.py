@@ -1,4 +1,4 @@
-"""What a person is told of a loop that rings, and of a set-point that nothing could follow."""
+"""What a person is told of a loop that rings, of a set-point that nothing could follow, and of a low ceiling."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ UNREACHED, OFTEN_N = 0.9, 0.2
 FINGERS_N = 10.0
 """Mean of a signal above which its unit is asked about: no finger slides under so much (assumed)."""
 WIDTH = 100
+AT_CEILING, FAR_N = 0.2, 0.02
+"""Share of the time at the ceiling, and the mean error there, from which the ceiling is named (chosen)."""
 
 
 def lines(found: Ringing, metrics: dict[str, float]) -> list[str]:
@@ -75,3 +77,18 @@ def out_of_reach(run: xr.Dataset, mask: np.ndarray) -> list[str]:
     else:
         said.append(f"No amplitude lowers it to {np.median(r):.3g} N; did you mean a higher set-point?")
     return said
+
+
+def at_ceiling(run: xr.Dataset, mask: np.ndarray, ceiling_um: float, largest_um: float) -> list[str]:
+    """Return what a person is told of a force that stays high as the amplitude may not get larger; often nothing."""
+    force = run["f_a" if "f_a" in run else "f_m"].values
+    there = mask & (run["a"].values >= 0.99 * ceiling_um)
+    above_n = float(np.nanmean((force - run["f_r"].values)[there])) if there.any() else 0.0
+    share = there.sum() / max(mask.sum(), 1)
+    if share < AT_CEILING or above_n < FAR_N:
+        return []
+    said = f"The amplitude is at its ceiling, {ceiling_um:.3g} um, {share:.0%} of the time, and the force is then "
+    said += f"{1e3 * above_n:.3g} mN above the set-point. "
+    if ceiling_um < largest_um:
+        return textwrap.wrap(said + f"The ceiling may be why: the plate gives {largest_um:.3g} um.", WIDTH)
+    return textwrap.wrap(said + "That is all the plate gives; did you mean a higher set-point?", WIDTH)

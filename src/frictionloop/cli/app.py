@@ -8,22 +8,36 @@ import shutil
 import sys
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
+from typing import Any
 
-from cyclopts import App, CycloptsError, Group, Parameter, UnknownOptionError, UnusedCliTokensError
+from cyclopts import CycloptsError, Group, UnknownOptionError, UnusedCliTokensError
 
-from frictionloop.cli import compare, design, device, firmware, reproduce, simulate, sweep
+from frictionloop.cli import (
+    compare,
+    design_controller,
+    design_plate,
+    design_sensor,
+    device,
+    device_flash,
+    device_run,
+    device_set,
+    firmware,
+    reproduce,
+    simulate,
+    sweep,
+)
 from frictionloop.cli.flags import gather
-from frictionloop.cli.helptext import HELP_STYLE
-from frictionloop.cli.screen import Interrupted, say
+from frictionloop.cli.helptext import HERE, Verb, add, group_app, new_app
+from frictionloop.cli.screen import Interrupted, forget_notes, say
 from frictionloop.cli.use import used
 from frictionloop.quantities.units import FrictionloopError
 
 NOT_WRITTEN, BAD_INPUT, INTERRUPTED = 1, 2, 130
 """Exit codes; the last is 128 plus the number of the signal, as shells give it."""
 
-PAPER = Group("The paper", sort_key=1)
-LOOP = Group("The loop", sort_key=2)
-HERE = Group("About", sort_key=9)
+PAPER, LOOP, BENCH, DEVICE = (
+    Group(name, sort_key=1 + place) for place, name in enumerate(("The paper", "The loop", "The bench", "The device"))
+)
 
 
 def _version() -> str:
@@ -33,26 +47,65 @@ def _version() -> str:
         return "frictionloop, not installed as a package"
 
 
-app = App(
-    name="frictionloop",
-    help="Closed-loop control of fingertip friction on ultrasonic surfaces: simulate it, sweep it, report on it.",
+def _verb(module: Any) -> Verb:
+    """Return the verb of a module with one; what it computes with is imported inside."""
+    return Verb(module.command, module.ARGUMENTS, module.EXAMPLES)
+
+
+app = new_app(
+    "frictionloop",
+    "Closed-loop control of fingertip friction on ultrasonic surfaces: simulate it, sweep it, report on it.",
     help_epilogue="Each command has its own help with examples: frictionloop simulate --help\n\n"
     "A law, friction law, signal or metric of your own: --use FILE.py runs the file, which registers it, first.",
-    help_format="plaintext",
-    help_formatter=HELP_STYLE,
     version=_version,
-    default_parameter=Parameter(negative=()),
     suppress_keyboard_interrupt=False,
 )
-app["--help"].group = app["--version"].group = HERE
-# A verb is a module with a command, its ARGUMENTS and its EXAMPLES; what it computes with is imported inside.
-for verb, group in ((reproduce, PAPER), (simulate, LOOP), (sweep, LOOP), (compare, LOOP)):
-    name = verb.__name__.rsplit(".", 1)[-1]
-    usage = f"frictionloop {name} {verb.ARGUMENTS}"
-    app.command(verb.command, name=name, usage=usage, help_epilogue=verb.EXAMPLES, group=group)
-app.command(design.app)
-app.command(firmware.app)
-app.command(device.app)
+app["--version"].group = HERE
+add(app, "frictionloop", {"reproduce": _verb(reproduce)}, group=PAPER)
+add(
+    app,
+    "frictionloop",
+    {"simulate": _verb(simulate), "sweep": _verb(sweep), "compare": _verb(compare)},
+    group=LOOP,
+)
+app.command(
+    group_app(
+        "design",
+        "Size a part of the bench: from its geometry to what it does, or the other way round.",
+        "sensor",
+        BENCH,
+        {"sensor": _verb(design_sensor), "plate": _verb(design_plate), "controller": _verb(design_controller)},
+    )
+)
+app.command(
+    group_app(
+        "firmware",
+        "The controller on the microcontroller: its parameter table and its image.",
+        "export",
+        DEVICE,
+        {
+            "export": Verb(firmware.export, firmware.ARGUMENTS, firmware.EXPORT_EXAMPLES),
+            "build": Verb(firmware.build, firmware.ARGUMENTS, firmware.BUILD_EXAMPLES),
+        },
+    )
+)
+app.command(
+    group_app(
+        "device",
+        "A board on this machine's ports, or one that is simulated: look at it, set it up, run it, flash it.",
+        "run",
+        DEVICE,
+        {
+            "list": Verb(device.list_ports, "[--json]", device.LIST_EXAMPLES),
+            "info": Verb(device.info, "ADDRESS [--json]", device.INFO_EXAMPLES),
+            "set": _verb(device_set),
+            "run": _verb(device_run),
+            "clear": Verb(device.clear, "ADDRESS [--json]", device.CLEAR_EXAMPLES),
+            "monitor": Verb(device.monitor, "ADDRESS [OPTIONS]", device.MONITOR_EXAMPLES),
+            "flash": _verb(device_flash),
+        },
+    )
+)
 
 
 def main(tokens: Sequence[str] | None = None) -> None:
@@ -70,6 +123,7 @@ def main(tokens: Sequence[str] | None = None) -> None:
 
 
 def _run(tokens: list[str]) -> int:
+    forget_notes()
     try:
         app(gather(used(tokens)), print_error=False, exit_on_error=False, result_action="return_value")
         return 0

@@ -43,10 +43,6 @@ def _range(text: str, parts: list[str]) -> list[float]:
         raise FrictionloopError(f"over = {text!r}: start and stop must be finite, count from 2 to {MOST_RUNS}")
     if log and not (start > 0 and stop > 0):
         raise FrictionloopError(f"over = {text!r}: start and stop must be positive for log spacing")
-    return _between(start, stop, count, log)
-
-
-def _between(start: float, stop: float, count: int, log: bool) -> list[float]:
     import numpy as np
 
     values: list[float] = (np.geomspace if log else np.linspace)(start, stop, count).tolist()

@@ -1,10 +1,13 @@
-"""Values that only the command line takes, checked before any work is done."""
+"""Values and files that only the command line takes: checked before any work is done, written after it."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
+from frictionloop.quantities import replacing
 from frictionloop.quantities.extra import needed
 from frictionloop.quantities.files import why_unwritable
 from frictionloop.quantities.units import FrictionloopError
@@ -57,6 +60,13 @@ def check_count(name: str, value: int, least: int, most: int = 2**63 - 1) -> Non
         raise FrictionloopError(f"{name} = {value}: must be a whole number from {least} to {most}")
 
 
+def check_workers(jobs: int | None, resume: bool, out: Path | None, what: str) -> None:
+    """Refuse a number of workers out of range, and to go on with a file that is not named."""
+    check_count("jobs", 1 if jobs is None else jobs, 1, 1024)
+    if resume and out is None:
+        raise FrictionloopError(f"resume: needs --out FILE.h5, the file of the {what} to continue")
+
+
 def check_score(score_from_s: float, duration_s: float) -> None:
     """Refuse a scored part that is empty."""
     # A wrong duration is complained about where it is used.
@@ -64,3 +74,22 @@ def check_score(score_from_s: float, duration_s: float) -> None:
         raise FrictionloopError(
             f"score_from_s = {score_from_s:g} s: must be from 0 s to less than duration_s = {duration_s:g} s"
         )
+
+
+def write_figures(option: str, folder: Path, figures: Mapping[str, str]) -> None:
+    """Write figures, SVG text by name, into a folder that is made if it is not there; errors name the option."""
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise FrictionloopError(f"{option} = {str(folder)!r}: cannot be created ({error.strerror})") from None
+    for name, text in figures.items():
+        with replacing(folder / f"{name}.svg") as beside:
+            beside.write_text(text, encoding="utf-8")
+
+
+def write_csv(path: Path, table: Any) -> None:
+    """Write rows, or a DataFrame, as a table."""
+    import pandas  # type: ignore[import-untyped]
+
+    with replacing(path) as beside:
+        pandas.DataFrame(table).to_csv(beside, index=False)

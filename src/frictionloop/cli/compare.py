@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-from cyclopts import Parameter
+from typing import TYPE_CHECKING, Any
 
 from frictionloop.cli import checks, flags, screen
-from frictionloop.cli import comparison_files as files
 from frictionloop.quantities.units import FrictionloopError
 
 if TYPE_CHECKING:
@@ -27,14 +25,8 @@ EXAMPLES = r"""Examples
       --csv scores.csv --plots figures
 """
 MOST_FINGERS = 1_000_000
-PROTOCOLS = (
-    "setpoint.",
-    "motion.speed_mm_s",
-    "motion.stroke_mm",
-    "motion.contact_s",
-    "motion.lifted_s",
-    "finger.contact",
-)
+STROKES = ("speed_mm_s", "stroke_mm", "contact_s", "lifted_s")
+PROTOCOLS = ("setpoint.", "finger.contact", *(f"motion.{name}" for name in STROKES))
 """Starts of the names that the protocol gives values to."""
 
 
@@ -42,107 +34,87 @@ def command(
     file: flags.SystemFile = None,
     /,
     *,
-    preset: Annotated[
-        flags.PresetName | None,
-        Parameter(
-            metavar="NAME", help="Ready-made bench instead of a file; bench if neither is given.", group=flags.SYSTEM
-        ),
-    ] = None,
+    preset: flags.BenchPreset = None,
     overrides: flags.Overrides = None,
-    fingers: Annotated[
-        int, Parameter(help="Number of random fingers that are scored.", converter=flags.whole, group=flags.RUN)
-    ] = 1000,
-    seed: Annotated[
-        int | None,
-        Parameter(
-            help="Seed of these fingers; 11 if not given. Any but 3, that of the fingers laws are tuned on.",
-            converter=flags.whole,
-            group=flags.RUN,
-        ),
-    ] = None,
-    laws: Annotated[
-        str | None,
-        Parameter(
-            help="Laws to compare, all if not given: lookup, printed_pi and retuned_pi (kind pi), notch_pi, hinf and "
-            "lqg (filtered_pi), observer, super_twisting, tracker (experimental), oracle and clairvoyant (oracle).",
-            group=flags.RUN,
-        ),
-    ] = None,
-    speeds: Annotated[str, Parameter(help="Speeds of the strokes in mm/s.", group=flags.RUN)] = "20,80",
-    duration_s: Annotated[
-        float, Parameter(help="Duration of a run in s; the first second does not count.", group=flags.RUN)
-    ] = 11.0,
-    jobs: Annotated[
-        int | None,
-        Parameter(help="Parallel workers; one per core if not given.", converter=flags.whole, group=flags.RUN),
-    ] = None,
-    out: Annotated[
-        Path | None, Parameter(help="Keep the results here (HDF5, .h5), also on Ctrl-C.", group=flags.RESULT)
-    ] = None,
-    resume: Annotated[
-        bool,
-        Parameter(help="Continue what is kept in --out, also with more laws.", show_default=False, group=flags.RESULT),
-    ] = False,
-    csv: Annotated[
-        Path | None, Parameter(help="Write every score here (.csv), one row each.", group=flags.RESULT)
-    ] = None,
-    plots: Annotated[
-        Path | None, Parameter(help="Folder for figures: residuals, steps, sensitivities (.svg).", group=flags.RESULT)
-    ] = None,
+    fingers: flags.Run[flags.Whole] = 1000,
+    seed: flags.Run[flags.Whole | None] = None,
+    laws: flags.Run[str | None] = None,
+    speeds: flags.Run[str] = "20,80",
+    duration_s: flags.Run[float] = 11.0,
+    jobs: flags.Run[flags.Whole | None] = None,
+    out: flags.Result[Path | None] = None,
+    resume: flags.Result[flags.Flag] = False,
+    csv: flags.Result[Path | None] = None,
+    plots: flags.Result[Path | None] = None,
     json: flags.Json = False,
 ) -> None:
-    """Compare control laws: paper's sines, holds, steps and landings on unseen fingers, two speeds, two contacts."""
+    """Compare control laws: paper's sines, holds, steps and landings on unseen fingers, two speeds, two contacts.
+
+    Parameters
+    ----------
+    fingers
+        Number of random fingers that are scored.
+    seed
+        Seed of these fingers; 11 if not given. Any but 3, that of the fingers laws are tuned on.
+    laws
+        Laws to compare, all if not given: lookup, printed_pi and retuned_pi (kind pi), notch_pi, hinf and lqg
+        (filtered_pi), observer, super_twisting, tracker (experimental), oracle and clairvoyant (oracle).
+    speeds
+        Speeds of the strokes in mm/s.
+    duration_s
+        Duration of a run in s; the first second does not count.
+    jobs
+        Parallel workers; one per core if not given.
+    out
+        Keep the results here (HDF5, .h5), also on Ctrl-C.
+    resume
+        Continue what is kept in --out, also with more laws.
+    csv
+        Write every score here (.csv), one row each.
+    plots
+        Folder for figures: residuals, steps, sensitivities (.svg).
+    """
     checks.check_output("out", out, checks.RUN_FILES)
     checks.check_output("csv", csv, checks.TABLES)
     checks.check_count("fingers", fingers, 1, MOST_FINGERS)
-    checks.check_count("jobs", 1 if jobs is None else jobs, 1, 1024)
     checks.check_folder("plots", plots)
-    if resume and out is None:
-        raise FrictionloopError("resume: needs --out FILE.h5, the file of the comparison to continue")
+    checks.check_workers(jobs, resume, out, "comparison")
     _check_overrides(overrides)
-    system = flags.system_from(file, preset or (None if file else "bench"), overrides)
+    system, origin = flags.given(file, preset, overrides, "bench")
 
-    from frictionloop.design import comparison as rooms
+    with screen.waiting("loading what compares"):
+        from frictionloop.design import comparison as rooms
 
     at = rooms.EVALUATION_SEED if seed is None else seed
     options: dict[str, Any] = {"path": out, "resume": resume, "n_jobs": jobs, "duration_s": duration_s}
-    clock = screen.Stopwatch()
+    start_s = time.perf_counter()
     try:
         ran = rooms.compare(system, fingers, at, _names(laws), _speeds(speeds), **options)
     except rooms.ComparisonInterrupted as stop:
-        kept = f"kept in {out}" if out else "not kept: without --out there is nothing to continue from"
-        kept = kept if stop.done else "none was finished"
-        raise screen.Interrupted(f"{stop.done} of {stop.total} cells done, {kept}", resumable=out is not None) from None
+        raise screen.interrupted(f"{stop.done} of {stop.total} cells done", out) from None
     with screen.waiting("scoring, and margins of each law"):
         scored = rooms.scores(ran)
         rows, margins = rooms.score_rows(scored), rooms.margin_rows(ran)
     saved: dict[str, Any] = {"results": out, "table": csv, "figures": plots}
     if csv is not None:
-        files.write_csv(rooms.tidy_rows(rows, margins), csv)
+        checks.write_csv(csv, rooms.tidy_rows(rows, margins))
     if plots is not None:
         with screen.waiting("drawing"):
-            files.draw(ran, scored, plots)
+            from frictionloop.report.figures.comparison import drawings
+            from frictionloop.report.style import svg
+
+            drawn = {name: svg(figure(), name) for name, _, figure in drawings(ran, scored)}
+        checks.write_figures("plots", plots, drawn)
     if json:
         below = rooms.below_oracle(scored)
-        _show_json(
-            system,
-            ran,
-            scored,
-            {
-                "scores": rows,
-                "margins": margins,
-                "below_clairvoyant": below and below._asdict(),
-                "saved": saved,
-            },
-        )
+        found = {"scores": rows, "margins": margins, "below_clairvoyant": below and below._asdict(), "saved": saved}
+        screen.show_json(_about(system, ran, scored) | found)
     else:
         from frictionloop.cli.comparison_text import summary
 
-        origin = flags.named(file, preset or (None if file else "bench"), overrides)
-        lines = [f"saved {what} as {path}" for what, path in saved.items() if path]
-        took = screen.seconds(clock.elapsed_s())
+        took = screen.seconds(time.perf_counter() - start_s)
         said = f"{origin}, {fingers} fingers of seed {at}, runs of {duration_s:g} s, in {took}"
-        screen.show(screen.columns([("bench", said)]), "", *summary(ran, scored, rows, margins), *lines)
+        screen.show(screen.columns([("bench", said)]), "", *summary(ran, scored, rows, margins), *screen.saved(saved))
 
 
 def _names(laws: str | None) -> list[str] | None:
@@ -176,9 +148,10 @@ def _check_overrides(overrides: list[str] | None) -> None:
             raise FrictionloopError(f"{path}: every law of a comparison brings its own; leave it out")
 
 
-def _show_json(system: System, ran: Comparison, scored: xr.Dataset, more: dict[str, Any]) -> None:
+def _about(system: System, ran: Comparison, scored: xr.Dataset) -> dict[str, Any]:
+    """Return what was run, for a program."""
     about: dict[str, Any] = {"system": system.model_dump(), "laws": ran.laws, "left_out": ran.left_out}
     about |= {"seed": ran.seed, "fingers": len(ran.people)}
     about |= {"speeds_mm_s": ran.speeds_mm_s, "duration_s": ran.duration_s, "score_from_s": ran.start_s}
-    about["capable"] = {f"{v:g}": scored["capable"].sel(speed_mm_s=v).values for v in ran.speeds_mm_s}
-    screen.show_json(about | more)
+    able = {f"{v:g}": scored["capable"].sel(speed_mm_s=v).values for v in ran.speeds_mm_s}
+    return about | {"capable": able}

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from frictionloop.cli import screen
@@ -87,7 +86,7 @@ def summary(comparison: Comparison, scored: xr.Dataset, rows: Rows, margins: Row
     found += [screen.wrapped(EXPERIMENTAL)] if "tracker" in comparison.laws else []
     below = below_oracle(scored)
     found += [screen.wrapped(_note(below))] if below else []
-    found += [_code(comparison.cells), "", screen.wrapped(recommendation(rows, margins)), ""]
+    found += [f"version {comparison.cells.attrs['version']}", "", screen.wrapped(recommendation(rows, margins)), ""]
     return found
 
 
@@ -137,9 +136,3 @@ def _note(below: BelowOracle) -> str:
     many = f"and {below.below - 1} more of {below.of}" if below.below > 1 else f"one of {below.of}"
     said = f"{below.law} leaves {below.ratio:.4f} of the clairvoyant residual {where}, {many}"
     return f"note: {said}: that oracle sees two periods ahead"
-
-
-def _code(cells: xr.Dataset) -> str:
-    commits = sorted(set(np.unique(cells["commit"].values).tolist()) - {""})
-    several = f", of several commits: {', '.join(each[:12] for each in commits)}" if len(commits) > 1 else ""
-    return f"version {cells.attrs['version']}" + (several or (f", commit {commits[0]}" if commits else ""))

@@ -7,12 +7,13 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from frictionloop.cli import screen, tracker_text
+from frictionloop.cli import screen
 from frictionloop.cli.comparison_text import number
 
 if TYPE_CHECKING:
     from frictionloop.analysis.headroom import Headroom
     from frictionloop.design.corners import Corner
+    from frictionloop.design.tracker_tuning import TrackerTuning
     from frictionloop.design.wanted import Designed, Wanted
     from frictionloop.parameters import System
 
@@ -22,15 +23,13 @@ UNITS = {"ki": "1/s", "k1": "sqrt(N)/s", "k2": "N/s^2"}
 
 
 def gain_rows(designed: Designed) -> list[Row]:
-    """Return one row per value that the synthesis chose."""
+    """Return one row per value that the synthesis chose; a tracker's schedule is a table, for --out and --json."""
     rows: list[Row] = []
     for path, value in designed.overrides.items():
         name = path.removeprefix("controller.")
         if name == "sections":
             rows += [(f"section {i}", "  ".join(f"{c:+.6f}" for c in section)) for i, section in enumerate(value, 1)]
-        elif name == "schedule":
-            rows += tracker_text.schedule_rows(value)
-        elif name != "kind":
+        elif name not in ("kind", "schedule"):
             rows.append((name, _value(name, value)))
     return rows
 
@@ -66,7 +65,7 @@ def _margin_row(found: Sequence[Corner], off: float, wanted: Wanted) -> Row:
         return "/".join(map(number, values))
 
     return (
-        tracker_text.off_by(off),
+        _off_by(off),
         both([max(m.sensitivity_peak for m in group) for group in groups]),
         f"{asked:.3g}",
         both([min((m.gain_margin for m in group), key=lambda factor: abs(math.log(factor))) for group in groups]),
@@ -74,6 +73,24 @@ def _margin_row(found: Sequence[Corner], off: float, wanted: Wanted) -> Row:
         both([1e6 * min(m.delay_margin_s for m in group) for group in groups]),
         "",
     )
+
+
+def _off_by(off: float) -> str:
+    return f"{100 * off:+.3g} %" if off else "as described"
+
+
+def stroke_text(designed: Designed) -> list[Any]:
+    """Return Ms of a law that is tuned for every contact and speed, by each of them; nothing of other laws."""
+    if designed.tuning is None:
+        return []
+    peaks: dict[str, dict[float, float]] = {}
+    for each in designed.corners:
+        there = peaks.setdefault(each.stroke.removeprefix(", contact "), {})
+        there[each.off] = max(there.get(each.off, 0.0), each.margins.sensitivity_peak)
+    offs = sorted({off for each in peaks.values() for off in each})
+    rows: list[Row] = [("", *map(_off_by, offs), "")]
+    rows += [(name, *(number(each[off]) for off in offs), "") for name, each in peaks.items()]
+    return [screen.wrapped("Ms by contact and speed, worst over forces, dry and moist"), screen.table(rows), ""]
 
 
 def headroom_text(system: System, left: Headroom, wanted: Wanted) -> list[Any]:
@@ -154,7 +171,20 @@ def as_json(
             }
             for each in found
         ],
-        "schedule": tracker_text.as_json(designed.tuning),
+        "schedule": _schedule(designed.tuning),
         "headroom": lean,
         "system": system.model_dump(),
     }
+
+
+def _schedule(tuning: TrackerTuning | None) -> list[dict[str, Any]] | None:
+    """Return what is predicted of each row of a tracker's schedule; None of other laws."""
+    if tuning is None:
+        return None
+    from frictionloop.parameters.tracking import PLACES
+
+    rows = zip(PLACES, tuning.residual_n, tuning.peaks, strict=True)
+    return [
+        {"place": at, "residual_n": left, "sensitivity_peak": {f"{off + 0.0:g}": peak for off, peak in peaks.items()}}
+        for at, left, peaks in rows
+    ]

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Group, Parameter
 
 from frictionloop.cli import checks, flags, screen
-from frictionloop.cli.figure_files import write_figures
 
 if TYPE_CHECKING:
     from frictionloop.design.wanted import Designed, Wanted
@@ -22,7 +21,7 @@ EXAMPLES = r"""Examples
   frictionloop design controller my-bench.toml --law hinf \
       --sensitivity-peak 1.5 --resonance-error 0.1 --plots figures
 """
-WANTED = Group("What must hold", sort_key=2)
+Asked = Annotated[flags.T, Parameter(group=Group("What must hold", sort_key=2))]
 SLOW = {"hinf", "lqg"}
 """Laws that identify the friction noise by simulation first."""
 BARS = {"tracker"}
@@ -35,58 +34,56 @@ def command(
     *,
     preset: flags.BenchPreset = None,
     overrides: flags.Overrides = None,
-    law: Annotated[
-        str | None,
-        Parameter(
-            help="Control law: notch_pi, pi, observer, super_twisting, hinf, lqg or tracker (experimental: quick "
-            "set-point steps can make it ring); notch_pi if not given, pi for a force sensor without a resonance.",
-            group=WANTED,
-        ),
-    ] = None,
-    sensitivity_peak: Annotated[
-        float,
-        Parameter(help="Largest Ms = max |1/(1 + G)| with the resonance as described.", group=WANTED),
-    ] = 1.7,
-    resonance_error: Annotated[
-        float,
-        Parameter(
-            help="Share by which the resonance may be off. Then, and at twice that, Ms may be larger: 2.0 and 2.6 if "
-            "1.7 is asked.",
-            group=WANTED,
-        ),
-    ] = 0.05,
-    out: Annotated[
-        Path | None, Parameter(help="Write the system with its new controller here (.toml).", group=flags.RESULT)
-    ] = None,
-    plots: Annotated[
-        Path | None, Parameter(help="Folder for figures: sensitivity and step (.svg).", group=flags.RESULT)
-    ] = None,
+    law: Asked[str | None] = None,
+    sensitivity_peak: Asked[float] = 1.7,
+    resonance_error: Asked[float] = 0.05,
+    out: flags.Result[Path | None] = None,
+    plots: flags.Result[Path | None] = None,
     json: flags.Json = False,
 ) -> None:
-    """Find a controller for a bench: gains, margins on every finger and resonance, and what is left to gain."""
+    """Find a controller for a bench: gains, margins on every finger and resonance, and what is left to gain.
+
+    Parameters
+    ----------
+    law
+        Control law: notch_pi, pi, observer, super_twisting, hinf, lqg or tracker (experimental: quick set-point
+        steps can make it ring); notch_pi if not given, pi for a force sensor without a resonance.
+    sensitivity_peak
+        Largest Ms = max |1/(1 + G)| with the resonance as described.
+    resonance_error
+        Share by which the resonance may be off. Then, and at twice that, Ms may be larger: 2.0 and 2.6 if 1.7
+        is asked.
+    out
+        Write the system with its new controller here (.toml).
+    plots
+        Folder for figures: sensitivity and step (.svg).
+    """
     checks.check_output("out", out, checks.SYSTEMS)
     checks.check_new("out", out)
     checks.check_folder("plots", plots)
-    preset = preset or (None if file else "bench")
-    system = flags.system_from(file, preset, overrides)
+    system, origin = flags.given(file, preset, overrides, "bench")
 
     from frictionloop.analysis.headroom import headroom
-    from frictionloop.cli import controller_text, tracker_text
+    from frictionloop.cli import controller_text
     from frictionloop.design.learnt import knowing
     from frictionloop.design.synthesis import default_law
     from frictionloop.design.wanted import Wanted
+    from frictionloop.parameters import write_toml
 
     wanted, name = Wanted(sensitivity_peak, resonance_error), law or default_law(system)
-    designed, after = _designed(system, name, wanted)
-    found = designed.corners
+    designed = _designed(system, name, wanted)
+    after, found = system.evolve(dict(designed.overrides)), designed.corners
     with screen.waiting("looking for what is left to gain"):
         left = headroom(knowing(after), sensitivity_peak)
     figures = {} if plots is None else _figures(system, after, left, wanted)
-    saved = _save(after, out, plots, figures)
+    if plots is not None:
+        checks.write_figures("plots", plots, figures)
+    if out is not None:
+        write_toml(after, out)
+    saved = {"controller": out, "figures": plots}
     if json:
         screen.show_json(controller_text.as_json(name, designed, after, wanted, found, left) | {"saved": saved})
         return
-    origin = flags.named(file, preset, overrides)
     screen.show(
         *(screen.wrapped(warning) for warning in designed.warnings),
         *([""] if designed.warnings else []),
@@ -94,24 +91,23 @@ def command(
         "",
         *controller_text.margin_text(found, wanted),
         "",
-        *tracker_text.tuned_text(designed),
+        *controller_text.stroke_text(designed),
         *controller_text.headroom_text(after, left, wanted),
         *(["", *(screen.wrapped(note) for note in designed.notes)] if designed.notes else []),
-        *(["", *(f"saved {what} as {path}" for what, path in saved.items() if path)] if any(saved.values()) else []),
+        *([""] if any(saved.values()) else []),
+        *screen.saved(saved),
     )
 
 
-def _designed(system: System, law: str, wanted: Wanted) -> tuple[Designed, System]:
-    """Return the controller, and the system with it."""
+def _designed(system: System, law: str, wanted: Wanted) -> Designed:
+    """Return the controller."""
     from frictionloop.design.synthesis import design_controller
 
     if law in BARS:
-        designed = design_controller(system, law, wanted)
-        return designed, system.evolve(dict(designed.overrides))
+        return design_controller(system, law, wanted)
     noise = ", after the friction noise is identified by simulation" if law in SLOW else ""
     with screen.waiting(f"designing {law}{noise}; this takes from a second to a minute"):
-        designed = design_controller(system, law, wanted)
-    return designed, system.evolve(dict(designed.overrides))
+        return design_controller(system, law, wanted)
 
 
 def _figures(before: System, after: System, left: Any, wanted: Wanted) -> dict[str, str]:
@@ -120,18 +116,5 @@ def _figures(before: System, after: System, left: Any, wanted: Wanted) -> dict[s
     from frictionloop.report.style import svg
 
     with screen.waiting("simulating a step and drawing"):
-        return {
-            name: svg(draw(), f"controller-{name}")
-            for name, draw in drawings(before, after, left, wanted.limits).items()
-        }
-
-
-def _save(system: System, out: Path | None, plots: Path | None, figures: dict[str, str]) -> dict[str, Path | None]:
-    """Write what was asked for and return the paths."""
-    from frictionloop.parameters import write_toml
-
-    if plots is not None:
-        write_figures("plots", plots, figures)
-    if out is not None:
-        write_toml(system, out)
-    return {"controller": out, "figures": plots}
+        drawn = drawings(before, after, left, wanted.limits)
+        return {name: svg(draw(), f"controller-{name}") for name, draw in drawn.items()}

@@ -25,45 +25,37 @@ EXAMPLES = """Examples
   frictionloop design plate --drive.quality-factor 500 --check-carrier
   frictionloop design plate --readings --json
 """
-PLATE = Group("Plate", sort_key=1)
-ASKED = Group("Asked", sort_key=2)
+Plate = Annotated[flags.T, Parameter(group=Group("Plate", sort_key=1))]
+Asked = Annotated[flags.T, Parameter(group=Group("Asked", sort_key=2))]
 
-Overrides = Annotated[
-    list[str] | None,
-    Parameter(
-        name=flags.DOTTED,
-        metavar="VALUE",
-        help="Any parameter of the plate by its dotted name, such as --geometry.thickness-mm 4 or "
-        "--drive.quality-factor 150. --json lists the names.",
-        group=PLATE,
-    ),
-]
 Row = tuple[str, str, str]
 
 
 def command(
     *,
-    overrides: Overrides = None,
-    frequency_hz: Annotated[
-        float | None, Parameter(help="Resonance wanted, in Hz: which mode, which thickness.", group=ASKED)
-    ] = None,
-    bandwidth_hz: Annotated[
-        float | None, Parameter(help="Envelope bandwidth wanted, in Hz: which Q.", group=ASKED)
-    ] = None,
-    check_carrier: Annotated[
-        bool,
-        Parameter(
-            help="Simulate the carrier and say how far the first-order envelope is off.",
-            show_default=False,
-            group=ASKED,
-        ),
-    ] = False,
-    readings: Annotated[
-        bool, Parameter(help="Say which of the paper's numbers go together.", show_default=False, group=ASKED)
-    ] = False,
+    overrides: Annotated[Plate[list[str] | None], Parameter(name=flags.DOTTED, metavar="VALUE")] = None,
+    frequency_hz: Asked[float | None] = None,
+    bandwidth_hz: Asked[float | None] = None,
+    check_carrier: Asked[flags.Flag] = False,
+    readings: Asked[flags.Flag] = False,
     json: flags.Json = False,
 ) -> None:
-    """Say how a plate vibrates, what drives it, what a finger and the carrier change."""
+    """Say how a plate vibrates, what drives it, what a finger and the carrier change.
+
+    Parameters
+    ----------
+    overrides
+        Any parameter of the plate by its dotted name, such as --geometry.thickness-mm 4 or
+        --drive.quality-factor 150. --json lists the names.
+    frequency_hz
+        Resonance wanted, in Hz: which mode, which thickness.
+    bandwidth_hz
+        Envelope bandwidth wanted, in Hz: which Q.
+    check_carrier
+        Simulate the carrier and say how far the first-order envelope is off.
+    readings
+        Say which of the paper's numbers go together.
+    """
     from frictionloop.hardware.plate.answers import plate_answers
     from frictionloop.hardware.plate.readings import plate_readings
     from frictionloop.hardware.plate.wanted import plate_for

@@ -23,51 +23,47 @@ EXAMPLES = r"""Examples
   frictionloop design sensor my-sensor.toml --spice my-sensor.cir
 """
 
-DESIGN = Group("Design", sort_key=1)
-WANTED = Group("Requirement: the geometry is searched if any is given", sort_key=2)
+Design = Annotated[flags.T, Parameter(group=Group("Design", sort_key=1))]
+Wanted = Annotated[flags.T, Parameter(group=Group("Requirement: the geometry is searched if any is given", sort_key=2))]
 PAPER_NOISE_N = 5e-5
 """Noise that is asked for if a requirement names none (paper, Sec. 3.1)."""
 
 
 def command(
-    file: Annotated[
-        Path | None,
-        Parameter(name="FILE", help="TOML file with what differs from the built-in design.", group=DESIGN),
-    ] = None,
+    file: Annotated[Design[Path | None], Parameter(name="FILE")] = None,
     /,
     *,
-    overrides: Annotated[
-        list[str] | None,
-        Parameter(
-            name=flags.DOTTED,
-            metavar="VALUE",
-            help="Any parameter of the design by its dotted name, such as --electrodes.gap_um 150 or --springs.kind "
-            "straight. --save-design lists the names.",
-            group=DESIGN,
-        ),
-    ] = None,
-    resonance_hz: Annotated[
-        float | None, Parameter(help="First resonance in Hz; that of the design if not given.", group=WANTED)
-    ] = None,
-    range_n: Annotated[
-        float | None, Parameter(help="Largest force in N; that of the design if not given.", group=WANTED)
-    ] = None,
-    noise_rms_n: Annotated[
-        float | None, Parameter(help="Noise of the output at rest in N rms; 5e-5 if not given.", group=WANTED)
-    ] = None,
-    noise_density_n_rthz: Annotated[
-        float | None,
-        Parameter(help="Instead: noise density of the electronics in N/rtHz.", group=WANTED),
-    ] = None,
-    save_design: Annotated[
-        Path | None, Parameter(help="Write the design here (.toml): a start for your own.", group=flags.RESULT)
-    ] = None,
-    spice: Annotated[
-        Path | None, Parameter(help="Write the analog chain here as a netlist for ngspice (.cir).", group=flags.RESULT)
-    ] = None,
+    overrides: Annotated[Design[list[str] | None], Parameter(name=flags.DOTTED, metavar="VALUE")] = None,
+    resonance_hz: Wanted[float | None] = None,
+    range_n: Wanted[float | None] = None,
+    noise_rms_n: Wanted[float | None] = None,
+    noise_density_n_rthz: Wanted[float | None] = None,
+    save_design: flags.Result[Path | None] = None,
+    spice: flags.Result[Path | None] = None,
     json: flags.Json = False,
 ) -> None:
-    """Size the force sensor: springs, electrodes and electronics to resonance, range and noise, or back."""
+    """Size the force sensor: springs, electrodes and electronics to resonance, range and noise, or back.
+
+    Parameters
+    ----------
+    file
+        TOML file with what differs from the built-in design.
+    overrides
+        Any parameter of the design by its dotted name, such as --electrodes.gap_um 150 or --springs.kind
+        straight. --save-design lists the names.
+    resonance_hz
+        First resonance in Hz; that of the design if not given.
+    range_n
+        Largest force in N; that of the design if not given.
+    noise_rms_n
+        Noise of the output at rest in N rms; 5e-5 if not given.
+    noise_density_n_rthz
+        Instead: noise density of the electronics in N/rtHz.
+    save_design
+        Write the design here (.toml): a start for your own.
+    spice
+        Write the analog chain here as a netlist for ngspice (.cir).
+    """
     checks.check_output("save_design", save_design, checks.SYSTEMS)
     checks.check_new("save_design", save_design)
     checks.check_output("spice", spice, (".cir",))
@@ -91,13 +87,12 @@ def command(
     if json:
         screen.show_json(sensor_proposal.as_json(analysis, proposal) | {"saved": saved})
         return
-    changed = ", ".join(f"{name} = {value}" for name, value in flags.overrides_of(overrides).items())
-    origin = str(file) if file else "the built-in design"
+    origin = flags.changed(str(file) if file else "the built-in design", flags.overrides_of(overrides))
     screen.show(
-        screen.columns([("design", f"{origin} with {changed}" if changed else origin)]),
+        screen.columns([("design", origin)]),
         *([] if proposal is None else sensor_proposal.proposal_text(proposal)),
         *sensor_text.analysis_text(analysis),
-        *(f"saved {what} as {path}" for what, path in saved.items() if path),
+        *screen.saved(saved),
     )
 
 

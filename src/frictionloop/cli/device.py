@@ -1,44 +1,65 @@
-"""``frictionloop device``: what is on a port, its parameters, a run on it, and its image."""
+"""``frictionloop device``: what is on a port, what it reads and counts, a run on it, and its image."""
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from frictionloop.cli import device_clear, device_flash, device_monitor, device_run, flags, screen
-from frictionloop.cli.address import connected
-from frictionloop.cli.helptext import group_app
+from frictionloop.cli import flags, screen
 from frictionloop.quantities.units import FrictionloopError
+
+if TYPE_CHECKING:
+    from frictionloop.device.device import Device
+    from frictionloop.parameters import System
 
 ADDRESS = (
     "sim: (the firmware here, with a simulated bench), emulated:IMAGE (an image on an emulated board, with the same), "
-    "serial:///dev/ttyACM0 or tcp://host:port."
+    "tcp://host:port, or a port: serial:///dev/ttyACM0 (Linux), serial:///dev/cu.usbmodem1 (macOS), serial://COM3 "
+    "(Windows)."
 )
 Address = Annotated[str, Parameter(name="ADDRESS", help=ADDRESS, group=flags.SYSTEM)]
-SIMULATED = ("sim:", "the firmware on this machine, with a simulated bench")
-LIST_EXAMPLES = r"""Examples
+SameAddress = Annotated[str, Parameter(name="ADDRESS", help="As in device info.", group=flags.SYSTEM)]
+LIST_EXAMPLES = """Examples
 
   frictionloop device list
 """
-INFO_EXAMPLES = r"""Examples
+INFO_EXAMPLES = """Examples
 
   frictionloop device info sim:
   frictionloop device info serial:///dev/ttyACM0 --json
 """
-SET_EXAMPLES = r"""Examples
+CLEAR_EXAMPLES = """Examples
 
-  frictionloop device set sim: drive.ceiling_um=2 setpoint.hold_n=0.5
-  frictionloop device set serial:///dev/ttyACM0 --system my-controller.toml
+  frictionloop device clear serial:///dev/ttyACM0
 """
+MONITOR_EXAMPLES = """Examples
 
-app = group_app(
-    "device",
-    "A board on this machine's ports, or one that is simulated: look at it, set it up, run it, flash it.",
-    "run",
-    flags.DEVICE,
-)
+  frictionloop device monitor sim: --duration-s 2
+  frictionloop device monitor serial:///dev/ttyACM0 --rate-hz 20
+"""
+SIMULATED = ("sim:", "the firmware on this machine, with a simulated bench")
+COLUMNS = (("f_r", 1.0, "N", 6, 4), ("f_m", 1.0, "N", 7, 4), ("u", 1.0, "N", 6, 4), ("a", 1.0, "um", 6, 3),
+           ("position", 1e3, "mm", 11, 2), ("speed", 1e3, "mm/s", 10, 1), ("load", 1.0, "N", 6, 3))  # fmt: skip
+"""Channels with their factor to the unit shown, the width, and the places after the point; 80 columns with a state."""
+LISTEN_S, DECIMATION = 0.1, 50
+"""Ten samples of telemetry: the last one tells the fault that is in force."""
+
+
+@contextmanager
+def connected(address: str, system: System | None = None) -> Iterator[Device]:
+    """Yield the device, as `connect` does; says what takes long the first time."""
+    here = address.startswith(("sim:", "emulated:"))
+    text = "loading the compiled loop and firmware; after an installation they are compiled first"
+    with screen.waiting(text if here else f"looking for {address}"):
+        from frictionloop.device.device import connect
+
+        found = connect(address, system)
+    with found:
+        yield found
 
 
 def list_ports(*, json: flags.Json = False) -> None:
@@ -57,88 +78,105 @@ def list_ports(*, json: flags.Json = False) -> None:
 
 def info(address: Address, /, *, json: flags.Json = False) -> None:
     """Say who answers at an address, what runs there and what it has counted since reset."""
-    from frictionloop.control.laws import NUMBERED
     from frictionloop.quantities.schema import table_hash
 
     with connected(address) as device:
         found, counted, parameters = device.info, device.statistics(), device.parameters
-        law = NUMBERED[found.law - 1].kind if 0 < found.law <= len(NUMBERED) else "none"
+        laws = _laws(device)
         clamp = float(parameters["law.low_n"]), float(parameters["law.high_n"])
         ceiling = float(parameters["drive.ceiling_um"])
     same = found.table_hash == table_hash()
-    result = {**found._asdict(), "law": law, "clamp_n": clamp, "ceiling_um": ceiling, "same_table": same, **counted}
     if json:
-        screen.show_json(result)
+        about = {"law": laws[0], "clamp_n": clamp, "ceiling_um": ceiling, "same_table": same}
+        screen.show_json(found._asdict() | about | counted)
         return
+    # A board without a counter of cycles, such as a simulated one, tells 0.
+    longest = f"longest {counted['longest_us']:.3g} us" if counted["longest_us"] else "longest tick not measured"
     rows = [
         ("board", f"{found.board}, serial number {found.serial}" if found.serial else found.board),
         ("firmware", f"{found.revision}, protocol {found.version}, {found.tick_hz} ticks a second"),
         ("parameters", "the same table as here" if same else f"table {found.table_hash:08x}, not the one here"),
-        ("law", f"{law}, {clamp[0]:.3g} to {clamp[1]:.3g} N, at most {ceiling:.3g} um"),
-        ("ticks", f"{counted['ticks']:,.0f}, {counted['overruns']:,.0f} late, {_longest(counted['longest_us'])}"),
+        ("law", f"{' or '.join(laws)}, {clamp[0]:.3g} to {clamp[1]:.3g} N, at most {ceiling:.3g} um"),
+        ("ticks", f"{counted['ticks']:,.0f}, {counted['overruns']:,.0f} late, {longest}"),
         ("frames", f"{counted['frames']:,.0f} whole, {counted['broken']:,.0f} broken, {counted['missed']:,.0f} missed"),
         ("telemetry", f"{counted['dropped']:,.0f} samples dropped"),
     ]
     screen.show(screen.columns(rows))
 
 
-def _longest(longest_us: float) -> str:
-    # A board without a counter of cycles, such as a simulated one, tells 0.
-    return f"longest {longest_us:.3g} us" if longest_us else "longest tick not measured"
+def _laws(device: Device) -> list[str]:
+    """Return the kind of controller that was set where that is known, else the kinds that its law's number is of."""
+    from frictionloop.control.laws import LAWS, NUMBERED
+
+    if device.system is not None:
+        return [device.system.controller.kind]
+    number = device.info.law
+    runs = NUMBERED[number - 1].kind if 0 < number <= len(NUMBERED) else "none"
+    return [runs, *(kind for kind, law in LAWS.items() if law.kind == runs and kind != runs)]
 
 
-def set_parameters(
-    address: Address,
-    /,
-    *assignments: Annotated[str, Parameter(name="NAME=VALUE", help="A parameter and its value.", group=flags.SYSTEM)],
-    system: Annotated[
-        Path | None, Parameter(help="Set the whole table from this system (.toml).", group=flags.SYSTEM)
-    ] = None,
-    json: flags.Json = False,
-) -> None:
-    """Set parameters of a device, all at once; it refuses them as a whole if one is wrong. A reset forgets them."""
-    pairs = [_pair(text) for text in assignments]
-    if not pairs and system is None:
-        raise FrictionloopError("set: needs NAME=VALUE or --system FILE")
-    described = flags.system_from(system, None, None) if system is not None else None
+def clear(address: SameAddress, /, *, json: flags.Json = False) -> None:
+    """Clear the fault that a device stopped with, and say which it was; refused while its cause lasts."""
+    from frictionloop.device.errors import Refused
+    from frictionloop.device.recorder import fault_of
+    from frictionloop.quantities.schema import schema
 
-    from frictionloop.firmware.words import shown
-
+    numbers = schema()["faults"]
     with connected(address) as device:
-        if described is not None:
-            device.upload(described)
-        before = {name: device.parameters[name] for name, _ in pairs}
-        for name, value in pairs:
-            device.set(name, value)
-        if pairs:
-            device.commit()
-        after = {name: device.parameters[name] for name, _ in pairs}
-        about = {name: device.parameters.about(name) for name in after}
+        told = [fault_of(block["flags"])[-1] for block in device.stream(LISTEN_S, DECIMATION)]
+        if not told:
+            raise FrictionloopError(f"{address}: sends no samples, so its fault is not known")
+        fault = next((name for name, number in numbers.items() if number == told[-1]), f"number {told[-1]:g}")
+        try:
+            device.clear()
+        except Refused as refused:
+            if refused.reason != "still_at_fault":
+                raise
+            raise FrictionloopError(f"fault {fault}: its cause lasts; put it right, then clear again") from None
+    had = fault if told[-1] != numbers["none"] else None
     if json:
-        screen.show_json({"system": str(system) if system else None, "before": before, "after": after})
+        screen.show_json({"cleared": had})
         return
-    rows = [("table", f"set from {system}")] if system else []
-    rows += [(name, f"{shown(word, before[name])} -> {shown(word, after[name])}") for name, word in about.items()]
-    screen.show(screen.columns(rows))
+    screen.show(f"cleared {had}" if had else "no fault")
 
 
-def _pair(text: str) -> tuple[str, object]:
-    name, equals, value = text.partition("=")
-    if not equals or not name or not value:
-        raise FrictionloopError(f"{text!r}: must be NAME=VALUE, such as drive.ceiling_um=2")
-    return name, flags.scalar(value)
+def monitor(
+    address: SameAddress,
+    /,
+    *,
+    duration_s: flags.Run[float] = 10.0,
+    rate_hz: flags.Run[float] = 10.0,
+) -> None:
+    """Print one line per sample, without asking the plate for anything: `device run` closes the loop.
+
+    Parameters
+    ----------
+    duration_s
+        How long to look, in s.
+    rate_hz
+        Lines a second, at most 100.
+    """
+    if not 0 < rate_hz <= 100:
+        raise FrictionloopError(f"rate_hz = {rate_hz:g}: must be above 0 and at most 100 lines a second")
+    if not 0 < duration_s < float("inf"):
+        raise FrictionloopError(f"duration_s = {duration_s:g}: must be above 0 and finite")
+
+    from frictionloop.device.recorder import fault_of, state_of
+    from frictionloop.quantities.schema import schema
+
+    states, faults = (_by_number(schema()[group]) for group in ("states", "faults"))
+    with connected(address) as device:
+        tick_hz = device.info.tick_hz
+        names = [f"{f'{name} {unit}':>{width}}" for name, _, unit, width, _ in COLUMNS]
+        screen.show("  ".join(["     s", *names, "state"]))
+        for block in device.stream(duration_s, max(round(tick_hz / rate_hz), 1)):
+            for k, tick in enumerate(block["tick"]):
+                values = [f"{factor * block[name][k]:{width}.{places}f}" for name, factor, _, width, places in COLUMNS]
+                state = states[int(state_of(block["flags"])[k])]
+                fault = faults[int(fault_of(block["flags"])[k])]
+                print("  ".join([f"{tick / tick_hz:6.2f}", *values, state if fault == "none" else fault]))
+            sys.stdout.flush()
 
 
-app.command(list_ports, name="list", usage="frictionloop device list [--json]", help_epilogue=LIST_EXAMPLES)
-app.command(info, usage="frictionloop device info ADDRESS [--json]", help_epilogue=INFO_EXAMPLES)
-app.command(
-    set_parameters,
-    name="set",
-    usage="frictionloop device set ADDRESS NAME=VALUE... [--system FILE]",
-    help_epilogue=SET_EXAMPLES,
-)
-for verb in (device_run, device_clear, device_monitor, device_flash):
-    name = verb.__name__.rsplit("_", 1)[-1]
-    app.command(
-        verb.command, name=name, usage=f"frictionloop device {name} {verb.ARGUMENTS}", help_epilogue=verb.EXAMPLES
-    )
+def _by_number(names: dict[str, Any]) -> dict[int, str]:
+    return {number: name.replace("_", " ") for name, number in names.items()}

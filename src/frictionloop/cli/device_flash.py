@@ -24,17 +24,21 @@ GET_IT = (
 )
 
 
-def command(
-    image: Annotated[Path, Parameter(name="IMAGE", help="Intel hex file of `firmware build`.", group=flags.SYSTEM)], /
-) -> None:
-    """Flash an image: press the button on the board when asked to."""
+def command(image: Annotated[flags.Described[Path], Parameter(name="IMAGE")], /) -> None:
+    """Flash an image: press the button on the board when asked to.
+
+    Parameters
+    ----------
+    image
+        Intel hex file of `firmware build`.
+    """
     if image.suffix != ".hex":
         raise FrictionloopError(f"IMAGE = {str(image)!r}: must end in .hex; frictionloop firmware build makes one")
     if not image.is_file():
         raise FrictionloopError(f"IMAGE = {str(image)!r}: there is no such file")
 
     from frictionloop.firmware.image_checks import check_teensy
-    from frictionloop.firmware.intel_hex import read_hex
+    from frictionloop.firmware.image_files import read_hex
 
     check_teensy(f"IMAGE = {str(image)!r}", read_hex(image))
     loader = shutil.which(LOADER) or shutil.which(LOADER.replace("_", "-"))

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from frictionloop.cli import advice, advice_text, checks, flags, screen
-from frictionloop.cli.address import connected
+from frictionloop.cli.device import SameAddress, connected
+from frictionloop.quantities.units import FrictionloopError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -32,38 +33,44 @@ TURN_MM = 2.0
 """So near to a turn nothing counts: the friction changes its sign there. As in `simulate` at a
 stiffness of 1000 N/m; that of a real finger is not known."""
 
+LONGEST_S = 86400.0
+
 
 def command(
-    address: Annotated[str, Parameter(name="ADDRESS", help="As in device info.", group=flags.SYSTEM)],
-    file: Annotated[
-        Path | None,
-        Parameter(
-            name="FILE",
-            help="System whose controller is loaded first, and whose set-point is played; the preset without it.",
-            group=flags.SYSTEM,
-        ),
-    ] = None,
+    address: SameAddress,
+    file: Annotated[flags.Described[Path | None], Parameter(name="FILE")] = None,
     /,
     *,
     preset: flags.BenchPreset = None,
     overrides: flags.Overrides = None,
     duration_s: flags.DurationS = 10.0,
-    decimation: Annotated[int, Parameter(help="Ticks per sample that is recorded.", group=flags.RUN)] = 1,
-    open_loop: Annotated[
-        bool, Parameter(name="open", help="Lookup table alone, nothing fed back.", show_default=False, group=flags.RUN)
-    ] = False,
-    out: Annotated[Path | None, Parameter(help="Save the recording here (HDF5, .h5).", group=flags.RESULT)] = None,
-    plot: Annotated[
-        Path | None, Parameter(help="Draw the recording here (.svg, .pdf or .png).", group=flags.RESULT)
-    ] = None,
+    decimation: flags.Run[flags.Whole] = 1,
+    open_loop: Annotated[flags.Run[flags.Flag], Parameter(name="open")] = False,
+    out: flags.Result[Path | None] = None,
+    plot: flags.Result[Path | None] = None,
     json: flags.Json = False,
 ) -> None:
-    """Load a controller into a device, close the loop, play the set-point and record."""
+    """Load a controller into a device, close the loop, play the set-point and record.
+
+    Parameters
+    ----------
+    file
+        System whose controller is loaded first, and whose set-point is played; the preset without it.
+    decimation
+        Ticks per sample that is recorded.
+    open_loop
+        Lookup table alone, nothing fed back.
+    out
+        Save the recording here (HDF5, .h5).
+    plot
+        Draw the recording here (.svg, .pdf or .png).
+    """
     checks.check_output("out", out, checks.RUN_FILES)
     checks.check_output("plot", plot, checks.FIGURES)
     checks.check_count("decimation", decimation, 1, 65535)
-    preset = preset or (None if file else "bench")
-    system = flags.system_from(file, preset, overrides)
+    if not 0 < duration_s <= LONGEST_S:
+        raise FrictionloopError(f"duration_s = {duration_s:g} s: must be above 0 s and at most {LONGEST_S:g} s, a day")
+    system, origin = flags.given(file, preset, overrides, "bench")
 
     with connected(address, system) as device:
         device.upload(system)
@@ -85,13 +92,16 @@ def command(
     with screen.waiting("scoring"):
         metrics = advice.of_recording(run, mask)
         rings = None if open_loop else advice.ringing(run, mask, metrics)
+        largest_um = system.plate.max_amplitude_um
+        limited = advice_text.at_ceiling(run, mask, system.board.ceiling_um or largest_um, largest_um)
     if json:
         screen.show_json({**found, "ringing": advice.as_json(rings), "saved": {"run": out, "plot": plot}})
         return
-    rows = [("device", address), ("system", flags.named(file, preset, overrides)), *_worded(found)]
+    rows = [("device", address), ("system", origin), *_worded(found)]
     screen.show(
         screen.columns(rows),
         *(["", *advice_text.lines(rings, metrics), ""] if rings else []),
+        *(["", *limited, ""] if limited else []),
         *(f"saved as {path}" for path in (out, plot) if path),
     )
 

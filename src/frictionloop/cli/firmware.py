@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from frictionloop.cli import checks, flags, screen
-from frictionloop.cli.helptext import group_app
 
 if TYPE_CHECKING:
     from frictionloop.firmware.export import Table
@@ -26,10 +25,6 @@ BUILD_EXAMPLES = r"""Examples
 """
 Out = Annotated[Path, Parameter(help="Folder for the files; made if it is missing.", group=flags.RESULT)]
 
-app = group_app(
-    "firmware", "The controller on the microcontroller: its parameter table and its image.", "export", flags.DEVICE
-)
-
 
 def export(
     file: flags.SystemFile = None,
@@ -41,9 +36,9 @@ def export(
     json: flags.Json = False,
 ) -> None:
     """Write the parameter table of a system: as words for the device, as numbers with units, and the system itself."""
-    table = _table(file, preset, overrides, out)
+    table, origin = _table(file, preset, overrides, out)
     table.write(out)
-    _show(table, flags.named(file, preset, overrides), {}, [("table", str(out))], json)
+    _show(table, origin, {}, [("table", str(out))], json)
 
 
 def build(
@@ -52,14 +47,18 @@ def build(
     *,
     preset: flags.BenchPreset = None,
     overrides: flags.Overrides = None,
-    board: Annotated[
-        str, Parameter(help="teensy31, or mps2 or mps2-scenario for qemu-system-arm.", group=flags.RUN)
-    ] = "teensy31",
+    board: flags.Run[str] = "teensy31",
     out: Out,
     json: flags.Json = False,
 ) -> None:
-    """Build the image that runs a system's controller: .elf, .hex (to be flashed), .map; with the table beside it."""
-    table = _table(file, preset, overrides, out)
+    """Build the image that runs a system's controller: .elf, .hex (to be flashed), .map; with the table beside it.
+
+    Parameters
+    ----------
+    board
+        teensy31, or mps2 or mps2-scenario for qemu-system-arm.
+    """
+    table, origin = _table(file, preset, overrides, out)
 
     from frictionloop.device.emulator.memory_map import FLASH_BYTES, RAM_BYTES
     from frictionloop.firmware.image import FLASHED
@@ -78,14 +77,16 @@ def build(
         ("memory", f"{image.ram_bytes:,}" + (f" of {RAM_BYTES:,} bytes" if to_flash else " bytes")),
         ("table", str(out)),
     ]
-    _show(table, flags.named(file, preset, overrides), made, rows, json)
+    _show(table, origin, made, rows, json)
 
 
-def _table(file: Path | None, preset: str | None, overrides: list[str] | None, out: Path) -> Table:
-    from frictionloop.firmware.export import table_of
+def _table(file: Path | None, preset: str | None, overrides: list[str] | None, out: Path) -> tuple[Table, str]:
+    from frictionloop.firmware.export import Table
+    from frictionloop.firmware.parameter_words import firmware_words
 
     checks.check_folder("out", out)
-    return table_of(flags.system_from(file, preset or (None if file else "bench"), overrides))
+    system, origin = flags.given(file, preset, overrides, "bench")
+    return Table(system, firmware_words(system)), origin
 
 
 def _show(table: Table, origin: str, made: dict[str, Any], rows: list[tuple[str, str]], json: bool) -> None:
@@ -103,7 +104,3 @@ def _show(table: Table, origin: str, made: dict[str, Any], rows: list[tuple[str,
         ("words", f"{found['words']}, table {found['table_hash']:08x}"),
     ]
     screen.show(screen.columns([("system", origin), *about, *rows]))
-
-
-app.command(export, usage=f"frictionloop firmware export {ARGUMENTS}", help_epilogue=EXPORT_EXAMPLES)
-app.command(build, usage=f"frictionloop firmware build {ARGUMENTS}", help_epilogue=BUILD_EXAMPLES)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 from cyclopts import Group, Parameter, Token
 
@@ -21,8 +21,23 @@ DOTTED = "--BLOCK.NAME"
 SYSTEM = Group("System", sort_key=1)
 RUN = Group("Run", sort_key=2)
 RESULT = Group("Result", sort_key=3)
-DEVICE = Group("The device", sort_key=4)
-"""Where the verbs of the firmware stand among all."""
+
+
+def whole(_type: Any, tokens: Sequence[Token]) -> int:
+    """Return the whole number a flag is given; cyclopts by itself would round."""
+    try:
+        return int(tokens[0].value)
+    except ValueError:
+        raise ValueError(f'unable to convert "{tokens[0].value}" into a whole number.') from None
+
+
+T = TypeVar("T")
+Described = Annotated[T, Parameter(group=SYSTEM)]
+Run = Annotated[T, Parameter(group=RUN)]
+Result = Annotated[T, Parameter(group=RESULT)]
+"""A parameter of a verb by the part of its help; what it means stands in the docstring."""
+Whole = Annotated[int, Parameter(converter=whole)]
+Flag = Annotated[bool, Parameter(show_default=False)]
 
 SystemFile = Annotated[
     Path | None,
@@ -49,14 +64,6 @@ Overrides = Annotated[
         group=SYSTEM,
     ),
 ]
-
-
-def whole(_type: Any, tokens: Sequence[Token]) -> int:
-    """Return the whole number a flag is given; cyclopts by itself would round."""
-    try:
-        return int(tokens[0].value)
-    except ValueError:
-        raise ValueError(f'unable to convert "{tokens[0].value}" into a whole number.') from None
 
 
 Json = Annotated[
@@ -111,8 +118,11 @@ def overrides_of(flags: Iterable[str] | None) -> dict[str, Any]:
     return {name: scalar(value) for name, _, value in pairs}
 
 
-def system_from(file: Path | None, preset_name: str | None, flags: Iterable[str] | None) -> System:
-    """Return the system of a file or a preset, with the dotted flags applied."""
+def given(
+    file: Path | None, preset_name: str | None, flags: Iterable[str] | None, instead: str = "paper"
+) -> tuple[System, str]:
+    """Return the system of a file or a preset with the dotted flags applied, and in words where it comes from."""
+    from frictionloop.cli.plausible import questions
     from frictionloop.parameters import preset, read_toml
 
     if file is not None and preset_name is not None:
@@ -120,12 +130,18 @@ def system_from(file: Path | None, preset_name: str | None, flags: Iterable[str]
             f"{file} and --preset {preset_name} both name a system; give one (a file may begin with "
             f'preset = "{preset_name}" and hold only what differs)'
         )
-    base = preset(preset_name or "paper") if file is None else read_toml(file)
+    base = preset(preset_name or instead) if file is None else read_toml(file)
     overrides = overrides_of(flags)
     system = base.evolve(overrides)
-    for line in _left(base, system, overrides):
-        screen.say(line)
-    return system
+    for line in (*_left(base, system, overrides), *questions(system)):
+        screen.note(line)
+    return system, changed(str(file) if file else f"{preset_name or instead}()", overrides)
+
+
+def changed(origin: str, overrides: Mapping[str, Any]) -> str:
+    """Return in words where something comes from and what was changed."""
+    changes = ", ".join(f"{name} = {value}" for name, value in overrides.items())
+    return f"{origin} with {changes}" if changes else origin
 
 
 def _left(base: System, system: System, overrides: Mapping[str, Any]) -> Iterator[str]:
@@ -139,10 +155,3 @@ def _left(base: System, system: System, overrides: Mapping[str, Any]) -> Iterato
             if left:
                 values = ", ".join(f"{each} = {getattr(new, each)}" for each in left)
                 yield f"{name}.kind = {new.kind}: {values} by default; what the {old.kind} had is not taken over"
-
-
-def named(file: Path | None, preset_name: str | None, flags: Iterable[str] | None) -> str:
-    """Return in words where the system comes from and what was changed."""
-    changed = ", ".join(f"{name} = {value}" for name, value in overrides_of(flags).items())
-    origin = str(file) if file else f"{preset_name or 'paper'}()"
-    return f"{origin} with {changed}" if changed else origin

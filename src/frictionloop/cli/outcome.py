@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -17,7 +16,7 @@ from frictionloop.cli import describe, screen
 from frictionloop.loop.record import load
 from frictionloop.loop.sweep import sweep
 from frictionloop.parameters import System
-from frictionloop.quantities import FrictionloopError, replacing
+from frictionloop.quantities import FrictionloopError
 
 SMALLEST = (
     "rms_error",
@@ -93,7 +92,7 @@ class Outcome:
     """A result of ``sweep``, perhaps not complete, and how long it took."""
 
     def __init__(self, result: xr.Dataset, elapsed_s: float, complete: bool) -> None:
-        self.result, self.elapsed_s = result, elapsed_s
+        self.result, self.elapsed_s, self.complete = result, elapsed_s, complete
         self.axes = [str(dim) for dim in result.dims if dim != "seed"]
         self.seeds = result.sizes["seed"]
         self.total = int(np.prod(list(result.sizes.values())))
@@ -162,8 +161,6 @@ class Outcome:
             "elapsed_s": self.elapsed_s,
         }
 
-    def write_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write one row per run: the point, the seed, the metrics."""
-        table = self.result.to_dataframe(dim_order=[*self.axes, "seed"]).reset_index()
-        with replacing(path) as beside:
-            table.to_csv(beside, index=False)
+    def table(self) -> Any:
+        """Return one row per run: the point, the seed, the metrics."""
+        return self.result.to_dataframe(dim_order=[*self.axes, "seed"]).reset_index()

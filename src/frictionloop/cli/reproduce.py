@@ -21,18 +21,19 @@ EXAMPLES = """Examples
 
 def command(
     *,
-    out: Annotated[Path, Parameter(help="Folder for the page and the claims.", group=flags.RESULT)] = Path("report"),
-    only: Annotated[
-        str | None,
-        Parameter(
-            metavar="NAME,...",
-            help="Make these figures and claims alone, and no page: fig-5a,closed-loop-r2. The page names each.",
-            group=flags.RESULT,
-        ),
-    ] = None,
+    out: flags.Result[Path] = Path("report"),
+    only: Annotated[flags.Result[str | None], Parameter(metavar="NAME,...")] = None,
     json: flags.Json = False,
 ) -> None:
-    """Rebuild the paper's figures and check its numbers: index.html and claims.json in a folder."""
+    """Rebuild the paper's figures and check its numbers: index.html and claims.json in a folder.
+
+    Parameters
+    ----------
+    out
+        Folder for the page and the claims.
+    only
+        Make these figures and claims alone, and no page: fig-5a,closed-loop-r2. The page names each.
+    """
     with screen.waiting("loading what simulates and draws"):
         from frictionloop.report import claims_tables, reproduce, summary
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import sys
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -19,6 +18,31 @@ class Interrupted(KeyboardInterrupt):
         self.resumable = resumable
 
 
+def interrupted(said: str, out: Any) -> Interrupted:
+    """Return what to raise after Ctrl-C: how much is done, and whether a file keeps it."""
+    kept = f"kept in {out}" if out else "not kept: without --out there is nothing to continue from"
+    return Interrupted(f"{said}, {kept}", resumable=out is not None)
+
+
+_NOTES: list[str] = []
+
+
+def note(line: str) -> None:
+    """Keep a line for stderr until there is a result, or long work begins: bad input is one line."""
+    _NOTES.append(line)
+
+
+def tell_notes() -> None:
+    """Write what was kept."""
+    while _NOTES:
+        say(_NOTES.pop(0))
+
+
+def forget_notes() -> None:
+    """Drop what an earlier command has kept."""
+    _NOTES.clear()
+
+
 def say(line: str) -> None:
     """Write one line to stderr."""
     print(line, file=sys.stderr, flush=True)
@@ -28,6 +52,7 @@ def show(*renderables: Any) -> None:
     """Write to stdout as wide as the terminal, at most 100 columns, where lines are still easy to follow."""
     from rich.console import Console
 
+    tell_notes()
     console = Console(highlight=False, markup=False)
     console.width = min(console.width, 100)
     for renderable in renderables:
@@ -36,6 +61,7 @@ def show(*renderables: Any) -> None:
 
 def show_json(result: Mapping[str, Any]) -> None:
     """Write one JSON object to stdout; NaN and infinity, which JSON lacks, become null."""
+    tell_notes()
     print(json.dumps(_plain(result), indent=2, ensure_ascii=False, allow_nan=False))
 
 
@@ -72,45 +98,31 @@ def wrapped(text: str) -> Any:
 
 def columns(rows: Sequence[tuple[str, ...]]) -> Any:
     """Return rows as a borderless table: the first column a name, the last one free to wrap."""
-    from rich.table import Table
-
-    table = Table.grid(padding=(0, 2, 0, 0))
-    for index in range(len(rows[0])):
-        last = index == len(rows[0]) - 1
-        table.add_column(style="bold" if index == 0 else None, no_wrap=not last, overflow="fold")
-    for row in rows:
-        table.add_row(*row)
-    return table
+    last = len(rows[0]) - 1
+    return _grid(rows, [{"no_wrap": index < last} for index in range(last + 1)])
 
 
 def table(rows: Sequence[tuple[str, ...]]) -> Any:
     """Return rows under a heading, numbers to the right; in a narrow terminal the first column wraps alone."""
+    first = {"min_width": min(max(len(row[0]) for row in rows), 14)}
+    numbers = [{"no_wrap": True, "justify": "right"} for _ in rows[0][1:-1]]
+    return _grid(rows, [first, *numbers, {"no_wrap": True}])
+
+
+def _grid(rows: Sequence[tuple[str, ...]], columns: Sequence[Mapping[str, Any]]) -> Any:
     from rich.table import Table
 
     grid = Table.grid(padding=(0, 2, 0, 0))
-    for index in range(len(rows[0])):
-        numbers = 0 < index < len(rows[0]) - 1
-        grid.add_column(
-            style="bold" if index == 0 else None,
-            min_width=min(max(len(row[0]) for row in rows), 14) if index == 0 else None,
-            no_wrap=index > 0,
-            overflow="fold",
-            justify="right" if numbers else "left",
-        )
+    for index, column in enumerate(columns):
+        grid.add_column(style="bold" if index == 0 else None, overflow="fold", **column)
     for row in rows:
         grid.add_row(*row)
     return grid
 
 
-class Stopwatch:
-    """How long something took, for the person who waited."""
-
-    def __init__(self) -> None:
-        self._start = time.perf_counter()
-
-    def elapsed_s(self) -> float:
-        """Return the seconds since the start."""
-        return time.perf_counter() - self._start
+def saved(paths: Mapping[str, Any]) -> list[str]:
+    """Return a line for each file that was asked for."""
+    return [f"saved {what} as {path}" for what, path in paths.items() if path]
 
 
 def seconds(value: float) -> str:

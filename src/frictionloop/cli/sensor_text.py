@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from frictionloop.cli import screen, sensor_block
-from frictionloop.hardware.sensor.answers import BLOCK_TO_HZ, SensorAnalysis
+from frictionloop.cli import screen
+from frictionloop.hardware.sensor.answers import BLOCK_TO_HZ, SensorAnalysis, suspended_values
+from frictionloop.hardware.sensor.block import omitted
 from frictionloop.hardware.sensor.noise_budget import PAPER_FLOOR_N, Budget
 
 Row = tuple[str, ...]
+SHOWN = 0.01
+"""What load adds is said if it is more than this share of all noise at rest."""
 WITHHELD = "no range, no verdict and no [sensor] block: an amplifier clips within the range (signal, above)"
 
 
@@ -25,7 +28,7 @@ def analysis_text(found: SensorAnalysis) -> list[Any]:
         "* largest at rest" + (", all as if nothing clipped" if found.clips else ""),
         *([] if found.clips else _advice(found.at_rest, found.at_range)),
         "",
-        *([WITHHELD] if found.clips else [screen.columns(_comparison(found)), "", *sensor_block.block_text(found)]),
+        *([WITHHELD] if found.clips else [screen.columns(_comparison(found)), "", *_block_text(found)]),
     ]
 
 
@@ -111,3 +114,34 @@ def _comparison(found: SensorAnalysis) -> list[Row]:
             f"{own_n / stiffness * 1e12:.3g} pm rms; 5e-5 N are {floor_pm:.3g} pm on these springs",
         ),
     ]
+
+
+def _block_text(found: SensorAnalysis) -> list[Any]:
+    """Return the block below the line that says what is not in it."""
+    return [
+        screen.columns([("not in the block", _left_out(found))]),
+        "",
+        "the sensor in the loop, as a block of a system's TOML file:",
+        _block_toml(found),
+    ]
+
+
+def _block_toml(found: SensorAnalysis) -> str:
+    """Return the loop's ``sensor`` block as TOML."""
+    import tomlkit
+
+    values = suspended_values(found.design).items()
+    short = {name: float(f"{value:.6g}") if isinstance(value, float) else value for name, value in values}
+    return tomlkit.dumps({"sensor": short}).rstrip()
+
+
+def _left_out(found: SensorAnalysis) -> str:
+    missing, rest, loaded = omitted(found.at_rest, found.at_range), found.at_rest, found.at_range
+    terms = sorted(missing.at_rest_n.items(), key=lambda item: -item[1])
+    forces = ", ".join(f"{name}{'*' if name == rest.dominant.name else ''} {rms_n:.1e}" for name, rms_n in terms)
+    said = f"{forces}: together {missing.rest_rms_n:.1e} of all {rest.rms_n:.1e} N rms at rest"
+    if missing.under_load_n > SHOWN * rest.rms_n:
+        name = max((term for term in loaded.terms if term.white), key=lambda term: term.rms_n).name
+        largest = ", the largest there" if name == loaded.dominant.name else ""
+        said += f"; under {missing.force_n:g} N also {name} {missing.under_load_n:.1e} N rms{largest}"
+    return f"{said}. The block has the electronics' noise at rest, and through adc_bits the converter's."

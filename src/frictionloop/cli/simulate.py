@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from frictionloop.cli import checks, flags, screen
+from frictionloop.quantities.units import FrictionloopError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,29 +36,38 @@ def command(
     preset: flags.Preset = None,
     overrides: flags.Overrides = None,
     duration_s: flags.DurationS = 10.0,
-    seed: Annotated[
-        int,
-        Parameter(help="Seed of all noise: the same seed gives the same run.", converter=flags.whole, group=flags.RUN),
-    ] = 0,
+    seed: flags.Run[flags.Whole] = 0,
     score_from_s: flags.ScoreFromS = 0.0,
-    out: Annotated[Path | None, Parameter(help="Save the traces here (HDF5, .h5).", group=flags.RESULT)] = None,
-    plot: Annotated[
-        Path | None, Parameter(help="Draw forces, amplitude and motion here (.svg, .pdf or .png).", group=flags.RESULT)
-    ] = None,
-    save_system: Annotated[
-        Path | None,
-        Parameter(help="Write the system here (.toml): a start for a file of your own.", group=flags.RESULT),
-    ] = None,
+    out: flags.Result[Path | None] = None,
+    plot: flags.Result[Path | None] = None,
+    save_system: flags.Result[Path | None] = None,
+    every: Annotated[flags.Result[flags.Flag], Parameter(name="all")] = False,
     json: flags.Json = False,
 ) -> None:
-    """Simulate one run and say how well the force followed its set-point."""
+    """Simulate one run and say how well the force followed its set-point.
+
+    Parameters
+    ----------
+    seed
+        Seed of all noise: the same seed gives the same run.
+    out
+        Save the traces here (HDF5, .h5).
+    plot
+        Draw forces, amplitude and motion here (.svg, .pdf or .png).
+    save_system
+        Write the system here (.toml): a start for a file of your own.
+    every
+        Write there also what a simple bench never needs.
+    """
     checks.check_output("out", out, checks.RUN_FILES)
     checks.check_output("plot", plot, checks.FIGURES)
     checks.check_output("save_system", save_system, checks.SYSTEMS)
     checks.check_new("save_system", save_system)
+    if every and save_system is None:
+        raise FrictionloopError("all: needs --save-system FILE.toml, the file that everything is to be in")
     checks.check_count("seed", seed, 0)
     checks.check_score(score_from_s, duration_s)
-    system = flags.system_from(file, preset, overrides)
+    system, origin = flags.given(file, preset, overrides)
     run, elapsed_s = _run(system, duration_s, seed)
 
     from frictionloop.cli import advice, advice_text, describe, scores
@@ -65,7 +76,7 @@ def command(
         metrics, mask = scores.metrics_of(run, score_from_s), scores.scored_periods(run, score_from_s)
         rings, unreached = advice.ringing(run, mask, metrics), advice_text.out_of_reach(run, mask)
     times, steps = _steps(run, system, score_from_s)
-    saved = _save(run, system, {"run": out, "plot": plot, "system": save_system})
+    saved = _save(run, system, {"run": out, "plot": plot, "system": save_system}, every)
     if json:
         result = {"system": system.model_dump(), "duration_s": duration_s, "seed": seed, "score_from_s": score_from_s}
         result |= {"metrics": metrics, "units": scores.UNITS, "scored": float(mask.mean())}
@@ -76,14 +87,14 @@ def command(
     rows = [*scores.metric_rows(metrics), *scores.step_rows(times, steps)] if mask.any() else []
     rows += scores.scored_rows(mask)
     screen.show(
-        screen.columns([("system", flags.named(file, preset, overrides)), *describe.system_rows(system)]),
+        screen.columns([("system", origin), *describe.system_rows(system)]),
         "",
         screen.columns(rows),
         "",
         *([*advice_text.lines(rings, metrics), ""] if rings else []),
         *([*unreached, ""] if unreached else []),
         f"{duration_s:g} s of signal, {periods} control periods, simulated in {screen.seconds(elapsed_s)}",
-        *(f"saved {what} as {path}" for what, path in saved.items() if path),
+        *screen.saved(saved),
     )
 
 
@@ -109,11 +120,11 @@ def _run(system: System, duration_s: float, seed: int) -> tuple[xr.Dataset, floa
 
         simulate(system, 1 / system.controller.rate_hz, seed)
     with screen.waiting("simulating"):
-        clock = screen.Stopwatch()
-        return simulate(system, duration_s, seed), clock.elapsed_s()
+        start_s = time.perf_counter()
+        return simulate(system, duration_s, seed), time.perf_counter() - start_s
 
 
-def _save(run: xr.Dataset, system: System, paths: dict[str, Path | None]) -> dict[str, Path | None]:
+def _save(run: xr.Dataset, system: System, paths: dict[str, Path | None], every: bool) -> dict[str, Path | None]:
     """Save what was asked for and return the paths."""
     if paths["run"] is not None:
         from frictionloop.loop.record import save
@@ -126,5 +137,5 @@ def _save(run: xr.Dataset, system: System, paths: dict[str, Path | None]) -> dic
     if paths["system"] is not None:
         from frictionloop.parameters import write_toml
 
-        write_toml(system, paths["system"])
+        write_toml(system, paths["system"], every)
     return paths

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,8 +13,6 @@ from frictionloop.cli.axes import axes_of
 from frictionloop.quantities.units import FrictionloopError
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from frictionloop.cli.outcome import Outcome
     from frictionloop.parameters import System
 
@@ -37,114 +36,105 @@ def command(
     *,
     preset: flags.Preset = None,
     overrides: flags.Overrides = None,
-    over: Annotated[
-        list[str] | None,
-        Parameter(
-            metavar="NAME=VALUES",
-            help="Values of one parameter: a,b,c or start:stop:count, with :log at the end for equal ratios. "
-            "Repeat it for more parameters: every combination is run.",
-            group=flags.RUN,
-        ),
-    ] = None,
-    fingers: Annotated[
-        int | None,
-        Parameter(
-            help="Instead: number of random fingers on a bench, each with its own friction, skin and motion.",
-            converter=flags.whole,
-            group=flags.RUN,
-        ),
-    ] = None,
-    fingers_seed: Annotated[
-        int | None,
-        Parameter(help="Seed of the fingers; 0 if not given.", converter=flags.whole, group=flags.RUN),
-    ] = None,
-    seeds: Annotated[
-        int,
-        Parameter(
-            help="Runs per combination or finger, with noise seeds 0, 1, ...", converter=flags.whole, group=flags.RUN
-        ),
-    ] = 1,
+    over: Annotated[flags.Run[list[str] | None], Parameter(metavar="NAME=VALUES")] = None,
+    fingers: flags.Run[flags.Whole | None] = None,
+    fingers_seed: flags.Run[flags.Whole | None] = None,
+    seeds: flags.Run[flags.Whole] = 1,
     duration_s: flags.DurationS = 10.0,
     score_from_s: flags.ScoreFromS = 0.0,
-    jobs: Annotated[
-        int | None,
-        Parameter(help="Parallel workers; one per core if not given.", converter=flags.whole, group=flags.RUN),
-    ] = None,
-    metrics: Annotated[
-        str | None,
-        Parameter(
-            help="Metrics to keep, such as r2_identity,output_noise; if not given r2_identity, rms_error and "
-            "saturation_index, with --fingers also perceptual_index.",
-            group=flags.RESULT,
-        ),
-    ] = None,
-    out: Annotated[
-        Path | None, Parameter(help="Keep the result here (HDF5, .h5), also on Ctrl-C.", group=flags.RESULT)
-    ] = None,
-    resume: Annotated[
-        bool,
-        Parameter(
-            help="Continue the sweep kept in --out instead of starting over.", show_default=False, group=flags.RESULT
-        ),
-    ] = False,
-    csv: Annotated[
-        Path | None, Parameter(help="Write a table with one row per run here (.csv).", group=flags.RESULT)
-    ] = None,
-    plot: Annotated[
-        Path | None,
-        Parameter(help="Draw curves, maps or a distribution into this file (.svg, .pdf or .png).", group=flags.RESULT),
-    ] = None,
+    jobs: flags.Run[flags.Whole | None] = None,
+    metrics: flags.Result[str | None] = None,
+    out: flags.Result[Path | None] = None,
+    resume: flags.Result[flags.Flag] = False,
+    csv: flags.Result[Path | None] = None,
+    plot: flags.Result[Path | None] = None,
     json: flags.Json = False,
 ) -> None:
-    """Simulate every combination of some parameters' values and say which is best, or a population of fingers."""
+    """Simulate every combination of some parameters' values and say which is best, or a population of fingers.
+
+    Parameters
+    ----------
+    over
+        Values of one parameter: a,b,c or start:stop:count, with :log at the end for equal ratios. Repeat it for
+        more parameters: every combination is run.
+    fingers
+        Instead: number of random fingers on a bench, each with its own friction, skin and motion.
+    fingers_seed
+        Seed of the fingers; 0 if not given.
+    seeds
+        Runs per combination or finger, with noise seeds 0, 1, ...
+    jobs
+        Parallel workers; one per core if not given.
+    metrics
+        Metrics to keep, such as r2_identity,output_noise; if not given r2_identity, rms_error and
+        saturation_index, with --fingers also perceptual_index.
+    out
+        Keep the result here (HDF5, .h5), also on Ctrl-C.
+    resume
+        Continue the sweep kept in --out instead of starting over.
+    csv
+        Write a table with one row per run here (.csv).
+    plot
+        Draw curves, maps or a distribution into this file (.svg, .pdf or .png).
+    """
     checks.check_output("out", out, checks.RUN_FILES)
     checks.check_output("csv", csv, checks.TABLES)
     checks.check_output("plot", plot, checks.FIGURES)
     checks.check_count("seeds", seeds, 1, 1_000_000)
-    checks.check_count("jobs", 1 if jobs is None else jobs, 1, 1024)
+    checks.check_workers(jobs, resume, out, "sweep")
     checks.check_score(score_from_s, duration_s)
     _check_points(over, fingers, fingers_seed, seeds)
-    if resume and out is None:
-        raise FrictionloopError("resume: needs --out FILE.h5, the file of the sweep to continue")
-    system = flags.system_from(file, preset, overrides)
-    points: Any = axes_of(over, seeds) if over else _people(system, fingers or 0, fingers_seed or 0, overrides)
+    system, origin = flags.given(file, preset, overrides)
     names = None if metrics is None else [name.strip() for name in metrics.split(",")]
     with screen.waiting("loading the compiled loop; after an installation it is compiled first"):
         from frictionloop.cli import outcome, population
-        from frictionloop.loop.sweep import SweepInterrupted, sweep
 
+        people = population.population_of(system, fingers, fingers_seed or 0, overrides) if fingers else None
+        points: Any = people or axes_of(over or (), seeds)
         names = list(population.METRICS) if names is None and fingers else names
         outcome.compiled(system, points, seeds, names)
     if out is not None and not resume:
         outcome.check_finished(out)
-    clock, interrupted = screen.Stopwatch(), False
+    screen.tell_notes()
     options: dict[str, Any] = {"score_from_s": score_from_s, "n_jobs": jobs, "path": out, "resume": resume}
+    found = _swept(system, points, duration_s, seeds, names, **options)
+    if csv is not None:
+        checks.write_csv(csv, found.table())
+    if plot is not None:
+        from frictionloop.report.plot import plot as draw
+
+        draw(found.result, plot)
+    saved = {"sweep": out, "table": csv, "plot": plot}
+    about: dict[str, Any] = {"fingers_seed": fingers_seed or 0} if fingers else {}
+    if json:
+        about |= {"system": system.model_dump(), "duration_s": duration_s, "score_from_s": score_from_s}
+        screen.show_json(about | found.as_json() | {"saved": saved})
+    else:
+        said = f"{origin}, {fingers} fingers of seed {fingers_seed or 0}" if fingers else origin
+        screen.show(screen.columns([("system", said)]), "", *found.summary(duration_s), *screen.saved(saved))
+    if not found.complete:
+        raise screen.interrupted(f"{found.done} of {found.total} runs done", out)
+
+
+def _swept(system: System, points: Any, duration_s: float, seeds: int, names: Any, **options: Any) -> Outcome:
+    """Return what a sweep found, or what was done of it before Ctrl-C."""
+    from frictionloop.cli import outcome, population
+    from frictionloop.loop.record import save
+    from frictionloop.loop.sweep import SweepInterrupted, sweep
+    from frictionloop.physics.fingers import Fingers
+
+    start_s, complete = time.perf_counter(), True
     try:
         result = sweep(system, points, duration_s, seeds, names, **options)
     except SweepInterrupted as stop:
-        result, interrupted = stop.partial, True
-    found: outcome.Outcome
-    if fingers:
-        found = population.Population(result, clock.elapsed_s(), not interrupted, system, points)
-        _save_again(found.result, out)
-    else:
-        found = outcome.Outcome(result, clock.elapsed_s(), complete=not interrupted)
-    _write(found, csv, plot)
-    saved = {"sweep": out, "table": csv, "plot": plot}
-    if json:
-        asked = {"system": system.model_dump(), "duration_s": duration_s, "score_from_s": score_from_s}
-        if fingers:
-            asked["fingers_seed"] = fingers_seed or 0
-        screen.show_json(asked | found.as_json() | {"saved": saved})
-    else:
-        origin = flags.named(file, preset, overrides)
-        if fingers:
-            origin += f", {fingers} fingers of seed {fingers_seed or 0}"
-        lines = [f"saved {what} as {path}" for what, path in saved.items() if path]
-        screen.show(screen.columns([("system", origin)]), "", *found.summary(duration_s), *lines)
-    if interrupted:
-        kept = f"kept in {out}" if out else "not kept: without --out there is nothing to continue from"
-        raise screen.Interrupted(f"{found.done} of {found.total} runs done, {kept}", resumable=out is not None)
+        result, complete = stop.partial, False
+    elapsed_s = time.perf_counter() - start_s
+    if not isinstance(points, Fingers):
+        return outcome.Outcome(result, elapsed_s, complete)
+    found = population.Population(result, elapsed_s, complete, system, points)
+    if options["path"] is not None:  # what each finger can be given beside its metrics
+        save(found.result, options["path"])
+    return found
 
 
 def _check_points(over: list[str] | None, fingers: int | None, fingers_seed: int | None, seeds: int) -> None:
@@ -159,27 +149,3 @@ def _check_points(over: list[str] | None, fingers: int | None, fingers_seed: int
         return
     checks.check_count("fingers", fingers, 1, MOST_FINGERS // seeds)
     checks.check_count("fingers_seed", fingers_seed or 0, 0)
-
-
-def _people(system: System, count: int, seed: int, overrides: list[str] | None) -> Any:
-    from frictionloop.cli.population import population_of
-
-    return population_of(system, count, seed, overrides)
-
-
-def _write(found: Outcome, csv: Path | None, plot: Path | None) -> None:
-    """Write the table and the figure that were asked for."""
-    if csv is not None:
-        found.write_csv(csv)
-    if plot is not None:
-        from frictionloop.report.plot import plot as draw
-
-        draw(found.result, plot)
-
-
-def _save_again(result: xr.Dataset, out: Path | None) -> None:
-    """Keep what each finger can be given beside its metrics."""
-    if out is not None:
-        from frictionloop.loop.record import save
-
-        save(result, out)

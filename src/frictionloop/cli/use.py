@@ -46,6 +46,13 @@ def _import(what: str) -> None:
         raise
     except FileNotFoundError as error:
         raise FrictionloopError(f"{OPTION} {what}: {error.strerror}: {error.filename}") from None
+    except ModuleNotFoundError as error:
+        if error.name != what.partition(".")[0]:
+            raise FrictionloopError(f"{OPTION} {what}: {error}") from None
+        raise FrictionloopError(f"{OPTION} {what}: there is no such module; a file must end in .py") from None
+    except SyntaxError as error:
+        where = f"SyntaxError in {error.filename}, line {error.lineno}"
+        raise FrictionloopError(f"{OPTION} {what}: {where}: {error.msg}") from None
     except Exception as error:
         last = traceback.extract_tb(error.__traceback__)[-1]
         told = " ".join(str(error).split())

@@ -19,13 +19,13 @@ class WorstTick(NamedTuple):
 
 
 WORST_TICK = {
-    "pi": WorstTick(1353, 2472),
-    "lookup": WorstTick(1331, 2403),
-    "notch_pi": WorstTick(2161, 3595),
-    "filtered_pi": WorstTick(3074, 4808),
-    "observer": WorstTick(1758, 3398),
-    "super_twisting": WorstTick(1943, 3766),
-    "tracker": WorstTick(3501, 7169),
+    "pi": WorstTick(1349, 2472),
+    "lookup": WorstTick(1327, 2403),
+    "notch_pi": WorstTick(2157, 3595),
+    "filtered_pi": WorstTick(3070, 4808),
+    "observer": WorstTick(1754, 3398),
+    "super_twisting": WorstTick(1939, 3766),
+    "tracker": WorstTick(3490, 7154),
 }
 """By kind of controller, on the image of bench(), from entry to return of the tick's interrupt.
 

@@ -3,25 +3,11 @@
 u = clip(f_r - d, low, high), d from `force_observer`, which contains the sensor's resonance and the loop's delay. d is
 predicted over the delay as it is (a random walk), and the set-point needs no other way: without a disturbance u = f_r.
 
-What to believe (controller.model): found on fingers(100, 3), scored on the 107 capable of fingers(200, 7), sines of
-0.6 +- 0.1 N, 20 mm/s, strokes of 240 mm, no reversal; median / worst decile of the rms error, in mN:
+What to believe (controller.model; measured in studies/pages/beliefs.md):
 
-    nominal_n 2.2, resonance_hz 139, sensor_hz 350  Dahl 17.2 / 32.0  slider 16.1 / 34.2  (PI 26 / 42, 38 / 65)
-    the same, tremor 30 um and 30 mN for all             14.3 / 28.2         13.0 / 25.9  (PI 21 / 37, 36 / 59)
-
-PI is `RETUNED` with the bench's model, not retuned here; the best of 24 PI laws on fingers(100, 3), over both contacts
-and with nominal_n 2.2 too, leaves 28 / 44 (Dahl) and 30 / 47 (slider). Some 150 settings of the observer were tried.
-
-- Much friction: the loop gain is (F/u) (tau/tau_model), 1 for the believed finger. Ms at 0.6 N is 2.0 (Dahl) and 1.8
-  (slider) at a gain of 0.7, 3.0 and 2.7 at 1; with nominal_n 0.95 a moist finger has 3.
-- A resonance below the true one. Believed at 139 Hz with the true one at 132, 5 % lower, a slider leaves 32 / 53 mN
-  (second row), at 125 51 / 82, at 118 68 / 102; with the true one at 139, 145, 152, 160: 13.2, 13.0, 12.8, 12.7 mN.
-  Under Dahl's bristles 18.6, 30 and 53 below, 14.5 to 14.7 above.
+- Much friction: the loop gain is (F/u) (tau/tau_model), 1 for the believed finger.
+- A resonance below the true one: too low is benign, 5 % too high doubles what a slider leaves.
 - A slower pole than the electronics': between theirs and that of bristles, s0 v/(2 pi F), which is not in the model.
-- No limit cycle was seen in the spectra of 24 fingers: the strongest 20 Hz above 100 Hz hold 4.5 mN on a slider
-  (median), as part of a slope from 100 Hz down.
-- Tried on fingers(100, 3) and left out: a slope of d as a further state (bandwidth 320 Hz: 24 to 31 mN under Dahl
-  instead of 21), a pole of the contact at 60 Hz (24 and, on a slider, 29 instead of 20); one at 250 Hz gains 0.8 mN.
 """
 
 from __future__ import annotations

@@ -1,13 +1,19 @@
-"""The lookup table: force command u to amplitude command, the inverse of g by the controller's model (Section 2.2)."""
+"""The lookup table, force command u to amplitude command, the inverse of g by the controller's model (Section 2.2).
+
+Alone it is a law too: the set-point commands the force and nothing is fed back (ref. [15]).
+"""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
+from frictionloop.control.law import Clamp, ForceCommand, Law, clamp_of
 from frictionloop.parameters import Model
 from frictionloop.quantities.arithmetic import fma, log2, step
+from frictionloop.sensing.measurement import Measurement
 
 
 @step
@@ -38,3 +44,22 @@ def lookup_table(model: Model) -> np.ndarray:
     """
     u = np.linspace(model.floor_n, model.nominal_n, model.table_size)
     return np.asarray(np.log(model.nominal_n / u) / model.susceptibility_per_um2)
+
+
+class NoState(NamedTuple):
+    """The table remembers nothing; the number is not used."""
+
+    nothing: float
+
+
+@step
+def open_loop_step(
+    state: NoState, measurement: Measurement, setpoint_n: float, gains: Clamp, dt: float
+) -> tuple[NoState, ForceCommand]:
+    """u = clip(f_r, low, high), whatever is measured."""
+    low, high = gains
+    u = min(max(setpoint_n, low), high)
+    return state, ForceCommand(u, 1.0 if setpoint_n != u else 0.0)
+
+
+LOOKUP_LAW = Law("lookup", open_loop_step, NoState, Clamp, lambda c: clamp_of(c.model))

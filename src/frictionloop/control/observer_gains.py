@@ -65,7 +65,7 @@ def _gains(model: Model, rate_hz: float, periods: float, bandwidth_hz: float) ->
     rest = periods - whole if periods - whole > 1e-9 else 0.0
     names, rates = believed_rates(model)
     entries = _stepped(names, rates / rate_hz, rest)
-    found = entries | kalman_gains(names[1:], entries, bandwidth_hz / rate_hz)
+    found = entries | correcting_gains(names[1:], entries, bandwidth_hz / rate_hz)
     found |= {"whole": whole, "inverse": 1.0 / (1.0 - entries["pp"]), "limit": LARGEST_REST * model.nominal_n}
     return ObserverGains(*(float(found.get(name, 0.0)) for name in ObserverGains._fields))
 
@@ -85,25 +85,41 @@ def _stepped(names: list[str], rates: np.ndarray, rest: float) -> dict[str, floa
     return {row + column: float(step[i, j]) for i, row in enumerate(names) for j, column in enumerate(columns)}
 
 
-def kalman_gains(names: list[str], entries: dict[str, float], bandwidth: float) -> dict[str, float]:
+def correcting_gains(names: list[str], entries: dict[str, float], bandwidth: float) -> dict[str, float]:
     """Return the gains that correct x1, x2, x3 and d by the error of a reading, in the steady state.
 
-    ``bandwidth`` is in turns per period. p follows from the commands and has no gain. Riccati equation of the
-    prediction's covariance: Anderson & Moore, Optimal Filtering (1979), ch. 4.
+    ``bandwidth`` is in turns per period. p follows from the commands and has no gain.
     """
-    from scipy.linalg import LinAlgError, solve_discrete_are
-
     size = len(names)
     transition, noise, reading = np.eye(size + 1), np.zeros((size + 1, size + 1)), np.eye(1, size + 1, size - 1)
     for i, row in enumerate(names):
         transition[i] = [*(entries[row + column.removeprefix("x")] for column in names), entries[row + "d"]]
     noise[size, size] = (2.0 * math.pi * bandwidth) ** 2
     try:
-        covariance = solve_discrete_are(transition.T, reading.T, noise, np.eye(1))
-    except (LinAlgError, ValueError) as error:
+        gains = kalman_gains(transition, reading, noise, 1.0)
+    except (np.linalg.LinAlgError, ValueError) as error:
         raise FrictionloopError(
             f"controller.bandwidth_hz: no observer settles for this controller.model ({error}); "
             "bandwidth, plate_hz, sensor_hz and resonance_hz must be within a few decades of controller.rate_hz"
         ) from None
-    gains = covariance @ reading.T / (reading @ covariance @ reading.T + 1.0)
-    return {"k" + name.removeprefix("x"): float(gain) for name, gain in zip([*names, "d"], gains[:, 0], strict=True)}
+    return {"k" + name.removeprefix("x"): float(gain) for name, gain in zip([*names, "d"], gains, strict=True)}
+
+
+def kalman_gains(transition: np.ndarray, reading: np.ndarray, driven: np.ndarray, noise: float) -> np.ndarray:
+    """Return the stationary gains on the error of a reading, one per state.
+
+    Riccati equation of the prediction's covariance: Anderson & Moore, Optimal Filtering (1979), ch. 4.
+
+    Parameters
+    ----------
+    transition, driven
+        Step of the states, and the covariance of what drives them in a period.
+    reading
+        States to reading, shape (1, states).
+    noise
+        Variance of a reading.
+    """
+    from scipy.linalg import solve_discrete_are
+
+    spread = solve_discrete_are(transition.T, reading.T, driven, [[noise]])
+    return np.asarray(spread @ reading.T / (reading @ spread @ reading.T + noise)).ravel()

@@ -14,16 +14,13 @@ s goes to 0 exactly, and so needs no boundary layer. phi is taken from the last 
 with what phi changed by, at most L dt^2. In that interval u = f_r - d - (d - d before), the disturbance observer's with
 d predicted; outside, the rate of u is bounded, which is what a large step of d meets.
 
-Measured as in `disturbance_observer`, same beliefs and bandwidth, k's of L = 1e5 N/s^2, in mN: Dahl 16.3 / 31.9, slider
-14.8 / 33.9; with tremor of 30 um and 30 mN for all 13.6 / 26.9 and 12.0 / 24.0. L from 3e4 to 1e6 are alike, below it
-the rate of u limits: 1e4 leaves 18. No limit cycle was seen. A resonance believed too high is as fatal (slider,
-believed 139 Hz, true one 132: 34 / 56 mN), too low as benign (160: 11.7 / 23.1).
+What to believe is as in `disturbance_observer`.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from frictionloop.control.force_observer import (
     ObserverGains,
@@ -34,9 +31,20 @@ from frictionloop.control.force_observer import (
 )
 from frictionloop.control.law import ForceCommand, Law, clamp_of
 from frictionloop.control.observer_gains import observer_gains, observer_start
-from frictionloop.parameters import SuperTwistingController
+from frictionloop.parameters.block import NotNegative
+from frictionloop.parameters.observing import Observing
 from frictionloop.quantities.arithmetic import fma, step
 from frictionloop.sensing.measurement import Measurement
+
+
+class SuperTwistingController(Observing):
+    """Super-twisting sliding mode on the observed friction force (paper, ref. [16])."""
+
+    kind: Literal["super_twisting"] = "super_twisting"
+    k1: NotNegative = 474.0
+    """Gain on the root of the sliding variable, sqrt(N)/s: 1.5 sqrt(L), L in N/s^2 the largest phi'."""
+    k2: NotNegative = 1.1e5
+    """Gain of the integral, N/s^2: 1.1 L."""
 
 
 class SuperTwistingState(NamedTuple):
@@ -124,7 +132,7 @@ def super_twisting_start(controller: SuperTwistingController) -> SuperTwistingSt
     return SuperTwistingState(observer_start(controller), 0.0, 0.0, 0.0)
 
 
-SUPER_TWISTING_LAW = Law(
+LAW = Law(
     "super_twisting",
     super_twisting_step,
     SuperTwistingState,

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from frictionloop.control.law import clamp_of
+from frictionloop.control.observer_gains import kalman_gains
 from frictionloop.control.tracker_state import (
     Column,
     ScheduleColumns,
@@ -110,16 +111,11 @@ def slopes_of(schedule: Schedule) -> ScheduleColumns:
 @lru_cache(maxsize=64)
 def _stuck_gains(model: Model, rate_hz: float) -> dict[str, Any]:
     """Return the stationary Kalman gains for a force of which nothing is known but that it moves on steadily."""
-    from scipy.linalg import solve_discrete_are
-
     a, b0, b1 = sensor_matrices(model, 1.0 / rate_hz)
     whole = np.zeros((5, 5))
     whole[:2, :2] = [[1.0, 1.0], [0.0, 1.0]]
     whole[2:, 2:], whole[2:, 0], whole[2:, 1] = a, b0 + b1, b1
-    out = np.zeros((5, 1))
-    out[4] = 1.0
     driven = np.diag([STUCK_STEP_N**2, (1e-2 * STUCK_STEP_N) ** 2, 1e-14, 1e-14, 1e-14])
-    spread = solve_discrete_are(whole.T, out, driven, [[STUCK_NOISE_N**2]])
-    gains = (spread @ out / (out.T @ spread @ out + STUCK_NOISE_N**2)).ravel()
+    gains = kalman_gains(whole, np.eye(1, 5, 4), driven, STUCK_NOISE_N**2)
     names = ("stuck_friction", "", "stuck_spring", "stuck_rate", "stuck_reading")
     return {name: float(gain) for name, gain in zip(names, gains, strict=True) if name}

@@ -4,7 +4,6 @@ from frictionloop.design.high_order import Synthesised
 from frictionloop.design.hinf import design_hinf, design_lqg
 from frictionloop.design.notch import Notched, retune_notch
 from frictionloop.design.retune import Retuned, retune
-from frictionloop.design.robustness import robustness
 from frictionloop.design.tracker_tuning import TrackerTuning, tune_tracker
 
 __all__ = [
@@ -16,6 +15,5 @@ __all__ = [
     "design_lqg",
     "retune",
     "retune_notch",
-    "robustness",
     "tune_tracker",
 ]

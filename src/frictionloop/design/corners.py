@@ -11,9 +11,9 @@ from frictionloop.analysis.band import operating_band
 from frictionloop.analysis.linear import LinearLoop, linearise
 from frictionloop.analysis.margins import Margins
 from frictionloop.analysis.state_space import StateSpace
-from frictionloop.design.detuned import detuned
 from frictionloop.design.learnt import conditions, knowing
-from frictionloop.parameters import FingerFriction, Skin, Strokes, SuspendedSensor, System
+from frictionloop.design.plants import detuned, shifted
+from frictionloop.parameters import FingerFriction, Skin, Strokes, System
 
 CONTACT_S = 10.0
 """How long a finger that never lifts is looked at, s: as long as a trial (paper, Sec. 4.2)."""
@@ -26,6 +26,8 @@ class Corner(NamedTuple):
 
     off: float
     """Share by which the resonance is off."""
+    limit: float
+    """Largest Ms there."""
     loop: LinearLoop
     margins: Margins
 
@@ -35,6 +37,11 @@ class Corner(NamedTuple):
         found = self.loop.elements
         off = f", resonance {self.off:+.0%} off" if self.off else ""
         return f"{found.force_n:.3g} N, {'moist' if found.occluded > 0 else 'dry'} finger{self.stroke}{off}"
+
+    @property
+    def excess(self) -> float:
+        """Return Ms over the largest one."""
+        return self.margins.sensitivity_peak / self.limit
 
     @property
     def stroke(self) -> str:
@@ -55,25 +62,6 @@ def band_of(system: System) -> list[LinearLoop]:
     return operating_band(system, occluded=occlusions(system))
 
 
-def with_shifts(system: System, limits: Mapping[float, float]) -> list[tuple[LinearLoop, float, float]]:
-    """Return the loops of `band_of` with the resonance off either way by what the limits name, and the limit on Ms.
-
-    Returns
-    -------
-    list of (LinearLoop, float, float)
-        Loop, share by which its resonance is off, largest Ms.
-    """
-    points = band_of(system)
-    sprung = isinstance(system.sensor, SuspendedSensor)
-    shifts = [(sign * e, peak) for e, peak in limits.items() for sign in ((-1.0, 1.0) if e else (0.0,))]
-    return [
-        (detuned(point, 1.0 + off) if off else point, off, peak)
-        for off, peak in sorted(shifts)
-        if sprung or not off
-        for point in points
-    ]
-
-
 def stroke_of(system: System) -> str:
     """Return on which contact and at which speed a loop is linearised, for a person; empty for neither."""
     finger, motion = system.finger, system.motion
@@ -88,7 +76,7 @@ def at_mean(system: System, off: float = 0.0) -> LinearLoop:
 
 
 def corners(system: System, limits: Mapping[float, float]) -> list[Corner]:
-    """Return the margins of a System's controller at the loops of `with_shifts`, under all its `conditions`.
+    """Return the margins of a System's controller at its `band_of`, the resonance off too, under all its `conditions`.
 
     Raises
     ------
@@ -102,21 +90,16 @@ def _under(system: System, limits: Mapping[float, float]) -> list[Corner]:
     """Return the corners of one contact and speed; a law does not change with the springs, so it is made once."""
     laws: dict[tuple[float, float], StateSpace] = {}
     found = []
-    for loop, off, _ in with_shifts(system, limits):
+    for loop, off, limit in shifted(band_of(system), limits):
         at = (loop.elements.force_n, loop.elements.occluded)
         if at not in laws:
             laws[at] = loop.law
         there = replace(loop, known_law=laws[at])
-        found.append(Corner(off, there, there.margins()))
+        found.append(Corner(off, limit, there, there.margins()))
     return found
 
 
-def broken(found: Sequence[Corner], limits: Mapping[float, float]) -> Corner | None:
+def broken(found: Sequence[Corner]) -> Corner | None:
     """Return the corner farthest beyond its limit, None if all hold."""
-    by_off = {round(sign * error, 9): peak for error, peak in limits.items() for sign in (-1, 1)}
-
-    def excess(each: Corner) -> float:
-        return each.margins.sensitivity_peak / by_off[round(each.off, 9)]
-
-    worst = max(found, key=excess)
-    return worst if excess(worst) > 1.0 + MET else None
+    worst = max(found, key=lambda each: each.excess)
+    return worst if worst.excess > 1.0 + MET else None

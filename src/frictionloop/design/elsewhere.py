@@ -49,7 +49,7 @@ def elsewhere(system: System, limits: Mapping[float, float]) -> Elsewhere:
         rings = [each for each in found if not each.margins.stable]
         if rings:
             unstable.append(_place(there, min(rings, key=lambda each: abs(each.off))))
-        elif found and (worst := broken(found, limits)):
+        elif found and (worst := broken(found)):
             beyond.append(f"Ms {worst.margins.sensitivity_peak:.3g} {_place(there, worst)}")
     return Elsewhere(tuple(unstable), tuple(beyond), tuple(unseen))
 

@@ -38,7 +38,7 @@ def synthesised(design: Callable[..., Any], system: System, wanted: Wanted) -> D
             continue
         overrides = {**found.overrides, "controller.feedforward": forward}
         at = corners(system.evolve(overrides), wanted.limits)
-        worst = broken(at, wanted.limits)
+        worst = broken(at)
         if worst is None:
             said = (
                 f"{found.order} states, reduced from {found.full_order}; holds on contacts {', '.join(asked.contact)}"

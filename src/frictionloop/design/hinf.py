@@ -8,21 +8,19 @@ every plant of a grid (robustness).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from frictionloop.analysis.linear import linearise
-from frictionloop.analysis.margins import margins
-from frictionloop.analysis.state_space import Complex
-from frictionloop.design.high_order import Lead, Method, Synthesised
-from frictionloop.design.hinf_wanted import HinfWanted, broken, check
+from frictionloop.design.high_order import Method, Synthesised, lagged
+from frictionloop.design.hinf_wanted import Cases, HinfWanted, check
 from frictionloop.design.noise_model import NoiseModel, identify_noise
-from frictionloop.design.plant_grid import PlantGrid
+from frictionloop.design.plants import lead, overdrive_decay
 from frictionloop.design.quadruple import Quadruple, balanced, bilinear
-from frictionloop.design.sections import factorise
+from frictionloop.design.sections import Cascade, factorise
 from frictionloop.design.slicot import Generalised, lqg, synthesise
 from frictionloop.design.weighted_plant import (
     BOTH_CONTACTS,
@@ -35,6 +33,8 @@ from frictionloop.design.weighted_plant import (
 from frictionloop.parameters import LowpassSensor, Skin, System
 from frictionloop.quantities import FrictionloopError
 
+FELT_HZ = (1.0, 500.0)
+"""Band of the residual that is told."""
 PERFORMANCE = (10.0, 5000.0)
 """Range of `Weights.performance` in which the most that holds is looked for, 1/N."""
 SEARCHES = 12
@@ -101,46 +101,59 @@ def _search(
     believed = linearise(_believed(system, weights), force_n=force_n).plant
     check_order(believed, system.controller.delay_s, len(noise.shaping.den) - 1 if noise else SHAPING_STATES)
     noise = noise or identify_noise(system, force_n)
-    grid = _grid(system, wanted, force_n)
-    exact = linearise(system, force_n=force_n)
-    period_s, nyquist_hz = believed.period_s, exact.nyquist_hz
-    lead = Lead(_decay(system) if wanted.overdrive else 0.0, period_s)
+    cases, period_s = Cases.of(system, wanted, force_n), believed.period_s
+    decay = overdrive_decay(system) if wanted.overdrive else 0.0
 
     def attempt(performance: float) -> Synthesised:
         now = replace(weights, performance=performance)
         K, gamma = _controller(method, weighted_plant(believed, noise.shaping, now))
-        small = _reduced(lead.taken_out(K), wanted.order)
+        small = _reduced(lagged(K, decay), wanted.order)
         cascade = factorise(small, 1.0, 2 * math.pi * now.integral_hz, period_s)
-
-        def response(f: ArrayLike) -> Complex:
-            return np.asarray(cascade.response(f) * lead.response(f))
-
-        def gain(f: ArrayLike) -> Complex:
-            return np.asarray(response(f) * exact.plant.response(f)[:, 1, 0])
-
-        table = grid.judged(response, noise)
-
-        stable = bool(table["stable"].sel(resonance=0.0, gain=1.0).isel(contact=0, speed_mm_s=0))
-        found = margins(gain, exact.search_grid(1e-2), nyquist_hz, stable)
-        noisy = _command_noise_n(response, gain, noise, nyquist_hz)
         orders = len(small.A) + 1, len(K.A) + 1
-        return Synthesised(cascade, lead, method, gamma, *orders, now, found, noisy, table, noise)
+        return Synthesised(cascade, decay, method, gamma, *orders, now, noise, **_figures(cascade, decay, cases, noise))
 
-    return _most(attempt, wanted)
+    def reason(found: Synthesised) -> str:
+        """Return in one line what does not hold, or nothing."""
+        margin = cases.broken(found.cascade.response(cases.plants.frequency_hz), wanted, method)
+        if not margin and not found.command_noise_n <= wanted.command_noise_n:
+            return (
+                f"command_noise_n = {wanted.command_noise_n:g} N: sensor noise makes {found.command_noise_n:.3g} N of "
+                f"command with the {method} controller"
+            )
+        return margin
+
+    return _most(attempt, reason)
 
 
-def _most(attempt: Callable[[float], Synthesised], wanted: HinfWanted) -> Synthesised:
+def _figures(cascade: Cascade, decay: float, cases: Cases, noise: NoiseModel) -> dict[str, Any]:
+    """Return what is told of a controller: Ms by error of the resonance, noise of the command, residual."""
+    f, period_s = cases.plants.frequency_hz, cascade.period_s
+    law = cascade.response(f)
+    peaks: dict[float, float] = {}
+    for peak, off, _ in cases.peaks(law):
+        peaks[off] = max(peak, peaks.get(off, 0.0))
+    returned = cases.plants.returned(law)[0]
+    command = law * lead(decay, f, period_s) / returned
+    felt = np.where((f >= FELT_HZ[0]) & (f <= FELT_HZ[1]), noise.density(f), 0.0)
+    return {
+        "peaks": peaks,
+        "command_noise_n": noise.sensor_n_rthz * math.sqrt(float(np.trapezoid(np.abs(command) ** 2, f))),
+        "residual_rms_n": float(cases.plants.residual_n(law, felt)[0]),
+    }
+
+
+def _most(attempt: Callable[[float], Synthesised], broken: Callable[[Synthesised], str]) -> Synthesised:
     """Return the attempt with the most performance that holds, by bisection."""
     low, high = (math.log(p) for p in PERFORMANCE)
     best = attempt(PERFORMANCE[0])
-    reason = broken(best, wanted)
+    reason = broken(best)
     if reason:
         raise FrictionloopError(reason)
     for _ in range(SEARCHES):
         middle = (low + high) / 2
         try:
             trial = attempt(math.exp(middle))
-            holds = not broken(trial, wanted)
+            holds = not broken(trial)
         except FrictionloopError:  # an unstable controller or none: too much was asked
             holds = False
         if holds:
@@ -148,26 +161,6 @@ def _most(attempt: Callable[[float], Synthesised], wanted: HinfWanted) -> Synthe
         else:
             high = middle
     return best
-
-
-def _command_noise_n(
-    response: Callable[[ArrayLike], Complex],
-    gain: Callable[[ArrayLike], Complex],
-    noise: NoiseModel,
-    nyquist_hz: float,
-) -> float:
-    """Return the rms of u for white noise in f_m, of the density that the sensor has in its pass band."""
-    grid = np.linspace(0.0, nyquist_hz, 5001)[1:]
-    amplification = np.abs(response(grid) / (1 + gain(grid)))
-    return float(noise.sensor_n_rthz * np.sqrt(np.mean(amplification**2) * nyquist_hz))
-
-
-def _grid(system: System, wanted: HinfWanted, force_n: float | None) -> PlantGrid:
-    r = wanted.resonance
-    off = (0.0,) if isinstance(system.sensor, LowpassSensor) else tuple(sorted({-2 * r, -r, 0.0, r, 2 * r}))
-    speed = getattr(system.motion, "speed_mm_s", 0.0)
-    contact: Sequence[str] = wanted.contact if isinstance(system.finger, Skin) else ("none",)
-    return PlantGrid.of(system, off, (wanted.gain[0], 1.0, wanted.gain[1]), contact, (speed,), force_n)
 
 
 def _believed(system: System, weights: Weights) -> System:
@@ -178,11 +171,6 @@ def _believed(system: System, weights: Weights) -> System:
     if isinstance(system.finger, Skin):
         changes["finger.bristle_stiffness_n_m"] = system.finger.bristle_stiffness_n_m * weights.contact_faster
     return system.evolve(changes)
-
-
-def _decay(system: System) -> float:
-    controller = system.controller
-    return math.exp(-2.0 * math.pi * controller.model.plate_hz / controller.rate_hz)
 
 
 def _controller(method: Method, plant: Generalised) -> tuple[Quadruple, float]:

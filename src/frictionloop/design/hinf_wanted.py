@@ -1,14 +1,18 @@
-"""What a synthesised controller has to hold, and what of it a controller does not."""
+"""What a synthesised controller has to hold, and the plants on which it is looked at."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from frictionloop.design.high_order import Synthesised
-from frictionloop.design.sections import SECTIONS
+from frictionloop.analysis.linear import linearise
+from frictionloop.analysis.state_space import Complex
+from frictionloop.design.plants import Plants, detuned
 from frictionloop.design.weighted_plant import Weights
+from frictionloop.parameters import Skin, SuspendedSensor, System
+from frictionloop.parameters.filtered import FILTERS
 from frictionloop.quantities import FrictionloopError
 
 
@@ -32,31 +36,48 @@ class HinfWanted:
     """Largest rms of the command that sensor noise causes, N: beyond it the command strays into the clamp (assumed)."""
     overdrive: bool = True
     """Whether overdrive makes up for the plate, and not the sections."""
-    order: int = 2 * SECTIONS
+    order: int = 2 * FILTERS
     """Most states of the sections, at most 12."""
 
 
-def broken(found: Synthesised, wanted: HinfWanted) -> str:
-    """Return in one line what does not hold, or nothing."""
-    table = found.table.isel(speed_mm_s=0)
-    near = table["sensitivity_peak"].sel(gain=1.0)
-    for share, most in zip(np.arange(3) * wanted.resonance, wanted.sensitivity_peaks, strict=True):
-        peak = near.where(np.abs(near["resonance"]) <= share + 1e-9)
-        if not float(peak.max()) <= most:
-            at = peak.isel(peak.argmax(...))
-            return (
-                f"sensitivity_peaks = {wanted.sensitivity_peaks}: the {found.method} controller gets to "
-                f"{float(at):.3g} with the resonance off by {float(at['resonance']):.3g} "
-                f"and contact {at['contact'].item()!r}"
-            )
-    if not found.command_noise_n <= wanted.command_noise_n:
-        return (
-            f"command_noise_n = {wanted.command_noise_n:g} N: sensor noise makes {found.command_noise_n:.3g} N of "
-            f"command with the {found.method} controller"
-        )
-    if not bool(table["stable"].all()):
-        return f"gain = {wanted.gain}: the {found.method} controller is not stable over these factors on the loop gain"
-    return ""
+@dataclass(frozen=True, eq=False)
+class Cases:
+    """The plants on which that is looked at, the bench as described first."""
+
+    plants: Plants
+    offs: tuple[float, ...]
+    """Of each plant: share by which the resonance is off, and contact."""
+    contacts: tuple[str, ...]
+
+    @classmethod
+    def of(cls, system: System, wanted: HinfWanted, force_n: float | None) -> Cases:
+        """Return every contact with every error of the resonance, at an operating point (`linearise`)."""
+        r = wanted.resonance
+        offs = (0.0, -r, r, -2.0 * r, 2.0 * r) if isinstance(system.sensor, SuspendedSensor) and r else (0.0,)
+        skin = isinstance(system.finger, Skin)
+        contacts = wanted.contact if skin else ("none",)
+        benches = [system.evolve({"finger.contact": each}) if skin else system for each in contacts]
+        points = [linearise(bench, force_n=force_n) for bench in benches]
+        loops = [detuned(point, 1.0 + off) if off else point for off in offs for point in points]
+        where = [(off, contact) for off in offs for contact in contacts]
+        return cls(Plants.of(loops, wanted.overdrive), *zip(*where, strict=True))
+
+    def peaks(self, controller: Complex) -> Iterator[tuple[float, float, str]]:
+        """Return Ms of every plant, with its error of the resonance and its contact."""
+        return zip(self.plants.peaks(controller).tolist(), self.offs, self.contacts, strict=True)
+
+    def broken(self, controller: Complex, wanted: HinfWanted, method: str) -> str:
+        """Return in one line which margin does not hold, or nothing."""
+        for share, most in zip(np.arange(3) * wanted.resonance, wanted.sensitivity_peaks, strict=True):
+            peak, off, contact = max(each for each in self.peaks(controller) if abs(each[1]) <= share + 1e-9)
+            if not peak <= most:
+                return (
+                    f"sensitivity_peaks = {wanted.sensitivity_peaks}: the {method} controller gets to {peak:.3g} with "
+                    f"the resonance off by {off:.3g} and contact {contact!r}"
+                )
+        if not all(self.plants.stable(factor * controller).all() for factor in wanted.gain):
+            return f"gain = {wanted.gain}: the {method} controller is not stable over these factors on the loop gain"
+        return ""
 
 
 def check(wanted: HinfWanted, weights: Weights) -> None:
@@ -64,7 +85,7 @@ def check(wanted: HinfWanted, weights: Weights) -> None:
     for name, value, low, high in (
         ("sensitivity_peaks", min(wanted.sensitivity_peaks), 1.01, 10.0),
         ("resonance", wanted.resonance, 0.0, 0.45),
-        ("order", wanted.order, 1, 2 * SECTIONS),
+        ("order", wanted.order, 1, 2 * FILTERS),
         ("resonance_bias", weights.resonance_bias, -0.5, 0.5),
     ):
         if not (low <= value <= high):

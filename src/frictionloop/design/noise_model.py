@@ -7,9 +7,8 @@ its spectrum, and a fit of low order the shaping filter that a synthesis takes a
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -20,9 +19,10 @@ from frictionloop.analysis.state_space import Array
 from frictionloop.design.shaping import fit_shaping
 from frictionloop.loop.felt import plain_stroke
 from frictionloop.parameters import LowpassSensor, Strokes, System, check_system
-from frictionloop.perception.thresholds import HIGHEST_HZ, LOWEST_HZ
 from frictionloop.quantities import FrictionloopError, Lti
 
+RUN_S = 12.0
+"""Length of each run."""
 SEGMENT_S = 2.0
 """Longest Welch segment: 1 Hz between zeros of the Hann window's main lobe, enough for a tremor 4 Hz wide."""
 SHORTEST_S = 0.2
@@ -46,19 +46,8 @@ class NoiseModel:
         """Return the fitted one-sided density in N^2/Hz."""
         return np.asarray(np.abs(self.shaping.response(np.asarray(frequency_hz, dtype=float))) ** 2)
 
-    def rms_n(self, low_hz: float = LOWEST_HZ, high_hz: float = HIGHEST_HZ) -> float:
-        """Return the rms of the fluctuation within a band by the fit, N."""
-        grid = np.geomspace(low_hz, high_hz, 2000)
-        return float(np.sqrt(np.trapezoid(self.density(grid), grid)))
 
-
-def identify_noise(
-    system: System,
-    force_n: float | None = None,
-    seeds: Sequence[int] = (0, 1, 2, 3),
-    fingers: Sequence[Mapping[str, Any]] = ({},),
-    duration_s: float = 12.0,
-) -> NoiseModel:
+def identify_noise(system: System, force_n: float | None = None, seeds: Sequence[int] = (0, 1, 2, 3)) -> NoiseModel:
     """Return the disturbance at an operating point, from simulated plain strokes.
 
     Parameters
@@ -66,33 +55,24 @@ def identify_noise(
     system
         The loop, with a finger that strokes.
     force_n
-        Operating point as friction force g(a) in N; None as in `linearise`. Fingers out of its reach are left at the
-        nearest force they reach.
+        Operating point as friction force g(a) in N; None as in `linearise`. A finger out of its reach is left at the
+        nearest force it reaches.
     seeds
         Seeds of the runs, at least one; one spectrum is averaged over all.
-    fingers
-        Overrides, as from `fingers`; every one is run with every seed.
-    duration_s
-        Length of each run in s.
 
     Raises
     ------
     FrictionloopError
-        A system without strokes, no seed or finger, or runs without a stretch of sliding of 0.2 s.
+        A system without strokes, no seed, or runs without a stretch of sliding of 0.2 s.
     """
     check_system(system)
     if not isinstance(system.motion, Strokes):
         raise FrictionloopError(f"motion.kind = {system.motion.kind!r}: friction noise is identified from 'strokes'")
-    if not (len(seeds) and len(fingers)):
-        raise FrictionloopError("seeds and fingers: at least one of each is needed to identify the friction noise")
-    force = asked(system).mean_n if force_n is None else force_n
-    stretches: list[Array] = []
-    for finger in fingers:
-        person = system.evolve(dict(finger))
-        law = law_at(person, 0.0)
-        amplitude = operating_amplitude_um(person, law, None, float(np.clip(force, *reach_n(person, law))))
-        for seed in seeds:
-            stretches += _stretches(plain_stroke(person, amplitude, duration_s, seed))
+    if not len(seeds):
+        raise FrictionloopError("seeds = []: at least one is needed to identify the friction noise")
+    law, force = law_at(system, 0.0), asked(system).mean_n if force_n is None else force_n
+    amplitude = operating_amplitude_um(system, law, None, float(np.clip(force, *reach_n(system, law))))
+    stretches = [part for seed in seeds for part in _stretches(plain_stroke(system, amplitude, RUN_S, seed))]
     spectrum = _spectrum(stretches, system.controller.rate_hz)
     shaping, misfit = fit_shaping(
         spectrum["frequency"].values, spectrum.values, (system.motion.tremor_hz, system.motion.tremor_width_hz)

@@ -14,10 +14,10 @@ from frictionloop.analysis.disturbance import Spectrum
 from frictionloop.analysis.linear import LinearLoop
 from frictionloop.analysis.operating import check_reach
 from frictionloop.analysis.state_space import Array
-from frictionloop.control.notch import notch_section
-from frictionloop.design.detuned import Plants, detuned, stiffened
-from frictionloop.design.notch_search import NO_NOTCH, NotchSearch
-from frictionloop.parameters import System
+from frictionloop.design.gain_search import best_gains
+from frictionloop.design.notch_search import NotchSearch
+from frictionloop.design.plants import Plants, shifted, stiffened
+from frictionloop.parameters import SuspendedSensor, System
 from frictionloop.quantities import FrictionloopError
 
 
@@ -59,7 +59,7 @@ def retune_notch(
     """Return PI gains and a notch with the least residual such that Ms stays below a limit, whatever the resonance.
 
     At each operating point Ms = max |1/(1 + G)| is held with the resonance of the plant at 1 - e, 1 and 1 + e times
-    that of the system. For a notch and a kp the ki allowed are exact (`PiRegion`); notch and kp are searched.
+    that of the system. For a notch and a kp the ki allowed are exact (`open_stretches`); notch and kp are searched.
     Objective is the largest ki, as for `retune`, or the least rms of S times a disturbance, sqrt(int |S|^2 D df), at
     the worst operating point.
 
@@ -87,12 +87,10 @@ def retune_notch(
     """
     limits = _limits(sensitivity_peak, resonance_error)
     points = _points(system)
-    cases = [(loop, 1.0 + sign * e, peak) for loop in points for e, peak in limits.items() for sign in _signs(e)]
-    loops, peaks = [detuned(loop, factor) for loop, factor, _ in cases], [peak for _, _, peak in cases]
-    centre = points[0].system.sensor.resonance_hz  # type: ignore[union-attr]
-    search = NotchSearch(Plants.of(loops, overdrive), peaks, centre, disturbance)
-    x = search.best()
-    fine = NotchSearch(Plants.of(loops, overdrive, fine=True), peaks, centre, disturbance)
+    loops, _, peaks = zip(*shifted(points, limits), strict=True)
+    centre = _resonance_hz(points[0].system)
+    x = NotchSearch(Plants.of(loops, overdrive, fine=False), peaks, centre, disturbance).best()
+    fine = NotchSearch(Plants.of(loops, overdrive), peaks, centre, disturbance)
     _, kp, ki = fine.gains(x, refine=True)
     found = _result(fine, x, kp, ki, overdrive)
     if ki <= max(least_ki, 0.0):
@@ -102,11 +100,13 @@ def retune_notch(
 
 def _result(search: NotchSearch, x: Array, kp: float, ki: float, overdrive: bool) -> Notched:
     """Return a notch with its gains and what they achieve."""
-    plants = search.plants.behind(notch_section(*search.notch(x), search.plants.rate_hz))
-    nearest = np.min(np.abs(plants.returned(kp, ki)), axis=0)
+    plants, density = search.behind(x), search.density
+    law = plants.pi(kp, ki)
+    nearest = np.min(np.abs(plants.returned(law)), axis=0)
     at = int(np.argmin(nearest))
     peak, peak_hz = float(1.0 / nearest[at]), float(plants.frequency_hz[at])
-    return Notched(kp, ki, *search.notch(x), overdrive, peak, peak_hz, search.residual_n(plants, kp, ki))
+    residual = math.nan if density is None else float(np.max(plants.residual_n(law, density)))
+    return Notched(kp, ki, *search.notch(x), overdrive, peak, peak_hz, residual)
 
 
 def _points(system: System | Sequence[LinearLoop]) -> list[LinearLoop]:
@@ -117,6 +117,15 @@ def _points(system: System | Sequence[LinearLoop]) -> list[LinearLoop]:
     check_reach(system)
     plain = system if hasattr(system.controller, "kp") else system.evolve({"controller.kind": "pi"})
     return operating_band(plain)
+
+
+def _resonance_hz(system: System) -> float:
+    sensor = system.sensor
+    if not isinstance(sensor, SuspendedSensor):
+        raise FrictionloopError(
+            f"sensor.kind = {sensor.kind!r}: has no resonance for a notch, which needs 'suspended'; retune does without"
+        )
+    return sensor.resonance_hz
 
 
 def _limits(sensitivity_peak: float | Mapping[float, float], resonance_error: float) -> dict[float, float]:
@@ -135,19 +144,15 @@ def _limits(sensitivity_peak: float | Mapping[float, float], resonance_error: fl
     return limits
 
 
-def _signs(error: float) -> tuple[float, ...]:
-    return (-1.0, 1.0) if error > 0 else (0.0,)
-
-
 def _too_little(found: Notched, points: Sequence[LinearLoop], limits: Mapping[float, float], least_ki: float) -> str:
     """Return what limits: the resonance if springs that follow at once would do, the delay and the lags if not."""
-    controller, sensor = points[0].system.controller, points[0].system.sensor
+    controller = points[0].system.controller
     stiff = Plants.of([stiffened(loop) for loop in points], found.overdrive)
-    ki = NotchSearch(stiff, [min(limits.values())] * len(points), 1.0, None).gains(NO_NOTCH)[2]
+    ki = best_gains(stiff, [min(limits.values())] * len(points)).ki
     lag_us = 1e6 * (controller.delay_s + 0.5 / controller.rate_hz)
     limit = f"the delay, {lag_us:.0f} us with half the hold, is the limit: without resonance ki = {ki:.4g} 1/s"
     if ki > least_ki:
-        hz = sensor.resonance_hz  # type: ignore[union-attr]
+        hz = _resonance_hz(points[0].system)
         limit = f"the resonance, {hz:g} Hz +- {max(limits):.0%}, is the limit: without it ki = {ki:.4g} 1/s"
     wanted = ", ".join(f"{peak:g} at +-{error:.0%}" for error, peak in limits.items())
     return (

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,9 +11,8 @@ import numpy as np
 from frictionloop.analysis.closed import close
 from frictionloop.analysis.disturbance import Spectrum
 from frictionloop.analysis.law_space import law_space
-from frictionloop.analysis.linear import LinearLoop
-from frictionloop.analysis.state_space import Array, Complex, StateSpace
-from frictionloop.design.corners import with_shifts
+from frictionloop.design.corners import band_of
+from frictionloop.design.plants import Plants, shifted
 from frictionloop.parameters import SuspendedSensor, System
 from frictionloop.quantities import FrictionloopError
 
@@ -25,19 +23,6 @@ LOWEST_HZ = 1.0
 """Lowest bandwidth tried; the highest is half the control rate."""
 GUARD = 0.99
 """Share of a limit on Ms that is used: |S| is looked at on a grid."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Case:
-    """One loop without its law: what a law of any gains is judged on."""
-
-    space: StateSpace
-    frequency_hz: Array
-    response: Complex
-    """f_m from u."""
-    peak: float
-    """Largest Ms."""
-    off: float
 
 
 def tune_observer(
@@ -62,18 +47,37 @@ def tune_observer(
         No bandwidth holds: the line says how close the best one comes, and where.
     """
     base = system.evolve({"controller.kind": kind})
-    shifted = with_shifts(system.evolve({"controller.kind": "pi"}), limits)
-    cases = [_case(loop, off, peak) for loop, off, peak in shifted]
-    at = min((loop for loop, off, _ in shifted if off == 0.0), key=lambda loop: loop.elements.occluded)
-    tried = [(_judge(base, each, at, cases, disturbance), each) for each in _candidates(system)]
+    cases = shifted(band_of(system.evolve({"controller.kind": "pi"})), limits)
+    plants, peaks = Plants.of([loop for loop, _, _ in cases]), np.array([peak for _, _, peak in cases])
+    spaces = [loop.plant.state_space() for loop, _, _ in cases]
+    density = None if disturbance is None else disturbance(plants.frequency_hz)
+    at = min((loop for loop, off, _ in cases if off == 0.0), key=lambda loop: loop.elements.occluded)
+
+    def judged(changes: Mapping[str, Any]) -> tuple[float, float, int]:
+        """Return the largest Ms over its limit, at least 1; the residual, or minus the bandwidth; the worst case."""
+        try:
+            law = law_space(base.evolve(dict(changes)), at.elements, at.plant)
+        except FrictionloopError:
+            return math.inf, math.inf, 0
+        gain = -law.response(plants.frequency_hz)[:, 1, 1]
+        stable = [close(space, law).is_stable() for space in spaces]  # the law itself may not be
+        over = np.where(stable, 1.0 / plants.distances(gain), np.inf) / (GUARD * peaks)
+        worst = int(np.argmax(over))
+        excess = max(1.0, float(over[worst]))
+        if density is None:
+            return excess, -float(changes["controller.bandwidth_hz"]), worst
+        return excess, float(np.max(plants.residual_n(gain, density))), worst
+
+    tried = [(judged(each), each) for each in _candidates(system)]
     (excess, _, case), best = min(tried, key=lambda found: found[0][:2])
     if excess > 1.0:
-        where = f"with the resonance {case.off:+.0%} off" if case.off else "with the resonance as described"
-        limit = "the resonance is the limit" if case.off else "delay and lags of the loop are the limit"
+        _, off, peak = cases[case]
+        where = f"with the resonance {off:+.0%} off" if off else "with the resonance as described"
+        limit = "the resonance is the limit" if off else "delay and lags of the loop are the limit"
         raise FrictionloopError(
             f"sensitivity_peak = {limits[0.0]:g}: no bandwidth of law {kind} holds it; the best, "
-            f"{best['controller.bandwidth_hz']:.4g} Hz, gets to Ms {excess * GUARD * case.peak:.3g} where "
-            f"{case.peak:.3g} is asked, {where}; {limit}"
+            f"{best['controller.bandwidth_hz']:.4g} Hz, gets to Ms {excess * GUARD * peak:.3g} where "
+            f"{peak:.3g} is asked, {where}; {limit}"
         )
     return {"controller.kind": kind, **best}
 
@@ -89,31 +93,3 @@ def _candidates(system: System) -> list[dict[str, Any]]:
         for bias in BIASES
         for hz in bandwidths
     ]
-
-
-def _case(loop: LinearLoop, off: float, peak: float) -> _Case:
-    grid = loop.search_grid(1e-2)
-    frequency = np.append(grid[grid >= 1e-2], loop.nyquist_hz)
-    return _Case(loop.plant.state_space(), frequency, loop.plant.response(frequency)[:, 1, 0], peak, off)
-
-
-def _judge(
-    base: System, overrides: Mapping[str, Any], at: LinearLoop, cases: list[_Case], disturbance: Spectrum | None
-) -> tuple[float, float, _Case]:
-    """Return the largest Ms over its limit, at least 1; the residual, or minus the bandwidth; and where Ms is worst."""
-    try:
-        law = law_space(base.evolve(dict(overrides)), at.elements, at.plant)
-    except FrictionloopError:
-        return math.inf, math.inf, cases[0]
-    worst, residual, where = 1.0, 0.0, cases[0]
-    for case in cases:
-        distance = np.abs(1.0 - law.response(case.frequency_hz)[:, 1, 1] * case.response)
-        stable = close(case.space, law).is_stable()
-        excess = float(1.0 / distance.min()) / (GUARD * case.peak) if stable else math.inf
-        if excess > worst:
-            worst, where = excess, case
-        if disturbance is not None:
-            power = disturbance(case.frequency_hz) / distance**2
-            residual = max(residual, float(np.trapezoid(power, case.frequency_hz)))
-    cost = -float(overrides["controller.bandwidth_hz"]) if disturbance is None else math.sqrt(residual)
-    return worst, cost, where

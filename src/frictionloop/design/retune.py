@@ -7,22 +7,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from frictionloop.analysis.band import operating_band
-from frictionloop.analysis.closed import close
-from frictionloop.analysis.law_space import pi_space
 from frictionloop.analysis.linear import LinearLoop
 from frictionloop.analysis.margins import Margins
-from frictionloop.analysis.stability import kp_limit
-from frictionloop.design.pi_region import PiRegion, open_stretches
+from frictionloop.design.gain_search import best_gains
+from frictionloop.design.plants import Plants
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
-
-KPS = 60
-"""Values of kp looked at before the best one is refined."""
-BEYOND = 2.0
-"""Largest kp looked at, over the one at which the loop rings without integral action: some ki can calm it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +70,7 @@ def retune(
     if not points:
         raise FrictionloopError("system = []: must be a System or at least one LinearLoop")
     peaks = _peaks(sensitivity_peak, len(points))
-    kp, ki = _largest_ki(points, peaks)
+    _, kp, ki = best_gains(Plants.of(points), peaks, refine=True)
     loops = tuple(loop.with_gains(kp, ki) for loop in points)
     found = Retuned(kp, ki, loops, tuple(loop.margins() for loop in loops))
     if ki <= max(least_ki, 0.0):
@@ -95,28 +87,6 @@ def _peaks(sensitivity_peak: float | Sequence[float], loops: int) -> list[float]
     if len(peaks) != loops:
         raise FrictionloopError(f"sensitivity_peak = {peaks}: must be one number, or one for each of {loops} loops")
     return peaks
-
-
-def _largest_ki(points: Sequence[LinearLoop], peaks: Sequence[float]) -> tuple[float, float]:
-    """Return the kp with the largest allowed ki, and that ki: a grid of kp, refined around its best value."""
-    regions = [PiRegion.of(loop, peak) for loop, peak in zip(points, peaks, strict=True)]
-    plants = [loop.plant.state_space() for loop in points]
-
-    def ki_at(kp: float) -> float:
-        for low, high in reversed(open_stretches(regions, kp)):
-            # Stability changes only across a forbidden stretch: one look inside an open one decides.
-            if all(close(plant, pi_space(kp, (low + high) / 2, plant.period_s)).is_stable() for plant in plants):
-                return high
-        return 0.0
-
-    grid = np.linspace(0.0, BEYOND * min(kp_limit(loop.with_gains(0.0, 0.0)) for loop in points), KPS)
-    values = [ki_at(kp) for kp in grid]
-    best = int(np.argmax(values))
-    around = grid[max(best - 1, 0)], grid[min(best + 1, KPS - 1)]
-    refined = minimize_scalar(
-        lambda kp: -ki_at(kp), bounds=around, method="bounded", options={"xatol": 1e-6 * grid[-1]}
-    )
-    return max((values[best], float(grid[best])), (-float(refined.fun), float(refined.x)))[::-1]
 
 
 def _too_little(found: Retuned, sensitivity_peak: float, least_ki: float) -> str:

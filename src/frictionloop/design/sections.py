@@ -6,22 +6,20 @@ one bit of headroom), every section stable. A gain of any size goes into kp and 
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from frictionloop.analysis.state_space import Complex
+from frictionloop.control.notch import Section, section_response
 from frictionloop.design.pairing import ANGLES, paired, zeros_of
 from frictionloop.design.quadruple import Quadruple
+from frictionloop.parameters import FilteredPiController
 from frictionloop.quantities import FrictionloopError
 
-SECTIONS = 6
-"""Most sections the law has room for."""
 LARGEST = 2.0
 """Largest coefficient, by magnitude."""
-Section = tuple[float, float, float, float, float]
 
 
 @dataclass(frozen=True)
@@ -32,7 +30,7 @@ class Cascade:
     """Proportional gain, N/N."""
     ki: float
     """Integral gain, 1/s."""
-    sections: tuple[Section, ...]
+    sections: tuple[tuple[float, float, float, float, float], ...]
     """Coefficients of every section, in the order in which they run."""
     period_s: float
     """Control period Ts."""
@@ -50,10 +48,9 @@ class Cascade:
     def response(self, frequency_hz: ArrayLike) -> Complex:
         """Return C at z = exp(j 2 pi f Ts), error to force command, f in Hz above 0."""
         turn = 2j * np.pi * np.asarray(frequency_hz, dtype=float) * self.period_s
-        back = np.exp(-turn)
-        value = self.kp + self.ki * self.period_s / np.expm1(turn)
-        for b0, b1, b2, a1, a2 in self.sections:
-            value = value * (b0 + b1 * back + b2 * back**2) / (1 + a1 * back + a2 * back**2)
+        value = np.asarray(self.kp + self.ki * self.period_s / np.expm1(turn), dtype=complex)
+        for section in self.sections:
+            value = value * section_response(Section(*section), frequency_hz, 1.0 / self.period_s)
         return np.asarray(value)
 
 
@@ -80,22 +77,8 @@ def factorise(filter_: Quadruple, kp: float, ki: float, period_s: float) -> Casc
         so_far, gain = shape / size, gain * size
         b0, b1, b2, a1, a2 = map(float, (*(b / size), *a[1:]))
         sections.append((b0, b1, b2, a1, a2))
-    return checked(Cascade(kp * gain, ki * gain, tuple(sections), period_s))
-
-
-def checked(cascade: Cascade) -> Cascade:
-    """Return the cascade, refusing more than six sections, unstable ones and coefficients beyond +-2."""
-    if len(cascade.sections) > SECTIONS:
-        raise FrictionloopError(f"sections: {len(cascade.sections)} are needed, at most {SECTIONS} are accepted")
-    for i, section in enumerate(cascade.sections):
-        for coefficient in section:
-            if not abs(coefficient) <= LARGEST:
-                raise FrictionloopError(
-                    f"sections[{i}]: coefficient {coefficient:g} overflows Q31; accepted are -2 to 2"
-                )
-        _check_poles(np.roots([1.0, *section[3:]]).astype(complex))
-    if not (math.isfinite(cascade.kp) and math.isfinite(cascade.ki)):
-        raise FrictionloopError(f"kp = {cascade.kp:g}, ki = {cascade.ki:g} 1/s: must be finite")
+    cascade = Cascade(kp * gain, ki * gain, tuple(sections), period_s)
+    FilteredPiController(kp=cascade.kp, ki=cascade.ki, sections=cascade.sections)  # refuses what the law cannot run
     return cascade
 
 

@@ -9,9 +9,10 @@ from typing import Any
 
 from frictionloop.analysis.disturbance import Spectrum, touch_spectrum
 from frictionloop.analysis.operating import check_reach
-from frictionloop.design.corners import band_of, broken, corners, with_shifts
+from frictionloop.design.corners import band_of, broken, corners
 from frictionloop.design.elsewhere import elsewhere
 from frictionloop.design.notch import retune_notch
+from frictionloop.design.plants import shifted
 from frictionloop.design.retune import retune
 from frictionloop.design.wanted import Designed, Wanted, feedforward, unheld
 from frictionloop.parameters import FingerFriction, Strokes, SuspendedSensor, System
@@ -40,7 +41,7 @@ def notch_pi(system: System, wanted: Wanted) -> Designed:
 
 def pi(system: System, wanted: Wanted) -> Designed:
     """PI alone with the largest ki (`retune`)."""
-    cases = with_shifts(_plain(system), wanted.limits)
+    cases = shifted(band_of(_plain(system)), wanted.limits)
     with _in_terms_of(wanted):
         found = retune([loop for loop, _, _ in cases], [peak for _, _, peak in cases], LEAST_KI)
     return Designed({"controller.kind": "pi", **found.overrides})
@@ -127,7 +128,7 @@ def design_controller(system: System, law: str | None = None, wanted: Wanted | N
     check_reach(system)
     found = SYNTHESES[name](system, asked)
     at = found.corners or corners(system.evolve(found.overrides), asked.limits)
-    worst = broken(at, asked.limits)
+    worst = broken(at)
     if worst is not None:
         raise FrictionloopError(unheld(name, asked, worst))
     more = elsewhere(system.evolve(found.overrides), asked.limits)

@@ -12,10 +12,10 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from scipy.linalg import solve_discrete_are
 from scipy.optimize import minimize
 
 from frictionloop.analysis.state_space import Array
+from frictionloop.control.observer_gains import kalman_gains
 from frictionloop.design.tracker_loop import Plant, Row, answer, observer_matrix
 from frictionloop.parameters import Model, System
 from frictionloop.perception.weighting import felt_power
@@ -107,10 +107,8 @@ class RowSearch:
         """Return the row of a point of the search."""
         limit, reading, friction, springs, time_s, trust = np.exp(x)
         matrix = observer_matrix(self.believed, self.share, self.dt)
-        out = np.eye(5)[:, 4:]
         driven = np.diag([limit**2, friction**2, springs**2, springs**2, 0.0]) + 1e-14 * np.eye(5)
-        spread = solve_discrete_are(matrix.T, out, driven, [[reading**2]])
-        gains = (spread @ out / (out.T @ spread @ out + reading**2)).ravel()
+        gains = kalman_gains(matrix, np.eye(1, 5, 4), driven, reading**2)
         lead = min(self.share / -math.expm1(-self.dt / time_s), 1.0)
         kd, kf, k1, k2, k3 = (float(gain) for gain in gains)
         return Row(kd, kf, k1, k2, k3, lead, float(trust))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from frictionloop.analysis.linear import linearise
 from frictionloop.design.corners import Corner, broken, corners
@@ -49,10 +49,10 @@ def held_tracker(system: System, wanted: Wanted) -> Designed:
         except FrictionloopError as error:
             raise FrictionloopError(_unheld(wanted, worst) if worst else str(error)) from None
         found = corners(plain.evolve(tuning.overrides), wanted.limits)
-        worst = broken(found, wanted.limits)
+        worst = broken(found)
         if worst is None:
             return Designed(tuning.overrides, _learning(plain.evolve(tuning.overrides)), tuple(found), tuning)
-        excess = _excess(found, wanted.limits)
+        excess = max((each.margins.sensitivity_peak - 1.0) / (each.limit - 1.0) for each in found)
         if not math.isfinite(excess):
             break
         share *= SPARE / excess
@@ -73,12 +73,6 @@ def _tuned(system: System, wanted: Wanted, share: float) -> TrackerTuning:
         except FrictionloopError as error:
             asked = f"sensitivity_peak = {wanted.sensitivity_peak:g}: law tracker: "
             raise FrictionloopError(str(error).replace("limits: ", asked, 1)) from None
-
-
-def _excess(found: Sequence[Corner], limits: Mapping[float, float]) -> float:
-    """Return the largest Ms - 1 over what is allowed."""
-    allowed = {round(sign * error, 9): peak - 1.0 for error, peak in limits.items() for sign in (-1, 1)}
-    return max((each.margins.sensitivity_peak - 1.0) / allowed[round(each.off, 9)] for each in found)
 
 
 def _learning(system: System) -> tuple[str, ...]:

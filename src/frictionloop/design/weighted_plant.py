@@ -63,11 +63,7 @@ class Weights:
 BOTH_CONTACTS = Weights()
 """For Dahl and slider: the pole of the contact is believed so fast that little lead is spent on it.
 
-How they were chosen: a random search of about 3,800 rough draws for the least residual of `parameters.bench` at 20 mm/s
-by the linear analysis; 60 around the best of these; when the command's noise was bounded (`HinfWanted`), which those
-broke, 39 drawn anew, of which this is the best, the next leaving 2 mN more. Last, a random walk of 21 steps from here,
-scored by simulation of the capable of ``fingers(100, 3)`` on both contacts under feed-forward and overdrive: its best
-leaves 6 % less, with twice the noise in the command, at the bound, so these stayed.
+Chosen by a search on simulated fingers (studies/pages/beliefs.md).
 """
 ONE_CONTACT = Weights(
     performance=1284.0,

@@ -2,31 +2,16 @@
 
 from __future__ import annotations
 
-from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from frictionloop.firmware.compiler import shared_library
+from frictionloop.firmware.compiled import host_library
 from frictionloop.firmware.revision import revision_here
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.extra import needed
-from frictionloop.quantities.schema import firmware_folder, schema, word_count
+from frictionloop.quantities.schema import schema, word_count
 
-DECLARATIONS = """
-typedef struct { int32_t force[2]; int32_t position; int32_t load; } fl_sample;
-typedef struct { int32_t duty; int32_t amplitude; } fl_drive;
-typedef struct { uint8_t board; uint32_t serial; const char *revision; } fl_identity;
-typedef struct fl_app fl_app;
-size_t fl_app_size(void);
-void fl_app_start(fl_app *, const fl_identity *, const void *);
-fl_drive fl_app_tick(fl_app *, const fl_sample *, uint32_t, int32_t);
-void fl_app_took(fl_app *, uint32_t);
-void fl_app_receive(fl_app *, const uint8_t *, size_t, uint32_t);
-size_t fl_app_transmit(fl_app *, uint8_t *, size_t, uint32_t);
-"""
-"""Of firmware/core/fl_app.h; the parameter table is passed as its words."""
 ROOM = 4096
 """Bytes taken from the firmware at once."""
 
@@ -51,21 +36,6 @@ class Drive(NamedTuple):
     """Amplitude that the duty stands for."""
 
 
-def core_sources() -> tuple[list[Path], tuple[Path, ...]]:
-    """Return the C files of the host library and the folders of their headers."""
-    folders = firmware_folder() / "core", firmware_folder() / "boards" / "host"
-    return [path for folder in folders for path in sorted(folder.glob("*.c"))], folders
-
-
-@cache
-def load(library: Path | None = None) -> tuple[Any, Any]:
-    """Return (ffi, library) of the firmware, compiled at the first call; or of a library that was built otherwise."""
-    ffi = needed("cffi", "cffi", "firmware").FFI()
-    ffi.cdef(DECLARATIONS)
-    sources, folders = core_sources()
-    return ffi, ffi.dlopen(str(library or shared_library("core", sources, folders)))
-
-
 class HostBoard:
     """The firmware with this program as its board: it samples, drives, and moves the bytes.
 
@@ -88,7 +58,7 @@ class HostBoard:
         table = np.ascontiguousarray(words, dtype=np.int32)
         if table.shape != (word_count(),):
             raise FrictionloopError(f"words: shape {table.shape}; must be ({word_count()},)")
-        self._ffi, self._lib = load(library)
+        self._ffi, self._lib = host_library(built=library) if library else host_library()
         self._memory = self._ffi.new("uint64_t[]", -(-self._lib.fl_app_size() // 8))
         self._app = self._ffi.cast("fl_app *", self._memory)
         self._revision = self._ffi.new("char[]", revision_here().encode("ascii"))

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 from frictionloop.device.errors import DeviceError, NoReply
 from frictionloop.device.link import Link
-from frictionloop.quantities.schema import schema
+from frictionloop.quantities.schema import named, schema
 
-BOARDS = {number: name for name, number in schema()["boards"].items()}
+BOARDS = named("boards")
 
 
 class Info(NamedTuple):

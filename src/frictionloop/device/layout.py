@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,23 +22,22 @@ class Layout(NamedTuple):
 
     name: str
     type: int
-    fixed: tuple[str, ...]
+    codes: dict[str, str]
+    """`struct` formats of the fixed fields."""
     body: struct.Struct
     repeated: str
     item: np.dtype[Any] | None
 
     def pack(self, fields: Mapping[str, Any]) -> bytes:
         """Return the body of a message with these fields."""
-        names = (*self.fixed, self.repeated) if self.repeated else self.fixed
+        names = (*self.codes, self.repeated) if self.repeated else (*self.codes,)
         if set(names) != set(fields):
             raise FrictionloopError(
                 f"{self.name}: fields {', '.join(fields) or 'none'}; must be {', '.join(names) or 'none'}"
             )
-        try:
-            self._check_lengths(fields)
-            body = self.body.pack(*(fields[name] for name in self.fixed)) + self._packed(fields)
-        except (struct.error, OverflowError, TypeError, ValueError):
-            raise FrictionloopError(f"{self.name}: {self._wrong(fields)}") from None
+        body = b"".join(self._fixed(name, fields[name]) for name in self.codes)
+        if self.item is not None:
+            body += self._repeated(fields[self.repeated], self.item)
         if len(body) > LARGEST_BODY:
             raise FrictionloopError(f"{self.name}: {len(body)} bytes; must be at most {LARGEST_BODY}")
         return body
@@ -47,54 +47,32 @@ class Layout(NamedTuple):
         rest = len(body) - self.body.size
         if rest < 0 or (rest if self.item is None else rest % self.item.itemsize):
             return None
-        fields: dict[str, Any] = dict(zip(self.fixed, self.body.unpack_from(body), strict=True))
+        fields: dict[str, Any] = dict(zip(self.codes, self.body.unpack_from(body), strict=True))
         if self.item is not None:
             fields[self.repeated] = np.frombuffer(body, self.item, offset=self.body.size)
         return fields
 
-    def _check_lengths(self, fields: Mapping[str, Any]) -> None:
-        """Refuse bytes of another length, which `struct` would cut or fill."""
-        for name, code in zip(self.fixed, _codes(self.body.format), strict=True):
-            if code.endswith("s") and len(fields[name]) != int(code[:-1]):
-                raise ValueError
+    def _fixed(self, name: str, value: Any) -> bytes:
+        code = f"<{self.codes[name]}"
+        with suppress(struct.error, TypeError):
+            packed = struct.pack(code, value)
+            if struct.unpack(code, packed) == (value,):  # `struct` cuts or fills bytes of another length
+                return packed
+        raise FrictionloopError(f"{self.name}: {name} = {value!r}; must be {_taken(code)}")
 
-    def _packed(self, fields: Mapping[str, Any]) -> bytes:
-        if self.item is None:
-            return b""
-        given, info = np.asarray(fields[self.repeated]), np.iinfo(self.item)
-        if given.ndim != 1 or (given.size and given.dtype.kind not in "iu"):
-            raise ValueError
-        if given.size and not info.min <= given.min() <= given.max() <= info.max:
-            raise ValueError
-        return given.astype(self.item).tobytes()
-
-    def _wrong(self, fields: Mapping[str, Any]) -> str:
-        """Return which field does not fit and what it takes."""
-        for name, code in zip(self.fixed, _codes(self.body.format), strict=True):
-            try:
-                if struct.unpack(f"<{code}", struct.pack(f"<{code}", fields[name])) != (fields[name],):
-                    raise ValueError
-            except (struct.error, TypeError, ValueError):
-                return f"{name} = {fields[name]!r}; must be {_taken(code)}"
-        return f"{self.repeated} = {fields[self.repeated]!r}; must be whole numbers of {self.item}"
-
-
-def _codes(form: str) -> list[str]:
-    """Return the fields of a `struct` format such as "<BH16s"."""
-    codes, digits = [], ""
-    for letter in form[1:]:
-        if letter.isdigit():
-            digits += letter
-        else:
-            codes.append(digits + letter)
-            digits = ""
-    return codes
+    def _repeated(self, values: Any, item: np.dtype[Any]) -> bytes:
+        with suppress(OverflowError, TypeError, ValueError):
+            given, info = np.asarray(values), np.iinfo(item)
+            whole = given.ndim == 1 and (given.dtype.kind in "iu" or not given.size)
+            if whole and np.all((given >= info.min) & (given <= info.max)):
+                return given.astype(item).tobytes()
+        raise FrictionloopError(f"{self.name}: {self.repeated} = {values!r}; must be whole numbers of {item}")
 
 
 def _taken(code: str) -> str:
     if code.endswith("s"):
-        return f"{code[:-1]} bytes"
-    info = np.iinfo(np.dtype(f"<{code}"))
+        return f"{code[1:-1]} bytes"
+    info = np.iinfo(np.dtype(code))
     return f"a whole number from {info.min} to {info.max}"
 
 
@@ -104,12 +82,15 @@ def _layout(entry: Mapping[str, Any]) -> Layout:
     repeated = [field for field in fields if field.get("repeated")]
     assert fields == fixed + repeated, "a repeated field ends its message"
     assert len(repeated) <= 1, "only one field of a message can be repeated"
-    codes = (f"{field['length']}s" if field["format"] == "bytes" else FORMATS[field["format"]] for field in fixed)
+    codes = {
+        field["name"]: f"{field['length']}s" if field["format"] == "bytes" else FORMATS[field["format"]]
+        for field in fixed
+    }
     return Layout(
         entry["name"],
         entry["type"],
-        tuple(field["name"] for field in fixed),
-        struct.Struct("<" + "".join(codes)),
+        codes,
+        struct.Struct("<" + "".join(codes.values())),
         repeated[0]["name"] if repeated else "",
         np.dtype("<" + FORMATS[repeated[0]["format"]]) if repeated else None,
     )

@@ -11,7 +11,7 @@ from frictionloop.device.codec import Decoder, Message, encode
 from frictionloop.device.errors import NoReply, Refused
 from frictionloop.device.layout import REPLIES
 from frictionloop.device.pipe import Pipe
-from frictionloop.quantities.schema import schema
+from frictionloop.quantities.schema import named, schema
 
 REPEAT_S = 0.1
 """Wait so long for a reply before asking again: many times what a frame takes at 2 Mbaud (assumed)."""
@@ -22,7 +22,7 @@ BEAT_S = schema()["protocol"]["silence_ms"] / 1000 / 5
 INBOX = 4096
 """Messages kept for `poll`; a device that streams to a host that does not listen loses the oldest."""
 NO_INDEX = 65535
-REFUSALS = {number: name for name, number in schema()["refusals"].items()}
+REFUSALS = named("refusals")
 
 
 class Link:

@@ -13,7 +13,6 @@ ALL = (1 << len(CHANNELS)) - 1
 """Mask of all channels."""
 FLAGS = CHANNELS.index("flags")
 TICK_HZ: int = schema()["protocol"]["tick_hz"]
-STATES = {number: name for name, number in schema()["states"].items()}
 SLACK_US = 2_000_000
 """Frames wait for the line at most so long on the device (assumed; its ring holds some ms)."""
 

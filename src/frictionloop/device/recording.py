@@ -63,11 +63,10 @@ def clock_fit(pairs: list[tuple[int, float, float]]) -> dict[str, float]:
     host, trip = np.array([pair[1:] for pair in pairs]).T
     host = host - host[0]
     best = np.argsort(trip, kind="stable")[: max(len(pairs) // 2, 2)]
-    spread = host[best] - host[best].mean()
-    rate = float(spread @ (device[best] - device[best].mean()) / max(spread @ spread, 1e-30))
-    offset = float(device[best].mean() - rate * host[best].mean())
+    offset, rate = np.polynomial.Polynomial.fit(host[best], device[best], 1).convert().coef
     residual = device[best] - offset - rate * host[best]
-    return {"clock_rate": rate, "clock_offset_s": offset, "clock_residual_s": float(np.sqrt(np.mean(residual**2)))}
+    fit = {"clock_rate": rate, "clock_offset_s": offset, "clock_residual_s": np.sqrt(np.mean(residual**2))}
+    return {name: float(value) for name, value in fit.items()}
 
 
 def _variable(name: str, values: np.ndarray) -> xr.Variable:

@@ -9,16 +9,25 @@ import numpy as np
 
 from frictionloop.device.errors import Refused
 from frictionloop.firmware.words import accepted, from_words, shown, word_at
-from frictionloop.quantities.schema import Word, parameter_words
+from frictionloop.quantities.schema import Word, parameter_words, schema
 
+PROTOCOL = schema()["protocol"]
+LONGEST_RAMP = PROTOCOL["ramp_ms"] * PROTOCOL["tick_hz"] / 1000
+"""Ticks from the ceiling to 0 at most."""
 RELATIONS: dict[str, Callable[[dict[str, Any]], str]] = {
     "law.number": lambda value: (
         "a law that the firmware has: " + parameter_words()["law.number"].text.partition(": ")[2]
     ),
     "law.high_n": lambda value: f"above law.low_n = {value['law.low_n']:g} N",
     "drive.largest_um": lambda value: "above 0 um",
-    "drive.ceiling_um": lambda value: f"at most drive.largest_um = {value['drive.largest_um']:g} um",
-    "drive.duty": lambda value: "0 first and none below the one before",
+    "drive.ceiling_um": lambda value: (
+        f"at most drive.largest_um = {value['drive.largest_um']:g} um, "
+        "and no larger a share of it than the image was built with"
+    ),
+    "drive.ramp_um": lambda value: (
+        f"at least {value['drive.ceiling_um'] / LONGEST_RAMP:.4g} um, from drive.ceiling_um to 0 in "
+        f"{PROTOCOL['ramp_ms']} ms"
+    ),
     "lookup.squares_um2": lambda value: "none above the one before",
 }
 """What the firmware asks of a parameter beside its range (firmware/core/app_parameters.c, fl_check_table)."""
@@ -27,14 +36,7 @@ RELATIONS: dict[str, Callable[[dict[str, Any]], str]] = {
 def in_words(asked: str, refused: Refused, table: np.ndarray) -> Refused:
     """Return a refusal of `set` or `commit` that names the parameter, its value and what would be accepted.
 
-    Parameters
-    ----------
-    asked : str
-        ``"set"`` or ``"commit"``.
-    refused : Refused
-        Its ``index`` is that of the word that is wrong; without one it is returned as it is.
-    table : array (word_count,) of int32
-        The words that were refused.
+    A refusal that has no ``index``, that of the word that is wrong in the table, is returned as it is.
     """
     if refused.index is None or refused.index >= len(table) or refused.reason != "out_of_range":
         return refused

@@ -18,17 +18,18 @@ from frictionloop.device.link import Link
 from frictionloop.device.pipe import Pipe
 from frictionloop.device.recorder import ALL, TICK_HZ, Recorder
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.schema import schema
+from frictionloop.quantities.schema import named, schema
 
 SILENT_S = 2.0
 """A device that streams and says nothing for so long is given up (assumed)."""
 REOPENED = 20
 """Attempts to open a line that went away, `PAUSE_S` apart: what an adapter takes to come back (assumed)."""
 PAUSE_S = 0.1
-FAULTS = {number: name for name, number in schema()["faults"].items()}
+FAULTS = named("faults")
 STATES = schema()["states"]
 READINGS = {"force_range": (2.0**-28, "N"), "sensor_saturated": (1, "counts"), "sensor_stuck": (1, "counts"),
-            "host_silent": (1e-3, "ms"), "tick_overrun": (1, "late ticks")}  # fmt: skip
+            "host_silent": (1e-3, "ms"), "tick_overrun": (1, "late ticks"),
+            "no_finger": (1 / TICK_HZ, "s")}  # fmt: skip
 """What a fault tells of its cause: the size of a step, and the unit."""
 
 

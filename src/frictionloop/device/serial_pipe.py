@@ -6,6 +6,7 @@ import errno
 import os
 import select
 import time
+from pathlib import Path
 
 from frictionloop.device.errors import DeviceError, Unplugged
 from frictionloop.device.pipe import Pipe
@@ -18,7 +19,7 @@ _GONE_AFTER_S = 1.0  # a write that does not get through for so long has no one 
 
 
 class SerialPipe(Pipe):
-    """A serial port that no other program may have at the same time (Linux and macOS).
+    """A serial port that no other program may have at the same time (Linux and macOS; on Windows it is not tried).
 
     Raises
     ------
@@ -37,6 +38,9 @@ class SerialPipe(Pipe):
     def read(self, timeout_s: float) -> bytes:
         """Return what has come in, waiting up to so long for the first byte."""
         try:
+            if os.name == "nt":  # no ports in select there
+                self._port.timeout = max(timeout_s, 0.0)
+                return bytes(self._port.read(1) + self._port.read(self._port.in_waiting))
             # in_waiting and single bytes starve at 83 kB/s: wait for any, then take all there is.
             select.select([self._port.fileno()], [], [], max(timeout_s, 0.0))
             return bytes(self._port.read(_BULK))
@@ -59,11 +63,6 @@ class SerialPipe(Pipe):
         return time.monotonic()
 
 
-def ports() -> list[str]:
-    """Return the serial ports of this machine."""
-    return [port.device for port in needed("serial.tools.list_ports", "pyserial").comports()]
-
-
 def described_ports() -> list[tuple[str, str]]:
     """Return the address of each serial port of this machine, and what it says it is."""
     found = needed("serial.tools.list_ports", "pyserial").comports()
@@ -72,23 +71,12 @@ def described_ports() -> list[tuple[str, str]]:
 
 def _why(port: str, code: int | None, error: Exception) -> str:
     if code == errno.ENOENT:
-        return f"no such port; there is {', '.join(ports()) or 'none'}"
-    if code == errno.EACCES:
-        group = _group(port)
+        return f"no such port; there is {', '.join(address for address, _ in described_ports()) or 'none'}"
+    if code == errno.EACCES and os.name != "nt":
+        group = Path(port).group()
         return (
             f"permission denied; it belongs to the group '{group}': sudo usermod -aG {group} $USER, then log in again"
         )
-    if code in (errno.EBUSY, errno.EAGAIN):
+    if code in (errno.EBUSY, errno.EAGAIN, errno.EACCES):
         return "in use by another program; only one host may have a device"
     return f"cannot be opened ({str(error).splitlines()[0]})"
-
-
-def _group(port: str) -> str:
-    """Return the group that owns a port."""
-    import grp
-
-    number = os.stat(port).st_gid
-    try:
-        return grp.getgrgid(number).gr_name
-    except KeyError:
-        return str(number)

@@ -1,78 +1,30 @@
-"""A board that exists here, at a simulated bench: time passes while the host reads, as fast as it computes."""
+"""The line to a board at a simulated bench: time passes while the host reads, as fast as it computes."""
 
 from __future__ import annotations
 
-from typing import Protocol
-
 import numpy as np
 
+from frictionloop.device.boards import Board
 from frictionloop.device.errors import DeviceError, Unplugged
-from frictionloop.device.host_board import HostBoard, Sample
+from frictionloop.device.host_board import Sample
 from frictionloop.device.pipe import Pipe
 from frictionloop.device.recorder import TICK_HZ
-from frictionloop.device.simulated_converters import Converters
-from frictionloop.firmware.parameter_words import firmware_words
+from frictionloop.firmware.parameter_words import n_per_count
 from frictionloop.loop.stepper import Stepper
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
+from frictionloop.sensing.measurement import Measurement
 
-TICK_US = 1_000_000 // TICK_HZ
 LISTEN_TICKS = 8
 """The background of a simulated board takes and gives bytes every so many ticks (assumed: 1.6 ms)."""
-
-
-class Board(Protocol):
-    """What sits between bench and line: converters in, amplitude out, bytes both ways."""
-
-    source: str
-    """As in a run's attributes."""
-
-    def tick(self, sample: Sample) -> float:
-        """Run a tick with these counts; return the amplitude command in um."""
-
-    def receive(self, data: bytes) -> None:
-        """Take bytes from the line."""
-
-    def transmit(self) -> bytes:
-        """Return the bytes for the line."""
-
-
-class Simulated:
-    """The firmware as a library of this machine, set up from a System."""
-
-    source = "simulated"
-
-    def __init__(self, system: System) -> None:
-        self._board, self._now_us = HostBoard(firmware_words(system)), 0
-
-    def tick(self, sample: Sample) -> float:
-        """Run a tick; return the amplitude command in um."""
-        self._now_us += TICK_US
-        return self._board.tick(sample, self._now_us).amplitude_um
-
-    def receive(self, data: bytes) -> None:
-        """Take bytes from the line."""
-        self._board.receive(data, self._now_us)
-
-    def transmit(self) -> bytes:
-        """Return the bytes for the line."""
-        sent = self._board.transmit(self._now_us)
-        while more := self._board.transmit(self._now_us):
-            sent += more
-        return sent
+ENDS = -(2**15), 2**15 - 1
+"""Of a converter: 16 bit."""
 
 
 class BenchPipe(Pipe):
     """The line to a board at a simulated bench.
 
-    Parameters
-    ----------
-    board : Board
-        The firmware.
-    system : System
-        The bench: plate, friction, finger, sensors; its controller runs on the board.
-    seed : int
-        Seed of all noise.
+    Plate, friction, finger and sensors are the System's; its controller runs on the board.
     """
 
     def __init__(self, board: Board, system: System, seed: int = 0) -> None:
@@ -134,3 +86,30 @@ class BenchPipe(Pipe):
     def _check(self) -> None:
         if not self._open:
             raise Unplugged("simulated board: the line is closed")
+
+
+class Converters:
+    """The wiring that ``system.board`` describes, the other way round: what the firmware makes of it is what was there.
+
+    The force comes on the first channel, and on the second none.
+    """
+
+    def __init__(self, system: System) -> None:
+        board = self._board = system.board
+        self._force_n = n_per_count(system)
+        self._scales = board.position_m_per_count, board.load_n_per_count
+
+    def sample(self, measured: Measurement) -> Sample:
+        """Return the counts of a tick, at an end of the converter where a reading does not fit."""
+        along, across = self._board.force_zero_counts
+        position, load = self._scales
+        return Sample(
+            _counts(measured.force, self._force_n, along),
+            across,
+            _counts(measured.position, position, 0),
+            _counts(measured.load, load, self._board.load_zero_counts),
+        )
+
+
+def _counts(value: float, unit: float, zero: int) -> int:
+    return min(max(zero + round(value / unit), ENDS[0]), ENDS[1]) if unit else zero

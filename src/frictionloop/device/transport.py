@@ -8,7 +8,10 @@ from frictionloop.device.pipe import Pipe
 from frictionloop.parameters import System, bench
 from frictionloop.quantities import FrictionloopError
 
-ADDRESSES = "sim:, emulated:image.elf, serial:///dev/ttyACM0, tcp://host:port"
+ADDRESSES = (
+    "sim:, emulated:image.elf, tcp://host:port, serial:///dev/ttyACM0 (Linux), serial:///dev/cu.usbmodem1 (macOS), "
+    "serial://COM3 (Windows)"
+)
 
 
 def opener(address: str, system: System | None = None, seed: int = 0) -> Callable[[], Pipe]:
@@ -31,12 +34,10 @@ def opener(address: str, system: System | None = None, seed: int = 0) -> Callabl
 
             return lambda: TcpPipe(host.strip("[]"), int(port))
     if address == "sim:" or (scheme == "emulated" and rest):
-        from frictionloop.device.simulated_pipe import BenchPipe, Simulated
+        from frictionloop.device.boards import Board, Emulated, Simulated
+        from frictionloop.device.simulated_pipe import BenchPipe
 
         given = system or bench()
-        if address == "sim:":
-            return BenchPipe(Simulated(given), given, seed).opened
-        from frictionloop.device.emulated_board import Emulated
-
-        return BenchPipe(Emulated(rest, given.plate.max_amplitude_um), given, seed).opened
+        board: Board = Emulated(rest, given.plate.max_amplitude_um) if rest else Simulated(given)
+        return BenchPipe(board, given, seed).opened
     raise FrictionloopError(f"address {address!r}: must be one of {ADDRESSES}")

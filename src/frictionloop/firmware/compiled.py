@@ -23,10 +23,11 @@ from frictionloop.firmware.quantised_observer import (
     super_twisting_quantised,
 )
 from frictionloop.firmware.quantised_tracker import TRACKER_PLACES, tracker_quantised
+from frictionloop.firmware.words import filled
 from frictionloop.parameters import Model, System
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.extra import needed
-from frictionloop.quantities.schema import BITS, firmware_folder, parameter_words, word_count
+from frictionloop.quantities.schema import BITS, firmware_folder, parameter_words
 from frictionloop.quantities.trees import flat
 
 FORMS: dict[str, Quantised] = {
@@ -40,18 +41,6 @@ FORMS: dict[str, Quantised] = {
 """Laws that the firmware has, by the kind of `LAWS`."""
 CELLS = 256
 """Of the firmware's lookup table, whatever ``model.table_size`` is."""
-
-_DECLARATIONS = """
-int32_t fl_host_states(uint32_t);
-int32_t fl_host_places(uint32_t, uint32_t);
-int32_t fl_host_tick(const int32_t *, int32_t *, int32_t *, const int32_t *, int32_t);
-void fl_host_run(const int32_t *, size_t, int32_t *, int32_t *, const int32_t *, const int32_t *, int32_t *);
-void fl_host_steps(const int32_t *, size_t, int32_t *, const int32_t *, const int32_t *, int32_t *);
-void fl_host_lookup(const int32_t *, size_t, const int32_t *, int32_t *);
-void fl_host_overdrive(const int32_t *, size_t, int32_t *, const int32_t *, int32_t *);
-void fl_host_simulated(int32_t *, double *);
-void fl_host_roots(size_t, const uint64_t *, uint32_t *);
-"""  # of firmware/boards/host/fl_host.h
 
 
 def quantised_gains(controller: Any) -> list[Gain]:
@@ -81,74 +70,30 @@ def quantised_start(controller: Any) -> list[int]:
     return words + [0] * (len(places) - len(words))
 
 
-def law_words(controller: Any) -> dict[str, np.ndarray]:
-    """Return the words ``law.*`` of the parameter table by name, int32."""
-    words = parameter_words()
-    gains, start = words["law.gains"], words["law.start"]
-    return {
-        "law.number": _array([1 + NUMBERED.index(law_of(controller))], 1),
-        "law.gains": _array([number for gain in quantised_gains(controller) for number in gain], gains.words),
-        "law.start": _array(quantised_start(controller), start.words),
-        "law.low_n": _array([to_q28(controller.model.floor_n, "g(controller.model.max_amplitude_um)")], 1),
-        "law.high_n": _array([to_q28(controller.model.nominal_n, "controller.model.nominal_n")], 1),
-    }
-
-
-def lookup_words(model: Model) -> dict[str, np.ndarray]:
-    """Return the words ``lookup.*``: a^2 = ln(f0/u)/tau at 257 forces from g(a_max) to f0, and cells a newton.
-
-    Interpolating the square linearly errs by at most h^2/(8 u) in force, h the spacing: 14 uN with the values of the
-    paper, and more the lower g(a_max).
-    """
-    table = model.model_copy(update={"table_size": CELLS + 1})
-    places, name = BITS[parameter_words()["lookup.squares_um2"].format], "controller.model.max_amplitude_um^2"
-    squares = [to_places(max(float(square), 0.0), places, name) for square in lookup_table(table)]
-    cells = to_gain(CELLS / (model.nominal_n - model.floor_n), "256 / (f0 - g(a_max))")
-    return {"lookup.squares_um2": _array(squares, CELLS + 1), "lookup.cells_per_n": _array(cells, 2)}
-
-
-def overdrive_words(controller: Any) -> dict[str, np.ndarray]:
-    """Return the words ``overdrive.*``."""
-    decay, inverse, _ = overdrive_gains(controller)
-    gain = to_gain(inverse, "1/(1 - decay of the believed plate)")
-    return {"overdrive.decay": _array([to_q28(decay, "decay")], 1), "overdrive.inverse": _array(gain, 2)}
-
-
 def controller_words(system: System) -> dict[str, np.ndarray]:
-    """Return all words that a System's controller alone decides: law, lookup and overdrive."""
+    """Return the words that a System's controller alone decides, by name: law, lookup and overdrive."""
     check_known(system, "controller")
     controller = system.controller
-    return law_words(controller) | lookup_words(controller.model) | overdrive_words(controller)
+    low_n = to_q28(controller.model.floor_n, "g(controller.model.max_amplitude_um)")
+    high_n = to_q28(controller.model.nominal_n, "controller.model.nominal_n")
+    decay, inverse, _ = overdrive_gains(controller)
+    overdriven = to_gain(inverse, "1/(1 - decay of the believed plate)")
+    return {
+        "law.number": _words([1 + NUMBERED.index(law_of(controller))]),
+        "law.gains": _words(np.ravel(quantised_gains(controller)), parameter_words()["law.gains"].words),
+        "law.start": _words(quantised_start(controller), parameter_words()["law.start"].words),
+        "law.low_n": _words([low_n]),
+        "law.high_n": _words([high_n]),
+        **_lookup_words(controller.model),
+        "overdrive.decay": _words([to_q28(decay, "decay")]),
+        "overdrive.inverse": _words(overdriven),
+    }
 
 
 def host_words(system: System) -> np.ndarray:
     """Return a parameter table for the host library: the controller's words, the ceiling its model's; 0 elsewhere."""
     ceiling = to_q28(system.controller.model.max_amplitude_um, "controller.model.max_amplitude_um")
-    table = np.zeros(word_count(), dtype=np.int32)
-    for name, values in (controller_words(system) | {"drive.ceiling_um": _array([ceiling], 1)}).items():
-        word = parameter_words()[name]
-        table[word.first : word.first + word.words] = values
-    return table
-
-
-@cache
-def host_library(flags: tuple[str, ...] = FLAGS, command: tuple[str, ...] | None = None) -> tuple[Any, Any]:
-    """Return (ffi, library): the C core on this machine, compiled at the first call.
-
-    Parameters
-    ----------
-    flags, command
-        As `shared_library` takes them; the same bits come from all.
-
-    Raises
-    ------
-    FrictionloopError
-        Without cffi or a C compiler, or when the core does not compile.
-    """
-    ffi = needed("cffi", "cffi", "firmware").FFI()
-    ffi.cdef(_DECLARATIONS)
-    sources, folders = host_sources()
-    return ffi, ffi.dlopen(str(shared_library("core", sources, folders, flags, command)))
+    return filled(controller_words(system) | {"drive.ceiling_um": _words([ceiling])})
 
 
 def host_sources() -> tuple[list[Path], list[Path]]:
@@ -157,14 +102,69 @@ def host_sources() -> tuple[list[Path], list[Path]]:
     return [source for folder in folders for source in sorted(folder.glob("*.c"))], folders
 
 
+def declarations() -> str:
+    """Return what the headers of the host library declare, for cffi; a parameter table is the address of its words."""
+    core, host = host_sources()[1]
+    lines = [line for header in (core / "fl_app.h", host / "fl_host.h") for line in header.read_text().splitlines()]
+    return "\n".join(["typedef void fl_parameters;", *(line for line in lines if not line.startswith("#"))])
+
+
+@cache
+def host_library(
+    flags: tuple[str, ...] = FLAGS, command: tuple[str, ...] | None = None, built: Path | None = None
+) -> tuple[Any, Any]:
+    """Return (ffi, library): the firmware without a board on this machine, compiled at the first call.
+
+    Parameters
+    ----------
+    flags, command
+        As `shared_library` takes them; the same bits come from all.
+    built
+        A library that was built otherwise, in the place of all that.
+
+    Raises
+    ------
+    FrictionloopError
+        Without cffi or a C compiler, or when the core does not compile.
+    """
+    ffi = needed("cffi", "cffi", "firmware").FFI()
+    ffi.cdef(declarations())
+    sources, folders = host_sources()
+    return ffi, ffi.dlopen(str(built or shared_library("core", sources, folders, flags, command)))
+
+
+def core_address() -> int:
+    """Return the address in this process of what the simulator calls for ``controller.form = "firmware"``."""
+    ffi, library = host_library()
+    return int(ffi.cast("intptr_t", ffi.addressof(library, "fl_host_simulated")))
+
+
+def core_context(system: System) -> np.ndarray:
+    """Return what the core keeps of a System's controller at t = 0, int32: see firmware/boards/host/simulated.c."""
+    start = _words(quantised_start(system.controller), parameter_words()["law.start"].words)
+    closing = [0, -1 if system.controller.open_until_s else 0]
+    return np.concatenate([host_words(system), start, _words(closing)])
+
+
+def _lookup_words(model: Model) -> dict[str, np.ndarray]:
+    """Return a^2 = ln(f0/u)/tau at 257 forces from g(a_max) to f0, and cells a newton.
+
+    Interpolating the square linearly errs by at most h^2/(8 u) in force, h the spacing: 14 uN with the values of the
+    paper, and more the lower g(a_max).
+    """
+    table = model.model_copy(update={"table_size": CELLS + 1})
+    places, name = BITS[parameter_words()["lookup.squares_um2"].format], "controller.model.max_amplitude_um^2"
+    squares = [to_places(max(float(square), 0.0), places, name) for square in lookup_table(table)]
+    cells = to_gain(CELLS / (model.nominal_n - model.floor_n), "256 / (f0 - g(a_max))")
+    return {"lookup.squares_um2": _words(squares), "lookup.cells_per_n": _words(cells)}
+
+
 def _form(law: Law) -> Quantised:
     if law.kind not in FORMS:
         raise FrictionloopError(f'controller.kind = "{law.kind}": the firmware has {", ".join(FORMS)}')
     return FORMS[law.kind]
 
 
-def _array(numbers: Any, size: int) -> np.ndarray:
-    """Return the numbers as int32, filled with 0 to a size."""
-    array = np.zeros(size, dtype=np.int32)
-    array[: len(numbers)] = numbers
-    return array
+def _words(numbers: Any, size: int = 0) -> np.ndarray:
+    """Return whole numbers as int32, filled with 0 to a size."""
+    return np.pad(np.asarray(numbers, dtype=np.int32), (0, max(size - len(numbers), 0)))

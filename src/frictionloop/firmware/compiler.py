@@ -93,10 +93,17 @@ def shared_library(
     with replacing(library) as fresh:
         folders = [f"-I{folder}" for folder in include]
         built = [*command, *given, "-fPIC", "-shared", *folders, *map(str, sources), "-o", str(fresh)]
-        done = subprocess.run(built, check=False, capture_output=True, text=True, errors="replace")
-        if done.returncode:
-            raise FrictionloopError(f"{name}: does not compile with {' '.join(command)}: {_complaint(done.stderr)}")
+        run(built, f"{name}: does not compile with {' '.join(command)}")
     return library
+
+
+def run(command: Sequence[str], otherwise: str, folder: Path | None = None) -> None:
+    """Run a compiler in a folder; raise FrictionloopError with its first complaint where it fails."""
+    done = subprocess.run(command, cwd=folder, check=False, capture_output=True, text=True, errors="replace")
+    if done.returncode:
+        lines = [line.strip() for line in done.stderr.splitlines() if line.strip()]
+        first = next((line for line in lines if "error" in line), lines[0] if lines else "it does not say why")
+        raise FrictionloopError(f"{otherwise}: {first}")
 
 
 def _key(sources: Sequence[Path], include: Sequence[Path], flags: Sequence[str], command: Sequence[str]) -> str:
@@ -116,8 +123,3 @@ def _version(command: Sequence[str]) -> str:
         return version("ziglang")
     found = shutil.which(command[0])
     return f"{found} {Path(found).resolve().stat().st_mtime_ns}" if found else ""
-
-
-def _complaint(text: str) -> str:
-    lines = [line.strip() for line in text.splitlines() if line.strip()]
-    return next((line for line in lines if "error" in line), lines[0] if lines else "it does not say why")

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from frictionloop.control.cost import BUDGET_CYCLES, worst_tick
-from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.firmware.words import from_words
 from frictionloop.parameters import System, write_toml
 from frictionloop.quantities import FrictionloopError, replacing
@@ -73,14 +72,3 @@ class Table:
         with replacing(folder / "parameters.csv") as fresh:
             fresh.write_text(text.getvalue(), encoding="utf-8")
         write_toml(self.system, folder / "system.toml")
-
-
-def table_of(system: System) -> Table:
-    """Return the table of a System.
-
-    Raises
-    ------
-    FrictionloopError
-        For a law that the firmware does not have, or a value that fixed point cannot hold.
-    """
-    return Table(system, firmware_words(system))

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import shutil
-import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from frictionloop.firmware.compiler import zig
+from frictionloop.firmware.compiler import run, zig
 from frictionloop.firmware.image_checks import check, memory_map, sizes
-from frictionloop.firmware.revision import REVISION_BYTES, revision_here
+from frictionloop.firmware.image_files import seal
+from frictionloop.firmware.revision import revision_here
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.extra import needed
 from frictionloop.quantities.files import replacing
@@ -19,6 +18,8 @@ from frictionloop.quantities.schema import firmware_folder, word_count
 
 BOARDS = {"teensy31": ("main.c",), "mps2": ("main.c", "stimulus.c"), "mps2-scenario": ("scenario.c", "stimulus.c")}
 """Boards with the files they share with others; a scenario is a program of its own on the same board."""
+CHECK_SUM = "flash_crc"
+"""Where a board has the check sum of its flash."""
 FLASHED = "teensy31"
 """The board of these whose image is flashed; the others are qemu's."""
 BACKGROUND = frozenset(
@@ -33,10 +34,6 @@ _COMMON = (
     "-fdata-sections", "-ffp-contract=off",
 )  # fmt: skip
 _ZIG = ("-target", "thumb-freestanding-eabi", "-mcpu=cortex_m4", "-fno-sanitize=all")
-_GCC = (
-    "arm-none-eabi-gcc", "-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=soft", "-nostartfiles", "-nostdlib",
-    "-fno-tree-loop-distribute-patterns",  # which would make memset of the loop in memset
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -60,12 +57,10 @@ class Image:
 
 def build(
     board: str,
-    parameters: bytes | Sequence[int],
+    parameters: Sequence[int],
     folder: Path,
     *,
-    revision: str | None = None,
     optimise: str | None = None,
-    compiler: str = "zig",
 ) -> Image:
     """Build the image of a board and check it.
 
@@ -74,21 +69,17 @@ def build(
     board
         One of `BOARDS`.
     parameters
-        The words in force at reset: int32, as a sequence or as little-endian bytes.
+        The words in force at reset, int32.
     folder
         Where ``<board>.elf``, ``.hex`` and ``.map`` are written; made if it is missing.
-    revision
-        What the firmware says of its version: ASCII, at most 16 bytes; `revision_here` by default.
     optimise
         Level of optimisation for all files: 0, 1, 2, 3 or s; the budget of memory is then not held against the image.
         By default 2 for what the tick runs, and s for `BACKGROUND`.
-    compiler
-        ``zig``, from the wheel ziglang, or ``gcc``, which is arm-none-eabi-gcc.
 
     Raises
     ------
     FrictionloopError
-        For an unknown board, a table of another length, a missing compiler, sources that do not compile, and an image
+        For an unknown board, a table of another length, a missing ziglang, sources that do not compile, and an image
         that fails `image_checks.check`.
     """
     if board not in BOARDS:
@@ -96,18 +87,14 @@ def build(
     needed("ziglang", "ziglang", "image")
     folder.mkdir(parents=True, exist_ok=True)
     built = folder / "built.c"
-    built.write_text(_built(_words(parameters), revision_here() if revision is None else revision), encoding="ascii")
+    built.write_text(_built(_checked(parameters)), encoding="ascii")
     elf = folder / f"{board}.elf"
     with replacing(elf) as fresh:
-        _compile_and_link(board, built.resolve(), fresh.resolve(), compiler, optimise)
+        _compile_and_link(board, built.resolve(), fresh.resolve(), optimise)
+        seal(fresh, CHECK_SUM)
         check(fresh, flash_configuration=board == FLASHED, budget=optimise is None)
     flash, ram = sizes(elf)
     return Image(elf, _hex(elf), memory_map(elf), flash, ram)
-
-
-def gcc_is_there() -> bool:
-    """Return whether arm-none-eabi-gcc is installed."""
-    return shutil.which(_GCC[0]) is not None
 
 
 def _sources(board: str) -> list[Path]:
@@ -125,39 +112,23 @@ def _home(board: str) -> Path:
     return firmware_folder() / "boards" / board.removesuffix("-scenario")
 
 
-def _compile_and_link(board: str, built: Path, elf: Path, compiler: str, optimise: str | None) -> None:
-    if compiler == "gcc" and not gcc_is_there():
-        raise FrictionloopError("compiler = 'gcc': arm-none-eabi-gcc is not installed; 'zig' comes with the extra")
-    command = _GCC if compiler == "gcc" else (*zig(), *_ZIG)
+def _compile_and_link(board: str, built: Path, elf: Path, optimise: str | None) -> None:
+    command = (*zig(), *_ZIG)
     boards, core, home = firmware_folder() / "boards", firmware_folder() / "core", _home(board)
     include = [f"-I{path}" for path in (boards / "freestanding", core, boards, home)]
     levels: dict[str, list[Path]] = {}
+    fails = f"the image of {board} does not build"
     for source in (*_sources(board), built):
         levels.setdefault(optimise or ("s" if source.name in BACKGROUND else "2"), []).append(source)
     with TemporaryDirectory() as objects:
         for level, sources in levels.items():
-            _run([*command, *_COMMON, *include, f"-O{level}", "-c", *map(str, sources)], board, Path(objects))
+            run([*command, *_COMMON, *include, f"-O{level}", "-c", *map(str, sources)], fails, Path(objects))
         made = [str(path) for path in sorted(Path(objects).glob("*.o"))]
-        libraries = ("-lgcc",) if compiler == "gcc" else ()
         script = f"-Wl,-T,{home / 'link.ld'},--gc-sections"
-        _run([*command, "-g", "-O2", script, *made, *libraries, "-o", str(elf)], board, Path(objects))
+        run([*command, "-g", "-O2", script, *made, "-o", str(elf)], fails, Path(objects))
 
 
-def _run(command: Sequence[str], board: str, folder: Path) -> None:
-    done = subprocess.run(command, cwd=folder, check=False, capture_output=True, text=True, errors="replace")
-    if done.returncode:
-        lines = [line.strip() for line in done.stderr.splitlines() if "error" in line] or ["no message"]
-        raise FrictionloopError(f"the image of {board} does not build: {lines[0]}")
-
-
-def _words(parameters: bytes | Sequence[int]) -> list[int]:
-    if isinstance(parameters, bytes):
-        whole = len(parameters) // 4 * 4
-        words = [int.from_bytes(parameters[k : k + 4], "little", signed=True) for k in range(0, whole, 4)]
-        if whole != len(parameters):
-            raise FrictionloopError(f"parameters: {len(parameters)} bytes, must be {4 * word_count()}")
-    else:
-        words = [int(word) for word in parameters]
+def _checked(words: Sequence[int]) -> Sequence[int]:
     if len(words) != word_count():
         raise FrictionloopError(f"parameters: {len(words)} words, the firmware has {word_count()}")
     wrong = next((k for k, word in enumerate(words) if not -(2**31) <= word < 2**31), None)
@@ -166,17 +137,12 @@ def _words(parameters: bytes | Sequence[int]) -> list[int]:
     return words
 
 
-def _built(words: Sequence[int], revision: str) -> str:
-    if not (revision.isascii() and revision.isprintable() and len(revision) <= REVISION_BYTES):
-        raise FrictionloopError(
-            f"revision = {revision!r}: must be printable ASCII, at most {REVISION_BYTES} characters"
-        )
-    literal = "".join(f"\\x{byte:02x}" for byte in revision.encode("ascii"))
+def _built(words: Sequence[int]) -> str:
     numbers = ", ".join("INT32_MIN" if word == -(2**31) else str(word) for word in words)
     return (
         '#include "built.h"\n'
         f"const fl_built fl_built_parameters = {{.words = {{{numbers}}}}};\n"
-        f'const char fl_built_revision[] = "{literal}";\n'
+        f'const char fl_built_revision[] = "{revision_here()}";\n'
     )
 
 
@@ -184,8 +150,5 @@ def _hex(elf: Path) -> Path:
     """Write the Intel hex file beside the ELF file, with zig's objcopy."""
     path = elf.with_suffix(".hex")
     with replacing(path) as fresh:
-        command = [*zig()[:-1], "objcopy", "-O", "hex", str(elf), str(fresh)]
-        done = subprocess.run(command, check=False, capture_output=True, text=True, errors="replace")
-        if done.returncode:
-            raise FrictionloopError(f"{path}: cannot be made: {done.stderr.strip().splitlines()[-1]}")
+        run([*zig()[:-1], "objcopy", "-O", "hex", str(elf), str(fresh)], f"{path}: cannot be made")
     return path

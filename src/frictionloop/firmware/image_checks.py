@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from frictionloop.firmware.elf import elf_file, loaded
+from frictionloop.firmware.image_files import elf_file, loaded
 from frictionloop.quantities import FrictionloopError
 
 FLASH_LIMIT, RAM_LIMIT = 32 * 1024, 24 * 1024

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from frictionloop.control.super_twisting import SuperTwistingController
 from frictionloop.parameters import (
     Board,
     FilteredPiController,
@@ -12,7 +13,6 @@ from frictionloop.parameters import (
     ObserverController,
     PiController,
     PositionSensor,
-    SuperTwistingController,
     System,
     Timing,
     Touch,

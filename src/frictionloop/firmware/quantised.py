@@ -8,8 +8,6 @@ from typing import Any, NamedTuple
 
 from frictionloop.quantities import FrictionloopError
 
-Q28 = 2.0**28
-"""Steps of a signal in one of its unit."""
 MANTISSA_BITS = 30
 SHIFTS = (-1, 62)
 """Least and largest shift of a gain."""
@@ -24,11 +22,6 @@ class Gain(NamedTuple):
 
     mantissa: int
     shift: int
-
-    @property
-    def value(self) -> float:
-        """The number it stands for."""
-        return math.ldexp(self.mantissa, -self.shift)
 
 
 class Quantised(NamedTuple):

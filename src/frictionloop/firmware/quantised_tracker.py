@@ -25,8 +25,6 @@ TRACKER_PLACES = (
     *(PLACES[name] - 32 * (name in WIDE) for name in TrackerState._fields),
     *(PLACES[name] for name in WIDE),
 )
-LOWER_WORDS = {TrackerState._fields.index(name): len(TrackerState._fields) + i for i, name in enumerate(WIDE)}
-"""Where the lower words are, by the index of the upper ones."""
 PLACES_OF_A_ROW = (*[CORRECTING] * 5, SHARING, SHARING)
 """Of the schedule."""
 LARGEST_OVER_LEAST = 10.0

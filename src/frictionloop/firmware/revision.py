@@ -6,7 +6,7 @@ import zlib
 from functools import cache
 from pathlib import Path
 
-from frictionloop.firmware.elf import symbol_bytes
+from frictionloop.firmware.image_files import symbol_bytes
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import firmware_folder
 from frictionloop.quantities.version import package_version

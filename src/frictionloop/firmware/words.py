@@ -9,7 +9,7 @@ import numpy as np
 
 from frictionloop.firmware.quantised import to_gain
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.schema import BITS, Word, parameter_words
+from frictionloop.quantities.schema import BITS, Word, parameter_words, word_count
 
 
 def word_of(name: str) -> Word:
@@ -49,6 +49,15 @@ def to_words(word: Word, value: Any) -> np.ndarray:
         return np.array([part for number in numbers for part in to_gain(float(number), word.name)], np.int32)
     scaled = np.rint(numbers * 2.0 ** BITS[word.format])
     return np.clip(scaled, -(2**31), 2**31 - 1).astype(np.int32)  # 8 N is one step more than a word holds
+
+
+def filled(words: dict[str, np.ndarray]) -> np.ndarray:
+    """Return the parameter table with these words by name, 0 elsewhere, int32."""
+    table = np.zeros(word_count(), dtype=np.int32)
+    for name, values in words.items():
+        word = word_of(name)
+        table[word.first : word.first + word.words] = values
+    return table
 
 
 def from_words(word: Word, words: np.ndarray) -> float | np.ndarray:

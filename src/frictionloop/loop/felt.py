@@ -10,13 +10,10 @@ from scipy.optimize import brentq
 from scipy.signal import lfilter, sosfilt
 
 from frictionloop.loop.felt_tally import fade_gain
-from frictionloop.loop.kernel.lowering import lower
-from frictionloop.loop.kernel.structure import kernel_of
-from frictionloop.loop.kernel.traces import traces_of
 from frictionloop.loop.metrics import kept
-from frictionloop.loop.record import system_of, to_dataset
-from frictionloop.loop.simulate import run_tile
-from frictionloop.loop.timing import check_seed, is_finite, periods_in
+from frictionloop.loop.record import system_of
+from frictionloop.loop.simulate import traced
+from frictionloop.loop.timing import is_finite
 from frictionloop.parameters import System
 from frictionloop.perception.weighting import weighting_sos
 from frictionloop.quantities import FrictionloopError
@@ -77,12 +74,8 @@ def plain_stroke(system: System, amplitude_um: float = 0.0, duration_s: float = 
     """
     if not is_finite(amplitude_um):
         raise FrictionloopError(f"amplitude_um = {amplitude_um!r} um: must be a finite number")
-    periods = periods_in(system, duration_s)
-    traces = np.empty((len(traces_of(kernel_of(system))), periods))
-    tile = lower([system], [check_seed(seed)], traces=traces.reshape(-1), external=True)
-    tile.slab.view("command")[:] = amplitude_um
-    run_tile(tile, periods)
-    return to_dataset(traces, system, seed)
+    (run,) = traced([system], [seed], duration_s, amplitude_um)
+    return run
 
 
 def plain_like(run: xr.Dataset) -> xr.Dataset:

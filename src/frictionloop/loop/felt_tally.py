@@ -71,10 +71,9 @@ def fade_gain(rate_hz: float) -> float:
     return 1.0 - math.exp(-1.0 / (FADE_S * rate_hz))
 
 
-def _start(system: Any) -> Felt:
+def _start(setpoint: Any, rate_hz: float) -> Felt:
     from frictionloop.perception.weighting import weighting_sos  # half a second of scipy, not needed for every run
 
-    rate_hz = system.controller.rate_hz
     sections = [Section(0.0, 0.0, b0, b1, b2, a1, a2) for b0, b1, b2, _, a1, a2 in weighting_sos(rate_hz).tolist()]
     return Felt(0.0, fade_gain(rate_hz), 0.0, 0.0, *sections)
 

@@ -38,8 +38,8 @@ class Tally:
     name: str
     step: Any
     state: type
-    start_of: Callable[[Any], Any] | None = None
-    """System -> state before the first period; all zero if not given."""
+    start_of: Callable[[Any, float], Any] | None = None
+    """(set-point, rate in Hz) -> state before the first period; all zero if not given."""
     everywhere: bool = False
     """The step runs in every period, also where ``sample.counts`` is 0."""
 

@@ -11,7 +11,6 @@ import xarray as xr
 
 from frictionloop.loop import formulas
 from frictionloop.loop.record import system_of
-from frictionloop.loop.tallies import SHORTFALL
 from frictionloop.physics.friction import friction_force
 from frictionloop.quantities import FrictionloopError
 
@@ -40,7 +39,7 @@ def _value(name: str, run: xr.Dataset, mask: Any) -> float:
     r, f = run["f_r"].values[keep], run["f_a"].values[keep]
     shift = r[0]
     sums = {"shift": shift, "error2": np.sum((f - r) ** 2), "saturated": np.sum(run["saturated"].values[keep])}
-    if metric.tally is SHORTFALL:
+    if metric.tally is formulas.SHORTFALL:
         d, (floor, top) = run["d"].values[keep], reach_of(run, keep)
         sums["shortfall2"] = np.sum((np.clip(r, floor + d, top + d) - r) ** 2)
     r, f = r - shift, f - shift

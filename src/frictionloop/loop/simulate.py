@@ -2,39 +2,63 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator, Sequence
+
 import numpy as np
 import xarray as xr
 
 from frictionloop.control.laws import law_of
-from frictionloop.loop.kernel.lowering import Tile, lower
-from frictionloop.loop.kernel.run import advance
-from frictionloop.loop.kernel.slab import law_rows
+from frictionloop.loop.kernel.loop import Tile
+from frictionloop.loop.kernel.lowering import lower
+from frictionloop.loop.kernel.slab import LANES, law_rows
 from frictionloop.loop.kernel.structure import kernel_of
 from frictionloop.loop.kernel.traces import traces_of
-from frictionloop.loop.no_number import lanes_without_number, no_number
 from frictionloop.loop.record import to_dataset
 from frictionloop.loop.timing import check_memory, check_seed, periods_in
 from frictionloop.parameters import System
+from frictionloop.physics.vibration import GAUSSIAN, vibration_of
+from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.blame import place
 from frictionloop.quantities.normals import BLOCK
-from frictionloop.quantities.trees import flat
 
 CHUNK = 2048 * BLOCK
 """Control periods per call of the kernel: Ctrl-C is answered between chunks."""
+PLACES = 101
+"""Amplitudes at which a friction law is looked at, from 0 to the plate's largest."""
 
 
 def run_tile(tile: Tile, periods: int) -> None:
     """Run a tile from t = 0 for some control periods; its slab then holds the sums."""
     for start in range(0, periods, CHUNK):
         stop = min(start + CHUNK, periods)
-        advance(tile, start, stop, tile.setpoint(start, stop), tile.disturbance(start, stop), start)
+        tile.advance(start, stop, tile.setpoint(start, stop), tile.disturbance(start, stop), start)
 
 
 def law_state(system: System, duration_s: float, seed: int) -> np.ndarray:
     """Return the state of the control law at the end of a run, in the order of the law's own state."""
     tile = lower([system], [check_seed(seed)])
     run_tile(tile, periods_in(system, duration_s))
-    state_rows, _ = law_rows(law_of(system.controller))
-    return np.asarray(tile.slab.rows(flat(state_rows))[:, 0])
+    state_rows, *_ = law_rows(law_of(system.controller))
+    return np.asarray(tile.slab.view(state_rows)[:, 0])
+
+
+def traced(
+    systems: Sequence[System], seeds: Sequence[int], duration_s: float, command_um: float | None = None
+) -> Iterator[xr.Dataset]:
+    """Yield the runs of systems that can share a tile, each with its seed; under a constant command if one is given."""
+    periods, seeds = periods_in(systems[0], duration_s), [check_seed(seed) for seed in seeds]
+    names, width = traces_of(kernel_of(systems[0])), 1 if len(systems) == 1 else LANES
+    check_memory((1 + width) * 8 * len(names) * periods, f"{len(systems)} runs of {duration_s:g} s")
+    traces = np.empty((len(names), periods, width))
+    tile = lower(systems, seeds, traces=traces.reshape(-1), external=command_um is not None)
+    if command_um is not None:
+        tile.slab.view("command")[:] = command_um
+    run_tile(tile, periods)
+    lost = set(lanes_without_number(tile).tolist())
+    for lane, (system, seed) in enumerate(zip(systems, seeds, strict=True)):
+        check_numbers(system, traces[names.index("u"), :, lane], lane in lost)
+        yield to_dataset(traces[:, :, lane], system, seed)
 
 
 def simulate(system: System, duration_s: float = 10.0, seed: int = 0) -> xr.Dataset:
@@ -63,14 +87,8 @@ def simulate(system: System, duration_s: float = 10.0, seed: int = 0) -> xr.Data
         memory, and for a law or a friction law (``fl.register``) that gives no number, or less than no friction.
 
     """
-    periods, seed = periods_in(system, duration_s), check_seed(seed)
-    names = traces_of(kernel_of(system))
-    check_memory(2 * 8 * len(names) * periods, f"a run of {duration_s:g} s")
-    traces = np.empty((len(names), periods))
-    tile = lower([system], [seed], traces=traces.reshape(-1))
-    run_tile(tile, periods)
-    check_numbers(system, traces[names.index("u")], bool(lanes_without_number(tile).size))
-    return to_dataset(traces, system, seed)
+    (run,) = traced([system], [seed], duration_s)
+    return run
 
 
 def check_numbers(system: System, u: np.ndarray, lost: bool) -> None:
@@ -79,3 +97,29 @@ def check_numbers(system: System, u: np.ndarray, lost: bool) -> None:
     if wrong.size or lost:
         period = wrong[0] if wrong.size else u.size
         raise no_number(system, f"at {period / system.controller.rate_hz:g} s")
+
+
+def lanes_without_number(tile: Tile) -> np.ndarray:
+    """Return which lanes of a tile that has run are left with a reading or a command that is no number.
+
+    What gets into the sensor stays there: the last period tells of all.
+    """
+    rows = [tile.slab.view("u"), tile.slab.view("measurement")[:1], tile.slab.view("suspension")]
+    return np.flatnonzero(np.isnan(np.concatenate(rows)).any(axis=0))
+
+
+def no_number(system: System, where: str) -> FrictionloopError:
+    """Return the error of a run whose force is no number; ``where`` is a time, or the point of a sweep."""
+    friction, c = system.friction, system.controller
+    law = vibration_of(friction)
+    if law is not GAUSSIAN:
+        given = law.coefficients_of(friction)
+        for a in np.linspace(0.0, system.plate.max_amplitude_um, PLACES).tolist():
+            for occluded in (0.0, 1.0):
+                share = float(law.step(a, occluded, given))
+                if math.isnan(share) or share < 0.0:
+                    return FrictionloopError(
+                        f'friction law "{friction.kind}": {place(law.step)}: step returned {share:g} at {a:g} um '
+                        f"(occluded {occluded:g}) {where}; must be from 0 to 1"
+                    )
+    return FrictionloopError(f'law "{c.kind}": its force command is not a number {where}')

@@ -1,4 +1,4 @@
-"""How fast the force follows each step of the set-point."""
+"""How fast the force follows each step of the set-point: step by step from a run, and as sums that a sweep keeps."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from frictionloop.loop.metric import Sample, Tally
 from frictionloop.loop.record import system_of
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.arithmetic import fma, step
 
 
 class StepTime(NamedTuple):
@@ -59,3 +61,61 @@ def step_times(run: xr.Dataset) -> list[StepTime]:
 
 def _first(passed: np.ndarray) -> int | None:
     return int(np.argmax(passed)) if passed.any() else None
+
+
+class Times(NamedTuple):
+    """Steps that the force followed, and the sums of their times in control periods."""
+
+    steps: float
+    to_63: float
+    from_10_to_90: float
+
+
+class Following(NamedTuple):
+    """The last step of the set-point, and what the ones before took."""
+
+    period_s: float
+    from_n: float
+    to_n: float
+    since: float
+    """Periods since the step; then the first passages of 10 and 63 %, in the same unit, -1 before them."""
+    at_10: float
+    at_63: float
+    open: float
+    """1 until the passage of 90 %."""
+    up: Times
+    down: Times
+
+
+@step
+def added(times: Times, weight: float, at_63: float, rise: float) -> Times:
+    """Add a step that counts ``weight``, 0 or 1."""
+    return Times(times.steps + weight, fma(weight, at_63, times.to_63), fma(weight, rise, times.from_10_to_90))
+
+
+@step
+def follow(state: Following, sample: Sample, dt: float) -> Following:
+    """Follow the force after a step of the set-point.
+
+    A step that the next one, a reversal or a lift-off interrupts is not counted, nor one whose 90 % the force had
+    passed before it was asked to.
+    """
+    period_s, from_n, to_n, since, at_10, at_63, follows, up, down = state
+    to_n = to_n if period_s > 0.0 else sample.f_r  # the first level is no step
+    stepped = sample.f_r != to_n
+    from_n = to_n if stepped else from_n
+    since = 0.0 if stepped else since + 1.0
+    at_10, at_63 = -1.0 if stepped else at_10, -1.0 if stepped else at_63
+    way, whole = (sample.f_a - from_n) * (1.0 if sample.f_r > from_n else -1.0), abs(sample.f_r - from_n)
+    there = way >= 0.9 * whole
+    follows = (0.0 if there else 1.0) if stepped else follows
+    at_10 = since if (at_10 < 0.0) & (way >= 0.1 * whole) else at_10
+    at_63 = since if (at_63 < 0.0) & (way >= 0.632 * whole) else at_63
+    weight = sample.counts if (follows > 0.0) & there else 0.0
+    follows = 0.0 if there | (sample.scored == 0.0) else follows
+    rising = weight if sample.f_r > from_n else 0.0
+    up, down = added(up, rising, at_63, since - at_10), added(down, weight - rising, at_63, since - at_10)
+    return Following(dt, from_n, sample.f_r, since, at_10, at_63, follows, up, down)
+
+
+STEP_TIMES = Tally("step_times", follow, Following, everywhere=True)

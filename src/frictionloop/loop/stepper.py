@@ -8,10 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from frictionloop.loop.kernel.lowering import lower
-from frictionloop.loop.kernel.run import advance
 from frictionloop.loop.kernel.slab import ROW
 from frictionloop.loop.kernel.structure import moves
-from frictionloop.loop.no_number import no_number
+from frictionloop.loop.simulate import no_number
 from frictionloop.loop.timing import check_seed, is_finite
 from frictionloop.parameters import System, check_system
 from frictionloop.physics.finger_step import Motion
@@ -68,7 +67,7 @@ class Stepper:
         # of Section 2 all of it, run on a copy.
         probe = self._tile if self.tells_sampled else lower([system], [self._seed], external=True)
         first = probe.disturbance(0, 1)
-        advance(probe, 0, 1, _UNUSED, first, 0)
+        probe.advance(0, 1, _UNUSED, first, 0)
         force = probe.slab.view("friction" if self.tells_sampled else "nominal")[0, 0]
         self.force_n = float(force + probe.slab.view("disturbance")[0, 0])
         """Friction force on the finger, which no sensor shows (`tells_sampled`)."""
@@ -146,10 +145,10 @@ class Stepper:
         chunk = k // BLOCK * BLOCK
         self._sample(k, chunk)
         self._view[ROW["command"]], g = amplitude_command, self._view[ROW["friction"]]
-        advance(tile, k, k + 1, _UNUSED, self._disturbance, chunk)
+        tile.advance(k, k + 1, _UNUSED, self._disturbance, chunk)
         g = self._view[ROW["friction"]] if self.tells_sampled else g
         self.force_n = float(g + self._view[ROW["disturbance"]])
-        self.measured = self._told() if self.tells_sampled else Measurement(float(self._view[ROW["measurement"]]))
+        self.measured = self._told() if self.tells_sampled else Measurement(float(self._view[ROW["measurement"].force]))
         if math.isnan(self.measured.force):
             raise no_number(self.system, f"at {self.time_s:g} s")
         return self.measured

@@ -13,20 +13,19 @@ import xarray as xr
 from frictionloop.loop.blocks import outside_digest, register_all, registered
 from frictionloop.loop.formulas import DEFAULT_METRICS, METRICS
 from frictionloop.loop.kept import Result, resumed
+from frictionloop.loop.kernel.loop import Tile
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.placing import placed, tiles_of
-from frictionloop.loop.metric import RunMetric
-from frictionloop.loop.metric_values import values_of_runs, values_of_tile
-from frictionloop.loop.no_number import lanes_without_number, no_number
-from frictionloop.loop.points import fingerprint, points_of
+from frictionloop.loop.metric import Metric, RunMetric, StreamingMetric
+from frictionloop.loop.points import fingerprint, points_of, structures_of
 from frictionloop.loop.progress import progress_bar
 from frictionloop.loop.record import provenance
-from frictionloop.loop.simulate import run_tile
+from frictionloop.loop.simulate import lanes_without_number, no_number, run_tile, simulate
 from frictionloop.loop.timing import periods_in
-from frictionloop.loop.trying import structures_of
 from frictionloop.loop.workers import shared_out, worker_count
 from frictionloop.parameters import System, check_system
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, trees
+from frictionloop.quantities.blame import place, theirs
 
 SAVE_EVERY = 1_000_000_000
 """Control periods, over all lanes, between two savings of what is done: a few seconds of work."""
@@ -160,6 +159,44 @@ def _run(
         for lane in lanes_without_number(tile):
             if lane < len(lanes):
                 raise no_number(systems[lane], f"with {points[lane][0]}")
-        values |= values_of_tile(of_tile, tile, len(lanes))
-    values |= values_of_runs(of_runs, systems[: len(lanes)], seeds, duration_s, score_from_s)
+        values |= _values_of_tile(of_tile, tile, len(lanes))
+    values |= _values_of_runs(of_runs, systems[: len(lanes)], seeds, duration_s, score_from_s)
     return lanes, np.array([np.broadcast_to(values[name], len(lanes)) for name in names]), periods * len(lanes)
+
+
+def _values_of_tile(metrics: Mapping[str, Metric | StreamingMetric], tile: Tile, lanes: int) -> dict[str, Any]:
+    """Return the value of each metric over the first lanes of a tile that has run."""
+    found: dict[str, Any] = {}
+    for name, metric in metrics.items():
+        state, first = metric.tally.state, tile.places[metric.tally]
+        counted, *numbers = tile.slab.view((first, first + trees.size(state)))[:, :lanes]
+        # Where nothing is scored nothing can be said: NaN, which passes through the formulas without a warning.
+        count = np.where(counted > 0, counted, np.nan)
+        try:
+            values = metric.of(trees.shaped(state, numbers), count)
+            found[name] = np.broadcast_to(np.asarray(values, float), lanes)
+        except Exception as error:
+            raise theirs(f'metric "{name}"', metric.of, error) from error
+    return found
+
+
+def _values_of_runs(
+    metrics: Mapping[str, RunMetric], systems: Sequence[System], seeds: Sequence[int], duration_s: float, from_s: float
+) -> dict[str, list[float]]:
+    """Return the value of each metric of each run; the run is told from ``from_s`` on."""
+    found: dict[str, list[float]] = {name: [] for name in metrics}
+    if not metrics:
+        return {}
+    for system, seed in zip(systems, seeds, strict=False):
+        run = simulate(system, duration_s, seed)
+        scored = run.isel(time=slice(round(from_s * system.controller.rate_hz), None))
+        for name, metric in metrics.items():
+            try:
+                value = np.asarray(metric.of(scored), float)
+            except Exception as error:
+                raise theirs(f'metric "{name}"', metric.of, error) from error
+            if value.size != 1:
+                where, shape = place(metric.of), value.shape
+                raise FrictionloopError(f'metric "{name}": {where}: returned shape {shape}; must be one number per run')
+            found[name].append(float(value.ravel()[0]))
+    return found

@@ -5,18 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from contextlib import closing
 
-import numpy as np
 import xarray as xr
 
-from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.placing import tiles_of
-from frictionloop.loop.kernel.slab import LANES
-from frictionloop.loop.kernel.structure import kernel_of, structure
-from frictionloop.loop.kernel.traces import traces_of
-from frictionloop.loop.no_number import lanes_without_number
-from frictionloop.loop.record import to_dataset
-from frictionloop.loop.simulate import check_numbers, run_tile, simulate
-from frictionloop.loop.timing import check_memory, check_seed, periods_in
+from frictionloop.loop.kernel.structure import structure
+from frictionloop.loop.simulate import traced
 from frictionloop.loop.workers import shared_out, worker_count
 from frictionloop.parameters import System
 
@@ -56,25 +49,8 @@ def _run(
     lanes: list[int], jobs: list[Job], duration_s: float, keep: tuple[str, ...], from_s: float
 ) -> tuple[list[int], list[xr.Dataset]]:
     """Run one tile and return its lanes and their runs."""
-    kept = [_kept(run, keep, from_s) for run in _runs(jobs, duration_s)]
-    return lanes, kept
-
-
-def _runs(jobs: list[Job], duration_s: float) -> Iterable[xr.Dataset]:
-    if len(jobs) == 1:
-        yield simulate(jobs[0][0], duration_s, jobs[0][1])
-        return
-    systems, seeds = [system for system, _ in jobs], [check_seed(seed) for _, seed in jobs]
-    names = traces_of(kernel_of(systems[0]))
-    shape = len(names), periods_in(systems[0], duration_s), LANES
-    check_memory(8 * int(np.prod(shape)), f"{LANES} runs of {duration_s:g} s")
-    traces = np.empty(shape)
-    tile = lower(systems, seeds, traces=traces.reshape(-1))
-    run_tile(tile, shape[1])
-    lost = set(lanes_without_number(tile).tolist())
-    for lane, (system, seed) in enumerate(zip(systems, seeds, strict=True)):
-        check_numbers(system, traces[names.index("u"), :, lane], lane in lost)
-        yield to_dataset(traces[:, :, lane], system, seed)
+    systems, seeds = zip(*jobs, strict=True)
+    return lanes, [_kept(run, keep, from_s) for run in traced(systems, seeds, duration_s)]
 
 
 def _kept(run: xr.Dataset, keep: tuple[str, ...], from_s: float) -> xr.Dataset:

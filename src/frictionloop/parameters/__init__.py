@@ -6,7 +6,7 @@ from frictionloop.parameters.files import PRESETS, SCHEMA, preset, read_toml, wr
 from frictionloop.parameters.filtered import FilteredPiController, NotchPiController
 from frictionloop.parameters.finger import FingerFriction, RigidFinger, Skin
 from frictionloop.parameters.motion import Sliding, Strokes
-from frictionloop.parameters.observing import ObserverController, SuperTwistingController
+from frictionloop.parameters.observing import ObserverController
 from frictionloop.parameters.plant import (
     Friction,
     FrictionLaw,
@@ -71,7 +71,6 @@ __all__ = [
     "Source",
     "Steps",
     "Strokes",
-    "SuperTwistingController",
     "SuspendedSensor",
     "System",
     "Touch",

@@ -46,7 +46,7 @@ class Board(Block):
     """Way of a count (assumed: a tenth of the sensor's noise); 0: no position sensor."""
     ceiling_um: Positive | None = None
     """Largest amplitude ever commanded; left out: the plate's largest."""
-    ramp_s: Positive = 0.01
-    """Time in which the largest amplitude is ramped down (assumed: six time constants of the plate)."""
+    ramp_s: Annotated[Positive, Field(le=0.1)] = 0.01
+    """Time in which the largest amplitude is ramped down (assumed: six time constants of the plate), at most 0.1 s."""
     force_limit_n: Positive | None = None
     """Largest plausible force; left out: 0.96 of what the converter can read (assumed: short of its end)."""

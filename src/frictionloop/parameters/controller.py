@@ -9,7 +9,7 @@ from pydantic import Field
 from frictionloop.parameters.block import NotNegative, Number
 from frictionloop.parameters.filtered import FilteredPiController, NotchPiController
 from frictionloop.parameters.kinds import Kinds
-from frictionloop.parameters.observing import ObserverController, SuperTwistingController
+from frictionloop.parameters.observing import ObserverController
 from frictionloop.parameters.timing import Timing
 from frictionloop.parameters.tracking import TrackerController
 
@@ -59,9 +59,9 @@ CONTROLLERS = Kinds(
     FilteredPiController,
     NotchPiController,
     ObserverController,
-    SuperTwistingController,
     TrackerController,
     default="pi",
     tuned=True,
+    beside={"super_twisting": "frictionloop.control.super_twisting:SuperTwistingController"},
 )
 Controller = Annotated[Timing, CONTROLLERS]

@@ -78,7 +78,7 @@ def _place(whole: type[Description], tree: dict[str, Any], path: str, value: Any
 def _change_kind(whole: type[Description], tree: dict[str, Any], block: str, kind: Any) -> None:
     """Swap a block for one of another kind, keeping what describes the bench."""
     kinds = wording.registry_of(whole, block)
-    model = kinds.models.get(kind) if kinds and isinstance(kind, str) else None
+    model = kinds[kind] if kinds and isinstance(kind, str) and kind in kinds.names else None
     if kinds is None or model is None:
         raise FrictionloopError(f"{block}.kind = {kind!r} is unknown; {kinds.accepted() if kinds else 'it has none'}")
     fresh = {

@@ -1,4 +1,4 @@
-"""A System as a TOML file: written with units as comments, read with every complaint in one line."""
+"""A System as a TOML file: written with each key's unit and meaning, read with every complaint in one line."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
+
+from pydantic import BaseModel
 
 from frictionloop.parameters import presets
 from frictionloop.parameters.description import Description
@@ -19,6 +21,13 @@ if TYPE_CHECKING:
 Design = TypeVar("Design", bound=Description)
 SCHEMA = 1
 """Version of the parameter file and of the run file; a newer one is refused."""
+_RARE = """
+    touch board pulse_ticks jitter_s lost_ticks open_until_s form table_size
+    slow_mm_s static_ratio static_mm_s drying_s roughness_longest_mm bristle_damping_n_s_m
+    start load_drift_s tremor_width_hz landing_s contact_s lifted_s person unscored_n
+"""
+RARE = frozenset(_RARE.split())
+"""Blocks and keys that a simple bench never needs to change."""
 PRESETS = {"paper": presets.paper, "feasible": presets.feasible, "bench": presets.bench}
 
 
@@ -128,13 +137,15 @@ def _from_there(system: Description, folder: Path) -> Description:
     return system.evolve(changes) if changes else system
 
 
-def to_toml(system: Description) -> str:
-    """Return a System, or a design, as TOML text, each number with its unit as a comment.
+def to_toml(system: Description, every: bool = True) -> str:
+    """Return a System, or a design, as TOML text, each key with its unit and meaning as a comment.
 
     Parameters
     ----------
     system : System, SensorDesign or PlateDesign
         What to write.
+    every : bool
+        Whether to write also those keys that a simple bench never needs, where they have their defaults.
 
     Raises
     ------
@@ -146,28 +157,44 @@ def to_toml(system: Description) -> str:
     import tomlkit
 
     file = tomlkit.document()
+    if not every:
+        file.add(tomlkit.comment("What a simple bench never needs is left out; --all writes it too."))
     file.add("schema", tomlkit.item(SCHEMA))
-    for name, block in system.model_dump().items():
-        file.add(name, _table(block))
+    for name, table in _table(system, every).items():
+        file.add(name, table)
     return file.as_string()
 
 
-def _table(block: dict[str, Any]) -> Table:
+def _table(block: BaseModel, every: bool) -> Table:
     import tomlkit
 
     table = tomlkit.table(is_super_table=False)
+    values = {key: (getattr(block, key), type(block).model_fields[key]) for key in block.model_dump()}
     # What follows depends on the kind, which an inherited value may precede; tables end a table.
-    for key, value in sorted(block.items(), key=lambda item: (isinstance(item[1], dict), item[0] != "kind")):
-        if isinstance(value, dict):
-            table.add(key, _table(value))
-        elif value is not None:
-            table.add(key, tomlkit.item(value))
-            if unit := unit_of(key):
-                table[key].comment(unit).trivia.comment_ws = "  "
+    for key, (value, field) in sorted(values.items(), key=lambda item: (_is_block(item[1][0]), item[0] != "kind")):
+        if value is None or not (every or key not in RARE or value != field.get_default(call_default_factory=True)):
+            continue
+        if _is_block(value):
+            table.add(key, _table(value, every))
+        else:
+            entry = tomlkit.item(value)
+            if said := _said(key, field.description or ""):
+                entry.comment(said).trivia.comment_ws = "  "
+            table.add(key, entry)
     return table
 
 
-def write_toml(system: Description, path: str | os.PathLike[str]) -> None:
+def _said(key: str, description: str) -> str:
+    """Return a key's unit and the first paragraph of its meaning."""
+    meaning = " ".join(description.partition("\n\n")[0].replace("``", "").split()).rstrip(".")
+    return ": ".join(part for part in (unit_of(key), meaning) if part)
+
+
+def _is_block(value: Any) -> bool:
+    return isinstance(value, BaseModel)
+
+
+def write_toml(system: Description, path: str | os.PathLike[str], every: bool = True) -> None:
     """Write a System, or a design, as a TOML file; the old file stays whole until the new one is complete.
 
     The path of a recording is written as seen from the file, which can then be moved with it.
@@ -178,12 +205,14 @@ def write_toml(system: Description, path: str | os.PathLike[str]) -> None:
         What to write.
     path : path
         File to write, replaced if it is there.
+    every : bool
+        As in `to_toml`.
 
     Raises
     ------
     FrictionloopError
         For what is none of them, or a file that cannot be written.
     """
-    text = to_toml(_from_there(system, Path(path).parent))
+    text = to_toml(_from_there(system, Path(path).parent), every)
     with replacing(path) as beside:
         beside.write_text(text, encoding="utf-8")

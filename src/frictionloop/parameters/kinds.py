@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from importlib import import_module
 from typing import Any
 
 from pydantic import BaseModel, GetCoreSchemaHandler
@@ -19,24 +20,41 @@ class Kinds:
     """The parameter classes of one block, by the value of their ``kind``; an annotation that pydantic reads."""
 
     def __init__(
-        self, base: type[Block], *models: type[Block], default: str | None = None, tuned: bool = False
+        self,
+        base: type[Block],
+        *models: type[Block],
+        default: str | None = None,
+        tuned: bool = False,
+        beside: Mapping[str, str] | None = None,
     ) -> None:
         self.base, self.default, self.tuned = base, default, tuned
-        self.models: dict[str, type[Block]] = {}
+        self.beside = dict(beside or {})
+        """Where a class stands in the file of its step, "module:Class" by its kind: imported when the kind is used."""
         self.outside: set[str] = set()
-        for model in models:
-            self.models[kind_of(model)] = model
+        self._models = {kind_of(model): model for model in models}
+
+    @property
+    def names(self) -> list[str]:
+        """Return every kind."""
+        return list(dict.fromkeys([*self._models, *self.beside]))
+
+    def __getitem__(self, kind: str) -> type[Block]:
+        """Return the class of a kind."""
+        if kind in self.beside and kind not in self._models:
+            module, _, name = self.beside[kind].partition(":")
+            self._models[kind] = getattr(import_module(module), name)
+        return self._models[kind]
 
     def register(self, model: type[Block]) -> None:
         """Add a class from outside; one of the same kind that came from outside before is replaced."""
         self.check(model)
-        self.models[kind_of(model)] = model
+        self._models[kind_of(model)] = model
         self.outside.add(kind_of(model))
 
     def forget(self) -> None:
         """Leave out the classes from outside."""
         for kind in self.outside:
-            del self.models[kind]
+            del self._models[kind]
         self.outside.clear()
 
     def check(self, model: type[Block]) -> None:
@@ -50,7 +68,7 @@ class Kinds:
         if not (isinstance(model, type) and issubclass(model, self.base)):
             raise FrictionloopError(f"{model!r}: must be a subclass of fl.{self.base.__name__}")
         kind = kind_of(model)
-        if kind in self.models and kind not in self.outside:
+        if kind in self.names and kind not in self.outside:
             raise FrictionloopError(f'{model.__name__}.kind = "{kind}": is a kind of frictionloop; choose another name')
         if not kind.isidentifier():
             raise FrictionloopError(f'{model.__name__}.kind = "{kind}": must be a name of letters, digits and _')
@@ -64,23 +82,23 @@ class Kinds:
         """
         if self.tuned:
             return {name: values[name] for name in self.base.model_fields if name in values}
-        old, new = self.models[values["kind"]].model_fields, model.model_fields
+        old, new = self[values["kind"]].model_fields, model.model_fields
         return {name: values[name] for name in new if name in old and old[name].default == new[name].default}
 
     def read(self, value: Any) -> Block:
         """Return the block that a mapping describes, or the block given, if it is of one of the kinds."""
         if isinstance(value, BaseModel):
-            if type(value) is not self.models.get(getattr(value, "kind", "")):
+            kind = getattr(value, "kind", "")
+            if kind not in self.names or type(value) is not self[kind]:
                 raise PydanticCustomError("kind", "{text}", {"text": f"{type(value).__name__}: {self.accepted()}"})
             return value
         if not isinstance(value, Mapping):
             value = self.sampled(value)
         kind = value.get("kind", self.default)
-        model = self.models.get(kind) if isinstance(kind, str) else None
-        if model is None:
+        if not (isinstance(kind, str) and kind in self.names):
             told = "kind is missing" if kind is None else f"kind = {kind!r} is unknown"
             raise PydanticCustomError("kind", "{text}", {"text": f"{told}; {self.accepted()}"})
-        return model.model_validate({"kind": kind, **value})
+        return self[kind].model_validate({"kind": kind, **value})
 
     def sampled(self, value: Any) -> Mapping[str, Any]:
         """Return the values of a block that an array stands for; only signals have any."""
@@ -88,7 +106,7 @@ class Kinds:
 
     def accepted(self) -> str:
         """Return the kinds there are, in words."""
-        accepted = ", ".join(map(repr, self.models))
+        accepted = ", ".join(map(repr, self.names))
         return f"accepted: {accepted}{OWN}"
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:

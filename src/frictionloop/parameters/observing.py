@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from frictionloop.parameters.block import NotNegative, Number
+from frictionloop.parameters.block import Number
 from frictionloop.parameters.timing import Timing
 
 LONGEST_DELAY = 8
@@ -37,13 +37,3 @@ class ObserverController(Observing):
     """u = clip(f_r - d, g(a_max), f0), d the observed force beyond the command's (control/disturbance_observer)."""
 
     kind: Literal["observer"] = "observer"
-
-
-class SuperTwistingController(Observing):
-    """Super-twisting sliding mode on the observed friction force (paper, ref. [16]; control/super_twisting)."""
-
-    kind: Literal["super_twisting"] = "super_twisting"
-    k1: NotNegative = 474.0
-    """Gain on the root of the sliding variable, sqrt(N)/s: 1.5 sqrt(L), L in N/s^2 the largest phi'."""
-    k2: NotNegative = 1.1e5
-    """Gain of the integral, N/s^2: 1.1 L."""

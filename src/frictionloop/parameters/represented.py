@@ -37,8 +37,11 @@ class Represented:
         """
         for path, block in blocks.items():
             for name, value, default in self.missing(block):
+                told = f"{path}.{name} = {value!r}: {self.what} does not know this"
+                if name == "kind":
+                    raise FrictionloopError(f"{told} kind; known: {', '.join(self._kinds(block))}")
                 other = "" if default is OUTSIDE else f"; must be {default!r} for this"
-                raise FrictionloopError(f"{path}.{name} = {value!r}: {self.what} does not know this field{other}")
+                raise FrictionloopError(f"{told} field{other}")
             self.check({f"{path}.{name}": inner for name, inner in block if isinstance(inner, BaseModel)})
 
     def missing(self, block: BaseModel) -> Iterator[tuple[str, Any, Any]]:
@@ -47,6 +50,12 @@ class Represented:
             value = getattr(block, name)
             if default is OUTSIDE or value != default:
                 yield name, value, default
+
+    def _kinds(self, block: BaseModel) -> list[str]:
+        """Return the kinds that this model of the loop has in the place of a block."""
+        bases = {each for each in type(block).__mro__ if issubclass(each, Block) and each is not Block}
+        same = [each for each, listed in self.fields.items() if "kind" in listed.split() and bases & set(each.__mro__)]
+        return [each.model_fields["kind"].default for each in same]
 
     @cache  # noqa: B019 - each model of the loop is a constant of its module
     def _unknown(self, block: type[BaseModel]) -> tuple[tuple[str, Any], ...]:

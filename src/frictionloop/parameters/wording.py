@@ -16,11 +16,11 @@ LONGEST = 200
 """Characters of a value that an error shows."""
 
 
-def kinds_of(system: Model, block: str) -> list[Model]:
-    """Return the parameter classes a block of the System may be."""
+def kinds_of(system: Model, block: str, kind: str | None = None) -> list[Model]:
+    """Return the parameter classes a block of the System may be, of the kind given if there is one."""
     registry = registry_of(system, block)
     if registry:
-        return list(registry.models.values())
+        return [registry[each] for each in registry.names if kind in (None, each)]
     only = system.model_fields[block].annotation
     return [only] if isinstance(only, type) and issubclass(only, BaseModel) else []
 
@@ -36,11 +36,10 @@ def known_names(system: Model, tree: Mapping[str, Any]) -> list[str]:
     for block in system.model_fields:
         given = tree.get(block)
         kind = given.get("kind") if isinstance(given, Mapping) else None
-        models = kinds_of(system, block)
-        names += [] if models else [block]
+        models = kinds_of(system, block, kind)
+        names += [] if models or registry_of(system, block) else [block]
         for model in models:
-            if kind is None or model.model_fields["kind"].default == kind:
-                names += _fields(model, f"{block}.")
+            names += _fields(model, f"{block}.")
     return list(dict.fromkeys(names))
 
 
@@ -86,6 +85,7 @@ def explain(system: Model, error: ValidationError, tree: Mapping[str, Any]) -> s
     if first["type"] in ("model_type", "dict_type"):
         return f"{path} = {_shown(first['input'])}: must be a table of values"
     message = first["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
+    message = message.replace("a valid tuple", "a list, such as [0.4, 0.8]")
     if isinstance(first["input"], (dict, BaseModel)):
         return f"{path}: {message}" if path else message
     unit = f" {unit_of(path)}" if unit_of(path) else ""

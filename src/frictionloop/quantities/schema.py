@@ -52,6 +52,11 @@ def schema() -> dict[str, Any]:
     return tomllib.loads(schema_path().read_text(encoding="utf-8"))
 
 
+def named(group: str) -> dict[int, str]:
+    """Return a group of the schema, such as ``faults``: name by number."""
+    return {number: name for name, number in schema()[group].items()}
+
+
 @cache
 def parameter_words() -> dict[str, Word]:
     """Return the parameters by name, in the order of their words."""

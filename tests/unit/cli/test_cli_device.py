@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import signal
 import sys
 
 import numpy as np
@@ -11,7 +12,10 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.cli import device_run
+from frictionloop.device import boards as simulated_boards
 from frictionloop.device import serial_pipe, simulated_pipe
+from frictionloop.device.emulator.processor import _whole
+from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.quantities.schema import schema
 
 TRACKER = ("--controller.kind", "tracker")
@@ -71,7 +75,7 @@ def test_who_answers(frictionloop):
     said = rows(frictionloop("device", "info", "sim:").out)
     model = fl.bench().controller.model
     assert said["board"] == "host"
-    assert "protocol 1.0" in said["firmware"] and "5000 ticks a second" in said["firmware"]
+    assert "protocol 1.1" in said["firmware"] and "5000 ticks a second" in said["firmware"]
     assert said["parameters"] == "the same table as here"
     assert said["law"] == f"pi, 0.0884 to {model.nominal_n:g} N, at most {model.max_amplitude_um:g} um"
     assert said["telemetry"] == "0 samples dropped"
@@ -153,6 +157,89 @@ def test_a_whole_system_and_one_value_on_top(frictionloop, tmp_path):
 )
 def test_what_is_not_set_is_one_line(frictionloop, arguments, says):
     assert says in refused(frictionloop("device", "set", "sim:", *arguments))
+
+
+HOLD = ("controller.kp=0.04", "controller.ki=100")
+
+
+def test_gains_are_set_by_their_names_while_the_loop_runs(frictionloop, kept):
+    fl.write_toml(fl.bench(), "mine.toml")
+    assert rows(frictionloop("device", "set", "sim:", *HOLD).out) == {
+        "controller.kp": "10.0 -> 0.04",
+        "controller.ki": "2.0 -> 100.0",
+    }
+    with fl.connect("sim:") as device:
+        device.mode("closed")
+        more = (HOLD[1], "controller.kp=0.03", "drive.ceiling_um=2", "--system", "mine.toml")
+        said = frictionloop("device", "set", "sim:", *more, "--json").json()
+        assert said["after"] == {"controller.ki": 100.0, "controller.kp": 0.03, "drive.ceiling_um": 2.0}
+    with fl.connect("sim:") as device:
+        gains = np.asarray(device.parameters["law.gains"])
+        assert gains[:2] == pytest.approx([0.03, 100.0 / 5000.0], rel=1e-6)
+        assert device.parameters["drive.ceiling_um"] == pytest.approx(2.0)
+
+
+def test_gains_that_ring_are_refused_with_gains_that_hold(frictionloop, kept):
+    said = refused(frictionloop("device", "set", "sim:", "controller.kp=12"))
+    assert said.startswith("controller.kp=12: this loop rings near ") and "--unchecked sets it all the same" in said
+    held = re.findall(r"controller\.k[pi]=[\d.]+", said.split("gains that hold contact dahl, 20 mm/s")[1])
+    with fl.connect("sim:") as device:
+        assert device.parameters["law.gains"][0] == pytest.approx(10.0)  # as before
+    assert len(held) == 2 and frictionloop("device", "set", "sim:", *held).code == 0
+
+
+def test_gains_that_ring_are_set_where_that_is_asked_for(frictionloop):
+    said = frictionloop("device", "set", "sim:", "controller.kp=12", "--unchecked", "--json").json()
+    assert said["after"] == {"controller.kp": 12.0}
+
+
+def test_of_gains_and_a_value_that_is_refused_neither_is_set(frictionloop, kept):
+    assert "law.high_n = 0.1 N" in refused(
+        frictionloop("device", "set", "sim:", *HOLD, "law.high_n=0.1", "law.low_n=0.9")
+    )
+    with fl.connect("sim:") as device:
+        assert device.parameters["law.gains"][0] == pytest.approx(10.0)
+
+
+def test_gains_close_to_ringing_are_set_with_a_word(frictionloop):
+    answer = frictionloop("device", "set", "sim:", "controller.kp=0.1", "controller.ki=150")
+    assert answer.code == 0 and "this loop is close to ringing near" in answer.err
+
+
+def test_gains_of_a_board_that_nobody_described_need_its_system(frictionloop, kept):
+    assert frictionloop("device", "set", "sim:", "law.low_n=0.2").code == 0  # of no System from now on
+    said = refused(frictionloop("device", "set", "sim:", *HOLD))
+    assert said == "controller.kp: of which system? A board does not tell; add --system FILE, its description"
+    fl.write_toml(fl.bench(), "mine.toml")
+    assert frictionloop("device", "set", "sim:", "--system", "mine.toml", *HOLD).code == 0
+
+
+def test_the_kind_that_was_set_is_told(frictionloop, kept):
+    assert frictionloop("device", "set", "sim:", "controller.kind=notch_pi", "controller.kp=0.05").code == 0
+    known = fl.bench().evolve({"controller.kind": "notch_pi", "controller.kp": 0.05})
+    with fl.connect("sim:") as device:
+        assert device.parameters.hold(firmware_words(known))
+    assert rows(frictionloop("device", "info", "sim:").out)["law"].startswith("filtered_pi or notch_pi, ")
+
+
+def test_a_low_ceiling_is_named_where_the_force_stays_high(frictionloop):
+    held = ("--controller.kp", "0.0434", "--controller.ki", "108", "--duration-s", "0.5")
+    low = " ".join(frictionloop("device", "run", "sim:", *held, "--board.ceiling_um", "0.5").out.split())
+    assert "The amplitude is at its ceiling, 0.5 um, 100% of the time" in low
+    assert "The ceiling may be why: the plate gives 2.5 um." in low
+    assert "ceiling" not in frictionloop("device", "run", "sim:", *held).out
+
+
+def test_ctrl_c_waits_until_the_emulator_has_returned():
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    reached = []
+    try:
+        with pytest.raises(KeyboardInterrupt), _whole():
+            signal.raise_signal(signal.SIGINT)
+            reached.append("end")
+        assert reached == ["end"] and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 # ----------------------------------------------------------------------------------------------------------------- run
@@ -312,7 +399,7 @@ def kept(monkeypatch):
     def same_board(address, system=None, seed=0):
         if address not in boards:
             system = system or fl.bench()
-            boards[address] = simulated_pipe.BenchPipe(simulated_pipe.Simulated(system), system, seed)
+            boards[address] = simulated_pipe.BenchPipe(simulated_boards.Simulated(system), system, seed)
         return boards[address].opened
 
     monkeypatch.setattr("frictionloop.device.device.opener", same_board)

@@ -113,6 +113,35 @@ SWEEP_BENCH = [
     (("--over", "motion.speed_mm_s=20,600"), "touch.position.fastest_mm_s"),
 ]
 VERBS = "reproduce, simulate, sweep, compare, design, firmware, device"
+VERBS_WITHOUT_A_LOOP = [
+    (("design", "nothing"), 'Unknown command "nothing". Available commands: sensor, plate, controller.'),
+    (("design", "sensor", "--adc.bits", "0"), "adc.bits = 0: must be greater than or equal to 4"),
+    (("design", "sensor", "--range-n", "x"), 'Invalid value for --range-n: unable to convert "x"'),
+    (("design", "sensor", "--noise-rms-n", "0"), "noise_rms_n = 0 N: must be a positive number"),
+    (("design", "sensor", "--electrodes.gap", "3"), "did you mean electrodes.gap_um (um)"),
+    (("design", "sensor", "--spice", "x.txt"), "spice = 'x.txt': must end in .cir"),
+    (("design", "plate", "--frequency-hz", "-5"), "frequency_hz = -5.0 Hz: must be a finite number above 0"),
+    (("design", "plate", "--bandwidth-hz", "nan"), "bandwidth_hz = nan Hz: must be a finite number above 0"),
+    (("design", "plate", "--geometry.thick", "3"), "did you mean geometry.thickness_mm (mm)"),
+    (("design", "plate", "extra"), "extra: not expected here"),
+    (("firmware", "build", "--out", "img", "--board", "uno"), "board = 'uno': accepted are teensy31, mps2"),
+    (
+        ("firmware", "export", "--out", "img", "--controller.kind", "oracle"),
+        "controller.kind = 'oracle': the firmware's form of the law does not know this kind; known: pi, lookup, ",
+    ),
+    (("device", "info"), "parameter ADDRESS requires an argument"),
+    (("device", "info", "COM3"), "serial:///dev/cu.usbmodem1 (macOS), serial://COM3 (Windows)"),
+    (("device", "run", "sim:", "--decimation", "1.5"), 'unable to convert "1.5" into a whole number'),
+    (("device", "run", "sim:", "--duration-s", "1e9"), "duration_s = 1e+09 s: must be above 0 s and at most 86400 s"),
+    (("device", "set", "sim:", "controller.kp=1", "controller.kp=2"), "controller.kp = 2: is given twice"),
+    (("device", "flash", "x.hex"), "IMAGE = 'x.hex': there is no such file"),
+    (("simulate", "--all"), "all: needs --save-system FILE.toml"),
+    (
+        ("simulate", "--setpoint.kind", "steps", "--setpoint.times_s", "0,1", "--setpoint.levels_n", "0.4"),
+        "setpoint.levels_n = 0.4 N: must be a list, such as [0.4, 0.8]",
+    ),
+    (("simulate", "--use", "nosuch"), "--use nosuch: there is no such module"),
+]
 OTHERS = [
     (("simulat",), 'Unknown command "simulat". Did you mean "simulate"?'),
     (("--bogus",), f'Unknown command "--bogus". Available commands: {VERBS}.'),
@@ -124,6 +153,7 @@ ALL = [
     *(((*KP, *tokens), line) for tokens, line in SWEEP_KP),
     *((("simulate", "--preset", "bench", *tokens), line) for tokens, line in BENCH),
     *((("sweep", "--preset", "bench", *tokens), line) for tokens, line in SWEEP_BENCH),
+    *VERBS_WITHOUT_A_LOOP,
     *OTHERS,
 ]
 

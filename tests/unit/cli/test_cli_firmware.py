@@ -41,7 +41,7 @@ def test_the_table_is_the_same_in_words_and_in_numbers(frictionloop, tmp_path):
     assert value["law.high_n"] == pytest.approx(model.nominal_n, abs=2**-28)
     assert value["law.gains[0]"] == pytest.approx(0.06, rel=1e-9)
     assert value["law.gains[1]"] == pytest.approx(134 / 5000, rel=1e-9)
-    assert value["drive.duty[256]"] == 2**16  # half of the carrier's period
+    assert value["drive.largest_um"] == value["drive.ceiling_um"] == 2.5
     assert {row["name"].split("[")[0] for row in rows} == set(parameter_words())
     assert fl.read_toml(folder / "system.toml").controller.ki == 134
 

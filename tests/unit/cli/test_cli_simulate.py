@@ -196,3 +196,12 @@ def test_a_set_point_above_the_finger_is_told(frictionloop):
     assert "The set-point is out of reach 100% of the time: 0.0744 to 0.8 N could be had." in said
     assert "did you mean a lower set-point?" in said
     assert "out of reach" not in frictionloop("simulate", "--preset", "feasible", "--duration-s", "0.1").out
+
+
+def test_a_saved_system_is_short_and_all_of_it_on_request(frictionloop):
+    short = ("simulate", "--preset", "bench", "--duration-s", "0.01", "--save-system")
+    assert frictionloop(*short, "short.toml").code == frictionloop(*short, "whole.toml", "--all").code == 0
+    texts = [Path(name).read_text(encoding="utf-8") for name in ("short.toml", "whole.toml")]
+    assert ["[board]" in text for text in texts] == [False, True]
+    assert "kp = 10.0  # N/N: Proportional gain K_p" in texts[0]
+    assert fl.read_toml("short.toml") == fl.read_toml("whole.toml") == fl.bench()

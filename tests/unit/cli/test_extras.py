@@ -8,7 +8,7 @@ import pytest
 
 from frictionloop.firmware import image
 from frictionloop.firmware.compiled import host_library
-from frictionloop.firmware.intel_hex import read_hex
+from frictionloop.firmware.image_files import read_hex
 from frictionloop.quantities import FrictionloopError
 
 
@@ -38,7 +38,7 @@ def test_what_draws_needs_the_report(frictionloop, monkeypatch, tmp_path, tokens
     ("library", "extra", "call"),
     [
         ("cffi", "firmware", lambda folder: host_library.__wrapped__()),
-        ("ziglang", "image", lambda folder: image.build("teensy31", b"", folder / "made")),
+        ("ziglang", "image", lambda folder: image.build("teensy31", [], folder / "made")),
         ("intelhex", "device", lambda folder: read_hex(folder / "image.hex")),
     ],
 )

@@ -1,4 +1,9 @@
-"""Who competes: each control law with the parameters that it is given on a bench."""
+"""Who competes: each control law with the parameters that it is given on a bench, and what it is told of its device.
+
+Of the three devices that fingers meet, one has the bench's resonance and two are 5 % off. A law that bears a resonance
+nobody has measured believes the bench's. A tracker is to be told what is there (docs/controllers.md), by a ring-down at
+start-up (`identification.fit_ring_down`, which is off by 0.01 %).
+"""
 
 from __future__ import annotations
 
@@ -7,12 +12,18 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from frictionloop.design.retune import retune
-from frictionloop.parameters import RETUNED, PiController, System, bench
+from frictionloop.parameters import RETUNED, PiController, SuspendedSensor, System, bench
 from frictionloop.parameters.controller import CONTROLLERS
 from frictionloop.parameters.timing import Timing
+from frictionloop.physics.fingers import Fingers
 from frictionloop.quantities import check_each_once, check_known
 
 Overrides = Mapping[str, Any]
+TOLD = ("tracker",)
+"""Kinds of controllers that are told."""
+ERROR = 0.002
+"""Relative error of what they are told, too high and too low in turn (assumed: a warm day, a finger that weighs)."""
+BELIEVED_HZ = "controller.model.resonance_hz"
 Entrant = Callable[[System], Overrides]
 """From a bench to overrides of its controller. It may tune on fingers of `protocol.TUNING_SEED`, never on others."""
 
@@ -99,7 +110,32 @@ def entrants(names: Iterable[str] | Mapping[str, Entrant] | None = None) -> dict
 
 def _from_outside(kind: str) -> Entrant:
     """Return a law from outside the package (`fl.register`) with the defaults of its own parameters."""
-    fields = CONTROLLERS.models[kind].model_fields
+    fields = CONTROLLERS[kind].model_fields
     own = {name: field.get_default(call_default_factory=True) for name, field in fields.items()}
     gains = {f"controller.{name}": value for name, value in own.items() if name not in Timing.model_fields}
     return lambda system: {"controller.kind": kind} | gains
+
+
+def told(system: System, people: Fingers, law: Mapping[str, Any] | None) -> Fingers:
+    """Return fingers with what a law believes of the resonance of each one's device; as they are for one not told.
+
+    A law is overrides of the bench, None for none.
+    """
+    sensor = system.sensor
+    if law is None or law.get("controller.kind") not in TOLD or not isinstance(sensor, SuspendedSensor):
+        return people
+    met = [float(each.get("sensor.resonance_hz", sensor.resonance_hz)) for each in people]
+    found = [hz * (1.0 + (ERROR if i % 2 else -ERROR)) for i, hz in enumerate(met)]
+    return Fingers(each | {BELIEVED_HZ: hz} for each, hz in zip(people, found, strict=True))
+
+
+def on_device(system: System, factor: float) -> System:
+    """Return a system whose sensor has its resonance times a factor, known to a controller that is told.
+
+    A sensor without one is as it was.
+    """
+    if not isinstance(system.sensor, SuspendedSensor):
+        return system
+    there_hz = factor * system.sensor.resonance_hz
+    known = {BELIEVED_HZ: there_hz} if system.controller.kind in TOLD else {}
+    return system.evolve({"sensor.resonance_hz": there_hz, **known})

@@ -35,10 +35,6 @@ STEP_LEVELS_N, STEP_EVERY_S = (0.35, 0.75), 0.5
 """Levels and pace of the steps (the levels are assumed, the pace is that of Fig. 5b)."""
 SPEEDS_MM_S = (20.0, 80.0)
 CONTACTS = ("dahl", "slider")
-ALL_BUT_A_TWENTIETH = 1.645
-"""Standard deviations of a normal load below which, or above which, it is a twentieth of the time."""
-LEAST_LOAD_N = 1e-3
-"""Load that one which trembles below 0 counts as: next to no friction."""
 START_S, DURATION_S = 1.0, 11.0
 STROKE_MM = 240.0
 RESONANCES = (1.0, 0.95, 1.05)
@@ -155,34 +151,16 @@ def check_times(duration_s: float, start_s: float) -> None:
 
 def able(system: System, people: Fingers, speed_mm_s: float, hold_s: float = DURATION_S) -> np.ndarray:
     """Return which fingers are capable at a speed: 0.3 and 0.9 N can be held at the mean load, shape (fingers,)."""
-    found = _reached(system, people, speed_mm_s, hold_s, 0.0)
-    return np.asarray(found["capable"].values)
+    return np.asarray(reached(system, people, speed_mm_s, hold_s)["capable"].values)
 
 
-def within_reach(system: System, people: Fingers, speed_mm_s: float, hold_s: float = DURATION_S) -> np.ndarray:
-    """Return which fingers can be given 0.9 N, and 0.3 N, all but a twentieth of the time, shape (fingers,).
-
-    A finger that is capable at its mean load may not be where the load has drifted and trembled to: whatever the law,
-    it is short of 0.9 N then, or above 0.3 N. Drift and tremor are taken to be normal (the drift is two sines, which
-    are within these ends for longer), over many periods of the drift; a run of 11 s has one.
-    """
-    light, heavy = (_reached(system, people, speed_mm_s, hold_s, side * ALL_BUT_A_TWENTIETH) for side in (-1.0, 1.0))
-    return np.asarray(light["reaches_high"].values & heavy["reaches_low"].values)
-
-
-def _reached(system: System, people: Fingers, speed_mm_s: float, hold_s: float, deviations: float) -> xr.Dataset:
-    """Return `capable` of fingers whose load is some standard deviations off its mean."""
+def reached(system: System, people: Fingers, speed_mm_s: float, hold_s: float = DURATION_S) -> xr.Dataset:
+    """Return what `capable` says of fingers on the strokes of the protocol."""
     blocks = {"friction": system.friction, "motion": system.motion}
     own = {f"{name}.{key}": value for name, block in blocks.items() for key, value in block}
     own |= {"motion.speed_mm_s": speed_mm_s, "motion.stroke_mm": STROKE_MM}
     largest_um = min(system.plate.max_amplitude_um, system.controller.model.max_amplitude_um)
-    moved = []
-    for each in people:
-        finger = own | each
-        load_n = finger["motion.load_n"]
-        deviation_n = math.hypot(finger["motion.load_drift"] * load_n, finger["motion.tremor_n"])
-        moved.append(finger | {"motion.load_n": max(load_n + deviations * deviation_n, LEAST_LOAD_N)})
-    return capable(moved, LOW_N, HIGH_N, max_amplitude_um=largest_um, contact_s=hold_s)
+    return capable([own | each for each in people], LOW_N, HIGH_N, max_amplitude_um=largest_um, contact_s=hold_s)
 
 
 def median_finger(people: Fingers, some: np.ndarray) -> Mapping[str, Any] | None:

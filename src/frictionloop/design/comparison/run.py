@@ -11,17 +11,15 @@ from typing import Any
 import xarray as xr
 
 from frictionloop.design.comparison import protocol
-from frictionloop.design.comparison.entrants import DESIGNED, Entrant, Overrides, entrants
-from frictionloop.design.comparison.measured import told
+from frictionloop.design.comparison.entrants import DESIGNED, Entrant, Overrides, entrants, told
 from frictionloop.design.comparison.plain import occluded_at, plain_strokes
 from frictionloop.design.comparison.protocol import Condition
 from frictionloop.design.comparison.store import Cell, Store, check_new
-from frictionloop.loop.points import fingerprint, points_of
+from frictionloop.loop.points import fingerprint, points_of, structures_of
 from frictionloop.loop.progress import progress_bar
 from frictionloop.loop.record import provenance
 from frictionloop.loop.sweep import sweep
 from frictionloop.loop.timing import periods_in
-from frictionloop.loop.trying import structures_of
 from frictionloop.parameters import System
 from frictionloop.physics.fingers import Fingers
 from frictionloop.quantities import FrictionloopError

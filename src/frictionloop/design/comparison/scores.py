@@ -47,8 +47,8 @@ _DIMS = ("law", "speed_mm_s", "contact", "finger")
 def scores(comparison: Comparison) -> xr.Dataset:
     """Return every score over law, speed_mm_s, contact and finger.
 
-    ``capable`` (speed_mm_s, finger) says which fingers can be given 0.3 and 0.9 N at their mean load, ``within_reach``
-    which can be all but a twentieth of the time; ``resonance`` (finger) is the true one over the bench's.
+    ``capable`` (speed_mm_s, finger) says which fingers can be given 0.3 and 0.9 N at their mean load; ``resonance``
+    (finger) is the true one over the bench's.
 
     Both times of a direction are NaN on a finger whose mean time to 63 % is within the delay of the loop: nothing acts
     so soon (but the clairvoyant oracle), so the force rings across the level and does not answer the step.
@@ -67,9 +67,8 @@ def scores(comparison: Comparison) -> xr.Dataset:
         for name, score in SCORES.items()
     }
     # As long as a finger must be able to hold the forces, it is on the plate.
-    for name, chosen in (("capable", protocol.able), ("within_reach", protocol.within_reach)):
-        some = [chosen(comparison.system, comparison.people, v, comparison.duration_s) for v in speeds]
-        variables[name] = (("speed_mm_s", "finger"), np.array(some))
+    some = [protocol.able(comparison.system, comparison.people, v, comparison.duration_s) for v in speeds]
+    variables["capable"] = (("speed_mm_s", "finger"), np.array(some))
     met = [each.get("sensor.resonance_hz", np.nan) for each in comparison.people]
     nominal = getattr(comparison.system.sensor, "resonance_hz", np.nan)
     coordinates = {name: cells[name] for name in _DIMS} | {"resonance": ("finger", np.array(met) / nominal)}

@@ -1,14 +1,11 @@
-"""The file that keeps a comparison: one cell per law and condition, with what decided it and the code that ran it."""
+"""The file that keeps a comparison: one cell per law and condition, with what decided it."""
 
 from __future__ import annotations
 
 import json
 import os
-import subprocess
 from collections.abc import Callable, Mapping
-from contextlib import suppress
-from dataclasses import dataclass, field
-from functools import cache
+from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -27,18 +24,6 @@ DIMS = ("law", "speed_mm_s", "contact", "task")
 KIND = "comparison"
 
 
-@cache
-def commit_of() -> str:
-    """Return the git commit of this package, with ``-dirty`` after changes; empty where it is no working copy."""
-    where = Path(__file__).parent
-    with suppress(OSError, subprocess.SubprocessError):
-        # An installed package may lie inside somebody else's repository.
-        for words in (("ls-files", "--error-unmatch", __file__), ("describe", "--always", "--dirty", "--abbrev=40")):
-            told = subprocess.run(("git", "-C", where, *words), capture_output=True, text=True, timeout=10, check=True)
-        return told.stdout.strip()
-    return ""
-
-
 @dataclass(frozen=True, eq=False)
 class Cell:
     """The metrics of one law under one condition, each over fingers."""
@@ -46,7 +31,6 @@ class Cell:
     values: Mapping[str, np.ndarray]
     digest: str
     """Of everything that decides them: system with the law's parameters, fingers, seeds, times, metrics, version."""
-    commit: str = field(default_factory=commit_of)
 
 
 class Store:
@@ -77,7 +61,7 @@ class Store:
 
     def design(self, law: str, system: System, work: Callable[[], Mapping[str, Any]]) -> dict[str, Any]:
         """Return what a synthesis finds, or found when the file was written, and keep it."""
-        key = sha256("\n".join((law, system.model_dump_json(), package_version(), commit_of())).encode()).hexdigest()
+        key = sha256("\n".join((law, system.model_dump_json(), package_version())).encode()).hexdigest()
         if key not in self.designs:
             self.designs[key] = json.loads(json.dumps(dict(work())))
             self.keep()
@@ -113,15 +97,15 @@ def dataset_of(cells: Mapping[tuple[str, Condition], Cell], attrs: Mapping[str, 
     }
     shape = tuple(len(values) for values in axes.values())
     data = {name: np.full((*shape, int(attrs["fingers"])), np.nan) for name in METRICS}
-    notes = {name: np.full(shape, "", dtype=object) for name in ("digest", "commit")}
+    digests = np.full(shape, "", dtype=object)
     for (law, at), cell in cells.items():
         place = tuple(values.index(value) for values, value in zip(axes.values(), (law, *at), strict=True))
         for name, values in cell.values.items():
             data[name][place] = values
-        notes["digest"][place], notes["commit"][place] = cell.digest, cell.commit
+        digests[place] = cell.digest
     about = {name: {"units": MEANING[name].units, "long_name": MEANING[name].long_name} for name in METRICS}
     variables: dict[str, Any] = {name: ((*DIMS, "finger"), values, about[name]) for name, values in data.items()}
-    variables |= {name: (DIMS, values.astype(str)) for name, values in notes.items()}
+    variables["digest"] = (DIMS, digests.astype(str))
     coordinates = {name: np.array(values) for name, values in axes.items()}
     coordinates["speed_mm_s"] = coordinates["speed_mm_s"].astype(float)
     return xr.Dataset(variables, {**coordinates, "finger": np.arange(int(attrs["fingers"]))}, {**attrs, "kind": KIND})
@@ -130,13 +114,13 @@ def dataset_of(cells: Mapping[tuple[str, Condition], Cell], attrs: Mapping[str, 
 def cells_of(kept: xr.Dataset) -> dict[tuple[str, Condition], Cell]:
     """Return the cells of a Dataset that are done."""
     found = {}
-    digests, commits = kept["digest"].values, kept["commit"].values
+    digests = kept["digest"].values
     for place in zip(*np.nonzero(digests != ""), strict=True):
         law, speed, contact, task = (kept[dim].values[k] for dim, k in zip(DIMS, place, strict=True))
         values = {name: kept[name].values[place] for name in METRICS}
         some = {name: each for name, each in values.items() if not np.isnan(each).all()}
         key = (str(law), Condition(float(speed), str(contact), str(task)))
-        found[key] = Cell(some, str(digests[place]), str(commits[place]))
+        found[key] = Cell(some, str(digests[place]))
     return found
 
 

@@ -13,8 +13,6 @@ from frictionloop.design.comparison.margins import robustness
 from frictionloop.design.comparison.run import Comparison
 from frictionloop.design.comparison.scores import SCORES, spread
 
-POPULATIONS = {"capable": "capable", "within reach": "within_reach"}
-"""Populations besides all of the fingers, by the variable of the scores that tells who is in them."""
 Row = dict[str, Any]
 MARGINS = {
     "sensitivity_peak": "1",
@@ -35,8 +33,8 @@ def score_rows(scored: xr.Dataset) -> list[Row]:
     found = []
     for law in scored["law"].values:
         for v, speed in enumerate(scored["speed_mm_s"].values):
-            populations = {"all": np.ones(scored.sizes["finger"], dtype=bool)}
-            populations |= {name: scored[variable].values[v] for name, variable in POPULATIONS.items()}
+            able = scored["capable"].values[v]
+            populations = {"all": np.ones_like(able), "capable": able}
             for contact in scored["contact"].values:
                 cell = scored.sel(law=law, speed_mm_s=speed, contact=contact)
                 for population, some in populations.items():

@@ -29,13 +29,7 @@ class Converters:
             self._bank.values[f"{adc}_SC3"] = value & ~CALIBRATE
 
     def convert(self, counts: tuple[int, int, int, int]) -> None:
-        """Convert both inputs of both converters, if the delay block is set to start them.
-
-        Parameters
-        ----------
-        counts
-            Force along and across, load, position: -32768 to 32767, the middle of the converter's range being 0.
-        """
+        """Convert force along and across, load, position (0 counts in the middle), if the delay block starts it."""
         values = self._bank.values
         if values["PDB_SC"] & PDB_ON != PDB_ON or values["PDB_SC"] >> 8 & 15 != PDB_TIMER_0:
             return

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import signal
 import struct
-from collections.abc import Callable
-from contextlib import suppress
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from frictionloop.device.emulator.bank import Bank
 from frictionloop.device.emulator.memory_map import FLASH, FLASH_BYTES, PAGE, PAGES, RAM, RAM_BYTES
-from frictionloop.firmware.elf import loaded
 from frictionloop.firmware.image_checks import check_teensy
+from frictionloop.firmware.image_files import loaded
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.extra import needed
 
@@ -37,7 +39,6 @@ class Processor:
         unicorn = needed("unicorn", "unicorn", "emulator")
         arm = self._arm = needed("unicorn.arm_const", "unicorn", "emulator")
         self._error, self._timed_out = unicorn.UcError, unicorn.UC_QUERY_TIMEOUT
-        bank.connect()
         self._read_register, self._write_register = bank.read, bank.write
         self.failure: Exception | None = None
         self.on_access: Callable[[], None] | None = None
@@ -47,6 +48,7 @@ class Processor:
         uc.mem_map(RAM, RAM_BYTES, unicorn.UC_PROT_ALL)
         for page in PAGES:
             uc.mmio_map(page, PAGE, self._read, page, self._write, page)
+        uc.mem_write(FLASH, b"\xff" * FLASH_BYTES)  # erased
         segments = loaded(image_path)
         check_teensy(str(image_path), segments)
         for address, content in segments:
@@ -90,10 +92,11 @@ class Processor:
         self.uc.emu_stop()
 
     def _run(self, begin: int, until: int, limit_us: int = 0) -> None:
-        try:
-            self.uc.emu_start(begin | 1, until, limit_us)
-        except self._error as error:
-            self._fault(str(error))
+        with _whole():
+            try:
+                self.uc.emu_start(begin | 1, until, limit_us)
+            except self._error as error:
+                self._fault(str(error))
         if self.failure is not None:
             raise self.failure
 
@@ -121,3 +124,20 @@ class Processor:
             self._write_register(page + offset, width, value)
         except FrictionloopError as error:
             self.stop(error)
+
+
+@contextmanager
+def _whole() -> Iterator[None]:
+    """Let Ctrl-C wait until unicorn has returned: raised inside one of its callbacks it would be lost."""
+    before = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(before):
+        yield
+        return
+    pressed: list[bool] = []
+    signal.signal(signal.SIGINT, lambda *_: pressed.append(True))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if pressed:
+        before(signal.SIGINT, None)

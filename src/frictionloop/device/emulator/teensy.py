@@ -124,14 +124,6 @@ class TeensyEmulator:
         """Return the frequencies of core, bus and flash that the image has set, in Hz."""
         return self._clocks.frequencies()
 
-    def tick_hz(self) -> float:
-        """Return the rate of the ticks."""
-        return self.frequencies().bus / (self._bank.values["PIT_LDVAL0"] + 1)
-
-    def carrier_hz(self) -> float:
-        """Return the frequency of the carrier."""
-        return self.frequencies().bus / self.period
-
     def baud(self) -> float:
         """Return the rate of the serial port in bits a second."""
         return self._port.baud(self.frequencies().core)

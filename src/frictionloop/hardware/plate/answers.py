@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from frictionloop.hardware.plate import carrier_pwm
-from frictionloop.hardware.plate import drive as plate_drive
 from frictionloop.hardware.plate import envelope as plate_envelope
 from frictionloop.hardware.plate.carrier import actual_carrier_hz
 from frictionloop.hardware.plate.carrier_filter import band_pass
+from frictionloop.hardware.plate.drive import Effort, effort, modal_damping_n_s_per_m
 from frictionloop.hardware.plate.finger import FingerEffect, finger_effect
 from frictionloop.hardware.plate.modes import PlateMode, mode_of, resonance_hz
 from frictionloop.parameters.plate_design import PlateDesign
@@ -30,26 +30,6 @@ class Vibration:
     """T of the envelope."""
     bandwidth_hz: float
     """f0/(2Q): the ``plate.cutoff_hz`` of a System."""
-
-
-@dataclass(frozen=True)
-class Effort:
-    """What full amplitude takes."""
-
-    plate_mass_kg: float
-    """Mass of the glass."""
-    modal_mass_kg: float
-    """Half of it."""
-    kinetic_energy_j: float
-    """Largest kinetic energy."""
-    power_w: float
-    """Power lost in the plate, without a finger."""
-    force_n: float
-    """Force on an antinode at resonance, zero-to-peak."""
-    force_n_per_v: float
-    """Force of all patches per volt."""
-    voltage_v: float
-    """Voltage for full amplitude at the actual carrier, zero-to-peak, without a finger."""
 
 
 @dataclass(frozen=True)
@@ -95,24 +75,20 @@ class PlateAnswers:
 def plate_answers(design: PlateDesign) -> PlateAnswers:
     """Return mode, envelope, drive, finger and carrier of a design.
 
-    Parameters
-    ----------
-    design : PlateDesign
-        The plate.
-
     Raises
     ------
     FrictionloopError
         For a mode that the plate cannot have, or a timer too slow for the carrier.
     """
     vibration = _vibration(design)
-    electronics = _electronics(design, vibration.resonance_hz)
-    effort = _effort(design, vibration, electronics.detuned_gain)
-    quality, finger = design.drive.quality_factor, design.finger
-    damping = plate_drive.modal_damping_n_s_per_m(effort.modal_mass_kg, vibration.resonance_hz, quality)
+    electronics, resonance = _electronics(design, vibration.resonance_hz), vibration.resonance_hz
     half_mm = vibration.mode.half_wavelength_mm
-    touched = finger_effect(quality, damping, finger.resistance_n_s_per_m, half_mm, finger.contact_mm)
-    return PlateAnswers(vibration, effort, touched, electronics)
+    return PlateAnswers(
+        vibration,
+        effort(design, resonance, half_mm, electronics.detuned_gain),
+        finger_effect(design, modal_damping_n_s_per_m(design, resonance), half_mm),
+        electronics,
+    )
 
 
 def _vibration(design: PlateDesign) -> Vibration:
@@ -127,24 +103,6 @@ def _vibration(design: PlateDesign) -> Vibration:
     )
 
 
-def _effort(design: PlateDesign, vibration: Vibration, detuned_gain: float) -> Effort:
-    resonance, amplitude_um = vibration.resonance_hz, design.drive.max_amplitude_um
-    quality, geometry = design.drive.quality_factor, design.geometry
-    modal_kg = plate_drive.modal_mass_kg(geometry, design.glass)
-    energy_j = plate_drive.kinetic_energy_j(modal_kg, resonance, amplitude_um)
-    force_n = plate_drive.modal_force_n(modal_kg, resonance, amplitude_um, quality)
-    per_v = plate_drive.piezo_force_n_per_v(design.piezo, geometry.thickness_mm, vibration.mode.half_wavelength_mm)
-    return Effort(
-        plate_mass_kg=plate_drive.plate_mass_kg(geometry, design.glass),
-        modal_mass_kg=modal_kg,
-        kinetic_energy_j=energy_j,
-        power_w=plate_drive.drive_power_w(energy_j, resonance, quality),
-        force_n=force_n,
-        force_n_per_v=per_v,
-        voltage_v=force_n / per_v / detuned_gain,
-    )
-
-
 def _electronics(design: PlateDesign, resonance: float) -> Electronics:
     carrier_hz, band = actual_carrier_hz(design), band_pass(design.carrier)
     ticks = round(design.carrier.timer_hz / carrier_hz)
@@ -154,7 +112,7 @@ def _electronics(design: PlateDesign, resonance: float) -> Electronics:
         carrier_hz=carrier_hz,
         detuning_hz=carrier_hz - resonance,
         detuned_gain=plate_envelope.detuned_gain(resonance, design.drive.quality_factor, carrier_hz - resonance),
-        levels=carrier_pwm.duty_levels(ticks),
+        levels=ticks // 2,
         largest_step_um=design.drive.max_amplitude_um * carrier_pwm.amplitude_step(0.0, ticks),
         filter_delay_s=float(band.group_delay_s(carrier_hz)),
         filter_gain=gain,

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from frictionloop.hardware.plate.checks import check_positive
 from frictionloop.quantities import FrictionloopError
 
 
@@ -21,16 +20,10 @@ def period_ticks(timer_hz: float, carrier_hz: float) -> int:
     FrictionloopError
         For a clock with fewer than four ticks a period, which could not even halve an amplitude.
     """
-    check_positive(timer_hz=timer_hz, carrier_hz=carrier_hz)
     ticks = round(timer_hz / carrier_hz)
     if ticks < 4:
         raise FrictionloopError(f"timer_hz = {timer_hz:g} Hz: must be at least {4 * carrier_hz:g} Hz (4 per period)")
     return ticks
-
-
-def duty_levels(ticks: int) -> int:
-    """Return how many amplitudes above zero C ticks a period can give."""
-    return ticks // 2
 
 
 def duty_for(share: np.ndarray | float) -> np.ndarray:
@@ -40,7 +33,7 @@ def duty_for(share: np.ndarray | float) -> np.ndarray:
 
 def pulse_ticks(share: np.ndarray | float, ticks: int) -> np.ndarray:
     """Return the pulse width in ticks nearest to the duty for each share, 0 to floor(C/2)."""
-    return np.minimum(np.rint(duty_for(share) * ticks), duty_levels(ticks)).astype(int)
+    return np.minimum(np.rint(duty_for(share) * ticks), ticks // 2).astype(int)
 
 
 def share_of(width: np.ndarray | int, ticks: int) -> np.ndarray:
@@ -50,22 +43,15 @@ def share_of(width: np.ndarray | int, ticks: int) -> np.ndarray:
 
 def amplitude_step(share: float, ticks: int) -> float:
     """Return the distance between the two levels around a share, as a share: (pi/C) cos(pi D) or less."""
-    width = min(int(duty_for(share) * ticks), duty_levels(ticks) - 1)
+    width = min(int(duty_for(share) * ticks), ticks // 2 - 1)
     return float(share_of(width + 1, ticks) - share_of(width, ticks))
 
 
 def pulses(width: np.ndarray, ticks: int, alignment: str) -> np.ndarray:
     """Return the level (0 or 1) of every tick, one row per carrier period.
 
-    Parameters
-    ----------
-    width : array (periods,)
-        Pulse widths in ticks.
-    ticks : int
-        C, ticks a period.
-    alignment : {"centre", "edge"}
-        "centre": pulses grow from the middle of the period, to half a tick, so that their phase stays; "edge": from its
-        start, so that the phase of the fundamental moves by -pi D.
+    With alignment "centre" pulses grow from the middle of the period, to half a tick, so that their phase stays; with
+    "edge" from its start, so that the phase of the fundamental moves by -pi D.
     """
     width = np.asarray(width)[:, None]
     start = (ticks - width) // 2 if alignment == "centre" else np.zeros_like(width)

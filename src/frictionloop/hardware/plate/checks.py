@@ -15,13 +15,6 @@ def check_positive(**values: float) -> None:
             raise FrictionloopError(f"{name} = {value!r}{unit}: must be a finite number above 0")
 
 
-def check_quality(quality_factor: float) -> None:
-    """Refuse a Q at which nothing oscillates."""
-    check_positive(quality_factor=quality_factor)
-    if quality_factor <= 0.5:
-        raise FrictionloopError(f"quality_factor = {quality_factor:g}: must be above 0.5 for a plate that vibrates")
-
-
 def check_mode(nodal_lines: int, side_mm: float, thickness_mm: float) -> None:
     """Refuse a mode that the plate cannot have: fewer lines than bending needs, or shorter than the glass is thick."""
     check_positive(side_mm=side_mm, thickness_mm=thickness_mm)

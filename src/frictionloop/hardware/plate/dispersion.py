@@ -12,7 +12,6 @@ from typing import Literal, get_args
 
 from scipy.optimize import brentq
 
-from frictionloop.hardware.plate.checks import check_positive
 from frictionloop.parameters.plate_design import Glass
 from frictionloop.quantities import FrictionloopError
 
@@ -43,9 +42,8 @@ def frequency_hz(wave_number_per_m: float, thickness_mm: float, glass: Glass, th
     Raises
     ------
     FrictionloopError
-        For a value that is not positive, or another theory.
+        For another theory.
     """
-    check_positive(wave_number_per_m=wave_number_per_m, thickness_mm=thickness_mm)
     if theory not in get_args(Theory):
         accepted = ", ".join(map(repr, get_args(Theory)))
         raise FrictionloopError(f"theory = {theory!r} is unknown; accepted: {accepted}")
@@ -57,7 +55,6 @@ def frequency_hz(wave_number_per_m: float, thickness_mm: float, glass: Glass, th
 
 def wave_number_per_m(frequency: float, thickness_mm: float, glass: Glass) -> float:
     """Return the wave number in rad/m of the bending wave of a frequency in Hz, by the exact theory."""
-    check_positive(frequency_hz=frequency, thickness_mm=thickness_mm)
     # Bending waves are slower than thin-plate theory says, so its wave number is too small.
     low = math.sqrt(frequency / frequency_hz(1.0, thickness_mm, glass, "thin")) * (1 - 1e-9)
     high = 2 * low

@@ -7,9 +7,49 @@ sections, which adds (k h)^2/12 (5 % at 46 kHz and 3 mm) to the kinetic energy o
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
-from frictionloop.hardware.plate.checks import check_positive, check_quality
-from frictionloop.parameters.plate_design import Glass, Piezo, PlateGeometry
+from frictionloop.parameters.plate_design import Glass, Piezo, PlateDesign, PlateGeometry
+
+
+@dataclass(frozen=True)
+class Effort:
+    """What full amplitude takes."""
+
+    plate_mass_kg: float
+    """Mass of the glass."""
+    modal_mass_kg: float
+    """M, half of it: the mass at an antinode that has the kinetic energy of the mode."""
+    kinetic_energy_j: float
+    """Largest kinetic energy, M (omega a)^2/2."""
+    power_w: float
+    """Power lost in the plate, without a finger: omega/Q of the energy."""
+    force_n: float
+    """Force on an antinode at resonance, zero-to-peak: M omega^2 a/Q."""
+    force_n_per_v: float
+    """Force of all patches per volt."""
+    voltage_v: float
+    """Voltage for full amplitude at the actual carrier, zero-to-peak, without a finger."""
+
+
+def effort(design: PlateDesign, resonance_hz: float, half_wavelength_mm: float, detuned_gain: float) -> Effort:
+    """Return what full amplitude takes at a resonance in Hz, driven with this share of the amplitude of a tuned drive.
+
+    A resonance loses what a damping of M omega/Q takes from the speed of its antinodes (a definition of Q).
+    """
+    glass_kg = plate_mass_kg(design.geometry, design.glass)
+    speed_m_s = 2 * math.pi * resonance_hz * design.drive.max_amplitude_um * 1e-6
+    damping = modal_damping_n_s_per_m(design, resonance_hz)
+    per_v = piezo_force_n_per_v(design.piezo, design.geometry.thickness_mm, half_wavelength_mm)
+    return Effort(
+        plate_mass_kg=glass_kg,
+        modal_mass_kg=glass_kg / 2,
+        kinetic_energy_j=glass_kg / 2 * speed_m_s**2 / 2,
+        power_w=damping * speed_m_s**2 / 2,
+        force_n=damping * speed_m_s,
+        force_n_per_v=per_v,
+        voltage_v=damping * speed_m_s / per_v / detuned_gain,
+    )
 
 
 def plate_mass_kg(geometry: PlateGeometry, glass: Glass) -> float:
@@ -17,36 +57,10 @@ def plate_mass_kg(geometry: PlateGeometry, glass: Glass) -> float:
     return glass.density_kg_per_m3 * geometry.length_mm * geometry.width_mm * geometry.thickness_mm * 1e-9
 
 
-def modal_mass_kg(geometry: PlateGeometry, glass: Glass) -> float:
-    """Return M = m/2, the mass at an antinode that has the kinetic energy of the mode."""
-    return plate_mass_kg(geometry, glass) / 2
-
-
-def kinetic_energy_j(modal_mass: float, resonance_hz: float, amplitude_um: float) -> float:
-    """Return the largest kinetic energy M (omega a)^2/2 in J of a modal mass in kg, a zero-to-peak."""
-    check_positive(modal_mass_kg=modal_mass, resonance_hz=resonance_hz, amplitude_um=amplitude_um)
-    return modal_mass * (2 * math.pi * resonance_hz * amplitude_um * 1e-6) ** 2 / 2
-
-
-def drive_power_w(kinetic_energy: float, resonance_hz: float, quality_factor: float) -> float:
-    """Return the power P = omega KE/Q in W that keeps an energy in J (a definition of Q)."""
-    check_positive(kinetic_energy_j=kinetic_energy, resonance_hz=resonance_hz)
-    check_quality(quality_factor)
-    return 2 * math.pi * resonance_hz * kinetic_energy / quality_factor
-
-
-def modal_force_n(modal_mass: float, resonance_hz: float, amplitude_um: float, quality_factor: float) -> float:
-    """Return the force M omega^2 a/Q in N, zero-to-peak, that an antinode needs at resonance."""
-    check_positive(modal_mass_kg=modal_mass, resonance_hz=resonance_hz, amplitude_um=amplitude_um)
-    check_quality(quality_factor)
-    return modal_mass * (2 * math.pi * resonance_hz) ** 2 * amplitude_um * 1e-6 / quality_factor
-
-
-def modal_damping_n_s_per_m(modal_mass: float, resonance_hz: float, quality_factor: float) -> float:
+def modal_damping_n_s_per_m(design: PlateDesign, resonance_hz: float) -> float:
     """Return the plate's own damping M omega/Q in N s/m at an antinode."""
-    check_positive(modal_mass_kg=modal_mass, resonance_hz=resonance_hz)
-    check_quality(quality_factor)
-    return modal_mass * 2 * math.pi * resonance_hz / quality_factor
+    modal_kg = plate_mass_kg(design.geometry, design.glass) / 2
+    return modal_kg * 2 * math.pi * resonance_hz / design.drive.quality_factor
 
 
 def piezo_force_n_per_v(piezo: Piezo, thickness_mm: float, half_wavelength_mm: float) -> float:
@@ -63,7 +77,6 @@ def piezo_force_n_per_v(piezo: Piezo, thickness_mm: float, half_wavelength_mm: f
     thickness_mm, half_wavelength_mm : float
         h and pi/k.
     """
-    check_positive(thickness_mm=thickness_mm, half_wavelength_mm=half_wavelength_mm)
     lever_m = (thickness_mm + piezo.patch_thickness_mm) * 1e-3
     k = math.pi / (half_wavelength_mm * 1e-3)
     return piezo.patches * piezo.e31_n_per_vm * piezo.patch_width_mm * 1e-3 * lever_m * k

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import j1
 
-from frictionloop.hardware.plate.checks import check_positive
-from frictionloop.quantities import FrictionloopError
+from frictionloop.parameters.plate_design import PlateDesign
 
 
 @dataclass(frozen=True)
@@ -31,18 +30,7 @@ class FingerEffect:
 
 
 def mode_factor(position_mm: np.ndarray | float, half_wavelength_mm: float, contact_mm: float) -> np.ndarray:
-    """Return F, the mean of cos^2(k x) under a round contact.
-
-    Parameters
-    ----------
-    position_mm : array or float
-        Centre of the contact from an antinode, of any shape.
-    half_wavelength_mm : float
-        Distance between nodal lines, pi/k.
-    contact_mm : float
-        Diameter of the contact.
-    """
-    check_positive(half_wavelength_mm=half_wavelength_mm, contact_mm=contact_mm)
+    """Return F, the mean of cos^2(k x) under a round contact, whose centre is so far from an antinode."""
     k = math.pi / half_wavelength_mm
     spread = 2 * j1(k * contact_mm) / (k * contact_mm)
     return np.asarray((1 + spread * np.cos(2 * k * np.asarray(position_mm))) / 2)
@@ -51,29 +39,19 @@ def mode_factor(position_mm: np.ndarray | float, half_wavelength_mm: float, cont
 def amplitude_left(factor: np.ndarray | float, plate_n_s_per_m: float, finger_n_s_per_m: float) -> np.ndarray:
     """Return R_p/(R_p + F R_f): amplitude of the antinodes with a finger over that without, drive unchanged.
 
-    Parameters
-    ----------
-    factor : array or float
-        F from ``mode_factor``, 0 to 1.
-    plate_n_s_per_m : float
-        The plate's modal damping R_p = M omega/Q > 0.
-    finger_n_s_per_m : float
-        Resistance R_f >= 0 of the finger.
+    R_p = M omega/Q is the plate's own damping.
     """
-    check_positive(plate_n_s_per_m=plate_n_s_per_m)
-    if not (math.isfinite(finger_n_s_per_m) and finger_n_s_per_m >= 0):
-        raise FrictionloopError(f"resistance_n_s_per_m = {finger_n_s_per_m}: must be finite and at least 0")
     return np.asarray(plate_n_s_per_m / (plate_n_s_per_m + np.asarray(factor) * finger_n_s_per_m))
 
 
-def finger_effect(
-    quality_factor: float, plate_n_s_per_m: float, finger_n_s_per_m: float, half_wavelength_mm: float, contact_mm: float
-) -> FingerEffect:
-    """Return what a finger changes; arguments as in ``mode_factor`` and ``amplitude_left``."""
-    mean = float(amplitude_left(0.5, plate_n_s_per_m, finger_n_s_per_m))
-    factor = mode_factor(np.linspace(0.0, half_wavelength_mm, 721), half_wavelength_mm, contact_mm)
-    plate = amplitude_left(factor, plate_n_s_per_m, finger_n_s_per_m)
-    return FingerEffect(mean, quality_factor * mean, _ripple(plate), _ripple(plate * np.sqrt(factor)))
+def finger_effect(design: PlateDesign, plate_n_s_per_m: float, half_wavelength_mm: float) -> FingerEffect:
+    """Return what the finger of a design changes; the other arguments as in ``amplitude_left`` and ``mode_factor``."""
+    finger, quality = design.finger, design.drive.quality_factor
+    mean = float(amplitude_left(0.5, plate_n_s_per_m, finger.resistance_n_s_per_m))
+    along_mm = np.linspace(0.0, half_wavelength_mm, 721)
+    factor = mode_factor(along_mm, half_wavelength_mm, finger.contact_mm)
+    plate = amplitude_left(factor, plate_n_s_per_m, finger.resistance_n_s_per_m)
+    return FingerEffect(mean, quality * mean, _ripple(plate), _ripple(plate * np.sqrt(factor)))
 
 
 def _ripple(values: np.ndarray) -> float:

@@ -85,11 +85,6 @@ def suspended_values(design: SensorDesign) -> dict[str, Any]:
 
     Its noise density is that of the electronics at rest, before the low-pass; the converter's noise follows from its
     bits, vibration and tilt are no part of the block.
-
-    Parameters
-    ----------
-    design : SensorDesign
-        The sensor.
     """
     return {
         "kind": "suspended",
@@ -105,11 +100,6 @@ def suspended_values(design: SensorDesign) -> dict[str, Any]:
 
 def analyse_sensor(design: SensorDesign) -> SensorAnalysis:
     """Return what a sensor of this geometry does.
-
-    Parameters
-    ----------
-    design : SensorDesign
-        The sensor.
 
     Raises
     ------

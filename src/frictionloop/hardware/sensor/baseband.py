@@ -39,18 +39,10 @@ def carrier_chain(design: SensorDesign) -> Lti:
 def envelope_response(design: SensorDesign, frequency_hz: Frequencies) -> np.ndarray:
     """Return the response of the electronics to a slow change of capacitance, relative to its value at rest.
 
-    Parameters
-    ----------
-    design : SensorDesign
-        The sensor.
-    frequency_hz : array
-        Frequencies in Hz, of any shape, below that of the excitation.
+    Frequencies are below that of the excitation.
     """
-    chain, frequency, carrier_hz = (
-        carrier_chain(design),
-        np.asarray(frequency_hz, float),
-        design.excitation.frequency_hz,
-    )
+    chain, carrier_hz = carrier_chain(design), design.excitation.frequency_hz
+    frequency = np.asarray(frequency_hz, float)
     at_carrier = chain.response(np.array(carrier_hz))
     above = chain.response(carrier_hz + frequency) / at_carrier
     below = np.conj(chain.response(carrier_hz - frequency) / at_carrier)
@@ -81,16 +73,6 @@ def carrier_delay_s(design: SensorDesign) -> float:
 def demodulated_density(
     design: SensorDesign, density: Callable[[Frequencies], Any], frequency_hz: Frequencies
 ) -> np.ndarray:
-    """Return the noise density after the demodulator, before the low-pass, in V/rtHz.
-
-    Parameters
-    ----------
-    design : SensorDesign
-        The sensor.
-    density : callable
-        Frequency in Hz to V/rtHz at the input of the demodulator.
-    frequency_hz : array
-        Frequencies in Hz.
-    """
+    """Return the noise density after the demodulator, before the low-pass, from that at its input; both in V/rtHz."""
     carrier_hz, frequency = design.excitation.frequency_hz, np.asarray(frequency_hz, float)
     return np.sqrt(density(carrier_hz + frequency) ** 2 + density(np.abs(carrier_hz - frequency)) ** 2)

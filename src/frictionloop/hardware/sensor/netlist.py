@@ -25,11 +25,6 @@ def to_spice(design: SensorDesign) -> str:
     of side ``p`` (plus) and ``m`` (minus): ``p_ca`` charge amplifier, ``p_bp`` band-pass, ``p_out`` demodulated and
     low-passed; ``diff`` is their difference. Put ``.ac``, ``.tran`` or ``.noise`` lines before ``.end``. Clipping is
     not modelled: ``waveform`` has it.
-
-    Parameters
-    ----------
-    design : SensorDesign
-        The sensor.
     """
     excitation = design.excitation
     celsius = design.environment.temperature_k + ABSOLUTE_ZERO_C

@@ -66,19 +66,12 @@ def frequency_grid(design: SensorDesign) -> np.ndarray:
 
 
 def noise_budget(design: SensorDesign, force_n: float = 0.0) -> Budget:
-    """Return every noise term under a steady force.
+    """Return every noise term under a steady force in N, within the range.
 
     Per side: the op-amp's voltage noise times 1 + (C + Cpar)/Cf with its current noise, the thermal noise of Rf and of
     the filters, all times sqrt(2) by demodulation; both sides add in power. The excitation's amplitude noise n enters
     as (V+ - V-) n in the subtraction and not at all in the ratio. The converter adds LSB/sqrt(12). The suspension has
     sqrt(4 kB T c), c = sqrt(k m)/Q, of its own, passes the base's vibration as m a, and its tilt as m g t.
-
-    Parameters
-    ----------
-    design : SensorDesign
-        The sensor.
-    force_n : float
-        Steady force in N, within the range.
     """
     grid = frequency_grid(design)
     electronics = _electronics(design, force_n, grid)

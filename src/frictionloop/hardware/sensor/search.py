@@ -14,6 +14,7 @@ from typing import NamedTuple
 from scipy.optimize import brentq
 
 from frictionloop.hardware.sensor import springs
+from frictionloop.hardware.sensor.noise_budget import noise_budget
 from frictionloop.hardware.sensor.wanted import (
     AREAS,
     LARGEST_GAP_UM,
@@ -23,9 +24,7 @@ from frictionloop.hardware.sensor.wanted import (
     check_limits,
     check_requirement,
     limit,
-    noise_of,
     smallest_gap_um,
-    wanted_noise,
     with_electrodes,
 )
 from frictionloop.parameters.sensor_design import ArcSprings, SensorDesign
@@ -117,10 +116,10 @@ def _with_springs(requirement: SensorRequirement, base: SensorDesign) -> SensorD
 
 def _with_gap(requirement: SensorRequirement, design: SensorDesign, area_mm2: float) -> SensorDesign | None:
     """Return the design with the largest gap that meets the noise, None if none does."""
-    _, wanted, _ = wanted_noise(requirement)
+    _, wanted, _ = requirement.noise
 
     def above(log_um: float) -> float:
-        return math.log(noise_of(requirement, with_electrodes(design, math.exp(log_um), area_mm2)) / wanted)
+        return math.log(requirement.of(noise_budget(with_electrodes(design, math.exp(log_um), area_mm2))) / wanted)
 
     low, high = math.log(smallest_gap_um(design)), math.log(LARGEST_GAP_UM)
     if above(high) <= 0:

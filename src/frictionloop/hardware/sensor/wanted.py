@@ -35,6 +35,17 @@ class SensorRequirement:
     noise_density_n_rthz: float | None = None
     """the electronics' noise before the low-pass."""
 
+    @property
+    def noise(self) -> tuple[str, float, str]:
+        """Name, value and unit of the noise that is asked for."""
+        if self.noise_rms_n is not None:
+            return "noise_rms_n", self.noise_rms_n, "N"
+        return "noise_density_n_rthz", self.noise_density_n_rthz or math.nan, "N/rtHz"
+
+    def of(self, budget: noise_budget.Budget) -> float:
+        """Return the noise of the kind that is asked for."""
+        return budget.rms_n if self.noise_rms_n is not None else budget.white_density_n_rthz
+
 
 def check_requirement(requirement: SensorRequirement) -> None:
     """Refuse values that are not positive, and two noises or none."""
@@ -44,19 +55,6 @@ def check_requirement(requirement: SensorRequirement) -> None:
             raise FrictionloopError(f"{name} = {value:g} {unit_of(name)}".rstrip() + ": must be a positive number")
     if ("noise_rms_n" in given) == ("noise_density_n_rthz" in given):
         raise FrictionloopError("noise_rms_n, noise_density_n_rthz: one of them is needed, not both")
-
-
-def wanted_noise(requirement: SensorRequirement) -> tuple[str, float, str]:
-    """Return name, value and unit of the noise that is asked for."""
-    if requirement.noise_rms_n is not None:
-        return "noise_rms_n", requirement.noise_rms_n, "N"
-    return "noise_density_n_rthz", requirement.noise_density_n_rthz or math.nan, "N/rtHz"
-
-
-def noise_of(requirement: SensorRequirement, design: SensorDesign) -> float:
-    """Return the noise of a design of the kind that is asked for."""
-    budget = noise_budget.noise_budget(design)
-    return budget.rms_n if requirement.noise_rms_n is not None else budget.white_density_n_rthz
 
 
 def with_electrodes(design: SensorDesign, gap_um: float, area_mm2: float) -> SensorDesign:
@@ -98,8 +96,8 @@ def limit(requirement: SensorRequirement, design: SensorDesign, area_mm2: float)
     """Return the line that says what keeps the noise up with the smallest gap and the largest electrodes."""
     gap_um = smallest_gap_um(design)
     best = noise_budget.noise_budget(with_electrodes(design, gap_um, area_mm2))
-    name, wanted, unit = wanted_noise(requirement)
-    reached = best.rms_n if name == "noise_rms_n" else best.white_density_n_rthz
+    name, wanted, unit = requirement.noise
+    reached = requirement.of(best)
     terms = best.terms if name == "noise_rms_n" else tuple(term for term in best.terms if term.white)
     largest = max(terms, key=lambda term: term.rms_n)
     return (

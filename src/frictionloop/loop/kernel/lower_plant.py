@@ -8,10 +8,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from frictionloop.loop.kernel.columns import column
+from frictionloop.loop.kernel.columns import Slab, column
 from frictionloop.loop.kernel.ends import TERMS, segment_ends
 from frictionloop.loop.kernel.quadrature import segment_nodes, segment_weights
-from frictionloop.loop.kernel.slab import SEGMENT_ROWS, Slab
+from frictionloop.loop.kernel.slab import SEGMENT_ROWS
 from frictionloop.parameters import System
 
 

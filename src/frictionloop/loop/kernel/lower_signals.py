@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from frictionloop.loop.kernel.slab import Slab
+from frictionloop.loop.kernel.columns import Slab
 from frictionloop.parameters import ColouredNoise, Constant, LogSweep, Sine, Source, Steps
 from frictionloop.physics.sources import Sampler, sampler, sweep_turns
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,13 +11,14 @@ import numpy as np
 from frictionloop.control.laws import law_of
 from frictionloop.control.lookup import lookup_table
 from frictionloop.control.overdrive import no_overdrive, overdrive_gains
-from frictionloop.loop.kernel.columns import column
-from frictionloop.loop.kernel.lower_finger import keys_of, lower_finger, lower_oracle
+from frictionloop.loop.kernel.columns import Slab, column
+from frictionloop.loop.kernel.loop import Tile
+from frictionloop.loop.kernel.lower_bench import keys_of, lower_bench
 from frictionloop.loop.kernel.lower_plant import lower_plant, lower_swing
 from frictionloop.loop.kernel.lower_signals import lower_signal
 from frictionloop.loop.kernel.programs import set_programs
 from frictionloop.loop.kernel.shared import Shared, ring_size, scratch
-from frictionloop.loop.kernel.slab import LANES, Slab, law_rows, vibration_rows
+from frictionloop.loop.kernel.slab import LANES, law_rows, vibration_rows
 from frictionloop.loop.kernel.structure import (
     divided,
     is_irregular,
@@ -29,30 +29,15 @@ from frictionloop.loop.kernel.structure import (
     segments_of,
     substeps_of,
 )
-from frictionloop.loop.kernel.tally_tile import places_of
-from frictionloop.loop.kernel.traces import traces_of
+from frictionloop.loop.kernel.traces import places_of, traces_of
 from frictionloop.loop.metric import Tally
-from frictionloop.parameters import OracleController, System
+from frictionloop.parameters import Model, OracleController, System
 from frictionloop.physics.friction import halving_amplitude_um
-from frictionloop.physics.sources import Sampler
 from frictionloop.physics.vibration import vibration_of
-from frictionloop.quantities.trees import flat
+from frictionloop.quantities import trees
 
 SETPOINT_STREAM, DISTURBANCE_STREAM = 1, 2
 """Streams of coloured noise; 0 is the sensor noise."""
-
-
-@dataclass(frozen=True)
-class Tile:
-    """Lanes of one structure, ready for the kernel."""
-
-    kernel: str
-    slab: Slab
-    shared: Shared
-    setpoint: Sampler
-    disturbance: Sampler
-    places: Mapping[Tally, int]
-    """First row of each tally."""
 
 
 def lower(
@@ -75,7 +60,7 @@ def lower(
     places, rows = places_of(tallies)
     first, slab = systems[0], Slab(width, rows)
     rate, name = first.controller.rate_hz, kernel_of(first)
-    _lower_friction(slab, systems)
+    _lower_friction(slab, systems, name == "quadrature")
     lates = [late_s(s) for s in systems]
     whole, switch = column(lates, lambda late: divided(late, rate))
     slab.view("delay_periods")[0] = whole
@@ -94,7 +79,7 @@ def lower(
         nodes = lower_plant(slab, systems, switch, before, after)
     else:
         before, after, nodes = 0, substeps_of(first), 1 + substeps_of(first)
-        shared.point(roughness=lower_finger(slab, systems, keys))
+        shared.point(roughness=lower_bench(slab, systems, keys))
     shared.set(segments=before + after, before=before, nodes=nodes)
     setpoints, disturbances = [s.setpoint for s in systems], [s.disturbance for s in systems]
     # Lanes share the disturbance's share of the reading if they also share the nodes and their weights.
@@ -112,74 +97,68 @@ def lower(
     shared.point(**scratch(width, ring, nodes, name == "substeps" and moves(first)))
     if first.controller.form == "firmware" and not external:
         _lower_core(shared, systems)
-    if isinstance(first.controller, OracleController) and not external:
-        lower_oracle(slab, systems)
     for tally, place in places.items():
         _lower_tally(slab, tally, place, systems)
     if traces is not None:
         shared.point(trace=traces)
         shared.set(trace_size=traces.size // len(traces_of(name)))
-    set_programs(shared, slab, first, setpoint, disturbance, places)
+    set_programs(shared, slab, first, name, setpoint, disturbance, places)
     return Tile(name, slab, shared, setpoint.take, disturbance.take, places)
 
 
-def _lower_friction(slab: Slab, systems: Sequence[System]) -> None:
+def _lower_friction(slab: Slab, systems: Sequence[System], quadrature: bool) -> None:
     frictions, plates = [s.friction for s in systems], [s.plate for s in systems]
     vibration = vibration_of(frictions[0])
-    effect = flat(vibration_rows(vibration))
-    slab.rows(effect)[:] = column(frictions, lambda f: flat(vibration.coefficients_of(f)))
-    ceiling, ticks = column(plates, lambda plate: (plate.max_amplitude_um, plate.pulse_ticks))
-    slab.view("nominal")[0] = slab.view("friction")[0] = nominal = column(frictions, lambda f: f.nominal_n)
-    slab.view("max_amplitude")[0] = ceiling
-    slab.view("pulse_ticks")[0] = ticks
+    effect = vibration_rows(vibration)
+    slab.fill(lambda f: {effect: vibration.coefficients_of(f), "nominal": f.nominal_n}, frictions)
+    slab.fill(lambda plate: {"max_amplitude": plate.max_amplitude_um, "pulse_ticks": plate.pulse_ticks}, plates)
+    slab.view("friction")[:] = slab.view("nominal")
     slab.view("measurement")[4] = slab.view("scored")[0] = 1.0
-    if kernel_of(systems[0]) == "quadrature":
+    if quadrature:
         susceptibility = column(frictions, lambda f: f.susceptibility_per_um2)
         unit = halving_amplitude_um(susceptibility)
         slab.view("halving_amplitude")[:] = unit, 1.0 / unit
-        slab.view("floor")[0] = nominal * np.exp(-susceptibility * ceiling**2)
+        slab.view("floor")[:] = slab.view("nominal") * np.exp(-susceptibility * slab.view("max_amplitude") ** 2)
 
 
 def _lower_controller(slab: Slab, systems: Sequence[System], external: bool) -> np.ndarray:
-    controllers = [s.controller for s in systems]
+    """Set the rows of the controllers; return their lookup tables, ``[entry][lane]``."""
+    controllers, size = [s.controller for s in systems], systems[0].controller.model.table_size
     models = [c.model for c in controllers]
-    low, high, halving = column(models, lambda m: (m.floor_n, m.nominal_n, math.log(2.0) / m.susceptibility_per_um2))
-    size = models[0].table_size
-    if not (isinstance(controllers[0], OracleController) or external):
-        _lower_law(slab, controllers)
-    slab.view("believed_clamp")[:] = low, high
+    slab.fill(_model, models)
     # Of a kind without the field, as PI, pydantic takes microseconds to say so: asked once, not for each lane.
-    may_overdrive = hasattr(controllers[0], "overdrive")
-    gains = column(controllers, overdrive_gains) if may_overdrive else column(models, no_overdrive)
-    slab.view("overdrive_gains")[:] = gains
-    model = slab.view("model")
-    model[0] = np.log2(high)
-    model[1] = halving
-    model[2] = low
-    model[3] = (size - 1) / (high - low)
-    model[4] = size - 2
+    if hasattr(controllers[0], "overdrive"):
+        slab.fill(lambda c: {"overdrive_gains": overdrive_gains(c)}, controllers)
+    if not (isinstance(controllers[0], OracleController) or external):
+        law = law_of(controllers[0])
+        state, gains, _ = law_rows(law)
+        slab.fill(lambda c: {gains: law.gains_for(c)}, controllers)
+        slab.fill(lambda c: {state: law.start_for(c)}, controllers if law.start_of else controllers[:1])
     if size == 0:
         return np.zeros(0)
     return np.array(np.broadcast_to(column(models, lookup_table), (size, slab.width)), order="C").ravel()
 
 
+def _model(model: Model) -> dict[str, Any]:
+    low, high, size = model.floor_n, model.nominal_n, model.table_size
+    cells = (size - 1) / (high - low), size - 2
+    return {
+        "believed_clamp": (low, high),
+        "overdrive_gains": no_overdrive(model),
+        "model": (np.log2(high), math.log(2.0) / model.susceptibility_per_um2, low, *cells),
+    }
+
+
 def _lower_core(shared: Shared, systems: Sequence[System]) -> None:
-    from frictionloop.firmware.simulated import core_address, core_context
+    from frictionloop.firmware.compiled import core_address, core_context
 
     context = np.concatenate([core_context(s) for s in systems])
     shared.point(core_context=context)
     shared.set(core=core_address(), core_words=context.size // shared.lanes)
 
 
-def _lower_law(slab: Slab, controllers: Sequence[Any]) -> None:
-    law = law_of(controllers[0])
-    state_rows, gain_rows = law_rows(law)
-    slab.rows(flat(gain_rows))[:] = column(controllers, lambda c: flat(law.gains_for(c)))
-    slab.rows(flat(state_rows))[:] = column(controllers, lambda c: flat(law.start_for(c)))
-
-
 def _lower_tally(slab: Slab, tally: Tally, place: int, systems: Sequence[System]) -> None:
-    start_of = tally.start_of
+    start_of, rate_hz = tally.start_of, systems[0].controller.rate_hz
     if start_of is not None:
-        start = column(systems, lambda s: flat(start_of(s)))
-        slab.rows(range(place + 1, place + 1 + len(start)))[:] = start
+        rows = trees.shaped(tally.state, range(place + 1, place + 1 + trees.size(tally.state)))
+        slab.fill(lambda setpoint: {rows: start_of(setpoint, rate_hz)}, [s.setpoint for s in systems])

@@ -18,21 +18,17 @@ from frictionloop.control.oracle import (
     land_step,
 )
 from frictionloop.loop.kernel.access import doubles, peek
-from frictionloop.loop.kernel.finger_tile import CONTACT, GIVEN, STATIC
-from frictionloop.loop.kernel.lift import lift
-from frictionloop.loop.kernel.motion_tile import NEXT, NOW, same_step
-from frictionloop.loop.kernel.slab import ROW, rows, shaped_rows, vibration_rows
-from frictionloop.loop.kernel.tiles import Lifting
-from frictionloop.loop.kernel.traces import lift_spread
-from frictionloop.physics.plate import PlateCoefficients
+from frictionloop.loop.kernel.motion_tile import same_step
+from frictionloop.loop.kernel.signals import lift_spread
+from frictionloop.loop.kernel.slab import ROW, vibration_rows
+from frictionloop.loop.kernel.tiles import Lifting, chain, lift
 from frictionloop.physics.vibration import Vibration
 from frictionloop.quantities.arithmetic import exp2, step
 from frictionloop.quantities.normals import BLOCK
 
-_FINGER, _AHEAD, _TRIED = Finger(ROW["amplitude"], CONTACT), *(shaped_rows(n, Finger) for n in ("ahead", "tried"))
+_FINGER, _AHEAD, _TRIED = Finger(ROW["amplitude"], ROW["contact"]), ROW["ahead"], ROW["tried"]
 """The finger now, when the command takes effect, and in a trial."""
-_TRIAL, _COARSE, _DECAY = shaped_rows("trial", Trial), shaped_rows("trial_stride", Stride), ROW["trial_decay"]
-_OLD, _NEW = rows("applied")
+_TRIAL, _DECAY, (_OLD, _NEW) = ROW["trial"], ROW["trial_decay"], ROW["applied"]
 
 
 @step
@@ -47,11 +43,11 @@ def build_oracle(lifting: Lifting, contact: str, vibration: Vibration, preview: 
     plant = _plant_rows(vibration, preview)
     advance, signals = advance_of(contact, vibration), (ROW["wanted"], ROW["disturbance"], ROW["driven"])
     start, predict = lift(lifting, same_step, (_FINGER,), _AHEAD), _lift_predict(lifting, advance, plant)
-    begin = lift(lifting, begin_of(vibration), (_AHEAD, signals, plant), _TRIAL, extra=1)
+    begin = lift(lifting, begin_of(vibration), (_AHEAD, signals, plant), _TRIAL)
     attempt, searches = _lift_attempt(lifting, advance, plant), contact in ("dahl", "lugre")
-    improve = lift(lifting, improve_step, (_TRIED, _TRIAL, plant), _TRIAL, extra=1)
+    improve = lift(lifting, improve_step, (_TRIED, _TRIAL, plant), _TRIAL)
     told = ROW["command"], ROW["saturated"], ROW["u"]
-    tell, spread = lift(lifting, told_step, (_TRIAL, *rows("model")[:2]), told), lift_spread(lifting)
+    tell, spread = lift(lifting, told_step, (_TRIAL, *ROW["model"][:2]), told), lift_spread(lifting)
     wanted, _, later = signals
 
     @lifting.compiled
@@ -74,15 +70,16 @@ def build_oracle(lifting: Lifting, contact: str, vibration: Vibration, preview: 
 
 
 def _plant_rows(vibration: Vibration, preview: bool) -> Any:
-    drive = ROW["switch"], ROW["max_amplitude"], ROW["limit_n"], STATIC, _DECAY
-    own = Stride(PlateCoefficients(*rows("plate_coefficients")), GIVEN)
-    return Plant(NOW, NEXT if preview else NOW, *drive, own, _COARSE, vibration_rows(vibration))
+    drive = ROW["switch"], ROW["max_amplitude"], ROW["limit_n"], ROW["static"], _DECAY
+    own, now = Stride(ROW["plate_coefficients"], ROW["contact_coefficients"]), ROW["motion"]
+    after = ROW["motion_next"] if preview else now
+    return Plant(now, after, *drive, own, ROW["trial_stride"], vibration_rows(vibration))
 
 
 def _lift_predict(lifting: Lifting, advance: Any, plant: Any) -> Any:
     """Return what runs the finger under the commands in force until the one to decide takes effect."""
-    forward = lift(lifting, advance, (_AHEAD, _OLD, _NEW, plant, plant.own), _AHEAD, extra=2)
-    spread, delay, switch = lift_spread(lifting), ROW["delay_periods"] * lifting.width, ROW["timing"] * lifting.width
+    forward = lift(lifting, advance, (_AHEAD, _OLD, _NEW, plant, plant.own), _AHEAD)
+    spread, delay, switch = lift_spread(lifting), ROW["delay_periods"] * lifting.width, ROW["timing"][0] * lifting.width
 
     @lifting.compiled
     def predict(s, n, k, o):  # type: ignore[no-untyped-def]
@@ -99,15 +96,14 @@ def _lift_predict(lifting: Lifting, advance: Any, plant: Any) -> Any:
 
 def _lift_attempt(lifting: Lifting, advance: Any, plant: Any) -> Any:
     """Return what runs the finger under a command and through the landing that follows it."""
-    again, command = lift(lifting, same_step, (_AHEAD,), _TRIED), ROW["applied"]
-    first = lift(lifting, same_step, (_TRIAL.command_um,), command)
-    land = lift(lifting, land_step, (_TRIED, _TRIAL, _DECAY), command)
-    forward = lift(lifting, advance, (_TRIED, command, command, plant, plant.coarse), _TRIED, extra=2)
+    again = lift(lifting, same_step, (_AHEAD,), _TRIED)
+    start = chain(lifting, again, lift(lifting, same_step, (_TRIAL.command_um,), _OLD))
+    land = lift(lifting, land_step, (_TRIED, _TRIAL, _DECAY), _OLD)
+    forward = lift(lifting, advance, (_TRIED, _OLD, _OLD, plant, plant.coarse), _TRIED)
 
     @lifting.compiled
     def attempt(s, n):  # type: ignore[no-untyped-def]
-        again(s, n)
-        first(s, n)
+        start(s, n)
         for j in range((1 + LANDING) * STEPS):
             if (j > 0) & (j % STEPS == 0):
                 land(s, n)

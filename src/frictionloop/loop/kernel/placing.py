@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
+from pydantic import BaseModel
+
 from frictionloop.loop.kernel.slab import LANES
 from frictionloop.parameters import System
 
@@ -61,4 +63,9 @@ def _copied(block: Any, places: Mapping[str, Any], values: Mapping[str, Any]) ->
         name: values[place] if isinstance(place, str) else _copied(getattr(block, name), place, values)
         for name, place in places.items()
     }
-    return block.model_copy(update=changed)
+    # As ``model_copy``, which takes half as long again: blocks are frozen, so that nothing of theirs needs a copy.
+    made = object.__new__(type(block))
+    object.__setattr__(made, "__dict__", {**block.__dict__, **changed})
+    for name in BaseModel.__slots__[1:]:
+        object.__setattr__(made, name, getattr(block, name))
+    return made

@@ -9,7 +9,7 @@ import numpy as np
 from numba import from_dtype, types
 from numba.extending import intrinsic
 
-from frictionloop.loop.kernel.slab import aligned
+from frictionloop.loop.kernel.columns import aligned
 from frictionloop.quantities.normals import BLOCK
 
 CORE_GIVEN, CORE_TOLD = 7, 3
@@ -80,7 +80,7 @@ class Shared:
         self.record = np.zeros(1, SHARED)
         self.kept: dict[str, np.ndarray] = {}
         self.python: Any = None
-        """A law in plain Python (loop/kernel/python_law), which stops where it raises."""
+        """A law in plain Python (loop/kernel/foreign_tile), which stops where it raises."""
         self.set(**whole)
 
     @property

@@ -1,18 +1,22 @@
 """Set-point, disturbance and noise for one block of control periods, made inside the kernel.
 
-Buffers hold ``[node][period of the block][lane]``; a signal that is the same for all lanes of a tile is computed once,
-with one column. Smooth signals are evaluated exactly at every node, sampled ones are linear between samples or held.
+Buffers hold ``[node][period of the block][column]``: a column for each lane, or one for all lanes of a signal that is
+``common`` to them. Smooth signals are evaluated exactly at every node, sampled ones are linear between samples or held.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-from frictionloop.loop.kernel.access import doubles, load, peek, poke
-from frictionloop.loop.kernel.slab import ROW, rows
+import numpy as np
+
+from frictionloop.loop.kernel.access import doubles, keys, load, peek, poke
+from frictionloop.loop.kernel.slab import ROW
 from frictionloop.loop.kernel.tiles import Lifting
-from frictionloop.quantities.arithmetic import exp2, fma, sin_turns, step
-from frictionloop.quantities.normals import BLOCK
+from frictionloop.physics.tremor import NORMAL_STREAM, TANGENTIAL_STREAM
+from frictionloop.quantities.arithmetic import bits, cos_turns, double, exp2, fma, sin_turns, step
+from frictionloop.quantities.normals import BLOCK, box_muller, draw_words
+from frictionloop.sensing.touch import LOAD_STREAM, POSITION_STREAM
 
 
 @step
@@ -27,50 +31,138 @@ def log_sweep_step(t: float, offset: float, amplitude: float, turns: float, octa
     return fma(amplitude, sin_turns(turns * (exp2(octaves_per_s, t) - 1.0)), offset)
 
 
+@step
+def swing_step(
+    t: float, signal: tuple[float, float, float, float], steady: float, in_phase: float, quarter: float
+) -> float:
+    """What a sine adds to the reading, a sine again: two evaluations where a sum over the nodes takes six."""
+    turns = signal[2] * t
+    return fma(in_phase, sin_turns(turns), fma(quarter, cos_turns(turns), steady))
+
+
 FORMULAS = {"sine": sine_step, "log_sweep": log_sweep_step}
 """Signals that a kernel makes from a formula; all others come as samples."""
+JITTER_STREAM, LOST_STREAM = 24, 25
+"""Streams of the counter-based noise that make commands late and lose ticks."""
+STREAMS = {
+    "normals": (0,),  # of the sensor
+    "draws": (TANGENTIAL_STREAM, NORMAL_STREAM, POSITION_STREAM, LOAD_STREAM),
+    "timing": (JITTER_STREAM, LOST_STREAM),
+}
+"""What is drawn, by the buffer that it goes to: one stream after another."""
+_TIME, _WEIGHT = ROW["node_time"][0], ROW["weight"][0]
 
 
-def build_formula(lifting: Lifting, which: str, how: str) -> Any:
-    """Return the tile that makes a signal from its formula; the set-point has one node, at the sample."""
-    (width, compiled, _), node_time, formula = lifting, ROW["node_time"], FORMULAS[how]
-    parameters, one_node = rows(f"{which}_signal"), which == "setpoint"
+def build_formula(lifting: Lifting, which: str, how: str, common: bool, nodes: bool) -> Any:
+    """Return the tile that makes a signal from its formula, at all ``nodes`` of a period or at its sample alone.
+
+    ``which`` may be "driven" too: of a sine, what it adds to the reading over a period.
+    """
+    (width, compiled, _), columns = lifting, 1 if common else lifting.width
+    is_setpoint, is_driven = which == "setpoint", which == "driven"
+    formula = swing_step if is_driven else FORMULAS[how]
+    parameters = (ROW["disturbance_signal"], *ROW["swing"]) if is_driven else ROW[f"{which}_signal"]
 
     @compiled
     def fill(s, n, first, periods, o):  # type: ignore[no-untyped-def]
-        out = doubles(o.setpoint if one_node else o.disturbance)
-        shared = o.setpoint_shared if one_node else o.disturbance_shared
-        for j in range(1 if one_node else o.nodes):
-            if shared:
-                given = load(s, 0, width, parameters)
-                since = peek(s, (node_time + j) * width)
-                for k in range(BLOCK):
-                    poke(out, j * BLOCK + k, formula(fma(float(first + k), o.dt, since), *given))
-            else:
-                for k in range(BLOCK):
-                    for i in range(width):
-                        t = fma(float(first + k), o.dt, peek(s, (node_time + j) * width + i))
-                        poke(out, (j * BLOCK + k) * width + i, formula(t, *load(s, i, width, parameters)))
+        out = doubles(o.setpoint if is_setpoint else (o.driven if is_driven else o.disturbance))
+        for j in range(o.nodes if nodes else 1):
+            for k in range(BLOCK):
+                for i in range(columns):
+                    t = fma(float(first + k), o.dt, peek(s, (_TIME + j) * width + i))
+                    poke(out, (j * BLOCK + k) * columns + i, formula(t, *load(s, i, width, parameters)))
 
     return fill
 
 
-def build_samples(lifting: Lifting, which: str, held: bool) -> Any:
+def build_samples(lifting: Lifting, which: str, held: bool, common: bool) -> Any:
     """Return the tile that takes a signal from its samples, linear between them or held."""
-    (width, compiled, _), node_time, one_node = lifting, ROW["node_time"], which == "setpoint"
+    (width, compiled, _), one_node, columns = lifting, which == "setpoint", 1 if common else lifting.width
 
     @compiled
     def fill(s, n, first, periods, o):  # type: ignore[no-untyped-def]
         out = doubles(o.setpoint if one_node else o.disturbance)
         samples = doubles(o.setpoint_samples if one_node else o.disturbance_samples)
-        columns = 1 if (o.setpoint_shared if one_node else o.disturbance_shared) else width
         start = first - o.chunk
         for j in range(1 if one_node else o.nodes):
             for k in range(min(BLOCK, periods)):
                 for i in range(columns):
                     y0 = peek(samples, (start + k) * columns + i)
                     y1 = y0 if held else peek(samples, (start + k + 1) * columns + i)
-                    fraction = peek(s, (node_time + j) * width + i) / o.dt
+                    fraction = peek(s, (_TIME + j) * width + i) / o.dt
                     poke(out, (j * BLOCK + k) * columns + i, fma(fraction, y1 - y0, y0))
 
     return fill
+
+
+def build_driven(lifting: Lifting, common: bool) -> Any:
+    """Return the tile that sums what the disturbance adds to the reading over the nodes of each period."""
+    (width, compiled, _), columns = lifting, 1 if common else lifting.width
+
+    @compiled
+    def fill(s, n, first, periods, o):  # type: ignore[no-untyped-def]
+        out, d = doubles(o.driven), doubles(o.disturbance)
+        for k in range(periods * columns):
+            poke(out, k, 0.0)
+        for j in range(o.nodes):
+            for k in range(periods):
+                for i in range(columns):
+                    at, force = k * columns + i, peek(d, (j * BLOCK + k) * columns + i)
+                    poke(out, at, fma(peek(s, (_WEIGHT + j) * width + i), force, peek(out, at)))
+
+    return fill
+
+
+def build_draws(lifting: Lifting, buffer: str, common: bool) -> Any:
+    """Return the tile that draws the unit normals of all streams of a buffer."""
+    compiled, columns = lifting.compiled, 1 if common else lifting.width
+    streams = tuple(np.uint64(stream) for stream in STREAMS[buffer])
+    sensor, moving = buffer == "normals", buffer == "draws"
+
+    @compiled
+    def scatter(out, at, apart, words):  # type: ignore[no-untyped-def]
+        for j in range(4):
+            poke(out, at + j * apart, double(np.int64(words[j])))
+
+    @compiled
+    def fill_noise(out, at, seeds, first, counters, stream):  # type: ignore[no-untyped-def]
+        # ``counters`` is always BLOCK // 4, but as a constant the loop would be unrolled instead of vectorised.
+        # First all words, then all normals: in one loop the processor would see too little of either ahead.
+        base, apart = first // BLOCK * counters, 8 * columns
+        for c in range(counters):
+            for i in range(columns):
+                scatter(out, at + c * columns + i, apart, draw_words(peek(seeds, i), stream, np.uint64(base + c)))
+        for half in range(2):
+            begin = at + 2 * half * apart
+            for j in range(counters * columns):
+                z0, z1 = box_muller(
+                    np.uint64(bits(peek(out, begin + j))), np.uint64(bits(peek(out, begin + apart + j)))
+                )
+                poke(out, begin + j, z0)
+                poke(out, begin + apart + j, z1)
+
+    @compiled
+    def draws(s, n, first, periods, o):  # type: ignore[no-untyped-def]
+        out = doubles(o.normals if sensor else (o.draws if moving else o.timing))
+        counters = BLOCK // 4 if n > 0 else 0
+        for j in range(len(streams)):
+            fill_noise(out, j * BLOCK * columns, keys(o.seeds), first, counters, streams[j])
+
+    return draws
+
+
+def lift_spread(lifting: Lifting) -> Any:
+    """Return what brings a signal into its row."""
+    width, compiled, count = lifting
+
+    @compiled
+    def spread(s, n, row, values, k, common):  # type: ignore[no-untyped-def]
+        if common:
+            value = peek(values, k)
+            for i in range(count(n)):
+                poke(s, row * width + i, value)
+        else:
+            for i in range(count(n)):
+                poke(s, row * width + i, peek(values, k * width + i))
+
+    return spread

@@ -1,14 +1,14 @@
 """Scalar steps lifted to tiles: one loop over lanes each, so that the compiler vectorises it.
 
-A tile loads the rows a step needs, calls it, and stores what it returns. The steps themselves live in their rooms and
-know nothing of lanes. A tile is compiled as a C function, ``tile(slab, k, at, shared)``: period k, its place in the
-block, and the record of what lanes share. Each has a file on the disk of its own, and loops call tiles by address.
+The steps themselves live in their rooms and know nothing of lanes: `lift` loads the rows that a step needs, calls it,
+and stores what it returns. A tile is compiled as a C function, ``tile(slab, k, at, shared)``: period k, its place in
+the block, and the record of what lanes share. Each has a file on the disk of its own, and loops call it by address.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from threading import RLock
 from typing import Any, NamedTuple
@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 from numba import njit, types
 from numba.core.errors import NumbaError
 
+from frictionloop.loop.kernel.access import load, store
 from frictionloop.loop.kernel.shared import POINTER, at
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.blame import is_outside
@@ -59,6 +60,45 @@ def lifting(name: str, width: int, inlined: bool = False) -> Lifting:
         return n
 
     return Lifting(width, compiled, compiled(one if width == 1 else given))
+
+
+def lift(lifting: Lifting, step: Any, given: Sequence[Any], results: Any) -> Any:
+    """Return ``part(s, n, *common)``: for every lane ``results = step(*common, *given)``.
+
+    Parameters
+    ----------
+    lifting
+        Of the tile.
+    step
+        Compiled by `quantities.arithmetic.step`.
+    given, results
+        Row numbers of the arguments and of what is returned, in their shapes: a number, a tuple or a named tuple.
+        ``common`` is what the caller gives to all lanes: a time, or a place in the period.
+    """
+    width, compiled, count = lifting
+    given = tuple(given)
+
+    @compiled
+    def part(s, n, *common):  # type: ignore[no-untyped-def]
+        for i in range(count(n)):
+            store(s, i, width, results, step(*common, *load(s, i, width, given)))
+
+    return part
+
+
+def chain(lifting: Lifting, *parts: Any) -> Any:
+    """Return ``part(s, n)`` that runs parts one after another."""
+    first, *others = parts
+    if not others:
+        return first
+    rest = chain(lifting, *others)
+
+    @lifting.compiled
+    def part(s, n):  # type: ignore[no-untyped-def]
+        first(s, n)
+        rest(s, n)
+
+    return part
 
 
 def compiled_tile(build: Callable[..., Any], width: int, *of: Any) -> Any:

@@ -1,17 +1,27 @@
-"""What a run records of each period, and the parts of tiles that move numbers from one row to another."""
+"""What is told of each control period: the traces that a run records, and the tallies that metrics are made of."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
-from frictionloop.loop.kernel.access import doubles, peek, poke
-from frictionloop.loop.kernel.slab import ROW, rows
+from frictionloop.loop.formulas import TALLIES
+from frictionloop.loop.kernel.access import doubles, load, peek, poke, store
+from frictionloop.loop.kernel.slab import ROW, ROWS
 from frictionloop.loop.kernel.tiles import Lifting
+from frictionloop.loop.metric import Sample, Tally
+from frictionloop.quantities import trees
 
 TRACES = ("f_r", "f_a", "f_m", "u", "a", "d", "saturated")
 BENCH_TRACES = (*TRACES, "position", "speed", "load", "limit", "floor", "sliding", "scored")
 """Traces of the two kernels, in the order of their rows."""
-_BENCH_ROWS = (*rows("motion")[:3], ROW["nominal"], ROW["floor"], ROW["measurement"] + 4, ROW["scored"])
+_SIGNALS = (
+    *(ROW["setpoint"], ROW["friction"], ROW["measurement"].force),
+    *(ROW[name] for name in ("u", "amplitude", "disturbance", "saturated")),
+)
+"""Rows of the first of them; f_a is friction and disturbance."""
+_REACH = *ROW["motion"][:3], ROW["nominal"], ROW["floor"]
+_BENCH_ROWS = *_REACH, ROW["measurement"].valid, ROW["scored"]
 
 
 def traces_of(kernel: str) -> tuple[str, ...]:
@@ -22,59 +32,51 @@ def traces_of(kernel: str) -> tuple[str, ...]:
 def build_record(lifting: Lifting, kernel: str) -> Any:
     """Return the tile that writes the traces of one period, ``[trace][period][lane]``."""
     width, compiled, count = lifting
-    force, u, sat, r, d = ROW["measurement"], ROW["u"], ROW["saturated"], ROW["setpoint"], ROW["disturbance"]
-    amplitude, friction_row = ROW["amplitude"], ROW["friction"]
-    more = len(traces_of(kernel)) > len(TRACES)
+    numbers = tuple(range(len(BENCH_TRACES)))
+    first, others, more = numbers[: len(TRACES)], numbers[len(TRACES) :], kernel != "quadrature"
 
     @compiled
     def record(s, n, k, at, o):  # type: ignore[no-untyped-def]
         out, size = doubles(o.trace), o.trace_size
         for i in range(count(n)):
-            at = k * width + i
-            disturbance = peek(s, d * width + i)
-            poke(out, at, peek(s, r * width + i))
-            poke(out, size + at, peek(s, friction_row * width + i) + disturbance)
-            poke(out, 2 * size + at, peek(s, force * width + i))
-            poke(out, 3 * size + at, peek(s, u * width + i))
-            poke(out, 4 * size + at, peek(s, amplitude * width + i))
-            poke(out, 5 * size + at, disturbance)
-            poke(out, 6 * size + at, peek(s, sat * width + i))
+            f_r, friction, f_m, u, a, d, saturated = load(s, i, width, _SIGNALS)
+            store(out, k * width + i, size, first, (f_r, friction + d, f_m, u, a, d, saturated))
             if more:
-                for j in range(len(_BENCH_ROWS)):
-                    poke(out, (7 + j) * size + at, peek(s, _BENCH_ROWS[j] * width + i))
+                store(out, k * width + i, size, others, load(s, i, width, _BENCH_ROWS))
 
     return record
 
 
-def lift_spread(lifting: Lifting) -> Any:
-    """Return what brings a signal into its row."""
+def places_of(tallies: Sequence[Tally]) -> tuple[dict[Tally, int], int]:
+    """Return the first row of each tally: periods that counted, then its state; and the row after the last.
+
+    Those of this package have a place whether they are asked for or not: a tally is then compiled for one place.
+    """
+    places, after = {}, ROWS
+    for tally in dict.fromkeys((*TALLIES, *tallies)):
+        places[tally], after = after, after + 1 + trees.size(tally.state)
+    return {tally: places[tally] for tally in dict.fromkeys(tallies)}, after
+
+
+def build_tally(lifting: Lifting, tally: Tally, first: int) -> Any:
+    """Lift a tally's step over the periods that count, or over all."""
     width, compiled, count = lifting
+    step, everywhere, inside = tally.step, tally.everywhere, ROW["scored"]
+    state_rows = trees.shaped(tally.state, range(first + 1, first + 1 + trees.size(tally.state)))
 
     @compiled
-    def spread(s, n, row, values, k, shared):  # type: ignore[no-untyped-def]
-        if shared:
-            value = peek(values, k)
+    def update(s, n, k, at, o):  # type: ignore[no-untyped-def]
+        counting = 1.0 if k >= o.score_from else 0.0
+        if everywhere or counting > 0.0:
             for i in range(count(n)):
-                poke(s, row * width + i, value)
-        else:
-            for i in range(count(n)):
-                poke(s, row * width + i, peek(values, k * width + i))
+                f_r, friction, f_m, u, a, d, saturated = load(s, i, width, _SIGNALS)
+                x, v, pressed, limit, floor = load(s, i, width, _REACH)
+                scored = peek(s, inside * width + i)
+                counts = scored * counting
+                f_a = friction + d
+                sample = Sample(f_r, f_a, f_m, u, a, d, saturated, x, v, pressed, limit, floor, scored, counts)
+                poke(s, first * width + i, peek(s, first * width + i) + counts)
+                if everywhere or counts > 0.0:
+                    store(s, i, width, state_rows, step(load(s, i, width, state_rows), sample, o.dt))
 
-    return spread
-
-
-def lift_delay(lifting: Lifting) -> Any:
-    """Return what picks the commands in force during a period when they are applied later than the sample."""
-    width, compiled, count = lifting
-    command, applied, delay = ROW["command"], ROW["applied"], ROW["delay_periods"]
-
-    @compiled
-    def apply_late(s, n, k, o):  # type: ignore[no-untyped-def]
-        history, mask = doubles(o.history), o.ring_mask
-        for i in range(count(n)):
-            poke(history, (k & mask) * width + i, peek(s, command * width + i))
-            since = k - int(peek(s, delay * width + i))
-            poke(s, (applied + 1) * width + i, peek(history, (since & mask) * width + i))
-            poke(s, applied * width + i, peek(history, ((since - 1) & mask) * width + i))
-
-    return apply_late
+    return update

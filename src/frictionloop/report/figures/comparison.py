@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from frictionloop.design.comparison import Comparison
+from frictionloop.design.comparison.margins import sensitivities, step_traces
 from frictionloop.design.comparison.scores import spread
-from frictionloop.design.comparison.traces import sensitivities, step_traces
 from frictionloop.report.figures.law_panels import figure_sensitivities, figure_step_traces
 from frictionloop.report.style import BLACK, BLUE, new_figure, styled
 

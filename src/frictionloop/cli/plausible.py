@@ -1,0 +1,56 @@
+"""Values that are allowed and that no bench has: asked about, as a wrong unit is the likely reason."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from pydantic import BaseModel
+
+from frictionloop.parameters import System
+from frictionloop.quantities import unit_of
+
+USUAL = {
+    "nominal_n": (0.01, 20.0),
+    "susceptibility_per_um2": (1e-3, 50.0),
+    "max_amplitude_um": (1e-3, 100.0),
+    "cutoff_hz": (1.0, 1e5),
+    "frequency_hz": (0.01, 2e5),
+    "resonance_hz": (5.0, 1e4),
+    "moving_mass_kg": (1e-3, 10.0),
+    "noise_rms_n": (1e-8, 0.5),
+    "noise_density_n_rthz": (1e-9, 1e-2),
+    "range_n": (0.05, 100.0),
+    "rate_hz": (100.0, 2e5),
+    "delay_s": (1e-7, 0.05),
+    "offset_n": (1e-3, 20.0),
+    "amplitude_n": (1e-4, 20.0),
+    "load_n": (0.01, 20.0),
+    "speed_mm_s": (0.5, 1000.0),
+    "stroke_mm": (2.0, 1000.0),
+    "tremor_um": (0.5, 500.0),
+    "tremor_n": (1e-4, 1.0),
+    "stiffness_n_m": (20.0, 1e5),
+    "mass_kg": (1e-6, 0.01),
+}
+"""Ranges by a parameter's name, the ends a decade or so beyond what is published of fingers and displays (chosen)."""
+
+
+def questions(system: System) -> Iterator[str]:
+    """Yield a line for each value that is far from what such benches have; 0 is none of something, and no question."""
+    for name, block in system:
+        yield from _of_block(name, block)
+
+
+def _of_block(path: str, block: BaseModel) -> Iterator[str]:
+    for key, value in block:
+        name = f"{path}.{key}"
+        if isinstance(value, BaseModel):
+            yield from _of_block(name, value)
+        elif key in USUAL and _is_far(value, *USUAL[key]):
+            unit, (low, high) = unit_of(key), USUAL[key]
+            yield f"{name} = {value:g} {unit}: is the unit right? Usual are {low:g} to {high:g} {unit}"
+
+
+def _is_far(value: Any, low: float, high: float) -> bool:
+    return isinstance(value, float) and value != 0.0 and not low <= abs(value) <= high

@@ -1,0 +1,118 @@
+"""The tiles of ticks out of the ordinary: the loop open or closing, commands that come late, ticks that are lost."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from frictionloop.control.law import Law
+from frictionloop.control.switch import CLOSING, switched_clamp
+from frictionloop.loop.kernel.access import doubles, peek, poke
+from frictionloop.loop.kernel.law_tile import lift_limits
+from frictionloop.loop.kernel.slab import ROW, law_rows
+from frictionloop.loop.kernel.tiles import Lifting, lift
+from frictionloop.quantities.arithmetic import step
+
+_COMMANDS = tuple(ROW[name] for name in ("u", "saturated", "command", "overdrive"))
+
+
+@step
+def clamp_step(since: int, setpoint_n: float, low_n: float, high_n: float) -> tuple[float, float]:
+    """The clamp so many periods after the loop closed."""
+    return switched_clamp(setpoint_n, low_n, high_n, since)
+
+
+@step
+def beyond_step(u: float, setpoint_n: float) -> float:
+    """Whether the lookup alone commands another force than the set-point."""
+    return 1.0 if u != setpoint_n else 0.0
+
+
+@step
+def late_step(plain: float, jitter: float, _lost_below: float, normal: float) -> float:
+    """When in the period the command changes, 0 to 1."""
+    return min(plain + jitter * abs(normal), 1.0)
+
+
+def build_prepare(lifting: Lifting, law: Law) -> Any:
+    """Return the tile that sets the clamp before a tick, and lets an integral begin where the loop closes."""
+    state, gains, _ = law_rows(law)
+    clamp = lift(lifting, clamp_step, (ROW["setpoint"], *ROW["believed_clamp"]), tuple(gains[-2:]))
+    limits, begins = lift_limits(lifting, law), law.begin is not None
+    begin = lift(lifting, law.begin, (state, gains[-2], ROW["setpoint"], gains), state)
+
+    @lifting.compiled
+    def prepare(s, n, k, at, o):  # type: ignore[no-untyped-def]
+        since = k - o.open_until
+        if since > CLOSING:
+            return
+        clamp(s, n, since)
+        limits(s, n)
+        if begins and since == 0:
+            begin(s, n)
+
+    return prepare
+
+
+def build_tell(lifting: Lifting, law: Law) -> Any:
+    """Return the tile that tells a law what was commanded in its tick."""
+    state, gains, _ = law_rows(law)
+    compare = lift(lifting, beyond_step, (ROW["u"], ROW["setpoint"]), ROW["saturated"])
+    follow, follows = lift(lifting, law.follow, (state, ROW["command"], gains), state), law.follow is not None
+
+    @lifting.compiled
+    def tell(s, n, k, at, o):  # type: ignore[no-untyped-def]
+        since = k - o.open_until
+        if since < 0:
+            compare(s, n)
+        if follows and since < CLOSING:
+            follow(s, n)
+
+    return tell
+
+
+def lift_timing(lifting: Lifting) -> Any:
+    """Return what says when in the period the command changes."""
+    return lift(lifting, late_step, (*ROW["timing"], ROW["timing_draws"][0]), ROW["switch"])
+
+
+def lift_delay(lifting: Lifting) -> Any:
+    """Return what picks the commands in force during a period when they are applied later than the sample."""
+    width, compiled, count = lifting
+    command, (before, after), delay = ROW["command"], ROW["applied"], ROW["delay_periods"]
+
+    @compiled
+    def apply_late(s, n, k, o):  # type: ignore[no-untyped-def]
+        history, mask = doubles(o.history), o.ring_mask
+        for i in range(count(n)):
+            poke(history, (k & mask) * width + i, peek(s, command * width + i))
+            since = k - int(peek(s, delay * width + i))
+            poke(s, after * width + i, peek(history, (since & mask) * width + i))
+            poke(s, before * width + i, peek(history, ((since - 1) & mask) * width + i))
+
+    return apply_late
+
+
+def build_lost(lifting: Lifting, law: Law | None, after: bool) -> Any:
+    """Return the tile that keeps what a tick may change before it, and ``after`` it takes back one that was lost.
+
+    An oracle and the C core keep no state in rows.
+    """
+    width, compiled, count = lifting
+    rows, kept = _COMMANDS, ROW["kept"]
+    if law is not None:
+        own = law_rows(law)[2]
+        rows, kept = (*rows, *ROW["law"][: len(own)]), (*kept, *own)
+    drawn, below = ROW["timing_draws"][1], ROW["timing"][2]
+
+    @compiled
+    def lost(s, n, k, at, o):  # type: ignore[no-untyped-def]
+        for j in range(len(rows)):
+            for i in range(count(n)):
+                value, before = peek(s, rows[j] * width + i), peek(s, kept[j] * width + i)
+                if after:
+                    is_lost = peek(s, drawn * width + i) < peek(s, below * width + i)
+                    poke(s, rows[j] * width + i, before if is_lost else value)
+                else:
+                    poke(s, kept[j] * width + i, value)
+
+    return lost

@@ -1,0 +1,107 @@
+"""Laws that no tile of this package computes: the firmware's C core, and laws in plain Python.
+
+The C core stands in the place of law, lookup and overdrive. Its state and its words live in a block of memory per lane
+that only the C code reads. The address of the C function is a number in the record, so that a tile from the disk cache
+calls the library of its own process.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+
+from frictionloop.control.law import Law
+from frictionloop.loop.kernel.access import doubles, load, peek, poke, store, words
+from frictionloop.loop.kernel.columns import Slab
+from frictionloop.loop.kernel.law_tile import lift_lookup, lift_overdrive
+from frictionloop.loop.kernel.shared import CORE_GIVEN, CORE_TOLD
+from frictionloop.loop.kernel.slab import ROW, law_rows
+from frictionloop.loop.kernel.tiles import Lifting
+from frictionloop.quantities import trees
+from frictionloop.quantities.blame import theirs
+from frictionloop.sensing.measurement import Measurement
+
+_CALL = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64, ctypes.c_void_p)
+
+
+@intrinsic
+def call_c(_context: Any, address: Any, context: Any, at: Any, given: Any) -> Any:
+    """Call the C function ``void (*)(int32_t *context, double *given)`` at an address, its context from word ``at``."""
+
+    def generate(_ctx: Any, builder: Any, _signature: Any, args: Any) -> Any:
+        word, number = ir.IntType(32).as_pointer(), ir.DoubleType().as_pointer()
+        function = ir.FunctionType(ir.VoidType(), [word, number]).as_pointer()
+        where = builder.gep(args[1], [args[2]])
+        builder.call(builder.inttoptr(args[0], function), [where, args[3]])
+        return _ctx.get_dummy_value()
+
+    return types.void(types.int64, context, types.intp, given), generate
+
+
+def build_fixed(lifting: Lifting) -> Any:
+    """Return the tile that lets the C core decide, but for lanes whose tick is lost."""
+    width, compiled, count = lifting
+    given_rows, told_rows = (*ROW["measurement"], ROW["setpoint"]), (ROW["u"], ROW["saturated"], ROW["command"])
+    drawn, below = ROW["timing_draws"][1], ROW["timing"][2]
+    given_places, told_places = tuple(range(CORE_GIVEN - 1)), tuple(range(CORE_GIVEN, CORE_GIVEN + CORE_TOLD))
+
+    @compiled
+    def fixed(s, n, k, at, o):  # type: ignore[no-untyped-def]
+        context, size, given = words(o.core_context), o.core_words, doubles(o.core_given)
+        poke(given, CORE_GIVEN - 1, 1.0 if k >= o.open_until else 0.0)
+        for i in range(count(n)):
+            lost = (o.irregular != 0) and peek(s, drawn * width + i) < peek(s, below * width + i)
+            if not lost:
+                store(given, 0, 1, given_places, load(s, i, width, given_rows))
+                call_c(o.core, context, i * size, given)
+                store(s, i, width, told_rows, load(given, 0, 1, told_places))
+
+    return fixed
+
+
+class PythonLaw:
+    """A law's tick for all lanes of a slab; ``address`` is that of a tile."""
+
+    def __init__(self, law: Law, slab: Slab, dt: float) -> None:
+        self.law, self.slab, self.dt = law, slab, dt
+        self.state_rows, self.gain_rows, _ = law_rows(law)
+        self.error: BaseException | None = None
+        self._call = _CALL(self._tick)
+        self.address = int(ctypes.cast(self._call, ctypes.c_void_p).value or 0)
+
+    def _tick(self, _slab: int, _k: int, _at: int, _record: int) -> None:
+        if self.error is not None:  # the caller learns of it when its chunk is over
+            return
+        try:
+            for lane in range(self.slab.width):
+                self._lane(lane)
+        except Exception as error:
+            self.error = theirs(f'law "{self.law.kind}"', self.law.step, error)
+        except BaseException as error:
+            self.error = error
+
+    def _lane(self, lane: int) -> None:
+        states, gains = self.slab.view(self.state_rows), self.slab.view(self.gain_rows)
+        measured = Measurement(*self.slab.view("measurement")[:, lane].tolist())
+        before = trees.shaped(self.law.state, states[:, lane].tolist())
+        given = trees.shaped(self.law.gains, gains[:, lane].tolist())
+        setpoint_n = float(self.slab.view("setpoint")[0, lane])
+        after, (u, saturated) = self.law.step(before, measured, setpoint_n, given, self.dt)
+        states[:, lane] = trees.flat(after)
+        self.slab.view("u")[0, lane], self.slab.view("saturated")[0, lane] = u, saturated
+
+
+def build_lookup(lifting: Lifting, table: bool) -> Any:
+    """Return the tile that turns force commands into amplitudes, behind a law that only says the force."""
+    look_up, overdrive = lift_lookup(lifting, table), lift_overdrive(lifting)
+
+    @lifting.compiled
+    def lookup(s, n, k, at, o):  # type: ignore[no-untyped-def]
+        look_up(s, n, o)
+        overdrive(s, n)
+
+    return lookup

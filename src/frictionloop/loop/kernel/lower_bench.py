@@ -1,0 +1,125 @@
+"""From Systems to the numbers of a bench: finger, motion, contact, suspension."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.special import ndtri
+
+from frictionloop.control.oracle import STEPS, Stride
+from frictionloop.loop.kernel.columns import Slab, column
+from frictionloop.loop.kernel.structure import moves, substeps_of, switch_s
+from frictionloop.parameters import FingerFriction, OracleController, Skin, Strokes, System
+from frictionloop.physics.contact import ContactCoefficients, contact_coefficients
+from frictionloop.physics.finger_step import Motion
+from frictionloop.physics.friction_limit import limit_coefficients, occlusion_coefficients, static_coefficients
+from frictionloop.physics.motion import load_plan, scored_edge_m, stroke_plan
+from frictionloop.physics.plate import plate_coefficients
+from frictionloop.physics.roughness import cells_per_m, roughness_table
+from frictionloop.physics.tremor import tremor_coefficients, tremor_start
+from frictionloop.sensing.suspended import converter, noise_coefficients, suspension_coefficients
+from frictionloop.sensing.touch import touch_coefficients
+
+_PERSON = 0x9E3779B97F4A7C15
+"""2^64 over the golden ratio, odd: people with numbers 0, 1, ... get keys that are far apart."""
+_PLAIN = FingerFriction(load_exponent=0.0, occlusion_ratio=1.0, moist_loss=0.0, roughness_rms=0.0)
+"""A friction limit that depends on nothing: equation (1) under a finger that moves."""
+_STILL = Motion(0.0, 0.0, 0.0, factor=1.0, occluded=0.0, direction=1.0, place=0.0)
+"""A finger of which the loop asks nothing."""
+
+
+def keys_of(systems: Sequence[System], seeds: Sequence[int]) -> np.ndarray:
+    """Return the key of each lane's noise: the seed, moved on by the person's number."""
+    people = column([s.motion for s in systems], lambda motion: motion.person if isinstance(motion, Strokes) else 0)
+    return np.array(seeds, np.uint64) + np.uint64(_PERSON) * people.astype(np.uint64)  # modulo 2^64
+
+
+class Lane(NamedTuple):
+    """What the numbers of a lane are worked out from."""
+
+    system: System
+    key: int
+    """Of its noise."""
+    period_s: float
+    substep_s: float
+
+
+def lower_bench(slab: Slab, systems: Sequence[System], keys: np.ndarray) -> np.ndarray:
+    """Set the rows of finger, motion and sensor, one system per lane; return the tables of roughness."""
+    period_s, substeps = 1.0 / systems[0].controller.rate_hz, substeps_of(systems[0])
+    h = period_s / substeps
+    slab.view("node_time")[1 : 1 + substeps] = (h * (np.arange(substeps) + 0.5))[:, None]
+    lanes = [Lane(system, int(key), period_s, h) for system, key in zip(systems, keys, strict=True)]
+    slab.fill(_plant, lanes)
+    if isinstance(systems[0].controller, OracleController):
+        slab.fill(_oracle, lanes)
+    if not moves(systems[0]):
+        slab.fill(lambda _: dict.fromkeys(("motion", "motion_next"), _STILL), lanes[:1])
+        return np.zeros(0)
+    slab.fill(_motion, lanes)
+    tables = [roughness_table(_friction(lane.system).roughness_rms, lane.key) for lane in lanes]
+    return np.ascontiguousarray(np.array(tables).T).ravel()
+
+
+def _plant(lane: Lane) -> dict[str, Any]:
+    s, h = lane.system, lane.substep_s
+    timing = _timing(s)
+    return {
+        "limit_n": s.friction.nominal_n,
+        "plate_coefficients": plate_coefficients(s.plate, h),
+        "contact_coefficients": contact_of_step(s, h),
+        "compliance": 1.0 / s.finger.stiffness_n_m if isinstance(s.finger, Skin) else 0.0,
+        "suspension_coefficients": suspension_coefficients(s.sensor, h),
+        "timing": timing,
+        "switch": timing[0],
+        "noise_coefficients": noise_coefficients(s.sensor, lane.period_s),
+        "converter": converter(s.sensor),
+    }
+
+
+def _oracle(lane: Lane) -> dict[str, Any]:
+    s, h = lane.system, lane.period_s / STEPS
+    return {
+        "trial_decay": plate_coefficients(s.plate, lane.period_s).whole,
+        "trial_stride": Stride(plate_coefficients(s.plate, h), contact_of_step(s, h)),
+    }
+
+
+def _motion(lane: Lane) -> dict[str, Any]:
+    motion, friction, dt = lane.system.motion, _friction(lane.system), lane.period_s
+    assert isinstance(motion, Strokes)
+    shape = motion.tremor_hz, motion.tremor_width_hz, dt
+    along, across = (tremor_coefficients(rms, *shape) for rms in (1e-6 * motion.tremor_um, motion.tremor_n))
+    return {
+        "stroke_plan": stroke_plan(motion),
+        "load_plan": load_plan(motion, lane.key),
+        "tremor_along_coefficients": along,
+        "tremor_across_coefficients": across,
+        "tremor_along": tremor_start(along, lane.key, 0),
+        "tremor_across": tremor_start(across, lane.key, 1),
+        "limit_coefficients": limit_coefficients(friction),
+        "occlusion_coefficients": occlusion_coefficients(friction, dt),
+        "static": static_coefficients(friction),
+        "roughness_per_m": cells_per_m(friction.roughness_longest_mm),
+        "touch_coefficients": touch_coefficients(lane.system.touch, dt),
+        "unscored": (scored_edge_m(motion, lane.system.finger), 0.5 * motion.load_n),
+    }
+
+
+def _friction(system: System) -> FingerFriction:
+    return system.friction if isinstance(system.friction, FingerFriction) else _PLAIN
+
+
+def _timing(system: System) -> tuple[float, float, float]:
+    c = system.controller
+    lost_below = float(ndtri(c.lost_ticks)) if c.lost_ticks else -math.inf
+    return switch_s(system) * c.rate_hz, c.jitter_s * c.rate_hz, lost_below
+
+
+def contact_of_step(system: System, h: float) -> ContactCoefficients:
+    """Return the coefficients of the contact for a step of h seconds."""
+    skin = system.finger
+    return contact_coefficients(skin, h) if isinstance(skin, Skin) else ContactCoefficients(*[0.0] * 10)

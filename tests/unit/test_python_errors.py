@@ -1,0 +1,24 @@
+"""What is no run, and what are no points, is refused in one line."""
+
+from __future__ import annotations
+
+import pytest
+
+import frictionloop as fl
+
+
+@pytest.mark.parametrize("given", [3, None, "run.h5"])
+def test_what_is_no_run_has_no_metrics(given):
+    with pytest.raises(fl.FrictionloopError, match=r"run is a \w+: must be a run of fl.simulate"):
+        fl.metrics(given)
+
+
+def test_a_grid_has_its_metrics_already():
+    grid = fl.sweep(fl.paper(), {"controller.kp": [1.0, 2.0]}, duration_s=0.01)
+    with pytest.raises(fl.FrictionloopError, match="run is a grid, whose variables are metrics already"):
+        fl.metrics(grid)
+
+
+def test_a_sweep_of_no_points_is_refused():
+    with pytest.raises(fl.FrictionloopError, match=r"points = 3: must be \{path: values, \.\.\.\} or a list"):
+        fl.sweep(fl.paper(), 3, duration_s=0.01)
