@@ -17,7 +17,8 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.loop import spool as module
-from frictionloop.loop.spool import CHUNK_ROWS, Column, Spool, recovered, unfinished
+from frictionloop.loop.spool import CHUNK_ROWS, Column, Spool
+from frictionloop.loop.unfinished import recovered, unfinished
 
 COLUMNS = {
     "f_m": Column("f8", {"units": "N", "long_name": "measured force"}),
