@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 import warnings
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -111,9 +113,16 @@ def save(run: xr.Dataset, path: str | os.PathLike[str]) -> None:
         return
     encoding = {name: {"zlib": True, "complevel": 1, "shuffle": True} for name in run.data_vars if run[name].ndim}
     # HDF5 writes to memory: when a disk is full, its own writing leaves handles that crash the interpreter at exit.
-    content = run.to_netcdf(engine="h5netcdf", encoding=encoding)
+    with _without_cluster():
+        content = run.to_netcdf(engine="h5netcdf", encoding=encoding)
     with replacing(path) as beside:
         beside.write_bytes(content)
+
+
+def _without_cluster() -> Any:
+    """Keep xarray from asking a Dask cluster for a lock on memory that is ours alone; the cluster knows none."""
+    dask = sys.modules.get("dask")
+    return dask.config.set(scheduler="synchronous") if dask else nullcontext()
 
 
 def _header(name: str, values: xr.Variable) -> str:
