@@ -15,9 +15,9 @@ import pytest
 import serial
 
 import frictionloop as fl
-import frictionloop.device.device as module
 from frictionloop.device.errors import Unplugged
 from frictionloop.device.serial_pipe import SerialPipe
+from frictionloop.loop.spool import Spool
 
 
 class Served:
@@ -71,19 +71,17 @@ def test_a_run_over_a_serial_port(port: Any) -> None:
 def test_the_plate_is_off_before_a_run_is_packed_and_saved(port: Any, tmp_path: Any, monkeypatch: Any) -> None:
     """A board whose host is silent for 200 ms while its loop is on is at fault."""
 
-    def slowly(work: Any) -> Any:
-        def later(*given: Any) -> Any:
-            time.sleep(0.3)
-            return work(*given)
+    finish = Spool.finish
 
-        return later
+    def slowly(*given: Any) -> Any:
+        time.sleep(0.3)
+        return finish(*given)
 
     def stopped(rows: int) -> None:
         if rows > 500:
             raise KeyboardInterrupt
 
-    for name in ("to_dataset", "save"):
-        monkeypatch.setattr(f"frictionloop.device.device.{name}", slowly(getattr(module, name)))
+    monkeypatch.setattr(Spool, "finish", slowly)
     board = port[2]
     with fl.connect(f"serial://{port[0]}") as device:
         device.run(0.5, 0.1, path=tmp_path / "run.h5")

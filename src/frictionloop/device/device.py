@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
@@ -16,13 +17,14 @@ from frictionloop.device.info import identified
 from frictionloop.device.link import Link
 from frictionloop.device.pipe import Pipe
 from frictionloop.device.recorder import ALL, CHANNELS, SCALES, Recorder
-from frictionloop.device.recording import clock_fit, to_dataset
+from frictionloop.device.recording import Recording, clock_fit
 from frictionloop.device.running import STATES, Interrupted, Running, check_folder, free_path, recorded_in
+from frictionloop.device.signals import ending
 from frictionloop.device.table import Parameters
 from frictionloop.device.transport import opener
 from frictionloop.device.waveform import checked, table, table_of, with_setpoint
 from frictionloop.firmware.parameter_words import firmware_words
-from frictionloop.loop.record import save
+from frictionloop.loop.spool import DiskFull
 from frictionloop.parameters import Source, System
 from frictionloop.quantities import FrictionloopError
 
@@ -191,8 +193,9 @@ class Device:
         duration_s : float
             Duration in s, rounded up to whole samples.
         path : path, optional
-            File to save to; what is there is saved as well when the run ends early, by default to
-            ``interrupted-run.h5``, or ``-2``, ``-3``, ... where that is there already.
+            File that keeps the run, also when it ends early; without it, ``interrupted-run.h5`` does (or ``-2``,
+            ``-3``, ...) and goes when the run is complete. While it is recorded its name has ``.partial-`` and
+            eight characters more; `load` reads it at any time, and after any end of this process.
         state : str
             ``"closed"``, or ``"open"`` for the lookup alone.
         decimation : int
@@ -213,7 +216,7 @@ class Device:
             For a set-point or duration that does not fit; Interrupted, which is one, when the device faults or is
             gone in mid-run.
         KeyboardInterrupt
-            At Ctrl-C, with the file named as well.
+            At Ctrl-C, SIGTERM or SIGHUP, with the file named as well.
         """
         rows = rows_of(duration_s, decimation)
         if state not in ("open", "closed"):
@@ -224,37 +227,38 @@ class Device:
         played.send(self._link)
         recorder = Recorder(rows, decimation, STATES[state])
         running = Running(self._link, self._opening, recorder)
+        kept = Path(path or free_path())
+        device = {"board": self.info.board, "revision": self.info.revision, "serial": self.info.serial}
+        attrs = {"setpoint_error_n": played.error_n, **device}
+        recording = Recording(kept, recorder, self._link, with_setpoint(self.system, setpoint), attrs)
         before = self._counts()
         self._link.clock_pairs.clear()
-        ended: DeviceError | KeyboardInterrupt | None = None
+        ended: FrictionloopError | KeyboardInterrupt | None = None
         self._commanded = True
-        try:
-            running.start()
+        with ending() as signals:
             try:
-                running.go(progress)
-            except (DeviceError, KeyboardInterrupt) as end:
-                ended = end
-        finally:
-            running.stop()  # before all else: nobody keeps the heart beating while the run is packed and saved
-        reached = rows if ended is None else recorder.reached
-        run = self._dataset(running, before, reached, setpoint, played.error_n)
-        kept = path if ended is None else path or free_path()
-        if kept is not None:
-            save(run, kept)
+                running.start()
+                try:
+                    running.go(recording.keep, progress)
+                except (DeviceError, DiskFull, KeyboardInterrupt) as end:
+                    ended = end
+            except BaseException:
+                recording.spool.drop()
+                raise
+            finally:
+                signals.hold()
+                running.stop()  # before all else: nobody keeps the heart beating while the file is finished
+            counts = {name: now - before[name] for name, now in self._counts().items()}
+            found = {**counts, **clock_fit(self._link.clock_pairs), "reconnects": running.reconnects}
+            run = recording.finish(rows if ended is None else recorder.reached, found)
+        if ended is None:
+            if path is None:
+                run.load().close()
+                kept.unlink()
+            return run
         if isinstance(ended, KeyboardInterrupt):
-            raise KeyboardInterrupt(recorded_in(run, kept or "")) from None
-        if ended is not None:
-            raise Interrupted(str(ended), run, kept or "") from None
-        return run
-
-    def _dataset(
-        self, running: Running, before: dict[str, int], rows: int, setpoint: Any, error_n: float
-    ) -> xr.Dataset:
-        counts = {name: now - before[name] for name, now in self._counts().items()}
-        attrs: dict[str, Any] = {**counts, **clock_fit(self._link.clock_pairs), "reconnects": running.reconnects}
-        device = {"board": self.info.board, "revision": self.info.revision, "serial": self.info.serial}
-        attrs |= {"setpoint_error_n": error_n, **device}
-        return to_dataset(running.recorder, rows, self._link.pipe, with_setpoint(self.system, setpoint), attrs)
+            raise KeyboardInterrupt(recorded_in(recording.recorded, kept)) from None
+        raise Interrupted(str(ended), run, kept, recording.recorded) from None
 
     def _counts(self) -> dict[str, int]:
         decoder = self._link.decoder

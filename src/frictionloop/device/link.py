@@ -21,6 +21,8 @@ BEAT_S = schema()["protocol"]["silence_ms"] / 1000 / 5
 """Time between heartbeats: four must be lost before the device takes its host for gone."""
 INBOX = 4096
 """Messages kept for `poll`; a device that streams to a host that does not listen loses the oldest."""
+CLOCK_PAIRS = 4096
+"""Readings of both clocks that are kept: three minutes of heartbeats, or fewer of longer."""
 NO_INDEX = 65535
 REFUSALS = named("refusals")
 
@@ -111,6 +113,8 @@ class Link:
             if message.name == "status" and self._beat_at is not None:
                 pair = (message.time_us, (self._beat_at + self._heard) / 2, self._heard - self._beat_at)
                 self.clock_pairs.append(pair)
+                if len(self.clock_pairs) > CLOCK_PAIRS:
+                    del self.clock_pairs[1::2]  # a line through half of them is as good
                 self._beat_at = None
         return messages
 

@@ -23,14 +23,17 @@ DOUBTED = 8
 class Recorder:
     """Rows of a run, one per `decimation` ticks, from the first sample at which the loop is in the state asked for.
 
-    Samples of ticks up to `since` are of an earlier run: the device's ring and the line still held them.
+    Samples of ticks up to `since` are of an earlier run: the device's ring and the line still held them. Rows wait here
+    until somebody takes them.
     """
 
     def __init__(self, rows: int, decimation: int, state: int) -> None:
-        self.decimation, self.state = decimation, state
+        self.rows, self.decimation, self.state = rows, decimation, state
         self.since: int | None = None
-        self.raw = np.zeros((rows, len(CHANNELS)), np.int16)
-        self.recorded = np.zeros(rows, bool)
+        self.taken = 0
+        """Rows that were taken."""
+        self._raw = np.zeros((0, len(CHANNELS)), np.int16)
+        self._there = np.zeros(0, bool)
         self.start_tick: int | None = None
         self.reached = 0
         """Rows up to the last one seen."""
@@ -68,7 +71,20 @@ class Recorder:
     @property
     def is_full(self) -> bool:
         """Whether the last row is there or past."""
-        return self.reached >= len(self.recorded)
+        return self.reached >= self.rows
+
+    def take_rows(self, until: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the channels of the rows not taken yet up to one, (rows, channels), and which were recorded."""
+        count = until - self.taken
+        self._grow(count)
+        raw, there = self._raw[:count], self._there[:count]
+        self._raw, self._there, self.taken = self._raw[count:].copy(), self._there[count:].copy(), until
+        return raw, there
+
+    def _grow(self, count: int) -> None:
+        if more := max(count - len(self._raw), 0):
+            self._raw = np.concatenate([self._raw, np.zeros((more, len(CHANNELS)), np.int16)])
+            self._there = np.concatenate([self._there, np.zeros(more, bool)])
 
     def _is_plausible(self, message: Message) -> bool:
         if message["mask"] != ALL or message["decimation"] != self.decimation:
@@ -94,12 +110,13 @@ class Recorder:
         assert self.start_tick is not None
         ticks = (tick - self.start_tick + 2**31) % 2**32 - 2**31  # negative where the frame began before the run
         first = ticks // self.decimation
-        samples, first = samples[max(-first, 0) :], max(first, 0)
-        last = min(first + len(samples), len(self.recorded))
-        if first < last:
-            self.raw[first:last] = samples[: last - first]
-            self.recorded[first:last] = True
-        self.reached = max(self.reached, min(first + len(samples), len(self.recorded)))
+        last = min(first + len(samples), self.rows)
+        begin = max(first, self.taken)
+        if begin < last:
+            self._grow(last - self.taken)
+            here = slice(begin - self.taken, last - self.taken)
+            self._raw[here], self._there[here] = samples[begin - first : last - first], True
+        self.reached = max(self.reached, last)
 
 
 def state_of(flags: np.ndarray) -> np.ndarray:
@@ -110,10 +127,3 @@ def state_of(flags: np.ndarray) -> np.ndarray:
 def fault_of(flags: np.ndarray) -> np.ndarray:
     """Return the fault in the channel `flags`."""
     return flags.astype(np.int32) >> 4 & 15
-
-
-def gaps(recorded: np.ndarray) -> list[tuple[int, int]]:
-    """Return (first row, rows) of each stretch that is missing."""
-    edges = np.diff(np.concatenate([[False], ~recorded, [False]]).astype(np.int8))
-    starts, stops = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
-    return [(int(start), int(stop - start)) for start, stop in zip(starts, stops, strict=True)]

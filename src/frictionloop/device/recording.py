@@ -1,54 +1,90 @@
-"""A recorded run as a Dataset in the form of `simulate`."""
+"""A run on its way from the device into its file, second by second, in the form of `simulate`."""
 
 from __future__ import annotations
 
 import math
+import os
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from frictionloop.device.counted import counted
-from frictionloop.device.pipe import Pipe
-from frictionloop.device.recorder import CHANNELS, FLAGS, SCALES, TICK_HZ, Recorder, gaps
-from frictionloop.loop.record import VARIABLES, provenance
+from frictionloop.device.link import Link
+from frictionloop.device.recorder import CHANNELS, FLAGS, SCALES, TICK_HZ, Recorder
+from frictionloop.loop.record import VARIABLES, load, provenance
+from frictionloop.loop.spool import Column, Spool
 from frictionloop.parameters import SCHEMA, System
 from frictionloop.quantities.version import package_version
 
 CLOCK_BITS = 32
 TOLD = {"a": ("um", "amplitude command, zero-to-peak")}
 """What a device tells where a simulated run has what the plate does."""
+BOOLS = ("saturated", "sliding", "scored")
+SPOOL_S = 1.0
+"""So often what was recorded goes into the file: no more is lost when the process is killed."""
+COUNTS = ("lost_samples", "gaps", "dropped_samples", "implausible_samples", "start_tick")
 
 
-def to_dataset(recorder: Recorder, rows: int, pipe: Pipe, system: System | None, attrs: dict[str, Any]) -> xr.Dataset:
-    """Return the first rows of a recording; what is missing is NaN, not ``scored``, and counted in the attributes."""
-    there, raw = recorder.recorded[:rows], recorder.raw[:rows]
-    sliding = there & (raw[:, FLAGS] & 1 != 0)
-    data: dict[str, xr.Variable] = {}
-    for channel, name in enumerate(CHANNELS):
-        if channel != FLAGS:
-            data[name] = _variable(name, np.where(there, raw[:, channel] * SCALES[channel], np.nan))
-    if (
-        recorder.start_tick is not None
-        and (felt := pipe.felt(recorder.start_tick, rows, recorder.decimation)) is not None
-    ):
-        data["f_a"] = _variable("f_a", felt)
-    data["saturated"] = _variable("saturated", there & (raw[:, FLAGS] & 2 != 0))
-    data["sliding"] = _variable("sliding", sliding)
-    data["scored"] = _variable("scored", counted(sliding, data["position"].values, data["load"].values, system))
-    time = np.arange(rows) * recorder.decimation / TICK_HZ
-    missing = gaps(there)
-    lost = {
-        "lost_samples": sum(count for _, count in missing),
-        "gaps": len(missing),
-        "dropped_samples": recorder.dropped,
-        "implausible_samples": recorder.implausible,
-        "start_tick": -1 if recorder.start_tick is None else recorder.start_tick,
-    }
-    kept = provenance(system, source=pipe.source) if system else _without_system(pipe.source)
-    return xr.Dataset(
-        data, {"time": xr.Variable("time", time, {"units": "s", "long_name": "time"})}, kept | lost | attrs
-    )
+class Recording:
+    """The file of a run while it is recorded; what is missing is NaN, not ``scored``, and counted."""
+
+    def __init__(
+        self, path: str | os.PathLike[str], recorder: Recorder, link: Link, system: System | None, attrs: dict[str, Any]
+    ) -> None:
+        self._recorder, self._link, self._system = recorder, link, system
+        self._lost = self._gaps = 0
+        self._ends_there = True
+        self._every = max(round(SPOOL_S * TICK_HZ / recorder.decimation), 1)
+        # A bench that is simulated knows the force on the finger; a device's line knows none.
+        self._felt = link.pipe.felt(0, 0, 1) is not None
+        names = [name for name in CHANNELS if CHANNELS.index(name) != FLAGS] + ["f_a"] * self._felt
+        columns = {name: _column(name, "f8") for name in names} | {name: _column(name, "bool") for name in BOOLS}
+        kept = provenance(system, source=link.pipe.source) if system else _without_system(link.pipe.source)
+        self.spool = Spool(path, columns, recorder.decimation / TICK_HZ, kept | attrs, COUNTS)
+
+    @property
+    def recorded(self) -> int:
+        """Samples in the file that were recorded."""
+        return self.spool.rows - self._lost
+
+    def keep(self) -> None:
+        """Append what has come, if it is a second's worth; raises DiskFull."""
+        if self._recorder.reached - self._recorder.taken >= self._every:
+            self._append(self._recorder.reached)
+
+    def finish(self, rows: int, attrs: dict[str, Any]) -> xr.Dataset:
+        """Append what is left up to some rows in all, finish the file and return what it holds."""
+        if not self.spool.is_full:
+            while self._recorder.taken < rows:
+                self._append(min(self._recorder.taken + self._every, rows))
+        return load(self.spool.finish(attrs | self._counts()))
+
+    def _append(self, until: int) -> None:
+        recorder, first = self._recorder, self._recorder.taken
+        raw, there = recorder.take_rows(until)
+        self._lost += int(np.count_nonzero(~there))
+        self._gaps += int(np.count_nonzero(np.diff(np.concatenate([[self._ends_there], there]).astype(np.int8)) < 0))
+        self._ends_there = bool(there[-1])
+        self.spool.append(self._columns(raw, there, first), self._counts())
+
+    def _columns(self, raw: np.ndarray, there: np.ndarray, first: int) -> dict[str, np.ndarray]:
+        recorder = self._recorder
+        forces = np.where(there[:, None], raw * SCALES, np.nan)
+        data = {name: forces[:, i] for i, name in enumerate(CHANNELS) if i != FLAGS}
+        if self._felt:
+            tick = 0 if recorder.start_tick is None else recorder.start_tick + first * recorder.decimation
+            felt = self._link.pipe.felt(tick, len(there), recorder.decimation)
+            data["f_a"] = np.full(len(there), np.nan) if felt is None or recorder.start_tick is None else felt
+        data["saturated"] = there & (raw[:, FLAGS] & 2 != 0)
+        data["sliding"] = there & (raw[:, FLAGS] & 1 != 0)
+        data["scored"] = counted(data["sliding"], data["position"], data["load"], self._system)
+        return data
+
+    def _counts(self) -> dict[str, int]:
+        recorder = self._recorder
+        start = -1 if recorder.start_tick is None else recorder.start_tick
+        return dict(zip(COUNTS, (self._lost, self._gaps, recorder.dropped, recorder.implausible, start), strict=True))
 
 
 def clock_fit(pairs: list[tuple[int, float, float]]) -> dict[str, float]:
@@ -69,9 +105,9 @@ def clock_fit(pairs: list[tuple[int, float, float]]) -> dict[str, float]:
     return {name: float(value) for name, value in fit.items()}
 
 
-def _variable(name: str, values: np.ndarray) -> xr.Variable:
+def _column(name: str, dtype: str) -> Column:
     units, meaning = TOLD.get(name) or VARIABLES[name]
-    return xr.Variable("time", values, {"units": units, "long_name": meaning})
+    return Column(dtype, {"units": units, "long_name": meaning})
 
 
 def _without_system(source: str) -> dict[str, Any]:

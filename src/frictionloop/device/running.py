@@ -40,14 +40,14 @@ KEPT_AS = "interrupted-run"
 class Interrupted(DeviceError):
     """A run that ended early; `run` is what was recorded, `path` the file that keeps it."""
 
-    def __init__(self, why: str, run: xr.Dataset, path: str | os.PathLike[str]) -> None:
-        super().__init__(f"{why}; {recorded_in(run, path)}")
+    def __init__(self, why: str, run: xr.Dataset, path: str | os.PathLike[str], samples: int) -> None:
+        super().__init__(f"{why}; {recorded_in(samples, path)}")
         self.run, self.path = run, path
 
 
-def recorded_in(run: xr.Dataset, path: str | os.PathLike[str]) -> str:
+def recorded_in(samples: int, path: str | os.PathLike[str]) -> str:
     """Return in words what a run that ended early leaves where."""
-    return f"{run.sizes['time'] - run.attrs['lost_samples']} samples recorded so far are in {path}"
+    return f"{samples} samples recorded so far are in {path}"
 
 
 class Running:
@@ -71,15 +71,15 @@ class Running:
         self.link.forget("status")  # what it said before
         self._since = self.link.pipe.clock()
 
-    def go(self, progress: Callable[[int], Any] | None = None) -> None:
-        """Record until the last row; raises DeviceError when the device leaves the state or is gone."""
-        rows = len(self.recorder.recorded)
-        longest_s = rows * self.recorder.decimation / TICK_HZ + SILENT_S
+    def go(self, keep: Callable[[], None], progress: Callable[[int], Any] | None = None) -> None:
+        """Record until the last row, and have rows kept; raises DeviceError when the device leaves the state."""
+        longest_s = self.recorder.rows * self.recorder.decimation / TICK_HZ + SILENT_S
         while not self.recorder.is_full and self.link.pipe.clock() - self._since < longest_s:
             for message in self._messages():
                 self._hear(message)
             if self.link.silent_s > SILENT_S:
                 raise NoReply(f"the device has said nothing for {SILENT_S:g} s")
+            keep()
             if progress:
                 progress(self.recorder.reached)
 

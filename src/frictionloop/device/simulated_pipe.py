@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
+from collections import deque
+
 import numpy as np
 
 from frictionloop.device.boards import Board
@@ -17,6 +20,8 @@ from frictionloop.sensing.measurement import Measurement
 
 LISTEN_TICKS = 8
 """The background of a simulated board takes and gives bytes every so many ticks (assumed: 1.6 ms)."""
+REMEMBERED = 60 * TICK_HZ
+"""Ticks of which the force on the finger is remembered until somebody asks: a minute, many times what a run leaves."""
 ENDS = -(2**15), 2**15 - 1
 """Of a converter: 16 bit."""
 
@@ -31,7 +36,8 @@ class BenchPipe(Pipe):
         self.board, self.system, self.source = board, system, board.source
         self._bench, self._ticks, self._open = Stepper(system, seed), 0, False
         self._converters = Converters(system)
-        self._felt: list[float] = []
+        self._felt: deque[float] = deque()
+        self._felt_from = 0
 
     def opened(self) -> BenchPipe:
         """Return the line, open; the board is as it was left."""
@@ -65,11 +71,19 @@ class BenchPipe(Pipe):
         return self._ticks / TICK_HZ
 
     def felt(self, first_tick: int, count: int, every: int) -> np.ndarray:
-        """Return the friction force on the finger in N at ticks of the board, which no sensor shows."""
-        ticks = first_tick - 1 + every * np.arange(count)  # the firmware counts its first tick as 1
+        """Return the friction force on the finger in N at ticks of the board, which no sensor shows.
+
+        What was before the first of them is forgotten.
+        """
+        first = first_tick - 1  # the firmware counts its first tick as 1
+        while self._felt and self._felt_from < first:
+            self._felt.popleft()
+            self._felt_from += 1
+        ticks = first + every * np.arange(count) - self._felt_from
         force = np.full(count, np.nan)
         there = (ticks >= 0) & (ticks < len(self._felt))
-        force[there] = np.asarray(self._felt)[ticks[there]]
+        last = int(ticks[there][-1]) + 1 if there.any() else 0
+        force[there] = np.fromiter(itertools.islice(self._felt, last), float)[ticks[there]]
         return force
 
     def _tick(self) -> None:
@@ -81,6 +95,9 @@ class BenchPipe(Pipe):
         except FrictionloopError as over:
             raise DeviceError(f"the simulated bench stands still: {over}") from None
         self._felt.append(before if bench.tells_sampled else bench.force_n)
+        if len(self._felt) > REMEMBERED:
+            self._felt.popleft()
+            self._felt_from += 1
         self._ticks += 1
 
     def _check(self) -> None:

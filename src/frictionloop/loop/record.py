@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import json
 import os
+import sys
+import warnings
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from frictionloop.loop.unfinished import unfinished
 from frictionloop.parameters import SCHEMA, System
 from frictionloop.parameters.files import check_schema
 from frictionloop.quantities import FrictionloopError, replacing
@@ -32,6 +36,8 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "sliding": ("1", "the sensors see a finger that slides"),
     "scored": ("1", "metrics count this period"),
 }
+AT_ONCE_BYTES = 10**9
+"""A run of more is read piece by piece (assumed: any machine has so much)."""
 _FLAGS = ("saturated", "sliding", "scored")
 
 
@@ -107,9 +113,16 @@ def save(run: xr.Dataset, path: str | os.PathLike[str]) -> None:
         return
     encoding = {name: {"zlib": True, "complevel": 1, "shuffle": True} for name in run.data_vars if run[name].ndim}
     # HDF5 writes to memory: when a disk is full, its own writing leaves handles that crash the interpreter at exit.
-    content = run.to_netcdf(engine="h5netcdf", encoding=encoding)
+    with _without_cluster():
+        content = run.to_netcdf(engine="h5netcdf", encoding=encoding)
     with replacing(path) as beside:
         beside.write_bytes(content)
+
+
+def _without_cluster() -> Any:
+    """Keep xarray from asking a Dask cluster for a lock on memory that is ours alone; the cluster knows none."""
+    dask = sys.modules.get("dask")
+    return dask.config.set(scheduler="synchronous") if dask else nullcontext()
 
 
 def _header(name: str, values: xr.Variable) -> str:
@@ -117,13 +130,19 @@ def _header(name: str, values: xr.Variable) -> str:
     return name if unit == "1" else f"{name} [{unit}]"
 
 
-def load(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Load a run or sweep that ``save`` wrote.
+def load(path: str | os.PathLike[str], *, from_s: float | None = None, until_s: float | None = None) -> xr.Dataset:
+    """Load a run or sweep that ``save`` wrote or a device recorded.
+
+    A recording whose process was killed loads too, up to its last second, with a warning and the attribute
+    ``unfinished``.
 
     Parameters
     ----------
     path : path
         The file.
+    from_s, until_s : float, optional
+        Part of a run to load, in s; all of it by default. What has more than 1 GB is not read at once: the Dataset then
+        reads from the file what is asked of it.
 
     Raises
     ------
@@ -131,10 +150,18 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
         For a file that cannot be read, is no run file, or was written by a newer version.
     """
     try:
-        with xr.open_dataset(path, engine="h5netcdf") as opened:
-            run = opened.load()
+        if (run := unfinished(path)) is not None:
+            warnings.warn(f"{path}: the recording was not finished; it has {run.sizes['time']} samples", stacklevel=2)
+            run = run.assign_attrs(unfinished=1)
+        else:
+            run = xr.open_dataset(path, engine="h5netcdf")
+        if from_s is not None or until_s is not None:
+            run = run.sel(time=slice(from_s, until_s))
+        if run.nbytes <= AT_ONCE_BYTES:
+            run = run.load()
+            run.close()
     except FileNotFoundError:
-        raise FrictionloopError(f"{path}: cannot be read (no such file)") from None
+        raise FrictionloopError(f"{path}: cannot be read (no such file{_partial(Path(path))})") from None
     except Exception as error:  # h5py and h5netcdf raise many kinds for a damaged file
         raise FrictionloopError(
             f"{path}: cannot be read as a run file ({type(error).__name__}: {str(error).splitlines()[0]})"
@@ -146,3 +173,9 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
         if run[name].dtype == np.int8:  # booleans travel as bytes
             run[name] = run[name].astype(bool)
     return run
+
+
+def _partial(path: Path) -> str:
+    """Return a hint at what an unfinished recording for this path left."""
+    found = sorted(path.parent.glob(f"{path.stem}.partial-*.h5"))
+    return f"; an unfinished recording is in {found[-1]}" if found else ""

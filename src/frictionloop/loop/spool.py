@@ -1,0 +1,184 @@
+"""A run file that grows while the run is recorded, and can be read after any end of the process that writes it.
+
+HDF5 in its mode for one writer and many readers (SWMR): whatever kills the process, each append that was finished is
+there, with a checksum per chunk. No number of rows is held in memory.
+"""
+
+from __future__ import annotations
+
+import os
+import secrets
+import shutil
+import tempfile
+from collections.abc import Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import h5py
+import numpy as np
+
+from frictionloop.quantities import FrictionloopError
+
+CHUNK_ROWS = 5000
+"""Rows that are compressed and checked together: a second at 5 kHz."""
+BALLAST_BYTES = 1 << 20
+"""Room kept on the disk for what HDF5 still has to write when the disk is full: more than a second of all channels."""
+ROWS = "rows"
+"""Scalar that holds the finished rows while the file grows; it and other counts are attributes afterwards."""
+PACKED: dict[str, Any] = {
+    "compression": "gzip", "compression_opts": 1, "shuffle": True, "fletcher32": True,
+    "chunks": (CHUNK_ROWS,), "maxshape": (None,),
+}  # fmt: skip
+
+
+class Column(NamedTuple):
+    """One variable over ``time``."""
+
+    dtype: str
+    """``"f8"``, or ``"bool"``, which travels as a byte."""
+    attrs: Mapping[str, Any]
+    """``units`` and ``long_name``."""
+
+
+class DiskFull(FrictionloopError):
+    """The disk takes no more; what was appended is kept."""
+
+
+class Spool:
+    """The growing file, beside the path that it takes when it is finished.
+
+    Parameters
+    ----------
+    path : path
+        Where the finished file goes.
+    columns : mapping of str to Column
+        The variables; ``time`` (s) is made from ``spacing_s``.
+    spacing_s : float
+        Time between rows, in s.
+    attrs : mapping
+        Attributes that are known at the beginning.
+    counts : sequence of str
+        Names of the whole numbers that each append brings up to date.
+
+    Raises
+    ------
+    FrictionloopError
+        For a folder in which no file can be made.
+    """
+
+    def __init__(
+        self, path: str | os.PathLike[str], columns: Mapping[str, Column], spacing_s: float, attrs: Mapping[str, Any],
+        counts: tuple[str, ...] = (),
+    ) -> None:  # fmt: skip
+        self.path, self.columns, self.spacing_s, self.rows, self.is_full = Path(path), columns, spacing_s, 0, False
+        # A name that nobody can guess, made and never followed: what else lies there is left alone.
+        self.partial = self.path.with_name(f"{self.path.stem}.partial-{secrets.token_hex(4)}.h5")
+        try:
+            self._ballast = tempfile.TemporaryFile(dir=self.path.absolute().parent)  # noqa: SIM115
+            self._ballast.write(bytes(BALLAST_BYTES))
+            self._ballast.flush()
+            self._file = h5py.File(self.partial, "x", libver="v110")
+        except OSError as error:
+            raise FrictionloopError(f"{path}: cannot be written ({error.strerror or error})") from None
+        self._prepare(attrs, counts)
+        self._syncs = ThreadPoolExecutor(1)
+        self._synced: Future[None] | None = None
+
+    def _prepare(self, attrs: Mapping[str, Any], counts: tuple[str, ...]) -> None:
+        time = self._file.create_dataset("time", (0,), "f8", **PACKED)
+        time.attrs.update(units="s", long_name="time")
+        time.make_scale("time")
+        for name, column in self.columns.items():
+            is_bool = column.dtype == "bool"
+            made = self._file.create_dataset(name, (0,), "i1" if is_bool else column.dtype, **PACKED)
+            made.dims[0].attach_scale(time)
+            made.attrs.update({**column.attrs, **({"dtype": "bool"} if is_bool else {})})
+        for name in (ROWS, *counts):
+            self._file.create_dataset(name, data=np.int64(0))
+        self._file.attrs.update(attrs)
+        self._file.swmr_mode = True
+
+    def append(self, values: Mapping[str, np.ndarray], counts: Mapping[str, int] | None = None) -> None:
+        """Append rows, all columns of one length, and bring the counts up to date.
+
+        Raises
+        ------
+        DiskFull
+            When the disk is full: these rows are kept, unless a quota that no call tells took the room before.
+        """
+        needed = 2 * sum(column.nbytes for column in values.values()) + BALLAST_BYTES // 8
+        self.is_full = shutil.disk_usage(self.partial.parent).free < needed
+        if self.is_full:
+            self._ballast.close()
+        try:
+            self._write(values, counts or {})
+        except (OSError, RuntimeError):
+            self.is_full = True
+            self._ballast.close()
+            for name in ("time", *self.columns):
+                self._file[name].resize(self.rows, axis=0)
+        if self.is_full:
+            raise DiskFull(f"{self.path}: the disk is full")
+
+    def _write(self, values: Mapping[str, np.ndarray], counts: Mapping[str, int]) -> None:
+        rows = self.rows + len(next(iter(values.values())))
+        columns = {"time": np.arange(self.rows, rows) * self.spacing_s, **values}
+        for name, column in columns.items():
+            dataset = self._file[name]
+            dataset.resize(rows, axis=0)
+            dataset[self.rows :] = column
+            dataset.flush()
+        # The count of rows comes last: what it names is there in all columns.
+        for name, count in {**counts, ROWS: rows}.items():
+            self._file[name][()] = count
+            self._file[name].flush()
+        self.rows = rows
+        if self._synced is None or self._synced.done():  # a slow disk must not hold up whoever records
+            self._synced = self._syncs.submit(os.fsync, self._file.id.get_vfd_handle())
+
+    def finish(self, attrs: Mapping[str, Any]) -> Path:
+        """Close the file with the attributes known at the end, and give it its name; an old file is whole until then.
+
+        Raises
+        ------
+        FrictionloopError
+            When that fails, naming the file that holds the rows.
+        """
+        self._ballast.close()
+        self._syncs.shutdown()
+        try:
+            self._file.close()
+            with h5py.File(self.partial, "r+", libver="v110") as file:
+                for name in scalars(file):
+                    del file[name]
+                file.attrs.update(attrs)
+            with self.partial.open("rb") as written:
+                os.fsync(written.fileno())
+            self.partial.replace(self.path)
+        except (OSError, RuntimeError) as error:
+            raise FrictionloopError(
+                f"{self.path}: cannot be written ({_cause(error)}); the {self.rows} rows are in {self.partial}"
+            ) from None
+        return self.path
+
+    def drop(self) -> None:
+        """Close the file and delete it."""
+        self._ballast.close()
+        self._syncs.shutdown()
+        self._file.close()
+        self.partial.unlink()
+
+
+def scalars(file: h5py.File) -> list[str]:
+    """Return the names of the counts of a growing file."""
+    return [name for name, dataset in file.items() if isinstance(dataset, h5py.Dataset) and dataset.shape == ()]
+
+
+def _cause(error: Exception) -> str:
+    """Return the system's word of an error of HDF5, whose own text is about its insides."""
+    number = getattr(error, "errno", None)
+    if number is None:
+        _, found, rest = str(error).partition("errno = ")
+        number = int(rest.split(",")[0]) if found else None
+    return os.strerror(number) if number else str(error).splitlines()[0]
