@@ -219,7 +219,7 @@ def test_a_device_that_stops_talking_ends_a_run(device: Device, board: Any, tmp_
         (lambda d: d.run(0.5, 1.0, state="fault"), "state = 'fault': must be open or closed"),
         (lambda d: d.run(0.5, 1.0, path="/no/such/run.h5"), "/no/such/run.h5: cannot be written (no folder /no/such"),
         (lambda d: d.mode("on"), "mode 'on': must be one of idle, open, closed"),
-        (lambda d: fl.connect("usb"), "address 'usb': must be one of sim:, emulated:image.elf, serial:"),
+        (lambda d: fl.connect("usb"), "address 'usb': must be one of sim:, emulated:image.elf, tcp:"),
         (lambda d: fl.connect("tcp://host"), "address 'tcp://host': must be one of"),
     ],
 )
