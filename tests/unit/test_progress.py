@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import threading
+
 from numba import types
 
+from frictionloop.loop import progress
 from frictionloop.loop.progress import Bar, progress_bar
 from frictionloop.quantities import compiled
 
@@ -44,3 +47,28 @@ def test_what_is_on_the_disk_is_not_compiled(monkeypatch):
     monkeypatch.undo()
     monkeypatch.setattr(compiled, "on_compiling", [told.append])
     assert doubled().ctypes(1.5) == 3.0 and told == [True, False]
+
+
+def test_without_a_terminal_long_work_is_told_in_plain_lines(monkeypatch):
+    said, more = [], threading.Event()
+    monkeypatch.setattr(progress, "FIRST_S", 0.01)
+    monkeypatch.setattr(progress, "LOOK_S", 0.005)
+
+    def write(line):
+        said.append(line)
+        more.set()
+
+    with progress.plain_lines(write), progress_bar("report", 4) as bar:
+        bar.doing("Fig. 5a")
+        bar()
+        more.clear()
+        assert more.wait(10)
+    assert said[-1].startswith("report: Fig. 5a: 1 of 4 done after 0 s, about 0 s left") and said[-1].endswith(" ...")
+    assert progress.under_way == []
+
+
+def test_work_that_is_soon_done_is_not_told(capsys):
+    said = []
+    with progress.plain_lines(said.append), progress_bar("sweep", 4) as bar:
+        bar()
+    assert said == [] and capsys.readouterr().err == ""

@@ -30,6 +30,7 @@ from frictionloop.cli.flags import gather
 from frictionloop.cli.helptext import HERE, Verb, add, group_app, new_app
 from frictionloop.cli.screen import Interrupted, forget_notes, say
 from frictionloop.cli.use import used
+from frictionloop.loop.progress import plain_lines
 from frictionloop.quantities.units import FrictionloopError
 
 NOT_WRITTEN, BAD_INPUT, INTERRUPTED = 1, 2, 130
@@ -125,7 +126,8 @@ def main(tokens: Sequence[str] | None = None) -> None:
 def _run(tokens: list[str]) -> int:
     forget_notes()
     try:
-        app(gather(used(tokens)), print_error=False, exit_on_error=False, result_action="return_value")
+        with plain_lines(say):
+            app(gather(used(tokens)), print_error=False, exit_on_error=False, result_action="return_value")
         return 0
     except CycloptsError as error:
         say(f"error: {_one_line(error)}")

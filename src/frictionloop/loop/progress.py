@@ -1,10 +1,18 @@
-"""A progress bar on a terminal, and silence elsewhere."""
+"""A progress bar on a terminal; elsewhere silence, or plain lines if a program asks for them."""
 
 from __future__ import annotations
 
 import sys
+import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+
+FIRST_S, LONGEST_S, LOOK_S = 2.5, 60.0, 0.25
+"""Until the first plain line; each comes after twice the time of the one before, up to the longest; how often to look."""
+
+under_way: list[Callable[[], str]] = []
+"""What is done while there is no terminal to show it on, the innermost last."""
 
 
 class Bar:
@@ -34,9 +42,13 @@ def silent() -> Bar:
 
 @contextmanager
 def progress_bar(title: str, total: int, show: bool | None = None) -> Iterator[Bar]:
-    """Yield a bar; ``show`` None means only on a terminal."""
+    """Yield a bar; ``show`` None means on a terminal, and elsewhere for `plain_lines`."""
     if not (sys.stderr.isatty() if show is None else show):
-        yield silent()
+        if show is None:
+            with _plain_bar(title, total) as bar:
+                yield bar
+        else:
+            yield silent()
         return
     from rich.console import Console
     from rich.progress import (
@@ -66,3 +78,63 @@ def progress_bar(title: str, total: int, show: bool | None = None) -> Iterator[B
             yield bar
         finally:
             on_compiling.remove(bar.compiling)
+
+
+@contextmanager
+def plain_lines(write: Callable[[str], None]) -> Iterator[None]:
+    """Write what is under way: nothing for work that is soon done, then a line ever more rarely."""
+    ended = threading.Event()
+
+    def tell() -> None:
+        told_s, wait_s = time.monotonic(), FIRST_S
+        while not ended.wait(LOOK_S):
+            if under_way and time.monotonic() - told_s >= wait_s:
+                write(f"{under_way[-1]()} ...")
+                told_s, wait_s = time.monotonic(), min(2 * wait_s, LONGEST_S)
+
+    teller = threading.Thread(target=tell, daemon=True)
+    teller.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        teller.join()
+
+
+@contextmanager
+def doing(now: Callable[[], str]) -> Iterator[None]:
+    """Have it under way."""
+    under_way.append(now)
+    try:
+        yield
+    finally:
+        under_way.remove(now)
+
+
+@contextmanager
+def _plain_bar(title: str, total: int) -> Iterator[Bar]:
+    """Yield a bar that can tell in a line what is under way, how much is done, and how long the rest may take."""
+    from frictionloop.quantities.compiled import on_compiling
+
+    done, text, start_s = 0, title, time.monotonic()
+
+    def advance() -> None:
+        nonlocal done
+        done += 1
+
+    def name(said: str) -> None:
+        nonlocal text
+        text = said
+
+    def now() -> str:
+        took_s = time.monotonic() - start_s
+        left = f", about {took_s / done * (total - done):.0f} s left" if done else ""
+        return f"{text}: {done} of {total} done after {took_s:.0f} s{left}"
+
+    bar = Bar(title, advance, name)
+    on_compiling.append(bar.compiling)
+    try:
+        with doing(now):
+            yield bar
+    finally:
+        on_compiling.remove(bar.compiling)
