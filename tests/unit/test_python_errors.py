@@ -13,6 +13,13 @@ def test_what_is_no_run_has_no_metrics(given):
         fl.metrics(given)
 
 
+@pytest.mark.parametrize("given", [3, None, "run.h5", {}])
+@pytest.mark.parametrize("metric", [fl.r2_identity, fl.rms_error, fl.r2_bound, fl.saturation_index, fl.regression])
+def test_what_is_no_run_has_no_score(metric, given):
+    with pytest.raises(fl.FrictionloopError, match=r"run: \w+ is no run; must be what fl.simulate or fl.load returned"):
+        metric(given)
+
+
 def test_a_grid_has_its_metrics_already():
     grid = fl.sweep(fl.paper(), {"controller.kp": [1.0, 2.0]}, duration_s=0.01)
     with pytest.raises(fl.FrictionloopError, match="run is a grid, whose variables are metrics already"):

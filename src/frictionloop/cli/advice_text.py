@@ -68,7 +68,8 @@ def out_of_reach(run: xr.Dataset, mask: np.ndarray) -> list[str]:
         if force > FINGERS_N:
             hint = f"--{name}.unit mN" if getattr(system, name).kind == "recording" else "mN"
             return [*said, f"The {name} is {force:.3g} N on average; did you mean {hint}?"]
-    if level > OFTEN_N:
+    without = (r < floor) | (r > top)
+    if level > OFTEN_N and not without.mean() >= UNREACHED:
         mean = " --disturbance.remove_mean true" if system.disturbance.kind == "recording" else ""
         hint = f"did you mean{mean or ' a disturbance around 0'}?"
         said.append(f"The disturbance adds {d.mean():.3g} N on average, to friction that has its own mean; {hint}")

@@ -36,7 +36,9 @@ def check_drawing() -> None:
 def check_new(name: str, path: Path | None) -> None:
     """Refuse to replace a file that a person may have edited."""
     if path is not None and path.exists():
-        raise FrictionloopError(f"{name} = {str(path)!r}: exists and stays as it is; choose another name")
+        raise FrictionloopError(
+            f"{name} = {str(path)!r}: exists and is not replaced; delete it first, or choose another name"
+        )
 
 
 def check_folder(name: str, path: Path | None) -> None:

@@ -28,13 +28,16 @@ MARGINS = (
     ("phase_margin_deg", "phase", 1.0),
     ("delay_margin_s", "delay", 1e3),
 )
+UNSTABLE_HAS_NONE = ("phase_margin_deg", "delay_margin_s")
 
-
+LEAD = "phase: the least turn that makes the loop unstable, of lag; below 0 it is one of lead"
+"""Of a phase margin: a stable loop may have a negative one."""
 LEGEND = (
     "R2, rms: of three sines pooled",
     "fall: time to 63 % of a step down; never, ∞, where ringing is there within the delay",
     "felt: how much of the error touch feels, over a stroke without control; below 1 it feels less",
     "/oracle: rms over that of a law that knows plant and finger; Ms: largest gain on a disturbance",
+    LEAD,
     "±5 %, ±10 %: Ms with the sensor's resonance off by that much, either way (a tracker is told it)",
     "Ms of the tracker, and stable, are with right estimates; learnt: with those it has after a run",
 )
@@ -79,7 +82,7 @@ def summary(comparison: Comparison, scored: xr.Dataset, rows: Rows, margins: Row
             found += [screen.table(_scores(comparison, rows, at)), ""]
     found += ["median capable finger, worst of three levels, by linear analysis; - is not known;"]
     found += [f"phase margin in degrees, delay margin in ms; of {BUDGET_CYCLES} cycles, tick: the worst whole one,"]
-    found += ["traced on the image in an emulator; - has no image"]
+    found += ["traced on the image in an emulator; - has no image, an unstable loop has no margins"]
     found += [screen.table(_margins(margins)), ""]
     found += LEGEND
     found += [screen.wrapped(f"note: {law} is left out: {reason}") for law, reason in comparison.left_out.items()]
@@ -124,7 +127,8 @@ def _scores(comparison: Comparison, rows: Rows, at: dict[str, Any]) -> list[tupl
 def _margins(margins: Rows) -> list[tuple[str, ...]]:
     table: list[tuple[str, ...]] = [("law", "at", *(head for _, head, _ in MARGINS), "stable", "tick", "")]
     for row in margins:
-        cells = [number(factor * row[name]) for name, _, factor in MARGINS]
+        none = UNSTABLE_HAS_NONE if math.isinf(row["sensitivity_peak"]) else ()
+        cells = ["-" if name in none else number(factor * row[name]) for name, _, factor in MARGINS]
         stable = {True: "yes", False: "no", None: "-"}[row["stable"]]
         cost = "-" if row["tick_cycles_m4"] is None else str(row["tick_cycles_m4"])
         table.append((row["law"], f"{row['speed_mm_s']:g} {row['contact']}", *cells, stable, cost, ""))

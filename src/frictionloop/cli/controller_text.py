@@ -8,7 +8,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from frictionloop.cli import screen
-from frictionloop.cli.comparison_text import number
+from frictionloop.cli.comparison_text import LEAD, number
 
 if TYPE_CHECKING:
     from frictionloop.analysis.headroom import Headroom
@@ -52,7 +52,8 @@ def margin_text(found: Sequence[Corner], wanted: Wanted) -> list[Any]:
     said += strokes[0] if len(strokes) == 1 else ", each contact and speed"
     head: Row = ("resonance", "Ms", "asked", "gain", "phase, deg", "delay left, us", "")
     rows = [head, *(_margin_row(found, off, wanted) for off in sorted({each.off for each in found}))]
-    return [screen.wrapped(said), screen.table(rows)]
+    turned = any(each.margins.stable and each.margins.phase_margin_deg < 0 for each in found)
+    return [screen.wrapped(said), screen.table(rows), *([screen.wrapped(LEAD)] if turned else [])]
 
 
 def _margin_row(found: Sequence[Corner], off: float, wanted: Wanted) -> Row:
@@ -126,21 +127,28 @@ def headroom_text(system: System, left: Headroom, wanted: Wanted) -> list[Any]:
         ),
         (
             "phase lag",
-            f"{lag.total:.0f} deg",
-            f"where |S| is 1: springs {lag.springs:.0f}, plate and contact {lag.plate:.0f}, electronics "
-            f"{lag.electronics:.0f}, delay {lag.delay:.0f}, hold {lag.hold:.0f}",
+            f"{_degrees(lag.total)} deg",
+            f"where |S| is 1: springs {_degrees(lag.springs)}, plate and contact {_degrees(lag.plate)}, electronics "
+            f"{_degrees(lag.electronics)}, delay {_degrees(lag.delay)}, hold {_degrees(lag.hold)}",
         ),
-        (
-            "Bode integral",
-            f"{left.bode_integral:.4f}".replace("-0.0000", "0.0000"),
-            f"mean of ln|S|, {left.unstable_sum:.4f} whatever the law: what goes down comes up elsewhere",
-        ),
+        _bode_row(left),
     ]
     return ["what is left to gain, at the mean force on a dry finger", screen.columns(rows)]
 
 
+def _bode_row(left: Headroom) -> Row:
+    if math.isnan(left.bode_integral):
+        return "Bode integral", "-", "mean of ln|S|: an unstable loop has none"
+    value = f"{left.bode_integral:.4f}".replace("-0.0000", "0.0000")
+    return "Bode integral", value, f"mean of ln|S|, {left.unstable_sum:.4f} whatever the law: what goes down comes up"
+
+
 def _load(system: System) -> str:
     return " and without the load that it measures" if system.controller.kind == "tracker" else ""
+
+
+def _degrees(angle: float) -> str:
+    return f"{round(angle)}" if math.isfinite(angle) else "-"
 
 
 def _mn(force_n: float) -> str:

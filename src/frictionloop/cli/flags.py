@@ -124,6 +124,7 @@ def given(
     """Return the system of a file or a preset with the dotted flags applied, and in words where it comes from."""
     from frictionloop.cli.plausible import questions
     from frictionloop.parameters import preset, read_toml
+    from frictionloop.parameters.files import start_of
 
     if file is not None and preset_name is not None:
         raise FrictionloopError(
@@ -133,7 +134,9 @@ def given(
     base = preset(preset_name or instead) if file is None else read_toml(file)
     overrides = overrides_of(flags)
     system = base.evolve(overrides)
-    for line in (*_left(base, system, overrides), *questions(system)):
+    start, changes = (None, {}) if file is None else start_of(file)
+    of_file = [] if start is None else _left(start, base, changes)
+    for line in (*(f"{file}: {each}" for each in of_file), *_left(base, system, overrides), *questions(system)):
         screen.note(line)
     return system, changed(str(file) if file else f"{preset_name or instead}()", overrides)
 

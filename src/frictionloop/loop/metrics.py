@@ -20,6 +20,8 @@ METRICS = formulas.METRICS
 
 def kept(run: xr.Dataset, mask: Any) -> Any:
     """Return what picks the scored periods out of a trace."""
+    if not isinstance(run, xr.Dataset) or "time" not in run:
+        raise FrictionloopError(f"run: {type(run).__name__} is no run; must be what fl.simulate or fl.load returned")
     if mask is None and "scored" not in run:
         return slice(None)
     mask = run["scored"].values if mask is None else mask
@@ -72,7 +74,7 @@ mask : array of bool, optional
 Raises
 ------
 FrictionloopError
-    For a mask of another shape or that keeps nothing.
+    For what is no run, and for a mask of another shape or that keeps nothing.
 """
     return metric
 

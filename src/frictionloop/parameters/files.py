@@ -70,6 +70,15 @@ def read_toml(path: str | os.PathLike[str]) -> System:
     return _evolved(path, lambda: preset(base), tree)
 
 
+def start_of(path: str | os.PathLike[str]) -> tuple[System | None, dict[str, Any]]:
+    """Return the preset that a readable TOML file starts from, None without one, and the values it changes by name."""
+    tree = _read(path)
+    base = tree.pop("preset", None)
+    tables = {name: block for name, block in tree.items() if isinstance(block, dict)}
+    changes = {f"{name}.{key}": value for name, block in tables.items() for key, value in block.items()}
+    return (None if base is None else preset(base)), changes
+
+
 def read_design(path: str | os.PathLike[str], default: Design) -> Design:
     """Return the design a TOML file describes; what it leaves out is as in ``default``.
 

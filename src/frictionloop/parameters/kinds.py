@@ -107,7 +107,7 @@ class Kinds:
     def accepted(self) -> str:
         """Return the kinds there are, in words."""
         accepted = ", ".join(map(repr, self.names))
-        return f"accepted: {accepted}{OWN}"
+        return f"accepted: {accepted}{OWN if self.base is not Block else ''}"
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Let pydantic read the block by `read`, and write it as what it is."""

@@ -65,7 +65,7 @@ def reproduce(
         claims = all_claims(results)
         bar()
     _write(target / "claims.json", claims_json(claims, results))
-    _write(target / "index.html", render(results, claims, figures))
+    _write(target / "index.html", render(results, claims, figures, target))
     return claims
 
 

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import math
+import os
 import re
 from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
@@ -63,7 +66,7 @@ def holding(claim: Claim) -> str:
 
 def notes_of(claim: Claim) -> str:
     """Return the page of notes on the paper that has a claim's."""
-    return "paper-notes-device.md" if claim.note >= FIRST_NOTE_OF_DEVICE else "paper-notes.md"
+    return "paper-notes-device" if claim.note >= FIRST_NOTE_OF_DEVICE else "paper-notes"
 
 
 class Drawn(NamedTuple):
@@ -81,8 +84,19 @@ def provenance(results: Results) -> dict[str, Any]:
     return {"version": package_version(), "systems": digests, "seeds": seeds}
 
 
-def render(results: Results, claims: Sequence[Claim], figures: Mapping[str, Drawn]) -> str:
-    """Return the page's HTML from computed results, claims, and figures by name."""
+def docs_link(page: str, folder: Path) -> str:
+    """Return where a page of the docs is as seen from a folder: the built page if there is one, else its source."""
+    docs = Path(__file__).resolve().parents[3] / "docs"
+    if not docs.is_dir():
+        return f"../docs/{page}.md"
+    built = docs / "_build" / "html" / f"{page}.html"
+    return Path(os.path.relpath(built if built.exists() else docs / f"{page}.md", folder.resolve())).as_posix()
+
+
+def render(
+    results: Results, claims: Sequence[Claim], figures: Mapping[str, Drawn], folder: Path = Path("report")
+) -> str:
+    """Return the page's HTML from computed results, claims, and figures by name, for the folder it will lie in."""
     environment = Environment(
         loader=PackageLoader("frictionloop.report"),
         autoescape=select_autoescape(default_for_string=True, default=True),
@@ -115,6 +129,7 @@ def render(results: Results, claims: Sequence[Claim], figures: Mapping[str, Draw
         "symbols": SYMBOLS,
         "rules": RULES,
         "notes_of": notes_of,
+        "docs_link": partial(docs_link, folder=folder),
     }
     return environment.get_template("index.html.jinja").render(
         thesis=by_id[THESIS],

@@ -190,7 +190,9 @@ def test_file_is_named(frictionloop, content, line):
 
 def test_system_file_is_never_replaced(frictionloop):
     Path("bench.toml").write_text("# edited by hand\n")
-    assert "exists and stays as it is" in only_line(frictionloop("simulate", "--save-system", "bench.toml"))
+    assert "delete it first, or choose another name" in only_line(
+        frictionloop("simulate", "--save-system", "bench.toml")
+    )
     assert Path("bench.toml").read_text() == "# edited by hand\n"
 
 

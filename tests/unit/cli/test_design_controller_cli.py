@@ -180,7 +180,7 @@ def test_a_saved_controller_is_never_replaced(frictionloop):
     Path("c.toml").write_text("# mine\n")
     answer = frictionloop(*CONTROLLER, "--out", "c.toml")
     assert answer.code == 2
-    assert "exists and stays as it is" in answer.err
+    assert "delete it first, or choose another name" in answer.err
     assert Path("c.toml").read_text() == "# mine\n"
 
 

@@ -156,4 +156,4 @@ def test_a_saved_design_is_never_replaced(frictionloop):
     Path("s.toml").write_text("# mine\n")
     answer = frictionloop(*SENSOR, "--save-design", "s.toml")
     assert answer.code == 2
-    assert "exists and stays as it is" in answer.err
+    assert "delete it first, or choose another name" in answer.err

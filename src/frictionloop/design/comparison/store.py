@@ -127,7 +127,9 @@ def cells_of(kept: xr.Dataset) -> dict[tuple[str, Condition], Cell]:
 def check_new(path: str | os.PathLike[str] | None) -> None:
     """Refuse to start over in a file that is there."""
     if path is not None and Path(path).exists():
-        raise FrictionloopError(f"{path}: exists; add --resume (resume=True) to continue it, or choose another file")
+        raise FrictionloopError(
+            f"{path}: exists; add --resume (resume=True) to continue it, delete it, or choose another file"
+        )
     if path is not None:
         check_writable(path)
 
