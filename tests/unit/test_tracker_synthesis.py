@@ -35,12 +35,8 @@ def test_a_law_that_is_known_once_has_the_margins_of_each_resonance():
     for each in some[::5]:
         alone = conditions(system)[0].evolve({"sensor.resonance_hz": 145.0 * (1 + each.off)})
         there = fl.linearise(alone, force_n=each.loop.elements.force_n, occluded=each.loop.elements.occluded)
-        assert each.margins.sensitivity_peak == pytest.approx(there.margins().sensitivity_peak, rel=1e-6)
+        assert each.sensitivity_peak == pytest.approx(there.margins().sensitivity_peak, rel=1e-6)
     assert {each.off for each in some} == {-0.05, 0.0, 0.05}
-
-
-class Margins(NamedTuple):
-    sensitivity_peak: float
 
 
 class Corner(NamedTuple):
@@ -48,12 +44,12 @@ class Corner(NamedTuple):
 
     off: float
     limit: float
-    margins: Margins
+    sensitivity_peak: float
     where: str = "somewhere"
 
     @property
     def excess(self) -> float:
-        return self.margins.sensitivity_peak / self.limit
+        return self.sensitivity_peak / self.limit
 
 
 @pytest.fixture
@@ -72,7 +68,7 @@ def rows(monkeypatch):
             return TrackerTuning(SCHEDULE, system.controller.model, (0.01,) * len(PLACES), peaks, 0.91, 6.0)
 
         def looked_at(_system, limits):
-            return [Corner(off, limits[off], Margins(1.0 + factor * (peak - 1.0))) for off, peak in asked[-1].items()]
+            return [Corner(off, limits[off], 1.0 + factor * (peak - 1.0)) for off, peak in asked[-1].items()]
 
         monkeypatch.setattr(tracker_synthesis, "tune_tracker", tune)
         monkeypatch.setattr(tracker_synthesis, "corners", looked_at)
@@ -86,7 +82,7 @@ def test_rows_that_hold_between_them_are_tuned_once(rows):
     asked = rows(1.1)
     found = held_tracker(fl.bench(), Wanted())
     assert len(asked) == 1
-    assert max(each.margins.sensitivity_peak for each in found.corners if each.off == 0.0) <= 1.7
+    assert max(each.sensitivity_peak for each in found.corners if each.off == 0.0) <= 1.7
     assert fl.bench().evolve(dict(found.overrides)).controller.schedule == SCHEDULE
 
 
@@ -97,7 +93,7 @@ def test_rows_that_do_not_are_tuned_again_as_much_more_tightly(rows, factor):
     assert len(asked) == 2
     for each in found.corners:
         limit = {0.0: 1.7, 0.05: 2.0, 0.1: 2.6}[each.off]
-        assert 0.95 * (limit - 1) < each.margins.sensitivity_peak - 1 <= limit - 1
+        assert 0.95 * (limit - 1) < each.sensitivity_peak - 1 <= limit - 1
 
 
 def test_what_is_not_reached_even_so_is_told_as_it_was_asked_for(rows):

@@ -86,7 +86,7 @@ def stroke_text(designed: Designed) -> list[Any]:
     peaks: dict[str, dict[float, float]] = {}
     for each in designed.corners:
         there = peaks.setdefault(each.stroke.removeprefix(", contact "), {})
-        there[each.off] = max(there.get(each.off, 0.0), each.margins.sensitivity_peak)
+        there[each.off] = max(there.get(each.off, 0.0), each.sensitivity_peak)
     offs = sorted({off for each in peaks.values() for off in each})
     rows: list[Row] = [("", *map(_off_by, offs), "")]
     rows += [(name, *(number(each[off]) for off in offs), "") for name, each in peaks.items()]

@@ -22,14 +22,20 @@ MET = 1e-3
 
 
 class Corner(NamedTuple):
-    """One loop, and the margins that it has."""
+    """One loop, and how near it comes to instability."""
 
     off: float
     """Share by which the resonance is off."""
     limit: float
     """Largest Ms there."""
     loop: LinearLoop
-    margins: Margins
+    sensitivity_peak: float
+    """Ms, infinite if the loop is unstable."""
+
+    @property
+    def margins(self) -> Margins:
+        """All margins of the loop, which take longer to find."""
+        return self.loop.margins()
 
     @property
     def where(self) -> str:
@@ -41,7 +47,7 @@ class Corner(NamedTuple):
     @property
     def excess(self) -> float:
         """Return Ms over the largest one."""
-        return self.margins.sensitivity_peak / self.limit
+        return self.sensitivity_peak / self.limit
 
     @property
     def stroke(self) -> str:
@@ -76,7 +82,7 @@ def at_mean(system: System, off: float = 0.0) -> LinearLoop:
 
 
 def corners(system: System, limits: Mapping[float, float]) -> list[Corner]:
-    """Return the margins of a System's controller at its `band_of`, the resonance off too, under all its `conditions`.
+    """Return Ms of a System's controller at its `band_of`, the resonance off too, under all its `conditions`.
 
     Raises
     ------
@@ -95,7 +101,7 @@ def _under(system: System, limits: Mapping[float, float]) -> list[Corner]:
         if at not in laws:
             laws[at] = loop.law
         there = replace(loop, known_law=laws[at])
-        found.append(Corner(off, limit, there, there.margins()))
+        found.append(Corner(off, limit, there, there.sensitivity_peak()))
     return found
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -46,11 +47,11 @@ def elsewhere(system: System, limits: Mapping[float, float]) -> Elsewhere:
             given = ", ".join(f"{path} = {value}" for path, value in changes.items())
             unseen.append(f"not looked at with {given}: {error}")
             continue
-        rings = [each for each in found if not each.margins.stable]
+        rings = [each for each in found if math.isinf(each.sensitivity_peak)]
         if rings:
             unstable.append(_place(there, min(rings, key=lambda each: abs(each.off))))
         elif found and (worst := broken(found)):
-            beyond.append(f"Ms {worst.margins.sensitivity_peak:.3g} {_place(there, worst)}")
+            beyond.append(f"Ms {worst.sensitivity_peak:.3g} {_place(there, worst)}")
     return Elsewhere(tuple(unstable), tuple(beyond), tuple(unseen))
 
 

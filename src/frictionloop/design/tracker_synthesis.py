@@ -52,7 +52,7 @@ def held_tracker(system: System, wanted: Wanted) -> Designed:
         worst = broken(found)
         if worst is None:
             return Designed(tuning.overrides, _learning(plain.evolve(tuning.overrides)), tuple(found), tuning)
-        excess = max((each.margins.sensitivity_peak - 1.0) / (each.limit - 1.0) for each in found)
+        excess = max((each.sensitivity_peak - 1.0) / (each.limit - 1.0) for each in found)
         if not math.isfinite(excess):
             break
         share *= SPARE / excess

@@ -63,7 +63,7 @@ def unheld(law: str, wanted: Wanted, worst: Corner) -> str:
     limit = "the resonance is the limit" if worst.off else "delay and lags of the loop are the limit"
     return (
         f"sensitivity_peak = {wanted.sensitivity_peak:g}: law {law} cannot hold Ms <= {limits}; it gets to "
-        f"{worst.margins.sensitivity_peak:.3g} at {worst.where}; {limit}"
+        f"{worst.sensitivity_peak:.3g} at {worst.where}; {limit}"
     )
 
 
