@@ -48,17 +48,20 @@ TOGETHER = "tests/claims/"
 """Tests that share the report's results, which take longest of all to compute: one worker takes them all."""
 DEAREST = (
     TOGETHER,
-    "tests/protocol/test_recordings_survive.py",
+    "tests/unit/test_blocks_from_outside_refused.py",
+    "tests/reference/test_tracker_linear.py",
+    "tests/unit/test_docs.py",
+    "tests/unit/cli/test_cli_device.py",
     "tests/unit/test_comparison.py",
     "tests/unit/test_retune_notch.py",
-    "tests/reference/test_tracker_linear.py",
+    "tests/protocol/test_recordings_survive.py",
+    "tests/unit/cli/test_design_controller_cli.py",
     "tests/reference/test_independent_solver.py",
+    "tests/unit/cli/test_cli_readme.py",
     "tests/unit/cli/test_cli_bench.py",
-    "tests/unit/cli/test_cli_device.py",
-    "tests/unit/cli/test_cli_compare.py",
+    "tests/unit/cli/test_cli_program.py",
+    "tests/unit/test_design_sensor.py",
     "tests/reference/test_linear_laws.py",
-    "tests/reference/test_contact_bristle.py",
-    "tests/parity/test_form.py",
 )
 """What takes longest comes first where files keep their order (``--no-loadscope-reorder``), and short files last."""
 
