@@ -86,21 +86,6 @@ def lift(lifting: Lifting, step: Any, given: Sequence[Any], results: Any) -> Any
     return part
 
 
-def chain(lifting: Lifting, *parts: Any) -> Any:
-    """Return ``part(s, n)`` that runs parts one after another."""
-    first, *others = parts
-    if not others:
-        return first
-    rest = chain(lifting, *others)
-
-    @lifting.compiled
-    def part(s, n):  # type: ignore[no-untyped-def]
-        first(s, n)
-        rest(s, n)
-
-    return part
-
-
 def compiled_tile(build: Callable[..., Any], width: int, *of: Any) -> Any:
     """Return the C function of the tile that ``build(lifting, *of)`` makes, compiled at most once.
 
