@@ -7,9 +7,7 @@ the block, and the record of what lanes share. Each has a file on the disk of it
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from threading import RLock
 from typing import Any, NamedTuple
 
@@ -19,7 +17,7 @@ from numba.core.errors import NumbaError
 from frictionloop.loop.kernel.access import load, store
 from frictionloop.loop.kernel.shared import POINTER, at
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.blame import is_outside
+from frictionloop.quantities.blame import complaint
 from frictionloop.quantities.compiled import compile_c
 from frictionloop.quantities.digest import code_digest
 
@@ -115,15 +113,4 @@ def _compile(body: Any, name: str) -> Any:
     try:
         return compile_c(TILE, entry, name)
     except NumbaError as error:
-        raise FrictionloopError(f"{name}: {_complaint(str(error))}") from None
-
-
-def _complaint(text: str) -> str:
-    """Return what the compiler says of somebody's code as one line: file, line and reason."""
-    told = re.findall(r'File "([^"]+)", line (\d+)| at (/[^\n]+) \((\d+)\)', text)
-    places = [(file or other, line or number) for file, line, other, number in told]
-    places = [(str(Path(file).resolve()), line) for file, line in places if is_outside(file)]
-    said = [line.strip() for line in text.splitlines() if line.strip() and not line.startswith("Failed in nopython")]
-    where = f"{places[-1][0]}, line {places[-1][1]}: " if places else ""
-    reason = " ".join(said[: 2 if said[:1] and said[0].endswith(":") else 1])
-    return f"{where}does not compile: {reason}"
+        raise FrictionloopError(f"{name}: {complaint(error)}") from None
