@@ -47,16 +47,17 @@ words, keys = _pointer(types.int32), _pointer(types.uint64)
 
 
 @intrinsic
-def call_tile(_context: Any, address: Any, slab: Any, k: Any, at: Any, shared: Any) -> Any:
-    """Call the tile at an address (loop/kernel/tiles)."""
+def call(_context: Any, address: Any, given: Any) -> Any:
+    """Call the C function at an address with a tuple of what it is given."""
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        given = [context.get_value_type(kind) for kind in signature.args[1:]]
-        function = ir.FunctionType(ir.VoidType(), given).as_pointer()
-        builder.call(builder.inttoptr(args[0], function), args[1:])
+        kinds = [context.get_value_type(kind) for kind in signature.args[1].types]
+        function = ir.FunctionType(ir.VoidType(), kinds).as_pointer()
+        parts = [builder.extract_value(args[1], i) for i in range(len(kinds))]
+        builder.call(builder.inttoptr(args[0], function), parts)
         return context.get_dummy_value()
 
-    return types.void(types.int64, slab, types.int64, types.int64, shared), generate
+    return types.void(types.int64, given), generate
 
 
 @intrinsic

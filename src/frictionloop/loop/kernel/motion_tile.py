@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from frictionloop.loop.kernel.access import peek, poke
 from frictionloop.loop.kernel.slab import ROW
-from frictionloop.loop.kernel.tiles import Lifting, lift
+from frictionloop.loop.kernel.tiles import Lifting, lift, lift_gather
 from frictionloop.physics.finger_step import factor_step, landed_step, move_step, scored_step
 from frictionloop.physics.roughness import roughness_between, roughness_cells
 from frictionloop.physics.tremor import tremor_step
@@ -55,7 +54,8 @@ def lift_motion(lifting: Lifting) -> tuple[Any, Any, Any, Any]:
     under = _NEXT.load, _NEXT.speed, _NOW.occluded, _ROUGH, ROW["occlusion_coefficients"], _LIMIT
     limit = lift(lifting, factor_step, under, (_NEXT.occluded, _NEXT.factor))
     land = lift(lifting, landed_step, (_NEXT.load, _NEXT.speed, _ROUGH, _LIMIT), (_NEXT.occluded, _NEXT.factor))
-    scan = _lift_roughness(lifting)
+    cells = _NEXT.position, ROW["roughness_per_m"]
+    scan = lift_gather(lifting, roughness_cells, roughness_between, cells, _ROUGH)
 
     @lifting.compiled
     def accept(s, n, table):  # type: ignore[no-untyped-def]
@@ -74,21 +74,6 @@ def lift_motion(lifting: Lifting) -> tuple[Any, Any, Any, Any]:
         land(s, n)
 
     return keep, go_on, begin, accept
-
-
-def _lift_roughness(lifting: Lifting) -> Any:
-    """Return what looks roughness up: a gather, which does not vectorise, and so has a loop of its own."""
-    width, compiled, count = lifting
-    position, per_m = _NEXT.position, ROW["roughness_per_m"]
-
-    @compiled
-    def scan(s, n, table):  # type: ignore[no-untyped-def]
-        for i in range(count(n)):
-            cell, next_, fraction = roughness_cells(peek(s, position * width + i), peek(s, per_m * width + i))
-            here, there = peek(table, cell * width + i), peek(table, next_ * width + i)
-            poke(s, _ROUGH * width + i, roughness_between(fraction, here, there))
-
-    return scan
 
 
 def lift_touch(lifting: Lifting) -> Any:

@@ -11,7 +11,7 @@ from frictionloop.control.laws import law_of
 from frictionloop.loop.kernel.bench_tile import build_move, build_sense
 from frictionloop.loop.kernel.clock_tile import build_lost, build_prepare, build_tell
 from frictionloop.loop.kernel.columns import Slab
-from frictionloop.loop.kernel.foreign_tile import PythonLaw, build_fixed, build_lookup
+from frictionloop.loop.kernel.foreign_tile import PythonLaw, build_fixed
 from frictionloop.loop.kernel.law_tile import build_law
 from frictionloop.loop.kernel.lower_signals import Signal
 from frictionloop.loop.kernel.oracle_tile import build_oracle
@@ -86,11 +86,10 @@ def _decides(of: Any, shared: Shared, slab: Slab, system: System, plant: tuple[A
         tiles = [of(build_fixed)]
     else:
         law = law_of(controller)
-        if is_compiled(law.step):
-            tiles = [of(build_law, law, table)]
-        else:
+        tiles = [of(build_law, law, table)]
+        if not is_compiled(law.step):
             shared.python = PythonLaw(law, slab, shared.dt)
-            tiles = [shared.python.address, of(build_lookup, table)]
+            tiles = [shared.python.address, *tiles]
         if shared.open_until > 0:
             tiles = [of(build_prepare, law), *tiles, of(build_tell, law)]
     return [of(build_lost, law, False), *tiles, of(build_lost, law, True)] if is_irregular(system) else tiles

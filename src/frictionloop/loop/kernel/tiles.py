@@ -84,6 +84,33 @@ def lift(lifting: Lifting, step: Any, given: Sequence[Any], results: Any) -> Any
     return part
 
 
+def lift_gather(lifting: Lifting, place: Any, between: Any, given: Sequence[Any], result: int) -> Any:
+    """Return ``part(s, n, table)``: for every lane what lies between two entries of its own table.
+
+    A gather does not vectorise, and so has a loop of its own.
+
+    Parameters
+    ----------
+    lifting, given, result
+        As of `lift`.
+    place
+        Step from what is given to the two entries, and how far what is looked up lies between them (0 to 1).
+    between
+        Step from this fraction and the two values to the result.
+    """
+    width, compiled, count = lifting
+    given = tuple(given)
+
+    @compiled
+    def part(s, n, table):  # type: ignore[no-untyped-def]
+        for i in range(count(n)):
+            here, there, fraction = place(*load(s, i, width, given))
+            values = load(table, i, width, (here, there))
+            store(s, i, width, result, between(fraction, *values))
+
+    return part
+
+
 def compiled_tile(build: Callable[..., Any], width: int, *of: Any) -> Any:
     """Return the C function of the tile that ``build(lifting, *of)`` makes, compiled at most once.
 
