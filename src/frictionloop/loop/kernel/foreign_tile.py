@@ -11,7 +11,7 @@ import ctypes
 from typing import Any
 
 from frictionloop.control.law import Law
-from frictionloop.loop.kernel.access import call, doubles, load, peek, poke, store, words
+from frictionloop.loop.kernel.access import call, doubles, load, store, words
 from frictionloop.loop.kernel.columns import Slab
 from frictionloop.loop.kernel.shared import CORE_GIVEN, CORE_TOLD
 from frictionloop.loop.kernel.slab import ROW, law_rows
@@ -33,9 +33,9 @@ def build_fixed(lifting: Lifting) -> Any:
     @compiled
     def fixed(s, n, k, at, o):  # type: ignore[no-untyped-def]
         given, size = doubles(o.core_given), 4 * o.core_words
-        poke(given, CORE_GIVEN - 1, 1.0 if k >= o.open_until else 0.0)
+        store(given, 0, 1, CORE_GIVEN - 1, 1.0 if k >= o.open_until else 0.0)
         for i in range(count(n)):
-            lost = (o.irregular != 0) and peek(s, drawn * width + i) < peek(s, below * width + i)
+            lost = (o.irregular != 0) and load(s, i, width, drawn) < load(s, i, width, below)
             if not lost:
                 store(given, 0, 1, given_places, load(s, i, width, given_rows))
                 call(o.core, (words(o.core_context + i * size), given))

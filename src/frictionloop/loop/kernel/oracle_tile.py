@@ -17,7 +17,7 @@ from frictionloop.control.oracle import (
     improve_step,
     land_step,
 )
-from frictionloop.loop.kernel.access import doubles, peek
+from frictionloop.loop.kernel.access import doubles, load
 from frictionloop.loop.kernel.signals import lift_spread
 from frictionloop.loop.kernel.slab import ROW, vibration_rows
 from frictionloop.loop.kernel.tiles import Lifting, lift
@@ -87,14 +87,14 @@ def _lift_predict(lifting: Lifting, advance: Any, plant: Any) -> Any:
     """Return what runs the finger under the commands in force until the one to decide takes effect."""
     start = lift(lifting, same_step, (_FINGER,), _AHEAD)
     forward = lift(lifting, advance, (_AHEAD, _OLD, _NEW, plant, plant.own), _AHEAD)
-    spread, delay, switch = lift_spread(lifting), ROW["delay_periods"] * lifting.width, ROW["timing"][0] * lifting.width
+    spread, delay, switch, lanes = lift_spread(lifting), ROW["delay_periods"], ROW["timing"][0], lifting.width
 
     @lifting.compiled
     def predict(s, n, k, o):  # type: ignore[no-untyped-def]
         start(s, n)
         # The delay is the same in all lanes.
-        history, segments, late = doubles(o.history), o.segments, int(peek(s, delay))
-        for j in range(late * segments + round(peek(s, switch) * segments)):
+        history, segments, late = doubles(o.history), o.segments, int(load(s, 0, lanes, delay))
+        for j in range(late * segments + round(load(s, 0, lanes, switch) * segments)):
             since = k + j // segments - late
             spread(s, n, _OLD, history, (since - 1) & o.ring_mask, False)
             spread(s, n, _NEW, history, since & o.ring_mask, False)
