@@ -83,7 +83,7 @@ def lqg(system: System, wanted: Wanted) -> Designed:
 
 
 def tracker(system: System, wanted: Wanted) -> Designed:
-    """Tracker, experimental, with the schedule of least residual, held on both contacts and at two speeds."""
+    """Tracker, experimental, with its default schedule, held on both contacts and at two speeds (`held_tracker`)."""
     from frictionloop.design.tracker_synthesis import held_tracker
 
     return held_tracker(system, wanted)
