@@ -6,13 +6,12 @@ import math
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.signal import sosfreqz
 
 from frictionloop.perception.prototype import GRID_HZ, HIGHPASS_HZ, PROTOTYPE, Complex, gain_db, roots_of
 from frictionloop.perception.thresholds import Fingertip, Impedance, force_threshold_n, impedance
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.checks import Array, number, numbers
+from frictionloop.quantities.checks import Array, number
 
 RATES_HZ = (1200.0, 200_000.0)
 """Sampling rates that the filter is made for."""
@@ -48,25 +47,6 @@ def weighting_sos(rate_hz: float, finger: Impedance | None = None) -> Array:
     """
     # A copy: the cached array must not change, and scipy.signal does not take a read-only one.
     return _sections(number("rate_hz", rate_hz, "Hz", *RATES_HZ), *impedance(finger or Fingertip())).copy()
-
-
-def felt_power(frequency_hz: ArrayLike, rate_hz: float) -> Array:
-    """Return |H(f)|^2, about 1 / F_th(f)^2 in 1/N^2: D^2 is the integral of it times the density of a residual.
-
-    Parameters
-    ----------
-    frequency_hz
-        Frequencies in Hz, up to half the rate, of any shape.
-    rate_hz
-        Sampling rate in Hz, up to 200 000. Below 1200 the filter of 1200 Hz is taken: a gain needs none that runs.
-
-    Raises
-    ------
-    FrictionloopError
-        For a rate above the range, or a frequency that is no number.
-    """
-    rate = max(rate_hz, RATES_HZ[0])
-    return _gain(weighting_sos(rate), rate, numbers("frequency_hz", frequency_hz, "Hz")) ** 2
 
 
 @lru_cache(maxsize=4096)
