@@ -9,9 +9,8 @@ from frictionloop.hardware.plate import carrier_pwm
 from frictionloop.hardware.plate import envelope as plate_envelope
 from frictionloop.hardware.plate.carrier import actual_carrier_hz
 from frictionloop.hardware.plate.carrier_pwm import band_pass
-from frictionloop.hardware.plate.drive import Effort, effort, modal_damping_n_s_per_m
+from frictionloop.hardware.plate.drive import Effort, FingerEffect, effort, finger_effect, modal_damping_n_s_per_m
 from frictionloop.hardware.plate.envelope import quality_for_bandwidth
-from frictionloop.hardware.plate.finger import FingerEffect, finger_effect
 from frictionloop.hardware.plate.modes import PlateMode, mode_of, nearest_mode, resonance_hz, thickness_for_mm
 from frictionloop.parameters.plate_design import PlateDesign
 

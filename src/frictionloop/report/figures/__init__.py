@@ -24,8 +24,7 @@ from frictionloop.report.figures.steps import figure_overshoot, figure_steps
 from frictionloop.report.figures.tracking import common_limits_n, figure_tracking
 from frictionloop.report.results import Results
 from frictionloop.report.step_response import this_skin_limit_ms
-from frictionloop.report.systems import FEASIBLE, WORKING
-from frictionloop.report.tracking import KPS
+from frictionloop.report.systems import FEASIBLE, KPS, WORKING
 
 SHORT = {"printed": WORKING, "reachable": FEASIBLE}
 """What file names call the two systems that have figures of their own."""

@@ -10,9 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
-from frictionloop.report.noise import NOISE_READINGS
+from frictionloop.report.noise import NOISE_READINGS, TONE_HZ
 from frictionloop.report.numbers import number
-from frictionloop.report.steady import TONE_HZ
 from frictionloop.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, new_figure, styled
 
 LINES: tuple[dict[str, Any], ...] = ({"color": BLUE, "ls": "-"}, {"color": VERMILLION, "ls": "--"})

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from frictionloop.loop.metrics import r2_identity, saturation_index
 from frictionloop.report.numbers import number
 from frictionloop.report.style import BLACK, BLUE, GREY, VERMILLION, new_figure, styled
-from frictionloop.report.tracking import piece
+from frictionloop.report.systems import piece
 
 DOTS = 1500
 """Points of an input-output cloud, evenly spaced in time."""
