@@ -17,7 +17,6 @@ from frictionloop.identification.noise import (
     floor_density,
     noise_spectrum,
 )
-from frictionloop.identification.noise_corner import FirstOrderNoise, fit_corner
 from frictionloop.identification.pulley import PulleyFriction, exponent_for_r2, pulley_friction, r2_with_friction
 from frictionloop.identification.resonance import Resonance, fit_resonance
 from frictionloop.identification.ring_down import RingDown, fit_ring_down
@@ -25,7 +24,6 @@ from frictionloop.identification.ring_down import RingDown, fit_ring_down
 __all__ = [
     "Calibration",
     "Estimate",
-    "FirstOrderNoise",
     "FloorReading",
     "FrequencyResponse",
     "Interval",
@@ -39,7 +37,6 @@ __all__ = [
     "channel",
     "dynamic_range_db",
     "exponent_for_r2",
-    "fit_corner",
     "fit_resonance",
     "fit_ring_down",
     "floor_density",
