@@ -78,20 +78,6 @@ def _off_by(off: float) -> str:
     return f"{100 * off:+.3g} %" if off else "as described"
 
 
-def stroke_text(designed: Designed) -> list[Any]:
-    """Return Ms by contact and speed of a law that is looked at under more than one; nothing of other laws."""
-    peaks: dict[str, dict[float, float]] = {}
-    for each in designed.corners:
-        there = peaks.setdefault(each.stroke.removeprefix(", contact "), {})
-        there[each.off] = max(there.get(each.off, 0.0), each.margins.sensitivity_peak)
-    if len(peaks) < 2:
-        return []
-    offs = sorted({off for each in peaks.values() for off in each})
-    rows: list[Row] = [("", *map(_off_by, offs), "")]
-    rows += [(name, *(number(each[off]) for off in offs), "") for name, each in peaks.items()]
-    return [screen.wrapped("Ms by contact and speed, worst over forces, dry and moist"), screen.table(rows), ""]
-
-
 def headroom_text(system: System, left: Headroom, wanted: Wanted) -> list[Any]:
     """Return what is left to gain, and what limits it."""
     lag, periods = left.lag, left.delay_periods

@@ -89,7 +89,6 @@ def command(
         "",
         *controller_text.margin_text(found, wanted),
         "",
-        *controller_text.stroke_text(designed),
         *controller_text.headroom_text(after, left, wanted),
         *(["", *(screen.wrapped(note) for note in designed.notes)] if designed.notes else []),
         *([""] if any(saved.values()) else []),
