@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+from typing import NamedTuple
 
 import pytest
 
 import frictionloop as fl
 from frictionloop.cli import main
+from frictionloop.design import tracker_synthesis
 from frictionloop.design.corners import corners
 from frictionloop.design.learnt import conditions
 from frictionloop.design.tracker_synthesis import held_tracker
@@ -36,9 +38,49 @@ def test_a_law_that_is_known_once_has_the_margins_of_each_resonance():
     assert {each.off for each in some} == {-0.05, 0.0, 0.05}
 
 
-def test_limits_that_the_schedule_does_not_keep_are_told_with_where():
-    with pytest.raises(fl.FrictionloopError, match=r"^sensitivity_peak = 1.5: law tracker cannot hold Ms .* gets to "):
-        held_tracker(fl.bench(), Wanted(sensitivity_peak=1.5))
+class Margins(NamedTuple):
+    sensitivity_peak: float
+
+
+class Corner(NamedTuple):
+    """A corner of which only Ms is looked at."""
+
+    off: float
+    margins: Margins
+    where: str = "somewhere"
+
+    @property
+    def excess(self) -> float:
+        return self.margins.sensitivity_peak / 1.7
+
+
+@pytest.fixture
+def peaks(monkeypatch):
+    """Replace the margins: Ms - 1 is a multiple of the share of the gain that is tried."""
+
+    def looked_at(factor):
+        def found(system, limits):
+            share = system.controller.schedule[3][0] / SCHEDULE[3][0]
+            return [Corner(0.0, Margins(1.0 + factor * share))]
+
+        monkeypatch.setattr(tracker_synthesis, "corners", found)
+        monkeypatch.setattr(tracker_synthesis, "_learning", lambda _: ())
+
+    return looked_at
+
+
+@pytest.mark.parametrize(("factor", "share"), [(0.6, 1.0), (0.75, 0.9), (0.95, 0.7)])
+def test_the_gain_on_the_limit_is_the_largest_share_that_holds(peaks, factor, share):
+    peaks(factor)
+    schedule = held_tracker(fl.bench(), Wanted()).overrides["controller.schedule"]
+    for row, default in zip(schedule, SCHEDULE, strict=True):
+        assert row == pytest.approx((share * default[0], *default[1:]), rel=5e-4)  # four digits
+
+
+def test_limits_that_no_share_keeps_are_told_with_where(peaks):
+    peaks(1.5)
+    with pytest.raises(fl.FrictionloopError, match=r"^sensitivity_peak = 1.7: .* gets to 2.05 at somewhere"):
+        held_tracker(fl.bench(), Wanted())
 
 
 @pytest.mark.slow
@@ -53,7 +95,7 @@ def test_a_designed_tracker_holds_is_simulated_and_exported(tmp_path, capsys, mo
     found, system = json.loads(capsys.readouterr().out), fl.read_toml("t.toml")
     assert isinstance(system.controller, TrackerController)
     assert system.controller.model.resonance_hz == 150.0
-    assert system.controller.schedule == SCHEDULE
+    assert system.controller.schedule[0][1:] == SCHEDULE[0][1:]
     assert len(found["margins"]) == 4 * 5 * 6
     for row in found["margins"]:
         assert row["sensitivity_peak"] <= {0: 1.7, 5: 2.0, 10: 2.6}[round(100 * abs(row["resonance_off"]))] * 1.001

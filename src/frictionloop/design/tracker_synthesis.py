@@ -1,4 +1,4 @@
-"""The tracker with its default schedule, told the resonance of a bench, and what is known of it."""
+"""The tracker with its default schedule, told the resonance of a bench, one gain fitted, and what is known of it."""
 
 from __future__ import annotations
 
@@ -13,45 +13,51 @@ from frictionloop.parameters import Skin, SuspendedSensor, System
 from frictionloop.parameters.tracking import SCHEDULE
 from frictionloop.quantities import FrictionloopError
 
+SHARES = (1.0, 0.9, 0.8, 0.7)
+"""Shares of the schedule's gain on the limit that are tried: each tenth less takes a tenth of Ms - 1 (measured)."""
 LEARNT_S = 10.0
 """Duration of the run after which margins of what is learnt are told."""
 
 
 def held_tracker(system: System, wanted: Wanted) -> Designed:
-    """Return the tracker with its default schedule if its Ms stays below the limits with contact and finger known.
+    """Return the tracker whose Ms stays below the limits with contact and finger known: its default schedule.
 
-    What it learns is biased and leaves less; what is said of the design has Ms with that, too.
+    It is told the resonance, its Q and the electronics. Where Ms is beyond a limit the gain on the observed limit of
+    friction is lowered, the same in every row. What it learns is biased and leaves less; what is said of the design has
+    Ms with that, too.
 
     Parameters
     ----------
     system
-        The bench, with a force sensor on springs and a delay of at most one control period. The tracker is told the
-        resonance, its Q and the electronics; its schedule is the same on every bench.
+        The bench, with a force sensor on springs and a delay of at most one control period.
     wanted
         What must hold on both contacts, at the speed of the strokes and at four times it.
 
     Raises
     ------
     FrictionloopError
-        The bench is none for a tracker, or the schedule does not hold: the line says where, and what limits it.
+        The bench is none for a tracker, or no share of the gain holds: the line says where, and what limits it.
     """
     plain = system.evolve({"controller.kind": "tracker"})  # a delay that does not fit is refused here
     sensor = system.sensor
     if not isinstance(sensor, SuspendedSensor):
         raise FrictionloopError(f'sensor.kind = "{sensor.kind}": a tracker is designed for a "suspended" one')
-    overrides = {
+    known = {
         "controller.kind": "tracker",
-        "controller.schedule": SCHEDULE,
         "controller.model.resonance_hz": sensor.resonance_hz,
         "controller.model.resonance_q": sensor.q,
         "controller.model.sensor_hz": sensor.cutoff_hz,
     }
-    told = plain.evolve(overrides)
-    found = corners(told, wanted.limits)
-    worst = broken(found)
-    if worst is not None:
-        raise FrictionloopError(unheld("tracker", wanted, worst) + "; its schedule is the same on every bench")
-    return Designed(overrides, _learning(told), tuple(found))
+    tried = []
+    for share in SHARES:
+        schedule = tuple((float(f"{share * limit:.4g}"), *others) for limit, *others in SCHEDULE)
+        told = plain.evolve(known | {"controller.schedule": schedule})
+        found = corners(told, wanted.limits)
+        worst = broken(found)
+        if worst is None:
+            return Designed(known | {"controller.schedule": schedule}, _learning(told), tuple(found))
+        tried.append(worst)
+    raise FrictionloopError(unheld("tracker", wanted, min(tried, key=lambda each: each.excess)))
 
 
 def _learning(system: System) -> tuple[str, ...]:
