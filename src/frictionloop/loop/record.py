@@ -162,7 +162,7 @@ def load(path: str | os.PathLike[str], *, from_s: float | None = None, until_s: 
             run = run.load()
             run.close()
             for name in run.dims:
-                run = run.set_xindex(name) if name in run.coords else run
+                run = run.set_xindex(str(name)) if name in run.coords else run
     except FileNotFoundError:
         raise FrictionloopError(f"{path}: cannot be read (no such file{_partial(Path(path))})") from None
     except Exception as error:  # h5py and h5netcdf raise many kinds for a damaged file
