@@ -70,11 +70,6 @@ def build_tell(lifting: Lifting, law: Law) -> Any:
     return tell
 
 
-def lift_timing(lifting: Lifting) -> Any:
-    """Return what says when in the period the command changes."""
-    return lift(lifting, late_step, (*ROW["timing"], ROW["timing_draws"][0]), ROW["switch"])
-
-
 def lift_delay(lifting: Lifting) -> Any:
     """Return what picks the commands in force during a period when they are applied later than the sample."""
     width, compiled, count = lifting

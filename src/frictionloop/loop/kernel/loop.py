@@ -59,7 +59,7 @@ def build_advance(lifting: Lifting) -> Any:
 def _loop() -> Any:
     """Return the compiled loop; it knows no lanes and serves every width."""
     whole, address = ctypes.c_int64, ctypes.c_void_p
-    return ctypes.CFUNCTYPE(None, address, whole, whole, address)(compiled_tile(build_advance, 1).address)
+    return ctypes.CFUNCTYPE(None, address, whole, whole, address)(compiled_tile(1, build_advance))
 
 
 @dataclass(frozen=True)

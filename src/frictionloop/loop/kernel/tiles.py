@@ -111,8 +111,8 @@ def lift_gather(lifting: Lifting, place: Any, between: Any, given: Sequence[Any]
     return part
 
 
-def compiled_tile(build: Callable[..., Any], width: int, *of: Any) -> Any:
-    """Return the C function of the tile that ``build(lifting, *of)`` makes, compiled at most once.
+def compiled_tile(width: int, build: Callable[..., Any], *of: Any) -> int:
+    """Return the address of the C function of the tile that ``build(lifting, *of)`` makes, compiled at most once.
 
     ``build`` returns a function ``body(s, n, k, at, o)`` of the slab, the number of lanes, the period, its place in the
     block and the record.
@@ -122,7 +122,7 @@ def compiled_tile(build: Callable[..., Any], width: int, *of: Any) -> Any:
         if key not in _compiled:
             name = "-".join([build.__name__.removeprefix("build_"), *(_name(each) for each in of)])
             _compiled[key] = _compile(build(lifting(name, width), *of), f"{name}-{width}")
-        return _compiled[key]
+        return int(_compiled[key].address)
 
 
 def _name(of: Any) -> str:
