@@ -78,6 +78,6 @@ class Tile:
         """Run from one control period to another; samples of signals begin with period ``chunk``."""
         self.shared.point(setpoint_samples=setpoint, disturbance_samples=disturbance)
         self.shared.set(chunk=chunk)
-        _loop()(self.slab.data.ctypes.data, start, stop, self.shared.address)
+        _loop()(self.slab.data.ctypes.data, start, stop, self.shared.record.ctypes.data)
         if self.shared.python is not None and self.shared.python.error is not None:
             raise self.shared.python.error
