@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from frictionloop.loop.kernel.access import doubles
-from frictionloop.loop.kernel.clock_tile import lift_delay, lift_timing
-from frictionloop.loop.kernel.motion_tile import lift_motion, lift_touch
+from frictionloop.loop.kernel.clock_tile import late_step, lift_delay
+from frictionloop.loop.kernel.motion_tile import lift_motion
 from frictionloop.loop.kernel.signals import lift_spread
 from frictionloop.loop.kernel.slab import ROW, vibration_rows
 from frictionloop.loop.kernel.tiles import Lifting, lift
@@ -86,9 +86,9 @@ def lift_substep(lifting: Lifting, contact: str, vibration: Vibration) -> Any:
 def build_sense(lifting: Lifting, contact: str, vibration: Vibration, moving: bool) -> Any:
     """Return the tile that brings the signals of t_k, moves the finger on, and reads force, position and load."""
     compiled, spread = lifting.compiled, lift_spread(lifting)
-    take_over, go_on, begin, _ = lift_motion(lifting)
-    follow, time_switch, settle = lift_touch(lifting), lift_timing(lifting), lift_settle(lifting, contact)
-    tell = lift_tell(lifting, contact, vibration)
+    take_over, follow, go_on, begin, _ = lift_motion(lifting)
+    settle, tell = lift_settle(lifting, contact), lift_tell(lifting, contact, vibration)
+    time_switch = lift(lifting, late_step, (*ROW["timing"], ROW["timing_draws"][0]), ROW["switch"])
     setpoint, disturbance, normal = ROW["setpoint"], ROW["disturbance"], ROW["normal"]
     draws, timing_draws = ROW["draws"][0], ROW["timing_draws"][0]
 

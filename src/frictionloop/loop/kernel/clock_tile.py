@@ -9,7 +9,7 @@ from frictionloop.control.switch import CLOSING, switched_clamp
 from frictionloop.loop.kernel.access import doubles, load, store
 from frictionloop.loop.kernel.law_tile import lift_limits
 from frictionloop.loop.kernel.slab import ROW, law_rows
-from frictionloop.loop.kernel.tiles import Lifting, lift
+from frictionloop.loop.kernel.tiles import Lifting, lift, same_step
 from frictionloop.quantities.arithmetic import step
 
 _COMMANDS = tuple(ROW[name] for name in ("u", "saturated", "command", "overdrive"))
@@ -31,6 +31,12 @@ def beyond_step(u: float, setpoint_n: float) -> float:
 def late_step(plain: float, jitter: float, _lost_below: float, normal: float) -> float:
     """When in the period the command changes, 0 to 1."""
     return min(plain + jitter * abs(normal), 1.0)
+
+
+@step
+def lost_step(drawn, below, now, kept):  # type: ignore[no-untyped-def]
+    """What a tick has left, or what was before it if the tick is lost."""
+    return kept if drawn < below else now
 
 
 def build_prepare(lifting: Lifting, law: Law) -> Any:
@@ -70,11 +76,6 @@ def build_tell(lifting: Lifting, law: Law) -> Any:
     return tell
 
 
-def lift_timing(lifting: Lifting) -> Any:
-    """Return what says when in the period the command changes."""
-    return lift(lifting, late_step, (*ROW["timing"], ROW["timing_draws"][0]), ROW["switch"])
-
-
 def lift_delay(lifting: Lifting) -> Any:
     """Return what picks the commands in force during a period when they are applied later than the sample."""
     width, compiled, count = lifting
@@ -97,22 +98,16 @@ def build_lost(lifting: Lifting, law: Law | None, after: bool) -> Any:
 
     An oracle and the C core keep no state in rows.
     """
-    width, compiled, count = lifting
     rows, kept = _COMMANDS, ROW["kept"]
     if law is not None:
         own = law_rows(law)[2]
         rows, kept = (*rows, *ROW["law"][: len(own)]), (*kept, *own)
-    drawn, below = ROW["timing_draws"][1], ROW["timing"][2]
+    part = lift(lifting, same_step, (rows,), kept)
+    if after:
+        part = lift(lifting, lost_step, (ROW["timing_draws"][1], ROW["timing"][2], rows, kept), rows)
 
-    @compiled
+    @lifting.compiled
     def lost(s, n, k, at, o):  # type: ignore[no-untyped-def]
-        for j in range(len(rows)):
-            for i in range(count(n)):
-                value, before = load(s, i, width, rows[j]), load(s, i, width, kept[j])
-                if after:
-                    is_lost = load(s, i, width, drawn) < load(s, i, width, below)
-                    store(s, i, width, rows[j], before if is_lost else value)
-                else:
-                    store(s, i, width, kept[j], value)
+        part(s, n)
 
     return lost

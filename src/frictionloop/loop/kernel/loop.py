@@ -59,7 +59,7 @@ def build_advance(lifting: Lifting) -> Any:
 def _loop() -> Any:
     """Return the compiled loop; it knows no lanes and serves every width."""
     whole, address = ctypes.c_int64, ctypes.c_void_p
-    return ctypes.CFUNCTYPE(None, address, whole, whole, address)(compiled_tile(build_advance, 1).address)
+    return ctypes.CFUNCTYPE(None, address, whole, whole, address)(compiled_tile(1, build_advance))
 
 
 @dataclass(frozen=True)
@@ -78,6 +78,6 @@ class Tile:
         """Run from one control period to another; samples of signals begin with period ``chunk``."""
         self.shared.point(setpoint_samples=setpoint, disturbance_samples=disturbance)
         self.shared.set(chunk=chunk)
-        _loop()(self.slab.data.ctypes.data, start, stop, self.shared.address)
+        _loop()(self.slab.data.ctypes.data, start, stop, self.shared.record.ctypes.data)
         if self.shared.python is not None and self.shared.python.error is not None:
             raise self.shared.python.error

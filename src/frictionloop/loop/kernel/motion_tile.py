@@ -44,13 +44,16 @@ def follow_step(state, position, load, draws, given, force):  # type: ignore[no-
     return state, seen, fma(1.0 if seen[1] >= 0.0 else -1.0, force, 0.0)
 
 
-def lift_motion(lifting: Lifting) -> tuple[Any, Any, Any, Any]:
-    """Return what takes over the motion of t_k, goes on to t_k+1, begins at t = 0, and accepts a given motion."""
+def lift_motion(lifting: Lifting) -> tuple[Any, Any, Any, Any, Any]:
+    """Return what takes over the motion of t_k, measures it, goes on to t_k+1, begins at t = 0, accepts a given one."""
     keep = lift(lifting, kept_step, (_NEXT, ROW["unscored"]), (_NOW, ROW["scored"]))
+    touch, (force, *told) = ROW["touch"], ROW["measurement"]
+    seen = touch, _NOW.position, _NOW.load, ROW["draws"], ROW["touch_coefficients"], force
+    follow = lift(lifting, follow_step, seen, (touch, tuple(told), force))
     moved = _NEXT.position, _NEXT.speed, _NEXT.load, _NEXT.direction, _NEXT.place
     coefficients = ROW["tremor_along_coefficients"], ROW["tremor_across_coefficients"]
     tremble = lift(lifting, tremble_step, (_TREMOR, ROW["draws"], coefficients, _PLANS), (_TREMOR, moved))
-    start = lift(lifting, begin_step, (_TREMOR, _PLANS), (moved, ROW["touch"]))
+    start = lift(lifting, begin_step, (_TREMOR, _PLANS), (moved, touch))
     under = _NEXT.load, _NEXT.speed, _NOW.occluded, _ROUGH, ROW["occlusion_coefficients"], _LIMIT
     limit = lift(lifting, factor_step, under, (_NEXT.occluded, _NEXT.factor))
     land = lift(lifting, landed_step, (_NEXT.load, _NEXT.speed, _ROUGH, _LIMIT), (_NEXT.occluded, _NEXT.factor))
@@ -73,11 +76,4 @@ def lift_motion(lifting: Lifting) -> tuple[Any, Any, Any, Any]:
         scan(s, n, table)
         land(s, n)
 
-    return keep, go_on, begin, accept
-
-
-def lift_touch(lifting: Lifting) -> Any:
-    """Return what measures position, speed and load, and turns the force along the measured motion."""
-    state, (force, *told) = ROW["touch"], ROW["measurement"]
-    given = state, _NOW.position, _NOW.load, ROW["draws"], ROW["touch_coefficients"], force
-    return lift(lifting, follow_step, given, (state, tuple(told), force))
+    return keep, follow, go_on, begin, accept

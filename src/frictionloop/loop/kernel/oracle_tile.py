@@ -20,7 +20,7 @@ from frictionloop.control.oracle import (
 from frictionloop.loop.kernel.access import doubles, load
 from frictionloop.loop.kernel.signals import lift_spread
 from frictionloop.loop.kernel.slab import ROW, vibration_rows
-from frictionloop.loop.kernel.tiles import Lifting, lift
+from frictionloop.loop.kernel.tiles import Lifting, lift, same_step
 from frictionloop.physics.vibration import Vibration
 from frictionloop.quantities.arithmetic import exp2, step
 from frictionloop.quantities.normals import BLOCK
@@ -28,12 +28,6 @@ from frictionloop.quantities.normals import BLOCK
 _FINGER, _AHEAD, _TRIED = Finger(ROW["amplitude"], ROW["contact"]), ROW["ahead"], ROW["tried"]
 """The finger now, when the command takes effect, and in a trial."""
 _TRIAL, _DECAY, (_OLD, _NEW) = ROW["trial"], ROW["trial_decay"], ROW["applied"]
-
-
-@step
-def same_step(finger: Finger) -> Finger:
-    """As it is."""
-    return finger
 
 
 @step
@@ -45,7 +39,10 @@ def told_step(trial: Trial, log2_nominal: float, halving: float) -> tuple[float,
 
 def build_oracle(lifting: Lifting, contact: str, vibration: Vibration, preview: bool) -> Any:
     """Return the tile that decides as an oracle; with ``preview`` it knows motion and signals of t_k+1."""
-    plant, spread = _plant_rows(vibration, preview), lift_spread(lifting)
+    now, drive = ROW["motion"], (ROW["switch"], ROW["max_amplitude"], ROW["limit_n"], ROW["static"], _DECAY)
+    own, coarse = Stride(ROW["plate_coefficients"], ROW["contact_coefficients"]), ROW["trial_stride"]
+    after, spread = ROW["motion_next"] if preview else now, lift_spread(lifting)
+    plant = Plant(now, after, *drive, own, coarse, vibration_rows(vibration))
     advance, signals = advance_of(contact, vibration), (ROW["wanted"], ROW["disturbance"], ROW["driven"])
     (wanted, _, later), tried, searches = signals, (_TRIAL, _TRIED, _OLD), contact in ("dahl", "lugre")
     predict = _lift_predict(lifting, advance, plant)
@@ -74,13 +71,6 @@ def build_oracle(lifting: Lifting, contact: str, vibration: Vibration, preview: 
         tell(s, n)
 
     return oracle
-
-
-def _plant_rows(vibration: Vibration, preview: bool) -> Any:
-    drive = ROW["switch"], ROW["max_amplitude"], ROW["limit_n"], ROW["static"], _DECAY
-    own, now = Stride(ROW["plate_coefficients"], ROW["contact_coefficients"]), ROW["motion"]
-    after = ROW["motion_next"] if preview else now
-    return Plant(now, after, *drive, own, ROW["trial_stride"], vibration_rows(vibration))
 
 
 def _lift_predict(lifting: Lifting, advance: Any, plant: Any) -> Any:

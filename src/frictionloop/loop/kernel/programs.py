@@ -41,7 +41,7 @@ def set_programs(
     places: Mapping[Tally, int],
 ) -> None:
     """Let a record run the tiles of a system's loop, compiled or from the disk."""
-    of, quadrature = partial(_tile, slab.width), kernel == "quadrature"
+    of, quadrature = partial(compiled_tile, slab.width), kernel == "quadrature"
     sine = quadrature and disturbance.how == "sine"
     kinds = disturbance.how, disturbance.shared
     blocks = [of(build_signal, "setpoint", setpoint.how, setpoint.shared, False)]
@@ -64,10 +64,6 @@ def set_programs(
         shared.program("ticks", [sense, *told])
     else:
         shared.program("ticks", [sense, *_decides(of, shared, slab, system, plant[:2]), *told, move])
-
-
-def _tile(width: int, build: Any, *of: Any) -> int:
-    return int(compiled_tile(build, width, *of).address)
 
 
 def _decides(of: Any, shared: Shared, slab: Slab, system: System, plant: tuple[Any, ...]) -> list[int]:

@@ -17,6 +17,7 @@ from numba.core.errors import NumbaError
 from frictionloop.loop.kernel.access import load, store
 from frictionloop.loop.kernel.shared import POINTER, at
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.arithmetic import step
 from frictionloop.quantities.blame import complaint
 from frictionloop.quantities.compiled import compile_c
 from frictionloop.quantities.digest import code_digest
@@ -60,14 +61,14 @@ def lifting(name: str, width: int, inlined: bool = False) -> Lifting:
     return Lifting(width, compiled, compiled(one if width == 1 else given))
 
 
-def lift(lifting: Lifting, step: Any, given: Sequence[Any], results: Any) -> Any:
-    """Return ``part(s, n, *common)``: for every lane ``results = step(*common, *given)``.
+def lift(lifting: Lifting, of_lane: Any, given: Sequence[Any], results: Any) -> Any:
+    """Return ``part(s, n, *common)``: for every lane ``results = of_lane(*common, *given)``.
 
     Parameters
     ----------
     lifting
         Of the tile.
-    step
+    of_lane
         Compiled by `quantities.arithmetic.step`.
     given, results
         Row numbers of the arguments and of what is returned, in their shapes: a number, a tuple or a named tuple.
@@ -79,9 +80,15 @@ def lift(lifting: Lifting, step: Any, given: Sequence[Any], results: Any) -> Any
     @compiled
     def part(s, n, *common):  # type: ignore[no-untyped-def]
         for i in range(count(n)):
-            store(s, i, width, results, step(*common, *load(s, i, width, given)))
+            store(s, i, width, results, of_lane(*common, *load(s, i, width, given)))
 
     return part
+
+
+@step
+def same_step(value: Any) -> Any:
+    """As it is."""
+    return value
 
 
 def lift_gather(lifting: Lifting, place: Any, between: Any, given: Sequence[Any], result: int) -> Any:
@@ -111,8 +118,8 @@ def lift_gather(lifting: Lifting, place: Any, between: Any, given: Sequence[Any]
     return part
 
 
-def compiled_tile(build: Callable[..., Any], width: int, *of: Any) -> Any:
-    """Return the C function of the tile that ``build(lifting, *of)`` makes, compiled at most once.
+def compiled_tile(width: int, build: Callable[..., Any], *of: Any) -> int:
+    """Return the address of the C function of the tile that ``build(lifting, *of)`` makes, compiled at most once.
 
     ``build`` returns a function ``body(s, n, k, at, o)`` of the slab, the number of lanes, the period, its place in the
     block and the record.
@@ -122,7 +129,7 @@ def compiled_tile(build: Callable[..., Any], width: int, *of: Any) -> Any:
         if key not in _compiled:
             name = "-".join([build.__name__.removeprefix("build_"), *(_name(each) for each in of)])
             _compiled[key] = _compile(build(lifting(name, width), *of), f"{name}-{width}")
-        return _compiled[key]
+        return int(_compiled[key].address)
 
 
 def _name(of: Any) -> str:
