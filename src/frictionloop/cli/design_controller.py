@@ -101,7 +101,7 @@ def _designed(system: System, law: str, wanted: Wanted) -> Designed:
     from frictionloop.design.synthesis import design_controller
 
     noise = ", after the friction noise is identified by simulation" if law in SLOW else ""
-    with screen.waiting(f"designing {law}{noise}; this takes from a second to a minute"):
+    with screen.waiting(f"designing {law}{noise}; this takes from a second to two minutes"):
         return design_controller(system, law, wanted)
 
 
