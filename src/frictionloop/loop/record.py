@@ -17,7 +17,9 @@ from frictionloop.loop.unfinished import unfinished
 from frictionloop.parameters import SCHEMA, System
 from frictionloop.parameters.files import check_schema
 from frictionloop.quantities import FrictionloopError, replacing
+from frictionloop.quantities.seal import seal_of
 from frictionloop.quantities.version import package_version
+from frictionloop.recordings.hdf5 import check_hdf5
 
 HDF5 = (".h5", ".hdf5", ".nc")
 VARIABLES: dict[str, tuple[str, str]] = {
@@ -78,7 +80,7 @@ def system_of(run: xr.Dataset) -> System:
     """
     try:
         tree = json.loads(run.attrs["system"])
-    except (AttributeError, KeyError, TypeError, ValueError):
+    except (AttributeError, KeyError, TypeError, ValueError, RecursionError):
         raise FrictionloopError(
             "this Dataset carries no System (attribute 'system'); use one from simulate() or load()"
         ) from None
@@ -116,7 +118,7 @@ def save(run: xr.Dataset, path: str | os.PathLike[str]) -> None:
     with _without_cluster():
         content = run.to_netcdf(engine="h5netcdf", encoding=encoding)
     with replacing(path) as beside:
-        beside.write_bytes(content)
+        beside.write_bytes(bytes(content) + seal_of(content))
 
 
 def _without_cluster() -> Any:
@@ -147,9 +149,11 @@ def load(path: str | os.PathLike[str], *, from_s: float | None = None, until_s: 
     Raises
     ------
     FrictionloopError
-        For a file that cannot be read, is no run file, or was written by a newer version.
+        For a file that cannot be read, is no run file, is not what was saved, reads other files, expands out of
+        measure, or was written by a newer version.
     """
     try:
+        check_hdf5(path)
         if (run := unfinished(path)) is not None:
             warnings.warn(f"{path}: the recording was not finished; it has {run.sizes['time']} samples", stacklevel=2)
             run = run.assign_attrs(unfinished=1)
@@ -162,13 +166,16 @@ def load(path: str | os.PathLike[str], *, from_s: float | None = None, until_s: 
             run.close()
     except FileNotFoundError:
         raise FrictionloopError(f"{path}: cannot be read (no such file{_partial(Path(path))})") from None
+    except FrictionloopError:
+        raise
     except Exception as error:  # h5py and h5netcdf raise many kinds for a damaged file
         raise FrictionloopError(
             f"{path}: cannot be read as a run file ({type(error).__name__}: {str(error).splitlines()[0]})"
         ) from None
     if "schema" not in run.attrs:
         raise FrictionloopError(f"{path}: is not a run file of frictionloop (no attribute 'schema')")
-    check_schema(int(run.attrs["schema"]), f"{path}: ")
+    schema = run.attrs["schema"]
+    check_schema(int(schema) if isinstance(schema, np.integer) else schema, f"{path}: ")
     for name in run.data_vars:
         if run[name].dtype == np.int8:  # booleans travel as bytes
             run[name] = run[name].astype(bool)

@@ -56,8 +56,12 @@ class Store:
             if str(kept.attrs.get(name)) != str(value):
                 given = f"{name} = {kept.attrs.get(name)}, not {value}" if name != "system" else "another bench"
                 raise FrictionloopError(f"{self.path}: keeps a comparison of {given}; choose another file")
-        self.cells = cells_of(kept)
-        self.designs = json.loads(kept.attrs.get("designs", "{}"))
+        try:
+            self.cells = cells_of(kept)
+            self.designs = dict(json.loads(kept.attrs.get("designs", "{}")))
+        except (KeyError, IndexError, TypeError, ValueError, RecursionError) as error:
+            said = f"{type(error).__name__}: {error}".splitlines()[0]
+            raise FrictionloopError(f"{self.path}: is damaged, or not what a comparison keeps ({said:.120})") from None
 
     def design(self, law: str, system: System, work: Callable[[], Mapping[str, Any]]) -> dict[str, Any]:
         """Return what a synthesis finds, or found when the file was written, and keep it."""
