@@ -129,7 +129,7 @@ class Running:
 def check_folder(path: str | os.PathLike[str] | None) -> None:
     """Refuse a file that could not be written after a run, before it."""
     folder = Path.cwd() if path is None else Path(path).absolute().parent
-    if why := why_unwritable(folder):
+    if why := why_unwritable(folder) if folder.is_dir() else f"no folder {folder}":
         raise FrictionloopError(f"{path or folder}: cannot be written ({why})")
 
 

@@ -116,9 +116,9 @@ def save(run: xr.Dataset, path: str | os.PathLike[str]) -> None:
     encoding = {name: {"zlib": True, "complevel": 1, "shuffle": True} for name in run.data_vars if run[name].ndim}
     # HDF5 writes to memory: when a disk is full, its own writing leaves handles that crash the interpreter at exit.
     with _without_cluster():
-        content = run.to_netcdf(engine="h5netcdf", encoding=encoding)
+        content = bytes(run.to_netcdf(engine="h5netcdf", encoding=encoding))
     with replacing(path) as beside:
-        beside.write_bytes(bytes(content) + seal_of(content))
+        beside.write_bytes(content + seal_of(content))
 
 
 def _without_cluster() -> Any:
