@@ -17,7 +17,7 @@ from frictionloop.device.errors import DeviceError, NoReply, Refused, Unplugged
 from frictionloop.device.link import Link
 from frictionloop.device.pipe import Pipe
 from frictionloop.device.recorder import ALL, TICK_HZ, Recorder
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, why_unwritable
 from frictionloop.quantities.schema import named, schema
 
 SILENT_S = 2.0
@@ -128,9 +128,9 @@ class Running:
 
 def check_folder(path: str | os.PathLike[str] | None) -> None:
     """Refuse a file that could not be written after a run, before it."""
-    folder = Path(path or ".").absolute().parent
-    if not (folder.is_dir() and os.access(folder, os.W_OK)):
-        raise FrictionloopError(f"{path}: cannot be written (no folder {folder}, or not ours to write to)")
+    folder = Path.cwd() if path is None else Path(path).absolute().parent
+    if why := why_unwritable(folder) if folder.is_dir() else f"no folder {folder}":
+        raise FrictionloopError(f"{path or folder}: cannot be written ({why})")
 
 
 def free_path() -> Path:

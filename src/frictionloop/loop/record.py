@@ -18,7 +18,9 @@ from frictionloop.loop.unfinished import unfinished
 from frictionloop.parameters import SCHEMA, System
 from frictionloop.parameters.files import check_schema
 from frictionloop.quantities import FrictionloopError, replacing
+from frictionloop.quantities.seal import seal_of
 from frictionloop.quantities.version import package_version
+from frictionloop.recordings.hdf5 import check_hdf5
 
 HDF5 = (".h5", ".hdf5", ".nc")
 VARIABLES: dict[str, tuple[str, str]] = {
@@ -79,7 +81,7 @@ def system_of(run: xr.Dataset) -> System:
     """
     try:
         tree = json.loads(run.attrs["system"])
-    except (AttributeError, KeyError, TypeError, ValueError):
+    except (AttributeError, KeyError, TypeError, ValueError, RecursionError):
         raise FrictionloopError(
             "this Dataset carries no System (attribute 'system'); use one from simulate() or load()"
         ) from None
@@ -115,9 +117,9 @@ def save(run: xr.Dataset, path: str | os.PathLike[str]) -> None:
     encoding = {name: {"zlib": True, "complevel": 1, "shuffle": True} for name in run.data_vars if run[name].ndim}
     # HDF5 writes to memory: when a disk is full, its own writing leaves handles that crash the interpreter at exit.
     with _without_cluster():
-        content = run.to_netcdf(engine="h5netcdf", encoding=encoding)
+        content = bytes(run.to_netcdf(engine="h5netcdf", encoding=encoding))
     with replacing(path) as beside:
-        beside.write_bytes(content)
+        beside.write_bytes(content + seal_of(content))
 
 
 def _without_cluster() -> Any:
@@ -148,9 +150,11 @@ def load(path: str | os.PathLike[str], *, from_s: float | None = None, until_s: 
     Raises
     ------
     FrictionloopError
-        For a file that cannot be read, is no run file, or was written by a newer version.
+        For a file that cannot be read, is no run file, is not what was saved, reads other files, expands out of
+        measure, or was written by a newer version.
     """
     try:
+        check_hdf5(path)
         if (run := unfinished(path)) is not None:
             warnings.warn(f"{path}: the recording was not finished; it has {run.sizes['time']} samples", stacklevel=2)
             run = run.assign_attrs(unfinished=1)
@@ -165,13 +169,16 @@ def load(path: str | os.PathLike[str], *, from_s: float | None = None, until_s: 
                 run = run.set_xindex(str(name)) if name in run.coords else run
     except FileNotFoundError:
         raise FrictionloopError(f"{path}: cannot be read (no such file{_partial(Path(path))})") from None
+    except FrictionloopError:
+        raise
     except Exception as error:  # h5py and h5netcdf raise many kinds for a damaged file
         raise FrictionloopError(
             f"{path}: cannot be read as a run file ({type(error).__name__}: {str(error).splitlines()[0]})"
         ) from None
     if "schema" not in run.attrs:
         raise FrictionloopError(f"{path}: is not a run file of frictionloop (no attribute 'schema')")
-    check_schema(int(run.attrs["schema"]), f"{path}: ")
+    schema = run.attrs["schema"]
+    check_schema(int(schema) if isinstance(schema, np.integer) else schema, f"{path}: ")
     for name in run.data_vars:
         if run[name].dtype == np.int8:  # booleans travel as bytes
             run[name] = run[name].astype(bool)

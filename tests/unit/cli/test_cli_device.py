@@ -20,7 +20,7 @@ from frictionloop.quantities.schema import schema
 
 TRACKER = ("--controller.kind", "tracker")
 SLIPPERY = ("--motion.load_n", "4", "--open")  # the finger is pressed until its friction is more than the sensor takes
-VERBS = "list", "info", "set", "run", "clear", "monitor", "flash"
+VERBS = "list", "info", "set", "run", "recover", "clear", "monitor", "flash"
 
 
 def rows(out):
