@@ -6,6 +6,7 @@ import zlib
 
 import numpy as np
 import pytest
+from tick_corpus import SESSION, hello
 
 from frictionloop import FrictionloopError
 from frictionloop.device.codec import Decoder, encode
@@ -31,7 +32,7 @@ def drives(path) -> tuple[float, list[int]]:
     board, decoder, told, most = TeensyEmulator(path), Decoder(), [], 0.0
     for k in range(400):
         if k % 100 == 0:
-            board.receive(encode("mode", k, state=CLOSED))
+            board.receive(hello() * (k == 0) + encode("mode", k + 1, SESSION, state=CLOSED))
         most = max(most, board.tick((8000 + k % 2, 0), 3277, 4 * k))
         told += [message["fault"] for message in decoder.feed(board.transmit()) if message.name == "fault"]
     return most, told
