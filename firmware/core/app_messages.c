@@ -7,10 +7,18 @@ typedef struct {
 } fl_length;
 
 static const fl_length lengths[] = {
-    {FL_MESSAGE_IDENTIFY, 0, 0, 0}, {FL_MESSAGE_GET, 4, 0, 0},        {FL_MESSAGE_SET, 2, 4, 64},
-    {FL_MESSAGE_COMMIT, 4, 0, 0},   {FL_MESSAGE_WAVEFORM, 2, 2, 128}, {FL_MESSAGE_PLAY, 16, 0, 0},
-    {FL_MESSAGE_MODE, 1, 0, 0},     {FL_MESSAGE_STREAM, 4, 0, 0},     {FL_MESSAGE_HEARTBEAT, 0, 0, 0},
-    {FL_MESSAGE_CLEAR, 0, 0, 0},    {FL_MESSAGE_STATISTICS, 0, 0, 0}, {FL_MESSAGE_HELLO, 5, 0, 0},
+    {FL_MESSAGE_IDENTIFY, 0, 0, 0},
+    {FL_MESSAGE_HELLO, 5, 0, 0},
+    {FL_MESSAGE_GET, 4, 0, 0},
+    {FL_MESSAGE_SET, 2, 4, FL_WORDS_A_FRAME},
+    {FL_MESSAGE_COMMIT, 4, 0, 0},
+    {FL_MESSAGE_WAVEFORM, 2, 2, FL_POINTS_A_FRAME},
+    {FL_MESSAGE_PLAY, 16, 0, 0},
+    {FL_MESSAGE_MODE, 1, 0, 0},
+    {FL_MESSAGE_STREAM, 4, 0, 0},
+    {FL_MESSAGE_HEARTBEAT, 0, 0, 0},
+    {FL_MESSAGE_CLEAR, 0, 0, 0},
+    {FL_MESSAGE_STATISTICS, 0, 0, 0},
 };
 static const fl_answer done = {0, FL_NO_INDEX};
 
@@ -60,7 +68,7 @@ static fl_answer stream(fl_app *app, const uint8_t *body, uint32_t session) {
 }
 
 static fl_answer get(fl_app *app, uint16_t first, uint16_t count) {
-    if (count < 1 || count > 64) return refused(FL_REFUSAL_OUT_OF_RANGE);
+    if (count < 1 || count > FL_WORDS_A_FRAME) return refused(FL_REFUSAL_OUT_OF_RANGE);
     if (first >= FL_WORDS || count > FL_WORDS - first)
         return (fl_answer){FL_REFUSAL_UNKNOWN_WORD, first < FL_WORDS ? FL_WORDS : first};
     fl_push_reply(app, (fl_reply){FL_MESSAGE_WORDS, 0, 0, first, count});

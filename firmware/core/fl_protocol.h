@@ -11,6 +11,13 @@
 #define FL_SILENCE_MS 200
 #define FL_RAMP_MS 100
 #define FL_ALONE_S 60
+#define FL_REPEAT_MS 100
+#define FL_TRIES 10
+#define FL_BEAT_MS 40
+#define FL_WORDS_A_FRAME 64
+#define FL_POINTS_A_FRAME 128
+#define FL_SAMPLES_A_FRAME 16
+#define FL_OLDEST_MS 20
 #define FL_TABLE_HASH 0x27f3f5f0u
 #define FL_WORDS 537
 
@@ -31,8 +38,8 @@ enum fl_channel { FL_CHANNEL_F_R, FL_CHANNEL_F_M, FL_CHANNEL_U, FL_CHANNEL_A, FL
 /* The parameter table: FL_WORDS words in this order. */
 typedef struct {
     int32_t law_number;  /* count: control law (control/laws): 1 PI, 2 lookup, 3 filtered PI, 4 observer, 5 super-twisting, 6 tracker */
-    fl_gain law_gains[106];  /* gain: gains of the law, as its fixed-point step takes them; unused ones are 0 */
-    int32_t law_start[32];  /* count: state of the law when the loop closes, each in the format of the law's table */
+    fl_gain law_gains[106];  /* gain: gains of the law: see gains and start words; unused ones are 0 */
+    int32_t law_start[32];  /* count: state of the law when the loop goes on: see gains and start words */
     int32_t law_low_n;  /* q28, N: lowest force command, g(a_max) by the controller's model */
     int32_t law_high_n;  /* q28, N: highest force command, f0 by the controller's model */
     int32_t lookup_squares_um2[257];  /* q25, um^2: a^2 at 257 forces from low_n to high_n, evenly spaced */

@@ -252,7 +252,7 @@ class Device:
                 signals.hold()
                 running.stop()  # before all else: nobody keeps the heart beating while the file is finished
             counts = {name: now - before[name] for name, now in self._counts().items()}
-            found = {**counts, **clock_fit(self._link.clock_pairs), "reconnects": running.reconnects}
+            found: dict[str, Any] = {**counts, **clock_fit(self._link.clock_pairs), "reconnects": running.reconnects}
             found["ended"] = "complete" if ended is None else str(ended) or type(ended).__name__
             run = recording.finish(rows if ended is None else recorder.reached, found)
         if ended is None:

@@ -14,11 +14,11 @@ from frictionloop.device.layout import REPLIES
 from frictionloop.device.pipe import Pipe
 from frictionloop.quantities.schema import named, schema
 
-REPEAT_S = 0.1
+REPEAT_S = schema()["protocol"]["repeat_ms"] / 1000
 """Wait so long for a reply before asking again: many times what a frame takes at 2 Mbaud (assumed)."""
-ATTEMPTS = 10
+ATTEMPTS = schema()["protocol"]["tries"]
 """Ask so often; a second in all (assumed)."""
-BEAT_S = schema()["protocol"]["silence_ms"] / 1000 / 5
+BEAT_S = schema()["protocol"]["beat_ms"] / 1000
 """Time between heartbeats: four must be lost before the device takes its host for gone."""
 INBOX = 4096
 """Messages kept for `poll`; a device that streams to a host that does not listen loses the oldest."""

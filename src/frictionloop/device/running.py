@@ -28,9 +28,7 @@ PAUSE_S = 0.1
 FAULTS = named("faults")
 STATES = schema()["states"]
 NO_SESSION = schema()["refusals"]["no_session"]
-READINGS = {"force_range": (2.0**-28, "N"), "sensor_saturated": (1, "counts"), "sensor_stuck": (1, "counts"),
-            "host_silent": (1e-3, "ms"), "tick_overrun": (1, "late ticks"),
-            "no_finger": (1 / TICK_HZ, "s")}  # fmt: skip
+READINGS = {name: (told["step"], told["unit"]) for name, told in schema()["fault_values"].items()}
 """What a fault tells of its cause: the size of a step, and the unit."""
 
 
