@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import sys
 import warnings
@@ -36,8 +37,8 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "sliding": ("1", "the sensors see a finger that slides"),
     "scored": ("1", "metrics count this period"),
 }
-AT_ONCE_BYTES = 10**9
-"""A run of more is read piece by piece (assumed: any machine has so much)."""
+AT_ONCE_BYTES = 10**8
+"""A run of more is read piece by piece, so that memory does not grow with it (assumed: four minutes of a bench)."""
 _FLAGS = ("saturated", "sliding", "scored")
 
 
@@ -141,8 +142,8 @@ def load(path: str | os.PathLike[str], *, from_s: float | None = None, until_s: 
     path : path
         The file.
     from_s, until_s : float, optional
-        Part of a run to load, in s; all of it by default. What has more than 1 GB is not read at once: the Dataset then
-        reads from the file what is asked of it.
+        Part of a run to load, in s, both included; all of it by default. What has more than 100 MB is not read at once:
+        the Dataset then reads from the file what is asked of it by ``isel``, and has no index of time.
 
     Raises
     ------
@@ -154,12 +155,14 @@ def load(path: str | os.PathLike[str], *, from_s: float | None = None, until_s: 
             warnings.warn(f"{path}: the recording was not finished; it has {run.sizes['time']} samples", stacklevel=2)
             run = run.assign_attrs(unfinished=1)
         else:
-            run = xr.open_dataset(path, engine="h5netcdf")
+            run = xr.open_dataset(path, engine="h5netcdf", create_default_indexes=False)
         if from_s is not None or until_s is not None:
-            run = run.sel(time=slice(from_s, until_s))
+            run = _part(run, from_s, until_s)
         if run.nbytes <= AT_ONCE_BYTES:
             run = run.load()
             run.close()
+            for name in run.dims:
+                run = run.set_xindex(name) if name in run.coords else run
     except FileNotFoundError:
         raise FrictionloopError(f"{path}: cannot be read (no such file{_partial(Path(path))})") from None
     except Exception as error:  # h5py and h5netcdf raise many kinds for a damaged file
@@ -173,6 +176,14 @@ def load(path: str | os.PathLike[str], *, from_s: float | None = None, until_s: 
         if run[name].dtype == np.int8:  # booleans travel as bytes
             run[name] = run[name].astype(bool)
     return run
+
+
+def _part(run: xr.Dataset, from_s: float | None, until_s: float | None) -> xr.Dataset:
+    """Return the rows from one time to another; rows are evenly spaced."""
+    spacing_s = float(run["time"][1]) if run.sizes["time"] > 1 else 1.0
+    first = 0 if from_s is None else math.ceil(from_s / spacing_s - 1e-6)
+    stop = None if until_s is None else max(math.floor(until_s / spacing_s + 1e-6) + 1, 0)
+    return run.isel(time=slice(max(first, 0), stop))
 
 
 def _partial(path: Path) -> str:

@@ -25,7 +25,8 @@ def unfinished(path: str | os.PathLike[str]) -> xr.Dataset | None:
         counts = {name: int(file[name][()]) for name in scalars(file)}
     if ROWS not in counts:
         return None
-    opened = xr.open_dataset(xr.backends.H5NetCDFStore(h5netcdf.File(path, "r", swmr=True)))
+    store = xr.backends.H5NetCDFStore(h5netcdf.File(path, "r", swmr=True))
+    opened = xr.open_dataset(store, create_default_indexes=False)
     run = opened.drop_vars(list(counts)).isel(time=slice(0, counts.pop(ROWS)))
     run.set_close(opened.close)
     return run.assign_attrs(counts)

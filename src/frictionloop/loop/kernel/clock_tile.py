@@ -6,7 +6,7 @@ from typing import Any
 
 from frictionloop.control.law import Law
 from frictionloop.control.switch import CLOSING, switched_clamp
-from frictionloop.loop.kernel.access import doubles, peek, poke
+from frictionloop.loop.kernel.access import doubles, load, store
 from frictionloop.loop.kernel.law_tile import lift_limits
 from frictionloop.loop.kernel.slab import ROW, law_rows
 from frictionloop.loop.kernel.tiles import Lifting, lift
@@ -84,10 +84,10 @@ def lift_delay(lifting: Lifting) -> Any:
     def apply_late(s, n, k, o):  # type: ignore[no-untyped-def]
         history, mask = doubles(o.history), o.ring_mask
         for i in range(count(n)):
-            poke(history, (k & mask) * width + i, peek(s, command * width + i))
-            since = k - int(peek(s, delay * width + i))
-            poke(s, after * width + i, peek(history, (since & mask) * width + i))
-            poke(s, before * width + i, peek(history, ((since - 1) & mask) * width + i))
+            store(history, i, width, k & mask, load(s, i, width, command))
+            since = k - int(load(s, i, width, delay))
+            store(s, i, width, after, load(history, i, width, since & mask))
+            store(s, i, width, before, load(history, i, width, (since - 1) & mask))
 
     return apply_late
 
@@ -108,11 +108,11 @@ def build_lost(lifting: Lifting, law: Law | None, after: bool) -> Any:
     def lost(s, n, k, at, o):  # type: ignore[no-untyped-def]
         for j in range(len(rows)):
             for i in range(count(n)):
-                value, before = peek(s, rows[j] * width + i), peek(s, kept[j] * width + i)
+                value, before = load(s, i, width, rows[j]), load(s, i, width, kept[j])
                 if after:
-                    is_lost = peek(s, drawn * width + i) < peek(s, below * width + i)
-                    poke(s, rows[j] * width + i, before if is_lost else value)
+                    is_lost = load(s, i, width, drawn) < load(s, i, width, below)
+                    store(s, i, width, rows[j], before if is_lost else value)
                 else:
-                    poke(s, kept[j] * width + i, value)
+                    store(s, i, width, kept[j], value)
 
     return lost

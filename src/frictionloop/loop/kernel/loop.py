@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.loop.kernel.access import call_tile, peek, wholes
+from frictionloop.loop.kernel.access import call, load, wholes
 from frictionloop.loop.kernel.columns import Slab
 from frictionloop.loop.kernel.shared import Shared, pointer_to
 from frictionloop.loop.kernel.tiles import Lifting, compiled_tile
@@ -27,7 +27,7 @@ from frictionloop.quantities.normals import BLOCK
 def run_program(s: Any, k: int, at: int, program: int, count: int, o: Any) -> None:
     """Call the tiles of a program one after another."""
     for j in range(count):
-        call_tile(peek(wholes(program), j), s, k, at, pointer_to(o))
+        call(load(wholes(program), 0, 1, j), (s, k, at, pointer_to(o)))
 
 
 def build_advance(lifting: Lifting) -> Any:
@@ -44,7 +44,7 @@ def build_advance(lifting: Lifting) -> Any:
                 run_program(s, k - 1, 0, o.obeys, o.obeys_count, o)
             run_program(s, first, end - first, o.blocks, o.blocks_count, o)
             if o.whole != 0:
-                call_tile(o.whole, s, k, end, pointer_to(o))
+                call(o.whole, (s, k, end, pointer_to(o)))
                 k = end
             while k < end:
                 if k > entered:

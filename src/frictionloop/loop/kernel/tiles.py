@@ -7,9 +7,7 @@ the block, and the record of what lanes share. Each has a file on the disk of it
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from threading import RLock
 from typing import Any, NamedTuple
 
@@ -19,7 +17,7 @@ from numba.core.errors import NumbaError
 from frictionloop.loop.kernel.access import load, store
 from frictionloop.loop.kernel.shared import POINTER, at
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.blame import is_outside
+from frictionloop.quantities.blame import complaint
 from frictionloop.quantities.compiled import compile_c
 from frictionloop.quantities.digest import code_digest
 
@@ -86,17 +84,29 @@ def lift(lifting: Lifting, step: Any, given: Sequence[Any], results: Any) -> Any
     return part
 
 
-def chain(lifting: Lifting, *parts: Any) -> Any:
-    """Return ``part(s, n)`` that runs parts one after another."""
-    first, *others = parts
-    if not others:
-        return first
-    rest = chain(lifting, *others)
+def lift_gather(lifting: Lifting, place: Any, between: Any, given: Sequence[Any], result: int) -> Any:
+    """Return ``part(s, n, table)``: for every lane what lies between two entries of its own table.
 
-    @lifting.compiled
-    def part(s, n):  # type: ignore[no-untyped-def]
-        first(s, n)
-        rest(s, n)
+    A gather does not vectorise, and so has a loop of its own.
+
+    Parameters
+    ----------
+    lifting, given, result
+        As of `lift`.
+    place
+        Step from what is given to the two entries, and how far what is looked up lies between them (0 to 1).
+    between
+        Step from this fraction and the two values to the result.
+    """
+    width, compiled, count = lifting
+    given = tuple(given)
+
+    @compiled
+    def part(s, n, table):  # type: ignore[no-untyped-def]
+        for i in range(count(n)):
+            here, there, fraction = place(*load(s, i, width, given))
+            values = load(table, i, width, (here, there))
+            store(s, i, width, result, between(fraction, *values))
 
     return part
 
@@ -130,15 +140,4 @@ def _compile(body: Any, name: str) -> Any:
     try:
         return compile_c(TILE, entry, name)
     except NumbaError as error:
-        raise FrictionloopError(f"{name}: {_complaint(str(error))}") from None
-
-
-def _complaint(text: str) -> str:
-    """Return what the compiler says of somebody's code as one line: file, line and reason."""
-    told = re.findall(r'File "([^"]+)", line (\d+)| at (/[^\n]+) \((\d+)\)', text)
-    places = [(file or other, line or number) for file, line, other, number in told]
-    places = [(str(Path(file).resolve()), line) for file, line in places if is_outside(file)]
-    said = [line.strip() for line in text.splitlines() if line.strip() and not line.startswith("Failed in nopython")]
-    where = f"{places[-1][0]}, line {places[-1][1]}: " if places else ""
-    reason = " ".join(said[: 2 if said[:1] and said[0].endswith(":") else 1])
-    return f"{where}does not compile: {reason}"
+        raise FrictionloopError(f"{name}: {complaint(error)}") from None
