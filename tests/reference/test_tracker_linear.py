@@ -6,11 +6,11 @@ from functools import cache
 
 import numpy as np
 import pytest
+from tracker_loop import Plant, Row, _tracker, answer
 
 import frictionloop as fl
 from frictionloop.analysis import linearise
 from frictionloop.control.tracker_gains import observed
-from frictionloop.design.tracker_loop import Plant, Row, _tracker, answer
 from frictionloop.parameters.tracking import PLACES, SCHEDULE, TrackerController
 
 TS = 1 / 5000

@@ -184,6 +184,14 @@ def test_more_laws_and_speeds_join_a_file(whole, tmp_path):
     assert rooms.scores(more)["speed_mm_s"].values.tolist() == [40.0]
 
 
+def test_cells_of_other_code_are_refused(tmp_path, monkeypatch):
+    path = tmp_path / "r.h5"
+    short(path, laws=["lookup"])
+    monkeypatch.setattr(run, "computing", lambda: "of a law that was changed meanwhile")
+    with pytest.raises(fl.FrictionloopError, match="of another version"):
+        short(path, resume=True, laws=["lookup"])
+
+
 @pytest.mark.parametrize("laws", [["lookup"], ["printed_pi"]], ids=["fewer", "another"])
 def test_a_file_keeps_the_cells_that_are_not_asked_for(laws, tmp_path):
     """Resumed with fewer laws and speeds than it holds, the file is written anew: every cell must come through."""

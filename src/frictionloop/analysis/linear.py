@@ -10,7 +10,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from frictionloop.analysis.closed import close
 from frictionloop.analysis.elements import Elements, elements
 from frictionloop.analysis.law_space import law_space
 from frictionloop.analysis.margins import Margins, margins, search_grid, sensitivity_peak
@@ -23,7 +22,7 @@ from frictionloop.analysis.responses import (
     sampled_responses,
 )
 from frictionloop.analysis.sampled import SampledPlant, sample
-from frictionloop.analysis.state_space import Array, Complex, StateSpace
+from frictionloop.analysis.state_space import Array, Complex, StateSpace, close
 from frictionloop.control.pi import is_pi, linearise_pi
 from frictionloop.parameters import LowpassSensor, PiController, System
 from frictionloop.quantities import FrictionloopError

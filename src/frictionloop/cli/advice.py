@@ -112,7 +112,7 @@ def of_system(system: System) -> Ringing | None:
     """Return what the linear analysis says of a system, dry and moist; None if it neither rings nor nearly does."""
     from frictionloop.analysis import operating_band
     from frictionloop.design import retune
-    from frictionloop.design.elsewhere import elsewhere
+    from frictionloop.design.corners import elsewhere
 
     try:
         points = operating_band(system, occluded=(0.0, 1.0))

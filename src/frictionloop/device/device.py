@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -12,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.device.asked import check_decimation, number, rows_of
-from frictionloop.device.errors import DeviceError
+from frictionloop.device.errors import DeviceError, Refused
 from frictionloop.device.info import identified
 from frictionloop.device.link import Link
 from frictionloop.device.pipe import Pipe
@@ -102,6 +103,7 @@ class Device:
         self._link.pipe.close()
         self._link.reopened(self._opening())
         self.info = identified(self._link, self.address)
+        self._link.resume()
 
     def set(self, name: str, value: Any) -> None:
         """Write a parameter, in its unit, into the copy that waits for `commit`."""
@@ -169,7 +171,8 @@ class Device:
                         if new.any():
                             yield {"tick": ticks[new], **dict(zip(CHANNELS, samples[new].T, strict=True))}
         finally:
-            self._link.ask("stream", decimation=0, mask=0)
+            with suppress(Refused):  # the host whose loop is on has asked for other telemetry meanwhile
+                self._link.ask("stream", decimation=0, mask=0)
 
     def run(
         self,
@@ -208,13 +211,13 @@ class Device:
         xarray.Dataset
             Over ``time``, from the first sample in that state. Samples that were lost are NaN and not ``scored``; of
             the others those are that `counted` keeps, by the rule of `simulate`. The attributes count what was lost
-            (``lost_samples``, ``gaps``) and hold the fit of the clocks.
+            (``lost_samples``, ``gaps``), hold the fit of the clocks, and say in ``ended`` why the run ended.
 
         Raises
         ------
         FrictionloopError
             For a set-point or duration that does not fit; Interrupted, which is one, when the device faults or is
-            gone in mid-run.
+            gone in mid-run, or its parameter table is changed.
         KeyboardInterrupt
             At Ctrl-C, SIGTERM or SIGHUP, with the file named as well.
         """
@@ -249,7 +252,8 @@ class Device:
                 signals.hold()
                 running.stop()  # before all else: nobody keeps the heart beating while the file is finished
             counts = {name: now - before[name] for name, now in self._counts().items()}
-            found = {**counts, **clock_fit(self._link.clock_pairs), "reconnects": running.reconnects}
+            found: dict[str, Any] = {**counts, **clock_fit(self._link.clock_pairs), "reconnects": running.reconnects}
+            found["ended"] = "complete" if ended is None else str(ended) or type(ended).__name__
             run = recording.finish(rows if ended is None else recorder.reached, found)
         if ended is None:
             if path is None:

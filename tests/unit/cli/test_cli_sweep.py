@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.cli.axes import axes_of
 from frictionloop.cli.outcome import Outcome
+from frictionloop.cli.sweep import axes_of
 
 SHORT = ("sweep", "--preset", "feasible", "--duration-s", "0.1")
 GRID = (*SHORT, "--over", "controller.kp=1:16:3:log", "--over", "controller.ki=1,2", "--seeds", "2")
