@@ -19,7 +19,7 @@ from frictionloop.device.link import Link
 from frictionloop.device.pipe import Pipe
 from frictionloop.device.recorder import ALL, CHANNELS, SCALES, Recorder
 from frictionloop.device.recording import Recording, clock_fit
-from frictionloop.device.running import STATES, Interrupted, Running, check_folder, free_path, recorded_in
+from frictionloop.device.running import KEPT_AS, STATES, Interrupted, Running, check_folder, free_path, recorded_in
 from frictionloop.device.signals import ending
 from frictionloop.device.table import Parameters
 from frictionloop.device.transport import opener
@@ -196,8 +196,8 @@ class Device:
         duration_s : float
             Duration in s, rounded up to whole samples.
         path : path, optional
-            File that keeps the run, also when it ends early; without it, ``interrupted-run.h5`` does (or ``-2``,
-            ``-3``, ...) and goes when the run is complete. While it is recorded its name has ``.partial-`` and
+            File that keeps the run, also when it ends early; without it ``interrupted-run.h5`` keeps what ends early
+            (or ``-2``, ``-3``, ...). While it is recorded its name has ``.partial-`` and
             eight characters more; `load` reads it at any time, and after any end of this process.
         state : str
             ``"closed"``, or ``"open"`` for the lookup alone.
@@ -230,10 +230,11 @@ class Device:
         played.send(self._link)
         recorder = Recorder(rows, decimation, STATES[state])
         running = Running(self._link, self._opening, recorder)
-        kept = Path(path or free_path())
         device = {"board": self.info.board, "revision": self.info.revision, "serial": self.info.serial}
         attrs = {"setpoint_error_n": played.error_n, **device}
-        recording = Recording(kept, recorder, self._link, with_setpoint(self.system, setpoint), attrs)
+        recording = Recording(
+            path or f"{KEPT_AS}.h5", recorder, self._link, with_setpoint(self.system, setpoint), attrs
+        )
         before = self._counts()
         self._link.clock_pairs.clear()
         ended: FrictionloopError | KeyboardInterrupt | None = None
@@ -254,12 +255,10 @@ class Device:
             counts = {name: now - before[name] for name, now in self._counts().items()}
             found: dict[str, Any] = {**counts, **clock_fit(self._link.clock_pairs), "reconnects": running.reconnects}
             found["ended"] = "complete" if ended is None else str(ended) or type(ended).__name__
-            run = recording.finish(rows if ended is None else recorder.reached, found)
-        if ended is None:
-            if path is None:
-                run.load().close()
-                kept.unlink()
-            return run
+            if ended is None:
+                return recording.finish(rows, found, path)
+            kept = Path(path or free_path())
+            run = recording.finish(recorder.reached, found, kept)
         if isinstance(ended, KeyboardInterrupt):
             raise KeyboardInterrupt(recorded_in(recording.recorded, kept)) from None
         raise Interrupted(str(ended), run, kept, recording.recorded) from None

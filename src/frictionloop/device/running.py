@@ -146,9 +146,13 @@ def check_folder(path: str | os.PathLike[str] | None) -> None:
 
 
 def free_path() -> Path:
-    """Return a file that is not there yet: interrupted-run.h5, interrupted-run-2.h5 and so on."""
-    numbered = (f"{KEPT_AS}-{number}.h5" for number in itertools.count(2))
-    return next(path for name in itertools.chain([f"{KEPT_AS}.h5"], numbered) if not (path := Path(name)).exists())
+    """Make and return an empty file that was not there: interrupted-run.h5, interrupted-run-2.h5 and so on."""
+    for number in itertools.count(1):
+        path = Path(f"{KEPT_AS}-{number}.h5" if number > 1 else f"{KEPT_AS}.h5")
+        with contextlib.suppress(FileExistsError):
+            path.touch(exist_ok=False)  # nobody else who looks for a name takes this one
+            return path
+    raise AssertionError("numbers have an end")
 
 
 def _fault(number: int, where: str) -> str:

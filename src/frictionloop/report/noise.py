@@ -73,7 +73,7 @@ def knee_n(metric: xr.DataArray, step: float = R2_STEP) -> float | None:
 
 
 SIMULATED_KPS = (1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 14.0, 18.0, 20.0, 40.0)
-DURATION_S, SCORED_S = 200.0, 40.0
+HELD_S, SCORED_S = 200.0, 40.0
 """The integral settles with (1 + Kp)/Ki, 10 s at most below the limit cycle; the rest is scored."""
 TONE_HZ = 1.0
 """Where equation (3) is read as printed: the frequency of the disturbance (assumed)."""
@@ -81,7 +81,7 @@ TONE_HZ = 1.0
 
 def steady_noise(system: System, seed: int = 0) -> dict[str, float]:
     """Return the standard deviations of f_a and u (N) with set-point and disturbance held, from a simulation."""
-    run = simulate(held(system), DURATION_S, seed)
+    run = simulate(held(system), HELD_S, seed)
     scored = run.isel(time=slice(-round(SCORED_S * system.controller.rate_hz), None))
     return {name: float(scored[name].std()) for name in ("f_a", "u")}
 
