@@ -35,8 +35,8 @@ MUTATIONS = [
     Mutation(
         "disturbance pushes the other way",
         SRC + "loop/kernel/bench_tile.py",
-        "state, fma(direction, dist",
-        "state, fma(-direction, dist",
+        "fma(finger[0].direction, dist",
+        "fma(-finger[0].direction, dist",
         "unit/test_bench_closed_form.py reference/test_bench_solver.py",
     ),
     Mutation(

@@ -114,6 +114,5 @@ def _rest(tile: Tile, systems: Sequence[System], level_n: float) -> None:
     view = tile.slab.view
     deflection_m = level_n * view("contact_coefficients")[7]
     view("contact")[:] = level_n * view("compliance")[0], np.zeros(tile.slab.width), deflection_m, deflection_m
-    view("contact_force")[:] = level_n
     view("amplitude")[:] = amplitudes
     tile.shared.kept["history"].reshape(-1, tile.slab.width)[:] = amplitudes

@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from joblib import Parallel, delayed
+from scipy.signal import sosfreqz
 
 from frictionloop.analysis.state_space import Array
 from frictionloop.design.comparison import protocol
 from frictionloop.parameters import System
-from frictionloop.perception.weighting import felt_power
+from frictionloop.perception.weighting import weighting_sos
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.checks import numbers
 from studies.conditions import conditions
@@ -94,6 +95,12 @@ def felt_reach(
     )
 
 
+def _felt_power(frequency_hz: Any, rate_hz: float) -> Array:
+    """Return |H(f)|^2 of the filter of touch, 1/N^2; below 1200 Hz that of 1200 Hz: a gain needs none that runs."""
+    rate = max(rate_hz, 1200.0)
+    return np.abs(sosfreqz(weighting_sos(rate), frequency_hz, fs=rate)[1]) ** 2
+
+
 def _row(name: str, values: Any, unit: str) -> tuple[float, ...]:
     """Return one or more numbers that are finite and at least 0."""
     row = numbers(name, values, unit, 0.0)
@@ -119,10 +126,10 @@ def _reach(
         friction, reading = loop.plant.numerators()
         noise, psd, rate_hz = reading_noise_psd(system, frequency_hz), psds[-1], 2.0 * loop.nyquist_hz
         spectra = bins(frequency_hz, psd, noise, loop.nyquist_hz, (reading, friction, (1.0,)), BINS)
-        felt = felt_power(np.linspace(0.0, loop.nyquist_hz, BINS + 1), rate_hz)
+        felt = _felt_power(np.linspace(0.0, loop.nyquist_hz, BINS + 1), rate_hz)
         before += float(spectra.width_hz @ (spectra.disturbance * felt))
         for k, weight in enumerate(weights):
-            more = 1.0 + weight * felt_power(frequency_hz, rate_hz) / felt_power(REFERENCE_HZ, rate_hz)
+            more = 1.0 + weight * _felt_power(frequency_hz, rate_hz) / _felt_power([REFERENCE_HZ], rate_hz)
             best = linear_optimum(
                 frequency_hz,
                 more * psd,

@@ -45,10 +45,25 @@ for system in systems:
 """
 """Fills the cache with tiles of single runs ("1"), or with those of sweeps, which take three runs or more at once."""
 TOGETHER = "tests/claims/"
-"""Tests that share the report's results, which take longest of all to compute: one worker takes them all.
-
-They come first where files keep their order (``--no-loadscope-reorder``), so that the other worker fills the end.
-"""
+"""Tests that share the report's results, which take longest of all to compute: one worker takes them all."""
+DEAREST = (
+    TOGETHER,
+    "tests/unit/test_blocks_from_outside_refused.py",
+    "tests/reference/test_tracker_linear.py",
+    "tests/unit/test_docs.py",
+    "tests/unit/cli/test_cli_device.py",
+    "tests/unit/test_comparison.py",
+    "tests/unit/test_retune_notch.py",
+    "tests/protocol/test_recordings_survive.py",
+    "tests/unit/cli/test_design_controller_cli.py",
+    "tests/reference/test_independent_solver.py",
+    "tests/unit/cli/test_cli_readme.py",
+    "tests/unit/cli/test_cli_bench.py",
+    "tests/unit/cli/test_cli_program.py",
+    "tests/unit/test_design_sensor.py",
+    "tests/reference/test_linear_laws.py",
+)
+"""What takes longest comes first where files keep their order (``--no-loadscope-reorder``), and short files last."""
 
 SOAK = Path(__file__).with_name("soak.json")
 """What `make soak` found: the outcome of each campaign, and of which commit and versions."""
@@ -59,6 +74,7 @@ CAMPAIGNS = pytest.StashKey[list[str]]()
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Remember the campaigns before they are left out (tests/unit/test_soak.py)."""
     config.stash[CAMPAIGNS] = [item.nodeid for item in items if item.get_closest_marker("soak")]
+    items.sort(key=_rank)
 
 
 @pytest.hookimpl(wrapper=True)
@@ -92,6 +108,11 @@ class Soak:
 def campaigns(pytestconfig: pytest.Config) -> tuple[list[str], dict[str, Any]]:
     """Return the campaigns among the tests that were collected, and what is stored of all."""
     return pytestconfig.stash[CAMPAIGNS], json.loads(SOAK.read_text(encoding="utf-8"))
+
+
+def _rank(item: pytest.Item) -> int:
+    found = [place for place, name in enumerate(DEAREST) if item.nodeid.startswith(name)]
+    return found[0] if found else len(DEAREST)
 
 
 def _of() -> dict[str, str]:

@@ -20,8 +20,8 @@ from frictionloop.parameters.sensor_design import SensorDesign
 VERBS = (
     *("simulate", "sweep", "compare", "reproduce", "design", "design sensor", "design plate", "design controller"),
     *("firmware", "firmware export", "firmware build"),
-    *("device", "device list", "device info", "device set", "device run", "device monitor"),
-    *("device clear", "device flash"),
+    *("device", "device list", "device info", "device set", "device run", "device recover"),
+    *("device clear", "device monitor", "device flash"),
 )
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from tables import UNITS, table
 
 from frictionloop.device.codec import encode, uncoded
-from frictionloop.quantities.schema import parameter_words, schema, schema_path
+from frictionloop.quantities.schema import parameter_words, schema, schema_path, table_hash
 
 GROUPS = "boards", "sources", "states", "faults", "refusals"
 FIELDS = "Field", "Format", "Meaning"
@@ -18,8 +18,8 @@ RAW = {"q28": "2⁻²⁸", "q25": "2⁻²⁵", "count": "whole number", "gain": 
 
 def texts() -> dict[str, str]:
     """Return what the page inserts, by name."""
-    parts = header(), messages(), bodies(), channels(), words(), example()
-    names = "header", "messages", "bodies", "channels", "words", "example"
+    parts = header(), messages(), bodies(), channels(), words(), example(), hashed(), values(), gains(), start()
+    names = "header", "messages", "bodies", "channels", "words", "example", "hashed", "values", "gains", "start"
     return dict(zip(names, parts, strict=True)) | {group: named(group) for group in GROUPS} | numbers()
 
 
@@ -92,6 +92,58 @@ def example() -> str:
     return (
         f"`mode` with `state = 2` as frame 1 has header and body `{bare.hex(' ')}` and is sent as `{frame.hex(' ')}`."
     )
+
+
+def hashed() -> str:
+    """Return the first line that the hash of the parameter table is made of, and the hash."""
+    word = next(iter(parameter_words().values()))
+    return f"The first line is `{word.name} {word.format} {word.count}`, the hash of all of them `{table_hash():08x}`."
+
+
+def values() -> str:
+    """Return what the value of a fault counts."""
+    rows = (
+        (f"`{name}`", f"{told['step']:g} {_unit(told['unit'])}" if told["step"] != 1 else told["unit"])
+        for name, told in schema()["fault_values"].items()
+    )
+    return table(("Fault", "One step of `value`"), rows)
+
+
+def gains() -> str:
+    """Return what each gain of each law is."""
+    rows = (
+        (f"{law['number']} {law['name']}", _indices(first, entry["count"]), entry["reads"], entry["text"])
+        for law in schema()["law"]
+        for first, entry in _numbered(law["gains"])
+    )
+    return table(("Law", "Gain", "Read as", "Meaning"), rows)
+
+
+def start() -> str:
+    """Return what each start word of each law is."""
+    rows = (
+        (
+            f"{law['number']} {law['name']}",
+            _indices(first, entry["count"]),
+            entry["places"] if entry["places"] >= 0 else "of the gains",
+            entry["text"],
+        )
+        for law in schema()["law"]
+        for first, entry in _numbered(law["start"])
+    )
+    return table(("Law", "Word", "Binary places", "Meaning"), rows)
+
+
+def _numbered(entries: list[dict[str, Any]]) -> Iterator[tuple[int, dict[str, Any]]]:
+    """Yield the index of the first number of each entry, and the entry."""
+    first = 0
+    for entry in entries:
+        yield first, entry
+        first += entry["count"]
+
+
+def _indices(first: int, count: int) -> str:
+    return str(first) if count == 1 else f"{first}–{first + count - 1}"
 
 
 def _field(entry: dict[str, Any]) -> Iterable[str]:

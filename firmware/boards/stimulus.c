@@ -3,6 +3,7 @@
 
 #include "fl_frame.h"
 
+enum { NONCE = 20261124, SESSION = NONCE + 1, HELLO = 10 }; /* of the first hello since reset; tick */
 enum { STROKE = 2500, TOUCH = 9000, LIFTED = 800 }; /* ticks: of a way, of a touch, without */
 
 /* Whole-number hash (the finaliser of MurmurHash3): noise that is a function of the tick. */
@@ -36,6 +37,7 @@ fl_sample fl_stimulus(uint32_t tick) {
 
 static size_t frame(uint8_t *bytes, uint32_t tick, uint8_t type, const uint8_t *body, size_t count) {
     uint8_t plain[FL_HEADER + 8] = {type, (uint8_t)tick, (uint8_t)(tick >> 8)};
+    for (int k = 0; k < 4; k++) plain[3 + k] = tick > HELLO ? (uint8_t)(SESSION >> 8 * k) : 0;
     for (size_t k = 0; k < count; k++) plain[FL_HEADER + k] = body[k];
     return fl_frame_encode(bytes, 64, plain, FL_HEADER + count);
 }
@@ -43,6 +45,8 @@ static size_t frame(uint8_t *bytes, uint32_t tick, uint8_t type, const uint8_t *
 size_t fl_stimulus_bytes(uint32_t tick, uint8_t *bytes) {
     const uint8_t every_channel[] = {4, 0, 0xFF, 0}; /* every fourth tick */
     const uint8_t closed[] = {FL_STATE_CLOSED};
+    const uint8_t hello[] = {FL_MAJOR, NONCE & 255, NONCE >> 8 & 255, NONCE >> 16 & 255, NONCE >> 24};
+    if (tick == HELLO) return frame(bytes, tick, FL_MESSAGE_HELLO, hello, sizeof hello);
     if (tick == 20) return frame(bytes, tick, FL_MESSAGE_IDENTIFY, 0, 0);
     if (tick == 40) return frame(bytes, tick, FL_MESSAGE_STREAM, every_channel, sizeof every_channel);
     if (tick == 60) return frame(bytes, tick, FL_MESSAGE_MODE, closed, sizeof closed);

@@ -1,6 +1,5 @@
-/* What the host asks: each message is checked, done, and answered. A frame that comes twice does no harm:
- * all that is asked for is a state to be in, but for `play`, which would begin anew and is known by its
- * sequence number. */
+/* What the host asks: each message is checked, done, and answered. What a session asks for is done once: a frame that
+ * comes twice is known by its sequence number, and answered as before. */
 #include "fl_app_parts.h"
 
 typedef struct {
@@ -8,10 +7,18 @@ typedef struct {
 } fl_length;
 
 static const fl_length lengths[] = {
-    {FL_MESSAGE_IDENTIFY, 0, 0, 0}, {FL_MESSAGE_GET, 4, 0, 0},        {FL_MESSAGE_SET, 2, 4, 64},
-    {FL_MESSAGE_COMMIT, 4, 0, 0},   {FL_MESSAGE_WAVEFORM, 2, 2, 128}, {FL_MESSAGE_PLAY, 16, 0, 0},
-    {FL_MESSAGE_MODE, 1, 0, 0},     {FL_MESSAGE_STREAM, 4, 0, 0},     {FL_MESSAGE_HEARTBEAT, 0, 0, 0},
-    {FL_MESSAGE_CLEAR, 0, 0, 0},    {FL_MESSAGE_STATISTICS, 0, 0, 0},
+    {FL_MESSAGE_IDENTIFY, 0, 0, 0},
+    {FL_MESSAGE_HELLO, 5, 0, 0},
+    {FL_MESSAGE_GET, 4, 0, 0},
+    {FL_MESSAGE_SET, 2, 4, FL_WORDS_A_FRAME},
+    {FL_MESSAGE_COMMIT, 4, 0, 0},
+    {FL_MESSAGE_WAVEFORM, 2, 2, FL_POINTS_A_FRAME},
+    {FL_MESSAGE_PLAY, 16, 0, 0},
+    {FL_MESSAGE_MODE, 1, 0, 0},
+    {FL_MESSAGE_STREAM, 4, 0, 0},
+    {FL_MESSAGE_HEARTBEAT, 0, 0, 0},
+    {FL_MESSAGE_CLEAR, 0, 0, 0},
+    {FL_MESSAGE_STATISTICS, 0, 0, 0},
 };
 static const fl_answer done = {0, FL_NO_INDEX};
 
@@ -32,9 +39,13 @@ static fl_answer check_length(uint8_t type, size_t bytes, uint16_t *count) {
     return refused(FL_REFUSAL_UNKNOWN_MESSAGE);
 }
 
-static fl_answer mode(fl_app *app, uint8_t state) {
+/* The session's from the moment of its frame on: the tick that takes it finds its owner alive. */
+static fl_answer mode(fl_app *app, uint8_t state, uint32_t session, uint32_t now_us) {
     if (state > FL_STATE_CLOSED) return refused(FL_REFUSAL_OUT_OF_RANGE);
     if (app->state == FL_STATE_FAULT && !app->asked_clear) return refused(FL_REFUSAL_NOT_NOW);
+    app->owner = session;
+    app->heard_us = now_us;
+    fl_fence();
     app->asked_state = state;
     return done;
 }
@@ -45,58 +56,108 @@ static fl_answer clear(fl_app *app) {
     return done;
 }
 
-static fl_answer play(fl_app *app, uint16_t sequence, const uint8_t *body) {
-    uint32_t crc = fl_crc32(0, body, 16);
-    if (app->played && app->played_sequence == sequence && app->played_crc == crc) return done;
+static fl_answer play(fl_app *app, const uint8_t *body) {
     fl_play wanted = {body[0], body[1], fl_u16(body + 2), fl_u32(body + 4), (int32_t)fl_u32(body + 8)};
-    fl_answer answer = fl_play_table(app, &wanted, fl_u32(body + 12));
-    if (answer.reason == 0) {
-        app->played = 1;
-        app->played_sequence = sequence;
-        app->played_crc = crc;
-    }
+    return fl_play_table(app, &wanted, fl_u32(body + 12));
+}
+
+static fl_answer stream(fl_app *app, const uint8_t *body, uint32_t session) {
+    fl_answer answer = fl_stream(app, fl_u16(body), fl_u16(body + 2));
+    if (answer.reason == 0) app->streamer = session;
     return answer;
 }
 
 static fl_answer get(fl_app *app, uint16_t first, uint16_t count) {
-    if (count < 1 || count > 64) return refused(FL_REFUSAL_OUT_OF_RANGE);
+    if (count < 1 || count > FL_WORDS_A_FRAME) return refused(FL_REFUSAL_OUT_OF_RANGE);
     if (first >= FL_WORDS || count > FL_WORDS - first)
         return (fl_answer){FL_REFUSAL_UNKNOWN_WORD, first < FL_WORDS ? FL_WORDS : first};
     fl_push_reply(app, (fl_reply){FL_MESSAGE_WORDS, 0, 0, first, count});
     return done;
 }
 
-/* A reply that tells something: 1 where the message asks for one. */
-static int tells(fl_app *app, uint8_t type) {
+static void answer_with(fl_app *app, uint16_t sequence, fl_answer answer) {
+    uint8_t reply = answer.reason ? FL_MESSAGE_REFUSED : FL_MESSAGE_DONE;
+    fl_push_reply(app, (fl_reply){reply, answer.reason, sequence, answer.index, 0});
+}
+
+enum { COMMANDS, TOLD, NOT_TOLD }; /* what a message is about */
+
+/* What tells and changes nothing, for whoever asks. */
+static int tells(fl_app *app, uint8_t type, uint16_t sequence, const uint8_t *body) {
     uint8_t reply = type == FL_MESSAGE_IDENTIFY     ? FL_MESSAGE_IDENTITY
                     : type == FL_MESSAGE_HEARTBEAT  ? FL_MESSAGE_STATUS
                     : type == FL_MESSAGE_STATISTICS ? FL_MESSAGE_COUNTED
                                                     : 0;
-    if (type == FL_MESSAGE_IDENTIFY) app->played = 0; /* a host that begins counts from where it likes */
     if (reply) fl_push_reply(app, (fl_reply){reply, 0, 0, 0, 0});
-    return reply != 0;
+    if (type != FL_MESSAGE_GET) return reply ? TOLD : COMMANDS;
+    fl_answer answer = get(app, fl_u16(body), fl_u16(body + 2));
+    if (answer.reason == 0) return TOLD;
+    answer_with(app, sequence, answer);
+    return NOT_TOLD;
 }
 
-static void handle(fl_app *app, uint8_t type, uint16_t sequence, const uint8_t *body, size_t bytes) {
-    uint16_t count = 0;
-    fl_answer answer = check_length(type, bytes, &count);
-    if (answer.reason == 0) {
-        if (tells(app, type)) return;
-        switch (type) {
-        case FL_MESSAGE_GET: answer = get(app, fl_u16(body), fl_u16(body + 2)); break;
-        case FL_MESSAGE_SET: answer = fl_set(app, fl_u16(body), body + 2, count); break;
-        case FL_MESSAGE_COMMIT: answer = fl_commit(app, fl_u32(body)); break;
-        case FL_MESSAGE_WAVEFORM: answer = fl_waveform(app, fl_u16(body), body + 2, count); break;
-        case FL_MESSAGE_PLAY: answer = play(app, sequence, body); break;
-        case FL_MESSAGE_MODE: answer = mode(app, body[0]); break;
-        case FL_MESSAGE_STREAM: answer = fl_stream(app, fl_u16(body), fl_u16(body + 2)); break;
-        case FL_MESSAGE_CLEAR: answer = clear(app); break;
-        default: break;
-        }
-        if (type == FL_MESSAGE_GET && answer.reason == 0) return;
+static void greet(fl_app *app, uint16_t sequence, const uint8_t *body) {
+    if (body[0] != FL_MAJOR) {
+        answer_with(app, sequence, refused(FL_REFUSAL_WRONG_VERSION));
+        return;
     }
-    uint8_t reply = answer.reason ? FL_MESSAGE_REFUSED : FL_MESSAGE_DONE;
-    fl_push_reply(app, (fl_reply){reply, answer.reason, sequence, answer.index, 0});
+    uint32_t id = fl_hello(app, sequence, fl_u32(body + 1));
+    fl_push_reply(app, (fl_reply){FL_MESSAGE_WELCOME, 0, sequence, (uint16_t)id, (uint16_t)(id >> 16)});
+}
+
+typedef struct {
+    uint8_t type;
+    uint16_t sequence, count;
+    const uint8_t *body;
+    uint32_t now_us;
+} fl_asked;
+
+static fl_answer commanded(fl_app *app, const fl_session *session, const fl_asked *asked) {
+    const uint8_t *body = asked->body;
+    fl_answer answer = fl_admit(app, session, asked->type);
+    if (answer.reason) return answer;
+    switch (asked->type) {
+    case FL_MESSAGE_SET: return fl_set(app, fl_u16(body), body + 2, asked->count);
+    case FL_MESSAGE_COMMIT: return fl_commit(app, fl_u32(body));
+    case FL_MESSAGE_WAVEFORM: return fl_waveform(app, fl_u16(body), body + 2, asked->count);
+    case FL_MESSAGE_PLAY: return play(app, body);
+    case FL_MESSAGE_MODE: return mode(app, body[0], session->id, asked->now_us);
+    case FL_MESSAGE_STREAM: return stream(app, body, session->id);
+    default: return clear(app);
+    }
+}
+
+/* A frame of a session, by its sequence: new, the last one again, or one that was overtaken. A sign of life is one that
+ * is new, whole and not refused. */
+static void follow(fl_app *app, fl_session *session, const fl_asked *asked) {
+    uint16_t step = (uint16_t)(asked->sequence - session->sequence);
+    if (step >= 32768 || (step == 0 && asked->type != session->type)) {
+        answer_with(app, asked->sequence, refused(FL_REFUSAL_LATE));
+        return;
+    }
+    int told = tells(app, asked->type, asked->sequence, asked->body);
+    if (told != COMMANDS) {
+        *session = (fl_session){session->id, asked->sequence, FL_NO_INDEX, asked->type, 0};
+        if (told == TOLD && step && session->id == app->owner) app->heard_us = asked->now_us;
+        return;
+    }
+    if (step) {
+        fl_answer answer = commanded(app, session, asked);
+        *session = (fl_session){session->id, asked->sequence, answer.index, asked->type, answer.reason};
+        if (answer.reason == 0 && session->id == app->owner) app->heard_us = asked->now_us;
+    }
+    answer_with(app, asked->sequence, (fl_answer){session->reason, session->index});
+}
+
+static void handle(fl_app *app, uint32_t stamp, fl_asked asked, size_t bytes) {
+    fl_answer answer = check_length(asked.type, bytes, &asked.count);
+    if (asked.type == FL_MESSAGE_IDENTIFY) stamp = 0; /* answered in any session, and without */
+    fl_session *session = fl_session_of(app, stamp);
+    if (answer.reason) answer_with(app, asked.sequence, answer);
+    else if (asked.type == FL_MESSAGE_HELLO) greet(app, asked.sequence, asked.body);
+    else if (session) follow(app, session, &asked);
+    else if (stamp || tells(app, asked.type, asked.sequence, asked.body) == COMMANDS)
+        answer_with(app, asked.sequence, refused(FL_REFUSAL_NO_SESSION));
 }
 
 /* What only a device says came back over a looped cable: an answer would go round for ever. */
@@ -104,6 +165,7 @@ static int said_by_a_device(uint8_t type) {
     static const uint8_t types[] = {
         FL_MESSAGE_IDENTITY, FL_MESSAGE_WORDS, FL_MESSAGE_TELEMETRY, FL_MESSAGE_STATUS,
         FL_MESSAGE_COUNTED,  FL_MESSAGE_DONE,  FL_MESSAGE_REFUSED,   FL_MESSAGE_FAULT,
+        FL_MESSAGE_WELCOME,
     };
     for (size_t k = 0; k < sizeof types; k++)
         if (types[k] == type) return 1;
@@ -125,8 +187,8 @@ void fl_app_receive(fl_app *app, const uint8_t *bytes, size_t count, uint32_t no
         const uint8_t *frame = app->decoder.frame;
         if (length < FL_HEADER || said_by_a_device(frame[0])) continue;
         uint16_t sequence = fl_u16(frame + 1);
-        app->heard_us = now_us;
         follow_sequence(app, frame[0], sequence);
-        handle(app, frame[0], sequence, frame + FL_HEADER, (size_t)length - FL_HEADER);
+        fl_asked asked = {frame[0], sequence, 0, frame + FL_HEADER, now_us};
+        handle(app, fl_u32(frame + 3), asked, (size_t)length - FL_HEADER);
     }
 }

@@ -77,6 +77,7 @@ void fl_parameters_take(fl_app *app) {
     app->parameters.in_force ^= 1;
     if (fl_in_force(app)->law_number != before) app->law_runs = 0;
     app->bad_table = 0;
+    app->commits++;
     app->parameters.stale = 1;
     fl_fence();
     app->parameters.asked = 0;

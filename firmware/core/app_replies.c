@@ -33,7 +33,7 @@ static uint8_t *words(const fl_app *app, const fl_reply *reply, uint8_t *at) {
 static uint8_t *status(const fl_app *app, uint8_t *at) {
     *at++ = app->state;
     *at++ = app->fault;
-    return fl_put32(at, app->tick);
+    return fl_put16(fl_put32(at, app->tick), app->commits);
 }
 
 static uint8_t *counted(const fl_app *app, uint8_t *at) {
@@ -55,6 +55,7 @@ static uint8_t *answered(const fl_app *app, const fl_reply *reply, uint8_t *at) 
     case FL_MESSAGE_WORDS: return words(app, reply, at);
     case FL_MESSAGE_STATUS: return status(app, at);
     case FL_MESSAGE_COUNTED: return counted(app, at);
+    case FL_MESSAGE_WELCOME: return fl_put16(fl_put16(fl_put16(at, reply->sequence), reply->first), reply->count);
     case FL_MESSAGE_REFUSED: return refused(reply, at);
     default: return fl_put16(at, reply->sequence);
     }

@@ -2,8 +2,6 @@
  * always; it is latched, told once, and cleared by the host when its cause is over. */
 #include "fl_app_parts.h"
 
-static int on(const fl_app *app) { return app->state == FL_STATE_OPEN || app->state == FL_STATE_CLOSED; }
-
 static void count(uint32_t *ticks, int holds) {
     if (!holds) *ticks = 0;
     else if (*ticks < UINT32_MAX) *ticks += 1;
@@ -100,15 +98,15 @@ static void obey(fl_app *app) {
     if (wanted == FL_NO_STATE) return;
     app->asked_state = FL_NO_STATE;
     if (app->state == FL_STATE_FAULT) return;
-    int was_on = on(app);
+    int was_on = fl_is_on(app);
     app->state = wanted;
-    if (!was_on && on(app)) app->phase = 0; /* a run begins with the first point of its table */
+    if (!was_on && fl_is_on(app)) app->phase = 0; /* a run begins with the first point of its table */
 }
 
 void fl_state_step(fl_app *app, const fl_sample *sample, const fl_measurement *m, uint32_t now_us) {
     obey(app);
     uint32_t *alone = &app->watch.alone;
-    if (!on(app)) {
+    if (!fl_is_on(app)) {
         *alone = 0;
         return;
     }

@@ -3,8 +3,8 @@
 #include "fl_app_parts.h"
 
 enum {
-    TOGETHER = 16, /* samples in a frame */
-    OLDEST = 100,  /* ticks until a frame goes out with fewer, 20 ms */
+    TOGETHER = FL_SAMPLES_A_FRAME,
+    OLDEST = FL_OLDEST_MS * FL_TICK_HZ / 1000, /* ticks until a frame goes out with fewer */
     PREFIX = 10    /* bytes before the values */
 };
 _Static_assert(PREFIX + 2 * TOGETHER * FL_CHANNELS <= FL_LARGEST_BODY, "a frame takes all channels");

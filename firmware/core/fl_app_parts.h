@@ -14,6 +14,10 @@ static inline const fl_parameters *fl_in_force(const fl_app *app) {
     return &app->tables[app->parameters.in_force].named;
 }
 
+static inline int fl_is_on(const fl_app *app) {
+    return app->state == FL_STATE_OPEN || app->state == FL_STATE_CLOSED;
+}
+
 typedef struct {
     uint8_t reason; /* 0: done */
     uint16_t index;
@@ -56,6 +60,12 @@ fl_answer fl_play_table(fl_app *app, const fl_play *play, uint32_t crc);
 void fl_keep(fl_app *app, const fl_measurement *m, int32_t setpoint, fl_force_command command);
 fl_answer fl_stream(fl_app *app, uint16_t decimation, uint16_t mask);
 size_t fl_telemetry(fl_app *app, uint8_t *body);
+
+/* app_session.c */
+int fl_is_owned(const fl_app *app);
+fl_session *fl_session_of(fl_app *app, uint32_t id);
+uint32_t fl_hello(fl_app *app, uint16_t sequence, uint32_t nonce);
+fl_answer fl_admit(const fl_app *app, const fl_session *session, uint8_t type);
 
 /* app_replies.c */
 void fl_push_reply(fl_app *app, fl_reply reply);

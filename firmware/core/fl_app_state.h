@@ -75,6 +75,13 @@ typedef struct {
     uint16_t sequence, first, count;
 } fl_reply;
 
+/* A host that said hello: its last frame, and how that was answered. */
+typedef struct {
+    uint32_t id; /* 0: none */
+    uint16_t sequence, index;
+    uint8_t type, reason;
+} fl_session;
+
 struct fl_app {
     fl_identity identity;
     fl_built_in built;
@@ -94,6 +101,7 @@ struct fl_app {
     uint8_t law_runs;
     fl_raised raised;
     uint32_t overruns, longest;
+    volatile uint16_t commits;
     /* asked of the tick; the background sets, the tick takes */
     volatile uint8_t asked_state, asked_clear;
     volatile uint8_t tell_fault; /* the tick sets, the background takes */
@@ -105,9 +113,11 @@ struct fl_app {
     uint16_t mask, spacing; /* of the samples in the ring: ticks from one to the next */
     /* the link; the background alone */
     fl_decoder decoder;
-    uint16_t last_sequence, played_sequence, sequence;
-    uint8_t heard, played;
-    uint32_t played_crc, missed;
+    uint16_t last_sequence, sequence;
+    uint8_t heard;
+    uint32_t missed;
+    fl_session sessions[2]; /* while the loop is on, its owner's and that of the latest other host */
+    uint32_t owner, streamer, hellos;
     fl_reply replies[FL_REPLIES];
     uint8_t first_reply, reply_count;
     uint16_t coded, sent;

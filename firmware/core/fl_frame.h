@@ -7,7 +7,7 @@
 #include "fl_protocol.h"
 
 enum {
-    FL_HEADER = 7,                                   /* bytes: type, sequence, time_us */
+    FL_HEADER = 7,                                   /* bytes: type, sequence, stamp */
     FL_LARGEST_FRAME = FL_HEADER + FL_LARGEST_BODY,  /* header and body */
     FL_LARGEST_CODED = FL_LARGEST_FRAME + 2 + 2 + 1  /* with CRC, COBS's byte per 254 begun, zero byte */
 };

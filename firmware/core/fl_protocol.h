@@ -4,13 +4,20 @@
 
 #include "fl_fixed.h"
 
-#define FL_MAJOR 1
-#define FL_MINOR 1
+#define FL_MAJOR 2
+#define FL_MINOR 0
 #define FL_LARGEST_BODY 272
 #define FL_TICK_HZ 5000
 #define FL_SILENCE_MS 200
 #define FL_RAMP_MS 100
 #define FL_ALONE_S 60
+#define FL_REPEAT_MS 100
+#define FL_TRIES 10
+#define FL_BEAT_MS 40
+#define FL_WORDS_A_FRAME 64
+#define FL_POINTS_A_FRAME 128
+#define FL_SAMPLES_A_FRAME 16
+#define FL_OLDEST_MS 20
 #define FL_TABLE_HASH 0x27f3f5f0u
 #define FL_WORDS 537
 
@@ -22,17 +29,17 @@ enum fl_state { FL_STATE_IDLE = 0, FL_STATE_OPEN = 1, FL_STATE_CLOSED = 2, FL_ST
 
 enum fl_fault { FL_FAULT_NONE = 0, FL_FAULT_FORCE_RANGE = 1, FL_FAULT_SENSOR_STUCK = 2, FL_FAULT_SENSOR_SATURATED = 3, FL_FAULT_HOST_SILENT = 4, FL_FAULT_TICK_OVERRUN = 5, FL_FAULT_BAD_PARAMETER = 6, FL_FAULT_NO_FINGER = 7, FL_FAULT_BAD_IMAGE = 8 };
 
-enum fl_refusal { FL_REFUSAL_UNKNOWN_MESSAGE = 1, FL_REFUSAL_WRONG_LENGTH = 2, FL_REFUSAL_WRONG_VERSION = 3, FL_REFUSAL_UNKNOWN_WORD = 4, FL_REFUSAL_OUT_OF_RANGE = 5, FL_REFUSAL_WRONG_CRC = 6, FL_REFUSAL_NOT_NOW = 7, FL_REFUSAL_STILL_AT_FAULT = 8 };
+enum fl_refusal { FL_REFUSAL_UNKNOWN_MESSAGE = 1, FL_REFUSAL_WRONG_LENGTH = 2, FL_REFUSAL_WRONG_VERSION = 3, FL_REFUSAL_UNKNOWN_WORD = 4, FL_REFUSAL_OUT_OF_RANGE = 5, FL_REFUSAL_WRONG_CRC = 6, FL_REFUSAL_NOT_NOW = 7, FL_REFUSAL_STILL_AT_FAULT = 8, FL_REFUSAL_NOT_OWNER = 9, FL_REFUSAL_NO_SESSION = 10, FL_REFUSAL_LATE = 11 };
 
-enum fl_message { FL_MESSAGE_IDENTIFY = 1, FL_MESSAGE_IDENTITY = 2, FL_MESSAGE_GET = 3, FL_MESSAGE_WORDS = 4, FL_MESSAGE_SET = 5, FL_MESSAGE_COMMIT = 6, FL_MESSAGE_WAVEFORM = 7, FL_MESSAGE_PLAY = 8, FL_MESSAGE_MODE = 9, FL_MESSAGE_STREAM = 10, FL_MESSAGE_TELEMETRY = 11, FL_MESSAGE_HEARTBEAT = 12, FL_MESSAGE_STATUS = 13, FL_MESSAGE_CLEAR = 14, FL_MESSAGE_STATISTICS = 15, FL_MESSAGE_COUNTED = 16, FL_MESSAGE_DONE = 17, FL_MESSAGE_REFUSED = 18, FL_MESSAGE_FAULT = 19 };
+enum fl_message { FL_MESSAGE_IDENTIFY = 1, FL_MESSAGE_IDENTITY = 2, FL_MESSAGE_GET = 3, FL_MESSAGE_WORDS = 4, FL_MESSAGE_SET = 5, FL_MESSAGE_COMMIT = 6, FL_MESSAGE_WAVEFORM = 7, FL_MESSAGE_PLAY = 8, FL_MESSAGE_MODE = 9, FL_MESSAGE_STREAM = 10, FL_MESSAGE_TELEMETRY = 11, FL_MESSAGE_HEARTBEAT = 12, FL_MESSAGE_STATUS = 13, FL_MESSAGE_CLEAR = 14, FL_MESSAGE_STATISTICS = 15, FL_MESSAGE_COUNTED = 16, FL_MESSAGE_DONE = 17, FL_MESSAGE_REFUSED = 18, FL_MESSAGE_FAULT = 19, FL_MESSAGE_HELLO = 20, FL_MESSAGE_WELCOME = 21 };
 
 enum fl_channel { FL_CHANNEL_F_R, FL_CHANNEL_F_M, FL_CHANNEL_U, FL_CHANNEL_A, FL_CHANNEL_POSITION, FL_CHANNEL_SPEED, FL_CHANNEL_LOAD, FL_CHANNEL_FLAGS, FL_CHANNELS };
 
 /* The parameter table: FL_WORDS words in this order. */
 typedef struct {
     int32_t law_number;  /* count: control law (control/laws): 1 PI, 2 lookup, 3 filtered PI, 4 observer, 5 super-twisting, 6 tracker */
-    fl_gain law_gains[106];  /* gain: gains of the law, as its fixed-point step takes them; unused ones are 0 */
-    int32_t law_start[32];  /* count: state of the law when the loop closes, each in the format of the law's table */
+    fl_gain law_gains[106];  /* gain: gains of the law: see gains and start words; unused ones are 0 */
+    int32_t law_start[32];  /* count: state of the law when the loop goes on: see gains and start words */
     int32_t law_low_n;  /* q28, N: lowest force command, g(a_max) by the controller's model */
     int32_t law_high_n;  /* q28, N: highest force command, f0 by the controller's model */
     int32_t lookup_squares_um2[257];  /* q25, um^2: a^2 at 257 forces from low_n to high_n, evenly spaced */

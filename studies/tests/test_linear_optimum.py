@@ -9,17 +9,15 @@ from hypothesis import strategies as st
 from scipy.linalg import solve_discrete_are, solve_discrete_lyapunov
 from scipy.optimize import minimize
 from scipy.signal import ss2tf
+from tracker_loop import Plant, Row, answer
+from tracker_rows import Prediction, plant_paths, true_shares
 
 import frictionloop as fl
 from frictionloop.analysis import waterbed_bound
-from frictionloop.control.tracker_gains import sensor_matrices
-from frictionloop.design.tracker_loop import Plant, Row, answer
-from frictionloop.design.tracker_search import RowSearch, true_shares
-from frictionloop.design.tracker_tuning import believed_resonance
+from frictionloop.control.tracker_gains import observed, sensor_matrices
 from frictionloop.parameters.tracking import PLACES, SCHEDULE
 from studies.linear_optimum import linear_optimum
 from studies.robust_reach import UNMEASURED
-from studies.tracker_plant import plant_paths
 
 TS, NYQUIST_HZ = 2e-4, 2500.0
 FREQUENCY_HZ = (np.arange(5000) + 0.5) * NYQUIST_HZ / 5000
@@ -209,9 +207,7 @@ def test_no_row_of_the_tracker_is_below_it(place: float, row: tuple[float, ...])
     true = bench.controller.model.model_copy(
         update={"resonance_hz": bench.sensor.resonance_hz, "resonance_q": bench.sensor.q, "sensor_hz": 1000.0}
     )
-    low, broad = believed_resonance(UNMEASURED)
-    told = {"resonance_hz": low * 145.0, "resonance_q": broad}
-    search = RowSearch(bench, true, true.model_copy(update=told), place, UNMEASURED)
+    search = Prediction(bench, true, observed(bench.controller), place, UNMEASURED)
     own, share = true_shares(place)[0], search.share
     disturbance = search.plants[0][1]
     theirs = answer(Row(*row), search.believed, share, Plant(true, own), search.z, TS)

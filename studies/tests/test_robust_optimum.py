@@ -8,17 +8,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 from scipy.signal import freqz
+from tracker_loop import Plant, Row
+from tracker_rows import Prediction, plant_paths, true_shares
 
 import frictionloop as fl
-from frictionloop.design.tracker_loop import Plant, Row
-from frictionloop.design.tracker_search import RowSearch, true_shares
-from frictionloop.design.tracker_tuning import believed_resonance
+from frictionloop.control.tracker_gains import observed
 from frictionloop.parameters.tracking import PLACES, SCHEDULE
 from studies.linear_optimum import linear_optimum
 from studies.linear_reach import linear_reach
 from studies.robust_optimum import RobustOptimum, _turns, robust_optimum
 from studies.robust_reach import UNMEASURED, robust_reach
-from studies.tracker_plant import plant_paths
 from studies.wiener_hopf import Spectra, bins
 
 TS, NYQUIST_HZ, BINS = 2e-4, 2500.0, 2**11
@@ -110,12 +109,11 @@ def test_no_row_of_the_tracker_is_below_what_bears_its_resonances(place: float, 
     bench = fl.bench().evolve({"controller.kind": "tracker"})
     sensor = {"resonance_hz": bench.sensor.resonance_hz, "resonance_q": bench.sensor.q, "sensor_hz": 1000.0}
     true = bench.controller.model.model_copy(update=sensor)
-    low, broad = believed_resonance(UNMEASURED)
-    believed = true.model_copy(update={"resonance_hz": low * 145.0, "resonance_q": broad})
-    search = RowSearch(bench, true, believed, place, UNMEASURED)
+    believed = observed(bench.controller)
+    search = Prediction(bench, true, believed, place, UNMEASURED)
     search.near = 0.0
     search.plants = search.plants[:1]
-    left, peaks, _, _ = search.residual(Row(*row))
+    left, peaks = search.residual(Row(*row))
     own, paths = true_shares(place)[0], {}
     for off in peaks:
         there = true.model_copy(update={"resonance_hz": 145.0 * (1.0 + off)})

@@ -10,8 +10,7 @@ import frictionloop as fl
 from frictionloop.report.gains import KIS, KPS, at, optimum, spread, useful_range
 from frictionloop.report.noise import NOISE_READINGS, knee_n
 from frictionloop.report.results import parts
-from frictionloop.report.systems import FEASIBLE, WORKING, compared, held, reachable_share, readings
-from frictionloop.report.tracking import noise_above_n
+from frictionloop.report.systems import FEASIBLE, WORKING, compared, held, noise_above_n, reachable_share, readings
 
 
 def cut(values, gains=(1.0, 2.0, 4.0, 8.0)):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,8 @@ from frictionloop.quantities.schema import parameter_words, schema
 
 TICK_US = 200
 TALK = ("fault", "telemetry")
+TELLING = ("identify", "heartbeat", "statistics", "get", "hello")
+NONCES = count(1000, 1000)
 
 
 class Rig:
@@ -31,6 +34,7 @@ class Rig:
         self.board = HostBoard(self.words)
         self.decoder, self.sequence, self.now_us, self.ticks = Decoder(), 0, 0, 0
         self.told: list[Message] = []
+        self.session = 0
         self.drive = Drive(0, 0.0)
 
     def change(self, name: str, values: Any) -> None:
@@ -45,11 +49,17 @@ class Rig:
         return [message for message in messages if message.name not in TALK]
 
     def ask(self, name: str, **fields: Any) -> Message:
-        """Send one frame and return the one answer to it."""
+        """Send one frame and return the one answer to it; a first command says hello before."""
+        if not self.session and name not in TELLING:
+            self.greet()
         self.sequence += 1
-        self.board.receive(encode(name, self.sequence, **fields), self.now_us)
+        self.board.receive(encode(name, self.sequence, self.session, **fields), self.now_us)
         (answer,) = self.listen()
         return answer
+
+    def greet(self) -> None:
+        """Begin a session."""
+        self.session = self.ask("hello", major=schema()["protocol"]["major"], nonce=next(NONCES))["session"]
 
     def reason(self, name: str, **fields: Any) -> str:
         """Send one frame and return "done", or why it is refused."""
@@ -58,20 +68,20 @@ class Rig:
         reasons = {number: reason for reason, number in schema()["refusals"].items()}
         return "done" if answer.name == "done" else reasons[answer["reason"]]
 
-    def tick(self, count: int = 1, sample: Sample | None = None, late: bool = False) -> Drive:
+    def tick(self, ticks: int = 1, sample: Sample | None = None, late: bool = False) -> Drive:
         """Run ticks, of a finger that slides at 20 mm/s under 0.5 N where no sample is given; nobody speaks."""
-        for _ in range(count):
+        for _ in range(ticks):
             self.ticks += 1
             self.now_us += TICK_US
             self.drive = self.board.tick(sample or self.slides(), self.now_us, late)
         return self.drive
 
-    def run(self, count: int, sample: Sample | None = None) -> Drive:
+    def run(self, ticks: int, sample: Sample | None = None) -> Drive:
         """Run ticks with a host that is there."""
-        while count:
+        while ticks:
             self.ask("heartbeat")
-            self.tick(some := min(count, 500), sample)
-            count -= some
+            self.tick(some := min(ticks, 500), sample)
+            ticks -= some
         return self.drive
 
     def slides(self, force: int = 8000) -> Sample:

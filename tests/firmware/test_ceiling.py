@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tick_corpus import SESSION, hello
 
 from frictionloop.device.codec import encode
 from frictionloop.device.host_board import HostBoard, Sample
@@ -76,7 +77,7 @@ def test_the_amplitude_at_the_pin_is_at_most_the_ceiling(words, ceiling, happeni
     table = words.copy()
     table[AT["drive.ceiling_um"]] = ceiling = min(ceiling, int(largest))
     board = HostBoard(table)
-    board.receive(encode("mode", 1, state=2), 0)
+    board.receive(hello() + encode("mode", 1, SESSION, state=2), 0)
     for k, happens in enumerate(happenings):
         if isinstance(happens, bytes):
             board.receive(happens, 200 * k)

@@ -73,7 +73,7 @@ def test_every_duty_is_the_host_librarys(law, images, law_words):
 
 def test_bytes_beyond_what_the_wire_takes_wait(board):
     """2 Mbaud, ten bits a byte: 40 bytes a tick."""
-    frames = b"".join(heartbeat(k) for k in range(40))
+    frames = b"".join(heartbeat(k, 0) for k in range(40))
     board.receive(frames)
     ticks = -(-len(frames) // 40)
     decoder, answers = Decoder(), []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tick_corpus import SESSION, heartbeat, hello
 
 import frictionloop as fl
 from frictionloop.device.codec import encode
@@ -40,10 +41,10 @@ def counts(told: Measurement, system: fl.System) -> Sample:
 def with_the_board(system: fl.System, ticks: int) -> np.ndarray:
     """Return the friction force at every tick, the board closing the loop from the first."""
     plant, board, force = fl.Stepper(system, seed=1), HostBoard(firmware_words(system)), np.empty(ticks)
-    board.receive(encode("mode", 0, state=2), 0)
+    board.receive(hello() + encode("mode", 1, SESSION, state=2), 0)
     for k in range(ticks):
         if k % 500 == 0:
-            board.receive(encode("heartbeat", k), 200 * k)
+            board.receive(heartbeat(k + 2), 200 * k)
             board.transmit(200 * k)
         drive = board.tick(counts(plant.measured, system), 200 * k)
         force[k] = plant.force_n

@@ -15,7 +15,7 @@ from frictionloop.quantities.schema import schema, table_hash, word_count
 
 def test_identity(rig):
     told = rig.ask("identify")
-    assert (told["major"], told["minor"]) == (1, 1)
+    assert (told["major"], told["minor"]) == (2, 0)
     assert (told["board"], told["law"], told["tick_hz"]) == (0, 1, 5000)
     assert (told["table_hash"], told["parameters"], told["waveform"]) == (table_hash(), word_count(), 1024)
     assert told["revision"].rstrip(b"\0").decode() == revision_here()
@@ -31,6 +31,7 @@ def test_every_message_to_the_device_is_answered_as_the_schema_says(rig):
         "play": {"source": 0, "loops": 0, "count": 0, "step": 0, "start_um": 0, "crc": 0},
         "mode": {"state": 0},
         "stream": {"decimation": 0, "mask": 0},
+        "hello": {"major": 2, "nonce": 5},
     }
     asked = [message for message in schema()["message"] if message["to"] == "device"]
     for message in asked:
@@ -64,6 +65,7 @@ def test_a_frame_that_comes_twice_does_no_harm(rig):
     points = np.linspace(5000, 7000, 100).astype(int)
     play = {"source": 1, "loops": 1, "count": 100, "step": 1 << 22, "start_um": 0}
     session = [
+        ("hello", {"major": 2, "nonce": 76}),
         ("set", {"first": 0, "values": rig.words[:64]}),
         ("commit", {"crc": zlib.crc32(rig.words.astype("<i4").tobytes())}),
         ("waveform", {"first": 0, "values": points}),
@@ -79,9 +81,9 @@ def test_a_frame_that_comes_twice_does_no_harm(rig):
         path = []
         for sequence, (name, fields) in enumerate(session):
             for _ in range(times):  # the second a tick later, as when an answer was lost
-                again.board.receive(encode(name, sequence, **fields), again.now_us)
+                again.board.receive(encode(name, sequence, 77, **fields), again.now_us)
                 path.append(again.tick()) if _ == 0 else None
-                assert {m.name for m in again.listen()} <= {"done"}
+                assert {m.name for m in again.listen()} <= {"done", "welcome"}
             path.append(again.tick(30))
         drives.append(path)
         samples.append(again.telemetry()["f_r"])
@@ -95,8 +97,8 @@ def test_a_new_host_that_counts_from_where_the_last_one_did_begins_its_table_ane
     play = {"source": 1, "loops": 0, "count": 100, "step": 1 << 24, "start_um": 0}
     rig.stream()
     for _ in range(2):
-        rig.ask("identify")
         rig.sequence = 10
+        rig.greet()
         rig.ask("waveform", first=0, values=points)
         assert rig.reason("play", **play, crc=zlib.crc32(points.astype("<i2").tobytes())) == "done"
         rig.tick(20)
@@ -120,12 +122,13 @@ def test_a_body_of_the_wrong_length(rig, name: str, extra: int):
 
 
 def test_too_many_or_no_values(rig):
+    rig.greet()
     for name, most in (("set", 64), ("waveform", 128)):
         size = LAYOUTS[name].item.itemsize
         for count, reason in ((0, "wrong_length"), (most + 1, "wrong_length"), (most, "done")):
             body = bytes(2) + bytes(size * count)
             rig.sequence += 1
-            rig.board.receive(framed(HEADER.pack(LAYOUTS[name].type, rig.sequence, 0) + body), 0)
+            rig.board.receive(framed(HEADER.pack(LAYOUTS[name].type, rig.sequence, rig.session) + body), 0)
             (answer,) = rig.listen()
             assert answer.name == ("done" if reason == "done" else "refused")
 
@@ -161,7 +164,7 @@ def test_the_clock_and_the_sequence_of_the_board(rig):
     rig.now_us = 2**32 - 150
     rig.tick()
     first, second = rig.ask("heartbeat"), rig.ask("heartbeat")
-    assert first.time_us == 50
+    assert first.stamp == 50
     assert second.sequence == first.sequence + 1
 
 

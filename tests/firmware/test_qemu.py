@@ -84,7 +84,7 @@ def test_the_scenario_asks_for_the_loop_and_keeps_silent_once(scenario):
         count = scenario.library.fl_stimulus_bytes(tick, out)
         told += [(tick, message.name) for message in Decoder().feed(bytes(ffi.buffer(out, count)))]
     names = [name for _, name in told]
-    assert names[:4] == ["heartbeat", "identify", "stream", "mode"]
+    assert names[:5] == ["heartbeat", "hello", "identify", "stream", "mode"]
     silences = [after - before for (before, _), (after, _) in pairwise(told)]
     assert [ticks for ticks in silences if ticks > schema()["protocol"]["silence_ms"] * 5] == [max(silences)]
     assert names.count("mode") == 2

@@ -72,8 +72,9 @@ static void say(fl_app *app, uint8_t type, const void *body, size_t count, uint3
     static uint16_t sequence;
     uint8_t frame[FL_LARGEST_FRAME], coded[FL_LARGEST_CODED];
     frame[0] = type;
-    fl_put32(fl_put16(frame + 1, sequence), 0);
-    sequence += below(8) != 0;
+    uint32_t session = type == FL_MESSAGE_HELLO ? 0 : app->sessions[below(200) == 0].id;
+    fl_put32(fl_put16(frame + 1, sequence), below(200) ? session : draw());
+    sequence += below(64) != 0;
     memcpy(frame + FL_HEADER, body, count);
     size_t length = fl_frame_encode(coded, sizeof coded, frame, FL_HEADER + count);
     uint32_t hit = below(50), where = below((uint32_t)length), bit = below(8);
@@ -114,7 +115,7 @@ static void play(fl_app *app, uint32_t now) {
 static void talk(fl_app *app, uint32_t now) {
     uint8_t bytes[300];
     for (size_t k = 0; k < sizeof bytes; k++) bytes[k] = below(3) ? (uint8_t)draw() : 0;
-    switch (below(12)) {
+    switch (below(13)) {
     case 0: commit(app, now); break;
     case 1: play(app, now); break;
     case 2: fl_app_receive(app, bytes, below(300), now); break;
@@ -123,6 +124,7 @@ static void talk(fl_app *app, uint32_t now) {
     case 5: bytes[0] = 0, say(app, FL_MESSAGE_MODE, bytes, 1, now); break;
     case 6: bytes[0] = 1, say(app, FL_MESSAGE_MODE, bytes, 1, now); break;
     case 7: case 8: bytes[0] = 2, say(app, FL_MESSAGE_MODE, bytes, 1, now); break;
+    case 10: bytes[0] = FL_MAJOR, say(app, FL_MESSAGE_HELLO, bytes, 5, now); break;
     case 9: bytes[0] = (uint8_t)below(4), bytes[1] = 0, say(app, FL_MESSAGE_STREAM, bytes, 4, now); break;
     default: say(app, FL_MESSAGE_HEARTBEAT, bytes, 0, now); break;
     }

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.signal import sosfilt, sosfreqz
 
 from frictionloop.perception import force_threshold_n, weighting_sos
-from frictionloop.perception.prototype import GRID_HZ
+from frictionloop.perception.weighting import GRID_HZ
 
 
 def weighting_error_db(rate_hz, finger=None, frequency_hz=GRID_HZ):

@@ -12,6 +12,9 @@ from frictionloop.device.codec import encode
 from frictionloop.quantities.schema import schema
 
 TICK_HZ = 5000
+NONCE = 77
+SESSION = NONCE + 1
+"""Of the first hello since reset."""
 LEAST, LARGEST = -32768, 32767
 
 
@@ -58,14 +61,20 @@ def opening(state: str = "closed") -> bytes:
     channels = 2 ** len(schema()["channel"]) - 1
     return b"".join(
         (
-            encode("waveform", 1, first=0, values=points),
-            encode("play", 2, **play, crc=zlib.crc32(points.tobytes())),
-            encode("stream", 3, decimation=1, mask=channels),
-            encode("mode", 4, state=schema()["states"][state]),
+            hello(),
+            encode("waveform", 1, SESSION, first=0, values=points),
+            encode("play", 2, SESSION, **play, crc=zlib.crc32(points.tobytes())),
+            encode("stream", 3, SESSION, decimation=1, mask=channels),
+            encode("mode", 4, SESSION, state=schema()["states"][state]),
         )
     )
 
 
-def heartbeat(sequence: int) -> bytes:
+def hello() -> bytes:
+    """Return the first frame of a host; its session is then `SESSION`, where no host was before."""
+    return encode("hello", 0, major=schema()["protocol"]["major"], nonce=NONCE)
+
+
+def heartbeat(sequence: int, session: int = SESSION) -> bytes:
     """Return the frame that keeps the loop closed."""
-    return encode("heartbeat", sequence)
+    return encode("heartbeat", sequence, session)

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from frictionloop.perception import displacement_threshold_um
-from frictionloop.perception.prototype import GRID_HZ, Prototype, gain_db
+from frictionloop.perception.weighting import GRID_HZ, Prototype, gain_db
 
 _START = ((4.0, 1.0), (40.0, 1.0), (10.0, 1.0), (200.0, 1.0), (300.0, 1.0))
 _ZEROS = 2

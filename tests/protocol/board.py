@@ -24,13 +24,14 @@ STATES, REFUSALS, FAULTS = (schema()[group] for group in ("states", "refusals", 
 class Board:
     """Streams 16 samples a frame at 5 kHz and answers; a host that is silent for 200 ms is a fault."""
 
-    def __init__(self, major: int = 1, hash_of_table: int | None = None) -> None:
+    def __init__(self, major: int = 2, hash_of_table: int | None = None) -> None:
         self.tick, self.state, self.fault, self.heard = 1000, STATES["idle"], 0, 1000
         self.decimation, self.next, self.sequence = 0, 0, 0
         self.words, self.waiting = np.zeros(word_count(), np.int32), np.zeros(word_count(), np.int32)
         self.points, self.played = np.zeros(POINTS, np.int16), None
         self.major, self.hash = major, table_hash() if hash_of_table is None else hash_of_table
         self.decoder, self.out = Decoder(), []
+        self.commits, self.session = 0, 0
         self.since = 0  # tick of the last change of state that was asked for
 
     def values(self, ticks: np.ndarray, state: int) -> np.ndarray:
@@ -76,6 +77,10 @@ class Board:
         size = {"parameters": word_count(), "waveform": POINTS, "serial": 77, "revision": b"1.2".ljust(16, b"\0")}
         self.say("identity", **who, **size)
 
+    def on_hello(self, message: Message, fields: dict[str, Any]) -> None:
+        self.session = fields["nonce"]
+        self.say("welcome", sequence=message.sequence, session=self.session)
+
     def on_get(self, message: Message, fields: dict[str, Any]) -> None:
         first, count = fields["first"], fields["count"]
         self.say("words", first=first, values=self.words[first : first + count])
@@ -89,6 +94,7 @@ class Board:
         if zlib.crc32(self.waiting.astype("<i4").tobytes()) != fields["crc"]:
             return self.refuse(message, "wrong_crc")
         self.words[:] = self.waiting
+        self.commits += 1
         return self.done(message)
 
     def on_waveform(self, message: Message, fields: dict[str, Any]) -> None:
@@ -115,7 +121,7 @@ class Board:
         self.done(message)
 
     def on_heartbeat(self, message: Message, fields: dict[str, Any]) -> None:
-        self.say("status", state=self.state, fault=self.fault, tick=self.tick)
+        self.say("status", state=self.state, fault=self.fault, tick=self.tick, commits=self.commits)
 
     def on_clear(self, message: Message, fields: dict[str, Any]) -> None:
         self.state = self.fault = 0

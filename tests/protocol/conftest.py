@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,7 +14,7 @@ import pytest
 from cffi import FFI
 
 from frictionloop.firmware.compiler import FLAGS, compiler, shared_library
-from frictionloop.quantities.schema import firmware_folder
+from frictionloop.quantities.schema import firmware_folder, schema_path
 
 SOURCES = "fl_frame.c", "fl_crc.c"
 DECLARED = """
@@ -72,6 +74,20 @@ def core() -> Core:
     """Return the C framing as a library."""
     folder = firmware_folder() / "core"
     return Core(shared_library("frames", [folder / source for source in SOURCES], [folder]))
+
+
+@pytest.fixture
+def page(monkeypatch: pytest.MonkeyPatch) -> str:
+    """Return docs/protocol.md as it is read, its tables filled in."""
+    docs = schema_path().parents[1] / "docs"
+    monkeypatch.syspath_prepend(str(docs / "_tools"))
+    import protocol_tables
+
+    text = (docs / "protocol.md").read_text(encoding="utf-8")
+    filled = {f"protocol_{name}": value for name, value in protocol_tables.texts().items()}
+    for name in ("protocol_tables", "tables"):
+        del sys.modules[name]
+    return re.sub(r"\{\{ (\w+) \}\}", lambda found: filled[found[1]], text)
 
 
 @pytest.fixture(scope="session")

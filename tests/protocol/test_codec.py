@@ -43,10 +43,10 @@ def messages(draw: st.DrawFn) -> tuple[str, int, int, dict[str, Any]]:
     return entry["name"], draw(NUMBERS["u16"]), draw(NUMBERS["u32"]), fields
 
 
-def by_hand(name: str, sequence: int, time_us: int, fields: dict[str, Any]) -> bytes:
+def by_hand(name: str, sequence: int, stamp: int, fields: dict[str, Any]) -> bytes:
     """Header and body, one field after the other."""
     entry = next(entry for entry in schema()["message"] if entry["name"] == name)
-    content = struct.pack("<BHI", entry["type"], sequence, time_us)
+    content = struct.pack("<BHI", entry["type"], sequence, stamp)
     for each in entry.get("fields", []):
         value = fields[each["name"]]
         if each["format"] == "bytes":
@@ -60,13 +60,13 @@ def by_hand(name: str, sequence: int, time_us: int, fields: dict[str, Any]) -> b
 
 @given(messages(), st.integers(1, 300))
 def test_a_message_comes_back_however_it_is_cut(message: Any, cut: int) -> None:
-    name, sequence, time_us, fields = message
-    frame = encode(name, sequence, time_us, **fields)
+    name, sequence, stamp, fields = message
+    frame = encode(name, sequence, stamp, **fields)
     decoder, found = Decoder(), []
     for start in range(0, len(frame), cut):
         found += decoder.feed(frame[start : start + cut])
     (back,) = found
-    assert (back.name, back.sequence, back.time_us) == (name, sequence, time_us)
+    assert (back.name, back.sequence, back.stamp) == (name, sequence, stamp)
     assert {
         key: value if isinstance(value, bytes) else np.asarray(value).tolist() for key, value in back.fields.items()
     } == fields
@@ -76,8 +76,8 @@ def test_a_message_comes_back_however_it_is_cut(message: Any, cut: int) -> None:
 @given(messages())
 def test_python_and_c_make_the_same_bytes(core: Any, message: Any) -> None:
     content = by_hand(*message)
-    name, sequence, time_us, fields = message
-    frame = encode(name, sequence, time_us, **fields)
+    name, sequence, stamp, fields = message
+    frame = encode(name, sequence, stamp, **fields)
     assert core.encoded(content) == frame
     assert core.decoded(frame) == ([content], 0)
 
@@ -115,7 +115,7 @@ def test_what_does_not_fit_is_refused_by_name(name: str, fields: dict[str, Any],
 
 
 def status(sequence: int, tick: int = 0) -> bytes:
-    return encode("status", sequence, 7, state=0, fault=0, tick=tick)
+    return encode("status", sequence, 7, state=0, fault=0, tick=tick, commits=0)
 
 
 def test_gaps_repeats_and_restarts_of_the_sequence_are_counted() -> None:

@@ -72,8 +72,8 @@ def test_a_parameter_that_does_not_fit_is_refused_by_name(device: Device, name: 
 
 
 def test_another_version_and_another_table_are_refused(boards: Any) -> None:
-    with pytest.raises(fl.DeviceError, match=r"^device: speaks version 2.0 of the protocol; must be 1.x$"):
-        Device(lambda: boards.Line(boards.Board(major=2)))
+    with pytest.raises(fl.DeviceError, match=r"^device: speaks version 3.0 of the protocol; must be 2.x$"):
+        Device(lambda: boards.Line(boards.Board(major=3)))
     other = Device(lambda: boards.Line(boards.Board(hash_of_table=5)))
     with pytest.raises(fl.DeviceError, match=r"parameter table is another one \(hash 00000005"):
         other.set("setpoint.hold_n", 0.5)

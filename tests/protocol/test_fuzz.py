@@ -75,8 +75,8 @@ def test_python(inputs: int) -> None:
         bad = spoilt(frame, draw)
         cut = draw.randrange(len(bad))  # the line stalls anywhere
         for message in decoder.feed(bad[:cut]) + decoder.feed(bad[cut:]):
-            wrong += encode(message.name, message.sequence, message.time_us, **message.fields) != frame
-        (good,) = decoder.feed(encode("status", k % 2**16, k, state=1, fault=2, tick=k))
+            wrong += encode(message.name, message.sequence, message.stamp, **message.fields) != frame
+        (good,) = decoder.feed(encode("status", k % 2**16, k, state=1, fault=2, tick=k, commits=0))
         assert (good.name, good["tick"]) == ("status", k)
     assert decoder.broken > inputs / 2
     assert wrong <= by_chance(decoder.broken)

@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
+import numpy as np
 import pytest
 import serial
 
@@ -21,20 +22,22 @@ from frictionloop.loop.spool import Spool
 
 
 class Served:
-    """A board that answers on a file descriptor, in real time, from a thread."""
+    """A board that answers on a file descriptor from a thread, its clock slower than this machine's by a factor."""
 
-    def __init__(self, board: Any, descriptor: int) -> None:
-        self.board, self.descriptor, self.on = board, descriptor, True
+    def __init__(self, board: Any, descriptor: int, rate: float = 1.0) -> None:
+        self.board, self.descriptor, self.rate, self.on = board, descriptor, rate, True
+        self.began, self.first = time.monotonic(), board.tick
         self.thread = threading.Thread(target=self.serve, daemon=True)
         self.thread.start()
 
     def serve(self) -> None:
-        began, first = time.monotonic(), self.board.tick
         while self.on:
             try:
-                if select.select([self.descriptor], [], [], 0.002)[0]:
-                    self.board.receive(os.read(self.descriptor, 4096))
-                self.board.advance(first + int((time.monotonic() - began) * 5000) - self.board.tick)
+                heard = os.read(self.descriptor, 4096) if select.select([self.descriptor], [], [], 0.002)[0] else b""
+                # An answer has this time: after what it answers was sent, before it is received.
+                elapsed_s = self.rate * (time.monotonic() - self.began)
+                self.board.advance(self.first + int(elapsed_s * 5000) - self.board.tick)
+                self.board.receive(heard)
                 while self.board.out:
                     os.write(self.descriptor, self.board.out.pop(0))
             except OSError:
@@ -46,26 +49,41 @@ class Served:
 
 
 @pytest.fixture
-def port(boards: Any) -> Iterator[tuple[str, Callable[[], None], Any]]:
-    """Yield (name of a port with a board behind it, what pulls it out, the board)."""
+def port(boards: Any, request: Any) -> Iterator[tuple[str, Callable[[], None], Served]]:
+    """Yield (name of a port with a board behind it, what pulls it out, the board served); a parameter is its rate."""
     ours, theirs = os.openpty()
-    served = Served(boards.Board(), ours)
+    served = Served(boards.Board(), ours, getattr(request, "param", 1.0))
 
     def pull() -> None:
         served.stop()
         os.close(ours)
 
-    yield os.ttyname(theirs), pull, served.board
+    yield os.ttyname(theirs), pull, served
     os.close(theirs)
     if served.on:
         pull()
 
 
+def late_s(pairs: np.ndarray, served: Served) -> np.ndarray:
+    """Return how much later the host put each pair than it was, s: the board's clock is known here."""
+    return pairs[:, 1] - served.began - (pairs[:, 0] * 1e-6 - served.first / 5000) / served.rate
+
+
+@pytest.mark.parametrize("port", [0.5], indirect=True)
 def test_a_run_over_a_serial_port(port: Any) -> None:
     with fl.connect(f"serial://{port[0]}") as device:
         run = device.run(0.5, 0.4)
         assert (run.sizes["time"], run.attrs["lost_samples"], run.attrs["source"]) == (2000, 0, "device")
-        assert run.attrs["clock_rate"] == pytest.approx(1.0, abs=0.05)
+        pairs = np.array(device._link.clock_pairs)
+    # However slow this machine is, an answer comes between the question and its receipt, to a tick of the board.
+    trip_s, late = pairs[1:, 2], late_s(pairs[1:], port[2])  # the first may have the answer to an earlier question
+    assert len(pairs) >= 4
+    assert np.all(late <= trip_s / 2 + 1 / 2500) and np.all(late >= -trip_s / 2)
+    # So much do the pairs that were late turn a line through those that the fit takes.
+    best = pairs[np.argsort(pairs[:, 2], kind="stable")[: len(pairs) // 2]]
+    from_mean = best[:, 1] - best[:, 1].mean()
+    turned = np.sum(np.abs(from_mean * late_s(best, port[2]))) / np.sum(from_mean**2)
+    assert run.attrs["clock_rate"] == pytest.approx(0.5, abs=0.5 * turned + 1e-6)
 
 
 def test_the_plate_is_off_before_a_run_is_packed_and_saved(port: Any, tmp_path: Any, monkeypatch: Any) -> None:
@@ -82,7 +100,7 @@ def test_the_plate_is_off_before_a_run_is_packed_and_saved(port: Any, tmp_path: 
             raise KeyboardInterrupt
 
     monkeypatch.setattr(Spool, "finish", slowly)
-    board = port[2]
+    board = port[2].board
     with fl.connect(f"serial://{port[0]}") as device:
         device.run(0.5, 0.1, path=tmp_path / "run.h5")
         assert (board.state, board.fault) == (0, 0)

@@ -84,7 +84,10 @@ def test_a_growing_file_is_read_by_others(spool: Spool) -> None:
     spool.drop()
 
 
-@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT], ids=lambda how: how.name)
+SIGNALS = [signal.SIGTERM, *(pytest.param(how, marks=pytest.mark.slow) for how in (signal.SIGHUP, signal.SIGINT))]
+
+
+@pytest.mark.parametrize("how", SIGNALS, ids=lambda how: how.name)
 def test_told_to_stop(recording: Any, tmp_path: Path, how: int) -> None:
     recording.send_signal(how)
     assert recording.wait(30) != 0
@@ -93,6 +96,7 @@ def test_told_to_stop(recording: Any, tmp_path: Path, how: int) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["run.h5"]
 
 
+@pytest.mark.slow
 def test_told_to_stop_again_and_again(recording: Any, tmp_path: Path) -> None:
     for number in (signal.SIGINT, signal.SIGINT, signal.SIGTERM, signal.SIGINT):
         recording.send_signal(number)

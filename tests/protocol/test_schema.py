@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import re
-import sys
-
-import pytest
 
 from frictionloop.device.layout import HEADER, LARGEST_BODY
 from frictionloop.quantities.schema import firmware_folder, parameter_words, schema, schema_path
@@ -32,24 +29,20 @@ def test_sizes_that_c_writes_by_hand() -> None:
         assert size <= LARGEST_BODY
 
 
-@pytest.fixture
-def page(monkeypatch: pytest.MonkeyPatch) -> str:
-    monkeypatch.syspath_prepend(str(ROOT / "docs" / "_tools"))
-    import protocol_tables
-
-    text = (ROOT / "docs" / "protocol.md").read_text(encoding="utf-8")
-    filled = {f"protocol_{name}": value for name, value in protocol_tables.texts().items()}
-    for name in ("protocol_tables", "tables"):
-        del sys.modules[name]
-    return re.sub(r"\{\{ (\w+) \}\}", lambda found: filled[found[1]], text)
-
-
 def test_the_page_tells_of_everything_in_the_schema(page: str) -> None:
     names = [entry["name"] for kind in ("header", "message", "channel") for entry in schema()[kind]]
     names += [field["name"] for entry in schema()["message"] for field in entry.get("fields", [])]
     names += [name for group in ("boards", "sources", "states", "faults", "refusals") for name in schema()[group]]
     assert [name for name in [*names, *parameter_words()] if f"`{name}`" not in page] == []
     assert "a reading of the force outside safety.force_limit_n for safety.force_ticks" in page
+
+
+def test_times_in_the_schema_go_with_its_ticks() -> None:
+    protocol, told = schema()["protocol"], schema()["fault_values"]
+    assert told["no_finger"]["step"] == 1 / protocol["tick_hz"]
+    assert told["force_range"]["step"] == 2.0**-28
+    assert 4 * protocol["beat_ms"] < protocol["silence_ms"]
+    assert set(told) <= set(schema()["faults"])
 
 
 def test_the_frame_shown_is_whole(page: str) -> None:

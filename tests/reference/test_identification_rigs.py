@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from floor_terms import floor_terms
+from noise_corner import fit_corner
 
 import frictionloop.identification as find
 from frictionloop.identification import rigs
@@ -118,7 +119,7 @@ def test_the_floor_is_5e_5_n_and_94_db_on_an_isolated_bench():
     # 93.98 dB less what the converter adds; the paper prints 93.
     assert find.dynamic_range_db(2.5, math.hypot(terms.electronics_n, terms.converter_n)) < 93.98
     assert round(find.dynamic_range_db(2.5, rms.value)) == 93
-    fit = find.fit_corner(spectrum, 3, 2500)
+    fit = fit_corner(spectrum, 3, 2500)
     low, high = fit.corner.interval(0.999)
     assert low < 300.0 < high
     low, high = fit.density.interval(0.999)

@@ -236,7 +236,7 @@ def test_a_recorded_disturbance_and_set_point(recording, delay_s):
             "controller.delay_s": delay_s,
         }
     )
-    compare(system, 0.5)
+    compare(system, SHORT_S)
 
 
 def test_the_fastest_disturbance():

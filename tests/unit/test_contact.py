@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numba import njit
 
-from frictionloop.loop.kernel.access import doubles, load, peek, poke, store
+from frictionloop.loop.kernel.access import doubles, load, store
 from frictionloop.loop.kernel.slab import LANES
 from frictionloop.physics.contact import ContactCoefficients, ContactState
 from frictionloop.physics.contact_bristle import dahl_step, lugre_step
@@ -150,11 +150,11 @@ def test_a_tile_of_lanes_has_the_bits_of_single_fingers(law):
     def tile(slab, n):
         s = doubles(slab.ctypes.data)
         for i in range(n):
-            limit, speed = peek(s, limit_row * LANES + i), peek(s, speed_row * LANES + i)
+            limit, speed = load(s, i, LANES, (limit_row, speed_row))
             constants = load(s, i, LANES, constant_rows)
             state, force = step(load(s, i, LANES, state_rows), limit, speed, constants)
             store(s, i, LANES, state_rows, state)
-            poke(s, force_row * LANES + i, force)
+            store(s, i, LANES, force_row, force)
 
     constants, state, limits, speeds = lane_values(np.random.default_rng(3))
     slab = np.vstack([state, limits, speeds, np.zeros(LANES), *constants])

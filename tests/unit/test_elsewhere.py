@@ -7,7 +7,7 @@ from designed_notch import DESIGNED_NOTCH
 
 import frictionloop as fl
 from frictionloop.analysis import linearise, operating_band
-from frictionloop.design.elsewhere import Elsewhere, elsewhere
+from frictionloop.design.corners import Elsewhere, elsewhere
 from frictionloop.design.learnt import strokes_of
 from frictionloop.design.wanted import Wanted
 

@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from noise_corner import fit_corner
 from scipy.signal import bilinear, freqz, lfilter
 
 import frictionloop as fl
@@ -266,7 +267,7 @@ def test_a_first_order_low_pass_is_found():
         rng = np.random.default_rng(seed)
         x = lfilter([math.sqrt(1 - q * q)], [1, -q], rng.normal(size=60000))[10000:]
         noise = rms * x + 1e-5 * rng.normal(size=50000)
-        fit = find.fit_corner(find.noise_spectrum(recording(rate, f_m=noise)), 3, 2500)
+        fit = fit_corner(find.noise_spectrum(recording(rate, f_m=noise)), 3, 2500)
         values.append([fit.corner.value, fit.density.value])
         told.append([fit.corner.standard_error, fit.density.standard_error])
     mean, scatter, told = np.mean(values, axis=0), np.std(values, axis=0), np.mean(told, axis=0)
@@ -280,7 +281,7 @@ def test_a_reading_that_never_changes_has_no_noise():
     still = recording(5000.0, f_m=np.zeros(50000))
     spectrum = find.noise_spectrum(still)
     assert find.band_rms(spectrum, 1, 300).value == 0.0
-    assert "step" in complaint(find.fit_corner, spectrum, 3, 2500)
+    assert "step" in complaint(fit_corner, spectrum, 3, 2500)
 
 
 # A recording is a recording
@@ -300,7 +301,7 @@ def analysed(name, run):
     if name == "hammer":
         return find.fit_resonance(find.frequency_response(run))
     spectrum = find.noise_spectrum(run)
-    return find.floor_density(spectrum, 5, 60), find.band_rms(spectrum, 5, 300), find.fit_corner(spectrum, 500, 2500)
+    return find.floor_density(spectrum, 5, 60), find.band_rms(spectrum, 5, 300), fit_corner(spectrum, 500, 2500)
 
 
 @pytest.mark.parametrize("name", RUNS)

@@ -10,11 +10,12 @@ from pydantic import BaseModel
 import frictionloop as fl
 from frictionloop.analysis.elements import elements
 from frictionloop.analysis.known import LINEAR
+from frictionloop.control.known import ORACLE
 from frictionloop.control.laws import LAWS
 from frictionloop.firmware.compiled import FORMS, controller_words
 from frictionloop.firmware.known import FIRMWARE
 from frictionloop.firmware.parameter_words import device_words
-from frictionloop.loop.kernel.known import ORACLE, QUADRATURE
+from frictionloop.loop.kernel.quadrature import QUADRATURE
 from frictionloop.loop.kernel.structure import kernel_of
 from frictionloop.parameters.represented import Represented
 from frictionloop.parameters.system import kinds_of

@@ -26,9 +26,9 @@ def exact_inverse(u, model=MODEL):
 def table_inverse(u, model):
     table, low = lookup_table(model), model.floor_n
     cells_per_n = (model.table_size - 1) / (model.nominal_n - low)
-    cell, fraction = table_position(u, low, cells_per_n, float(model.table_size - 2))
+    cell, after, fraction = table_position(u, low, cells_per_n, float(model.table_size - 2))
     assert 0 <= cell <= model.table_size - 2
-    return interpolate_step(fraction, table[cell], table[cell + 1])
+    return interpolate_step(fraction, table[cell], table[after])
 
 
 models = st.builds(

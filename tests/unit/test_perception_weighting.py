@@ -19,8 +19,7 @@ from frictionloop.perception import (
     force_threshold_n,
     weighting_sos,
 )
-from frictionloop.perception.prototype import GRID_HZ, HIGHPASS_HZ, PROTOTYPE, gain_db, roots_of
-from frictionloop.perception.weighting import ERROR_DB, RATES_HZ
+from frictionloop.perception.weighting import ERROR_DB, GRID_HZ, HIGHPASS_HZ, PROTOTYPE, RATES_HZ, gain_db, roots_of
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.biquad import biquad_step
 

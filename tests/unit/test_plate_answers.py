@@ -10,8 +10,7 @@ from cyclopts import App
 
 from frictionloop.cli.design_plate import ARGUMENTS, EXAMPLES, command
 from frictionloop.cli.flags import gather
-from frictionloop.hardware.plate.answers import plate_answers
-from frictionloop.hardware.plate.wanted import plate_for
+from frictionloop.hardware.plate.answers import plate_answers, plate_for
 from frictionloop.parameters.plate_design import PlateDesign
 from frictionloop.quantities import FrictionloopError
 

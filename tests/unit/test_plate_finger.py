@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictionloop.hardware.plate.finger import amplitude_left, finger_effect, mode_factor
+from frictionloop.hardware.plate.drive import amplitude_left, finger_effect, mode_factor
 from frictionloop.parameters.plate_design import PlateDesign
 
 HALF_MM = 140 / 11.5

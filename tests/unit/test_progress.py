@@ -63,7 +63,7 @@ def test_without_a_terminal_long_work_is_told_in_plain_lines(monkeypatch):
         bar()
         more.clear()
         assert more.wait(10)
-    assert said[-1].startswith("report: Fig. 5a: 1 of 4 done after 0 s, about 0 s left") and said[-1].endswith(" ...")
+    assert said[-1] == "report: Fig. 5a: 1 of 4 done, 0 s so far"
     assert progress.under_way == []
 
 

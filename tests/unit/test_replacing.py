@@ -100,3 +100,56 @@ def test_a_device_or_a_pipe_is_not_replaced(tmp_path):
     with pytest.raises(FrictionloopError, match=said), replacing(pipe) as beside:
         beside.write_text("new")
     assert pipe.is_fifo() and os.listdir(tmp_path) == ["pipe"]
+
+
+def test_a_link_is_not_followed_and_said(old):
+    link = old.with_name("link.txt")
+    link.symlink_to(old)
+    said = rf"link.txt: cannot be written \(it is a link to {old}; name"
+    with pytest.raises(FrictionloopError, match=said), replacing(link) as beside:
+        beside.write_text("new")
+    assert link.is_symlink() and old.read_text() == "old"
+
+
+def test_what_lies_in_the_way_is_neither_followed_nor_replaced(old, monkeypatch):
+    """Somebody who guessed the name of the part would have it written where his link leads."""
+    monkeypatch.setattr("secrets.token_hex", lambda count: "guessed")
+    trap = old.with_name(".new.txt.guessed.part")
+    trap.symlink_to(old)
+    with pytest.raises(FrictionloopError, match="File exists"), replacing(old.with_name("new.txt")) as beside:
+        beside.write_text("new")
+    assert old.read_text() == "old" and trap.is_symlink()
+
+
+def test_two_parts_have_two_names(old):
+    with replacing(old) as one, replacing(old) as other:
+        assert one != other
+        one.write_text("1")
+        other.write_text("2")
+    only(old, "1")
+
+
+def test_it_is_on_the_disk_before_it_has_its_name(old, monkeypatch):
+    synced, fsync = [], os.fsync
+
+    def noted(handle):
+        synced.append((os.fstat(handle).st_ino, old.read_text()))
+        fsync(handle)
+
+    monkeypatch.setattr(os, "fsync", noted)
+    with replacing(old) as beside:
+        beside.write_text("new")
+    assert synced[0] == (old.stat().st_ino, "old")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="rights as POSIX has them")
+def test_rights_stay_and_new_files_have_the_usual_ones(old):
+    old.chmod(0o640)
+    new = old.with_name("new.txt")
+    usual = old.with_name("usual.txt")
+    usual.touch()
+    for path in (old, new):
+        with replacing(path) as beside:
+            beside.write_text("new")
+    assert old.stat().st_mode & 0o777 == 0o640
+    assert new.stat().st_mode == usual.stat().st_mode

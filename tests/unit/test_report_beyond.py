@@ -7,8 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from frictionloop.report.beyond import LAWS, OPEN, ORACLE, PRINTED, SHOWN_MS, SPEED_MM_S, TRACKER, stored
-from frictionloop.report.beyond_table import beyond_rows
+from frictionloop.report.beyond import LAWS, OPEN, ORACLE, PRINTED, SHOWN_MS, SPEED_MM_S, TRACKER, beyond_rows, stored
 from frictionloop.report.figures.law_panels import figure_step_traces
 
 CONTACTS = ("dahl", "slider")

@@ -202,6 +202,7 @@ def test_the_default_notch_is_what_is_found_for_the_bench():
 @pytest.mark.slow
 def test_the_designed_notch_of_the_tests_is_what_its_synthesis_finds():
     found = design_controller(BENCH, "notch_pi").overrides
+    assert BENCH.evolve(found).controller.kind == "notch_pi"
     assert DESIGNED_NOTCH.keys() == found.keys()
     for path, value in found.items():  # kept to three digits: half of the last one is at most 0.5 %
         assert DESIGNED_NOTCH[path] == (value if isinstance(value, (str, bool)) else pytest.approx(value, rel=5e-3))

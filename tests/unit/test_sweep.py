@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 
 import frictionloop as fl
+from frictionloop.loop import sweep as sweep_module
 
 BASE = fl.paper().evolve({"setpoint.sweep_s": 0.1, "sensor.noise_rms_n": 1e-3})
 DURATION_S = 0.06
@@ -192,13 +193,13 @@ def test_the_result_is_a_plain_dataset():
     assert type(fl.sweep(BASE, KPS, 0.01)) is xr.Dataset
 
 
-def test_what_is_done_is_kept_after_so_many_periods_also_when_the_rate_is_swept(monkeypatch):
-    kept = []
-
-    def keep(result):
-        kept.append(result)
-
-    monkeypatch.setattr("frictionloop.loop.sweep.SAVE_EVERY", 500)
-    monkeypatch.setattr("frictionloop.loop.kept.Result.keep", keep)
-    fl.sweep(BASE, {"controller.rate_hz": [50_000.0, 25_000.0]}, 0.02, n_jobs=1)  # 1000 and 500 periods
-    assert len(kept) == 3  # before, after the first, at the end
+@pytest.mark.parametrize(("tile_s", "savings"), [(0.1, [0, 4]), (4.0, [0, 2, 4, 4]), (60.0, [0, 1, 2, 3, 4, 4])])
+def test_what_is_done_is_kept_by_time_at_the_end_of_a_tile(monkeypatch, tile_s, savings):
+    """Before, at the end, and between whenever 5 s have gone: a tile of a bench may take minutes."""
+    kept, tiles = [], []
+    run_tile = sweep_module.run_tile
+    monkeypatch.setattr(sweep_module, "run_tile", lambda *given: (run_tile(*given), tiles.append(given)))
+    monkeypatch.setattr("frictionloop.loop.kept.Result.keep", lambda result: kept.append(len(tiles)))
+    rates = {"controller.rate_hz": [50_000.0, 25_000.0, 20_000.0, 10_000.0]}  # a tile each
+    fl.sweep(BASE, rates, 0.02, n_jobs=1, clock=lambda: tile_s * len(tiles))
+    assert kept == savings

@@ -110,6 +110,16 @@ def test_only_the_same_sweep_is_resumed(tmp_path, whole, system, points, options
     xr.testing.assert_identical(fl.load(path), whole)
 
 
+def test_points_of_other_code_are_refused(monkeypatch, tmp_path):
+    path = tmp_path / "sweep.h5"
+    interrupted(monkeypatch, 2, path=path)
+    before = path.read_bytes()
+    monkeypatch.setattr(sweep_module, "computing", lambda: "of a law that was changed meanwhile")
+    with pytest.raises(fl.FrictionloopError, match="its points were computed by other code"):
+        fl.sweep(BASE, KPS, path=path, resume=True, **OPTIONS)
+    assert path.read_bytes() == before
+
+
 def test_a_run_is_no_sweep_to_resume(tmp_path):
     path = tmp_path / "run.h5"
     fl.save(fl.simulate(BASE, 0.02), path)

@@ -31,7 +31,7 @@ RINGING = {
 }  # fmt: skip
 """Five times the effect of vibration that is believed, and nothing that would learn it but the rule.
 
-Gains for Ms 2.0 (`tune_tracker`); those for Ms 1.7, which the tracker has by default, hold even then.
+Gains for Ms 2.0; those for Ms 1.7, which the tracker has by default, hold even then.
 """
 
 

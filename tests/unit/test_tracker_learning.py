@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.linalg import solve_discrete_are
+from tracker_rows import believed_share
 
 import frictionloop as fl
 from frictionloop.control.tracker import tracker_step
 from frictionloop.control.tracker_gains import observed, sensor_matrices, tracker_gains, tracker_start
 from frictionloop.design.learnt import learnt_in_run
-from frictionloop.design.tracker_search import believed_share
 from frictionloop.parameters.tracking import PLACES, SCHEDULE, TrackerController
 from frictionloop.sensing.measurement import Measurement
 

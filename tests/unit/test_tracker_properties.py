@@ -13,7 +13,7 @@ import frictionloop as fl
 from frictionloop.control.laws import law_of
 from frictionloop.control.tracker import HIGHEST, LOWEST, tracker_step
 from frictionloop.control.tracker_gains import observed, sensor_matrices, tracker_gains, tracker_start
-from frictionloop.design.tracker_tuning import tune_tracker
+from frictionloop.design.synthesis import design_controller
 from frictionloop.loop.kernel.slab import ROW, law_rows
 from frictionloop.parameters.tracking import SCHEDULE, TrackerController
 from frictionloop.quantities import trees
@@ -183,15 +183,6 @@ def test_a_model_without_resonance_is_one_line():
         fl.simulate(with_tracker(**{"model.resonance_hz": 0.0}), duration_s=0.01)
 
 
-@pytest.mark.parametrize(
-    ("system", "limits", "says"),
-    [
-        (fl.paper(), {0.0: 2.0}, r'sensor\.kind = "lowpass"'),
-        (fl.bench(), {0.05: 2.3}, "limits = .*must have 0"),
-        (fl.bench(), {0.0: 1.0}, "limits = .*above 1"),
-        (fl.bench(), {}, "limits = .*must have 0"),
-    ],
-)
-def test_what_cannot_be_tuned_is_one_line(system, limits, says):
-    with pytest.raises(fl.FrictionloopError, match=rf"^{says}[^\n]*$"):
-        tune_tracker(system, limits)
+def test_a_tracker_is_not_designed_for_a_sensor_without_springs():
+    with pytest.raises(fl.FrictionloopError, match=r'^sensor\.kind = "lowpass"[^\n]*$'):
+        design_controller(fl.paper(), "tracker")

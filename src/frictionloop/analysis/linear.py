@@ -10,10 +10,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from frictionloop.analysis.closed import close
 from frictionloop.analysis.elements import Elements, elements
 from frictionloop.analysis.law_space import law_space
-from frictionloop.analysis.margins import Margins, margins, search_grid
+from frictionloop.analysis.margins import Margins, margins, search_grid, sensitivity_peak
 from frictionloop.analysis.responses import (
     LONG_NAMES,
     Reading,
@@ -23,7 +22,7 @@ from frictionloop.analysis.responses import (
     sampled_responses,
 )
 from frictionloop.analysis.sampled import SampledPlant, sample
-from frictionloop.analysis.state_space import Array, Complex, StateSpace
+from frictionloop.analysis.state_space import Array, Complex, StateSpace, close
 from frictionloop.control.pi import is_pi, linearise_pi
 from frictionloop.parameters import LowpassSensor, PiController, System
 from frictionloop.quantities import FrictionloopError
@@ -123,11 +122,20 @@ class LinearLoop:
 
     def margins(self) -> Margins:
         """Return how far the sampled loop is from instability (`Margins`)."""
+        return margins(self._gain, self._margin_grid(), self.nyquist_hz, self.is_stable())
+
+    def sensitivity_peak(self) -> float:
+        """Return Ms alone, infinite if the loop is unstable: `margins` finds the same, and takes longer."""
+        return sensitivity_peak(self._gain, self._margin_grid(), self.nyquist_hz) if self.is_stable() else math.inf
+
+    def _gain(self, frequency_hz: ArrayLike) -> Complex:
+        return self.responses(frequency_hz)["G"]
+
+    def _margin_grid(self) -> Array:
         # An integral's |G| f is constant at low frequencies, and no crossover lies lower than there.
         low_hz = LOW * self.nyquist_hz
-        gain = float(np.abs(self.responses(low_hz)["G"][0]))
-        lowest_hz = 0.1 * low_hz * gain if gain > 1 else self.nyquist_hz
-        return margins(lambda f: self.responses(f)["G"], self.search_grid(lowest_hz), self.nyquist_hz, self.is_stable())
+        gain = float(np.abs(self._gain(low_hz)[0]))
+        return self.search_grid(0.1 * low_hz * gain if gain > 1 else self.nyquist_hz)
 
     def search_grid(self, lowest_hz: float = math.inf) -> Array:
         """Return frequencies in Hz, from ``lowest_hz`` or lower to `nyquist_hz`, between which responses do little."""

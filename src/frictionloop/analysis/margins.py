@@ -89,7 +89,7 @@ def margins(loop_gain: LoopGain, grid: Array, nyquist_hz: float, stable: bool) -
     gains = loop_gain(full)
     gain_margin, phase_crossover_hz = _gain_margin(loop_gain, grid, gains[:-1], nyquist_hz)
     phase_margin, delay_margin_s, crossover_hz = _phase_margin(loop_gain, grid, gains[:-1])
-    peak = _sensitivity_peak(loop_gain, full, gains)
+    peak = _peak(loop_gain, full, gains)
     return Margins(
         gain_margin=gain_margin,
         phase_margin_deg=phase_margin,
@@ -100,6 +100,12 @@ def margins(loop_gain: LoopGain, grid: Array, nyquist_hz: float, stable: bool) -
         modulus_margin=1.0 / peak,
         stable=stable,
     )
+
+
+def sensitivity_peak(loop_gain: LoopGain, grid: Array, nyquist_hz: float) -> float:
+    """Return Ms of a stable loop alone, for the arguments of `margins`."""
+    full = np.append(grid, nyquist_hz)
+    return _peak(loop_gain, full, loop_gain(full))
 
 
 def _gain_margin(loop_gain: LoopGain, grid: Array, gains: Complex, nyquist_hz: float) -> tuple[float, float]:
@@ -122,7 +128,7 @@ def _phase_margin(loop_gain: LoopGain, grid: Array, gains: Complex) -> tuple[flo
     return float(np.degrees(above[nearest])), float(np.min(further_s)), float(frequency[nearest])
 
 
-def _sensitivity_peak(loop_gain: LoopGain, grid: Array, gains: Complex) -> float:
+def _peak(loop_gain: LoopGain, grid: Array, gains: Complex) -> float:
     def distance(frequency: float) -> float:
         return float(np.abs(1.0 + loop_gain(np.array([frequency]))[0]))
 

@@ -6,11 +6,10 @@ import math
 
 import numpy as np
 
-from frictionloop.analysis.closed import close
 from frictionloop.analysis.law_space import pi_space
 from frictionloop.analysis.linear import LinearLoop, check_pi, linearise
 from frictionloop.analysis.margins import real_axis
-from frictionloop.analysis.state_space import Array, Complex
+from frictionloop.analysis.state_space import Array, Complex, close
 from frictionloop.parameters import System
 
 

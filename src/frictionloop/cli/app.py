@@ -1,16 +1,24 @@
-"""The verbs, and what surrounds every one of them: errors in one line, Ctrl-C, closed pipes."""
+"""The verbs, how their help looks, and what surrounds every one of them: --use, errors in one line, Ctrl-C, pipes."""
 
 from __future__ import annotations
 
+import importlib
+import importlib.util
+import inspect
 import os
+import re
 import shlex
 import shutil
 import sys
-from collections.abc import Sequence
+import traceback
+from collections.abc import Callable, Sequence
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
-from cyclopts import CycloptsError, Group, UnknownOptionError, UnusedCliTokensError
+from cyclopts import App, CycloptsError, Group, Parameter, UnknownOptionError, UnusedCliTokensError
+from cyclopts.help import DefaultFormatter, PanelSpec
+from rich.box import Box
 
 from frictionloop.cli import (
     compare,
@@ -19,6 +27,7 @@ from frictionloop.cli import (
     design_sensor,
     device,
     device_flash,
+    device_recover,
     device_run,
     device_set,
     firmware,
@@ -27,11 +36,108 @@ from frictionloop.cli import (
     sweep,
 )
 from frictionloop.cli.flags import gather
-from frictionloop.cli.helptext import HERE, Verb, add, group_app, new_app
 from frictionloop.cli.screen import Interrupted, forget_notes, say
-from frictionloop.cli.use import used
 from frictionloop.loop.progress import plain_lines
 from frictionloop.quantities.units import FrictionloopError
+
+OPTION = "--use"
+
+
+def used(tokens: Sequence[str]) -> list[str]:
+    """Import what ``--use`` names, Python files or modules, and return the other tokens."""
+    left: list[str] = []
+    given = iter(tokens)
+    for token in given:
+        name, equals, value = token.partition("=")
+        if name != OPTION:
+            left.append(token)
+            continue
+        what = value if equals else next(given, None)
+        if not what:
+            raise FrictionloopError(f"{OPTION}: needs a Python file or a module that registers blocks (fl.register)")
+        _import(what)
+    return left
+
+
+def _import(what: str) -> None:
+    path = Path(what)
+    try:
+        if path.suffix != ".py":
+            sys.path.insert(0, "")  # modules of the folder that the command runs in, as with python -m
+            importlib.import_module(what)
+            return
+        spec = importlib.util.spec_from_file_location(path.stem, path)
+        assert spec is not None and spec.loader is not None
+        module = importlib.util.module_from_spec(spec)
+        sys.modules[path.stem] = module  # what it defines can then be found again by its name
+        spec.loader.exec_module(module)
+    except FrictionloopError:
+        raise
+    except FileNotFoundError as error:
+        raise FrictionloopError(f"{OPTION} {what}: {error.strerror}: {error.filename}") from None
+    except ModuleNotFoundError as error:
+        if error.name != what.partition(".")[0]:
+            raise FrictionloopError(f"{OPTION} {what}: {error}") from None
+        raise FrictionloopError(f"{OPTION} {what}: there is no such module; a file must end in .py") from None
+    except SyntaxError as error:
+        where = f"SyntaxError in {error.filename}, line {error.lineno}"
+        raise FrictionloopError(f"{OPTION} {what}: {where}: {error.msg}") from None
+    except Exception as error:
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        told = " ".join(str(error).split())
+        raise FrictionloopError(
+            f"{OPTION} {what}: {type(error).__name__} in {last.filename}, line {last.lineno}: {told}"
+        ) from None
+
+
+_MEANING = re.compile(r"^ {4}\S.*(?:\n {4}\S.*)*", re.MULTILINE)
+_NO_LINES = Box("    \n" * 8)
+
+HERE = Group("About", sort_key=9)
+HELP_STYLE = DefaultFormatter(panel_spec=PanelSpec(box=_NO_LINES, padding=(0, 3), border_style="bold"))
+"""Formatter of every help page."""
+
+
+class Verb(NamedTuple):
+    """A command, what its usage says after its name, and its examples."""
+
+    command: Callable[..., Any]
+    arguments: str
+    examples: str
+
+
+def new_app(name: str, text: str, **more: Any) -> App:
+    """Return an app that looks like all others."""
+    app = App(
+        name=name,
+        help=text,
+        help_format="plaintext",
+        help_formatter=HELP_STYLE,
+        default_parameter=Parameter(negative=()),
+        **more,
+    )
+    app["--help"].group = HERE
+    return app
+
+
+def add(app: App, path: str, verbs: dict[str, Verb], **more: Any) -> None:
+    """Add verbs to an app; ``path`` is what is typed before their names."""
+    for name, verb in verbs.items():
+        # What a parameter means is one line, for the terminal to break.
+        told = inspect.cleandoc(verb.command.__doc__ or "")
+        verb.command.__doc__ = _MEANING.sub(lambda found: "    " + " ".join(found[0].split()), told)
+        usage = f"{path} {name} {verb.arguments}"
+        app.command(verb.command, name=name, usage=usage, help_epilogue=verb.examples, **more)
+
+
+def group_app(name: str, text: str, example: str, group: Group, verbs: dict[str, Verb]) -> App:
+    """Return the app of a verb whose commands are parts of one job; ``example`` is one of them."""
+    path = f"frictionloop {name}"
+    told = f"Each command has its own help with examples: {path} {example} --help"
+    app = new_app(name, text, usage=f"{path} COMMAND [OPTIONS]", help_epilogue=told, group=group)
+    add(app, path, verbs)
+    return app
+
 
 NOT_WRITTEN, BAD_INPUT, INTERRUPTED = 1, 2, 130
 """Exit codes; the last is 128 plus the number of the signal, as shells give it."""
@@ -101,6 +207,7 @@ app.command(
             "info": Verb(device.info, "ADDRESS [--json]", device.INFO_EXAMPLES),
             "set": _verb(device_set),
             "run": _verb(device_run),
+            "recover": _verb(device_recover),
             "clear": Verb(device.clear, "ADDRESS [--json]", device.CLEAR_EXAMPLES),
             "monitor": Verb(device.monitor, "ADDRESS [OPTIONS]", device.MONITOR_EXAMPLES),
             "flash": _verb(device_flash),

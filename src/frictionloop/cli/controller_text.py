@@ -13,7 +13,6 @@ from frictionloop.cli.comparison_text import LEAD, number
 if TYPE_CHECKING:
     from frictionloop.analysis.headroom import Headroom
     from frictionloop.design.corners import Corner
-    from frictionloop.design.tracker_tuning import TrackerTuning
     from frictionloop.design.wanted import Designed, Wanted
     from frictionloop.parameters import System
 
@@ -78,20 +77,6 @@ def _margin_row(found: Sequence[Corner], off: float, wanted: Wanted) -> Row:
 
 def _off_by(off: float) -> str:
     return f"{100 * off:+.3g} %" if off else "as described"
-
-
-def stroke_text(designed: Designed) -> list[Any]:
-    """Return Ms of a law that is tuned for every contact and speed, by each of them; nothing of other laws."""
-    if designed.tuning is None:
-        return []
-    peaks: dict[str, dict[float, float]] = {}
-    for each in designed.corners:
-        there = peaks.setdefault(each.stroke.removeprefix(", contact "), {})
-        there[each.off] = max(there.get(each.off, 0.0), each.margins.sensitivity_peak)
-    offs = sorted({off for each in peaks.values() for off in each})
-    rows: list[Row] = [("", *map(_off_by, offs), "")]
-    rows += [(name, *(number(each[off]) for off in offs), "") for name, each in peaks.items()]
-    return [screen.wrapped("Ms by contact and speed, worst over forces, dry and moist"), screen.table(rows), ""]
 
 
 def headroom_text(system: System, left: Headroom, wanted: Wanted) -> list[Any]:
@@ -179,20 +164,6 @@ def as_json(
             }
             for each in found
         ],
-        "schedule": _schedule(designed.tuning),
         "headroom": lean,
         "system": system.model_dump(),
     }
-
-
-def _schedule(tuning: TrackerTuning | None) -> list[dict[str, Any]] | None:
-    """Return what is predicted of each row of a tracker's schedule; None of other laws."""
-    if tuning is None:
-        return None
-    from frictionloop.parameters.tracking import PLACES
-
-    rows = zip(PLACES, tuning.residual_n, tuning.peaks, strict=True)
-    return [
-        {"place": at, "residual_n": left, "sensitivity_peak": {f"{off + 0.0:g}": peak for off, peak in peaks.items()}}
-        for at, left, peaks in rows
-    ]

@@ -24,8 +24,6 @@ EXAMPLES = r"""Examples
 Asked = Annotated[flags.T, Parameter(group=Group("What must hold", sort_key=2))]
 SLOW = {"hinf", "lqg"}
 """Laws that identify the friction noise by simulation first."""
-BARS = {"tracker"}
-"""Laws whose synthesis shows how far it has come."""
 
 
 def command(
@@ -91,7 +89,6 @@ def command(
         "",
         *controller_text.margin_text(found, wanted),
         "",
-        *controller_text.stroke_text(designed),
         *controller_text.headroom_text(after, left, wanted),
         *(["", *(screen.wrapped(note) for note in designed.notes)] if designed.notes else []),
         *([""] if any(saved.values()) else []),
@@ -103,10 +100,8 @@ def _designed(system: System, law: str, wanted: Wanted) -> Designed:
     """Return the controller."""
     from frictionloop.design.synthesis import design_controller
 
-    if law in BARS:
-        return design_controller(system, law, wanted)
     noise = ", after the friction noise is identified by simulation" if law in SLOW else ""
-    with screen.waiting(f"designing {law}{noise}; this takes from a second to a minute"):
+    with screen.waiting(f"designing {law}{noise}; this takes from a second to two minutes"):
         return design_controller(system, law, wanted)
 
 

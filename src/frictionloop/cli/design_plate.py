@@ -10,10 +10,9 @@ from cyclopts import Group, Parameter
 from frictionloop.cli import flags, screen
 
 if TYPE_CHECKING:
-    from frictionloop.hardware.plate.answers import PlateAnswers
+    from frictionloop.hardware.plate.answers import PlateAnswers, Wanted
     from frictionloop.hardware.plate.carrier_check import EnvelopeCheck
     from frictionloop.hardware.plate.readings import PlateReading
-    from frictionloop.hardware.plate.wanted import Wanted
     from frictionloop.parameters.plate_design import PlateDesign
 
 ARGUMENTS = "[OPTIONS]"
@@ -56,9 +55,8 @@ def command(
     readings
         Say which of the paper's numbers go together.
     """
-    from frictionloop.hardware.plate.answers import plate_answers
+    from frictionloop.hardware.plate.answers import plate_answers, plate_for
     from frictionloop.hardware.plate.readings import plate_readings
-    from frictionloop.hardware.plate.wanted import plate_for
     from frictionloop.parameters.plate_design import PlateDesign
 
     design = PlateDesign().evolve(flags.overrides_of(overrides))

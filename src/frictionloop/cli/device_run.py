@@ -34,6 +34,8 @@ TURN_MM = 2.0
 stiffness of 1000 N/m; that of a real finger is not known."""
 
 LONGEST_S = 86400.0
+SCORED_S = 600.0
+"""Of a longer run the last part is scored and drawn: what it takes in memory does not grow with the run."""
 
 
 def command(
@@ -51,6 +53,8 @@ def command(
     json: flags.Json = False,
 ) -> None:
     """Load a controller into a device, close the loop, play the set-point and record.
+
+    Of a run of more than ten minutes the last ten are scored and drawn.
 
     Parameters
     ----------
@@ -70,6 +74,8 @@ def command(
     checks.check_count("decimation", decimation, 1, 65535)
     if not 0 < duration_s <= LONGEST_S:
         raise FrictionloopError(f"duration_s = {duration_s:g} s: must be above 0 s and at most {LONGEST_S:g} s, a day")
+    if duration_s > SCORED_S and out is None:
+        raise FrictionloopError(f"out: needs a FILE.h5 for a run of more than {SCORED_S:g} s, which no memory holds")
     system, origin = flags.given(file, preset, overrides, "bench")
 
     with connected(address, system) as device:
@@ -84,11 +90,12 @@ def command(
                 decimation=decimation,
                 progress=progress,
             )
+    samples, run = run.sizes["time"], last(run, SCORED_S)
     if plot is not None:
         from frictionloop.report.plot import plot as draw
 
         draw(run, plot)
-    found, mask = summary(run), counted(run)
+    found, mask = {**summary(run), "samples": samples, "scored_samples": run.sizes["time"]}, counted(run)
     with screen.waiting("scoring"):
         metrics = advice.of_recording(run, mask)
         rings = None if open_loop else advice.ringing(run, mask, metrics)
@@ -104,6 +111,16 @@ def command(
         *(["", *limited, ""] if limited else []),
         *(f"saved as {path}" for path in (out, plot) if path),
     )
+
+
+def last(run: xr.Dataset, longest_s: float) -> xr.Dataset:
+    """Return the last part of a run, read from its file if it is not in memory."""
+    times = run["time"]
+    rows = round(longest_s / float(times[1] - times[0])) if times.size > 1 else 1
+    part = run.isel(time=slice(-max(rows, 1), None)).load()
+    if part.sizes["time"] < times.size:
+        run.close()
+    return part
 
 
 def counted(run: xr.Dataset) -> np.ndarray:
@@ -132,11 +149,16 @@ def _worded(found: dict[str, Any]) -> list[tuple[str, str]]:
         f"{1e3 * found['measured_rms_error_n']:.3g} mN rms by the device's own sensor" if found["counted"] else "none"
     )
     return [
-        ("recorded", f"{found['samples']:,} samples"),
+        ("recorded", f"{found['samples']:,} samples{_part(found)}"),
         ("counted", f"{100 * found['counted']:.3g} %: a finger slides, {TURN_MM:g} mm or more from where it turns"),
         ("f_m - f_r", error),
         ("lost", f"{lost:,} samples" if lost else "nothing"),
     ]
+
+
+def _part(found: dict[str, Any]) -> str:
+    scored = found["scored_samples"]
+    return f"; what follows is of the last {scored:,}" if scored < found["samples"] else ""
 
 
 @contextmanager

@@ -32,7 +32,9 @@ def command(
     unchecked: flags.Described[flags.Flag] = False,
     json: flags.Json = False,
 ) -> None:
-    """Set parameters of a device, all at once and while it runs; if one is wrong, none is. A reset forgets them.
+    """Set parameters of a device, all at once; if one is wrong, none is. A reset forgets them.
+
+    Refused while another host's loop is on.
 
     Parameters
     ----------

@@ -62,7 +62,8 @@ def check_finished(path: Path) -> None:
 
 def _runs_with_values(result: xr.Dataset) -> int:
     """Return how many runs are done: one that is has some metric, though R2 of a constant set-point is NaN."""
-    return int(np.any([~np.isnan(values.values) for values in result.data_vars.values()], axis=0).sum())
+    numbers = [values.values for values in result.data_vars.values() if values.dtype.kind == "f"]
+    return int(np.any(~np.isnan(numbers), axis=0).sum()) if numbers else 0
 
 
 def loss_of(metric: str, values: np.ndarray) -> np.ndarray:

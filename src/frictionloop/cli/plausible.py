@@ -1,4 +1,4 @@
-"""Values that are allowed and unlikely: no bench has them, or the controller believes something else."""
+"""Values that are allowed and that no bench has: asked about, as a wrong unit is the likely reason."""
 
 from __future__ import annotations
 
@@ -34,32 +34,12 @@ USUAL = {
     "mass_kg": (1e-6, 0.01),
 }
 """Ranges by a parameter's name, the ends a decade or so beyond what is published of fingers and displays (chosen)."""
-BELIEVED = {
-    "resonance_hz": ("sensor", "resonance_hz", 0.1),
-    "sensor_hz": ("sensor", "cutoff_hz", 0.5),
-    "plate_hz": ("plate", "cutoff_hz", 0.5),
-    "max_amplitude_um": ("plate", "max_amplitude_um", 0.2),
-    "nominal_n": ("friction", "nominal_n", 0.5),
-    "susceptibility_per_um2": ("friction", "susceptibility_per_um2", 0.5),
-}
-"""Where the bench has what `controller.model` believes, and the difference that is told, as a share (chosen)."""
 
 
 def questions(system: System) -> Iterator[str]:
     """Yield a line for each value that is far from what such benches have; 0 is none of something, and no question."""
     for name, block in system:
         yield from _of_block(name, block)
-    yield from _believed(system)
-
-
-def _believed(system: System) -> Iterator[str]:
-    """Yield a line for each value of the bench that differs much from what the controller believes."""
-    for name, (block, key, share) in BELIEVED.items():
-        there, model = getattr(getattr(system, block), key, None), getattr(system.controller.model, name)
-        if there is not None and abs(model - there) > share * there:
-            unit = unit_of(key)
-            said = f"{block}.{key} = {there:g} {unit}, but controller.model.{name} = {model:g} {unit}"
-            yield f"{said}; if it is not meant: --controller.model.{name} {there:g}"
 
 
 def _of_block(path: str, block: BaseModel) -> Iterator[str]:

@@ -5,12 +5,9 @@ from __future__ import annotations
 import json
 import math
 import sys
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
-
-from frictionloop.loop.progress import doing
 
 
 class Interrupted(KeyboardInterrupt):
@@ -82,11 +79,9 @@ def _plain(value: Any) -> Any:
 
 @contextmanager
 def waiting(text: str) -> Iterator[None]:
-    """Show that something is under way: on a terminal at once, elsewhere in a line if it takes long."""
+    """Show that something is under way, on a terminal only."""
     if not sys.stderr.isatty():
-        start_s = time.monotonic()
-        with doing(lambda: f"{text}: {time.monotonic() - start_s:.0f} s so far"):
-            yield
+        yield
         return
     from rich.console import Console
 

@@ -6,8 +6,7 @@ import math
 from typing import Any
 
 from frictionloop.cli import screen
-from frictionloop.hardware.sensor.answers import BLOCK_TO_HZ, SensorAnalysis, suspended_values
-from frictionloop.hardware.sensor.block import omitted
+from frictionloop.hardware.sensor.answers import BLOCK_TO_HZ, SensorAnalysis, omitted, suspended_values
 from frictionloop.hardware.sensor.noise_budget import PAPER_FLOOR_N, Budget
 
 Row = tuple[str, ...]

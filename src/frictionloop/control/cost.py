@@ -19,13 +19,13 @@ class WorstTick(NamedTuple):
 
 
 WORST_TICK = {
-    "pi": WorstTick(1349, 2472),
-    "lookup": WorstTick(1327, 2403),
-    "notch_pi": WorstTick(2157, 3595),
-    "filtered_pi": WorstTick(3070, 4808),
+    "pi": WorstTick(1349, 2470),
+    "lookup": WorstTick(1327, 2401),
+    "notch_pi": WorstTick(2157, 3591),
+    "filtered_pi": WorstTick(3070, 4804),
     "observer": WorstTick(1754, 3398),
-    "super_twisting": WorstTick(1939, 3766),
-    "tracker": WorstTick(3490, 7154),
+    "super_twisting": WorstTick(1939, 3770),
+    "tracker": WorstTick(3490, 7182),
 }
 """By kind of controller, on the image of bench(), from entry to return of the tick's interrupt.
 

@@ -23,11 +23,11 @@ def inverse_step(u: float, log2_nominal: float, um2_per_halving: float) -> float
 
 
 @step
-def table_position(u: float, low_n: float, cells_per_n: float, last_cell: float) -> tuple[int, float]:
-    """Return the table cell of u and the fraction within it."""
+def table_position(u: float, low_n: float, cells_per_n: float, last_cell: float) -> tuple[int, int, float]:
+    """Return the entries of the table below and above u, and how far u lies between them (0 to 1)."""
     position = (u - low_n) * cells_per_n
     cell = min(max(math.floor(position), 0.0), last_cell)
-    return int(cell), position - cell
+    return int(cell), int(cell) + 1, position - cell
 
 
 @step

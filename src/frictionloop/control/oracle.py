@@ -115,8 +115,9 @@ def land_step(finger: Finger, trial: Trial, decay: float) -> float:
 def begin_of(vibration: Vibration) -> Any:
     """Return ``begin(ahead, finger, signals, plant)``: the first trial, of the amplitude whose limit is the set-point.
 
-    ``finger`` is as it will be when the command takes effect, ``signals`` set-point, disturbance and the disturbance
-    later; ``ahead`` says how far beyond now, in the time to later, the line through both is followed.
+    With it come finger and command with which it starts, as from `improve_step`. ``finger`` is as it will be when the
+    command takes effect, ``signals`` set-point, disturbance and the disturbance later; ``ahead`` says how far beyond
+    now, in the time to later, the line through both is followed.
     """
     inverse = inverse_of(vibration)
 
@@ -135,13 +136,16 @@ def begin_of(vibration: Vibration) -> Any:
         first_um, last_um = aim(1.0, finger, wanted_n, plant), aim(2.0 - 0.5 / STEPS, finger, wanted_n, plant)
         wanted_um = drive_step(finger.amplitude_um, first_um, plant.decay)
         command_um, saturated = bounded_step(wanted_um, plant.ceiling_um)
-        return Trial(wanted_n, last_um, command_um, saturated, command_um, 0.0, FLAT_N_PER_UM)
+        trial = Trial(wanted_n, last_um, command_um, saturated, command_um, 0.0, FLAT_N_PER_UM)
+        return trial, finger, command_um
 
     return begin
 
 
 @step
-def improve_step(begins: bool, finger: Finger, trial: Trial, plant: Plant) -> Trial:
+def improve_step(
+    begins: bool, start: Finger, finger: Finger, trial: Trial, plant: Plant
+) -> tuple[Trial, Finger, float]:
     """The next trial, from where the finger is after one: near the first, then by secants."""
     along = plant.after.direction * plant.coarse.contact.bristle
     error_n = fma(along, finger.contact.bristle_m, -trial.wanted_n)
@@ -151,4 +155,4 @@ def improve_step(begins: bool, finger: Finger, trial: Trial, plant: Plant) -> Tr
     probe_um = command_um + (PROBE if error_n > 0.0 else -PROBE) * plant.ceiling_um
     wanted_um = probe_um if begins else command_um - error_n / slope
     next_um, saturated = bounded_step(wanted_um, plant.ceiling_um)
-    return Trial(trial.wanted_n, trial.last_um, next_um, saturated, command_um, error_n, slope)
+    return Trial(trial.wanted_n, trial.last_um, next_um, saturated, command_um, error_n, slope), start, next_um

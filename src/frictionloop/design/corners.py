@@ -1,4 +1,4 @@
-"""The corners at which a designed controller has to hold: forces, a dry and a moist finger, resonances a little off."""
+"""The corners at which a controller has to hold: forces, dry and moist, resonances; other contacts and speeds."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from frictionloop.analysis.band import operating_band
 from frictionloop.analysis.linear import LinearLoop, linearise
 from frictionloop.analysis.margins import Margins
 from frictionloop.analysis.state_space import StateSpace
-from frictionloop.design.learnt import conditions, knowing
+from frictionloop.design.learnt import conditions, knowing, strokes_of
 from frictionloop.design.plants import detuned, shifted
-from frictionloop.parameters import FingerFriction, Skin, Strokes, System
+from frictionloop.parameters import FingerFriction, Skin, Strokes, System, TrackerController
+from frictionloop.quantities import FrictionloopError
 
 CONTACT_S = 10.0
 """How long a finger that never lifts is looked at, s: as long as a trial (paper, Sec. 4.2)."""
@@ -22,14 +23,20 @@ MET = 1e-3
 
 
 class Corner(NamedTuple):
-    """One loop, and the margins that it has."""
+    """One loop, and how near it comes to instability."""
 
     off: float
     """Share by which the resonance is off."""
     limit: float
     """Largest Ms there."""
     loop: LinearLoop
-    margins: Margins
+    sensitivity_peak: float
+    """Ms, infinite if the loop is unstable."""
+
+    @property
+    def margins(self) -> Margins:
+        """All margins of the loop, which take longer to find."""
+        return self.loop.margins()
 
     @property
     def where(self) -> str:
@@ -41,7 +48,7 @@ class Corner(NamedTuple):
     @property
     def excess(self) -> float:
         """Return Ms over the largest one."""
-        return self.margins.sensitivity_peak / self.limit
+        return self.sensitivity_peak / self.limit
 
     @property
     def stroke(self) -> str:
@@ -76,7 +83,7 @@ def at_mean(system: System, off: float = 0.0) -> LinearLoop:
 
 
 def corners(system: System, limits: Mapping[float, float]) -> list[Corner]:
-    """Return the margins of a System's controller at its `band_of`, the resonance off too, under all its `conditions`.
+    """Return Ms of a System's controller at its `band_of`, the resonance off too, under all its `conditions`.
 
     Raises
     ------
@@ -95,7 +102,7 @@ def _under(system: System, limits: Mapping[float, float]) -> list[Corner]:
         if at not in laws:
             laws[at] = loop.law
         there = replace(loop, known_law=laws[at])
-        found.append(Corner(off, limit, there, there.margins()))
+        found.append(Corner(off, limit, there, there.sensitivity_peak()))
     return found
 
 
@@ -103,3 +110,56 @@ def broken(found: Sequence[Corner]) -> Corner | None:
     """Return the corner farthest beyond its limit, None if all hold."""
     worst = max(found, key=lambda each: each.excess)
     return worst if worst.excess > 1.0 + MET else None
+
+
+class Elsewhere(NamedTuple):
+    """Where a controller does not hold, in words; nothing where it does."""
+
+    unstable: tuple[str, ...] = ()
+    """Contacts and speeds at which a loop is unstable, and from which error of the resonance on."""
+    beyond: tuple[str, ...] = ()
+    """Those at which it is stable and Ms is beyond its limit."""
+    unseen: tuple[str, ...] = ()
+    """Those that cannot be looked at, with the reason."""
+
+    def warning(self) -> tuple[str, ...]:
+        """Return the line that comes before all others."""
+        places = "; ".join(self.unstable)
+        return (f"UNSTABLE {places}. Do not use it there: it was not designed for it.",) if self.unstable else ()
+
+    def notes(self) -> tuple[str, ...]:
+        """Return what else is worth a line."""
+        beyond = (f"beyond its limits elsewhere: {'; '.join(self.beyond)}",) if self.beyond else ()
+        return (*beyond, *self.unseen)
+
+
+def elsewhere(system: System, limits: Mapping[float, float]) -> Elsewhere:
+    """Return where else a System's controller is beyond its limits on Ms, or cannot be looked at.
+
+    Elsewhere are the other contact and four times the speed; a tracker is designed for all of them.
+    """
+    unstable, beyond, unseen = [], [], []
+    for changes in [] if isinstance(system.controller, TrackerController) else strokes_of(system):
+        try:
+            there = system.evolve(changes)
+            found = [] if there == system else corners(there, limits)
+        except FrictionloopError as error:  # no such stroke, a force out of reach, a law that is saturated there
+            given = ", ".join(f"{path} = {value}" for path, value in changes.items())
+            unseen.append(f"not looked at with {given}: {error}")
+            continue
+        rings = [each for each in found if math.isinf(each.sensitivity_peak)]
+        if rings:
+            unstable.append(_place(there, min(rings, key=lambda each: abs(each.off))))
+        elif found and (worst := broken(found)):
+            beyond.append(f"Ms {worst.sensitivity_peak:.3g} {_place(there, worst)}")
+    return Elsewhere(tuple(unstable), tuple(beyond), tuple(unseen))
+
+
+def _place(system: System, corner: Corner) -> str:
+    """Return contact, speed and resonance of a corner, as in "on a slider at 80 mm/s, the resonance 10 % lower"."""
+    finger, motion = system.finger, system.motion
+    contact = f"on contact {finger.contact}" if isinstance(finger, Skin) else ""
+    speed = f" at {motion.speed_mm_s:g} mm/s" if isinstance(motion, Strokes) else ""
+    side = "higher" if corner.off > 0 else "lower"
+    off = f" with the resonance {100 * abs(corner.off):.3g} % {side}" if corner.off else ""
+    return contact + speed + off

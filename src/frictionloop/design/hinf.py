@@ -15,16 +15,14 @@ from typing import Any
 import numpy as np
 
 from frictionloop.analysis.linear import linearise
-from frictionloop.design.high_order import Method, Synthesised, lagged
 from frictionloop.design.hinf_wanted import Cases, HinfWanted, check
 from frictionloop.design.noise_model import NoiseModel, identify_noise
 from frictionloop.design.plants import lead, overdrive_decay
 from frictionloop.design.quadruple import Quadruple, balanced, bilinear
-from frictionloop.design.sections import Cascade, factorise
+from frictionloop.design.sections import Cascade, Method, Synthesised, factorise, lagged
 from frictionloop.design.slicot import Generalised, lqg, synthesise
 from frictionloop.design.weighted_plant import (
     BOTH_CONTACTS,
-    ONE_CONTACT,
     SHAPING_STATES,
     Weights,
     check_order,
@@ -41,13 +39,7 @@ SEARCHES = 12
 """Halvings of that range's logarithm: to 0.2 %."""
 
 
-def design_hinf(
-    system: System,
-    noise: NoiseModel | None = None,
-    weights: Weights | None = None,
-    wanted: HinfWanted | None = None,
-    force_n: float | None = None,
-) -> Synthesised:
+def design_hinf(system: System, noise: NoiseModel | None = None, wanted: HinfWanted | None = None) -> Synthesised:
     """Return the H-infinity controller with the most performance that holds over a grid of plants.
 
         min over K of the norm of [z_res, z_e, z_u] from [w_res, w_in, w_d, w_n]   (weighted_plant)
@@ -58,12 +50,8 @@ def design_hinf(
         The bench.
     noise
         Disturbance; None identifies it from plain strokes at the operating point.
-    weights
-        All but ``performance``, which is searched for. None: `BOTH_CONTACTS`, or `ONE_CONTACT` if one is wanted.
     wanted
         What must hold. None: `HinfWanted` as it is.
-    force_n
-        Operating point as friction force in N; None as in `linearise`.
 
     Raises
     ------
@@ -71,41 +59,26 @@ def design_hinf(
         Nothing holds, not even with the least performance: the line says what the limit is. A synthesis that does not
         converge, coefficients that Q31 cannot hold, or a delay of more control periods than it takes (`check_order`).
     """
-    return _search("hinf", system, noise, weights, wanted or HinfWanted(), force_n)
+    return _search("hinf", system, noise, wanted or HinfWanted())
 
 
-def design_lqg(
-    system: System,
-    noise: NoiseModel | None = None,
-    weights: Weights | None = None,
-    wanted: HinfWanted | None = None,
-    force_n: float | None = None,
-) -> Synthesised:
+def design_lqg(system: System, noise: NoiseModel | None = None, wanted: HinfWanted | None = None) -> Synthesised:
     """Return the LQG controller (Kalman filter, LQR) on the same weighted plant, searched for in the same way.
 
     Arguments and errors as of `design_hinf`.
     """
-    return _search("lqg", system, noise, weights, wanted or HinfWanted(), force_n)
+    return _search("lqg", system, noise, wanted or HinfWanted())
 
 
-def _search(
-    method: Method,
-    system: System,
-    noise: NoiseModel | None,
-    weights: Weights | None,
-    wanted: HinfWanted,
-    force_n: float | None,
-) -> Synthesised:
-    weights = weights or (BOTH_CONTACTS if len(wanted.contact) > 1 else ONE_CONTACT)
-    check(wanted, weights)
-    believed = linearise(_believed(system, weights), force_n=force_n).plant
+def _search(method: Method, system: System, noise: NoiseModel | None, wanted: HinfWanted) -> Synthesised:
+    check(wanted)
+    believed = linearise(_believed(system, BOTH_CONTACTS)).plant
     check_order(believed, system.controller.delay_s, len(noise.shaping.den) - 1 if noise else SHAPING_STATES)
-    noise = noise or identify_noise(system, force_n)
-    cases, period_s = Cases.of(system, wanted, force_n), believed.period_s
-    decay = overdrive_decay(system) if wanted.overdrive else 0.0
+    noise = noise or identify_noise(system)
+    cases, period_s, decay = Cases.of(system, wanted), believed.period_s, overdrive_decay(system)
 
     def attempt(performance: float) -> Synthesised:
-        now = replace(weights, performance=performance)
+        now = replace(BOTH_CONTACTS, performance=performance)
         K, gamma = _controller(method, weighted_plant(believed, noise.shaping, now))
         small = _reduced(lagged(K, decay), wanted.order)
         cascade = factorise(small, 1.0, 2 * math.pi * now.integral_hz, period_s)

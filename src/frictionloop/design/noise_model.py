@@ -37,8 +37,6 @@ class NoiseModel:
     """One-sided density of the friction force's fluctuation, N^2/Hz over ``frequency`` (Hz)."""
     shaping: Lti
     """H(s) with |H(j 2 pi f)|^2 the fitted one-sided density: white noise of 1/Hz, one-sided, through it is d."""
-    misfit_db: float
-    """Rms distance of the fit from the spectrum, over log f."""
     sensor_n_rthz: float
     """One-sided density of the noise in f_m, N/rtHz: electronics and rounding of the converter."""
 
@@ -47,16 +45,13 @@ class NoiseModel:
         return np.asarray(np.abs(self.shaping.response(np.asarray(frequency_hz, dtype=float))) ** 2)
 
 
-def identify_noise(system: System, force_n: float | None = None, seeds: Sequence[int] = (0, 1, 2, 3)) -> NoiseModel:
-    """Return the disturbance at an operating point, from simulated plain strokes.
+def identify_noise(system: System, seeds: Sequence[int] = (0, 1, 2, 3)) -> NoiseModel:
+    """Return the disturbance at the mean force asked for, or the nearest in reach, from simulated plain strokes.
 
     Parameters
     ----------
     system
         The loop, with a finger that strokes.
-    force_n
-        Operating point as friction force g(a) in N; None as in `linearise`. A finger out of its reach is left at the
-        nearest force it reaches.
     seeds
         Seeds of the runs, at least one; one spectrum is averaged over all.
 
@@ -70,14 +65,14 @@ def identify_noise(system: System, force_n: float | None = None, seeds: Sequence
         raise FrictionloopError(f"motion.kind = {system.motion.kind!r}: friction noise is identified from 'strokes'")
     if not len(seeds):
         raise FrictionloopError("seeds = []: at least one is needed to identify the friction noise")
-    law, force = law_at(system, 0.0), asked(system).mean_n if force_n is None else force_n
+    law, force = law_at(system, 0.0), asked(system).mean_n
     amplitude = operating_amplitude_um(system, law, None, float(np.clip(force, *reach_n(system, law))))
     stretches = [part for seed in seeds for part in _stretches(plain_stroke(system, amplitude, RUN_S, seed))]
     spectrum = _spectrum(stretches, system.controller.rate_hz)
-    shaping, misfit = fit_shaping(
+    shaping, _ = fit_shaping(
         spectrum["frequency"].values, spectrum.values, (system.motion.tremor_hz, system.motion.tremor_width_hz)
     )
-    return NoiseModel(spectrum, shaping, misfit, _sensor_density(system))
+    return NoiseModel(spectrum, shaping, _sensor_density(system))
 
 
 def _stretches(run: xr.Dataset) -> list[Array]:

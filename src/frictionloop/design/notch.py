@@ -14,8 +14,7 @@ from frictionloop.analysis.disturbance import Spectrum
 from frictionloop.analysis.linear import LinearLoop
 from frictionloop.analysis.operating import check_reach
 from frictionloop.analysis.state_space import Array
-from frictionloop.design.gain_search import best_gains
-from frictionloop.design.notch_search import NotchSearch
+from frictionloop.design.gain_search import NotchSearch, best_gains
 from frictionloop.design.plants import Plants, shifted, stiffened
 from frictionloop.parameters import SuspendedSensor, System
 from frictionloop.quantities import FrictionloopError
@@ -36,8 +35,6 @@ class Notched:
     """Whether they are for a plate under overdrive."""
     sensitivity_peak: float
     """Largest Ms over operating points and resonances."""
-    peak_hz: float
-    """Where it is."""
     residual_n: float
     """Largest rms of S times the disturbance, N; NaN without a spectrum."""
 
@@ -102,11 +99,9 @@ def _result(search: NotchSearch, x: Array, kp: float, ki: float, overdrive: bool
     """Return a notch with its gains and what they achieve."""
     plants, density = search.behind(x), search.density
     law = plants.pi(kp, ki)
-    nearest = np.min(np.abs(plants.returned(law)), axis=0)
-    at = int(np.argmin(nearest))
-    peak, peak_hz = float(1.0 / nearest[at]), float(plants.frequency_hz[at])
+    peak = float(1.0 / np.min(np.abs(plants.returned(law))))
     residual = math.nan if density is None else float(np.max(plants.residual_n(law, density)))
-    return Notched(kp, ki, *search.notch(x), overdrive, peak, peak_hz, residual)
+    return Notched(kp, ki, *search.notch(x), overdrive, peak, residual)
 
 
 def _points(system: System | Sequence[LinearLoop]) -> list[LinearLoop]:

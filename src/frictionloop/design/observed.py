@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.analysis.closed import close
 from frictionloop.analysis.disturbance import Spectrum
 from frictionloop.analysis.law_space import law_space
+from frictionloop.analysis.state_space import close
 from frictionloop.design.corners import band_of
 from frictionloop.design.plants import Plants, shifted
 from frictionloop.parameters import SuspendedSensor, System

@@ -9,8 +9,7 @@ from typing import Any
 
 from frictionloop.analysis.disturbance import Spectrum, touch_spectrum
 from frictionloop.analysis.operating import check_reach
-from frictionloop.design.corners import band_of, broken, corners
-from frictionloop.design.elsewhere import elsewhere
+from frictionloop.design.corners import band_of, broken, corners, elsewhere
 from frictionloop.design.notch import retune_notch
 from frictionloop.design.plants import shifted
 from frictionloop.design.retune import retune
@@ -68,22 +67,22 @@ def super_twisting(system: System, wanted: Wanted) -> Designed:
 
 def hinf(system: System, wanted: Wanted) -> Designed:
     """Mixed-sensitivity H-infinity of up to 13 states with feed-forward (`design_hinf`)."""
-    from frictionloop.design.high_order_synthesis import synthesised
     from frictionloop.design.hinf import design_hinf
+    from frictionloop.design.hinf_wanted import synthesised
 
     return synthesised(design_hinf, system, wanted)
 
 
 def lqg(system: System, wanted: Wanted) -> Designed:
     """LQG on the same weighted plant (`design_lqg`)."""
-    from frictionloop.design.high_order_synthesis import synthesised
     from frictionloop.design.hinf import design_lqg
+    from frictionloop.design.hinf_wanted import synthesised
 
     return synthesised(design_lqg, system, wanted)
 
 
 def tracker(system: System, wanted: Wanted) -> Designed:
-    """Tracker, experimental, with the schedule of least residual, held on both contacts and at two speeds."""
+    """Tracker, experimental, with its default schedule, held on both contacts and at two speeds (`held_tracker`)."""
     from frictionloop.design.tracker_synthesis import held_tracker
 
     return held_tracker(system, wanted)

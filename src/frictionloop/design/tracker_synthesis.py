@@ -1,4 +1,4 @@
-"""The tracker held to every corner: tuned row by row, and more tightly until what lies between the rows holds too."""
+"""The tracker with its default schedule, told the resonance of a bench, one gain fitted, and what is known of it."""
 
 from __future__ import annotations
 
@@ -6,28 +6,25 @@ import math
 from collections.abc import Sequence
 
 from frictionloop.analysis.linear import linearise
-from frictionloop.design.corners import Corner, broken, corners
+from frictionloop.design.corners import broken, corners
 from frictionloop.design.learnt import CONTACTS, learnt_in_run
-from frictionloop.design.tracker_tuning import TrackerTuning, believed_resonance, tune_tracker
 from frictionloop.design.wanted import Designed, Wanted, unheld
-from frictionloop.loop.progress import progress_bar
-from frictionloop.parameters import Skin, System
-from frictionloop.parameters.tracking import PLACES
+from frictionloop.parameters import Skin, SuspendedSensor, System
+from frictionloop.parameters.tracking import SCHEDULE
 from frictionloop.quantities import FrictionloopError
 
-FIRST = 0.9
-"""Share of Ms - 1 that rows are asked for first: on the bench it is up to 8 % more between them (measured)."""
-SPARE = 0.97
-"""Share of what would just hold that is asked for next."""
-ROUNDS = 3
+SHARES = (1.0, 0.9, 0.8, 0.7)
+"""Shares of the schedule's gain on the limit that are tried: each tenth less takes a tenth of Ms - 1 (measured)."""
 LEARNT_S = 10.0
 """Duration of the run after which margins of what is learnt are told."""
 
 
 def held_tracker(system: System, wanted: Wanted) -> Designed:
-    """Return the tracker whose Ms stays below the limits if it knows contact and finger exactly.
+    """Return the tracker whose Ms stays below the limits with contact and finger known: its default schedule.
 
-    What it learns is biased and leaves less; what is said of the design has Ms with that, too.
+    It is told the resonance, its Q and the electronics. Where Ms is beyond a limit the gain on the observed limit of
+    friction is lowered, the same in every row. What it learns is biased and leaves less; what is said of the design has
+    Ms with that, too.
 
     Parameters
     ----------
@@ -39,40 +36,28 @@ def held_tracker(system: System, wanted: Wanted) -> Designed:
     Raises
     ------
     FrictionloopError
-        The bench is none for a tracker, or no schedule holds: the line says where, and what limits it.
+        The bench is none for a tracker, or no share of the gain holds: the line says where, and what limits it.
     """
     plain = system.evolve({"controller.kind": "tracker"})  # a delay that does not fit is refused here
-    share, worst = FIRST, None
-    for _ in range(ROUNDS):
-        try:
-            tuning = _tuned(plain, wanted, share)
-        except FrictionloopError as error:
-            raise FrictionloopError(_unheld(wanted, worst) if worst else str(error)) from None
-        found = corners(plain.evolve(tuning.overrides), wanted.limits)
+    sensor = system.sensor
+    if not isinstance(sensor, SuspendedSensor):
+        raise FrictionloopError(f'sensor.kind = "{sensor.kind}": a tracker is designed for a "suspended" one')
+    known = {
+        "controller.kind": "tracker",
+        "controller.model.resonance_hz": sensor.resonance_hz,
+        "controller.model.resonance_q": sensor.q,
+        "controller.model.sensor_hz": sensor.cutoff_hz,
+    }
+    tried = []
+    for share in SHARES:
+        schedule = tuple((float(f"{share * limit:.4g}"), *others) for limit, *others in SCHEDULE)
+        told = plain.evolve(known | {"controller.schedule": schedule})
+        found = corners(told, wanted.limits)
         worst = broken(found)
         if worst is None:
-            return Designed(tuning.overrides, _learning(plain.evolve(tuning.overrides)), tuple(found), tuning)
-        excess = max((each.margins.sensitivity_peak - 1.0) / (each.limit - 1.0) for each in found)
-        if not math.isfinite(excess):
-            break
-        share *= SPARE / excess
-    assert worst is not None
-    raise FrictionloopError(_unheld(wanted, worst))
-
-
-def _unheld(wanted: Wanted, worst: Corner) -> str:
-    said = unheld("tracker", wanted, worst)
-    low = 1.0 - believed_resonance(wanted.limits)[0]
-    return said + f"; it believes it {low:.0%} low, and no further however large the error asked for" * bool(worst.off)
-
-
-def _tuned(system: System, wanted: Wanted, share: float) -> TrackerTuning:
-    with progress_bar(f"rows of the schedule, Ms - 1 below {share:.0%}", len(PLACES)) as advance:
-        try:
-            return tune_tracker(system, wanted.scaled(share), progress=advance)
-        except FrictionloopError as error:
-            asked = f"sensitivity_peak = {wanted.sensitivity_peak:g}: law tracker: "
-            raise FrictionloopError(str(error).replace("limits: ", asked, 1)) from None
+            return Designed(known | {"controller.schedule": schedule}, _learning(told), tuple(found))
+        tried.append(worst)
+    raise FrictionloopError(unheld("tracker", wanted, min(tried, key=lambda each: each.excess)))
 
 
 def _learning(system: System) -> tuple[str, ...]:

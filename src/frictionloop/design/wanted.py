@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from frictionloop.design.corners import Corner
-from frictionloop.design.tracker_tuning import TrackerTuning
 from frictionloop.parameters import System
 from frictionloop.parameters.filtered import LONGEST_DELAY
 from frictionloop.quantities import FrictionloopError
@@ -51,8 +50,6 @@ class Designed(NamedTuple):
     notes: tuple[str, ...] = ()
     corners: tuple[Corner, ...] = ()
     """Its margins wherever it was looked at."""
-    tuning: TrackerTuning | None = None
-    """Of a tracker: its schedule, row by row."""
     warnings: tuple[str, ...] = ()
     """What comes before all else: where it is unstable."""
 
@@ -63,7 +60,7 @@ def unheld(law: str, wanted: Wanted, worst: Corner) -> str:
     limit = "the resonance is the limit" if worst.off else "delay and lags of the loop are the limit"
     return (
         f"sensitivity_peak = {wanted.sensitivity_peak:g}: law {law} cannot hold Ms <= {limits}; it gets to "
-        f"{worst.margins.sensitivity_peak:.3g} at {worst.where}; {limit}"
+        f"{worst.sensitivity_peak:.3g} at {worst.where}; {limit}"
     )
 
 

@@ -65,18 +65,6 @@ BOTH_CONTACTS = Weights()
 
 Chosen by a search on simulated fingers (studies/pages/beliefs.md).
 """
-ONE_CONTACT = Weights(
-    performance=1284.0,
-    floor=0.527,
-    resonance=3.4e-4,
-    split=0.0107,
-    effort=0.183,
-    entry=0.055,
-    noise=0.045,
-    integral_hz=2.26,
-    contact_faster=1.5,
-)
-"""For a contact that is known: its pole is made up for, which a slider does not survive. Found in the same way."""
 
 
 def weighted_plant(plant: SampledPlant, shaping: Lti, weights: Weights) -> Generalised:

@@ -25,7 +25,8 @@ class Message:
 
     name: str
     sequence: int
-    time_us: int
+    stamp: int
+    """The device's microseconds when it sent the frame, modulo 2^32; of a host its session."""
     fields: dict[str, Any]
 
     def __getitem__(self, name: str) -> Any:
@@ -33,7 +34,7 @@ class Message:
         return self.fields[name]
 
 
-def encode(name: str, sequence: int, time_us: int = 0, /, **fields: Any) -> bytes:
+def encode(name: str, sequence: int, stamp: int = 0, /, **fields: Any) -> bytes:
     """Return the frame of a message, with its zero byte.
 
     Parameters
@@ -42,8 +43,8 @@ def encode(name: str, sequence: int, time_us: int = 0, /, **fields: Any) -> byte
         Of the message, as in protocol/frictionloop.toml.
     sequence : int
         Number of the frame, 0 to 65535.
-    time_us : int
-        The device's microseconds; 0 from a host.
+    stamp : int
+        The host's session, 0 without one; from a device its microseconds.
     **fields
         Its fields, whole numbers or bytes; of a repeated one a list or array.
 
@@ -54,9 +55,9 @@ def encode(name: str, sequence: int, time_us: int = 0, /, **fields: Any) -> byte
     """
     if name not in LAYOUTS:
         raise FrictionloopError(f"message {name!r}: unknown; must be one of {', '.join(LAYOUTS)}")
-    if not (0 <= sequence < 2**16 and 0 <= time_us < 2**32):
-        raise FrictionloopError(f"{name}: sequence = {sequence}, time_us = {time_us}; must be of 16 and of 32 bits")
-    return framed(HEADER.pack(LAYOUTS[name].type, sequence, time_us) + LAYOUTS[name].pack(fields))
+    if not (0 <= sequence < 2**16 and 0 <= stamp < 2**32):
+        raise FrictionloopError(f"{name}: sequence = {sequence}, stamp = {stamp}; must be of 16 and of 32 bits")
+    return framed(HEADER.pack(LAYOUTS[name].type, sequence, stamp) + LAYOUTS[name].pack(fields))
 
 
 def framed(content: bytes) -> bytes:
@@ -117,8 +118,8 @@ class Decoder:
         if content is None or kind is None or (fields := kind.unpack(content[HEADER.size :])) is None:
             self.broken += 1
             return None
-        _, sequence, time_us = HEADER.unpack_from(content)
-        return Message(kind.name, sequence, time_us, fields) if self._is_new(sequence, coded) else None
+        _, sequence, stamp = HEADER.unpack_from(content)
+        return Message(kind.name, sequence, stamp, fields) if self._is_new(sequence, coded) else None
 
     def _is_new(self, sequence: int, coded: bytes) -> bool:
         """Count what is missing before this frame; say no to one that came before, byte by byte the same."""

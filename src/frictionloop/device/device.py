@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -12,13 +13,13 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.device.asked import check_decimation, number, rows_of
-from frictionloop.device.errors import DeviceError
+from frictionloop.device.errors import DeviceError, Refused
 from frictionloop.device.info import identified
 from frictionloop.device.link import Link
 from frictionloop.device.pipe import Pipe
 from frictionloop.device.recorder import ALL, CHANNELS, SCALES, Recorder
 from frictionloop.device.recording import Recording, clock_fit
-from frictionloop.device.running import STATES, Interrupted, Running, check_folder, free_path, recorded_in
+from frictionloop.device.running import KEPT_AS, STATES, Interrupted, Running, check_folder, free_path, recorded_in
 from frictionloop.device.signals import ending
 from frictionloop.device.table import Parameters
 from frictionloop.device.transport import opener
@@ -102,6 +103,7 @@ class Device:
         self._link.pipe.close()
         self._link.reopened(self._opening())
         self.info = identified(self._link, self.address)
+        self._link.resume()
 
     def set(self, name: str, value: Any) -> None:
         """Write a parameter, in its unit, into the copy that waits for `commit`."""
@@ -169,7 +171,8 @@ class Device:
                         if new.any():
                             yield {"tick": ticks[new], **dict(zip(CHANNELS, samples[new].T, strict=True))}
         finally:
-            self._link.ask("stream", decimation=0, mask=0)
+            with suppress(Refused):  # the host whose loop is on has asked for other telemetry meanwhile
+                self._link.ask("stream", decimation=0, mask=0)
 
     def run(
         self,
@@ -193,8 +196,8 @@ class Device:
         duration_s : float
             Duration in s, rounded up to whole samples.
         path : path, optional
-            File that keeps the run, also when it ends early; without it, ``interrupted-run.h5`` does (or ``-2``,
-            ``-3``, ...) and goes when the run is complete. While it is recorded its name has ``.partial-`` and
+            File that keeps the run, also when it ends early; without it ``interrupted-run.h5`` keeps what ends early
+            (or ``-2``, ``-3``, ...). While it is recorded its name has ``.partial-`` and
             eight characters more; `load` reads it at any time, and after any end of this process.
         state : str
             ``"closed"``, or ``"open"`` for the lookup alone.
@@ -208,13 +211,13 @@ class Device:
         xarray.Dataset
             Over ``time``, from the first sample in that state. Samples that were lost are NaN and not ``scored``; of
             the others those are that `counted` keeps, by the rule of `simulate`. The attributes count what was lost
-            (``lost_samples``, ``gaps``) and hold the fit of the clocks.
+            (``lost_samples``, ``gaps``), hold the fit of the clocks, and say in ``ended`` why the run ended.
 
         Raises
         ------
         FrictionloopError
             For a set-point or duration that does not fit; Interrupted, which is one, when the device faults or is
-            gone in mid-run.
+            gone in mid-run, or its parameter table is changed.
         KeyboardInterrupt
             At Ctrl-C, SIGTERM or SIGHUP, with the file named as well.
         """
@@ -227,10 +230,11 @@ class Device:
         played.send(self._link)
         recorder = Recorder(rows, decimation, STATES[state])
         running = Running(self._link, self._opening, recorder)
-        kept = Path(path or free_path())
         device = {"board": self.info.board, "revision": self.info.revision, "serial": self.info.serial}
         attrs = {"setpoint_error_n": played.error_n, **device}
-        recording = Recording(kept, recorder, self._link, with_setpoint(self.system, setpoint), attrs)
+        recording = Recording(
+            path or f"{KEPT_AS}.h5", recorder, self._link, with_setpoint(self.system, setpoint), attrs
+        )
         before = self._counts()
         self._link.clock_pairs.clear()
         ended: FrictionloopError | KeyboardInterrupt | None = None
@@ -249,13 +253,12 @@ class Device:
                 signals.hold()
                 running.stop()  # before all else: nobody keeps the heart beating while the file is finished
             counts = {name: now - before[name] for name, now in self._counts().items()}
-            found = {**counts, **clock_fit(self._link.clock_pairs), "reconnects": running.reconnects}
-            run = recording.finish(rows if ended is None else recorder.reached, found)
-        if ended is None:
-            if path is None:
-                run.load().close()
-                kept.unlink()
-            return run
+            found: dict[str, Any] = {**counts, **clock_fit(self._link.clock_pairs), "reconnects": running.reconnects}
+            found["ended"] = "complete" if ended is None else str(ended) or type(ended).__name__
+            if ended is None:
+                return recording.finish(rows, found, path)
+            kept = Path(path or free_path())
+            run = recording.finish(recorder.reached, found, kept)
         if isinstance(ended, KeyboardInterrupt):
             raise KeyboardInterrupt(recorded_in(recording.recorded, kept)) from None
         raise Interrupted(str(ended), run, kept, recording.recorded) from None

@@ -97,7 +97,7 @@ def _layout(entry: Mapping[str, Any]) -> Layout:
 
 
 HEADER = struct.Struct("<" + "".join(FORMATS[field["format"]] for field in schema()["header"]))
-"""Type, sequence and time_us."""
+"""Type, sequence and stamp."""
 LAYOUTS: dict[str, Layout] = {entry["name"]: _layout(entry) for entry in schema()["message"]}
 """By name."""
 TYPES: dict[int, Layout] = {layout.type: layout for layout in LAYOUTS.values()}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import secrets
 from collections import deque
 from typing import Any
 
@@ -13,18 +14,25 @@ from frictionloop.device.layout import REPLIES
 from frictionloop.device.pipe import Pipe
 from frictionloop.quantities.schema import named, schema
 
-REPEAT_S = 0.1
+REPEAT_S = schema()["protocol"]["repeat_ms"] / 1000
 """Wait so long for a reply before asking again: many times what a frame takes at 2 Mbaud (assumed)."""
-ATTEMPTS = 10
+ATTEMPTS = schema()["protocol"]["tries"]
 """Ask so often; a second in all (assumed)."""
-BEAT_S = schema()["protocol"]["silence_ms"] / 1000 / 5
+BEAT_S = schema()["protocol"]["beat_ms"] / 1000
 """Time between heartbeats: four must be lost before the device takes its host for gone."""
 INBOX = 4096
 """Messages kept for `poll`; a device that streams to a host that does not listen loses the oldest."""
 CLOCK_PAIRS = 4096
 """Readings of both clocks that are kept: three minutes of heartbeats, or fewer of longer."""
+TELLING = "identify", "heartbeat", "statistics", "get", "hello"
+"""What is asked without a session as well: it changes nothing, or begins one."""
 NO_INDEX = 65535
 REFUSALS = named("refusals")
+WORDS = {
+    "not_owner": "not owner: another host's loop is on; wait for its end",
+    "no_session": "no session: the device began anew, or another host has said hello; reconnect()",
+}
+"""What is said of a refusal that is not about what was asked for; of the others their name."""
 
 
 class Link:
@@ -34,7 +42,9 @@ class Link:
         self.pipe, self.decoder = pipe, Decoder()
         self.clock_pairs: list[tuple[int, float, float]] = []
         """(device's us modulo 2^32, host's time between asking and hearing, round trip), both in s, of heartbeats."""
-        self._sequence = 0
+        self._sequence = secrets.randbelow(2**16)
+        self._session = 0
+        """As the device gave it, 0 before the first command: who only looks needs none."""
         self._inbox: deque[Message] = deque(maxlen=INBOX)
         self._spoken = self._heard = pipe.clock()
         self._beat_at: float | None = None
@@ -51,9 +61,9 @@ class Link:
         Unplugged
             When the line is gone.
         """
-        sequence = self._sequence
-        self._sequence = (sequence + 1) % 2**16
-        frame = encode(name, sequence, **fields)
+        if name not in TELLING and not self._session:
+            self.greet()
+        sequence, frame = self._next(name, fields)
         for _ in range(ATTEMPTS):
             self._send(frame)
             until = self.pipe.clock() + REPEAT_S
@@ -65,12 +75,23 @@ class Link:
                     return _accepted(found[0], name, fields)
         raise NoReply(f"{name}: no reply in {ATTEMPTS * REPEAT_S:g} s")
 
+    def greet(self) -> None:
+        """Begin a session with a number that no other host has chosen."""
+        welcome = self.ask("hello", major=schema()["protocol"]["major"], nonce=secrets.randbits(32))
+        self._session = welcome["session"]
+
+    def resume(self) -> None:
+        """Go on in the session where the device still knows it; else the next command begins another."""
+        try:
+            self.ask("heartbeat")
+        except Refused:
+            self._session = 0
+
     def poll(self, timeout_s: float) -> list[Message]:
         """Return the messages that have come, waiting up to so long for some; keeps the heart beating."""
         if self.pipe.clock() - self._spoken >= BEAT_S:
             self._beat_at = self.pipe.clock()
-            self._send(encode("heartbeat", self._sequence))
-            self._sequence = (self._sequence + 1) % 2**16
+            self._send(self._next("heartbeat", {})[1])
         if not self._inbox:
             self._inbox += self._take(min(timeout_s, max(self._spoken + BEAT_S - self.pipe.clock(), 0.0)))
         messages = list(self._inbox)
@@ -99,6 +120,12 @@ class Link:
         """How long nothing whole has come in."""
         return self.pipe.clock() - self._heard
 
+    def _next(self, name: str, fields: dict[str, Any]) -> tuple[int, bytes]:
+        """Return the next frame and its sequence."""
+        sequence = self._sequence
+        self._sequence = (sequence + 1) % 2**16
+        return sequence, encode(name, sequence, 0 if name == "hello" else self._session, **fields)
+
     def _send(self, frame: bytes) -> None:
         # A zero byte ahead: whatever a bad line left behind ends there and does not take this frame with it.
         self.pipe.write(b"\0" + frame)
@@ -111,7 +138,7 @@ class Link:
             self._heard = self.pipe.clock()
         for message in messages:
             if message.name == "status" and self._beat_at is not None:
-                pair = (message.time_us, (self._beat_at + self._heard) / 2, self._heard - self._beat_at)
+                pair = (message.stamp, (self._beat_at + self._heard) / 2, self._heard - self._beat_at)
                 self.clock_pairs.append(pair)
                 if len(self.clock_pairs) > CLOCK_PAIRS:
                     del self.clock_pairs[1::2]  # a line through half of them is as good
@@ -125,7 +152,7 @@ def answers(message: Message, name: str, sequence: int, asked: dict[str, Any]) -
         return bool(message["sequence"] == sequence)
     if message.name != REPLIES[name]:
         return False
-    if message.name == "done":
+    if message.name in ("done", "welcome"):
         return bool(message["sequence"] == sequence)
     if message.name == "words":
         return bool(message["first"] == asked["first"] and len(message["values"]) == asked["count"])
@@ -140,4 +167,5 @@ def _accepted(message: Message, name: str, fields: dict[str, Any]) -> Message:
     given = ", ".join(f"{key} = {value}" for key, value in fields.items() if not isinstance(value, np.ndarray | list))
     where = "" if index is None else f", at {index}"
     asked = f"{name} ({given})" if given else name
-    raise Refused(f"{asked}: the device refuses, {reason.replace('_', ' ')}{where}", reason, index)
+    said = WORDS.get(reason, reason.replace("_", " "))
+    raise Refused(f"{asked}: the device refuses, {said}{where}", reason, index)

@@ -41,7 +41,7 @@ class Recorder:
         """Samples in frames that passed their CRC and cannot be: another mask, a time that does not fit."""
         self.dropped = 0
         """Samples that the device dropped, by its own count."""
-        self._last: tuple[int, int, int] | None = None  # tick, time_us, dropped of the frame before
+        self._last: tuple[int, int, int] | None = None  # tick, stamp, dropped of the frame before
         self._doubted = 0
 
     def take(self, message: Message) -> None:
@@ -55,7 +55,7 @@ class Recorder:
             return
         self._doubted = 0
         before = self._last
-        self._last = message["tick"], message.time_us, message["dropped"]
+        self._last = message["tick"], message.stamp, message["dropped"]
         if before is not None and self.is_new(message["tick"]):
             self.dropped += (message["dropped"] - before[2]) % 2**16
         samples = values.reshape(-1, len(CHANNELS))
@@ -96,7 +96,7 @@ class Recorder:
         ticks = (message["tick"] - self._last[0]) % 2**32
         if not 0 < ticks < 2**31 or ticks % self.decimation:
             return False
-        late_us = (message.time_us - self._last[1] - ticks * (1_000_000 // TICK_HZ) + 2**31) % 2**32 - 2**31
+        late_us = (message.stamp - self._last[1] - ticks * (1_000_000 // TICK_HZ) + 2**31) % 2**32 - 2**31
         return abs(late_us) <= SLACK_US
 
     def _begin(self, tick: int, samples: np.ndarray) -> np.ndarray:

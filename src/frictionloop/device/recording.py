@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from frictionloop.device.counted import counted
 from frictionloop.device.link import Link
 from frictionloop.device.recorder import CHANNELS, FLAGS, SCALES, TICK_HZ, Recorder
 from frictionloop.loop.record import VARIABLES, load, provenance
-from frictionloop.loop.spool import Column, Spool
+from frictionloop.loop.spool import Column, DiskFull, Spool
 from frictionloop.parameters import SCHEMA, System
 from frictionloop.quantities.version import package_version
 
@@ -53,12 +54,19 @@ class Recording:
         if self._recorder.reached - self._recorder.taken >= self._every:
             self._append(self._recorder.reached)
 
-    def finish(self, rows: int, attrs: dict[str, Any]) -> xr.Dataset:
-        """Append what is left up to some rows in all, finish the file and return what it holds."""
-        if not self.spool.is_full:
-            while self._recorder.taken < rows:
+    def finish(self, rows: int, attrs: dict[str, Any], path: str | os.PathLike[str] | None) -> xr.Dataset:
+        """Append what is left up to some rows in all, and return what the file holds; without a path it goes then."""
+        try:
+            while self._recorder.taken < rows and not self.spool.is_full:
                 self._append(min(self._recorder.taken + self._every, rows))
-        return load(self.spool.finish(attrs | self._counts()))
+        except DiskFull as full:
+            attrs = attrs | {"ended": str(full)}
+        self.spool.path = Path(path or self.spool.partial)
+        run = load(self.spool.finish(attrs | self._counts()))
+        if path is None:
+            run.load().close()
+            self.spool.partial.unlink()
+        return run
 
     def _append(self, until: int) -> None:
         recorder, first = self._recorder, self._recorder.taken

@@ -17,7 +17,7 @@ from frictionloop.device.errors import DeviceError, NoReply, Refused, Unplugged
 from frictionloop.device.link import Link
 from frictionloop.device.pipe import Pipe
 from frictionloop.device.recorder import ALL, TICK_HZ, Recorder
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, why_unwritable
 from frictionloop.quantities.schema import named, schema
 
 SILENT_S = 2.0
@@ -27,9 +27,8 @@ REOPENED = 20
 PAUSE_S = 0.1
 FAULTS = named("faults")
 STATES = schema()["states"]
-READINGS = {"force_range": (2.0**-28, "N"), "sensor_saturated": (1, "counts"), "sensor_stuck": (1, "counts"),
-            "host_silent": (1e-3, "ms"), "tick_overrun": (1, "late ticks"),
-            "no_finger": (1 / TICK_HZ, "s")}  # fmt: skip
+NO_SESSION = schema()["refusals"]["no_session"]
+READINGS = {name: (told["step"], told["unit"]) for name, told in schema()["fault_values"].items()}
 """What a fault tells of its cause: the size of a step, and the unit."""
 
 
@@ -58,6 +57,7 @@ class Running:
         self.reconnects = 0
         self._since = link.pipe.clock()
         self._tick: int | None = None
+        self._commits = 0
 
     def start(self) -> None:
         """Ask for telemetry, then for the state; what the device said of earlier runs does not count."""
@@ -67,6 +67,7 @@ class Running:
                 f"the device has the fault {FAULTS.get(status['fault'])}: find its cause, then clear() it"
             )
         self.recorder.since = self._tick = status["tick"]
+        self._commits = status["commits"]
         self.link.ask("mode", state=self.recorder.state)
         self.link.forget("status")  # what it said before
         self._since = self.link.pipe.clock()
@@ -82,6 +83,7 @@ class Running:
             keep()
             if progress:
                 progress(self.recorder.reached)
+        self._check_table(self.link.ask("heartbeat"))  # also of the last samples
 
     def stop(self) -> None:
         """Ask the device to be idle and quiet, if it is there."""
@@ -97,6 +99,15 @@ class Running:
             raise DeviceError(_fault(message["fault"], f"at tick {message['tick']}{_reading(message)}"))
         elif message.name == "status":
             self._check(message)
+        elif message.name == "refused" and message["reason"] == NO_SESSION:
+            raise DeviceError("the device knows this session no more: it began anew")
+
+    def _check_table(self, status: Message) -> None:
+        if status["commits"] != self._commits:
+            raise DeviceError(
+                f"the parameter table was changed during the run, before tick {status['tick']} (commit "
+                f"{status['commits']}, at its start {self._commits})"
+            )
 
     def _check(self, status: Message) -> None:
         if status["state"] == STATES["fault"]:
@@ -104,6 +115,7 @@ class Running:
         if self._tick is not None and (status["tick"] - self._tick) % 2**32 >= 2**31:
             raise DeviceError(f"the device began anew (tick {status['tick']} after {self._tick})")
         self._tick = status["tick"]
+        self._check_table(status)
         if status["state"] != self.recorder.state:
             raise DeviceError("the device is no longer in the state asked for: somebody else uses it, or it began anew")
 
@@ -128,15 +140,19 @@ class Running:
 
 def check_folder(path: str | os.PathLike[str] | None) -> None:
     """Refuse a file that could not be written after a run, before it."""
-    folder = Path(path or ".").absolute().parent
-    if not (folder.is_dir() and os.access(folder, os.W_OK)):
-        raise FrictionloopError(f"{path}: cannot be written (no folder {folder}, or not ours to write to)")
+    folder = Path.cwd() if path is None else Path(path).absolute().parent
+    if why := why_unwritable(folder) if folder.is_dir() else f"no folder {folder}":
+        raise FrictionloopError(f"{path or folder}: cannot be written ({why})")
 
 
 def free_path() -> Path:
-    """Return a file that is not there yet: interrupted-run.h5, interrupted-run-2.h5 and so on."""
-    numbered = (f"{KEPT_AS}-{number}.h5" for number in itertools.count(2))
-    return next(path for name in itertools.chain([f"{KEPT_AS}.h5"], numbered) if not (path := Path(name)).exists())
+    """Make and return an empty file that was not there: interrupted-run.h5, interrupted-run-2.h5 and so on."""
+    for number in itertools.count(1):
+        path = Path(f"{KEPT_AS}-{number}.h5" if number > 1 else f"{KEPT_AS}.h5")
+        with contextlib.suppress(FileExistsError):
+            path.touch(exist_ok=False)  # nobody else who looks for a name takes this one
+            return path
+    raise AssertionError("numbers have an end")
 
 
 def _fault(number: int, where: str) -> str:

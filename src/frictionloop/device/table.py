@@ -12,9 +12,9 @@ from frictionloop.device.errors import DeviceError, Refused
 from frictionloop.device.link import Link
 from frictionloop.device.refusals import in_words
 from frictionloop.firmware.words import from_words, to_words, word_of
-from frictionloop.quantities.schema import Word, parameter_words, table_hash, word_count
+from frictionloop.quantities.schema import Word, parameter_words, schema, table_hash, word_count
 
-WORDS_A_FRAME = 64
+WORDS_A_FRAME = schema()["protocol"]["words_a_frame"]
 
 
 class Parameters(Mapping[str, Any]):

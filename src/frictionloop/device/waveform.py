@@ -16,7 +16,7 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import schema
 
 N_PER_POINT = 1e-4
-POINTS_A_FRAME = 128
+POINTS_A_FRAME = schema()["protocol"]["points_a_frame"]
 PHASE = 2.0**24
 FURTHEST_M = 2000.0
 """Start of a table over position at most: 32 bits of um hold 2147 m."""

@@ -14,7 +14,9 @@ from pathlib import Path
 
 from platformdirs import user_cache_path
 
-from frictionloop.quantities import FrictionloopError, replacing
+from frictionloop.quantities import FrictionloopError, replacing, why_unwritable
+from frictionloop.quantities.seal import append_seal
+from frictionloop.quantities.trust import is_usable, why_untrusted
 
 FLAGS = ("-std=c11", "-O2", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off")
 """How the firmware's core is built for the host; the same bits come out at any level of optimisation."""
@@ -57,7 +59,8 @@ def shared_library(
     """Return the path of the library of some C sources, compiled unless that was done before.
 
     It lies in the user's cache under a name that tells sources, headers, flags, compiler and platform apart. Processes
-    that build it at the same time do not disturb one another: each writes its own file and renames it.
+    that build it at the same time do not disturb one another: each writes its own file and renames it. A damaged one is
+    built anew; one that another user could have put there is not run.
 
     Parameters
     ----------
@@ -76,24 +79,28 @@ def shared_library(
     ------
     FrictionloopError
         Without a compiler, when the sources do not compile (with the compiler's first complaint), or when the cache
-        cannot be written.
+        cannot be written or is open to others.
     """
     command = tuple(command or compiler())
     given = (*flags, *(("-fno-sanitize=all",) if "ziglang" in command else ()))
     suffix = _SUFFIX.get(sys.platform, ".so")
     library = cache_folder() / f"{name}-{_key(sources, include, given, command)}{suffix}"
-    if library.exists():
+    if why := why_untrusted(library):
+        raise FrictionloopError(f"{why}, and what lies there would be run; delete it, or chmod go-w it")
+    if is_usable(library):
         return library
+    cache = f"{library.parent}: the cache of compiled code"
     try:
-        library.parent.mkdir(parents=True, exist_ok=True)
+        library.parent.mkdir(0o700, parents=True, exist_ok=True)
     except OSError as error:
-        raise FrictionloopError(f"{library.parent}: cannot be made ({error.strerror or error})") from None
-    if not os.access(library.parent, os.W_OK):  # the linker would not say why
-        raise FrictionloopError(f"{library.parent}: cannot be written")
+        raise FrictionloopError(f"{cache} cannot be made ({error.strerror or error})") from None
+    if why := why_unwritable(library.parent):  # the linker would not say why
+        raise FrictionloopError(f"{cache} cannot be written ({why})")
     with replacing(library) as fresh:
         folders = [f"-I{folder}" for folder in include]
         built = [*command, *given, "-fPIC", "-shared", *folders, *map(str, sources), "-o", str(fresh)]
         run(built, f"{name}: does not compile with {' '.join(command)}")
+        append_seal(fresh)
     return library
 
 
@@ -111,7 +118,7 @@ def _key(sources: Sequence[Path], include: Sequence[Path], flags: Sequence[str],
     headers = [header for folder in include for header in sorted(folder.glob("*.h"))]
     for path in (*sources, *headers):
         digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
-    what = (*flags, *command, _version(command), sys.platform, platform.machine())
+    what = ("sealed", *flags, *command, _version(command), sys.platform, platform.machine())
     digest.update("\0".join(what).encode())
     return digest.hexdigest()[:20]
 

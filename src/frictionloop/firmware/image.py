@@ -24,8 +24,8 @@ FLASHED = "teensy31"
 """The board of these whose image is flashed; the others are qemu's."""
 BACKGROUND = frozenset(
     (
-        "app_messages.c", "app_replies.c", "app_start.c", "fl_crc.c", "fl_frame.c", "scenario_main.c", "startup.c",
-        "clock.c", "port.c",
+        "app_messages.c", "app_replies.c", "app_session.c", "app_start.c", "fl_crc.c", "fl_frame.c", "scenario_main.c",
+        "startup.c", "clock.c", "port.c",
     )
 )  # fmt: skip
 """Files that the tick does not run: small rather than quick."""

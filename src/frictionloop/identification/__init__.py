@@ -1,6 +1,6 @@
 """Recordings to parameters, with uncertainty: sees datasets only, a simulated rig and a recording look the same."""
 
-from frictionloop.identification.calibration import Calibration, calibrate
+from frictionloop.identification.calibration import Calibration, Plateaus, calibrate, plateaus
 from frictionloop.identification.channels import channel, rate_of, read_channels
 from frictionloop.identification.estimate import Estimate, Interval
 from frictionloop.identification.figures_of_merit import (
@@ -17,8 +17,6 @@ from frictionloop.identification.noise import (
     floor_density,
     noise_spectrum,
 )
-from frictionloop.identification.noise_corner import FirstOrderNoise, fit_corner
-from frictionloop.identification.plateaus import Plateaus, plateaus
 from frictionloop.identification.pulley import PulleyFriction, exponent_for_r2, pulley_friction, r2_with_friction
 from frictionloop.identification.resonance import Resonance, fit_resonance
 from frictionloop.identification.ring_down import RingDown, fit_ring_down
@@ -26,7 +24,6 @@ from frictionloop.identification.ring_down import RingDown, fit_ring_down
 __all__ = [
     "Calibration",
     "Estimate",
-    "FirstOrderNoise",
     "FloorReading",
     "FrequencyResponse",
     "Interval",
@@ -40,7 +37,6 @@ __all__ = [
     "channel",
     "dynamic_range_db",
     "exponent_for_r2",
-    "fit_corner",
     "fit_resonance",
     "fit_ring_down",
     "floor_density",

@@ -1,9 +1,10 @@
-"""Reading over force: the straight line of Fig. 4a, what scatters about it, and what the way there leaves."""
+"""Reading over force: steps, the straight line of Fig. 4a, what scatters about it, and what the way there leaves."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -11,12 +12,63 @@ from numpy.typing import NDArray
 from scipy.constants import g as STANDARD_GRAVITY
 from scipy.stats import linregress
 
+from frictionloop.identification.channels import READING, READING_UNITS, channel, rate_of
 from frictionloop.identification.estimate import Estimate
-from frictionloop.identification.plateaus import Plateaus, plateaus
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.checks import ABOVE_0, BELOW_1, number
 
 Array = NDArray[np.float64]
+
+
+class Plateaus(NamedTuple):
+    """Means of the reading over the time a mass hangs still, in the order of the recording; arrays of one shape."""
+
+    mass_kg: Array
+    reading: Array
+    """In ``unit``."""
+    direction: Array
+    """1 if the mass had grown, -1 if it had shrunk, 0 for the first."""
+    unit: str
+
+
+def plateaus(recording: xr.Dataset, settle_s: float = 1.0) -> Plateaus:
+    """Return the steps of a calibration: wherever ``mass`` (kg) stays the same, the mean of ``f_m`` once it is still.
+
+    Parameters
+    ----------
+    recording : xarray.Dataset
+        Columns ``mass`` in kg and ``f_m`` in N, V or counts, over ``time`` in s.
+    settle_s : float
+        Time left out after each change of mass in s, not negative.
+
+    Raises
+    ------
+    FrictionloopError
+        For a column that is missing or has another unit, a negative mass, fewer than three steps, all of one mass, or a
+        step that does not last longer than ``settle_s``.
+    """
+    mass = channel(recording, "mass", ("kg",))
+    reading = channel(recording, READING, READING_UNITS)
+    rate_hz = rate_of(recording)
+    number("settle_s", settle_s, "s", 0.0)
+    if np.any(mass < 0):
+        raise FrictionloopError(f"recording: 'mass' is {mass.min():g} kg: must be at least 0")
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(mass)) + 1])
+    ends = np.concatenate([starts[1:], [mass.size]])
+    if starts.size < 3 or np.ptp(mass) == 0:
+        raise FrictionloopError(f"recording: 'mass' has {starts.size} steps: must have at least three")
+    shortest = int(np.argmin(ends - starts))
+    lasts_s = (ends[shortest] - starts[shortest]) / rate_hz
+    skipped = math.ceil(settle_s * rate_hz)
+    if ends[shortest] - starts[shortest] <= skipped:
+        raise FrictionloopError(
+            f"settle_s = {settle_s:g} s: must be below {lasts_s:g}, the time that {mass[starts[shortest]]:g} kg hangs "
+            f"from row {starts[shortest]} on"
+        )
+    means = np.array([reading[a + skipped : b].mean() for a, b in zip(starts, ends, strict=True)])
+    levels = mass[starts]
+    direction = np.concatenate([[0.0], np.sign(np.diff(levels))])
+    return Plateaus(levels, means, direction, str(recording[READING].attrs["units"]))
 
 
 @dataclass(frozen=True)

@@ -111,7 +111,7 @@ def r2_with_friction(loads_n: Sequence[float], exponent: float) -> float:
     loads_n : sequence of float
         Rising loads in N, at least two, none negative; the last is visited once, the others twice.
     exponent : float
-        b, not negative (`friction_exponent` of identification/rigs/pulley).
+        b, not negative (`friction_exponent` of identification/rigs/weights).
 
     Raises
     ------

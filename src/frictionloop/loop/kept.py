@@ -1,8 +1,10 @@
-"""What a sweep has so far, and the file that keeps it."""
+"""What a sweep has so far, the file that keeps it, and when it is saved."""
 
 from __future__ import annotations
 
 import os
+import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +15,39 @@ from frictionloop.loop.formulas import METRICS
 from frictionloop.loop.points import Points
 from frictionloop.loop.record import HDF5, load, save
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.schema import firmware_folder
+from frictionloop.quantities.version import code_version
+
+SAVE_EVERY_S = 5.0
+"""Time between two savings of what is done; a tile may last as long before the next one, 10 s in all (assumed)."""
+CLOCK = time.monotonic  # noqa: TID251
+"""It decides when a file is saved, never a number."""
+_ROOMS = "quantities parameters physics sensing control perception recordings loop firmware"
+COMPUTING = tuple(_ROOMS.split())
+"""Folders whose code decides the numbers of a run, with the C core beside them."""
 
 
-def resumed(path: str | os.PathLike[str] | None, key: str, names: tuple[str, ...], grid: Points) -> np.ndarray:
+def computing(*more: str) -> str:
+    """Return a digest of the code that computes a run, and of more folders of this package."""
+    return code_version(*COMPUTING, str(firmware_folder()), *more)
+
+
+class Timely:
+    """Saves when it is called and the last saving is some time ago."""
+
+    def __init__(self, save: Callable[[], None], clock: Callable[[], float]) -> None:
+        self._save, self._clock, self._last = save, clock, clock()
+
+    def __call__(self) -> None:
+        """Save, or not yet."""
+        if self._clock() - self._last >= SAVE_EVERY_S:
+            self._save()
+            self._last = self._clock()
+
+
+def resumed(
+    path: str | os.PathLike[str] | None, key: str, code: str, names: tuple[str, ...], grid: Points
+) -> np.ndarray:
     """Return the values already done in a file, NaN for the rest."""
     if path is None:
         raise FrictionloopError("resume: needs the path of the file to continue")
@@ -24,8 +56,16 @@ def resumed(path: str | os.PathLike[str] | None, key: str, names: tuple[str, ...
     kept = load(path)
     if kept.attrs.get("fingerprint") != key:
         raise FrictionloopError(
-            f"{path}: holds another sweep (system, points, seeds, times, metrics or version differ); choose another"
+            f"{path}: holds another sweep (system, points, seeds, times or metrics differ); choose another"
         )
+    if kept.attrs.get("code") != code:
+        raise FrictionloopError(
+            f"{path}: its points were computed by other code (frictionloop {kept.attrs.get('version')}, or a library "
+            "it uses); choose another file, or start over without resume"
+        )
+    for name in names:
+        if name not in kept or kept[name].shape != grid.shape or kept[name].dtype.kind != "f":
+            raise FrictionloopError(f"{path}: is damaged (metric {name!r} is missing, or not one number per run)")
     return np.array([kept[name].values.ravel() for name in names])
 
 

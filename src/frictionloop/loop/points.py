@@ -19,7 +19,6 @@ from frictionloop.loop.timing import check_seed, is_finite, is_whole, periods_in
 from frictionloop.parameters import Recording, System
 from frictionloop.physics.sources import sampler
 from frictionloop.quantities import FrictionloopError, unit_of
-from frictionloop.quantities.version import package_version
 
 
 @dataclass(frozen=True)
@@ -103,14 +102,15 @@ def points_of(points: Mapping[str, Any] | Sequence[Mapping[str, Any]], seeds: in
 def fingerprint(
     system: System, points: Points, duration_s: float, score_from_s: float, metrics: Sequence[str], outside: str = ""
 ) -> str:
-    """Return a digest of everything that decides a sweep's result, so that only the same sweep is resumed.
+    """Return a digest of everything that is asked for in a sweep, so that only the same sweep is resumed.
 
-    ``outside`` is the digest of blocks from outside (loop/blocks).
+    ``outside`` is the digest of blocks from outside (loop/blocks). What our own code computes from it is
+    `kept.computing`.
     """
-    version, described = package_version(), system.model_dump(exclude={"board"})
+    described = system.model_dump(exclude={"board"})
     # A grid is told by its axes, in their order: they are a few dozen numbers where the points are thousands.
     asked_of = [(path, axis.tolist()) for path, axis in points.axes.items()] if points.gridded else points.overrides
-    asked = [version, described, asked_of, points.seeds, duration_s, score_from_s, list(metrics), outside]
+    asked = [described, asked_of, points.seeds, duration_s, score_from_s, list(metrics), outside]
     return hashlib.sha256(json.dumps(asked, sort_keys=True, default=str).encode()).hexdigest()
 
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 FIRST_S, LONGEST_S, LOOK_S = 2.5, 60.0, 0.25
-"""Until the first plain line; each comes after twice the time of the one before, up to the longest; how often to look."""
+"""Until the first plain line, between two at most (each wait is twice the one before), and how often to look."""
 
 under_way: list[Callable[[], str]] = []
 """What is done while there is no terminal to show it on, the innermost last."""
@@ -86,11 +85,13 @@ def plain_lines(write: Callable[[str], None]) -> Iterator[None]:
     ended = threading.Event()
 
     def tell() -> None:
-        told_s, wait_s = time.monotonic(), FIRST_S
+        so_far_s, next_s, wait_s = 0.0, FIRST_S, FIRST_S
         while not ended.wait(LOOK_S):
-            if under_way and time.monotonic() - told_s >= wait_s:
-                write(f"{under_way[-1]()} ...")
-                told_s, wait_s = time.monotonic(), min(2 * wait_s, LONGEST_S)
+            so_far_s += LOOK_S
+            if under_way and so_far_s >= next_s:
+                write(f"{under_way[-1]()}, {so_far_s:.0f} s so far")
+                wait_s = min(2 * wait_s, LONGEST_S)
+                next_s = so_far_s + wait_s
 
     teller = threading.Thread(target=tell, daemon=True)
     teller.start()
@@ -113,10 +114,10 @@ def doing(now: Callable[[], str]) -> Iterator[None]:
 
 @contextmanager
 def _plain_bar(title: str, total: int) -> Iterator[Bar]:
-    """Yield a bar that can tell in a line what is under way, how much is done, and how long the rest may take."""
+    """Yield a bar that can tell in a line what is under way, and how much of it is done."""
     from frictionloop.quantities.compiled import on_compiling
 
-    done, text, start_s = 0, title, time.monotonic()
+    done, text = 0, title
 
     def advance() -> None:
         nonlocal done
@@ -127,9 +128,7 @@ def _plain_bar(title: str, total: int) -> Iterator[Bar]:
         text = said
 
     def now() -> str:
-        took_s = time.monotonic() - start_s
-        left = f", about {took_s / done * (total - done):.0f} s left" if done else ""
-        return f"{text}: {done} of {total} done after {took_s:.0f} s{left}"
+        return f"{text}: {done} of {total} done"
 
     bar = Bar(title, advance, name)
     on_compiling.append(bar.compiling)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import sys
 import warnings
@@ -17,7 +18,9 @@ from frictionloop.loop.unfinished import unfinished
 from frictionloop.parameters import SCHEMA, System
 from frictionloop.parameters.files import check_schema
 from frictionloop.quantities import FrictionloopError, replacing
+from frictionloop.quantities.seal import seal_of
 from frictionloop.quantities.version import package_version
+from frictionloop.recordings.hdf5 import check_hdf5
 
 HDF5 = (".h5", ".hdf5", ".nc")
 VARIABLES: dict[str, tuple[str, str]] = {
@@ -36,8 +39,8 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "sliding": ("1", "the sensors see a finger that slides"),
     "scored": ("1", "metrics count this period"),
 }
-AT_ONCE_BYTES = 10**9
-"""A run of more is read piece by piece (assumed: any machine has so much)."""
+AT_ONCE_BYTES = 10**8
+"""A run of more is read piece by piece, so that memory does not grow with it (assumed: four minutes of a bench)."""
 _FLAGS = ("saturated", "sliding", "scored")
 
 
@@ -78,7 +81,7 @@ def system_of(run: xr.Dataset) -> System:
     """
     try:
         tree = json.loads(run.attrs["system"])
-    except (AttributeError, KeyError, TypeError, ValueError):
+    except (AttributeError, KeyError, TypeError, ValueError, RecursionError):
         raise FrictionloopError(
             "this Dataset carries no System (attribute 'system'); use one from simulate() or load()"
         ) from None
@@ -114,9 +117,9 @@ def save(run: xr.Dataset, path: str | os.PathLike[str]) -> None:
     encoding = {name: {"zlib": True, "complevel": 1, "shuffle": True} for name in run.data_vars if run[name].ndim}
     # HDF5 writes to memory: when a disk is full, its own writing leaves handles that crash the interpreter at exit.
     with _without_cluster():
-        content = run.to_netcdf(engine="h5netcdf", encoding=encoding)
+        content = bytes(run.to_netcdf(engine="h5netcdf", encoding=encoding))
     with replacing(path) as beside:
-        beside.write_bytes(content)
+        beside.write_bytes(content + seal_of(content))
 
 
 def _without_cluster() -> Any:
@@ -141,38 +144,53 @@ def load(path: str | os.PathLike[str], *, from_s: float | None = None, until_s: 
     path : path
         The file.
     from_s, until_s : float, optional
-        Part of a run to load, in s; all of it by default. What has more than 1 GB is not read at once: the Dataset then
-        reads from the file what is asked of it.
+        Part of a run to load, in s, both included; all of it by default. What has more than 100 MB is not read at once:
+        the Dataset then reads from the file what is asked of it by ``isel``, and has no index of time.
 
     Raises
     ------
     FrictionloopError
-        For a file that cannot be read, is no run file, or was written by a newer version.
+        For a file that cannot be read, is no run file, is not what was saved, reads other files, expands out of
+        measure, or was written by a newer version.
     """
     try:
+        check_hdf5(path)
         if (run := unfinished(path)) is not None:
             warnings.warn(f"{path}: the recording was not finished; it has {run.sizes['time']} samples", stacklevel=2)
             run = run.assign_attrs(unfinished=1)
         else:
-            run = xr.open_dataset(path, engine="h5netcdf")
+            run = xr.open_dataset(path, engine="h5netcdf", create_default_indexes=False)
         if from_s is not None or until_s is not None:
-            run = run.sel(time=slice(from_s, until_s))
+            run = _part(run, from_s, until_s)
         if run.nbytes <= AT_ONCE_BYTES:
             run = run.load()
             run.close()
+            for name in run.dims:
+                run = run.set_xindex(str(name)) if name in run.coords else run
     except FileNotFoundError:
         raise FrictionloopError(f"{path}: cannot be read (no such file{_partial(Path(path))})") from None
+    except FrictionloopError:
+        raise
     except Exception as error:  # h5py and h5netcdf raise many kinds for a damaged file
         raise FrictionloopError(
             f"{path}: cannot be read as a run file ({type(error).__name__}: {str(error).splitlines()[0]})"
         ) from None
     if "schema" not in run.attrs:
         raise FrictionloopError(f"{path}: is not a run file of frictionloop (no attribute 'schema')")
-    check_schema(int(run.attrs["schema"]), f"{path}: ")
+    schema = run.attrs["schema"]
+    check_schema(int(schema) if isinstance(schema, np.integer) else schema, f"{path}: ")
     for name in run.data_vars:
         if run[name].dtype == np.int8:  # booleans travel as bytes
             run[name] = run[name].astype(bool)
     return run
+
+
+def _part(run: xr.Dataset, from_s: float | None, until_s: float | None) -> xr.Dataset:
+    """Return the rows from one time to another; rows are evenly spaced."""
+    spacing_s = float(run["time"][1]) if run.sizes["time"] > 1 else 1.0
+    first = 0 if from_s is None else math.ceil(from_s / spacing_s - 1e-6)
+    stop = None if until_s is None else max(math.floor(until_s / spacing_s + 1e-6) + 1, 0)
+    return run.isel(time=slice(max(first, 0), stop))
 
 
 def _partial(path: Path) -> str:

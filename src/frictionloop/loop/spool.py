@@ -19,6 +19,9 @@ import h5py
 import numpy as np
 
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.files import check_target, sync
+from frictionloop.quantities.seal import append_seal
+from frictionloop.recordings.hdf5 import SEALED_BYTES
 
 CHUNK_ROWS = 5000
 """Rows that are compressed and checked together: a second at 5 kHz."""
@@ -64,7 +67,7 @@ class Spool:
     Raises
     ------
     FrictionloopError
-        For a folder in which no file can be made.
+        For a folder in which no file can be made, or a path that is a link.
     """
 
     def __init__(
@@ -74,6 +77,7 @@ class Spool:
         self.path, self.columns, self.spacing_s, self.rows, self.is_full = Path(path), columns, spacing_s, 0, False
         # A name that nobody can guess, made and never followed: what else lies there is left alone.
         self.partial = self.path.with_name(f"{self.path.stem}.partial-{secrets.token_hex(4)}.h5")
+        check_target(self.path)
         try:
             self._ballast = tempfile.TemporaryFile(dir=self.path.absolute().parent)  # noqa: SIM115
             self._ballast.write(bytes(BALLAST_BYTES))
@@ -153,9 +157,12 @@ class Spool:
                 for name in scalars(file):
                     del file[name]
                 file.attrs.update(attrs)
-            with self.partial.open("rb") as written:
-                os.fsync(written.fileno())
+            check_target(self.path)
+            if self.partial.stat().st_size <= SEALED_BYTES:
+                append_seal(self.partial)
+            sync(self.partial)
             self.partial.replace(self.path)
+            sync(self.path.absolute().parent)
         except (OSError, RuntimeError) as error:
             raise FrictionloopError(
                 f"{self.path}: cannot be written ({_cause(error)}); the {self.rows} rows are in {self.partial}"

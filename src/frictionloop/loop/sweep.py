@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing
 from typing import Any
 
@@ -12,7 +12,7 @@ import xarray as xr
 
 from frictionloop.loop.blocks import outside_digest, register_all, registered
 from frictionloop.loop.formulas import DEFAULT_METRICS, METRICS
-from frictionloop.loop.kept import Result, resumed
+from frictionloop.loop.kept import CLOCK, Result, Timely, computing, resumed
 from frictionloop.loop.kernel.loop import Tile
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.placing import placed, tiles_of
@@ -26,9 +26,6 @@ from frictionloop.loop.workers import shared_out, worker_count
 from frictionloop.parameters import System, check_system
 from frictionloop.quantities import FrictionloopError, trees
 from frictionloop.quantities.blame import place, theirs
-
-SAVE_EVERY = 1_000_000_000
-"""Control periods, over all lanes, between two savings of what is done: a few seconds of work."""
 
 
 class SweepInterrupted(KeyboardInterrupt):
@@ -51,6 +48,7 @@ def sweep(
     path: str | os.PathLike[str] | None = None,
     resume: bool = False,
     progress: bool | None = None,
+    clock: Callable[[], float] = CLOCK,
 ) -> xr.Dataset:
     """Simulate many variations of a system and return metrics over them.
 
@@ -73,11 +71,13 @@ def sweep(
         Parallel workers, by default one per core. Threads, unless a joblib back end is active: inside
         ``joblib.parallel_config(backend="dask")`` the same call runs on a Dask cluster.
     path : path, optional
-        HDF5 file that keeps what is done, also on Ctrl-C.
+        HDF5 file that keeps what is done, also on Ctrl-C: saved every few seconds.
     resume : bool
-        Continue the sweep in ``path`` instead of starting over.
+        Continue the sweep in ``path`` instead of starting over; refused if other code computed its points.
     progress : bool, optional
         Show a progress bar; by default on a terminal.
+    clock : callable
+        Seconds, by which ``path`` is saved.
 
     Returns
     -------
@@ -97,9 +97,13 @@ def sweep(
     grid = points_of(points, seeds)
     structures = structures_of(system, grid, duration_s, score_from_s, names)
     key = fingerprint(system, grid, duration_s, score_from_s, names, outside_digest())
-    values = resumed(path, key, names, grid) if resume else np.full((len(names), int(np.prod(grid.shape))), np.nan)
-    result = Result(values, names, grid, provenance(system, duration_s=duration_s, fingerprint=key), path)
+    code, values = computing(), np.full((len(names), int(np.prod(grid.shape))), np.nan)
+    if resume:
+        values = resumed(path, key, code, names, grid)
+    attrs = provenance(system, duration_s=duration_s, fingerprint=key, code=code)
+    result = Result(values, names, grid, attrs, path)
     result.keep()
+    save = Timely(result.keep, clock)
     wanted = np.flatnonzero(np.isnan(values).all(axis=0)).tolist()
     tiles = list(tiles_of(structures, wanted, len(grid.seeds)))
     of = list(grid.lanes())
@@ -108,14 +112,10 @@ def sweep(
     done = shared_out(_run, calls, workers)
     with progress_bar("sweep", len(tiles), progress) as advance, closing(done):
         try:
-            unsaved = 0
-            for lanes, numbers, work in done:
+            for lanes, numbers in done:
                 values[:, lanes] = numbers
                 advance()
-                unsaved += work
-                if unsaved > SAVE_EVERY:
-                    result.keep()
-                    unsaved = 0
+                save()
         except KeyboardInterrupt:
             raise SweepInterrupted(result.dataset()) from None
         finally:
@@ -140,8 +140,8 @@ def _run(
     duration_s: float,
     score_from_s: float,
     names: tuple[str, ...],
-) -> tuple[list[int], np.ndarray, int]:
-    """Run one tile and return its lanes, their metrics and the control periods run.
+) -> tuple[list[int], np.ndarray]:
+    """Run one tile and return its lanes and their metrics.
 
     Module-level and made of plain values, so that any joblib back end can ship it.
     """
@@ -161,7 +161,7 @@ def _run(
                 raise no_number(systems[lane], f"with {points[lane][0]}")
         values |= _values_of_tile(of_tile, tile, len(lanes))
     values |= _values_of_runs(of_runs, systems[: len(lanes)], seeds, duration_s, score_from_s)
-    return lanes, np.array([np.broadcast_to(values[name], len(lanes)) for name in names]), periods * len(lanes)
+    return lanes, np.array([np.broadcast_to(values[name], len(lanes)) for name in names])
 
 
 def _values_of_tile(metrics: Mapping[str, Metric | StreamingMetric], tile: Tile, lanes: int) -> dict[str, Any]:

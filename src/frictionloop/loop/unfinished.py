@@ -13,6 +13,7 @@ import xarray as xr
 
 from frictionloop.loop.spool import CHUNK_ROWS, ROWS, Column, Spool, scalars
 from frictionloop.quantities import FrictionloopError
+from frictionloop.recordings.hdf5 import check_hdf5
 
 
 def unfinished(path: str | os.PathLike[str]) -> xr.Dataset | None:
@@ -25,7 +26,8 @@ def unfinished(path: str | os.PathLike[str]) -> xr.Dataset | None:
         counts = {name: int(file[name][()]) for name in scalars(file)}
     if ROWS not in counts:
         return None
-    opened = xr.open_dataset(xr.backends.H5NetCDFStore(h5netcdf.File(path, "r", swmr=True)))
+    store = xr.backends.H5NetCDFStore(h5netcdf.File(path, "r", swmr=True))
+    opened = xr.open_dataset(store, create_default_indexes=False)
     run = opened.drop_vars(list(counts)).isel(time=slice(0, counts.pop(ROWS)))
     run.set_close(opened.close)
     return run.assign_attrs(counts)
@@ -41,6 +43,10 @@ def recovered(path: str | os.PathLike[str], out: str | os.PathLike[str]) -> tupl
     FrictionloopError
         For a file that is no unfinished recording, or an ``out`` that cannot be written.
     """
+    try:
+        check_hdf5(path)
+    except FileNotFoundError:
+        raise FrictionloopError(f"{path}: cannot be read (no such file)") from None
     if unfinished(path) is None:
         raise FrictionloopError(f"{path}: is no unfinished recording")
     with h5py.File(path, "r", swmr=True) as file:

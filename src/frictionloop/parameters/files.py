@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -21,6 +22,11 @@ if TYPE_CHECKING:
 Design = TypeVar("Design", bound=Description)
 SCHEMA = 1
 """Version of the parameter file and of the run file; a newer one is refused."""
+LARGEST_BYTES, DEEPEST = 10**6, 32
+"""Of a parameter file; all keys of all blocks, and arrays of thousands of samples, fit (assumed)."""
+_PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+"""
+_DEEP = re.compile(rf"(?<![\w-]){_PART}(?:\.[ \t]*+{_PART}){{{DEEPEST},}}")
+"""A dotted key that the parser takes the square, or more, of its length for."""
 _RARE = """
     touch board pulse_ticks jitter_s lost_ticks open_until_s form table_size
     slow_mm_s static_ratio static_mm_s drying_s roughness_longest_mm bristle_damping_n_s_m
@@ -107,18 +113,27 @@ def _evolved(path: str | os.PathLike[str], base: Callable[[], Design], tree: dic
 def _read(path: str | os.PathLike[str]) -> dict[str, Any]:
     where = f"{path}: "
     try:
-        tree = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        if Path(path).stat().st_size > LARGEST_BYTES:
+            raise FrictionloopError(f"{where}has more than {LARGEST_BYTES:,} bytes; accepted: a file of parameters")
+        text = Path(path).read_text(encoding="utf-8")
+        if _DEEP.search(text):
+            raise FrictionloopError(f"{where}has a key of more than {DEEPEST} parts; accepted: block.key")
+        tree = tomllib.loads(text)
     except (OSError, UnicodeDecodeError) as error:
         raise FrictionloopError(f"{where}cannot be read ({getattr(error, 'strerror', None) or error})") from None
     except tomllib.TOMLDecodeError as error:
         raise FrictionloopError(f"{where}is not TOML: {error}") from None
+    except RecursionError:
+        raise FrictionloopError(f"{where}is nested too deeply; accepted: blocks with keys") from None
     check_schema(tree.pop("schema", SCHEMA), where)
     return tree
 
 
 def check_schema(schema: Any, where: str) -> None:
     """Refuse a file that a newer version of the package has written."""
-    if not isinstance(schema, int) or schema > SCHEMA:
+    if not isinstance(schema, int):
+        raise FrictionloopError(f"{where}schema = {schema!r:.60}: must be a whole number, at most {SCHEMA}")
+    if schema > SCHEMA:
         raise FrictionloopError(
             f"{where}schema = {schema!r} is newer than this version reads (up to {SCHEMA}); update frictionloop"
         )

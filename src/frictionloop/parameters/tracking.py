@@ -27,7 +27,7 @@ SCHEDULE: Schedule = (
     (5.713, 32.94, 2.084, 12.18, 0.9939, 0.3578, 0.9603),
     (8.327, 32.85, 1.931, 11.23, 0.9548, 0.3239, 1.095),
 )
-"""Gains that `frictionloop design controller --law tracker` finds for `bench()`.
+"""Gains for `bench()` with the least predicted residual of those that kept Ms below its limits (docs/decisions).
 
 With contact and finger known exactly, Ms is at most 1.7, 2.0 and 2.6 with the resonance off by 0, 5 and 10 %.
 """
@@ -50,9 +50,9 @@ class TrackerController(Timing):
     the share of the error to correct in a period, and the trust in the newest limit.
     """
     resonance_share: Annotated[Number, Field(gt=0, le=2)] = 0.91
-    """Resonance that the observer is given over that of the model: too low is benign, too high fatal (tune_tracker)."""
+    """Resonance that the observer is given over that of the model: too low is benign, too high fatal."""
     broadened_q: Positive = 6.0
-    """Quality factor that the observer is given in place of the model's: broad, it holds for others (tune_tracker)."""
+    """Quality factor that the observer is given in place of the model's: broad, it holds for others."""
     compliance_um_per_n: Annotated[Number, Field(ge=0, le=1000)] = 40.0
     """Compliance of the contact to begin with: friction follows its limit with T = compliance F / speed; 0: at once.
 

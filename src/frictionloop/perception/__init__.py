@@ -1,12 +1,5 @@
-"""Is a force felt? Thresholds, and the index D of a residual: spectral, and the filter that accumulates it."""
+"""Is a force felt? Thresholds, and the filter that accumulates the index D of a residual."""
 
-from frictionloop.perception.index import (
-    index_db,
-    index_of_residual,
-    index_of_spectrum,
-    is_perceptible,
-    slow_error_felt,
-)
 from frictionloop.perception.thresholds import (
     Fingertip,
     Impedance,
@@ -20,10 +13,5 @@ __all__ = [
     "Impedance",
     "displacement_threshold_um",
     "force_threshold_n",
-    "index_db",
-    "index_of_residual",
-    "index_of_spectrum",
-    "is_perceptible",
-    "slow_error_felt",
     "weighting_sos",
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import traceback
 from pathlib import Path
 from typing import Any
@@ -30,3 +31,15 @@ def place(function: Any) -> str:
 def is_outside(file: str) -> bool:
     """Tell whether a file is neither of this package nor of a library."""
     return _OURS not in str(Path(file).resolve()) and "site-packages" not in file and not file.startswith("<frozen")
+
+
+def complaint(error: BaseException) -> str:
+    """Return what the compiler says of somebody's code as one line: file, line and reason."""
+    text = str(error)
+    told = re.findall(r'File "([^"]+)", line (\d+)| at (/[^\n]+) \((\d+)\)', text)
+    places = [(file or other, line or number) for file, line, other, number in told]
+    places = [(str(Path(file).resolve()), line) for file, line in places if is_outside(file)]
+    said = [line.strip() for line in text.splitlines() if line.strip() and not line.startswith("Failed in nopython")]
+    where = f"{places[-1][0]}, line {places[-1][1]}: " if places else ""
+    reason = " ".join(said[: 2 if said[:1] and said[0].endswith(":") else 1])
+    return f"{where}does not compile: {reason}"

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from io import BytesIO
+from pathlib import Path
 from typing import Any
 
 from llvmlite.binding import get_host_cpu_name
@@ -10,9 +14,30 @@ from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.ccallback import CFunc
 
 from frictionloop.quantities.digest import code_digest
+from frictionloop.quantities.seal import seal_of
+from frictionloop.quantities.trust import is_usable, why_untrusted
 
 on_compiling: list[Callable[[bool], None]] = []
 """Called with True before something is compiled that the disk does not have, and with False when it is done."""
+
+
+class SealedFiles(IndexDataCacheFile):
+    """Numba's two files of a function, each with a checksum: a damaged one is as if it were not there."""
+
+    def _load_index(self) -> Any:
+        return super()._load_index() if is_usable(Path(self._index_path)) else {}
+
+    def _load_data(self, name: str) -> Any:
+        if not is_usable(Path(self._data_path(name))):
+            raise FileNotFoundError(name)
+        return super()._load_data(name)
+
+    @contextmanager
+    def _open_for_write(self, filepath: str) -> Iterator[BytesIO]:
+        content = BytesIO()
+        yield content
+        with super()._open_for_write(filepath) as file:
+            file.write(content.getvalue() + seal_of(content.getvalue()))
 
 
 class DigestCache(FunctionCache):
@@ -25,7 +50,12 @@ class DigestCache(FunctionCache):
 
     def __init__(self, function: Any, name: str, digest: str) -> None:
         super().__init__(function)
-        self._cache_file = IndexDataCacheFile(self._cache_path, f"{name}-{digest}-{get_host_cpu_name()}", ())
+        named = f"{name}-{digest}-{get_host_cpu_name()}-sealed"
+        self._cache_file = SealedFiles(self._cache_path, named, ())
+        files = (Path(self._cache_path) / f"{named}{ending}" for ending in (".nbi", ".1.nbc"))
+        if why := next(filter(None, map(why_untrusted, files)), ""):
+            warnings.warn(f"{why}, and what lies there would be run: not used; chmod go-w it", stacklevel=2)
+            self.disable()
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return what the disk has, None where it was compiled from somebody's module that is not here any more."""
@@ -39,11 +69,18 @@ class DigestCache(FunctionCache):
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep what was compiled."""
-        super().save_overload(sig, data)
+        try:
+            super().save_overload(sig, data)
+        except OSError as error:
+            _warn_of_no_cache(f"{self._cache_path}: the cache of compiled code cannot be written ({error.strerror})")
         _tell(False)
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
         return (sig, codegen.magic_tuple())
+
+
+def _warn_of_no_cache(why: str) -> None:
+    warnings.warn(f"{why}; what is compiled is lost at the end: set NUMBA_CACHE_DIR to a folder", stacklevel=2)
 
 
 def _tell(compiling: bool) -> None:
@@ -67,6 +104,10 @@ def compile_c(signature: Any, function: Any, name: str) -> Any:
     # Functions from the disk that have one name would be one function to the linker.
     function.__qualname__ = f"{name}_{digest}".replace("-", "_")
     compiled: Any = CFunc(function, (signature.args, signature.return_type), {}, {"error_model": "numpy"})
-    compiled._cache = DigestCache(function, name, digest)
+    try:
+        compiled._cache = DigestCache(function, name, digest)
+    except RuntimeError:  # Numba found no folder
+        folder = Path(function.__code__.co_filename).parent / "__pycache__"
+        _warn_of_no_cache(f"no cache of compiled code can be written, not {folder} nor one in the home folder")
     compiled.compile()
     return compiled

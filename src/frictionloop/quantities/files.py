@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import secrets
+import stat
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -15,27 +17,60 @@ from frictionloop.quantities.units import FrictionloopError
 def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Yield a path beside ``path`` to write to; on success it takes the old file's place, on failure it goes.
 
+    Its name cannot be guessed, and nothing that lies there is followed. It is on the disk before it is renamed.
+
     Raises
     ------
     FrictionloopError
-        For a path that cannot be written, or that is a device, a pipe or a socket.
+        For a path that cannot be written, or that is a link, a device, a pipe or a socket.
     """
     target = Path(path)
-    if not target.name:
-        raise FrictionloopError(f"path = {str(path)!r}: must be the name of a file")
-    # What is renamed onto a device takes its place: root would lose /dev/null.
-    if target.exists() and not (target.is_file() or target.is_dir()):
-        raise FrictionloopError(f"{target}: cannot be written (it is a device or a pipe, not a file)")
-    beside = target.with_name(f".{target.name}.{os.getpid()}.part")
+    check_target(target)
+    named = target.with_name(f".{target.name}.{secrets.token_hex(8)}.part")
+    beside = None
     try:
+        os.close(os.open(named, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+        beside = named
         yield beside
+        # It was there from the beginning: whoever writes nothing must not replace the old file by it.
+        if not beside.stat().st_size:
+            raise FrictionloopError(f"{target}: cannot be written (nothing came)")
+        sync(beside)
+        if target.is_file():
+            beside.chmod(stat.S_IMODE(target.stat().st_mode))
         beside.replace(target)
+        sync(target.parent)
     except OSError as error:
         kept = "; the old file is untouched" if os.path.isfile(target) else ""
         raise FrictionloopError(f"{target}: cannot be written ({error.strerror or error}){kept}") from None
     finally:
-        with suppress(OSError):
-            beside.unlink()
+        if beside is not None:
+            with suppress(OSError):
+                beside.unlink()
+
+
+def check_target(path: Path) -> None:
+    """Refuse a file that must not be replaced: a rename puts a file where a link or root's /dev/null was."""
+    if not path.name:
+        raise FrictionloopError(f"path = {str(path)!r}: must be the name of a file")
+    if path.is_symlink() and not _leads_to_device(path):
+        raise FrictionloopError(f"{path}: cannot be written (it is a link to {os.path.realpath(path)}; name that file)")
+    if _leads_to_device(path):
+        raise FrictionloopError(f"{path}: cannot be written (it is a device or a pipe, not a file)")
+
+
+def _leads_to_device(path: Path) -> bool:
+    return path.exists() and not (path.is_file() or path.is_dir())
+
+
+def sync(path: Path) -> None:
+    """Have what was written on the disk; of a folder also its names, where the system can."""
+    with suppress(PermissionError, IsADirectoryError):  # Windows opens no folder
+        handle = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
 
 
 def why_unwritable(folder: str | os.PathLike[str]) -> str:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from frictionloop.parameters.sources import Recording
 from frictionloop.quantities.units import known_unit
 from frictionloop.recordings.column import Column, column_number, no_column
+from frictionloop.recordings.hdf5 import check_hdf5
 from frictionloop.recordings.headers import header, is_time
 
 _LINE = re.compile(r"(.*?)\s*(?:\[\s*(?::\s*,\s*(\d+)|(\d+)\s*,\s*:)\s*\])?", re.DOTALL)
@@ -39,6 +40,7 @@ def read_hdf5(recording: Recording) -> Column:
     """Return a dataset, or a line of one, of an HDF5 or NetCDF-4 file."""
     import h5py
 
+    check_hdf5(recording.path)
     arrays: dict[str, Any] = {}
     with h5py.File(recording.path) as file:
         file.visititems(lambda name, item: arrays.update({name: item} if isinstance(item, h5py.Dataset) else {}))

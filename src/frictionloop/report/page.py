@@ -17,7 +17,7 @@ from markupsafe import Markup, escape
 from frictionloop.parameters import RETUNED
 from frictionloop.quantities.version import package_version
 from frictionloop.report import protocol
-from frictionloop.report.beyond_table import beyond_rows
+from frictionloop.report.beyond import beyond_rows
 from frictionloop.report.claims import THESIS, Claim
 from frictionloop.report.claims.table import SYMBOLS, grouped, shown, with_unit
 from frictionloop.report.counts import FIRST, HOLDS, counts, named

@@ -13,7 +13,7 @@ import xarray as xr
 
 from frictionloop.loop.progress import Bar, silent
 from frictionloop.parameters import System, feasible, paper
-from frictionloop.report import beyond, calibration, device, gains, noise, people, steady, systems, tracking
+from frictionloop.report import beyond, calibration, device, gains, noise, people, systems
 from frictionloop.report.trials import sliding_trials
 
 
@@ -168,11 +168,11 @@ def parts() -> Iterator[Part]:
     for name, system in compared.items():
         yield f"over_kp.{name}", partial(gains.fidelity_over, system, gains.KP)
         yield f"over_ki.{name}", partial(gains.fidelity_over, system, gains.KI, gains.KIS)
-        yield f"runs.{name}", partial(tracking.tracking_runs, system)
+        yield f"runs.{name}", partial(systems.tracking_runs, system)
         yield f"noise.{name}", partial(noise.noise_sweep, system)
     for name, overrides in variants().items():
         yield f"variants.{name}", partial(gains.fidelity_over, feasible().evolve(overrides), gains.KP)
-    yield "steady", partial(steady.noise_gain, feasible())
+    yield "steady", partial(noise.noise_gain, feasible())
     yield "rigs", calibration.all_rigs
     yield from bench_parts()
     yield "beyond", beyond.stored

@@ -75,7 +75,7 @@ def test_summary_files_and_figures(frictionloop, tmp_path, monkeypatch):
     refused = frictionloop(*WORDS, "--out", "r.h5")
     assert (refused.code, refused.err) == (
         2,
-        "error: r.h5: exists; add --resume (resume=True) to continue it, or choose another file\n",
+        "error: r.h5: exists; add --resume (resume=True) to continue it, delete it, or choose another file\n",
     )
     again = frictionloop(*WORDS, "--out", "r.h5", "--resume")
     tables = [text[text.index("20 mm/s") : text.index("saved")] for text in (answer.out, again.out)]

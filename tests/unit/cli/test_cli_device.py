@@ -20,7 +20,7 @@ from frictionloop.quantities.schema import schema
 
 TRACKER = ("--controller.kind", "tracker")
 SLIPPERY = ("--motion.load_n", "4", "--open")  # the finger is pressed until its friction is more than the sensor takes
-VERBS = "list", "info", "set", "run", "clear", "monitor", "flash"
+VERBS = "list", "info", "set", "run", "recover", "clear", "monitor", "flash"
 
 
 def rows(out):
@@ -75,7 +75,7 @@ def test_who_answers(frictionloop):
     said = rows(frictionloop("device", "info", "sim:").out)
     model = fl.bench().controller.model
     assert said["board"] == "host"
-    assert "protocol 1.1" in said["firmware"] and "5000 ticks a second" in said["firmware"]
+    assert "protocol 2.0" in said["firmware"] and "5000 ticks a second" in said["firmware"]
     assert said["parameters"] == "the same table as here"
     assert said["law"] == f"pi, 0.0884 to {model.nominal_n:g} N, at most {model.max_amplitude_um:g} um"
     assert said["telemetry"] == "0 samples dropped"
@@ -162,7 +162,7 @@ def test_what_is_not_set_is_one_line(frictionloop, arguments, says):
 HOLD = ("controller.kp=0.04", "controller.ki=100")
 
 
-def test_gains_are_set_by_their_names_while_the_loop_runs(frictionloop, kept):
+def test_gains_are_set_by_their_names_and_only_by_its_owner_while_a_loop_runs(frictionloop, kept):
     fl.write_toml(fl.bench(), "mine.toml")
     assert rows(frictionloop("device", "set", "sim:", *HOLD).out) == {
         "controller.kp": "10.0 -> 0.04",
@@ -171,6 +171,14 @@ def test_gains_are_set_by_their_names_while_the_loop_runs(frictionloop, kept):
     with fl.connect("sim:") as device:
         device.mode("closed")
         more = (HOLD[1], "controller.kp=0.03", "drive.ceiling_um=2", "--system", "mine.toml")
+        said = refused(frictionloop("device", "set", "sim:", *more))
+        assert "another host's loop is on" in said
+        device.reconnect()  # both have one line here, which the other has closed
+        device.set("setpoint.hold_n", 0.25)
+        device.commit()
+    with fl.connect("sim:") as device:
+        assert device.parameters["law.gains"][0] == pytest.approx(0.04, rel=1e-6)  # as before
+        assert device.parameters["setpoint.hold_n"] == 0.25
         said = frictionloop("device", "set", "sim:", *more, "--json").json()
         assert said["after"] == {"controller.ki": 100.0, "controller.kp": 0.03, "drive.ceiling_um": 2.0}
     with fl.connect("sim:") as device:

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.cli.axes import axes_of
 from frictionloop.cli.outcome import Outcome
+from frictionloop.cli.sweep import axes_of
 
 SHORT = ("sweep", "--preset", "feasible", "--duration-s", "0.1")
 GRID = (*SHORT, "--over", "controller.kp=1:16:3:log", "--over", "controller.ki=1,2", "--seeds", "2")
@@ -128,7 +128,7 @@ def test_ctrl_c_keeps_what_is_done_and_resume_finishes_it(frictionloop, process,
     running = process(*tokens, "kept.h5", "--jobs", "1")
     out, err, code = interrupt_once_running(running, tmp_path / "kept.h5")
     assert code == 130
-    said, command = err.splitlines()
+    *_, said, command = err.splitlines()  # after lines of progress
     done = int(said.split()[1])
     assert 0 < done < 640
     assert said == f"interrupted: {done} of 640 runs done, kept in kept.h5"

@@ -158,7 +158,7 @@ def test_a_preset_is_the_bench_of_a_file_that_holds_it(frictionloop):
             "coefficient 3 must be from -2 to 2, which Q31",
         ),
         (("--law", "pi", "--sensitivity-peak", "1.001"), "ki must be above 6.28 1/s to lower anything felt"),
-        (("--law", "tracker", "--sensor.kind", "lowpass"), 'sensor.kind = "lowpass": a tracker is tuned for a'),
+        (("--law", "tracker", "--sensor.kind", "lowpass"), 'sensor.kind = "lowpass": a tracker is designed for a'),
         (("--law", "tracker", "--controller.delay_s", "300e-6"), "delay_s = 0.0003 s: must be at most one control per"),
         (("--law", "hinf", "--controller.delay_s", "0.05"), "controller.delay_s = 0.05 s: is 250 control periods"),
         (("--law", "lqg", "--controller.delay_s", "0.05"), "it takes up to 120, controller.delay_s up to 0.0218 s"),

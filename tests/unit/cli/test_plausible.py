@@ -38,20 +38,3 @@ def test_nothing_is_no_question():
 def test_the_names_are_names_of_parameters():
     names = {key for make in PRESETS.values() for _, block in make() for key in type(block).model_fields}
     assert set(USUAL) - names == set()
-
-
-def test_a_controller_that_believes_another_bench_is_told_with_both_values():
-    told = list(questions(fl.bench().evolve({"sensor.resonance_hz": 170.0})))
-    assert told == [
-        "sensor.resonance_hz = 170 Hz, but controller.model.resonance_hz = 145 Hz; "
-        "if it is not meant: --controller.model.resonance_hz 170"
-    ]
-    assert list(questions(fl.bench().evolve({"sensor.resonance_hz": 150.0}))) == []
-
-
-def test_a_file_that_changes_a_kind_is_told_what_is_not_taken_over(frictionloop, tmp_path):
-    text = 'preset = "bench"\n[controller]\nkind = "notch_pi"\nki = 80\n'
-    (tmp_path / "mine.toml").write_text(text, encoding="utf-8")
-    answer = frictionloop("simulate", "mine.toml", "--duration-s", "0.01")
-    left = "mine.toml: controller.kind = notch_pi: kp = 3.8 by default; what the pi had is not taken over"
-    assert left in answer.err.splitlines()

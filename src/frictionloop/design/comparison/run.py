@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -15,19 +15,18 @@ from frictionloop.design.comparison.entrants import DESIGNED, Entrant, Overrides
 from frictionloop.design.comparison.plain import occluded_at, plain_strokes
 from frictionloop.design.comparison.protocol import Condition
 from frictionloop.design.comparison.store import Cell, Store, check_new
+from frictionloop.loop.blocks import outside_digest
+from frictionloop.loop.kept import CLOCK, Timely, computing
 from frictionloop.loop.points import fingerprint, points_of, structures_of
 from frictionloop.loop.progress import progress_bar
 from frictionloop.loop.record import provenance
 from frictionloop.loop.sweep import sweep
-from frictionloop.loop.timing import periods_in
 from frictionloop.parameters import System
 from frictionloop.physics.fingers import Fingers
 from frictionloop.quantities import FrictionloopError
 
 PLAIN = "plain"
 """Name in the file of the strokes without control that the perceptual index is compared with."""
-SAVE_EVERY = 500_000_000
-"""Control periods, over all fingers, between two savings of what is done: some 20 s of work."""
 
 
 class ComparisonInterrupted(KeyboardInterrupt):
@@ -75,6 +74,7 @@ def compare(
     progress: bool | None = None,
     duration_s: float = protocol.DURATION_S,
     start_s: float = protocol.START_S,
+    clock: Callable[[], float] = CLOCK,
 ) -> Comparison:
     """Run control laws through the protocol (`comparison.protocol`) on a population they were not tuned on.
 
@@ -91,13 +91,15 @@ def compare(
     speeds_mm_s : sequence of float
         Speeds of the strokes.
     path : path, optional
-        HDF5 file that keeps every cell that is done, also on Ctrl-C.
+        HDF5 file that keeps every cell that is done, also on Ctrl-C: saved every few seconds.
     resume : bool
         Go on with ``path``: cells that are there and decided by the same things are not run again.
     n_jobs, progress
         As for `sweep`.
     duration_s, start_s : float
         Duration of a run and the part of it that is not scored, in s.
+    clock : callable
+        Seconds, by which ``path`` is saved.
 
     Raises
     ------
@@ -131,22 +133,18 @@ def compare(
     digests = {(name, at): trial.digest(given.get(name), at) for name, at in wanted}
     left = [key for key in wanted if not store.has(*key, digests[key])]
     store.keep()
-    work, unsaved = count * periods_in(system, duration_s), 0
+    save = Timely(store.keep, clock)
     with progress_bar("compare", len(left), progress) as bar:
         try:
             for name, at in left:
                 bar.doing(f"{name}, {at.speed_mm_s:g} mm/s, {at.contact}, {at.task}")
                 store.cells[name, at] = Cell(trial.run(given.get(name), at), digests[name, at])
-                unsaved += work
-                if unsaved >= SAVE_EVERY:
-                    store.keep()
-                    unsaved = 0
+                save()
                 bar()
         except KeyboardInterrupt:
             raise ComparisonInterrupted(sum(key in store.cells for key in wanted), len(wanted)) from None
         finally:
-            if unsaved:
-                store.keep()
+            store.keep()
     return Comparison(system, given, people, seed, speeds, duration_s, start_s, store.dataset(), left_out)
 
 
@@ -212,7 +210,8 @@ class _Trial:
         # Plain strokes run under no law, whatever that of the bench is.
         bench = self.bench(law or {"controller.kind": "lookup"}, at)
         kept = [PLAIN] if law is None else protocol.metrics_of(at.task)
-        return fingerprint(bench, points, self.duration_s, self.start_s, kept)
+        key = fingerprint(bench, points, self.duration_s, self.start_s, kept, outside_digest())
+        return f"{key} {computing()}"
 
     def run(self, law: Overrides | None, at: Condition) -> dict[str, Any]:
         bench, swept = self.bench(law, at), partial(self.swept, at)

@@ -15,10 +15,10 @@ import xarray as xr
 
 from frictionloop.design.comparison.protocol import METRICS, TASKS, Condition
 from frictionloop.loop.formulas import METRICS as MEANING
+from frictionloop.loop.kept import computing
 from frictionloop.loop.record import load, save
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError, why_unwritable
-from frictionloop.quantities.version import package_version
 
 DIMS = ("law", "speed_mm_s", "contact", "task")
 KIND = "comparison"
@@ -56,12 +56,16 @@ class Store:
             if str(kept.attrs.get(name)) != str(value):
                 given = f"{name} = {kept.attrs.get(name)}, not {value}" if name != "system" else "another bench"
                 raise FrictionloopError(f"{self.path}: keeps a comparison of {given}; choose another file")
-        self.cells = cells_of(kept)
-        self.designs = json.loads(kept.attrs.get("designs", "{}"))
+        try:
+            self.cells = cells_of(kept)
+            self.designs = dict(json.loads(kept.attrs.get("designs", "{}")))
+        except (KeyError, IndexError, TypeError, ValueError, RecursionError) as error:
+            said = f"{type(error).__name__}: {error}".splitlines()[0]
+            raise FrictionloopError(f"{self.path}: is damaged, or not what a comparison keeps ({said:.120})") from None
 
     def design(self, law: str, system: System, work: Callable[[], Mapping[str, Any]]) -> dict[str, Any]:
         """Return what a synthesis finds, or found when the file was written, and keep it."""
-        key = sha256("\n".join((law, system.model_dump_json(), package_version())).encode()).hexdigest()
+        key = sha256("\n".join((law, system.model_dump_json(), computing("analysis", "design"))).encode()).hexdigest()
         if key not in self.designs:
             self.designs[key] = json.loads(json.dumps(dict(work())))
             self.keep()

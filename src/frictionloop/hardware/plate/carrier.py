@@ -13,8 +13,7 @@ from typing import Literal, get_args
 import numpy as np
 from scipy.signal import lfilter
 
-from frictionloop.hardware.plate.carrier_filter import Analogue, band_pass
-from frictionloop.hardware.plate.carrier_pwm import period_ticks, pulse_ticks, pulses
+from frictionloop.hardware.plate.carrier_pwm import Analogue, band_pass, period_ticks, pulse_ticks, pulses
 from frictionloop.hardware.plate.modes import resonance_hz
 from frictionloop.parameters.plate_design import PlateDesign
 from frictionloop.quantities import FrictionloopError

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from frictionloop.hardware.plate.carrier import CarrierRun, Source, actual_carrier_hz, simulate_carrier
-from frictionloop.hardware.plate.carrier_filter import band_pass
+from frictionloop.hardware.plate.carrier_pwm import band_pass
 from frictionloop.hardware.plate.envelope import envelope, envelope_pole, time_constant_s
 from frictionloop.hardware.plate.modes import resonance_hz
 from frictionloop.parameters.plate_design import PlateDesign

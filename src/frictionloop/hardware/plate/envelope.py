@@ -14,7 +14,7 @@ import math
 import numpy as np
 from scipy.signal import lfilter
 
-from frictionloop.hardware.plate.checks import check_positive
+from frictionloop.hardware.plate.modes import check_positive
 from frictionloop.quantities import FrictionloopError
 
 

@@ -1,4 +1,4 @@
-"""What a force sensor of given geometry does: the answer of ``frictionloop design sensor`` to a geometry."""
+"""What a force sensor of given geometry does, and what the loop's ``sensor`` block leaves out of its noise."""
 
 from __future__ import annotations
 
@@ -10,9 +10,36 @@ import numpy as np
 from scipy.optimize import brentq
 
 from frictionloop.hardware.sensor import baseband, front_end, noise_budget, springs
-from frictionloop.hardware.sensor.block import Omitted, omitted
 from frictionloop.hardware.sensor.electrodes import Sides, capacitance_f, check_geometry
+from frictionloop.hardware.sensor.noise_budget import Budget
 from frictionloop.parameters.sensor_design import SensorDesign
+
+CONVERTER = "adc.bits"
+"""Parameter of the one term that the loop makes itself, from the block's ``adc_bits`` and ``range_n``."""
+
+
+class Omitted(NamedTuple):
+    """Noise that a design has and its block in the loop has not."""
+
+    at_rest_n: dict[str, float]
+    """Name of the term to N rms: forces on the frame, such as vibration of the base and tilt."""
+    under_load_n: float
+    """What the electronics add at the end of the range to their noise at rest, N rms: the excitation's amplitude."""
+    force_n: float
+    """That end of the range."""
+
+    @property
+    def rest_rms_n(self) -> float:
+        """All that is left out at rest, N rms."""
+        return math.hypot(*self.at_rest_n.values())
+
+
+def omitted(at_rest: Budget, at_range: Budget) -> Omitted:
+    """Return what the block of kind "suspended" leaves out: its density is that of the electronics at rest."""
+    forces_n = {term.name: term.rms_n for term in at_rest.terms if not term.white and term.parameter != CONVERTER}
+    rest, load = (math.hypot(*(term.rms_n for term in each.terms if term.white)) for each in (at_rest, at_range))
+    return Omitted(forces_n, math.sqrt(max(load**2 - rest**2, 0.0)), at_range.force_n)
+
 
 BLOCK_TO_HZ = 500.0
 """Frequency to which the loop's block is compared with the design."""

@@ -1,9 +1,15 @@
 """Calibration rigs, simulated: each returns what a recorder at the real one would have written (docs/calibration)."""
 
-from frictionloop.identification.rigs.floor import floor_rig
 from frictionloop.identification.rigs.hammer import half_sine_response, hammer_rig
-from frictionloop.identification.rigs.pulley import bearing_friction_for, friction_exponent, pulled, string_friction_for
-from frictionloop.identification.rigs.weights import UP_AND_DOWN_KG, weights_rig
+from frictionloop.identification.rigs.sensor import floor_rig
+from frictionloop.identification.rigs.weights import (
+    UP_AND_DOWN_KG,
+    bearing_friction_for,
+    friction_exponent,
+    pulled,
+    string_friction_for,
+    weights_rig,
+)
 
 __all__ = [
     "UP_AND_DOWN_KG",

@@ -4,6 +4,8 @@
 
 x1 is the force of the springs, x3 the reading, a the acceleration of the base, n and v white. Sampling is exact: the
 step over 1/rate by the matrix exponential, and noise whose covariance is that of the equations, at any rate.
+
+The sensor left alone is rig (c) (paper, Sec. 3.3 and Fig. 4b).
 """
 
 from __future__ import annotations
@@ -19,8 +21,10 @@ from scipy.constants import g as STANDARD_GRAVITY
 from scipy.linalg import eigh, expm, solve_continuous_lyapunov
 from scipy.signal import lfilter
 
+from frictionloop.loop.timing import check_seed
 from frictionloop.parameters import SCHEMA
 from frictionloop.parameters.rigs import CalibrationBench
+from frictionloop.quantities.checks import number
 from frictionloop.quantities.normals import normals
 from frictionloop.quantities.version import package_version
 from frictionloop.sensing.suspended import converter
@@ -132,3 +136,42 @@ def _accumulated(step: Array, kicks: Array) -> Array:
     for coefficient in below[1:-1]:
         above.append(step @ above[-1] + coefficient * np.eye(STATES))
     return np.asarray(sum(lfilter([matrix[2, i] for matrix in above], below, kicks[i]) for i in range(STATES)))
+
+
+_SECONDS = 36000.0  # ten hours: what fits in memory at 5 kHz
+
+
+def floor_rig(
+    bench: CalibrationBench | None = None, duration_s: float = 10.0, rate_hz: float = 5000.0, seed: int = 0
+) -> xr.Dataset:
+    """Return the recording of the sensor without a finger: ``f_m`` in N over ``time`` in s.
+
+    White noise of the electronics behind the pole, acceleration of the base times the moving mass through the
+    suspension, offset and converter, all stationary from the first sample (rig_sensor).
+
+    Parameters
+    ----------
+    bench : CalibrationBench, optional
+        Sensor and base; None is the default bench.
+    duration_s : float
+        Length in s; 10 in the paper.
+    rate_hz : float
+        Samples per second; what lies above half of it folds down, as it does without an anti-alias filter.
+    seed : int
+        Seed of the noise.
+
+    Raises
+    ------
+    FrictionloopError
+        For a number out of range.
+
+    Notes
+    -----
+    Source: paper, Sec. 3.3.
+    """
+    bench = bench or CalibrationBench()
+    rate_hz = number("rate_hz", rate_hz, "Hz", 1.0)
+    duration_s = number("duration_s", duration_s, "s", 2 / rate_hz, _SECONDS)
+    seed = check_seed(seed)
+    noise_n = spring_noise(bench, round(duration_s * rate_hz), rate_hz, seed)
+    return to_dataset(bench, "floor", seed, rate_hz, {"f_m": reading(bench, noise_n)})

@@ -1,4 +1,7 @@
-"""How compiled code reads and writes the rows of a slab: by address, a value or some rows of a lane at a time."""
+"""How compiled code reads and writes the rows of a slab: by address, some rows of a lane at a time.
+
+It knows no negative indices, whose test would keep a loop from vectorising. An array of numbers is rows of one lane.
+"""
 
 from __future__ import annotations
 
@@ -7,27 +10,6 @@ from typing import Any
 from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
-
-
-@intrinsic
-def peek(_context: Any, data: Any, index: Any) -> Any:
-    """Return data[index], without Python's negative indices, whose test would keep a loop from vectorising."""
-
-    def generate(context: Any, builder: Any, _signature: Any, args: Any) -> Any:
-        return builder.load(builder.gep(args[0], [args[1]], inbounds=True))
-
-    return data.dtype(data, types.intp), generate
-
-
-@intrinsic
-def poke(_context: Any, data: Any, index: Any, value: Any) -> Any:
-    """Set data[index] = value."""
-
-    def generate(context: Any, builder: Any, _signature: Any, args: Any) -> Any:
-        builder.store(args[2], builder.gep(args[0], [args[1]], inbounds=True))
-        return context.get_dummy_value()
-
-    return types.void(data, types.intp, data.dtype), generate
 
 
 def _pointer(kind: Any) -> Any:
@@ -47,16 +29,17 @@ words, keys = _pointer(types.int32), _pointer(types.uint64)
 
 
 @intrinsic
-def call_tile(_context: Any, address: Any, slab: Any, k: Any, at: Any, shared: Any) -> Any:
-    """Call the tile at an address (loop/kernel/tiles)."""
+def call(_context: Any, address: Any, given: Any) -> Any:
+    """Call the C function at an address with a tuple of what it is given."""
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        given = [context.get_value_type(kind) for kind in signature.args[1:]]
-        function = ir.FunctionType(ir.VoidType(), given).as_pointer()
-        builder.call(builder.inttoptr(args[0], function), args[1:])
+        kinds = [context.get_value_type(kind) for kind in signature.args[1].types]
+        function = ir.FunctionType(ir.VoidType(), kinds).as_pointer()
+        parts = [builder.extract_value(args[1], i) for i in range(len(kinds))]
+        builder.call(builder.inttoptr(args[0], function), parts)
         return context.get_dummy_value()
 
-    return types.void(types.int64, slab, types.int64, types.int64, shared), generate
+    return types.void(types.int64, given), generate
 
 
 @intrinsic
@@ -71,11 +54,11 @@ def load(_context: Any, slab: Any, lane: Any, width: Any, row_numbers: Any) -> A
             if isinstance(kind, types.Integer):
                 return builder.load(_cell(builder, args, numbers))
             parts = [values(each, builder.extract_value(numbers, i)) for i, each in enumerate(kind.types)]
-            return context.make_tuple(builder, _shape(kind), parts)
+            return context.make_tuple(builder, _shape(kind, signature.args[0].dtype), parts)
 
         return values(signature.args[3], args[3])
 
-    return _shape(row_numbers)(slab, types.intp, types.intp, row_numbers), generate
+    return _shape(row_numbers, slab.dtype)(slab, types.intp, types.intp, row_numbers), generate
 
 
 @intrinsic
@@ -104,9 +87,9 @@ def _cell(builder: Any, args: Any, row: Any) -> Any:
     return builder.gep(data, [index], inbounds=True)
 
 
-def _shape(kind: Any) -> Any:
+def _shape(kind: Any, number: Any) -> Any:
     """Return the type of the values of row numbers."""
     if isinstance(kind, types.Integer):
-        return types.float64
-    inner = [_shape(each) for each in kind.types]
+        return number
+    inner = [_shape(each, number) for each in kind.types]
     return types.BaseTuple.from_types(inner, getattr(kind, "instance_class", None))

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from frictionloop.loop.kernel.access import doubles
-from frictionloop.loop.kernel.clock_tile import lift_delay, lift_timing
-from frictionloop.loop.kernel.motion_tile import lift_motion, lift_touch
+from frictionloop.loop.kernel.clock_tile import late_step, lift_delay
+from frictionloop.loop.kernel.motion_tile import lift_motion
 from frictionloop.loop.kernel.signals import lift_spread
 from frictionloop.loop.kernel.slab import ROW, vibration_rows
-from frictionloop.loop.kernel.tiles import Lifting, chain, lift
+from frictionloop.loop.kernel.tiles import Lifting, lift
 from frictionloop.physics.finger_step import FORCES, limits_of, settled_of, substep_of
 from frictionloop.physics.plate import pulse_step
 from frictionloop.physics.vibration import Vibration
@@ -18,76 +18,77 @@ from frictionloop.quantities.normals import BLOCK
 from frictionloop.sensing.suspended import convert_step, suspension_step
 
 _NOW, _CONTACT, _GIVEN, _STATIC = ROW["motion"], ROW["contact"], ROW["contact_coefficients"], ROW["static"]
-_FORCE, _LIMIT, _VIBRATED = ROW["contact_force"], ROW["limit_n"], ROW["vibrated_limit"]
-_SPRINGS = ROW["suspension"]
+_LIMIT, _SPRINGS, _APPLIED = ROW["limit_n"], ROW["suspension"], ROW["applied"]
 
 
 @step
-def pushed_step(direction, disturbance_n, force_n, state, given):  # type: ignore[no-untyped-def]
-    """The suspension under friction and disturbance."""
-    return suspension_step(state, fma(direction, disturbance_n, force_n), given)
-
-
-@step
-def read_step(noise_n, state, converter, coefficients, normal):  # type: ignore[no-untyped-def]
-    """The reading at t_k, and the noise of the next."""
-    decay, gain = coefficients
-    return convert_step(state.filtered_n + noise_n, converter), fma(decay, noise_n, gain * normal)
-
-
-@step
-def at_rest_step(direction, disturbance_n, force_n):  # type: ignore[no-untyped-def]
-    """Spring and reading of a sensor that has settled on a force."""
-    pushed = fma(direction, disturbance_n, force_n)
-    return pushed, pushed
-
-
-@step
-def along_step(direction, force_n):  # type: ignore[no-untyped-def]
-    """Force along the stroke, positive where it opposes it."""
-    return direction * force_n
-
-
-def lift_finger(lifting: Lifting, contact: str, vibration: Vibration) -> Any:
-    """Return ``finger(s, n, j, of)``: plate, friction limit and contact over substep j of a period."""
-    drive = *ROW["applied"], ROW["switch"], ROW["max_amplitude"], ROW["amplitude"], ROW["plate_coefficients"]
-    given = _NOW, ROW["motion_next"], *drive, vibration_rows(vibration), _LIMIT, _STATIC, _CONTACT, _GIVEN
-    return lift(lifting, substep_of(contact, vibration), given, (ROW["amplitude"], _CONTACT, _FORCE))
+def pulses_step(commands, ceiling_um, ticks):  # type: ignore[no-untyped-def]
+    """The commands in force as pulses of whole clock ticks can give them."""
+    return pulse_step(commands[0], ceiling_um, ticks), pulse_step(commands[1], ceiling_um, ticks)
 
 
 def lift_settle(lifting: Lifting, contact: str) -> Any:
     """Return what puts finger and sensor where they had time enough to be before t = 0."""
-    given = _LIMIT, _NOW, ROW["stroke_plan"].speed_m_s, ROW["compliance"], _GIVEN
-    results = _FORCE, _CONTACT.lag_m, _CONTACT.bristle_m, _CONTACT.limit_m
-    finger = lift(lifting, settled_of(contact), given, results)
-    pushed = _NOW.direction, ROW["disturbance"], _FORCE
-    return chain(lifting, finger, lift(lifting, at_rest_step, pushed, (_SPRINGS.spring_n, _SPRINGS.filtered_n)))
+    settled = settled_of(contact)
+
+    @step
+    def settle(finger, disturbance_n):  # type: ignore[no-untyped-def]
+        force_n, lag_m, bristle_m, limit_m = settled(*finger)
+        pushed_n = fma(finger[1].direction, disturbance_n, force_n)
+        return lag_m, bristle_m, limit_m, pushed_n, pushed_n
+
+    finger = _LIMIT, _NOW, ROW["stroke_plan"].speed_m_s, ROW["compliance"], _GIVEN
+    results = _CONTACT.lag_m, _CONTACT.bristle_m, _CONTACT.limit_m, _SPRINGS.spring_n, _SPRINGS.filtered_n
+    return lift(lifting, settle, (finger, ROW["disturbance"]), results)
 
 
 def lift_tell(lifting: Lifting, contact: str, vibration: Vibration) -> Any:
-    """Return what tells f_a, what is reachable at t_k, and the reading with its noise and converter."""
-    effect, slip = vibration_rows(vibration), (_CONTACT.lag_speed_m_s, _STATIC)
-    given = _LIMIT, _NOW, ROW["amplitude"], ROW["max_amplitude"], effect, *slip
-    limits = lift(lifting, limits_of(vibration), given, (ROW["nominal"], ROW["floor"], _VIBRATED))
-    force = lift(lifting, FORCES[contact], (_VIBRATED, _NOW, _CONTACT, _GIVEN), _FORCE)
-    along = lift(lifting, along_step, (_NOW.direction, _FORCE), ROW["friction"])
-    noisy = ROW["noise"], _SPRINGS, ROW["converter"], ROW["noise_coefficients"], ROW["normal"]
-    read = lift(lifting, read_step, noisy, (ROW["measurement"].force, ROW["noise"]))
-    return chain(lifting, limits, force, along, read)
+    """Return what tells f_a along the stroke, what is reachable at t_k, and the reading with noise and converter."""
+    limits_at, force_at = limits_of(vibration), FORCES[contact]
+
+    @step
+    def limited(limit_n, now, um, effect, static, contact, given):  # type: ignore[no-untyped-def]
+        top_n, floor_n, limit_n = limits_at(limit_n, now, *um, effect, contact.lag_speed_m_s, static)
+        return top_n, floor_n, now.direction * force_at(limit_n, now, contact, given)
+
+    @step
+    def read(noise_n, springs, converter, coefficients, normal):  # type: ignore[no-untyped-def]
+        reading_n = convert_step(springs.filtered_n + noise_n, converter)
+        return reading_n, fma(coefficients.decay, noise_n, coefficients.gain * normal)
+
+    @step
+    def tell(finger, sensor):  # type: ignore[no-untyped-def]
+        return limited(*finger), read(*sensor)
+
+    um = ROW["amplitude"], ROW["max_amplitude"]
+    finger = _LIMIT, _NOW, um, vibration_rows(vibration), _STATIC, _CONTACT, _GIVEN
+    sensor = ROW["noise"], _SPRINGS, ROW["converter"], ROW["noise_coefficients"], ROW["normal"]
+    results = (ROW["nominal"], ROW["floor"], ROW["friction"]), (ROW["measurement"].force, ROW["noise"])
+    return lift(lifting, tell, (finger, sensor), results)
 
 
-def lift_pulses(lifting: Lifting) -> Any:
-    """Return what makes the commands in force ones that pulses of whole clock ticks can give."""
-    drive = ROW["max_amplitude"], ROW["pulse_ticks"]
-    return chain(lifting, *(lift(lifting, pulse_step, (row, *drive), row) for row in ROW["applied"]))
+def lift_substep(lifting: Lifting, contact: str, vibration: Vibration) -> Any:
+    """Return ``substep(s, n, j, of)``: plate, friction limit, contact and suspension over substep j of a period."""
+    advance = substep_of(contact, vibration)
+
+    @step
+    def substep(j, of, finger, disturbance_n, springs, given):  # type: ignore[no-untyped-def]
+        amplitude_um, contact, force_n = advance(j, of, *finger)
+        pushed_n = fma(finger[0].direction, disturbance_n, force_n)
+        return amplitude_um, contact, suspension_step(springs, pushed_n, given)
+
+    drive = *_APPLIED, ROW["switch"], ROW["max_amplitude"], ROW["amplitude"], ROW["plate_coefficients"]
+    finger = _NOW, ROW["motion_next"], *drive, vibration_rows(vibration), _LIMIT, _STATIC, _CONTACT, _GIVEN
+    sensor = ROW["driven"], _SPRINGS, ROW["suspension_coefficients"]
+    return lift(lifting, substep, (finger, *sensor), (ROW["amplitude"], _CONTACT, _SPRINGS))
 
 
 def build_sense(lifting: Lifting, contact: str, vibration: Vibration, moving: bool) -> Any:
     """Return the tile that brings the signals of t_k, moves the finger on, and reads force, position and load."""
     compiled, spread = lifting.compiled, lift_spread(lifting)
-    take_over, go_on, begin, _ = lift_motion(lifting)
-    follow, time_switch, settle = lift_touch(lifting), lift_timing(lifting), lift_settle(lifting, contact)
-    tell = lift_tell(lifting, contact, vibration)
+    take_over, follow, go_on, begin, _ = lift_motion(lifting)
+    settle, tell = lift_settle(lifting, contact), lift_tell(lifting, contact, vibration)
+    time_switch = lift(lifting, late_step, (*ROW["timing"], ROW["timing_draws"][0]), ROW["switch"])
     setpoint, disturbance, normal = ROW["setpoint"], ROW["disturbance"], ROW["normal"]
     draws, timing_draws = ROW["draws"][0], ROW["timing_draws"][0]
 
@@ -121,9 +122,9 @@ def build_sense(lifting: Lifting, contact: str, vibration: Vibration, moving: bo
 def build_move(lifting: Lifting, contact: str, vibration: Vibration, moving: bool) -> Any:
     """Return the tile of the plant over one period: substeps of finger and suspension under the commands in force."""
     compiled, spread, driven = lifting.compiled, lift_spread(lifting), ROW["driven"]
-    apply_late, pulse, finger = lift_delay(lifting), lift_pulses(lifting), lift_finger(lifting, contact, vibration)
-    pushed = _NOW.direction, driven, _FORCE, _SPRINGS, ROW["suspension_coefficients"]
-    suspend, (*_, accept) = lift(lifting, pushed_step, pushed, _SPRINGS), lift_motion(lifting)
+    apply_late, substep = lift_delay(lifting), lift_substep(lifting, contact, vibration)
+    (*_, accept), limits = lift_motion(lifting), (ROW["max_amplitude"], ROW["pulse_ticks"])
+    pulse = lift(lifting, pulses_step, (_APPLIED, *limits), _APPLIED)
 
     @compiled
     def move(s, n, k, at, o):  # type: ignore[no-untyped-def]
@@ -135,7 +136,6 @@ def build_move(lifting: Lifting, contact: str, vibration: Vibration, moving: boo
         place = k % BLOCK
         for j in range(o.segments):
             spread(s, n, driven, doubles(o.disturbance), (j + 1) * BLOCK + place, o.disturbance_shared)
-            finger(s, n, float(j), float(o.segments))
-            suspend(s, n)
+            substep(s, n, float(j), float(o.segments))
 
     return move

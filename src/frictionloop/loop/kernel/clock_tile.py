@@ -6,10 +6,10 @@ from typing import Any
 
 from frictionloop.control.law import Law
 from frictionloop.control.switch import CLOSING, switched_clamp
-from frictionloop.loop.kernel.access import doubles, peek, poke
+from frictionloop.loop.kernel.access import doubles, load, store
 from frictionloop.loop.kernel.law_tile import lift_limits
 from frictionloop.loop.kernel.slab import ROW, law_rows
-from frictionloop.loop.kernel.tiles import Lifting, lift
+from frictionloop.loop.kernel.tiles import Lifting, lift, same_step
 from frictionloop.quantities.arithmetic import step
 
 _COMMANDS = tuple(ROW[name] for name in ("u", "saturated", "command", "overdrive"))
@@ -31,6 +31,12 @@ def beyond_step(u: float, setpoint_n: float) -> float:
 def late_step(plain: float, jitter: float, _lost_below: float, normal: float) -> float:
     """When in the period the command changes, 0 to 1."""
     return min(plain + jitter * abs(normal), 1.0)
+
+
+@step
+def lost_step(drawn, below, now, kept):  # type: ignore[no-untyped-def]
+    """What a tick has left, or what was before it if the tick is lost."""
+    return kept if drawn < below else now
 
 
 def build_prepare(lifting: Lifting, law: Law) -> Any:
@@ -70,11 +76,6 @@ def build_tell(lifting: Lifting, law: Law) -> Any:
     return tell
 
 
-def lift_timing(lifting: Lifting) -> Any:
-    """Return what says when in the period the command changes."""
-    return lift(lifting, late_step, (*ROW["timing"], ROW["timing_draws"][0]), ROW["switch"])
-
-
 def lift_delay(lifting: Lifting) -> Any:
     """Return what picks the commands in force during a period when they are applied later than the sample."""
     width, compiled, count = lifting
@@ -84,10 +85,10 @@ def lift_delay(lifting: Lifting) -> Any:
     def apply_late(s, n, k, o):  # type: ignore[no-untyped-def]
         history, mask = doubles(o.history), o.ring_mask
         for i in range(count(n)):
-            poke(history, (k & mask) * width + i, peek(s, command * width + i))
-            since = k - int(peek(s, delay * width + i))
-            poke(s, after * width + i, peek(history, (since & mask) * width + i))
-            poke(s, before * width + i, peek(history, ((since - 1) & mask) * width + i))
+            store(history, i, width, k & mask, load(s, i, width, command))
+            since = k - int(load(s, i, width, delay))
+            store(s, i, width, after, load(history, i, width, since & mask))
+            store(s, i, width, before, load(history, i, width, (since - 1) & mask))
 
     return apply_late
 
@@ -97,22 +98,16 @@ def build_lost(lifting: Lifting, law: Law | None, after: bool) -> Any:
 
     An oracle and the C core keep no state in rows.
     """
-    width, compiled, count = lifting
     rows, kept = _COMMANDS, ROW["kept"]
     if law is not None:
         own = law_rows(law)[2]
         rows, kept = (*rows, *ROW["law"][: len(own)]), (*kept, *own)
-    drawn, below = ROW["timing_draws"][1], ROW["timing"][2]
+    part = lift(lifting, same_step, (rows,), kept)
+    if after:
+        part = lift(lifting, lost_step, (ROW["timing_draws"][1], ROW["timing"][2], rows, kept), rows)
 
-    @compiled
+    @lifting.compiled
     def lost(s, n, k, at, o):  # type: ignore[no-untyped-def]
-        for j in range(len(rows)):
-            for i in range(count(n)):
-                value, before = peek(s, rows[j] * width + i), peek(s, kept[j] * width + i)
-                if after:
-                    is_lost = peek(s, drawn * width + i) < peek(s, below * width + i)
-                    poke(s, rows[j] * width + i, before if is_lost else value)
-                else:
-                    poke(s, kept[j] * width + i, value)
+        part(s, n)
 
     return lost

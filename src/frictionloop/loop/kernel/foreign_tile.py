@@ -10,14 +10,9 @@ from __future__ import annotations
 import ctypes
 from typing import Any
 
-from llvmlite import ir
-from numba import types
-from numba.extending import intrinsic
-
 from frictionloop.control.law import Law
-from frictionloop.loop.kernel.access import doubles, load, peek, poke, store, words
+from frictionloop.loop.kernel.access import call, doubles, load, store, words
 from frictionloop.loop.kernel.columns import Slab
-from frictionloop.loop.kernel.law_tile import lift_lookup, lift_overdrive
 from frictionloop.loop.kernel.shared import CORE_GIVEN, CORE_TOLD
 from frictionloop.loop.kernel.slab import ROW, law_rows
 from frictionloop.loop.kernel.tiles import Lifting
@@ -26,20 +21,6 @@ from frictionloop.quantities.blame import theirs
 from frictionloop.sensing.measurement import Measurement
 
 _CALL = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64, ctypes.c_void_p)
-
-
-@intrinsic
-def call_c(_context: Any, address: Any, context: Any, at: Any, given: Any) -> Any:
-    """Call the C function ``void (*)(int32_t *context, double *given)`` at an address, its context from word ``at``."""
-
-    def generate(_ctx: Any, builder: Any, _signature: Any, args: Any) -> Any:
-        word, number = ir.IntType(32).as_pointer(), ir.DoubleType().as_pointer()
-        function = ir.FunctionType(ir.VoidType(), [word, number]).as_pointer()
-        where = builder.gep(args[1], [args[2]])
-        builder.call(builder.inttoptr(args[0], function), [where, args[3]])
-        return _ctx.get_dummy_value()
-
-    return types.void(types.int64, context, types.intp, given), generate
 
 
 def build_fixed(lifting: Lifting) -> Any:
@@ -51,13 +32,13 @@ def build_fixed(lifting: Lifting) -> Any:
 
     @compiled
     def fixed(s, n, k, at, o):  # type: ignore[no-untyped-def]
-        context, size, given = words(o.core_context), o.core_words, doubles(o.core_given)
-        poke(given, CORE_GIVEN - 1, 1.0 if k >= o.open_until else 0.0)
+        given, size = doubles(o.core_given), 4 * o.core_words
+        store(given, 0, 1, CORE_GIVEN - 1, 1.0 if k >= o.open_until else 0.0)
         for i in range(count(n)):
-            lost = (o.irregular != 0) and peek(s, drawn * width + i) < peek(s, below * width + i)
+            lost = (o.irregular != 0) and load(s, i, width, drawn) < load(s, i, width, below)
             if not lost:
                 store(given, 0, 1, given_places, load(s, i, width, given_rows))
-                call_c(o.core, context, i * size, given)
+                call(o.core, (words(o.core_context + i * size), given))
                 store(s, i, width, told_rows, load(given, 0, 1, told_places))
 
     return fixed
@@ -93,15 +74,3 @@ class PythonLaw:
         after, (u, saturated) = self.law.step(before, measured, setpoint_n, given, self.dt)
         states[:, lane] = trees.flat(after)
         self.slab.view("u")[0, lane], self.slab.view("saturated")[0, lane] = u, saturated
-
-
-def build_lookup(lifting: Lifting, table: bool) -> Any:
-    """Return the tile that turns force commands into amplitudes, behind a law that only says the force."""
-    look_up, overdrive = lift_lookup(lifting, table), lift_overdrive(lifting)
-
-    @lifting.compiled
-    def lookup(s, n, k, at, o):  # type: ignore[no-untyped-def]
-        look_up(s, n, o)
-        overdrive(s, n)
-
-    return lookup

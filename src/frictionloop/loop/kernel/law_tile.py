@@ -7,10 +7,10 @@ from typing import Any
 from frictionloop.control.law import Law
 from frictionloop.control.lookup import interpolate_step, inverse_step, table_position
 from frictionloop.control.overdrive import overdrive_step
-from frictionloop.loop.kernel.access import doubles, load, peek, poke
+from frictionloop.loop.kernel.access import doubles
 from frictionloop.loop.kernel.slab import ROW, law_rows
-from frictionloop.loop.kernel.tiles import Lifting, lift
-from frictionloop.quantities.arithmetic import step
+from frictionloop.loop.kernel.tiles import Lifting, lift, lift_gather
+from frictionloop.quantities.arithmetic import is_compiled, step
 
 _U, _MODEL, _COMMAND = ROW["u"], ROW["model"], ROW["command"]
 _INVERSE, _WANTED = _MODEL[:2], (ROW["u"], ROW["saturated"])
@@ -23,8 +23,9 @@ def limits_step(low: float, high: float, log2_nominal: float, um2_per_halving: f
 
 
 def build_law(lifting: Lifting, law: Law, table: bool) -> Any:
-    """Lift a law's tick."""
-    decide, limits, overdrive = lift_law(lifting, law, table), lift_limits(lifting, law), lift_overdrive(lifting)
+    """Lift a law's tick with what is behind it: the overdrive makes the plate overshoot, if it believes in its lag."""
+    decide, limits, own = lift_law(lifting, law, table), lift_limits(lifting, law), (ROW["overdrive"], _COMMAND)
+    overdrive = lift(lifting, overdrive_step, (*own, ROW["overdrive_gains"]), own)
 
     @lifting.compiled
     def control(s, n, k, at, o):  # type: ignore[no-untyped-def]
@@ -39,11 +40,11 @@ def build_law(lifting: Lifting, law: Law, table: bool) -> Any:
 def lift_law(lifting: Lifting, law: Law, table: bool) -> Any:
     """Return ``decide(s, n, o)``: what a law does in a tick, and the command for the force that it decides on.
 
-    With the exact inverse law and lookup are one loop, so that the force command stays in a register.
+    With the exact inverse law and lookup are one loop, so that the force command stays in a register. A law in plain
+    Python has decided before (loop/kernel/foreign_tile).
     """
     state, gains, _ = law_rows(law)
-    given = state, ROW["measurement"], ROW["setpoint"], gains, ROW["at_limits"], _INVERSE
-    look_up, law_step, branches = lift_lookup(lifting, table), law.step, lifting.width == 1
+    law_step, branches = law.step, lifting.width == 1
 
     @step
     def decide_step(dt, state, measured, setpoint_n, gains, at_limits, model):  # type: ignore[no-untyped-def]
@@ -57,49 +58,28 @@ def lift_law(lifting: Lifting, law: Law, table: bool) -> Any:
         elif branches and wanted[0] == gains.high:
             command_um = at_limits[1]
         else:
-            command_um = inverse_step(wanted[0], model[0], model[1])
+            command_um = inverse_step(wanted[0], *model)
         return state, wanted, command_um
 
+    @step
+    def decided_step(dt, u, model):  # type: ignore[no-untyped-def]
+        return inverse_step(u, *model)
+
+    given = state, ROW["measurement"], ROW["setpoint"], gains, ROW["at_limits"], _INVERSE
     tick = lift(lifting, decide_step, given, (state, _WANTED, _COMMAND))
+    if not is_compiled(law_step):
+        tick = lift(lifting, decided_step, (_U, _INVERSE), _COMMAND)
+    look_up = lift_gather(lifting, table_position, interpolate_step, (_U, *_MODEL[2:]), _COMMAND)
 
     @lifting.compiled
     def decide(s, n, o):  # type: ignore[no-untyped-def]
         tick(s, n, o.dt)
         if table:
-            look_up(s, n, o)
+            look_up(s, n, doubles(o.table))
 
     return decide
-
-
-def lift_lookup(lifting: Lifting, table: bool) -> Any:
-    """Return ``look_up(s, n, o)``: force command to amplitude command, by the exact inverse or by the table.
-
-    A table is a gather, which does not vectorise, and has a loop of its own.
-    """
-    width, compiled, count = lifting
-    exact = lift(lifting, inverse_step, (_U, *_INVERSE), _COMMAND)
-
-    @compiled
-    def look_up(s, n, o):  # type: ignore[no-untyped-def]
-        if not table:
-            exact(s, n)
-            return
-        entries = doubles(o.table)
-        for i in range(count(n)):
-            _, _, low, cells_per_n, last = load(s, i, width, _MODEL)
-            cell, fraction = table_position(peek(s, _U * width + i), low, cells_per_n, last)
-            square_0, square_1 = peek(entries, cell * width + i), peek(entries, (cell + 1) * width + i)
-            poke(s, _COMMAND * width + i, interpolate_step(fraction, square_0, square_1))
-
-    return look_up
 
 
 def lift_limits(lifting: Lifting, law: Law) -> Any:
     """Return what prepares the commands at the limits of the clamp."""
     return lift(lifting, limits_step, (*law_rows(law)[1][-2:], *_INVERSE), ROW["at_limits"])
-
-
-def lift_overdrive(lifting: Lifting) -> Any:
-    """Return what lets the amplitude command overshoot; with gains that believe in no lag it changes nothing."""
-    own = ROW["overdrive"], _COMMAND
-    return lift(lifting, overdrive_step, (*own, ROW["overdrive_gains"]), own)

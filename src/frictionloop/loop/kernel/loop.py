@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.loop.kernel.access import call_tile, peek, wholes
+from frictionloop.loop.kernel.access import call, load, wholes
 from frictionloop.loop.kernel.columns import Slab
 from frictionloop.loop.kernel.shared import Shared, pointer_to
 from frictionloop.loop.kernel.tiles import Lifting, compiled_tile
@@ -27,7 +27,7 @@ from frictionloop.quantities.normals import BLOCK
 def run_program(s: Any, k: int, at: int, program: int, count: int, o: Any) -> None:
     """Call the tiles of a program one after another."""
     for j in range(count):
-        call_tile(peek(wholes(program), j), s, k, at, pointer_to(o))
+        call(load(wholes(program), 0, 1, j), (s, k, at, pointer_to(o)))
 
 
 def build_advance(lifting: Lifting) -> Any:
@@ -44,7 +44,7 @@ def build_advance(lifting: Lifting) -> Any:
                 run_program(s, k - 1, 0, o.obeys, o.obeys_count, o)
             run_program(s, first, end - first, o.blocks, o.blocks_count, o)
             if o.whole != 0:
-                call_tile(o.whole, s, k, end, pointer_to(o))
+                call(o.whole, (s, k, end, pointer_to(o)))
                 k = end
             while k < end:
                 if k > entered:
@@ -59,7 +59,7 @@ def build_advance(lifting: Lifting) -> Any:
 def _loop() -> Any:
     """Return the compiled loop; it knows no lanes and serves every width."""
     whole, address = ctypes.c_int64, ctypes.c_void_p
-    return ctypes.CFUNCTYPE(None, address, whole, whole, address)(compiled_tile(build_advance, 1).address)
+    return ctypes.CFUNCTYPE(None, address, whole, whole, address)(compiled_tile(1, build_advance))
 
 
 @dataclass(frozen=True)
@@ -78,6 +78,6 @@ class Tile:
         """Run from one control period to another; samples of signals begin with period ``chunk``."""
         self.shared.point(setpoint_samples=setpoint, disturbance_samples=disturbance)
         self.shared.set(chunk=chunk)
-        _loop()(self.slab.data.ctypes.data, start, stop, self.shared.address)
+        _loop()(self.slab.data.ctypes.data, start, stop, self.shared.record.ctypes.data)
         if self.shared.python is not None and self.shared.python.error is not None:
             raise self.shared.python.error

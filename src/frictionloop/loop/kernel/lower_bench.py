@@ -66,15 +66,16 @@ def lower_bench(slab: Slab, systems: Sequence[System], keys: np.ndarray) -> np.n
 
 def _plant(lane: Lane) -> dict[str, Any]:
     s, h = lane.system, lane.substep_s
-    timing = _timing(s)
+    late, jitter = switch_s(s) * s.controller.rate_hz, s.controller.jitter_s * s.controller.rate_hz
+    lost_below = float(ndtri(s.controller.lost_ticks)) if s.controller.lost_ticks else -math.inf
     return {
         "limit_n": s.friction.nominal_n,
         "plate_coefficients": plate_coefficients(s.plate, h),
         "contact_coefficients": contact_of_step(s, h),
         "compliance": 1.0 / s.finger.stiffness_n_m if isinstance(s.finger, Skin) else 0.0,
         "suspension_coefficients": suspension_coefficients(s.sensor, h),
-        "timing": timing,
-        "switch": timing[0],
+        "timing": (late, jitter, lost_below),
+        "switch": late,
         "noise_coefficients": noise_coefficients(s.sensor, lane.period_s),
         "converter": converter(s.sensor),
     }
@@ -111,12 +112,6 @@ def _motion(lane: Lane) -> dict[str, Any]:
 
 def _friction(system: System) -> FingerFriction:
     return system.friction if isinstance(system.friction, FingerFriction) else _PLAIN
-
-
-def _timing(system: System) -> tuple[float, float, float]:
-    c = system.controller
-    lost_below = float(ndtri(c.lost_ticks)) if c.lost_ticks else -math.inf
-    return switch_s(system) * c.rate_hz, c.jitter_s * c.rate_hz, lost_below
 
 
 def contact_of_step(system: System, h: float) -> ContactCoefficients:

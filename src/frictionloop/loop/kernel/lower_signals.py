@@ -8,8 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from frictionloop.loop.kernel.columns import Slab
+from frictionloop.loop.kernel.signals import FORMULAS
 from frictionloop.parameters import ColouredNoise, Constant, LogSweep, Sine, Source, Steps
 from frictionloop.physics.sources import Sampler, sampler, sweep_turns
+
+_HOW = {Constant: "sine", Sine: "sine", LogSweep: "log_sweep", Steps: "held"}
+"""How signals are made; all others are linear between samples."""
 
 
 class Signal(NamedTuple):
@@ -32,17 +36,14 @@ def lower_signal(
     slab.view(rows)[:] = np.array([_formula(s) for s in (sources[:1] if alike else sources)]).T
     drawn = isinstance(first, ColouredNoise) and bool(np.any(seeds != seeds[0]))
     shared = nodes_alike and alike and not drawn
-    if isinstance(first, (Constant, Sine)):
-        return Signal("sine", shared, _nothing)
-    if isinstance(first, LogSweep):
-        return Signal("log_sweep", shared, _nothing)
-    columns = 1 if shared else len(sources)
-    takes = [sampler(s, rate_hz, int(seed), stream) for s, seed in zip(sources[:columns], seeds, strict=False)]
+    how = _HOW.get(type(first), "linear")
+    sampled = [] if how in FORMULAS else sources[: 1 if shared else len(sources)]
+    takes = [sampler(s, rate_hz, int(seed), stream) for s, seed in zip(sampled, seeds, strict=False)]
 
     def take(start: int, stop: int) -> np.ndarray:
         return np.ascontiguousarray(np.array([one(start, stop) for one in takes if one]).T).ravel()
 
-    return Signal("held" if isinstance(first, Steps) else "linear", shared, take)
+    return Signal(how, shared, take)
 
 
 def _formula(source: Source) -> tuple[float, float, float, float]:
@@ -51,7 +52,3 @@ def _formula(source: Source) -> tuple[float, float, float, float]:
     if isinstance(source, LogSweep):
         return source.offset_n, source.amplitude_n, *sweep_turns(source)
     return getattr(source, "offset_n", 0.0), 0.0, 0.0, 0.0
-
-
-def _nothing(start: int, stop: int) -> np.ndarray:
-    return np.zeros(0)

@@ -17,7 +17,7 @@ from frictionloop.loop.kernel.lower_bench import keys_of, lower_bench
 from frictionloop.loop.kernel.lower_plant import lower_plant, lower_swing
 from frictionloop.loop.kernel.lower_signals import lower_signal
 from frictionloop.loop.kernel.programs import set_programs
-from frictionloop.loop.kernel.shared import Shared, ring_size, scratch
+from frictionloop.loop.kernel.shared import Shared, scratch
 from frictionloop.loop.kernel.slab import LANES, law_rows, vibration_rows
 from frictionloop.loop.kernel.structure import (
     divided,
@@ -91,10 +91,10 @@ def lower(
     if name == "quadrature" and disturbance.how == "sine":
         lower_swing(slab, nodes)
     # A bench always looks up what the last command was: jitter may keep it in force.
-    ring = ring_size(max(max(lates) * rate, float(name == "substeps")))
-    shared.set(ring_mask=ring - 1, table_size=first.controller.model.table_size)
+    longest = max(max(lates) * rate, float(name == "substeps"))
+    shared.point(**scratch(width, longest, nodes, name == "substeps" and moves(first)))
+    shared.set(ring_mask=shared.kept["history"].size // width - 1, table_size=first.controller.model.table_size)
     shared.point(table=_lower_controller(slab, systems, external), seeds=keys)
-    shared.point(**scratch(width, ring, nodes, name == "substeps" and moves(first)))
     if first.controller.form == "firmware" and not external:
         _lower_core(shared, systems)
     for tally, place in places.items():

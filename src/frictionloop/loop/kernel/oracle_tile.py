@@ -17,11 +17,10 @@ from frictionloop.control.oracle import (
     improve_step,
     land_step,
 )
-from frictionloop.loop.kernel.access import doubles, peek
-from frictionloop.loop.kernel.motion_tile import same_step
+from frictionloop.loop.kernel.access import doubles, load
 from frictionloop.loop.kernel.signals import lift_spread
 from frictionloop.loop.kernel.slab import ROW, vibration_rows
-from frictionloop.loop.kernel.tiles import Lifting, chain, lift
+from frictionloop.loop.kernel.tiles import Lifting, lift, same_step
 from frictionloop.physics.vibration import Vibration
 from frictionloop.quantities.arithmetic import exp2, step
 from frictionloop.quantities.normals import BLOCK
@@ -40,15 +39,18 @@ def told_step(trial: Trial, log2_nominal: float, halving: float) -> tuple[float,
 
 def build_oracle(lifting: Lifting, contact: str, vibration: Vibration, preview: bool) -> Any:
     """Return the tile that decides as an oracle; with ``preview`` it knows motion and signals of t_k+1."""
-    plant = _plant_rows(vibration, preview)
+    now, drive = ROW["motion"], (ROW["switch"], ROW["max_amplitude"], ROW["limit_n"], ROW["static"], _DECAY)
+    own, coarse = Stride(ROW["plate_coefficients"], ROW["contact_coefficients"]), ROW["trial_stride"]
+    after, spread = ROW["motion_next"] if preview else now, lift_spread(lifting)
+    plant = Plant(now, after, *drive, own, coarse, vibration_rows(vibration))
     advance, signals = advance_of(contact, vibration), (ROW["wanted"], ROW["disturbance"], ROW["driven"])
-    start, predict = lift(lifting, same_step, (_FINGER,), _AHEAD), _lift_predict(lifting, advance, plant)
-    begin = lift(lifting, begin_of(vibration), (_AHEAD, signals, plant), _TRIAL)
-    attempt, searches = _lift_attempt(lifting, advance, plant), contact in ("dahl", "lugre")
-    improve = lift(lifting, improve_step, (_TRIED, _TRIAL, plant), _TRIAL)
-    told = ROW["command"], ROW["saturated"], ROW["u"]
-    tell, spread = lift(lifting, told_step, (_TRIAL, *ROW["model"][:2]), told), lift_spread(lifting)
-    wanted, _, later = signals
+    (wanted, _, later), tried, searches = signals, (_TRIAL, _TRIED, _OLD), contact in ("dahl", "lugre")
+    predict = _lift_predict(lifting, advance, plant)
+    begin = lift(lifting, begin_of(vibration), (_AHEAD, signals, plant), tried)
+    attempt = lift(lifting, advance, (_TRIED, _OLD, _OLD, plant, plant.coarse), _TRIED)
+    land = lift(lifting, land_step, (_TRIED, _TRIAL, _DECAY), _OLD)
+    improve = lift(lifting, improve_step, (_AHEAD, _TRIED, _TRIAL, plant), tried)
+    tell = lift(lifting, told_step, (_TRIAL, *ROW["model"][:2]), (ROW["command"], ROW["saturated"], ROW["u"]))
 
     @lifting.compiled
     def oracle(s, n, k, at, o):  # type: ignore[no-untyped-def]
@@ -57,57 +59,35 @@ def build_oracle(lifting: Lifting, contact: str, vibration: Vibration, preview: 
         ahead = o.segments / (o.segments - 0.5) if preview else 0.0
         spread(s, n, wanted, doubles(o.setpoint), min(at + 1, BLOCK - 1) if preview else at, o.setpoint_shared)
         spread(s, n, later, doubles(o.disturbance), o.segments * BLOCK + at, o.disturbance_shared)
-        start(s, n)
         predict(s, n, k, o)
         begin(s, n, ahead)
-        if searches:
-            for trial in range(TRIALS):
-                attempt(s, n)
-                improve(s, n, trial == 0)
+        for trial in range(TRIALS if searches else 0):
+            for j in range((1 + LANDING) * STEPS):
+                if (j > 0) & (j % STEPS == 0):
+                    land(s, n)
+                # Motion and limit are taken to go on for one period more, and then to stay.
+                attempt(s, n, float(min(j, 2 * STEPS - 1)), float(STEPS))
+            improve(s, n, trial == 0)
         tell(s, n)
 
     return oracle
 
 
-def _plant_rows(vibration: Vibration, preview: bool) -> Any:
-    drive = ROW["switch"], ROW["max_amplitude"], ROW["limit_n"], ROW["static"], _DECAY
-    own, now = Stride(ROW["plate_coefficients"], ROW["contact_coefficients"]), ROW["motion"]
-    after = ROW["motion_next"] if preview else now
-    return Plant(now, after, *drive, own, ROW["trial_stride"], vibration_rows(vibration))
-
-
 def _lift_predict(lifting: Lifting, advance: Any, plant: Any) -> Any:
     """Return what runs the finger under the commands in force until the one to decide takes effect."""
+    start = lift(lifting, same_step, (_FINGER,), _AHEAD)
     forward = lift(lifting, advance, (_AHEAD, _OLD, _NEW, plant, plant.own), _AHEAD)
-    spread, delay, switch = lift_spread(lifting), ROW["delay_periods"] * lifting.width, ROW["timing"][0] * lifting.width
+    spread, delay, switch, lanes = lift_spread(lifting), ROW["delay_periods"], ROW["timing"][0], lifting.width
 
     @lifting.compiled
     def predict(s, n, k, o):  # type: ignore[no-untyped-def]
+        start(s, n)
         # The delay is the same in all lanes.
-        history, segments, late = doubles(o.history), o.segments, int(peek(s, delay))
-        for j in range(late * segments + round(peek(s, switch) * segments)):
+        history, segments, late = doubles(o.history), o.segments, int(load(s, 0, lanes, delay))
+        for j in range(late * segments + round(load(s, 0, lanes, switch) * segments)):
             since = k + j // segments - late
             spread(s, n, _OLD, history, (since - 1) & o.ring_mask, False)
             spread(s, n, _NEW, history, since & o.ring_mask, False)
             forward(s, n, float(j % segments), float(segments))
 
     return predict
-
-
-def _lift_attempt(lifting: Lifting, advance: Any, plant: Any) -> Any:
-    """Return what runs the finger under a command and through the landing that follows it."""
-    again = lift(lifting, same_step, (_AHEAD,), _TRIED)
-    start = chain(lifting, again, lift(lifting, same_step, (_TRIAL.command_um,), _OLD))
-    land = lift(lifting, land_step, (_TRIED, _TRIAL, _DECAY), _OLD)
-    forward = lift(lifting, advance, (_TRIED, _OLD, _OLD, plant, plant.coarse), _TRIED)
-
-    @lifting.compiled
-    def attempt(s, n):  # type: ignore[no-untyped-def]
-        start(s, n)
-        for j in range((1 + LANDING) * STEPS):
-            if (j > 0) & (j % STEPS == 0):
-                land(s, n)
-            # Motion and limit are taken to go on for one period more, and then to stay.
-            forward(s, n, float(min(j, 2 * STEPS - 1)), float(STEPS))
-
-    return attempt

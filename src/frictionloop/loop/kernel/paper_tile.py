@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from frictionloop.control.laws import LAWS
-from frictionloop.loop.kernel.access import doubles, load, peek, store
+from frictionloop.loop.kernel.access import doubles, load, store
 from frictionloop.loop.kernel.clock_tile import lift_delay
 from frictionloop.loop.kernel.ends import TERMS, end_step
 from frictionloop.loop.kernel.law_tile import lift_law, lift_limits
@@ -46,19 +46,19 @@ def lift_plant(lifting: Lifting) -> Any:
         for i in range(count(n)):
             a, ceiling, (unit, per_unit) = load(s, i, width, plate_rows)
             start = a * per_unit
-            held = limit_step(peek(s, command * width + i), ceiling) * per_unit
+            held = limit_step(load(s, i, width, command), ceiling) * per_unit
             if segment == 0:
-                f_m = sensor_start(*load(s, i, width, sensor_rows)) + peek(s, driven * width + i)
+                f_m = sensor_start(*load(s, i, width, sensor_rows)) + load(s, i, width, driven)
             else:
-                f_m = peek(s, force * width + i)
+                f_m = load(s, i, width, force)
             # The rows of a segment are those of the first, moved on.
             decay, terms, end_terms = load(s, segment * SEGMENT_ROWS * width + i, width, segment_rows)
             away = start - held
-            f_m = sensor_node(f_m, peek(s, friction_row * width + i), end_step(start, away, *terms))
+            f_m = sensor_node(f_m, load(s, i, width, friction_row), end_step(start, away, *terms))
             y = lowpass_step(start, held, decay)
             remaining = remaining_step(y)
             f_m = sensor_node(f_m, remaining, end_step(y, away * decay, *end_terms))
-            store(s, i, width, after, (f_m, y * unit, peek(s, nominal * width + i) * remaining))
+            store(s, i, width, after, (f_m, y * unit, load(s, i, width, nominal) * remaining))
 
     return plant
 

@@ -11,18 +11,16 @@ from frictionloop.control.laws import law_of
 from frictionloop.loop.kernel.bench_tile import build_move, build_sense
 from frictionloop.loop.kernel.clock_tile import build_lost, build_prepare, build_tell
 from frictionloop.loop.kernel.columns import Slab
-from frictionloop.loop.kernel.foreign_tile import PythonLaw, build_fixed, build_lookup
+from frictionloop.loop.kernel.foreign_tile import PythonLaw, build_fixed
 from frictionloop.loop.kernel.law_tile import build_law
 from frictionloop.loop.kernel.lower_signals import Signal
 from frictionloop.loop.kernel.oracle_tile import build_oracle
 from frictionloop.loop.kernel.paper_tile import build_paper
 from frictionloop.loop.kernel.shared import Shared
 from frictionloop.loop.kernel.signals import (
-    FORMULAS,
     build_draws,
     build_driven,
-    build_formula,
-    build_samples,
+    build_signal,
 )
 from frictionloop.loop.kernel.structure import contact_of, is_irregular, moves
 from frictionloop.loop.kernel.tiles import compiled_tile
@@ -43,11 +41,13 @@ def set_programs(
     places: Mapping[Tally, int],
 ) -> None:
     """Let a record run the tiles of a system's loop, compiled or from the disk."""
-    of, quadrature = partial(_tile, slab.width), kernel == "quadrature"
+    of, quadrature = partial(compiled_tile, slab.width), kernel == "quadrature"
     sine = quadrature and disturbance.how == "sine"
-    blocks = [_signal(of, "setpoint", setpoint, False), _signal(of, "disturbance", disturbance, not sine)]
+    kinds = disturbance.how, disturbance.shared
+    blocks = [of(build_signal, "setpoint", setpoint.how, setpoint.shared, False)]
+    blocks += [of(build_signal, "disturbance", *kinds, not sine)]
     if quadrature:
-        blocks += [_signal(of, "driven", disturbance, False) if sine else of(build_driven, disturbance.shared)]
+        blocks += [of(build_signal, "driven", *kinds, False) if sine else of(build_driven, disturbance.shared)]
     drawn = {"normals": True, "draws": moves(system), "timing": shared.irregular}
     alike = bool(shared.noise_shared)
     shared.program("blocks", [*blocks, *(of(build_draws, each, alike) for each, used in drawn.items() if used)])
@@ -66,16 +66,6 @@ def set_programs(
         shared.program("ticks", [sense, *_decides(of, shared, slab, system, plant[:2]), *told, move])
 
 
-def _tile(width: int, build: Any, *of: Any) -> int:
-    return int(compiled_tile(build, width, *of).address)
-
-
-def _signal(of: Any, which: str, signal: Signal, nodes: bool) -> int:
-    if signal.how in FORMULAS:
-        return int(of(build_formula, which, signal.how, signal.shared, nodes))
-    return int(of(build_samples, which, signal.how == "held", signal.shared))
-
-
 def _decides(of: Any, shared: Shared, slab: Slab, system: System, plant: tuple[Any, ...]) -> list[int]:
     """Return the tiles of a tick of the controller."""
     controller, table = system.controller, shared.table_size > 0
@@ -86,11 +76,10 @@ def _decides(of: Any, shared: Shared, slab: Slab, system: System, plant: tuple[A
         tiles = [of(build_fixed)]
     else:
         law = law_of(controller)
-        if is_compiled(law.step):
-            tiles = [of(build_law, law, table)]
-        else:
+        tiles = [of(build_law, law, table)]
+        if not is_compiled(law.step):
             shared.python = PythonLaw(law, slab, shared.dt)
-            tiles = [shared.python.address, of(build_lookup, table)]
+            tiles = [shared.python.address, *tiles]
         if shared.open_until > 0:
             tiles = [of(build_prepare, law), *tiles, of(build_tell, law)]
     return [of(build_lost, law, False), *tiles, of(build_lost, law, True)] if is_irregular(system) else tiles

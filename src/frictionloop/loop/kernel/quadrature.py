@@ -3,7 +3,7 @@
 While the amplitude command is held friction is known from the ends of the stretch (kernel/ends.py). The disturbance is
 taken at six Gauss-Lobatto nodes, whose weights integrate its interpolant against the sensor's exponential exactly
 (product integration), so that they hold for any sensor cutoff (docs/decisions/0001). A late command splits the period
-in two, a fast plate in more.
+in two, a fast plate in more. All this is for a paper's loop, in which nothing feeds back within a period.
 """
 
 from __future__ import annotations
@@ -14,12 +14,49 @@ from functools import cache, lru_cache
 import numpy as np
 from numpy.polynomial import legendre
 
+from frictionloop.parameters import (
+    Friction,
+    FrictionLaw,
+    FrictionLimit,
+    LowpassSensor,
+    PiController,
+    RigidFinger,
+    Sliding,
+    System,
+    Timing,
+)
+from frictionloop.parameters.plant import LowpassPlate, ResonantPlate
+from frictionloop.parameters.represented import Represented
+
 NODES = 6
 """Gauss-Lobatto nodes per segment of the period."""
 PLATE_PER_SEGMENT = 0.035
 """Largest plate cutoff times segment length: keeps the error of a full swing of the amplitude below 2e-8 N."""
 MAX_SEGMENTS = 28
 """Most segments on one side of a command; with more the plate is faster than the control rate."""
+QUADRATURE = Represented(
+    "the rule for the paper's loop",
+    {
+        LowpassPlate: "kind cutoff_hz max_amplitude_um",
+        ResonantPlate: "kind frequency_hz q max_amplitude_um",
+        FrictionLimit: "nominal_n",
+        FrictionLaw: "susceptibility_per_um2",
+        Friction: "kind",
+        LowpassSensor: "kind cutoff_hz noise_rms_n",
+        Sliding: "kind",
+        RigidFinger: "kind",
+        Timing: "rate_hz delay_s model",
+        PiController: "kind kp ki",
+    },
+    {},
+)
+"""What else there is runs by substeps."""
+
+
+def suits_quadrature(system: System) -> bool:
+    """Return whether a system is a paper's loop, in which nothing feeds back within a period."""
+    blocks = system.friction, system.plate, system.sensor, system.controller, system.finger, system.motion
+    return all(type(block) in QUADRATURE.fields and not any(QUADRATURE.missing(block)) for block in blocks)
 
 
 @cache

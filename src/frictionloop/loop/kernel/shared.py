@@ -83,11 +83,6 @@ class Shared:
         """A law in plain Python (loop/kernel/foreign_tile), which stops where it raises."""
         self.set(**whole)
 
-    @property
-    def address(self) -> int:
-        """Where the record lies."""
-        return int(self.record.ctypes.data)
-
     def set(self, **values: float) -> None:
         """Set some fields by name."""
         for name, value in values.items():
@@ -109,13 +104,12 @@ class Shared:
         return self.record[name][0].item()
 
 
-def ring_size(longest_delay: float) -> int:
-    """Return the length of the command history: 1 without delay, else a power of two that holds two periods more."""
-    return 1 << math.ceil(longest_delay + 1).bit_length() if longest_delay else 1
+def scratch(width: int, longest_delay: float, nodes: int, moving: bool) -> dict[str, np.ndarray]:
+    """Return zeroed scratch for one tile, and its history of commands for a delay in periods.
 
-
-def scratch(width: int, ring: int, nodes: int, moving: bool) -> dict[str, np.ndarray]:
-    """Return zeroed scratch and history for one tile."""
+    The history has length 1 without delay, else a power of two that holds two periods more.
+    """
+    ring = 1 << math.ceil(longest_delay + 1).bit_length() if longest_delay else 1
     return {
         "setpoint": aligned(BLOCK * width),
         "disturbance": aligned(nodes * BLOCK * width),

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.loop.kernel.access import doubles, keys, load, peek, poke
+from frictionloop.loop.kernel.access import doubles, keys, load, store
 from frictionloop.loop.kernel.slab import ROW
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.physics.tremor import NORMAL_STREAM, TANGENTIAL_STREAM
@@ -53,46 +53,53 @@ STREAMS = {
 _TIME, _WEIGHT = ROW["node_time"][0], ROW["weight"][0]
 
 
-def build_formula(lifting: Lifting, which: str, how: str, common: bool, nodes: bool) -> Any:
-    """Return the tile that makes a signal from its formula, at all ``nodes`` of a period or at its sample alone.
+def build_signal(lifting: Lifting, which: str, how: str, common: bool, nodes: bool) -> Any:
+    """Return the tile that makes a signal from formula or samples, at all ``nodes`` of a period or at its sample alone.
 
     ``which`` may be "driven" too: of a sine, what it adds to the reading over a period.
     """
-    (width, compiled, _), columns = lifting, 1 if common else lifting.width
-    is_setpoint, is_driven = which == "setpoint", which == "driven"
-    formula = swing_step if is_driven else FORMULAS[how]
-    parameters = (ROW["disturbance_signal"], *ROW["swing"]) if is_driven else ROW[f"{which}_signal"]
+    compiled, columns, smooth = lifting.compiled, 1 if common else lifting.width, how in FORMULAS
+    setpoint, driven = which == "setpoint", which == "driven"
+    given = (ROW["disturbance_signal"], *ROW["swing"]) if driven else ROW[f"{which}_signal"]
+    if smooth:
+        value = _lift_formula(lifting, swing_step if driven else FORMULAS[how], given)
+    else:
+        value = _lift_samples(lifting, setpoint, how == "held", columns)
 
     @compiled
     def fill(s, n, first, periods, o):  # type: ignore[no-untyped-def]
-        out = doubles(o.setpoint if is_setpoint else (o.driven if is_driven else o.disturbance))
+        out = doubles(o.setpoint if setpoint else (o.driven if driven else o.disturbance))
         for j in range(o.nodes if nodes else 1):
-            for k in range(BLOCK):
+            for k in range(BLOCK if smooth else min(BLOCK, periods)):
                 for i in range(columns):
-                    t = fma(float(first + k), o.dt, peek(s, (_TIME + j) * width + i))
-                    poke(out, (j * BLOCK + k) * columns + i, formula(t, *load(s, i, width, parameters)))
+                    store(out, i, columns, j * BLOCK + k, value(s, i, j, first + k, o))
 
     return fill
 
 
-def build_samples(lifting: Lifting, which: str, held: bool, common: bool) -> Any:
-    """Return the tile that takes a signal from its samples, linear between them or held."""
-    (width, compiled, _), one_node, columns = lifting, which == "setpoint", 1 if common else lifting.width
+def _lift_formula(lifting: Lifting, formula: Any, given: Any) -> Any:
+    """Return ``value(s, i, j, k, o)``: a formula in lane i at node j of period k."""
+    width = lifting.width
 
-    @compiled
-    def fill(s, n, first, periods, o):  # type: ignore[no-untyped-def]
-        out = doubles(o.setpoint if one_node else o.disturbance)
-        samples = doubles(o.setpoint_samples if one_node else o.disturbance_samples)
-        start = first - o.chunk
-        for j in range(1 if one_node else o.nodes):
-            for k in range(min(BLOCK, periods)):
-                for i in range(columns):
-                    y0 = peek(samples, (start + k) * columns + i)
-                    y1 = y0 if held else peek(samples, (start + k + 1) * columns + i)
-                    fraction = peek(s, (_TIME + j) * width + i) / o.dt
-                    poke(out, (j * BLOCK + k) * columns + i, fma(fraction, y1 - y0, y0))
+    @lifting.compiled
+    def value(s, i, j, k, o):  # type: ignore[no-untyped-def]
+        return formula(fma(float(k), o.dt, load(s, i, width, _TIME + j)), *load(s, i, width, given))
 
-    return fill
+    return value
+
+
+def _lift_samples(lifting: Lifting, setpoint: bool, held: bool, columns: int) -> Any:
+    """Return the same of samples, linear between them or held."""
+    width = lifting.width
+
+    @lifting.compiled
+    def value(s, i, j, k, o):  # type: ignore[no-untyped-def]
+        samples = doubles(o.setpoint_samples if setpoint else o.disturbance_samples)
+        y0 = load(samples, i, columns, k - o.chunk)
+        y1 = y0 if held else load(samples, i, columns, k - o.chunk + 1)
+        return fma(load(s, i, width, _TIME + j) / o.dt, y1 - y0, y0)
+
+    return value
 
 
 def build_driven(lifting: Lifting, common: bool) -> Any:
@@ -103,12 +110,13 @@ def build_driven(lifting: Lifting, common: bool) -> Any:
     def fill(s, n, first, periods, o):  # type: ignore[no-untyped-def]
         out, d = doubles(o.driven), doubles(o.disturbance)
         for k in range(periods * columns):
-            poke(out, k, 0.0)
+            store(out, k, 1, 0, 0.0)
         for j in range(o.nodes):
             for k in range(periods):
                 for i in range(columns):
-                    at, force = k * columns + i, peek(d, (j * BLOCK + k) * columns + i)
-                    poke(out, at, fma(peek(s, (_WEIGHT + j) * width + i), force, peek(out, at)))
+                    force = load(d, i, columns, j * BLOCK + k)
+                    added = fma(load(s, i, width, _WEIGHT + j), force, load(out, i, columns, k))
+                    store(out, i, columns, k, added)
 
     return fill
 
@@ -122,7 +130,7 @@ def build_draws(lifting: Lifting, buffer: str, common: bool) -> Any:
     @compiled
     def scatter(out, at, apart, words):  # type: ignore[no-untyped-def]
         for j in range(4):
-            poke(out, at + j * apart, double(np.int64(words[j])))
+            store(out, at, apart, j, double(np.int64(words[j])))
 
     @compiled
     def fill_noise(out, at, seeds, first, counters, stream):  # type: ignore[no-untyped-def]
@@ -131,15 +139,12 @@ def build_draws(lifting: Lifting, buffer: str, common: bool) -> Any:
         base, apart = first // BLOCK * counters, 8 * columns
         for c in range(counters):
             for i in range(columns):
-                scatter(out, at + c * columns + i, apart, draw_words(peek(seeds, i), stream, np.uint64(base + c)))
+                scatter(out, at + c * columns + i, apart, draw_words(load(seeds, i, 1, 0), stream, np.uint64(base + c)))
         for half in range(2):
             begin = at + 2 * half * apart
             for j in range(counters * columns):
-                z0, z1 = box_muller(
-                    np.uint64(bits(peek(out, begin + j))), np.uint64(bits(peek(out, begin + apart + j)))
-                )
-                poke(out, begin + j, z0)
-                poke(out, begin + apart + j, z1)
+                w0, w1 = load(out, begin + j, apart, (0, 1))
+                store(out, begin + j, apart, (0, 1), box_muller(np.uint64(bits(w0)), np.uint64(bits(w1))))
 
     @compiled
     def draws(s, n, first, periods, o):  # type: ignore[no-untyped-def]
@@ -158,11 +163,11 @@ def lift_spread(lifting: Lifting) -> Any:
     @compiled
     def spread(s, n, row, values, k, common):  # type: ignore[no-untyped-def]
         if common:
-            value = peek(values, k)
+            value = load(values, 0, 1, k)
             for i in range(count(n)):
-                poke(s, row * width + i, value)
+                store(s, i, width, row, value)
         else:
             for i in range(count(n)):
-                poke(s, row * width + i, peek(values, k * width + i))
+                store(s, i, width, row, load(values, i, width, k))
 
     return spread

@@ -94,8 +94,6 @@ _SHAPES: dict[str, Any] = {
     "timing_draws": 2,
     "kept": 4,  # commands before a tick that may be lost
     "contact": ContactState,
-    "contact_force": 1,
-    "vibrated_limit": 1,  # friction limit at t_k under the amplitude of then
     "contact_coefficients": ContactCoefficients,
     "compliance": 1,  # of the skin, m/N
     "plate_coefficients": PlateCoefficients,

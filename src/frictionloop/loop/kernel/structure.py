@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from frictionloop.loop.kernel.known import check_oracle, suits_quadrature
-from frictionloop.loop.kernel.quadrature import MAX_SEGMENTS, PLATE_PER_SEGMENT, segments_needed
+from frictionloop.control.known import check_oracle
+from frictionloop.loop.kernel.quadrature import MAX_SEGMENTS, PLATE_PER_SEGMENT, segments_needed, suits_quadrature
 from frictionloop.loop.kernel.slab import NODES_MAX
 from frictionloop.parameters import OracleController, Skin, Strokes, System
 from frictionloop.physics.sources import highest_hz

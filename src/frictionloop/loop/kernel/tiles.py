@@ -7,9 +7,7 @@ the block, and the record of what lanes share. Each has a file on the disk of it
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from threading import RLock
 from typing import Any, NamedTuple
 
@@ -19,7 +17,8 @@ from numba.core.errors import NumbaError
 from frictionloop.loop.kernel.access import load, store
 from frictionloop.loop.kernel.shared import POINTER, at
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.blame import is_outside
+from frictionloop.quantities.arithmetic import step
+from frictionloop.quantities.blame import complaint
 from frictionloop.quantities.compiled import compile_c
 from frictionloop.quantities.digest import code_digest
 
@@ -62,14 +61,14 @@ def lifting(name: str, width: int, inlined: bool = False) -> Lifting:
     return Lifting(width, compiled, compiled(one if width == 1 else given))
 
 
-def lift(lifting: Lifting, step: Any, given: Sequence[Any], results: Any) -> Any:
-    """Return ``part(s, n, *common)``: for every lane ``results = step(*common, *given)``.
+def lift(lifting: Lifting, of_lane: Any, given: Sequence[Any], results: Any) -> Any:
+    """Return ``part(s, n, *common)``: for every lane ``results = of_lane(*common, *given)``.
 
     Parameters
     ----------
     lifting
         Of the tile.
-    step
+    of_lane
         Compiled by `quantities.arithmetic.step`.
     given, results
         Row numbers of the arguments and of what is returned, in their shapes: a number, a tuple or a named tuple.
@@ -81,28 +80,46 @@ def lift(lifting: Lifting, step: Any, given: Sequence[Any], results: Any) -> Any
     @compiled
     def part(s, n, *common):  # type: ignore[no-untyped-def]
         for i in range(count(n)):
-            store(s, i, width, results, step(*common, *load(s, i, width, given)))
+            store(s, i, width, results, of_lane(*common, *load(s, i, width, given)))
 
     return part
 
 
-def chain(lifting: Lifting, *parts: Any) -> Any:
-    """Return ``part(s, n)`` that runs parts one after another."""
-    first, *others = parts
-    if not others:
-        return first
-    rest = chain(lifting, *others)
+@step
+def same_step(value: Any) -> Any:
+    """As it is."""
+    return value
 
-    @lifting.compiled
-    def part(s, n):  # type: ignore[no-untyped-def]
-        first(s, n)
-        rest(s, n)
+
+def lift_gather(lifting: Lifting, place: Any, between: Any, given: Sequence[Any], result: int) -> Any:
+    """Return ``part(s, n, table)``: for every lane what lies between two entries of its own table.
+
+    A gather does not vectorise, and so has a loop of its own.
+
+    Parameters
+    ----------
+    lifting, given, result
+        As of `lift`.
+    place
+        Step from what is given to the two entries, and how far what is looked up lies between them (0 to 1).
+    between
+        Step from this fraction and the two values to the result.
+    """
+    width, compiled, count = lifting
+    given = tuple(given)
+
+    @compiled
+    def part(s, n, table):  # type: ignore[no-untyped-def]
+        for i in range(count(n)):
+            here, there, fraction = place(*load(s, i, width, given))
+            values = load(table, i, width, (here, there))
+            store(s, i, width, result, between(fraction, *values))
 
     return part
 
 
-def compiled_tile(build: Callable[..., Any], width: int, *of: Any) -> Any:
-    """Return the C function of the tile that ``build(lifting, *of)`` makes, compiled at most once.
+def compiled_tile(width: int, build: Callable[..., Any], *of: Any) -> int:
+    """Return the address of the C function of the tile that ``build(lifting, *of)`` makes, compiled at most once.
 
     ``build`` returns a function ``body(s, n, k, at, o)`` of the slab, the number of lanes, the period, its place in the
     block and the record.
@@ -112,7 +129,7 @@ def compiled_tile(build: Callable[..., Any], width: int, *of: Any) -> Any:
         if key not in _compiled:
             name = "-".join([build.__name__.removeprefix("build_"), *(_name(each) for each in of)])
             _compiled[key] = _compile(build(lifting(name, width), *of), f"{name}-{width}")
-        return _compiled[key]
+        return int(_compiled[key].address)
 
 
 def _name(of: Any) -> str:
@@ -130,15 +147,4 @@ def _compile(body: Any, name: str) -> Any:
     try:
         return compile_c(TILE, entry, name)
     except NumbaError as error:
-        raise FrictionloopError(f"{name}: {_complaint(str(error))}") from None
-
-
-def _complaint(text: str) -> str:
-    """Return what the compiler says of somebody's code as one line: file, line and reason."""
-    told = re.findall(r'File "([^"]+)", line (\d+)| at (/[^\n]+) \((\d+)\)', text)
-    places = [(file or other, line or number) for file, line, other, number in told]
-    places = [(str(Path(file).resolve()), line) for file, line in places if is_outside(file)]
-    said = [line.strip() for line in text.splitlines() if line.strip() and not line.startswith("Failed in nopython")]
-    where = f"{places[-1][0]}, line {places[-1][1]}: " if places else ""
-    reason = " ".join(said[: 2 if said[:1] and said[0].endswith(":") else 1])
-    return f"{where}does not compile: {reason}"
+        raise FrictionloopError(f"{name}: {complaint(error)}") from None

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from frictionloop.loop.formulas import TALLIES
-from frictionloop.loop.kernel.access import doubles, load, peek, poke, store
+from frictionloop.loop.kernel.access import doubles, load, store
 from frictionloop.loop.kernel.slab import ROW, ROWS
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.loop.metric import Sample, Tally
@@ -71,11 +71,11 @@ def build_tally(lifting: Lifting, tally: Tally, first: int) -> Any:
             for i in range(count(n)):
                 f_r, friction, f_m, u, a, d, saturated = load(s, i, width, _SIGNALS)
                 x, v, pressed, limit, floor = load(s, i, width, _REACH)
-                scored = peek(s, inside * width + i)
+                scored = load(s, i, width, inside)
                 counts = scored * counting
                 f_a = friction + d
                 sample = Sample(f_r, f_a, f_m, u, a, d, saturated, x, v, pressed, limit, floor, scored, counts)
-                poke(s, first * width + i, peek(s, first * width + i) + counts)
+                store(s, i, width, first, load(s, i, width, first) + counts)
                 if everywhere or counts > 0.0:
                     store(s, i, width, state_rows, step(load(s, i, width, state_rows), sample, o.dt))
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from frictionloop.parameters import feasible
 from frictionloop.report.claims.claim import Value
 from frictionloop.report.claims.judging import Numbers, numbers
-from frictionloop.report.noise import NOISE, NOISE_READINGS, knee_n
+from frictionloop.report.noise import NOISE, NOISE_READINGS, knee_n, linear_gain, steady_noise
 from frictionloop.report.results import Results
-from frictionloop.report.steady import linear_gain, steady_noise
 from frictionloop.report.systems import FEASIBLE
 from frictionloop.report.tolerances import R2_STEP, SATURATION_STEP
 

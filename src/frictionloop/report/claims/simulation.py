@@ -13,8 +13,7 @@ from frictionloop.report.claims.judging import Numbers, numbers
 from frictionloop.report.gains import at, optimum, spread, useful_range
 from frictionloop.report.numbers import number
 from frictionloop.report.results import Results
-from frictionloop.report.systems import FEASIBLE, WORKING, reachable_share, readings
-from frictionloop.report.tracking import noise_above_n, tracking_run
+from frictionloop.report.systems import FEASIBLE, WORKING, noise_above_n, reachable_share, readings, tracking_run
 
 
 def kp_range_low(results: Results) -> Numbers:

@@ -15,18 +15,15 @@ from frictionloop.report.figures.calibration import figure_linearity, figure_spe
 from frictionloop.report.figures.closed_loop import figure_closed_loop, figure_people
 from frictionloop.report.figures.comparison import figure_residuals
 from frictionloop.report.figures.diagram import figure_diagram
-from frictionloop.report.figures.equation3 import figure_equation_3
 from frictionloop.report.figures.fidelity import figure_fidelity_map, figure_fidelity_over_kp
 from frictionloop.report.figures.law_panels import figure_step_traces
-from frictionloop.report.figures.noise import figure_noise
-from frictionloop.report.figures.population import figure_population
+from frictionloop.report.figures.noise import figure_equation_3, figure_noise
 from frictionloop.report.figures.sensor import figure_sensor
 from frictionloop.report.figures.steps import figure_overshoot, figure_steps
-from frictionloop.report.figures.tracking import common_limits_n, figure_tracking
+from frictionloop.report.figures.tracking import common_limits_n, figure_population, figure_tracking
 from frictionloop.report.results import Results
 from frictionloop.report.step_response import this_skin_limit_ms
-from frictionloop.report.systems import FEASIBLE, WORKING
-from frictionloop.report.tracking import KPS
+from frictionloop.report.systems import FEASIBLE, KPS, WORKING
 
 SHORT = {"printed": WORKING, "reachable": FEASIBLE}
 """What file names call the two systems that have figures of their own."""

@@ -1,4 +1,4 @@
-"""Which fields the rule of the paper's loop and the oracle have, of the blocks that they are worked out from."""
+"""Which fields the oracle has, of the blocks that it is worked out from."""
 
 from __future__ import annotations
 
@@ -7,36 +7,15 @@ from frictionloop.parameters import (
     Friction,
     FrictionLaw,
     FrictionLimit,
-    LowpassSensor,
-    PiController,
     RigidFinger,
     Skin,
     Sliding,
     Strokes,
     System,
-    Timing,
 )
 from frictionloop.parameters.plant import LowpassPlate, ResonantPlate
 from frictionloop.parameters.represented import Represented
 from frictionloop.physics.friction import is_gaussian
-
-QUADRATURE = Represented(
-    "the rule for the paper's loop",
-    {
-        LowpassPlate: "kind cutoff_hz max_amplitude_um",
-        ResonantPlate: "kind frequency_hz q max_amplitude_um",
-        FrictionLimit: "nominal_n",
-        FrictionLaw: "susceptibility_per_um2",
-        Friction: "kind",
-        LowpassSensor: "kind cutoff_hz noise_rms_n",
-        Sliding: "kind",
-        RigidFinger: "kind",
-        Timing: "rate_hz delay_s model",
-        PiController: "kind kp ki",
-    },
-    {},
-)
-"""What else there is runs by substeps."""
 
 ORACLE = Represented(
     "the oracle",
@@ -58,12 +37,6 @@ ORACLE = Represented(
     {LowpassPlate: "pulse_ticks", ResonantPlate: "pulse_ticks"},
 )
 """It tries commands on the plant; sensors it does not need."""
-
-
-def suits_quadrature(system: System) -> bool:
-    """Return whether a system is a paper's loop, in which nothing feeds back within a period."""
-    blocks = system.friction, system.plate, system.sensor, system.controller, system.finger, system.motion
-    return all(type(block) in QUADRATURE.fields and not any(QUADRATURE.missing(block)) for block in blocks)
 
 
 def check_oracle(system: System) -> None:

@@ -1,11 +1,11 @@
-"""Is a residual force felt? The index D of a spectrum or of a recorded residual."""
+"""The index D of a spectrum or of a recorded residual, beside the filter of `perception.weighting`."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import make_interp_spline
 from scipy.signal import welch
 
@@ -15,8 +15,6 @@ from frictionloop.quantities.checks import Array, number, numbers
 
 SEGMENT_S = 4.0
 """Length of a Welch segment: 0.25 Hz between frequencies, the Hann window is 1 Hz wide (zero to zero)."""
-FRICTION_WEBER = 0.11
-"""Weber fraction of a transient decrease of friction, the same dry and moist (Gueorguiev 2017)."""
 _POINTS_PER_DECADE = 400  # of F_th between the frequencies given: the integral then is good to 1e-5 (tested)
 
 Band = tuple[float, float]
@@ -81,7 +79,7 @@ def index_of_residual(
     """Return D of a recorded residual: `index_of_spectrum` of its Welch spectrum.
 
     Hann windows of 4 s, or of the whole record if that is shorter, overlapping by half; a straight line is taken
-    out of each. Mean and slow drift therefore do not count: `slow_error_felt` judges them. With records below 4 s
+    out of each. Mean and slow drift therefore do not count. With records below 4 s
     the lower limit of the band blurs, since the window is 4 / duration wide.
 
     Parameters
@@ -111,53 +109,6 @@ def index_of_residual(
     # An odd number of samples has no bin at half the rate.
     frequency[-1] = max(frequency[-1], min(high, rate / 2))
     return index_of_spectrum(frequency, density, finger, band_hz)
-
-
-def index_db(index: ArrayLike) -> Array:
-    """Return 20 log10 D; minus infinity for D = 0. Raises ``FrictionloopError`` for a negative index."""
-    with np.errstate(divide="ignore"):
-        return np.asarray(20 * np.log10(numbers("index", index, "", 0.0)))
-
-
-def is_perceptible(index: ArrayLike, margin_db: float = 0.0) -> NDArray[np.bool_]:
-    """Return whether a residual is felt, D >= 1.
-
-    The thresholds are known to +-6 dB only: with ``margin_db=6`` the answer "felt" holds even if they are that much
-    too low, with ``margin_db=-6`` the answer "not felt" holds even if they are that much too high.
-
-    Parameters
-    ----------
-    index
-        D, not negative, of any shape.
-    margin_db
-        By how much D has to exceed 1, in dB.
-
-    Raises
-    ------
-    FrictionloopError
-        For an index that is negative, or a margin that is no number.
-    """
-    return np.asarray(numbers("index", index, "", 0.0) >= 10 ** (number("margin_db", margin_db, "dB") / 20))
-
-
-def slow_error_felt(error_n: ArrayLike, force_n: ArrayLike) -> NDArray[np.bool_]:
-    """Return whether a constant or slow error is felt: |e| > 0.11 f (33 mN at 0.3 N, 99 mN at 0.9 N).
-
-    It takes over where the index D ends, below 1 Hz. The paper's 20 mN passes at every level of the paper.
-
-    Parameters
-    ----------
-    error_n
-        Errors e of the friction force in N, of any shape.
-    force_n
-        Forces f asked for in N, not negative, of a shape that broadcasts.
-
-    Raises
-    ------
-    FrictionloopError
-        For an error or a force that is no number, or a negative force.
-    """
-    return np.asarray(np.abs(numbers("error_n", error_n, "N")) > FRICTION_WEBER * numbers("force_n", force_n, "N", 0.0))
 
 
 def _band(band_hz: Band) -> Band:

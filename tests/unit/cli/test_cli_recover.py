@@ -1,0 +1,118 @@
+"""``frictionloop device recover``, long runs, and a run that is given no file, in a user's home."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import frictionloop as fl
+from frictionloop.cli import device_run
+from frictionloop.device.running import check_folder
+from frictionloop.loop.spool import Column, Spool
+
+COLUMNS = {"f_m": Column("f8", {"units": "N", "long_name": "measured force"})}
+NOBODY = 65534
+FORCES = np.linspace(0.0, 1.0, 7000)
+
+
+@pytest.fixture
+def partial(tmp_path):
+    """What a recording leaves behind whose process was killed."""
+    spool = Spool(tmp_path / "run.h5", COLUMNS, 2e-4, {"schema": 1, "source": "device"}, ("lost_samples",))
+    spool.append({"f_m": FORCES}, {"lost_samples": 3})
+    left = tmp_path / "kept" / spool.partial.name
+    left.parent.mkdir()
+    shutil.copy(spool.partial, left)
+    spool.drop()
+    return left.rename(tmp_path / left.name)
+
+
+def test_it_says_what_a_file_holds_and_writes_it(frictionloop, partial):
+    before = partial.read_bytes()
+    answer = frictionloop("device", "recover", partial.name)
+    assert (answer.code, answer.err) == (0, "")
+    lines = [line.rstrip().split(None, 1) for line in answer.out.splitlines()]
+    assert lines == [
+        ["holds", "7,000 samples, 1.4 s"],
+        ["lost", "3 samples before they were recorded"],
+        ["damaged", "nothing"],
+        ["source", "device"],
+        ["saved", "as run.h5"],
+    ]
+    np.testing.assert_array_equal(fl.load("run.h5").f_m, FORCES)
+    assert partial.read_bytes() == before
+
+
+def test_as_json_under_another_name(frictionloop, partial):
+    found = frictionloop("device", "recover", partial.name, "--out", "mended.h5", "--json").json()
+    assert found == {
+        "samples": 7000, "seconds": pytest.approx(1.4), "lost_samples": 3, "damaged_samples": 0, "source": "device",
+        "saved": "mended.h5",
+    }  # fmt: skip
+    assert fl.load("mended.h5").sizes["time"] == 7000
+
+
+def test_what_cannot_be_recovered_is_one_line(frictionloop, partial):
+    fl.save(fl.simulate(fl.paper(), 0.02), "whole.h5")
+    Path("text.h5").write_text("no HDF5")
+    wrong = {
+        ("none.h5", "--out", "o.h5"): "none.h5: cannot be read (no such file)",
+        ("whole.h5", "--out", "o.h5"): "whole.h5: is no unfinished recording",
+        ("text.h5", "--out", "o.h5"): "text.h5: cannot be read",
+        ("whole.h5",): "whole.h5: says no name to save it under; give --out FILE.h5",
+        (partial.name, "--out", partial.name): "is the file to recover; choose another name",
+        (partial.name, "--out", "o.txt"): "must end in .h5",
+    }
+    for tokens, said in wrong.items():
+        answer = frictionloop("device", "recover", *tokens)
+        assert answer.code == 2 and said in answer.err and answer.err.count("\n") == 1
+    Path("run.h5").write_text("mine")
+    assert "exists and is not replaced" in frictionloop("device", "recover", partial.name).err
+    assert Path("run.h5").read_text() == "mine"
+
+
+def test_of_a_long_run_the_last_part_is_scored_which_is_said(frictionloop, monkeypatch):
+    monkeypatch.setattr(device_run, "SCORED_S", 0.2)
+    answer = frictionloop("device", "run", "sim:", "--duration-s", "0.5", "--out", "run.h5")
+    assert answer.code == 0 and "2,500 samples; what follows is of the last 1,000" in answer.out
+    found = frictionloop("device", "run", "sim:", "--duration-s", "0.5", "--out", "run.h5", "--json").json()
+    assert (found["samples"], found["scored_samples"]) == (2500, 1000)
+    assert fl.load("run.h5").sizes["time"] == 2500
+    answer = frictionloop("device", "run", "sim:", "--duration-s", "0.5")
+    assert answer.err == "error: out: needs a FILE.h5 for a run of more than 0.2 s, which no memory holds\n"
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="users as POSIX has them")
+def test_a_run_without_a_file_in_a_users_home():
+    """The folder above a home belongs to root; as root, another user asks whether a file can be made there."""
+    above = Path(tempfile.mkdtemp())
+    home = above / "home"
+    home.mkdir()
+    is_root = os.geteuid() == 0
+    if is_root:
+        os.chown(home, NOBODY, NOBODY)
+    above.chmod(0o555)
+    child = os.fork()
+    if not child:  # nothing but its exit code leaves it
+        code = 1
+        try:
+            if is_root:
+                os.setgid(NOBODY)
+                os.setuid(NOBODY)
+            os.chdir(home)
+            check_folder(None)
+            check_folder("run.h5")
+            with pytest.raises(fl.FrictionloopError, match="cannot be written"):
+                check_folder("../run.h5")
+            code = 0
+        finally:
+            os._exit(code)
+    _, status = os.waitpid(child, 0)
+    above.chmod(0o755)
+    shutil.rmtree(above)
+    assert os.waitstatus_to_exitcode(status) == 0

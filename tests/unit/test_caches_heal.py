@@ -1,0 +1,135 @@
+"""Caches of compiled code: a damaged file is made anew, and what another user could have put there is not run."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import pytest
+
+from frictionloop.firmware import compiler
+from frictionloop.quantities import FrictionloopError
+
+DOUBLED = """
+    import sys, warnings
+    from numba import types
+    from own import doubled
+    from frictionloop.quantities.compiled import compile_c
+
+    warnings.showwarning = lambda message, *more: print("said:", message)
+    compiled = compile_c(types.float64(types.float64), doubled, "doubled")
+    print(compiled.cache_hits, compiled.ctypes(3.0))
+"""
+posix = pytest.mark.skipif(os.name != "posix", reason="owners and rights as POSIX has them")
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "own.py").write_text("def doubled(x):\n    return 2.0 * x\n")
+    return tmp_path
+
+
+def compiled(folder, **more):
+    """Return what a process of its own says that takes a function from the cache, or compiles it."""
+    script = [sys.executable, "-B", "-c", textwrap.dedent(DOUBLED)]
+    paths = os.pathsep.join([str(folder), *sys.path])
+    environment = os.environ | {"PYTHONPATH": paths, "NUMBA_CACHE_DIR": str(folder / "cache")} | more
+    done = subprocess.run(script, capture_output=True, text=True, env=environment, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.splitlines()
+
+
+def damages(path):
+    content = path.read_bytes()
+    changed = bytearray(content)
+    changed[len(content) // 2] ^= 1
+    return {"half": content[: len(content) // 2], "a bit": bytes(changed), "empty": b"", "text": b"no pickle"}
+
+
+@pytest.mark.parametrize("ending", [".nbi", ".nbc"])
+def test_a_damaged_function_is_compiled_anew(folder, ending):
+    assert compiled(folder) == ["0 6.0"]
+    (path,) = folder.rglob(f"*{ending}")
+    for content in damages(path).values():
+        path.write_bytes(content)
+        assert compiled(folder) == [f"said: {path}: is damaged; it is made anew", "0 6.0"]
+        assert compiled(folder) == ["1 6.0"]
+
+
+@posix
+def test_functions_that_others_could_have_put_there_are_not_run(folder):
+    compiled(folder)
+    (path,) = folder.rglob("*.nbc")
+    path.parent.chmod(0o777)
+    said, result = compiled(folder)
+    assert said == f"said: others may write to {path.parent}, and what lies there would be run: not used; chmod go-w it"
+    assert result == "0 6.0"
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="root alone makes another's file")
+def test_a_file_of_another_user_is_not_run(folder, monkeypatch):
+    compiled(folder)
+    (path,) = folder.rglob("*.nbc")
+    os.chown(path, 65534, 65534)
+    assert compiled(folder)[0].startswith(f"said: {path} belongs to another user")
+    library, build = core(folder, monkeypatch)
+    os.chown(library, 65534, 65534)
+    with pytest.raises(FrictionloopError, match=f"{library} belongs to another user, and what lies there would be run"):
+        build()
+
+
+def core(folder, monkeypatch):
+    monkeypatch.setattr(compiler, "cache_folder", lambda: folder / "core")
+    source = folder / "answer.c"
+    source.write_text("int answer(void);\nint answer(void) { return 42; }\n")
+
+    def build():
+        return compiler.shared_library("answer", [source])
+
+    return build(), build
+
+
+def answer(library):
+    """Load it in a process of its own: half a library kills the one that loads it."""
+    code = f"import ctypes; print(ctypes.CDLL({str(library)!r}).answer())"
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False).stdout.strip()
+
+
+def test_a_damaged_library_is_built_anew(folder, monkeypatch):
+    library, build = core(folder, monkeypatch)
+    assert answer(library) == "42"
+    for content in damages(library).values():
+        library.write_bytes(content)
+        with pytest.warns(UserWarning, match=f"{library}: is damaged; it is made anew"):
+            assert build() == library
+        assert answer(library) == "42"
+        assert build() == library  # and nothing more is said
+
+
+@posix
+def test_a_library_that_others_could_have_put_there_is_not_run(folder, monkeypatch):
+    library, build = core(folder, monkeypatch)
+    for path, usual in ((library, 0o755), (library.parent, 0o700)):
+        path.chmod(0o777)
+        with pytest.raises(FrictionloopError, match=f"others may write to {path}, .*; delete it, or chmod go-w it"):
+            build()
+        path.chmod(usual)
+    assert build() == library
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write anywhere")
+def test_a_cache_that_cannot_be_written_is_named(folder):
+    (folder / "cache").mkdir(mode=0o500)
+    assert "cannot be written" in compiled(folder)[0]
+
+
+def test_no_place_for_a_cache_is_said_and_the_function_is_compiled(folder):
+    (folder / "cache").write_text("in the way")
+    (folder / "__pycache__").write_text("in the way")
+    (folder / "home").write_text("in the way")
+    said, result = compiled(folder, HOME=str(folder / "home"), XDG_CACHE_HOME=str(folder / "home"))
+    assert said.startswith(f"said: no cache of compiled code can be written, not {Path(folder)}")
+    assert result == "0 6.0"

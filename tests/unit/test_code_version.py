@@ -1,0 +1,80 @@
+"""The digest of what the code computes: equal where only words differ, another wherever a number may."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import frictionloop
+from frictionloop.loop.kept import COMPUTING, computing
+from frictionloop.quantities.version import sources_digest
+
+LAW = '''"""A law."""
+
+
+class Gains:
+    """Gains."""
+
+    kp = 2.0
+
+
+def step(error):
+    """Return the command."""
+    return Gains.kp * error  # proportional
+'''
+
+
+@pytest.fixture
+def digest(tmp_path):
+    def of(text, name="law.py"):
+        folder = tmp_path / "room"
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir()
+        (folder / name).write_text(text)
+        return sources_digest([folder])
+
+    return of
+
+
+@pytest.mark.parametrize("word", ["A law.", "Gains.\n", "Return the command.", "proportional"])
+def test_words_do_not_count(digest, word):
+    changed = LAW.replace(f'"""{word.strip()}"""', '"""Other words."""').replace(f"# {word}", "# another")
+    if word == "Gains.\n":
+        changed = LAW.replace('"""Gains."""', '"""Other words."""')
+    assert changed != LAW
+    assert digest(changed) == digest("\n\n" + LAW) == digest(LAW)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"), [("2.0", "2.5"), ("* error", "/ error"), ("Gains.kp", "Gains.ki"), ("step", "other")]
+)
+def test_what_computes_counts(digest, old, new):
+    assert digest(LAW.replace(old, new)) != digest(LAW)
+
+
+def test_c_counts_and_other_files_do_not(digest):
+    assert digest("int kp = 2;", "law.c") != digest("int kp = 3;", "law.c")
+    assert digest("kp = 2", "law.toml") == digest("kp = 3", "law.toml")
+
+
+def test_the_loops_own_law_is_among_what_is_read(tmp_path):
+    package = Path(frictionloop.__file__).parent
+    assert all((package / room).is_dir() for room in COMPUTING)
+    folder = tmp_path / "control"
+    shutil.copytree(package / "control", folder)
+    before = sources_digest([folder])
+    law = folder / "pi.py"
+    text = law.read_text()
+    assert "v > high" in text
+    law.write_text(text.replace("v > high", "v >= high"))
+    assert sources_digest([folder]) != before
+
+
+def test_every_process_finds_the_same():
+    code = "from frictionloop.loop.kept import computing; print(computing())"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == computing()

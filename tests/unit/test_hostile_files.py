@@ -1,0 +1,173 @@
+"""Files that are damaged or made to harm: one line each, in little time and memory, and no other file is read."""
+
+from __future__ import annotations
+
+import re
+import time
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+
+import frictionloop as fl
+from frictionloop.quantities.seal import SEAL_BYTES
+from frictionloop.recordings import hdf5
+from frictionloop.recordings.read import read_recording
+
+BASE = fl.paper()
+
+
+@pytest.fixture(scope="module")
+def run():
+    return fl.simulate(BASE, 0.02)
+
+
+@pytest.fixture
+def saved(tmp_path, run):
+    path = tmp_path / "run.h5"
+    fl.save(run, path)
+    return path
+
+
+@pytest.fixture
+def unsealed(saved):
+    """A file of another program: nothing says what its content was."""
+    saved.write_bytes(saved.read_bytes()[:-SEAL_BYTES])
+    return saved
+
+
+def refused(path, why, limit_s=10.0):
+    start = time.perf_counter()
+    with pytest.raises(fl.FrictionloopError, match=why) as error:
+        fl.load(path)
+    assert time.perf_counter() - start < limit_s
+    assert str(error.value).startswith(str(path)) and "\n" not in str(error.value)
+
+
+def test_any_changed_byte_is_seen(saved, run):
+    """Of old, some changed values were loaded as if they were right, and some bytes kept HDF5 busy for ever."""
+    content = saved.read_bytes()
+    draw = np.random.default_rng(0)
+    for place in draw.integers(0, len(content) - SEAL_BYTES, 100):
+        changed = bytearray(content)
+        changed[place] ^= 1 << draw.integers(8)
+        saved.write_bytes(changed)
+        refused(saved, "is damaged")
+    saved.write_bytes(content)
+    xr.testing.assert_identical(fl.load(saved), run)
+
+
+def test_other_programs_read_a_sealed_file_and_what_they_change_loads(saved):
+    with h5py.File(saved, "r+") as file:
+        file.attrs["note"] = "mine"
+    assert fl.load(saved).attrs["note"] == "mine"
+
+
+def test_a_file_that_keeps_hdf5_busy(unsealed, monkeypatch):
+    assert fl.load(unsealed).sizes["time"] == 100
+    monkeypatch.setattr(hdf5, "LOOK_S", 0.01)
+    hdf5._complaint.cache_clear()
+    refused(unsealed, r"damaged or made to harm \(HDF5 looks through it for more than 0.01 s\)$")
+
+
+def test_half_a_file_and_none(saved):
+    saved.write_bytes(saved.read_bytes()[:3000])
+    refused(saved, "cannot be read")
+    saved.write_bytes(b"")
+    refused(saved, "cannot be read")
+
+
+@pytest.mark.parametrize("value", ["abc", 1.5, [1, 2], b"\xff", np.array([], float)], ids=repr)
+def test_a_schema_that_is_no_number(unsealed, value):
+    with h5py.File(unsealed, "r+") as file:
+        file.attrs["schema"] = value
+    refused(unsealed, "schema = |cannot be read")
+
+
+@pytest.mark.parametrize("system", ["[1, 2]", "[" * 20_000, '"abc"', 7, "{}"], ids=lambda each: str(each)[:8])
+def test_a_system_that_is_none(run, system):
+    with pytest.raises(fl.FrictionloopError) as error:
+        fl.system_of(run.assign_attrs(system=system))
+    assert "\n" not in str(error.value)
+
+
+SWEEP = {"controller.kp": [1.0, 2.0]}
+
+
+@pytest.mark.parametrize("change", ["absent", "text", "shape"])
+def test_a_sweep_whose_metrics_are_not_there(tmp_path, change):
+    path = tmp_path / "sweep.h5"
+    grid = fl.sweep(BASE, SWEEP, 0.02)
+    damaged = {
+        "absent": grid.drop_vars("rms_error"),
+        "text": grid.assign(rms_error=grid.rms_error.astype(str)),
+        "shape": grid.assign(rms_error=grid.rms_error.isel(seed=0, drop=True)),
+    }[change]
+    fl.save(damaged, path)
+    with pytest.raises(fl.FrictionloopError, match=r"is damaged \(metric 'rms_error'"):
+        fl.sweep(BASE, SWEEP, 0.02, path=path, resume=True)
+
+
+def made(path, how):
+    """Write a file that takes its values, or all the memory, from elsewhere."""
+    other = path.with_name("other.h5")
+    with h5py.File(other, "w") as file:
+        file["secret"] = np.arange(100.0)
+    with h5py.File(path, "w") as file:
+        file["time"] = np.arange(100.0) / 100
+        if how == "link":
+            file["force"] = h5py.ExternalLink(str(other), "secret")
+        elif how == "storage":
+            file.create_dataset("force", (100,), "f8", external=[(str(other), 0, 800)])
+        elif how == "virtual":
+            layout = h5py.VirtualLayout((100,), "f8")
+            layout[:] = h5py.VirtualSource(str(other), "secret", (100,))
+            file.create_virtual_dataset("force", layout)
+        elif how == "bomb":
+            file.create_dataset("force", (10**9,), "f8", chunks=(10**6,), compression="gzip")
+        else:
+            group = file.create_group("many")
+            for k in range(hdf5.MOST_OBJECTS + 1):
+                group.create_group(str(k))
+
+
+WRONG = {
+    "link": "'/force' points to another file",
+    "storage": "'/force' has its values in another file",
+    "virtual": "'/force' has its values in another file",
+    "bomb": "expands from .* MB to 8 GB",
+    "objects": "has more than 10000 groups",
+}
+
+
+@pytest.mark.parametrize("how", WRONG)
+def test_what_is_made_to_harm(tmp_path, how):
+    path = tmp_path / "made.h5"
+    made(path, how)
+    refused(path, WRONG[how])
+    with pytest.raises(fl.FrictionloopError, match=WRONG[how]):
+        read_recording(fl.Recording(path=str(path), column="force"), 100.0)
+
+
+DEEP = 20_000
+TOML = {
+    "arrays": "a = " + "[" * DEEP + "]" * DEEP,
+    "tables": "a = " + "{a = " * DEEP + "1" + "}" * DEEP,
+    "keys": ".".join(["a"] * DEEP) + " = 1",
+    "quoted keys": " . ".join(['"a"'] * DEEP) + " = 1",
+    "header": "[" + ".".join(["a"] * DEEP) + "]",
+    "one long word": "a" * 900_000,
+    "large": "#" * 2_000_000,
+}
+
+
+@pytest.mark.parametrize("how", TOML)
+def test_toml(tmp_path, how):
+    path = tmp_path / "bench.toml"
+    path.write_text('preset = "paper"\n' + TOML[how])
+    start = time.perf_counter()
+    with pytest.raises(fl.FrictionloopError, match=rf"^{re.escape(str(path))}: ") as error:
+        fl.read_toml(path)
+    assert time.perf_counter() - start < 5.0
+    assert "\n" not in str(error.value) and len(str(error.value)) < 300
