@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -91,9 +92,11 @@ def gaussian_coefficients(friction: Any) -> GaussianCoefficients:
 
 GAUSSIAN = Vibration("gaussian", gaussian_step, GaussianCoefficients, gaussian_coefficients, gaussian_inverse)
 VIBRATIONS: dict[str, Vibration] = {"gaussian": GAUSSIAN, "finger": GAUSSIAN}
-"""By the kind of ``friction``."""
+"""By the kind of ``friction``; a law that stands in the file of its parameters is added when it is used."""
 
 
 def vibration_of(friction: Any) -> Vibration:
     """Return the friction law that friction parameters are for."""
+    if friction.kind not in VIBRATIONS:
+        VIBRATIONS[friction.kind] = sys.modules[type(friction).__module__].VIBRATION
     return VIBRATIONS[friction.kind]
