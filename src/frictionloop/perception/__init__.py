@@ -7,11 +7,3 @@ from frictionloop.perception.thresholds import (
     force_threshold_n,
 )
 from frictionloop.perception.weighting import weighting_sos
-
-__all__ = [
-    "Fingertip",
-    "Impedance",
-    "displacement_threshold_um",
-    "force_threshold_n",
-    "weighting_sos",
-]

@@ -10,19 +10,6 @@ from frictionloop.report.claims.judging import judged, texts
 from frictionloop.report.claims.table import claim_lines, claims_tables
 from frictionloop.report.results import Results
 
-__all__ = [
-    "COUNTED",
-    "THESIS",
-    "Claim",
-    "Group",
-    "Verdict",
-    "all_claims",
-    "claim_ids",
-    "claim_lines",
-    "claims_tables",
-    "one_claim",
-]
-
 THESIS = "pi-reduces-variability"
 """The paper's thesis, which comes first."""
 TOPICS = {"simulation": simulation, "noise": noise, "sensor": sensor, "device": device, "steps": steps}
