@@ -21,7 +21,7 @@ from frictionloop.design.plants import Plants
 from frictionloop.parameters import RETUNED, ColouredNoise, LogSweep, Recording, Sine, Steps, System, bench, paper
 from frictionloop.physics.friction import amplitude_for, friction_force
 from frictionloop.quantities import FrictionloopError
-from frictionloop.sensing.suspended import linearise_suspended
+from frictionloop.sensing.force_sensor import linearise_suspended
 
 BENCH = bench()
 

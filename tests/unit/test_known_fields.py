@@ -127,7 +127,7 @@ def test_inner_blocks_are_looked_at_too():
     class Cells(fl.LoadCells):
         gain: float = 1.0
 
-    Cells.__module__ = "frictionloop.parameters.touch"
+    Cells.__module__ = "frictionloop.parameters.motion"
     system = fl.bench().model_copy(update={"touch": fl.Touch().model_copy(update={"load": Cells(gain=2.0)})})
     for form in (elements, device_words):
         with pytest.raises(fl.FrictionloopError, match=r"touch\.load\.gain = 2\.0"):

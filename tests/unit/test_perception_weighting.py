@@ -21,7 +21,7 @@ from frictionloop.perception import (
 )
 from frictionloop.perception.weighting import ERROR_DB, GRID_HZ, HIGHPASS_HZ, PROTOTYPE, RATES_HZ, gain_db, roots_of
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.biquad import biquad_step
+from frictionloop.quantities.arithmetic import biquad_step
 
 RATES = [1200.0, 2000.0, 5000.0, 10_000.0, 50_000.0, 200_000.0]
 rates = st.floats(math.log(RATES_HZ[0]), math.log(RATES_HZ[1])).map(lambda x: min(math.exp(x), RATES_HZ[1]))

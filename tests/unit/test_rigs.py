@@ -21,7 +21,7 @@ from frictionloop.identification.rigs import hammer as rig_hammer
 from frictionloop.identification.rigs import sensor as rig_sensor
 from frictionloop.identification.rigs.weights import _tension
 from frictionloop.parameters.rigs import CalibrationBench, Pulley
-from frictionloop.sensing.suspended import (
+from frictionloop.sensing.force_sensor import (
     SuspensionState,
     convert_step,
     converter,

@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 
 import frictionloop as fl
 from frictionloop.quantities.normals import normals
-from frictionloop.sensing.lowpass import linearise_sensor
+from frictionloop.sensing.force_sensor import linearise_sensor
 
 # A finger that vibration does not move: the force on it is f0 + d(t) alone.
 DEAD = {

@@ -16,8 +16,7 @@ from frictionloop.physics.contact import linearise_slip
 from frictionloop.physics.friction import friction_force, slope_per_um2
 from frictionloop.physics.plate import linearise_plate
 from frictionloop.quantities import Lti
-from frictionloop.sensing.lowpass import linearise_sensor
-from frictionloop.sensing.suspended import linearise_suspended
+from frictionloop.sensing.force_sensor import linearise_sensor, linearise_suspended
 
 
 @dataclass(frozen=True)

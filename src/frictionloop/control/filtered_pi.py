@@ -15,8 +15,7 @@ from frictionloop.control.expected import (
 from frictionloop.control.law import ForceCommand, Law, clamp_of
 from frictionloop.control.notch import Section, notch_section
 from frictionloop.parameters.filtered import FILTERS
-from frictionloop.quantities.arithmetic import fma, step
-from frictionloop.quantities.biquad import biquad_step
+from frictionloop.quantities.arithmetic import biquad_step, fma, step
 from frictionloop.sensing.measurement import Measurement
 
 

@@ -67,18 +67,16 @@ def super_twisting(system: System, wanted: Wanted) -> Designed:
 
 def hinf(system: System, wanted: Wanted) -> Designed:
     """Mixed-sensitivity H-infinity of up to 13 states with feed-forward (`design_hinf`)."""
-    from frictionloop.design.hinf import design_hinf
-    from frictionloop.design.hinf_wanted import synthesised
+    from frictionloop.design.hinf import synthesised
 
-    return synthesised(design_hinf, system, wanted)
+    return synthesised("hinf", system, wanted)
 
 
 def lqg(system: System, wanted: Wanted) -> Designed:
     """LQG on the same weighted plant (`design_lqg`)."""
-    from frictionloop.design.hinf import design_lqg
-    from frictionloop.design.hinf_wanted import synthesised
+    from frictionloop.design.hinf import synthesised
 
-    return synthesised(design_lqg, system, wanted)
+    return synthesised("lqg", system, wanted)
 
 
 def tracker(system: System, wanted: Wanted) -> Designed:

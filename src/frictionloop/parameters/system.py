@@ -13,10 +13,9 @@ from frictionloop.parameters.board import Board
 from frictionloop.parameters.controller import Controller
 from frictionloop.parameters.description import Description
 from frictionloop.parameters.finger import AnyFriction, Finger, RigidFinger
-from frictionloop.parameters.motion import Motion, Sliding
+from frictionloop.parameters.motion import Motion, Sliding, Touch
 from frictionloop.parameters.plant import FrictionLaw, Plate, Sensor, SuspendedSensor
 from frictionloop.parameters.sources import Source, largest_n
-from frictionloop.parameters.touch import Touch
 from frictionloop.quantities import FrictionloopError
 
 _STEEPEST = 700.0

@@ -10,7 +10,7 @@ from frictionloop.quantities.extra import needed
 if TYPE_CHECKING:
     from frictionloop.report.build import reproduce
     from frictionloop.report.claims import Claim, Verdict, claim_lines, claims_tables
-    from frictionloop.report.counts import summary
+    from frictionloop.report.claims.told import summary
 
 __all__ = ["Claim", "Verdict", "claim_lines", "claims_tables", "reproduce", "summary"]
 

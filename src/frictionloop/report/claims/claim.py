@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, TypeVar
 
+THESIS = "pi-reduces-variability"
+"""The paper's thesis, which comes first."""
 T = TypeVar("T")
 Value = float | None
 """A computed number; None where what was looked for does not exist."""

@@ -1,4 +1,4 @@
-"""The force sensor as it is built: a plate on springs that resonates, electronics with one pole, noise, a converter."""
+"""The force sensors: that of Section 2, and one on springs with a converter."""
 
 from __future__ import annotations
 
@@ -11,6 +11,23 @@ import numpy as np
 from frictionloop.parameters import LowpassSensor, SuspendedSensor
 from frictionloop.quantities import Lti
 from frictionloop.quantities.arithmetic import ROUND, fma, step
+
+
+@step
+def sensor_start(measured_n: float, normal: float, decay: float, noise_gain_n: float) -> float:
+    """f_m e^(-ws T) + n (1 - e^(-ws T)): what one period leaves of the old reading, with noise n held over it."""
+    return fma(decay, measured_n, noise_gain_n * normal)
+
+
+@step
+def sensor_node(measured_n: float, force_n: float, weight: float) -> float:
+    """f_m += W f: one term of the rule for the integral over the period of ws e^(-ws (T - s)) f(s) ds."""
+    return fma(weight, force_n, measured_n)
+
+
+def linearise_sensor(sensor: LowpassSensor) -> Lti:
+    """Return S(s) = 1 / (1 + s/ws), force (or noise) to measured force."""
+    return Lti((1.0,), (1.0 / (2.0 * math.pi * sensor.cutoff_hz), 1.0))
 
 
 class SuspensionState(NamedTuple):
