@@ -13,10 +13,10 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.report import build
 from frictionloop.report.beyond import COMMAND, NOTCH, TRACKER
 from frictionloop.report.build import claims_json
-from frictionloop.report.claims import COUNTED, THESIS, TOPICS, Claim, Group, Verdict, claims_tables, one_claim
+from frictionloop.report.claims import COUNTED, THESIS, TOPICS, Claim, Group, Verdict, one_claim
 from frictionloop.report.claims.claim import having, lacking
 from frictionloop.report.claims.judging import FILLED, Told, texts
-from frictionloop.report.claims.told import claim_lines, paper_and_ours, shown
+from frictionloop.report.claims.told import claim_lines, claims_tables, paper_and_ours, shown
 from frictionloop.report.device import CLOSED, IDEAL, PRINTED, RETUNED_GAINS
 from frictionloop.report.page import accepted
 from frictionloop.report.people import LOOKUPS

@@ -12,13 +12,13 @@ from pathlib import Path
 
 import matplotlib as mpl
 import pytest
+from kinds import kinds_of
 
 import frictionloop as fl
 from frictionloop.loop.blocks import forget
 from frictionloop.parameters.block import Block
 from frictionloop.parameters.plate_design import PlateDesign
 from frictionloop.parameters.sensor_design import SensorDesign
-from frictionloop.parameters.system import kinds_of
 from frictionloop.parameters.wording import known_names
 
 DOCS = Path(__file__).parents[2] / "docs"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 import pytest
+from kinds import kinds_of
 from pydantic import BaseModel
 
 import frictionloop as fl
@@ -18,7 +19,6 @@ from frictionloop.firmware.parameter_words import device_words
 from frictionloop.loop.kernel.quadrature import QUADRATURE
 from frictionloop.loop.kernel.structure import kernel_of
 from frictionloop.parameters.represented import Represented
-from frictionloop.parameters.system import kinds_of
 from frictionloop.physics.vibration import GAUSSIAN, VIBRATIONS
 
 PLANT = ("friction", "plate", "finger", "motion")

@@ -19,19 +19,16 @@ from joblib.parallel import ThreadingBackend, get_active_backend
 from frictionloop.loop.kernel.placing import tiles_of
 from frictionloop.loop.kernel.structure import structure
 from frictionloop.loop.simulate import traced
-from frictionloop.loop.timing import is_whole
 from frictionloop.parameters import System
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.checks import whole
 
 R = TypeVar("R")
 
 
 def worker_count(n_jobs: int | None) -> int:
     """Return the number of workers asked for, or the processor cores that this process may use."""
-    if n_jobs is not None and not (is_whole(n_jobs) and n_jobs >= 1):
-        raise FrictionloopError(f"n_jobs = {n_jobs!r}: must be a whole number of workers, at least 1, or None")
     if n_jobs is not None:
-        return n_jobs
+        return whole("n_jobs", n_jobs, 1)
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 

@@ -6,9 +6,8 @@ import os
 import reprlib
 from typing import Any, Self
 
-from pydantic import BaseModel, model_validator
+from pydantic import model_validator
 
-from frictionloop.parameters import wording
 from frictionloop.parameters.board import Board
 from frictionloop.parameters.controller import Controller
 from frictionloop.parameters.description import Description
@@ -92,11 +91,6 @@ class System(Description):
                         f"sensor.range_n = {self.sensor.range_n:g} N: {name} {force:g} N; must be at least that"
                     )
         return self
-
-
-def kinds_of(block: str) -> list[type[BaseModel]]:
-    """Return the parameter classes a block of the System may be."""
-    return wording.kinds_of(System, block)
 
 
 def check_system(system: Any) -> None:

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from frictionloop.report.claims import device, noise, sensor, simulation, steps
 from frictionloop.report.claims.claim import COUNTED, THESIS, Claim, Group, Verdict
 from frictionloop.report.claims.judging import judged, texts
-from frictionloop.report.claims.told import claim_lines, claims_tables
 from frictionloop.report.results import Results
 
 TOPICS = {"simulation": simulation, "noise": noise, "sensor": sensor, "device": device, "steps": steps}

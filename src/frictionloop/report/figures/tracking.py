@@ -12,7 +12,6 @@ from frictionloop.parameters import FrictionLimit
 from frictionloop.physics.friction import friction_force
 from frictionloop.report.numbers import number
 from frictionloop.report.style import BLACK, BLUE, GREY, VERMILLION, new_figure, styled
-from frictionloop.report.systems import piece
 
 BINS_UM = np.linspace(0.0, 2.5, 11)
 EVERY = 4
@@ -62,7 +61,7 @@ def figure_tracking(run: xr.Dataset, kp: float, limits_n: tuple[float, float]) -
     above.set_title(f"$K_p$ = {number(kp)}")
     scores = f"$R^2$ = {r2_identity(run):.3f}\nsaturated {saturation_index(run):.0%}"
     above.text(0.04, 0.97, scores, transform=above.transAxes, va="top", linespacing=1.4, bbox=GROUND)
-    _traces(below, piece(run, *PIECE_S), limits_n)
+    _traces(below, run.sel(time=slice(*PIECE_S)), limits_n)
     below.plot([], [], "--", color=BLACK, lw=1, label="$f_a = f_r$")
     figure.legend(*below.get_legend_handles_labels(), loc="outside lower center", ncols=2, handlelength=2.2)
     return figure
