@@ -337,6 +337,7 @@ def test_every_number_that_is_told_is_named_somewhere(claims):
 
 def test_numbers_in_texts_have_the_digits_asked_for():
     assert "{a} {a:2} {b:.0%} {b:.2f}".format(a=Told(0.12345), b=Told(0.5)) == "0.123 0.12 50% 0.50"
+    assert "{a, in words:m} {a, in words:2m}".format_map({"a, in words": Told(0.012345)}) == "12.3 12"
 
 
 def test_a_claim_is_judged_alone_by_what_it_needs(claims):
