@@ -25,11 +25,6 @@ def sensor_node(measured_n: float, force_n: float, weight: float) -> float:
     return fma(weight, force_n, measured_n)
 
 
-def linearise_sensor(sensor: LowpassSensor) -> Lti:
-    """Return S(s) = 1 / (1 + s/ws), force (or noise) to measured force."""
-    return Lti((1.0,), (1.0 / (2.0 * math.pi * sensor.cutoff_hz), 1.0))
-
-
 class SuspensionState(NamedTuple):
     """Force of the springs in N, its rate over the resonance's angular frequency, and force behind the pole."""
 
@@ -123,8 +118,10 @@ def converter(sensor: SuspendedSensor | LowpassSensor) -> Converter:
     return Converter(1.0 / sensor.step_n, sensor.step_n, sensor.range_n - sensor.step_n)
 
 
-def linearise_suspended(sensor: SuspendedSensor) -> Lti:
-    """Return S(s) = w^2/(s^2 + s w/Q + w^2) / (1 + s/wc), force on the plate to measured force."""
+def linearise_sensor(sensor: SuspendedSensor | LowpassSensor) -> tuple[Lti, ...]:
+    """Return S(s) as blocks in series: springs w^2/(s^2 + s w/Q + w^2) if there are any, then the pole 1/(1 + s/wc)."""
+    pole = Lti((1.0,), (1.0 / (2.0 * math.pi * sensor.cutoff_hz), 1.0))
+    if isinstance(sensor, LowpassSensor):
+        return (pole,)
     omega = 2.0 * math.pi * sensor.resonance_hz
-    springs = Lti((1.0,), (1.0 / omega**2, 1.0 / (sensor.q * omega), 1.0))
-    return springs * Lti((1.0,), (1.0 / (2.0 * math.pi * sensor.cutoff_hz), 1.0))
+    return Lti((1.0,), (1.0 / omega**2, 1.0 / (sensor.q * omega), 1.0)), pole
