@@ -15,11 +15,7 @@ from frictionloop.analysis.limits import (
 )
 from frictionloop.analysis.linear import LinearLoop, linearise
 from frictionloop.analysis.margins import Margins
-from frictionloop.analysis.noise import (
-    command_noise_rms_n,
-    equation_3_rms_n,
-    output_noise_rms_n,
-)
+from frictionloop.analysis.noise import command_noise_rms_n, equation_3_rms_n, output_noise_rms_n
 from frictionloop.analysis.responses import Reading
 from frictionloop.analysis.stability import kp_limit
 from frictionloop.analysis.state_space import StateSpace

@@ -14,13 +14,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from frictionloop.control.force_observer import (
-    ObserverGains,
-    ObserverState,
-    held_step,
-    observe_step,
-    predict_step,
-)
+from frictionloop.control.force_observer import ObserverGains, ObserverState, held_step, observe_step, predict_step
 from frictionloop.control.law import ForceCommand, Law, clamp_of
 from frictionloop.control.observer_gains import observer_gains, observer_start
 from frictionloop.parameters import ObserverController

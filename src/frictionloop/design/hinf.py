@@ -23,13 +23,7 @@ from frictionloop.design.quadruple import Quadruple, balanced, bilinear, slicot
 from frictionloop.design.sections import Cascade, Method, Synthesised, factorise, lagged
 from frictionloop.design.slicot import Generalised, lqg, synthesise
 from frictionloop.design.wanted import Designed, Wanted, feedforward, unheld
-from frictionloop.design.weighted_plant import (
-    BOTH_CONTACTS,
-    SHAPING_STATES,
-    Weights,
-    check_order,
-    weighted_plant,
-)
+from frictionloop.design.weighted_plant import BOTH_CONTACTS, SHAPING_STATES, Weights, check_order, weighted_plant
 from frictionloop.parameters import LowpassSensor, Skin, System
 from frictionloop.parameters.filtered import FILTERS
 from frictionloop.quantities import FrictionloopError
