@@ -7,6 +7,13 @@ static void count(uint32_t *ticks, int holds) {
     else if (*ticks < UINT32_MAX) *ticks += 1;
 }
 
+/* Of ticks that come and go: each that holds weighs two, any other takes one back. Full after `full/2` in a row,
+ * and as soon when it comes back half of the time. */
+static void weigh(uint32_t *weight, int holds, uint32_t full) {
+    if (holds) *weight = *weight + 2 < full ? *weight + 2 : full;
+    else if (*weight) *weight -= 1;
+}
+
 /* Both ends of 16 bits, -32768 and 32767, have the magnitude 32767. None reaches the end of a channel that is
  * not there, which has gain 0: it is neither stuck nor saturated. */
 static const uint32_t NOT_THERE = UINT32_MAX;
@@ -42,13 +49,17 @@ void fl_watch_step(fl_app *app, const fl_sample *sample, const fl_measurement *m
         count(&watch->stuck[k], there && m->valid && sample->force[k] == watch->last[k]);
         watch->last[k] = sample->force[k];
     }
-    count(&watch->saturated, ended(ends, sample) < CHANNELS);
+    weigh(&watch->saturated, ended(ends, sample) < CHANNELS, 2 * (uint32_t)p->safety_force_ticks);
     count(&watch->out_of_range, m->force > p->safety_force_limit_n || m->force < -p->safety_force_limit_n);
     if (++watch->second >= FL_TICK_HZ) watch->second = watch->late = 0;
     if (late) {
         watch->late++;
         app->overruns++;
     }
+}
+
+static int is_saturated(const fl_watch *watch, const fl_parameters *p) {
+    return watch->saturated >= 2 * (uint32_t)p->safety_force_ticks;
 }
 
 /* A reading that has been the same for n ticks has not changed n - 1 times. */
@@ -66,7 +77,7 @@ static fl_raised cause(const fl_app *app, const fl_sample *sample, const fl_meas
     const fl_watch *watch = &app->watch;
     int32_t silent_us = (int32_t)(now_us - app->heard_us);
     uint32_t tick = app->tick;
-    if (watch->saturated >= (uint32_t)p->safety_force_ticks)
+    if (is_saturated(watch, p))
         return (fl_raised){FL_FAULT_SENSOR_SATURATED, tick, reading(sample, ended(ends_in_force(app), sample))};
     if (watch->out_of_range >= (uint32_t)p->safety_force_ticks)
         return (fl_raised){FL_FAULT_FORCE_RANGE, tick, m->force};
@@ -122,7 +133,7 @@ int fl_cause_lasts(const fl_app *app) {
     const fl_parameters *p = fl_in_force(app);
     switch (app->fault) {
     case FL_FAULT_FORCE_RANGE: return watch->out_of_range > 0;
-    case FL_FAULT_SENSOR_SATURATED: return watch->saturated > 0;
+    case FL_FAULT_SENSOR_SATURATED: return is_saturated(watch, p);
     case FL_FAULT_SENSOR_STUCK: return is_stuck(watch, 0, p) || is_stuck(watch, 1, p);
     case FL_FAULT_TICK_OVERRUN: return watch->late >= (uint32_t)p->safety_overrun_ticks;
     case FL_FAULT_BAD_PARAMETER:

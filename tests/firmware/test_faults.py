@@ -70,7 +70,7 @@ def test_position_and_load_are_watched_as_well(make_rig, channel: str, end: int)
 
     rig = closed(make_rig(safety__force_ticks=7))
     rig.tick(6, at(end))
-    rig.tick(1, at(end - (1 if end > 0 else -1)))  # short of it: the count begins anew
+    rig.tick(12, at(end - (1 if end > 0 else -1)))  # short of it: twice as long, and nothing is left of the count
     rig.tick(6, at(end))
     assert faults(rig) == []
     rig.tick(1, at(end))
@@ -78,6 +78,17 @@ def test_position_and_load_are_watched_as_well(make_rig, channel: str, end: int)
     assert rig.reason("clear") == "still_at_fault"
     rig.tick()
     assert rig.reason("clear") == "done"
+
+
+def test_a_converter_that_is_at_its_end_half_of_the_time_is_saturated_too(make_rig):
+    rig = closed(make_rig(safety__force_ticks=7))
+    for _ in range(2):  # each tick at an end weighs two of 14, each other one takes one back
+        feed(rig, 4, 32767, jitter=0)
+        feed(rig, 4, 8000)
+    feed(rig, 2, 32767, jitter=0)
+    assert faults(rig) == []
+    feed(rig, 1, 32767, jitter=0)
+    assert faults(rig) == [("sensor_saturated", rig.ticks, 32767)]
 
 
 @pytest.mark.parametrize(("channel", "gain"), [("position", "touch__m_per_count"), ("load", "touch__n_per_count")])
