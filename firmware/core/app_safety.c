@@ -45,9 +45,12 @@ void fl_watch_step(fl_app *app, const fl_sample *sample, const fl_measurement *m
     fl_watch *watch = &app->watch;
     const uint32_t *ends = ends_in_force(app);
     for (int k = 0; k < 2; k++) {
-        int there = ends[k] != NOT_THERE;
-        count(&watch->stuck[k], there && m->valid && sample->force[k] == watch->last[k]);
-        watch->last[k] = sample->force[k];
+        int32_t now = sample->force[k];
+        if (now < watch->low[k]) watch->low[k] = now;
+        if (now > watch->high[k]) watch->high[k] = now;
+        int stays = ends[k] != NOT_THERE && m->valid && (uint32_t)watch->high[k] - (uint32_t)watch->low[k] <= 1;
+        count(&watch->stuck[k], stays);
+        if (!stays) watch->low[k] = watch->high[k] = now;
     }
     weigh(&watch->saturated, ended(ends, sample) < CHANNELS, 2 * (uint32_t)p->safety_force_ticks);
     count(&watch->out_of_range, m->force > p->safety_force_limit_n || m->force < -p->safety_force_limit_n);
@@ -62,7 +65,7 @@ static int is_saturated(const fl_watch *watch, const fl_parameters *p) {
     return watch->saturated >= 2 * (uint32_t)p->safety_force_ticks;
 }
 
-/* A reading that has been the same for n ticks has not changed n - 1 times. */
+/* A reading that has been within one step for n ticks has stayed n - 1 times. */
 static int is_stuck(const fl_watch *watch, int k, const fl_parameters *p) {
     return watch->stuck[k] + 1 >= (uint32_t)p->safety_stuck_ticks;
 }
@@ -86,7 +89,7 @@ static fl_raised cause(const fl_app *app, const fl_sample *sample, const fl_meas
     if (silent_us > FL_SILENCE_MS * 1000) return (fl_raised){FL_FAULT_HOST_SILENT, tick, silent_us};
     if (watch->late >= (uint32_t)p->safety_overrun_ticks)
         return (fl_raised){FL_FAULT_TICK_OVERRUN, tick, (int32_t)watch->late};
-    return (fl_raised){FL_FAULT_NONE, tick, 0};
+    return fl_sensors_fault(app, m->force);
 }
 
 static void raise(fl_app *app, fl_raised raised) {
@@ -138,6 +141,9 @@ int fl_cause_lasts(const fl_app *app) {
     case FL_FAULT_TICK_OVERRUN: return watch->late >= (uint32_t)p->safety_overrun_ticks;
     case FL_FAULT_BAD_PARAMETER:
     case FL_FAULT_BAD_IMAGE: return app->bad_table;
+    case FL_FAULT_SENSOR_JUMPS:
+    case FL_FAULT_SENSOR_CONTRARY:
+    case FL_FAULT_SENSOR_HUMS: return fl_sensors_fault(app, 0).fault == app->fault;
     default: return 0; /* a host that asks is not silent */
     }
 }

@@ -17,6 +17,8 @@ from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.quantities.schema import schema
 
 COUNTS_A_NEWTON = 2**16 / 5
+TWO_PERIODS = TICK_HZ // 25
+"""Of the mains at 50 Hz, in ticks."""
 TICK_US = 1_000_000 // TICK_HZ
 
 Broken = Callable[[Sample, Sample, int, np.random.Generator], Sample]
@@ -84,7 +86,16 @@ class Failure(NamedTuple):
 
 
 FAILURES = {
-    "intermittent overload": Failure(overload(10, 10), ("sensor_saturated",)),
+    "stuck with a bit of dither": Failure(dither, ("sensor_stuck",)),
+    "floating": Failure(floating, ("sensor_hums", "sensor_jumps"), TWO_PERIODS),
+    "random codes": Failure(random_codes, ("sensor_jumps",)),
+    "mains, 50 Hz": Failure(hum(0.3, 50.0), ("sensor_hums",), TWO_PERIODS),
+    "mains, 60 Hz": Failure(hum(0.3, 60.0), ("sensor_hums",), TWO_PERIODS),
+    "mains, strong": Failure(hum(1.0, 50.0), ("sensor_hums",), TWO_PERIODS),
+    "reversed sign": Failure(reversed_sign, ("sensor_contrary",)),
+    "intermittent overload": Failure(overload(10, 10), ("sensor_jumps", "sensor_saturated")),
+    "position jumps": Failure(position_jumps, ("sensor_jumps",)),
+    "no load": Failure(no_load, ("sensor_contrary", "sensor_jumps")),
 }
 
 
