@@ -8,8 +8,10 @@ from typing import Any, NamedTuple
 
 from frictionloop.parameters import Model
 from frictionloop.quantities import FrictionloopError, trees
+from frictionloop.quantities.brief import Brief, brief
 
 
+@brief
 class Clamp(NamedTuple):
     """Lowest and highest force in N that the controller's model can command."""
 
@@ -17,6 +19,7 @@ class Clamp(NamedTuple):
     high: float
 
 
+@brief
 class ForceCommand(NamedTuple):
     """Force u after the clamp in N, and whether the clamp acted (1 or 0)."""
 
@@ -43,7 +46,7 @@ def clamp_of(model: Model) -> Clamp:
 
 
 @dataclass(frozen=True)
-class Law:
+class Law(metaclass=Brief):
     """A control law: ``step(state, measurement, setpoint_n, gains, dt) -> state, ForceCommand``.
 
     State and gains are named tuples of numbers, which may hold named tuples. The last two gains of every law are
