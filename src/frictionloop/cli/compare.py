@@ -80,7 +80,7 @@ def command(
     checks.check_folder("plots", plots)
     checks.check_workers(jobs, resume, out, "comparison")
     _check_overrides(overrides)
-    system, origin = flags.given(file, preset, overrides, "bench")
+    system, origin = flags.given(file, preset, overrides, "bench", designed="notch_pi")
 
     with screen.waiting("loading what compares"):
         from frictionloop.design import comparison as rooms
@@ -106,8 +106,11 @@ def command(
             drawn = {name: svg(figure(), name) for name, _, figure in drawings(ran, scored)}
         checks.write_figures("plots", plots, drawn)
     if json:
+        from frictionloop.cli.comparison_advice import recommended
+
         below = rooms.below_oracle(scored)
         found = {"scores": rows, "margins": margins, "below_clairvoyant": below and below._asdict(), "saved": saved}
+        found |= {"recommended": recommended(rows, margins)._asdict()}
         screen.show_json(_about(system, ran, scored) | found)
     else:
         from frictionloop.cli.comparison_text import summary
