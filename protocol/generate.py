@@ -17,7 +17,7 @@ from frictionloop.quantities.schema import (
 )
 
 TYPES = {"gain": "fl_gain"}
-NUMBERED = ("boards", "sources", "states", "faults", "refusals")
+NUMBERED = ("boards", "sources", "states", "faults", "resets", "refusals")
 
 
 def header() -> str:

@@ -11,7 +11,7 @@ from tables import UNITS, table
 from frictionloop.device.codec import encode, uncoded
 from frictionloop.quantities.schema import parameter_words, schema, schema_path, table_hash
 
-GROUPS = "boards", "sources", "states", "faults", "refusals"
+GROUPS = "boards", "sources", "states", "faults", "resets", "refusals"
 FIELDS = "Field", "Format", "Meaning"
 RAW = {"q28": "2⁻²⁸", "q25": "2⁻²⁵", "count": "whole number", "gain": "mantissa · 2^−shift"}
 

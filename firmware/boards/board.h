@@ -11,8 +11,11 @@
  * throughout. */
 void board_start(void);
 
-/* Whether the image is what was built; a board that cannot tell says 1. */
+/* Whether the image is what was built. */
 int board_is_whole(void);
+
+/* What the last reset came from: FL_RESET_... */
+uint8_t board_reset(void);
 
 /* Begin the ticks. */
 void board_run(void);

@@ -33,7 +33,9 @@ static int serve(void) {
 
 int main(void) {
     board_start();
-    fl_app_start(app, &board_identity, board_is_whole() ? &fl_built_parameters.table : 0);
+    fl_identity identity = board_identity;
+    identity.reset = board_reset();
+    fl_app_start(app, &identity, board_is_whole() ? &fl_built_parameters.table : 0);
     board_run();
     for (;;)
         if (!serve()) board_rest();

@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "fl_app_parts.h"
+#include "laws.h"
 
 /* With no room for the answer there is none, and the host asks again. */
 void fl_push_reply(fl_app *app, fl_reply reply) {
@@ -20,7 +21,9 @@ static uint8_t *identity(const fl_app *app, uint8_t *at) {
     memset(at, 0, 16);
     for (int k = 0; k < 16 && app->identity.revision && app->identity.revision[k]; k++)
         at[k] = (uint8_t)app->identity.revision[k];
-    return at + 16;
+    at = fl_put16(at + 16, fl_laws_built_in());
+    *at++ = app->identity.reset;
+    return at;
 }
 
 static uint8_t *words(const fl_app *app, const fl_reply *reply, uint8_t *at) {
@@ -33,7 +36,9 @@ static uint8_t *words(const fl_app *app, const fl_reply *reply, uint8_t *at) {
 static uint8_t *status(const fl_app *app, uint8_t *at) {
     *at++ = app->state;
     *at++ = app->fault;
-    return fl_put16(fl_put32(at, app->tick), app->commits);
+    at = fl_put16(fl_put32(at, app->tick), app->commits);
+    *at++ = app->identity.reset;
+    return at;
 }
 
 static uint8_t *counted(const fl_app *app, uint8_t *at) {

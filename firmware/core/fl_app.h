@@ -27,6 +27,7 @@ typedef struct {
     uint8_t board;
     uint32_t serial;
     const char *revision;
+    uint8_t reset; /* what the last reset came from: FL_RESET_... */
 } fl_identity;
 
 typedef struct fl_app fl_app;
@@ -35,7 +36,8 @@ typedef struct fl_app fl_app;
 size_t fl_app_size(void);
 
 /* Begin: idle, amplitude 0, with these parameters in force; bad ones are FL_FAULT_BAD_PARAMETER. Without any, of
- * an image that is damaged, FL_FAULT_BAD_IMAGE for good. */
+ * an image that is damaged, FL_FAULT_BAD_IMAGE for good. After a reset that should not have been, FL_FAULT_BROWN_OUT or
+ * FL_FAULT_WATCHDOG until the host clears it. */
 void fl_app_start(fl_app *app, const fl_identity *identity, const fl_parameters *parameters);
 
 /* The tick: every 200 us, from the interrupt. now_us counts on modulo 2^32; late is 1 when the tick began late. */

@@ -1,21 +1,38 @@
 /* Every control law, a row each, by the number that the parameter law.number has: 1 is the first, as in NUMBERED of
- * control/laws.py. A law without a step is not built in. */
+ * control/laws.py. A law without a step is not built in: its code is nowhere named, and the linker leaves it out. */
+#include <stddef.h>
+
 #include "laws.h"
 
-/* Kind, step, numbers of states and gains, binary places of the states (0: 28 for all), begin and follow (laws.h). */
-#define LAWS(LAW) \
-    LAW("pi", fl_pi_step, 1, 2, 0, fl_pi_begin, 0) \
-    LAW("lookup", fl_open_loop_step, 1, 0, 0, 0, 0) \
-    LAW("filtered_pi", fl_filtered_pi_step, 21, 52, 0, fl_filtered_pi_begin, 0) \
-    LAW("observer", fl_disturbance_observer_step, 18, 30, fl_disturbance_observer_places, 0, 0) \
-    LAW("super_twisting", fl_super_twisting_step, 21, 34, fl_super_twisting_places, 0, 0) \
-    LAW("tracker", fl_tracker_step, 31, 71, fl_tracker_places, 0, fl_tracker_follow)
+/* Bit n is set where law n is built in; frictionloop.firmware.image chooses. */
+#ifndef FL_LAWS_BUILT_IN
+#define FL_LAWS_BUILT_IN 0xFFFFu
+#endif
 
-#define LAW(kind, step, states, gains, places, begin, follow) {kind, step, states, gains, places},
-#define BEGIN(kind, step, states, gains, places, begin, follow) begin,
-#define FOLLOW(kind, step, states, gains, places, begin, follow) follow,
+/* Number, kind, step, numbers of states and gains, binary places of the states (0: 28 for all), begin and follow
+ * (laws.h). */
+#define LAWS(LAW) \
+    LAW(1, "pi", fl_pi_step, 1, 2, 0, fl_pi_begin, 0) \
+    LAW(2, "lookup", fl_open_loop_step, 1, 0, 0, 0, 0) \
+    LAW(3, "filtered_pi", fl_filtered_pi_step, 21, 52, 0, fl_filtered_pi_begin, 0) \
+    LAW(4, "observer", fl_disturbance_observer_step, 18, 30, fl_disturbance_observer_places, 0, 0) \
+    LAW(5, "super_twisting", fl_super_twisting_step, 21, 34, fl_super_twisting_places, 0, 0) \
+    LAW(6, "tracker", fl_tracker_step, 31, 71, fl_tracker_places, 0, fl_tracker_follow)
+
+#define BUILT_IN(number, what) (FL_LAWS_BUILT_IN >> (number) & 1 ? (what) : NULL)
+#define LAW(number, kind, step, states, gains, places, begin, follow) \
+    {kind, BUILT_IN(number, step), states, gains, BUILT_IN(number, places)},
+#define BEGIN(number, kind, step, states, gains, places, begin, follow) BUILT_IN(number, begin),
+#define FOLLOW(number, kind, step, states, gains, places, begin, follow) BUILT_IN(number, follow),
 
 const fl_law fl_laws[] = {{0, 0, 0, 0, 0}, LAWS(LAW)};
 const uint32_t fl_law_count = sizeof fl_laws / sizeof fl_laws[0];
 fl_begin *const fl_begins[] = {0, LAWS(BEGIN)};
 fl_follow *const fl_follows[] = {0, LAWS(FOLLOW)};
+
+uint16_t fl_laws_built_in(void) {
+    uint16_t built = 0;
+    for (uint32_t number = 1; number < fl_law_count; number++)
+        if (fl_laws[number].step) built |= (uint16_t)(1u << number);
+    return built;
+}

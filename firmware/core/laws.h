@@ -22,4 +22,7 @@ fl_follow fl_tracker_follow;
 extern fl_begin *const fl_begins[];
 extern fl_follow *const fl_follows[];
 
+/* Bit n is set where law n is built in. */
+uint16_t fl_laws_built_in(void);
+
 #endif

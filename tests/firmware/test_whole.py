@@ -11,8 +11,9 @@ from tick_corpus import SESSION, hello
 from frictionloop import FrictionloopError
 from frictionloop.device.codec import Decoder, encode
 from frictionloop.device.emulator import TeensyEmulator
-from frictionloop.firmware.image_files import loaded, symbol_bytes
-from frictionloop.quantities.schema import schema
+from frictionloop.device.emulator.processor import RETURN
+from frictionloop.firmware.image_files import elf_file, loaded, symbol_bytes
+from frictionloop.quantities.schema import schema, word_count
 
 pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
 CLOSED, BAD_IMAGE = schema()["states"]["closed"], schema()["faults"]["bad_image"]
@@ -52,22 +53,63 @@ def test_the_check_sum_is_that_of_all_before_it(images):
     assert symbol_bytes(elf, "flash_crc") == zlib.crc32(content[: end - 4]).to_bytes(4, "little")
 
 
+FLIPS = 60
+"""Bits that are flipped, one at a time, in each of the table and the whole image."""
+
+
 @pytest.mark.parametrize("what", ["fl_built_parameters", "image"])
 def test_a_flipped_bit_is_told_and_nothing_is_driven(what, images, tmp_path):
-    """Where the flip is in what starts or serves the board, it may say nothing at all."""
+    """None of them drives. One in the table is always told; one in what starts or serves the board may end it."""
     image, rng = images("pi"), np.random.default_rng(7)
     file = image.elf.read_bytes()
     parts = [part for _, part in loaded(image.elf) if len(part) > 100]
     part = symbol_bytes(image.elf, what) or max(parts, key=len)
-    begin, started = file.index(part), 0
-    for _ in range(20):
+    begin, found, ended = file.index(part), 0, 0
+    for _ in range(FLIPS):
         path = flashed(image, tmp_path, begin + int(rng.integers(len(part))), int(rng.integers(8)))
         try:
             most, told = drives(path)
         except FrictionloopError:
+            ended += 1
             continue
         assert most == 0.0
-        if told:
-            started += 1
-            assert told == [BAD_IMAGE]
-    assert started >= 12
+        found += told == [BAD_IMAGE]
+    assert found >= 45 and found + ended <= FLIPS
+    if what == "fl_built_parameters":
+        assert found == FLIPS
+
+
+@pytest.mark.slow
+def test_every_bit_of_the_table_counts(images):
+    """On one board, whose check is called again for each: what it looks at is in its memory."""
+    elf = images("pi").elf
+    board = TeensyEmulator(elf).processor
+    begin, size = address_of(elf, "fl_built_parameters")
+    check, _ = address_of(elf, "board_is_whole")
+    assert called(board, check) == 1
+    missed = []
+    for place in range(begin, begin + size):
+        (byte,) = board.uc.mem_read(place, 1)
+        for bit in range(8):
+            board.uc.mem_write(place, bytes([byte ^ 1 << bit]))
+            if called(board, check) != 0:
+                missed.append((place, bit))
+        board.uc.mem_write(place, bytes([byte]))
+    assert missed == [] and size == 4 * word_count()
+    assert called(board, check) == 1
+
+
+def address_of(elf, name: str) -> tuple[int, int]:
+    """Return where a symbol is, and its size."""
+    with elf.open("rb") as file:
+        (symbol,) = elf_file(file).get_section_by_name(".symtab").get_symbol_by_name(name)
+    return symbol["st_value"] & ~1, symbol["st_size"]
+
+
+def called(processor, address: int) -> int:
+    """Return what a function without arguments returns."""
+    arm = processor._arm
+    processor.uc.reg_write(arm.UC_ARM_REG_SP, processor.vector(0))
+    processor.uc.reg_write(arm.UC_ARM_REG_LR, RETURN | 1)
+    processor.uc.emu_start(address | 1, RETURN)
+    return processor.uc.reg_read(arm.UC_ARM_REG_R0)

@@ -75,6 +75,7 @@ class Board:
     def on_identify(self, message: Message, fields: dict[str, Any]) -> None:
         who = {"major": self.major, "minor": 0, "board": 0, "law": 1, "tick_hz": 5000, "table_hash": self.hash}
         size = {"parameters": word_count(), "waveform": POINTS, "serial": 77, "revision": b"1.2".ljust(16, b"\0")}
+        size |= {"laws": 0b111110, "reset": 1}
         self.say("identity", **who, **size)
 
     def on_hello(self, message: Message, fields: dict[str, Any]) -> None:
@@ -121,7 +122,7 @@ class Board:
         self.done(message)
 
     def on_heartbeat(self, message: Message, fields: dict[str, Any]) -> None:
-        self.say("status", state=self.state, fault=self.fault, tick=self.tick, commits=self.commits)
+        self.say("status", state=self.state, fault=self.fault, tick=self.tick, commits=self.commits, reset=1)
 
     def on_clear(self, message: Message, fields: dict[str, Any]) -> None:
         self.state = self.fault = 0

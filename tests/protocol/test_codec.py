@@ -115,7 +115,7 @@ def test_what_does_not_fit_is_refused_by_name(name: str, fields: dict[str, Any],
 
 
 def status(sequence: int, tick: int = 0) -> bytes:
-    return encode("status", sequence, 7, state=0, fault=0, tick=tick, commits=0)
+    return encode("status", sequence, 7, state=0, fault=0, tick=tick, commits=0, reset=1)
 
 
 def test_gaps_repeats_and_restarts_of_the_sequence_are_counted() -> None:

@@ -76,7 +76,7 @@ def test_python(inputs: int) -> None:
         cut = draw.randrange(len(bad))  # the line stalls anywhere
         for message in decoder.feed(bad[:cut]) + decoder.feed(bad[cut:]):
             wrong += encode(message.name, message.sequence, message.stamp, **message.fields) != frame
-        (good,) = decoder.feed(encode("status", k % 2**16, k, state=1, fault=2, tick=k, commits=0))
+        (good,) = decoder.feed(encode("status", k % 2**16, k, state=1, fault=2, tick=k, commits=0, reset=1))
         assert (good.name, good["tick"]) == ("status", k)
     assert decoder.broken > inputs / 2
     assert wrong <= by_chance(decoder.broken)

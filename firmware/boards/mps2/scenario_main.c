@@ -33,7 +33,7 @@ static void print(const char *name, uint64_t value) {
 
 int main(void) {
     board_start();
-    fl_scenario_start(&scenario, app, &board_identity, &fl_built_parameters.table);
+    fl_scenario_start(&scenario, app, &board_identity, board_is_whole() ? &fl_built_parameters.table : 0);
     board_run();
     for (uint32_t tick = 0; tick < FL_SCENARIO_TICKS; tick++) {
         while (fl_ticks == tick) {}

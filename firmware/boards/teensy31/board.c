@@ -11,7 +11,7 @@ enum {
     TICK_PRIORITY = 0x40,
 };
 
-const fl_identity board_identity = {FL_BOARD_TEENSY31, 0, fl_built_revision};
+const fl_identity board_identity = {FL_BOARD_TEENSY31, 0, fl_built_revision, FL_RESET_UNKNOWN};
 static uint32_t began; /* cycle at which the tick began */
 
 void board_start(void) {

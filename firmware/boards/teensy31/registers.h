@@ -28,6 +28,10 @@
 #define MCG_S REGISTER8(0x40064006)
 #define OSC_CR REGISTER8(0x40065000)
 
+/* Reset Control Module: what the last reset came from */
+#define RCM_SRS0 REGISTER8(0x4007F000)
+#define RCM_SRS1 REGISTER8(0x4007F001)
+
 /* Watchdog Timer */
 #define WDOG_STCTRLH REGISTER16(0x40052000)
 #define WDOG_TOVALH REGISTER16(0x40052004)

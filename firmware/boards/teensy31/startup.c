@@ -1,12 +1,9 @@
-/* From reset to main: the vector table, the words that configure the flash, .data and .bss, and whether the
- * flash is what was built. */
+/* From reset to main: the vector table, the words that configure the flash, .data and .bss. */
 #include "board.h"
-#include "fl_frame.h"
 #include "registers.h"
 #include "teensy31.h"
 
 extern uint32_t stack_top[], data_load[], data_begin[], data_end[], bss_begin[], bss_end[];
-extern const uint8_t flash_end[];
 extern int main(void);
 
 typedef void handler(void);
@@ -41,10 +38,3 @@ __attribute__((section(".vectors"), used)) const vector vectors[16 + INTERRUPTS]
  * no NMI pin. Other words can lock the chip for good. */
 __attribute__((section(".flashconfig"), used)) const uint32_t flash_configuration[4] = {
     0xFFFFFFFF, 0xFFFFFFFF, 0xFFFFFFFF, 0xFFFFF9DE};
-
-/* CRC-32 of all before it, gaps as erased; written into the image when it has been linked. */
-__attribute__((section(".crc"), used)) const volatile uint32_t flash_crc = 0;
-
-int board_is_whole(void) {
-    return fl_crc32(0, (const uint8_t *)vectors, (size_t)(uintptr_t)flash_end) == flash_crc;
-}

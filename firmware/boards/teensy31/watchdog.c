@@ -1,4 +1,6 @@
-/* The watchdog: resets the processor, and so drops the amplitude, when no tick has come for WATCHDOG_MS. */
+/* The watchdog, which resets the processor, and so drops the amplitude, when no tick has come for WATCHDOG_MS; and what a
+ * reset came from. */
+#include "board.h"
 #include "registers.h"
 #include "teensy31.h"
 
@@ -7,6 +9,8 @@ enum {
     IN_STOP = 1 << 6,
     IN_WAIT = 1 << 7,
     RESERVED = 1 << 8, /* reads 1 after reset */
+    POWER_ON = 1 << 7, PIN = 1 << 6, BY_WATCHDOG = 1 << 5, LOW_VOLTAGE = 1 << 1, /* RCM_SRS0 */
+    SOFTWARE = 1 << 2,                                                          /* RCM_SRS1 */
 };
 
 /* Within 20 bus cycles of each other and 256 of reset: the first thing the reset handler calls.
@@ -27,4 +31,14 @@ void watchdog_refresh(void) {
     WDOG_REFRESH = 0xA602;
     WDOG_REFRESH = 0xB480;
     __asm volatile("cpsie i" ::: "memory");
+}
+
+/* Power that comes sets POWER_ON and LOW_VOLTAGE both. */
+uint8_t board_reset(void) {
+    uint8_t why = RCM_SRS0;
+    if (why & POWER_ON) return FL_RESET_POWER_ON;
+    if (why & LOW_VOLTAGE) return FL_RESET_BROWN_OUT;
+    if (why & BY_WATCHDOG) return FL_RESET_WATCHDOG;
+    if (RCM_SRS1 & SOFTWARE) return FL_RESET_SOFTWARE;
+    return why & PIN ? FL_RESET_PIN : FL_RESET_OTHER;
 }

@@ -102,6 +102,8 @@ def info(address: Address, /, *, json: flags.Json = False) -> None:
         ("firmware", f"{found.revision}, protocol {found.version}, {found.tick_hz} ticks a second"),
         ("parameters", "the same table as here" if same else f"table {found.table_hash:08x}, not the one here"),
         ("law", f"{' or '.join(laws)}, {clamp[0]:.3g} to {clamp[1]:.3g} N, at most {ceiling:.3g} um"),
+        ("built in", ", ".join(found.laws)),
+        ("last reset", found.reset.replace("_", " ")),
         ("ticks", f"{counted['ticks']:,.0f}, {counted['overruns']:,.0f} late, {longest}"),
         ("frames", f"{counted['frames']:,.0f} whole, {counted['broken']:,.0f} broken, {counted['missed']:,.0f} missed"),
         ("telemetry", f"{counted['dropped']:,.0f} samples dropped"),

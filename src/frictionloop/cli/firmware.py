@@ -21,6 +21,7 @@ EXPORT_EXAMPLES = r"""Examples
 BUILD_EXAMPLES = r"""Examples
 
   frictionloop firmware build --preset bench --controller.kind notch_pi --out my-image
+  frictionloop firmware build my-controller.toml --out my-image --laws pi,tracker
   frictionloop firmware build my-controller.toml --out my-image --board mps2
 """
 Out = Annotated[Path, Parameter(help="Folder for the files; made if it is missing.", group=flags.RESULT)]
@@ -48,6 +49,7 @@ def build(
     preset: flags.BenchPreset = None,
     overrides: flags.Overrides = None,
     board: flags.Run[str] = "teensy31",
+    laws: flags.Run[str | None] = None,
     out: Out,
     json: flags.Json = False,
 ) -> None:
@@ -57,6 +59,9 @@ def build(
     ----------
     board
         teensy31, or mps2 or mps2-scenario for qemu-system-arm.
+    laws
+        Kinds of controller that the image has, with commas: pi,notch_pi,observer; by default all but the experimental
+        tracker, and the system's own.
     """
     table, origin = _table(file, preset, overrides, out)
 
@@ -65,7 +70,8 @@ def build(
     from frictionloop.firmware.image import build as build_image
 
     with screen.waiting(f"building the image of {board}; the first time takes half a minute"):
-        image = build_image(board, table.words.tolist(), out)
+        kinds = laws.split(",") if laws is not None else None
+        image = build_image(board, table.words.tolist(), out, laws=kinds)
     table.write(out)
     sizes = {"flash_bytes": image.flash_bytes, "ram_bytes": image.ram_bytes}
     made: dict[str, Any] = {"board": board, "image": str(image.elf), "hex": str(image.hex), **sizes}

@@ -76,7 +76,7 @@ class Device(metaclass=Brief):
         except Exception:
             self._link.pipe.close()
             raise
-        self.parameters = Parameters(self._link, self.info.table_hash)
+        self.parameters = Parameters(self._link, self.info.table_hash, self.info.laws)
         """The parameters in force, by name, in their units."""
         given = self._link.pipe.system
         self.system = given if given is not None and self.parameters.hold(firmware_words(given)) else None

@@ -48,13 +48,16 @@ class HostBoard:
     library : Path, optional
         The firmware as a library, built from this checkout by default.
 
+    reset : int
+        What it tells that its last reset came from: a number of the schema's ``resets``.
+
     Raises
     ------
     FrictionloopError
         For a table of another size, or without a C compiler.
     """
 
-    def __init__(self, words: np.ndarray, serial: int = 0, library: Path | None = None) -> None:
+    def __init__(self, words: np.ndarray, serial: int = 0, library: Path | None = None, reset: int = 0) -> None:
         table = np.ascontiguousarray(words, dtype=np.int32)
         if table.shape != (word_count(),):
             raise FrictionloopError(f"words: shape {table.shape}; must be ({word_count()},)")
@@ -62,7 +65,7 @@ class HostBoard:
         self._memory = self._ffi.new("uint64_t[]", -(-self._lib.fl_app_size() // 8))
         self._app = self._ffi.cast("fl_app *", self._memory)
         self._revision = self._ffi.new("char[]", revision_here().encode("ascii"))
-        identity = self._ffi.new("fl_identity *", (schema()["boards"]["host"], serial, self._revision))
+        identity = self._ffi.new("fl_identity *", (schema()["boards"]["host"], serial, self._revision, reset))
         self._lib.fl_app_start(self._app, identity, self._ffi.from_buffer(table))
         self._sample, self._out = self._ffi.new("fl_sample *"), self._ffi.new("uint8_t[]", ROOM)
 

@@ -6,9 +6,10 @@ from typing import NamedTuple
 
 from frictionloop.device.errors import DeviceError, NoReply
 from frictionloop.device.link import Link
+from frictionloop.firmware.built_in import law_names
 from frictionloop.quantities.schema import named, schema
 
-BOARDS = named("boards")
+BOARDS, RESETS = named("boards"), named("resets")
 
 
 class Info(NamedTuple):
@@ -27,6 +28,10 @@ class Info(NamedTuple):
     table_hash: int
     waveform: int
     """Points of a set-point table at most."""
+    laws: tuple[str, ...]
+    """Kinds of the control laws that are built in."""
+    reset: str
+    """What its last reset came from."""
 
 
 def identified(link: Link, address: str) -> Info:
@@ -55,4 +60,6 @@ def identified(link: Link, address: str) -> Info:
         f"{told['major']}.{told['minor']}",
         told["table_hash"],
         told["waveform"],
+        law_names(told["laws"]),
+        RESETS.get(told["reset"], f"reset {told['reset']}"),
     )

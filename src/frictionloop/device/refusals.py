@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
 from frictionloop.device.errors import Refused
+from frictionloop.firmware.built_in import KINDS
 from frictionloop.firmware.words import accepted, from_words, shown, word_at
 from frictionloop.quantities.schema import Word, parameter_words, schema
 
@@ -15,9 +16,6 @@ PROTOCOL = schema()["protocol"]
 LONGEST_RAMP = PROTOCOL["ramp_ms"] * PROTOCOL["tick_hz"] / 1000
 """Ticks from the ceiling to 0 at most."""
 RELATIONS: dict[str, Callable[[dict[str, Any]], str]] = {
-    "law.number": lambda value: (
-        "a law that the firmware has: " + parameter_words()["law.number"].text.partition(": ")[2]
-    ),
     "law.high_n": lambda value: f"above law.low_n = {value['law.low_n']:g} N",
     "drive.largest_um": lambda value: "above 0 um",
     "drive.ceiling_um": lambda value: (
@@ -33,8 +31,10 @@ RELATIONS: dict[str, Callable[[dict[str, Any]], str]] = {
 """What the firmware asks of a parameter beside its range (firmware/core/app_parameters.c, fl_check_table)."""
 
 
-def in_words(asked: str, refused: Refused, table: np.ndarray) -> Refused:
+def in_words(asked: str, refused: Refused, table: np.ndarray, laws: Sequence[str]) -> Refused:
     """Return a refusal of `set` or `commit` that names the parameter, its value and what would be accepted.
+
+    `laws` are those that the device has.
 
     A refusal that has no ``index``, that of the word that is wrong in the table, is returned as it is.
     """
@@ -45,7 +45,15 @@ def in_words(asked: str, refused: Refused, table: np.ndarray) -> Refused:
     entry = (refused.index - word.first) * word.count // word.words
     number, name = float(values[entry]), f"{word.name}[{entry}]" if word.count > 1 else word.name
     said = f"{asked}: the device refuses {name} = {shown(word, number)}, out of range"
-    return Refused(f"{said}; must be {_limit(word, number, table)}", refused.reason, refused.index)
+    must = _law(number, laws) if word.name == "law.number" else _limit(word, number, table)
+    return Refused(f"{said}; must be {must}", refused.reason, refused.index)
+
+
+def _law(number: float, laws: Sequence[str]) -> str:
+    """Return which laws the device has, and how it gets another that the firmware has."""
+    has = ", ".join(f"{1 + KINDS.index(kind)} {kind}" for kind in laws)
+    other = KINDS[int(number) - 1] if 0 < number <= len(KINDS) else None
+    return f"a law of its image: {has}" + (f" (firmware build --laws {other} builds {other} in)" if other else "")
 
 
 def _limit(word: Word, number: float, table: np.ndarray) -> str:

@@ -25,7 +25,7 @@ SILENT_S = 2.0
 REOPENED = 20
 """Attempts to open a line that went away, `PAUSE_S` apart: what an adapter takes to come back (assumed)."""
 PAUSE_S = 0.1
-FAULTS = named("faults")
+FAULTS, RESETS = named("faults"), named("resets")
 STATES = schema()["states"]
 NO_SESSION = schema()["refusals"]["no_session"]
 READINGS = {name: (told["step"], told["unit"]) for name, told in schema()["fault_values"].items()}
@@ -113,7 +113,8 @@ class Running:
         if status["state"] == STATES["fault"]:
             raise DeviceError(_fault(status["fault"], f"before tick {status['tick']}"))
         if self._tick is not None and (status["tick"] - self._tick) % 2**32 >= 2**31:
-            raise DeviceError(f"the device began anew (tick {status['tick']} after {self._tick})")
+            why = RESETS.get(status["reset"], "unknown")
+            raise DeviceError(f"the device began anew (tick {status['tick']} after {self._tick}, reset: {why})")
         self._tick = status["tick"]
         self._check_table(status)
         if status["state"] != self.recorder.state:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,8 +20,8 @@ WORDS_A_FRAME = schema()["protocol"]["words_a_frame"]
 class Parameters(Mapping[str, Any]):
     """The parameters in force by name, in their units; `set` and `commit` change them."""
 
-    def __init__(self, link: Link, hash_of_device: int) -> None:
-        self._link, self._hash = link, hash_of_device
+    def __init__(self, link: Link, hash_of_device: int, laws: Sequence[str]) -> None:
+        self._link, self._hash, self._laws = link, hash_of_device, laws
         self._waiting: np.ndarray | None = None
         """What the device's waiting copy holds as far as we wrote it, and else what is in force."""
 
@@ -90,7 +90,7 @@ class Parameters(Mapping[str, Any]):
                 self._write(0, waiting)
                 self._link.ask("commit", crc=check)
         except Refused as refused:
-            raise in_words("commit", refused, waiting) from None
+            raise in_words("commit", refused, waiting, self._laws) from None
         finally:
             self._waiting = None
 
@@ -113,7 +113,7 @@ class Parameters(Mapping[str, Any]):
             try:
                 self._link.ask("set", first=first + at, values=words[at : at + WORDS_A_FRAME])
             except Refused as refused:
-                raise in_words("set", refused, self._mirror()) from None
+                raise in_words("set", refused, self._mirror(), self._laws) from None
 
     def _same_table(self) -> None:
         if self._hash != table_hash():

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from frictionloop.firmware.built_in import law_bits
 from frictionloop.firmware.compiler import run, zig
 from frictionloop.firmware.image_checks import check, memory_map, sizes
 from frictionloop.firmware.image_files import seal
@@ -25,7 +26,7 @@ FLASHED = "teensy31"
 BACKGROUND = frozenset(
     (
         "app_messages.c", "app_replies.c", "app_session.c", "app_start.c", "fl_crc.c", "fl_frame.c", "scenario_main.c",
-        "startup.c", "clock.c", "port.c",
+        "startup.c", "whole.c", "clock.c", "port.c",
     )
 )  # fmt: skip
 """Files that the tick does not run: small rather than quick."""
@@ -60,6 +61,7 @@ def build(
     parameters: Sequence[int],
     folder: Path,
     *,
+    laws: Sequence[str] | None = None,
     optimise: str | None = None,
 ) -> Image:
     """Build the image of a board and check it.
@@ -72,6 +74,8 @@ def build(
         The words in force at reset, int32.
     folder
         Where ``<board>.elf``, ``.hex`` and ``.map`` are written; made if it is missing.
+    laws
+        Kinds of the control laws to build in, the table's among them; by default `RECOMMENDED` and the table's.
     optimise
         Level of optimisation for all files: 0, 1, 2, 3 or s; the budget of memory is then not held against the image.
         By default 2 for what the tick runs, and s for `BACKGROUND`.
@@ -79,18 +83,20 @@ def build(
     Raises
     ------
     FrictionloopError
-        For an unknown board, a table of another length, a missing ziglang, sources that do not compile, and an image
+        For an unknown board, laws that the firmware has not, or not the table's, a table of another length, a missing ziglang, sources that do not compile, and an image
         that fails `image_checks.check`.
     """
     if board not in BOARDS:
         raise FrictionloopError(f"board = {board!r}: accepted are {', '.join(BOARDS)}")
     needed("ziglang", "ziglang", "image")
+    table = _checked(parameters)
+    define = f"-DFL_LAWS_BUILT_IN={law_bits(laws, table)}u"
     folder.mkdir(parents=True, exist_ok=True)
     built = folder / "built.c"
-    built.write_text(_built(_checked(parameters)), encoding="ascii")
+    built.write_text(_built(table), encoding="ascii")
     elf = folder / f"{board}.elf"
     with replacing(elf) as fresh:
-        _compile_and_link(board, built.resolve(), fresh.resolve(), optimise)
+        _compile_and_link(board, built.resolve(), fresh.resolve(), define, optimise)
         seal(fresh, CHECK_SUM)
         check(fresh, flash_configuration=board == FLASHED, budget=optimise is None)
     flash, ram = sizes(elf)
@@ -104,6 +110,7 @@ def _sources(board: str) -> list[Path]:
         *sorted((firmware_folder() / "core").glob("*.c")),
         *(path for path in sorted(home.glob("*.c")) if path.name not in programs),
         *(boards / name for name in BOARDS[board]),
+        boards / "whole.c",
         boards / "freestanding" / "memory.c",
     ]
 
@@ -112,7 +119,7 @@ def _home(board: str) -> Path:
     return firmware_folder() / "boards" / board.removesuffix("-scenario")
 
 
-def _compile_and_link(board: str, built: Path, elf: Path, optimise: str | None) -> None:
+def _compile_and_link(board: str, built: Path, elf: Path, define: str, optimise: str | None) -> None:
     command = (*zig(), *_ZIG)
     boards, core, home = firmware_folder() / "boards", firmware_folder() / "core", _home(board)
     include = [f"-I{path}" for path in (boards / "freestanding", core, boards, home)]
@@ -122,7 +129,7 @@ def _compile_and_link(board: str, built: Path, elf: Path, optimise: str | None) 
         levels.setdefault(optimise or ("s" if source.name in BACKGROUND else "2"), []).append(source)
     with TemporaryDirectory() as objects:
         for level, sources in levels.items():
-            run([*command, *_COMMON, *include, f"-O{level}", "-c", *map(str, sources)], fails, Path(objects))
+            run([*command, *_COMMON, define, *include, f"-O{level}", "-c", *map(str, sources)], fails, Path(objects))
         made = [str(path) for path in sorted(Path(objects).glob("*.o"))]
         script = f"-Wl,-T,{home / 'link.ld'},--gc-sections"
         run([*command, "-g", "-O2", script, *made, "-o", str(elf)], fails, Path(objects))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from frictionloop.device.emulator.memory_map import GATES, REGISTERS
 from frictionloop.quantities import FrictionloopError
@@ -16,11 +16,13 @@ class Bank:
 
     A peripheral puts a function into `on_read[name]`, which gives the value, or `on_write[name]`, which is called after
     the value was stored. An access to anything but a whole register of `REGISTERS` is an error of the firmware, and so
-    is one to a block whose clock is off: there the processor faults.
+    is one to a block whose clock is off: there the processor faults. `begun` are values that differ from those after
+    power comes.
     """
 
-    def __init__(self) -> None:
-        self.values: dict[str, int] = {register.name: register.reset for register in REGISTERS}
+    def __init__(self, begun: Mapping[str, int] | None = None) -> None:
+        self._begun = {register.name: register.reset for register in REGISTERS} | dict(begun or {})
+        self.values: dict[str, int] = dict(self._begun)
         self.on_read: dict[str, Callable[[], int]] = {}
         self.on_write: dict[str, Callable[[int], None]] = {}
 
@@ -40,7 +42,7 @@ class Bank:
 
     def untouched(self, but: str) -> bool:
         """Return whether all registers are as after reset, except for one."""
-        return all(self.values[register.name] == register.reset for register in REGISTERS if register.name != but)
+        return all(self.values[name] == value for name, value in self._begun.items() if name != but)
 
     def _reached(self, does: str, address: int, width: int) -> str:
         name, gate, bit = PLACES.get((address, width), ("", "", 0))

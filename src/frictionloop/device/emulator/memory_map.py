@@ -57,6 +57,7 @@ REGISTERS = (
     *_block("SIM", 0x40047000, 4, _SIM, {"SCGC4": 0xF0100030, "SCGC5": 0x40182, "SCGC6": 0x40000001}),
     *_block("MCG", 0x40064000, 1, {"C1": 0, "C2": 1, "C5": 4, "C6": 5, "S": 6}, {"C1": 0x04, "C2": 0x80, "S": 0x10}),
     Register("OSC_CR", 0x40065000, 1),
+    *_block("RCM", 0x4007F000, 1, {"SRS0": 0, "SRS1": 1}, {"SRS0": 0x82}),
     *_block("WDOG", 0x40052000, 2, _WDOG, _WDOG_RESET),
     *_block("ADC0", 0x4003B000, 4, _ADC, _ADC_RESET),
     *_block("ADC1", 0x400BB000, 4, _ADC, _ADC_RESET),

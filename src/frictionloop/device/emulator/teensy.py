@@ -15,6 +15,12 @@ from frictionloop.device.emulator.watchdog import Watchdog
 from frictionloop.quantities import FrictionloopError
 
 PIN_CARRIER = 4
+RESETS = {
+    "power_on": {"RCM_SRS0": 0x82}, "pin": {"RCM_SRS0": 0x40}, "software": {"RCM_SRS0": 0, "RCM_SRS1": 0x04},
+    "brown_out": {"RCM_SRS0": 0x02}, "watchdog": {"RCM_SRS0": 0x20}, "other": {"RCM_SRS0": 0, "RCM_SRS1": 0x02},
+}  # fmt: skip
+"""What the registers tell after a reset: POR and LVD, PIN, SW, LVD, WDOG, core lock-up (K20P64M72SF1RM, Reset Control
+Module)."""
 _EDGE_ALIGNED_HIGH = 0x28
 
 
@@ -29,6 +35,8 @@ class TeensyEmulator:
     ----------
     image_path
         The ELF file; it is never built here.
+    reset
+        What the reset that it begins with came from: one of `RESETS`.
 
     Raises
     ------
@@ -37,8 +45,8 @@ class TeensyEmulator:
         what the model has not, sets a clock too fast, faults, or never comes to rest.
     """
 
-    def __init__(self, image_path: str | os.PathLike[str]) -> None:
-        bank = self._bank = Bank()
+    def __init__(self, image_path: str | os.PathLike[str], reset: str = "power_on") -> None:
+        bank = self._bank = Bank(RESETS[reset])
         self._clocks, self._converters = Clocks(bank), Converters(bank)
         self._port, self._watchdog = SerialPort(bank), Watchdog(bank)
         self.in_tick = False
