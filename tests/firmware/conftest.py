@@ -181,10 +181,12 @@ def images(law_words: dict[str, np.ndarray], tmp_path_factory: pytest.TempPathFa
     pytest.importorskip("ziglang", reason="the images are built by zig: install frictionloop[image]")
 
     @cache
-    def built(law: str, board: str = "teensy31", optimise: str | None = None) -> Image:
-        folder = tmp_path_factory.mktemp(f"{board}-{law}-{optimise or 'default'}")
+    def built(law: str, board: str = "teensy31", optimise: str | None = None, axes: int = 1) -> Image:
+        folder = tmp_path_factory.mktemp(f"{board}-{law}-{optimise or 'default'}-{axes}")
         # Beside the Teensy's they are compared with the library of this machine, which has every law and says so.
         laws = None if board == "teensy31" else KINDS
-        return build(board, law_words[law].tolist(), folder, laws=laws, optimise=optimise)
+        table = law_words[law].copy()
+        table[parameter_words()["force.axes"].first] = axes
+        return build(board, table.tolist(), folder, laws=laws, optimise=optimise)
 
     return built

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tick_corpus import SESSION, hello
 
 from frictionloop.device.codec import encode
+from frictionloop.device.emulator.corpus import SESSION, hello
 from frictionloop.device.host_board import HostBoard, Sample
 from frictionloop.quantities.schema import firmware_folder, parameter_words
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from tick_corpus import edges, heartbeat, opening, strokes
 
 from frictionloop import FrictionloopError
 from frictionloop.device.codec import Decoder, encode
 from frictionloop.device.emulator import TeensyEmulator
 from frictionloop.device.emulator.bank import Bank
+from frictionloop.device.emulator.corpus import edges, heartbeat, opening, strokes
 from frictionloop.device.host_board import HostBoard, Sample
 from frictionloop.quantities.schema import schema
 

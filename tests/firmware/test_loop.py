@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tick_corpus import SESSION, heartbeat, hello
 
 import frictionloop as fl
 from frictionloop.device.codec import encode
+from frictionloop.device.emulator.corpus import SESSION, heartbeat, hello
 from frictionloop.device.host_board import HostBoard, Sample
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.parameters.presets import RETUNED

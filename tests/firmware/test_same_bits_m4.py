@@ -4,9 +4,9 @@ import hashlib
 
 import numpy as np
 import pytest
-from tick_corpus import edges, heartbeat, opening, strokes
 
 from frictionloop.device.emulator import TeensyEmulator
+from frictionloop.device.emulator.corpus import edges, heartbeat, opening, strokes
 from frictionloop.device.host_board import HostBoard, Sample
 
 pytest.importorskip("unicorn", reason="install frictionloop[emulator]")

@@ -6,11 +6,11 @@ import zlib
 
 import numpy as np
 import pytest
-from tick_corpus import SESSION, hello
 
 from frictionloop import FrictionloopError
 from frictionloop.device.codec import Decoder, encode
 from frictionloop.device.emulator import TeensyEmulator
+from frictionloop.device.emulator.corpus import SESSION, hello
 from frictionloop.device.emulator.processor import RETURN
 from frictionloop.firmware.image_files import elf_file, loaded, symbol_bytes
 from frictionloop.quantities.schema import schema, word_count

@@ -7,10 +7,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from tick_corpus import LARGEST, LEAST, SESSION, TICK_HZ, heartbeat, hello
 
 import frictionloop as fl
 from frictionloop.device.codec import Decoder, encode
+from frictionloop.device.emulator.corpus import LARGEST, LEAST, SESSION, TICK_HZ, heartbeat, hello
 from frictionloop.device.host_board import HostBoard, Sample
 from frictionloop.device.simulated_pipe import Converters
 from frictionloop.firmware.parameter_words import firmware_words

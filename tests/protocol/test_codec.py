@@ -26,7 +26,7 @@ NUMBERS = {
 }
 
 IDENTITY = dict.fromkeys(("major", "minor", "board", "law", "tick_hz", "table_hash"), 0)
-IDENTITY |= dict.fromkeys(("parameters", "waveform", "serial", "revision"), 0)
+IDENTITY |= dict.fromkeys(("parameters", "waveform", "serial", "revision", "laws", "reset"), 0)
 
 
 def field(entry: dict[str, Any]) -> st.SearchStrategy[Any]:

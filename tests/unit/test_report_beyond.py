@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from frictionloop.control.cost import worst_tick
 from frictionloop.report.beyond import LAWS, OPEN, ORACLE, PRINTED, SHOWN_MS, SPEED_MM_S, TRACKER, beyond_rows, stored
 from frictionloop.report.figures.law_panels import figure_step_traces
 
@@ -53,3 +54,10 @@ def test_steps_are_drawn_in_a_row_for_each_law_from_the_level_before_on():
     assert titles == [f"{contact}, step {way}" for contact in CONTACTS for way in ("down", "up")]
     first = stored().steps.isel(time=0)
     assert np.all(first["f_r"] == 0.75) and np.allclose(first["f_a"], 0.75, atol=0.05)
+
+
+def test_its_ticks_are_those_that_are_traced():
+    kinds = {"open loop": "lookup", "printed gains": "pi", "re-tuned gains": "pi", "notch and feed-forward": "notch_pi"}
+    kinds |= {TRACKER: "tracker"}
+    found = {law: stored().tick_cycles[law] for law in kinds}
+    assert found == {law: worst_tick(kind).cycles for law, kind in kinds.items()}

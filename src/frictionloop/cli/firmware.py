@@ -72,9 +72,10 @@ def build(
     with screen.waiting(f"building the image of {board}; the first time takes half a minute"):
         kinds = laws.split(",") if laws is not None else None
         image = build_image(board, table.words.tolist(), out, laws=kinds)
+    cycles = _traced(str(image.elf)) if board == FLASHED else None
     table.write(out)
     sizes = {"flash_bytes": image.flash_bytes, "ram_bytes": image.ram_bytes}
-    made: dict[str, Any] = {"board": board, "image": str(image.elf), "hex": str(image.hex), **sizes}
+    made: dict[str, Any] = {"board": board, "image": str(image.elf), "hex": str(image.hex), **sizes, "cycles": cycles}
     to_flash = board == FLASHED
     rows = [
         ("image", made["image"]),
@@ -84,6 +85,40 @@ def build(
         ("table", str(out)),
     ]
     _show(table, origin, made, rows, json)
+    if cycles and not json:
+        screen.show(*_cycle_lines(cycles))
+
+
+def _traced(image: str) -> dict[str, dict[str, int]] | None:
+    """Return what the cycles of a tick period go to, by what is assumed of the waits; None without an emulator."""
+    from importlib.util import find_spec
+
+    if not (find_spec("unicorn") and find_spec("capstone")):
+        return None
+    from frictionloop.device.emulator.budget import traced
+
+    with screen.waiting("tracing the image in an emulator"):
+        return traced(image).table()
+
+
+def _cycle_lines(cycles: dict[str, dict[str, int]]) -> list[str]:
+    """Return the cycles as a table, and what they say."""
+    from frictionloop.control.cost import BUDGET_CYCLES
+    from frictionloop.device.emulator.budget import LATE_CYCLES, LATE_US
+
+    heads = ("tick", "interrupts", "background", "sum")
+    lines = [f"cycles of {BUDGET_CYCLES:,} a tick, of this image{'':10s}" + "".join(f"{head:>12s}" for head in heads)]
+    for name, row in cycles.items():
+        lines.append(f"  {name:46s}" + "".join(f"{row[head]:12,d}" for head in heads))
+    first = next(iter(cycles.values()))
+    longest, left = first["longest_interrupt"], BUDGET_CYCLES - first["tick"] - first["interrupts"]
+    verdict = "less" if longest <= LATE_CYCLES else "MORE"
+    lines += [
+        f"The port's interrupt takes {longest:,} cycles at most, {verdict} than the {LATE_US} us that make a tick late.",
+        f"A host that never stops asks {first['flood']:,} cycles of the {left:,} left to the background"
+        + ("." if first["flood"] <= left else ": some of its frames are lost, and no tick."),
+    ]
+    return lines
 
 
 def _table(file: Path | None, preset: str | None, overrides: list[str] | None, out: Path) -> tuple[Table, str]:
@@ -101,8 +136,10 @@ def _show(table: Table, origin: str, made: dict[str, Any], rows: list[tuple[str,
         screen.show_json({"system": origin, **found, **made, "table": rows[-1][1]})
         return
     low_n, high_n = found["clamp_n"]
-    worst = found["worst_tick_cycles"]
-    cost = f"worst tick {worst:,} of {found['tick_cycles']:,} cycles, traced on the image in an emulator"
+    traced, worst, where = made.get("cycles"), found["worst_tick_cycles"], "the image of bench() with two force axes"
+    if traced:
+        worst, where = next(iter(traced.values()))["tick"], "this image"
+    cost = f"worst tick {worst:,} of {found['tick_cycles']:,} cycles, traced on {where} in an emulator"
     about = [
         ("law", found["law"]),
         ("clamp", f"{low_n:.4g} to {high_n:.4g} N"),

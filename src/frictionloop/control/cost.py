@@ -12,26 +12,26 @@ BUDGET_CYCLES = 14_400
 
 
 class WorstTick(NamedTuple):
-    """The most that any tick took, with an upper bound for every instruction (device/emulator/costs)."""
+    """The most that any tick took, with an upper bound for every instruction (device/emulator/costs.py)."""
 
     instructions: int
     cycles: int
 
 
 WORST_TICK = {
-    "pi": WorstTick(1349, 2470),
-    "lookup": WorstTick(1327, 2401),
-    "notch_pi": WorstTick(2157, 3591),
-    "filtered_pi": WorstTick(3070, 4804),
-    "observer": WorstTick(1754, 3398),
-    "super_twisting": WorstTick(1939, 3770),
-    "tracker": WorstTick(3490, 7182),
+    "pi": WorstTick(1654, 3124),
+    "lookup": WorstTick(1632, 3055),
+    "notch_pi": WorstTick(2462, 4247),
+    "filtered_pi": WorstTick(3375, 5460),
+    "observer": WorstTick(2059, 4052),
+    "super_twisting": WorstTick(2244, 4420),
+    "tracker": WorstTick(3521, 7302),
 }
-"""By kind of controller, on the image of bench(), from entry to return of the tick's interrupt.
+"""By kind of controller, on the image of bench() with two force axes, from entry to return of the tick's interrupt.
 
-With zig 0.17.1, over 400 samples each of a finger that strokes at 20 and 80 mm/s, and of edges; held by
-tests/firmware/test_cycles.py. Four seeds, and 2600 samples at either speed, have no worse of the tracker and the notch
-PI. The filtered PIs have all they can: feed-forward, overdrive, 1 section (notch) or 6.
+With zig 0.17.1, over 400 samples each of a finger that strokes at 20 and 80 mm/s, and of edges; `frictionloop firmware
+build` traces so, and tests/firmware/test_cycles.py holds it. The filtered PIs have all they can: feed-forward,
+overdrive, 1 section (notch) or 6.
 """
 
 

@@ -25,11 +25,11 @@ FLASHED = "teensy31"
 """The board of these whose image is flashed; the others are qemu's."""
 BACKGROUND = frozenset(
     (
-        "app_messages.c", "app_replies.c", "app_session.c", "app_start.c", "fl_crc.c", "fl_frame.c", "scenario_main.c",
-        "startup.c", "whole.c", "clock.c", "port.c",
+        "app_messages.c", "app_replies.c", "app_parameters.c", "app_session.c", "app_start.c", "app_waveform.c",
+        "fl_crc.c", "fl_frame.c", "scenario_main.c", "startup.c", "whole.c", "clock.c", "port.c",
     )
 )  # fmt: skip
-"""Files that the tick does not run: small rather than quick."""
+"""Files of which the tick runs next to nothing: small rather than quick."""
 _COMMON = (
     "-std=c11", "-g", "-Wall", "-Wextra", "-Werror", "-ffreestanding", "-fno-unwind-tables", "-ffunction-sections",
     "-fdata-sections", "-ffp-contract=off",
@@ -83,8 +83,8 @@ def build(
     Raises
     ------
     FrictionloopError
-        For an unknown board, laws that the firmware has not, or not the table's, a table of another length, a missing ziglang, sources that do not compile, and an image
-        that fails `image_checks.check`.
+        For an unknown board, laws that the firmware has not, or not the table's, a table of another length, a missing
+        ziglang, sources that do not compile, and an image that fails `image_checks.check`.
     """
     if board not in BOARDS:
         raise FrictionloopError(f"board = {board!r}: accepted are {', '.join(BOARDS)}")

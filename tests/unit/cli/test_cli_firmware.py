@@ -11,6 +11,8 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.control.cost import WORST_TICK, worst_tick
+from frictionloop.device.emulator import budget
+from frictionloop.device.emulator.trace import Spent
 from frictionloop.firmware import image
 from frictionloop.firmware.image import BOARDS
 from frictionloop.quantities.schema import firmware_folder, parameter_words, word_count
@@ -85,7 +87,9 @@ def test_the_cost_is_the_one_that_was_traced(frictionloop, tmp_path, kind):
     arguments = ("firmware", "export", "--preset", "bench", "--controller.kind", kind, "--out", tmp_path / "table")
     said = json.loads(frictionloop(*arguments, "--json").out)
     assert said["worst_tick_cycles"] == worst_tick(kind).cycles and said["tick_cycles"] == 72_000_000 // 5000
-    words = f"worst tick {worst_tick(kind).cycles:,} of 14,400 cycles, traced on the image in an emulator"
+    words = (
+        f"worst tick {worst_tick(kind).cycles:,} of 14,400 cycles, traced on the image of bench() with two force axes"
+    )
     assert words in " ".join(frictionloop(*arguments).out.split())
 
 
@@ -101,6 +105,8 @@ def said_by_build(frictionloop, monkeypatch, tmp_path, *arguments):
     """Return what `build` says of an image that took no time."""
     made = image.Image(*(tmp_path / f"made.{kind}" for kind in ("elf", "hex", "map")), 12_345, 6789)
     monkeypatch.setattr(image, "build", lambda *_, **__: made)
+    part = [Spent(100, 1000, 10, 20, 30, 40, 50)]
+    monkeypatch.setattr(budget, "traced", lambda _: budget.Budget(part, part, part, part, part))
     return frictionloop("firmware", "build", *PI, *arguments, "--out", tmp_path / "image").out
 
 
@@ -109,6 +115,17 @@ def test_an_image_of_the_teensy_is_to_be_flashed_and_others_are_not(frictionloop
     assert "to be flashed" in teensy and "12,345 of 262,144 bytes" in teensy and "6,789 of 65,536 bytes" in teensy
     other = said_by_build(frictionloop, monkeypatch, tmp_path, "--board", "mps2")
     assert "flashed" not in other and "262,144" not in other and "12,345 bytes" in other
+
+
+def test_the_cycles_are_those_of_the_image_that_was_built(frictionloop, monkeypatch, tmp_path):
+    pytest.importorskip("unicorn")
+    said = " ".join(said_by_build(frictionloop, monkeypatch, tmp_path).split())
+    assert "worst tick 1,470 of 14,400 cycles, traced on this image" in said
+    assert "as assumed 1,470 1,470 1,470 4,410" in said
+    assert "RAM waits a cycle a word 1,510" in said
+    assert "1,470 cycles at most, MORE than the 10 us that make a tick late" in said
+    numbers = json.loads(said_by_build(frictionloop, monkeypatch, tmp_path, "--json"))["cycles"]["as assumed"]
+    assert numbers["sum"] == 3 * numbers["tick"] == 4410
 
 
 def test_an_image_in_numbers(frictionloop, monkeypatch, tmp_path):

@@ -20,6 +20,8 @@ class SerialPort:
         self._wire: deque[int] = deque()
         self._sent = bytearray()
         self._room = self._coming = 0
+        self.burst = QUEUE
+        """Bytes that wait when the interrupt comes: half a queue where it is served at once, a whole one where not."""
         bank.on_read["UART0_D"] = lambda: self._queue.popleft() if self._queue else 0
         bank.on_read["UART0_RCFIFO"] = lambda: len(self._queue)
         bank.on_read["UART0_TCFIFO"] = lambda: QUEUE - min(QUEUE, self._room)
@@ -51,7 +53,7 @@ class SerialPort:
         if not self._wire or not self._coming or not self._values["UART0_C2"] & RECEIVES:
             return False
         before = self._coming
-        while self._wire and self._coming and len(self._queue) < QUEUE:
+        while self._wire and self._coming and len(self._queue) < self.burst:
             self._queue.append(self._wire.popleft())
             self._coming -= 1
         return self._coming < before

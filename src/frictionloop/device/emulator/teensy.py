@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 from frictionloop.device.emulator.bank import Bank
@@ -14,6 +15,7 @@ from frictionloop.device.emulator.serial_port import SerialPort
 from frictionloop.device.emulator.watchdog import Watchdog
 from frictionloop.quantities import FrictionloopError
 
+TICK, PORT, BACKGROUND = "tick", "port", "background"
 PIN_CARRIER = 4
 RESETS = {
     "power_on": {"RCM_SRS0": 0x82}, "pin": {"RCM_SRS0": 0x40}, "software": {"RCM_SRS0": 0, "RCM_SRS1": 0x04},
@@ -49,8 +51,10 @@ class TeensyEmulator:
         bank = self._bank = Bank(RESETS[reset])
         self._clocks, self._converters = Clocks(bank), Converters(bank)
         self._port, self._watchdog = SerialPort(bank), Watchdog(bank)
-        self.in_tick = False
-        """Whether the tick's interrupt runs."""
+        self.runs = BACKGROUND
+        """What runs: the interrupt of the tick or of the port, or the background."""
+        self.on_enter: Callable[[str], None] | None = None
+        """Called when something else begins to run."""
         self._running = False
         self.ticks = 0
         """Ticks so far."""
@@ -92,16 +96,34 @@ class TeensyEmulator:
         port.begin(self._bytes_a_tick)
         self._converters.convert((*force_counts, load_counts, position))
         self._watchdog.check(self.ticks * self._tick_counts / self._bus_hz)
-        self.in_tick = True
+        self._enter(TICK)
         processor.interrupt(16 + PIT0_INTERRUPT)
-        self.in_tick = False
         self.ticks += 1
-        processor.rest()
+        self._rest()
         while port.arrive() or port.interrupts():
             while port.interrupts():
+                self._enter(PORT)
                 processor.interrupt(16 + UART0_INTERRUPT)
-            processor.rest()
+            self._rest()
         return self.duty
+
+    @property
+    def in_tick(self) -> bool:
+        """Whether the tick's interrupt runs."""
+        return self.runs == TICK
+
+    def _rest(self) -> None:
+        self._enter(BACKGROUND)
+        self.processor.rest()
+
+    def _enter(self, what: str) -> None:
+        self.runs = what
+        if self.on_enter:
+            self.on_enter(what)
+
+    def bursts(self, count: int) -> None:
+        """Let the port's interrupt find so many bytes from now on, 4 to 8."""
+        self._port.burst = count
 
     def receive(self, data: bytes) -> None:
         """Put bytes on the wire to the device: as many as fit into a tick arrive in each."""

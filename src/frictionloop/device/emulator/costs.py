@@ -6,18 +6,43 @@ jump, is 1 to 3 cycles: 3 here. Loads and stores are 1 or 2: 2 here.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 REFILL = 3
 """P: of the pipeline, wherever the next instruction is not the one that follows."""
 EXCEPTION = 24
 """Entry and return of an interrupt, 12 each (the same manual)."""
-LINE_BYTES, NEXT_LINE, OTHER_LINE, FLASH_DATA = 8, 2, 3, 3
-"""Flash at 24 MHz without its cache: cycles that a new line of instructions costs when it follows the last and when it
-does not, and that reading data from flash costs. Every line is taken as a miss, so this is an upper bound."""
-PERIPHERAL = 6
-"""Cycles that an access to a peripheral takes beyond those of the load or store (assumed: the bridge to a bus at half
-the clock)."""
+LINE_BYTES, WORD_BYTES = 8, 4
+"""What the flash and the RAM give at a time."""
+
+
+class Waits(NamedTuple):
+    """Cycles that the processor waits beyond those of its instructions: assumed, none was measured."""
+
+    next_line: float
+    """For a line of instructions from the flash that follows the last one."""
+    other_line: float
+    """For any other line."""
+    flash_data: float
+    """For data from the flash."""
+    ram_word: float
+    """For a word of instructions from the RAM."""
+    peripheral: float
+    """For an access to a peripheral."""
+
+
+ASSUMED = Waits(2, 3, 3, 0, 6)
+"""The flash at 24 MHz is three cycles of 72 MHz (clock.c sets it; K20P64M72SF1RM allows 25 MHz). Every line is a
+miss of its cache, which the manual describes and no model here has: an upper bound. The lower half of the RAM is on the
+code bus and does not wait (same manual, SRAM_L). The bridge to the peripherals runs at half the clock."""
+OTHERWISE = {
+    "as assumed": ASSUMED,
+    "flash never waits: all in its cache": ASSUMED._replace(next_line=0, other_line=0, flash_data=0),
+    "flash waits twice as long": ASSUMED._replace(next_line=4, other_line=6, flash_data=6),
+    "RAM waits a cycle a word": ASSUMED._replace(ram_word=1),
+    "peripherals wait twice as long": ASSUMED._replace(peripheral=12),
+}
+"""What being wrong about one of them means."""
 
 _CYCLES = {
     "mla": 2, "mls": 2, "sdiv": 12, "udiv": 12, "mrs": 2, "msr": 2, "cps": 2, "dsb": 5, "dmb": 5, "isb": 5, "tbb": 2,
