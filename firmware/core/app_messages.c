@@ -43,8 +43,10 @@ static fl_answer check_length(uint8_t type, size_t bytes, uint16_t *count) {
 static fl_answer mode(fl_app *app, uint8_t state, uint32_t session, uint32_t now_us) {
     if (state > FL_STATE_CLOSED) return refused(FL_REFUSAL_OUT_OF_RANGE);
     if (app->state == FL_STATE_FAULT && !app->asked_clear) return refused(FL_REFUSAL_NOT_NOW);
-    app->owner = session;
-    app->heard_us = now_us;
+    if (state != FL_STATE_IDLE) { /* who stops it does not own it */
+        app->owner = session;
+        app->heard_us = now_us;
+    }
     fl_fence();
     app->asked_state = state;
     return done;
@@ -114,7 +116,7 @@ typedef struct {
 
 static fl_answer commanded(fl_app *app, const fl_session *session, const fl_asked *asked) {
     const uint8_t *body = asked->body;
-    fl_answer answer = fl_admit(app, session, asked->type);
+    fl_answer answer = fl_admit(app, session, asked->type, body);
     if (answer.reason) return answer;
     switch (asked->type) {
     case FL_MESSAGE_SET: return fl_set(app, fl_u16(body), body + 2, asked->count);

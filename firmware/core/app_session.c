@@ -28,9 +28,10 @@ uint32_t fl_hello(fl_app *app, uint16_t sequence, uint32_t nonce) {
     return id;
 }
 
-/* While the loop is on it is one session's. Telemetry that nobody gets is for whoever asks. */
-fl_answer fl_admit(const fl_app *app, const fl_session *session, uint8_t type) {
+/* While the loop is on it is one session's. Telemetry that nobody gets is for whoever asks, and anyone may stop. */
+fl_answer fl_admit(const fl_app *app, const fl_session *session, uint8_t type, const uint8_t *body) {
     int is_free = type == FL_MESSAGE_STREAM && (app->decimation == 0 || app->streamer == session->id);
+    if (type == FL_MESSAGE_MODE && body[0] == FL_STATE_IDLE) is_free = 1;
     uint8_t refused = fl_is_owned(app) && session->id != app->owner && !is_free;
     return (fl_answer){refused ? FL_REFUSAL_NOT_OWNER : 0, FL_NO_INDEX};
 }

@@ -69,7 +69,7 @@ size_t fl_telemetry(fl_app *app, uint8_t *body);
 int fl_is_owned(const fl_app *app);
 fl_session *fl_session_of(fl_app *app, uint32_t id);
 uint32_t fl_hello(fl_app *app, uint16_t sequence, uint32_t nonce);
-fl_answer fl_admit(const fl_app *app, const fl_session *session, uint8_t type);
+fl_answer fl_admit(const fl_app *app, const fl_session *session, uint8_t type, const uint8_t *body);
 
 /* app_replies.c */
 void fl_push_reply(fl_app *app, fl_reply reply);

@@ -18,7 +18,7 @@ COMMANDS: dict[str, dict[str, Any]] = {
     "commit": {"crc": 0},
     "waveform": {"first": 0, "values": [1]},
     "play": {"source": 0, "loops": 0, "count": 0, "step": 0, "start_um": 0, "crc": 0},
-    "mode": {"state": 0},
+    "mode": {"state": 2},
     "clear": {},
 }
 
@@ -85,8 +85,44 @@ def test_commands_of_others_are_refused_while_the_loop_is_on(rig, name: str):
 def test_a_mode_that_no_tick_has_taken_yet_has_an_owner(rig):
     rig.run(300)
     assert rig.reason("mode", state=STATES["closed"]) == "done"
-    answer = say(rig, "mode", 1, hello(rig, 5), state=STATES["idle"])
+    answer = say(rig, "mode", 1, hello(rig, 5), state=STATES["open"])
     assert answer["reason"] == REFUSALS["not_owner"]
+
+
+@pytest.mark.parametrize("taken", [True, False])
+def test_anyone_may_stop_the_loop(rig, taken):
+    """Also before a tick has taken the request that closes it; who stops it does not own it."""
+    if taken:
+        closed(rig)
+    else:
+        rig.run(300)
+        assert rig.reason("mode", state=STATES["closed"]) == "done"
+    other = hello(rig, 5)
+    assert say(rig, "mode", 1, other, state=STATES["idle"]).name == "done"
+    for _ in range(500):  # 0.1 s, the longest ramp
+        drive = rig.tick()
+    assert rig.state == "idle"
+    assert drive.duty == 0
+
+
+def test_a_stop_that_comes_late_or_from_no_session_stops_nothing(rig):
+    closed(rig)
+    other = hello(rig, 5)
+    assert say(rig, "heartbeat", 5, other).name == "status"
+    assert say(rig, "mode", 4, other, state=STATES["idle"])["reason"] == REFUSALS["late"]
+    assert say(rig, "mode", 6, 12345, state=STATES["idle"])["reason"] == REFUSALS["no_session"]
+    rig.tick()
+    assert rig.state == "closed"
+
+
+def test_what_another_host_asks_is_no_sign_of_life_of_the_owner(rig):
+    """Nor is a stop that is refused."""
+    closed(rig)
+    other = hello(rig, 5)
+    for sequence in range(1, 22):
+        rig.tick(50)
+        say(rig, "mode", sequence, other, state=STATES["open"])
+    assert rig.state == "fault" and rig.fault == "host_silent"
 
 
 def test_another_host_may_look_and_may_not_take_the_telemetry(rig):

@@ -70,12 +70,18 @@ def hub(boards: Any) -> Iterator[Hub]:
     found.stop()
 
 
+def test_a_second_tcp_client_may_stop_the_plate(hub: Hub) -> None:
+    with fl.connect(hub.address) as first, fl.connect(hub.address) as second:
+        first.mode("closed")
+        second.mode("idle")
+        second.clear()  # the loop is off, and nobody's: what it commands is taken
+
+
 def test_a_second_tcp_client_looks_on_and_commands_nothing(hub: Hub) -> None:
     with fl.connect(hub.address) as first, fl.connect(hub.address) as second:
         first.mode("closed")
         for command in (
             lambda: second.mode("closed"),
-            lambda: second.mode("idle"),
             second.clear,
             lambda: second.set("setpoint.hold_n", 0.5),
             lambda: second.play([0.5], spacing_s=1e-3),

@@ -117,6 +117,8 @@ class Running:
             raise DeviceError(f"the device began anew (tick {status['tick']} after {self._tick}, reset: {why})")
         self._tick = status["tick"]
         self._check_table(status)
+        if status["state"] == STATES["idle"]:
+            raise DeviceError("the device is idle: another host stopped it, or it began anew")
         if status["state"] != self.recorder.state:
             raise DeviceError("the device is no longer in the state asked for: somebody else uses it, or it began anew")
 
