@@ -11,7 +11,7 @@ int32_t fl_replayed(
     const int32_t *words, int32_t count, const int32_t *samples, const int32_t *setpoints, int32_t room,
     int32_t *told) {
     static fl_app app;
-    static const fl_identity identity = {FL_BOARD_HOST, 0, "replayed"};
+    static const fl_identity identity = {FL_BOARD_HOST, 0, "replayed", FL_RESET_POWER_ON};
     fl_app_start(&app, &identity, (const fl_parameters *)words);
     int32_t found = 0, rest = 0;
     app.state = FL_STATE_OPEN;

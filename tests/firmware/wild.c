@@ -173,7 +173,7 @@ int main(int count, char **arguments) {
     fl_table table;
     fill(&table, (fl_built_in){0, 0});
     if (below(3) == 0) spoil(&table);
-    fl_app_start(app, &(fl_identity){FL_BOARD_HOST, 1, "wild"}, &table.named);
+    fl_app_start(app, &(fl_identity){FL_BOARD_HOST, 1, "wild", FL_RESET_POWER_ON}, &table.named);
     int32_t before = 0;
     for (uint32_t k = 0; k < ticks; k++) {
         uint8_t out[300];
