@@ -160,6 +160,7 @@ def test_a_whole_system_and_one_value_on_top(frictionloop, tmp_path):
             ["xyzzy=1"],
             "parameter 'xyzzy': unknown; there are law.*, lookup.*, overdrive.*, drive.*, ",
         ),
+        (["kp=3"], "parameter 'kp': unknown; did you mean controller.kp?"),
         (["drive.ceiling_um=200"], "drive.ceiling_um = 200 um: must be a number from 0 to 7.9 um"),
         (["drive.ceiling_um=nan"], "drive.ceiling_um = nan um: must be a number from 0 to 7.9 um"),
         (["drive.ceiling_um=high"], "drive.ceiling_um = 'high': must be a number from 0 to 7.9 um"),

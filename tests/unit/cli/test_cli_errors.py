@@ -16,6 +16,11 @@ SIMULATE = [
     (("--controller.kp", "nan"), "controller.kp = nan N/N: must be a finite number"),
     (("--controller.kp=-3",), "controller.kp = -3 N/N: must be greater than or equal to 0"),
     (("--friction.susceptibility_per_um2", "-1"), "friction.susceptibility_per_um2 = -1 um^-2: must be greater than 0"),
+    (("--plate.q", "200"), "unknown parameter 'plate.q' here; it is of plate.kind = resonant"),
+    (
+        ("--disturbance.path", "x.csv"),
+        "unknown parameter 'disturbance.path' here; it is of disturbance.kind = recording",
+    ),
     (("--setpoint.offset_n", "0.5 N"), "setpoint.offset_n = '0.5 N' N: must be a valid number"),
     (("--kp", "12"), "Unknown option: --kp. Did you mean --controller.kp?"),
     (("--speed", "20"), "Unknown option: --speed. Did you mean --friction.speed_slope or --motion.speed_mm_s?"),
