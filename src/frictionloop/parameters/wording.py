@@ -56,8 +56,6 @@ def _fields(model: Model, prefix: str) -> list[str]:
 
 def unknown(path: str, names: list[str], system: Model) -> str:
     """Return the line that says a path does not exist, and which near ones do or which kind of the block has it."""
-    if kinds := _kinds_with(system, path):
-        return f"unknown parameter {path!r} here; it is of {path.split('.', maxsplit=1)[0]}.kind = {' or '.join(kinds)}"
     leaves = {name: name.rsplit(".", 1)[-1] for name in names}
     # A path as short as this one may have been meant as a block.
     depth = path.count(".") + 1
@@ -68,7 +66,9 @@ def unknown(path: str, names: list[str], system: Model) -> str:
     if not near:
         near = [name for name in names if name.startswith(path.split(".", 1)[0] + ".")] or names
     hints = [f"{name} ({unit_of(name)})" if unit_of(name) else name for name in dict.fromkeys(near)]
-    return f"unknown parameter {path!r}; did you mean {', '.join(hints[:3])}?"
+    kinds = _kinds_with(system, path)
+    there = f" {path.partition('.')[0]}.kind = {' or '.join(kinds)} has it" if kinds else ""
+    return f"unknown parameter {path!r}; did you mean {', '.join(hints[:3])}?{there}"
 
 
 def _kinds_with(system: Model, path: str) -> list[str]:
