@@ -43,8 +43,8 @@ BLOCKS: dict[str, type[Block]] = {
     "model": fl.Model,
 }
 """The tables of the parameters page by the name they have there."""
-VALUELESS = fl.RigidFinger, fl.Sliding
-"""Kinds that are chosen and have nothing to set."""
+VALUELESS = fl.RigidFinger, fl.Sliding, fl.RoughContactFriction
+"""Kinds that are chosen and have nothing of their own to set."""
 SIGNS = {"gt": "> {:g}", "ge": "≥ {:g}", "lt": "< {:g}", "le": "≤ {:g}"}
 UNITS = {
     "": "–",

@@ -44,6 +44,7 @@ _HOME = {
     "loop.blocks": "register",
     "loop.metric": "RunMetric Sample StreamingMetric",
     "physics.fingers": "capable fingers",
+    "physics.rough_contact": "RoughContactFriction",
     "physics.friction": "amplitude_for friction_force reachable",
     "sensing.measurement": "Measurement",
     "analysis": "command_noise_rms_n kp_limit linearise operating_band output_noise_rms_n touch_spectrum",

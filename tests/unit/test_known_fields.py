@@ -19,7 +19,7 @@ from frictionloop.firmware.parameter_words import device_words
 from frictionloop.loop.kernel.quadrature import QUADRATURE
 from frictionloop.loop.kernel.structure import kernel_of
 from frictionloop.parameters.represented import Represented
-from frictionloop.physics.vibration import GAUSSIAN, VIBRATIONS
+from frictionloop.physics.vibration import GAUSSIAN, vibration_of
 
 PLANT = ("friction", "plate", "finger", "motion")
 SEEN = {
@@ -36,7 +36,7 @@ def has_its_own(of: Represented, block: type[BaseModel]) -> bool:
     """Tell whether a law is not on the lists: a friction law by its own step, a control law not in the firmware."""
     kind = block.model_fields["kind"].default if "kind" in block.model_fields else ""
     if issubclass(block, fl.FrictionLimit):
-        return VIBRATIONS[kind] is not GAUSSIAN
+        return vibration_of(block()) is not GAUSSIAN
     return of is FIRMWARE and issubclass(block, fl.Timing) and (kind not in LAWS or LAWS[kind].kind not in FORMS)
 
 

@@ -9,8 +9,10 @@ from typing import Any, NamedTuple
 from frictionloop.parameters import Model
 from frictionloop.quantities import FrictionloopError, trees
 from frictionloop.quantities.arithmetic import fma, step
+from frictionloop.quantities.brief import Brief, brief
 
 
+@brief
 class Clamp(NamedTuple):
     """Lowest and highest force in N that the controller's model can command."""
 
@@ -18,6 +20,7 @@ class Clamp(NamedTuple):
     high: float
 
 
+@brief
 class ForceCommand(NamedTuple):
     """Force u after the clamp in N, and whether the clamp acted (1 or 0)."""
 
@@ -44,7 +47,7 @@ def clamp_of(model: Model) -> Clamp:
 
 
 @dataclass(frozen=True)
-class Law:
+class Law(metaclass=Brief):
     """A control law: ``step(state, measurement, setpoint_n, gains, dt) -> state, ForceCommand``.
 
     State and gains are named tuples of numbers, which may hold named tuples. The last two gains of every law are

@@ -80,5 +80,11 @@ class Skin(Block):
 
 
 Finger = Annotated[RigidFinger | Skin, Kinds(Block, RigidFinger, Skin, default="rigid")]
-FRICTIONS = Kinds(FrictionLimit, Friction, FingerFriction, default="gaussian")
+FRICTIONS = Kinds(
+    FrictionLimit,
+    Friction,
+    FingerFriction,
+    default="gaussian",
+    beside={"rough_contact": "frictionloop.physics.rough_contact:RoughContactFriction"},
+)
 AnyFriction = Annotated[FrictionLimit, FRICTIONS]

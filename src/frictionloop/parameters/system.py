@@ -47,18 +47,7 @@ class System(Description):
 
     @classmethod
     def from_toml(cls, path: str | os.PathLike[str]) -> Self:
-        """Return the System a TOML file describes, as `read_toml` does.
-
-        Parameters
-        ----------
-        path : path
-            The file.
-
-        Raises
-        ------
-        FrictionloopError
-            For a file that cannot be read, or what is wrong in it, naming file, field and value.
-        """
+        """Return the System a TOML file describes; `read_toml` has the errors."""
         from frictionloop.parameters.files import read_toml
 
         return read_toml(path)  # type: ignore[return-value]

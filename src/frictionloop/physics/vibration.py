@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from frictionloop.parameters.finger import FingerFriction
 from frictionloop.quantities.arithmetic import exp2, fma, log2, step
+from frictionloop.quantities.brief import brief
 
 LEAST_N = 1e-9
 """Least force whose logarithm is taken: below any that can be asked for."""
 
 
+@brief
 class Vibration(NamedTuple):
     """A friction law: ``step(amplitude_um, occluded, coefficients) -> share``, from 1 at rest down towards 0."""
 
@@ -91,9 +94,11 @@ def gaussian_coefficients(friction: Any) -> GaussianCoefficients:
 
 GAUSSIAN = Vibration("gaussian", gaussian_step, GaussianCoefficients, gaussian_coefficients, gaussian_inverse)
 VIBRATIONS: dict[str, Vibration] = {"gaussian": GAUSSIAN, "finger": GAUSSIAN}
-"""By the kind of ``friction``."""
+"""By the kind of ``friction``; a law that stands in the file of its parameters is added when it is used."""
 
 
 def vibration_of(friction: Any) -> Vibration:
     """Return the friction law that friction parameters are for."""
+    if friction.kind not in VIBRATIONS:
+        VIBRATIONS[friction.kind] = sys.modules[type(friction).__module__].VIBRATION
     return VIBRATIONS[friction.kind]
