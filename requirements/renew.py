@@ -1,4 +1,4 @@
-"""Write the files that `make` installs from, with hashes: of the versions in lock.txt, those that each set of extras needs.
+"""Write the files that `make` installs from, with hashes: of the versions in lock.txt, those that each extra needs.
 
 ``python requirements/renew.py``, with `uv` on the path, after lock.txt or the dependencies in pyproject.toml changed.
 """
