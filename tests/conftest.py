@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 import subprocess
@@ -12,6 +13,9 @@ from typing import Any
 
 import pytest
 from hypothesis import settings
+
+# Nothing that modules and collected tests are made of goes before the end: nobody need look through it again and again.
+gc.disable()
 
 # Matrices here are small, and threads that wait for one another cost several times what they save, most of all
 # where each core has a worker of its own. It must be set before the first import of NumPy.
@@ -51,18 +55,25 @@ TOGETHER = (
 """Tests that share what takes long to compute, the report's results and a design: one worker takes them all."""
 DEAREST = (
     *(name for names in TOGETHER for name in names),
-    "tests/unit/test_blocks_from_outside_refused.py",
     "tests/reference/test_tracker_linear.py",
     "tests/unit/test_docs.py",
-    "tests/unit/cli/test_cli_device.py",
+    "tests/unit/test_blocks_from_outside_refused.py",
     "tests/unit/test_comparison.py",
+    "tests/unit/test_oracle.py",
+    "tests/unit/test_recording.py",
+    "tests/unit/cli/test_cli_device.py",
+    "tests/unit/test_caches_heal.py",
     "tests/unit/test_retune_notch.py",
     "tests/protocol/test_recordings_survive.py",
     "tests/reference/test_independent_solver.py",
+    "tests/unit/test_bench_bits.py",
+    "tests/unit/test_tracker_learning.py",
     "tests/unit/cli/test_cli_bench.py",
-    "tests/unit/cli/test_cli_program.py",
     "tests/unit/test_design_sensor.py",
+    "tests/unit/test_digest.py",
     "tests/reference/test_linear_laws.py",
+    "tests/unit/test_super_twisting.py",
+    "tests/unit/cli/test_cli_program.py",
 )
 """What takes longest comes first where files keep their order (``--no-loadscope-reorder``), and short files last."""
 
@@ -76,6 +87,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     """Remember the campaigns before they are left out (tests/unit/test_soak.py)."""
     config.stash[CAMPAIGNS] = [item.nodeid for item in items if item.get_closest_marker("soak")]
     items.sort(key=_rank)
+
+
+def pytest_collection_finish() -> None:
+    """Look for garbage from now on, but not among what collecting has made."""
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.hookimpl(wrapper=True)
