@@ -87,13 +87,15 @@ class Failure(NamedTuple):
     ticks: int = TICK_HZ // 50
 
 
+HUMS = ("sensor_hums", "force_range")
+"""A hum may take a large force out of its range."""
 FAILURES = {
     "stuck with a bit of dither": Failure(dither, ("sensor_stuck",)),
-    "floating": Failure(floating, ("sensor_hums", "sensor_jumps"), TWO_PERIODS),
+    "floating": Failure(floating, (*HUMS, "sensor_jumps"), TWO_PERIODS),
     "random codes": Failure(random_codes, ("sensor_jumps",)),
-    "mains, 50 Hz": Failure(hum(0.5, 50.0), ("sensor_hums",), TWO_PERIODS),
-    "mains, 60 Hz": Failure(hum(0.5, 60.0), ("sensor_hums",), TWO_PERIODS),
-    "mains, strong": Failure(hum(1.0, 50.0), ("sensor_hums",), TWO_PERIODS),
+    "mains, 50 Hz": Failure(hum(0.5, 50.0), HUMS, TWO_PERIODS),
+    "mains, 60 Hz": Failure(hum(0.5, 60.0), HUMS, TWO_PERIODS),
+    "mains, strong": Failure(hum(1.0, 50.0), HUMS, TWO_PERIODS),
     "reversed sign": Failure(reversed_sign, ("sensor_contrary",)),
     "intermittent overload": Failure(overload(10, 10), ("sensor_jumps", "sensor_saturated")),
     "position jumps": Failure(position_jumps, ("sensor_jumps",)),
