@@ -5,8 +5,8 @@
 #include "fl_app_parts.h"
 
 enum {
-    JUMPS = 3,                             /* of force or load, within ... */
-    JUMPS_TICKS = FL_TICK_HZ / 50,         /* ... 20 ms; of the position one is enough */
+    JUMPS = 3,                             /* of force or load; of the position one is enough */
+    JUMPS_TICKS = FL_TICK_HZ / 50,         /* 20 ms, in which one of them is forgotten */
     CONTRARY_TICKS = FL_TICK_HZ * 3 / 200, /* 15 ms */
     SHORTEST = FL_TICK_HZ * 152 / 10000,   /* period of the mains, 16.7 ms at 60 Hz and 20 ms at 50 Hz, 8 % off */
     LONGEST = FL_TICK_HZ * 216 / 10000,
