@@ -229,7 +229,10 @@ def _seconds(time: Any) -> np.ndarray:
     return np.empty(0) if of != "s" or counts or times.dtype.kind not in "iuf" else factor * times
 
 
-SOURCES = Sources(Signal, Constant, Sine, LogSweep, Steps, ColouredNoise, Recording, Samples, tuned=True)
+SOURCES = Sources(
+    Signal, Constant, Sine, LogSweep, Steps, ColouredNoise, Recording, Samples,
+    tuned=True, beside={"effect": "frictionloop.rendering.source:EffectSource"},
+)  # fmt: skip
 Source = Annotated[Signal, SOURCES]
 
 
