@@ -62,6 +62,8 @@ def _place(whole: type[Description], tree: dict[str, Any], path: str, value: Any
     *parents, leaf = path.split(".")
     node: Any = tree
     for name in parents:
+        if isinstance(node, dict) and isinstance(node.get(name), BaseModel):  # the default of a new kind
+            node[name] = _values(node[name])
         node = node.get(name) if isinstance(node, dict) else None
     # A new kind may need a value that nothing has given yet: the path of a recording.
     if not isinstance(node, dict) or (leaf not in node and path not in wording.known_names(whole, tree)):
@@ -111,5 +113,4 @@ def _change_kind(whole: type[Description], tree: dict[str, Any], block: str, kin
 
 def _defaults(model: type[BaseModel]) -> dict[str, Any]:
     fields = {name: field for name, field in model.model_fields.items() if not field.is_required()}
-    found = {name: field.get_default(call_default_factory=True) for name, field in fields.items()}
-    return {name: _values(value) if isinstance(value, BaseModel) else value for name, value in found.items()}
+    return {name: field.get_default(call_default_factory=True) for name, field in fields.items()}

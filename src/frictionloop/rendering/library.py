@@ -73,4 +73,4 @@ LIBRARY: dict[str, Effect] = {
     "rubber": Constant(level_n=0.6) + Texture(offset_n=0.0, rms_n=0.03, exponent=2.0, longest_mm=8.0),
     "braille": _braille(),
 }
-"""Ready-made effects; velvet after Bueno 2014 (a mean by direction and a ripple of 1 mm), the others' numbers assumed."""
+"""Ready-made effects; velvet has a mean by direction and a ripple of 1 mm (Bueno 2014); other numbers are assumed."""

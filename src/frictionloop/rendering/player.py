@@ -11,8 +11,8 @@ from typing import Any
 from frictionloop.parameters.block import Block
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.effect import TOUCHES_N, TURNS_MM_S, Effect
-from frictionloop.rendering.track import Track
 from frictionloop.rendering.program import FAR_S, Do, Program, program_of
+from frictionloop.rendering.track import Track
 
 PLATE_MM = 255.0
 """Length of the plate (paper, Sec. 4.1)."""
@@ -50,7 +50,7 @@ class Player:
         if not band_n[0] <= band_n[1]:
             raise FrictionloopError(f"band_n = {band_n!r}: must be a least and a largest force")
         self.program: Program = program_of(effect, track or Track(), length_mm)
-        self.band_n = band_n
+        self.band_n, self.touches_n = band_n, TOUCHES_N
         self.reset()
 
     def reset(self) -> None:
@@ -78,7 +78,7 @@ class Player:
         first = math.isnan(self.held_n)
         if abs(speed_mm_s) > TURNS_MM_S:
             self.direction = 1.0 if speed_mm_s > 0.0 else -1.0
-        if load_n >= TOUCHES_N or first:
+        if load_n >= self.touches_n or first:
             raw = self._run(along_mm, speed_mm_s, load_n, first)
             self.held_n = min(max(raw, self.band_n[0]), self.band_n[1])
             self.clamped_n = raw - self.held_n

@@ -17,9 +17,9 @@ import numpy as np
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.effect import Effect, Touch
 from frictionloop.rendering.mixing import At, Directed, Largest, Mask, Placed, Product, Scale, Sum, Trigger
-from frictionloop.rendering.track import Track
 from frictionloop.rendering.shapes import Detents, Ridge, Viscous
 from frictionloop.rendering.tables import Map, Wave
+from frictionloop.rendering.track import Track
 
 POINTS, PERIOD_POINTS = 32768, 2048
 """Values of a table over the whole plate, and over one period of what repeats."""
@@ -169,7 +169,9 @@ class _Compiler:
         elif isinstance(effect, Trigger):
             self.trigger(effect, chart, depth)
         else:
-            raise FrictionloopError(f"effect.kind = {effect.kind!r}: depends on more than the place and is not compiled")
+            raise FrictionloopError(
+                f"effect.kind = {effect.kind!r}: depends on more than the place and is not compiled"
+            )
 
     def mix(self, effect: Sum | Product | Largest, chart: Chart, depth: int) -> None:
         """Add the parts, those of place alone as one table."""
@@ -227,7 +229,7 @@ class _Compiler:
         def force(at: np.ndarray) -> np.ndarray:
             return np.broadcast_to(np.asarray(asked(chart(path.touch(at))), float), at.shape)
 
-        at = start + pitch * np.arange(grid.count)
+        at = start + pitch * np.arange(grid.values)
         values = force(at)
         beside = np.append(values, values[:1]) if grid.repeats else values
         if not grid.nearest:
@@ -250,7 +252,7 @@ class _Compiler:
 class _Grid(NamedTuple):
     start_mm: float
     pitch_mm: float
-    count: int
+    values: int
     nearest: bool
     repeats: bool
 

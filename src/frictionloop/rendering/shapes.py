@@ -233,7 +233,9 @@ class Texture(Effect):
         first, last = _orders(self)
         in_phase, quarter = _drawn(self.seed, first, last, self.exponent)
         turns = np.multiply.outer(np.arange(first, last + 1), np.asarray(touch.x_mm, float) / self.length_mm)
-        waves = np.tensordot(in_phase, np.cos(2 * np.pi * turns), 1) + np.tensordot(quarter, np.sin(2 * np.pi * turns), 1)
+        waves = np.tensordot(in_phase, np.cos(2 * np.pi * turns), 1) + np.tensordot(
+            quarter, np.sin(2 * np.pi * turns), 1
+        )
         return self.offset_n + self.rms_n * waves
 
 

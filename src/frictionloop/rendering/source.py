@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from functools import cached_property
+from functools import lru_cache
 from typing import Any, Literal
 
+import numpy as np
+
 from frictionloop.parameters.sources import Signal
-from frictionloop.rendering.effect import AnyEffect
+from frictionloop.rendering.effect import AnyEffect, Effect
 from frictionloop.rendering.library import LIBRARY
-from frictionloop.rendering.track import Track
 from frictionloop.rendering.program import Program, program_of
+from frictionloop.rendering.track import Track
 
 
 class EffectSource(Signal):
@@ -34,14 +36,22 @@ class EffectSource(Signal):
         """An effect has no end."""
         return math.inf
 
-    @cached_property
-    def offset_n(self) -> float:
-        """Mean of its tables over the path, N: what sums of forces are taken less of."""
-        import numpy as np
+    @property
+    def band_n(self) -> tuple[float, float, float]:
+        """Least, mean and largest force along the middle 100 mm of the path, N, on the way forth at 20 mm/s."""
+        return _band_n(self.effect, self.track)
 
-        along = np.linspace(-50.0, 50.0, 1001)
-        return float(np.mean(self.effect.asked(self.track.touch(along))))
+    @property
+    def offset_n(self) -> float:
+        """The mean force, which sums of forces are taken less of."""
+        return self.band_n[1]
 
     def force_n(self, time_s: Any) -> Any:
         """Refuse: a place is needed, and the loop knows it."""
         raise NotImplementedError("an effect has a force at a place; fl.rendering.Player gives it")
+
+
+@lru_cache(maxsize=256)
+def _band_n(effect: Effect, track: Track) -> tuple[float, float, float]:
+    force = effect.asked(track.touch(np.linspace(-50.0, 50.0, 1001), 20.0))
+    return float(np.min(force)), float(np.mean(force)), float(np.max(force))

@@ -95,8 +95,8 @@ def _cells(u: np.ndarray, count: int, of: Map) -> _Cells:
         u = np.floor(u + 0.5)
     cell = np.floor(u)
     after = cell + 1.0
-    wrap = (lambda k: k % count) if of.beyond == "repeat" else (lambda k: np.minimum(k, count - 1.0))
-    return _Cells(wrap(cell).astype(int), wrap(after).astype(int), u - cell)
+    after = after % count if of.beyond == "repeat" else np.minimum(after, count - 1.0)
+    return _Cells((cell % count).astype(int), after.astype(int), u - cell)
 
 
 class Wave(Effect):

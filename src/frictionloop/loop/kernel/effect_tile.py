@@ -38,11 +38,11 @@ def _lift_table(lifting: Lifting) -> Any:
     return table
 
 
-def _lift_run(lifting: Lifting) -> Any:
-    """Return ``run(s, i, p, base, along_mm, speed_mm_s, load_n, time_s, first)``: all instructions, for one lane."""
-    width, compiled, table = lifting.width, lifting.compiled, _lift_table(lifting)
+def _lift_wave(lifting: Lifting) -> Any:
+    """Return ``wave(s, i, p, at, first, base, time_s)``: the wave of an instruction, since the start or its trigger."""
+    width = lifting.width
 
-    @compiled
+    @lifting.compiled
     def wave(s, i, p, at, first, base, time_s):  # type: ignore[no-untyped-def]
         count, loops, trigger = load(p, 0, 1, at + 2), load(p, 0, 1, at + 4) > 0.0, int(load(p, 0, 1, at + 5))
         if trigger >= 0:
@@ -58,9 +58,17 @@ def _lift_run(lifting: Lifting) -> Any:
         here, after = load(p, 0, 1, (first + cell, first + cell + 1))
         return here + (u - cell) * (after - here)
 
-    @compiled
+    return wave
+
+
+def _lift_trigger(lifting: Lifting) -> Any:
+    """Return ``trigger(s, i, p, at, base, quantity, begins)``: 1 if it is on, else 0, after it has changed or not."""
+    width = lifting.width
+
+    @lifting.compiled
     def trigger(s, i, p, at, base, quantity, begins):  # type: ignore[no-untyped-def]
-        number, on, off, dead = int(load(p, 0, 1, at + 1)), *load(p, 0, 1, (at + 3, at + 4, at + 5))
+        number = int(load(p, 0, 1, at + 1))
+        on, off, dead = load(p, 0, 1, (at + 3, at + 4, at + 5))
         was_on, since = load(s, i, width, (base + _ON + number, base + _SINCE + number))
         now_on = quantity >= on if on > off else quantity <= on
         now_off = quantity <= off if on > off else quantity >= off
@@ -71,7 +79,15 @@ def _lift_run(lifting: Lifting) -> Any:
         store(s, i, width, (base + _ON + number, base + _SINCE + number), (was_on, since))
         return was_on
 
-    @compiled
+    return trigger
+
+
+def _lift_run(lifting: Lifting) -> Any:
+    """Return ``run(s, i, p, base, along_mm, speed_mm_s, load_n, time_s, begins)``: all instructions, for one lane."""
+    width, table = lifting.width, _lift_table(lifting)
+    wave, trigger = _lift_wave(lifting), _lift_trigger(lifting)
+
+    @lifting.compiled
     def run(s, i, p, base, along_mm, speed_mm_s, load_n, time_s, begins):  # type: ignore[no-untyped-def]
         count = int(load(p, 0, 1, 0))
         tables, top = 1 + count * WIDTH, _STACK
@@ -144,7 +160,7 @@ def build_effect(lifting: Lifting, plain: bool) -> Any:
     told, touch = ROW["measurement"], ROW["touch_coefficients"].touch_n
     seen, true = _SEEN.direction, _TRUE.direction
     predicted = ROW["effect_lead"], ROW["touch"].position, ROW["touch"].speed
-    moving, results = ROW["motion"][:3], (ROW["setpoint"], ROW["intended"])
+    moving, setpoint, intended = ROW["motion"][:3], ROW["setpoint"], ROW["intended"]
 
     @compiled
     def effect(s, n, k, at, o):  # type: ignore[no-untyped-def]
@@ -154,8 +170,10 @@ def build_effect(lifting: Lifting, plain: bool) -> Any:
             _, position, speed, pressed, _ = load(s, i, width, told)
             along = tracked + lead * rate if lead >= 0.0 else position
             asked = play(s, i, p, seen, along, speed, pressed, load(s, i, width, touch), k, o.dt)
-            x, v, load_n = load(s, i, width, moving)
-            store(s, i, width, results, (asked, play(s, i, p, true, x, v, load_n, 1e-12, k, o.dt)))
+            store(s, i, width, setpoint, asked)
+            if o.trace_size > 0:  # what is asked for at the true place is a trace alone
+                x, v, load_n = load(s, i, width, moving)
+                store(s, i, width, intended, play(s, i, p, true, x, v, load_n, 1e-12, k, o.dt))
             # An oracle takes the set-point from its buffer; what is asked for next is not known, and taken to be this.
             store(out, i, width, at, asked)
             store(out, i, width, min(at + 1, BLOCK - 1), asked)

@@ -10,8 +10,8 @@ import numpy as np
 from frictionloop.loop.kernel.columns import Slab
 from frictionloop.loop.kernel.signals import FORMULAS
 from frictionloop.parameters import ColouredNoise, Constant, LogSweep, Sine, Source, Steps
-from frictionloop.rendering.source import EffectSource
 from frictionloop.physics.sources import Sampler, sampler, sweep_turns
+from frictionloop.rendering.source import EffectSource
 
 _HOW = {Constant: "sine", Sine: "sine", LogSweep: "log_sweep", Steps: "held"}
 """How signals are made; all others are linear between samples."""

@@ -16,7 +16,6 @@ from frictionloop.rendering.source import EffectSource
 from frictionloop.sensing.touch import check_follows
 
 STRUCTURAL = (
-    *("heading_deg", "x_mm", "y_mm"),
     "kind",
     "form",
     "pulse_ticks",

@@ -8,8 +8,8 @@ from typing import Any
 from frictionloop.loop.formulas import TALLIES
 from frictionloop.loop.kernel.access import doubles, load, store
 from frictionloop.loop.kernel.slab import ROW, ROWS
-from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.loop.kernel.structure import effect_of, kernel_of
+from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.loop.metric import Sample, Tally
 from frictionloop.parameters import System
 from frictionloop.quantities import trees
