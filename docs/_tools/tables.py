@@ -21,6 +21,8 @@ BLOCKS: dict[str, type[Block]] = {
     "noise": fl.ColouredNoise,
     "recording": fl.Recording,
     "samples": fl.Samples,
+    "effect": fl.rendering.EffectSource,
+    "effect_track": fl.rendering.Track,
     "friction": fl.Friction,
     "friction_finger": fl.FingerFriction,
     "plate": fl.LowpassPlate,
@@ -43,7 +45,7 @@ BLOCKS: dict[str, type[Block]] = {
     "model": fl.Model,
 }
 """The tables of the parameters page by the name they have there."""
-VALUELESS = fl.RigidFinger, fl.Sliding, fl.RoughContactFriction
+VALUELESS = fl.rendering.Effect, fl.RigidFinger, fl.Sliding, fl.RoughContactFriction
 """Kinds that are chosen and have nothing of their own to set."""
 SIGNS = {"gt": "> {:g}", "ge": "≥ {:g}", "lt": "< {:g}", "le": "≤ {:g}"}
 UNITS = {

@@ -8,7 +8,7 @@ What they are made of   Map  Wave  Trigger  sampled  Touch  Track
 Patterns                Constant  Gradient  Edge  Grating  Chirp  Ridge  Detents  Texture  Dots  Viscous
 Mixing                  a + b  a * b  a.max(b)  mask  at  rotate  scale  repeat  Directed
 By name, in files       LIBRARY  find  read_effect  write_effect
-Run them                EffectSource  Player  preview
+Run them                EffectSource  Player  preview  people
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import importlib
 from typing import Any
 
 _HOME = {
+    "preview": "Preview people preview",
     "rendering.effect": "EFFECTS Effect Touch",
     "rendering.files": "find read_effect to_toml write_effect",
     "rendering.library": "LIBRARY",

@@ -1,0 +1,79 @@
+"""The preview of an effect for several fingers: what each gets, and how differently."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from frictionloop.loop.simulate import simulate
+from frictionloop.parameters import Strokes, System
+from frictionloop.preview.effect import both, duration_s, prepared
+from frictionloop.preview.measures import Delivered, delivered
+from frictionloop.rendering.effect import Effect
+
+
+@dataclass(frozen=True)
+class People:
+    """What of an effect several fingers are given, open and closed loop."""
+
+    open_loop: tuple[Delivered, ...]
+    """Of each finger, with the lookup alone."""
+    closed_loop: tuple[Delivered, ...]
+    """Of each finger, with the system's control law."""
+
+    @property
+    def spread_n(self) -> tuple[float, float]:
+        """Standard deviation between fingers of the force at a place, rms over places, N: open and closed loop."""
+        return _spread_n(self.open_loop), _spread_n(self.closed_loop)
+
+    @property
+    def contrasts(self) -> tuple[np.ndarray, np.ndarray]:
+        """Contrast that each finger is given, open and closed loop."""
+        return tuple(np.array([each.contrast for each in ways]) for ways in (self.open_loop, self.closed_loop))  # type: ignore[return-value]
+
+    @property
+    def sentence(self) -> str:
+        """The result in one sentence."""
+        here, there = self.spread_n
+        return (
+            f"the force at a place differs between {len(self.open_loop)} fingers by {1e3 * here:.0f} mN open loop, "
+            f"{1e3 * there:.0f} mN closed (standard deviation)"
+        )
+
+
+def people(
+    effect: Effect | str,
+    system: System,
+    fingers: Sequence[Mapping[str, Any]],
+    stroke: Strokes | float | None = None,
+    seed: int = 0,
+) -> People:
+    """Return what of an effect several fingers are given.
+
+    Parameters
+    ----------
+    effect, system, stroke, seed
+        As of ``fl.rendering.preview``.
+    fingers : list of overrides
+        From ``fl.fingers(n, seed)``, or such dicts of values by dotted name.
+
+    Raises
+    ------
+    FrictionloopError
+        As ``fl.rendering.preview``.
+    """
+    found: dict[bool, list[Delivered]] = {True: [], False: []}
+    for finger in fingers:
+        shown = prepared(effect, system.evolve(finger), stroke)
+        for law, each in both(shown).items():
+            found[law == "lookup"].append(delivered(simulate(each, duration_s(shown), seed), law))
+    return People(tuple(found[True]), tuple(found[False]))
+
+
+def _spread_n(ways: Sequence[Delivered]) -> float:
+    forces = np.array([each.over_n for each in ways])
+    known = np.isfinite(forces).all(axis=0)
+    return float(np.sqrt(np.mean(np.var(forces[:, known], axis=0))))
