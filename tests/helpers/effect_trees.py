@@ -33,6 +33,8 @@ LEAVES = st.one_of(
         between=st.sampled_from(["linear", "nearest"]), beyond=st.sampled_from(["hold", "repeat"]),
     ),
     st.builds(R.Map, values_n=st.just(((0.1, 0.2, 0.5), (0.3, 0.8, 0.2))), pitch_mm=ways),
+    st.builds(R.Relief, height=st.builds(R.Grating, spacing_mm=ways)),
+    st.builds(R.Resynthesis, seed=st.integers(0, 100), offset_n=forces),
     wave(),
 )  # fmt: skip
 

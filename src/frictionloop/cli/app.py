@@ -31,6 +31,7 @@ from frictionloop.cli import (
     device_run,
     device_set,
     effect,
+    effect_import,
     firmware,
     reproduce,
     simulate,
@@ -196,6 +197,7 @@ app.command(
             "show": Verb(effect.show, effect.ARGUMENTS, effect.SHOW_EXAMPLES),
             "check": Verb(effect.check, effect.ARGUMENTS, effect.CHECK_EXAMPLES),
             "play": Verb(effect.play, effect.ARGUMENTS, effect.PLAY_EXAMPLES),
+            "import": _verb(effect_import),
         },
     )
 )

@@ -39,7 +39,7 @@ Name = Annotated[
     str, Parameter(name="EFFECT", help="A name of the library, or a TOML file with an effect.", group=flags.SYSTEM)
 ]
 Speed = Annotated[float | None, Parameter(help="Speed of the stroke in mm/s; that of the system if not given.")]
-EFFECT_FILES = (".toml", ".png", ".wav", ".hjif", ".json")
+EFFECT_FILES = (".toml", ".png", ".wav", ".hjif")
 LAW = {"controller.kind": "observer"}
 """What closes the loop of the bench, if neither a file nor a flag says it (docs/which-law)."""
 

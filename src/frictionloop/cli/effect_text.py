@@ -20,8 +20,10 @@ if TYPE_CHECKING:
     from frictionloop.preview.asked import Asked
     from frictionloop.rendering.effect import Effect
 
-_LIMITS = ("share_in_reach", "share_clamped", "clamped_n", "steepest_n_mm", "skin_n_mm")
-_LIMITS += ("position_error_um", "position_error_n", "table_error_n")
+_LIMITS = (
+    *("share_in_reach", "share_clamped", "clamped_n", "steepest_n_mm", "skin_n_mm"),
+    *("position_error_um", "position_error_n", "table_error_n"),
+)
 
 
 def library_rows(effects: Mapping[str, Effect]) -> list[tuple[str, str, str]]:

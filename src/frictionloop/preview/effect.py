@@ -11,7 +11,7 @@ import numpy as np
 
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import Skin, Strokes, System, check_system
-from frictionloop.preview.asked import asked_of, check
+from frictionloop.preview.asked import check
 from frictionloop.preview.measures import Delivered, delivered, over_place
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.checks import Array
@@ -124,7 +124,7 @@ def preview(effect: Effect | str, system: System, stroke: Strokes | float | None
         For what is no effect, a stroke that the plate has no room for, or one on which nothing counts.
     """
     shown = prepared(effect, system, stroke)
-    check(shown)
+    asked = check(shown)
     runs = {law: simulate(each, duration_s(shown), seed) for law, each in both(shown).items()}
     for run in runs.values():
         if not run["scored"].values.any():
@@ -133,15 +133,16 @@ def preview(effect: Effect | str, system: System, stroke: Strokes | float | None
     closed = runs[shown.controller.kind]
     keep = closed["scored"].values
     wanted, top, floor, d = (closed[name].values[keep] for name in ("f_r_intended", "limit", "floor", "d"))
-    reach = [np.fmin(over_place(closed, name, 1.0), over_place(closed, name, -1.0)) for name in ("floor", "limit")]
-    asked = asked_of(shown)
+    low, high = (np.fmin(*(over_place(closed, name, way) for way in (1.0, -1.0))) for name in ("floor", "limit"))
+    position_n, um = _position(closed, asked.place_mm, asked.forth_n)
     return Preview(
         effect if isinstance(effect, str) else getattr(effect, "kind", "effect"),
         shown,
         asked.place_mm,
         asked.forth_n,
         asked.back_n,
-        *reach,
+        low,
+        high,
         open_loop,
         closed_loop,
         share_in_reach=float(np.mean((wanted >= floor + d) & (wanted <= top + d))),
@@ -149,7 +150,8 @@ def preview(effect: Effect | str, system: System, stroke: Strokes | float | None
         clamped_n=asked.clamped_n,
         steepest_n_mm=asked.steepest_n_mm,
         skin_n_mm=1e-3 * shown.finger.stiffness_n_m if isinstance(shown.finger, Skin) else math.inf,
-        **_position(closed, asked.place_mm, asked.forth_n),
+        position_error_um=um,
+        position_error_n=position_n,
         table_error_n=asked.table_error_n,
     )
 
@@ -184,12 +186,12 @@ def duration_s(system: System) -> float:
     return math.ceil(CYCLES * motion.cycle_s * rate) / rate
 
 
-def _position(run: Any, place_mm: Array, asked_n: Array) -> dict[str, float]:
-    """Return how far the place that is asked at is off, told by what that does to the set-point."""
+def _position(run: Any, place_mm: Array, asked_n: Array) -> tuple[float, float]:
+    """Return what the error of the place does to the set-point, N rms, and how far that is on its slopes, um."""
     keep = run["scored"].values
     error = (run["f_r"].values - run["f_r_intended"].values)[keep]
     x = 1e3 * run["position"].values[keep]
     slope = np.interp(x, place_mm, np.gradient(asked_n, place_mm))
     rms = float(np.sqrt(np.mean(error**2)))
     steepness = float(np.sqrt(np.mean(slope**2)))
-    return {"position_error_n": rms, "position_error_um": 1e3 * rms / steepness if steepness > 1e-4 else 0.0}
+    return rms, 1e3 * rms / steepness if steepness > 1e-4 else 0.0

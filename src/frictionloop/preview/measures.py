@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from frictionloop.loop.felt import perceptual_index
 from frictionloop.loop.record import system_of
@@ -75,7 +76,7 @@ def delivered(run: xr.Dataset, law: str) -> Delivered:
     )
 
 
-def _contrast(wanted: Array, force: Array, keep: Array, rate_hz: float) -> tuple[float, float]:
+def _contrast(wanted: Array, force: Array, keep: NDArray[np.bool_], rate_hz: float) -> tuple[float, float]:
     """Return the slope of the force over what was intended, and the delay in s at which they correlate best."""
     if np.std(wanted[keep]) < LEAST_N:
         return math.nan, 0.0

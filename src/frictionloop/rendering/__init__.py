@@ -6,8 +6,10 @@
 
 What they are made of   Map  Wave  Trigger  sampled  Touch  Track
 Patterns                Constant  Gradient  Edge  Grating  Chirp  Ridge  Detents  Texture  Dots  Viscous
-Mixing                  a + b  a * b  a.max(b)  mask  at  rotate  scale  repeat  Directed
+Mixing                  a + b  a * b  a.max(b)  mask  at  rotate  scale  repeat  Directed  Relief
 By name, in files       LIBRARY  find  read_effect  write_effect
+From and to files       read_image  write_image  read_texture  read_wave  write_wave  fit_texture  read_hjif  write_hjif
+                        read_envelope  text_map  rasterise  write
 Run them                EffectSource  Player  preview  people
 """
 
@@ -19,13 +21,19 @@ from typing import Any
 _HOME = {
     "preview": "Preview people preview",
     "rendering.effect": "EFFECTS Effect Touch",
+    "rendering.envelopes": "read_envelope",
+    "rendering.export": "write",
     "rendering.files": "find read_effect to_toml write_effect",
+    "rendering.hjif": "read_hjif write_hjif",
+    "rendering.images": "Picture rasterise read_image text_map write_image",
     "rendering.library": "LIBRARY",
-    "rendering.mixing": "At Directed Largest Mask Product Repeat Rotate Scale Sum Trigger",
+    "rendering.mixing": "At Directed Largest Mask Product Relief Repeat Rotate Scale Sum Trigger",
     "rendering.track": "Track",
     "rendering.player": "Player",
     "rendering.program": "Program program_of",
+    "rendering.resynthesis": "Resynthesis fit_texture",
     "rendering.shapes": "Chirp Constant Detents Dots Edge Gradient Grating Ridge Texture Viscous",
+    "rendering.sounds": "read_texture read_wave write_wave",
     "rendering.source": "EffectSource",
     "rendering.tables": "Map Sampled Wave sampled",
 }

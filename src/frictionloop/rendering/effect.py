@@ -148,8 +148,16 @@ class EffectKinds(Kinds):
 _HOME = {
     "mixing": {
         **{"sum": "Sum", "product": "Product", "max": "Largest", "mask": "Mask", "directed": "Directed"},
-        **{"at": "At", "rotate": "Rotate", "scale": "Scale", "repeat": "Repeat", "trigger": "Trigger"},
+        **{
+            "at": "At",
+            "rotate": "Rotate",
+            "scale": "Scale",
+            "repeat": "Repeat",
+            "trigger": "Trigger",
+            "relief": "Relief",
+        },
     },
+    "resynthesis": {"resynthesis": "Resynthesis"},
     "tables": {"map": "Map", "wave": "Wave"},
     "shapes": {
         **{"constant": "Constant", "gradient": "Gradient", "edge": "Edge", "grating": "Grating", "chirp": "Chirp"},

@@ -188,6 +188,40 @@ class Directed(Effect):
         return np.where(touch.direction > 0, self.forth.asked(touch), self.back.asked(touch))
 
 
+class Relief(Effect):
+    """The lateral force of a height map, to be added to a carrier: f = load (dh/ds) in the direction of motion.
+
+    As `Ridge`, of any effect of place whose force in N is taken for a height in mm: a picture, dots, a texture.
+    """
+
+    kind: Literal["relief"] = "relief"
+    height: AnyEffect
+    """The height h, counted in mm."""
+    load_n: Positive = 0.5
+    """Load that the slope is counted with."""
+    step_mm: Positive = 0.1
+    """Way over which the slope is taken (assumed: finer than a finger feels)."""
+
+    @property
+    def is_static(self) -> bool:
+        """Its sign is that of the motion."""
+        return False
+
+    @model_validator(mode="after")
+    def _is_a_height(self) -> Self:
+        if not self.height.is_static:
+            raise ValueError(f'height.kind = "{self.height.kind}": must depend on the place alone')
+        return self
+
+    def asked(self, touch: Touch) -> Any:
+        """Return the force in N."""
+        angle = np.radians(touch.heading_deg)
+        dx, dy = 0.5 * self.step_mm * np.cos(angle), 0.5 * self.step_mm * np.sin(angle)
+        ends = (touch._replace(x_mm=touch.x_mm + s * dx, y_mm=touch.y_mm + s * dy) for s in (1.0, -1.0))
+        ahead, behind = (self.height.asked(end) for end in ends)
+        return self.load_n * (ahead - behind) / self.step_mm * touch.direction
+
+
 class Trigger(Effect):
     """A condition that starts waves and switches between two effects.
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.effect import Effect, Touch
-from frictionloop.rendering.mixing import At, Directed, Largest, Mask, Placed, Product, Scale, Sum, Trigger
+from frictionloop.rendering.mixing import At, Directed, Largest, Mask, Placed, Product, Relief, Scale, Sum, Trigger
 from frictionloop.rendering.shapes import Detents, Ridge, Viscous
 from frictionloop.rendering.tables import Map, Wave
 from frictionloop.rendering.track import Track
@@ -157,7 +157,7 @@ class _Compiler:
             self.select(depth, lambda: self.lower(effect.where, chart, depth), effect.effect, effect.outside, chart)
         elif isinstance(effect, Directed):
             self.select(depth, lambda: self.emit(Do.DIRECTION), effect.forth, effect.back, chart)
-        elif isinstance(effect, Ridge | Detents):
+        elif isinstance(effect, Ridge | Detents | Relief):
             self.table(effect, lambda touch: effect.asked(touch._replace(speed_mm_s=0.0)), chart)
             self.emit(Do.DIRECTION)
             self.emit(Do.MULTIPLY)
