@@ -65,7 +65,8 @@ def read_image(
         For a picture that cannot be read, has colours or too many pixels, and without a scale or a polarity.
     """
     grey, white, own = _opened(Path(path))
-    scale = {"mm_per_pixel": mm_per_pixel, "polarity": polarity} if mm_per_pixel or polarity else own
+    given = mm_per_pixel is not None or polarity is not None
+    scale: dict[str, Any] = {"mm_per_pixel": mm_per_pixel, "polarity": polarity} if given else own
     if not scale or scale.get("mm_per_pixel") is None:
         raise FrictionloopError(f"{path}: mm_per_pixel is missing: must be the size of a pixel in mm")
     if scale.get("polarity") is None:
@@ -165,7 +166,7 @@ def rasterise(effect: Effect, width_mm: float, height_mm: float = 0.0, pitch_mm:
     x = pitch_mm * (np.arange(columns) - 0.5 * (columns - 1))
     y = pitch_mm * (np.arange(rows) - 0.5 * (rows - 1))
     grid = np.meshgrid(x, y)
-    force = np.broadcast_to(effect.asked(Touch(*grid, 20.0, 0.5, 1e6)), grid[0].shape)
+    force = np.broadcast_to(effect.asked(Touch(grid[0], grid[1], 20.0, 0.5, 1e6)), grid[0].shape)
     return Map(values_n=force.tolist(), pitch_mm=pitch_mm, start_mm=float(x[0]), start_y_mm=float(y[0]))
 
 
