@@ -154,3 +154,28 @@ def test_a_system_with_an_effect_goes_through_a_file(tmp_path):
 def test_a_linear_analysis_looks_at_the_mean_of_an_effect():
     found = fl.linearise(bench("grating")).elements.force_n
     assert found == pytest.approx(0.45 - fl.bench().disturbance.offset_n, abs=1e-3)
+
+
+@pytest.mark.parametrize("form", ["float", "firmware"])
+@pytest.mark.parametrize("level", [-50.0, 50.0])
+def test_nothing_reaches_the_plate_above_its_ceiling_whatever_an_effect_says(form, level):
+    wild = R.Grating(offset_n=level, amplitude_n=100.0, shape="square", spacing_mm=0.5) * level
+    run = fl.simulate(bench(wild, **{"controller.form": form}), 0.5)
+    system = fl.system_of(run)
+    low, high = fl.clamp_of(system.controller.model)
+    assert 0.0 <= run["a"].values.min()
+    assert run["a"].values.max() <= system.plate.max_amplitude_um
+    assert np.all((run["f_r"].values >= low) & (run["f_r"].values <= high))
+
+
+def test_the_firmwares_form_follows_an_effect_as_the_float_form_does():
+    runs = [fl.simulate(bench("grating", **{"controller.form": form}), 1.0) for form in ("float", "firmware")]
+    assert np.array_equal(runs[0]["f_r_intended"].values, runs[1]["f_r_intended"].values)
+    assert np.abs(runs[0]["f_a"].values - runs[1]["f_a"].values)[runs[0]["scored"].values].max() < 2e-3
+
+
+def test_a_device_refuses_an_effect_in_one_line():
+    from frictionloop.device.waveform import checked
+
+    with pytest.raises(FrictionloopError, match=r'setpoint\.kind = "effect": a device plays forces over time alone'):
+        checked(R.EffectSource())

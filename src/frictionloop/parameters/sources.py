@@ -241,6 +241,8 @@ def largest_n(source: Signal) -> float:
 
     Nothing is known of a signal from outside: 0.
     """
+    if source.kind == "effect":  # limited to the controller's band, whatever it asks for
+        return 0.0
     if isinstance(source, Steps):
         return max(abs(level) for level in source.levels_n)
     if isinstance(source, Samples):
