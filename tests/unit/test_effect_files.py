@@ -188,7 +188,7 @@ def grey(tmp_path):
         (lambda p: R.text_map(" "), "text = ' ': must have a letter"),
         (lambda p: R.write_image(R.Constant(), p / "x.png"), "must be a Map; rasterise(effect, ...) makes one"),
         (lambda p: R.rasterise(R.Constant(), 60, 60, 0.01), "pitch_mm = 0.01 mm gives 6001 x 6001 values"),
-        (lambda p: R.rasterise(R.Grating(spacing_mm=0.4), 60, 0, 0.25), "must be at most half of it"),
+        (lambda p: R.rasterise(R.Grating(spacing_mm=0.4), 60, 0, 0.25), "must be at most half the period of the"),
         (lambda p: R.fit_texture([0.1] * 100, 0.1), "values_n: do not vary"),
         (lambda p: R.fit_texture([0.1] * 9, 0.1), "has 9 values; must be at least 48"),
         (lambda p: R.read_hjif(hjif(p, modality="Pressure")), 'no perception of modality "Friction"; found'),

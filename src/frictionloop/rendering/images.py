@@ -165,7 +165,7 @@ def rasterise(effect: Effect, width_mm: float, height_mm: float = 0.0, pitch_mm:
         raise FrictionloopError(f"pitch_mm = {pitch_mm:g} mm gives {columns} x {rows} values; 2 to {MOST_CELLS} in all")
     if effect.period_mm and effect.period_mm < 2.0 * pitch_mm:
         raise FrictionloopError(
-            f"pitch_mm = {pitch_mm:g} mm: the effect has a period of {effect.period_mm:g} mm; must be at most half of it"
+            f"pitch_mm = {pitch_mm:g} mm: must be at most half the period of the effect, {effect.period_mm:g} mm"
         )
     x = pitch_mm * (np.arange(columns) - 0.5 * (columns - 1))
     y = pitch_mm * (np.arange(rows) - 0.5 * (rows - 1))

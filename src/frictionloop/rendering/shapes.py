@@ -136,9 +136,9 @@ class Chirp(Effect):
 class Ridge(Effect):
     """The lateral force of a bump or a hole, to be added to a carrier: f = load (dh/dx) in the direction of motion.
 
-    h = height (1 + cos(2 pi x / width)) / 2 for |x| < width/2; uphill resists, downhill eases. A force alone is felt as
-    a shape: Robles-De-La-Torre and Hayward, "Force can overcome object geometry in the perception of shape through
-    active touch", Nature 412, 2001. From foot to top the force integrates to load times height.
+    h = height (1 + cos(2 pi x / width)) / 2 from x = -width/2 to width/2; uphill resists, downhill eases. A force alone
+    is felt as a shape: Robles-De-La-Torre and Hayward, "Force can overcome object geometry in the perception of shape
+    through active touch", Nature 412, 2001. From foot to top the force integrates to load times height.
     """
 
     kind: Literal["ridge"] = "ridge"
@@ -278,7 +278,7 @@ class Dots(Effect):
 
 
 class Viscous(Effect):
-    """A force that grows with the speed, f = per_speed |v|, to be added to a carrier."""
+    """A force that grows with the speed, f = per_speed times its magnitude, to be added to a carrier."""
 
     kind: Literal["viscous"] = "viscous"
     per_speed_n_s_m: NotNegative = 2.0
