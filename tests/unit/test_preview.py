@@ -72,6 +72,19 @@ def test_fingers_are_given_more_alike_closed_loop():
     assert "differs between 4 fingers" in crowd.sentence
 
 
+def test_a_table_has_what_single_previews_have():
+    fingers = fl.fingers(4, seed=2)
+    table = R.arrivals(["bump", "grating"], BENCH, fingers, speeds_mm_s=(40.0, 80.0))
+    assert dict(table.sizes) == {"effect": 2, "speed_mm_s": 2, "loop": 2, "finger": 4}
+    shown = R.preview("grating", BENCH.evolve(fingers[2]), 80.0)
+    cell = table.sel(effect="grating", speed_mm_s=80.0).isel(finger=2)
+    assert float(cell.contrast.sel(loop="open")) == pytest.approx(shown.open_loop.contrast, rel=1e-9)
+    assert float(cell.contrast.sel(loop="closed")) == pytest.approx(shown.closed_loop.contrast, rel=1e-9)
+    assert float(cell.rms_error.sel(loop="closed")) == pytest.approx(shown.closed_loop.rms_error_n, rel=1e-9)
+    crowd = R.people("bump", BENCH, fingers, 40.0)
+    assert np.allclose(table.spread.sel(effect="bump", speed_mm_s=40.0), crowd.spread_n)
+
+
 @pytest.mark.parametrize(
     ("make", "line"),
     [
@@ -79,6 +92,7 @@ def test_fingers_are_given_more_alike_closed_loop():
         (lambda: R.preview(R.Grating(spacing_mm=0.02), BENCH, 20.0), "a period of 0.02 mm is 1000 Hz at 20 mm/s"),
         (lambda: R.preview("grating", fl.paper()), 'motion.kind must be "strokes"'),
         (lambda: R.preview("grating", BENCH.evolve({"controller.kind": "lookup"})), "is the open loop; give the law"),
+        (lambda: R.people("bump", BENCH, []), "fingers: must be at least one"),
         (lambda: R.preview("gratin", BENCH), "did you mean grating"),
         (lambda: R.preview("grating", BENCH, 900.0), "the position sensor follows up to"),
     ],

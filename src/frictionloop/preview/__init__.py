@@ -2,6 +2,6 @@
 
 from frictionloop.preview.effect import Preview, preview
 from frictionloop.preview.measures import Delivered
-from frictionloop.preview.people import People, people
+from frictionloop.preview.people import People, arrivals, people
 
-__all__ = ["Delivered", "People", "Preview", "people", "preview"]
+__all__ = ["Delivered", "People", "Preview", "arrivals", "people", "preview"]

@@ -10,7 +10,7 @@ Mixing                  a + b  a * b  a.max(b)  mask  at  rotate  scale  repeat 
 By name, in files       LIBRARY  find  read_effect  write_effect
 From and to files       read_image  write_image  read_texture  read_wave  write_wave  fit_texture  read_hjif  write_hjif
                         read_envelope  text_map  rasterise  write
-Run them                EffectSource  Player  preview  people
+Run them                EffectSource  Player  preview  people  arrivals
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import importlib
 from typing import Any
 
 _HOME = {
-    "preview": "Preview people preview",
+    "preview": "Preview arrivals people preview",
     "rendering.effect": "EFFECTS Effect Touch",
     "rendering.envelopes": "read_envelope",
     "rendering.export": "write",
