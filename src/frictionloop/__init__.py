@@ -12,6 +12,7 @@ Run it          simulate  sweep  Stepper  fingers  save  load
 Judge it        plot  metrics  r2_identity  rms_error  saturation_index  perceptual_index  METRICS
 Look ahead      linearise  operating_band  kp_limit  output_noise_rms_n
 Find gains      retune  retune_notch  RETUNED
+Render effects  rendering (its own names: help(fl.rendering))
 Run a device    connect  Device
 Blocks of yours register  Law  Vibration  Signal  StreamingMetric  RunMetric  step
 
@@ -69,6 +70,8 @@ def __getattr__(name: str) -> Any:
     """Import a public name when it is first used, so that ``import frictionloop`` and ``--help`` stay quick."""
     if name == "__version__":
         return importlib.import_module("frictionloop.quantities.version").package_version()
+    if name == "rendering":
+        return importlib.import_module("frictionloop.rendering")
     if name not in _ROOM_OF:
         raise AttributeError(f"module 'frictionloop' has no attribute {name!r}")
     value = getattr(importlib.import_module(_ROOM_OF[name]), name)
@@ -78,4 +81,4 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     """Return the public names."""
-    return sorted(_ROOM_OF)
+    return sorted([*_ROOM_OF, "rendering"])

@@ -30,6 +30,8 @@ from frictionloop.cli import (
     device_recover,
     device_run,
     device_set,
+    effect,
+    effect_import,
     firmware,
     reproduce,
     simulate,
@@ -182,6 +184,21 @@ app.command(
         "sensor",
         BENCH,
         {"sensor": _verb(design_sensor), "plate": _verb(design_plate), "controller": _verb(design_controller)},
+    )
+)
+app.command(
+    group_app(
+        "effect",
+        "Effects, friction by place, time and touch: list them, preview what a finger gets, play them.",
+        "show",
+        LOOP,
+        {
+            "list": Verb(effect.list_effects, "[--json]", effect.LIST_EXAMPLES),
+            "show": Verb(effect.show, effect.ARGUMENTS, effect.SHOW_EXAMPLES),
+            "check": Verb(effect.check, effect.ARGUMENTS, effect.CHECK_EXAMPLES),
+            "play": Verb(effect.play, effect.ARGUMENTS, effect.PLAY_EXAMPLES),
+            "import": _verb(effect_import),
+        },
     )
 )
 app.command(
