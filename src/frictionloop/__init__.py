@@ -13,6 +13,7 @@ Judge it        plot  metrics  r2_identity  rms_error  saturation_index  percept
 Look ahead      linearise  operating_band  kp_limit  output_noise_rms_n
 Find gains      retune  retune_notch  RETUNED
 Run a device    connect  Device
+Know a bench    identify (load  weights  pick_hits  response  modes  noise  friction  bench)
 Blocks of yours register  Law  Vibration  Signal  StreamingMetric  RunMetric  step
 
 ``dir(fl)`` lists all names and ``help(fl.simulate)`` explains one. The command ``frictionloop --help`` does the same
@@ -71,6 +72,9 @@ def __getattr__(name: str) -> Any:
     """Import a public name when it is first used, so that ``import frictionloop`` and ``--help`` stay quick."""
     if name == "__version__":
         return importlib.import_module("frictionloop.quantities.version").package_version()
+    if name == "identify":
+        globals()[name] = importlib.import_module("frictionloop.identification")
+        return globals()[name]
     if name not in _ROOM_OF:
         raise AttributeError(f"module 'frictionloop' has no attribute {name!r}")
     value = getattr(importlib.import_module(_ROOM_OF[name]), name)
@@ -80,4 +84,4 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     """Return the public names."""
-    return sorted(_ROOM_OF)
+    return sorted([*_ROOM_OF, "identify"])

@@ -31,6 +31,7 @@ from frictionloop.cli import (
     device_run,
     device_set,
     firmware,
+    identify,
     reproduce,
     simulate,
     sweep,
@@ -182,6 +183,15 @@ app.command(
         "sensor",
         BENCH,
         {"sensor": _verb(design_sensor), "plate": _verb(design_plate), "controller": _verb(design_controller)},
+    )
+)
+app.command(
+    group_app(
+        "identify",
+        "From a lab's recordings to its bench: what is in a file, and what weights, hits and silence tell.",
+        "channels",
+        BENCH,
+        {"channels": Verb(identify.channels, "FILE [OPTIONS]", identify.CHANNELS_EXAMPLES)},
     )
 )
 app.command(

@@ -1,6 +1,7 @@
 """Recordings to parameters, with uncertainty: sees datasets only, a simulated rig and a recording look the same."""
 
 from frictionloop.identification.calibration import Calibration, Plateaus, calibrate, plateaus
+from frictionloop.identification.channel_map import Channel, ChannelMap, read_map
 from frictionloop.identification.channels import channel, rate_of, read_channels
 from frictionloop.identification.estimate import Estimate, Interval
 from frictionloop.identification.figures_of_merit import (
@@ -11,24 +12,30 @@ from frictionloop.identification.figures_of_merit import (
     uniform_std_n,
 )
 from frictionloop.identification.frequency_response import FrequencyResponse, frequency_response
+from frictionloop.identification.load import load
 from frictionloop.identification.noise import (
     NoiseSpectrum,
     band_rms,
     floor_density,
     noise_spectrum,
 )
+from frictionloop.identification.preview import ChannelPreview, Preview, preview
 from frictionloop.identification.pulley import PulleyFriction, exponent_for_r2, pulley_friction, r2_with_friction
 from frictionloop.identification.resonance import Resonance, fit_resonance
 from frictionloop.identification.ring_down import RingDown, fit_ring_down
 
 __all__ = [
     "Calibration",
+    "Channel",
+    "ChannelMap",
+    "ChannelPreview",
     "Estimate",
     "FloorReading",
     "FrequencyResponse",
     "Interval",
     "NoiseSpectrum",
     "Plateaus",
+    "Preview",
     "PulleyFriction",
     "Resonance",
     "RingDown",
@@ -42,12 +49,15 @@ __all__ = [
     "floor_density",
     "floor_readings",
     "frequency_response",
+    "load",
     "noise_spectrum",
     "plateaus",
+    "preview",
     "pulley_friction",
     "r2_with_friction",
     "rate_of",
     "read_channels",
+    "read_map",
     "residual_share",
     "uniform_std_n",
 ]
