@@ -73,7 +73,7 @@ def test_calibration_is_the_line_of_polyfit(slope, offset, seed):
     rng = np.random.default_rng(seed)
     levels = np.array([0.0, 0.05, 0.1, 0.2, 0.15, 0.02])
     readings = offset + slope * levels * G + 0.01 * rng.normal(size=levels.size)
-    found = find.calibrate(steps(levels, readings), settle_s=0.01)
+    found = find.weights(steps(levels, readings), settle_s=0.01)
     (k, c), spread = np.polyfit(levels * G, readings, 1, cov=True)
     assert found.sensitivity.value == pytest.approx(k, rel=1e-9)
     assert found.offset.value == pytest.approx(c, abs=1e-9)
@@ -89,7 +89,7 @@ def test_settling_is_left_out_and_units_are_carried():
     mass = np.repeat([0.0, 0.1, 0.2], 100)
     volts = 2.0 + 3.0 * mass * G
     volts[[0, 100, 109, 200, 209]] += 50.0
-    found = find.calibrate(recording(100.0, {"f_m": "V"}, mass=mass, f_m=volts), settle_s=0.1)
+    found = find.weights(recording(100.0, {"f_m": "V"}, mass=mass, f_m=volts), settle_s=0.1)
     assert found.sensitivity.unit == "V/N"
     assert found.offset.unit == "V"
     assert found.sensitivity.value == pytest.approx(3.0)
@@ -99,7 +99,7 @@ def test_settling_is_left_out_and_units_are_carried():
 
 
 def test_hysteresis_is_the_widest_gap_over_the_span():
-    found = find.calibrate(steps([0, 0.1, 0.2, 0.1, 0], [0.0, 0.9, 2.0, 1.2, 0.1]), settle_s=0.0)
+    found = find.weights(steps([0, 0.1, 0.2, 0.1, 0], [0.0, 0.9, 2.0, 1.2, 0.1]), settle_s=0.0)
     assert found.hysteresis == pytest.approx(0.3 / 2.0)
 
 
@@ -110,7 +110,7 @@ def test_errors_of_weights_scatter_the_slope_as_told():
     marks, which = np.unique(levels, return_inverse=True)
     hung = levels * (1 + tolerance * rng.uniform(-1, 1, (5000, marks.size))[:, which])
     slopes = np.polyfit(levels, hung.T, 1)[0]
-    told = find.calibrate(steps(levels, levels), settle_s=0.0, tolerance=tolerance).weights_error
+    told = find.weights(steps(levels, levels), settle_s=0.0, tolerance=tolerance).weights_error
     assert np.mean(slopes) == pytest.approx(1.0, abs=5 * told / math.sqrt(5000))
     # The scatter of 5000 values is known to 1 %.
     assert np.std(slopes) == pytest.approx(told, rel=0.05)
@@ -121,7 +121,7 @@ def test_perfect_hysteresis_is_found_exactly():
     way = np.sign(np.diff(levels, prepend=levels[0]))
     for b, d in ((0.13, 0.0), (0.02, 0.01), (0.3, 0.004)):
         readings = 0.3 + 2.0 * arriving(levels * G, way, b, d)
-        found = find.pulley_friction(find.calibrate(steps(levels, readings), settle_s=0.0))
+        found = find.pulley_friction(find.weights(steps(levels, readings), settle_s=0.0))
         assert found.exponent.value == pytest.approx(b, abs=1e-6)
         assert found.drag.value == pytest.approx(d, abs=1e-6)
         assert found.sensitivity.value == pytest.approx(2.0, abs=1e-5)
@@ -296,7 +296,7 @@ RUNS = {
 
 def analysed(name, run):
     if name == "weights":
-        calibration = find.calibrate(run)
+        calibration = find.weights(run)
         return calibration.sensitivity, calibration.offset, calibration.r2, find.pulley_friction(calibration)
     if name == "hammer":
         return find.fit_resonance(find.frequency_response(run))
@@ -332,21 +332,21 @@ HIT[[200, 1200]] = 1.0
 @pytest.mark.parametrize(
     ("function", "arguments", "words"),
     [
-        (find.calibrate, [GOOD.drop_vars("mass")], ["no column 'mass'", "there: f_m"]),
-        (find.calibrate, [steps([0, 0.1], [0, 1], units={"mass": "g"})], ["units of 'mass' = 'g'", "'kg'"]),
-        (find.calibrate, [steps([0, 0.1], [0, 1], units={"f_m": None})], ["units of 'f_m' = None", "'N' or 'V'"]),
-        (find.calibrate, [steps([0, 0.1], [0, 1]), 0.01], ["'mass' has 2 steps", "three"]),
-        (find.calibrate, [steps([0, 0.1, -0.1], [0, 1, 2]), 0.01], ["'mass' is -0.1 kg", "at least 0"]),
-        (find.calibrate, [GOOD, 1.0], ["settle_s = 1 s", "below 0.05"]),
-        (find.calibrate, [GOOD, -1.0], ["settle_s = -1 s"]),
-        (find.calibrate, [GOOD, 0.01, 0.0], ["gravity_m_s2 = 0 m/s^2"]),
-        (find.calibrate, [GOOD, 0.01, G, 2.0], ["tolerance = 2: must be finite and from 0 to below 1"]),
-        (find.calibrate, [steps([0, 0.1, 0.2], [0, np.nan, 2]), 0.01], ["'f_m' is nan at row 50", "finite"]),
-        (find.calibrate, [steps([0, 0.1, 0.2], [1, 1, 1]), 0.01], ["'f_m' does not change"]),
-        (find.calibrate, [GOOD.drop_vars("time")], ["'time'"]),
-        (find.calibrate, [GOOD.assign_coords(time=("time", np.arange(250) ** 2, {"units": "s"}))], ["uneven at row"]),
-        (find.calibrate, [GOOD.assign_coords(time=("time", np.arange(250), {"units": "ms"}))], ["'time' = 'ms'"]),
-        (find.calibrate, [[1, 2]], ["list", "xarray.Dataset"]),
+        (find.weights, [GOOD.drop_vars("mass")], ["no column 'mass'", "there: f_m"]),
+        (find.weights, [steps([0, 0.1], [0, 1], units={"mass": "g"})], ["units of 'mass' = 'g'", "'kg'"]),
+        (find.weights, [steps([0, 0.1], [0, 1], units={"f_m": None})], ["units of 'f_m' = None", "'N' or 'V'"]),
+        (find.weights, [steps([0, 0.1], [0, 1]), 0.01], ["'mass' has 2 steps", "three"]),
+        (find.weights, [steps([0, 0.1, -0.1], [0, 1, 2]), 0.01], ["'mass' is -0.1 kg", "at least 0"]),
+        (find.weights, [GOOD, 1.0], ["settle_s = 1 s", "below 0.05"]),
+        (find.weights, [GOOD, -1.0], ["settle_s = -1 s"]),
+        (find.weights, [GOOD, 0.01, 0.0], ["gravity_m_s2 = 0 m/s^2"]),
+        (find.weights, [GOOD, 0.01, G, 2.0], ["tolerance = 2: must be finite and from 0 to below 1"]),
+        (find.weights, [steps([0, 0.1, 0.2], [0, np.nan, 2]), 0.01], ["'f_m' is nan at row 50", "finite"]),
+        (find.weights, [steps([0, 0.1, 0.2], [1, 1, 1]), 0.01], ["'f_m' does not change"]),
+        (find.weights, [GOOD.drop_vars("time")], ["'time'"]),
+        (find.weights, [GOOD.assign_coords(time=("time", np.arange(250) ** 2, {"units": "s"}))], ["uneven at row"]),
+        (find.weights, [GOOD.assign_coords(time=("time", np.arange(250), {"units": "ms"}))], ["'time' = 'ms'"]),
+        (find.weights, [[1, 2]], ["list", "xarray.Dataset"]),
         (find.frequency_response, [GOOD], ["no column 'hammer'"]),
         (find.frequency_response, [recording(hammer=HIT, f_m=HIT), 5.0], ["segment_s = 5 s"]),
         (find.frequency_response, [recording(hammer=HIT[:1000], f_m=HIT[:1000])], ["1 hits", "at least two"]),
@@ -367,7 +367,7 @@ def test_what_is_refused(function, arguments, words):
 
 
 def test_steps_one_way_tell_nothing_of_the_pulley():
-    up = find.calibrate(steps(np.arange(7) * 0.03, np.arange(7) * 0.3), settle_s=0.0)
+    up = find.weights(steps(np.arange(7) * 0.03, np.arange(7) * 0.3), settle_s=0.0)
     assert "6 up and 0 down" in complaint(find.pulley_friction, up)
 
 

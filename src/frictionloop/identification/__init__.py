@@ -1,6 +1,6 @@
 """Recordings to parameters, with uncertainty: sees datasets only, a simulated rig and a recording look the same."""
 
-from frictionloop.identification.calibration import Calibration, Plateaus, calibrate, plateaus
+from frictionloop.identification.calibration import Calibration, Plateaus, plateaus, weights
 from frictionloop.identification.channel_map import Channel, ChannelMap, read_map
 from frictionloop.identification.channels import channel, rate_of, read_channels
 from frictionloop.identification.estimate import Estimate, Interval
@@ -23,6 +23,7 @@ from frictionloop.identification.preview import ChannelPreview, Preview, preview
 from frictionloop.identification.pulley import PulleyFriction, exponent_for_r2, pulley_friction, r2_with_friction
 from frictionloop.identification.resonance import Resonance, fit_resonance
 from frictionloop.identification.ring_down import RingDown, fit_ring_down
+from frictionloop.identification.straightness import Straightness, straightness
 
 __all__ = [
     "Calibration",
@@ -39,8 +40,8 @@ __all__ = [
     "PulleyFriction",
     "Resonance",
     "RingDown",
+    "Straightness",
     "band_rms",
-    "calibrate",
     "channel",
     "dynamic_range_db",
     "exponent_for_r2",
@@ -59,5 +60,7 @@ __all__ = [
     "read_channels",
     "read_map",
     "residual_share",
+    "straightness",
     "uniform_std_n",
+    "weights",
 ]

@@ -20,8 +20,8 @@ READING_UNITS = ("N", "V", "counts")
 _UNEVEN = 1e-3  # of a sampling interval
 
 
-def channel(recording: xr.Dataset, name: str, units: tuple[str, ...]) -> Array:
-    """Return a column over ``time``, refusing one that is not there, has another unit, or holds no finite numbers.
+def channel(recording: xr.Dataset, name: str, units: tuple[str, ...], dim: str = "time") -> Array:
+    """Return a column over time, refusing one that is not there, has another unit, or holds no finite numbers.
 
     Parameters
     ----------
@@ -31,6 +31,8 @@ def channel(recording: xr.Dataset, name: str, units: tuple[str, ...]) -> Array:
         Column.
     units : tuple of str
         Units accepted.
+    dim : str
+        ``"time"``, or ``"row"`` for a plain table.
 
     Raises
     ------
@@ -47,8 +49,8 @@ def channel(recording: xr.Dataset, name: str, units: tuple[str, ...]) -> Array:
     if unit not in units:
         accepted = " or ".join(map(repr, units))
         raise FrictionloopError(f"recording: units of {name!r} = {unit!r}: must be {accepted}")
-    if column.dims != ("time",):
-        raise FrictionloopError(f"recording: {name!r} has dimensions {column.dims}: must have ('time',)")
+    if column.dims != (dim,):
+        raise FrictionloopError(f"recording: {name!r} has dimensions {column.dims}: must have ({dim!r},)")
     if column.dtype.kind not in "iuf":
         raise FrictionloopError(f"recording: {name!r} holds {column.dtype}: must hold numbers")
     values = np.asarray(column.values, dtype=float)

@@ -12,12 +12,12 @@ from frictionloop.identification import (
     FrequencyResponse,
     NoiseSpectrum,
     Resonance,
-    calibrate,
     exponent_for_r2,
     fit_resonance,
     floor_density,
     frequency_response,
     noise_spectrum,
+    weights,
 )
 from frictionloop.identification.rigs import UP_AND_DOWN_KG, floor_rig, hammer_rig, string_friction_for, weights_rig
 from frictionloop.parameters.rigs import CalibrationBench
@@ -82,8 +82,8 @@ def all_rigs() -> Rigs:
     """Return the three measurements with the default bench; seeds 0."""
     rubbing, response = rubbing_bench(), frequency_response(hammer_rig())
     return Rigs(
-        calibrate(weights_rig()),
-        calibrate(weights_rig(RUBBING_KG, rubbing)),
+        weights(weights_rig()),
+        weights(weights_rig(RUBBING_KG, rubbing)),
         rubbing.pulley.string_friction,
         response,
         fit_resonance(response),
