@@ -75,7 +75,7 @@ def test_a_pulley_that_drags_one_way_hides_from_r2():
 
 @pytest.mark.parametrize("rate_hz", [5000.0, 25000.0])
 def test_resonance_and_q_are_found_within_their_intervals(rate_hz):
-    found = find.fit_resonance(find.frequency_response(rigs.hammer_rig(rate_hz=rate_hz, seed=1)))
+    found = find.fit_resonance(find.response(rigs.hammer_rig(rate_hz=rate_hz, seed=1)))
     # One draw, so at 99.9 %; how often 95 % holds is counted below.
     for estimate, exact in ((found.resonance, 145.0), (found.q, 20.0)):
         low, high = estimate.interval(0.999)
@@ -88,7 +88,7 @@ def test_resonance_and_q_are_found_within_their_intervals(rate_hz):
 def test_intervals_hold_as_often_as_they_say():
     inside = np.zeros(2)
     for seed in range(200):
-        found = find.fit_resonance(find.frequency_response(rigs.hammer_rig(seed=seed)))
+        found = find.fit_resonance(find.response(rigs.hammer_rig(seed=seed)))
         for k, (estimate, exact) in enumerate(((found.resonance, 145.0), (found.q, 20.0))):
             low, high = estimate.interval()
             inside[k] += low < exact < high
@@ -100,7 +100,7 @@ def test_other_suspensions():
     for hertz, q in ((250.0, 20.0), (145.0, 5.0)):
         bench = BENCH.evolve({"sensor.resonance_hz": hertz, "sensor.q": q})
         run = rigs.hammer_rig(bench, rate_hz=10000.0, pulse_s=2e-3)
-        found = find.fit_resonance(find.frequency_response(run))
+        found = find.fit_resonance(find.response(run))
         assert found.resonance.value == pytest.approx(hertz, abs=4 * found.resonance.standard_error)
         assert found.q.value == pytest.approx(q, abs=4 * found.q.standard_error)
 

@@ -172,7 +172,7 @@ def test_h1_of_a_filter_is_that_filter():
     x = np.zeros(40000)
     for k in range(8):
         x[5000 * k + 1000 + 7 * k : 5000 * k + 1012 + 7 * k] = np.hanning(14)[1:-1] * rng.uniform(0.5, 1)
-    found = find.frequency_response(recording(rate, hammer=x, f_m=lfilter(b, a, x)), segment_s=1.0)
+    found = find.response(recording(rate, hammer=x, f_m=lfilter(b, a, x)), segment_s=1.0)
     assert found.hits == 8
     keep = found.frequency_hz < 400
     exact = freqz(b, a, found.frequency_hz[keep], fs=rate)[1]
@@ -187,7 +187,7 @@ def test_the_error_of_h1_is_that_of_its_scatter():
     x[np.arange(20) * 2000 + 500] = 1.0
     responses, errors = [], []
     for _ in range(40):
-        found = find.frequency_response(recording(rate, hammer=x, f_m=x + 0.002 * rng.normal(size=x.size)), 1.0)
+        found = find.response(recording(rate, hammer=x, f_m=x + 0.002 * rng.normal(size=x.size)), 1.0)
         responses.append(np.abs(found.response))
         errors.append(found.relative_error)
     scatter = np.sqrt(np.mean(np.var(responses, axis=0)))
@@ -299,7 +299,7 @@ def analysed(name, run):
         calibration = find.weights(run)
         return calibration.sensitivity, calibration.offset, calibration.r2, find.pulley_friction(calibration)
     if name == "hammer":
-        return find.fit_resonance(find.frequency_response(run))
+        return find.fit_resonance(find.response(run))
     spectrum = find.noise_spectrum(run)
     return find.floor_density(spectrum, 5, 60), find.band_rms(spectrum, 5, 300), fit_corner(spectrum, 500, 2500)
 
@@ -347,9 +347,9 @@ HIT[[200, 1200]] = 1.0
         (find.weights, [GOOD.assign_coords(time=("time", np.arange(250) ** 2, {"units": "s"}))], ["uneven at row"]),
         (find.weights, [GOOD.assign_coords(time=("time", np.arange(250), {"units": "ms"}))], ["'time' = 'ms'"]),
         (find.weights, [[1, 2]], ["list", "xarray.Dataset"]),
-        (find.frequency_response, [GOOD], ["no column 'hammer'"]),
-        (find.frequency_response, [recording(hammer=HIT, f_m=HIT), 5.0], ["segment_s = 5 s"]),
-        (find.frequency_response, [recording(hammer=HIT[:1000], f_m=HIT[:1000])], ["1 hits", "at least two"]),
+        (find.response, [GOOD], ["no column 'hammer'"]),
+        (find.response, [recording(hammer=HIT, f_m=HIT), 5.0], ["segment_s = 5 s"]),
+        (find.response, [recording(hammer=HIT[:1000], f_m=HIT[:1000])], ["1 hits", "at least two"]),
         (find.noise_spectrum, [recording(f_m=HIT), 2.0], ["segment_s = 2 s", "half the recording"]),
         (find.noise_spectrum, [recording(units={"f_m": "V"}, f_m=HIT)], ["units of 'f_m' = 'V'", "'N'"]),
         (find.read_channels, [{}, 100.0], ["files is empty"]),
@@ -375,7 +375,7 @@ def test_a_band_beyond_the_recording():
     spectrum = find.noise_spectrum(white(0))
     assert "low_hz, high_hz" in complaint(find.band_rms, spectrum, 10, 4000)
     assert "low_hz, high_hz" in complaint(find.band_rms, spectrum, 10.1, 10.3)
-    response = find.frequency_response(RUNS["hammer"])
+    response = find.response(RUNS["hammer"])
     assert "half the rate" in complaint(find.fit_resonance, response, (20, 4000))
     assert "holds no resonance" in complaint(find.fit_resonance, response, (220.0, 400.0))
 
@@ -384,8 +384,8 @@ def test_a_rate_too_low_for_the_resonance():
     """A recorder at 300 Hz, without an anti-alias filter: nothing below 150 Hz has a peak on both sides."""
     run = RUNS["hammer"]
     slow = run.isel(time=slice(None, None, 16))
-    assert "too low" in complaint(lambda: find.fit_resonance(find.frequency_response(slow)))
+    assert "too low" in complaint(lambda: find.fit_resonance(find.response(slow)))
 
 
 def test_a_response_that_is_cut_off():
-    assert "must be longer" in complaint(find.frequency_response, RUNS["hammer"], 0.05)
+    assert "must be longer" in complaint(find.response, RUNS["hammer"], 0.05)

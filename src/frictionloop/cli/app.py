@@ -32,6 +32,7 @@ from frictionloop.cli import (
     device_set,
     firmware,
     identify,
+    identify_bench,
     reproduce,
     simulate,
     sweep,
@@ -191,7 +192,10 @@ app.command(
         "From a lab's recordings to its bench: what is in a file, and what weights, hits and silence tell.",
         "channels",
         BENCH,
-        {"channels": Verb(identify.channels, "FILE [OPTIONS]", identify.CHANNELS_EXAMPLES)},
+        {
+            "channels": Verb(identify.channels, "FILE [OPTIONS]", identify.CHANNELS_EXAMPLES),
+            "bench": _verb(identify_bench),
+        },
     )
 )
 app.command(

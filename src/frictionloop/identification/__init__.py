@@ -1,5 +1,6 @@
 """Recordings to parameters, with uncertainty: sees datasets only, a simulated rig and a recording look the same."""
 
+from frictionloop.identification.bench import Bench, bench, kept_results, to_toml
 from frictionloop.identification.calibration import Calibration, Plateaus, plateaus, weights
 from frictionloop.identification.channel_map import Channel, ChannelMap, read_map
 from frictionloop.identification.channels import channel, rate_of, read_channels
@@ -11,8 +12,11 @@ from frictionloop.identification.figures_of_merit import (
     residual_share,
     uniform_std_n,
 )
-from frictionloop.identification.frequency_response import FrequencyResponse, frequency_response
+from frictionloop.identification.frequency_response import Estimator, FrequencyResponse, response
+from frictionloop.identification.hits import Hit, Hits, pick_hits
 from frictionloop.identification.load import load
+from frictionloop.identification.measured import Measured
+from frictionloop.identification.modes import Mode, Modes, Which, modes
 from frictionloop.identification.noise import (
     NoiseSpectrum,
     band_rms,
@@ -20,28 +24,44 @@ from frictionloop.identification.noise import (
     noise_spectrum,
 )
 from frictionloop.identification.preview import ChannelPreview, Preview, preview
+from frictionloop.identification.project import Converter, Project, Take
 from frictionloop.identification.pulley import PulleyFriction, exponent_for_r2, pulley_friction, r2_with_friction
+from frictionloop.identification.quiet import Quiet, Spur, noise
 from frictionloop.identification.resonance import Resonance, fit_resonance
 from frictionloop.identification.ring_down import RingDown, fit_ring_down
 from frictionloop.identification.straightness import Straightness, straightness
 
 __all__ = [
+    "Bench",
     "Calibration",
     "Channel",
     "ChannelMap",
     "ChannelPreview",
+    "Converter",
     "Estimate",
+    "Estimator",
     "FloorReading",
     "FrequencyResponse",
+    "Hit",
+    "Hits",
     "Interval",
+    "Measured",
+    "Mode",
+    "Modes",
     "NoiseSpectrum",
     "Plateaus",
     "Preview",
     "PulleyFriction",
+    "Project",
+    "Quiet",
     "Resonance",
     "RingDown",
+    "Spur",
     "Straightness",
+    "Take",
+    "Which",
     "band_rms",
+    "bench",
     "channel",
     "dynamic_range_db",
     "exponent_for_r2",
@@ -49,9 +69,12 @@ __all__ = [
     "fit_ring_down",
     "floor_density",
     "floor_readings",
-    "frequency_response",
+    "kept_results",
     "load",
+    "modes",
+    "noise",
     "noise_spectrum",
+    "pick_hits",
     "plateaus",
     "preview",
     "pulley_friction",
@@ -60,7 +83,9 @@ __all__ = [
     "read_channels",
     "read_map",
     "residual_share",
+    "response",
     "straightness",
+    "to_toml",
     "uniform_std_n",
     "weights",
 ]

@@ -95,13 +95,16 @@ def clipped(values: NDArray[np.float64], full_scale: float | None = None) -> NDA
     """Return which samples stand at the largest or the least value in runs of four or more.
 
     An end where a signal merely turns has more samples just inside it than at it; at one where it clips it is the other
-    way round. A channel of few levels does not clip.
+    way round. A channel of few levels does not clip, nor does one at the value at which it rests.
     """
     at = np.zeros(values.size, dtype=bool)
     span = float(np.ptp(values)) if values.size else 0.0
     if span == 0 or np.unique(values[:: max(values.size // 20000, 1)]).size < LEVELS:
         return at
+    middle = float(np.median(values))
     for end in (float(values.max()), float(values.min())):
+        if abs(end - middle) < 0.1 * span:
+            continue  # where the channel rests
         near = np.abs(values - end) <= 1e-9 * span
         inside = np.abs(values - end) <= 0.01 * span
         edges = np.flatnonzero(np.diff(np.concatenate([[0], near.astype(np.int8), [0]])))

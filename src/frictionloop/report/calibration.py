@@ -15,8 +15,8 @@ from frictionloop.identification import (
     exponent_for_r2,
     fit_resonance,
     floor_density,
-    frequency_response,
     noise_spectrum,
+    response,
     weights,
 )
 from frictionloop.identification.rigs import UP_AND_DOWN_KG, floor_rig, hammer_rig, string_friction_for, weights_rig
@@ -80,12 +80,12 @@ def rubbing_bench() -> CalibrationBench:
 
 def all_rigs() -> Rigs:
     """Return the three measurements with the default bench; seeds 0."""
-    rubbing, response = rubbing_bench(), frequency_response(hammer_rig())
+    rubbing, hammered = rubbing_bench(), response(hammer_rig())
     return Rigs(
         weights(weights_rig()),
         weights(weights_rig(RUBBING_KG, rubbing)),
         rubbing.pulley.string_friction,
-        response,
-        fit_resonance(response),
+        hammered,
+        fit_resonance(hammered),
         {name: floor_rig(CalibrationBench().evolve(changes)) for name, changes in FLOORS.items()},
     )
