@@ -98,11 +98,11 @@ def _number(value: Any) -> Any:
 
 
 def _rows(found: Bench) -> list[tuple[str, ...]]:
-    head = ("measured", "with 95 %", "within / between / method", "how")
-    rows: list[tuple[str, ...]] = [head]
+    rows: list[tuple[str, ...]] = []
     for each in found.measured.values():
-        lines = f"{each.within:.1e} / {each.between:.1e} / {each.method:.1e}"
-        rows.append((each.path, str(each.estimate), lines, each.how))
+        between = f"{each.between:.1g} between files" if len(each.files) > 1 else "one file"
+        lines = f"{each.within:.1g} within a file, {between}, {each.method:.1g} of the method"
+        rows.append((each.path, f"{each.estimate} (standard errors: {lines}), {each.how}"))
     return rows
 
 

@@ -69,8 +69,8 @@ def noise(
 
     The density is that of the electronics: the mean power over a band that the vibration of the base does not reach,
     spurs left out, less the converter's step^2/12 over half the rate, over what the pole leaves of white noise. The
-    band is from three times the resonance to the cutoff (the base is isolated there), or from 20 Hz where no resonance
-    is told.
+    band is from three times the resonance to twice the cutoff (the base is isolated there), or from 20 Hz where no
+    resonance is told.
 
     Parameters
     ----------
@@ -95,13 +95,16 @@ def noise(
     still = xr.Dataset({READING: ("time", force, {"units": "N"})}, {"time": time})
     spectrum = noise_spectrum(still, min(1.0, force.size / rate_hz / 8))
     spurs, clean = _spurs(spectrum)
-    top = min(0.4 * rate_hz, cutoff_hz or math.inf)
-    low = 3 * resonance_hz if resonance_hz and 6 * resonance_hz < top else 20.0
+    top = min(0.4 * rate_hz, 2 * cutoff_hz if cutoff_hz else math.inf)
+    isolated = resonance_hz is not None and 4 * resonance_hz < top
+    low = 3 * resonance_hz if isolated and resonance_hz else 20.0
     step = _step(force)
     density = _density(spectrum, clean, (low, top), cutoff_hz, step)
     upper = _density(spectrum, clean, (math.sqrt(low * top), top), cutoff_hz, step)
     filtered = _filtered(spectrum)
     told = [f"a line at {each.frequency_hz:.4g} Hz of {each.rms_n:.2g} N rms" for each in spurs[:5]]
+    if not isolated:
+        told.append(f"the density is that from {low:g} to {top:g} Hz, with whatever the base adds to the electronics")
     if filtered:
         told.append("the file was low-passed before it was saved: its density above is not the sensor's")
     if step and np.std(force) < 0.6 * step:
