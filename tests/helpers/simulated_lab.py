@@ -40,6 +40,7 @@ kind = "weights"
 files = ["weights{end}"]
 date = "2026-03-04"
 tolerance = 5e-5
+gravity_m_s2 = 9.80665
 [recording.channels]
 mass = {{ column = {first}, unit = "kg" }}
 f_m = {{ column = {reading}, unit = "V" }}

@@ -316,8 +316,7 @@ def test_a_text_file_gives_identical_results(name, tmp_path):
     columns = list(run.data_vars)
     table = np.column_stack([run["time"].values, *(run[c].values for c in columns)])
     np.savetxt(path, table, fmt="%.17g", delimiter=",", header=",".join(["time", *columns]), comments="")
-    rate_hz = find.rate_of(run)
-    back = find.read_channels({c: fl.Recording(path=str(path), column=c) for c in columns}, rate_hz)
+    back = find.load(path, {column: column for column in columns})
     assert back.attrs["source"] == "recorded"
     assert analysed(name, back) == analysed(name, run)
 
@@ -352,7 +351,6 @@ HIT[[200, 1200]] = 1.0
         (find.response, [recording(hammer=HIT[:1000], f_m=HIT[:1000])], ["1 hits", "at least two"]),
         (find.noise_spectrum, [recording(f_m=HIT), 2.0], ["segment_s = 2 s", "half the recording"]),
         (find.noise_spectrum, [recording(units={"f_m": "V"}, f_m=HIT)], ["units of 'f_m' = 'V'", "'N'"]),
-        (find.read_channels, [{}, 100.0], ["files is empty"]),
         (find.residual_share, [1.5], ["r2 = 1.5"]),
         (find.dynamic_range_db, [2.5, 0.0], ["floor_n = 0 N"]),
         (find.floor_readings, [5e-5, -1.0], ["cutoff_hz = -1 Hz"]),

@@ -3,7 +3,7 @@
 from frictionloop.identification.bench import Bench, bench, kept_results, to_toml
 from frictionloop.identification.calibration import Calibration, Plateaus, plateaus, weights
 from frictionloop.identification.channel_map import Channel, ChannelMap, read_map
-from frictionloop.identification.channels import channel, rate_of, read_channels
+from frictionloop.identification.channels import channel, rate_of
 from frictionloop.identification.estimate import Estimate, Interval
 from frictionloop.identification.figures_of_merit import (
     FloorReading,
@@ -80,7 +80,6 @@ __all__ = [
     "pulley_friction",
     "r2_with_friction",
     "rate_of",
-    "read_channels",
     "read_map",
     "residual_share",
     "response",

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from scipy.constants import g as STANDARD_GRAVITY
 
 from frictionloop.identification.calibration import Calibration, weights
 from frictionloop.identification.estimate import Estimate
@@ -19,11 +20,16 @@ from frictionloop.identification.load import load
 from frictionloop.identification.measured import Measured, measured
 from frictionloop.identification.modes import modes
 from frictionloop.identification.project import Take
-from frictionloop.identification.quiet import noise
+from frictionloop.identification.quiet import Quiet, noise
 from frictionloop.identification.resonance import Resonance, fit_resonance
 from frictionloop.identification.straightness import straightness
 from frictionloop.quantities import FrictionloopError
 
+HIDDEN = 1.5e-4
+"""Relative error that a pulley on ball bearings leaves while a swinging hook hides its friction: b = 2.5e-4 of a
+friction of 0.0015 (docs/calibration), over sqrt(3)."""
+GRAVITY = 0.0015
+"""The same of the standard gravity for that of an unknown place: 9.780 to 9.832 m/s^2, over sqrt(3)."""
 POINTS = 600
 """Points of a curve that is drawn."""
 WORST_MISFIT = 0.2
@@ -38,6 +44,7 @@ class Sensor:
     unit: str = "N"
     resonance_hz: float | None = None
     cutoff_hz: float | None = None
+    cutoff_error_hz: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -83,13 +90,15 @@ Found = tuple[list[Measured], list[str], Rows, dict[str, Any]]
 
 
 def _weights(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> Found:
-    lines = [weights(run, take.settle_s, take.gravity_m_s2, take.tolerance) for run in runs]
+    gravity = take.gravity_m_s2 or STANDARD_GRAVITY
+    lines = [weights(run, take.settle_s, gravity, take.tolerance) for run in runs]
     straight = [straightness(line) for line in lines]
     methods = []
     for line, left in zip(lines, straight, strict=True):
         bent = abs(left.curvature.value) if left.curved else 0.0
         apart = 0.0 if left.friction is None else abs(left.friction.sensitivity.value - line.sensitivity.value)
-        share = np.hypot(bent, line.weights_error)
+        shares = [bent, line.weights_error, _swing(line), HIDDEN, 0.0 if take.gravity_m_s2 else GRAVITY]
+        share = float(np.linalg.norm(shares))
         methods.append(float(np.hypot(share * abs(line.sensitivity.value), apart / np.sqrt(3))))
     slopes = [_safer(line) for line in lines]
     count = sum(line.steps.mass_kg.size for line in lines)
@@ -107,15 +116,28 @@ def _weights(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) 
     told = [f"R2 = {line.r2:.6f}, residual {1e3 * line.residual_rms_n:.2g} mN rms" for line in lines]
     told += [f"hysteresis {100 * line.hysteresis:.2g} % of the span" for line in lines if np.isfinite(line.hysteresis)]
     told += [each for left in straight for each in left.told]
+    if not take.gravity_m_s2:
+        told.append("gravity_m_s2 is not stated: the standard value may be off by 0.3 %, which is most of the interval")
     curves: dict[str, Any] = {
         "unit": first.steps.unit,
-        "force_n": [(line.steps.mass_kg * take.gravity_m_s2).tolist() for line in lines],
+        "force_n": [(line.steps.mass_kg * gravity).tolist() for line in lines],
         "reading": [line.steps.reading.tolist() for line in lines],
         "residual_n": [line.residuals_n.tolist() for line in lines],
         "slope": values[0].value,
         "offset": values[1].value,
     }
     return values, told, rows, curves
+
+
+def _swing(line: Calibration) -> float:
+    """Return the relative error that hooks which still swing leave in the sensitivity.
+
+    A swing of phi changes the tension by (phi^2/4)(1 - 3 cos 2wt): what does not average out is 0.47 of the standard
+    deviation of what does.
+    """
+    force = np.abs(line.steps.reading - line.offset.value)
+    heavy = force > 0.5 * force.max()
+    return 0.47 * float(np.sqrt(np.mean((line.steps.moves[heavy] / force[heavy]) ** 2)))
 
 
 def _safer(line: Calibration) -> Estimate:
@@ -205,8 +227,15 @@ def _segment(runs: Sequence[xr.Dataset]) -> float:
 
 
 def _quiet(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> Found:
-    found = [noise(run, take.interval_s, sensor.sensitivity, sensor.resonance_hz, sensor.cutoff_hz) for run in runs]
-    shifts = [abs(each.other_density_n_rthz - each.density.value) / np.sqrt(3) for each in found]
+    def at(cutoff_hz: float | None) -> list[Quiet]:
+        return [noise(run, take.interval_s, sensor.sensitivity, sensor.resonance_hz, cutoff_hz) for run in runs]
+
+    found = at(sensor.cutoff_hz)
+    off = at(sensor.cutoff_hz + sensor.cutoff_error_hz) if sensor.cutoff_hz else found
+    shifts = [
+        _with(moved.density.value - each.density.value, each.other_density_n_rthz - each.density.value)
+        for each, moved in zip(found, off, strict=True)
+    ]
     first = found[0]
     (low, high), (start, stop) = first.band_hz, first.interval_s
     how = f"mean density from {low:.0f} to {high:.0f} Hz, {start:.1f} to {stop:.1f} s"

@@ -7,7 +7,7 @@ import json
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -167,16 +167,13 @@ def _stated(project: Project, sensor: Sensor) -> tuple[dict[str, Any], dict[str,
 
 def _knowing(sensor: Sensor, part: Part) -> Sensor:
     values = {each.path: each for each in part.measured}
-    if "sensitivity" in values:
-        slope = values["sensitivity"]
-        sensor = Sensor(slope.value, slope.unit.partition("/")[0], sensor.resonance_hz, sensor.cutoff_hz)
-    hertz, cutoff = values.get("sensor.resonance_hz"), values.get("sensor.cutoff_hz")
-    return Sensor(
-        sensor.sensitivity,
-        sensor.unit,
-        hertz.value if hertz else sensor.resonance_hz,
-        cutoff.value if cutoff else sensor.cutoff_hz,
-    )
+    if (slope := values.get("sensitivity")) is not None:
+        sensor = replace(sensor, sensitivity=slope.value, unit=slope.unit.partition("/")[0])
+    if (hertz := values.get("sensor.resonance_hz")) is not None:
+        sensor = replace(sensor, resonance_hz=hertz.value)
+    if (cutoff := values.get("sensor.cutoff_hz")) is not None:
+        sensor = replace(sensor, cutoff_hz=cutoff.value, cutoff_error_hz=cutoff.error)
+    return sensor
 
 
 def _key(take: Take, folder: Path, sensor: Sensor) -> str:

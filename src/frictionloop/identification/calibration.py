@@ -29,6 +29,8 @@ class Plateaus(NamedTuple):
     direction: Array
     """1 if the mass had grown, -1 if it had shrunk, 0 for the first."""
     unit: str
+    moves: Array
+    """Standard deviation of the slow movement of the reading while a mass hangs, its swing; 0 of a table."""
 
 
 def plateaus(recording: xr.Dataset, settle_s: float = 1.0) -> Plateaus:
@@ -69,10 +71,12 @@ def plateaus(recording: xr.Dataset, settle_s: float = 1.0) -> Plateaus:
             f"settle_s = {settle_s:g} s: must be below {lasts_s:g}, the time that {mass[starts[shortest]]:g} kg hangs "
             f"from row {starts[shortest]} on"
         )
-    means = np.array([reading[a + skipped : b].mean() for a, b in zip(starts, ends, strict=True)])
+    hanging = [reading[a + skipped : b] for a, b in zip(starts, ends, strict=True)]
+    means = np.array([each.mean() for each in hanging])
+    moves = np.array([np.std([part.mean() for part in np.array_split(each, 10) if part.size]) for each in hanging])
     levels = mass[starts]
     direction = np.concatenate([[0.0], np.sign(np.diff(levels))])
-    return Plateaus(levels, means, direction, str(recording[READING].attrs["units"]))
+    return Plateaus(levels, means, direction, str(recording[READING].attrs["units"]), moves)
 
 
 def _rows(table: xr.Dataset) -> Plateaus:
@@ -84,7 +88,7 @@ def _rows(table: xr.Dataset) -> Plateaus:
             "three, none below 0, not all alike"
         )
     direction = np.concatenate([[0.0], np.sign(np.diff(mass))])
-    return Plateaus(mass, reading, direction, str(table[READING].attrs["units"]))
+    return Plateaus(mass, reading, direction, str(table[READING].attrs["units"]), np.zeros_like(reading))
 
 
 @dataclass(frozen=True)

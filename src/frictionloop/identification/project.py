@@ -34,8 +34,8 @@ class Take(Block):
     """When it was recorded, where the files do not say."""
     settle_s: NotNegative = 1.0
     """Weights: time left out after each change."""
-    gravity_m_s2: Positive = 9.80665
-    """Weights: gravity at the bench (the standard value)."""
+    gravity_m_s2: Positive | None = None
+    """Weights: gravity at the bench; left out, the standard value, whose doubt is then in the interval."""
     tolerance: Annotated[Number, Field(ge=0, lt=1)] = 0.0
     """Weights: their relative tolerance."""
     mode: Literal["first", "strongest"] = "first"

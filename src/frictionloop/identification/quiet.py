@@ -163,8 +163,9 @@ def _spurs(spectrum: NoiseSpectrum) -> tuple[list[Spur], NDArray[np.bool_]]:
     clean = np.ones(power.size, dtype=bool)
     found = []
     for first, stop in edges.tolist():
-        if stop - first > 6:
-            continue  # a hump, not a line
+        shoulders = np.concatenate([power[max(first - 10, 0) : max(first - 3, 0)], power[stop + 3 : stop + 10]])
+        if stop - first > 6 or power[first:stop].max() < SPUR / 2 * shoulders.max(initial=0.0):
+            continue  # a hump, or part of one, not a line
         around = slice(max(first - 2, 0), stop + 2)
         clean[around] = False
         at = first + int(np.argmax(power[first:stop]))
