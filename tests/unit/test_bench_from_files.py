@@ -119,6 +119,27 @@ def test_three_lines_of_uncertainty():
     )
 
 
+def test_slides_give_the_friction_of_the_finger(tmp_path):
+    flat = {"friction.roughness_rms": 0.0, "friction.occlusion_ratio": 1.0, "friction.nominal_n": 0.8}
+    stroke = fl.plain_stroke(fl.bench().evolve(flat), 0.0, duration_s=8.0)
+    np.savez(tmp_path / "slide.npz", force=stroke.f_a, load=stroke["load"], x=1e3 * stroke.position, fs=5000.0)
+    (tmp_path / "lab.toml").write_text(
+        """
+[[recording]]
+kind = "slides"
+files = ["slide.npz"]
+[recording.channels]
+f_m = { column = "force" }
+load = { column = "load" }
+position = { column = "x", scale = 1e-3, gives = "m" }
+"""
+    )
+    found = fl.identify.bench(tmp_path / "lab.toml")
+    assert found.system.friction.nominal_n == found.system.controller.model.nominal_n == pytest.approx(0.8, rel=0.05)
+    ends = found.measured["friction.nominal_n"].interval(0.99)
+    assert ends.low < 0.8 < ends.high and found.resonance_error is None
+
+
 @pytest.mark.parametrize(
     ("change", "says"),
     [

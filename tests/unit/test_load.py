@@ -50,6 +50,12 @@ def test_objects_of_matlab_are_left_out_and_named(tmp_path):
     assert "'settings' is a MATLAB object (table)" in " ".join(fl.identify.preview(tmp_path / "b.mat").notes)
 
 
+def test_objects_of_python_are_left_out_and_named(tmp_path):
+    np.savez(tmp_path / "a.npz", f=np.arange(100.0) ** 2, fs=10.0, meta=np.array({"a": 1}, dtype=object))
+    assert "'meta' is a Python object" in " ".join(fl.identify.preview(tmp_path / "a.npz").notes)
+    assert fl.identify.load(tmp_path / "a.npz").sizes["time"] == 100
+
+
 def test_a_run_replayed_from_beside_an_object_of_matlab(tmp_path):
     from frictionloop.recordings.read import read_recording
 

@@ -29,6 +29,7 @@ from frictionloop.identification.pulley import PulleyFriction, exponent_for_r2, 
 from frictionloop.identification.quiet import Quiet, Spur, noise
 from frictionloop.identification.resonance import Resonance, fit_resonance
 from frictionloop.identification.ring_down import RingDown, fit_ring_down
+from frictionloop.identification.slides import Friction, Slide, friction
 from frictionloop.identification.straightness import Straightness, straightness
 
 __all__ = [
@@ -42,6 +43,7 @@ __all__ = [
     "Estimator",
     "FloorReading",
     "FrequencyResponse",
+    "Friction",
     "Hit",
     "Hits",
     "Interval",
@@ -56,6 +58,7 @@ __all__ = [
     "Quiet",
     "Resonance",
     "RingDown",
+    "Slide",
     "Spur",
     "Straightness",
     "Take",
@@ -69,6 +72,7 @@ __all__ = [
     "fit_ring_down",
     "floor_density",
     "floor_readings",
+    "friction",
     "kept_results",
     "load",
     "modes",

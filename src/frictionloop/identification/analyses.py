@@ -22,6 +22,7 @@ from frictionloop.identification.modes import modes
 from frictionloop.identification.project import Take
 from frictionloop.identification.quiet import Quiet, noise
 from frictionloop.identification.resonance import Resonance, fit_resonance
+from frictionloop.identification.slides import friction
 from frictionloop.identification.straightness import straightness
 from frictionloop.quantities import FrictionloopError
 
@@ -30,6 +31,8 @@ HIDDEN = 1.5e-4
 friction of 0.0015 (docs/calibration), over sqrt(3)."""
 GRAVITY = 0.0015
 """The same of the standard gravity for that of an unknown place: 9.780 to 9.832 m/s^2, over sqrt(3)."""
+REFERENCE_LOAD_N = 0.5
+"""Load at which the preset's friction law has its f0 (``friction.reference_load_n``)."""
 POINTS = 600
 """Points of a curve that is drawn."""
 WORST_MISFIT = 0.2
@@ -76,7 +79,7 @@ def analyse(take: Take, folder: Path, sensor: Sensor) -> Part:
         {"path": name, "sha256": run.attrs["sha256"], "date": take.date or run.attrs["date"]}
         for name, run in zip(take.files, runs, strict=True)
     )
-    work = {"weights": _weights, "hits": _hits, "quiet": _quiet}[take.kind]
+    work = {"weights": _weights, "hits": _hits, "quiet": _quiet, "slides": _slides}[take.kind]
     try:
         values, told, rows, curves = work(take, runs, sensor, files[0]["date"])
     except FrictionloopError as refused:
@@ -248,6 +251,27 @@ def _quiet(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) ->
     hertz, density = _thin(first.spectrum.frequency_hz, first.spectrum.density)
     curves: dict[str, Any] = {"frequency_hz": hertz, "density": density, "band_hz": first.band_hz, "level": value.value}
     return [value], told, rows, curves
+
+
+def _slides(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> Found:
+    """Return f0 at the load of the preset's law, from slides without vibration."""
+    newtons = {"units": "N"}
+    found = [friction(run.assign(f_m=(run["f_m"] / sensor.sensitivity).assign_attrs(newtons))) for run in runs]
+    levels = []
+    for each in found:
+        level = each.level_n(REFERENCE_LOAD_N)
+        share = each.mu.standard_error / each.mu.value
+        levels.append(Estimate(level, share * level, "N", each.mu.freedom))
+    loads = [slide.load_n for each in found for slide in each.slides]
+    spread = 0.2 if not np.isfinite(found[0].exponent.value) else found[0].exponent.standard_error
+    off = [abs(float(spread * np.log(REFERENCE_LOAD_N / np.mean(loads)))) * level.value for level in levels]
+    how = f"{len(loads)} slides, at a load of {REFERENCE_LOAD_N:g} N"
+    value = measured("friction.nominal_n", levels, off, how, take.files, date)
+    rows: Rows = [("from (s)", "to (s)", "speed (mm/s)", "load (N)", "friction (N)", "mu", "spectrum, two ways")]
+    for s in (slide for each in found for slide in each.slides):
+        numbers = (f"{s.start_s:.2f}", f"{s.stop_s:.2f}", f"{1e3 * s.speed_m_s:.1f}", f"{s.load_n:.3f}")
+        rows.append((*numbers, f"{s.friction_n:.3f}", f"{s.mu:.3f}", f"{s.slope_welch:.2f}, {s.slope_whittle:.2f}"))
+    return [value], [line for each in found for line in each.told], rows, {}
 
 
 def _drawn_decay(run: xr.Dataset, take: Take) -> dict[str, list[float]]:

@@ -19,11 +19,12 @@ from frictionloop.parameters import System, preset
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.version import package_version
 
-ORDER = ("weights", "hits", "quiet")
+ORDER = ("weights", "hits", "quiet", "slides")
 BELIEVED = {
     "sensor.resonance_hz": "controller.model.resonance_hz",
     "sensor.q": "controller.model.resonance_q",
     "sensor.cutoff_hz": "controller.model.sensor_hz",
+    "friction.nominal_n": "controller.model.nominal_n",
 }
 """What the controller believes follows what was measured."""
 LEAST_CORNER = 0.005
@@ -183,7 +184,7 @@ def _key(take: Take, folder: Path, sensor: Sensor) -> str:
         prints = [sha256(folder / name) for name in files]
     except OSError as error:
         raise FrictionloopError(f"{take.kind}: {error.filename}: cannot be read ({error.strerror})") from None
-    told = [prints, take.model_dump(), asdict(sensor) if take.kind == "quiet" else {}, package_version()]
+    told = [prints, take.model_dump(), asdict(sensor) if take.kind in ("quiet", "slides") else {}, package_version()]
     return hashlib.sha256(json.dumps(told, sort_keys=True, default=str).encode()).hexdigest()
 
 

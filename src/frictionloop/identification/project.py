@@ -20,14 +20,14 @@ Window = tuple[Number, Number]
 class Take(Block):
     """Recordings of one kind, which are one measurement."""
 
-    kind: Literal["weights", "hits", "quiet"]
-    """What was done: known weights, hits (of a hammer that measures or of a pen), or nothing."""
+    kind: Literal["weights", "hits", "quiet", "slides"]
+    """What was done: known weights, hits (of a hammer that measures or of a pen), nothing, or slides of a finger."""
     files: Annotated[tuple[str, ...], Field(min_length=1)]
     """Paths, as seen from the project file."""
     map: str | None = None
     """TOML file with a channel map; or write ``channels`` here."""
     channels: dict[str, Channel] | None = None
-    """By the names f_m, mass and hammer."""
+    """By the names f_m, mass, hammer, load and position (or speed)."""
     rate_hz: Positive | None = None
     """Sampling rate, where the files tell none or two."""
     date: str | None = None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -33,9 +34,15 @@ def wav_contents(path: Path) -> Contents:
 
 
 def npz_contents(path: Path) -> Contents:
-    """Return the arrays of a NPZ file, none of which may be Python objects."""
+    """Return the arrays of a NPZ file; Python objects in it are left out, since reading one may run anything."""
+    arrays, notes = {}, []
     with np.load(path, allow_pickle=False) as file:
-        return _of_arrays({name: file[name] for name in file.files})
+        for name in file.files:
+            try:
+                arrays[name] = file[name]
+            except ValueError:
+                notes.append(f"{name!r} is a Python object and was left out")
+    return replace(_of_arrays(arrays), notes=tuple(notes))
 
 
 def hdf5_contents(path: Path) -> Contents:

@@ -25,7 +25,7 @@ from frictionloop.quantities.version import package_version
 from frictionloop.report.importance import importance
 from frictionloop.report.style import BLUE, GREY, SILVER, VERMILLION, inline, new_figure, styled, svg
 
-TITLES = {"weights": "Weights", "hits": "Hits", "quiet": "Quiet"}
+TITLES = {"weights": "Weights", "hits": "Hits", "quiet": "Quiet", "slides": "Slides"}
 
 
 def write_certificate(found: Bench, path: str | os.PathLike[str]) -> Path | None:
@@ -166,4 +166,5 @@ DRAWINGS: dict[str, dict[str, Callable[[Mapping[str, Any]], Figure]]] = {
     "weights": {"force_n": _line},
     "hits": {"decay": _decay, "poles": _poles, "response": _response},
     "quiet": {"density": _density},
+    "slides": {},
 }
