@@ -8,7 +8,9 @@ import re
 import numpy as np
 import pytest
 import recorded_files as files
+import scipy.io
 import simulated_lab
+import three_modes
 
 import frictionloop as fl
 from frictionloop.cli import main
@@ -119,6 +121,45 @@ def test_three_lines_of_uncertainty():
     )
 
 
+@pytest.mark.parametrize("how", ["a file per hit", "an array of hits"])
+def test_hits_without_a_hammer_channel_at_100_khz(tmp_path, how):
+    """Three modes, one hit in each file or line, and weights saved beside an object of MATLAB's."""
+    run, rows = three_modes.plate(seed=1, hits=8, noise=5e-3, spread=0.003), 10000
+    hits = run.f_m.values.reshape(8, rows)
+    if how == "a file per hit":
+        for k, hit in enumerate(hits):
+            scipy.io.savemat(tmp_path / f"{k}.mat", {"data": hit[:, None], "sr": 1e5})
+        files_, column = [f"{k}.mat" for k in range(8)], "data"
+    else:
+        scipy.io.savemat(tmp_path / "all.mat", {"data": hits.T, "sr": 1e5})
+        files_, column = ["all.mat"], "data[:, *]"
+    grams = np.array([0.0, 10, 20, 50, 100, 150, 200, 300])
+    volts = 0.02 + 0.33 * grams * 9.80665e-3 + 5e-4 * np.random.default_rng(0).normal(size=8)
+    files.mat5_with_object(tmp_path / "cal.mat", {"weights": grams, "volts": volts}, 1e5)
+    (tmp_path / "lab.toml").write_text(
+        f"""
+[[recording]]
+kind = "weights"
+files = ["cal.mat"]
+channels.mass = {{ column = "weights", unit = "g" }}
+channels.f_m = {{ column = "volts", unit = "V" }}
+
+[[recording]]
+kind = "hits"
+files = {json.dumps(files_)}
+mode = "first"
+channels.f_m = {{ column = "{column}", unit = "V" }}
+"""
+    )
+    found = fl.identify.bench(tmp_path / "lab.toml")
+    ends = {name: each.interval(0.99) for name, each in found.measured.items()}
+    assert ends["sensitivity"].low < 0.33 < ends["sensitivity"].high
+    assert ends["sensor.resonance_hz"].low < 1600 < ends["sensor.resonance_hz"].high
+    assert found.measured["sensor.q"].value == pytest.approx(40, rel=0.02)
+    told = " ".join(line for part in found.parts for line in part.told)
+    assert "8 of 8 hits used" in told and len(re.findall(r"\(Q ", told)) == 3
+
+
 def test_slides_give_the_friction_of_the_finger(tmp_path):
     flat = {"friction.roughness_rms": 0.0, "friction.occlusion_ratio": 1.0, "friction.nominal_n": 0.8}
     stroke = fl.plain_stroke(fl.bench().evolve(flat), 0.0, duration_s=8.0)
@@ -167,3 +208,22 @@ def test_channels_of_a_file(lab, tmp_path, capsys):
     assert set(fl.identify.read_map(tmp_path / "map.toml").channels) == {"channel_0", "channel_1"}
     code, shown, _ = run(capsys, "channels", lab.parent / "hits.mat", "--json")
     assert json.loads(shown)["rate_hz"] == 5000.0
+
+
+@pytest.mark.slow
+def test_coverage_of_the_intervals(tmp_path):
+    """Intervals of 90 % on forty simulated benches hold the truth in at least 85 % of them, and are not wide."""
+    inside, width = dict.fromkeys(simulated_lab.truth(), 0), {name: [] for name in simulated_lab.truth()}
+    for k in range(40):
+        folder = tmp_path / str(k)
+        folder.mkdir()
+        found = fl.identify.bench(simulated_lab.lab(folder, "file.npz", seed=1000 + 10 * k))
+        missed = simulated_lab.outside(found, 0.9)
+        for name, true in simulated_lab.truth().items():
+            ends = found.measured[name].interval(0.9)
+            inside[name] += name not in missed
+            width[name].append((ends.high - ends.low) / 2 / true)
+    assert all(count >= 34 for count in inside.values()), inside
+    half = {name: float(np.median(widths)) for name, widths in width.items()}
+    assert half["sensitivity"] < 1e-3 and half["sensor.resonance_hz"] < 2e-4 and half["sensor.q"] < 0.01
+    assert half["sensor.cutoff_hz"] < 0.04 and half["sensor.noise_density_n_rthz"] < 0.04

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.constants import g as STANDARD_GRAVITY
 
 from frictionloop.identification.calibration import Calibration, weights
+from frictionloop.identification.channel_map import ChannelMap
 from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.frequency_response import FrequencyResponse, response
 from frictionloop.identification.hits import pick_hits
@@ -25,6 +26,7 @@ from frictionloop.identification.resonance import Resonance, fit_resonance
 from frictionloop.identification.slides import friction
 from frictionloop.identification.straightness import straightness
 from frictionloop.quantities import FrictionloopError
+from frictionloop.recordings.whole import read_contents
 
 HIDDEN = 1.5e-4
 """Relative error that a pulley on ball bearings leaves while a swinging hook hides its friction: b = 2.5e-4 of a
@@ -73,12 +75,12 @@ def analyse(take: Take, folder: Path, sensor: Sensor) -> Part:
     FrictionloopError
         For what a file or an analysis refuses, naming the file.
     """
-    chart = take.chart(folder)
-    runs = [load(folder / name, chart, rate_hz=take.rate_hz) for name in take.files]
+    by_file = [_loaded(folder / name, take, folder) for name in take.files]
     files = tuple(
-        {"path": name, "sha256": run.attrs["sha256"], "date": take.date or run.attrs["date"]}
-        for name, run in zip(take.files, runs, strict=True)
+        {"path": name, "sha256": runs[0].attrs["sha256"], "date": take.date or runs[0].attrs["date"]}
+        for name, runs in zip(take.files, by_file, strict=True)
     )
+    runs = [run for each in by_file for run in each]
     work = {"weights": _weights, "hits": _hits, "quiet": _quiet, "slides": _slides}[take.kind]
     try:
         values, told, rows, curves = work(take, runs, sensor, files[0]["date"])
@@ -86,6 +88,23 @@ def analyse(take: Take, folder: Path, sensor: Sensor) -> Part:
         where = ", ".join(take.files) if len(take.files) < 4 else f"{take.files[0]} and {len(take.files) - 1} more"
         raise FrictionloopError(f"{where}: {refused}") from None
     return Part(take.kind, files, tuple(values), tuple(told), tuple(rows), curves)
+
+
+def _loaded(path: Path, take: Take, folder: Path) -> list[xr.Dataset]:
+    """Return the recordings of a file: one, or one for each line of an array whose column is ``name[:, *]``."""
+    chart = take.chart(folder)
+    columns = [] if chart is None else [str(each.column) for each in chart.channels.values()]
+    if chart is None or not any("*" in column for column in columns):
+        return [load(path, chart, rate_hz=take.rate_hz)]
+    there = {line.name for line in read_contents(path).channels}
+    found: list[xr.Dataset] = []
+    while all(column.replace("*", str(len(found))) in there for column in columns if "*" in column):
+        tree = chart.model_dump()
+        for each in tree["channels"].values():
+            if "*" in str(each["column"]):
+                each["column"] = each["column"].replace("*", str(len(found)))
+        found.append(load(path, ChannelMap.from_tree(tree), rate_hz=take.rate_hz))
+    return found or [load(path, chart, rate_hz=take.rate_hz)]
 
 
 Rows = list[tuple[str, ...]]
@@ -150,10 +169,12 @@ def _safer(line: Calibration) -> Estimate:
 
 
 def _hits(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> Found:
-    free = [modes([run], take.mode, take.band_hz, take.segment_s, take.exclude) for run in _grouped(runs)]
+    runs = _grouped(runs)
+    free = [modes(run, take.mode, take.band_hz, take.segment_s, take.exclude) for run in runs]
     chosen = [found.asked[0] for found in free]
-    rows: Rows = [("file", "hit", "time (s)", "peak", "verdict")]
-    for name, run in zip(take.files, runs, strict=True):
+    rows: Rows = [("recording", "hit", "time (s)", "peak", "verdict")]
+    names = take.files if len(runs) == len(take.files) else [str(k + 1) for k in range(len(runs))]
+    for name, run in zip(names, runs, strict=True):
         table = pick_hits(run, take.segment_s, take.exclude).table
         rows += [(name, str(h.number), f"{h.time_s:.3f}", f"{h.peak:.3g}", h.reason or h.verdict) for h in table]
     told = [each.told for each in free]
@@ -188,8 +209,8 @@ def _with(error: float, apart: float) -> float:
     return float(np.hypot(error, apart / np.sqrt(3)))
 
 
-def _grouped(runs: Sequence[xr.Dataset]) -> list[Any]:
-    """Return the recordings one by one; files with one hit each are one measurement together."""
+def _grouped(runs: Sequence[xr.Dataset]) -> list[xr.Dataset]:
+    """Return the recordings one by one; if some have one hit alone, all of them as one, one after the other."""
     many = [run for run in runs if pick_hits(run).good >= 2]
     return list(runs) if len(many) == len(runs) else [_joined(runs)]
 

@@ -21,7 +21,9 @@ class Channel(Block):
     """One channel: value = sign * scale * (column - its mean over ``zero_s``), after wraps are undone."""
 
     column: str | Whole = 0
-    """Name in the file, as ``frictionloop identify channels`` lists it, or its number from 0."""
+    """Name in the file, as ``frictionloop identify channels`` lists it, or its number from 0.
+
+    In a project file ``name[:, *]`` takes every line of an array, each as a recording of its own."""
     unit: str | None = None
     """Unit of the column, where the file says none or a wrong one: N, mN, V, mV, kg, g, counts."""
     scale: Annotated[Number, Field(description="What one of the column's unit is, in ``gives``.")] | None = None

@@ -126,6 +126,12 @@ def _find(where: str, contents: found.Contents, wanted: Channel) -> found.Channe
     for candidates in (exact, loose):
         if len(candidates) == 1:
             return candidates[0]
+    lines = [name for name in names if name.partition("[")[0] == wanted.column.strip()]
+    if lines:
+        raise FrictionloopError(
+            f"{where}: column = {wanted.column!r} has {len(lines)} lines; accepted: one of them, {lines[0]!r} to "
+            f"{lines[-1]!r}, or in a project file {lines[0].replace('0', '*', 1)!r} for all"
+        )
     near = difflib.get_close_matches(wanted.column, names, n=3, cutoff=0.4)
     hint = f"; did you mean {' or '.join(map(repr, near))}?" if near else ";"
     more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
