@@ -12,11 +12,11 @@ from frictionloop.identification.figures_of_merit import (
     residual_share,
     uniform_std_n,
 )
-from frictionloop.identification.frequency_response import Estimator, FrequencyResponse, response
+from frictionloop.identification.frequency_response import FrequencyResponse, response
 from frictionloop.identification.hits import Hit, Hits, pick_hits
 from frictionloop.identification.load import load
 from frictionloop.identification.measured import Measured
-from frictionloop.identification.modes import Mode, Modes, Which, modes
+from frictionloop.identification.modes import Mode, Modes, modes
 from frictionloop.identification.noise import (
     NoiseSpectrum,
     band_rms,
@@ -40,7 +40,6 @@ __all__ = [
     "ChannelPreview",
     "Converter",
     "Estimate",
-    "Estimator",
     "FloorReading",
     "FrequencyResponse",
     "Friction",
@@ -62,7 +61,6 @@ __all__ = [
     "Spur",
     "Straightness",
     "Take",
-    "Which",
     "band_rms",
     "bench",
     "channel",
