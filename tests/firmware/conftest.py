@@ -85,8 +85,8 @@ class Rig:
         return self.drive
 
     def slides(self, force: int = 8000) -> Sample:
-        """Return a sample of that finger, with a least bit of noise."""
-        return Sample(force + self.ticks % 2, 0, 4 * self.ticks, round(0.5 * 2**16 / 10))
+        """Return a sample of that finger, with noise of more than a step."""
+        return Sample(force + self.ticks % 3, 0, 4 * self.ticks, round(0.5 * 2**16 / 10))
 
     @property
     def state(self) -> str:

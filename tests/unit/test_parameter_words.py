@@ -71,7 +71,7 @@ def test_the_held_set_point_is_the_level():
 
 
 def test_a_sensor_quieter_than_its_converter_may_tell_the_same_for_long():
-    assert values(fl.bench())["safety.stuck_ticks"][0] == 2500
+    assert values(fl.bench())["safety.stuck_ticks"][0] == 72  # ln 1e-15 over ln erf(1/(1.146 sqrt 2))
     assert values(fl.paper())["safety.stuck_ticks"][0] == 500_000
 
 

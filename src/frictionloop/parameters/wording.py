@@ -8,7 +8,6 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from frictionloop.parameters.kinds import Kinds
 from frictionloop.quantities import unit_of
 
 Model = type[BaseModel]
@@ -25,9 +24,9 @@ def kinds_of(system: Model, block: str, kind: str | None = None) -> list[Model]:
     return [only] if isinstance(only, type) and issubclass(only, BaseModel) else []
 
 
-def registry_of(system: Model, block: str) -> Kinds | None:
-    """Return the registry of the kinds that a block may be, None for a block of one kind."""
-    return next((each for each in system.model_fields[block].metadata if isinstance(each, Kinds)), None)
+def registry_of(system: Model, block: str) -> Any:
+    """Return the registry of the kinds that a block may be (`kinds.Kinds`), None for a block of one kind."""
+    return next((each for each in system.model_fields[block].metadata if hasattr(each, "accepted")), None)
 
 
 def known_names(system: Model, tree: Mapping[str, Any]) -> list[str]:

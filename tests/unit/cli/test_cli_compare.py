@@ -7,7 +7,7 @@ import csv
 import pytest
 
 import frictionloop as fl
-from frictionloop.cli import comparison_text
+from frictionloop.cli import comparison_text, screen
 from frictionloop.design import comparison as rooms
 from frictionloop.design import synthesis
 from frictionloop.design.comparison import run
@@ -80,6 +80,25 @@ def test_summary_files_and_figures(frictionloop, tmp_path, monkeypatch):
     again = frictionloop(*WORDS, "--out", "r.h5", "--resume")
     tables = [text[text.index("20 mm/s") : text.index("saved")] for text in (answer.out, again.out)]
     assert tables[0] == tables[1]
+
+
+def test_the_time_it_takes_is_said_before_it_begins(frictionloop, monkeypatch, ran):
+    def begun(*_, begin, **__):
+        begin(["oracle"] * 2 + ["hinf"] * 2 + ["retuned_pi"] * 116)
+        return ran
+
+    monkeypatch.setattr(rooms, "compare", begun)
+    words = ("compare", "--fingers", "1000", "--duration-s", "10", "--jobs", "2")
+    said = "120 cells to run: about 4 min with 2 workers, of that 15 s to design laws\n"
+    assert frictionloop(*words).err == said
+    assert frictionloop("compare", "--fingers", "0").err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("time_s", "text"), [(7.2, "7 s"), (47, "50 s"), (100, "2 min"), (1900, "30 min"), (9000, "2 h")]
+)
+def test_a_time_that_is_estimated_is_round(time_s, text):
+    assert screen.about(time_s) == text
 
 
 def test_interrupted_says_how_to_go_on(frictionloop, monkeypatch):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import signal
+import subprocess
 import sys
 
 import numpy as np
@@ -94,10 +95,26 @@ def test_who_answers(frictionloop):
         ("serial:///dev/no-such-port", "/dev/no-such-port: no such port; there is "),
         ("tcp://localhost", "address 'tcp://localhost': must be one of"),
         ("emulated:no-such.elf", "no-such.elf"),
+        ("COM9", "address 'COM9': did you mean serial://COM9?"),
+        ("/dev/ttyACM0", "address '/dev/ttyACM0': did you mean serial:///dev/ttyACM0?"),
     ],
 )
 def test_an_address_where_nothing_is(frictionloop, address, says):
     assert says in refused(frictionloop("device", "info", address))
+
+
+@pytest.mark.parametrize("address", ["COM9", "serial:///dev/no-such-port", "tcp://localhost:1"])
+def test_an_address_is_refused_before_what_drives_a_device_is_loaded(address):
+    script = f"""
+import sys
+from frictionloop.cli.app import main
+try:
+    main(["device", "info", {address!r}])
+except SystemExit as end:
+    print(end.code, *sorted({{"scipy", "xarray", "numba"}} & set(sys.modules)))
+"""
+    told = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert told.stdout == "2\n" and told.stderr.startswith("error: ")
 
 
 # ----------------------------------------------------------------------------------------------------------------- set
@@ -190,7 +207,7 @@ def test_gains_are_set_by_their_names_and_only_by_its_owner_while_a_loop_runs(fr
 def test_gains_that_ring_are_refused_with_gains_that_hold(frictionloop, kept):
     said = refused(frictionloop("device", "set", "sim:", "controller.kp=12"))
     assert said.startswith("controller.kp=12: this loop rings near ") and "--unchecked sets it all the same" in said
-    held = re.findall(r"controller\.k[pi]=[\d.]+", said.split("gains that hold contact dahl, 20 mm/s")[1])
+    held = re.findall(r"controller\.k[pi]=[\d.]+", said.split("gains that hold at contact dahl, 20 mm/s")[1])
     with fl.connect("sim:") as device:
         assert device.parameters["law.gains"][0] == pytest.approx(10.0)  # as before
     assert len(held) == 2 and frictionloop("device", "set", "sim:", *held).code == 0
@@ -214,12 +231,35 @@ def test_gains_close_to_ringing_are_set_with_a_word(frictionloop):
     assert answer.code == 0 and "this loop is close to ringing near" in answer.err
 
 
-def test_gains_of_a_board_that_nobody_described_need_its_system(frictionloop, kept):
+def test_gains_of_a_board_that_nobody_described_are_read_from_it_and_set_unchecked(frictionloop, kept):
     assert frictionloop("device", "set", "sim:", "law.low_n=0.2").code == 0  # of no System from now on
-    said = refused(frictionloop("device", "set", "sim:", *HOLD))
-    assert said == "controller.kp: of which system? A board does not tell; add --system FILE, its description"
+    answer = frictionloop("device", "set", "sim:", "controller.ki=100", "controller.kp=0.04")
+    assert rows(answer.out) == {"controller.ki": "2.0 -> 100.0", "controller.kp": "10.0 -> 0.04"}
+    assert answer.err.startswith("controller.ki, controller.kp: not checked: a board does not tell its bench")
+    with fl.connect("sim:") as device:
+        assert device.parameters["law.gains"][:2] == pytest.approx([0.04, 100.0 / 5000.0], rel=1e-6)
+        assert device.parameters["law.low_n"] == pytest.approx(0.2)  # all else stays
     fl.write_toml(fl.bench(), "mine.toml")
     assert frictionloop("device", "set", "sim:", "--system", "mine.toml", *HOLD).code == 0
+
+
+def test_what_a_board_that_nobody_described_cannot_tell_needs_its_system(frictionloop, kept):
+    assert frictionloop("device", "set", "sim:", "law.low_n=0.2").code == 0
+    said = refused(frictionloop("device", "set", "sim:", "controller.kind=notch_pi"))
+    assert said.startswith("controller.kind: the device tells controller.kp and controller.ki alone; ")
+    said = refused(frictionloop("device", "set", "sim:", "controller.kp=-1"))
+    assert said == "controller.kp = -1 N/N: must be greater than or equal to 0"
+    assert frictionloop("device", "set", "sim:", "law.number=2").code == 0
+    said = refused(frictionloop("device", "set", "sim:", "controller.kp=1"))
+    assert said.startswith("controller: the device runs law lookup and tells the gains of law pi alone; ")
+    assert "--system FILE" in said
+
+
+def test_a_parameter_as_a_flag_is_told_how_it_is_written_here(frictionloop):
+    said = refused(frictionloop("device", "set", "sim:", "--controller.kp", "5000"))
+    assert said == "--controller.kp: is no option here; without dashes: controller.kp=5000"
+    said = refused(frictionloop("device", "info", "sim:", "--controller.kp", "5000"))
+    assert said == "Unknown option: --controller.kp. device info takes no parameters of a system; see --help"
 
 
 def test_the_kind_that_was_set_is_told(frictionloop, kept):
@@ -410,7 +450,8 @@ def kept(monkeypatch):
             boards[address] = simulated_pipe.BenchPipe(simulated_boards.Simulated(system), system, seed)
         return boards[address].opened
 
-    monkeypatch.setattr("frictionloop.device.device.opener", same_board)
+    for room in ("device", "transport"):
+        monkeypatch.setattr(f"frictionloop.device.{room}.opener", same_board)
     return boards
 
 
