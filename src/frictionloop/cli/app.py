@@ -33,6 +33,8 @@ from frictionloop.cli import (
     effect,
     effect_import,
     firmware,
+    identify,
+    identify_bench,
     reproduce,
     simulate,
     sweep,
@@ -198,6 +200,18 @@ app.command(
             "check": Verb(effect.check, effect.ARGUMENTS, effect.CHECK_EXAMPLES),
             "play": Verb(effect.play, effect.ARGUMENTS, effect.PLAY_EXAMPLES),
             "import": _verb(effect_import),
+        },
+    )
+)
+app.command(
+    group_app(
+        "identify",
+        "From a lab's recordings to its bench: what is in a file, and what weights, hits and silence tell.",
+        "channels",
+        BENCH,
+        {
+            "channels": Verb(identify.channels, "FILE [OPTIONS]", identify.CHANNELS_EXAMPLES),
+            "bench": _verb(identify_bench),
         },
     )
 )
