@@ -1,12 +1,14 @@
-# One virtual environment, built from the pins in requirements/lock.txt. `make help` lists what there is to do.
+# One virtual environment, built from the pins and hashes in requirements/. `make help` lists what there is to do.
 
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV   := .venv
 BIN    := $(VENV)/bin
-PIP    := $(BIN)/python -m pip --disable-pip-version-check install -qq --constraint requirements/lock.txt --editable
-PINS   := pyproject.toml requirements/lock.txt
-comma  := ,
-ZIG    := $(if $(shell command -v cc),,$(comma)bench-zig)
+PIP    := $(BIN)/python -m pip --disable-pip-version-check install -qq
+# What has hashes is everything but the package itself, which pip cannot hash; its build tools are among the pins.
+PINNED := $(PIP) --no-deps --require-hashes
+SELF   := $(PIP) --no-deps --no-build-isolation --editable .
+PINS   := pyproject.toml $(wildcard requirements/*.txt)
+ZIG    := $(if $(shell command -v cc),,-r requirements/zig.txt)
 
 # Tests are rewritten and compiled in each of their processes unless Python may keep what it compiled.
 unexport PYTHONDONTWRITEBYTECODE
@@ -58,22 +60,22 @@ clean: ## remove everything that can be made again
 # The stamps below are newer than the pins when the environment agrees with them.
 $(VENV)/.runtime: $(PINS) | $(BIN)/python
 	@echo "Installing frictionloop into $(VENV)"
-	@$(PIP) '.[report]'
+	@$(PINNED) -r requirements/report.txt && $(SELF)
 	@touch $@
 
 $(VENV)/.design: $(PINS) | $(BIN)/python
 	@echo "Installing frictionloop with what it draws and designs with into $(VENV)"
-	@$(PIP) '.[report,design]'
+	@$(PINNED) -r requirements/design.txt && $(SELF)
 	@touch $(VENV)/.runtime $@
 
 $(VENV)/.dev: $(PINS) | $(BIN)/python
 	@echo "Installing frictionloop with its test, docs and development tools into $(VENV)"
-	@$(PIP) '.[dev]'
+	@$(PINNED) -r requirements/dev.txt && $(SELF)
 	@touch $(VENV)/.runtime $(VENV)/.design $@
 
 $(VENV)/.bench: $(PINS) | $(BIN)/python
 	@echo "Installing frictionloop with the libraries it is compared with into $(VENV)"
-	@$(PIP) '.[bench$(ZIG)]'
+	@$(PINNED) -r requirements/bench.txt $(ZIG) && $(SELF)
 	@touch $(VENV)/.runtime $@
 
 # Some systems ship venv without its copy of pip; then the pip at hand puts one in.
@@ -82,4 +84,4 @@ $(BIN)/python:
 	  || { echo "Python 3.11 or newer is needed and '$(PYTHON)' is not it; set PYTHON=/path/to/python" >&2; exit 1; }
 	@echo "Creating $(VENV) with $(PYTHON)"
 	@"$(PYTHON)" -m venv $(VENV) >/dev/null || { rm -rf $(VENV); \
-	  "$(PYTHON)" -m venv --without-pip $(VENV) && "$(PYTHON)" -m pip --python $(VENV) install -qq pip; }
+	  "$(PYTHON)" -m venv --without-pip $(VENV) && "$(PYTHON)" -m pip --python $(VENV) install -qq --no-deps --require-hashes -r requirements/build.txt; }

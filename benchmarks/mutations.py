@@ -119,7 +119,7 @@ MUTATIONS = [
     ),
     Mutation(
         "converter rounds down",
-        SRC + "sensing/suspended.py",
+        SRC + "sensing/force_sensor.py",
         "(force_n * per_step + ROUND) - ROUND",
         "(force_n * per_step - 0.5 + ROUND) - ROUND",
         "unit/test_sensor.py unit/test_bench_closed_form.py",
@@ -147,7 +147,7 @@ MUTATIONS = [
     ),
     Mutation(
         "overdrive beyond the drive",
-        SRC + "control/overdrive.py",
+        SRC + "control/lookup.py",
         "inverse, 0.0), largest)",
         "inverse, 0.0), 2.0 * largest)",
         "unit/test_overdrive.py parity/test_amplitude.py",

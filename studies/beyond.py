@@ -28,6 +28,8 @@ from frictionloop.report import beyond
 from frictionloop.report.beyond import SPEED_MM_S
 from studies.linear_reach import linear_reach_table
 
+WINDOWS_S = ((0.99, 1.06), (1.49, 1.60))
+"""What is kept of a step down and of one up."""
 PEAK = 2.0
 """Largest |S| that the computed limit allows."""
 OF = ("lookup", "printed_pi", "retuned_pi", "notch_pi", "tracker", "oracle")
@@ -85,7 +87,7 @@ def write(found: Mapping[str, Any], traces: xr.Dataset, folder: Path = FOLDER) -
     with (folder / beyond.STEPS).open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(["time_s", "f_r", *(f"{law}, {contact}" for law, contact in columns)])
-        for window in beyond.WINDOWS_S:
+        for window in WINDOWS_S:
             part = traces.sel(time=slice(*window))
             forces = [part["f_a"].sel(law=law, contact=contact).values for law, contact in columns]
             set_to = part["f_r"].isel(law=0, contact=0).values

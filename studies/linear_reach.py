@@ -23,7 +23,7 @@ from frictionloop.analysis.waterbed import waterbed_bound
 from frictionloop.design.comparison import protocol
 from frictionloop.parameters import SuspendedSensor, System
 from frictionloop.physics.friction import friction_force
-from frictionloop.sensing.suspended import noise_coefficients
+from frictionloop.sensing.force_sensor import noise_coefficients
 from studies.causes import mean_occlusion
 from studies.conditions import conditions
 from studies.friction_spectrum import MEASURED, disturbed_levels, own_systems, power_of
@@ -72,7 +72,7 @@ def linear_reach(
     The disturbance, with and without a measured load fed forward, is that of `disturbed_levels`; the noise is the
     bench's (`reading_noise_psd`), and the set-point is taken to be fed forward without error. The plant is that
     from the force command, sampled exactly. Its plate lags, but a linear law divides that out
-    (`control/overdrive`), so that the plate costs the period in which the amplitude is reached and no more: the
+    (`control/lookup`), so that the plate costs the period in which the amplitude is reached and no more: the
     best case, with a drive that never saturates, contact and sensor known exactly.
 
     Parameters
@@ -161,8 +161,8 @@ def way_n(system: System, occluded: float, force_n: float) -> float:
 def reading_noise_psd(system: System, frequency_hz: Array) -> Array:
     """Return the one-sided density of the noise of a sampled reading, N^2/Hz: electronics, and rounding as white noise.
 
-    n[k+1] = decay n[k] + gain z[k] behind the electronics' pole (`sensing/suspended`), so that what the sampling folds
-    is in it; the converter adds step^2/12.
+    n[k+1] = decay n[k] + gain z[k] behind the electronics' pole (`sensing/force_sensor`), so that what the sampling
+    folds is in it; the converter adds step^2/12.
     """
     dt, sensor = 1.0 / system.controller.rate_hz, system.sensor
     decay, gain = noise_coefficients(sensor, dt)

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 import frictionloop as fl
 from frictionloop.report.figures.diagram import _block, _box, _signal, _sum
-from frictionloop.report.style import BLACK, BLUE, GREY, arrow, new_figure, styled, svg
+from frictionloop.report.style import BLACK, BLUE, GREY, arrow, schematic, styled, svg
 
 FILE = "_build/figures/bench-diagram.svg"
 TOP, BOTTOM, OVER = 3.4, 0.9, 5.85
@@ -30,10 +30,7 @@ def image(source: Path) -> str:
 @styled
 def figure_bench(system: fl.System) -> Figure:
     """Return the loop with the numbers of a bench in its blocks."""
-    figure = new_figure(9.0, 4.3)
-    axes = figure.subplots()
-    axes.set(xlim=(-0.2, 14.9), ylim=(-0.15, 6.75), aspect="equal")
-    axes.set_axis_off()
+    figure, axes = schematic(9.0, 4.3, (-0.2, 14.9), (-0.15, 6.75))
     _groups(axes)
     control, plate, sensor = system.controller, system.plate, system.sensor
     friction, skin, motion = system.friction, system.finger, system.motion

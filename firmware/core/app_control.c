@@ -51,6 +51,7 @@ fl_drive fl_app_tick(fl_app *app, const fl_sample *sample, uint32_t now_us, int3
     fl_watch_step(app, sample, &m, late);
     fl_state_step(app, sample, &m, now_us);
     int32_t setpoint = fl_setpoint(app, position);
+    fl_sensors_step(app, &m, setpoint);
     fl_force_command command = decide(app, p, &m, setpoint);
     app->amplitude = amplitude(app, p, command.force);
     fl_keep(app, &m, setpoint, command);

@@ -7,6 +7,13 @@ static void count(uint32_t *ticks, int holds) {
     else if (*ticks < UINT32_MAX) *ticks += 1;
 }
 
+/* Of ticks that come and go: each that holds weighs two, any other takes one back. Full after `full/2` in a row,
+ * and as soon when it comes back half of the time. */
+static void weigh(uint32_t *weight, int holds, uint32_t full) {
+    if (holds) *weight = *weight + 2 < full ? *weight + 2 : full;
+    else if (*weight) *weight -= 1;
+}
+
 /* Both ends of 16 bits, -32768 and 32767, have the magnitude 32767. None reaches the end of a channel that is
  * not there, which has gain 0: it is neither stuck nor saturated. */
 static const uint32_t NOT_THERE = UINT32_MAX;
@@ -38,11 +45,14 @@ void fl_watch_step(fl_app *app, const fl_sample *sample, const fl_measurement *m
     fl_watch *watch = &app->watch;
     const uint32_t *ends = ends_in_force(app);
     for (int k = 0; k < 2; k++) {
-        int there = ends[k] != NOT_THERE;
-        count(&watch->stuck[k], there && m->valid && sample->force[k] == watch->last[k]);
-        watch->last[k] = sample->force[k];
+        int32_t now = sample->force[k];
+        if (now < watch->low[k]) watch->low[k] = now;
+        if (now > watch->high[k]) watch->high[k] = now;
+        int stays = ends[k] != NOT_THERE && m->valid && (uint32_t)watch->high[k] - (uint32_t)watch->low[k] <= 1;
+        count(&watch->stuck[k], stays);
+        if (!stays) watch->low[k] = watch->high[k] = now;
     }
-    count(&watch->saturated, ended(ends, sample) < CHANNELS);
+    weigh(&watch->saturated, ended(ends, sample) < CHANNELS, 2 * (uint32_t)p->safety_force_ticks);
     count(&watch->out_of_range, m->force > p->safety_force_limit_n || m->force < -p->safety_force_limit_n);
     if (++watch->second >= FL_TICK_HZ) watch->second = watch->late = 0;
     if (late) {
@@ -51,7 +61,11 @@ void fl_watch_step(fl_app *app, const fl_sample *sample, const fl_measurement *m
     }
 }
 
-/* A reading that has been the same for n ticks has not changed n - 1 times. */
+static int is_saturated(const fl_watch *watch, const fl_parameters *p) {
+    return watch->saturated >= 2 * (uint32_t)p->safety_force_ticks;
+}
+
+/* A reading that has been within one step for n ticks has stayed n - 1 times. */
 static int is_stuck(const fl_watch *watch, int k, const fl_parameters *p) {
     return watch->stuck[k] + 1 >= (uint32_t)p->safety_stuck_ticks;
 }
@@ -66,7 +80,7 @@ static fl_raised cause(const fl_app *app, const fl_sample *sample, const fl_meas
     const fl_watch *watch = &app->watch;
     int32_t silent_us = (int32_t)(now_us - app->heard_us);
     uint32_t tick = app->tick;
-    if (watch->saturated >= (uint32_t)p->safety_force_ticks)
+    if (is_saturated(watch, p))
         return (fl_raised){FL_FAULT_SENSOR_SATURATED, tick, reading(sample, ended(ends_in_force(app), sample))};
     if (watch->out_of_range >= (uint32_t)p->safety_force_ticks)
         return (fl_raised){FL_FAULT_FORCE_RANGE, tick, m->force};
@@ -75,7 +89,7 @@ static fl_raised cause(const fl_app *app, const fl_sample *sample, const fl_meas
     if (silent_us > FL_SILENCE_MS * 1000) return (fl_raised){FL_FAULT_HOST_SILENT, tick, silent_us};
     if (watch->late >= (uint32_t)p->safety_overrun_ticks)
         return (fl_raised){FL_FAULT_TICK_OVERRUN, tick, (int32_t)watch->late};
-    return (fl_raised){FL_FAULT_NONE, tick, 0};
+    return fl_sensors_fault(app, m->force);
 }
 
 static void raise(fl_app *app, fl_raised raised) {
@@ -122,11 +136,14 @@ int fl_cause_lasts(const fl_app *app) {
     const fl_parameters *p = fl_in_force(app);
     switch (app->fault) {
     case FL_FAULT_FORCE_RANGE: return watch->out_of_range > 0;
-    case FL_FAULT_SENSOR_SATURATED: return watch->saturated > 0;
+    case FL_FAULT_SENSOR_SATURATED: return is_saturated(watch, p);
     case FL_FAULT_SENSOR_STUCK: return is_stuck(watch, 0, p) || is_stuck(watch, 1, p);
     case FL_FAULT_TICK_OVERRUN: return watch->late >= (uint32_t)p->safety_overrun_ticks;
     case FL_FAULT_BAD_PARAMETER:
     case FL_FAULT_BAD_IMAGE: return app->bad_table;
+    case FL_FAULT_SENSOR_JUMPS:
+    case FL_FAULT_SENSOR_CONTRARY:
+    case FL_FAULT_SENSOR_HUMS: return fl_sensors_fault(app, 0).fault == app->fault;
     default: return 0; /* a host that asks is not silent */
     }
 }

@@ -44,6 +44,10 @@ void fl_watch_step(fl_app *app, const fl_sample *sample, const fl_measurement *m
 void fl_state_step(fl_app *app, const fl_sample *sample, const fl_measurement *measurement, uint32_t now_us);
 int fl_cause_lasts(const fl_app *app);
 
+/* app_sensors.c: watch what the sensors tell, and whether one is broken. */
+void fl_sensors_step(fl_app *app, const fl_measurement *measurement, int32_t setpoint);
+fl_raised fl_sensors_fault(const fl_app *app, int32_t force);
+
 /* app_parameters.c: index of the first word that is wrong, else FL_NO_INDEX. */
 uint16_t fl_check_table(const fl_table *table, fl_built_in built);
 void fl_parameters_start(fl_app *app, const fl_parameters *parameters);

@@ -13,6 +13,7 @@ enum {
     FL_REPLIES = 16,     /* frames that may come in before one goes out */
     FL_NO_INDEX = 65535, /* of a refusal that is about no word or point */
     FL_NO_STATE = 255,
+    FL_HUM_TICKS = 50,   /* half a period of the mains at 50 Hz */
     FL_RAM = 12288       /* bytes, of the 64 KB of the Teensy */
 };
 
@@ -55,9 +56,21 @@ typedef struct {
 /* Ticks in a row at which something was so. */
 typedef struct {
     uint32_t out_of_range, saturated, stuck[2], alone;
-    int32_t last[2];
+    int32_t low[2], high[2]; /* of the readings since stuck began to count */
     uint32_t late, second; /* late ticks in this second, ticks of it */
 } fl_watch;
+
+/* What app_sensors.c remembers. Forces of the hum are N in 2^-13. */
+typedef struct {
+    int32_t force, position, load; /* of the tick before, the force's magnitude */
+    int32_t turned, farthest;      /* where the motion turned, and how far it got since then, m */
+    int32_t level, restless;       /* sums of the force, and of what the set-point moved */
+    int32_t peak, rung;            /* most in this swing, over half a period of the mains and of the springs */
+    int16_t jumped, asked;
+    uint8_t valid, back, channel, contrary;
+    uint8_t up, since, half, period, beats, at; /* ticks since the last swing, of the one before, of both before */
+    int16_t forces[FL_HUM_TICKS];
+} fl_sensors;
 
 typedef struct {
     uint8_t fault;
@@ -96,6 +109,7 @@ struct fl_app {
     volatile uint8_t state, fault, bad_table;
     fl_touch touch;
     fl_watch watch;
+    fl_sensors sensors;
     int32_t law_state[FL_STATES];
     int32_t closing, believed, amplitude; /* as fl_switch.h has it; um, um */
     uint8_t law_runs;

@@ -1,4 +1,4 @@
-/* Mirrors overdrive_step of control/overdrive.py. */
+/* Mirrors overdrive_step of control/lookup.py. */
 #include "fl_overdrive.h"
 
 int32_t fl_overdrive(int32_t *believed, int32_t wanted, int32_t decay, fl_gain inverse, int32_t largest) {

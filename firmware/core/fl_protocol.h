@@ -18,8 +18,8 @@
 #define FL_POINTS_A_FRAME 128
 #define FL_SAMPLES_A_FRAME 16
 #define FL_OLDEST_MS 20
-#define FL_TABLE_HASH 0x27f3f5f0u
-#define FL_WORDS 537
+#define FL_TABLE_HASH 0x9914e2a1u
+#define FL_WORDS 544
 
 enum fl_board { FL_BOARD_HOST = 0, FL_BOARD_MPS2 = 1, FL_BOARD_TEENSY31 = 2 };
 
@@ -27,7 +27,7 @@ enum fl_source { FL_SOURCE_HOLD = 0, FL_SOURCE_TIME = 1, FL_SOURCE_POSITION = 2 
 
 enum fl_state { FL_STATE_IDLE = 0, FL_STATE_OPEN = 1, FL_STATE_CLOSED = 2, FL_STATE_FAULT = 3 };
 
-enum fl_fault { FL_FAULT_NONE = 0, FL_FAULT_FORCE_RANGE = 1, FL_FAULT_SENSOR_STUCK = 2, FL_FAULT_SENSOR_SATURATED = 3, FL_FAULT_HOST_SILENT = 4, FL_FAULT_TICK_OVERRUN = 5, FL_FAULT_BAD_PARAMETER = 6, FL_FAULT_NO_FINGER = 7, FL_FAULT_BAD_IMAGE = 8 };
+enum fl_fault { FL_FAULT_NONE = 0, FL_FAULT_FORCE_RANGE = 1, FL_FAULT_SENSOR_STUCK = 2, FL_FAULT_SENSOR_SATURATED = 3, FL_FAULT_HOST_SILENT = 4, FL_FAULT_TICK_OVERRUN = 5, FL_FAULT_BAD_PARAMETER = 6, FL_FAULT_NO_FINGER = 7, FL_FAULT_BAD_IMAGE = 8, FL_FAULT_SENSOR_JUMPS = 11, FL_FAULT_SENSOR_CONTRARY = 12, FL_FAULT_SENSOR_HUMS = 13 };
 
 enum fl_refusal { FL_REFUSAL_UNKNOWN_MESSAGE = 1, FL_REFUSAL_WRONG_LENGTH = 2, FL_REFUSAL_WRONG_VERSION = 3, FL_REFUSAL_UNKNOWN_WORD = 4, FL_REFUSAL_OUT_OF_RANGE = 5, FL_REFUSAL_WRONG_CRC = 6, FL_REFUSAL_NOT_NOW = 7, FL_REFUSAL_STILL_AT_FAULT = 8, FL_REFUSAL_NOT_OWNER = 9, FL_REFUSAL_NO_SESSION = 10, FL_REFUSAL_LATE = 11 };
 
@@ -65,44 +65,45 @@ typedef struct {
     int32_t setpoint_hold_n;  /* q28, N: set-point while no table plays */
     int32_t safety_force_limit_n;  /* q28, N: largest plausible force */
     int32_t safety_force_ticks;  /* count: ticks at which a force must be out of range */
-    int32_t safety_stuck_ticks;  /* count: ticks at which a reading must not change */
+    int32_t safety_stuck_ticks;  /* count: ticks at which a reading must not change by more than a count */
     int32_t safety_overrun_ticks;  /* count: late ticks in a second */
+    int32_t safety_force_jump_n;  /* q28, N: largest plausible change of the force's magnitude in a tick */
+    int32_t safety_position_jump_m;  /* q28, m: largest plausible way of a finger in a tick */
+    int32_t safety_load_jump_n;  /* q28, N: largest plausible change of the load in a tick */
+    int32_t safety_contrary_n;  /* q28, N: largest plausible force without load, and along the motion */
+    int32_t safety_turn_m;  /* q28, m: way after a turn on which the skin may still pull along the motion */
+    int32_t safety_hum_n;  /* q28, N: least swing from peak to peak, at the beat of the mains, that is a hum; and at least half the force */
+    int32_t safety_hum_ticks;  /* count: ticks over which a swing is told: whole periods of the sensor's springs, about half a period of the mains */
 } fl_parameters;
 
-/* Least and largest value of the words of each parameter; of a gain, of its shift. */
+/* Least and largest value of the words of parameters, one after the other; of a gain, of its shift. */
 typedef struct { uint16_t first, count, stride; int32_t low, high; } fl_range;
-#define FL_RANGES 30
+#define FL_RANGES 24
 #define FL_RANGE_TABLE { \
     {0, 1, 1, 0, 15}, \
     {1, 106, 2, -1, 62}, \
     {213, 32, 1, INT32_MIN, 2147483647}, \
-    {245, 1, 1, 0, 2147483647}, \
-    {246, 1, 1, 0, 2147483647}, \
-    {247, 257, 1, 0, 2147483647}, \
+    {245, 259, 1, 0, 2147483647}, \
     {504, 1, 2, -1, 62}, \
     {506, 1, 1, 0, 268435456}, \
     {507, 1, 2, -1, 62}, \
-    {509, 1, 1, 0, 2120640102}, \
-    {510, 1, 1, 0, 2120640102}, \
+    {509, 2, 1, 0, 2120640102}, \
     {511, 1, 1, 3, 2120640102}, \
     {512, 1, 1, 1, 2}, \
     {513, 2, 1, -32768, 32767}, \
     {515, 2, 2, -1, 62}, \
     {519, 1, 1, -32768, 32767}, \
-    {520, 1, 2, -1, 62}, \
-    {522, 1, 2, -1, 62}, \
+    {520, 2, 2, -1, 62}, \
     {524, 1, 1, 0, 268435456}, \
     {525, 1, 2, -1, 62}, \
     {527, 1, 1, 0, 2147483647}, \
-    {528, 1, 1, 0, 268435456}, \
-    {529, 1, 1, 0, 268435456}, \
-    {530, 1, 1, 0, 2147483647}, \
-    {531, 1, 1, 0, 2147483647}, \
-    {532, 1, 1, 0, 2147483647}, \
-    {533, 1, 1, 0, 2147483647}, \
+    {528, 2, 1, 0, 268435456}, \
+    {530, 4, 1, 0, 2147483647}, \
     {534, 1, 1, 1, 100}, \
     {535, 1, 1, 2, 500000}, \
     {536, 1, 1, 1, 50}, \
+    {537, 6, 1, 0, 2147483647}, \
+    {543, 1, 1, 1, 50}, \
 }
 
 #endif

@@ -1,4 +1,4 @@
-/* How the loop is opened and closed, in the tick and in the simulator alike (control/switch.py).
+/* How the loop is opened and closed, in the tick and in the simulator alike (control/law.py).
  *
  * Open: u is the set-point within the clamp, and the law runs along with both ends of its clamp there, so that
  * its observers know what goes on. When the loop closes, an integral begins with what open loop commands, and

@@ -9,7 +9,7 @@
 enum { COUNT, KP, KI, HOLD, NARROW, WIDEN, FIRST, EXPECTED = FIRST + 5 * 6 }; /* gains */
 enum { FREE = 2, MEMORY = 1, READING = 13 };                                   /* sections; states */
 
-/* One section, transposed direct form II (quantities/biquad.py). */
+/* One section, transposed direct form II (quantities/arithmetic.py). */
 static int32_t section(int32_t *memory, const fl_gain *c, int32_t x) {
     int32_t y = fl_fma(c[0], x, memory[0]);
     memory[0] = fl_saturate((int64_t)fl_mul(c[1], x) - fl_mul(c[3], y) + memory[1]);

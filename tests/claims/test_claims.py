@@ -13,10 +13,10 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.report import build
 from frictionloop.report.beyond import COMMAND, NOTCH, TRACKER
 from frictionloop.report.build import claims_json
-from frictionloop.report.claims import COUNTED, THESIS, TOPICS, Claim, Group, Verdict, claims_tables, one_claim
+from frictionloop.report.claims import COUNTED, THESIS, TOPICS, Claim, Group, Verdict, one_claim
 from frictionloop.report.claims.claim import having, lacking
 from frictionloop.report.claims.judging import FILLED, Told, texts
-from frictionloop.report.claims.table import claim_lines, paper_and_ours, shown
+from frictionloop.report.claims.told import claim_lines, claims_tables, paper_and_ours, shown
 from frictionloop.report.device import CLOSED, IDEAL, PRINTED, RETUNED_GAINS
 from frictionloop.report.page import accepted
 from frictionloop.report.people import LOOKUPS
@@ -337,6 +337,7 @@ def test_every_number_that_is_told_is_named_somewhere(claims):
 
 def test_numbers_in_texts_have_the_digits_asked_for():
     assert "{a} {a:2} {b:.0%} {b:.2f}".format(a=Told(0.12345), b=Told(0.5)) == "0.123 0.12 50% 0.50"
+    assert "{a, in words:m} {a, in words:2m}".format_map({"a, in words": Told(0.012345)}) == "12.3 12"
 
 
 def test_a_claim_is_judged_alone_by_what_it_needs(claims):

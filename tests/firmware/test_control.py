@@ -55,7 +55,7 @@ def test_duty_gives_the_amplitude_through_the_sine_of_the_carrier(make_rig):
 
 
 def slides(rig, force_n: float) -> Sample:
-    return Sample(counts(force_n) + rig.ticks % 2, 0, 4 * rig.ticks, 3277)
+    return Sample(counts(force_n) + rig.ticks % 3, 0, 4 * rig.ticks, 3277)
 
 
 def system(kind: str, **changed: object) -> fl.System:

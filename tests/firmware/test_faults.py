@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+import zlib
+
+import numpy as np
 import pytest
 
 import frictionloop as fl
@@ -11,6 +15,14 @@ from frictionloop.parameters.presets import RETUNED
 from frictionloop.quantities.schema import parameter_words, schema
 
 N_PER_COUNT = 5.0 / 2**16
+LARGEST = 2**31 - 1
+PATIENT = {
+    "safety__stuck_ticks": 500_000,
+    "safety__force_jump_n": LARGEST,
+    "safety__position_jump_m": LARGEST,
+    "safety__load_jump_n": LARGEST,
+}
+"""Words of a board that takes no reading for stuck or for a jump."""
 
 
 def faults(rig) -> list[tuple[str, int, int]]:
@@ -28,7 +40,7 @@ def closed(rig):
 
 def feed(rig, count: int, force: int, across: int = 0, jitter: int = 1) -> None:
     for _ in range(count):
-        rig.tick(1, Sample(force + jitter * (rig.ticks % 2), across, 4 * rig.ticks, 3277))
+        rig.tick(1, Sample(force + jitter * (rig.ticks % 3), across, 4 * rig.ticks, 3277))
 
 
 @pytest.mark.parametrize("sign", [1, -1])
@@ -54,7 +66,7 @@ def test_a_converter_at_its_end_is_saturated_not_out_of_range(make_rig):
 
 def test_the_second_channel_counts_where_there_is_one(make_rig):
     gain = [671088640, 43]
-    rig = closed(make_rig(force__axes=2, force__n_per_count=gain * 2, safety__force_ticks=7))
+    rig = closed(make_rig(force__axes=2, force__n_per_count=gain * 2, safety__force_ticks=7, **PATIENT))
     feed(rig, 7, 0, across=32767)
     assert faults(rig) == [("sensor_saturated", rig.ticks, 32767)]
     rig = closed(make_rig(force__axes=2, force__n_per_count=[*gain, 0, 0], safety__force_ticks=7))
@@ -66,11 +78,11 @@ def test_the_second_channel_counts_where_there_is_one(make_rig):
 @pytest.mark.parametrize("channel", ["position", "load"])
 def test_position_and_load_are_watched_as_well(make_rig, channel: str, end: int):
     def at(value: int) -> Sample:
-        return Sample(8000 + rig.ticks % 2, 0, 4 * rig.ticks, 3277)._replace(**{channel: value})
+        return Sample(8000 + rig.ticks % 3, 0, 4 * rig.ticks, 3277)._replace(**{channel: value})
 
-    rig = closed(make_rig(safety__force_ticks=7))
+    rig = closed(make_rig(safety__force_ticks=7, **PATIENT))
     rig.tick(6, at(end))
-    rig.tick(1, at(end - (1 if end > 0 else -1)))  # short of it: the count begins anew
+    rig.tick(12, at(end - (1 if end > 0 else -1)))  # short of it: twice as long, and nothing is left of the count
     rig.tick(6, at(end))
     assert faults(rig) == []
     rig.tick(1, at(end))
@@ -78,6 +90,17 @@ def test_position_and_load_are_watched_as_well(make_rig, channel: str, end: int)
     assert rig.reason("clear") == "still_at_fault"
     rig.tick()
     assert rig.reason("clear") == "done"
+
+
+def test_a_converter_that_is_at_its_end_half_of_the_time_is_saturated_too(make_rig):
+    rig = closed(make_rig(safety__force_ticks=7, **PATIENT))
+    for _ in range(2):  # each tick at an end weighs two of 14, each other one takes one back
+        feed(rig, 4, 32767, jitter=0)
+        feed(rig, 4, 8000)
+    feed(rig, 2, 32767, jitter=0)
+    assert faults(rig) == []
+    feed(rig, 1, 32767, jitter=0)
+    assert faults(rig) == [("sensor_saturated", rig.ticks, 32767)]
 
 
 @pytest.mark.parametrize(("channel", "gain"), [("position", "touch__m_per_count"), ("load", "touch__n_per_count")])
@@ -94,7 +117,7 @@ def test_a_lifted_finger_is_no_fault_and_the_plate_goes_on(rig):
     before = rig.run(500).amplitude_um
     assert before > 0.5
     for _ in range(10):  # 1 s without load
-        rig.run(500, Sample(8000 + rig.ticks % 2, 0, 4 * rig.ticks, 0))
+        rig.run(500, Sample(rig.ticks % 3, 0, 4 * rig.ticks, 0))
     assert faults(rig) == []
     assert (rig.state, rig.drive.amplitude_um > 0.5) == ("closed", True)
 
@@ -102,12 +125,12 @@ def test_a_lifted_finger_is_no_fault_and_the_plate_goes_on(rig):
 def test_a_plate_that_nobody_touches_is_off_after_a_minute(rig):
     closed(rig)
     for _ in range(599):
-        rig.run(500, Sample(8000 + rig.ticks % 2, 0, 0, 0))
+        rig.run(500, Sample(rig.ticks % 3, 0, 0, 0))
     rig.run(300)  # a finger slides once more: the minute begins anew
     for _ in range(599):
-        rig.run(500, Sample(8000 + rig.ticks % 2, 0, 0, 0))
+        rig.run(500, Sample(rig.ticks % 3, 0, 0, 0))
     assert (rig.state, faults(rig)) == ("closed", [])
-    rig.run(500, Sample(8000, 0, 0, 0))
+    rig.run(500, Sample(0, 0, 0, 0))
     assert [(name, value) for name, _, value in faults(rig)] == [("no_finger", 300_000)]
     rig.run(60)
     assert rig.drive.duty == 0
@@ -118,16 +141,17 @@ def test_a_plate_that_nobody_touches_is_off_after_a_minute(rig):
 
 def test_stuck_while_the_finger_slides(make_rig):
     rig = closed(make_rig(safety__stuck_ticks=50))
-    feed(rig, 49, 8000, jitter=0)
+    for k in range(49):
+        feed(rig, 1, 7000 + k % 2, jitter=0)
     assert faults(rig) == []
-    feed(rig, 1, 8000, jitter=0)
-    assert faults(rig) == [("sensor_stuck", rig.ticks, 8000)]
+    feed(rig, 1, 7000, jitter=0)
+    assert faults(rig) == [("sensor_stuck", rig.ticks, 7000)]
 
 
 def test_a_finger_at_rest_leaves_the_reading_as_it_is(make_rig):
     rig = closed(make_rig(safety__stuck_ticks=50))
     for _ in range(10):  # 1 s; the tracked speed takes 0.05 s to be below that of sliding
-        rig.run(500, Sample(8000 + rig.ticks % 2, 0, 4 * rig.ticks, 0))
+        rig.run(500, Sample(rig.ticks % 3, 0, 4 * rig.ticks, 0))
     assert faults(rig) == []
 
 
@@ -236,3 +260,52 @@ def test_what_is_wrong_before_the_loop_is_on_stops_it_at_its_first_tick(rig):
     feed(rig, 1, 32767, jitter=0)
     assert rig.state == "fault"
     assert rig.drive.amplitude_um == 0.0
+
+
+def test_three_jumps_not_two_of_which_one_is_forgotten_every_20_ms(rig):
+    closed(rig)
+    for _ in range(2):  # there and back
+        feed(rig, 1, 16000)
+        feed(rig, 200, 8000)
+    assert faults(rig) == []
+    feed(rig, 1, 16000)
+    feed(rig, 1, 8000)
+    feed(rig, 96, 16000)
+    assert [(name, value) for name, _, value in faults(rig)] == [("sensor_jumps", 1)]
+
+
+def test_a_force_without_load_for_15_ms(rig):
+    closed(rig)
+    lifted = Sample(8000, 0, 4 * rig.ticks, 0)
+    rig.tick(74, lifted)
+    feed(rig, 1, 8000)  # touched: the count begins anew
+    rig.tick(75, lifted)
+    assert faults(rig) == []
+    rig.tick(1, lifted)
+    assert faults(rig) == [("sensor_contrary", rig.ticks, 8000 * 5 * 2**12)]
+
+
+@pytest.mark.parametrize(("way_mm", "told"), [(9.0, False), (10.5, True)])
+def test_a_force_along_the_motion_only_once_the_skin_has_turned(rig, way_mm: float, told: bool):
+    closed(rig)
+    rig.run(3000)
+    top = 4 * rig.ticks
+    for k in range(round(way_mm * 250)):  # back at 20 mm/s
+        if k % 500 == 0:
+            rig.ask("heartbeat")
+        rig.tick(1, Sample(-4000 + rig.ticks % 3, 0, top - 4 * k, 3277))
+    assert [name for name, *_ in faults(rig)] == ["sensor_contrary"] * told
+
+
+def test_a_hum_is_no_fault_while_the_set_point_has_a_texture(make_rig):
+    rig = closed(make_rig(setpoint__hold_n=round(0.5 * 2**28)))
+    rig.run(3000)
+    points = np.rint(5000 + 2000 * np.sin(np.arange(100) * np.pi / 50)).astype("<i2")
+    rig.ask("waveform", first=0, values=points)
+    played = {"source": 1, "loops": 1, "count": 100, "step": 2**24, "start_um": 0}
+    assert rig.reason("play", **played, crc=zlib.crc32(points.tobytes())) == "done"
+    for k in range(600):
+        if k % 500 == 0:
+            rig.ask("heartbeat")
+        rig.tick(1, Sample(round(8000 + 4000 * math.sin(k * math.pi / 50)), 0, 4 * rig.ticks, 3277))
+    assert faults(rig) == []

@@ -217,7 +217,7 @@ def test_telemetry_tells_what_was_measured_in_its_units(rig):
     rig.listen()
     told = rig.telemetry()
     k = np.arange(rig.ticks - 15, rig.ticks + 1)
-    np.testing.assert_allclose(told["f_m"], (8000 + k % 2) * 5 / 2**16, rtol=0, atol=0.51e-4)
+    np.testing.assert_allclose(told["f_m"], (8000 + k % 3) * 5 / 2**16, rtol=0, atol=0.51e-4)
     np.testing.assert_allclose(told["position"], 4e-6 * k, rtol=0, atol=0.51e-5)
     np.testing.assert_allclose(told["speed"], 0.02, rtol=0, atol=5.1e-5)
     np.testing.assert_allclose(told["load"], 0.5, rtol=0, atol=1.1e-4)

@@ -33,7 +33,7 @@ def drives(path) -> tuple[float, list[int]]:
     for k in range(400):
         if k % 100 == 0:
             board.receive(hello() * (k == 0) + encode("mode", k + 1, SESSION, state=CLOSED))
-        most = max(most, board.tick((8000 + k % 2, 0), 3277, 4 * k))
+        most = max(most, board.tick((8000 + k % 3, 0), 3277, 4 * k))
         told += [message["fault"] for message in decoder.feed(board.transmit()) if message.name == "fault"]
     return most, told
 

@@ -61,6 +61,8 @@ static void fill(fl_table *table, fl_built_in built) {
     qsort(p->lookup_squares_um2, 257, 4, falling);
     p->safety_force_ticks = 1 + (int32_t)below(100); /* so that it gets somewhere before it faults */
     if (below(2)) p->safety_force_limit_n = INT32_MAX;
+    if (below(4)) p->safety_force_jump_n = p->safety_position_jump_m = p->safety_load_jump_n = INT32_MAX;
+    if (below(2)) p->safety_contrary_n = INT32_MAX;
 }
 
 static void spoil(fl_table *table) {

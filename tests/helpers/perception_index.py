@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import make_interp_spline
 from scipy.signal import welch
 
-from frictionloop.perception.thresholds import HIGHEST_HZ, LOWEST_HZ, Impedance, force_threshold_n
+from frictionloop.parameters import Skin
+from frictionloop.perception.thresholds import HIGHEST_HZ, LOWEST_HZ, force_threshold_n
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.checks import Array, number, numbers
 
@@ -23,7 +24,7 @@ Band = tuple[float, float]
 def index_of_spectrum(
     frequency_hz: ArrayLike,
     psd_n2_hz: ArrayLike,
-    finger: Impedance | None = None,
+    finger: Skin | None = None,
     band_hz: Band = (LOWEST_HZ, HIGHEST_HZ),
 ) -> Array:
     """Return D = sqrt(integral of S(f) / F_th(f)^2 df), an index of how strongly a residual force is felt.
@@ -39,7 +40,7 @@ def index_of_spectrum(
     psd_n2_hz
         One-sided power density S of the residual in N^2/Hz, not negative, shape (..., n); linear in between.
     finger
-        Impedance of the fingertip; None is `Fingertip()`.
+        The fingertip; None is a `Skin` as it is.
     band_hz
         Limits of the integral, within 1 to 500 Hz. Over (40, 500) it is the share of the Pacinian channel.
 
@@ -73,7 +74,7 @@ def index_of_spectrum(
 def index_of_residual(
     residual_n: ArrayLike,
     rate_hz: float,
-    finger: Impedance | None = None,
+    finger: Skin | None = None,
     band_hz: Band = (LOWEST_HZ, HIGHEST_HZ),
 ) -> Array:
     """Return D of a recorded residual: `index_of_spectrum` of its Welch spectrum.
@@ -89,7 +90,7 @@ def index_of_residual(
     rate_hz
         Sampling rate in Hz, at least twice the upper limit of the band.
     finger
-        Impedance of the fingertip; None is `Fingertip()`.
+        The fingertip; None is a `Skin` as it is.
     band_hz
         Limits of the integral, within 1 to 500 Hz.
 

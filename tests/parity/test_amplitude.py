@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.control.overdrive import overdrive_gains, overdrive_step
+from frictionloop.control.lookup import overdrive_gains, overdrive_step
 from frictionloop.firmware.compiled import CELLS, host_library
 from frictionloop.quantities.schema import parameter_words
 

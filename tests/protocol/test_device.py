@@ -11,6 +11,7 @@ import frictionloop as fl
 from frictionloop.device.device import Device
 from frictionloop.device.errors import Refused
 from frictionloop.device.running import Interrupted
+from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.quantities.schema import parameter_words, word_count
 
 
@@ -42,6 +43,38 @@ def test_parameters_are_read_and_written_in_their_units(device: Device, board: A
     assert board.words[parameter_words()["setpoint.hold_n"].first] == 2**27
     assert device.parameters.about("touch.n_per_count").unit == "N"
     assert len(device.parameters) == len(list(device.parameters)) == len(parameter_words())
+
+
+def test_gains_are_set_by_the_names_of_a_system() -> None:
+    with fl.connect("sim:") as device:
+        device.set("controller.kp", 12)
+        assert device.controller.kp == 10.0  # it waits
+        device.set("controller.ki", 3.0)
+        device.commit()
+        assert (device.system.controller.kp, device.system.controller.ki) == (12.0, 3.0)
+        assert device.parameters.hold(firmware_words(device.system))
+        with pytest.raises(fl.FrictionloopError, match=r"^controller.kp = -1.0 N/N: must be"):
+            device.set("controller.kp", -1.0)
+        device.commit()
+        assert device.controller.kp == 12.0
+
+
+def test_gains_of_a_device_that_nobody_described_are_those_it_tells(device: Device) -> None:
+    device.parameters.write(firmware_words(fl.bench()))
+    device.commit()
+    assert device.system is None
+    assert (device.controller.kp, device.controller.ki) == (10.0, 2.0)
+    device.set("controller.kp", 12)
+    device.set("drive.ceiling_um", 2.0)
+    device.commit()
+    assert device.parameters["law.gains"][:2] == pytest.approx([12.0, 2.0 / 5000.0])
+    assert (device.controller.kp, device.controller.ki) == (12.0, 2.0)
+    with pytest.raises(fl.FrictionloopError, match=r"^controller.overdrive: the device tells controller.kp and"):
+        device.set("controller.overdrive", True)
+    device.set("law.number", 2)
+    device.commit()
+    with pytest.raises(fl.FrictionloopError, match=r"^controller: the device runs law lookup and tells"):
+        device.set("controller.kp", 1.0)
 
 
 def test_what_another_host_left_waiting_is_written_over(device: Device, board: Any) -> None:

@@ -15,7 +15,7 @@ from numba import njit
 from scipy.integrate import solve_ivp
 
 from frictionloop.physics.contact import ContactState
-from frictionloop.physics.contact_bristle import dahl_step, lugre_step
+from frictionloop.physics.contact_laws import dahl_step, lugre_step
 
 DT = 2e-5
 K, C, M, S0, S1 = 1e3, 1.0, 1e-4, 2e4, 1.4

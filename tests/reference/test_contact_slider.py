@@ -9,7 +9,7 @@ from numba import njit
 from scipy.integrate import solve_ivp
 
 from frictionloop.physics.contact import ContactState
-from frictionloop.physics.contact_slider import slider_step
+from frictionloop.physics.contact_laws import slider_step
 
 DT = 2e-5
 K, C, M, S0 = 1e3, 1.0, 1e-4, 2e4

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -115,11 +116,12 @@ def soak(value):
 @pytest.mark.parametrize(("contact", "compliance"), [("slider", 0.0), ("dahl", 50.0)])
 def test_the_margins_that_are_asked_for(contact, compliance, speed_mm_s, force_n):
     """Of the real loop Ms 1.7, 2.0 and 2.6 with the resonance 0, 5 and 10 % off what it is told."""
-    system = bench(contact, compliance, speed_mm_s)
+    told = loop_of(contact, compliance, speed_mm_s, force_n)  # whose law knows nothing of the springs as they are
     for off, limit in UNMEASURED.items():
         for factor in sorted({1.0 - off, 1.0 + off}):
-            there = system.evolve({"sensor.resonance_hz": factor * system.sensor.resonance_hz})
-            assert linearise(there, force_n=force_n).sensitivity_peak() < limit  # infinite if it is unstable
+            there = told.system.evolve({"sensor.resonance_hz": factor * told.system.sensor.resonance_hz})
+            real = replace(linearise(there, force_n=force_n), known_law=told.law)
+            assert real.sensitivity_peak() < limit  # infinite if it is unstable
 
 
 @pytest.mark.parametrize("speed_mm_s", [20.0, 80.0])

@@ -14,7 +14,7 @@ from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.slab import LANES
 from frictionloop.loop.kernel.traces import BENCH_TRACES
 from frictionloop.loop.simulate import run_tile
-from frictionloop.loop.together import simulate_all
+from frictionloop.loop.workers import simulate_all
 
 PERIODS = 333  # not a whole number of blocks of 32
 DURATION_S = PERIODS / 5000.0

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 import pytest
+from kinds import kinds_of
 from pydantic import BaseModel, ValidationError
 
 import frictionloop as fl
-from frictionloop.parameters.system import kinds_of
 
 BLOCKS = [
     fl.System,

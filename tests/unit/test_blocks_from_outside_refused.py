@@ -278,6 +278,12 @@ class Failing(NamedTuple):
     below: float
 
 
+class FailingFriction(fl.FingerFriction):
+    kind: Literal["failing"] = "failing"
+    until_um: float = 3.0
+    below: float = 0.0
+
+
 @fl.step
 def fails(amplitude_um, occluded, coefficients):
     """A law that is no number beyond an amplitude, or less than none there: one for both compiles half as long."""
@@ -286,23 +292,24 @@ def fails(amplitude_um, occluded, coefficients):
     return 1.0 - 0.3 * amplitude_um + math.sqrt(coefficients.until_um - amplitude_um) * 0.0
 
 
+FAILS = fl.Vibration("failing", fails, Failing, lambda f: Failing(f.until_um, f.below))
+"""One block for all tests, whose tiles are compiled once."""
+
+
+@pytest.mark.parametrize(("below", "told"), [(0.0, "nan at 1.1"), (1.0, "-0.1 at 1.1")])
 @pytest.mark.parametrize(
     ("contact", "form"),
     [("rigid", "float"), ("dahl", "float"), ("lugre", "float"), ("slider", "float"), ("dahl", "firmware")],
 )
-@pytest.mark.parametrize(("below", "told"), [(0.0, "nan at 1.1"), (1.0, "-0.1 at 1.1")])
 def test_friction_that_is_no_number_or_less_than_none_is_an_error_of_the_run(below, told, contact, form):
-    fl.register(
-        fl.Vibration("own", fails, Failing, lambda f: Failing(3.0 if f.speed_slope == 0.0 else 1.1, below)),
-        OwnFriction,
-    )
+    fl.register(FAILS, FailingFriction)
     finger = {"finger.kind": "rigid"} if contact == "rigid" else {"finger.contact": contact}
-    system = BENCH.evolve({"friction.kind": "own", "setpoint": fl.Constant(offset_n=0.3), "controller.form": form})
+    system = BENCH.evolve({"friction.kind": "failing", "setpoint": fl.Constant(offset_n=0.3), "controller.form": form})
     system = system.evolve(finger)
     short = 0.02
     fl.simulate(system, short)
-    wrong = system.evolve({"friction.speed_slope": 0.1})
-    told = rf'friction law "own": {HERE}step returned {told}\d* um .*must be from 0 to 1'
+    wrong = system.evolve({"friction.until_um": 1.1, "friction.below": below})
+    told = rf'friction law "failing": {HERE}step returned {told}\d* um .*must be from 0 to 1'
     with pytest.raises(fl.FrictionloopError, match=told) as refused:
         fl.simulate(wrong, short)
     assert "\n" not in str(refused.value)

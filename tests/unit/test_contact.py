@@ -14,8 +14,7 @@ from numba import njit
 from frictionloop.loop.kernel.access import doubles, load, store
 from frictionloop.loop.kernel.slab import LANES
 from frictionloop.physics.contact import ContactCoefficients, ContactState
-from frictionloop.physics.contact_bristle import dahl_step, lugre_step
-from frictionloop.physics.contact_slider import slider_step
+from frictionloop.physics.contact_laws import dahl_step, lugre_step, slider_step
 
 STEPS = {"dahl": dahl_step, "lugre": lugre_step, "slider": slider_step}
 K, C, M, S0, S1, DT = 1e3, 1.0, 1e-4, 2e4, 1.4, 2e-5

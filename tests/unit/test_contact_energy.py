@@ -15,8 +15,7 @@ from hypothesis import strategies as st
 from stored_energy import bristle_energy_j, skin_energy_j
 
 from frictionloop.physics.contact import ContactState
-from frictionloop.physics.contact_bristle import dahl_step, lugre_step
-from frictionloop.physics.contact_slider import slider_step
+from frictionloop.physics.contact_laws import dahl_step, lugre_step, slider_step
 
 STEPS = {"dahl": dahl_step, "lugre": lugre_step, "slider": slider_step}
 each_law = pytest.mark.parametrize("law", STEPS)

@@ -11,8 +11,7 @@ from numba import njit
 
 from frictionloop.parameters import Skin
 from frictionloop.physics.contact import ContactState, linearise_slip
-from frictionloop.physics.contact_bristle import dahl_step, lugre_step
-from frictionloop.physics.contact_slider import slider_step
+from frictionloop.physics.contact_laws import dahl_step, lugre_step, slider_step
 
 K, C, M, S0, S1, DT = 1e3, 1.0, 1e-4, 2e4, 1.4, 2e-5
 STEPS = {"dahl": dahl_step, "lugre": lugre_step, "slider": slider_step}

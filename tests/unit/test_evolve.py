@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from kinds import kinds_of
 
 import frictionloop as fl
 from frictionloop.parameters.description import _change_kind
 from frictionloop.parameters.sensor_design import SensorDesign, StraightSprings
-from frictionloop.parameters.system import kinds_of
 from frictionloop.parameters.timing import Timing
 from frictionloop.parameters.wording import known_names
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 import pytest
+from kinds import kinds_of
 from pydantic import BaseModel
 
 import frictionloop as fl
@@ -18,7 +19,6 @@ from frictionloop.firmware.parameter_words import device_words
 from frictionloop.loop.kernel.quadrature import QUADRATURE
 from frictionloop.loop.kernel.structure import kernel_of
 from frictionloop.parameters.represented import Represented
-from frictionloop.parameters.system import kinds_of
 from frictionloop.physics.vibration import GAUSSIAN, vibration_of
 
 PLANT = ("friction", "plate", "finger", "motion")
@@ -127,7 +127,7 @@ def test_inner_blocks_are_looked_at_too():
     class Cells(fl.LoadCells):
         gain: float = 1.0
 
-    Cells.__module__ = "frictionloop.parameters.touch"
+    Cells.__module__ = "frictionloop.parameters.motion"
     system = fl.bench().model_copy(update={"touch": fl.Touch().model_copy(update={"load": Cells(gain=2.0)})})
     for form in (elements, device_words):
         with pytest.raises(fl.FrictionloopError, match=r"touch\.load\.gain = 2\.0"):

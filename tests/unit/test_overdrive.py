@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionloop as fl
-from frictionloop.control.overdrive import overdrive_gains, overdrive_step
+from frictionloop.control.lookup import overdrive_gains, overdrive_step
 
 TS, PLATE_HZ, LARGEST_UM = 2e-4, 100.0, 2.5
 LEFT = math.exp(-2.0 * math.pi * PLATE_HZ * TS)

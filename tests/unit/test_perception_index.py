@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from perception_index import index_of_residual, index_of_spectrum
 from scipy.integrate import quad
 
-from frictionloop.perception import Fingertip, force_threshold_n
+from frictionloop.parameters import Skin
+from frictionloop.perception import force_threshold_n
 from frictionloop.perception.thresholds import THRESHOLD_UM
 from frictionloop.quantities import FrictionloopError
 
@@ -105,7 +106,7 @@ def test_a_rate_of_twice_the_upper_limit_is_enough(samples):
 
 
 def test_a_stiffer_finger_feels_less():
-    assert index_of_spectrum(GRID, FLAT, Fingertip(stiffness_n_m=2000.0)) < index_of_spectrum(GRID, FLAT)
+    assert index_of_spectrum(GRID, FLAT, Skin(stiffness_n_m=2000.0)) < index_of_spectrum(GRID, FLAT)
 
 
 @pytest.mark.parametrize(

@@ -13,19 +13,21 @@ from scipy.signal import freqs_zpk, sos2zpk, sosfilt, sosfilt_zi, sosfreqz
 from streaming import settled_state, weighting_error_db
 from weighting_fit import fit_prototype
 
+from frictionloop.parameters import Skin
 from frictionloop.perception import (
-    Fingertip,
     displacement_threshold_um,
     force_threshold_n,
     weighting_sos,
 )
 from frictionloop.perception.weighting import ERROR_DB, GRID_HZ, HIGHPASS_HZ, PROTOTYPE, RATES_HZ, gain_db, roots_of
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.biquad import biquad_step
+from frictionloop.quantities.arithmetic import biquad_step
 
 RATES = [1200.0, 2000.0, 5000.0, 10_000.0, 50_000.0, 200_000.0]
 rates = st.floats(math.log(RATES_HZ[0]), math.log(RATES_HZ[1])).map(lambda x: min(math.exp(x), RATES_HZ[1]))
-fingers = st.builds(Fingertip, st.floats(100, 1e4), st.floats(0.1, 10), st.floats(1e-6, 1e-3))
+fingers = st.builds(
+    Skin, stiffness_n_m=st.floats(100, 1e4), damping_n_s_m=st.floats(0.1, 10), mass_kg=st.floats(1e-6, 1e-3)
+)
 
 
 @njit
@@ -167,7 +169,7 @@ def test_a_step_has_decayed_after_the_settling_time():
 
 def test_same_arguments_same_filter_which_a_caller_may_change():
     first = weighting_sos(5000.0)
-    again = weighting_sos(5000, Fingertip())
+    again = weighting_sos(5000, Skin())
     np.testing.assert_array_equal(first, again)
     again[:] = 0.0
     np.testing.assert_array_equal(first, weighting_sos(5000.0))
@@ -181,9 +183,7 @@ def test_rates(bad):
 
 def test_a_finger_that_rings_above_half_the_rate_is_refused():
     """664 Hz and hardly damped: at 1250 Hz there is no pole for it, at 5 kHz there is."""
-    finger = Fingertip(stiffness_n_m=2.9e7, damping_n_s_m=540.0, mass_kg=1.66)
-    with pytest.raises(
-        FrictionloopError, match=r"^no weighting filter for Fingertip.* at rate_hz = 1250 Hz: take a hi"
-    ):
+    finger = Skin(stiffness_n_m=2.9e7, damping_n_s_m=540.0, mass_kg=1.66)
+    with pytest.raises(FrictionloopError, match=r"^no weighting filter for .* at rate_hz = 1250 Hz: take a hi"):
         weighting_sos(1250.0, finger)
     assert np.abs(weighting_error_db(5000.0, finger)).max() <= ERROR_DB

@@ -87,7 +87,7 @@ def test_the_window_scale_and_mean(data, samples, scale, offset_n, remove_mean):
     start = data.draw(st.integers(0, 18))
     stop = data.draw(st.integers(start + 1, 20))
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "a.h5")
+        path = Path(folder, "a.mat")
         write(path, samples[:, None])
         window = {"start_s": start / 100, "stop_s": stop / 100, "scale": scale, "offset_n": offset_n}
         force = read(path, "dataQ", remove_mean=remove_mean, **window)
@@ -663,7 +663,7 @@ def test_a_tone_keeps_its_place_at_another_rate(tmp_path, at_hz):
 @given(at_hz=st.integers(10, 2000).map(float), level=st.floats(-5, 5), slope=st.floats(-5, 5))
 def test_a_straight_line_stays_one_to_its_ends(at_hz, level, slope):
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "a.h5")
+        path = Path(folder, "a.mat")
         write(path, (level + slope * np.arange(101) / 100)[:, None])
         force = read(path, "dataQ", at_hz=at_hz)
     assert force == pytest.approx(level + slope * np.arange(force.size) / at_hz, abs=1e-9)

@@ -21,11 +21,11 @@ from frictionloop.identification.rigs import hammer as rig_hammer
 from frictionloop.identification.rigs import sensor as rig_sensor
 from frictionloop.identification.rigs.weights import _tension
 from frictionloop.parameters.rigs import CalibrationBench, Pulley
-from frictionloop.sensing.suspended import (
+from frictionloop.sensing.force_sensor import (
     SuspensionState,
     convert_step,
     converter,
-    linearise_suspended,
+    linearise_sensor,
     suspension_coefficients,
     suspension_step,
 )
@@ -101,7 +101,8 @@ def test_noise_terms_against_integrals_of_the_spectrum(cutoff_hz):
     assert terms.electronics_n == pytest.approx(bench.sensor.noise_rms_n, rel=1e-9)
     shaking_n = 0.4 * 30e-6 * 9.80665
     density = shaking_n / math.sqrt(math.pi / 2 * 70.0)
-    response = linearise_suspended(bench.sensor).response
+    springs, pole = linearise_sensor(bench.sensor)
+    response = (springs * pole).response
 
     def power(f):
         return (density * abs(response(f))) ** 2 / (1 + (f / 70.0) ** 2)

@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 
 import frictionloop as fl
 from frictionloop.quantities.normals import normals
-from frictionloop.sensing.lowpass import linearise_sensor
+from frictionloop.sensing.force_sensor import linearise_sensor
 
 # A finger that vibration does not move: the force on it is f0 + d(t) alone.
 DEAD = {
@@ -56,7 +56,7 @@ def test_response_to_a_sine(cutoff_hz, frequency_hz):
     """f_m' = ws (f - f_m), f = f0 + b + A sin(w t): steady state A |S| sin(w t + arg S) and a decaying rest."""
     sine = fl.Sine(offset_n=0.2, amplitude_n=0.2, frequency_hz=frequency_hz)
     t, f_m, omega = measured({"disturbance": sine, "sensor.cutoff_hz": cutoff_hz})
-    response = linearise_sensor(fl.LowpassSensor(cutoff_hz=cutoff_hz)).response(frequency_hz)
+    response = linearise_sensor(fl.LowpassSensor(cutoff_hz=cutoff_hz))[0].response(frequency_hz)
     steady = 0.2 * abs(response) * np.sin(2 * np.pi * frequency_hz * t + np.angle(response))
     exact = F0 + 0.2 + steady - steady[0] * np.exp(-omega * t)
     # Six nodes interpolate the sine over a period T: the error is max |f^(6)| / 6! times the largest value of the
@@ -122,7 +122,7 @@ def test_noise_enters_before_the_low_pass():
 
 
 def test_frequency_response():
-    sensor = linearise_sensor(fl.paper().sensor)
+    sensor = linearise_sensor(fl.paper().sensor)[0]
     assert sensor.response(0.0) == 1.0
     assert abs(sensor.response(1000.0)) == pytest.approx(math.sqrt(0.5), rel=1e-14)
     assert np.angle(sensor.response(1000.0)) == pytest.approx(-math.pi / 4, rel=1e-14)

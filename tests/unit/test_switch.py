@@ -9,8 +9,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.control.laws import law_of
-from frictionloop.control.lookup import inverse_step
-from frictionloop.control.overdrive import overdrive_gains, overdrive_step
+from frictionloop.control.lookup import inverse_step, overdrive_gains, overdrive_step
 
 CLOSES_S, DURATION_S = 0.5, 0.8
 CLOSES, RATE_HZ, RAMP = 2500, 5000.0, 512

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from kinds import kinds_of
 
 import frictionloop as fl
-from frictionloop.parameters.system import kinds_of
 
 number = st.floats(-1e9, 1e9)
 positive = st.floats(1e-9, 1e9)

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from numba import njit
 from scipy.linalg import solve_discrete_lyapunov
 
-from frictionloop.parameters.motion import Sliding, Strokes
-from frictionloop.parameters.touch import LoadCells, PositionSensor, Touch
+from frictionloop.parameters.motion import LoadCells, PositionSensor, Sliding, Strokes, Touch
 from frictionloop.quantities import FrictionloopError
 from frictionloop.sensing.touch import TouchState, check_follows, touch_coefficients, touch_step
 

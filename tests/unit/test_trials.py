@@ -7,7 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictionloop.report.trials import NOMINAL_N, sliding_trials
+from frictionloop.physics.fingers import UNIFORM
+from frictionloop.report.trials import sliding_trials
+
+LOW_N, HIGH_N = UNIFORM["friction.nominal_n"]
 
 
 def test_a_trial_is_equation_1():
@@ -21,7 +24,7 @@ def test_a_trial_is_equation_1():
 def test_friction_is_never_negative(n, seed):
     trials = sliding_trials(n, seed)
     assert float(trials["f"].min()) >= 0
-    assert NOMINAL_N[0] <= float(trials["f0"].min()) and float(trials["f0"].max()) <= NOMINAL_N[1]
+    assert float(trials["f0"].min()) >= LOW_N and float(trials["f0"].max()) <= HIGH_N
     assert float(trials["tau"].min()) > 0
 
 
@@ -39,7 +42,7 @@ def test_the_same_seed_gives_the_same_bits_and_more_trials_change_none():
 
 def test_a_large_population_has_the_spread_it_was_given():
     trials = sliding_trials(4000)
-    assert float(trials["f0"].mean()) == pytest.approx(sum(NOMINAL_N) / 2, abs=0.02)
+    assert float(trials["f0"].mean()) == pytest.approx((LOW_N + HIGH_N) / 2, abs=0.02)
     assert float(np.log(trials["tau"]).std()) == pytest.approx(0.35, abs=0.02)
     assert float(np.log(trials["tau"]).mean()) == pytest.approx(np.log(0.38), abs=0.02)
 

@@ -15,39 +15,8 @@ from frictionloop.analysis.limits import (
 )
 from frictionloop.analysis.linear import LinearLoop, linearise
 from frictionloop.analysis.margins import Margins
-from frictionloop.analysis.noise import (
-    command_noise_rms_n,
-    equation_3_rms_n,
-    output_noise_rms_n,
-)
+from frictionloop.analysis.noise import command_noise_rms_n, equation_3_rms_n, output_noise_rms_n
 from frictionloop.analysis.responses import Reading
 from frictionloop.analysis.stability import kp_limit
 from frictionloop.analysis.state_space import StateSpace
 from frictionloop.analysis.waterbed import Waterbed, waterbed_bound
-
-__all__ = [
-    "Elements",
-    "Lag",
-    "LinearLoop",
-    "Margins",
-    "Reading",
-    "StateSpace",
-    "Stubborn",
-    "Waterbed",
-    "available_crossover_hz",
-    "bode_integral",
-    "command_noise_rms_n",
-    "elements",
-    "equation_3_rms_n",
-    "kp_limit",
-    "law_space",
-    "linearise",
-    "lumped_gain",
-    "operating_band",
-    "output_noise_rms_n",
-    "phase_lag",
-    "stubborn",
-    "touch_spectrum",
-    "unstable_sum",
-    "waterbed_bound",
-]

@@ -11,13 +11,12 @@ from frictionloop.analysis.known import check_known
 from frictionloop.analysis.operating import law_at, operating_amplitude_um
 from frictionloop.control.lookup import lookup_table
 from frictionloop.control.pi import is_pi, linearise_pi
-from frictionloop.parameters import LowpassSensor, Model, Sensor, Skin, Strokes, System, check_system
+from frictionloop.parameters import Model, Skin, Strokes, System, check_system
 from frictionloop.physics.contact import linearise_slip
 from frictionloop.physics.friction import friction_force, slope_per_um2
 from frictionloop.physics.plate import linearise_plate
 from frictionloop.quantities import Lti
-from frictionloop.sensing.lowpass import linearise_sensor
-from frictionloop.sensing.suspended import linearise_suspended
+from frictionloop.sensing.force_sensor import linearise_sensor
 
 
 @dataclass(frozen=True)
@@ -80,7 +79,7 @@ def elements(
         controller=linearise_pi(system.controller) if is_pi(system.controller) else None,
         delay_s=system.controller.delay_s,
         plate=Lti((gain,), (1.0,)) * linearise_plate(system.plate) * linearise_contact(system, force),
-        stages=linearise_stages(system.sensor),
+        stages=linearise_sensor(system.sensor),
         amplitude_um=amplitude,
         force_n=force,
         occluded=occluded,
@@ -104,14 +103,6 @@ def linearise_contact(system: System, force_n: float) -> Lti:
     if not (isinstance(finger, Skin) and isinstance(motion, Strokes)):
         return Lti((1.0,), (1.0,))
     return linearise_slip(finger, force_n, 1e-3 * motion.speed_mm_s)
-
-
-def linearise_stages(sensor: Sensor) -> tuple[Lti, ...]:
-    """Return the sensor's blocks in series, the electronics' pole last."""
-    if isinstance(sensor, LowpassSensor):
-        return (linearise_sensor(sensor),)
-    whole, pole = linearise_suspended(sensor), Lti((1.0,), (1.0 / (2.0 * math.pi * sensor.cutoff_hz), 1.0))
-    return Lti(whole.num, tuple(np.polydiv(whole.den, pole.den)[0])), pole
 
 
 def _square_per_newton(model: Model, amplitude_um: float) -> float:

@@ -4,27 +4,9 @@ from __future__ import annotations
 
 import math
 
-from frictionloop.parameters import (
-    FingerFriction,
-    Friction,
-    FrictionLaw,
-    FrictionLimit,
-    LoadCells,
-    LowpassSensor,
-    Model,
-    PiController,
-    PositionSensor,
-    RigidFinger,
-    Skin,
-    Sliding,
-    Strokes,
-    SuspendedSensor,
-    System,
-    Timing,
-    Touch,
-)
+from frictionloop import parameters as block
+from frictionloop.parameters import FingerFriction, PiController, Strokes, System
 from frictionloop.parameters.controller import CONTROLLERS
-from frictionloop.parameters.plant import LowpassPlate, ResonantPlate
 from frictionloop.parameters.represented import Represented
 from frictionloop.physics.friction import is_gaussian
 from frictionloop.physics.plate import LINEAR_PLATE
@@ -39,34 +21,34 @@ LINEAR = Represented(
     "the linear analysis",
     {
         **LINEAR_PLATE,
-        FrictionLimit: "nominal_n",
-        FrictionLaw: "susceptibility_per_um2",
-        Friction: "kind",
-        FingerFriction: "kind reference_load_n load_exponent speed_slope reference_speed_mm_s slow_mm_s "
+        block.FrictionLimit: "nominal_n",
+        block.FrictionLaw: "susceptibility_per_um2",
+        block.Friction: "kind",
+        block.FingerFriction: "kind reference_load_n load_exponent speed_slope reference_speed_mm_s slow_mm_s "
         "occlusion_ratio moist_loss",
-        LowpassSensor: "kind cutoff_hz noise_rms_n",
-        SuspendedSensor: "kind moving_mass_kg resonance_hz q cutoff_hz noise_density_n_rthz adc_bits range_n",
-        RigidFinger: "kind",
-        Skin: "kind stiffness_n_m damping_n_s_m mass_kg contact bristle_stiffness_n_m bristle_damping_n_s_m",
-        Sliding: "kind",
-        Strokes: "kind speed_mm_s load_n",
-        Touch: "position load",
-        LoadCells: "touch_n least_speed_mm_s",
-        Timing: "rate_hz delay_s model",
-        PiController: "kind kp ki",
+        block.LowpassSensor: "kind cutoff_hz noise_rms_n",
+        block.SuspendedSensor: "kind moving_mass_kg resonance_hz q cutoff_hz noise_density_n_rthz adc_bits range_n",
+        block.RigidFinger: "kind",
+        block.Skin: "kind stiffness_n_m damping_n_s_m mass_kg contact bristle_stiffness_n_m bristle_damping_n_s_m",
+        block.Sliding: "kind",
+        block.Strokes: "kind speed_mm_s load_n",
+        block.Touch: "position load",
+        block.LoadCells: "touch_n least_speed_mm_s",
+        block.Timing: "rate_hz delay_s model",
+        block.PiController: "kind kp ki",
         **{law: " ".join(law.model_fields) for law in OF_THEIR_STEP},
-        Model: "nominal_n susceptibility_per_um2 max_amplitude_um plate_hz resonance_hz resonance_q sensor_hz "
+        block.Model: "nominal_n susceptibility_per_um2 max_amplitude_um plate_hz resonance_hz resonance_q sensor_hz "
         "table_size",
     },
     {
-        LowpassPlate: "pulse_ticks",
-        ResonantPlate: "pulse_ticks",
-        FingerFriction: "static_ratio static_mm_s occlusion_s drying_s roughness_rms roughness_longest_mm",
-        Strokes: "stroke_mm reversal_s start load_drift load_drift_s tremor_um tremor_n tremor_hz tremor_width_hz "
-        "landing_s contact_s lifted_s person unscored_n",
-        PositionSensor: "noise_um fastest_mm_s tracking_hz",
-        LoadCells: "noise_n length_mm touch_share mean_s developed_mm",
-        Timing: "jitter_s lost_ticks open_until_s form",
+        block.LowpassPlate: "pulse_ticks",
+        block.ResonantPlate: "pulse_ticks",
+        block.FingerFriction: "static_ratio static_mm_s occlusion_s drying_s roughness_rms roughness_longest_mm",
+        block.Strokes: "stroke_mm reversal_s start load_drift load_drift_s tremor_um tremor_n tremor_hz "
+        "tremor_width_hz landing_s contact_s lifted_s person unscored_n",
+        block.PositionSensor: "noise_um fastest_mm_s tracking_hz",
+        block.LoadCells: "noise_n length_mm touch_share mean_s developed_mm",
+        block.Timing: "jitter_s lost_ticks open_until_s form",
     },
 )
 

@@ -11,7 +11,7 @@ from frictionloop.analysis.linear import LinearLoop, linearise
 from frictionloop.analysis.responses import Reading
 from frictionloop.analysis.state_space import Array
 from frictionloop.parameters import LowpassSensor, System
-from frictionloop.sensing.suspended import noise_coefficients
+from frictionloop.sensing.force_sensor import noise_coefficients
 
 
 def output_noise_rms_n(system: System | LinearLoop) -> float:

@@ -23,8 +23,6 @@ A bound that is itself this far below 1 explains clamped commands.
 """
 SIGNS = ("saturation_index", "r2_identity")
 """Metrics in which ringing shows."""
-CLOSE = 4.0
-"""Ms above which a loop is said to be near ringing: less than 0.25 from -1, a phase margin below 15 degrees."""
 HELD_PEAK = 2.0
 """Ms of the gains that are named instead, dry and moist: a phase margin of at least 29 degrees."""
 FAR = 0.5
@@ -112,7 +110,7 @@ def of_system(system: System) -> Ringing | None:
     """Return what the linear analysis says of a system, dry and moist; None if it neither rings nor nearly does."""
     from frictionloop.analysis import operating_band
     from frictionloop.design import retune
-    from frictionloop.design.corners import elsewhere
+    from frictionloop.design.corners import NEAR, elsewhere
 
     try:
         points = operating_band(system, occluded=(0.0, 1.0))
@@ -120,7 +118,7 @@ def of_system(system: System) -> Ringing | None:
     except FrictionloopError:  # what cannot be linearised (a recording) is not judged
         return None
     stable = math.isfinite(peak)
-    if stable and peak < CLOSE:
+    if stable and peak < NEAR:
         return None
     forces_n = [point.elements.force_n for point in points]
     band = Band(min(forces_n), max(forces_n), len({point.elements.occluded for point in points}) > 1, _bench(system))
@@ -131,8 +129,8 @@ def of_system(system: System) -> Ringing | None:
         return Ringing(stable, rings_hz, controller.kind, known, None, None, {}, band, ())
     try:
         held = {path: _three_digits(gain) for path, gain in retune(points, HELD_PEAK).overrides.items()}
-        beyond = elsewhere(system.evolve(held), {0.0: CLOSE, OFF: CLOSE})
-        not_held = (*beyond.unstable, *beyond.beyond)
+        beyond = elsewhere(system.evolve(held), {0.0: NEAR, OFF: NEAR})
+        not_held = (*beyond.unstable, *beyond.near, *beyond.beyond)
     except FrictionloopError:
         held, not_held = {}, ()
     return Ringing(stable, rings_hz, "pi", known, controller.kp, controller.ki, held, band, not_held)

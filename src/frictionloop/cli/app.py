@@ -33,11 +33,13 @@ from frictionloop.cli import (
     effect,
     effect_import,
     firmware,
+    identify,
+    identify_bench,
     reproduce,
     simulate,
     sweep,
 )
-from frictionloop.cli.flags import gather
+from frictionloop.cli.flags import DOTTED, gather
 from frictionloop.cli.screen import Interrupted, forget_notes, say
 from frictionloop.loop.progress import plain_lines
 from frictionloop.quantities.units import FrictionloopError
@@ -203,6 +205,18 @@ app.command(
 )
 app.command(
     group_app(
+        "identify",
+        "From a lab's recordings to its bench: what is in a file, and what weights, hits and silence tell.",
+        "channels",
+        BENCH,
+        {
+            "channels": Verb(identify.channels, "FILE [OPTIONS]", identify.CHANNELS_EXAMPLES),
+            "bench": _verb(identify_bench),
+        },
+    )
+)
+app.command(
+    group_app(
         "firmware",
         "The controller on the microcontroller: its parameter table and its image.",
         "export",
@@ -254,7 +268,7 @@ def _run(tokens: list[str]) -> int:
             app(gather(used(tokens)), print_error=False, exit_on_error=False, result_action="return_value")
         return 0
     except CycloptsError as error:
-        say(f"error: {_one_line(error)}")
+        say(f"error: {_one_line(error, tokens)}")
     except FrictionloopError as error:
         say(f"error: {error}")
     except Interrupted as stop:
@@ -268,14 +282,26 @@ def _run(tokens: list[str]) -> int:
     return BAD_INPUT
 
 
-def _one_line(error: CycloptsError) -> str:
+def _one_line(error: CycloptsError, tokens: Sequence[str]) -> str:
     if isinstance(error, UnusedCliTokensError):
         return f"{shlex.join(error.unused_tokens or [])}: not expected here; see --help"
     if isinstance(error, UnknownOptionError):
         flag = (error.token.keyword or error.token.value).partition("=")[0]
+        if flag == DOTTED:
+            return _not_here(error, tokens)
         if meant := _parameters_named(flag):
             return f"Unknown option: {flag}. Did you mean {' or '.join(meant)}?"
     return " ".join(str(error).split())
+
+
+def _not_here(error: UnknownOptionError, tokens: Sequence[str]) -> str:
+    """Return what is said of a parameter of the system, given to a command that takes none as a flag."""
+    dotted = next(token for token in gather(tokens) if token.startswith(f"{DOTTED}="))
+    name, _, value = dotted.removeprefix(f"{DOTTED}=").partition("=")
+    here = " ".join(error.command_chain or ())
+    if here == "device set":
+        return f"--{name}: is no option here; without dashes: {name}={value}"
+    return f"Unknown option: --{name}. {here} takes no parameters of a system; see --help"
 
 
 def _parameters_named(flag: str) -> list[str]:

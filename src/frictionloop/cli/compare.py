@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +27,10 @@ EXAMPLES = r"""Examples
       --csv scores.csv --plots figures
 """
 MOST_FINGERS = 1_000_000
+SOON_S = 5.0
+"""What takes less is not announced (chosen)."""
+CELL_S, RUN_S, ORACLES, DESIGN_S = 0.1, 3e-4, 6.0, 15.0
+"""Time of a cell, of a second of a finger in it, how much more oracles take, and of a design, in s (measured once)."""
 STROKES = ("speed_mm_s", "stroke_mm", "contact_s", "lifted_s")
 PROTOCOLS = ("setpoint.", "finger.contact", *(f"motion.{name}" for name in STROKES))
 """Starts of the names that the protocol gives values to."""
@@ -80,13 +86,14 @@ def command(
     checks.check_folder("plots", plots)
     checks.check_workers(jobs, resume, out, "comparison")
     _check_overrides(overrides)
-    system, origin = flags.given(file, preset, overrides, "bench")
+    system, origin = flags.given(file, preset, overrides, "bench", designed="notch_pi")
 
     with screen.waiting("loading what compares"):
         from frictionloop.design import comparison as rooms
 
     at = rooms.EVALUATION_SEED if seed is None else seed
     options: dict[str, Any] = {"path": out, "resume": resume, "n_jobs": jobs, "duration_s": duration_s}
+    options |= {"begin": lambda cells: _say_how_long(cells, fingers * duration_s, jobs)}
     start_s = time.perf_counter()
     try:
         ran = rooms.compare(system, fingers, at, _names(laws), _speeds(speeds), **options)
@@ -106,8 +113,11 @@ def command(
             drawn = {name: svg(figure(), name) for name, _, figure in drawings(ran, scored)}
         checks.write_figures("plots", plots, drawn)
     if json:
+        from frictionloop.cli.comparison_advice import recommended
+
         below = rooms.below_oracle(scored)
         found = {"scores": rows, "margins": margins, "below_clairvoyant": below and below._asdict(), "saved": saved}
+        found |= {"recommended": recommended(rows, margins)._asdict()}
         screen.show_json(_about(system, ran, scored) | found)
     else:
         from frictionloop.cli.comparison_text import summary
@@ -115,6 +125,21 @@ def command(
         took = screen.seconds(time.perf_counter() - start_s)
         said = f"{origin}, {fingers} fingers of seed {at}, runs of {duration_s:g} s, in {took}"
         screen.show(screen.columns([("bench", said)]), "", *summary(ran, scored, rows, margins), *screen.saved(saved))
+
+
+def _say_how_long(laws: Sequence[str], run_s: float, jobs: int | None) -> None:
+    """Say how long cells of these laws take, each of so many seconds of fingers; nothing of what is soon done."""
+    from frictionloop.design.comparison.entrants import CLAIRVOYANT, DESIGNED, ORACLE
+
+    screen.tell_notes()
+    workers = jobs or os.cpu_count() or 1
+    cells_s = sum((CELL_S + RUN_S * run_s / workers) * (ORACLES if law in (ORACLE, CLAIRVOYANT) else 1) for law in laws)
+    design_s = sum(DESIGN_S for law in DESIGNED if law in laws)
+    if cells_s + design_s < SOON_S:
+        return
+    first = f", of that {screen.about(design_s)} to design laws" if design_s else ""
+    many = f"{workers} worker{'s' * (workers > 1)}"
+    screen.say(f"{len(laws)} cells to run: about {screen.about(cells_s + design_s)} with {many}{first}")
 
 
 def _names(laws: str | None) -> list[str] | None:

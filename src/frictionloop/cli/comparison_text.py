@@ -8,10 +8,10 @@ from typing import Any
 import xarray as xr
 
 from frictionloop.cli import screen
+from frictionloop.cli.comparison_advice import Rows, recommendation
 from frictionloop.control.cost import BUDGET_CYCLES
-from frictionloop.design.comparison import CLAIRVOYANT, ORACLE, BelowOracle, Comparison, below_oracle, value_of
+from frictionloop.design.comparison import BelowOracle, Comparison, below_oracle, value_of
 
-Rows = list[dict[str, Any]]
 SHOWN = (
     ("r2_identity", "R2", 1.0),
     ("residual_rms_n", "rms, mN", 1e3),
@@ -46,8 +46,6 @@ EXPERIMENTAL = (
     "note: the tracker is experimental: quick set-point steps can teach it the wrong contact, after which some fingers "
     "ring; it is never recommended"
 )
-NEVER = {"lookup", "printed_pi", "tracker", ORACLE, CLAIRVOYANT}
-"""Not recommended: no control, gains for another device, what is experimental, and what knows the finger."""
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -91,25 +89,6 @@ def summary(comparison: Comparison, scored: xr.Dataset, rows: Rows, margins: Row
     found += [screen.wrapped(_note(below))] if below else []
     found += [f"version {comparison.cells.attrs['version']}", "", screen.wrapped(recommendation(rows, margins)), ""]
     return found
-
-
-def recommendation(rows: Rows, margins: Rows) -> str:
-    """Return one sentence that says which law to take, and why."""
-    shaky = {row["law"] for row in margins if row["stable"] is not True}
-    worst: dict[str, float] = {}
-    able = {row["speed_mm_s"] for row in rows if row["population"] == "capable" and row["fingers"]}
-    for row in rows:
-        counted = row["population"] == ("capable" if row["speed_mm_s"] in able else "all")
-        if counted and row["score"] == "residual_rms_n" and row["law"] not in shaky | NEVER:
-            worst[row["law"]] = max(worst.get(row["law"], 0.0), row["worst_decile"])
-    found = {law: value for law, value in worst.items() if math.isfinite(value)}
-    if not found:
-        return "Recommended: none of these laws, as none is known to stay stable with the resonance 10 % off."
-    law = min(found, key=lambda each: found[each])
-    return (
-        f"Recommended: {law}. Of the laws that stay stable with the sensor's resonance 10 % off it leaves the least: "
-        f"{short(1e3 * found[law])} mN in the worst decile of fingers, speeds and contacts."
-    )
 
 
 def _scores(comparison: Comparison, rows: Rows, at: dict[str, Any]) -> list[tuple[str, ...]]:

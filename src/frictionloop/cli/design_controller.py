@@ -59,7 +59,7 @@ def command(
     checks.check_output("out", out, checks.SYSTEMS)
     checks.check_new("out", out)
     checks.check_folder("plots", plots)
-    system, origin = flags.given(file, preset, overrides, "bench")
+    system, origin = flags.given(file, preset, overrides, "bench", designed=law or "notch_pi")
 
     from frictionloop.analysis.headroom import headroom
     from frictionloop.cli import controller_text

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,11 +16,13 @@ from frictionloop.quantities.units import FrictionloopError
 if TYPE_CHECKING:
     from frictionloop.parameters import System
 
+UNCHECKED = "a board does not tell its bench, so whether these gains hold is not known; --system FILE tells it"
 ARGUMENTS = "ADDRESS NAME=VALUE... [--system FILE]"
 EXAMPLES = """Examples
 
   frictionloop device set sim: controller.kp=0.05 controller.ki=100
   frictionloop device set sim: drive.ceiling_um=2 setpoint.hold_n=0.5
+  frictionloop device set serial:///dev/ttyACM0 controller.kp=0.05
   frictionloop device set serial:///dev/ttyACM0 --system my-controller.toml
 """
 
@@ -42,7 +45,8 @@ def command(
         A parameter and its value: of the table, such as drive.ceiling_um=2, or of the controller, such as
         controller.kp=0.05.
     system
-        Set the whole table from this system (.toml), and the values given on top.
+        Set the whole table from this system (.toml), and the values given on top. Without it a board tells the gains
+        of law pi alone, and no analysis says whether new ones hold.
     unchecked
         Set gains that by analysis do not hold too.
     """
@@ -56,6 +60,8 @@ def command(
     described = flags.given(system, None, None)[0] if system is not None else None
     tuned = {name: value for name, value in pairs.items() if name.startswith("controller.")}
     own = {name: value for name, value in pairs.items() if name not in tuned}
+    for name in own.keys() & {"kp", "ki"}:
+        raise FrictionloopError(f"parameter {name!r}: unknown; did you mean controller.{name}?")
 
     from frictionloop.firmware.parameter_words import firmware_words
     from frictionloop.firmware.words import shown
@@ -63,16 +69,23 @@ def command(
     with connected(address) as device:
         before = {name: device.parameters[name] for name in own}
         after: dict[str, Any] = {}
+        base = described or device.system
         if tuned:
-            base = _known(described or device.system, next(iter(tuned)))
+            before = _read(base.controller if base else device.controller, tuned) | before
+        if tuned and base:
             described = _holding(base.evolve(tuned), tuned, unchecked)
-            before = {name: attrgetter(name)(base) for name in tuned} | before
-            after = {name: attrgetter(name)(described) for name in tuned}
+            after = _read(described.controller, tuned)
+        elif tuned:
+            for name, value in tuned.items():
+                device.set(name, value)
+            screen.note(f"{', '.join(tuned)}: not checked: {UNCHECKED}")
         if described is not None:
             device.parameters.write(firmware_words(described))
         for name, value in own.items():
             device.set(name, value)
         device.commit()
+        if tuned and not after:
+            after = _read(device.controller, tuned)
         after |= {name: device.parameters[name] for name in own}
         words = {name: device.parameters.about(name) for name in own}
     if json:
@@ -84,10 +97,8 @@ def command(
     screen.show(screen.columns(rows))
 
 
-def _known(system: System | None, name: str) -> System:
-    if system is None:
-        raise FrictionloopError(f"{name}: of which system? A board does not tell; add --system FILE, its description")
-    return system
+def _read(controller: Any, names: Iterable[str]) -> dict[str, Any]:
+    return {name: attrgetter(name.removeprefix("controller."))(controller) for name in names}
 
 
 def _holding(system: System, tuned: dict[str, Any], unchecked: bool) -> System:
@@ -100,7 +111,7 @@ def _holding(system: System, tuned: dict[str, Any], unchecked: bool) -> System:
     given = " ".join(f"{name}={describe.short(value)}" for name, value in tuned.items())
     near = "" if found.frequency_hz is None else f" near {found.frequency_hz:.3g} Hz"
     held = " ".join(f"{name}={gain:g}" for name, gain in found.held.items())
-    instead = f"; gains that hold {found.band.where.removeprefix(', ')}: {held}" if held else ""
+    instead = f"; gains that hold at {found.band.where.removeprefix(', ')}: {held}" if held else ""
     if not found.stable:
         raise FrictionloopError(f"{given}: this loop rings{near}{instead}; --unchecked sets it all the same")
     screen.note(f"{given}: this loop is close to ringing{near}{instead}")

@@ -119,10 +119,17 @@ def overrides_of(flags: Iterable[str] | None) -> dict[str, Any]:
 
 
 def given(
-    file: Path | None, preset_name: str | None, flags: Iterable[str] | None, instead: str = "paper"
+    file: Path | None,
+    preset_name: str | None,
+    flags: Iterable[str] | None,
+    instead: str = "paper",
+    designed: str | None = None,
 ) -> tuple[System, str]:
-    """Return the system of a file or a preset with the dotted flags applied, and in words where it comes from."""
-    from frictionloop.cli.plausible import questions
+    """Return the system of a file or a preset with the dotted flags applied, and in words where it comes from.
+
+    ``designed`` names the law that a controller is to be found for.
+    """
+    from frictionloop.cli.plausible import differing, questions
     from frictionloop.parameters import preset, read_toml
     from frictionloop.parameters.files import start_of
 
@@ -136,9 +143,16 @@ def given(
     system = base.evolve(overrides)
     start, changes = (None, {}) if file is None else start_of(file)
     of_file = [] if start is None else _left(start, base, changes)
-    for line in (*(f"{file}: {each}" for each in of_file), *_left(base, system, overrides), *questions(system)):
+    asked = *questions(system), *differing(system, {*_flat(changes), *overrides}, designed)
+    for line in (*(f"{file}: {each}" for each in of_file), *_left(base, system, overrides), *asked):
         screen.note(line)
     return system, changed(str(file) if file else f"{preset_name or instead}()", overrides)
+
+
+def _flat(changes: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the dotted names of values, also of those in a block within a block."""
+    for name, value in changes.items():
+        yield from (f"{name}.{each}" for each in value) if isinstance(value, Mapping) else (name,)
 
 
 def changed(origin: str, overrides: Mapping[str, Any]) -> str:

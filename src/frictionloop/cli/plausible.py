@@ -1,8 +1,9 @@
-"""Values that are allowed and that no bench has: asked about, as a wrong unit is the likely reason."""
+"""Values that are allowed and asked about: such as no bench has, and of a controller that knows another bench."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
+from operator import attrgetter
 from typing import Any
 
 from pydantic import BaseModel
@@ -34,6 +35,46 @@ USUAL = {
     "mass_kg": (1e-6, 0.01),
 }
 """Ranges by a parameter's name, the ends a decade or so beyond what is published of fingers and displays (chosen)."""
+
+BELIEVED = {
+    "plate_hz": ("plate.cutoff_hz", ("plate.cutoff_hz", "plate.frequency_hz", "plate.q")),
+    "resonance_hz": ("sensor.resonance_hz", ("sensor.resonance_hz",)),
+    "resonance_q": ("sensor.q", ("sensor.q",)),
+    "sensor_hz": ("sensor.cutoff_hz", ("sensor.cutoff_hz",)),
+}
+"""Of ``controller.model``: the plant's value, and the parameters that decide it."""
+OBSERVING = {"observer", "super_twisting", "tracker"}
+"""Kinds of laws that compute with all of these; others do with feed-forward, and with ``plate_hz`` for overdrive."""
+
+
+def differing(system: System, named: Collection[str], designed: str | None = None) -> Iterator[str]:
+    """Yield a line for each value that the plant and the controller's model have differently and the law uses.
+
+    Only one of the two was named: who names both means it so. A law that is to be ``designed`` uses what it will.
+    """
+    for name in _used(system, designed):
+        path, deciding = BELIEVED[name]
+        model = f"controller.model.{name}"
+        if (model in named) == any(each in named for each in deciding):
+            continue
+        try:
+            true = float(attrgetter(path)(system))
+        except AttributeError:  # a sensor without a resonance
+            continue
+        believed = getattr(system.controller.model, name)
+        if believed != true:
+            unit = f" {unit_of(path)}" if unit_of(path) else ""
+            yield (
+                f"{path} is {true:g}{unit}, and the controller believes {believed:g}{unit}; if it is to know: "
+                f"{model} = {true:g}"
+            )
+
+
+def _used(system: System, designed: str | None) -> Collection[str]:
+    controller: Any = system.controller
+    if designed != "pi" and (designed or controller.kind in OBSERVING or getattr(controller, "feedforward", False)):
+        return BELIEVED
+    return ["plate_hz"] if designed is None and getattr(controller, "overdrive", False) else []
 
 
 def questions(system: System) -> Iterator[str]:

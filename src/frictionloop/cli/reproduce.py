@@ -9,6 +9,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from frictionloop.cli import flags, screen
+from frictionloop.quantities.extra import needed
 
 ARGUMENTS = "[OPTIONS]"
 EXAMPLES = """Examples
@@ -34,8 +35,11 @@ def command(
     only
         Make these figures and claims alone, and no page: fig-5a,closed-loop-r2. The page names each.
     """
+    needed("matplotlib", "matplotlib", "report")
+    needed("jinja2", "jinja2", "report")
     with screen.waiting("loading what simulates and draws"):
-        from frictionloop.report import claims_tables, reproduce, summary
+        from frictionloop.report.build import reproduce
+        from frictionloop.report.claims.told import claims_tables, summary
 
     if only is not None:
         _some([name.strip() for name in only.split(",")], out, json)
@@ -50,7 +54,8 @@ def command(
 
 def _some(names: list[str], out: Path, json: bool) -> None:
     """Make some figures and claims, and show the claims with all of their numbers."""
-    from frictionloop.report import claim_lines, reproduce
+    from frictionloop.report.build import reproduce
+    from frictionloop.report.claims.told import claim_lines
 
     claims = reproduce(out, only=names)
     figures = [out / "figures" / f"{name}.svg" for name in names if name not in {claim.id for claim in claims}]

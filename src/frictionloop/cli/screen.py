@@ -125,6 +125,15 @@ def saved(paths: Mapping[str, Any]) -> list[str]:
     return [f"saved {what} as {path}" for what, path in paths.items() if path]
 
 
+def about(value: float) -> str:
+    """Return a duration that is only estimated: 20 s, 3 min, 2 h."""
+    for unit, size, most in (("s", 1.0, 90.0), ("min", 60.0, 90.0)):
+        if value / size < most:
+            number = value / size
+            return f"{round(number, -1 if number >= 20 else 0):g} {unit}"
+    return f"{value / 3600.0:.0f} h"
+
+
 def seconds(value: float) -> str:
     """Return a duration with a readable unit: 2.1 ms, 3.4 s."""
     return f"{value * 1e3:.3g} ms" if value < 1 else f"{value:.3g} s"

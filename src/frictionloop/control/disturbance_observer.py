@@ -14,16 +14,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from frictionloop.control.force_observer import (
-    ObserverGains,
-    ObserverState,
-    held_step,
-    observe_step,
-    predict_step,
-)
+from frictionloop.control.force_observer import ObserverGains, ObserverState, held_step, observe_step, predict_step
 from frictionloop.control.law import ForceCommand, Law, clamp_of
 from frictionloop.control.observer_gains import observer_gains, observer_start
-from frictionloop.parameters import ObserverController
 from frictionloop.quantities.arithmetic import step
 from frictionloop.sensing.measurement import Measurement
 
@@ -53,16 +46,11 @@ def disturbance_observer_step(
     return predict_step(seen, held, observer), ForceCommand(u, 1.0 if v != u else 0.0)
 
 
-def disturbance_observer_gains(controller: ObserverController) -> DisturbanceGains:
-    """Return the gains of the law."""
-    return DisturbanceGains(observer_gains(controller), float(controller.overdrive), *clamp_of(controller.model))
-
-
 OBSERVER_LAW = Law(
     "observer",
     disturbance_observer_step,
     ObserverState,
     DisturbanceGains,
-    disturbance_observer_gains,
+    lambda c: DisturbanceGains(observer_gains(c), float(c.overdrive), *clamp_of(c.model)),
     observer_start,
 )

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from frictionloop.parameters import LowpassSensor, SuspendedSensor
 from frictionloop.quantities.arithmetic import fma, step
-from frictionloop.sensing.suspended import suspension_coefficients
+from frictionloop.sensing.force_sensor import suspension_coefficients
 
 
 class ExpectedState(NamedTuple):

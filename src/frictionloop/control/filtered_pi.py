@@ -5,18 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from frictionloop.control.expected import (
-    ExpectedGains,
-    ExpectedState,
-    expected_gains,
-    expected_start,
-    expected_step,
-)
+from frictionloop.control.expected import ExpectedGains, ExpectedState, expected_gains, expected_start, expected_step
 from frictionloop.control.law import ForceCommand, Law, clamp_of
 from frictionloop.control.notch import Section, notch_section
 from frictionloop.parameters.filtered import FILTERS
-from frictionloop.quantities.arithmetic import fma, step
-from frictionloop.quantities.biquad import biquad_step
+from frictionloop.quantities.arithmetic import biquad_step, fma, step
 from frictionloop.sensing.measurement import Measurement
 
 

@@ -2,39 +2,29 @@
 
 from __future__ import annotations
 
-from frictionloop.parameters import (
-    FingerFriction,
-    Friction,
-    FrictionLaw,
-    FrictionLimit,
-    RigidFinger,
-    Skin,
-    Sliding,
-    Strokes,
-    System,
-)
-from frictionloop.parameters.plant import LowpassPlate, ResonantPlate
+from frictionloop import parameters as block
+from frictionloop.parameters import System
 from frictionloop.parameters.represented import Represented
 from frictionloop.physics.friction import is_gaussian
 
 ORACLE = Represented(
     "the oracle",
     {
-        LowpassPlate: "kind cutoff_hz max_amplitude_um",
-        ResonantPlate: "kind frequency_hz q max_amplitude_um",
-        FrictionLimit: "nominal_n",
-        FrictionLaw: "susceptibility_per_um2",
-        Friction: "kind",
-        FingerFriction: "kind reference_load_n load_exponent speed_slope reference_speed_mm_s slow_mm_s static_ratio "
-        "static_mm_s occlusion_ratio occlusion_s drying_s moist_loss roughness_rms roughness_longest_mm",
-        RigidFinger: "kind",
-        Skin: "kind stiffness_n_m damping_n_s_m mass_kg contact bristle_stiffness_n_m bristle_damping_n_s_m",
-        Sliding: "kind",
-        Strokes: "kind speed_mm_s stroke_mm reversal_s start load_n load_drift load_drift_s tremor_um tremor_n "
+        block.LowpassPlate: "kind cutoff_hz max_amplitude_um",
+        block.ResonantPlate: "kind frequency_hz q max_amplitude_um",
+        block.FrictionLimit: "nominal_n",
+        block.FrictionLaw: "susceptibility_per_um2",
+        block.Friction: "kind",
+        block.FingerFriction: "kind reference_load_n load_exponent speed_slope reference_speed_mm_s slow_mm_s "
+        "static_ratio static_mm_s occlusion_ratio occlusion_s drying_s moist_loss roughness_rms roughness_longest_mm",
+        block.RigidFinger: "kind",
+        block.Skin: "kind stiffness_n_m damping_n_s_m mass_kg contact bristle_stiffness_n_m bristle_damping_n_s_m",
+        block.Sliding: "kind",
+        block.Strokes: "kind speed_mm_s stroke_mm reversal_s start load_n load_drift load_drift_s tremor_um tremor_n "
         "tremor_hz tremor_width_hz landing_s contact_s lifted_s person unscored_n",
     },
     # Pulses round the command that it has chosen.
-    {LowpassPlate: "pulse_ticks", ResonantPlate: "pulse_ticks"},
+    {block.LowpassPlate: "pulse_ticks", block.ResonantPlate: "pulse_ticks"},
 )
 """It tries commands on the plant; sensors it does not need."""
 

@@ -8,8 +8,11 @@ from typing import Any, NamedTuple
 
 from frictionloop.parameters import Model
 from frictionloop.quantities import FrictionloopError, trees
+from frictionloop.quantities.arithmetic import fma, step
+from frictionloop.quantities.brief import Brief, brief
 
 
+@brief
 class Clamp(NamedTuple):
     """Lowest and highest force in N that the controller's model can command."""
 
@@ -17,6 +20,7 @@ class Clamp(NamedTuple):
     high: float
 
 
+@brief
 class ForceCommand(NamedTuple):
     """Force u after the clamp in N, and whether the clamp acted (1 or 0)."""
 
@@ -43,7 +47,7 @@ def clamp_of(model: Model) -> Clamp:
 
 
 @dataclass(frozen=True)
-class Law:
+class Law(metaclass=Brief):
     """A control law: ``step(state, measurement, setpoint_n, gains, dt) -> state, ForceCommand``.
 
     State and gains are named tuples of numbers, which may hold named tuples. The last two gains of every law are
@@ -79,3 +83,21 @@ class Law:
         if self.start_of is not None:
             return self.start_of(controller)
         return trees.shaped(self.state, [0.0] * trees.size(self.state))
+
+
+CLOSING = 512
+"""Control periods over which the clamp opens after closing, 0.1 s (assumed; as FL_CLOSING of the firmware)."""
+
+
+@step
+def switched_clamp(setpoint_n: float, low_n: float, high_n: float, since: int) -> tuple[float, float]:
+    """Return the clamp of a law so many periods after the loop closed, below 0 while it is open.
+
+    Open, the lookup alone commands, u = clip(f_r). The law runs along with both ends of its clamp there, so that its
+    observers know what goes on. When the loop closes an integral begins with what open loop commands, and the lower end
+    of the clamp comes down from there to where it belongs, in a line: the amplitude begins with at most what the
+    set-point asks for, and the law's anti-windup knows why (as firmware/core/fl_switch.h).
+    """
+    open_n = min(max(setpoint_n, low_n), high_n)
+    down = fma((CLOSING - since) / CLOSING, open_n - low_n, low_n)
+    return (open_n if since <= 0 else down), (open_n if since < 0 else high_n)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionloop.control.force_observer import ObserverGains, ObserverState
-from frictionloop.parameters.observing import LONGEST_DELAY, Observing
+from frictionloop.parameters.controller import LONGEST_DELAY, Observing
 from frictionloop.quantities import FrictionloopError
 
 if TYPE_CHECKING:

@@ -22,17 +22,11 @@ from __future__ import annotations
 import math
 from typing import Literal, NamedTuple
 
-from frictionloop.control.force_observer import (
-    ObserverGains,
-    ObserverState,
-    held_step,
-    observe_step,
-    predict_step,
-)
+from frictionloop.control.force_observer import ObserverGains, ObserverState, held_step, observe_step, predict_step
 from frictionloop.control.law import ForceCommand, Law, clamp_of
 from frictionloop.control.observer_gains import observer_gains, observer_start
 from frictionloop.parameters.block import NotNegative
-from frictionloop.parameters.observing import Observing
+from frictionloop.parameters.controller import Observing
 from frictionloop.quantities.arithmetic import fma, step
 from frictionloop.sensing.measurement import Measurement
 

@@ -25,7 +25,7 @@ from frictionloop.control.limit_observer import (
     share_of,
     stuck_share,
 )
-from frictionloop.control.overdrive import OverdriveGains, overdrive_step
+from frictionloop.control.lookup import OverdriveGains, overdrive_step
 from frictionloop.control.tracker_gains import tracker_gains, tracker_start
 from frictionloop.control.tracker_state import ESTIMATES, TrackerState, TrackerTick
 from frictionloop.quantities.arithmetic import exp2, fma, log2, step

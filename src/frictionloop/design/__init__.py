@@ -4,13 +4,3 @@ from frictionloop.design.hinf import design_hinf, design_lqg
 from frictionloop.design.notch import Notched, retune_notch
 from frictionloop.design.retune import Retuned, retune
 from frictionloop.design.sections import Synthesised
-
-__all__ = [
-    "Notched",
-    "Retuned",
-    "Synthesised",
-    "design_hinf",
-    "design_lqg",
-    "retune",
-    "retune_notch",
-]

@@ -20,6 +20,8 @@ CONTACT_S = 10.0
 """How long a finger that never lifts is looked at, s: as long as a trial (paper, Sec. 4.2)."""
 MET = 1e-3
 """Share by which Ms may be beyond a limit: the accuracy of the searches."""
+NEAR = 4.0
+"""Ms above which a loop is said to be near instability: less than 0.25 from -1, a phase margin below 15 degrees."""
 
 
 class Corner(NamedTuple):
@@ -117,15 +119,18 @@ class Elsewhere(NamedTuple):
 
     unstable: tuple[str, ...] = ()
     """Contacts and speeds at which a loop is unstable, and from which error of the resonance on."""
+    near: tuple[str, ...] = ()
+    """Those at which it is stable, and so little that Ms is above `NEAR`."""
     beyond: tuple[str, ...] = ()
-    """Those at which it is stable and Ms is beyond its limit."""
+    """Others at which Ms is beyond its limit."""
     unseen: tuple[str, ...] = ()
     """Those that cannot be looked at, with the reason."""
 
     def warning(self) -> tuple[str, ...]:
-        """Return the line that comes before all others."""
-        places = "; ".join(self.unstable)
-        return (f"UNSTABLE {places}. Do not use it there: it was not designed for it.",) if self.unstable else ()
+        """Return the lines that come before all others."""
+        found = (("UNSTABLE", self.unstable), ("CLOSE TO UNSTABLE", self.near))
+        said = "Do not use it there: it was not designed for it."
+        return tuple(f"{what} {'; '.join(places)}. {said}" for what, places in found if places)
 
     def notes(self) -> tuple[str, ...]:
         """Return what else is worth a line."""
@@ -138,7 +143,7 @@ def elsewhere(system: System, limits: Mapping[float, float]) -> Elsewhere:
 
     Elsewhere are the other contact and four times the speed; a tracker is designed for all of them.
     """
-    unstable, beyond, unseen = [], [], []
+    unstable, near, beyond, unseen = [], [], [], []
     for changes in [] if isinstance(system.controller, TrackerController) else strokes_of(system):
         try:
             there = system.evolve(changes)
@@ -151,8 +156,12 @@ def elsewhere(system: System, limits: Mapping[float, float]) -> Elsewhere:
         if rings:
             unstable.append(_place(there, min(rings, key=lambda each: abs(each.off))))
         elif found and (worst := broken(found)):
-            beyond.append(f"Ms {worst.sensitivity_peak:.3g} {_place(there, worst)}")
-    return Elsewhere(tuple(unstable), tuple(beyond), tuple(unseen))
+            place, peak = _place(there, worst), f"Ms {worst.sensitivity_peak:.3g}"
+            if worst.sensitivity_peak > NEAR:
+                near.append(f"{place} ({peak})")
+            else:
+                beyond.append(f"{peak} {place}")
+    return Elsewhere(tuple(unstable), tuple(near), tuple(beyond), tuple(unseen))
 
 
 def _place(system: System, corner: Corner) -> str:

@@ -10,12 +10,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from frictionloop.analysis.elements import linearise_stages
 from frictionloop.analysis.linear import LinearLoop
 from frictionloop.analysis.margins import search_grid
 from frictionloop.analysis.sampled import sample
 from frictionloop.analysis.state_space import Array, Complex
 from frictionloop.parameters import SuspendedSensor, System
+from frictionloop.sensing.force_sensor import linearise_sensor
 
 LOWEST = 1e-4
 """Lowest frequency of a grid over half the rate: 0.25 Hz at 5 kHz, where the integral has all loops in hand."""
@@ -29,7 +29,7 @@ def detuned(loop: LinearLoop, factor: float) -> LinearLoop:
     """Return a loop at the same operating point whose sensor resonates at ``factor`` times its frequency."""
     hz = loop.system.sensor.resonance_hz  # type: ignore[union-attr]
     system = loop.system.evolve({"sensor.resonance_hz": factor * hz})
-    there = replace(loop.elements, stages=linearise_stages(system.sensor))
+    there = replace(loop.elements, stages=linearise_sensor(system.sensor))
     return LinearLoop(system, there, sample(there, loop.plant.period_s))
 
 

@@ -48,37 +48,36 @@ def pi(system: System, wanted: Wanted) -> Designed:
 
 def observer(system: System, wanted: Wanted) -> Designed:
     """Disturbance observer: bandwidth and believed resonance with the least residual."""
-    from frictionloop.design.observed import tune_observer
-
-    spectrum, notes = _spectrum(system, MODEL_ERROR)
-    found = tune_observer(system, "observer", wanted.limits, spectrum)
-    return Designed(found, (*notes, *_slow(system, found)))
+    return _observing("observer", system, wanted)
 
 
 def super_twisting(system: System, wanted: Wanted) -> Designed:
     """Super-twisting on the same observer; its small-signal loop is that of the sliding mode reached."""
+    said = "margins are those of small signals, inside the sliding mode; k1 and k2 stay as they are"
+    return _observing("super_twisting", system, wanted, said)
+
+
+def _observing(kind: str, system: System, wanted: Wanted, *said: str) -> Designed:
+    """Return a law on the linear observer, tuned within the limits."""
     from frictionloop.design.observed import tune_observer
 
     spectrum, notes = _spectrum(system, MODEL_ERROR)
-    said = "margins are those of small signals, inside the sliding mode; k1 and k2 stay as they are"
-    found = tune_observer(system, "super_twisting", wanted.limits, spectrum)
-    return Designed(found, (*notes, *_slow(system, found), said))
+    found = tune_observer(system, kind, wanted.limits, spectrum)
+    return Designed(found, (*notes, *_slow(system, found), *said))
 
 
 def hinf(system: System, wanted: Wanted) -> Designed:
     """Mixed-sensitivity H-infinity of up to 13 states with feed-forward (`design_hinf`)."""
-    from frictionloop.design.hinf import design_hinf
-    from frictionloop.design.hinf_wanted import synthesised
+    from frictionloop.design.hinf import synthesised
 
-    return synthesised(design_hinf, system, wanted)
+    return synthesised("hinf", system, wanted)
 
 
 def lqg(system: System, wanted: Wanted) -> Designed:
     """LQG on the same weighted plant (`design_lqg`)."""
-    from frictionloop.design.hinf import design_lqg
-    from frictionloop.design.hinf_wanted import synthesised
+    from frictionloop.design.hinf import synthesised
 
-    return synthesised(design_lqg, system, wanted)
+    return synthesised("lqg", system, wanted)
 
 
 def tracker(system: System, wanted: Wanted) -> Designed:

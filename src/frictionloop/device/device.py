@@ -23,11 +23,13 @@ from frictionloop.device.running import KEPT_AS, STATES, Interrupted, Running, c
 from frictionloop.device.signals import ending
 from frictionloop.device.table import Parameters
 from frictionloop.device.transport import opener
+from frictionloop.device.tuning import told_controller, tuned_words
 from frictionloop.device.waveform import checked, table, table_of, with_setpoint
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.loop.spool import DiskFull
 from frictionloop.parameters import Source, System
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.brief import Brief
 
 
 def connect(address: str, system: System | None = None, seed: int = 0) -> Device:
@@ -51,7 +53,7 @@ def connect(address: str, system: System | None = None, seed: int = 0) -> Device
     return Device(opener(address, system, seed), address)
 
 
-class Device:
+class Device(metaclass=Brief):
     """A board behind a line; use it in a ``with`` statement, at whose end a plate that it switched on is switched off.
 
     While the loop is on, the host must be heard every 200 ms, which `run` and `stream` see to: between them the
@@ -79,6 +81,8 @@ class Device:
         given = self._link.pipe.system
         self.system = given if given is not None and self.parameters.hold(firmware_words(given)) else None
         """What the device was set up from, None where nobody knows."""
+        self._tuned: dict[str, Any] = {}  # what waits of the controller
+        self._others_wait = False
 
     def __enter__(self) -> Self:
         """Return the device."""
@@ -105,14 +109,33 @@ class Device:
         self.info = identified(self._link, self.address)
         self._link.resume()
 
+    @property
+    def controller(self) -> Any:
+        """The controller in force; where no System is known, the gains that the device tells (PI)."""
+        return self.system.controller if self.system else told_controller(self.parameters, self.info.tick_hz)
+
     def set(self, name: str, value: Any) -> None:
-        """Write a parameter, in its unit, into the copy that waits for `commit`."""
-        self.parameters.set(name, value)
+        """Write a parameter, in its unit, into the copy that waits for `commit`.
+
+        ``name`` is of the device's table (``"drive.ceiling_um"``) or of a System's controller (``"controller.kp"``).
+        Whether such gains hold is not looked at; ``frictionloop device set`` asks the analysis.
+        """
+        if not name.startswith("controller."):
+            self.parameters.set(name, value)
+            self._others_wait = True
+            return
+        tuned = {**self._tuned, name: value}
+        base = self.system or told_controller(self.parameters, self.info.tick_hz)
+        for word, words in tuned_words(base, tuned).items():
+            self.parameters.put(word, words)
+        self._tuned = tuned
 
     def commit(self) -> None:
         """Put the parameters that wait in force, checked as a whole."""
+        system = None if self.system is None or self._others_wait else self.system.evolve(self._tuned)
+        self._tuned, self._others_wait = {}, False
         self.parameters.commit()
-        self.system = None
+        self.system = system
 
     def upload(self, system: System) -> None:
         """Set the device up from a System: write the whole parameter table and put it in force.
@@ -122,6 +145,7 @@ class Device:
         FrictionloopError
             When the firmware has no such law, or a value does not fit it.
         """
+        self._tuned, self._others_wait = {}, False
         self.parameters.write(firmware_words(system))
         self.parameters.commit()
         self.system = system
@@ -190,15 +214,12 @@ class Device:
         ----------
         setpoint : source, float or array
             A source as in a System (``fl.Sine(...)``), a force in N that is held, or forces in N at every tick, at
-            least as many as the run has. The device holds `info.waveform` points, 1024: a force that is held and a
-            sine last as long as they like; all else is spread over the run as straight lines, at every tick up to
-            0.2 s, and refused where they miss it by more than 2 mN rms.
+            least as many as the run has. Refused where `info.waveform` points miss it by more than 2 mN rms.
         duration_s : float
             Duration in s, rounded up to whole samples.
         path : path, optional
             File that keeps the run, also when it ends early; without it ``interrupted-run.h5`` keeps what ends early
-            (or ``-2``, ``-3``, ...). While it is recorded its name has ``.partial-`` and
-            eight characters more; `load` reads it at any time, and after any end of this process.
+            (or ``-2``, ``-3``, ...).
         state : str
             ``"closed"``, or ``"open"`` for the lookup alone.
         decimation : int

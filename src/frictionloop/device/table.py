@@ -57,11 +57,13 @@ class Parameters(Mapping[str, Any]):
         FrictionloopError
             For an unknown name, a wrong count, or a value out of range.
         """
-        word = word_of(name)
-        words = to_words(word, value)
-        waiting = self._mirror()
-        waiting[word.first : word.first + word.words] = words
-        self._write(word.first, words)
+        self.put(name, to_words(word_of(name), value))
+
+    def put(self, name: str, words: np.ndarray) -> None:
+        """Write the words of a parameter into the copy that waits."""
+        first = word_of(name).first
+        self._mirror()[first : first + len(words)] = words
+        self._write(first, words)
 
     def hold(self, table: np.ndarray) -> bool:
         """Return whether these words are in force."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 
 from frictionloop.device.pipe import Pipe
@@ -12,6 +13,9 @@ ADDRESSES = (
     "sim:, emulated:image.elf, tcp://host:port, serial:///dev/ttyACM0 (Linux), serial:///dev/cu.usbmodem1 (macOS), "
     "serial://COM3 (Windows)"
 )
+
+_PORT = re.compile(r"COM\d+$|/dev/")
+"""What a serial port is called by itself."""
 
 
 def opener(address: str, system: System | None = None, seed: int = 0) -> Callable[[], Pipe]:
@@ -40,4 +44,7 @@ def opener(address: str, system: System | None = None, seed: int = 0) -> Callabl
         given = system or bench()
         board: Board = Emulated(rest, given.plate.max_amplitude_um) if rest else Simulated(given)
         return BenchPipe(board, given, seed).opened
-    raise FrictionloopError(f"address {address!r}: must be one of {ADDRESSES}")
+    meant = f"serial://{address}" if _PORT.match(address) else ""
+    raise FrictionloopError(
+        f"address {address!r}: " + (f"did you mean {meant}?" if meant else f"must be one of {ADDRESSES}")
+    )

@@ -10,8 +10,7 @@ import numpy as np
 
 from frictionloop.control.law import Law
 from frictionloop.control.laws import NUMBERED, law_of
-from frictionloop.control.lookup import lookup_table
-from frictionloop.control.overdrive import overdrive_gains
+from frictionloop.control.lookup import lookup_table, overdrive_gains
 from frictionloop.firmware.compiler import FLAGS, shared_library
 from frictionloop.firmware.known import check_known
 from frictionloop.firmware.quantised import Gain, Quantised, pi_gains, to_gain, to_places, to_q28

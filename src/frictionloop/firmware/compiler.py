@@ -15,8 +15,7 @@ from pathlib import Path
 from platformdirs import user_cache_path
 
 from frictionloop.quantities import FrictionloopError, replacing, why_unwritable
-from frictionloop.quantities.seal import append_seal
-from frictionloop.quantities.trust import is_usable, why_untrusted
+from frictionloop.quantities.seal import append_seal, is_usable, why_untrusted
 
 FLAGS = ("-std=c11", "-O2", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off")
 """How the firmware's core is built for the host; the same bits come out at any level of optimisation."""

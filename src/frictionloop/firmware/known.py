@@ -18,8 +18,8 @@ from frictionloop.parameters import (
     Touch,
     TrackerController,
 )
+from frictionloop.parameters.controller import Observing
 from frictionloop.parameters.filtered import FeedForward
-from frictionloop.parameters.observing import Observing
 from frictionloop.parameters.represented import Represented
 
 FIRMWARE = Represented(

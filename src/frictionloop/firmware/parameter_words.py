@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, cast
 
 import numpy as np
@@ -10,7 +11,7 @@ from frictionloop.firmware.compiled import controller_words
 from frictionloop.firmware.known import check_known
 from frictionloop.firmware.words import filled, to_words, word_of
 from frictionloop.parameters import System
-from frictionloop.parameters.plant import SuspendedSensor
+from frictionloop.parameters.plant import Sensor, SuspendedSensor
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import parameter_words, schema
 from frictionloop.sensing.touch import touch_coefficients
@@ -19,11 +20,22 @@ RANGE_N, ADC_BITS = 2.5, 16
 """Converter where the sensor is described without one (the bench's: paper, Fig. 4a, and assumed)."""
 LIMIT_SHARE = 0.96
 """Largest plausible force over the converter's range (assumed: short of its end)."""
-FORCE_S, STUCK_S, STUCK_LONGEST_S = 5e-3, 0.5, 100.0
-"""Times until a force out of range and a reading that does not change are faults (assumed).
-
-A sensor whose noise is below its converter's step may well tell the same for long: it is given the longest.
-"""
+FORCE_S = 5e-3
+"""Time until a force out of range is a fault (assumed)."""
+STUCK_CHANCE, STUCK_LONGEST_S = 1e-15, 100.0
+"""Chance that noise alone stays so long within one step (ten hours have 2e8 ticks); longest time that is asked for."""
+TAP_N_S = 5e3
+"""Fastest load: a fingertip of 5 g that is stopped from 1 m/s within 1 ms (assumed)."""
+COEFFICIENT = 5.0
+"""Largest coefficient of friction (assumed; 0.4 to 2.8 are published): no force without a load is above it."""
+SOFTEST_N_M = 250.0
+"""Stiffness of the softest skin: four standard deviations below the median of the population (physics/fingers)."""
+HALF_MAINS_S, LONGEST_HALF_TICKS = 9e-3, 50
+"""Half a period of the mains, between those of 50 and 60 Hz; as many ticks as the firmware remembers."""
+HUM_SHARE = 0.12
+"""Least swing from peak to peak that is hum, over the sensor's range (assumed)."""
+LARGEST = 8.0
+"""Of what a word of these holds."""
 OVERRUN_TICKS = 5
 """Late ticks in a second that are a fault (assumed: 0.1 %)."""
 
@@ -107,12 +119,54 @@ def _touch(system: System) -> dict[str, Any]:
 
 
 def _safety(system: System) -> dict[str, Any]:
-    """Return the values ``safety.*``."""
-    sensor, rate_hz, step_n = system.sensor, system.controller.rate_hz, abs(n_per_count(system))
-    stuck_s = STUCK_S if sensor.noise_rms_n >= step_n / 2 else STUCK_LONGEST_S
+    """Return the values ``safety.*``; docs/firmware-states derives them."""
+    rate_hz, position, load = system.controller.rate_hz, system.touch.position, system.touch.load
+    range_n = abs(n_per_count(system)) * 2 ** (ADC_BITS - 1)
+    limit_n = system.board.force_limit_n or LIMIT_SHARE * range_n
     return {
-        "safety.force_limit_n": system.board.force_limit_n or LIMIT_SHARE * step_n * 2 ** (ADC_BITS - 1),
+        "safety.force_limit_n": limit_n,
         "safety.force_ticks": round(FORCE_S * rate_hz),
-        "safety.stuck_ticks": round(stuck_s * rate_hz),
+        "safety.stuck_ticks": _stuck_ticks(system),
         "safety.overrun_ticks": OVERRUN_TICKS,
+        "safety.force_jump_n": min(_fastest(system.sensor, 1.0 / rate_hz) * range_n, LARGEST),
+        "safety.position_jump_m": 1e-3 * position.fastest_mm_s / rate_hz + 8 * math.sqrt(2) * 1e-6 * position.noise_um,
+        "safety.load_jump_n": min(TAP_N_S / rate_hz + 8 * math.sqrt(2) * 2 * load.noise_n, LARGEST),
+        "safety.contrary_n": min(COEFFICIENT * load.touch_n, LARGEST),
+        "safety.turn_m": min(limit_n / SOFTEST_N_M, LARGEST),
+        "safety.hum_n": min(HUM_SHARE * range_n, LARGEST),
+        "safety.hum_ticks": _hum_ticks(system.sensor, rate_hz),
     }
+
+
+def _fastest(sensor: Sensor, dt: float) -> float:
+    """Return the largest change of a reading in a period over its range.
+
+    Springs swing at their resonance, between the ends at most: 2 sin(w dt/2). Without springs the low-pass alone
+    limits it, from end to end.
+    """
+    if isinstance(sensor, SuspendedSensor):
+        return 2.0 * math.sin(min(math.pi * sensor.resonance_hz * dt, math.pi / 2))
+    return -2.0 * math.expm1(-2.0 * math.pi * sensor.cutoff_hz * dt)
+
+
+def _hum_ticks(sensor: Sensor, rate_hz: float) -> int:
+    """Return the whole number of periods of the springs that is nearest to half a period of the mains at 55 Hz."""
+    if not isinstance(sensor, SuspendedSensor):
+        return round(HALF_MAINS_S * rate_hz)
+    ticks = max(round(HALF_MAINS_S * sensor.resonance_hz), 1) * rate_hz / sensor.resonance_hz
+    return round(ticks) if ticks <= LONGEST_HALF_TICKS else round(HALF_MAINS_S * rate_hz)
+
+
+def _stuck_ticks(system: System) -> int:
+    """Return how long noise alone never stays within one step of the converter.
+
+    Noise behind a low-pass goes on as n' = r n + sqrt(1 - r^2) s z, so a reading is within the two steps that the one
+    before left with a chance of at most erf(1/(sqrt(2) sqrt(1 - r^2) s)), s in steps.
+    """
+    sensor, rate_hz, step_n = system.sensor, system.controller.rate_hz, abs(n_per_count(system))
+    if isinstance(sensor, SuspendedSensor):
+        step_n = max(step_n, sensor.step_n)
+    decay = math.exp(-2.0 * math.pi * sensor.cutoff_hz / rate_hz)
+    fresh = sensor.noise_rms_n * math.sqrt(1.0 - decay**2) / step_n
+    stays, longest = math.erf(1.0 / (math.sqrt(2.0) * fresh)) if fresh else 1.0, round(STUCK_LONGEST_S * rate_hz)
+    return min(math.ceil(math.log(STUCK_CHANCE) / math.log(stays)), longest) if stays < 1.0 else longest

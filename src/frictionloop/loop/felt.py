@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 from scipy.signal import lfilter, sosfilt
 
 from frictionloop.loop.felt_tally import fade_gain
-from frictionloop.loop.metrics import kept
+from frictionloop.loop.metrics import kept, of_a_run
 from frictionloop.loop.record import system_of
 from frictionloop.loop.simulate import traced
 from frictionloop.loop.timing import is_finite
@@ -19,24 +19,13 @@ from frictionloop.perception.weighting import weighting_sos
 from frictionloop.quantities import FrictionloopError
 
 
+@of_a_run
 def perceptual_index(run: xr.Dataset, mask: Any = None) -> float:
     """Return the index D of the residual f_a - f_r, its rms in units of the threshold of touch: felt above 1.
 
     D = sqrt(int S(f)/F_th(f)^2 df) from 1 to 500 Hz, by the filter of `perception.weighting`. Thresholds are good to
-    6 dB, and a plain stroke is felt by itself, so controllers are compared by `relative_index`.
-
-    Parameters
-    ----------
-    run : xarray.Dataset
-        From ``simulate`` or ``load``.
-    mask : array of bool, optional
-        The control periods to score, shape (time,); all that are ``scored`` if not given. Where nothing is scored the
-        residual is faded out.
-
-    Raises
-    ------
-    FrictionloopError
-        For a mask of another shape or that keeps nothing, or a control rate that the filter is not made for.
+    6 dB, and a plain stroke is felt by itself, so controllers are compared by `relative_index`. Where nothing is scored
+    the residual is faded out. Refused for a control rate that the filter is not made for.
     """
     return _index(run["f_a"].values - run["f_r"].values, run, mask)
 
@@ -108,22 +97,12 @@ def plain_like(run: xr.Dataset) -> xr.Dataset:
     return plain_stroke(system, brentq(excess, 0.0, most, xtol=1e-4), duration_s, seed)
 
 
+@of_a_run
 def relative_index(run: xr.Dataset, mask: Any = None) -> float:
     """Return D of a run over D of its plain stroke (``plain_like``), whose force is detrended stroke by stroke.
 
-    Below 1 control makes sliding smoother than it is by itself; above 1 it adds what is felt.
-
-    Parameters
-    ----------
-    run : xarray.Dataset
-        From ``simulate`` or ``load``.
-    mask : array of bool, optional
-        The control periods to score, as in ``perceptual_index``.
-
-    Raises
-    ------
-    FrictionloopError
-        As ``perceptual_index`` and ``plain_like``.
+    Below 1 control makes sliding smoother than it is by itself; above 1 it adds what is felt. Refused where
+    ``perceptual_index`` or ``plain_like`` is.
     """
     plain = plain_like(run)
     force, keep = plain["f_a"].values, np.zeros(plain["time"].size, dtype=bool)

@@ -10,8 +10,7 @@ import math
 from typing import Any, NamedTuple
 
 from frictionloop.loop.metric import Sample, Tally
-from frictionloop.quantities.arithmetic import fma, step
-from frictionloop.quantities.biquad import biquad_step
+from frictionloop.quantities.arithmetic import biquad_step, fma, step
 
 FADE_S = 0.01
 """Time constant of each of the two low-passes that fade the residual (assumed)."""

@@ -8,7 +8,10 @@ from typing import Any, NamedTuple
 
 import xarray as xr
 
+from frictionloop.quantities.brief import Brief, brief
 
+
+@brief
 class Sample(NamedTuple):
     """What a streaming metric is given of a control period: forces in N, amplitude in um, SI units for the motion."""
 
@@ -55,7 +58,7 @@ class Metric:
 
 
 @dataclass(frozen=True)
-class StreamingMetric:
+class StreamingMetric(metaclass=Brief):
     """A number per run that needs no traces: ``step(state, sample, dt) -> state`` at each scored control period."""
 
     name: str
@@ -75,7 +78,7 @@ class StreamingMetric:
 
 
 @dataclass(frozen=True)
-class RunMetric:
+class RunMetric(metaclass=Brief):
     """A number computed from the traces of a run: ``of(run) -> float``. Each point of a sweep then runs alone."""
 
     name: str

@@ -60,7 +60,7 @@ def reach_of(run: xr.Dataset, keep: Any) -> tuple[Any, Any]:
 Score = TypeVar("Score", bound=Callable[..., Any])
 
 
-def _scored(metric: Score) -> Score:
+def of_a_run(metric: Score) -> Score:
     """Add to what a metric is what all take and refuse."""
     metric.__doc__ = f"""{inspect.getdoc(metric)}
 
@@ -79,7 +79,7 @@ FrictionloopError
     return metric
 
 
-@_scored
+@of_a_run
 def r2_identity(run: xr.Dataset, mask: Any = None) -> float:
     """Return R2 = 1 - sum (f_a - f_r)^2 / sum (f_r - mean f_r)^2, the fit to the ideal f_a = f_r (paper, Sec. 2.3).
 
@@ -96,7 +96,7 @@ class Regression(NamedTuple):
     intercept_n: float
 
 
-@_scored
+@of_a_run
 def regression(run: xr.Dataset, mask: Any = None) -> Regression:
     """Return the linear regression of f_a on f_r (paper, Sec. 4.2): R2, slope and intercept in N.
 
@@ -107,31 +107,31 @@ def regression(run: xr.Dataset, mask: Any = None) -> Regression:
     return Regression(_value("r2_regression", run, mask), slope, intercept)
 
 
-@_scored
+@of_a_run
 def r2_regression(run: xr.Dataset, mask: Any = None) -> float:
     """Return the squared correlation of f_a on f_r; ``regression`` gives slope and intercept with it."""
     return _value("r2_regression", run, mask)
 
 
-@_scored
+@of_a_run
 def rms_error(run: xr.Dataset, mask: Any = None) -> float:
     """Return the root mean square of f_a - f_r in N."""
     return _value("rms_error", run, mask)
 
 
-@_scored
+@of_a_run
 def saturation_index(run: xr.Dataset, mask: Any = None) -> float:
     """Return the share of control periods whose command was clamped, 0 to 1 (paper, Sec. 2.3)."""
     return _value("saturation_index", run, mask)
 
 
-@_scored
+@of_a_run
 def output_noise(run: xr.Dataset, mask: Any = None) -> float:
     """Return the standard deviation of f_a in N: sigma_f of equation (3) if set-point and disturbance are constant."""
     return _value("output_noise", run, mask)
 
 
-@_scored
+@of_a_run
 def r2_bound(run: xr.Dataset, mask: Any = None) -> float:
     """Return the R2 of f_r clipped to the band [g(a_max) + d, f0 + d]: no controller of this plant can do better.
 

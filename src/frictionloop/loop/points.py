@@ -15,7 +15,7 @@ import xarray as xr
 from frictionloop.loop.formulas import METRICS
 from frictionloop.loop.kernel.structure import COUPLED, STRUCTURAL, structure
 from frictionloop.loop.step_times import STEP_TIMES
-from frictionloop.loop.timing import check_seed, is_finite, is_whole, periods_in
+from frictionloop.loop.timing import check_seed, is_finite, periods_in
 from frictionloop.parameters import Recording, System
 from frictionloop.physics.sources import sampler
 from frictionloop.quantities import FrictionloopError, unit_of
@@ -68,7 +68,7 @@ def _seeds(seeds: int | Sequence[int]) -> tuple[int, ...]:
     found: tuple[int, ...] = ()
     if isinstance(seeds, Iterable):
         found = tuple(check_seed(s) for s in seeds)
-    elif is_whole(seeds):
+    elif isinstance(seeds, int | np.integer) and not isinstance(seeds, bool):
         found = tuple(range(seeds))
     if not found or len(set(found)) < len(found):
         raise FrictionloopError(

@@ -15,6 +15,7 @@ from frictionloop.loop.timing import check_seed, is_finite
 from frictionloop.parameters import System, check_system
 from frictionloop.physics.finger_step import Motion
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.brief import Brief, brief
 from frictionloop.quantities.normals import BLOCK
 from frictionloop.sensing.measurement import Measurement
 
@@ -22,6 +23,7 @@ _UNUSED = np.zeros(BLOCK + 1)  # samples of the set-point, which is the caller's
 _NONE = np.zeros(0)
 
 
+@brief
 class Movement(NamedTuple):
     """Where a finger is at the time of a sample, how fast it goes and how hard it presses."""
 
@@ -30,7 +32,7 @@ class Movement(NamedTuple):
     load_n: float
 
 
-class Stepper:
+class Stepper(metaclass=Brief):
     """The plant alone: give it an amplitude command, get the measurement one control period later.
 
     It is the same period function as ``simulate``: fed with the commands of a run it gives that run's measurements,

@@ -26,9 +26,10 @@ from frictionloop.loop.workers import shared_out, worker_count
 from frictionloop.parameters import System, check_system
 from frictionloop.quantities import FrictionloopError, trees
 from frictionloop.quantities.blame import place, theirs
+from frictionloop.quantities.brief import Brief
 
 
-class SweepInterrupted(KeyboardInterrupt):
+class SweepInterrupted(KeyboardInterrupt, metaclass=Brief):
     """Ctrl-C during a sweep; ``partial`` is the result so far, NaN where nothing has run."""
 
     def __init__(self, partial: xr.Dataset) -> None:

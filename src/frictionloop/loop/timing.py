@@ -10,6 +10,7 @@ import numpy as np
 
 from frictionloop.parameters import System, check_system
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.checks import whole
 
 
 def is_finite(value: Any) -> bool:
@@ -18,11 +19,6 @@ def is_finite(value: Any) -> bool:
         return not isinstance(value, (bool, np.bool_)) and math.isfinite(value)
     except (TypeError, OverflowError):
         return False
-
-
-def is_whole(value: Any) -> bool:
-    """Return whether a value is a whole number (a bool is none)."""
-    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
 
 
 def periods_in(system: System, duration_s: float) -> int:
@@ -55,9 +51,7 @@ def periods_in(system: System, duration_s: float) -> int:
 
 def check_seed(seed: Any) -> int:
     """Return a seed of the noise, refusing what is not a whole number of 64 bits."""
-    if not is_whole(seed) or not 0 <= seed < 2**64:
-        raise FrictionloopError(f"seed = {seed!r}: must be a whole number from 0 to 2**64 - 1")
-    return int(seed)
+    return whole("seed", seed, 0, 2**64 - 1)
 
 
 def check_memory(needed_bytes: int, what: str) -> None:

@@ -1,12 +1,17 @@
 """The System and its blocks: frozen, validated, TOML in and out."""
 
 from frictionloop.parameters.board import Board
-from frictionloop.parameters.controller import Controller, LookupController, OracleController, PiController
+from frictionloop.parameters.controller import (
+    Controller,
+    LookupController,
+    ObserverController,
+    OracleController,
+    PiController,
+)
 from frictionloop.parameters.files import PRESETS, SCHEMA, preset, read_toml, write_toml
 from frictionloop.parameters.filtered import FilteredPiController, NotchPiController
 from frictionloop.parameters.finger import FingerFriction, RigidFinger, Skin
-from frictionloop.parameters.motion import Sliding, Strokes
-from frictionloop.parameters.observing import ObserverController
+from frictionloop.parameters.motion import LoadCells, PositionSensor, Sliding, Strokes, Touch
 from frictionloop.parameters.plant import (
     Friction,
     FrictionLaw,
@@ -31,56 +36,4 @@ from frictionloop.parameters.sources import (
 )
 from frictionloop.parameters.system import System, check_system
 from frictionloop.parameters.timing import Model, Timing
-from frictionloop.parameters.touch import LoadCells, PositionSensor, Touch
 from frictionloop.parameters.tracking import TrackerController
-
-__all__ = [
-    "PRESETS",
-    "READINGS",
-    "RETUNED",
-    "SCHEMA",
-    "Board",
-    "ColouredNoise",
-    "Constant",
-    "Controller",
-    "FilteredPiController",
-    "FingerFriction",
-    "Friction",
-    "FrictionLaw",
-    "FrictionLimit",
-    "LoadCells",
-    "LogSweep",
-    "LookupController",
-    "OracleController",
-    "LowpassPlate",
-    "LowpassSensor",
-    "Model",
-    "NotchPiController",
-    "ObserverController",
-    "PiController",
-    "PositionSensor",
-    "Recording",
-    "Samples",
-    "ResonantPlate",
-    "RigidFinger",
-    "Sensor",
-    "Signal",
-    "Sine",
-    "Skin",
-    "Sliding",
-    "Source",
-    "Steps",
-    "Strokes",
-    "SuspendedSensor",
-    "System",
-    "Touch",
-    "Timing",
-    "TrackerController",
-    "bench",
-    "check_system",
-    "feasible",
-    "paper",
-    "preset",
-    "read_toml",
-    "write_toml",
-]

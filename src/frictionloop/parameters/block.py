@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 from pydantic.fields import FieldInfo
 
+from frictionloop.parameters import wording
 from frictionloop.quantities import FrictionloopError, unit_of
 
 
@@ -40,8 +41,6 @@ class BlockType(ModelMetaclass):
         try:
             return super().__call__(**values)
         except ValidationError as error:
-            from frictionloop.parameters import wording
-
             model: Any = cls
             raise FrictionloopError(f"{cls.__name__}: {wording.explain(model, error, values)}") from None
 

@@ -67,7 +67,7 @@ def _place(whole: type[Description], tree: dict[str, Any], path: str, value: Any
         node = node.get(name) if isinstance(node, dict) else None
     # A new kind may need a value that nothing has given yet: the path of a recording.
     if not isinstance(node, dict) or (leaf not in node and path not in wording.known_names(whole, tree)):
-        raise FrictionloopError(wording.unknown(path, wording.known_names(whole, tree)))
+        raise FrictionloopError(wording.unknown(path, wording.known_names(whole, tree), whole))
     if leaf == "kind" and len(parents) > 1:
         if value != node["kind"]:
             _change_inner(whole, tree, parents, value)

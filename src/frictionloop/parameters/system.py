@@ -6,17 +6,15 @@ import os
 import reprlib
 from typing import Any, Self
 
-from pydantic import BaseModel, model_validator
+from pydantic import model_validator
 
-from frictionloop.parameters import wording
 from frictionloop.parameters.board import Board
 from frictionloop.parameters.controller import Controller
 from frictionloop.parameters.description import Description
 from frictionloop.parameters.finger import AnyFriction, Finger, RigidFinger
-from frictionloop.parameters.motion import Motion, Sliding
+from frictionloop.parameters.motion import Motion, Sliding, Touch
 from frictionloop.parameters.plant import FrictionLaw, Plate, Sensor, SuspendedSensor
 from frictionloop.parameters.sources import Source, largest_n
-from frictionloop.parameters.touch import Touch
 from frictionloop.quantities import FrictionloopError
 
 _STEEPEST = 700.0
@@ -49,18 +47,7 @@ class System(Description):
 
     @classmethod
     def from_toml(cls, path: str | os.PathLike[str]) -> Self:
-        """Return the System a TOML file describes, as `read_toml` does.
-
-        Parameters
-        ----------
-        path : path
-            The file.
-
-        Raises
-        ------
-        FrictionloopError
-            For a file that cannot be read, or what is wrong in it, naming file, field and value.
-        """
+        """Return the System a TOML file describes; `read_toml` has the errors."""
         from frictionloop.parameters.files import read_toml
 
         return read_toml(path)  # type: ignore[return-value]
@@ -101,11 +88,6 @@ class System(Description):
                         f"sensor.range_n = {self.sensor.range_n:g} N: {name} {force:g} N; must be at least that"
                     )
         return self
-
-
-def kinds_of(block: str) -> list[type[BaseModel]]:
-    """Return the parameter classes a block of the System may be."""
-    return wording.kinds_of(System, block)
 
 
 def check_system(system: Any) -> None:

@@ -70,7 +70,7 @@ class Timing(Block):
     lost_ticks: Annotated[Number, Field(ge=0, lt=1)] = 0.0
     """Share of ticks that do not happen: the controller keeps its state and its command."""
     open_until_s: Annotated[Number, Field(ge=0, le=1e6)] = 0.0
-    """Until then the loop of a run is open, the lookup alone commands; it closes without a bump (control/switch).
+    """Until then the loop of a run is open, the lookup alone commands; it closes without a bump (control/law).
 
     A device is opened and closed by message instead, as the linear analysis has the loop closed.
     """

@@ -1,17 +1,4 @@
 """Is a force felt? Thresholds, and the filter that accumulates the index D of a residual."""
 
-from frictionloop.perception.thresholds import (
-    Fingertip,
-    Impedance,
-    displacement_threshold_um,
-    force_threshold_n,
-)
+from frictionloop.perception.thresholds import displacement_threshold_um, force_threshold_n
 from frictionloop.perception.weighting import weighting_sos
-
-__all__ = [
-    "Fingertip",
-    "Impedance",
-    "displacement_threshold_um",
-    "force_threshold_n",
-    "weighting_sos",
-]

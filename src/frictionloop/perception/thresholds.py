@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from frictionloop.parameters import Skin
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.checks import ABOVE_0, Array, number, numbers
+from frictionloop.quantities.checks import Array, numbers
 
 LOWEST_HZ, HIGHEST_HZ = 1.0, 500.0
 """The range of the threshold table, and so of the index D."""
@@ -35,35 +34,11 @@ THRESHOLD_UM = {
 """Displacement threshold by frequency in Hz, um zero-to-peak, +-6 dB (Bolanowski and Verrillo; from memory)."""
 
 
-@dataclass(frozen=True)
-class Fingertip:
-    """Spring, damper and mass of a fingertip in the sliding direction, Z(f) = k - w^2 m + j w c with w = 2 pi f.
-
-    The values are those of doi:10.1186/s40648-017-0080-8, Table 1 (other studies: 500 to 2000 N/m).
-    """
-
-    stiffness_n_m: float = 1000.0
-    """Stiffness k in N/m, positive."""
-    damping_n_s_m: float = 1.0
-    """Damping c in N s/m, positive."""
-    mass_kg: float = 1e-4
-    """Moving mass m in kg, positive."""
-
-    def __post_init__(self) -> None:
-        impedance(self)
-
-
-Impedance = Fingertip | Skin
-"""What is needed to know of a finger: its stiffness, damping and mass."""
-
-
-def impedance(finger: Impedance) -> tuple[float, float, float]:
-    """Return k in N/m, c in N s/m and m in kg, refusing what is not positive."""
-    units = {"stiffness_n_m": "N/m", "damping_n_s_m": "N s/m", "mass_kg": "kg"}
-    if not all(hasattr(finger, name) for name in units):
-        raise FrictionloopError(f"finger = {finger!r}: must have {', '.join(units)}")
-    k, c, m = (number(f"finger {name}", getattr(finger, name), unit, ABOVE_0) for name, unit in units.items())
-    return k, c, m
+def impedance(finger: Skin) -> tuple[float, float, float]:
+    """Return k in N/m, c in N s/m and m in kg of Z(f) = k - w^2 m + j w c, refusing what has none, or no damping."""
+    if not (isinstance(finger, Skin) and finger.damping_n_s_m > 0):
+        raise FrictionloopError(f"finger = {finger!r}: must be a Skin, with damping_n_s_m above 0")
+    return finger.stiffness_n_m, finger.damping_n_s_m, finger.mass_kg
 
 
 def displacement_threshold_um(frequency_hz: ArrayLike) -> Array:
@@ -85,7 +60,7 @@ def displacement_threshold_um(frequency_hz: ArrayLike) -> Array:
     return np.asarray(np.exp(np.interp(np.log(frequency), _LOG_HZ, _LOG_UM)))
 
 
-def force_threshold_n(frequency_hz: ArrayLike, finger: Impedance | None = None) -> Array:
+def force_threshold_n(frequency_hz: ArrayLike, finger: Skin | None = None) -> Array:
     """Return F_th(f) = x_th(f) |k - w^2 m + j w c|, the force that moves the skin by x_th, in N zero-to-peak.
 
     From 25 mN at 1 Hz to 0.17 mN at 250 Hz with the default fingertip. The paper (Sec. 2.3, after its ref. [14])
@@ -96,14 +71,14 @@ def force_threshold_n(frequency_hz: ArrayLike, finger: Impedance | None = None) 
     frequency_hz
         Frequencies in Hz, 1 to 500, of any shape.
     finger
-        Impedance of the fingertip; None is `Fingertip()`.
+        The fingertip; None is a `Skin` as it is.
 
     Raises
     ------
     FrictionloopError
-        For a frequency outside the table, or a finger without positive stiffness, damping and mass.
+        For a frequency outside the table, or a finger without damping.
     """
-    k, c, m = impedance(finger or Fingertip())
+    k, c, m = impedance(finger or Skin())
     omega = 2 * math.pi * numbers("frequency_hz", frequency_hz, "Hz", LOWEST_HZ, HIGHEST_HZ)
     return 1e-6 * displacement_threshold_um(frequency_hz) * np.hypot(k - omega**2 * m, omega * c)
 

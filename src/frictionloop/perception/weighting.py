@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import sosfreqz
 
-from frictionloop.perception.thresholds import HIGHEST_HZ, LOWEST_HZ, Fingertip, Impedance, force_threshold_n, impedance
+from frictionloop.parameters import Skin
+from frictionloop.perception.thresholds import HIGHEST_HZ, LOWEST_HZ, force_threshold_n, impedance
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.checks import Array, number
 
@@ -72,7 +73,7 @@ ERROR_DB = 0.45
 """Largest distance between the filter's gain and 1 / F_th from 1 to 500 Hz; 0.12 dB rms over log f (tested)."""
 
 
-def weighting_sos(rate_hz: float, finger: Impedance | None = None) -> Array:
+def weighting_sos(rate_hz: float, finger: Skin | None = None) -> Array:
     """Return the filter whose gain is 1 / F_th(f) in 1/N from 1 to 500 Hz and falls off on either side.
 
         H(z) = gain prod (1 - z_i / z) / prod (1 - p_i / z),   D = rms of the filtered residual
@@ -86,7 +87,7 @@ def weighting_sos(rate_hz: float, finger: Impedance | None = None) -> Array:
     rate_hz
         Sampling rate in Hz, 1200 to 200 000.
     finger
-        Impedance of the fingertip; None is `Fingertip()`.
+        The fingertip; None is a `Skin` as it is.
 
     Returns
     -------
@@ -99,12 +100,12 @@ def weighting_sos(rate_hz: float, finger: Impedance | None = None) -> Array:
         For a rate outside the range, or a finger whose gain the filter would miss by more than 0.45 dB.
     """
     # A copy: the cached array must not change, and scipy.signal does not take a read-only one.
-    return _sections(number("rate_hz", rate_hz, "Hz", *RATES_HZ), *impedance(finger or Fingertip())).copy()
+    return _sections(number("rate_hz", rate_hz, "Hz", *RATES_HZ), *impedance(finger or Skin())).copy()
 
 
 @lru_cache(maxsize=4096)
 def _sections(rate: float, k: float, c: float, m: float) -> Array:
-    finger = Fingertip(k, c, m)
+    finger = Skin(stiffness_n_m=k, damping_n_s_m=c, mass_kg=m)
     skin = roots_of(math.sqrt(k / m) / (2 * math.pi), c / (2 * math.sqrt(k * m)))
     # A pole above half the rate would come back mirrored; the two free zeros make up for a real one just as well.
     skin = np.where(np.abs(skin.imag) < math.pi * rate, skin, -np.abs(skin))
@@ -119,7 +120,7 @@ def _sections(rate: float, k: float, c: float, m: float) -> Array:
     return sos
 
 
-def _free_zeros(sos: Array, rate: float, finger: Fingertip) -> Array:
+def _free_zeros(sos: Array, rate: float, finger: Skin) -> Array:
     """Return b0, b1, b2 with |b|^2 = c0 + c1 x + c2 x^2, x = sin(w/2)^2, nearest to what the gain lacks."""
     k, c, m = impedance(finger)
     omega = 2 * math.pi * GRID_HZ
@@ -146,5 +147,5 @@ def _gain(sos: Array, rate: float, frequency_hz: Array) -> Array:
     return np.abs(sosfreqz(sos, frequency_hz.ravel(), fs=rate)[1]).reshape(frequency_hz.shape)
 
 
-def _error_db(sos: Array, rate: float, finger: Fingertip | Impedance, frequency_hz: Array) -> Array:
+def _error_db(sos: Array, rate: float, finger: Skin, frequency_hz: Array) -> Array:
     return np.asarray(20 * np.log10(_gain(sos, rate, frequency_hz) * force_threshold_n(frequency_hz, finger)))

@@ -6,8 +6,7 @@ import math
 from typing import Any, NamedTuple
 
 from frictionloop.physics.contact import ContactCoefficients, ContactState
-from frictionloop.physics.contact_bristle import dahl_step, lugre_force_step, lugre_step
-from frictionloop.physics.contact_slider import slider_step
+from frictionloop.physics.contact_laws import dahl_step, lugre_force_step, lugre_step, slider_step
 from frictionloop.physics.friction_limit import (
     LimitCoefficients,
     OcclusionCoefficients,

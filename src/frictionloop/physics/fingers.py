@@ -181,3 +181,11 @@ def _extremes(friction: FingerFriction, exponent: float, reached: float) -> list
 def _block(block: Any, name: str, values: Mapping[str, Any]) -> Any:
     own = {path.removeprefix(f"{name}."): value for path, value in values.items() if path.startswith(f"{name}.")}
     return block(**own)
+
+
+def nearest_to_median(people: Fingers, some: np.ndarray) -> int:
+    """Return the number of the finger of ``some`` whose f0 and tau are nearest to the medians of all, as logarithms."""
+    points = np.log([[each["friction.nominal_n"], each["friction.susceptibility_per_um2"]] for each in people])
+    spread = np.maximum(points.std(axis=0), 1e-12)
+    apart = np.sum(((points - np.median(points, axis=0)) / spread) ** 2, axis=1)
+    return int(np.argmin(np.where(some, apart, math.inf)))

@@ -9,11 +9,13 @@ from typing import Any, NamedTuple
 
 from frictionloop.parameters.finger import FingerFriction
 from frictionloop.quantities.arithmetic import exp2, fma, log2, step
+from frictionloop.quantities.brief import brief
 
 LEAST_N = 1e-9
 """Least force whose logarithm is taken: below any that can be asked for."""
 
 
+@brief
 class Vibration(NamedTuple):
     """A friction law: ``step(amplitude_um, occluded, coefficients) -> share``, from 1 at rest down towards 0."""
 

@@ -4,5 +4,3 @@ from frictionloop.quantities.checks import check_each_once, check_known
 from frictionloop.quantities.files import replacing, why_unwritable
 from frictionloop.quantities.lti import Lti
 from frictionloop.quantities.units import FrictionloopError, unit_of
-
-__all__ = ["FrictionloopError", "Lti", "check_each_once", "check_known", "replacing", "unit_of", "why_unwritable"]

@@ -47,10 +47,11 @@ def number(name: str, value: Any, unit: str, least: float = -math.inf, most: flo
     return float(found.reshape(()))
 
 
-def whole(name: str, value: Any, least: int, most: int) -> int:
-    """Return a whole number, refusing what is none or outside least to most."""
+def whole(name: str, value: Any, least: int, most: float = math.inf) -> int:
+    """Return a whole number, refusing what is none (a bool is none) or outside least to most."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not least <= value <= most:
-        raise FrictionloopError(f"{name} = {value!r}: must be a whole number from {least} to {most}")
+        within = f", at least {least}" if most == math.inf else f" from {least} to {most}"
+        raise FrictionloopError(f"{name} = {value!r}: must be a whole number{within}")
     return int(value)
 
 

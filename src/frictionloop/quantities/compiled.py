@@ -14,8 +14,7 @@ from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.ccallback import CFunc
 
 from frictionloop.quantities.digest import code_digest
-from frictionloop.quantities.seal import seal_of
-from frictionloop.quantities.trust import is_usable, why_untrusted
+from frictionloop.quantities.seal import is_usable, seal_of, why_untrusted
 
 on_compiling: list[Callable[[bool], None]] = []
 """Called with True before something is compiled that the disk does not have, and with False when it is done."""

@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from frictionloop.quantities.brief import Brief
+
 
 @dataclass(frozen=True)
-class Lti:
+class Lti(metaclass=Brief):
     """A linear block H(s) = num(s) / den(s) * exp(-s delay_s), polynomials with the highest power first."""
 
     num: tuple[float, ...]

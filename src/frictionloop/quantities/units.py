@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from frictionloop.quantities.brief import Brief
+
 _UNITS = {
     **{"n": "N", "m": "m", "mm": "mm", "um": "um", "kg": "kg", "s": "s", "hz": "Hz", "rthz": "rtHz", "mhz": "MHz"},
     **{"m3": "m^3", "mm2": "mm^2", "um2": "um^2", "s2": "s^2", "deg": "deg", "urad": "urad", "ug": "1e-6 g", "k": "K"},
@@ -12,7 +14,7 @@ _UNITS = {
 _UNITS_WITHOUT_SUFFIX = {"kp": "N/N", "ki": "1/s", "k1": "N^0.5/s", "k2": "N/s^2"}
 
 
-class FrictionloopError(ValueError):
+class FrictionloopError(ValueError, metaclass=Brief):
     """A request that cannot be met, said in one line: what was given, where, and what would be accepted."""
 
 

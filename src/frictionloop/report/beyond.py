@@ -22,12 +22,8 @@ from frictionloop.report.numbers import number
 from frictionloop.report.protocol import LEVELS_N
 
 COMMAND = "python -m studies.beyond"
-SOURCE = f"from the stored study `{COMMAND}`"
-"""Where claims say that their numbers come from."""
 SPEED_MM_S = 20.0
 """Speed of the strokes (paper, Sec. 4.2)."""
-WINDOWS_S = ((0.99, 1.06), (1.49, 1.60))
-"""What the study keeps of a step down and of one up."""
 SHOWN_MS = {"down": (-5.0, 60.0), "up": (-5.0, 60.0)}
 """What is shown of them: how long a law takes to be at rest."""
 FOLDER = files("frictionloop.report") / "stored"

@@ -7,18 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from frictionloop.identification import (
-    Calibration,
-    FrequencyResponse,
-    NoiseSpectrum,
-    Resonance,
-    calibrate,
-    exponent_for_r2,
-    fit_resonance,
-    floor_density,
-    frequency_response,
-    noise_spectrum,
-)
+from frictionloop import identification as find
 from frictionloop.identification.rigs import UP_AND_DOWN_KG, floor_rig, hammer_rig, string_friction_for, weights_rig
 from frictionloop.parameters.rigs import CalibrationBench
 
@@ -42,20 +31,20 @@ FLAT_HZ = (20.0, 100.0)
 class Rigs(NamedTuple):
     """What weights, hammer and silence tell of the sensor."""
 
-    weights: Calibration
+    weights: find.Calibration
     """With a pulley on ball bearings."""
-    rubbing: Calibration
+    rubbing: find.Calibration
     """With a string that rubs over a fixed rod as strongly as an R2 of 0.95 takes."""
     rubbing_friction: float
     """Friction of that string."""
-    response: FrequencyResponse
-    resonance: Resonance
+    response: find.FrequencyResponse
+    resonance: find.Resonance
     floors: dict[str, xr.Dataset]
     """Ten seconds without a finger, by the names of ``FLOORS``."""
 
-    def spectrum(self, name: str) -> NoiseSpectrum:
+    def spectrum(self, name: str) -> find.NoiseSpectrum:
         """Return the noise spectrum of one floor."""
-        return noise_spectrum(self.floors[name])
+        return find.noise_spectrum(self.floors[name])
 
     def rms_n(self, name: str) -> float:
         """Return the standard deviation of one floor in N, its offset taken off."""
@@ -63,7 +52,7 @@ class Rigs(NamedTuple):
 
     def density_n_rthz(self, name: str) -> float:
         """Return the density of one floor below the resonance, N/rtHz."""
-        return floor_density(self.spectrum(name), *FLAT_HZ).value
+        return find.floor_density(self.spectrum(name), *FLAT_HZ).value
 
 
 def loads_n() -> np.ndarray:
@@ -73,19 +62,19 @@ def loads_n() -> np.ndarray:
 
 def rubbing_bench() -> CalibrationBench:
     """Return the bench whose string rubs on a rod that does not turn, so that R2 falls to the printed 0.95."""
-    friction = string_friction_for(exponent_for_r2(PRINTED_R2, loads_n().tolist()))
+    friction = string_friction_for(find.exponent_for_r2(PRINTED_R2, loads_n().tolist()))
     # A bearing that cannot turn: the string has to slide.
     return CalibrationBench().evolve({"pulley.string_friction": friction, "pulley.bearing_friction": 1e3})
 
 
 def all_rigs() -> Rigs:
     """Return the three measurements with the default bench; seeds 0."""
-    rubbing, response = rubbing_bench(), frequency_response(hammer_rig())
+    rubbing, response = rubbing_bench(), find.response(hammer_rig())
     return Rigs(
-        calibrate(weights_rig()),
-        calibrate(weights_rig(RUBBING_KG, rubbing)),
+        find.weights(weights_rig()),
+        find.weights(weights_rig(RUBBING_KG, rubbing)),
         rubbing.pulley.string_friction,
         response,
-        fit_resonance(response),
+        find.fit_resonance(response),
         {name: floor_rig(CalibrationBench().evolve(changes)) for name, changes in FLOORS.items()},
     )

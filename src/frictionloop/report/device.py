@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from frictionloop.loop.together import Job, simulate_all
+from frictionloop.loop.workers import Job, simulate_all
 from frictionloop.parameters import RETUNED
 from frictionloop.report import protocol
 

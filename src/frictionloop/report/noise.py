@@ -79,16 +79,11 @@ TONE_HZ = 1.0
 """Where equation (3) is read as printed: the frequency of the disturbance (assumed)."""
 
 
-def steady_noise(system: System, seed: int = 0) -> dict[str, float]:
+def steady_noise(system: System) -> dict[str, float]:
     """Return the standard deviations of f_a and u (N) with set-point and disturbance held, from a simulation."""
-    run = simulate(held(system), HELD_S, seed)
+    run = simulate(held(system), HELD_S)
     scored = run.isel(time=slice(-round(SCORED_S * system.controller.rate_hz), None))
     return {name: float(scored[name].std()) for name in ("f_a", "u")}
-
-
-def simulated_gain(system: System, seed: int = 0) -> dict[str, float]:
-    """Return sigma_f / sigma_n and sigma_u / sigma_n of a simulation, N/N."""
-    return {name: sigma / system.sensor.noise_rms_n for name, sigma in steady_noise(system, seed).items()}
 
 
 def noise_gain(system: System) -> xr.Dataset:
@@ -100,14 +95,15 @@ def noise_gain(system: System) -> xr.Dataset:
     limit = kp_limit(system)
     kps = np.geomspace(0.5, 0.999 * limit, 60)
     linear = [linear_gain(system.evolve({"controller.kp": kp})) for kp in kps]
-    simulated = [simulated_gain(system.evolve({"controller.kp": kp})) for kp in SIMULATED_KPS]
+    sigma = system.sensor.noise_rms_n
+    simulated = [steady_noise(system.evolve({"controller.kp": kp})) for kp in SIMULATED_KPS]
     return xr.Dataset(
         {
             "exact_f": ("kp", [gain["f_a"] for gain in linear]),
             "exact_u": ("kp", [gain["u"] for gain in linear]),
             "tone": ("kp", [gain["tone"] for gain in linear]),
-            "simulated_f": ("kp_simulated", [gain["f_a"] for gain in simulated]),
-            "simulated_u": ("kp_simulated", [gain["u"] for gain in simulated]),
+            "simulated_f": ("kp_simulated", [noise["f_a"] / sigma for noise in simulated]),
+            "simulated_u": ("kp_simulated", [noise["u"] / sigma for noise in simulated]),
             "kp_limit": limit,
         },
         {"kp": kps, "kp_simulated": list(SIMULATED_KPS)},

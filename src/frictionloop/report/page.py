@@ -19,8 +19,7 @@ from frictionloop.quantities.version import package_version
 from frictionloop.report import protocol
 from frictionloop.report.beyond import beyond_rows
 from frictionloop.report.claims import THESIS, Claim
-from frictionloop.report.claims.table import SYMBOLS, grouped, shown, with_unit
-from frictionloop.report.counts import FIRST, HOLDS, counts, named
+from frictionloop.report.claims.told import FIRST, HOLDS, SYMBOLS, counts, grouped, named, shown, with_unit
 from frictionloop.report.numbers import milli
 from frictionloop.report.people import bench_systems, the_finger
 from frictionloop.report.results import FIELDS, Results

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from frictionloop.parameters import Sine, Steps, System, bench
-from frictionloop.physics.fingers import Fingers, capable, fingers
+from frictionloop.physics.fingers import Fingers, capable, fingers, nearest_to_median
 
 FINGERS, POPULATION_SEED = 1000, 1
 LOW_N, HIGH_N = 0.3, 0.9
@@ -46,9 +46,7 @@ def population() -> Fingers:
 def chosen(people: Fingers) -> int:
     """Return the number of the finger that the rule picks."""
     able = capable(people, LOW_N, HIGH_N, contact_s=SCORED_S)["capable"].values
-    points = np.log([[each[F0], each[TAU]] for each in people])
-    apart = np.sum(((points - np.median(points, axis=0)) / points.std(axis=0)) ** 2, axis=1)
-    return int(np.argmin(np.where(able, apart, np.inf)))
+    return nearest_to_median(people, able)
 
 
 def occluded(system: System, w0: float) -> System:

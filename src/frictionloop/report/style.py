@@ -68,6 +68,28 @@ def new_figure(width_in: float = 4.5, height_in: float = 3.2) -> Figure:
     return Figure(figsize=(width_in, height_in), layout="constrained")
 
 
+def one_panel(width_in: float = 4.5, height_in: float = 3.2) -> tuple[Figure, Axes]:
+    """Return an empty figure of one panel."""
+    figure = new_figure(width_in, height_in)
+    return figure, figure.subplots()
+
+
+def schematic(
+    width_in: float, height_in: float, xlim: tuple[float, float], ylim: tuple[float, float]
+) -> tuple[Figure, Axes]:
+    """Return an empty figure to draw a scheme in, in units of its own, alike in both directions."""
+    figure, axes = one_panel(width_in, height_in)
+    axes.set(xlim=xlim, ylim=ylim, aspect="equal")
+    axes.set_axis_off()
+    return figure, axes
+
+
+def say(axes: Axes, x: float, y: float, text: str, **look: Any) -> None:
+    """Write words around a place of a scheme."""
+    centred: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 7}
+    axes.text(x, y, text, **centred | look)
+
+
 def arrow(axes: Axes, start: tuple[float, float], stop: tuple[float, float], color: str = BLACK) -> None:
     """Draw the arrow of a signal."""
     look = {"arrowstyle": "-|>", "lw": 0.9, "color": color, "shrinkA": 0, "shrinkB": 0}

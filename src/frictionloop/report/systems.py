@@ -37,9 +37,9 @@ def held(system: System) -> System:
     )
 
 
-def reachable_share(system: System, duration_s: float = 10.0) -> float:
-    """Return the share of control periods at which f_r lies in [g(a_max) + d, f0 + d], 0 to 1."""
-    time = np.arange(round(duration_s * system.controller.rate_hz)) / system.controller.rate_hz
+def reachable_share(system: System) -> float:
+    """Return the share of control periods of 10 s at which f_r lies in [g(a_max) + d, f0 + d], 0 to 1."""
+    time = np.arange(round(10.0 * system.controller.rate_hz)) / system.controller.rate_hz
     f_r, d = evaluate(system.setpoint, time), evaluate(system.disturbance, time)  # type: ignore[arg-type]
     floor = float(friction_force(system.plate.max_amplitude_um, system.friction))
     return float(np.mean((f_r >= floor + d) & (f_r <= system.friction.nominal_n + d)))
@@ -62,14 +62,9 @@ def tracking_runs(system: System) -> dict[float, xr.Dataset]:
     return {kp: tracking_run(system, kp) for kp in KPS}
 
 
-def noise_above_n(run: xr.Dataset, frequency_hz: float = NOISE_FROM_HZ) -> float:
-    """Return the rms of f_a above a frequency in N: the square root of its spectrum's integral (Welch)."""
+def noise_above_n(run: xr.Dataset) -> float:
+    """Return the rms of f_a above `NOISE_FROM_HZ` in N: the square root of its spectrum's integral (Welch)."""
     rate_hz = 1.0 / float(run["time"][1] - run["time"][0])
     frequency, density = welch(run["f_a"].values, rate_hz, nperseg=2048)
-    above = frequency >= frequency_hz
+    above = frequency >= NOISE_FROM_HZ
     return float(np.sqrt(np.trapezoid(density[above], frequency[above])))
-
-
-def piece(run: xr.Dataset, start_s: float, stop_s: float) -> xr.Dataset:
-    """Return the part of a run between two times in s."""
-    return run.sel(time=slice(start_s, stop_s))

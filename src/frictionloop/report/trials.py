@@ -9,6 +9,7 @@ from scipy.special import ndtr
 
 from frictionloop.parameters import ColouredNoise, Friction
 from frictionloop.physics.coloured_noise import colour, shaping_filter, stationary_state
+from frictionloop.physics.fingers import LOG_NORMAL, UNIFORM
 from frictionloop.physics.friction import friction_force
 from frictionloop.quantities.normals import normals
 
@@ -18,12 +19,6 @@ CARRIER_UM = 2.5
 """Largest amplitude of the carrier (paper, Sec. 2.1)."""
 MODULATION_HZ = 1.0
 """Frequency of the amplitude modulation (paper, Sec. 2.1)."""
-NOMINAL_N = (0.5, 1.4)
-"""Range of f0, uniform (assumed; a friction coefficient of 1 to 2.8 at 0.5 N of load)."""
-SUSCEPTIBILITY_PER_UM2 = 0.38
-"""Median of tau (paper, Sec. 2.1)."""
-SUSCEPTIBILITY_SPREAD = 0.35
-"""Standard deviation of ln tau (assumed)."""
 LEVEL_SPREAD_N = 0.05
 """Standard deviation of a trial's constant part of d (assumed)."""
 FLUCTUATION = ColouredNoise(rms_n=0.05, exponent=1.0, low_hz=0.5, high_hz=50.0)
@@ -60,11 +55,11 @@ def sliding_trials(n: int = 26, seed: int = 0) -> xr.Dataset:
 
 
 def _fingers(n: int, seed: int) -> tuple[Array, Array, Array]:
-    """Return f0 (N), tau (um^-2) and the constant part of d (N) of each trial."""
+    """Return f0 (N), tau (um^-2) and the constant part of d (N) of each trial, f0 and tau as of `fingers`."""
     z = normals(seed, PARAMETER_STREAM, 0, 3 * n).reshape(n, 3)
-    low, high = NOMINAL_N
+    (low, high), (median, spread) = UNIFORM["friction.nominal_n"], LOG_NORMAL["friction.susceptibility_per_um2"]
     f0 = low + (high - low) * ndtr(z[:, 0])
-    return f0, SUSCEPTIBILITY_PER_UM2 * np.exp(SUSCEPTIBILITY_SPREAD * z[:, 1]), LEVEL_SPREAD_N * z[:, 2]
+    return f0, median * np.exp(spread * z[:, 1]), LEVEL_SPREAD_N * z[:, 2]
 
 
 def _fluctuations(n: int, seed: int, samples: int) -> Array:

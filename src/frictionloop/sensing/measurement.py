@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from frictionloop.quantities.brief import brief
 
+
+@brief
 class Measurement(NamedTuple):
     """One sample of the sensors; a controller may use any part of it."""
 

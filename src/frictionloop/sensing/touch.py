@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from frictionloop.parameters.motion import Sliding, Strokes
-from frictionloop.parameters.touch import Touch
+from frictionloop.parameters.motion import Sliding, Strokes, Touch
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.arithmetic import fma, step
 

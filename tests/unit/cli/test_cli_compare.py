@@ -7,7 +7,7 @@ import csv
 import pytest
 
 import frictionloop as fl
-from frictionloop.cli import comparison_text
+from frictionloop.cli import comparison_text, screen
 from frictionloop.design import comparison as rooms
 from frictionloop.design import synthesis
 from frictionloop.design.comparison import run
@@ -63,7 +63,7 @@ def test_an_experimental_law_is_said_to_be_one(frictionloop, law):
 def test_summary_files_and_figures(frictionloop, tmp_path, monkeypatch):
     monkeypatch.setenv("COLUMNS", "100")
     answer = frictionloop(*WORDS, "--out", "r.h5", "--plots", "figures")
-    assert (answer.code, answer.err) == (0, "")
+    assert (answer.code, answer.noted) == (0, [])
     assert "20 mm/s, dahl: median / worst decile of" in answer.out
     assert "20 mm/s, slider: median / worst decile of" in answer.out
     assert max(len(line.rstrip()) for line in answer.out.splitlines()) <= 100
@@ -80,6 +80,25 @@ def test_summary_files_and_figures(frictionloop, tmp_path, monkeypatch):
     again = frictionloop(*WORDS, "--out", "r.h5", "--resume")
     tables = [text[text.index("20 mm/s") : text.index("saved")] for text in (answer.out, again.out)]
     assert tables[0] == tables[1]
+
+
+def test_the_time_it_takes_is_said_before_it_begins(frictionloop, monkeypatch, ran):
+    def begun(*_, begin, **__):
+        begin(["oracle"] * 2 + ["hinf"] * 2 + ["retuned_pi"] * 116)
+        return ran
+
+    monkeypatch.setattr(rooms, "compare", begun)
+    words = ("compare", "--fingers", "1000", "--duration-s", "10", "--jobs", "2")
+    said = "120 cells to run: about 4 min with 2 workers, of that 15 s to design laws\n"
+    assert frictionloop(*words).err == said
+    assert frictionloop("compare", "--fingers", "0").err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("time_s", "text"), [(7.2, "7 s"), (47, "50 s"), (100, "2 min"), (1900, "30 min"), (9000, "2 h")]
+)
+def test_a_time_that_is_estimated_is_round(time_s, text):
+    assert screen.about(time_s) == text
 
 
 def test_interrupted_says_how_to_go_on(frictionloop, monkeypatch):
@@ -105,7 +124,7 @@ def test_a_law_better_than_the_clairvoyant_oracle_is_a_note(frictionloop, monkey
     for module in (rooms, comparison_text):
         monkeypatch.setattr(module, "below_oracle", lambda scored: below)
     answer = frictionloop(*WORDS)
-    assert (answer.code, answer.err) == (0, "")
+    assert (answer.code, answer.noted) == (0, [])
     said = f"note: hinf leaves 0.9400 of the clairvoyant residual at 80 mm/s, dahl, finger 146, {many}: "
     legend_and_more = " ".join(answer.out.split("±10 %: ")[1].split())
     assert said + "that oracle sees two periods ahead version" in legend_and_more

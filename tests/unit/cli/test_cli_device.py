@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import signal
+import subprocess
 import sys
 
 import numpy as np
@@ -18,7 +19,7 @@ from frictionloop.device.emulator.processor import _whole
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.quantities.schema import schema
 
-TRACKER = ("--controller.kind", "tracker")
+LOOKUP = ("--controller.kind", "lookup")
 SLIPPERY = ("--motion.load_n", "4", "--open")  # the finger is pressed until its friction is more than the sensor takes
 VERBS = "list", "info", "set", "run", "recover", "clear", "monitor", "flash"
 
@@ -94,10 +95,26 @@ def test_who_answers(frictionloop):
         ("serial:///dev/no-such-port", "/dev/no-such-port: no such port; there is "),
         ("tcp://localhost", "address 'tcp://localhost': must be one of"),
         ("emulated:no-such.elf", "no-such.elf"),
+        ("COM9", "address 'COM9': did you mean serial://COM9?"),
+        ("/dev/ttyACM0", "address '/dev/ttyACM0': did you mean serial:///dev/ttyACM0?"),
     ],
 )
 def test_an_address_where_nothing_is(frictionloop, address, says):
     assert says in refused(frictionloop("device", "info", address))
+
+
+@pytest.mark.parametrize("address", ["COM9", "serial:///dev/no-such-port", "tcp://localhost:1"])
+def test_an_address_is_refused_before_what_drives_a_device_is_loaded(address):
+    script = f"""
+import sys
+from frictionloop.cli.app import main
+try:
+    main(["device", "info", {address!r}])
+except SystemExit as end:
+    print(end.code, *sorted({{"scipy", "xarray", "numba"}} & set(sys.modules)))
+"""
+    told = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert told.stdout == "2\n" and told.stderr.startswith("error: ")
 
 
 # ----------------------------------------------------------------------------------------------------------------- set
@@ -143,6 +160,7 @@ def test_a_whole_system_and_one_value_on_top(frictionloop, tmp_path):
             ["xyzzy=1"],
             "parameter 'xyzzy': unknown; there are law.*, lookup.*, overdrive.*, drive.*, ",
         ),
+        (["kp=3"], "parameter 'kp': unknown; did you mean controller.kp?"),
         (["drive.ceiling_um=200"], "drive.ceiling_um = 200 um: must be a number from 0 to 7.9 um"),
         (["drive.ceiling_um=nan"], "drive.ceiling_um = nan um: must be a number from 0 to 7.9 um"),
         (["drive.ceiling_um=high"], "drive.ceiling_um = 'high': must be a number from 0 to 7.9 um"),
@@ -190,7 +208,7 @@ def test_gains_are_set_by_their_names_and_only_by_its_owner_while_a_loop_runs(fr
 def test_gains_that_ring_are_refused_with_gains_that_hold(frictionloop, kept):
     said = refused(frictionloop("device", "set", "sim:", "controller.kp=12"))
     assert said.startswith("controller.kp=12: this loop rings near ") and "--unchecked sets it all the same" in said
-    held = re.findall(r"controller\.k[pi]=[\d.]+", said.split("gains that hold contact dahl, 20 mm/s")[1])
+    held = re.findall(r"controller\.k[pi]=[\d.]+", said.split("gains that hold at contact dahl, 20 mm/s")[1])
     with fl.connect("sim:") as device:
         assert device.parameters["law.gains"][0] == pytest.approx(10.0)  # as before
     assert len(held) == 2 and frictionloop("device", "set", "sim:", *held).code == 0
@@ -214,12 +232,35 @@ def test_gains_close_to_ringing_are_set_with_a_word(frictionloop):
     assert answer.code == 0 and "this loop is close to ringing near" in answer.err
 
 
-def test_gains_of_a_board_that_nobody_described_need_its_system(frictionloop, kept):
+def test_gains_of_a_board_that_nobody_described_are_read_from_it_and_set_unchecked(frictionloop, kept):
     assert frictionloop("device", "set", "sim:", "law.low_n=0.2").code == 0  # of no System from now on
-    said = refused(frictionloop("device", "set", "sim:", *HOLD))
-    assert said == "controller.kp: of which system? A board does not tell; add --system FILE, its description"
+    answer = frictionloop("device", "set", "sim:", "controller.ki=100", "controller.kp=0.04")
+    assert rows(answer.out) == {"controller.ki": "2.0 -> 100.0", "controller.kp": "10.0 -> 0.04"}
+    assert answer.err.startswith("controller.ki, controller.kp: not checked: a board does not tell its bench")
+    with fl.connect("sim:") as device:
+        assert device.parameters["law.gains"][:2] == pytest.approx([0.04, 100.0 / 5000.0], rel=1e-6)
+        assert device.parameters["law.low_n"] == pytest.approx(0.2)  # all else stays
     fl.write_toml(fl.bench(), "mine.toml")
     assert frictionloop("device", "set", "sim:", "--system", "mine.toml", *HOLD).code == 0
+
+
+def test_what_a_board_that_nobody_described_cannot_tell_needs_its_system(frictionloop, kept):
+    assert frictionloop("device", "set", "sim:", "law.low_n=0.2").code == 0
+    said = refused(frictionloop("device", "set", "sim:", "controller.kind=notch_pi"))
+    assert said.startswith("controller.kind: the device tells controller.kp and controller.ki alone; ")
+    said = refused(frictionloop("device", "set", "sim:", "controller.kp=-1"))
+    assert said == "controller.kp = -1 N/N: must be greater than or equal to 0"
+    assert frictionloop("device", "set", "sim:", "law.number=2").code == 0
+    said = refused(frictionloop("device", "set", "sim:", "controller.kp=1"))
+    assert said.startswith("controller: the device runs law lookup and tells the gains of law pi alone; ")
+    assert "--system FILE" in said
+
+
+def test_a_parameter_as_a_flag_is_told_how_it_is_written_here(frictionloop):
+    said = refused(frictionloop("device", "set", "sim:", "--controller.kp", "5000"))
+    assert said == "--controller.kp: is no option here; without dashes: controller.kp=5000"
+    said = refused(frictionloop("device", "info", "sim:", "--controller.kp", "5000"))
+    assert said == "Unknown option: --controller.kp. device info takes no parameters of a system; see --help"
 
 
 def test_the_kind_that_was_set_is_told(frictionloop, kept):
@@ -255,11 +296,11 @@ def test_ctrl_c_waits_until_the_emulator_has_returned():
 
 def test_a_run_is_recorded_and_said(frictionloop, tmp_path):
     path, figure = tmp_path / "run.h5", tmp_path / "run.svg"
-    arguments = ("device", "run", "sim:", *TRACKER, "--duration-s", "0.2", "--out", path, "--plot", figure)
+    arguments = ("device", "run", "sim:", *LOOKUP, "--duration-s", "0.2", "--out", path, "--plot", figure)
     said = frictionloop(*arguments, "--json").json()
     run = fl.load(path)
     assert run.attrs["source"] == "simulated" and run.sizes["time"] == said["samples"] == 1000
-    assert fl.system_of(run).controller.kind == "tracker"
+    assert fl.system_of(run).controller.kind == "lookup"
     assert said["counted"] == pytest.approx(float((run.scored & run.sliding).mean()))
     error = (run.f_m - run.f_r).where(run.scored)
     assert said["measured_rms_error_n"] == pytest.approx(float(np.sqrt((error**2).mean())))
@@ -269,10 +310,10 @@ def test_a_run_is_recorded_and_said(frictionloop, tmp_path):
 
 
 def test_a_run_in_words(frictionloop):
-    answer = frictionloop("device", "run", "sim:", *TRACKER, "--duration-s", "0.2", "--decimation", "5")
+    answer = frictionloop("device", "run", "sim:", *LOOKUP, "--duration-s", "0.2", "--decimation", "5")
     assert (answer.code, answer.err) == (0, "")
     said = rows(answer.out)
-    assert said["device"] == "sim:" and said["system"] == "bench() with controller.kind = tracker"
+    assert said["device"] == "sim:" and said["system"] == "bench() with controller.kind = lookup"
     assert said["recorded"] == "200 samples"
     assert re.match(r"[\d.]+ %: a finger slides, 2 mm or more from where it turns$", said["counted"])
     assert said["f_m - f_r"].endswith("mN rms by the device's own sensor") and said["lost"] == "nothing"
@@ -341,9 +382,7 @@ def test_a_file_is_loaded_and_its_set_point_is_played(frictionloop, tmp_path):
 
 def test_a_device_that_knows_no_force_on_the_finger_is_drawn(frictionloop, monkeypatch, tmp_path):
     monkeypatch.setattr(simulated_pipe.BenchPipe, "felt", lambda *_: None)
-    answer = frictionloop(
-        "device", "run", "sim:", *TRACKER, "--duration-s", "0.1", "--out", "run.h5", "--plot", "r.svg"
-    )
+    answer = frictionloop("device", "run", "sim:", *LOOKUP, "--duration-s", "0.1", "--out", "run.h5", "--plot", "r.svg")
     assert (answer.code, answer.err) == (0, "")
     assert "f_a" not in fl.load(tmp_path / "run.h5")
     assert (tmp_path / "r.svg").stat().st_size > 10_000
@@ -366,7 +405,7 @@ def test_a_fault_in_mid_run_is_one_line_and_keeps_the_recording(frictionloop, tm
 def test_the_bench_that_ends_in_mid_run_is_one_line(frictionloop, tmp_path):
     sweep = {"kind": "log_sweep", "offset_n": 0.1, "start_hz": 1, "stop_hz": 10, "sweep_s": 0.15}
     flags = [word for name, value in sweep.items() for word in (f"--disturbance.{name}", value)]
-    said = refused(frictionloop("device", "run", "sim:", *TRACKER, *flags, "--duration-s", "0.3", "--out", "cut.h5"))
+    said = refused(frictionloop("device", "run", "sim:", *LOOKUP, *flags, "--duration-s", "0.3", "--out", "cut.h5"))
     assert "disturbance.sweep_s = 0.15 s is over" in said and said.endswith("are in cut.h5")
     assert fl.load(tmp_path / "cut.h5").sizes["time"] < 750
 
@@ -383,7 +422,7 @@ def test_ctrl_c_says_where_the_recording_is(frictionloop, monkeypatch, tmp_path)
         yield stop
 
     monkeypatch.setattr(device_run, "_progress", impatient)
-    answer = frictionloop("device", "run", "sim:", *TRACKER, "--duration-s", "1", "--out", "cut.h5")
+    answer = frictionloop("device", "run", "sim:", *LOOKUP, "--duration-s", "1", "--out", "cut.h5")
     count = fl.load(tmp_path / "cut.h5").sizes["time"]
     assert 250 < count < 1000
     assert (answer.code, answer.out) == (130, "")
@@ -410,14 +449,15 @@ def kept(monkeypatch):
             boards[address] = simulated_pipe.BenchPipe(simulated_boards.Simulated(system), system, seed)
         return boards[address].opened
 
-    monkeypatch.setattr("frictionloop.device.device.opener", same_board)
+    for room in ("device", "transport"):
+        monkeypatch.setattr(f"frictionloop.device.{room}.opener", same_board)
     return boards
 
 
 def test_a_run_clears_the_fault_of_the_one_before(frictionloop, monkeypatch, kept):
     asked = []
     monkeypatch.setattr(fl.Device, "clear", lambda device: asked.append(device._link.ask("clear").name))
-    first = ("device", "run", "sim:", *TRACKER, "--duration-s", "0.1")
+    first = ("device", "run", "sim:", *LOOKUP, "--duration-s", "0.1")
     assert frictionloop(*first).code == 0
     board = kept["sim:"]
     fail()

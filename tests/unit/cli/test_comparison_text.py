@@ -8,7 +8,8 @@ from types import SimpleNamespace
 import pytest
 
 from frictionloop.cli import screen
-from frictionloop.cli.comparison_text import SHOWN, _scores, recommendation, short
+from frictionloop.cli.comparison_advice import recommendation
+from frictionloop.cli.comparison_text import SHOWN, _scores, short
 from frictionloop.design.comparison import ENTRANTS
 
 
@@ -56,25 +57,58 @@ def test_all_laws_fit_80_columns_to_the_last_score(capsys, monkeypatch):
     assert max(map(len, (heads, *lines))) <= 80
 
 
-def rows_of(worst, stable, capable=3):
-    """Return rows of residuals in N and of margins, for laws at one speed and contact."""
+def rows_of(worst, unstable_5=(), unstable_10=(), capable=3):
+    """Return rows of residuals in N and of margins, for laws at one speed and contact; the median is half the worst."""
     rows = [
-        {"law": law, "score": "residual_rms_n", "speed_mm_s": 20.0, "contact": "dahl", "population": population}
-        | {"fingers": count, "median": 0.5 * value, "worst_decile": value * factor}
+        {"law": law, "score": "residual_rms_n", "speed_mm_s": 20.0, "contact": "slider", "population": population}
+        | {"fingers": count, "median": 0.5 * value * factor, "worst_decile": value * factor}
         for law, value in worst.items()
         for population, count, factor in (("all", 9, 10.0), ("capable", capable, 1.0))
     ]
-    return rows, [{"law": law, "stable": stable.get(law, True)} for law in worst]
+    off_5, off_10 = dict.fromkeys(unstable_5, math.inf), dict.fromkeys(unstable_10, math.inf)
+    margins = [
+        {"law": law, "speed_mm_s": 20.0, "contact": "slider"}
+        | {"sensitivity_peak_5": off_5.get(law, 1.7), "sensitivity_peak_10": (off_10 | off_5).get(law, 2.0)}
+        for law in worst
+    ]
+    return rows, margins
 
 
-def test_the_stable_law_that_leaves_the_least_is_recommended():
-    worst = {"notch_pi": 0.036, "hinf": 0.026, "retuned_pi": 0.020, "tracker": 0.01, "oracle": 0.001}
-    said = recommendation(*rows_of(worst, {"retuned_pi": False}))
-    assert said.startswith("Recommended: hinf. ") and "26 mN in the worst decile" in said
-    assert "260 mN" in recommendation(*rows_of(worst, {"retuned_pi": False}, capable=0))
+def test_the_default_law_is_recommended_while_another_is_better_by_less_than_fingers_differ():
+    worst = {"notch_pi": 0.036, "hinf": 0.026, "retuned_pi": 0.010, "tracker": 0.001, "oracle": 0.001}
+    said = recommendation(*rows_of(worst, ["retuned_pi"]))
+    assert said == (
+        "Recommended: notch_pi. It leaves 36 mN in the worst decile of fingers, speeds and contacts. hinf leaves less, "
+        "26 mN. That differs by no more than fingers do: 18 mN from their median."
+    )
+    assert "360 mN in the worst decile" in recommendation(*rows_of(worst, ["retuned_pi"], capable=0))
 
 
-@pytest.mark.parametrize("stable", [False, None])
-def test_no_law_is_recommended_that_is_not_known_to_be_stable(stable):
-    said = recommendation(*rows_of({"notch_pi": 0.036, "tracker": 0.01}, {"notch_pi": stable}))
-    assert said.startswith("Recommended: none of these laws")
+def test_another_law_is_recommended_where_it_is_clearly_better():
+    said = recommendation(*rows_of({"notch_pi": 0.036, "hinf": 0.012}))
+    assert said.startswith("Recommended: hinf. It leaves 12 mN in the worst decile")
+    assert "notch_pi leaves more, 36 mN. That differs by more than fingers do: 18 mN" in said
+
+
+def test_another_law_is_recommended_where_the_default_is_not_stable():
+    said = recommendation(*rows_of({"notch_pi": 0.036, "hinf": 0.040}, ["notch_pi"]))
+    assert said.startswith("Recommended: hinf. It leaves 40 mN")
+    assert said.endswith("notch_pi is not known to be stable with the resonance 5 % off: slider at 20 mm/s.")
+
+
+def test_what_the_recommended_law_does_not_bear_is_said():
+    said = recommendation(*rows_of({"notch_pi": 0.02, "hinf": 0.025, "lqg": 0.026}, [], ["notch_pi"]))
+    assert said.startswith("Recommended: notch_pi. ")
+    assert (
+        "With the resonance 10 % off it is not stable everywhere: slider at 20 mm/s. Stable there: hinf and lqg."
+        in said
+    )
+    said = recommendation(*rows_of({"notch_pi": 0.02}, [], ["notch_pi"]))
+    assert said.endswith("Stable there: none of these laws.")
+
+
+@pytest.mark.parametrize("peak", [math.inf, math.nan])
+def test_no_law_is_recommended_that_is_not_known_to_be_stable(peak):
+    rows, margins = rows_of({"notch_pi": 0.036, "tracker": 0.01})
+    margins[0]["sensitivity_peak_5"] = peak
+    assert recommendation(rows, margins).startswith("Recommended: none of these laws. None of these laws is known")

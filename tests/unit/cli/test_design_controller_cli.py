@@ -30,7 +30,8 @@ def designed(tmp_path_factory, request):
     saved = folder / "c.toml"
     with capture.global_and_fixture_disabled(), pytest.MonkeyPatch.context() as patch:
         lines = []
-        patch.setattr("builtins.print", lambda *words, **_: lines.append(" ".join(map(str, words))))
+        keep = lambda *words, file=None, **_: file or lines.append(" ".join(map(str, words)))  # noqa: E731
+        patch.setattr("builtins.print", keep)
         with pytest.raises(SystemExit) as left:
             main([*CONTROLLER, "--out", str(saved), "--plots", str(folder / "figures"), "--json"])
     assert left.value.code == 0

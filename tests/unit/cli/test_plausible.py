@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import frictionloop as fl
-from frictionloop.cli.plausible import USUAL, questions
+from frictionloop.cli.plausible import BELIEVED, USUAL, differing, questions
 from frictionloop.parameters.files import PRESETS
 
 
@@ -38,3 +38,48 @@ def test_nothing_is_no_question():
 def test_the_names_are_names_of_parameters():
     names = {key for make in PRESETS.values() for _, block in make() for key in type(block).model_fields}
     assert set(USUAL) - names == set()
+
+
+NOTCH = {"controller.kind": "notch_pi", "controller.feedforward": True, "controller.overdrive": True}
+
+
+@pytest.mark.parametrize(
+    ("law", "changes", "names"),
+    [
+        ({"controller.kind": "observer"}, {"sensor.resonance_hz": 160.0}, ["sensor.resonance_hz"]),
+        ({"controller.kind": "observer"}, {"controller.model.sensor_hz": 300.0}, ["sensor.cutoff_hz"]),
+        (NOTCH, {"plate.q": 180.0, "sensor.q": 15.0}, ["plate.cutoff_hz", "sensor.q"]),
+        (NOTCH | {"controller.feedforward": False}, {"plate.q": 180.0, "sensor.q": 15.0}, ["plate.cutoff_hz"]),
+        (NOTCH, {"sensor.resonance_hz": 160.0, "controller.model.resonance_hz": 150.0}, []),
+        (NOTCH, {"friction.nominal_n": 0.9, "plate.max_amplitude_um": 3.0}, []),
+        ({"controller.kind": "pi"}, {"plate.q": 180.0, "sensor.resonance_hz": 160.0, "sensor.q": 15.0}, []),
+        ({"controller.kind": "lookup"}, {"plate.q": 180.0, "sensor.resonance_hz": 160.0}, []),
+    ],
+)
+def test_a_value_that_law_and_plant_have_differently_is_asked_about_where_one_was_given(law, changes, names):
+    system = fl.bench().evolve({**law, **changes})
+    assert [line.split(" is ")[0] for line in differing(system, {*law, *changes})] == names
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_a_preset_has_no_such_difference(preset):
+    for law in ("pi", "observer", "notch_pi"):
+        made = PRESETS[preset]()
+        assert list(differing(made, ())) == list(differing(made, (), law)) == []
+
+
+def test_a_design_asks_about_the_model_of_a_file_that_describes_the_sensor_alone(frictionloop, tmp_path):
+    (tmp_path / "mine.toml").write_text('schema = 1\npreset = "bench"\n[sensor]\nresonance_hz = 160.0\n')
+    assert frictionloop("simulate", "mine.toml", "--duration-s", "0.01").err == ""
+    said = frictionloop("design", "controller", "mine.toml", "--law", "observer").err
+    assert said == (
+        "sensor.resonance_hz is 160 Hz, and the controller believes 145 Hz; if it is to know: "
+        "controller.model.resonance_hz = 160\n"
+    )
+    named = "[controller.model]\nresonance_hz = 160.0\n"
+    (tmp_path / "mine.toml").write_text((tmp_path / "mine.toml").read_text() + named)
+    assert frictionloop("design", "controller", "mine.toml", "--law", "observer").err == ""
+
+
+def test_what_a_controller_believes_is_a_field_of_its_model():
+    assert BELIEVED.keys() <= type(fl.bench().controller.model).model_fields.keys()

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
 
 import pytest
+
+from frictionloop.loop.blocks import forget
 
 LAW = """
 from typing import Literal, NamedTuple
@@ -39,28 +40,32 @@ fl.register(fl.Law("half", half, State, Gains), Parameters)
 """
 
 
-def frictionloop(*tokens, folder):
-    command = [sys.executable, "-m", "frictionloop", *tokens]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+def forgotten():
+    """As in a new process: nothing is registered, the module is not imported."""
+    forget()
+    sys.modules.pop("my_law", None)
 
 
 @pytest.fixture
-def folder(tmp_path):
+def folder(tmp_path, monkeypatch):
     (tmp_path / "my_law.py").write_text(LAW, encoding="utf-8")
-    return tmp_path
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    yield tmp_path
+    forgotten()
 
 
-def test_a_law_of_ones_own_runs_and_is_kept_in_files(folder):
+def test_a_law_of_ones_own_runs_and_is_kept_in_files(frictionloop, process, folder):
     short = ("--preset", "bench", "--controller.kind", "half", "--duration-s", "0.1")
-    ran = frictionloop("--use", "my_law.py", "simulate", *short, "--save-system", "half.toml", folder=folder)
-    assert ran.returncode == 0, ran.stderr
+    ran = frictionloop("--use", "my_law.py", "simulate", *short, "--save-system", "half.toml")
+    assert (ran.code, ran.err) == (0, "")
     assert 'kind = "half"' in (folder / "half.toml").read_text(encoding="utf-8")
-    again = frictionloop("simulate", "half.toml", "--duration-s", "0.1", "--use=my_law", folder=folder)
-    assert again.returncode == 0, again.stderr
+    again = process("simulate", "half.toml", "--duration-s", "0.1", "--use=my_law")
+    assert (again.wait(), again.stderr.read()) == (0, "")
     # A file that names it brings no code.
-    refused = frictionloop("simulate", "half.toml", folder=folder)
-    assert refused.returncode == 2
-    assert "--use FILE" in refused.stderr
+    forgotten()
+    refused = frictionloop("simulate", "half.toml")
+    assert refused.code == 2
+    assert "--use FILE" in refused.err
 
 
 @pytest.mark.parametrize(
@@ -71,16 +76,16 @@ def test_a_law_of_ones_own_runs_and_is_kept_in_files(folder):
         ("def broken(:\n", "SyntaxError"),
     ],
 )
-def test_an_error_in_the_file_is_told_in_one_line(folder, text, told):
+def test_an_error_in_the_file_is_told_in_one_line(frictionloop, folder, text, told):
     (folder / "my_law.py").write_text(text, encoding="utf-8")
-    ran = frictionloop("--use", "my_law.py", "simulate", folder=folder)
-    assert ran.returncode == 2
-    assert told in ran.stderr
-    assert len(ran.stderr.strip().splitlines()) == 1
+    ran = frictionloop("--use", "my_law.py", "simulate")
+    assert ran.code == 2
+    assert told in ran.err
+    assert len(ran.err.strip().splitlines()) == 1
 
 
 @pytest.mark.parametrize("tokens", [("--use",), ("--use", "absent.py")])
-def test_a_file_that_is_not_there_is_told(folder, tokens):
-    ran = frictionloop("simulate", *tokens, folder=folder)
-    assert ran.returncode == 2
-    assert "--use" in ran.stderr
+def test_a_file_that_is_not_there_is_told(frictionloop, tokens):
+    ran = frictionloop("simulate", *tokens)
+    assert ran.code == 2
+    assert "--use" in ran.err

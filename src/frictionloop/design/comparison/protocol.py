@@ -19,7 +19,7 @@ import xarray as xr
 
 from frictionloop.parameters import Constant, FingerFriction, Sine, Skin, Source, Steps, Strokes, System, check_system
 from frictionloop.parameters.motion import TURN_SHARE
-from frictionloop.physics.fingers import Fingers, capable, fingers
+from frictionloop.physics.fingers import Fingers, capable, fingers, nearest_to_median
 from frictionloop.quantities import FrictionloopError
 
 TUNING_SEED = 3
@@ -164,16 +164,8 @@ def reached(system: System, people: Fingers, speed_mm_s: float, hold_s: float = 
 
 
 def median_finger(people: Fingers, some: np.ndarray) -> Mapping[str, Any] | None:
-    """Return the finger of ``some`` whose f0 and tau are nearest to the medians of all, on logarithmic scales.
-
-    As the report chooses its finger; None if there is none.
-    """
-    if not some.any():
-        return None
-    points = np.log([[each["friction.nominal_n"], each["friction.susceptibility_per_um2"]] for each in people])
-    spread = np.maximum(points.std(axis=0), 1e-12)
-    apart = np.sum(((points - np.median(points, axis=0)) / spread) ** 2, axis=1)
-    return people[int(np.argmin(np.where(some, apart, math.inf)))]
+    """Return the finger of ``some`` that is `nearest_to_median`, as the report chooses its own; None without any."""
+    return people[nearest_to_median(people, some)] if some.any() else None
 
 
 def check_bench(system: System) -> None:

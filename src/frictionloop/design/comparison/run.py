@@ -75,6 +75,7 @@ def compare(
     duration_s: float = protocol.DURATION_S,
     start_s: float = protocol.START_S,
     clock: Callable[[], float] = CLOCK,
+    begin: Callable[[Sequence[str]], Any] = lambda laws: None,
 ) -> Comparison:
     """Run control laws through the protocol (`comparison.protocol`) on a population they were not tuned on.
 
@@ -100,6 +101,8 @@ def compare(
         Duration of a run and the part of it that is not scored, in s.
     clock : callable
         Seconds, by which ``path`` is saved.
+    begin : callable
+        Told, when all is checked, the law of each cell that no file has.
 
     Raises
     ------
@@ -123,6 +126,7 @@ def compare(
         store.resume()
     else:
         check_new(path)
+    begin([name for name, at in _cells(fields, speeds) if (name, at) not in store.cells])
     # Some are designed here, which takes up to a minute: whatever can be refused has been.
     try:
         given, left_out = _laws(system, fields, store, spare=laws is None, progress=progress)

@@ -60,11 +60,6 @@ class PlateMode:
     frequency_hz: float
     """Resonance by the theory asked for."""
 
-    @property
-    def wave_number_per_m(self) -> float:
-        """k in rad/m."""
-        return math.pi / (self.half_wavelength_mm * 1e-3)
-
 
 def mode(nodal_lines: int, side_mm: float, thickness_mm: float, glass: Glass, theory: Theory = "lamb") -> PlateMode:
     """Return the mode with N nodal lines.

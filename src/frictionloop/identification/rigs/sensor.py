@@ -27,7 +27,7 @@ from frictionloop.parameters.rigs import CalibrationBench
 from frictionloop.quantities.checks import number
 from frictionloop.quantities.normals import normals
 from frictionloop.quantities.version import package_version
-from frictionloop.sensing.suspended import converter
+from frictionloop.sensing.force_sensor import converter
 
 Array = NDArray[np.float64]
 STATES = 4

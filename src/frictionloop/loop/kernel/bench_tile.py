@@ -15,7 +15,7 @@ from frictionloop.physics.plate import pulse_step
 from frictionloop.physics.vibration import Vibration
 from frictionloop.quantities.arithmetic import fma, step
 from frictionloop.quantities.normals import BLOCK
-from frictionloop.sensing.suspended import convert_step, suspension_step
+from frictionloop.sensing.force_sensor import convert_step, suspension_step
 
 _NOW, _CONTACT, _GIVEN, _STATIC = ROW["motion"], ROW["contact"], ROW["contact_coefficients"], ROW["static"]
 _LIMIT, _SPRINGS, _APPLIED = ROW["limit_n"], ROW["suspension"], ROW["applied"]

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from frictionloop.control.law import Law
-from frictionloop.control.switch import CLOSING, switched_clamp
+from frictionloop.control.law import CLOSING, Law, switched_clamp
 from frictionloop.loop.kernel.access import doubles, load, store
 from frictionloop.loop.kernel.law_tile import lift_limits
 from frictionloop.loop.kernel.slab import ROW, law_rows

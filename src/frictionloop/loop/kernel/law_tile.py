@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from frictionloop.control.law import Law
-from frictionloop.control.lookup import interpolate_step, inverse_step, table_position
-from frictionloop.control.overdrive import overdrive_step
+from frictionloop.control.lookup import interpolate_step, inverse_step, overdrive_step, table_position
 from frictionloop.loop.kernel.access import doubles
 from frictionloop.loop.kernel.slab import ROW, law_rows
 from frictionloop.loop.kernel.tiles import Lifting, lift, lift_gather

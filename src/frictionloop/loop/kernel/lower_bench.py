@@ -22,7 +22,7 @@ from frictionloop.physics.roughness import cells_per_m, roughness_table
 from frictionloop.physics.tremor import tremor_coefficients, tremor_start
 from frictionloop.rendering.program import START
 from frictionloop.rendering.source import EffectSource
-from frictionloop.sensing.suspended import converter, noise_coefficients, suspension_coefficients
+from frictionloop.sensing.force_sensor import converter, noise_coefficients, suspension_coefficients
 from frictionloop.sensing.touch import touch_coefficients
 
 _PERSON = 0x9E3779B97F4A7C15

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from frictionloop.control.laws import law_of
-from frictionloop.control.lookup import lookup_table
-from frictionloop.control.overdrive import no_overdrive, overdrive_gains
+from frictionloop.control.lookup import lookup_table, no_overdrive, overdrive_gains
 from frictionloop.loop.kernel.columns import Slab, column
 from frictionloop.loop.kernel.loop import Tile
 from frictionloop.loop.kernel.lower_bench import keys_of, lower_bench

@@ -18,7 +18,7 @@ from frictionloop.physics.friction import remaining_step
 from frictionloop.physics.plate import limit_step, lowpass_step
 from frictionloop.quantities.arithmetic import step
 from frictionloop.quantities.normals import BLOCK
-from frictionloop.sensing.lowpass import sensor_node, sensor_start
+from frictionloop.sensing.force_sensor import sensor_node, sensor_start
 
 
 @step

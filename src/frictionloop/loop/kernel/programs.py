@@ -18,11 +18,7 @@ from frictionloop.loop.kernel.lower_signals import Signal
 from frictionloop.loop.kernel.oracle_tile import build_oracle
 from frictionloop.loop.kernel.paper_tile import build_paper
 from frictionloop.loop.kernel.shared import Shared
-from frictionloop.loop.kernel.signals import (
-    build_draws,
-    build_driven,
-    build_signal,
-)
+from frictionloop.loop.kernel.signals import build_draws, build_driven, build_signal
 from frictionloop.loop.kernel.structure import contact_of, effect_of, is_irregular, moves
 from frictionloop.loop.kernel.tiles import compiled_tile
 from frictionloop.loop.kernel.traces import build_record, build_tally

@@ -14,18 +14,8 @@ from functools import cache, lru_cache
 import numpy as np
 from numpy.polynomial import legendre
 
-from frictionloop.parameters import (
-    Friction,
-    FrictionLaw,
-    FrictionLimit,
-    LowpassSensor,
-    PiController,
-    RigidFinger,
-    Sliding,
-    System,
-    Timing,
-)
-from frictionloop.parameters.plant import LowpassPlate, ResonantPlate
+from frictionloop import parameters as block
+from frictionloop.parameters import System
 from frictionloop.parameters.represented import Represented
 
 NODES = 6
@@ -37,16 +27,16 @@ MAX_SEGMENTS = 28
 QUADRATURE = Represented(
     "the rule for the paper's loop",
     {
-        LowpassPlate: "kind cutoff_hz max_amplitude_um",
-        ResonantPlate: "kind frequency_hz q max_amplitude_um",
-        FrictionLimit: "nominal_n",
-        FrictionLaw: "susceptibility_per_um2",
-        Friction: "kind",
-        LowpassSensor: "kind cutoff_hz noise_rms_n",
-        Sliding: "kind",
-        RigidFinger: "kind",
-        Timing: "rate_hz delay_s model",
-        PiController: "kind kp ki",
+        block.LowpassPlate: "kind cutoff_hz max_amplitude_um",
+        block.ResonantPlate: "kind frequency_hz q max_amplitude_um",
+        block.FrictionLimit: "nominal_n",
+        block.FrictionLaw: "susceptibility_per_um2",
+        block.Friction: "kind",
+        block.LowpassSensor: "kind cutoff_hz noise_rms_n",
+        block.Sliding: "kind",
+        block.RigidFinger: "kind",
+        block.Timing: "rate_hz delay_s model",
+        block.PiController: "kind kp ki",
     },
     {},
 )

@@ -10,8 +10,8 @@ from itertools import count, islice
 from typing import Any
 
 from frictionloop.control.law import Law
+from frictionloop.control.lookup import OverdriveGains
 from frictionloop.control.oracle import Finger, Stride, Trial
-from frictionloop.control.overdrive import OverdriveGains
 from frictionloop.loop.kernel.ends import TERMS
 from frictionloop.loop.kernel.quadrature import MAX_SEGMENTS, NODES
 from frictionloop.physics.contact import ContactCoefficients, ContactState
@@ -23,8 +23,8 @@ from frictionloop.physics.tremor import TremorCoefficients, TremorState
 from frictionloop.physics.vibration import Vibration
 from frictionloop.quantities import FrictionloopError, trees
 from frictionloop.rendering.program import STACK, EffectState
+from frictionloop.sensing.force_sensor import Converter, NoiseCoefficients, SuspensionCoefficients, SuspensionState
 from frictionloop.sensing.measurement import Measurement
-from frictionloop.sensing.suspended import Converter, NoiseCoefficients, SuspensionCoefficients, SuspensionState
 from frictionloop.sensing.touch import TouchCoefficients, TouchState
 
 LANES = 32

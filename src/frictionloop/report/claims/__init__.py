@@ -5,26 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from frictionloop.report.claims import device, noise, sensor, simulation, steps
-from frictionloop.report.claims.claim import COUNTED, Claim, Group, Verdict
+from frictionloop.report.claims.claim import COUNTED, THESIS, Claim, Group, Verdict
 from frictionloop.report.claims.judging import judged, texts
-from frictionloop.report.claims.table import claim_lines, claims_tables
 from frictionloop.report.results import Results
 
-__all__ = [
-    "COUNTED",
-    "THESIS",
-    "Claim",
-    "Group",
-    "Verdict",
-    "all_claims",
-    "claim_ids",
-    "claim_lines",
-    "claims_tables",
-    "one_claim",
-]
-
-THESIS = "pi-reduces-variability"
-"""The paper's thesis, which comes first."""
 TOPICS = {"simulation": simulation, "noise": noise, "sensor": sensor, "device": device, "steps": steps}
 
 

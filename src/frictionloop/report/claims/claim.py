@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, TypeVar
 
+THESIS = "pi-reduces-variability"
+"""The paper's thesis, which comes first."""
 T = TypeVar("T")
 Value = float | None
 """A computed number; None where what was looked for does not exist."""
@@ -103,16 +105,13 @@ class Claim:
     @property
     def holds(self) -> dict[str, bool]:
         """Whether the number of each reading, assumption and comparison is accepted."""
-        return {name: self._accepts(value) for name, value in self.all_values.items()}
+        low, high = self.accepted
+        return {name: value is not None and low <= value <= high for name, value in self.all_values.items()}
 
     @property
     def all_values(self) -> dict[str, Value]:
         """Readings, assumptions and comparisons together."""
         return {**self.readings, **self.assumed, **self.compared}
-
-    def _accepts(self, value: Value) -> bool:
-        low, high = self.accepted
-        return value is not None and low <= value <= high
 
     @property
     def under(self) -> list[str]:

@@ -52,12 +52,7 @@ def pi_reduces_variability(results: Results) -> Numbers:
 def printed_gains_stable(_: Results) -> Numbers:
     """Return the largest stable Kp."""
     limits = {name: kp_limit(bench().evolve(changes)) for name, changes in BENCHES.items()}
-    return numbers(
-        limits,
-        assumed=list(BENCHES)[1:],
-        bench=limits["the bench"],
-        no_resonance=limits["without the resonance"],
-    )
+    return numbers(limits, assumed=list(BENCHES)[1:])
 
 
 def open_loop_r2(results: Results) -> Numbers:
@@ -132,15 +127,9 @@ def low_forces_err_most(results: Results) -> Numbers:
 def steady_20_mn(results: Results) -> Numbers:
     """Return the error from 200 ms after a step on, in N."""
     errors = {name: steady_error_n(results.stepped[name]) for name in CLOSED}
-    rms = {name: float(np.sqrt(np.mean(error**2))) for name, error in errors.items()}
-    bounds = {name: float(np.quantile(np.abs(error), 0.95)) for name, error in errors.items()}
-    found = {f"{name}, rms": each for name, each in rms.items()}
-    return numbers(
-        found | {f"{name}, 95% of the time": each for name, each in bounds.items()},
-        rms_mn=1e3 * rms[RETUNED_GAINS],
-        bound_mn=1e3 * bounds[RETUNED_GAINS],
-        ideal_mn=1e3 * rms[IDEAL],
-    )
+    rms = {f"{name}, rms": float(np.sqrt(np.mean(error**2))) for name, error in errors.items()}
+    bounds = {f"{name}, 95% of the time": float(np.quantile(np.abs(error), 0.95)) for name, error in errors.items()}
+    return numbers(rms | bounds)
 
 
 def fluctuations_of_the_finger(results: Results) -> Numbers:

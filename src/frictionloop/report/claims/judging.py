@@ -28,11 +28,15 @@ FILLED = ("measure", "explanation", "meant")
 
 
 class Told(float):
-    """A number in a text: ``{name}`` has three digits, ``{name:2}`` two, ``{name:.0%}`` is what it is in Python."""
+    """A number in a text: ``{name}`` has three digits, ``{name:2}`` two, ``{name:.0%}`` is what it is in Python.
+
+    ``{name:m}`` and ``{name:2m}`` are in thousandths.
+    """
 
     def __format__(self, spec: str) -> str:
         """Return the number for people."""
-        return number(float(self), int(spec or 3)) if re.fullmatch(r"\d?", spec) else format(float(self), spec)
+        told = re.fullmatch(r"(\d?)(m?)", spec)
+        return number((1e3 if told[2] else 1.0) * self, int(told[1] or 3)) if told else format(float(self), spec)
 
 
 @dataclass(frozen=True)
@@ -55,7 +59,8 @@ def numbers(
 ) -> Numbers:
     """Return the numbers of a claim, sorted by what is in their names: readings, assumptions, mere comparisons.
 
-    ``assumed`` and ``compared`` are parts of names that this claim alone sorts so; ``told`` is for its texts.
+    ``assumed`` and ``compared`` are parts of names that this claim alone sorts so; ``told`` is for its texts, which may
+    name the values too: ``{reachable set-point}``.
     """
     voting = lacking(values, (*WITHOUT_VOTE, *compared))
     open_ends = (*OPEN_TO_ASSUME, *assumed)
@@ -83,7 +88,8 @@ def texts(topic: str) -> Mapping[str, dict[str, Any]]:
 def judged(id: str, text: Mapping[str, Any], found: Numbers, seeds: str) -> Claim:
     """Return the claim of a text and the numbers computed for it."""
     words = {name: value for name, value in text.items() if name not in ("group", "yardstick", "against")}
-    words |= {name: words[name].format_map(found.told) for name in FILLED if name in words}
+    given = {name: _told(each) for name, each in {**found.readings, **found.assumed, **found.compared}.items()}
+    words |= {name: words[name].format_map({**given, **found.told}) for name in FILLED if name in words}
     rules = [words.pop("tolerance")] if "tolerance" in words else []
     if "yardstick" in text:
         yardstick = YARDSTICKS[text["yardstick"]]

@@ -54,7 +54,7 @@ def noise_subliminal(_: Results) -> Numbers:
 def low_gain_attenuates(results: Results) -> Numbers:
     """Return noise of the force over that of the sensor at Kp = 1."""
     at_1, at_10 = (float(results.steady["simulated_f"].sel(kp_simulated=kp)) for kp in (1.0, 10.0))
-    return numbers({"simulated": at_1}, at_1=at_1, at_10=at_10)
+    return numbers({"simulated": at_1}, at_10=at_10)
 
 
 def equation_3(results: Results) -> Numbers:

@@ -128,11 +128,7 @@ def sensor_floor(results: Results) -> Numbers:
 def floor_below_1e_4(_: Results) -> Numbers:
     """Return the rms noise that the printed floor stands for, in N."""
     rms, density, per_bin = (floor_readings()[name].rms_n for name in ("rms", "density", "per bin"))
-    return numbers(
-        {"rms": rms, "density (N/√Hz)": density, "per bin of 0.1 Hz": per_bin},
-        density_mn=1e3 * density,
-        bin_mn=1e3 * per_bin,
-    )
+    return numbers({"rms": rms, "density (N/√Hz)": density, "per bin of 0.1 Hz": per_bin}, bin_mn=1e3 * per_bin)
 
 
 def dynamic_range_measured(results: Results) -> Numbers:

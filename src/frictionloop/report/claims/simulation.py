@@ -18,8 +18,7 @@ from frictionloop.report.systems import FEASIBLE, WORKING, noise_above_n, reacha
 
 def kp_range_low(results: Results) -> Numbers:
     """Return where useful gains begin, at Ki = 2."""
-    low = {name: useful_range(cut["r2_identity"]).low for name, cut in results.over_kp.items()}
-    return numbers(low, reachable=low[FEASIBLE])
+    return numbers({name: useful_range(cut["r2_identity"]).low for name, cut in results.over_kp.items()})
 
 
 def kp_range_high(results: Results) -> Numbers:
@@ -30,20 +29,14 @@ def kp_range_high(results: Results) -> Numbers:
 
 def kp_optimum(results: Results) -> Numbers:
     """Return the best gain at Ki = 2, also with the noise and the delay that the text leaves open."""
-    best = {name: optimum(cut["r2_identity"]).kp for name, cut in (results.over_kp | results.variants).items()}
-    return numbers(
-        best,
-        half=best["half a period of delay"],
-        whole=best["one period of delay"],
-        power=best["noise as power density"],
-    )
+    return numbers({name: optimum(cut["r2_identity"]).kp for name, cut in (results.over_kp | results.variants).items()})
 
 
 def ki_influence(results: Results) -> Numbers:
     """Return how much the integral gain changes the fidelity at Kp = 10."""
     changed = {name: spread(cut["r2_identity"], 2.0, 1e4) for name, cut in results.over_ki.items()}
     beside = spread(results.over_kp[FEASIBLE]["r2_identity"], 1.0, 40.0)
-    return numbers(changed, reachable=changed[FEASIBLE], beside=beside)
+    return numbers(changed, beside=beside)
 
 
 def close_to_possible(results: Results) -> Numbers:

@@ -73,11 +73,5 @@ def _ratio(over: float | None, under: float | None) -> Value:
 
 def amplitude_overshoot(results: Results) -> Numbers:
     """Return how far the amplitude goes beyond where it settles, over its step."""
-    found = {
-        (name, direction): overshoot(results.stepped[name], direction) for direction in DIRECTIONS for name in CLOSED
-    }
-    return numbers(
-        {f"{name}, {direction}": each for (name, direction), each in found.items()},
-        retuned=found[RETUNED_GAINS, "falling"],
-        ideal=found[IDEAL, "falling"],
-    )
+    over = {way: {name: overshoot(results.stepped[name], way) for name in CLOSED} for way in DIRECTIONS}
+    return numbers({f"{name}, {way}": each for way, some in over.items() for name, each in some.items()})

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Polygon, Rectangle
 
 from frictionloop.parameters.sensor_design import SensorDesign
 from frictionloop.report.numbers import number
-from frictionloop.report.style import BLACK, BLUE, GREY, ORANGE, arrow
+from frictionloop.report.style import BLACK, BLUE, GREY, ORANGE, arrow, say
 
 UPPER, LOWER, MIDDLE = 5.3, 1.6, 3.45
 """Heights of the two sides and of what is common to them."""
 AMPLIFIER, BANDPASS, MIXER, LOWPASS, DIFFERENCE, CONVERTER = 7.35, 9.6, 11.35, 12.95, 14.75, 16.4
 """Horizontal middles."""
-SMALL: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 7}
 
 
 def draw_circuit(axes: Axes, design: SensorDesign) -> None:
@@ -23,9 +20,7 @@ def draw_circuit(axes: Axes, design: SensorDesign) -> None:
     excitation = f"{number(design.excitation.amplitude_v)} V, {number(design.excitation.frequency_hz / 1e3)} kHz"
     for y, sign in ((UPPER, "+"), (LOWER, "−")):
         _side(axes, y, sign, design)
-    axes.text(
-        MIXER, MIDDLE - 0.27, f"excitation $V$\n{excitation}", va="center", ha="center", fontsize=7, linespacing=1.3
-    )
+    say(axes, MIXER, MIDDLE - 0.27, f"excitation $V$\n{excitation}", linespacing=1.3)
     for y in (UPPER, LOWER):
         towards = 1 if y > MIDDLE else -1
         arrow(axes, (MIXER, MIDDLE - 0.27 + towards * 0.5), (MIXER, y - towards * 0.24), BLUE)
@@ -38,7 +33,7 @@ def _excited(axes: Axes) -> None:
     height = MIDDLE - 0.27
     axes.plot([MIXER - 1.0, 5.9, 5.9, 4.4], [height, height, 2.3, 2.3], color=BLUE, lw=1.0)
     arrow(axes, (4.6, 2.3), (3.97, 2.3), BLUE)
-    axes.text(7.7, height + 0.22, "to the inner frame", **SMALL)
+    say(axes, 7.7, height + 0.22, "to the inner frame")
 
 
 def _side(axes: Axes, y: float, sign: str, design: SensorDesign) -> None:
@@ -47,14 +42,8 @@ def _side(axes: Axes, y: float, sign: str, design: SensorDesign) -> None:
     else:
         axes.plot([0.79, 0.2, 0.2, 5.55, 5.55, AMPLIFIER - 0.6], [3.0, 3.0, 0.42, 0.42, y, y], color=ORANGE, lw=1.2)
     _amplifier(axes, y, design)
-    _box(
-        axes,
-        BANDPASS,
-        y,
-        1.75,
-        "band-pass",
-        f"{number(design.excitation.frequency_hz / 1e3)} kHz, Q {number(design.filters.bandpass_q)}",
-    )
+    tuned = f"{number(design.excitation.frequency_hz / 1e3)} kHz, Q {number(design.filters.bandpass_q)}"
+    _box(axes, BANDPASS, y, 1.75, "band-pass", tuned)
     _circle(axes, MIXER, y, "×")
     _box(axes, LOWPASS, y, 1.55, "low-pass", f"{number(design.filters.cutoff_hz / 1e3)} kHz")
     arrow(axes, (AMPLIFIER + 0.55, y), (BANDPASS - 0.875, y))
@@ -62,29 +51,19 @@ def _side(axes: Axes, y: float, sign: str, design: SensorDesign) -> None:
     arrow(axes, (MIXER + 0.24, y), (LOWPASS - 0.775, y))
     axes.plot([LOWPASS + 0.775, DIFFERENCE], [y, y], color=BLACK, lw=0.9)
     arrow(axes, (DIFFERENCE, y), (DIFFERENCE, MIDDLE + (0.24 if y > MIDDLE else -0.24)))
-    axes.text(DIFFERENCE + 0.2, (y + MIDDLE) / 2, sign, fontsize=9, ha="left", va="center")
-    axes.text((LOWPASS + DIFFERENCE) / 2 + 0.38, y + 0.22, f"$V_{sign}$", fontsize=8, ha="center", va="center")
+    say(axes, DIFFERENCE + 0.2, (y + MIDDLE) / 2, sign, fontsize=9, ha="left")
+    say(axes, (LOWPASS + DIFFERENCE) / 2 + 0.38, y + 0.22, f"$V_{sign}$", fontsize=8)
 
 
 def _amplifier(axes: Axes, y: float, design: SensorDesign) -> None:
     a = design.amplifier
-    axes.add_patch(
-        Polygon(
-            [(AMPLIFIER - 0.6, y - 0.5), (AMPLIFIER - 0.6, y + 0.5), (AMPLIFIER + 0.55, y)],
-            fc="white",
-            ec=BLACK,
-            lw=0.9,
-        )
-    )
-    axes.plot(
-        [AMPLIFIER - 0.85, AMPLIFIER - 0.85, AMPLIFIER + 0.8, AMPLIFIER + 0.8],
-        [y, y + 0.85, y + 0.85, y],
-        color=BLACK,
-        lw=0.9,
-    )
+    corners = [(AMPLIFIER - 0.6, y - 0.5), (AMPLIFIER - 0.6, y + 0.5), (AMPLIFIER + 0.55, y)]
+    axes.add_patch(Polygon(corners, fc="white", ec=BLACK, lw=0.9))
+    before, behind = AMPLIFIER - 0.85, AMPLIFIER + 0.8
+    axes.plot([before, before, behind, behind], [y, y + 0.85, y + 0.85, y], color=BLACK, lw=0.9)
     axes.add_patch(Rectangle((AMPLIFIER - 0.35, y + 0.72), 0.6, 0.26, fc="white", ec=BLACK, lw=0.8))
-    axes.text(AMPLIFIER - 0.05, y + 1.25, f"{number(a.feedback_pf)} pF ∥ {number(a.feedback_mohm)} MΩ", **SMALL)
-    axes.text(AMPLIFIER - 0.05, y - 0.78, "charge amplifier", color=GREY, style="italic", **SMALL)
+    say(axes, AMPLIFIER - 0.05, y + 1.25, f"{number(a.feedback_pf)} pF ∥ {number(a.feedback_mohm)} MΩ")
+    say(axes, AMPLIFIER - 0.05, y - 0.78, "charge amplifier", color=GREY, style="italic")
 
 
 def _common(axes: Axes, design: SensorDesign) -> None:
@@ -93,17 +72,17 @@ def _common(axes: Axes, design: SensorDesign) -> None:
     arrow(axes, (DIFFERENCE + 0.24, MIDDLE), (CONVERTER - 0.775, MIDDLE))
     bits, span = number(design.adc.bits), number(design.adc.range_n)
     _box(axes, CONVERTER, MIDDLE, 1.55, "converter", f"{bits} bit, ±{span} N")
-    axes.text(DIFFERENCE + 0.5, MIDDLE - 0.27, "$V_s$", fontsize=8, ha="center", va="center")
+    say(axes, DIFFERENCE + 0.5, MIDDLE - 0.27, "$V_s$", fontsize=8)
     arrow(axes, (CONVERTER + 0.775, MIDDLE), (CONVERTER + 1.75, MIDDLE))
-    axes.text(CONVERTER + 1.35, MIDDLE + 0.22, "$f_m$", fontsize=8, ha="center", va="center")
+    say(axes, CONVERTER + 1.35, MIDDLE + 0.22, "$f_m$", fontsize=8)
 
 
 def _box(axes: Axes, x: float, y: float, width: float, title: str, words: str) -> None:
     axes.add_patch(Rectangle((x - width / 2, y - 0.45), width, 0.9, fc="white", ec=BLACK, lw=0.9))
-    axes.text(x, y + 0.17, title, weight="bold", **SMALL)
-    axes.text(x, y - 0.17, words, **SMALL)
+    say(axes, x, y + 0.17, title, weight="bold")
+    say(axes, x, y - 0.17, words)
 
 
 def _circle(axes: Axes, x: float, y: float, sign: str) -> None:
     axes.add_patch(Circle((x, y), 0.24, fc="white", ec=BLACK, lw=0.9))
-    axes.text(x, y - 0.01, sign, ha="center", va="center", fontsize=9)
+    say(axes, x, y - 0.01, sign, fontsize=9)

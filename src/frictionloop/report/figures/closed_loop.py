@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from frictionloop.report.device import CONTROLLERS, OPEN, PRINTED, RETUNED_GAINS, fit
 from frictionloop.report.figures.tracking import GROUND
 from frictionloop.report.numbers import number
-from frictionloop.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, new_figure, styled
+from frictionloop.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, new_figure, one_panel, styled
 
 DOTS = 100
 """Points of one stroke."""
@@ -79,8 +79,7 @@ def _score(r2: float) -> str:
 @styled
 def figure_people(people: Mapping[str, xr.Dataset]) -> Figure:
     """Return the rms error of each finger of a population under each controller, capable ones filled."""
-    figure = new_figure(4.8, 4.0)
-    axes = figure.subplots()
+    figure, axes = one_panel(4.8, 4.0)
     order = np.argsort(people[RETUNED_GAINS]["rms_n"].values)
     able = people[RETUNED_GAINS]["capable"].values[order]
     looks = {OPEN: ("D", GREY), PRINTED: ("s", VERMILLION), RETUNED_GAINS: ("o", BLUE)}

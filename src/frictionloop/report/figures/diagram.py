@@ -10,7 +10,7 @@ from matplotlib.patches import Circle, FancyBboxPatch
 
 from frictionloop.parameters import FrictionLaw, LogSweep, Model, PiController, Sine, System
 from frictionloop.report.numbers import number
-from frictionloop.report.style import BLACK, BLUE, GREY, VERMILLION, arrow, new_figure, styled
+from frictionloop.report.style import BLACK, BLUE, GREY, VERMILLION, arrow, say, schematic, styled
 
 TOP, BOTTOM = 2.9, 0.75
 """Heights of the forward path and of the feedback path, in units of the drawing."""
@@ -27,10 +27,7 @@ def figure_diagram(system: System) -> Figure:
     assert isinstance(controller, PiController)
     assert isinstance(setpoint, LogSweep)
     assert isinstance(disturbance, Sine)
-    figure = new_figure(9.0, 3.15)
-    axes = figure.subplots()
-    axes.set(xlim=(-0.9, 14.0), ylim=(-0.4, 4.75), aspect="equal")
-    axes.set_axis_off()
+    figure, axes = schematic(9.0, 3.15, (-0.9, 14.0), (-0.4, 4.75))
     _groups(axes)
     _block(axes, CONTROLLER, TOP, "controller $C$", controller_label(controller))
     _block(axes, LOOKUP, TOP, "lookup table", lookup_label(controller.model))
@@ -80,13 +77,13 @@ def _groups(axes: Axes) -> None:
         (7.25, 12.75, "friction modulation", 7.37, "left"),
     ):
         _box(axes, left, TOP - 0.78, right - left, 1.62, fc="#f5f5f5", ec="none")
-        axes.text(x, TOP - 0.98, name, color=GREY, fontsize=7.5, ha=ha, va="center", style="italic")
+        say(axes, x, TOP - 0.98, name, color=GREY, fontsize=7.5, ha=ha, style="italic")
 
 
 def _block(axes: Axes, x: float, y: float, title: str, lines: list[str]) -> None:
     _box(axes, x - 0.98, y - 0.58, 1.96, 1.16, fc="white", ec=BLACK, lw=0.9, zorder=2)
-    axes.text(x, y + 0.33, title, ha="center", va="center", fontsize=8, weight="bold", zorder=3)
-    axes.text(x, y - 0.16, "\n".join(lines), ha="center", va="center", fontsize=7, linespacing=1.35, zorder=3)
+    say(axes, x, y + 0.33, title, fontsize=8, weight="bold", zorder=3)
+    say(axes, x, y - 0.16, "\n".join(lines), linespacing=1.35, zorder=3)
 
 
 def _box(axes: Axes, left: float, bottom: float, width: float, height: float, **look: Any) -> None:
@@ -98,10 +95,8 @@ def _sum(axes: Axes, x: float, y: float) -> None:
     axes.add_patch(Circle((x, y), 0.17, fc="white", ec=BLACK, lw=0.9, zorder=2))
 
 
-def _signal(
-    axes: Axes, x: float, y: float, text: str, ha: str = "center", va: str = "center", color: str = BLACK
-) -> None:
-    axes.text(x, y, text, ha=ha, va=va, fontsize=7.5, linespacing=1.3, color=color)
+def _signal(axes: Axes, x: float, y: float, text: str, **look: Any) -> None:
+    say(axes, x, y, text, **{"fontsize": 7.5, "linespacing": 1.3, "color": BLACK} | look)
 
 
 def _forward_wires(axes: Axes) -> None:

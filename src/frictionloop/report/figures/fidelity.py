@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator
 
 from frictionloop.report.gains import Optimum, optimum, useful_range
 from frictionloop.report.numbers import number
-from frictionloop.report.style import BLACK, BLUE, GREY, VERMILLION, new_figure, styled
+from frictionloop.report.style import BLACK, BLUE, GREY, VERMILLION, new_figure, one_panel, styled
 from frictionloop.report.tolerances import R2_STEP
 
 PAPER_POINT = (10.0, 2.0)
@@ -29,8 +29,7 @@ EDGE_ROOM = 1.6
 @styled
 def figure_fidelity_map(fidelity: xr.Dataset, title: str) -> Figure:
     """Return R2 over Kp and Ki with the best point, the region within 1 % of it, and the paper's point."""
-    figure = new_figure(4.6, 3.9)
-    axes = figure.subplots()
+    figure, axes = one_panel(4.6, 3.9)
     r2 = fidelity["r2_identity"]
     best = optimum(r2)
     _colours(figure, axes, r2, best.r2)

@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter
 
 from frictionloop.report.noise import NOISE_READINGS, TONE_HZ
 from frictionloop.report.numbers import number
-from frictionloop.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, new_figure, styled
+from frictionloop.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, one_panel, styled
 
 LINES: tuple[dict[str, Any], ...] = ({"color": BLUE, "ls": "-"}, {"color": VERMILLION, "ls": "--"})
 
@@ -25,8 +25,7 @@ def figure_noise(
 
     The words of the marks stand at the ``words`` ("top" or "bottom") of the panel.
     """
-    figure = new_figure(4.6, 3.7)
-    axes = figure.subplots()
+    figure, axes = one_panel(4.6, 3.7)
     for line, (name, sweep) in zip(LINES, sweeps.items(), strict=False):
         values = sweep[metric].clip(*limits)
         axes.fill_between(sweep["sigma"], values.min("seed"), values.max("seed"), color=line["color"], alpha=0.25, lw=0)
@@ -63,8 +62,7 @@ def _mark(axes: Axes, level_n: float, color: str, dashes: str, text: str, words:
 @styled
 def figure_equation_3(gain: xr.Dataset) -> Figure:
     """Return the noise gain of force and command: simulated, exact, and equation (3) at one frequency."""
-    figure = new_figure(5.6, 4.0)
-    axes = figure.subplots()
+    figure, axes = one_panel(5.6, 4.0)
     limit = float(gain["kp_limit"])
     axes.axvspan(limit, 60, color="#e2e2e2", lw=0)
     axes.axhline(10, color=GREY, ls=":", lw=1.1)

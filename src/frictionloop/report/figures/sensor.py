@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,7 +14,7 @@ from frictionloop.hardware.sensor.electrodes import capacitance_f
 from frictionloop.parameters.sensor_design import ArcSprings, SensorDesign
 from frictionloop.report.figures.circuit import draw_circuit
 from frictionloop.report.numbers import number
-from frictionloop.report.style import BLACK, BLUE, GREY, ORANGE, VERMILLION, new_figure, styled
+from frictionloop.report.style import BLACK, BLUE, GREY, ORANGE, VERMILLION, say, schematic, styled
 
 METAL, GLASS = "#dcdcdc", "#eaf4fb"
 LEFT, RIGHT, BELOW, ABOVE = 1.05, 3.95, 1.7, 5.3
@@ -25,10 +24,7 @@ LEFT, RIGHT, BELOW, ABOVE = 1.05, 3.95, 1.7, 5.3
 @styled
 def figure_sensor(design: SensorDesign) -> Figure:
     """Return frame, springs and electrodes on the left, the electronics of one axis on the right."""
-    figure = new_figure(9.2, 4.5)
-    axes = figure.subplots()
-    axes.set(xlim=(-0.15, 18.25), ylim=(-1.0, 7.9), aspect="equal")
-    axes.set_axis_off()
+    figure, axes = schematic(9.2, 4.5, (-0.15, 18.25), (-1.0, 7.9))
     _frames(axes, design)
     _springs(axes, design)
     _electrodes(axes, design)
@@ -42,21 +38,17 @@ def _frames(axes: Axes, design: SensorDesign) -> None:
     axes.add_patch(Rectangle((0.4, 0.65), 4.2, 5.7, fc="white", ec=GREY, lw=0.8))
     axes.add_patch(Rectangle((LEFT, BELOW), RIGHT - LEFT, ABOVE - BELOW, fc=METAL, ec=BLACK, lw=0.9))
     axes.add_patch(Rectangle((LEFT + 0.3, BELOW + 0.3), 2.3, 3.0, fc=GLASS, ec=GREY, lw=0.7))
-    axes.text(2.5, 4.25, "glass plate and\ninner frame", ha="center", va="center", fontsize=7.5)
-    axes.text(2.5, 3.5, f"{number(design.moving.mass_kg)} kg", ha="center", va="center", fontsize=8, weight="bold")
+    say(axes, 2.5, 4.25, "glass plate and\ninner frame", fontsize=7.5)
+    say(axes, 2.5, 3.5, f"{number(design.moving.mass_kg)} kg", fontsize=8, weight="bold")
     axes.annotate("", (3.45, 2.85), (1.55, 2.85), arrowprops={"arrowstyle": "-|>", "lw": 1.4, "color": VERMILLION})
-    axes.text(2.5, 2.45, "friction $f_a$,\nmotion $x$", ha="center", va="center", fontsize=7, color=BLACK)
+    say(axes, 2.5, 2.45, "friction $f_a$,\nmotion $x$", color=BLACK)
 
 
 def _springs(axes: Axes, design: SensorDesign) -> None:
     """Draw four leaves between the frames: one per side, or two above and two below if all are turned alike."""
     if design.springs.arrangement == "around":
-        ends = [
-            ((1.6, 6.35), (1.6, ABOVE)),
-            ((3.4, 0.65), (3.4, BELOW)),
-            ((0.4, 5.0), (LEFT, 5.0)),
-            ((4.6, 2.0), (RIGHT, 2.0)),
-        ]
+        ends = [((1.6, 6.35), (1.6, ABOVE)), ((3.4, 0.65), (3.4, BELOW))]
+        ends += [((0.4, 5.0), (LEFT, 5.0)), ((4.6, 2.0), (RIGHT, 2.0))]
     else:
         ends = [((x, outer), (x, inner)) for x in (1.5, 3.5) for outer, inner in ((6.35, ABOVE), (0.65, BELOW))]
     for outer, inner in ends:
@@ -78,17 +70,10 @@ def _electrodes(axes: Axes, design: SensorDesign) -> None:
     for edge, side, sign in ((LEFT, -1, "−"), (RIGHT, 1, "+")):
         plate = edge + side * 0.17
         axes.add_patch(Rectangle((min(plate, plate + side * 0.09), 2.6), 0.09, 1.8, fc=ORANGE, ec="none"))
-        axes.text(edge + side * 0.46, 3.75, f"$q_{sign}$", ha="center", va="center", fontsize=8)
+        say(axes, edge + side * 0.46, 3.75, f"$q_{sign}$", fontsize=8)
     gap = number(design.electrodes.gap_um)
-    axes.annotate(
-        f"gap $e_±$ = {gap} µm,\n{number(design.electrodes.area_mm2)} mm² each",
-        (0.97, 2.7),
-        (1.45, 1.18),
-        fontsize=7,
-        ha="center",
-        va="center",
-        arrowprops={"arrowstyle": "-", "lw": 0.6, "color": GREY},
-    )
+    axes.plot([0.97, 1.3], [2.7, 1.5], color=GREY, lw=0.6)
+    say(axes, 1.45, 1.18, f"gap $e_±$ = {gap} µm,\n{number(design.electrodes.area_mm2)} mm² each")
 
 
 def _words(axes: Axes, design: SensorDesign) -> None:
@@ -99,13 +84,10 @@ def _words(axes: Axes, design: SensorDesign) -> None:
         if isinstance(leaves, ArcSprings)
         else f"{leaves.count} straight leaves, {number(leaves.length_mm)} mm"
     )
-    axes.text(2.5, 7.5, "outer frame, fixed", ha="center", va="center", fontsize=7.5, color=GREY, style="italic")
-    axes.text(2.5, 7.07, f"{shape}, {number(leaves.thickness_mm)} × {number(leaves.width_mm)} mm", **_CENTRE)
+    say(axes, 2.5, 7.5, "outer frame, fixed", fontsize=7.5, color=GREY, style="italic")
+    say(axes, 2.5, 7.07, f"{shape}, {number(leaves.thickness_mm)} × {number(leaves.width_mm)} mm", fontsize=7.5)
     resonance = f"$k$ = {stiffness * 1e-6:.2f} N/µm, resonance {number(springs.resonance_hz(design))} Hz"
-    axes.text(2.5, -0.12, resonance, **_CENTRE)
+    say(axes, 2.5, -0.12, resonance, fontsize=7.5)
     rest = capacitance_f(design)
     farads = f"{number(math.sqrt(rest.plus * rest.minus) * 1e12)} pF at rest"
-    axes.text(2.5, -0.58, f"{number(travel_um)} µm at {number(design.load.range_n)} N, {farads}", **_CENTRE)
-
-
-_CENTRE: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 7.5}
+    say(axes, 2.5, -0.58, f"{number(travel_um)} µm at {number(design.load.range_n)} N, {farads}", fontsize=7.5)

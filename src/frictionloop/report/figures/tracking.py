@@ -11,8 +11,7 @@ from frictionloop.loop.metrics import r2_identity, saturation_index
 from frictionloop.parameters import FrictionLimit
 from frictionloop.physics.friction import friction_force
 from frictionloop.report.numbers import number
-from frictionloop.report.style import BLACK, BLUE, GREY, VERMILLION, new_figure, styled
-from frictionloop.report.systems import piece
+from frictionloop.report.style import BLACK, BLUE, GREY, VERMILLION, new_figure, one_panel, styled
 
 BINS_UM = np.linspace(0.0, 2.5, 11)
 EVERY = 4
@@ -30,8 +29,7 @@ def binned(trials: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 @styled
 def figure_population(trials: xr.Dataset, nominal: FrictionLimit) -> Figure:
     """Return the forces of all trials in grey, their mean and standard deviation in black, equation (1) in blue."""
-    figure = new_figure()
-    axes = figure.subplots()
+    figure, axes = one_panel()
     lines = axes.plot(trials["a"].values[::EVERY], trials["f"].values[:, ::EVERY].T, color=GREY, alpha=0.4, lw=0.5)
     lines[0].set_label("one trial")
     centres, mean, spread = binned(trials)
@@ -62,7 +60,7 @@ def figure_tracking(run: xr.Dataset, kp: float, limits_n: tuple[float, float]) -
     above.set_title(f"$K_p$ = {number(kp)}")
     scores = f"$R^2$ = {r2_identity(run):.3f}\nsaturated {saturation_index(run):.0%}"
     above.text(0.04, 0.97, scores, transform=above.transAxes, va="top", linespacing=1.4, bbox=GROUND)
-    _traces(below, piece(run, *PIECE_S), limits_n)
+    _traces(below, run.sel(time=slice(*PIECE_S)), limits_n)
     below.plot([], [], "--", color=BLACK, lw=1, label="$f_a = f_r$")
     figure.legend(*below.get_legend_handles_labels(), loc="outside lower center", ncols=2, handlelength=2.2)
     return figure

@@ -1,4 +1,4 @@
-"""The force sensor as it is built: a plate on springs that resonates, electronics with one pole, noise, a converter."""
+"""The force sensors: that of Section 2, and one on springs with a converter."""
 
 from __future__ import annotations
 
@@ -11,6 +11,18 @@ import numpy as np
 from frictionloop.parameters import LowpassSensor, SuspendedSensor
 from frictionloop.quantities import Lti
 from frictionloop.quantities.arithmetic import ROUND, fma, step
+
+
+@step
+def sensor_start(measured_n: float, normal: float, decay: float, noise_gain_n: float) -> float:
+    """f_m e^(-ws T) + n (1 - e^(-ws T)): what one period leaves of the old reading, with noise n held over it."""
+    return fma(decay, measured_n, noise_gain_n * normal)
+
+
+@step
+def sensor_node(measured_n: float, force_n: float, weight: float) -> float:
+    """f_m += W f: one term of the rule for the integral over the period of ws e^(-ws (T - s)) f(s) ds."""
+    return fma(weight, force_n, measured_n)
 
 
 class SuspensionState(NamedTuple):
@@ -106,8 +118,10 @@ def converter(sensor: SuspendedSensor | LowpassSensor) -> Converter:
     return Converter(1.0 / sensor.step_n, sensor.step_n, sensor.range_n - sensor.step_n)
 
 
-def linearise_suspended(sensor: SuspendedSensor) -> Lti:
-    """Return S(s) = w^2/(s^2 + s w/Q + w^2) / (1 + s/wc), force on the plate to measured force."""
+def linearise_sensor(sensor: SuspendedSensor | LowpassSensor) -> tuple[Lti, ...]:
+    """Return S(s) as blocks in series: springs w^2/(s^2 + s w/Q + w^2) if there are any, then the pole 1/(1 + s/wc)."""
+    pole = Lti((1.0,), (1.0 / (2.0 * math.pi * sensor.cutoff_hz), 1.0))
+    if isinstance(sensor, LowpassSensor):
+        return (pole,)
     omega = 2.0 * math.pi * sensor.resonance_hz
-    springs = Lti((1.0,), (1.0 / omega**2, 1.0 / (sensor.q * omega), 1.0))
-    return springs * Lti((1.0,), (1.0 / (2.0 * math.pi * sensor.cutoff_hz), 1.0))
+    return Lti((1.0,), (1.0 / omega**2, 1.0 / (sensor.q * omega), 1.0)), pole

@@ -1,0 +1,92 @@
+"""Which law a comparison recommends, and why: one that bears its device, the default unless another is better."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+from frictionloop.design.comparison import CLAIRVOYANT, ORACLE
+
+Rows = list[dict[str, Any]]
+DEFAULT = "notch_pi"
+"""The law that is recommended unless another leaves less by more than fingers differ (docs/which-law.md)."""
+NEVER = {"lookup", "printed_pi", "tracker", ORACLE, CLAIRVOYANT}
+"""Not recommended: no control, gains for another device, what is experimental, and what knows the finger."""
+
+
+class Left(NamedTuple):
+    """What a law leaves where it leaves the most: over fingers, at one speed and contact."""
+
+    worst_n: float
+    """Worst decile of the residual, N."""
+    median_n: float
+
+    @property
+    def scatter_n(self) -> float:
+        """How far fingers are apart: from the median to the worst decile, N."""
+        return self.worst_n - self.median_n
+
+
+class Recommended(NamedTuple):
+    """A law, or none, and the sentences that say why."""
+
+    law: str | None
+    why: tuple[str, ...]
+
+
+def recommended(rows: Rows, margins: Rows) -> Recommended:
+    """Return the law to take: of those stable with a resonance 5 % off, the default or one that is clearly better."""
+    left = _left(rows)
+    stable = {law: each for law, each in left.items() if not _unstable(margins, law, "sensitivity_peak_5")}
+    if not stable:
+        return Recommended(None, ("None of these laws is known to stay stable with the sensor's resonance 5 % off.",))
+    best = min(stable, key=lambda law: stable[law].worst_n)
+    law, why = best, []
+    if DEFAULT in stable:
+        default = stable[DEFAULT]
+        law = best if default.worst_n - stable[best].worst_n > default.scatter_n else DEFAULT
+    why.append(f"It leaves {_mn(stable[law].worst_n)} in the worst decile of fingers, speeds and contacts.")
+    if DEFAULT in stable and best != DEFAULT:
+        other = best if law == DEFAULT else DEFAULT
+        less = "less" if law == DEFAULT else "more"
+        more = "no more than" if law == DEFAULT else "more than"
+        why.append(f"{other} leaves {less}, {_mn(stable[other].worst_n)}.")
+        why.append(f"That differs by {more} fingers do: {_mn(stable[DEFAULT].scatter_n)} from their median.")
+    elif DEFAULT in left and DEFAULT not in stable:
+        where = ", ".join(_unstable(margins, DEFAULT, "sensitivity_peak_5"))
+        why.append(f"{DEFAULT} is not known to be stable with the resonance 5 % off: {where}.")
+    off = _unstable(margins, law, "sensitivity_peak_10")
+    if off:
+        bearing = [each for each in stable if not _unstable(margins, each, "sensitivity_peak_10")]
+        why.append(f"With the resonance 10 % off it is not stable everywhere: {', '.join(off)}.")
+        why.append(f"Stable there: {' and '.join(bearing) or 'none of these laws'}.")
+    return Recommended(law, tuple(why))
+
+
+def recommendation(rows: Rows, margins: Rows) -> str:
+    """Return what a person is told."""
+    found = recommended(rows, margins)
+    return f"Recommended: {found.law or 'none of these laws'}. {' '.join(found.why)}"
+
+
+def _left(rows: Rows) -> dict[str, Left]:
+    """Return what each law leaves, of capable fingers where there are any; without laws that are not to be taken."""
+    able = {row["speed_mm_s"] for row in rows if row["population"] == "capable" and row["fingers"]}
+    found: dict[str, Left] = {}
+    for row in rows:
+        counted = row["population"] == ("capable" if row["speed_mm_s"] in able else "all")
+        if counted and row["score"] == "residual_rms_n" and row["law"] not in NEVER:
+            here = Left(row["worst_decile"], row["median"])
+            found[row["law"]] = max(found.get(row["law"], here), here)
+    return {law: left for law, left in found.items() if math.isfinite(left.worst_n)}
+
+
+def _unstable(margins: Rows, law: str, peak: str) -> list[str]:
+    """Return the contacts and speeds at which a law is not known to be stable."""
+    rows: Iterable[dict[str, Any]] = (row for row in margins if row["law"] == law)
+    return [f"{row['contact']} at {row['speed_mm_s']:g} mm/s" for row in rows if not math.isfinite(row[peak])]
+
+
+def _mn(force_n: float) -> str:
+    return f"{1e3 * force_n:.{1 if force_n < 0.01 else 0}f} mN"

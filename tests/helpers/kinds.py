@@ -1,0 +1,11 @@
+"""What a block of a System may be."""
+
+from __future__ import annotations
+
+import frictionloop as fl
+from frictionloop.parameters import wording
+
+
+def kinds_of(block):
+    """The parameter classes of a block."""
+    return wording.kinds_of(fl.System, block)

@@ -1,0 +1,147 @@
+"""Hours of fingers on a bench whose sensors are whole, and what the board says to what they tell."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import frictionloop as fl
+from frictionloop.device.simulated_pipe import ENDS
+from frictionloop.firmware.compiled import host_sources
+from frictionloop.firmware.compiler import shared_library
+from frictionloop.firmware.parameter_words import firmware_words, n_per_count
+from frictionloop.parameters.presets import RETUNED
+from frictionloop.quantities.extra import needed
+from frictionloop.quantities.schema import named, parameter_words
+
+TICK_HZ = 5000
+FINGERS, EACH_S = 1000, 36.0
+"""Ten hours."""
+LAWS = ("notch_pi", "observer", "super_twisting", "pi", "lookup", "notch_pi")
+REPLAYED = Path(__file__).parents[1] / "firmware" / "replayed.c"
+
+
+class Raised(NamedTuple):
+    """A fault: of which finger, at which tick, its name, its value, and the force on the finger then."""
+
+    finger: int
+    tick: int
+    name: str
+    value: int
+    force_n: float
+
+
+@cache
+def population() -> fl.Fingers:
+    """Return the fingers."""
+    return fl.fingers(FINGERS, 11)
+
+
+def slid(finger: int) -> fl.System:
+    """Return a finger on the bench: its law, set-point, speed, strokes and contact go through all kinds in turn."""
+    rng = np.random.default_rng((23, finger))
+    plain = fl.bench().evolve(RETUNED).model_dump()
+    law = LAWS[finger % len(LAWS)]
+    if law != "pi":
+        plain["controller"] = {"kind": law, "delay_s": 200e-6, "model": plain["controller"]["model"]}
+    plain["setpoint"] = _setpoint(finger // len(LAWS), rng)
+    speed = float(rng.choice([5.0, 10.0, 20.0, 40.0, 80.0, 150.0]))
+    changed: dict[str, Any] = {
+        "motion.speed_mm_s": speed,
+        "motion.stroke_mm": float(rng.choice([30.0, 60.0])),
+        "motion.reversal_s": float(rng.choice([0.03, 0.1])),
+        "motion.start": float(rng.random()),
+        "motion.landing_s": float(rng.choice([0.01, 0.03, 0.05])),
+        "motion.contact_s": float(rng.choice([0.0, 0.3, 1.0, 4.0])),
+        "motion.lifted_s": float(rng.choice([0.05, 0.3])),
+        "finger.contact": str(rng.choice(["dahl", "slider", "lugre"])),
+        "friction.static_ratio": float(rng.choice([1.0, 1.0, 1.4])),
+    }
+    return fl.System.model_validate(plain).evolve(changed | population()[finger])
+
+
+def _setpoint(number: int, rng: np.random.Generator) -> dict[str, Any]:
+    """Return a set-point: held, slow, steps as quick as they come, textures, a sweep through the mains, noise."""
+    if number % 6 == 0:
+        return {"kind": "constant", "offset_n": float(rng.uniform(0.3, 0.9))}
+    if number % 6 == 1:
+        return {"kind": "sine", "offset_n": 0.6, "amplitude_n": 0.3, "frequency_hz": float(rng.uniform(0.3, 8.0))}
+    if number % 6 == 2:
+        times = np.cumsum(rng.choice([0.01, 0.02, 0.1, 0.5], 400))
+        return {
+            "kind": "steps",
+            "times_s": (0.0, *times.tolist()),
+            "levels_n": tuple(rng.uniform(0.2, 1.0, 401).tolist()),
+        }
+    if number % 6 == 3:
+        hz = float(rng.choice([rng.uniform(20.0, 120.0), 50.0, 60.0]))
+        return {"kind": "sine", "offset_n": 0.6, "amplitude_n": float(rng.uniform(0.01, 0.35)), "frequency_hz": hz}
+    if number % 6 == 4:
+        return {
+            "kind": "log_sweep", "offset_n": 0.6, "amplitude_n": 0.3, "start_hz": 1.0, "stop_hz": 100.0,
+            "sweep_s": EACH_S,
+        }  # fmt: skip
+    return {"kind": "noise", "offset_n": 0.6, "rms_n": 0.1, "low_hz": 1.0, "high_hz": 200.0}
+
+
+class Told(NamedTuple):
+    """What the converters told at each tick, (ticks, 4) of int32, set-points in q28, and the force on the finger."""
+
+    samples: np.ndarray
+    setpoints: np.ndarray
+    force_n: np.ndarray
+
+
+def told(system: fl.System, seed: int, duration_s: float = EACH_S) -> Told:
+    """Return what sensors tell of a simulated run, position and load with their noise."""
+    run, rng, board = fl.simulate(system, duration_s, seed), np.random.default_rng((29, seed)), system.board
+    count = run.sizes["time"]
+    position = run["position"].values + 1e-6 * system.touch.position.noise_um * rng.standard_normal(count)
+    load = run["load"].values + 2.0 * system.touch.load.noise_n * rng.standard_normal(count)
+    columns = (
+        run["f_m"].values / n_per_count(system), np.zeros(count), position / board.position_m_per_count,
+        load / board.load_n_per_count,
+    )  # fmt: skip
+    samples = np.clip(np.rint(np.stack(columns, axis=1)), *ENDS).astype(np.int32)
+    return Told(np.ascontiguousarray(samples), _q28(run["f_r"].values), run["f_a"].values)
+
+
+def raised(readings: Told, words: np.ndarray, finger: int = 0) -> list[Raised]:
+    """Return the faults that a board raises, however it drives; after each it is idle for a second."""
+    ffi, library = _library()
+    room = 100
+    found = np.zeros((room, 3), np.int32)
+    pointers = [ffi.from_buffer("int32_t[]", array) for array in (words, readings.samples, readings.setpoints, found)]
+    count = len(readings.setpoints)
+    many = library.fl_replayed(pointers[0], count, pointers[1], pointers[2], room, pointers[3])
+    faults = named("faults")
+    rows = found[: min(many, room)].tolist()
+    return [Raised(finger, tick, faults[fault], value, float(readings.force_n[tick])) for tick, fault, value in rows]
+
+
+def tightened(system: fl.System, share: float) -> np.ndarray:
+    """Return the words of a board with the limits of app_sensors.c at a share of theirs."""
+    words = firmware_words(system)
+    for name in ("force_jump_n", "position_jump_m", "load_jump_n", "contrary_n", "turn_m", "hum_n", "stuck_ticks"):
+        at = parameter_words()[f"safety.{name}"].first
+        words[at] = max(round(share * int(words[at])), 2)
+    return words
+
+
+def _q28(force_n: np.ndarray) -> np.ndarray:
+    return np.rint(np.clip(force_n, 0.0, 7.9) * 2.0**28).astype(np.int32)
+
+
+@cache
+def _library() -> tuple[Any, Any]:
+    ffi = needed("cffi", "cffi", "firmware").FFI()
+    ffi.cdef(
+        "int32_t fl_replayed(const int32_t *words, int32_t count, const int32_t *samples, const int32_t *setpoints, "
+        "int32_t room, int32_t *told);"
+    )
+    sources, folders = host_sources()
+    core = [source for source in sources if source.parent.name == "core"]
+    return ffi, ffi.dlopen(str(shared_library("replayed", [*core, REPLAYED], folders)))
