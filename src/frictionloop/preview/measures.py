@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -80,15 +80,24 @@ def _contrast(wanted: Array, force: Array, keep: NDArray[np.bool_], rate_hz: flo
     """Return the slope of the force over what was intended, and the delay in s at which they correlate best."""
     if np.std(wanted[keep]) < LEAST_N:
         return math.nan, 0.0
-    best, found = -math.inf, (math.nan, 0.0)
-    for late in np.unique(np.round(np.linspace(0.0, LATEST_S, LAGS) * rate_hz).astype(int)):
-        both = keep[late:] & keep[: keep.size - late]
-        r, f = wanted[: keep.size - late][both], force[late:][both]
-        r, f = r - r.mean(), f - f.mean()
-        slope, correlation = float(r @ f / (r @ r)), float(r @ f / math.sqrt((r @ r) * (f @ f)))
-        if correlation > best:
-            best, found = correlation, (slope, float(late) / rate_hz)
-    return found
+    late = np.unique(np.round(np.linspace(0.0, LATEST_S, LAGS) * rate_hz).astype(int))
+    late = late[late < keep.size]
+    mask = keep.astype(float)
+    r, f = mask * (wanted - wanted[keep].mean()), mask * (force - force[keep].mean())
+    # Sums over the periods that count both now and a delay later, for all delays at once.
+    size = 1 << (keep.size + int(late[-1])).bit_length()
+    mask_w, r_w, rr_w, f_w, ff_w = (np.fft.rfft(each, size) for each in (mask, r, r * r, f, f * f))
+
+    def summed(earlier: Any, later: Any) -> Array:
+        return np.asarray(np.fft.irfft(np.conj(earlier) * later, size)[late])
+
+    count = np.maximum(summed(mask_w, mask_w), 1.0)
+    r_sum, f_sum = summed(r_w, mask_w), summed(mask_w, f_w)
+    both = summed(r_w, f_w) - r_sum * f_sum / count
+    spreads = summed(rr_w, mask_w) - r_sum**2 / count, summed(mask_w, ff_w) - f_sum**2 / count
+    r_spread, f_spread = (np.maximum(each, 1e-30) for each in spreads)
+    best = int(np.argmax(both / np.sqrt(r_spread * f_spread)))
+    return float(both[best] / r_spread[best]), float(late[best]) / rate_hz
 
 
 def over_place(run: xr.Dataset, name: str, way: float) -> Array:
