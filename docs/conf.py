@@ -51,6 +51,7 @@ executed_pages = [
     "plate",
     "finger",
     "perception",
+    "effects",
     "how-to/*",
 ]
 executed_style = LOOK

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import groupby
 
 from frictionloop.quantities.schema import (
     BITS,
@@ -69,9 +70,9 @@ def _parameters() -> Iterator[str]:
     for word in parameter_words().values():
         yield f"    {TYPES.get(word.format, 'int32_t')} {_identifier(word)}{_array(word)};  /* {_meaning(word)} */"
     yield "} fl_parameters;"
-    yield "\n/* Least and largest value of the words of each parameter; of a gain, of its shift. */"
+    yield "\n/* Least and largest value of the words of parameters, one after the other; of a gain, of its shift. */"
     yield "typedef struct { uint16_t first, count, stride; int32_t low, high; } fl_range;"
-    ranges = [_range(word) for word in parameter_words().values()]
+    ranges = list(_ranges())
     yield f"#define FL_RANGES {len(ranges)}"
     yield "#define FL_RANGE_TABLE { \\"
     yield " \\\n".join(f"    {line}," for line in ranges) + " \\\n}"
@@ -90,12 +91,19 @@ def _meaning(word: Word) -> str:
     return f"{word.format}{unit}: {word.text}"
 
 
-def _range(word: Word) -> str:
+def _ranges() -> Iterator[str]:
+    """Yield the ranges; parameters that follow one another with the same ends share one."""
+    for (stride, low, high), words in groupby(parameter_words().values(), _ends):
+        alike = list(words)
+        yield f"{{{alike[0].first}, {sum(word.count for word in alike)}, {stride}, {low}, {high}}}"
+
+
+def _ends(word: Word) -> tuple[int, str, int]:
     scale = 2 ** BITS.get(word.format, 0)
     low = -(2**31) if word.low is None else min(max(round(word.low * scale), -(2**31)), 2**31 - 1)
     high = 2**31 - 1 if word.high is None else min(max(round(word.high * scale), -(2**31)), 2**31 - 1)
     lowest = "INT32_MIN" if low == -(2**31) else str(low)
-    return f"{{{word.first}, {word.count}, {WORDS.get(word.format, 1)}, {lowest}, {high}}}"
+    return WORDS.get(word.format, 1), lowest, high
 
 
 if __name__ == "__main__":

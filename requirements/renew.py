@@ -1,4 +1,4 @@
-"""Write the files that `make` installs from, with hashes: of the versions in lock.txt, those that each set of extras needs.
+"""Write the files that `make` installs from, with hashes: of the versions in lock.txt, those that each extra needs.
 
 ``python requirements/renew.py``, with `uv` on the path, after lock.txt or the dependencies in pyproject.toml changed.
 """
@@ -15,9 +15,9 @@ SETS = {
     "design": ("report", ["report", "design"]),
     "dev": ("design", ["dev"]),
     "bench": ("design", ["bench"]),
-    "zig": ("", ["bench-zig"]),
+    "zig": ("bench", ["bench-zig"]),
 }
-"""Extras of each file, and the file that it begins with."""
+"""Extras of each file, and the file that it begins with; zig.txt alone is installed beside its own."""
 HEAD = "# Written by requirements/renew.py: change lock.txt and run it again.\n"
 COMPILE = ("uv", "pip", "compile", "--quiet", "--universal", "--python-version", "3.11", "--generate-hashes")
 PLAIN = ("--no-header", "--no-annotate", "--constraint", "lock.txt")

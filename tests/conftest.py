@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 import subprocess
@@ -12,6 +13,9 @@ from typing import Any
 
 import pytest
 from hypothesis import settings
+
+# Nothing that modules and collected tests are made of goes before the end: nobody need look through it again and again.
+gc.disable()
 
 # Matrices here are small, and threads that wait for one another cost several times what they save, most of all
 # where each core has a worker of its own. It must be set before the first import of NumPy.
@@ -44,24 +48,32 @@ for system in systems:
         fl.sweep(system, {"plate.max_amplitude_um": [2.3, 2.4, 2.5]}, 0.01, n_jobs=1)
 """
 """Fills the cache with tiles of single runs ("1"), or with those of sweeps, which take three runs or more at once."""
-TOGETHER = "tests/claims/"
-"""Tests that share the report's results, which take longest of all to compute: one worker takes them all."""
+TOGETHER = (
+    ("tests/claims/",),
+    ("tests/unit/cli/test_design_controller_cli.py", "tests/unit/cli/test_cli_readme.py"),
+)
+"""Tests that share what takes long to compute, the report's results and a design: one worker takes them all."""
 DEAREST = (
-    TOGETHER,
-    "tests/unit/test_blocks_from_outside_refused.py",
+    *(name for names in TOGETHER for name in names),
     "tests/reference/test_tracker_linear.py",
     "tests/unit/test_docs.py",
-    "tests/unit/cli/test_cli_device.py",
+    "tests/unit/test_blocks_from_outside_refused.py",
     "tests/unit/test_comparison.py",
+    "tests/unit/test_oracle.py",
+    "tests/unit/test_recording.py",
+    "tests/unit/cli/test_cli_device.py",
+    "tests/unit/test_caches_heal.py",
     "tests/unit/test_retune_notch.py",
     "tests/protocol/test_recordings_survive.py",
-    "tests/unit/cli/test_design_controller_cli.py",
     "tests/reference/test_independent_solver.py",
-    "tests/unit/cli/test_cli_readme.py",
+    "tests/unit/test_bench_bits.py",
+    "tests/unit/test_tracker_learning.py",
     "tests/unit/cli/test_cli_bench.py",
-    "tests/unit/cli/test_cli_program.py",
     "tests/unit/test_design_sensor.py",
+    "tests/unit/test_digest.py",
     "tests/reference/test_linear_laws.py",
+    "tests/unit/test_super_twisting.py",
+    "tests/unit/cli/test_cli_program.py",
 )
 """What takes longest comes first where files keep their order (``--no-loadscope-reorder``), and short files last."""
 
@@ -75,6 +87,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     """Remember the campaigns before they are left out (tests/unit/test_soak.py)."""
     config.stash[CAMPAIGNS] = [item.nodeid for item in items if item.get_closest_marker("soak")]
     items.sort(key=_rank)
+
+
+def pytest_collection_finish() -> None:
+    """Look for garbage from now on, but not among what collecting has made."""
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.hookimpl(wrapper=True)
@@ -127,8 +145,10 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 @pytest.hookimpl(optionalhook=True)
-def pytest_xdist_setupnodes() -> None:
+def pytest_xdist_setupnodes(config: pytest.Config) -> None:
     """Fill the cache of tiles, those of single runs and of sweeps side by side, before every worker compiles them."""
+    if config.args_source is not pytest.Config.ArgsSource.TESTPATHS:
+        return  # of some tests nobody knows what they need
     halves = [subprocess.Popen([sys.executable, "-c", COMPILE, lanes]) for lanes in ("1", "32")]
     for half in halves:
         half.wait()  # what does not compile is told by the tests that need it
@@ -136,13 +156,14 @@ def pytest_xdist_setupnodes() -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """Let a worker take whole files (``--dist loadfile``), and of the claims the whole folder."""
+    """Let a worker take whole files (``--dist loadfile``), and of `TOGETHER` all that is named."""
     if config.getvalue("dist") != "loadfile":
         return None
     from xdist.scheduler import LoadFileScheduling
 
     class ByFile(LoadFileScheduling):
         def _split_scope(self, nodeid: str) -> str:
-            return TOGETHER if nodeid.startswith(TOGETHER) else super()._split_scope(nodeid)
+            shared = (names[0] for names in TOGETHER if nodeid.startswith(names))
+            return next(shared, None) or super()._split_scope(nodeid)
 
     return ByFile(config, log)

@@ -21,6 +21,8 @@ BLOCKS: dict[str, type[Block]] = {
     "noise": fl.ColouredNoise,
     "recording": fl.Recording,
     "samples": fl.Samples,
+    "effect": fl.rendering.EffectSource,
+    "effect_track": fl.rendering.Track,
     "friction": fl.Friction,
     "friction_finger": fl.FingerFriction,
     "plate": fl.LowpassPlate,
@@ -43,7 +45,7 @@ BLOCKS: dict[str, type[Block]] = {
     "model": fl.Model,
 }
 """The tables of the parameters page by the name they have there."""
-VALUELESS = fl.RigidFinger, fl.Sliding, fl.RoughContactFriction
+VALUELESS = fl.rendering.Effect, fl.RigidFinger, fl.Sliding, fl.RoughContactFriction
 """Kinds that are chosen and have nothing of their own to set."""
 SIGNS = {"gt": "> {:g}", "ge": "≥ {:g}", "lt": "< {:g}", "le": "≤ {:g}"}
 UNITS = {
@@ -131,6 +133,8 @@ def _words(annotation: Any) -> str:
         return "a list of numbers"
     if get_origin(annotation) in (Union, types.UnionType):
         return " or ".join(_optional(part) for part in arguments if part is not type(None)) + " or left out"
+    if isinstance(annotation, type) and issubclass(annotation, Block):
+        return "a table of values"
     return WORDS[annotation]
 
 
@@ -145,6 +149,8 @@ def default(field: FieldInfo) -> str:
         return "must be given"
     if field.default is None:
         return "left out"
+    if isinstance(field.default, Block):
+        return f'`kind = "{field.default.kind}"`' if hasattr(field.default, "kind") else "its defaults"
     value = list(field.default) if isinstance(field.default, tuple) else field.default
     text = f"{value:g}" if isinstance(value, float) else str(value).lower() if isinstance(value, bool) else str(value)
     return f'`"{text}"`' if isinstance(value, str) else f"`{text}`"

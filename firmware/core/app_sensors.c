@@ -5,11 +5,11 @@
 #include "fl_app_parts.h"
 
 enum {
-    JUMPS = 3,                             /* of force or load, within ... */
-    JUMPS_TICKS = FL_TICK_HZ / 50,         /* ... 20 ms; of the position one is enough */
+    JUMPS = 3,                             /* of force or load; of the position one is enough */
+    JUMPS_TICKS = FL_TICK_HZ / 50,         /* 20 ms, in which one of them is forgotten */
     CONTRARY_TICKS = FL_TICK_HZ * 3 / 200, /* 15 ms */
-    SHORTEST = FL_TICK_HZ * 144 / 10000,   /* period of the mains, 16.7 ms at 60 Hz and 20 ms at 50 Hz, 14 % off */
-    LONGEST = FL_TICK_HZ * 228 / 10000,
+    SHORTEST = FL_TICK_HZ * 152 / 10000,   /* period of the mains, 16.7 ms at 60 Hz and 20 ms at 50 Hz, 8 % off */
+    LONGEST = FL_TICK_HZ * 216 / 10000,
     HALF = FL_TICK_HZ * 6 / 1000,          /* the shorter half of one that is bent */
     BEATS = 2,                             /* such periods, each half a period after the one before */
     MEMORY = 7,                            /* force and set-point are forgotten in 2^7 ticks */
@@ -39,12 +39,19 @@ static void watch_jumps(fl_sensors *sensors, const fl_parameters *p, const fl_me
     if (sensors->jumped > JUMPS * JUMPS_TICKS) sensors->jumped = JUMPS * JUMPS_TICKS;
 }
 
-/* Whether the finger slides, and has slid for so long since it landed or turned that its skin pulls no more. */
+/* Whether the finger slides, and has slid for so far since it landed or turned that its skin pulls no more. It has
+ * turned once it is back by the way in which friction develops: a finger that trembles goes on. */
 static int slides(fl_sensors *sensors, const fl_parameters *p, const fl_measurement *m) {
-    int back = m->speed < 0;
-    if (back != sensors->back || m->speed == 0) sensors->turned = m->position;
-    sensors->back = (uint8_t)back;
-    return m->valid && size(fl_subtract(m->position, sensors->turned)) > p->safety_turn_m;
+    if (m->speed == 0) sensors->turned = sensors->farthest = m->position;
+    int32_t ahead = fl_subtract(m->position, sensors->farthest);
+    if (sensors->back) ahead = fl_subtract(0, ahead);
+    if (ahead < -p->touch_developed_m) {
+        sensors->turned = sensors->farthest;
+        sensors->back ^= 1;
+    }
+    if (ahead > 0 || ahead < -p->touch_developed_m) sensors->farthest = m->position;
+    int on = (m->speed < 0) == sensors->back;
+    return m->valid && on && size(fl_subtract(m->position, sensors->turned)) > p->safety_turn_m;
 }
 
 static int is_contrary(const fl_parameters *p, const fl_measurement *m, int slid) {
@@ -53,7 +60,9 @@ static int is_contrary(const fl_parameters *p, const fl_measurement *m, int slid
     return slid && m->force < -p->safety_contrary_n;
 }
 
-/* About half a period of the mains apart a hum has opposite signs, a force that stays is gone, and so are springs
+/* Hum is told from springs that ring: where they swing more than it in half of their period, the force is theirs.
+ *
+ * About half a period of the mains apart a hum has opposite signs, a force that stays is gone, and so are springs
  * that ring with a whole number of their periods in that time. */
 static int32_t swing(fl_sensors *sensors, int32_t ticks, int32_t now) {
     int16_t *before = &sensors->forces[sensors->at];
@@ -73,16 +82,22 @@ static void watch_hum(fl_sensors *sensors, const fl_parameters *p, const fl_meas
     sensors->asked = (int16_t)asked;
     if (sensors->since <= LONGEST) sensors->since++;
     if (!slid || sensors->restless > limit / 8 || sensors->since > LONGEST) sensors->beats = 0;
+    int32_t half_way = sensors->at + p->safety_hum_ticks / 2;
+    half_way -= half_way < p->safety_hum_ticks ? 0 : p->safety_hum_ticks;
+    int32_t rung = size(force - sensors->forces[half_way]);
+    if (rung > sensors->rung) sensors->rung = rung;
     int32_t up = sensors->up ? swung : -swung;
     if (up > sensors->peak) sensors->peak = up;
     if (up > -limit / 4) return;
     int32_t period = sensors->half + sensors->since, least = sensors->level >> (MEMORY + 1);
     int beats = period >= SHORTEST && period <= LONGEST && sensors->half >= HALF && sensors->since >= HALF;
-    if (!beats || sensors->peak < limit || sensors->peak < least) sensors->beats = 0;
+    int hums = sensors->peak >= limit && sensors->peak >= least && sensors->rung <= 3 * sensors->peak;
+    if (!beats || !hums) sensors->beats = 0;
     else if (sensors->beats < BEATS) sensors->beats++;
     sensors->period = (uint8_t)period;
     sensors->half = sensors->since;
     sensors->since = 0;
+    sensors->rung = 0;
     sensors->peak = -up;
     sensors->up ^= 1;
 }

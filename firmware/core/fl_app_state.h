@@ -63,8 +63,9 @@ typedef struct {
 /* What app_sensors.c remembers. Forces of the hum are N in 2^-13. */
 typedef struct {
     int32_t force, position, load; /* of the tick before, the force's magnitude */
-    int32_t turned;                /* where the motion turned, m */
-    int32_t level, restless, peak; /* sums of the force and of what the set-point moved; of this swing */
+    int32_t turned, farthest;      /* where the motion turned, and how far it got since then, m */
+    int32_t level, restless;       /* sums of the force, and of what the set-point moved */
+    int32_t peak, rung;            /* most in this swing, over half a period of the mains and of the springs */
     int16_t jumped, asked;
     uint8_t valid, back, channel, contrary;
     uint8_t up, since, half, period, beats, at; /* ticks since the last swing, of the one before, of both before */

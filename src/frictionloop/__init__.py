@@ -12,7 +12,9 @@ Run it          simulate  sweep  Stepper  fingers  save  load
 Judge it        plot  metrics  r2_identity  rms_error  saturation_index  perceptual_index  METRICS
 Look ahead      linearise  operating_band  kp_limit  output_noise_rms_n
 Find gains      retune  retune_notch  RETUNED
+Render effects  rendering (its own names: help(fl.rendering))
 Run a device    connect  Device
+Know a bench    identify (load  weights  pick_hits  response  modes  noise  friction  bench)
 Blocks of yours register  Law  Vibration  Signal  StreamingMetric  RunMetric  step
 
 ``dir(fl)`` lists all names and ``help(fl.simulate)`` explains one. The command ``frictionloop --help`` does the same
@@ -63,12 +65,17 @@ _HOME = {
     "loop.metrics": "METRICS output_noise r2_bound r2_identity r2_regression regression rms_error saturation_index",
 }
 _ROOM_OF = {name: f"frictionloop.{room}" for room, names in _HOME.items() for name in names.split()}
+_ROOMS = {"identify": "frictionloop.identification", "rendering": "frictionloop.rendering"}
+"""Rooms that are used by their own names, as in ``fl.identify.load``."""
 
 
 def __getattr__(name: str) -> Any:
     """Import a public name when it is first used, so that ``import frictionloop`` and ``--help`` stay quick."""
     if name == "__version__":
         return importlib.import_module("frictionloop.quantities.version").package_version()
+    if name in _ROOMS:
+        globals()[name] = importlib.import_module(_ROOMS[name])
+        return globals()[name]
     if name not in _ROOM_OF:
         raise AttributeError(f"module 'frictionloop' has no attribute {name!r}")
     value = getattr(importlib.import_module(_ROOM_OF[name]), name)
@@ -78,4 +85,4 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     """Return the public names."""
-    return sorted(_ROOM_OF)
+    return sorted([*_ROOM_OF, *_ROOMS])

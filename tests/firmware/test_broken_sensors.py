@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 import pytest
-from broken_sensors import FAILURES, TICK_HZ, notice
-
-import frictionloop as fl
+from broken_sensors import FAILURES, TICK_HZ, bench, notice, slid
 
 DOWN = 15 * TICK_HZ // 1000
 """From the fault to a plate at rest: the ramp takes 10 ms."""
+MANY = 100
+HARD = {"floating": 0.9, "mains, 50 Hz": 0.9, "mains, 60 Hz": 0.9, "mains, strong": 0.95}
+"""Least share of fingers on which a failure is told in time; of the others it is all of them.
 
-
-def bench(kind: str) -> fl.System:
-    """Return the bench with a law's own gains, at a force that drives the plate, from mid-stroke."""
-    plain = fl.bench().model_dump()
-    plain["controller"] = {"kind": kind, "delay_s": 200e-6, "model": plain["controller"]["model"]}
-    plain["setpoint"] = {"kind": "constant", "offset_n": 0.5}
-    plain["motion"]["start"] = 0.1
-    return fl.System.model_validate(plain)
+A law that answers a hum bends it, or rings with it.
+"""
 
 
 @pytest.mark.parametrize("law", ["notch_pi", "observer"])
@@ -29,3 +24,16 @@ def test_a_broken_sensor_is_told_and_the_plate_comes_to_rest(name: str, law: str
     assert noticed.fault in failure.faults
     assert noticed.ticks <= failure.ticks
     assert noticed.down <= DOWN
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("name", FAILURES)
+def test_it_is_told_of_many_fingers(name: str):
+    failure, noticed = FAILURES[name], []
+    for number in range(MANY):
+        noticed.append(notice(slid(number), failure.tells, seed=number))
+    told = [each for each in noticed if each is not None]
+    assert {each.fault for each in told} <= set(failure.faults)
+    assert max(each.down for each in told) <= DOWN
+    in_time = sum(each.ticks <= failure.ticks for each in told)
+    assert in_time >= HARD.get(name, 1.0) * MANY

@@ -2,14 +2,17 @@
 
 import numpy as np
 import pytest
+from broken_sensors import FAILURES, bench
 
 from frictionloop import FrictionloopError
 from frictionloop.device.codec import Decoder, encode
 from frictionloop.device.emulator import TeensyEmulator
 from frictionloop.device.emulator.bank import Bank
-from frictionloop.device.emulator.corpus import edges, heartbeat, opening, strokes
+from frictionloop.device.emulator.corpus import SESSION, edges, heartbeat, hello, opening, strokes
 from frictionloop.device.host_board import HostBoard, Sample
-from frictionloop.quantities.schema import schema
+from frictionloop.firmware.image import build
+from frictionloop.firmware.parameter_words import firmware_words
+from frictionloop.quantities.schema import named, schema
 
 pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
 
@@ -190,3 +193,41 @@ def test_an_image_that_is_no_teensys_is_one_line(images, tmp_path):
         FrictionloopError, match=r"other\.elf: is not an image of a Teensy; frictionloop firmware build"
     ):
         TeensyEmulator(tmp_path / "other.elf")
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """An image with the limits of the bench's sensors, and its words."""
+    pytest.importorskip("ziglang", reason="the images are built by zig: install frictionloop[image]")
+    words = firmware_words(bench("notch_pi"))
+    return build("teensy31", words.tolist(), tmp_path_factory.mktemp("whole")).elf, words
+
+
+@pytest.mark.parametrize("name", FAILURES)
+def test_a_broken_sensor_is_the_image_s_fault_as_the_library_s(name, whole):
+    """From mid-stroke 12 mm of a finger at 40 mm/s, then the failure: the same fault at the same tick."""
+    elf, words = whole
+    teensy, host, rng = TeensyEmulator(elf), HostBoard(words), np.random.default_rng(5)
+    frames = hello() + encode("mode", 1, SESSION, state=schema()["states"]["closed"])
+    decoders, found = (Decoder(), Decoder()), ([], [])
+    pending = [frames[k : k + 40] for k in range(0, len(frames), 40)]
+    teensy.receive(frames)
+    lead, broke = 1700, None
+    for k in range(lead + 300):
+        sample = Sample(8000 + int(rng.integers(-3, 4)), 0, 8 * k - 8 * lead, 3277)
+        if k == lead:
+            broke = sample
+        if k >= lead:
+            sample = FAILURES[name].tells(sample, broke, k - lead, rng)
+            sample = sample._replace(position=max(sample.position, -32000))
+        if k % 500 == 499:
+            teensy.receive(heartbeat(9 + k))
+            host.receive(heartbeat(9 + k), 200 * k)
+        teensy.tick((sample.force, sample.across), sample.load, sample.position)
+        host.tick(sample, 200 * k)
+        if pending:
+            host.receive(pending.pop(0), 200 * k + 100)
+        for decoder, sent, said in zip(decoders, (teensy.transmit(), host.transmit(200 * k + 100)), found, strict=True):
+            said += [(m["fault"], m["tick"], m["value"]) for m in decoder.feed(sent) if m.name == "fault"]
+    assert [named("faults")[fault] for fault, _, _ in found[0]] in [[fault] for fault in FAILURES[name].faults]
+    assert found[0] == found[1]

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+import zlib
+
+import numpy as np
 import pytest
 
 import frictionloop as fl
@@ -256,3 +260,52 @@ def test_what_is_wrong_before_the_loop_is_on_stops_it_at_its_first_tick(rig):
     feed(rig, 1, 32767, jitter=0)
     assert rig.state == "fault"
     assert rig.drive.amplitude_um == 0.0
+
+
+def test_three_jumps_not_two_of_which_one_is_forgotten_every_20_ms(rig):
+    closed(rig)
+    for _ in range(2):  # there and back
+        feed(rig, 1, 16000)
+        feed(rig, 200, 8000)
+    assert faults(rig) == []
+    feed(rig, 1, 16000)
+    feed(rig, 1, 8000)
+    feed(rig, 96, 16000)
+    assert [(name, value) for name, _, value in faults(rig)] == [("sensor_jumps", 1)]
+
+
+def test_a_force_without_load_for_15_ms(rig):
+    closed(rig)
+    lifted = Sample(8000, 0, 4 * rig.ticks, 0)
+    rig.tick(74, lifted)
+    feed(rig, 1, 8000)  # touched: the count begins anew
+    rig.tick(75, lifted)
+    assert faults(rig) == []
+    rig.tick(1, lifted)
+    assert faults(rig) == [("sensor_contrary", rig.ticks, 8000 * 5 * 2**12)]
+
+
+@pytest.mark.parametrize(("way_mm", "told"), [(9.0, False), (10.5, True)])
+def test_a_force_along_the_motion_only_once_the_skin_has_turned(rig, way_mm: float, told: bool):
+    closed(rig)
+    rig.run(3000)
+    top = 4 * rig.ticks
+    for k in range(round(way_mm * 250)):  # back at 20 mm/s
+        if k % 500 == 0:
+            rig.ask("heartbeat")
+        rig.tick(1, Sample(-4000 + rig.ticks % 3, 0, top - 4 * k, 3277))
+    assert [name for name, *_ in faults(rig)] == ["sensor_contrary"] * told
+
+
+def test_a_hum_is_no_fault_while_the_set_point_has_a_texture(make_rig):
+    rig = closed(make_rig(setpoint__hold_n=round(0.5 * 2**28)))
+    rig.run(3000)
+    points = np.rint(5000 + 2000 * np.sin(np.arange(100) * np.pi / 50)).astype("<i2")
+    rig.ask("waveform", first=0, values=points)
+    played = {"source": 1, "loops": 1, "count": 100, "step": 2**24, "start_um": 0}
+    assert rig.reason("play", **played, crc=zlib.crc32(points.tobytes())) == "done"
+    for k in range(600):
+        if k % 500 == 0:
+            rig.ask("heartbeat")
+        rig.tick(1, Sample(round(8000 + 4000 * math.sin(k * math.pi / 50)), 0, 4 * rig.ticks, 3277))
+    assert faults(rig) == []

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from whole_sensors import population
 
 import frictionloop as fl
 from frictionloop.device.codec import Decoder, encode
@@ -14,6 +15,7 @@ from frictionloop.device.emulator.corpus import LARGEST, LEAST, SESSION, TICK_HZ
 from frictionloop.device.host_board import HostBoard, Sample
 from frictionloop.device.simulated_pipe import Converters
 from frictionloop.firmware.parameter_words import firmware_words
+from frictionloop.parameters.presets import RETUNED
 from frictionloop.quantities.schema import schema
 
 COUNTS_A_NEWTON = 2**16 / 5
@@ -85,18 +87,41 @@ class Failure(NamedTuple):
     ticks: int = TICK_HZ // 50
 
 
+HUMS = ("sensor_hums", "force_range")
+"""A hum may take a large force out of its range."""
 FAILURES = {
     "stuck with a bit of dither": Failure(dither, ("sensor_stuck",)),
-    "floating": Failure(floating, ("sensor_hums", "sensor_jumps"), TWO_PERIODS),
+    "floating": Failure(floating, (*HUMS, "sensor_jumps"), TWO_PERIODS),
     "random codes": Failure(random_codes, ("sensor_jumps",)),
-    "mains, 50 Hz": Failure(hum(0.3, 50.0), ("sensor_hums",), TWO_PERIODS),
-    "mains, 60 Hz": Failure(hum(0.3, 60.0), ("sensor_hums",), TWO_PERIODS),
-    "mains, strong": Failure(hum(1.0, 50.0), ("sensor_hums",), TWO_PERIODS),
+    "mains, 50 Hz": Failure(hum(0.5, 50.0), HUMS, TWO_PERIODS),
+    "mains, 60 Hz": Failure(hum(0.5, 60.0), HUMS, TWO_PERIODS),
+    "mains, strong": Failure(hum(1.0, 50.0), HUMS, TWO_PERIODS),
     "reversed sign": Failure(reversed_sign, ("sensor_contrary",)),
     "intermittent overload": Failure(overload(10, 10), ("sensor_jumps", "sensor_saturated")),
     "position jumps": Failure(position_jumps, ("sensor_jumps",)),
     "no load": Failure(no_load, ("sensor_contrary", "sensor_jumps")),
 }
+
+
+LAWS = ("notch_pi", "observer", "super_twisting", "pi", "lookup")
+
+
+def bench(law: str, force_n: float = 0.5) -> fl.System:
+    """Return the bench with a law's own gains, the PI's those that hold, at a force that drives the plate."""
+    plain = fl.bench().evolve(RETUNED).model_dump()
+    if law != "pi":
+        plain["controller"] = {"kind": law, "delay_s": 200e-6, "model": plain["controller"]["model"]}
+    plain["setpoint"] = {"kind": "constant", "offset_n": force_n}
+    plain["motion"]["start"] = 0.1
+    return fl.System.model_validate(plain)
+
+
+def slid(number: int) -> fl.System:
+    """Return one of many benches: a law, a force, a speed and a finger of the population."""
+    finger = population()[37 * number % 1000]
+    return bench(LAWS[number % 5], (0.4, 0.5, 0.6, 0.8)[number % 4]).evolve(
+        finger | {"motion.speed_mm_s": (20.0, 40.0, 80.0)[number % 3]}
+    )
 
 
 class Noticed(NamedTuple):

@@ -88,7 +88,7 @@ def _setpoint(number: int, rng: np.random.Generator) -> dict[str, Any]:
 
 
 class Told(NamedTuple):
-    """What the converters told at each tick, (ticks, 4) of int32, the set-points in q28, and the force on the finger."""
+    """What the converters told at each tick, (ticks, 4) of int32, set-points in q28, and the force on the finger."""
 
     samples: np.ndarray
     setpoints: np.ndarray

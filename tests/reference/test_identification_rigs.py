@@ -28,7 +28,7 @@ def blocked(exponent):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_sane_rig_gives_four_nines(seed):
-    found = find.calibrate(rigs.weights_rig(seed=seed), tolerance=BENCH.weights.tolerance)
+    found = find.weights(rigs.weights_rig(seed=seed), tolerance=BENCH.weights.tolerance)
     assert found.r2 > 0.9999
     # The residual is the curvature: 1.01 * 0.0057 F^3/2.5^2 less its best line, 2.45^3 of that times sqrt(1/7 - 1/16 -
     # 12 (1/5 - 1/8)^2) for loads spread evenly; with eleven of them within a tenth.
@@ -40,7 +40,7 @@ def test_a_sane_rig_gives_four_nines(seed):
 
 def test_without_curvature_gain_and_offset_come_back():
     bench = BENCH.evolve({"errors.nonlinearity": 0.0})
-    found = find.calibrate(rigs.weights_rig(bench=bench), tolerance=bench.weights.tolerance)
+    found = find.weights(rigs.weights_rig(bench=bench), tolerance=bench.weights.tolerance)
     # What the line does not know: the tolerance of the weights and the pulley, which up and down nearly cancels.
     unseen = 1.01 * math.hypot(3 * found.weights_error, rigs.friction_exponent(bench.pulley))
     assert found.sensitivity.value == pytest.approx(1.01, abs=3 * found.sensitivity.standard_error + unseen)
@@ -52,7 +52,7 @@ def test_the_printed_r2_needs_a_pulley_that_hardly_turns():
     """R2 = 0.95 is b = 0.14: a bearing with a friction of 0.8, five hundred times a ball bearing's."""
     exponent = find.exponent_for_r2(0.95, LOADS_N)
     bench = BENCH.evolve(blocked(exponent) | {"errors.nonlinearity": 0.0, "weights.swing_deg": 0.0})
-    found = find.calibrate(rigs.weights_rig(UP_AND_DOWN_KG, bench))
+    found = find.weights(rigs.weights_rig(UP_AND_DOWN_KG, bench))
     assert found.r2 == pytest.approx(0.95, abs=1e-3)
     assert found.residual_rms_n / found.load_std_n == pytest.approx(find.residual_share(0.95), rel=0.1)
     assert rigs.bearing_friction_for(exponent, BENCH.pulley) > 500 * BENCH.pulley.bearing_friction
@@ -65,7 +65,7 @@ def test_the_printed_r2_needs_a_pulley_that_hardly_turns():
 
 def test_a_pulley_that_drags_one_way_hides_from_r2():
     bench = BENCH.evolve(blocked(0.12) | {"errors.nonlinearity": 0.0, "errors.gain_error": 0.0})
-    found = find.calibrate(rigs.weights_rig(UP_AND_DOWN_KG[:11], bench))
+    found = find.weights(rigs.weights_rig(UP_AND_DOWN_KG[:11], bench))
     assert found.r2 > 0.9999
     assert found.sensitivity.value == pytest.approx(math.exp(-0.12), rel=1e-2)
 
@@ -75,7 +75,7 @@ def test_a_pulley_that_drags_one_way_hides_from_r2():
 
 @pytest.mark.parametrize("rate_hz", [5000.0, 25000.0])
 def test_resonance_and_q_are_found_within_their_intervals(rate_hz):
-    found = find.fit_resonance(find.frequency_response(rigs.hammer_rig(rate_hz=rate_hz, seed=1)))
+    found = find.fit_resonance(find.response(rigs.hammer_rig(rate_hz=rate_hz, seed=1)))
     # One draw, so at 99.9 %; how often 95 % holds is counted below.
     for estimate, exact in ((found.resonance, 145.0), (found.q, 20.0)):
         low, high = estimate.interval(0.999)
@@ -88,7 +88,7 @@ def test_resonance_and_q_are_found_within_their_intervals(rate_hz):
 def test_intervals_hold_as_often_as_they_say():
     inside = np.zeros(2)
     for seed in range(200):
-        found = find.fit_resonance(find.frequency_response(rigs.hammer_rig(seed=seed)))
+        found = find.fit_resonance(find.response(rigs.hammer_rig(seed=seed)))
         for k, (estimate, exact) in enumerate(((found.resonance, 145.0), (found.q, 20.0))):
             low, high = estimate.interval()
             inside[k] += low < exact < high
@@ -100,7 +100,7 @@ def test_other_suspensions():
     for hertz, q in ((250.0, 20.0), (145.0, 5.0)):
         bench = BENCH.evolve({"sensor.resonance_hz": hertz, "sensor.q": q})
         run = rigs.hammer_rig(bench, rate_hz=10000.0, pulse_s=2e-3)
-        found = find.fit_resonance(find.frequency_response(run))
+        found = find.fit_resonance(find.response(run))
         assert found.resonance.value == pytest.approx(hertz, abs=4 * found.resonance.standard_error)
         assert found.q.value == pytest.approx(q, abs=4 * found.q.standard_error)
 

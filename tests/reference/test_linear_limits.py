@@ -26,6 +26,31 @@ LOOPS = {
     "late by a fraction": {"controller.kp": 0.02, "controller.ki": 50.0, "controller.delay_s": 1.3e-4},
     "proportional": {"controller.kp": 0.1, "controller.ki": 0.0},
     "nothing": {"controller.kp": 0.0, "controller.ki": 0.0},
+    # Its poles make pairs of panel edges that differ by rounding alone.
+    "a wide notch and a long delay": {
+        "controller.kind": "notch_pi",
+        "controller.kp": 6.319873167907791,
+        "controller.ki": 58.60039922067161,
+        "controller.notch_hz": 152.4805464704759,
+        "controller.notch_depth": 0.005257189184609554,
+        "controller.notch_width": 10.0,
+        "controller.feedforward": True,
+        "controller.overdrive": True,
+        "controller.delay_s": 3.5e-4,
+        "controller.model.resonance_hz": 160.0,
+        "controller.model.resonance_q": 15.0,
+        "controller.model.plate_hz": 105.6,
+        "plate.frequency_hz": 38e3,
+        "plate.q": 180.0,
+        "plate.max_amplitude_um": 3.0,
+        "sensor.resonance_hz": 160.0,
+        "sensor.q": 15.0,
+        "sensor.moving_mass_kg": 0.3,
+        "sensor.adc_bits": 12,
+        "sensor.range_n": 2.0,
+        "friction.nominal_n": 0.9,
+        "friction.susceptibility_per_um2": 0.354,
+    },
 }
 
 

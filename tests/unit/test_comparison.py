@@ -22,6 +22,22 @@ def short(path=None, count=2, seed=5, laws=LAWS, speeds=(20.0,), system=None, **
     return rooms.compare(system or fl.bench(), count, seed, laws, speeds, path=path, **SHORT | more)
 
 
+@pytest.fixture(autouse=True, scope="module")
+def _swept_once():
+    """The same few cells are asked for again and again: each is computed once in this file."""
+    really, swept = run.sweep, {}
+
+    def sweep(*given, **options):
+        key = repr((given, options))
+        if key not in swept:
+            swept[key] = really(*given, **options)
+        return swept[key].copy(deep=True)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(run, "sweep", sweep)
+        yield
+
+
 @pytest.fixture(scope="module")
 def whole():
     return short()

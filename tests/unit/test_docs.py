@@ -27,7 +27,7 @@ WIDEST = 88
 """Characters of a line of code that the pages show without scrolling."""
 SLOW = {"sweep-on-a-cluster", "design-a-controller", "controllers", "my-labs-bench"}
 """Pages that start processes or design controllers: only building the documentation runs them."""
-BENCH = ("bench", "bench-gains", "controllers", "oracle", "plate", "force-sensor", "finger", "perception")
+BENCH = ("bench", "bench-gains", "controllers", "oracle", "plate", "force-sensor", "finger", "perception", "effects")
 PAGES = [
     DOCS / "start.md",
     DOCS / "tutorial.md",

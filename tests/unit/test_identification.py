@@ -73,7 +73,7 @@ def test_calibration_is_the_line_of_polyfit(slope, offset, seed):
     rng = np.random.default_rng(seed)
     levels = np.array([0.0, 0.05, 0.1, 0.2, 0.15, 0.02])
     readings = offset + slope * levels * G + 0.01 * rng.normal(size=levels.size)
-    found = find.calibrate(steps(levels, readings), settle_s=0.01)
+    found = find.weights(steps(levels, readings), settle_s=0.01)
     (k, c), spread = np.polyfit(levels * G, readings, 1, cov=True)
     assert found.sensitivity.value == pytest.approx(k, rel=1e-9)
     assert found.offset.value == pytest.approx(c, abs=1e-9)
@@ -89,7 +89,7 @@ def test_settling_is_left_out_and_units_are_carried():
     mass = np.repeat([0.0, 0.1, 0.2], 100)
     volts = 2.0 + 3.0 * mass * G
     volts[[0, 100, 109, 200, 209]] += 50.0
-    found = find.calibrate(recording(100.0, {"f_m": "V"}, mass=mass, f_m=volts), settle_s=0.1)
+    found = find.weights(recording(100.0, {"f_m": "V"}, mass=mass, f_m=volts), settle_s=0.1)
     assert found.sensitivity.unit == "V/N"
     assert found.offset.unit == "V"
     assert found.sensitivity.value == pytest.approx(3.0)
@@ -99,7 +99,7 @@ def test_settling_is_left_out_and_units_are_carried():
 
 
 def test_hysteresis_is_the_widest_gap_over_the_span():
-    found = find.calibrate(steps([0, 0.1, 0.2, 0.1, 0], [0.0, 0.9, 2.0, 1.2, 0.1]), settle_s=0.0)
+    found = find.weights(steps([0, 0.1, 0.2, 0.1, 0], [0.0, 0.9, 2.0, 1.2, 0.1]), settle_s=0.0)
     assert found.hysteresis == pytest.approx(0.3 / 2.0)
 
 
@@ -110,7 +110,7 @@ def test_errors_of_weights_scatter_the_slope_as_told():
     marks, which = np.unique(levels, return_inverse=True)
     hung = levels * (1 + tolerance * rng.uniform(-1, 1, (5000, marks.size))[:, which])
     slopes = np.polyfit(levels, hung.T, 1)[0]
-    told = find.calibrate(steps(levels, levels), settle_s=0.0, tolerance=tolerance).weights_error
+    told = find.weights(steps(levels, levels), settle_s=0.0, tolerance=tolerance).weights_error
     assert np.mean(slopes) == pytest.approx(1.0, abs=5 * told / math.sqrt(5000))
     # The scatter of 5000 values is known to 1 %.
     assert np.std(slopes) == pytest.approx(told, rel=0.05)
@@ -121,7 +121,7 @@ def test_perfect_hysteresis_is_found_exactly():
     way = np.sign(np.diff(levels, prepend=levels[0]))
     for b, d in ((0.13, 0.0), (0.02, 0.01), (0.3, 0.004)):
         readings = 0.3 + 2.0 * arriving(levels * G, way, b, d)
-        found = find.pulley_friction(find.calibrate(steps(levels, readings), settle_s=0.0))
+        found = find.pulley_friction(find.weights(steps(levels, readings), settle_s=0.0))
         assert found.exponent.value == pytest.approx(b, abs=1e-6)
         assert found.drag.value == pytest.approx(d, abs=1e-6)
         assert found.sensitivity.value == pytest.approx(2.0, abs=1e-5)
@@ -172,7 +172,7 @@ def test_h1_of_a_filter_is_that_filter():
     x = np.zeros(40000)
     for k in range(8):
         x[5000 * k + 1000 + 7 * k : 5000 * k + 1012 + 7 * k] = np.hanning(14)[1:-1] * rng.uniform(0.5, 1)
-    found = find.frequency_response(recording(rate, hammer=x, f_m=lfilter(b, a, x)), segment_s=1.0)
+    found = find.response(recording(rate, hammer=x, f_m=lfilter(b, a, x)), segment_s=1.0)
     assert found.hits == 8
     keep = found.frequency_hz < 400
     exact = freqz(b, a, found.frequency_hz[keep], fs=rate)[1]
@@ -187,7 +187,7 @@ def test_the_error_of_h1_is_that_of_its_scatter():
     x[np.arange(20) * 2000 + 500] = 1.0
     responses, errors = [], []
     for _ in range(40):
-        found = find.frequency_response(recording(rate, hammer=x, f_m=x + 0.002 * rng.normal(size=x.size)), 1.0)
+        found = find.response(recording(rate, hammer=x, f_m=x + 0.002 * rng.normal(size=x.size)), 1.0)
         responses.append(np.abs(found.response))
         errors.append(found.relative_error)
     scatter = np.sqrt(np.mean(np.var(responses, axis=0)))
@@ -296,10 +296,10 @@ RUNS = {
 
 def analysed(name, run):
     if name == "weights":
-        calibration = find.calibrate(run)
+        calibration = find.weights(run)
         return calibration.sensitivity, calibration.offset, calibration.r2, find.pulley_friction(calibration)
     if name == "hammer":
-        return find.fit_resonance(find.frequency_response(run))
+        return find.fit_resonance(find.response(run))
     spectrum = find.noise_spectrum(run)
     return find.floor_density(spectrum, 5, 60), find.band_rms(spectrum, 5, 300), fit_corner(spectrum, 500, 2500)
 
@@ -316,8 +316,7 @@ def test_a_text_file_gives_identical_results(name, tmp_path):
     columns = list(run.data_vars)
     table = np.column_stack([run["time"].values, *(run[c].values for c in columns)])
     np.savetxt(path, table, fmt="%.17g", delimiter=",", header=",".join(["time", *columns]), comments="")
-    rate_hz = find.rate_of(run)
-    back = find.read_channels({c: fl.Recording(path=str(path), column=c) for c in columns}, rate_hz)
+    back = find.load(path, {column: column for column in columns})
     assert back.attrs["source"] == "recorded"
     assert analysed(name, back) == analysed(name, run)
 
@@ -332,27 +331,26 @@ HIT[[200, 1200]] = 1.0
 @pytest.mark.parametrize(
     ("function", "arguments", "words"),
     [
-        (find.calibrate, [GOOD.drop_vars("mass")], ["no column 'mass'", "there: f_m"]),
-        (find.calibrate, [steps([0, 0.1], [0, 1], units={"mass": "g"})], ["units of 'mass' = 'g'", "'kg'"]),
-        (find.calibrate, [steps([0, 0.1], [0, 1], units={"f_m": None})], ["units of 'f_m' = None", "'N' or 'V'"]),
-        (find.calibrate, [steps([0, 0.1], [0, 1]), 0.01], ["'mass' has 2 steps", "three"]),
-        (find.calibrate, [steps([0, 0.1, -0.1], [0, 1, 2]), 0.01], ["'mass' is -0.1 kg", "at least 0"]),
-        (find.calibrate, [GOOD, 1.0], ["settle_s = 1 s", "below 0.05"]),
-        (find.calibrate, [GOOD, -1.0], ["settle_s = -1 s"]),
-        (find.calibrate, [GOOD, 0.01, 0.0], ["gravity_m_s2 = 0 m/s^2"]),
-        (find.calibrate, [GOOD, 0.01, G, 2.0], ["tolerance = 2: must be finite and from 0 to below 1"]),
-        (find.calibrate, [steps([0, 0.1, 0.2], [0, np.nan, 2]), 0.01], ["'f_m' is nan at row 50", "finite"]),
-        (find.calibrate, [steps([0, 0.1, 0.2], [1, 1, 1]), 0.01], ["'f_m' does not change"]),
-        (find.calibrate, [GOOD.drop_vars("time")], ["'time'"]),
-        (find.calibrate, [GOOD.assign_coords(time=("time", np.arange(250) ** 2, {"units": "s"}))], ["uneven at row"]),
-        (find.calibrate, [GOOD.assign_coords(time=("time", np.arange(250), {"units": "ms"}))], ["'time' = 'ms'"]),
-        (find.calibrate, [[1, 2]], ["list", "xarray.Dataset"]),
-        (find.frequency_response, [GOOD], ["no column 'hammer'"]),
-        (find.frequency_response, [recording(hammer=HIT, f_m=HIT), 5.0], ["segment_s = 5 s"]),
-        (find.frequency_response, [recording(hammer=HIT[:1000], f_m=HIT[:1000])], ["1 hits", "at least two"]),
+        (find.weights, [GOOD.drop_vars("mass")], ["no column 'mass'", "there: f_m"]),
+        (find.weights, [steps([0, 0.1], [0, 1], units={"mass": "g"})], ["units of 'mass' = 'g'", "'kg'"]),
+        (find.weights, [steps([0, 0.1], [0, 1], units={"f_m": None})], ["units of 'f_m' = None", "'N' or 'V'"]),
+        (find.weights, [steps([0, 0.1], [0, 1]), 0.01], ["'mass' has 2 steps", "three"]),
+        (find.weights, [steps([0, 0.1, -0.1], [0, 1, 2]), 0.01], ["'mass' is -0.1 kg", "at least 0"]),
+        (find.weights, [GOOD, 1.0], ["settle_s = 1 s", "below 0.05"]),
+        (find.weights, [GOOD, -1.0], ["settle_s = -1 s"]),
+        (find.weights, [GOOD, 0.01, 0.0], ["gravity_m_s2 = 0 m/s^2"]),
+        (find.weights, [GOOD, 0.01, G, 2.0], ["tolerance = 2: must be finite and from 0 to below 1"]),
+        (find.weights, [steps([0, 0.1, 0.2], [0, np.nan, 2]), 0.01], ["'f_m' is nan at row 50", "finite"]),
+        (find.weights, [steps([0, 0.1, 0.2], [1, 1, 1]), 0.01], ["'f_m' does not change"]),
+        (find.weights, [GOOD.drop_vars("time")], ["'time'"]),
+        (find.weights, [GOOD.assign_coords(time=("time", np.arange(250) ** 2, {"units": "s"}))], ["uneven at row"]),
+        (find.weights, [GOOD.assign_coords(time=("time", np.arange(250), {"units": "ms"}))], ["'time' = 'ms'"]),
+        (find.weights, [[1, 2]], ["list", "xarray.Dataset"]),
+        (find.response, [GOOD], ["no column 'hammer'"]),
+        (find.response, [recording(hammer=HIT, f_m=HIT), 5.0], ["segment_s = 5 s"]),
+        (find.response, [recording(hammer=HIT[:1000], f_m=HIT[:1000])], ["1 hits", "at least two"]),
         (find.noise_spectrum, [recording(f_m=HIT), 2.0], ["segment_s = 2 s", "half the recording"]),
         (find.noise_spectrum, [recording(units={"f_m": "V"}, f_m=HIT)], ["units of 'f_m' = 'V'", "'N'"]),
-        (find.read_channels, [{}, 100.0], ["files is empty"]),
         (find.residual_share, [1.5], ["r2 = 1.5"]),
         (find.dynamic_range_db, [2.5, 0.0], ["floor_n = 0 N"]),
         (find.floor_readings, [5e-5, -1.0], ["cutoff_hz = -1 Hz"]),
@@ -367,7 +365,7 @@ def test_what_is_refused(function, arguments, words):
 
 
 def test_steps_one_way_tell_nothing_of_the_pulley():
-    up = find.calibrate(steps(np.arange(7) * 0.03, np.arange(7) * 0.3), settle_s=0.0)
+    up = find.weights(steps(np.arange(7) * 0.03, np.arange(7) * 0.3), settle_s=0.0)
     assert "6 up and 0 down" in complaint(find.pulley_friction, up)
 
 
@@ -375,7 +373,7 @@ def test_a_band_beyond_the_recording():
     spectrum = find.noise_spectrum(white(0))
     assert "low_hz, high_hz" in complaint(find.band_rms, spectrum, 10, 4000)
     assert "low_hz, high_hz" in complaint(find.band_rms, spectrum, 10.1, 10.3)
-    response = find.frequency_response(RUNS["hammer"])
+    response = find.response(RUNS["hammer"])
     assert "half the rate" in complaint(find.fit_resonance, response, (20, 4000))
     assert "holds no resonance" in complaint(find.fit_resonance, response, (220.0, 400.0))
 
@@ -384,8 +382,8 @@ def test_a_rate_too_low_for_the_resonance():
     """A recorder at 300 Hz, without an anti-alias filter: nothing below 150 Hz has a peak on both sides."""
     run = RUNS["hammer"]
     slow = run.isel(time=slice(None, None, 16))
-    assert "too low" in complaint(lambda: find.fit_resonance(find.frequency_response(slow)))
+    assert "too low" in complaint(lambda: find.fit_resonance(find.response(slow)))
 
 
 def test_a_response_that_is_cut_off():
-    assert "must be longer" in complaint(find.frequency_response, RUNS["hammer"], 0.05)
+    assert "must be longer" in complaint(find.response, RUNS["hammer"], 0.05)

@@ -37,8 +37,9 @@ def test_a_second_process_compiles_nothing():
         script = [sys.executable, "-c", textwrap.dedent(FRESH_PROCESS)]
         return subprocess.run(script, capture_output=True, text=True, check=True).stdout.splitlines()
 
-    fresh()  # may compile, if no test has before
     events, *tiles = fresh()
+    if events != "0 0" or not all(line.endswith(" 1") for line in tiles):  # no test has compiled it before
+        events, *tiles = fresh()
     assert events == "0 0"  # no compilation, nor a pass of the compiler, for the paper
     # Every tile comes from the cache, those of both loops and widths among them.
     assert all(line.endswith(" 1") for line in tiles)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -73,6 +75,20 @@ def test_the_held_set_point_is_the_level():
 def test_a_sensor_quieter_than_its_converter_may_tell_the_same_for_long():
     assert values(fl.bench())["safety.stuck_ticks"][0] == 72  # ln 1e-15 over ln erf(1/(1.146 sqrt 2))
     assert values(fl.paper())["safety.stuck_ticks"][0] == 500_000
+
+
+def test_what_a_sensor_cannot_tell_follows_from_bench_and_finger():
+    told = {name: float(value[0]) for name, value in values(fl.bench()).items() if name.startswith("safety.")}
+    assert told["safety.force_jump_n"] == pytest.approx(2 * math.sin(math.pi * 145 / 5000) * 2.5)
+    assert told["safety.position_jump_m"] == pytest.approx(0.5 / 5000 + 8 * math.sqrt(2) * 10e-6, rel=1e-4)
+    assert told["safety.load_jump_n"] == pytest.approx(1.0 + 8 * math.sqrt(2) * 2e-3)
+    assert told["safety.contrary_n"] == pytest.approx(5 * 0.02)
+    assert told["safety.turn_m"] == pytest.approx(2.4 / 250, rel=1e-6)
+    assert told["safety.hum_n"] == pytest.approx(0.3)
+    assert told["safety.hum_ticks"] == round(5000 / 145)
+    assert values(fl.bench().evolve({"sensor.resonance_hz": 300.0}))["safety.hum_ticks"][0] == 50  # 3 periods
+    assert values(fl.bench().evolve({"sensor.resonance_hz": 90.0}))["safety.hum_ticks"][0] == 45  # none fits
+    assert values(fl.paper())["safety.hum_ticks"][0] == 45
 
 
 def test_what_the_firmware_cannot_do_is_refused_by_name():

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import frictionloop as fl
+from frictionloop import report
 from frictionloop.report.figures.diagram import controller_label, figure_diagram, lookup_label, source_label
 from frictionloop.report.figures.tracking import binned, figure_population
 from frictionloop.report.numbers import number
@@ -109,3 +111,9 @@ def test_colours_differ_in_grey_or_by_their_dashes():
 
     shades = sorted(lightness(colour) for colour in (BLUE, VERMILLION, GREEN, ORANGE, SKY, PURPLE))
     assert shades[-1] - shades[0] > 60
+
+
+def test_no_figure_is_a_white_card_on_a_dark_page():
+    style = (Path(report.__file__).parent / "templates" / "style.css").read_text()
+    dark = style.partition("prefers-color-scheme: dark")[2].partition("\n}")[0]
+    assert 'svg[aria-label^="Map"]' in dark and "#fff" not in dark

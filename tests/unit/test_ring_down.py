@@ -50,7 +50,7 @@ def test_the_rig_and_the_hammer_agree(resonance_hz):
     recording = rigs.hammer_rig(bench, seed=5)
     alone, hammered = (
         find.fit_ring_down(recording.drop_vars("hammer")),
-        find.fit_resonance(find.frequency_response(recording)),
+        find.fit_resonance(find.response(recording)),
     )
     assert alone.resonance.value == pytest.approx(resonance_hz, rel=1e-3)
     assert alone.resonance.value == pytest.approx(hammered.resonance.value, rel=1e-3)

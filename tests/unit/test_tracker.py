@@ -228,7 +228,7 @@ def readings(seed, ticks=4000):
 
 
 @pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (2, 3))])
 def test_the_compiled_step_is_the_law_written_anew(case, seed):
     """Command and all 29 states, tick by tick from the same state.
 

@@ -17,6 +17,9 @@ from frictionloop.quantities import Lti
 LEFT_DEG = 180.0 - 90.0 - 45.0
 """What an integral's slope and a margin of 45 degrees leave."""
 
+APART = 1e-9
+"""Least relative distance of two panel edges: what is nearer is one, to rounding."""
+
 
 class Stubborn(NamedTuple):
     """What a law cannot divide out of the sampled plant without becoming unstable or acausal."""
@@ -78,7 +81,7 @@ def bode_integral(loop: LinearLoop) -> float:
 
     # ln|S| is steep near the poles of S and near its zeros, the poles of law and plant.
     zeros = np.concatenate([loop.law.poles(), np.linalg.eigvals(loop.plant.transition)])
-    edges = np.union1d(panel_edges(loop, loop.poles()), panel_edges(loop, zeros))
+    edges = panel_edges(loop, np.concatenate([loop.poles(), zeros]))
     panels = tanhsinh(log_sensitivity, edges[:-1], edges[1:], rtol=1e-9, atol=1e-9 * loop.nyquist_hz / edges.size)
     return float(np.sum(panels.integral)) / loop.nyquist_hz
 
@@ -93,7 +96,8 @@ def panel_edges(loop: LinearLoop, poles: Complex) -> Array:
     centres = np.abs(logs.imag)[:, None]
     edges = np.concatenate([centres, centres - widths, centres + widths], axis=1).ravel()
     tiny = 1e-12 * loop.nyquist_hz  # the spectrum is finite at 0, only its formula is not
-    return np.unique([tiny, *edges[(edges > 2 * tiny) & (edges < loop.nyquist_hz)], loop.nyquist_hz])
+    found = np.unique([tiny, *edges[(edges > 2 * tiny) & (edges < loop.nyquist_hz)], loop.nyquist_hz])
+    return found[np.append(np.diff(found) > APART * found[1:], True)]
 
 
 def unstable_sum(loop: LinearLoop) -> float:

@@ -10,6 +10,7 @@ from frictionloop.parameters.sources import ColouredNoise
 from frictionloop.physics.friction import Held, amplitude_for, friction_force, held, is_gaussian
 from frictionloop.physics.friction_limit import limit_coefficients, limit_step
 from frictionloop.quantities import FrictionloopError
+from frictionloop.rendering.source import EffectSource
 
 NOISE_BAND = 2.0
 """Standard deviations of a coloured noise that count as its band (assumed: it is inside 95 % of the time)."""
@@ -143,6 +144,8 @@ def _check_slides(system: System, motion: Strokes) -> None:
 
 
 def _band(source: Any, name: str) -> Asked:
+    if isinstance(source, EffectSource):
+        return Asked(*source.band_n)
     if isinstance(source, Steps):
         levels = source.levels_n
         return Asked(min(levels), math.fsum(levels) / len(levels), max(levels))

@@ -30,7 +30,11 @@ from frictionloop.cli import (
     device_recover,
     device_run,
     device_set,
+    effect,
+    effect_import,
     firmware,
+    identify,
+    identify_bench,
     reproduce,
     simulate,
     sweep,
@@ -182,6 +186,33 @@ app.command(
         "sensor",
         BENCH,
         {"sensor": _verb(design_sensor), "plate": _verb(design_plate), "controller": _verb(design_controller)},
+    )
+)
+app.command(
+    group_app(
+        "effect",
+        "Effects, friction by place, time and touch: list them, preview what a finger gets, play them.",
+        "show",
+        LOOP,
+        {
+            "list": Verb(effect.list_effects, "[--json]", effect.LIST_EXAMPLES),
+            "show": Verb(effect.show, effect.ARGUMENTS, effect.SHOW_EXAMPLES),
+            "check": Verb(effect.check, effect.ARGUMENTS, effect.CHECK_EXAMPLES),
+            "play": Verb(effect.play, effect.ARGUMENTS, effect.PLAY_EXAMPLES),
+            "import": _verb(effect_import),
+        },
+    )
+)
+app.command(
+    group_app(
+        "identify",
+        "From a lab's recordings to its bench: what is in a file, and what weights, hits and silence tell.",
+        "channels",
+        BENCH,
+        {
+            "channels": Verb(identify.channels, "FILE [OPTIONS]", identify.CHANNELS_EXAMPLES),
+            "bench": _verb(identify_bench),
+        },
     )
 )
 app.command(

@@ -60,6 +60,8 @@ def command(
 
 
 def _out(file: Path, out: Path | None) -> Path:
+    if not file.is_file():
+        raise FrictionloopError(f"{file}: cannot be read (no such file)")
     if out is None:
         if PARTIAL not in file.name:
             raise FrictionloopError(f"{file}: says no name to save it under; give --out FILE.h5")

@@ -60,6 +60,8 @@ def command(
     described = flags.given(system, None, None)[0] if system is not None else None
     tuned = {name: value for name, value in pairs.items() if name.startswith("controller.")}
     own = {name: value for name, value in pairs.items() if name not in tuned}
+    for name in own.keys() & {"kp", "ki"}:
+        raise FrictionloopError(f"parameter {name!r}: unknown; did you mean controller.{name}?")
 
     from frictionloop.firmware.parameter_words import firmware_words
     from frictionloop.firmware.words import shown

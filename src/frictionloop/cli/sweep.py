@@ -90,12 +90,13 @@ def command(
     checks.check_score(score_from_s, duration_s)
     _check_points(over, fingers, fingers_seed, seeds)
     system, origin = flags.given(file, preset, overrides)
+    axes = axes_of(over or (), seeds)
     names = None if metrics is None else [name.strip() for name in metrics.split(",")]
     with screen.waiting("loading the compiled loop; after an installation it is compiled first"):
         from frictionloop.cli import outcome, population
 
         people = population.population_of(system, fingers, fingers_seed or 0, overrides) if fingers else None
-        points: Any = people or axes_of(over or (), seeds)
+        points: Any = people or axes
         names = list(population.METRICS) if names is None and fingers else names
         outcome.compiled(system, points, seeds, names)
     if out is not None and not resume:

@@ -19,13 +19,13 @@ class WorstTick(NamedTuple):
 
 
 WORST_TICK = {
-    "pi": WorstTick(1654, 3124),
-    "lookup": WorstTick(1632, 3055),
-    "notch_pi": WorstTick(2462, 4247),
-    "filtered_pi": WorstTick(3375, 5460),
-    "observer": WorstTick(2059, 4052),
-    "super_twisting": WorstTick(2244, 4420),
-    "tracker": WorstTick(3521, 7302),
+    "pi": WorstTick(1686, 3184),
+    "lookup": WorstTick(1664, 3115),
+    "notch_pi": WorstTick(2494, 4305),
+    "filtered_pi": WorstTick(3407, 5518),
+    "observer": WorstTick(2091, 4110),
+    "super_twisting": WorstTick(2276, 4482),
+    "tracker": WorstTick(3553, 7340),
 }
 """By kind of controller, on the image of bench() with two force axes, from entry to return of the tick's interrupt.
 

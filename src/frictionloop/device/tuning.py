@@ -34,7 +34,7 @@ def told_controller(parameters: Parameters, rate_hz: float) -> PiController:
     law = NUMBERED[number - 1].kind if 0 < number <= len(NUMBERED) else "none"
     if law != "pi":
         raise FrictionloopError(f"controller: the device runs law {law} and tells the gains of law pi alone; {ELSE}")
-    kp, ki_dt = parameters["law.gains"][:2]
+    kp, ki_dt = np.asarray(parameters["law.gains"])[:2]
     kp, ki = (float(f"{gain:.{DIGITS}g}") for gain in (kp, ki_dt * rate_hz))
     return PiController(kp=kp, ki=ki, rate_hz=rate_hz, model=Model(nominal_n=parameters["law.high_n"]))
 
@@ -56,10 +56,10 @@ def tuned_words(base: System | PiController, values: dict[str, Any]) -> dict[str
             raise FrictionloopError(f"{name}: the device tells {' and '.join(TOLD)} alone; {ELSE}")
     gains = dict(base) | {TOLD[name]: value for name, value in values.items()}
     try:
-        tuned = PiController(**gains)
+        controller = PiController(**gains)
     except FrictionloopError as error:
         raise FrictionloopError(str(error).replace("PiController: ", "controller.", 1)) from None
     words = np.zeros(word_of("law.gains").words, np.int32)
-    own = np.ravel(pi_gains(tuned))
+    own = np.ravel(pi_gains(controller))
     words[: own.size] = own
     return {"law.gains": words}

@@ -1,7 +1,9 @@
 """Recordings to parameters, with uncertainty: sees datasets only, a simulated rig and a recording look the same."""
 
-from frictionloop.identification.calibration import Calibration, Plateaus, calibrate, plateaus
-from frictionloop.identification.channels import channel, rate_of, read_channels
+from frictionloop.identification.bench import Bench, bench, kept_results, to_toml
+from frictionloop.identification.calibration import Calibration, Plateaus, plateaus, weights
+from frictionloop.identification.channel_map import Channel, ChannelMap, read_map
+from frictionloop.identification.channels import channel, rate_of
 from frictionloop.identification.estimate import Estimate, Interval
 from frictionloop.identification.figures_of_merit import (
     FloorReading,
@@ -10,30 +12,57 @@ from frictionloop.identification.figures_of_merit import (
     residual_share,
     uniform_std_n,
 )
-from frictionloop.identification.frequency_response import FrequencyResponse, frequency_response
+from frictionloop.identification.frequency_response import FrequencyResponse, response
+from frictionloop.identification.hits import Hit, Hits, pick_hits
+from frictionloop.identification.load import load
+from frictionloop.identification.measured import Measured
+from frictionloop.identification.modes import Mode, Modes, modes
 from frictionloop.identification.noise import (
     NoiseSpectrum,
     band_rms,
     floor_density,
     noise_spectrum,
 )
+from frictionloop.identification.preview import ChannelPreview, Preview, preview
+from frictionloop.identification.project import Converter, Project, Take
 from frictionloop.identification.pulley import PulleyFriction, exponent_for_r2, pulley_friction, r2_with_friction
+from frictionloop.identification.quiet import Quiet, Spur, noise
 from frictionloop.identification.resonance import Resonance, fit_resonance
 from frictionloop.identification.ring_down import RingDown, fit_ring_down
+from frictionloop.identification.slides import Friction, Slide, friction
+from frictionloop.identification.straightness import Straightness, straightness
 
 __all__ = [
+    "Bench",
     "Calibration",
+    "Channel",
+    "ChannelMap",
+    "ChannelPreview",
+    "Converter",
     "Estimate",
     "FloorReading",
     "FrequencyResponse",
+    "Friction",
+    "Hit",
+    "Hits",
     "Interval",
+    "Measured",
+    "Mode",
+    "Modes",
     "NoiseSpectrum",
     "Plateaus",
+    "Preview",
     "PulleyFriction",
+    "Project",
+    "Quiet",
     "Resonance",
     "RingDown",
+    "Slide",
+    "Spur",
+    "Straightness",
+    "Take",
     "band_rms",
-    "calibrate",
+    "bench",
     "channel",
     "dynamic_range_db",
     "exponent_for_r2",
@@ -41,13 +70,23 @@ __all__ = [
     "fit_ring_down",
     "floor_density",
     "floor_readings",
-    "frequency_response",
+    "friction",
+    "kept_results",
+    "load",
+    "modes",
+    "noise",
     "noise_spectrum",
+    "pick_hits",
     "plateaus",
+    "preview",
     "pulley_friction",
     "r2_with_friction",
     "rate_of",
-    "read_channels",
+    "read_map",
     "residual_share",
+    "response",
+    "straightness",
+    "to_toml",
     "uniform_std_n",
+    "weights",
 ]

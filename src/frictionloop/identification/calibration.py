@@ -29,15 +29,19 @@ class Plateaus(NamedTuple):
     direction: Array
     """1 if the mass had grown, -1 if it had shrunk, 0 for the first."""
     unit: str
+    moves: Array
+    """Standard deviation of the slow movement of the reading while a mass hangs, its swing; 0 of a table."""
 
 
 def plateaus(recording: xr.Dataset, settle_s: float = 1.0) -> Plateaus:
-    """Return the steps of a calibration: wherever ``mass`` (kg) stays the same, the mean of ``f_m`` once it is still.
+    """Return the steps of a calibration: where ``mass`` (kg) stays the same, the mean of ``f_m`` once it is still.
+
+    The rows of a table are such steps as they stand.
 
     Parameters
     ----------
     recording : xarray.Dataset
-        Columns ``mass`` in kg and ``f_m`` in N, V or counts, over ``time`` in s.
+        Columns ``mass`` in kg and ``f_m`` in N, V or counts, over ``time`` in s, or over ``row``.
     settle_s : float
         Time left out after each change of mass in s, not negative.
 
@@ -47,6 +51,8 @@ def plateaus(recording: xr.Dataset, settle_s: float = 1.0) -> Plateaus:
         For a column that is missing or has another unit, a negative mass, fewer than three steps, all of one mass, or a
         step that does not last longer than ``settle_s``.
     """
+    if isinstance(recording, xr.Dataset) and "row" in recording.dims:
+        return _rows(recording)
     mass = channel(recording, "mass", ("kg",))
     reading = channel(recording, READING, READING_UNITS)
     rate_hz = rate_of(recording)
@@ -65,10 +71,24 @@ def plateaus(recording: xr.Dataset, settle_s: float = 1.0) -> Plateaus:
             f"settle_s = {settle_s:g} s: must be below {lasts_s:g}, the time that {mass[starts[shortest]]:g} kg hangs "
             f"from row {starts[shortest]} on"
         )
-    means = np.array([reading[a + skipped : b].mean() for a, b in zip(starts, ends, strict=True)])
+    hanging = [reading[a + skipped : b] for a, b in zip(starts, ends, strict=True)]
+    means = np.array([each.mean() for each in hanging])
+    moves = np.array([np.std([part.mean() for part in np.array_split(each, 10) if part.size]) for each in hanging])
     levels = mass[starts]
     direction = np.concatenate([[0.0], np.sign(np.diff(levels))])
-    return Plateaus(levels, means, direction, str(recording[READING].attrs["units"]))
+    return Plateaus(levels, means, direction, str(recording[READING].attrs["units"]), moves)
+
+
+def _rows(table: xr.Dataset) -> Plateaus:
+    mass = channel(table, "mass", ("kg",), dim="row")
+    reading = channel(table, READING, READING_UNITS, dim="row")
+    if mass.size < 3 or np.ptp(mass) == 0 or mass.min() < 0:
+        raise FrictionloopError(
+            f"recording: 'mass' has {mass.size} rows from {mass.min():g} to {mass.max():g} kg: must have at least "
+            "three, none below 0, not all alike"
+        )
+    direction = np.concatenate([[0.0], np.sign(np.diff(mass))])
+    return Plateaus(mass, reading, direction, str(table[READING].attrs["units"]), np.zeros_like(reading))
 
 
 @dataclass(frozen=True)
@@ -79,6 +99,8 @@ class Calibration:
     """Unit of the reading per N."""
     offset: Estimate
     """In the unit of the reading."""
+    left_out: Estimate
+    """The sensitivity with the jackknife's error, from leaving each step out: of few steps the safer one."""
     r2: float
     """1 - sum of squared residuals over that of the readings about their mean."""
     residual_rms_n: float
@@ -98,7 +120,7 @@ class Calibration:
         return np.asarray((np.asarray(reading, dtype=float) - self.offset.value) / self.sensitivity.value)
 
 
-def calibrate(
+def weights(
     recording: xr.Dataset, settle_s: float = 1.0, gravity_m_s2: float = STANDARD_GRAVITY, tolerance: float = 0.0
 ) -> Calibration:
     """Return sensitivity, offset and straightness from weights, by least squares over the steps.
@@ -114,9 +136,9 @@ def calibrate(
     Parameters
     ----------
     recording : xarray.Dataset
-        Columns ``mass`` in kg and ``f_m`` in N, V or counts, over ``time`` in s.
+        Columns ``mass`` in kg and ``f_m`` in N, V or counts, over ``time`` in s, or over ``row``: a line per weight.
     settle_s : float
-        Time left out after each change of mass in s.
+        Time left out after each change of mass in s; a table has none.
     gravity_m_s2 : float
         Local gravity g in m/s^2, positive; the standard value is up to 0.3 % off.
     tolerance : float
@@ -138,9 +160,11 @@ def calibrate(
         )
     residuals = (steps.reading - line.intercept - line.slope * force) / line.slope
     freedom = force.size - 2
+    unit = f"{steps.unit}/N"
     return Calibration(
-        sensitivity=Estimate(float(line.slope), float(line.stderr), f"{steps.unit}/N", freedom),
+        sensitivity=Estimate(float(line.slope), float(line.stderr), unit, freedom),
         offset=Estimate(float(line.intercept), float(line.intercept_stderr), steps.unit, freedom),
+        left_out=Estimate(float(line.slope), _left_out(force, steps.reading), unit, freedom),
         r2=float(line.rvalue) ** 2,
         residual_rms_n=float(np.sqrt(np.sum(residuals**2) / freedom)),
         load_std_n=float(np.std(force, ddof=1)),
@@ -149,6 +173,13 @@ def calibrate(
         steps=steps,
         residuals_n=residuals,
     )
+
+
+def _left_out(force: Array, reading: Array) -> float:
+    """Return the jackknife error of the slope, sqrt((n - 1)/n sum (slope_i - mean)^2), step i left out of slope_i."""
+    kept = [np.arange(force.size) != k for k in range(force.size)]
+    slopes = np.array([np.polyfit(force[each], reading[each], 1)[0] for each in kept if np.ptp(force[each]) > 0])
+    return math.sqrt((slopes.size - 1) / slopes.size * float(np.sum((slopes - slopes.mean()) ** 2)))
 
 
 def _weights_error(mass_kg: Array, tolerance: float) -> float:

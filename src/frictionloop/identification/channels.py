@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from frictionloop.parameters import Recording
 from frictionloop.quantities import FrictionloopError
-from frictionloop.recordings.read import read_recording
 
 Array = NDArray[np.float64]
 READING = "f_m"
@@ -20,8 +17,8 @@ READING_UNITS = ("N", "V", "counts")
 _UNEVEN = 1e-3  # of a sampling interval
 
 
-def channel(recording: xr.Dataset, name: str, units: tuple[str, ...]) -> Array:
-    """Return a column over ``time``, refusing one that is not there, has another unit, or holds no finite numbers.
+def channel(recording: xr.Dataset, name: str, units: tuple[str, ...], dim: str = "time") -> Array:
+    """Return a column over time, refusing one that is not there, has another unit, or holds no finite numbers.
 
     Parameters
     ----------
@@ -31,6 +28,8 @@ def channel(recording: xr.Dataset, name: str, units: tuple[str, ...]) -> Array:
         Column.
     units : tuple of str
         Units accepted.
+    dim : str
+        ``"time"``, or ``"row"`` for a plain table.
 
     Raises
     ------
@@ -47,8 +46,8 @@ def channel(recording: xr.Dataset, name: str, units: tuple[str, ...]) -> Array:
     if unit not in units:
         accepted = " or ".join(map(repr, units))
         raise FrictionloopError(f"recording: units of {name!r} = {unit!r}: must be {accepted}")
-    if column.dims != ("time",):
-        raise FrictionloopError(f"recording: {name!r} has dimensions {column.dims}: must have ('time',)")
+    if column.dims != (dim,):
+        raise FrictionloopError(f"recording: {name!r} has dimensions {column.dims}: must have ({dim!r},)")
     if column.dtype.kind not in "iuf":
         raise FrictionloopError(f"recording: {name!r} holds {column.dtype}: must hold numbers")
     values = np.asarray(column.values, dtype=float)
@@ -100,32 +99,3 @@ def pieces(found: NDArray[np.bool_], length: int, before: int = 0) -> list[int]:
         if row >= 0 and row + length <= found.size and (not starts or row >= starts[-1] + length):
             starts.append(row)
     return starts
-
-
-def read_channels(files: Mapping[str, Recording], rate_hz: float, units: Mapping[str, str] | None = None) -> xr.Dataset:
-    """Return columns of files as one recording, all at one rate and cut to the shortest.
-
-    Parameters
-    ----------
-    files : mapping
-        Name of the column here ("f_m", "hammer", "mass") to where it stands (path, column, rate, scale; read as in
-        ``physics.recording``). At another rate than the file's the samples are resampled band-limited, which a column
-        of steps such as "mass" does not survive: give the file's rate.
-    rate_hz : float
-        Sampling rate of the result in Hz.
-    units : mapping, optional
-        Units after scaling; "kg" for "mass" and "N" for the rest where nothing is said.
-
-    Raises
-    ------
-    FrictionloopError
-        For no files, and whatever ``read_recording`` refuses.
-    """
-    if not files:
-        raise FrictionloopError("files is empty: must name at least one column, for example 'f_m'")
-    units = {"mass": "kg"} | {name: "N" for name in files if name != "mass"} | dict(units or {})
-    columns = {name: read_recording(file, rate_hz, units[name]) for name, file in files.items()}
-    samples = min(column.size for column in columns.values())
-    data = {name: xr.Variable("time", column[:samples], {"units": units[name]}) for name, column in columns.items()}
-    time = xr.Variable("time", np.arange(samples) / rate_hz, {"units": "s"})
-    return xr.Dataset(data, {"time": time}, {"source": "recorded"})

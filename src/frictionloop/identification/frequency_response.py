@@ -1,25 +1,26 @@
-"""Force to reading over frequency, from hits of a hammer: H1 and coherence."""
+"""Force to reading over frequency, from hits of a hammer: H1, H2, Hv and coherence."""
 
 from __future__ import annotations
 
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 from scipy.signal import csd
 
-from frictionloop.identification.channels import READING, READING_UNITS, channel, pieces, rate_of, samples_in
+from frictionloop.identification.channels import READING, READING_UNITS, channel, rate_of
+from frictionloop.identification.hits import pick_hits
 from frictionloop.quantities import FrictionloopError
 
 Array = NDArray[np.float64]
-TRIGGER = 0.2
-"""A hit begins where the hammer passes this share of its largest force."""
 
 
 @dataclass(frozen=True)
 class FrequencyResponse:
-    """An H1 estimate over frequency; all arrays have one shape."""
+    """An estimate over frequency; all arrays have one shape."""
 
     frequency_hz: Array
     response: NDArray[np.complex128]
@@ -35,43 +36,59 @@ class FrequencyResponse:
     unit: str
 
 
-def frequency_response(recording: xr.Dataset, segment_s: float = 0.5) -> FrequencyResponse:
-    """Return H1 = S_xy/S_xx and coherence |S_xy|^2/(S_xx S_yy), averaged over the hits of a hammer.
+Estimator = Literal["H1", "H2", "Hv"]
 
-    Each hit is cut out with a tenth of ``segment_s`` before it. The pieces are not tapered (csd with a boxcar): force
-    and response begin and end within them, so nothing leaks. Noise of the reading does not bias H1; noise of the
-    hammer lowers it by its share of S_xx.
+
+def response(
+    recording: xr.Dataset | Sequence[xr.Dataset],
+    segment_s: float = 0.5,
+    estimator: Estimator = "H1",
+    exclude: Collection[int] = (),
+) -> FrequencyResponse:
+    """Return force to reading over frequency and the coherence, averaged over the good hits of a hammer (`pick_hits`).
+
+        H1 = S_xy/S_xx,   H2 = S_yy/S_yx,   Hv = sqrt(H1 H2),   coherence = |S_xy|^2/(S_xx S_yy) = H1/H2
+
+    The pieces are not tapered (csd with a boxcar): force and response begin and end within them, so nothing leaks.
+    Noise of the reading does not bias H1; noise of the hammer lowers it by its share of S_xx. With H2 it is the other
+    way round. A hammer that reads a push as negative is turned.
 
     Parameters
     ----------
-    recording : xarray.Dataset
-        Columns ``hammer`` in N and ``f_m`` in N, V or counts, over ``time`` in s.
+    recording : xarray.Dataset or sequence of them
+        Columns ``hammer`` in N and ``f_m`` in N, V or counts, over ``time`` in s; several at one rate are one
+        measurement.
     segment_s : float
         Length of a piece in s; its inverse is the distance between frequencies. The response must have decayed.
+    estimator : str
+        "H1", "H2" or "Hv".
+    exclude : collection of int
+        Numbers of hits to leave out, of one recording.
 
     Raises
     ------
     FrictionloopError
-        For a column that is missing or has another unit, fewer than two hits, or a response cut off before it has
-        decayed.
+        For a column that is missing or has another unit, fewer than two good hits, or another estimator.
 
     Notes
     -----
-    Source: Bendat and Piersol, Random Data, 4th ed., Sec. 9.2 for the standard error (ours: n hits, one segment each).
+    Source: Bendat and Piersol, Random Data, 4th ed., Sec. 9.2 for the standard error (ours: n hits, one segment each);
+    Rocklin, Crowley and Vold, IMAC 1985, for Hv.
     """
-    force = channel(recording, "hammer", ("N",))
-    reading = channel(recording, READING, READING_UNITS)
-    rate_hz = rate_of(recording)
-    length = samples_in("segment_s", segment_s, rate_hz, 16, force.size, "the length of the recording")
-    still = force - np.median(force)
-    starts = pieces(still > TRIGGER * still.max(), length, length // 10)
-    if len(starts) < 2:
+    if estimator not in get_args(Estimator):
+        raise FrictionloopError(f"estimator = {estimator!r}: must be 'H1', 'H2' or 'Hv'")
+    runs = [recording] if isinstance(recording, xr.Dataset) or not isinstance(recording, Sequence) else list(recording)
+    cut = [_pieces(run, segment_s, exclude) for run in runs]
+    if len({piece.rate_hz for piece in cut}) > 1:
+        raise FrictionloopError(f"recording: rates {sorted({piece.rate_hz for piece in cut})} Hz: must be one")
+    hits = sum(len(piece.force) for piece in cut)
+    if hits < 2:
         raise FrictionloopError(
-            f"recording: 'hammer' has {len(starts)} hits with segment_s = {segment_s:g} s around them: "
-            "must have at least two"
+            f"recording: 'hammer' has {hits} good hits with segment_s = {segment_s:g} s around them: must have at "
+            f"least two ({'; '.join(piece.told for piece in cut)})"
         )
-    x, y = (np.stack([column[k : k + length] for k in starts]) for column in (force, reading))
-    _refuse_cut(y, length // 10, segment_s)
+    x, y = (np.concatenate(parts) for parts in ([piece.force for piece in cut], [piece.reading for piece in cut]))
+    rate_hz, length = cut[0].rate_hz, x.shape[1]
 
     def density(one: Array, other: Array) -> tuple[Array, NDArray[np.complex128]]:
         options = {"window": "boxcar", "nperseg": length, "noverlap": 0, "detrend": "constant"}
@@ -79,28 +96,33 @@ def frequency_response(recording: xr.Dataset, segment_s: float = 0.5) -> Frequen
 
     frequency, across = density(x, y)
     of_force, of_reading = density(x, x)[1].real, density(y, y)[1].real
-    keep = (frequency > 0) & (of_force > 0) & (of_reading > 0)
+    keep = (frequency > 0) & (of_force > 0) & (of_reading > 0) & (np.abs(across) > 0)
     across, of_force = across[keep], of_force[keep]
     coherence = np.clip(np.abs(across) ** 2 / (of_force * of_reading[keep]), 1e-300, 1.0)
+    power = {"H1": 0.0, "H2": 1.0, "Hv": 0.5}[estimator]
     return FrequencyResponse(
         frequency_hz=frequency[keep],
-        response=across / of_force,
+        response=across / of_force / coherence**power,
         coherence=coherence,
-        relative_error=np.sqrt((1 - coherence) / (2 * len(starts) * coherence)),
+        relative_error=np.sqrt((1 - coherence) / (2 * hits * coherence)),
         input_density=of_force,
-        hits=len(starts),
+        hits=hits,
         rate_hz=rate_hz,
-        unit=f"{recording[READING].attrs['units']}/N",
+        unit=f"{runs[0][READING].attrs['units']}/N",
     )
 
 
-def _refuse_cut(reading: Array, before: int, segment_s: float) -> None:
-    """Refuse pieces at whose ends there is more than noise."""
-    still = reading - np.median(reading[:, :before], axis=1)[:, None]
-    peak = float(np.max(np.abs(still)))
-    start, end = (float(np.sqrt(np.mean(part**2))) for part in (still[:, :before], still[:, -before:]))
-    if end > 0.01 * peak and end > 3 * start:
-        raise FrictionloopError(
-            f"segment_s = {segment_s:g} s: {100 * end / peak:.0f} % of the response is left at the end of a piece; "
-            "must be longer"
-        )
+class _Pieces(NamedTuple):
+    """The good hits of a recording, cut out: arrays of shape (hits, rows)."""
+
+    force: Array
+    reading: Array
+    rate_hz: float
+    told: str
+
+
+def _pieces(run: xr.Dataset, segment_s: float, exclude: Collection[int]) -> _Pieces:
+    force, reading = channel(run, "hammer", ("N",)), channel(run, READING, READING_UNITS)
+    found = pick_hits(run, segment_s, exclude)
+    rows = np.array(found.starts, dtype=int)[:, None] + np.arange(found.length)
+    return _Pieces((-force if found.inverted else force)[rows], reading[rows], rate_of(run), found.told())

@@ -65,9 +65,9 @@ def pulley_friction(calibration: Calibration, gravity_m_s2: float = STANDARD_GRA
     Parameters
     ----------
     calibration : Calibration
-        From `calibrate`, with weights put on and taken off.
+        From `weights`, with weights put on and taken off.
     gravity_m_s2 : float
-        As given to `calibrate`.
+        As given to `weights`.
 
     Raises
     ------

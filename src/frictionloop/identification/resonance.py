@@ -24,7 +24,7 @@ class Resonance:
     """Hz."""
     q: Estimate
     gain: Estimate
-    """Reading per force below the resonance; a hammer's own calibration is in it."""
+    """Reading per force below the resonance, negative if one is turned round; a hammer's own calibration is in it."""
     lag: Estimate
     """Time constant of the pole, in s."""
     band_hz: tuple[float, float]
@@ -51,7 +51,7 @@ def fit_resonance(measured: FrequencyResponse, band_hz: tuple[float, float] | No
     Parameters
     ----------
     measured : FrequencyResponse
-        From `frequency_response`.
+        From `response`.
     band_hz : tuple, optional
         Lower and upper frequency in Hz; None is a fifth to two and a half times that of the largest response, cut at
         what the hammer excites (1 % of its power). At least eight frequencies.
@@ -74,6 +74,9 @@ def fit_resonance(measured: FrequencyResponse, band_hz: tuple[float, float] | No
         )
     frequency, response = measured.frequency_hz[inside], measured.response[inside]
     weight = np.sqrt(measured.input_density[inside] / np.mean(measured.input_density[inside]))
+    # A channel that is turned round has a negative gain.
+    sign = -1.0 if float(np.sum((weight**2 * response).real[: max(response.size // 8, 4)])) < 0 else 1.0
+    response = sign * response
     top = int(np.argmax(np.abs(response)))
     gain = float(np.median(np.abs(response[: max(top // 3, 1)])))
 
@@ -92,7 +95,7 @@ def fit_resonance(measured: FrequencyResponse, band_hz: tuple[float, float] | No
         )
     errors = sandwich(fit.jac, fit.fun)
     scale = np.array([*np.exp(fit.x[:3]), 1.0])
-    values = np.array([*np.exp(fit.x[:3]), fit.x[3]])
+    values = np.array([sign * np.exp(fit.x[0]), *np.exp(fit.x[1:3]), fit.x[3]])
     units = (measured.unit, "Hz", "", "s")
     gain_, hertz, q, lag_ = (
         Estimate(float(v), float(s * e), u, float(f))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -97,7 +98,7 @@ def _fit(piece: Array, rate_hz: float) -> tuple[float, float, float]:
     time, decay = np.arange(end - begin) / rate_hz, piece[begin:end]
 
     def left(x: Array) -> Array:
-        shape = _shapes(time, float(np.exp(x[0])), float(np.exp(x[1])))
+        shape = damped(time, [(float(np.exp(x[0])), float(np.exp(x[1])))])
         return np.asarray(shape @ np.linalg.lstsq(shape, decay, rcond=None)[0] - decay)
 
     guess_q = math.pi * around_hz * (end - begin) / rate_hz / math.log(FROM / TO)
@@ -111,9 +112,12 @@ def _fit(piece: Array, rate_hz: float) -> tuple[float, float, float]:
     return float(np.exp(fit.x[0])), float(np.exp(fit.x[1])), misfit
 
 
-def _shapes(time_s: Array, resonance_hz: float, q: float) -> Array:
-    """Return a constant and the two phases of a damped oscillation, shape (time, 3)."""
-    angle = 2.0 * math.pi * resonance_hz * time_s
-    damped = angle * math.sqrt(max(1.0 - 0.25 / q**2, 1e-6))
-    falls = np.exp(-0.5 * angle / q)
-    return np.stack([np.ones_like(time_s), falls * np.cos(damped), falls * np.sin(damped)], axis=1)
+def damped(time_s: Array, modes: Sequence[tuple[float, float]]) -> Array:
+    """Return a constant and the two phases of each damped oscillation (Hz, Q), shape (time, 1 + 2 modes)."""
+    columns = [np.ones_like(time_s)]
+    for resonance_hz, q in modes:
+        angle = 2.0 * math.pi * resonance_hz * time_s
+        turns = angle * math.sqrt(max(1.0 - 0.25 / q**2, 1e-6))
+        falls = np.exp(-0.5 * angle / q)
+        columns += [falls * np.cos(turns), falls * np.sin(turns)]
+    return np.stack(columns, axis=1)

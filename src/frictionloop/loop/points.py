@@ -147,8 +147,11 @@ def structures_of(
     probed = [tried(override) for override in grid.probes()]
     if not grid.gridded:
         return probed
-    # Whatever describes the plate may change how many segments a period has.
-    plain = not any(path.startswith("plate.") or path.endswith(STRUCTURAL) for path in grid.axes)
+    # Whatever describes the plate may change how many segments a period has, and an effect is a program of its own.
+    plain = not any(
+        path.startswith(("plate.", "setpoint.effect", "setpoint.track")) or path.endswith(STRUCTURAL)
+        for path in grid.axes
+    )
     plain = plain and all(axis.dtype.kind in "if" for axis in grid.axes.values())
     plain = plain and sum(path.endswith(COUPLED) for path in grid.axes) < 2
     return probed[:1] * len(grid.overrides) if plain else [tried(override) for override in grid.overrides]

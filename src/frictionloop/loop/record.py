@@ -38,6 +38,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "floor": ("N", "friction limit at the largest amplitude"),
     "sliding": ("1", "the sensors see a finger that slides"),
     "scored": ("1", "metrics count this period"),
+    "f_r_intended": ("N", "what the effect asks for at the true place"),
 }
 AT_ONCE_BYTES = 10**8
 """A run of more is read piece by piece, so that memory does not grow with it (assumed: four minutes of a bench)."""

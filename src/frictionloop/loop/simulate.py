@@ -12,7 +12,6 @@ from frictionloop.control.laws import law_of
 from frictionloop.loop.kernel.loop import Tile
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.slab import LANES, law_rows
-from frictionloop.loop.kernel.structure import kernel_of
 from frictionloop.loop.kernel.traces import traces_of
 from frictionloop.loop.record import to_dataset
 from frictionloop.loop.timing import check_memory, check_seed, periods_in
@@ -48,7 +47,7 @@ def traced(
 ) -> Iterator[xr.Dataset]:
     """Yield the runs of systems that can share a tile, each with its seed; under a constant command if one is given."""
     periods, seeds = periods_in(systems[0], duration_s), [check_seed(seed) for seed in seeds]
-    names, width = traces_of(kernel_of(systems[0])), 1 if len(systems) == 1 else LANES
+    names, width = traces_of(systems[0]), 1 if len(systems) == 1 else LANES
     check_memory((1 + width) * 8 * len(names) * periods, f"{len(systems)} runs of {duration_s:g} s")
     traces = np.empty((len(names), periods, width))
     tile = lower(systems, seeds, traces=traces.reshape(-1), external=command_um is not None)

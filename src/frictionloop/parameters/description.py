@@ -62,17 +62,44 @@ def _place(whole: type[Description], tree: dict[str, Any], path: str, value: Any
     *parents, leaf = path.split(".")
     node: Any = tree
     for name in parents:
+        if isinstance(node, dict) and isinstance(node.get(name), BaseModel):  # the default of a new kind
+            node[name] = _values(node[name])
         node = node.get(name) if isinstance(node, dict) else None
     # A new kind may need a value that nothing has given yet: the path of a recording.
     if not isinstance(node, dict) or (leaf not in node and path not in wording.known_names(whole, tree)):
-        raise FrictionloopError(wording.unknown(path, wording.known_names(whole, tree)))
-    if leaf == "kind" and value != node["kind"]:
+        raise FrictionloopError(wording.unknown(path, wording.known_names(whole, tree), whole))
+    if leaf == "kind" and len(parents) > 1:
+        if value != node["kind"]:
+            _change_inner(whole, tree, parents, value)
+    elif leaf == "kind" and value != node["kind"]:
         _change_kind(whole, tree, parents[0], value)
+    elif isinstance(value, Mapping) and isinstance(node.get(leaf), dict) and parents and _another(value, node[leaf]):
+        node[leaf] = dict(value)
     elif isinstance(value, Mapping) and isinstance(node.get(leaf), dict):
         for name, inner in sorted(value.items(), key=lambda item: item[0] != "kind"):
             _place(whole, tree, f"{path}.{name}", inner)
     else:
         node[leaf] = value.model_dump() if isinstance(value, BaseModel) else value
+
+
+def _another(value: Mapping[str, Any], there: dict[str, Any]) -> bool:
+    """Tell whether a mapping describes an inner block of another kind, of which nothing is kept."""
+    return "kind" in value and value["kind"] != there.get("kind")
+
+
+def _change_inner(whole: type[Description], tree: dict[str, Any], parents: list[str], kind: Any) -> None:
+    """Swap a block inside a block, such as an effect, for one of another kind with its defaults."""
+    model: Any = whole
+    node: Any = tree
+    for name in parents:
+        kinds, node = wording.registry_of(model, name), node[name]
+        model = kinds[node["kind"]] if kinds else model.model_fields[name].annotation
+    if kinds is None or not (isinstance(kind, str) and kind in kinds.names):
+        raise FrictionloopError(
+            f"{'.'.join(parents)}.kind = {kind!r} is unknown; {kinds.accepted() if kinds else 'it has none'}"
+        )
+    node.clear()
+    node.update(_defaults(kinds[kind]) | {"kind": kind})
 
 
 def _change_kind(whole: type[Description], tree: dict[str, Any], block: str, kind: Any) -> None:
@@ -81,9 +108,9 @@ def _change_kind(whole: type[Description], tree: dict[str, Any], block: str, kin
     model = kinds[kind] if kinds and isinstance(kind, str) and kind in kinds.names else None
     if kinds is None or model is None:
         raise FrictionloopError(f"{block}.kind = {kind!r} is unknown; {kinds.accepted() if kinds else 'it has none'}")
-    fresh = {
-        name: field.get_default(call_default_factory=True)
-        for name, field in model.model_fields.items()
-        if not field.is_required()
-    }
-    tree[block] = fresh | kinds.carried(tree[block], model) | {"kind": kind}
+    tree[block] = _defaults(model) | kinds.carried(tree[block], model) | {"kind": kind}
+
+
+def _defaults(model: type[BaseModel]) -> dict[str, Any]:
+    fields = {name: field for name, field in model.model_fields.items() if not field.is_required()}
+    return {name: field.get_default(call_default_factory=True) for name, field in fields.items()}

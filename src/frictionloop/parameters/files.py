@@ -69,7 +69,7 @@ def read_toml(path: str | os.PathLike[str]) -> System:
     FrictionloopError
         For a file that cannot be read, or what is wrong in it, naming file, field and value.
     """
-    tree = _from_here(_read(path), Path(path).parent)
+    tree = _from_here(read_tree(path), Path(path).parent)
     base = tree.pop("preset", None)
     if base is None:
         return System.from_tree(tree, f"{path}: ")
@@ -78,7 +78,7 @@ def read_toml(path: str | os.PathLike[str]) -> System:
 
 def start_of(path: str | os.PathLike[str]) -> tuple[System | None, dict[str, Any]]:
     """Return the preset that a readable TOML file starts from, None without one, and the values it changes by name."""
-    tree = _read(path)
+    tree = read_tree(path)
     base = tree.pop("preset", None)
     tables = {name: block for name, block in tree.items() if isinstance(block, dict)}
     changes = {f"{name}.{key}": value for name, block in tables.items() for key, value in block.items()}
@@ -100,7 +100,7 @@ def read_design(path: str | os.PathLike[str], default: Design) -> Design:
     FrictionloopError
         For a file that cannot be read, or what is wrong in it, naming file, field and value.
     """
-    return _evolved(path, lambda: default, _read(path))
+    return _evolved(path, lambda: default, read_tree(path))
 
 
 def _evolved(path: str | os.PathLike[str], base: Callable[[], Design], tree: dict[str, Any]) -> Design:
@@ -110,7 +110,8 @@ def _evolved(path: str | os.PathLike[str], base: Callable[[], Design], tree: dic
         raise FrictionloopError(f"{path}: {error}") from None
 
 
-def _read(path: str | os.PathLike[str]) -> dict[str, Any]:
+def read_tree(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """Return the values of a readable TOML file of this schema, without its version."""
     where = f"{path}: "
     try:
         if Path(path).stat().st_size > LARGEST_BYTES:
@@ -184,8 +185,17 @@ def to_toml(system: Description, every: bool = True) -> str:
     if not every:
         file.add(tomlkit.comment("What a simple bench never needs is left out; --all writes it too."))
     file.add("schema", tomlkit.item(SCHEMA))
-    for name, table in _table(system, every).items():
-        file.add(name, table)
+    _fill(file, system, every)
+    return file.as_string()
+
+
+def block_toml(block: BaseModel) -> str:
+    """Return one block by itself as TOML text."""
+    import tomlkit
+
+    file = tomlkit.document()
+    file.add("schema", tomlkit.item(SCHEMA))
+    _fill(file, block, True)
     return file.as_string()
 
 
@@ -193,19 +203,37 @@ def _table(block: BaseModel, every: bool) -> Table:
     import tomlkit
 
     table = tomlkit.table(is_super_table=False)
+    _fill(table, block, every)
+    return table
+
+
+def _fill(table: Any, block: BaseModel, every: bool) -> None:
+    """Add the values of a block to a table or a file."""
+    import tomlkit
+
     values = {key: (getattr(block, key), type(block).model_fields[key]) for key in block.model_dump()}
     # What follows depends on the kind, which an inherited value may precede; tables end a table.
     for key, (value, field) in sorted(values.items(), key=lambda item: (_is_block(item[1][0]), item[0] != "kind")):
         if value is None or not (every or key not in RARE or value != field.get_default(call_default_factory=True)):
             continue
         if _is_block(value):
-            table.add(key, _table(value, every))
+            several = isinstance(value, tuple)
+            table.add(key, _several(value, every) if several else _table(value, every))
         else:
             entry = tomlkit.item(value)
             if said := _said(key, field.description or ""):
                 entry.comment(said).trivia.comment_ws = "  "
             table.add(key, entry)
-    return table
+
+
+def _several(blocks: tuple[BaseModel, ...], every: bool) -> Any:
+    """Return blocks of one name as an array of tables."""
+    import tomlkit
+
+    array = tomlkit.aot()
+    for block in blocks:
+        array.append(_table(block, every))
+    return array
 
 
 def _said(key: str, description: str) -> str:
@@ -215,7 +243,8 @@ def _said(key: str, description: str) -> str:
 
 
 def _is_block(value: Any) -> bool:
-    return isinstance(value, BaseModel)
+    """Tell whether a value is a block, or several."""
+    return isinstance(value[0] if isinstance(value, tuple) and value else value, BaseModel)
 
 
 def write_toml(system: Description, path: str | os.PathLike[str], every: bool = True) -> None:

@@ -229,7 +229,10 @@ def _seconds(time: Any) -> np.ndarray:
     return np.empty(0) if of != "s" or counts or times.dtype.kind not in "iuf" else factor * times
 
 
-SOURCES = Sources(Signal, Constant, Sine, LogSweep, Steps, ColouredNoise, Recording, Samples, tuned=True)
+SOURCES = Sources(
+    Signal, Constant, Sine, LogSweep, Steps, ColouredNoise, Recording, Samples,
+    tuned=True, beside={"effect": "frictionloop.rendering.source:EffectSource"},
+)  # fmt: skip
 Source = Annotated[Signal, SOURCES]
 
 
@@ -238,6 +241,8 @@ def largest_n(source: Signal) -> float:
 
     Nothing is known of a signal from outside: 0.
     """
+    if source.kind == "effect":  # limited to the controller's band, whatever it asks for
+        return 0.0
     if isinstance(source, Steps):
         return max(abs(level) for level in source.levels_n)
     if isinstance(source, Samples):

@@ -71,6 +71,14 @@ class System(Description):
         return self
 
     @model_validator(mode="after")
+    def _has_a_place(self) -> Self:
+        if self.disturbance.kind == "effect":
+            raise ValueError('disturbance.kind = "effect": an effect is a set-point; must be another kind')
+        if self.setpoint.kind == "effect" and self.motion.kind == "sliding":
+            raise ValueError('setpoint.kind = "effect" needs a place: motion.kind must be "strokes"')
+        return self
+
+    @model_validator(mode="after")
     def _reads_what_it_controls(self) -> Self:
         if isinstance(self.sensor, SuspendedSensor):
             wanted, model = largest_n(self.setpoint), self.controller.model.nominal_n

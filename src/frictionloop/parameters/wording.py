@@ -53,8 +53,8 @@ def _fields(model: Model, prefix: str) -> list[str]:
     return found
 
 
-def unknown(path: str, names: list[str]) -> str:
-    """Return the line that says a path does not exist and which near ones do."""
+def unknown(path: str, names: list[str], system: Model) -> str:
+    """Return the line that says a path does not exist, and which near ones do or which kind of the block has it."""
     leaves = {name: name.rsplit(".", 1)[-1] for name in names}
     # A path as short as this one may have been meant as a block.
     depth = path.count(".") + 1
@@ -65,7 +65,16 @@ def unknown(path: str, names: list[str]) -> str:
     if not near:
         near = [name for name in names if name.startswith(path.split(".", 1)[0] + ".")] or names
     hints = [f"{name} ({unit_of(name)})" if unit_of(name) else name for name in dict.fromkeys(near)]
-    return f"unknown parameter {path!r}; did you mean {', '.join(hints[:3])}?"
+    kinds = _kinds_with(system, path)
+    there = f" {path.partition('.')[0]}.kind = {' or '.join(kinds)} has it" if kinds else ""
+    return f"unknown parameter {path!r}; did you mean {', '.join(hints[:3])}?{there}"
+
+
+def _kinds_with(system: Model, path: str) -> list[str]:
+    """Return the kinds of a block that have a field which is missing."""
+    block, dot, name = path.partition(".")
+    registry = registry_of(system, block) if dot and block in system.model_fields else None
+    return [kind for kind in registry.names if name in _fields(registry[kind], "")] if registry else []
 
 
 def explain(system: Model, error: ValidationError, tree: Mapping[str, Any]) -> str:
@@ -76,7 +85,7 @@ def explain(system: Model, error: ValidationError, tree: Mapping[str, Any]) -> s
     path = ".".join(map(str, first["loc"]))
     if first["type"] == "extra_forbidden":
         block = path.rsplit(".", 1)[0] if "." in path else ""
-        return unknown(path, [name for name in known_names(system, tree) if name.startswith(block)])
+        return unknown(path, [name for name in known_names(system, tree) if name.startswith(block)], system)
     if first["type"] == "missing":
         whole = path in system.model_fields and bool(kinds_of(system, path))
         hint = '; with preset = "paper" a file needs only what differs' if whole else ""
@@ -84,6 +93,7 @@ def explain(system: Model, error: ValidationError, tree: Mapping[str, Any]) -> s
     if first["type"] in ("model_type", "dict_type"):
         return f"{path} = {_shown(first['input'])}: must be a table of values"
     message = first["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
+    message = message.removesuffix(", unable to parse string as a number")
     message = message.replace("a valid tuple", "a list, such as [0.4, 0.8]")
     if isinstance(first["input"], (dict, BaseModel)):
         return f"{path}: {message}" if path else message

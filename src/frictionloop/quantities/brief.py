@@ -20,4 +20,4 @@ class Brief(type):
 def brief(record: type[T]) -> type[T]:
     """Return a named tuple that lists its fields alone; a named tuple takes no metaclass of its own."""
     made: Any = Brief(record.__name__, record.__bases__, dict(vars(record)))
-    return made  # type: ignore[no-any-return]
+    return made

@@ -44,16 +44,16 @@ def read_hdf5(recording: Recording) -> Column:
     arrays: dict[str, Any] = {}
     with h5py.File(recording.path) as file:
         file.visititems(lambda name, item: arrays.update({name: item} if isinstance(item, h5py.Dataset) else {}))
-        arrays = {name: item for name, item in arrays.items() if not _is_bare_dimension(item)}
+        arrays = {name: item for name, item in arrays.items() if not is_bare_dimension(item)}
         return _picked(recording, arrays, in_matlab=recording.path.lower().endswith(".mat"))
 
 
-def _is_bare_dimension(array: Any) -> bool:
+def is_bare_dimension(array: Any) -> bool:
     """Tell what NetCDF keeps for a dimension without coordinates: zeros under its name."""
     return bytes(array.attrs.get("NAME", b"")).startswith(b"This is a netCDF dimension but not")
 
 
-def _unpacked(stored: NDArray[Any], packing: Mapping[str, Any]) -> NDArray[Any]:
+def unpacked(stored: NDArray[Any], packing: Mapping[str, Any]) -> NDArray[Any]:
     """Undo the packing of the NetCDF conventions: what is missing becomes NaN."""
     values = stored
     if "_FillValue" in packing:
@@ -66,22 +66,36 @@ def _unpacked(stored: NDArray[Any], packing: Mapping[str, Any]) -> NDArray[Any]:
 def read_mat(recording: Recording) -> Column:
     """Return an array, or a line of one, of a MAT file of version 5 or 7.3."""
     import h5py
-    from scipy.io import loadmat, whosmat
+    from scipy.io import loadmat
 
     if h5py.is_hdf5(recording.path):
         return read_hdf5(recording)
     variable = re.split(r"[/\[]", recording.column)[0].strip()
     # The variable asked for and times alone in memory; all of them to find one by number or to list them.
-    there = [name for name, _, _ in whosmat(recording.path, appendmat=False)]
+    there = _listed(recording.path)
     known = variable in there and not is_time(variable)
     wanted = [name for name in there if name == variable or is_time(name)] if known else None
     tree = loadmat(recording.path, appendmat=False, variable_names=wanted)
     return _picked(recording, dict(_flat(tree)))
 
 
+def _listed(path: str) -> list[str]:
+    """Return the names of the variables; none where SciPy cannot list them, as beside an object of MATLAB's."""
+    from scipy.io import whosmat
+
+    try:
+        return [name for name, _, _ in whosmat(path, appendmat=False)]
+    except Exception:  # an AttributeError as of SciPy 1.17; the whole file is read then
+        return []
+
+
 def _flat(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, NDArray[Any]]]:
     """Yield the arrays of a MAT file, those inside structures as structure/field."""
+    from scipy.io.matlab import MatlabOpaque
+
     for name, value in tree.items():
+        if isinstance(value, MatlabOpaque):
+            continue
         if isinstance(value, np.ndarray) and value.dtype.names and value.size == 1:
             yield from _flat({field: value[field].flat[0] for field in value.dtype.names}, f"{prefix}{name}/")
         elif isinstance(value, np.ndarray):
@@ -113,12 +127,12 @@ def _column(
 ) -> Column:
     attributes = dict(getattr(array, "attrs", {}))
     leaf = name.rpartition("/")[2]
-    unit = _unit(attributes) or header(leaf).unit
-    values = _unpacked(samples, attributes)
+    unit = attribute_unit(attributes) or header(leaf).unit
+    values = unpacked(samples, attributes)
     return Column(values, _in_array(recording, samples), leaf, unit, times=times, others=others)
 
 
-def _unit(attributes: Mapping[str, Any]) -> str | None:
+def attribute_unit(attributes: Mapping[str, Any]) -> str | None:
     """Return what an attribute says of the unit, which some programs write as bytes or as a list of one."""
     said = np.ravel(attributes.get("units", attributes.get("unit", "")))
     text = (

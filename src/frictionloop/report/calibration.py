@@ -69,10 +69,10 @@ def rubbing_bench() -> CalibrationBench:
 
 def all_rigs() -> Rigs:
     """Return the three measurements with the default bench; seeds 0."""
-    rubbing, response = rubbing_bench(), find.frequency_response(hammer_rig())
+    rubbing, response = rubbing_bench(), find.response(hammer_rig())
     return Rigs(
-        find.calibrate(weights_rig()),
-        find.calibrate(weights_rig(RUBBING_KG, rubbing)),
+        find.weights(weights_rig()),
+        find.weights(weights_rig(RUBBING_KG, rubbing)),
         rubbing.pulley.string_friction,
         response,
         find.fit_resonance(response),

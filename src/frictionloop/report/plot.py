@@ -56,11 +56,16 @@ def plot(result: Any, path: str | os.PathLike[str] | None = None) -> Figure:
 
 
 def _figure_of(result: Any) -> Figure:
-    from frictionloop.report import run_figure, sweep_figure
+    from frictionloop.preview import Preview
+    from frictionloop.report import effect_figure, run_figure, sweep_figure
 
     dims = getattr(result, "dims", ())
     if hasattr(result, "data_vars") and "time" in dims and "f_r" in result:
         return run_figure.figure_of(result)
     if hasattr(result, "data_vars") and "seed" in dims:
         return sweep_figure.figure_of(result)
-    raise FrictionloopError(f"result is a {type(result).__name__}: must be a run of fl.simulate or a grid of fl.sweep")
+    if isinstance(result, Preview):
+        return effect_figure.figure_of(result)
+    raise FrictionloopError(
+        f"result is a {type(result).__name__}: must be a run of fl.simulate, a grid of fl.sweep or a preview"
+    )

@@ -63,7 +63,7 @@ def test_an_experimental_law_is_said_to_be_one(frictionloop, law):
 def test_summary_files_and_figures(frictionloop, tmp_path, monkeypatch):
     monkeypatch.setenv("COLUMNS", "100")
     answer = frictionloop(*WORDS, "--out", "r.h5", "--plots", "figures")
-    assert (answer.code, answer.err) == (0, "")
+    assert (answer.code, answer.noted) == (0, [])
     assert "20 mm/s, dahl: median / worst decile of" in answer.out
     assert "20 mm/s, slider: median / worst decile of" in answer.out
     assert max(len(line.rstrip()) for line in answer.out.splitlines()) <= 100
@@ -124,7 +124,7 @@ def test_a_law_better_than_the_clairvoyant_oracle_is_a_note(frictionloop, monkey
     for module in (rooms, comparison_text):
         monkeypatch.setattr(module, "below_oracle", lambda scored: below)
     answer = frictionloop(*WORDS)
-    assert (answer.code, answer.err) == (0, "")
+    assert (answer.code, answer.noted) == (0, [])
     said = f"note: hinf leaves 0.9400 of the clairvoyant residual at 80 mm/s, dahl, finger 146, {many}: "
     legend_and_more = " ".join(answer.out.split("±10 %: ")[1].split())
     assert said + "that oracle sees two periods ahead version" in legend_and_more

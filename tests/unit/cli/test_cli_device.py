@@ -19,7 +19,7 @@ from frictionloop.device.emulator.processor import _whole
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.quantities.schema import schema
 
-TRACKER = ("--controller.kind", "tracker")
+LOOKUP = ("--controller.kind", "lookup")
 SLIPPERY = ("--motion.load_n", "4", "--open")  # the finger is pressed until its friction is more than the sensor takes
 VERBS = "list", "info", "set", "run", "recover", "clear", "monitor", "flash"
 
@@ -160,6 +160,7 @@ def test_a_whole_system_and_one_value_on_top(frictionloop, tmp_path):
             ["xyzzy=1"],
             "parameter 'xyzzy': unknown; there are law.*, lookup.*, overdrive.*, drive.*, ",
         ),
+        (["kp=3"], "parameter 'kp': unknown; did you mean controller.kp?"),
         (["drive.ceiling_um=200"], "drive.ceiling_um = 200 um: must be a number from 0 to 7.9 um"),
         (["drive.ceiling_um=nan"], "drive.ceiling_um = nan um: must be a number from 0 to 7.9 um"),
         (["drive.ceiling_um=high"], "drive.ceiling_um = 'high': must be a number from 0 to 7.9 um"),
@@ -295,11 +296,11 @@ def test_ctrl_c_waits_until_the_emulator_has_returned():
 
 def test_a_run_is_recorded_and_said(frictionloop, tmp_path):
     path, figure = tmp_path / "run.h5", tmp_path / "run.svg"
-    arguments = ("device", "run", "sim:", *TRACKER, "--duration-s", "0.2", "--out", path, "--plot", figure)
+    arguments = ("device", "run", "sim:", *LOOKUP, "--duration-s", "0.2", "--out", path, "--plot", figure)
     said = frictionloop(*arguments, "--json").json()
     run = fl.load(path)
     assert run.attrs["source"] == "simulated" and run.sizes["time"] == said["samples"] == 1000
-    assert fl.system_of(run).controller.kind == "tracker"
+    assert fl.system_of(run).controller.kind == "lookup"
     assert said["counted"] == pytest.approx(float((run.scored & run.sliding).mean()))
     error = (run.f_m - run.f_r).where(run.scored)
     assert said["measured_rms_error_n"] == pytest.approx(float(np.sqrt((error**2).mean())))
@@ -309,10 +310,10 @@ def test_a_run_is_recorded_and_said(frictionloop, tmp_path):
 
 
 def test_a_run_in_words(frictionloop):
-    answer = frictionloop("device", "run", "sim:", *TRACKER, "--duration-s", "0.2", "--decimation", "5")
+    answer = frictionloop("device", "run", "sim:", *LOOKUP, "--duration-s", "0.2", "--decimation", "5")
     assert (answer.code, answer.err) == (0, "")
     said = rows(answer.out)
-    assert said["device"] == "sim:" and said["system"] == "bench() with controller.kind = tracker"
+    assert said["device"] == "sim:" and said["system"] == "bench() with controller.kind = lookup"
     assert said["recorded"] == "200 samples"
     assert re.match(r"[\d.]+ %: a finger slides, 2 mm or more from where it turns$", said["counted"])
     assert said["f_m - f_r"].endswith("mN rms by the device's own sensor") and said["lost"] == "nothing"
@@ -381,9 +382,7 @@ def test_a_file_is_loaded_and_its_set_point_is_played(frictionloop, tmp_path):
 
 def test_a_device_that_knows_no_force_on_the_finger_is_drawn(frictionloop, monkeypatch, tmp_path):
     monkeypatch.setattr(simulated_pipe.BenchPipe, "felt", lambda *_: None)
-    answer = frictionloop(
-        "device", "run", "sim:", *TRACKER, "--duration-s", "0.1", "--out", "run.h5", "--plot", "r.svg"
-    )
+    answer = frictionloop("device", "run", "sim:", *LOOKUP, "--duration-s", "0.1", "--out", "run.h5", "--plot", "r.svg")
     assert (answer.code, answer.err) == (0, "")
     assert "f_a" not in fl.load(tmp_path / "run.h5")
     assert (tmp_path / "r.svg").stat().st_size > 10_000
@@ -406,7 +405,7 @@ def test_a_fault_in_mid_run_is_one_line_and_keeps_the_recording(frictionloop, tm
 def test_the_bench_that_ends_in_mid_run_is_one_line(frictionloop, tmp_path):
     sweep = {"kind": "log_sweep", "offset_n": 0.1, "start_hz": 1, "stop_hz": 10, "sweep_s": 0.15}
     flags = [word for name, value in sweep.items() for word in (f"--disturbance.{name}", value)]
-    said = refused(frictionloop("device", "run", "sim:", *TRACKER, *flags, "--duration-s", "0.3", "--out", "cut.h5"))
+    said = refused(frictionloop("device", "run", "sim:", *LOOKUP, *flags, "--duration-s", "0.3", "--out", "cut.h5"))
     assert "disturbance.sweep_s = 0.15 s is over" in said and said.endswith("are in cut.h5")
     assert fl.load(tmp_path / "cut.h5").sizes["time"] < 750
 
@@ -423,7 +422,7 @@ def test_ctrl_c_says_where_the_recording_is(frictionloop, monkeypatch, tmp_path)
         yield stop
 
     monkeypatch.setattr(device_run, "_progress", impatient)
-    answer = frictionloop("device", "run", "sim:", *TRACKER, "--duration-s", "1", "--out", "cut.h5")
+    answer = frictionloop("device", "run", "sim:", *LOOKUP, "--duration-s", "1", "--out", "cut.h5")
     count = fl.load(tmp_path / "cut.h5").sizes["time"]
     assert 250 < count < 1000
     assert (answer.code, answer.out) == (130, "")
@@ -458,7 +457,7 @@ def kept(monkeypatch):
 def test_a_run_clears_the_fault_of_the_one_before(frictionloop, monkeypatch, kept):
     asked = []
     monkeypatch.setattr(fl.Device, "clear", lambda device: asked.append(device._link.ask("clear").name))
-    first = ("device", "run", "sim:", *TRACKER, "--duration-s", "0.1")
+    first = ("device", "run", "sim:", *LOOKUP, "--duration-s", "0.1")
     assert frictionloop(*first).code == 0
     board = kept["sim:"]
     fail()

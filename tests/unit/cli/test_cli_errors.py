@@ -16,6 +16,11 @@ SIMULATE = [
     (("--controller.kp", "nan"), "controller.kp = nan N/N: must be a finite number"),
     (("--controller.kp=-3",), "controller.kp = -3 N/N: must be greater than or equal to 0"),
     (("--friction.susceptibility_per_um2", "-1"), "friction.susceptibility_per_um2 = -1 um^-2: must be greater than 0"),
+    (("--plate.q", "200"), "plate.kind = resonant has it"),
+    (
+        ("--disturbance.path", "x.csv"),
+        "disturbance.kind = recording has it",
+    ),
     (("--setpoint.offset_n", "0.5 N"), "setpoint.offset_n = '0.5 N' N: must be a valid number"),
     (("--kp", "12"), "Unknown option: --kp. Did you mean --controller.kp?"),
     (("--speed", "20"), "Unknown option: --speed. Did you mean --friction.speed_slope or --motion.speed_mm_s?"),
@@ -112,7 +117,7 @@ SWEEP_BENCH = [
     (("--over", "finger.kind=skin,soft"), "finger.kind = 'soft' is unknown; accepted: 'rigid', 'skin'"),
     (("--over", "motion.speed_mm_s=20,600"), "touch.position.fastest_mm_s"),
 ]
-VERBS = "reproduce, simulate, sweep, compare, design, firmware, device"
+VERBS = "reproduce, simulate, sweep, compare, design, effect, firmware, device"
 VERBS_WITHOUT_A_LOOP = [
     (("design", "nothing"), 'Unknown command "nothing". Available commands: sensor, plate, controller.'),
     (("design", "sensor", "--adc.bits", "0"), "adc.bits = 0: must be greater than or equal to 4"),
@@ -130,7 +135,7 @@ VERBS_WITHOUT_A_LOOP = [
         "controller.kind = 'oracle': the firmware's form of the law does not know this kind; known: pi, lookup, ",
     ),
     (("device", "info"), "parameter ADDRESS requires an argument"),
-    (("device", "info", "COM3"), "serial:///dev/cu.usbmodem1 (macOS), serial://COM3 (Windows)"),
+    (("device", "info", "COM3"), "address 'COM3': did you mean serial://COM3?"),
     (("device", "run", "sim:", "--decimation", "1.5"), 'unable to convert "1.5" into a whole number'),
     (("device", "run", "sim:", "--duration-s", "1e9"), "duration_s = 1e+09 s: must be above 0 s and at most 86400 s"),
     (("device", "set", "sim:", "controller.kp=1", "controller.kp=2"), "controller.kp = 2: is given twice"),

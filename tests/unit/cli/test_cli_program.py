@@ -90,11 +90,10 @@ def report(monkeypatch):
         (Path(folder) / "claims.json").write_text(json.dumps({"schema": 1, "claims": claims}))
         return claims
 
-    import frictionloop.report as rooms
-
-    monkeypatch.setattr(rooms, "reproduce", reproduce, raising=False)
-    monkeypatch.setattr(rooms, "claims_tables", lambda claims: ["\n".join(map(str, claims))], raising=False)
-    monkeypatch.setattr(rooms, "summary", lambda claims: ["the idea holds"], raising=False)
+    told = "frictionloop.report.claims.told"
+    monkeypatch.setattr("frictionloop.report.build.reproduce", reproduce)
+    monkeypatch.setattr(f"{told}.claims_tables", lambda claims: ["\n".join(map(str, claims))])
+    monkeypatch.setattr(f"{told}.summary", lambda claims: ["the idea holds"])
 
 
 def test_reproduce_prints_the_claims_and_where_the_page_is(frictionloop, report):

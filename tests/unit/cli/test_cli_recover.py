@@ -116,3 +116,8 @@ def test_a_run_without_a_file_in_a_users_home():
     above.chmod(0o755)
     shutil.rmtree(above)
     assert os.waitstatus_to_exitcode(status) == 0
+
+
+def test_a_file_that_is_not_there_is_said_to_be_so(frictionloop):
+    answer = frictionloop("device", "recover", "no.h5")
+    assert (answer.code, answer.err) == (2, "error: no.h5: cannot be read (no such file)\n")

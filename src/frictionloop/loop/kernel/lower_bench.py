@@ -11,7 +11,7 @@ from scipy.special import ndtri
 
 from frictionloop.control.oracle import STEPS, Stride
 from frictionloop.loop.kernel.columns import Slab, column
-from frictionloop.loop.kernel.structure import moves, substeps_of, switch_s
+from frictionloop.loop.kernel.structure import late_s, moves, substeps_of, switch_s
 from frictionloop.parameters import FingerFriction, OracleController, Skin, Strokes, System
 from frictionloop.physics.contact import ContactCoefficients, contact_coefficients
 from frictionloop.physics.finger_step import Motion
@@ -20,6 +20,8 @@ from frictionloop.physics.motion import load_plan, scored_edge_m, stroke_plan
 from frictionloop.physics.plate import plate_coefficients
 from frictionloop.physics.roughness import cells_per_m, roughness_table
 from frictionloop.physics.tremor import tremor_coefficients, tremor_start
+from frictionloop.rendering.program import START
+from frictionloop.rendering.source import EffectSource
 from frictionloop.sensing.force_sensor import converter, noise_coefficients, suspension_coefficients
 from frictionloop.sensing.touch import touch_coefficients
 
@@ -60,6 +62,8 @@ def lower_bench(slab: Slab, systems: Sequence[System], keys: np.ndarray) -> np.n
         slab.fill(lambda _: dict.fromkeys(("motion", "motion_next"), _STILL), lanes[:1])
         return np.zeros(0)
     slab.fill(_motion, lanes)
+    if isinstance(systems[0].setpoint, EffectSource):
+        slab.fill(_effect, lanes)
     tables = [roughness_table(_friction(lane.system).roughness_rms, lane.key) for lane in lanes]
     return np.ascontiguousarray(np.array(tables).T).ravel()
 
@@ -79,6 +83,13 @@ def _plant(lane: Lane) -> dict[str, Any]:
         "noise_coefficients": noise_coefficients(s.sensor, lane.period_s),
         "converter": converter(s.sensor),
     }
+
+
+def _effect(lane: Lane) -> dict[str, Any]:
+    setpoint = lane.system.setpoint
+    predicted = isinstance(setpoint, EffectSource) and setpoint.position == "predicted"
+    lead_s = late_s(lane.system) + 0.5 * lane.period_s
+    return {"effect_seen": START, "effect_true": START, "effect_lead": lead_s if predicted else -1.0}
 
 
 def _oracle(lane: Lane) -> dict[str, Any]:

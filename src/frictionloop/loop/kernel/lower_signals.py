@@ -11,6 +11,7 @@ from frictionloop.loop.kernel.columns import Slab
 from frictionloop.loop.kernel.signals import FORMULAS
 from frictionloop.parameters import ColouredNoise, Constant, LogSweep, Sine, Source, Steps
 from frictionloop.physics.sources import Sampler, sampler, sweep_turns
+from frictionloop.rendering.source import EffectSource
 
 _HOW = {Constant: "sine", Sine: "sine", LogSweep: "log_sweep", Steps: "held"}
 """How signals are made; all others are linear between samples."""
@@ -32,6 +33,8 @@ def lower_signal(
 ) -> Signal:
     """Set the formula rows of a signal, one source per lane; ``nodes_alike`` says that lanes may share it."""
     first = sources[0]
+    if isinstance(first, EffectSource):  # made tick by tick (loop/kernel/effect_tile)
+        return Signal("effect", False, lambda start, stop: np.zeros(0))
     alike = all(s is first or s == first for s in sources)
     slab.view(rows)[:] = np.array([_formula(s) for s in (sources[:1] if alike else sources)]).T
     drawn = isinstance(first, ColouredNoise) and bool(np.any(seeds != seeds[0]))

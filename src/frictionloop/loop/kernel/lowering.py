@@ -20,6 +20,7 @@ from frictionloop.loop.kernel.shared import Shared, scratch
 from frictionloop.loop.kernel.slab import LANES, law_rows, vibration_rows
 from frictionloop.loop.kernel.structure import (
     divided,
+    effect_of,
     is_irregular,
     kernel_of,
     late_s,
@@ -79,6 +80,8 @@ def lower(
     else:
         before, after, nodes = 0, substeps_of(first), 1 + substeps_of(first)
         shared.point(roughness=lower_bench(slab, systems, keys))
+        if (program := effect_of(first)) is not None:
+            shared.point(effect=program.numbers)
     shared.set(segments=before + after, before=before, nodes=nodes)
     setpoints, disturbances = [s.setpoint for s in systems], [s.disturbance for s in systems]
     # Lanes share the disturbance's share of the reading if they also share the nodes and their weights.
@@ -100,7 +103,7 @@ def lower(
         _lower_tally(slab, tally, place, systems)
     if traces is not None:
         shared.point(trace=traces)
-        shared.set(trace_size=traces.size // len(traces_of(name)))
+        shared.set(trace_size=traces.size // len(traces_of(first)))
     set_programs(shared, slab, first, name, setpoint, disturbance, places)
     return Tile(name, slab, shared, setpoint.take, disturbance.take, places)
 

@@ -11,6 +11,7 @@ from frictionloop.control.laws import law_of
 from frictionloop.loop.kernel.bench_tile import build_move, build_sense
 from frictionloop.loop.kernel.clock_tile import build_lost, build_prepare, build_tell
 from frictionloop.loop.kernel.columns import Slab
+from frictionloop.loop.kernel.effect_tile import build_effect
 from frictionloop.loop.kernel.foreign_tile import PythonLaw, build_fixed
 from frictionloop.loop.kernel.law_tile import build_law
 from frictionloop.loop.kernel.lower_signals import Signal
@@ -18,7 +19,7 @@ from frictionloop.loop.kernel.oracle_tile import build_oracle
 from frictionloop.loop.kernel.paper_tile import build_paper
 from frictionloop.loop.kernel.shared import Shared
 from frictionloop.loop.kernel.signals import build_draws, build_driven, build_signal
-from frictionloop.loop.kernel.structure import contact_of, is_irregular, moves
+from frictionloop.loop.kernel.structure import contact_of, effect_of, is_irregular, moves
 from frictionloop.loop.kernel.tiles import compiled_tile
 from frictionloop.loop.kernel.traces import build_record, build_tally
 from frictionloop.loop.metric import Tally
@@ -40,7 +41,8 @@ def set_programs(
     of, quadrature = partial(compiled_tile, slab.width), kernel == "quadrature"
     sine = quadrature and disturbance.how == "sine"
     kinds = disturbance.how, disturbance.shared
-    blocks = [of(build_signal, "setpoint", setpoint.how, setpoint.shared, False)]
+    effect = effect_of(system)
+    blocks = [] if effect else [of(build_signal, "setpoint", setpoint.how, setpoint.shared, False)]
     blocks += [of(build_signal, "disturbance", *kinds, not sine)]
     if quadrature:
         blocks += [of(build_signal, "driven", *kinds, False) if sine else of(build_driven, disturbance.shared)]
@@ -54,12 +56,14 @@ def set_programs(
         return
     plant = contact_of(system), vibration_of(system.friction), moves(system)
     sense, move = of(build_sense, *plant), of(build_move, *plant)
-    told += [of(build_record, "substeps")] if shared.trace_size else []
+    told += [of(build_record, "effect" if effect else "substeps")] if shared.trace_size else []
+    told = [*([of(build_effect, effect.is_plain)] if effect and shared.external else []), *told]
     if shared.external:
         shared.program("obeys", [move])
         shared.program("ticks", [sense, *told])
     else:
-        shared.program("ticks", [sense, *_decides(of, shared, slab, system, plant[:2]), *told, move])
+        asks = [of(build_effect, effect.is_plain)] if effect else []
+        shared.program("ticks", [sense, *asks, *_decides(of, shared, slab, system, plant[:2]), *told, move])
 
 
 def _decides(of: Any, shared: Shared, slab: Slab, system: System, plant: tuple[Any, ...]) -> list[int]:

@@ -38,6 +38,7 @@ _SCRATCH = (
     *("setpoint", "disturbance", "driven", "normals", "history", "table", "seeds"),
     "draws",  # unit normals of tremor, position and load, one block after the other
     "roughness",  # table of n(x), ``[cell][lane]``
+    "effect",  # program of an effect: its instructions and its tables
     "timing",  # unit normals of jitter and of lost ticks, one block after the other
     "core_context",  # words and state of the C core, lane by lane
     "core_given",  # what the C core is given and tells

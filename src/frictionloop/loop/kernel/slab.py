@@ -22,6 +22,7 @@ from frictionloop.physics.plate import PlateCoefficients
 from frictionloop.physics.tremor import TremorCoefficients, TremorState
 from frictionloop.physics.vibration import Vibration
 from frictionloop.quantities import FrictionloopError, trees
+from frictionloop.rendering.program import STACK, EffectState
 from frictionloop.sensing.force_sensor import Converter, NoiseCoefficients, SuspensionCoefficients, SuspensionState
 from frictionloop.sensing.measurement import Measurement
 from frictionloop.sensing.touch import TouchCoefficients, TouchState
@@ -102,6 +103,12 @@ _SHAPES: dict[str, Any] = {
     "noise": 1,
     "noise_coefficients": NoiseCoefficients,
     "converter": Converter,
+    # an effect as the set-point: what it keeps, at the place that is known and at the true one
+    "effect_seen": EffectState,
+    "effect_true": EffectState,
+    "effect_stack": STACK,
+    "effect_lead": 1,  # s from the sample to where the place is wanted, below 0 for the sample itself
+    "intended": 1,  # set-point at the true place
     # the oracle
     "wanted": 1,  # set-point that it is after
     "ahead": Finger,  # when the command takes effect

@@ -11,6 +11,8 @@ from frictionloop.parameters import OracleController, Skin, Strokes, System
 from frictionloop.physics.sources import highest_hz
 from frictionloop.physics.vibration import vibration_of
 from frictionloop.quantities import FrictionloopError
+from frictionloop.rendering.program import Program
+from frictionloop.rendering.source import EffectSource
 from frictionloop.sensing.touch import check_follows
 
 STRUCTURAL = (
@@ -42,7 +44,7 @@ def structure(system: System) -> tuple[object, ...]:
     """Return what must be equal for two systems to share a tile."""
     c = system.controller
     return (
-        system.setpoint.kind,
+        effect_of(system) or system.setpoint.kind,
         system.disturbance.kind,
         c.rate_hz,
         c.model.table_size,
@@ -137,6 +139,12 @@ def _check_disturbance(system: System) -> None:
         raise FrictionloopError(
             f"disturbance.{name} = {highest:g} Hz: must be at most half of controller.rate_hz, {half:g} Hz"
         )
+
+
+def effect_of(system: System) -> Program | None:
+    """Return the program of an effect that is the set-point."""
+    setpoint = system.setpoint
+    return setpoint.program(system.touch.load.length_mm) if isinstance(setpoint, EffectSource) else None
 
 
 def contact_of(system: System) -> str:

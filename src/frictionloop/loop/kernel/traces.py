@@ -8,8 +8,10 @@ from typing import Any
 from frictionloop.loop.formulas import TALLIES
 from frictionloop.loop.kernel.access import doubles, load, store
 from frictionloop.loop.kernel.slab import ROW, ROWS
+from frictionloop.loop.kernel.structure import effect_of, kernel_of
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.loop.metric import Sample, Tally
+from frictionloop.parameters import System
 from frictionloop.quantities import trees
 
 TRACES = ("f_r", "f_a", "f_m", "u", "a", "d", "saturated")
@@ -24,9 +26,11 @@ _REACH = *ROW["motion"][:3], ROW["nominal"], ROW["floor"]
 _BENCH_ROWS = *_REACH, ROW["measurement"].valid, ROW["scored"]
 
 
-def traces_of(kernel: str) -> tuple[str, ...]:
-    """Return the names of the traces that a kernel records."""
-    return TRACES if kernel == "quadrature" else BENCH_TRACES
+def traces_of(system: System) -> tuple[str, ...]:
+    """Return the names of the traces that the kernel of a system records."""
+    if kernel_of(system) == "quadrature":
+        return TRACES
+    return (*BENCH_TRACES, "f_r_intended") if effect_of(system) else BENCH_TRACES
 
 
 def build_record(lifting: Lifting, kernel: str) -> Any:
@@ -34,6 +38,7 @@ def build_record(lifting: Lifting, kernel: str) -> Any:
     width, compiled, count = lifting
     numbers = tuple(range(len(BENCH_TRACES)))
     first, others, more = numbers[: len(TRACES)], numbers[len(TRACES) :], kernel != "quadrature"
+    effect, last, intended = kernel == "effect", len(BENCH_TRACES), ROW["intended"]
 
     @compiled
     def record(s, n, k, at, o):  # type: ignore[no-untyped-def]
@@ -43,6 +48,8 @@ def build_record(lifting: Lifting, kernel: str) -> Any:
             store(out, k * width + i, size, first, (f_r, friction + d, f_m, u, a, d, saturated))
             if more:
                 store(out, k * width + i, size, others, load(s, i, width, _BENCH_ROWS))
+            if effect:
+                store(out, k * width + i, size, last, load(s, i, width, intended))
 
     return record
 

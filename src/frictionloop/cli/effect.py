@@ -1,0 +1,213 @@
+"""``frictionloop effect``: the effects there are, what one asks for, and what a finger gets of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from frictionloop.cli import checks, flags, screen
+from frictionloop.quantities.units import FrictionloopError
+
+if TYPE_CHECKING:
+    from frictionloop.parameters import System
+
+ARGUMENTS = "EFFECT [FILE] [OPTIONS]"
+LIST_EXAMPLES = r"""Examples
+
+  frictionloop effect list
+  frictionloop effect list --json
+"""
+SHOW_EXAMPLES = r"""Examples
+
+  frictionloop effect show grating --speed-mm-s 80 --plot grating.svg
+  frictionloop effect show my-effect.toml my-bench.toml --fingers 8
+  frictionloop effect show bump --save my-effect.toml
+"""
+CHECK_EXAMPLES = r"""Examples
+
+  frictionloop effect check my-effect.toml
+  frictionloop effect check grating --motion.speed_mm_s 150 --json
+"""
+PLAY_EXAMPLES = r"""Examples
+
+  frictionloop effect play bump --out run.h5 --plot run.svg
+  frictionloop effect play my-effect.toml my-bench.toml --duration-s 5 --seed 1
+"""
+Name = Annotated[
+    str, Parameter(name="EFFECT", help="A name of the library, or a TOML file with an effect.", group=flags.SYSTEM)
+]
+Speed = Annotated[float | None, Parameter(help="Speed of the stroke in mm/s; that of the system if not given.")]
+EFFECT_FILES = (".toml", ".png", ".wav", ".hjif")
+LAW = {"controller.kind": "observer"}
+"""What closes the loop of the bench, if neither a file nor a flag says it (docs/which-law)."""
+
+
+def list_effects(*, json: flags.Json = False) -> None:
+    """List the effects of the library: name, kind, and the forces that each asks for."""
+    from frictionloop.cli import effect_text
+    from frictionloop.rendering.library import LIBRARY
+
+    rows = effect_text.library_rows(LIBRARY)
+    if json:
+        screen.show_json({row[0]: {"kind": row[1], "force": row[2]} for row in rows})
+        return
+    screen.show(screen.columns([("name", "kind", "asks for"), *rows]))
+
+
+def show(
+    effect: Name,
+    file: flags.SystemFile = None,
+    /,
+    *,
+    preset: flags.BenchPreset = None,
+    overrides: flags.Overrides = None,
+    speed_mm_s: flags.Run[Speed] = None,
+    seed: flags.Run[flags.Whole] = 0,
+    fingers: flags.Run[flags.Whole] = 0,
+    plot: flags.Result[Path | None] = None,
+    save: flags.Result[Path | None] = None,
+    json: flags.Json = False,
+) -> None:
+    """Preview an effect: what a finger gets of it, open and closed loop, side by side.
+
+    Parameters
+    ----------
+    seed
+        Seed of all noise.
+    fingers
+        Show also how differently so many fingers are given it.
+    plot
+        Draw what is asked for and delivered over place here (.svg, .pdf or .png).
+    save
+        Write the effect here: .toml to change it, .png a map, .wav a wave, .hjif haptics.
+    """
+    checks.check_output("plot", plot, checks.FIGURES)
+    checks.check_output("save", save, EFFECT_FILES)
+    checks.check_new("save", save)
+    checks.check_count("seed", seed, 0)
+    checks.check_count("fingers", fingers, 0, 1000)
+    system, origin = _system(file, preset, overrides)
+    with screen.waiting("simulating; after an installation the loop is compiled first"):
+        from frictionloop.cli import effect_text
+        from frictionloop.preview import people, preview
+
+        shown = preview(effect, system, speed_mm_s, seed)
+        crowd = None
+        if fingers:
+            from frictionloop.physics.fingers import fingers as drawn
+
+            crowd = people(effect, system, drawn(fingers, seed), speed_mm_s, seed)
+    if plot is not None:
+        from frictionloop.report.plot import plot as draw
+
+        draw(shown, plot)
+    if save is not None:
+        from frictionloop.rendering.export import write
+
+        write(shown.effect, save)
+    saved = {"figure": plot, "effect": save}
+    if json:
+        screen.show_json(effect_text.as_json(shown, crowd) | {"saved": saved})
+        return
+    screen.show(
+        screen.columns([("effect", effect_text.described(shown.effect)), ("system", origin)]),
+        "",
+        screen.wrapped(f"{shown.sentence}."),
+        *([screen.wrapped(f"{crowd.sentence[:1].upper()}{crowd.sentence[1:]}.")] if crowd else []),
+        "",
+        screen.table(effect_text.delivered_rows(shown)),
+        "",
+        screen.columns(effect_text.limit_rows(shown)),
+        *screen.saved(saved),
+    )
+
+
+def check(
+    effect: Name,
+    file: flags.SystemFile = None,
+    /,
+    *,
+    preset: flags.BenchPreset = None,
+    overrides: flags.Overrides = None,
+    json: flags.Json = False,
+) -> None:
+    """Check an effect without running it: whether it can be given and felt, and what is clamped of it."""
+    system, _ = _system(file, preset, overrides)
+
+    from frictionloop.cli import effect_text
+    from frictionloop.preview.asked import check as checked
+    from frictionloop.preview.effect import prepared
+
+    shown = prepared(effect, system, None)
+    asked = checked(shown)
+    if json:
+        screen.show_json(effect_text.checked_json(shown, asked))
+        return
+    screen.show(screen.columns(effect_text.checked_rows(shown, asked)))
+
+
+def play(
+    effect: Name,
+    file: flags.SystemFile = None,
+    /,
+    *,
+    preset: flags.BenchPreset = None,
+    overrides: flags.Overrides = None,
+    duration_s: flags.DurationS = 10.0,
+    seed: flags.Run[flags.Whole] = 0,
+    out: flags.Result[Path | None] = None,
+    plot: flags.Result[Path | None] = None,
+    json: flags.Json = False,
+) -> None:
+    """Play an effect under a simulated finger and keep the run.
+
+    Parameters
+    ----------
+    seed
+        Seed of all noise: the same seed gives the same run.
+    out
+        Save the traces here (HDF5, .h5); ``f_r_intended`` is what the effect asks for at the true place.
+    plot
+        Draw forces, amplitude and motion here (.svg, .pdf or .png).
+    """
+    checks.check_output("out", out, checks.RUN_FILES)
+    checks.check_output("plot", plot, checks.FIGURES)
+    checks.check_count("seed", seed, 0)
+    system, origin = _system(file, preset, overrides)
+
+    from frictionloop.cli import effect_text
+    from frictionloop.preview.asked import check as checked
+    from frictionloop.preview.effect import prepared
+
+    shown = prepared(effect, system, None)
+    checked(shown)
+    with screen.waiting("simulating; after an installation the loop is compiled first"):
+        from frictionloop.loop.record import save
+        from frictionloop.loop.simulate import simulate
+
+        run = simulate(shown, duration_s, seed)
+    if out is not None:
+        save(run, out)
+    if plot is not None:
+        from frictionloop.report.plot import plot as draw
+
+        draw(run, plot)
+    errors = effect_text.run_errors(run)
+    saved = {"run": out, "figure": plot}
+    if json:
+        screen.show_json({"effect": effect, "duration_s": duration_s, "seed": seed} | errors | {"saved": saved})
+        return
+    rows = [("effect", effect), ("system", origin), *effect_text.error_rows(errors)]
+    screen.show(screen.columns(rows), *screen.saved(saved))
+
+
+def _system(file: Path | None, preset: Any, overrides: list[str] | None) -> tuple[System, str]:
+    """Return the bench that an effect is felt on; the preset has a law that closes its loop well."""
+    wanted = flags.overrides_of(overrides)
+    if any(name.startswith(("setpoint.effect", "setpoint.kind")) for name in wanted):
+        raise FrictionloopError("setpoint: the effect is named by EFFECT; write it to a file (--save) to change it")
+    own = file is None and preset in (None, "bench") and not any(name.startswith("controller.") for name in wanted)
+    added = [f"{name}={value}" for name, value in (LAW if own else {}).items()]
+    return flags.given(file, preset, [*added, *(overrides or [])], "bench")

@@ -1,0 +1,118 @@
+"""``frictionloop effect import``: a picture, a recording or a file of haptics as an effect of one's own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
+
+from frictionloop.cli import checks, flags, screen
+from frictionloop.quantities.units import FrictionloopError
+
+if TYPE_CHECKING:
+    from frictionloop.rendering.effect import Effect
+
+ARGUMENTS = "FILE --out EFFECT.toml [OPTIONS]"
+EXAMPLES = r"""Examples
+
+  frictionloop effect import leaf.png --mm-per-pixel 0.1 --polarity dark --out leaf.toml
+  frictionloop effect import cloth.csv --column 0 --rate-hz 10000 --scale 0.001 --speed-mm-s 40 --out cloth.toml
+  frictionloop effect import click.ahap --full-n 0.2 --out click.toml
+  frictionloop effect import pattern.hjif --out pattern.toml
+"""
+PICTURES, RECORDINGS = (".png", ".tif", ".tiff"), (".wav", ".csv", ".tsv", ".txt", ".h5", ".hdf5", ".nc", ".mat")
+ENVELOPES, HAPTICS = (".haptic", ".ahap"), (".hjif",)
+File = Annotated[Path, Parameter(name="FILE", help="Picture, recording, envelope or hjif.", group=flags.SYSTEM)]
+
+
+def command(
+    file: File,
+    /,
+    *,
+    out: flags.Result[Path],
+    mm_per_pixel: flags.Run[float | None] = None,
+    polarity: flags.Run[Literal["bright", "dark"] | None] = None,
+    low_n: flags.Run[float] = 0.3,
+    high_n: flags.Run[float] = 0.6,
+    column: flags.Run[str] = "0",
+    rate_hz: flags.Run[float | None] = None,
+    scale: flags.Run[float | None] = None,
+    offset_n: flags.Run[float] = 0.0,
+    speed_mm_s: flags.Run[float | None] = None,
+    full_n: flags.Run[float | None] = None,
+    json: flags.Json = False,
+) -> None:
+    """Make an effect of a picture (.png, .tiff), a recording, an envelope (.haptic, .ahap) or an .hjif file.
+
+    Parameters
+    ----------
+    out
+        The effect (.toml).
+    mm_per_pixel
+        Of a picture: size of a pixel in mm.
+    polarity
+        Of a picture: what is most friction, bright or dark pixels.
+    low_n, high_n
+        Of a picture: forces at both ends of grey in N.
+    column
+        Of a recording: name or number of the column.
+    rate_hz
+        Of a recording: its rate, if the file does not say it.
+    scale
+        Of a recording: newtons per unit.
+    offset_n
+        Of a recording: added after scaling, in N.
+    speed_mm_s
+        Of a recording: speed of the finger in mm/s; it is then played by place, else over time.
+    full_n
+        Of an envelope: force that the full amplitude stands for, in N.
+    """
+    checks.check_output("out", out, checks.SYSTEMS)
+    checks.check_new("out", out)
+
+    from frictionloop.cli.effect_text import described
+    from frictionloop.rendering.files import write_effect
+
+    ending = file.suffix.lower()
+    told = ""
+    if ending in PICTURES:
+        from frictionloop.rendering.images import read_image
+
+        picture = read_image(file, mm_per_pixel=mm_per_pixel, polarity=polarity, low_n=low_n, high_n=high_n)
+        effect: Effect = picture.map
+        told = picture.told
+    elif ending in RECORDINGS:
+        effect = _recorded(file, column, rate_hz, scale, offset_n, speed_mm_s)
+    elif ending in (*ENVELOPES, *HAPTICS):
+        effect, left = _haptics(file, ending, full_n)
+        told = f"not carried over: {', '.join(left)}" if left else "all of it carried over"
+    else:
+        known = " ".join((*PICTURES, *RECORDINGS, *ENVELOPES, *HAPTICS))
+        raise FrictionloopError(f"{file}: format {ending!r} is unknown; accepted: {known}")
+    write_effect(effect, out)
+    if json:
+        screen.show_json({"effect": effect.model_dump(), "told": told, "saved": {"effect": out}})
+        return
+    screen.show(screen.columns([("effect", described(effect)), ("file", told or str(file))]), f"saved effect as {out}")
+
+
+def _recorded(
+    file: Path, column: str, rate_hz: float | None, scale: float | None, offset_n: float, speed_mm_s: float | None
+) -> Effect:
+    from frictionloop.parameters import Recording
+    from frictionloop.rendering.sounds import read_texture, read_wave
+
+    recording = Recording(path=str(file), column=column, rate_hz=rate_hz, scale=scale, offset_n=offset_n)
+    return read_wave(recording, rate_hz or 5000.0) if speed_mm_s is None else read_texture(recording, speed_mm_s)
+
+
+def _haptics(file: Path, ending: str, full_n: float | None) -> tuple[Effect, tuple[str, ...]]:
+    from frictionloop.rendering.envelopes import read_envelope
+    from frictionloop.rendering.hjif import read_hjif
+
+    if ending in HAPTICS:
+        return read_hjif(file)
+    if full_n is None:
+        raise FrictionloopError(f"{file}: full_n is missing: must be the force in N that the full amplitude stands for")
+    return read_envelope(file, full_n)

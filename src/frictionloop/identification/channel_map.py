@@ -1,0 +1,73 @@
+"""What a file does not say of its channels: which is which, in what unit, how much, which way round."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from frictionloop.parameters.block import Block, Number, Positive, Whole
+from frictionloop.parameters.description import Description
+from frictionloop.quantities import FrictionloopError
+
+Window = tuple[Number, Number]
+
+
+class Channel(Block):
+    """One channel: value = sign * scale * (column - its mean over ``zero_s``), after wraps are undone."""
+
+    column: str | Whole = 0
+    """Name in the file, as ``frictionloop identify channels`` lists it, or its number from 0.
+
+    In a project file ``name[:, *]`` takes every line of an array, each as a recording of its own."""
+    unit: str | None = None
+    """Unit of the column, where the file says none or a wrong one: N, mN, V, mV, kg, g, counts."""
+    scale: Annotated[Number, Field(description="What one of the column's unit is, in ``gives``.")] | None = None
+    gives: str | None = None
+    """Unit after ``scale``: N, V, kg, m or counts; left out, kg for a channel called mass and N for the others."""
+    sign: Annotated[Whole, Field(ge=-1, le=1)] = 1
+    """-1 turns the channel round."""
+    zero_s: Window | None = None
+    """From when to when in s nothing acted: the mean over it is taken off. Rows of a table count as seconds."""
+    wrap: Positive | None = None
+    """Where a counter starts again from 0, in the column's unit."""
+    delay_s: Number = 0.0
+    """How much later than the others the channel was recorded, in s: it is moved forward by this."""
+
+
+class ChannelMap(Description):
+    """The channels of a file by the names that the analyses know: ``f_m``, ``hammer``, ``mass``, ``load`` ..."""
+
+    rate_hz: Positive | None = None
+    """Sampling rate in Hz, where the file tells none or two."""
+    channels: dict[str, Channel]
+    """By name."""
+
+
+def read_map(source: ChannelMap | Mapping[str, Any] | str | os.PathLike[str]) -> ChannelMap:
+    """Return a channel map from itself, from ``{name: {"column": ...}}`` or ``{name: column}``, or from a TOML file.
+
+    Raises
+    ------
+    FrictionloopError
+        For a file that cannot be read, or a field that is unknown or out of range.
+    """
+    if isinstance(source, ChannelMap):
+        return source
+    if isinstance(source, Mapping):
+        tree = {
+            name: entry if isinstance(entry, (Mapping, Channel)) else {"column": entry}
+            for name, entry in source.items()
+        }
+        return ChannelMap.from_tree({"channels": tree}, "channels: ")
+    try:
+        tree = tomllib.loads(Path(source).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise FrictionloopError(f"{source}: cannot be read ({getattr(error, 'strerror', None) or error})") from None
+    except tomllib.TOMLDecodeError as error:
+        raise FrictionloopError(f"{source}: is not TOML: {error}") from None
+    return ChannelMap.from_tree(tree, f"{source}: ")

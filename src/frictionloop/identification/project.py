@@ -1,0 +1,106 @@
+"""A project file: which recordings there are of a bench, and what each of them is."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from frictionloop.identification.channel_map import Channel, ChannelMap, read_map
+from frictionloop.parameters.block import Block, NotNegative, Number, Positive, Whole
+from frictionloop.parameters.description import Description
+from frictionloop.quantities import FrictionloopError
+
+Window = tuple[Number, Number]
+
+
+class Take(Block):
+    """Recordings of one kind, which are one measurement."""
+
+    kind: Literal["weights", "hits", "quiet", "slides"]
+    """What was done: known weights, hits (of a hammer that measures or of a pen), nothing, or slides of a finger."""
+    files: Annotated[tuple[str, ...], Field(min_length=1)]
+    """Paths, as seen from the project file."""
+    map: str | None = None
+    """TOML file with a channel map; or write ``channels`` here."""
+    channels: dict[str, Channel] | None = None
+    """By the names f_m, mass, hammer, load and position (or speed)."""
+    rate_hz: Positive | None = None
+    """Sampling rate, where the files tell none or two."""
+    date: str | None = None
+    """When it was recorded, where the files do not say."""
+    settle_s: NotNegative = 1.0
+    """Weights: time left out after each change."""
+    gravity_m_s2: Positive | None = None
+    """Weights: gravity at the bench; left out, the standard value, whose doubt is then in the interval."""
+    tolerance: Annotated[Number, Field(ge=0, lt=1)] = 0.0
+    """Weights: their relative tolerance."""
+    mode: Literal["first", "strongest"] = "first"
+    """Hits: which mode is the sensor's resonance."""
+    band_hz: Window | None = None
+    """Hits: between which frequencies it lies."""
+    segment_s: Positive | None = None
+    """Hits: length of a piece; left out, as the hits allow."""
+    exclude: tuple[Whole, ...] = ()
+    """Hits: numbers of those to leave out."""
+    interval_s: Window | None = None
+    """Quiet: from when to when; left out, the longest quiet stretch."""
+
+    def chart(self, folder: Path) -> ChannelMap | None:
+        """Return the channel map, None if the files name their columns as the analyses do."""
+        if self.channels is not None:
+            return ChannelMap(channels=self.channels, rate_hz=self.rate_hz)
+        if self.map is None:
+            return None
+        found = read_map(folder / self.map)
+        return found if self.rate_hz is None else found.evolve({"rate_hz": self.rate_hz})
+
+
+class Converter(Block):
+    """The converter behind the sensor, by its data sheet."""
+
+    bits: Annotated[Whole, Field(ge=1, le=32)]
+    """Bits that do not flicker."""
+    full_scale: Positive
+    """It spans +- this, in the unit of the reading."""
+
+
+class Project(Description):
+    """The recordings of a bench."""
+
+    preset: Literal["bench"] = "bench"
+    """What everything that was not measured is taken from."""
+    recording: Annotated[tuple[Take, ...], Field(min_length=1)]
+    """The measurements."""
+    converter: Converter | None = None
+    """Known rather than measured."""
+    known: Annotated[dict[str, float], Field(default_factory=dict)]
+    """Values known from elsewhere (a scale, a data sheet), by their dotted names in the System."""
+
+
+def read_project(path: str | os.PathLike[str]) -> Project:
+    """Return the project that a TOML file describes.
+
+    Raises
+    ------
+    FrictionloopError
+        For a file that cannot be read, a field that is unknown or out of range, or a recording that is not there.
+    """
+    try:
+        tree = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise FrictionloopError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})") from None
+    except tomllib.TOMLDecodeError as error:
+        raise FrictionloopError(f"{path}: is not TOML: {error}") from None
+    tree.pop("schema", None)
+    project = Project.from_tree(tree, f"{path}: ")
+    for take in project.recording:
+        for name in take.files:
+            if not (Path(path).parent / name).is_file():
+                raise FrictionloopError(
+                    f"{path}: {take.kind}: {name}: there is no such file; accepted: paths from its folder"
+                )
+    return project

@@ -1,0 +1,100 @@
+"""The sampling rate of a file: what it tells, checked against its column of times."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionloop.parameters.sources import SLOWEST_S
+from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.units import UNITS
+from frictionloop.recordings.contents import Contents
+
+AGREE = 1e-3
+"""How far two rates may be apart and still be the same, as a share."""
+UNEVEN = 0.1
+"""A step of time that is off by more than this share is a gap; smaller ones are the clock's jitter (assumed)."""
+
+
+class Sampling(NamedTuple):
+    """When the samples of a file were taken."""
+
+    rate_hz: float | None
+    """None: the file is a plain table."""
+    source: str
+    """Where the rate comes from."""
+    gaps: tuple[tuple[int, int], ...] = ()
+    """Row before each gap in the times, and how many samples are missing there."""
+    even: bool = True
+    """Whether the times rise in equal steps."""
+
+
+def sampling_of(path: str, contents: Contents, rate_hz: float | None = None) -> Sampling:
+    """Return the rate of a file.
+
+    Parameters
+    ----------
+    path : str
+        Named in errors.
+    contents : Contents
+        From ``recordings.whole.read_contents``.
+    rate_hz : float, optional
+        Rate in Hz that is known from elsewhere; it decides where the file says two, and must agree where it says one.
+
+    Raises
+    ------
+    FrictionloopError
+        If two places tell rates that differ by more than 0.1 %, naming both.
+    """
+    told = dict(contents.rates_hz)
+    clock = contents.clock()
+    gaps: tuple[tuple[int, int], ...] = ()
+    even = True
+    if clock is not None and clock.samples.size > 1:
+        step_s, gaps, even = _steps(clock.samples, clock.unit, next(iter(told.values()), rate_hz))
+        if step_s is not None:
+            told[f"the column {clock.name!r}"] = float(f"{1 / step_s:.9g}")
+    if rate_hz is not None:
+        # A rate that is given settles what the file leaves open, and is a third opinion otherwise.
+        agreeing = [where for where, hertz in told.items() if abs(hertz - rate_hz) <= AGREE * rate_hz]
+        if len(told) == 1 and not agreeing and even:
+            _disagree(path, {"rate_hz": rate_hz} | told)
+        return Sampling(float(rate_hz), "given" + (f", as {agreeing[0]} says" if agreeing else ""), gaps, even)
+    if not told:
+        return Sampling(None, "told nowhere", gaps, even)
+    hertz = next(iter(told.values()))
+    if any(abs(other - hertz) > AGREE * hertz for other in told.values()):
+        _disagree(path, told)
+    return Sampling(hertz, " and ".join(told), gaps, even)
+
+
+def _disagree(path: str, told: dict[str, float]) -> None:
+    says = ", ".join(f"{where} says {hertz:.6g} Hz" for where, hertz in told.items())
+    raise FrictionloopError(
+        f"{path}: the sampling rate is in doubt: {says}; accepted: the right one as rate_hz in the map"
+    )
+
+
+def _steps(
+    times: NDArray[np.floating], unit: str | None, near_hz: float | None
+) -> tuple[float | None, tuple[tuple[int, int], ...], bool]:
+    """Return the usual step in s (None for counts), the gaps, and whether the times are even apart from them."""
+    steps = np.diff(np.asarray(times, dtype=float))
+    usual = float(np.nanmedian(steps)) if steps.size else 0.0
+    if not usual > 0:
+        return None, (), False
+    ratio = np.rint(steps / usual)
+    off = np.flatnonzero(~(np.abs(steps - usual) <= UNEVEN * usual))
+    missing = tuple((int(k), int(ratio[k]) - 1) for k in off if ratio[k] >= 2)
+    even = len(missing) == off.size
+    inner = steps[np.abs(steps - usual) <= UNEVEN * usual]
+    usual = float(inner.mean()) if inner.size else usual
+    if unit in UNITS:
+        return usual * UNITS[str(unit)][1], missing, even
+    # Without a unit the times are in s, or in ms or us if only that agrees with the rate told elsewhere.
+    for factor in (1.0, 1e-3, 1e-6):
+        if near_hz is not None and abs(usual * factor * near_hz - 1) <= AGREE:
+            return usual * factor, missing, even
+    return (usual if usual < SLOWEST_S else None), missing, even

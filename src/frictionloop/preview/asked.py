@@ -1,0 +1,84 @@
+"""What an effect asks for along a stroke, and whether any of it can be given and felt."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from frictionloop.parameters import Strokes, System
+from frictionloop.perception.thresholds import HIGHEST_HZ
+from frictionloop.preview.measures import edges_mm
+from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.checks import Array
+from frictionloop.rendering.program import program_of
+from frictionloop.rendering.source import EffectSource
+
+STARTED_S = 1e6
+"""Time since a wave began at which it is over."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What an effect asks for along a stroke, within the band that the controller believes in."""
+
+    place_mm: Array
+    forth_n: Array
+    back_n: Array
+    share_clamped: float
+    clamped_n: float
+    steepest_n_mm: float
+    table_error_n: float
+    least_n: float
+    """Least force before the band."""
+    largest_n: float
+    """Largest force before the band."""
+
+
+def asked_of(system: System) -> Asked:
+    """Return what the effect of a system asks for along its stroke."""
+    source, motion, model = system.setpoint, system.motion, system.controller.model
+    assert isinstance(source, EffectSource)
+    assert isinstance(motion, Strokes)
+    edges = edges_mm(motion)
+    fine = np.linspace(edges[0], edges[-1], 40 * (edges.size - 1) + 1)
+    ways = []
+    for way in (1.0, -1.0):
+        touch = source.track.touch(fine, way * motion.speed_mm_s, motion.load_n, STARTED_S)
+        ways.append(np.broadcast_to(np.asarray(source.effect.asked(touch), float), fine.shape))
+    raw = np.array(ways)
+    held = np.clip(raw, model.floor_n, model.nominal_n)
+    middle = held[:, 20::40]
+    slope = np.abs(np.diff(held, axis=1)).max() / (fine[1] - fine[0])
+    error = program_of(source.effect, source.track, system.touch.load.length_mm).error_n
+    place = 0.5 * (edges[1:] + edges[:-1])
+    beyond, ends = np.abs(raw - held), (float(raw.min()), float(raw.max()))
+    share, most = float(np.mean(beyond > 0)), float(beyond.max())
+    return Asked(place, middle[0], middle[1], share, most, float(slope), error, *ends)
+
+
+def check(system: System) -> Asked:
+    """Return what the effect of a system asks for, refusing one of which nothing can be given or felt.
+
+    Raises
+    ------
+    FrictionloopError
+        For forces that are out of reach everywhere, and for a period that is too short to be felt or played at the
+        stroke's speed.
+    """
+    source, motion, model = system.setpoint, system.motion, system.controller.model
+    assert isinstance(source, EffectSource)
+    assert isinstance(motion, Strokes)
+    asked = asked_of(system)
+    if asked.share_clamped == 1.0:
+        raise FrictionloopError(
+            f"effect: asks for {asked.least_n:.3g} to {asked.largest_n:.3g} N; the controller's band is "
+            f"{model.floor_n:.3g} to {model.nominal_n:.3g} N, and must have some of it"
+        )
+    period, fastest = source.effect.period_mm, min(HIGHEST_HZ, 0.5 * system.controller.rate_hz)
+    if period and motion.speed_mm_s / period > fastest:
+        raise FrictionloopError(
+            f"effect: a period of {period:g} mm is {motion.speed_mm_s / period:.4g} Hz at {motion.speed_mm_s:g} mm/s, "
+            f"and above {fastest:g} Hz nothing is felt; must be at least {motion.speed_mm_s / fastest:.3g} mm"
+        )
+    return asked

@@ -1,0 +1,127 @@
+"""Whole binary files: HDF5 and NetCDF-4, MAT 5 and 7.3, NPZ, WAV."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionloop.recordings.arrays import attribute_unit, is_bare_dimension, unpacked
+from frictionloop.recordings.contents import Channel, Contents, lines_of, told_date, told_rates
+from frictionloop.recordings.hdf5 import check_hdf5
+
+
+def wav_contents(path: Path) -> Contents:
+    """Return the channels of a WAV file; integers become -1 to 1 (full scale)."""
+    from scipy.io import wavfile
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", wavfile.WavFileWarning)
+        warnings.filterwarnings("error", "Reached EOF", wavfile.WavFileWarning)
+        rate_hz, values = wavfile.read(path)
+    values = values.reshape(len(values), -1)
+    whole = values.dtype.kind in "iu"
+    if whole:
+        peak = 2.0 ** (8 * values.dtype.itemsize - 1)
+        values = (values - (peak if values.dtype.kind == "u" else 0.0)) / peak
+    channels = (Channel(str(k), values[:, k], None, 1.0 if whole else None) for k in range(values.shape[1]))
+    return Contents(tuple(channels), {"the header of the WAV file": float(rate_hz)})
+
+
+def npz_contents(path: Path) -> Contents:
+    """Return the arrays of a NPZ file; Python objects in it are left out, since reading one may run anything."""
+    arrays, notes = {}, []
+    with np.load(path, allow_pickle=False) as file:
+        for name in file.files:
+            try:
+                arrays[name] = file[name]
+            except ValueError:
+                notes.append(f"{name!r} is a Python object and was left out")
+    return replace(_of_arrays(arrays), notes=tuple(notes))
+
+
+def hdf5_contents(path: Path) -> Contents:
+    """Return the datasets of an HDF5 or NetCDF-4 file, and of a MAT file of version 7.3, which is transposed."""
+    import h5py
+
+    check_hdf5(str(path))
+    arrays: dict[str, NDArray[Any]] = {}
+    units: dict[str, str | None] = {}
+    said: list[tuple[str, Any]] = []
+    notes: list[str] = []
+    matlab = path.suffix.lower() == ".mat"
+
+    def look(name: str, item: Any) -> None:
+        said.extend((f"{name}@{key}", value) for key, value in item.attrs.items())
+        if not isinstance(item, h5py.Dataset) or name.startswith("#") or is_bare_dimension(item):
+            return
+        if matlab and _class_of(item) not in ("", "double", "single", "logical") and "int" not in _class_of(item):
+            if _class_of(item) not in ("char", "cell"):
+                notes.append(f"{name!r} is a MATLAB object ({_class_of(item)}) and was left out")
+            return
+        if item.dtype.kind in "iufbc" and item.ndim <= 2:
+            values = unpacked(item[()], dict(item.attrs))
+            arrays[name] = np.asarray(values).T if matlab else np.asarray(values)
+            units[name] = attribute_unit(dict(item.attrs))
+
+    with h5py.File(path) as file:
+        said.extend(file.attrs.items())
+        file.visititems(look)
+    said = [(name.rpartition("@")[2], value) for name, value in said]
+    found = _of_arrays(arrays, units)
+    return Contents(found.channels, told_rates(said) | dict(found.rates_hz), tuple(notes), told_date(said))
+
+
+def mat_contents(path: Path) -> Contents:
+    """Return the arrays of a MAT file, those in structures as structure/field; opaque MATLAB objects are left out.
+
+    SciPy's list of what a file holds (``whosmat``) fails on such objects; reading the whole file does not.
+    """
+    import h5py
+    from scipy.io import loadmat
+
+    if h5py.is_hdf5(path):
+        return hdf5_contents(path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        tree = loadmat(path, appendmat=False)
+    notes: list[str] = []
+    arrays = dict(_leaves({name: value for name, value in tree.items() if not str(name).startswith("__")}, notes))
+    found = _of_arrays(arrays)
+    return Contents(found.channels, found.rates_hz, tuple(notes))
+
+
+def _class_of(item: Any) -> str:
+    name = item.attrs.get("MATLAB_class", b"")
+    return name.decode() if isinstance(name, bytes) else str(name)
+
+
+def _leaves(tree: Mapping[Any, Any], notes: list[str], prefix: str = "") -> Iterator[tuple[str, NDArray[Any]]]:
+    """Yield the arrays of a MAT file by their path; what is an object goes to the notes."""
+    from scipy.io.matlab import MatlabFunction, MatlabOpaque
+
+    for name, value in tree.items():
+        full = f"{prefix}{name}"
+        if isinstance(value, (MatlabOpaque, MatlabFunction)) or name in (None, "None"):
+            notes.append(
+                f"{'an unnamed variable' if name in (None, 'None') else repr(full)} is a MATLAB object and was left out"
+            )
+        elif isinstance(value, np.ndarray) and value.dtype.names:
+            for k, each in enumerate(value.flat):
+                inside = {field: each[field] for field in value.dtype.names}
+                yield from _leaves(inside, notes, f"{full}/" if value.size == 1 else f"{full}({k + 1})/")
+        elif isinstance(value, np.ndarray) and value.dtype.kind == "O":
+            for k, each in enumerate(value.flat):
+                yield from _leaves({f"{{{k + 1}}}": each}, notes, full)
+        elif isinstance(value, np.ndarray):
+            yield full, value
+
+
+def _of_arrays(arrays: Mapping[str, NDArray[Any]], units: Mapping[str, str | None] | None = None) -> Contents:
+    channels = [line for name, array in arrays.items() for line in lines_of(name, array, (units or {}).get(name))]
+    return Contents(tuple(channels), told_rates(arrays.items()), date=told_date(arrays.items()))

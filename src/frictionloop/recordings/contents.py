@@ -1,0 +1,103 @@
+"""Everything that a file of signals holds, as it stands there: what a reader looks at before it computes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionloop.quantities.units import UNITS
+from frictionloop.recordings.headers import header, is_time
+
+MOST_LINES = 256
+"""An array with more lines than this both ways is a picture, not a set of channels (assumed)."""
+_RATES = {"sr", "fs", "rate", "samplerate", "samplingrate", "samplefrequency", "samplingfrequency", "freqsampling"}
+_STEPS = {"dt", "ts", "deltat", "deltax", "sampletime", "samplingtime", "sampleinterval", "samplinginterval"}
+_STEPS |= {"wfincrement", "abscissainc"}
+_DATES = {"date", "wfstarttime", "datetime", "recorded", "starttime"}
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One line of samples of a file."""
+
+    name: str
+    samples: NDArray[Any]
+    """In the type in which the file has them, shape (samples,)."""
+    unit: str | None = None
+    """What the file says."""
+    full_scale: float | None = None
+    """Largest magnitude of the format, where it has one."""
+
+
+@dataclass(frozen=True)
+class Contents:
+    """What a file holds."""
+
+    channels: tuple[Channel, ...]
+    rates_hz: Mapping[str, float] = field(default_factory=dict)
+    """Sampling rate in Hz by where the file says it ("'sr'", "the header of the WAV file")."""
+    notes: tuple[str, ...] = ()
+    """What was left out, and why."""
+    date: str = ""
+    """When it was recorded, by the file."""
+
+    def clock(self) -> Channel | None:
+        """Return the column of times, None without one."""
+        return next((each for each in self.channels if is_time(each.name.rpartition("/")[2])), None)
+
+    def signals(self) -> tuple[Channel, ...]:
+        """Return the channels but the times."""
+        return tuple(each for each in self.channels if not is_time(each.name.rpartition("/")[2]))
+
+
+def told_rate(name: str, value: Any) -> float | None:
+    """Return the sampling rate in Hz if a name and its value tell one ("fs": 1e4, "dt": 1e-4, "dt_ms": 0.1)."""
+    said = header(name.rpartition("/")[2])
+    word = re.sub(r"[^a-z]", "", re.sub(r"(hz|khz)$", "", said.name.lower().strip("_ ")))
+    try:
+        number = float(np.ravel(value)[0]) if np.size(value) == 1 else np.nan
+    except (TypeError, ValueError):
+        return None
+    if not (np.isfinite(number) and number > 0):
+        return None
+    if word in _RATES:
+        return number * (1e3 if re.search(r"khz", name.lower()) else 1.0)
+    if word in _STEPS:
+        return 1.0 / (number * UNITS.get(said.unit or "s", ("s", 1.0))[1])
+    return None
+
+
+def told_rates(pairs: Iterable[tuple[str, Any]]) -> dict[str, float]:
+    """Return the rates that names and values tell, by the name."""
+    return {repr(name): rate for name, value in pairs if (rate := told_rate(name, value)) is not None}
+
+
+def told_date(pairs: Iterable[tuple[str, Any]]) -> str:
+    """Return the first date that names and values tell, "" without one."""
+    for name, value in pairs:
+        if re.sub(r"[^a-z]", "", name.lower()) in _DATES and np.size(value) == 1:
+            found = np.ravel(value)[0]
+            return (found.decode("utf-8", "replace") if isinstance(found, bytes) else str(found)).strip()
+    return ""
+
+
+def lines_of(name: str, array: NDArray[Any], unit: str | None = None) -> Iterator[Channel]:
+    """Yield the channels of an array: itself, or its lines along the longer side as ``name[:, k]`` or ``name[k, :]``.
+
+    Scalars, texts and arrays of more than two dimensions hold no channels.
+    """
+    plain = name.rpartition("/")[2]
+    stated = unit or header(plain).unit
+    if array.dtype.kind not in "iufbc" or array.ndim not in (1, 2) or array.size < 2:
+        return
+    if array.ndim == 1 or 1 in array.shape:
+        yield Channel(name, np.ravel(array), stated)
+    elif min(array.shape) <= MOST_LINES:
+        tall = array.shape[0] >= array.shape[1]
+        for k in range(min(array.shape)):
+            yield Channel(f"{name}[:, {k}]" if tall else f"{name}[{k}, :]", array[:, k] if tall else array[k], stated)

@@ -1,0 +1,54 @@
+"""Effects: from a picture, a recording or a formula to a force under the finger.
+
+>>> import frictionloop as fl
+>>> grating = fl.rendering.Grating(spacing_mm=2.0, amplitude_n=0.15)
+>>> system = fl.bench().evolve(setpoint={"kind": "effect", "effect": grating})
+
+What they are made of   Map  Wave  Trigger  sampled  Touch  Track
+Patterns                Constant  Gradient  Edge  Grating  Chirp  Ridge  Detents  Texture  Dots  Viscous
+Mixing                  a + b  a * b  a.max(b)  mask  at  rotate  scale  repeat  Directed  Relief
+By name, in files       LIBRARY  find  read_effect  write_effect
+From and to files       read_image  write_image  read_texture  read_wave  write_wave  fit_texture  read_hjif  write_hjif
+                        read_envelope  text_map  rasterise  write
+Run them                EffectSource  Player  preview  people  arrivals
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+_HOME = {
+    "preview": "Preview arrivals people preview",
+    "rendering.effect": "EFFECTS Effect Touch",
+    "rendering.envelopes": "read_envelope",
+    "rendering.export": "write",
+    "rendering.files": "find read_effect to_toml write_effect",
+    "rendering.hjif": "read_hjif write_hjif",
+    "rendering.images": "Picture rasterise read_image text_map write_image",
+    "rendering.library": "LIBRARY",
+    "rendering.mixing": "At Directed Largest Mask Product Relief Repeat Rotate Scale Sum Trigger",
+    "rendering.track": "Track",
+    "rendering.player": "Player",
+    "rendering.program": "Program program_of",
+    "rendering.resynthesis": "Resynthesis fit_texture",
+    "rendering.shapes": "Chirp Constant Detents Dots Edge Gradient Grating Ridge Texture Viscous",
+    "rendering.sounds": "read_texture read_wave write_wave",
+    "rendering.source": "EffectSource",
+    "rendering.tables": "Map Sampled Wave sampled",
+}
+_ROOM_OF = {name: f"frictionloop.{room}" for room, names in _HOME.items() for name in names.split()}
+
+
+def __getattr__(name: str) -> Any:
+    """Import a name when it is first used; those that need the loop live above it."""
+    if name not in _ROOM_OF:
+        raise AttributeError(f"module 'frictionloop.rendering' has no attribute {name!r}")
+    value = getattr(importlib.import_module(_ROOM_OF[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """Return the public names."""
+    return sorted(_ROOM_OF)

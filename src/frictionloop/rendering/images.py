@@ -1,0 +1,199 @@
+"""Pictures as maps of friction, and maps as pictures with their scale. Grey is taken as it is: gamma is ignored."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from frictionloop.quantities import FrictionloopError, check_known, replacing
+from frictionloop.quantities.checks import ABOVE_0, number
+from frictionloop.quantities.extra import needed
+from frictionloop.rendering.effect import Effect, Touch
+from frictionloop.rendering.tables import MOST_CELLS, Map
+
+Polarity = Literal["bright", "dark"]
+POLARITIES = ("bright", "dark")
+"""What is asked for most: the bright pixels (electroadhesion's convention) or the dark ones (ink that one feels)."""
+MODES = {"L": 255, "I;16": 65535, "I;16B": 65535, "I;16L": 65535, "I": 65535, "1": 1}
+"""Greys that are read, with their white."""
+MOST_PIXELS = 100_000_000
+"""Pixels of a picture that is opened (assumed: a few hundred megabytes)."""
+TEXT = "frictionloop"
+"""Entry of a PNG that holds the scale of a map."""
+
+
+class Picture(NamedTuple):
+    """A map made of a picture."""
+
+    map: Map
+    reduced: int
+    """Pixels along each side that one value is the mean of; 1: the picture as it is."""
+    told: str
+    """What was done, in words."""
+
+
+def read_image(
+    path: str | os.PathLike[str],
+    *,
+    mm_per_pixel: float | None = None,
+    polarity: Polarity | None = None,
+    low_n: float = 0.3,
+    high_n: float = 0.6,
+    most_cells: int = MOST_CELLS,
+) -> Picture:
+    """Return a greyscale picture as a map of force, its middle at the origin, its upper edge at the largest y.
+
+    Parameters
+    ----------
+    path : path
+        PNG or TIFF of 8 or 16 bits. One that `write_image` wrote brings its own scale, and needs nothing else.
+    mm_per_pixel : float
+        Size of a pixel in mm.
+    polarity : str
+        ``"bright"`` if white is ``high_n`` and black ``low_n``, ``"dark"`` the other way round.
+    low_n, high_n : float
+        Forces at both ends of grey, N. To use a picture as heights in mm, give those and wrap it: ``Relief``.
+    most_cells : int
+        Values of the map; a larger picture is reduced by the mean of squares of pixels.
+
+    Raises
+    ------
+    FrictionloopError
+        For a picture that cannot be read, has colours or too many pixels, and without a scale or a polarity.
+    """
+    grey, white, own = _opened(Path(path))
+    given = mm_per_pixel is not None or polarity is not None
+    scale: dict[str, Any] = {"mm_per_pixel": mm_per_pixel, "polarity": polarity} if given else own
+    if not scale or scale.get("mm_per_pixel") is None:
+        raise FrictionloopError(f"{path}: mm_per_pixel is missing: must be the size of a pixel in mm")
+    if scale.get("polarity") is None:
+        raise FrictionloopError(f'{path}: polarity is missing: must be "bright" (white is most friction) or "dark"')
+    check_known("polarity", [str(scale["polarity"])], POLARITIES)
+    pitch = number("mm_per_pixel", scale["mm_per_pixel"], "mm", ABOVE_0)
+    low, high = float(scale.get("low_n", low_n)), float(scale.get("high_n", high_n))
+    factor = 1
+    while -(-grey.shape[0] // factor) * -(-grey.shape[1] // factor) > most_cells:
+        factor += 1
+    rows = _reduced(grey, factor)[::-1] / white
+    share = rows if scale["polarity"] == "bright" else 1.0 - rows
+    pitch *= factor
+    start = [-0.5 * pitch * (count - 1) for count in share.shape]
+    start_x, start_y = float(scale.get("start_mm", start[1])), float(scale.get("start_y_mm", start[0]))
+    values = low + share * (high - low)
+    if values.shape[1] < 2:
+        raise FrictionloopError(f"{path}: is {values.shape[1]} pixel wide; must be at least 2")
+    made = Map(values_n=values.tolist(), pitch_mm=pitch, start_mm=start_x, start_y_mm=start_y)
+    told = f"{grey.shape[1]} x {grey.shape[0]} pixels, {white.bit_length()} bits, gamma ignored"
+    if factor > 1:
+        told += f", reduced by {factor} to {values.shape[1]} x {values.shape[0]} values {pitch:g} mm apart"
+    return Picture(made, factor, told)
+
+
+def _opened(path: Path) -> tuple[np.ndarray, int, dict[str, Any]]:
+    """Return the greys of a picture, its white, and the scale it brings."""
+    import json
+    import warnings
+
+    image_module: Any = needed("PIL.Image", "Pillow", "rendering")
+    if not path.is_file():
+        raise FrictionloopError(f"{path}: there is no such file")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", image_module.DecompressionBombWarning)
+            with image_module.open(path) as image:
+                width, height = image.size
+                if width * height > MOST_PIXELS:
+                    factor = int(np.ceil(np.sqrt(width * height / MOST_PIXELS)))
+                    raise FrictionloopError(
+                        f"{path}: has {width} x {height} pixels: must be at most {MOST_PIXELS:,} in all; reduce it by "
+                        f"{factor} first, and give {factor} times the mm_per_pixel"
+                    )
+                if image.mode not in MODES:
+                    raise FrictionloopError(f"{path}: mode = {image.mode!r}: must be greyscale of 8 or 16 bits")
+                own = json.loads(image.text[TEXT]) if TEXT in getattr(image, "text", {}) else {}
+                return np.asarray(image, dtype=float), MODES[image.mode], own
+    except FrictionloopError:
+        raise
+    except Exception as error:  # on a damaged picture the library raises anything
+        reason = (str(error) or type(error).__name__).splitlines()[0]
+        raise FrictionloopError(f"{path}: cannot be read as a picture ({reason:.120})") from None
+
+
+def _reduced(grey: np.ndarray, factor: int) -> np.ndarray:
+    """Return the means of squares of pixels; those at the edges are made whole by repeating the last pixels."""
+    if factor == 1:
+        return grey
+    room = [(0, -count % factor) for count in grey.shape]
+    padded = np.pad(grey, room, mode="edge")
+    rows, columns = (count // factor for count in padded.shape)
+    return np.asarray(padded.reshape(rows, factor, columns, factor).mean(axis=(1, 3)))
+
+
+def write_image(made: Map, path: str | os.PathLike[str], polarity: Polarity = "bright") -> None:
+    """Write a map as a PNG of 16 bits that carries its scale; `read_image` gives it back to 1/65535 of its range.
+
+    Raises
+    ------
+    FrictionloopError
+        For what is no map, or a file that cannot be written.
+    """
+    import json
+
+    if not isinstance(made, Map):
+        raise FrictionloopError(f"map = {made!r:.60}: must be a Map; rasterise(effect, ...) makes one")
+    check_known("polarity", [polarity], POLARITIES)
+    image_module: Any = needed("PIL.Image", "Pillow", "rendering")
+    info: Any = needed("PIL.PngImagePlugin", "Pillow", "rendering").PngInfo()
+    table = made.table[::-1]
+    low, high = float(table.min()), float(table.max())
+    share = (table - low) / (high - low) if high > low else 0.0 * table
+    share = share if polarity == "bright" else 1.0 - share
+    scale = {"mm_per_pixel": made.pitch_mm, "polarity": polarity, "low_n": low, "high_n": high}
+    scale |= {"start_mm": made.start_mm, "start_y_mm": made.start_y_mm}
+    info.add_text(TEXT, json.dumps(scale))
+    with replacing(path) as beside:
+        image_module.fromarray(np.round(65535 * share).astype(np.uint16)).save(beside, format="PNG", pnginfo=info)
+
+
+def rasterise(effect: Effect, width_mm: float, height_mm: float = 0.0, pitch_mm: float = 0.25) -> Map:
+    """Return an effect of place as a map around the origin; of one that depends on the touch, what it asks forth."""
+    columns, rows = round(width_mm / pitch_mm) + 1, round(height_mm / pitch_mm) + 1
+    if not (pitch_mm > 0 and columns >= 2 and columns * rows <= MOST_CELLS):
+        raise FrictionloopError(f"pitch_mm = {pitch_mm:g} mm gives {columns} x {rows} values; 2 to {MOST_CELLS} in all")
+    if effect.period_mm and effect.period_mm < 2.0 * pitch_mm:
+        raise FrictionloopError(
+            f"pitch_mm = {pitch_mm:g} mm: must be at most half the period of the effect, {effect.period_mm:g} mm"
+        )
+    x = pitch_mm * (np.arange(columns) - 0.5 * (columns - 1))
+    y = pitch_mm * (np.arange(rows) - 0.5 * (rows - 1))
+    grid = np.meshgrid(x, y)
+    force = np.broadcast_to(effect.asked(Touch(grid[0], grid[1], 20.0, 0.5, 1e6)), grid[0].shape)
+    return Map(values_n=force.tolist(), pitch_mm=pitch_mm, start_mm=float(x[0]), start_y_mm=float(y[0]))
+
+
+def text_map(text: str, height_mm: float = 8.0, low_n: float = 0.3, high_n: float = 0.6, pitch_mm: float = 0.25) -> Map:
+    """Return a text as a map: letters of ``high_n`` on a surface of ``low_n``, ``height_mm`` high.
+
+    Raises
+    ------
+    FrictionloopError
+        For an empty text, or one that has no room in a map.
+    """
+    image_module: Any = needed("PIL.Image", "Pillow", "rendering")
+    draw_module: Any = needed("PIL.ImageDraw", "Pillow", "rendering")
+    font_module: Any = needed("PIL.ImageFont", "Pillow", "rendering")
+    if not text.strip():
+        raise FrictionloopError(f"text = {text!r}: must have a letter")
+    font = font_module.load_default(size=max(height_mm / pitch_mm, 6.0))
+    left, top, right, bottom = font.getbbox(text)
+    image = image_module.new("L", (int(right - left) + 4, int(bottom - top) + 4), 0)
+    draw_module.Draw(image).text((2 - left, 2 - top), text, fill=255, font=font)
+    share = np.asarray(image, dtype=float)[::-1] / 255.0
+    if share.size > MOST_CELLS:
+        raise FrictionloopError(f"text: {share.size} values at pitch_mm = {pitch_mm:g}; at most {MOST_CELLS}")
+    start = [-0.5 * pitch_mm * (count - 1) for count in share.shape]
+    values = (low_n + share * (high_n - low_n)).tolist()
+    return Map(values_n=values, pitch_mm=pitch_mm, start_mm=start[1], start_y_mm=start[0])

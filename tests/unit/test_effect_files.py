@@ -1,0 +1,226 @@
+"""Effects out of files and into files: pictures, sounds, envelopes, hjif, TOML, and what is refused."""
+
+from __future__ import annotations
+
+import json
+import wave as wavefile
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import frictionloop as fl
+from frictionloop.quantities import FrictionloopError
+
+R = fl.rendering
+
+
+def picture(path, grey, **more):
+    Image.fromarray(grey).save(path, **more)
+    return path
+
+
+@pytest.mark.parametrize(("kind", "white"), [(np.uint8, 255), (np.uint16, 65535)])
+@pytest.mark.parametrize("ending", ["png", "tiff"])
+def test_a_picture_is_a_map_of_its_greys(tmp_path, kind, white, ending):
+    grey = np.array([[0, white], [white // 2, 0], [white, white]], dtype=kind)
+    path = picture(tmp_path / f"grey.{ending}", grey)
+    made = R.read_image(path, mm_per_pixel=0.5, polarity="bright", low_n=0.2, high_n=0.6)
+    assert np.allclose(made.map.table, 0.2 + 0.4 * grey[::-1] / white)
+    assert (made.map.start_mm, made.map.start_y_mm, made.map.pitch_mm) == (-0.25, -0.5, 0.5)
+    top_right = R.Touch(x_mm=0.25, y_mm=0.5)
+    assert float(made.map.asked(top_right)) == pytest.approx(0.6)
+    dark = R.read_image(path, mm_per_pixel=0.5, polarity="dark", low_n=0.2, high_n=0.6)
+    assert np.allclose(dark.map.table, 0.8 - made.map.table)
+    assert "gamma ignored" in made.told
+
+
+def test_a_large_picture_is_reduced_and_said(tmp_path):
+    grey = np.tile(np.arange(400, dtype=np.uint16) * 160, (300, 1))
+    made = R.read_image(picture(tmp_path / "large.png", grey), mm_per_pixel=0.1, polarity="bright")
+    assert made.reduced == 2
+    assert "400 x 300 pixels, 16 bits, gamma ignored, reduced by 2 to 200 x 150 values 0.2 mm apart" in made.told
+    full = 0.3 + 0.3 * grey[0].reshape(-1, 2).mean(axis=1) / 65535
+    assert np.allclose(made.map.table[0], full)
+
+
+def test_a_map_goes_through_a_png_with_its_scale(tmp_path):
+    made = R.rasterise(R.LIBRARY["braille"], 12.0, 8.0, 0.25)
+    for polarity in ("bright", "dark"):
+        R.write_image(made, tmp_path / "map.png", polarity)
+        back = R.read_image(tmp_path / "map.png")
+        assert np.abs(back.map.table - made.table).max() <= np.ptp(made.table) / 65535
+        assert (back.map.pitch_mm, back.map.start_mm, back.map.start_y_mm) == (0.25, made.start_mm, made.start_y_mm)
+
+
+def test_a_text_is_a_map_of_its_letters():
+    made = R.text_map("I", height_mm=8.0, low_n=0.3, high_n=0.6)
+    middle = made.table[made.table.shape[0] // 2]
+    assert made.table.min() == pytest.approx(0.3)
+    assert middle.max() > 0.55
+    assert made.table[0].max() == pytest.approx(0.3)
+
+
+def test_a_recording_is_played_by_place(tmp_path):
+    rate, speed = 2000.0, 40.0
+    time = np.arange(2000) / rate
+    path = tmp_path / "texture.csv"
+    path.write_text("force_n\n" + "\n".join(f"{v:.9f}" for v in 0.4 + 0.05 * np.sin(2 * np.pi * 20.0 * time)) + "\n")
+    made = R.read_texture(fl.Recording(path=path, column="force_n", rate_hz=rate, scale=1.0), speed, pitch_mm=0.05)
+    x = np.linspace(5.0, 30.0, 200)
+    assert np.allclose(made.asked(R.Touch(x_mm=x)), 0.4 + 0.05 * np.sin(2 * np.pi * x / 2.0), atol=1e-3)
+
+
+def test_a_wave_goes_through_a_wav_with_its_scale(tmp_path):
+    wave = R.Wave(values_n=tuple((0.1 + 0.2 * np.sin(np.arange(50))).tolist()), rate_hz=500.0)
+    R.write_wave(wave, tmp_path / "wave.wav")
+    with wavefile.open(str(tmp_path / "wave.wav")) as file:  # another reader
+        assert (file.getframerate(), file.getnframes(), file.getsampwidth()) == (500, 50, 2)
+    back = R.read_wave(fl.Recording(path=tmp_path / "wave.wav"), 500.0)
+    assert np.abs(np.subtract(back.values_n, wave.values_n)).max() <= np.ptp(wave.values_n) / 65534
+
+
+def test_a_texture_is_fitted_and_made_anew():
+    truth = R.Resynthesis(coefficients=(1.2, -0.5), noise_n=0.02, offset_n=0.4, values=32768, pitch_mm=0.1)
+    values = truth.asked(R.Touch(x_mm=0.1 * np.arange(32768)))
+    found = R.fit_texture(values, 0.1, order=2, seed=3)
+    assert np.allclose(found.coefficients, (1.2, -0.5), atol=0.02)
+    assert found.noise_n == pytest.approx(0.02, rel=0.02)
+    again = R.fit_texture(values, 0.1, order=12).model_copy(update={"values": 32768, "seed": 5})
+    made = again.asked(R.Touch(x_mm=0.1 * np.arange(32768)))
+    spectra = [np.abs(np.fft.rfft(each - each.mean())) ** 2 for each in (values, made)]
+    bands = [np.array([part.mean() for part in np.array_split(each[1:], 20)]) for each in spectra]
+    assert np.abs(10 * np.log10(bands[1] / bands[0])).max() < 1.5
+    assert np.corrcoef(values, made)[0, 1] < 0.1
+
+
+@pytest.mark.parametrize(
+    "effect",
+    [
+        R.Constant(level_n=0.4),
+        R.Grating(spacing_mm=4.0),
+        R.Grating(spacing_mm=4.0, shape="triangle"),
+        R.Map(values_n=(0.2, 0.6, 0.4, 0.4), pitch_mm=10.0, start_mm=-15.0),
+    ],
+)
+def test_an_effect_goes_through_hjif(tmp_path, effect):
+    R.write_hjif(effect, tmp_path / "effect.hjif")
+    back = R.read_hjif(tmp_path / "effect.hjif")
+    x = R.Touch(x_mm=np.linspace(-14.0, 14.0, 300))
+    assert np.abs(back.effect.asked(x) - effect.asked(x)).max() < 1e-3
+    assert back.left == ()
+    tree = json.loads((tmp_path / "effect.hjif").read_text())
+    needed = {"version", "profile", "level", "date", "description", "timescale", "perceptions", "avatars", "syncs"}
+    assert needed <= tree.keys()
+
+
+def hjif(tmp_path, *bands, modality="Friction", **more):
+    channel = {"id": 0, "description": "", "gain": 0.5, "mixing_coefficient": 1.0, "body_part_mask": 0, "bands": bands}
+    perception = {"id": 0, "perception_modality": modality, "channels": [channel], "effect_library": [], **more}
+    path = tmp_path / "given.hjif"
+    path.write_text(json.dumps({"perceptions": [perception]}))
+    return path
+
+
+def band(kind, frames, **more):
+    effect = {"effect_type": "Basis", "position": 0, "phase": 0, "base_signal": "Sine", "keyframes": frames}
+    return {"band_type": kind, "lower_frequency_limit": 0, "upper_frequency_limit": 500, "effects": [effect], **more}
+
+
+def test_what_hjif_cannot_carry_over_is_listed(tmp_path):
+    curve = band("Curve", [{"relative_position": p, "amplitude_modulation": 1.0} for p in (0, 10)], curve_type="Cubic")
+    click = band("Transient", [{"relative_position": 5, "amplitude_modulation": 0.4}])
+    found = R.read_hjif(hjif(tmp_path, curve, click, band("WaveletWave", [])))
+    assert found.left == ("Cubic curve (read as linear)", "WaveletWave band")
+    assert float(found.effect.asked(R.Touch(x_mm=5.25))) == pytest.approx(0.5 + 0.2)
+    assert float(found.effect.asked(R.Touch(x_mm=2.0))) == pytest.approx(0.5)
+
+
+def test_envelopes_of_vibration_are_waves(tmp_path):
+    points = [
+        {"time": 0.0, "amplitude": 0.0},
+        {"time": 0.1, "amplitude": 1.0, "emphasis": {}},
+        {"time": 0.2, "amplitude": 0.5},
+    ]
+    tree = {"signals": {"continuous": {"envelopes": {"amplitude": points, "frequency": [{"time": 0, "frequency": 1}]}}}}
+    (tmp_path / "a.haptic").write_text(json.dumps(tree))
+    found = R.read_envelope(tmp_path / "a.haptic", full_n=0.2)
+    assert np.allclose(found.wave.asked(R.Touch(time_s=np.array([0.05, 0.1, 0.2]))), [0.1, 0.2, 0.1])
+    assert found.left == ("frequency envelope", "emphasis")
+    intensity = {"ParameterID": "HapticIntensity", "ParameterValue": 0.5}
+    events = [
+        {"Event": {"Time": 0.0, "EventType": "HapticContinuous", "EventDuration": 0.1, "EventParameters": [intensity]}},
+        {"Event": {"Time": 0.2, "EventType": "HapticTransient", "EventParameters": []}},
+        {"Event": {"Time": 0.2, "EventType": "AudioCustom"}},
+    ]
+    (tmp_path / "a.ahap").write_text(json.dumps({"Version": 1, "Pattern": events}))
+    found = R.read_envelope(tmp_path / "a.ahap", full_n=0.2)
+    assert np.allclose(found.wave.asked(R.Touch(time_s=np.array([0.05, 0.15, 0.205]))), [0.1, 0.0, 0.2], atol=1e-6)
+    assert found.left == ("AudioCustom",)
+
+
+def test_a_relief_is_the_slope_of_a_picture():
+    height = R.Map(values_n=(0.0, 0.0, 0.5, 0.5), pitch_mm=2.0)
+    relief = R.Relief(height=height, load_n=0.5)
+    assert float(relief.asked(R.Touch(x_mm=3.0))) == pytest.approx(0.125)
+    assert float(relief.asked(R.Touch(x_mm=3.0, speed_mm_s=-1.0))) == pytest.approx(-0.125)
+    player = R.Player(R.Constant(level_n=0.45) + relief)
+    assert player.tick(3.0, 20.0, 0.5, 2e-4) == pytest.approx(0.575, abs=1e-6)
+
+
+def grey(tmp_path):
+    return picture(tmp_path / "grey.png", np.zeros((4, 4), np.uint8))
+
+
+@pytest.mark.parametrize(
+    ("make", "line"),
+    [
+        (lambda p: R.read_image(p / "no.png", mm_per_pixel=1, polarity="dark"), "there is no such file"),
+        (lambda p: R.read_image(grey(p)), "mm_per_pixel is missing: must be the size of a pixel in mm"),
+        (lambda p: R.read_image(grey(p), mm_per_pixel=1.0), 'polarity is missing: must be "bright"'),
+        (lambda p: R.read_image(grey(p), polarity="dark"), "mm_per_pixel is missing"),
+        (lambda p: R.read_image(grey(p), mm_per_pixel=0.0, polarity="dark"), "must be finite and above 0"),
+        (lambda p: R.read_image(grey(p), mm_per_pixel=1, polarity="white"), "polarity: 'white' is unknown"),
+        (
+            lambda p: R.read_image(picture(p / "c.png", np.zeros((4, 4, 3), np.uint8)), mm_per_pixel=1),
+            "mode = 'RGB': must be greyscale of 8 or 16 bits",
+        ),
+        (lambda p: R.text_map(" "), "text = ' ': must have a letter"),
+        (lambda p: R.write_image(R.Constant(), p / "x.png"), "must be a Map; rasterise(effect, ...) makes one"),
+        (lambda p: R.rasterise(R.Constant(), 60, 60, 0.01), "pitch_mm = 0.01 mm gives 6001 x 6001 values"),
+        (lambda p: R.rasterise(R.Grating(spacing_mm=0.4), 60, 0, 0.25), "must be at most half the period of the"),
+        (lambda p: R.fit_texture([0.1] * 100, 0.1), "values_n: do not vary"),
+        (lambda p: R.fit_texture([0.1] * 9, 0.1), "has 9 values; must be at least 48"),
+        (lambda p: R.read_hjif(hjif(p, modality="Pressure")), 'no perception of modality "Friction"; found'),
+        (lambda p: R.read_hjif(hjif(p, band("WaveletWave", []))), "nothing that is carried over; left: WaveletWave"),
+        (lambda p: R.write_hjif(R.Ridge(), p / "x.hjif"), "effect.kind = 'ridge': must be a map of one row"),
+        (lambda p: R.write(R.Grating(), p / "x.wav"), "a WAV file holds a wave over time; effect.kind is 'grating'"),
+        (lambda p: R.write(R.Grating(), p / "x.gif"), "must end in .toml, .png, .wav, .hjif"),
+        (lambda p: R.read_envelope(p / "x.ahap", 0.2), "cannot be read"),
+        (lambda p: R.Relief(height=R.Ridge()), "must depend on the place alone"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_one_line(tmp_path, make, line):
+    with pytest.raises(FrictionloopError) as error:
+        make(tmp_path)
+    assert line in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_wav_without_a_scale_is_refused(tmp_path):
+    with wavefile.open(str(tmp_path / "a.wav"), "wb") as file:
+        file.setparams((1, 2, 1000, 0, "NONE", "none"))
+        file.writeframes(np.arange(100, dtype="<i2").tobytes())
+    with pytest.raises(FrictionloopError, match="scale is missing: must be the newtons of full scale"):
+        R.read_wave(fl.Recording(path=tmp_path / "a.wav"), 1000.0)
+
+
+def test_a_picture_of_50_000_pixels_a_side_is_told_how_to_be_reduced(tmp_path, monkeypatch):
+    from frictionloop.rendering import images
+
+    path = picture(tmp_path / "large.png", np.zeros((50, 50), np.uint8))
+    monkeypatch.setattr(images, "MOST_PIXELS", 100)
+    with pytest.raises(
+        FrictionloopError, match=r"has 50 x 50 pixels: must be at most 100 in all; reduce it by 5 first"
+    ):
+        R.read_image(path, mm_per_pixel=1.0, polarity="dark")

@@ -1,0 +1,65 @@
+"""Several modes from decays, without a hammer channel: closed forms, agreement, refusals."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+from three_modes import RATE, TRUE, plate
+
+import frictionloop as fl
+from frictionloop.identification import modes, rigs
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_three_modes_are_found(seed):
+    found = modes(plate(seed), 3)
+    assert found.hits == 6 and len(found.asked) == 3
+    for mode, (hertz, q, _) in zip(found.asked, TRUE, strict=True):
+        assert mode.frequency.value == pytest.approx(hertz, abs=1.0)
+        assert mode.q.value == pytest.approx(q, rel=0.02)
+        assert mode.agreement > 0.99
+
+
+def test_first_and_strongest_are_asked_for_by_name():
+    run = plate()
+    assert modes(run, "first").asked[0].frequency.value == pytest.approx(1600, abs=1)
+    assert modes(run, "strongest").asked[0].frequency.value == pytest.approx(3100, abs=1)
+    with pytest.raises(fl.FrictionloopError, match=r"a count from 1 to 3; there are 1\d+.* Hz"):
+        modes(run, 4)
+    with pytest.raises(fl.FrictionloopError, match="'first', 'strongest'"):
+        modes(run, "second")
+
+
+def test_coverage_of_hits_that_differ():
+    """The scatter from hit to hit is in the interval."""
+    inside = 0
+    for seed in range(12):
+        found = modes(plate(seed, spread=0.003), "first").asked[0].frequency.interval(0.9)
+        inside += found.low < 1600 < found.high
+    assert 9 <= inside <= 12
+
+
+def test_the_sensor_of_the_rig():
+    run = rigs.hammer_rig(seed=1)
+    found = modes(run, "first")
+    assert found.asked[0].frequency.value == pytest.approx(145.0, abs=0.05)
+    assert found.asked[0].q.value == pytest.approx(20.0, rel=0.01)
+    alone = modes(run.drop_vars("hammer"), "first")
+    assert alone.asked[0].frequency.value == pytest.approx(145.0, abs=0.1)
+
+
+def test_a_band_leaves_the_others_out():
+    assert modes(plate(), "first", band_hz=(2500, 4000)).asked[0].frequency.value == pytest.approx(3100, abs=2)
+
+
+def test_what_does_not_ring_is_refused():
+    draw = np.random.default_rng(1)
+    y = 1e-3 * draw.normal(size=50000)
+    for k in range(5):
+        y[10000 * k + 2000 : 10000 * k + 4000] += draw.normal(size=2000) * np.exp(-np.arange(2000) / 500)
+    time = ("time", np.arange(y.size) / RATE, {"units": "s"})
+    with pytest.raises(fl.FrictionloopError, match=r"unexplained|no mode|good hits"):
+        modes(xr.Dataset({"f_m": ("time", y, {"units": "V"})}, {"time": time}), "first", segment_s=0.08)
+    with pytest.raises(fl.FrictionloopError, match="at least two"):
+        modes(plate(hits=1), "first")

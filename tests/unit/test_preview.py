@@ -1,0 +1,159 @@
+"""The preview of an effect: what arrives, what limits it, for one finger and for several; and the commands."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import frictionloop as fl
+from frictionloop.cli import main
+from frictionloop.quantities import FrictionloopError
+
+R = fl.rendering
+BENCH = fl.bench().evolve({"controller.kind": "observer"})
+IDEAL = {
+    "motion.tremor_um": 0.0, "motion.tremor_n": 0.0, "motion.load_drift": 0.0, "touch.position.noise_um": 0.0,
+    "touch.load.noise_n": 0.0, "controller.kind": "observer", "finger.kind": "rigid", "friction.kind": "gaussian",
+    "disturbance.offset_n": 0.0, "controller.delay_s": 0.0,
+}  # fmt: skip
+
+
+def test_a_device_without_limits_delivers_all_of_a_slow_pattern_at_its_place():
+    shown = R.preview(R.Grating(spacing_mm=10.0), fl.bench().evolve(IDEAL), 20.0)
+    for ways in (shown.open_loop, shown.closed_loop):
+        assert ways.contrast == pytest.approx(1.0, abs=0.02)
+        assert ways.moved_mm < 0.1
+    known = np.isfinite(shown.closed_loop.forth_n)
+    assert np.abs(shown.closed_loop.forth_n - shown.asked_forth_n)[known].max() < 0.01
+    assert shown.share_in_reach == 1.0
+    assert np.isinf(shown.skin_n_mm)
+
+
+def test_the_plate_takes_contrast_open_loop_as_its_low_pass_does():
+    speed, spacing = 150.0, 1.5  # 100 Hz, the plate's cutoff
+    system = fl.bench().evolve(IDEAL | {"plate.kind": "lowpass", "plate.cutoff_hz": 100.0})
+    shown = R.preview(R.Grating(spacing_mm=spacing, amplitude_n=0.02), system, speed)
+    assert shown.open_loop.contrast == pytest.approx(np.sqrt(0.5), rel=0.05)
+    late_s = shown.open_loop.moved_mm / speed
+    assert late_s == pytest.approx(np.pi / 4 / (2 * np.pi * 100.0), abs=4e-4)
+
+
+def test_closed_loop_brings_more_of_a_grating_and_less_of_an_error():
+    shown = R.preview("grating", BENCH, 80.0)
+    assert abs(1.0 - shown.closed_loop.contrast) < abs(1.0 - shown.open_loop.contrast)
+    assert shown.closed_loop.rms_error_n < 0.5 * shown.open_loop.rms_error_n
+    assert shown.steepest_n_mm == pytest.approx(0.15 * 2 * np.pi / 2.0, rel=1e-3)
+    assert shown.skin_n_mm == 1.0
+    assert shown.sentence.startswith("2 mm grating of ±0.15 N at 80 mm/s: ")
+    assert shown.closed_loop.pattern_felt > 1.0
+
+
+def test_what_is_clamped_is_told():
+    shown = R.preview(R.Grating(offset_n=0.7, amplitude_n=0.3, spacing_mm=10.0), BENCH)
+    assert shown.share_clamped == pytest.approx(
+        np.mean(0.7 + 0.3 * np.sin(np.linspace(0, 2 * np.pi, 10001)) > 0.95), abs=0.01
+    )
+    assert shown.clamped_n == pytest.approx(0.05, abs=1e-3)
+
+
+def test_a_level_has_no_contrast():
+    shown = R.preview("constant", BENCH)
+    assert np.isnan(shown.closed_loop.contrast)
+    assert "the level errs by" in shown.sentence
+
+
+def test_fingers_are_given_more_alike_closed_loop():
+    crowd = R.people("bump", BENCH, fl.fingers(4, seed=2))
+    open_n, closed_n = crowd.spread_n
+    assert closed_n < 0.5 * open_n
+    assert len(crowd.contrasts[0]) == 4
+    assert "differs between 4 fingers" in crowd.sentence
+
+
+def test_a_table_has_what_single_previews_have():
+    fingers = fl.fingers(4, seed=2)
+    table = R.arrivals(["bump", "grating"], BENCH, fingers, speeds_mm_s=(40.0, 80.0))
+    assert dict(table.sizes) == {"effect": 2, "speed_mm_s": 2, "loop": 2, "finger": 4}
+    shown = R.preview("grating", BENCH.evolve(fingers[2]), 80.0)
+    cell = table.sel(effect="grating", speed_mm_s=80.0).isel(finger=2)
+    assert float(cell.contrast.sel(loop="open")) == pytest.approx(shown.open_loop.contrast, rel=1e-9)
+    assert float(cell.contrast.sel(loop="closed")) == pytest.approx(shown.closed_loop.contrast, rel=1e-9)
+    assert float(cell.rms_error.sel(loop="closed")) == pytest.approx(shown.closed_loop.rms_error_n, rel=1e-9)
+    crowd = R.people("bump", BENCH, fingers, 40.0)
+    assert np.allclose(table.spread.sel(effect="bump", speed_mm_s=40.0), crowd.spread_n)
+
+
+@pytest.mark.parametrize(
+    ("make", "line"),
+    [
+        (lambda: R.preview(R.Constant(level_n=2.0), BENCH), "effect: asks for 2 to 2 N; the controller's band"),
+        (lambda: R.preview(R.Grating(spacing_mm=0.02), BENCH, 20.0), "a period of 0.02 mm is 1000 Hz at 20 mm/s"),
+        (lambda: R.preview("grating", fl.paper()), 'motion.kind must be "strokes"'),
+        (lambda: R.preview("grating", BENCH.evolve({"controller.kind": "lookup"})), "is the open loop; give the law"),
+        (lambda: R.people("bump", BENCH, []), "fingers: must be at least one"),
+        (lambda: R.preview("gratin", BENCH), "did you mean grating"),
+        (lambda: R.preview("grating", BENCH, 900.0), "the position sensor follows up to"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_one_line(make, line):
+    with pytest.raises(FrictionloopError) as error:
+        make()
+    assert line in str(error.value)
+
+
+def test_a_preview_is_drawn(tmp_path):
+    fl.plot(R.preview("braille", BENCH), tmp_path / "braille.svg")
+    assert (tmp_path / "braille.svg").read_text().startswith("<?xml")
+
+
+def run(capsys, *tokens):
+    with pytest.raises(SystemExit) as left:
+        main(["effect", *tokens])
+    told = capsys.readouterr()
+    return left.value.code or 0, told.out, told.err
+
+
+def test_the_commands_list_show_check_play_and_import(capsys, tmp_path):
+    code, out, _ = run(capsys, "list", "--json")
+    assert code == 0
+    assert json.loads(out).keys() == R.LIBRARY.keys()
+    code, out, _ = run(capsys, "show", "grating", "--speed-mm-s", "80", "--save", str(tmp_path / "g.toml"), "--json")
+    shown = json.loads(out)
+    assert shown["sentence"].startswith("2 mm grating")
+    assert shown["closed_loop"]["contrast"] > 0.9
+    assert R.read_effect(tmp_path / "g.toml") == R.LIBRARY["grating"]
+    code, out, _ = run(capsys, "show", str(tmp_path / "g.toml"))
+    assert "contrast that arrives" in out
+    code, out, _ = run(capsys, "check", "button", "--json")
+    assert json.loads(out)["triggers"] == 1
+    code, out, _ = run(capsys, "check", "wall")
+    assert "32768 values" in out
+    code, out, _ = run(capsys, "play", "bump", "--duration-s", "1", "--out", str(tmp_path / "run.h5"), "--json")
+    assert code == 0
+    assert "f_r_intended" in fl.load(tmp_path / "run.h5")
+    R.write_image(R.rasterise(R.LIBRARY["braille"], 12.0, 8.0), tmp_path / "b.png")
+    code, out, _ = run(capsys, "import", str(tmp_path / "b.png"), "--out", str(tmp_path / "b.toml"))
+    assert code == 0
+    assert "gamma ignored" in out
+    assert R.read_effect(tmp_path / "b.toml").kind == "map"
+
+
+@pytest.mark.parametrize(
+    ("tokens", "line"),
+    [
+        (("show", "gratin"), "error: effect: 'gratin' is unknown"),
+        (("show", "no.toml"), "error: no.toml: cannot be read"),
+        (("check", "constant", "--controller.model.nominal_n", "0.2"), "error: effect: asks for 0.45 to 0.45 N"),
+        (("play", "grating", "--preset", "paper"), 'motion.kind must be "strokes"'),
+        (("play", "grating", "--setpoint.kind", "sine"), "error: setpoint: the effect is named by EFFECT"),
+        (("import", "x.gif", "--out", "x.toml"), "error: x.gif: format '.gif' is unknown"),
+        (("import", "x.ahap", "--out", "x.toml"), "error: x.ahap: full_n is missing"),
+    ],
+)
+def test_the_commands_refuse_in_one_line(capsys, tokens, line):
+    code, out, told = run(capsys, *tokens)
+    assert (code, out) == (2, "")
+    assert line in told
+    assert told.count("\n") == 1
