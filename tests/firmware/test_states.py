@@ -18,12 +18,10 @@ END = 32767
 
 
 def table() -> list[tuple[str, str, str]]:
-    """Return (event, state, what follows) of every cell of the page's table."""
-    rows = [
-        [cell.strip().strip("`") for cell in line.strip("|\n ").split("|")]
-        for line in PAGE.read_text(encoding="utf-8").splitlines()
-        if line.startswith("|")
-    ]
+    """Return (event, state, what follows) of every cell of the page's table of events."""
+    text = PAGE.read_text(encoding="utf-8")
+    lines = text[text.index("| event |") :].partition("\n\n")[0].splitlines()
+    rows = [[cell.strip().strip("`") for cell in line.strip("|\n ").split("|")] for line in lines]
     head, _, *body = rows
     assert head[1:] == list(schema()["states"])
     return [(row[0], state, cell) for row in body for state, cell in zip(head[1:], row[1:], strict=True)]

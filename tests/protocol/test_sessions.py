@@ -95,6 +95,26 @@ def test_a_second_tcp_client_looks_on_and_commands_nothing(hub: Hub) -> None:
         third.mode("closed")
 
 
+def test_a_second_client_stops_the_loop_when_it_is_asked_to_and_not_by_leaving(hub: Hub) -> None:
+    def is_refused(device: fl.Device) -> bool:
+        try:
+            device.set("setpoint.hold_n", 0.5)
+        except Refused:
+            return True
+        return False
+
+    with fl.connect(hub.address) as first, fl.connect(hub.address) as other:
+        first.mode("closed")
+        with fl.connect(hub.address) as second:
+            with pytest.raises(Refused, match=REFUSED):
+                second.mode("closed")
+            with pytest.raises(Refused, match=REFUSED):
+                second.run(0.5, 0.1)
+        assert is_refused(other)  # the loop is on
+        other.mode("idle")
+        assert not is_refused(other)
+
+
 def test_who_was_there_before_is_told_that_another_host_has_said_hello(hub: Hub) -> None:
     with fl.connect(hub.address) as first, fl.connect(hub.address) as second:
         first.mode("idle")

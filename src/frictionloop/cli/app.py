@@ -291,7 +291,14 @@ def _one_line(error: CycloptsError, tokens: Sequence[str]) -> str:
             return _not_here(error, tokens)
         if meant := _parameters_named(flag):
             return f"Unknown option: {flag}. Did you mean {' or '.join(meant)}?"
-    return " ".join(str(error).split())
+    said = " ".join(str(error).split())
+    if said.endswith(", ..."):  # of the verbs only the first eight are told
+        said = f"{said.partition(' Available commands:')[0]} Available commands: {', '.join(_verbs())}."
+    return said
+
+
+def _verbs() -> list[str]:
+    return [name for name in app if not name.startswith("-")]
 
 
 def _not_here(error: UnknownOptionError, tokens: Sequence[str]) -> str:

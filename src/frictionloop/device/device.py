@@ -95,7 +95,7 @@ class Device(metaclass=Brief):
     def close(self) -> None:
         """Let go of the line; switch the plate off before, if this Device asked for a mode or a run."""
         try:
-            if self._commanded:
+            if self._commanded and not self._link.is_others:
                 self._link.ask("mode", state=STATES["idle"])
         except DeviceError:
             pass

@@ -43,6 +43,8 @@ class Link:
         self.clock_pairs: list[tuple[int, float, float]] = []
         """(device's us modulo 2^32, host's time between asking and hearing, round trip), both in s, of heartbeats."""
         self._sequence = secrets.randbelow(2**16)
+        self.is_others = False
+        """Whether the loop was another host's when it was last asked for: not this one's to switch off unasked."""
         self._session = 0
         """As the device gave it, 0 before the first command: who only looks needs none."""
         self._inbox: deque[Message] = deque(maxlen=INBOX)
@@ -72,8 +74,17 @@ class Link:
                 found = [message for message in messages if answers(message, name, sequence, fields)]
                 self._inbox.extend(message for message in messages if message not in found)
                 if found:
-                    return _accepted(found[0], name, fields)
+                    return self._answer(found[0], name, fields)
         raise NoReply(f"{name}: no reply in {ATTEMPTS * REPEAT_S:g} s")
+
+    def _answer(self, found: Message, name: str, fields: dict[str, Any]) -> Message:
+        try:
+            answer = _accepted(found, name, fields)
+        except Refused as refused:
+            self.is_others = self.is_others or refused.reason == "not_owner"
+            raise
+        self.is_others = self.is_others and name != "mode"
+        return answer
 
     def greet(self) -> None:
         """Begin a session with a number that no other host has chosen."""

@@ -89,7 +89,8 @@ class Running:
         """Ask the device to be idle and quiet, if it is there."""
         with contextlib.suppress(DeviceError):
             with contextlib.suppress(Refused):  # at fault it is off
-                self.link.ask("mode", state=STATES["idle"])
+                if not self.link.is_others:
+                    self.link.ask("mode", state=STATES["idle"])
             self.link.ask("stream", decimation=0, mask=0)
 
     def _hear(self, message: Message) -> None:

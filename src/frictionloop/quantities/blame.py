@@ -10,6 +10,8 @@ from typing import Any
 from frictionloop.quantities.units import FrictionloopError
 
 _OURS = str(Path(__file__).parents[1])
+_COLOUR = re.compile(r"\x1b\[[\d;]*m")
+"""Colours for a terminal, which the compiler uses where it can."""
 
 
 def theirs(what: str, function: Any, error: BaseException) -> FrictionloopError:
@@ -35,7 +37,7 @@ def is_outside(file: str) -> bool:
 
 def complaint(error: BaseException) -> str:
     """Return what the compiler says of somebody's code as one line: file, line and reason."""
-    text = str(error)
+    text = _COLOUR.sub("", str(error))
     told = re.findall(r'File "([^"]+)", line (\d+)| at (/[^\n]+) \((\d+)\)', text)
     places = [(file or other, line or number) for file, line, other, number in told]
     places = [(str(Path(file).resolve()), line) for file, line in places if is_outside(file)]
