@@ -64,7 +64,7 @@ def people(
     ----------
     effect, system, stroke, seed
         As of ``fl.rendering.preview``.
-    fingers : list of overrides
+    fingers : list of dict
         From ``fl.fingers(n, seed)``, or such dicts of values by dotted name.
 
     Raises
