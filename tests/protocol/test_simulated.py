@@ -119,7 +119,7 @@ def test_a_bench_whose_signals_are_over_ends_a_run_and_keeps_it(tmp_path: Any) -
 @pytest.mark.parametrize(
     ("name", "value", "said"),
     [
-        ("law.number", 9, "law.number = 9, out of range; must be a law that the firmware has: 1 PI, 2 lookup"),
+        ("law.number", 9, "law.number = 9, out of range; must be a law of its image: 1 pi, 2 lookup"),
         ("drive.ceiling_um", 5, "drive.ceiling_um = 5 um, out of range; must be at most drive.largest_um = 2.5 um"),
         ("drive.largest_um", 0, "drive.largest_um = 0 um, out of range; must be above 0 um"),
         (

@@ -140,7 +140,7 @@ def test_ctrl_c_keeps_what_is_done_and_resume_finishes_it(frictionloop, process,
     again = shlex.split(command.removeprefix("continue with: python -m frictionloop "))
     assert again == [*tokens, "kept.h5", "--jobs", "1", "--resume"]
     resumed = frictionloop(*again[:-3], "--resume")
-    assert (resumed.code, resumed.err) == (0, "")
+    assert (resumed.code, resumed.noted) == (0, [])
     assert "640 of 640 runs done" in resumed.out
     assert frictionloop(*tokens, "whole.h5").code == 0
     assert fl.load("kept.h5").identical(fl.load("whole.h5"))
