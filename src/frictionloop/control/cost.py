@@ -25,7 +25,7 @@ WORST_TICK = {
     "filtered_pi": WorstTick(3407, 5518),
     "observer": WorstTick(2091, 4110),
     "super_twisting": WorstTick(2276, 4482),
-    "tracker": WorstTick(3553, 7340),
+    "tracker": WorstTick(3827, 7859),
 }
 """By kind of controller, on the image of bench() with two force axes, from entry to return of the tick's interrupt.
 
