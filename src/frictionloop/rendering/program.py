@@ -105,7 +105,7 @@ class EffectState(NamedTuple):
     triggers: TriggerStates
 
 
-START = EffectState(1.0, 0.0, TriggerStates(*[0.0] * 4, *[1e6] * 4))
+START = EffectState(1.0, 0.0, TriggerStates(*[0.0] * MOST_TRIGGERS, *[FAR_S] * MOST_TRIGGERS))
 """Before the first period: no trigger has changed for long."""
 
 

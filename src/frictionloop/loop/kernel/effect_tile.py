@@ -13,7 +13,7 @@ from frictionloop.loop.kernel.slab import ROW
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.quantities.normals import BLOCK
 from frictionloop.rendering.effect import TURNS_MM_S
-from frictionloop.rendering.program import MOST_TRIGGERS, WIDTH, Do
+from frictionloop.rendering.program import FAR_S, MOST_TRIGGERS, WIDTH, Do
 
 _SEEN, _TRUE, _STACK = ROW["effect_seen"], ROW["effect_true"], ROW["effect_stack"][0]
 _ON, _SINCE = _SEEN.triggers.on_0 - _SEEN.direction, _SEEN.triggers.since_0 - _SEEN.direction
@@ -47,7 +47,7 @@ def _lift_wave(lifting: Lifting) -> Any:
         count, loops, trigger = load(p, 0, 1, at + 2), load(p, 0, 1, at + 4) > 0.0, int(load(p, 0, 1, at + 5))
         if trigger >= 0:
             time_s = load(s, i, width, base + _SINCE + trigger)
-            if load(s, i, width, base + _ON + trigger) != load(p, 0, 1, at + 6) or time_s >= 1e6:
+            if load(s, i, width, base + _ON + trigger) != load(p, 0, 1, at + 6) or time_s >= FAR_S:
                 return 0.0
         u = time_s * load(p, 0, 1, at + 3)
         if loops:
