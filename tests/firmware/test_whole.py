@@ -59,7 +59,7 @@ FLIPS = 60
 
 @pytest.mark.parametrize("what", ["fl_built_parameters", "image"])
 def test_a_flipped_bit_is_told_and_nothing_is_driven(what, images, tmp_path):
-    """None of them drives. One in the table is always told; one in what starts or serves the board may end or mute it."""
+    """None of them drives. One in the table is always told; one in what serves the board may end or mute it."""
     image, rng = images("pi"), np.random.default_rng(7)
     file = image.elf.read_bytes()
     parts = [part for _, part in loaded(image.elf) if len(part) > 100]

@@ -146,27 +146,21 @@ class EffectKinds(Kinds):
 
 
 _HOME = {
-    "mixing": {
-        **{"sum": "Sum", "product": "Product", "max": "Largest", "mask": "Mask", "directed": "Directed"},
-        **{
-            "at": "At",
-            "rotate": "Rotate",
-            "scale": "Scale",
-            "repeat": "Repeat",
-            "trigger": "Trigger",
-            "relief": "Relief",
-        },
-    },
-    "resynthesis": {"resynthesis": "Resynthesis"},
-    "tables": {"map": "Map", "wave": "Wave"},
-    "shapes": {
-        **{"constant": "Constant", "gradient": "Gradient", "edge": "Edge", "grating": "Grating", "chirp": "Chirp"},
-        **{"ridge": "Ridge", "detents": "Detents", "texture": "Texture", "dots": "Dots", "viscous": "Viscous"},
-    },
+    "mixing": "sum:Sum product:Product max:Largest mask:Mask directed:Directed at:At rotate:Rotate scale:Scale "
+    "repeat:Repeat trigger:Trigger relief:Relief",
+    "resynthesis": "resynthesis:Resynthesis",
+    "tables": "map:Map wave:Wave",
+    "shapes": "constant:Constant gradient:Gradient edge:Edge grating:Grating chirp:Chirp ridge:Ridge detents:Detents "
+    "texture:Texture dots:Dots viscous:Viscous",
 }
+"""Where each kind of effect stands, as kind:Class; a file is imported when its kind is used."""
 EFFECTS = EffectKinds(
     Effect,
-    beside={k: f"frictionloop.rendering.{room}:{name}" for room, kinds in _HOME.items() for k, name in kinds.items()},
+    beside={
+        kind: f"frictionloop.rendering.{file}:{name}"
+        for file, kinds in _HOME.items()
+        for kind, name in (each.split(":") for each in kinds.split())
+    },
 )
 AnyEffect = Annotated[Effect, EFFECTS]
 
