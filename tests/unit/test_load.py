@@ -155,3 +155,12 @@ def test_a_missing_extra_is_one_line(tmp_path, monkeypatch):
     files.tdms(tmp_path / "a.tdms", columns(), RATE)
     monkeypatch.setitem(sys.modules, "nptdms", None)
     assert "pip install 'frictionloop[identify]'" in complaint(tmp_path / "a.tdms")
+
+
+def test_what_is_left_out_and_what_is_assumed_is_told(tmp_path):
+    path = tmp_path / "a.npz"
+    np.savez(path, force=np.sin(np.arange(5000.0)), fast=np.cos(np.arange(9000.0)), fs=5000.0)
+    assert fl.identify.load(path).attrs["told"] == "force: left out, of 5000 samples"
+    named = fl.identify.load(path, {"f_m": {"column": "force"}})
+    assert named.attrs["told"] == "f_m: nothing tells its unit; taken for N"
+    assert fl.identify.load(path, {"f_m": {"column": "force", "unit": "V"}}).attrs["told"] == ""

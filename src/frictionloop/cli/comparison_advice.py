@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 from frictionloop.design.comparison import CLAIRVOYANT, ORACLE
@@ -84,7 +83,9 @@ def _left(rows: Rows) -> dict[str, Left]:
 
 def _unstable(margins: Rows, law: str, peak: str) -> list[str]:
     """Return the contacts and speeds at which a law is not known to be stable."""
-    rows: Iterable[dict[str, Any]] = (row for row in margins if row["law"] == law)
+    rows = [row for row in margins if row["law"] == law]
+    if not rows:
+        return ["no margins are known"]
     return [f"{row['contact']} at {row['speed_mm_s']:g} mm/s" for row in rows if not math.isfinite(row[peak])]
 
 

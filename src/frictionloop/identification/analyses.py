@@ -87,6 +87,7 @@ def analyse(take: Take, folder: Path, sensor: Sensor) -> Part:
     except FrictionloopError as refused:
         where = ", ".join(take.files) if len(take.files) < 4 else f"{take.files[0]} and {len(take.files) - 1} more"
         raise FrictionloopError(f"{where}: {refused}") from None
+    told = list(dict.fromkeys([*(line for run in runs for line in run.attrs["told"].splitlines()), *told]))
     return Part(take.kind, files, tuple(values), tuple(told), tuple(rows), curves)
 
 

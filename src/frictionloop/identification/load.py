@@ -53,7 +53,7 @@ def load(
     -------
     xarray.Dataset
         Variables with ``units`` over ``time`` in s, or over ``row`` for a table; attributes ``file``, ``sha256``,
-        ``date``, ``rate_from``.
+        ``date``, ``rate_from``, and ``told``, a line for each channel left out and each unit that nothing tells.
 
     Raises
     ------
@@ -92,6 +92,7 @@ def load(
         "sha256": sha256(path),
         "date": contents.date,
         "rate_from": sampling.source,
+        "told": "\n".join([*_left_out(contents, picked, channels is not None), *_assumed(picked, chart, data)]),
     }
     if is_table:
         return xr.Dataset(data, attrs=attributes)
@@ -111,6 +112,24 @@ def _all(contents: found.Contents) -> dict[str, found.Channel]:
     sizes = [line.samples.size for line in signals]
     usual = max(set(sizes), key=lambda size: (size * sizes.count(size), size))
     return {line.name: line for line in signals if line.samples.size == usual}
+
+
+def _left_out(contents: found.Contents, picked: Mapping[str, found.Channel], mapped: bool) -> list[str]:
+    """Return what is said of channels that no map chose and that have another length than most."""
+    taken = {line.name for line in picked.values()}
+    other = [line for line in contents.signals() if line.name not in taken]
+    return [] if mapped else [f"{line.name}: left out, of {line.samples.size} samples" for line in other]
+
+
+def _assumed(picked: Mapping[str, found.Channel], chart: ChannelMap, data: Mapping[str, xr.Variable]) -> list[str]:
+    """Return what is said of channels whose unit neither file nor map tells."""
+    silent = [name for name, line in picked.items() if not _tells_unit(line, chart.channels[name])]
+    units = {name: data[name].attrs["units"] for name in silent}
+    return [f"{name}: nothing tells its unit; taken for {unit}" for name, unit in units.items() if unit]
+
+
+def _tells_unit(line: found.Channel, told: Channel) -> bool:
+    return bool(line.unit or told.unit or told.gives or told.scale is not None)
 
 
 def _find(where: str, contents: found.Contents, wanted: Channel) -> found.Channel:

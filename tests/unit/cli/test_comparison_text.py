@@ -112,3 +112,9 @@ def test_no_law_is_recommended_that_is_not_known_to_be_stable(peak):
     rows, margins = rows_of({"notch_pi": 0.036, "tracker": 0.01})
     margins[0]["sensitivity_peak_5"] = peak
     assert recommendation(rows, margins).startswith("Recommended: none of these laws. None of these laws is known")
+
+
+def test_a_law_whose_margins_nobody_knows_is_not_recommended():
+    rows, margins = rows_of({"notch_pi": 0.036, "observer": 0.005})
+    known = [row for row in margins if row["law"] != "observer"]
+    assert recommendation(rows, known).startswith("Recommended: notch_pi.")
