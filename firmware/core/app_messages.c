@@ -99,10 +99,6 @@ static int tells(fl_app *app, uint8_t type, uint16_t sequence, const uint8_t *bo
 }
 
 static void greet(fl_app *app, uint16_t sequence, const uint8_t *body) {
-    if (body[0] != FL_MAJOR) {
-        answer_with(app, sequence, refused(FL_REFUSAL_WRONG_VERSION));
-        return;
-    }
     uint32_t id = fl_hello(app, sequence, fl_u32(body + 1));
     fl_push_reply(app, (fl_reply){FL_MESSAGE_WELCOME, 0, sequence, (uint16_t)id, (uint16_t)(id >> 16)});
 }
@@ -153,6 +149,8 @@ static void follow(fl_app *app, fl_session *session, const fl_asked *asked) {
 
 static void handle(fl_app *app, uint32_t stamp, fl_asked asked, size_t bytes) {
     fl_answer answer = check_length(asked.type, bytes, &asked.count);
+    if (asked.type == FL_MESSAGE_HELLO && bytes && asked.body[0] != FL_MAJOR) /* whatever its length there */
+        answer = refused(FL_REFUSAL_WRONG_VERSION);
     if (asked.type == FL_MESSAGE_IDENTIFY) stamp = 0; /* answered in any session, and without */
     fl_session *session = fl_session_of(app, stamp);
     if (answer.reason) answer_with(app, asked.sequence, answer);

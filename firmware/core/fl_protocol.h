@@ -4,7 +4,7 @@
 
 #include "fl_fixed.h"
 
-#define FL_MAJOR 2
+#define FL_MAJOR 3
 #define FL_MINOR 0
 #define FL_LARGEST_BODY 272
 #define FL_TICK_HZ 5000

@@ -12,10 +12,12 @@ from frictionloop.device.layout import HEADER, LAYOUTS
 from frictionloop.firmware.revision import revision_here
 from frictionloop.quantities.schema import schema, table_hash, word_count
 
+MAJOR = schema()["protocol"]["major"]
+
 
 def test_identity(rig):
     told = rig.ask("identify")
-    assert (told["major"], told["minor"]) == (2, 0)
+    assert (told["major"], told["minor"]) == (MAJOR, schema()["protocol"]["minor"])
     assert (told["board"], told["law"], told["tick_hz"]) == (0, 1, 5000)
     assert (told["table_hash"], told["parameters"], told["waveform"]) == (table_hash(), word_count(), 1024)
     assert told["revision"].rstrip(b"\0").decode() == revision_here()
@@ -31,7 +33,7 @@ def test_every_message_to_the_device_is_answered_as_the_schema_says(rig):
         "play": {"source": 0, "loops": 0, "count": 0, "step": 0, "start_um": 0, "crc": 0},
         "mode": {"state": 0},
         "stream": {"decimation": 0, "mask": 0},
-        "hello": {"major": 2, "nonce": 5},
+        "hello": {"major": MAJOR, "nonce": 5},
     }
     asked = [message for message in schema()["message"] if message["to"] == "device"]
     for message in asked:
@@ -65,7 +67,7 @@ def test_a_frame_that_comes_twice_does_no_harm(rig):
     points = np.linspace(5000, 7000, 100).astype(int)
     play = {"source": 1, "loops": 1, "count": 100, "step": 1 << 22, "start_um": 0}
     session = [
-        ("hello", {"major": 2, "nonce": 76}),
+        ("hello", {"major": MAJOR, "nonce": 76}),
         ("set", {"first": 0, "values": rig.words[:64]}),
         ("commit", {"crc": zlib.crc32(rig.words.astype("<i4").tobytes())}),
         ("waveform", {"first": 0, "values": points}),
@@ -114,7 +116,8 @@ def test_a_body_of_the_wrong_length(rig, name: str, extra: int):
     size = layout.body.size + (2 * layout.item.itemsize if layout.item else 0) + extra
     if size < 0:
         return
-    rig.board.receive(framed(HEADER.pack(layout.type, 9, 0) + bytes(size)), 0)
+    body = bytes([MAJOR] * (name == "hello")).ljust(size, b"\0")
+    rig.board.receive(framed(HEADER.pack(layout.type, 9, 0) + body), 0)
     (answer,) = rig.listen()
     if layout.item and extra % layout.item.itemsize == 0:
         pytest.fail("an odd length was meant")

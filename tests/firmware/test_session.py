@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from frictionloop.device.codec import Message, encode, framed
-from frictionloop.device.layout import HEADER
+from frictionloop.device.layout import HEADER, LAYOUTS
 from frictionloop.quantities.schema import schema
 
 STATES, REFUSALS = schema()["states"], schema()["refusals"]
+MAJOR = schema()["protocol"]["major"]
 COMMANDS: dict[str, dict[str, Any]] = {
     "set": {"first": 0, "values": [1]},
     "commit": {"crc": 0},
@@ -31,7 +32,7 @@ def say(rig: Any, name: str, sequence: int, session: int, **fields: Any) -> Mess
 
 
 def hello(rig: Any, nonce: int, sequence: int = 0) -> int:
-    return say(rig, "hello", sequence, 0, major=schema()["protocol"]["major"], nonce=nonce)["session"]
+    return say(rig, "hello", sequence, 0, major=MAJOR, nonce=nonce)["session"]
 
 
 def closed(rig: Any) -> int:
@@ -65,7 +66,15 @@ def test_who_is_there_is_answered_in_a_session_that_has_ended_too(rig):
 
 
 def test_a_host_of_another_version_is_told_so(rig):
-    answer = say(rig, "hello", 3, 0, major=1, nonce=5)
+    answer = say(rig, "hello", 3, 0, major=MAJOR - 1, nonce=5)
+    assert (answer.name, answer["reason"], answer["sequence"]) == ("refused", REFUSALS["wrong_version"], 3)
+
+
+@pytest.mark.parametrize("size", [1, 4, 6, 20])
+def test_it_is_told_so_however_long_its_hello_is(rig, size: int):
+    body = bytes([MAJOR + 1]).ljust(size, b"\1")
+    rig.board.receive(framed(HEADER.pack(LAYOUTS["hello"].type, 3, 0) + body), rig.now_us)
+    (answer,) = rig.listen()
     assert (answer.name, answer["reason"], answer["sequence"]) == ("refused", REFUSALS["wrong_version"], 3)
 
 
@@ -150,7 +159,7 @@ def test_the_owner_stays_however_many_others_say_hello(rig):
 
 
 def test_each_hello_gives_another_session_but_the_same_one_again(rig):
-    rig.board.receive(encode("hello", 4, major=2, nonce=9) * 3, rig.now_us)
+    rig.board.receive(encode("hello", 4, major=MAJOR, nonce=9) * 3, rig.now_us)
     assert len({answer["session"] for answer in rig.listen()}) == 1
     hello(rig, 10)
     assert hello(rig, 9) not in (10, 11)  # what was said in its first session counts no more
@@ -176,7 +185,7 @@ NOISE = {
     "a refused reading": lambda rig, k: encode("get", rig.sequence + 1 + k, rig.session, first=9999, count=1),
     "the same heartbeat": lambda rig, k: encode("heartbeat", rig.sequence, rig.session),
     "an old heartbeat": lambda rig, k: encode("heartbeat", rig.sequence - 9, rig.session),
-    "a hello": lambda rig, k: encode("hello", k, major=2, nonce=k),
+    "a hello": lambda rig, k: encode("hello", k, major=MAJOR, nonce=k),
 }
 
 

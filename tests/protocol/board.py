@@ -24,7 +24,7 @@ STATES, REFUSALS, FAULTS = (schema()[group] for group in ("states", "refusals", 
 class Board:
     """Streams 16 samples a frame at 5 kHz and answers; a host that is silent for 200 ms is a fault."""
 
-    def __init__(self, major: int = 2, hash_of_table: int | None = None) -> None:
+    def __init__(self, major: int = schema()["protocol"]["major"], hash_of_table: int | None = None) -> None:
         self.tick, self.state, self.fault, self.heard = 1000, STATES["idle"], 0, 1000
         self.decimation, self.next, self.sequence = 0, 0, 0
         self.words, self.waiting = np.zeros(word_count(), np.int32), np.zeros(word_count(), np.int32)

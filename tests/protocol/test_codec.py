@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from frictionloop import FrictionloopError
 from frictionloop.device.codec import LARGEST_CODED, Decoder, encode, framed, uncoded
-from frictionloop.device.layout import LAYOUTS, REPLIES, TYPES
+from frictionloop.device.layout import HEADER, LAYOUTS, REPLIES, TYPES
 from frictionloop.quantities.extra import needed
 from frictionloop.quantities.schema import schema
 
@@ -28,6 +28,8 @@ NUMBERS = {
 IDENTITY = dict.fromkeys(("major", "minor", "board", "law", "tick_hz", "table_hash"), 0)
 IDENTITY |= dict.fromkeys(("parameters", "waveform", "serial", "revision", "laws", "reset"), 0)
 
+MAJOR = schema()["protocol"]["major"]
+
 
 def field(entry: dict[str, Any]) -> st.SearchStrategy[Any]:
     if entry["format"] == "bytes":
@@ -40,6 +42,8 @@ def field(entry: dict[str, Any]) -> st.SearchStrategy[Any]:
 def messages(draw: st.DrawFn) -> tuple[str, int, int, dict[str, Any]]:
     entry = draw(st.sampled_from(schema()["message"]))
     fields = {each["name"]: draw(field(each)) for each in entry.get("fields", [])}
+    if entry["name"] == "identity":
+        fields["major"] = MAJOR
     return entry["name"], draw(NUMBERS["u16"]), draw(NUMBERS["u32"]), fields
 
 
@@ -71,6 +75,20 @@ def test_a_message_comes_back_however_it_is_cut(message: Any, cut: int) -> None:
         key: value if isinstance(value, bytes) else np.asarray(value).tolist() for key, value in back.fields.items()
     } == fields
     assert (decoder.whole, decoder.broken, decoder.missed) == (1, 0, 0)
+
+
+@pytest.mark.parametrize("size", [2, 38, LAYOUTS["identity"].body.size, 60, 272])
+def test_of_an_identity_of_another_version_only_the_version_is_read(size: int) -> None:
+    body = bytes([MAJOR - 1, 7]).ljust(size, b"\5")
+    decoder = Decoder()
+    (told,) = decoder.feed(framed(HEADER.pack(LAYOUTS["identity"].type, 1, 2) + body))
+    assert (told.name, told.fields, decoder.broken) == ("identity", {"major": MAJOR - 1, "minor": 7}, 0)
+
+
+def test_an_identity_of_this_version_has_its_length() -> None:
+    decoder = Decoder()
+    assert decoder.feed(framed(HEADER.pack(LAYOUTS["identity"].type, 1, 2) + bytes([MAJOR, 0]))) == []
+    assert decoder.broken == 1
 
 
 @given(messages())

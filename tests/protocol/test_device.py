@@ -12,7 +12,7 @@ from frictionloop.device.device import Device
 from frictionloop.device.errors import Refused
 from frictionloop.device.running import Interrupted
 from frictionloop.firmware.parameter_words import firmware_words
-from frictionloop.quantities.schema import parameter_words, word_count
+from frictionloop.quantities.schema import parameter_words, schema, word_count
 
 
 @pytest.fixture
@@ -105,8 +105,10 @@ def test_a_parameter_that_does_not_fit_is_refused_by_name(device: Device, name: 
 
 
 def test_another_version_and_another_table_are_refused(boards: Any) -> None:
-    with pytest.raises(fl.DeviceError, match=r"^device: speaks version 3.0 of the protocol; must be 2.x$"):
-        Device(lambda: boards.Line(boards.Board(major=3)))
+    major = schema()["protocol"]["major"]
+    words = f"^device: speaks version {major + 1}.0 of the protocol; must be {major}.x$"
+    with pytest.raises(fl.DeviceError, match=words):
+        Device(lambda: boards.Line(boards.Board(major=major + 1)))
     other = Device(lambda: boards.Line(boards.Board(hash_of_table=5)))
     with pytest.raises(fl.DeviceError, match=r"parameter table is another one \(hash 00000005"):
         other.set("setpoint.hold_n", 0.5)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import re
+from typing import Any
 
 from frictionloop.device.layout import HEADER, LARGEST_BODY
 from frictionloop.quantities.schema import firmware_folder, parameter_words, schema, schema_path
@@ -18,6 +19,52 @@ def test_the_headers_are_up_to_date() -> None:
     core = firmware_folder() / "core"
     assert (core / "fl_protocol.h").read_text(encoding="utf-8") == generate.header()
     assert (core / "fl_duty.h").read_text(encoding="utf-8") == generate.duties()
+
+
+# What the messages of a major version are: a change of one that is here asks for another major version. One that is
+# added asks for another minor version, and is added here.
+MAJOR = 3
+MESSAGES = {
+    "identify": "1:",
+    "identity": (
+        "2: major u8, minor u8, board u8, law u8, tick_hz u32, table_hash u32, parameters u16, waveform u16, "
+        "serial u32, revision bytes16, laws u16, reset u8"
+    ),
+    "get": "3: first u16, count u16",
+    "words": "4: first u16, values i32*",
+    "set": "5: first u16, values i32*",
+    "commit": "6: crc u32",
+    "waveform": "7: first u16, values i16*",
+    "play": "8: source u8, loops u8, count u16, step u32, start_um i32, crc u32",
+    "mode": "9: state u8",
+    "stream": "10: decimation u16, mask u16",
+    "telemetry": "11: tick u32, decimation u16, mask u16, dropped u16, values i16*",
+    "heartbeat": "12:",
+    "status": "13: state u8, fault u8, tick u32, commits u16, reset u8",
+    "clear": "14:",
+    "statistics": "15:",
+    "counted": "16: ticks u32, overruns u32, longest_us u32, frames u32, broken u32, missed u32, dropped u32",
+    "done": "17: sequence u16",
+    "refused": "18: sequence u16, reason u8, index u16",
+    "fault": "19: fault u8, tick u32, value i32",
+    "hello": "20: major u8, nonce u32",
+    "welcome": "21: sequence u16, session u32",
+}
+
+
+def test_a_message_that_changes_asks_for_another_major_version() -> None:
+    is_now = {entry["name"]: laid_out(entry) for entry in schema()["message"]}
+    assert schema()["protocol"]["major"] == MAJOR
+    assert {name: is_now.get(name) for name in MESSAGES} == MESSAGES
+
+
+def laid_out(entry: dict[str, Any]) -> str:
+    """Return number and fields of a message in a line."""
+    fields = (
+        f"{field['name']} {field['format']}{field.get('length', '')}{'*' * field.get('repeated', 0)}"
+        for field in entry.get("fields", [])
+    )
+    return f"{entry['type']}: {', '.join(fields)}".rstrip()
 
 
 def test_sizes_that_c_writes_by_hand() -> None:

@@ -6,15 +6,18 @@ from collections import OrderedDict
 from dataclasses import dataclass
 from typing import Any
 
-from frictionloop.device.layout import HEADER, LARGEST_BODY, LAYOUTS, TYPES
+from frictionloop.device.layout import HEADER, LARGEST_BODY, LAYOUTS, TYPES, Layout
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.extra import needed
+from frictionloop.quantities.schema import schema
 
 cobs = needed("cobs.cobs", "cobs")
 crc16 = needed("fastcrc.crc16", "fastcrc").ibm_3740
 
 LARGEST_CODED = HEADER.size + LARGEST_BODY + 2 + 2
 """Bytes of the largest frame before its zero byte: with CRC and COBS's byte per 254 begun."""
+MAJOR = schema()["protocol"]["major"]
+"""Version of the protocol that is spoken here."""
 REMEMBERED = 256
 """Frames that are known again when a line repeats them (assumed; 0.8 s of telemetry)."""
 
@@ -115,7 +118,8 @@ class Decoder:
     def _message(self, coded: bytes) -> Message | None:
         content = uncoded(coded) if len(coded) <= LARGEST_CODED else None
         kind = None if content is None else TYPES.get(content[0])
-        if content is None or kind is None or (fields := kind.unpack(content[HEADER.size :])) is None:
+        fields = None if content is None or kind is None else _fields(kind, content[HEADER.size :])
+        if content is None or kind is None or fields is None:
             self.broken += 1
             return None
         _, sequence, stamp = HEADER.unpack_from(content)
@@ -138,6 +142,13 @@ class Decoder:
         self._last = sequence
         self.whole += 1
         return True
+
+
+def _fields(kind: Layout, body: bytes) -> dict[str, Any] | None:
+    """Return the fields of a body; of an identity of another major version the version alone, in whatever length."""
+    if kind.name == "identity" and len(body) >= 2 and body[0] != MAJOR:
+        return {"major": body[0], "minor": body[1]}
+    return kind.unpack(body)
 
 
 def uncoded(coded: bytes) -> bytes | None:
