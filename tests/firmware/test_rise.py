@@ -1,4 +1,4 @@
-"""Whatever a table and the readings ask for, the amplitude at the pin rises by a share of the plate's largest a tick."""
+"""Whatever a table and the readings ask for, the amplitude rises by a share of the plate's largest a tick."""
 
 from __future__ import annotations
 
