@@ -57,7 +57,7 @@ def test_those_gains_ask_for_whole_steps_and_it_falls_at_once(make_rig):
 def test_the_tracker_alone_may_take_it_all(make_rig):
     rig = make_rig(law__number=1 + KINDS.index("tracker"), setpoint__hold_n=2**25)
     rig.reason("mode", state=1)
-    assert shares(rig, [8000])[0] > 2 / TICKS
+    assert shares(rig, [8000])[0] > 1 / TICKS + 0.1
 
 
 @pytest.mark.parametrize("times", [0.25, 0.5, 1.5])

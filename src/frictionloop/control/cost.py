@@ -19,13 +19,13 @@ class WorstTick(NamedTuple):
 
 
 WORST_TICK = {
-    "pi": WorstTick(1686, 3184),
-    "lookup": WorstTick(1664, 3115),
-    "notch_pi": WorstTick(2494, 4305),
-    "filtered_pi": WorstTick(3407, 5518),
-    "observer": WorstTick(2091, 4110),
-    "super_twisting": WorstTick(2276, 4482),
-    "tracker": WorstTick(3827, 7859),
+    "pi": WorstTick(1698, 3203),
+    "lookup": WorstTick(1676, 3134),
+    "notch_pi": WorstTick(2506, 4324),
+    "filtered_pi": WorstTick(3419, 5537),
+    "observer": WorstTick(2103, 4129),
+    "super_twisting": WorstTick(2288, 4501),
+    "tracker": WorstTick(3839, 7878),
 }
 """By kind of controller, on the image of bench() with two force axes, from entry to return of the tick's interrupt.
 
