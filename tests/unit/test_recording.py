@@ -395,9 +395,10 @@ def test_a_bad_sample_is_refused_with_its_index(tmp_path, name, bad):
 def test_an_unknown_format_and_a_missing_file(tmp_path):
     accepted = ".csv .tsv .txt .h5 .hdf5 .nc .mat .wav"
     assert refusal(tmp_path / "a.xlsx") == f"format '.xlsx' is unknown; accepted: {accepted}"
+    assert refusal(tmp_path) == f"is a folder; accepted is a file: {accepted}"
     assert refusal(tmp_path / "a.csv") == "there is no such file"
     (tmp_path / "b.csv").mkdir()
-    assert refusal(tmp_path / "b.csv") == "there is no such file"
+    assert refusal(tmp_path / "b.csv") == f"is a folder; accepted is a file: {accepted}"
 
 
 @pytest.mark.parametrize("name", ["a.csv", "a.h5", "a.nc", "a.mat", "a.wav"])

@@ -102,13 +102,17 @@ def _answer_rows(found: PlateAnswers, design: PlateDesign) -> list[Row]:
     ]
 
 
+def _thickness(mm: float) -> str:
+    return f"{mm:.3f} mm" if mm >= 0.1 else f"{1e3 * mm:.3g} um"
+
+
 def _wanted_rows(wanted: Wanted, design: PlateDesign) -> list[Row]:
     rows: list[Row] = []
     if wanted.nearest is not None:
         lines = f"{wanted.nearest.nodal_lines} lines"
         rows.append(("nearest mode", lines, f"{_khz(wanted.nearest.frequency_hz)} on this plate"))
         lines = f"gives {design.geometry.nodal_lines} lines that frequency"
-        rows.append(("thickness", f"{wanted.thickness_mm:.3f} mm", lines))
+        rows.append(("thickness", _thickness(wanted.thickness_mm), lines))
     if wanted.quality_factor == wanted.quality_factor:
         rows.append(("Q", f"{wanted.quality_factor:.0f}", "gives the bandwidth"))
     return rows

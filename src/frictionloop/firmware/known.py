@@ -43,7 +43,7 @@ FIRMWARE = Represented(
         PositionSensor: "tracking_hz",
         LoadCells: "touch_n touch_share mean_s least_speed_mm_s developed_mm",
         Board: "force_axes force_zero_counts force_n_per_count across_n_per_count load_zero_counts load_n_per_count "
-        "position_m_per_count ceiling_um ramp_s force_limit_n",
+        "position_m_per_count ceiling_um ramp_s force_limit_n hum_share",
     },
     # Its table has 257 entries whatever is given; noise, range and length are those of the sensors that it reads.
     {Model: "table_size", PositionSensor: "noise_um fastest_mm_s", LoadCells: "noise_n length_mm"},

@@ -98,6 +98,8 @@ def _scaled(recording: Recording, wanted: str) -> tuple[Array, float, Column]:
 def _open(recording: Recording) -> Column:
     path = Path(recording.path)
     reader = _READERS.get(path.suffix.lower())
+    if path.is_dir():
+        raise FrictionloopError(f"{path}: is a folder; accepted is a file: {' '.join(_READERS)}")
     if reader is None:
         raise FrictionloopError(f"{path}: format {path.suffix!r} is unknown; accepted: {' '.join(_READERS)}")
     if not path.is_file():

@@ -42,6 +42,8 @@ def read_contents(path: str | os.PathLike[str]) -> Contents:
     """
     file = Path(path)
     reader = READERS.get(file.suffix.lower())
+    if file.is_dir():
+        raise FrictionloopError(f"{file}: is a folder; accepted is a file: {' '.join(READERS)}")
     if reader is None:
         raise FrictionloopError(f"{file}: format {file.suffix!r} is unknown; accepted: {' '.join(READERS)}")
     if not file.is_file():
