@@ -7,7 +7,7 @@ enum { CELLS = 256 };
 
 /* Cells an amplitude with 30 bits: a position of 16 binary places is mantissa a 2^-shift. */
 fl_derived fl_derive(const fl_parameters *p) {
-    fl_derived derived = {{0, 0}, 0, {0}};
+    fl_derived derived = {{0, 0}, 0, {0}, fl_derive_easing(p)};
     fl_derive_ends(derived.ends, p);
     if (p->drive_largest_um <= 0) return derived;
     int32_t places = 0;
