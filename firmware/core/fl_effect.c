@@ -11,30 +11,36 @@ void fl_effect_begin(fl_effect *effect) {
     for (int k = 0; k < FL_TRIGGERS; k++) effect->since[k] = FL_FAR;
 }
 
-/* Phases count values in 2^-24. */
-static int32_t between(const fl_effect_step *s, const fl_store *store, int64_t phase, int32_t last) {
-    int32_t cell = (int32_t)(phase >> 24);
-    if (cell > last) cell = last;
-    const int16_t *here = store->points + s->first + cell;
-    int64_t share = phase - (int64_t)cell * (1 << 24);
-    int64_t rise = fl_scale((here[1] - here[0]) * share, 24 - 16);
-    return fl_mul((fl_gain){s->scale, s->scale_shift}, (int32_t)(here[0] * 65536 + rise));
+/* A phase counts values in 2^-16. A gain with 30 bits and a shift of at least 14 leaves 47 bits of it. */
+typedef struct { int32_t value; int32_t share; } fl_phase;
+
+static fl_phase phase_of(const fl_effect_step *s, int32_t along) {
+    int64_t phase = ((int64_t)s->per * along) >> s->per_shift;
+    return (fl_phase){(int32_t)(phase >> 16), (int32_t)(phase & 0xffff)};
 }
 
 /* Whole values alone say how many periods to leave out; they fit a word, and divide in 12 cycles, not 300. */
-static int64_t turned(int64_t phase, int32_t count) {
-    int32_t value = (int32_t)(phase >> 24) % count;
-    if (value < 0) value += count;
-    return (int64_t)value * (1 << 24) + (phase & 0xffffff);
+static int32_t turned(int32_t value, int32_t count) {
+    int32_t left = value % count;
+    return left < 0 ? left + count : left;
+}
+
+/* A value is 2^-15 of `scale`; with the 16 places of the share it is 2^-31 of it. */
+static int32_t between(const fl_effect_step *s, const fl_store *store, fl_phase at) {
+    const int16_t *here = store->points + s->first + at.value;
+    uint32_t rise = (uint32_t)(here[1] - here[0]) * (uint32_t)at.share; /* modulo 2^32, as the sum, which fits */
+    int32_t value = (int32_t)((uint32_t)here[0] * 65536u + rise);
+    return (int32_t)(((int64_t)value * s->scale) >> 31);
 }
 
 static int32_t table(const fl_effect_step *s, const fl_store *store, int32_t along) {
-    int64_t phase = fl_scale((int64_t)s->per * fl_subtract(along, s->start), s->per_shift);
-    int64_t end = (int64_t)(s->count - 1) * (1 << 24);
-    if (s->repeats) phase = turned(phase, s->count);
-    else phase = phase < 0 ? 0 : phase > end ? end : phase;
-    if (s->nearest) phase = (phase + (1 << 23)) & ~(int64_t)0xffffff;
-    return between(s, store, phase, s->repeats ? s->count - 1 : s->count - 2);
+    fl_phase at = phase_of(s, fl_subtract(along, s->start));
+    int32_t last = s->count - (s->repeats ? 1 : 2);
+    if (s->repeats) at.value = turned(at.value, s->count);
+    else if (at.value < 0) at = (fl_phase){0, 0};
+    else if (at.value > last) at = (fl_phase){last, 0x10000};
+    if (s->nearest) at.share = at.share < 0x8000 ? 0 : 0x10000;
+    return between(s, store, at);
 }
 
 static int32_t wave(const fl_effect_step *s, const fl_store *store, const fl_effect *effect) {
@@ -43,10 +49,14 @@ static int32_t wave(const fl_effect_step *s, const fl_store *store, const fl_eff
         ticks = effect->since[s->number];
         if (effect->on[s->number] != s->nearest || ticks == FL_FAR) return 0;
     }
-    int64_t phase = fl_scale((int64_t)s->per * ticks, s->per_shift);
-    if (s->repeats) phase = turned(phase, s->count);
-    else if (phase > (int64_t)(s->count - 1) * (1 << 24)) return 0;
-    return between(s, store, phase, s->repeats ? s->count - 1 : s->count - 2);
+    fl_phase at = phase_of(s, ticks);
+    if (s->repeats) {
+        at.value = turned(at.value, s->count);
+    } else if (at.value > s->count - 2) {
+        if (at.value > s->count - 1 || at.share) return 0;
+        at = (fl_phase){s->count - 2, 0x10000};
+    }
+    return between(s, store, at);
 }
 
 static int32_t trigger(const fl_effect_step *s, fl_effect *effect, int32_t along, int32_t speed, int32_t load) {
@@ -65,8 +75,8 @@ static int32_t trigger(const fl_effect_step *s, fl_effect *effect, int32_t along
 }
 
 static int32_t mixed(int32_t share, int32_t one, int32_t other) {
-    int64_t apart = (int64_t)one - other;
-    return fl_saturate(other + fl_scale(fl_clip(share, 0, FL_ONE) * apart, 28));
+    int64_t part = (int64_t)fl_clip(share, 0, FL_ONE) * fl_subtract(one, other);
+    return fl_add(other, (int32_t)(part >> 28));
 }
 
 static int32_t run(

@@ -24,8 +24,8 @@ typedef struct {
     uint16_t first;      /* value in the store; of a trigger: its quantity, FL_CONDITION_... */
     uint16_t count;      /* values */
     int32_t start;       /* place of the first value; of a trigger: what turns it on */
-    int32_t per;         /* values in 2^-24 per 2^-32 m, or per tick; of a trigger: what turns it off */
-    int32_t scale;       /* q28 in a 2^-16 of a value, or a factor; of a trigger: its dead time, ticks */
+    int32_t per;         /* values in 2^-16 per 2^-32 m, or per tick; of a trigger: what turns it off */
+    int32_t scale;       /* N of 2^15 of a value, q28; or a factor; of a trigger: its dead time, ticks */
     int8_t per_shift, scale_shift;
     uint16_t none;
 } fl_effect_step;

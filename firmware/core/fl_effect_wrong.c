@@ -1,7 +1,7 @@
 /* Whether a program can be run at all: every table within the store, every shift possible, no stack too deep. */
 #include "fl_effect.h"
 
-enum { HEAD = 2, WORDS = sizeof(fl_effect_step) / 2 };
+enum { HEAD = 2, WORDS = sizeof(fl_effect_step) / 2, LEAST_SHIFT = 14 };
 
 /* What a step takes from the stack, and what it puts there. */
 static const struct { uint8_t takes, puts; } arity[] = {
@@ -11,12 +11,12 @@ static const struct { uint8_t takes, puts; } arity[] = {
 };
 enum { STEPS = sizeof arity / sizeof arity[0] };
 
-/* Least shifts: a phase of 2^31 steps of place, or of FL_FAR ticks, then has at most 31 bits of whole values. */
+/* With the least shift a phase of 2^31 steps of place, or of FL_FAR ticks, has at most 31 bits of whole values. */
 static int reads(const fl_effect_step *s, uint16_t from, uint16_t until) {
     if (s->repeats > 1 || s->nearest > 1 || s->count < (s->repeats ? 1 : 2)) return 0;
     if (s->first < from || s->first > until || s->count + s->repeats > until - s->first) return 0;
     if (s->per < 0 || s->per >= 1 << 30) return 0;
-    return s->per_shift >= (s->what == FL_STEP_TABLE ? 6 : 5) && s->per_shift <= 62;
+    return s->per_shift >= LEAST_SHIFT && s->per_shift <= 62;
 }
 
 static int fits(const fl_effect_step *s, uint16_t from, uint16_t until) {

@@ -134,7 +134,7 @@ static void effect(fl_app *app, uint32_t now) {
         s->count = (uint16_t)count, s->first = (uint16_t)(from + any(0, FL_POINTS - from - count - s->repeats));
         if (s->what == FL_STEP_TRIGGER) s->first = (uint16_t)below(3);
         s->start = any(INT32_MIN, INT32_MAX), s->per = any(0, (1 << 30) - 1), s->scale = any(0, INT32_MAX);
-        s->per_shift = (int8_t)any(6, 62), s->scale_shift = (int8_t)any(-1, 62);
+        s->per_shift = (int8_t)any(14, 62), s->scale_shift = (int8_t)any(-1, 62);
         if (below(200) == 0) s->what = (uint8_t)draw();
         if (below(200) == 0) s->count = (uint16_t)draw();
         if (below(200) == 0) s->per_shift = (int8_t)draw();

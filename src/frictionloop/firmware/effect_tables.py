@@ -133,10 +133,11 @@ def _words(program: Program, predicted: bool) -> np.ndarray:
         fields = _fields(given, program.values)
         if given[0] <= Do.WAVE:
             first, count = int(given[1]), int(given[2] + fields["repeats"])
-            scale = max(float(np.max(np.abs(program.values[first : first + count]))), 1e-9) / FULL
-            points[first : first + count] = np.rint(program.values[first : first + count] / scale)
+            values = program.values[first : first + count]
+            scale = max(to_q28(float(np.max(np.abs(values))) * 2**15 / FULL, "effect"), 1)
+            points[first : first + count] = np.rint(values * 2.0**43 / scale)
             size = max(size, first + count)
-            fields |= {"first": from_word + first} | _gain("scale", scale * 2.0 ** (28 - 16))
+            fields |= {"first": from_word + first, "scale": scale}
         for name, value in fields.items():
             step[name] = value
         step["what"] = int(given[0])
@@ -148,12 +149,12 @@ def _fields(given: Sequence[float], values: np.ndarray) -> dict[str, Any]:
     do, *numbers = given
     if do == Do.TABLE:
         _, count, start_mm, per_mm, nearest, repeats = numbers
-        per = _gain("per", per_mm * 1e3 * 2.0**24 / PLACES)
+        per = _gain("per", per_mm * 1e3 * 2.0**16 / PLACES)
         return {"count": int(count), "start": _place(start_mm), "nearest": nearest, "repeats": repeats} | per
     if do == Do.WAVE:
         _, count, rate_hz, loops, trigger, is_on = numbers
         number = MOST_TRIGGERS if trigger < 0 else int(trigger)
-        per = _gain("per", rate_hz / RATE_HZ * 2.0**24)
+        per = _gain("per", rate_hz / RATE_HZ * 2.0**16)
         return {"count": int(count), "number": number, "nearest": is_on, "repeats": loops} | per
     if do == Do.TRIGGER:
         number, kind, on, off, dead_s = numbers[:5]
@@ -190,7 +191,7 @@ def _check_range(program: Program) -> None:
         elif do == Do.SCALED:
             stack[-1] *= abs(numbers[0])
         elif do == Do.MIX:
-            stack[-3:] = [max(stack[-2:])]
+            stack[-3:] = [sum(stack[-2:])]  # their difference is a word too
         else:
             a, b = stack[-2:]
             stack[-2:] = [a + b if do == Do.ADD else a * b if do == Do.MULTIPLY else max(a, b)]
