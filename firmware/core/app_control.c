@@ -25,13 +25,16 @@ static fl_force_command decide(
     return fl_switched(p, app->law_state, &app->closing, app->state == FL_STATE_CLOSED, m, setpoint);
 }
 
-/* The amplitude command, never above the ceiling. */
+/* The most by which the amplitude may rise in this tick. */
+static int32_t rise(const fl_app *app) { return app->derived[app->parameters.in_force].rise_um; }
+
+/* The amplitude command, never above the ceiling, and up by a share of the largest a tick. */
 static int32_t amplitude(fl_app *app, const fl_parameters *p, int32_t force) {
     int32_t command;
     if (app->state == FL_STATE_OPEN || app->state == FL_STATE_CLOSED) {
         int32_t wanted = fl_lookup(force, p->lookup_squares_um2, p->lookup_cells_per_n, p->law_low_n);
-        command = fl_overdrive(
-            &app->believed, wanted, p->overdrive_decay, p->overdrive_inverse, p->drive_ceiling_um);
+        int32_t most = fl_clip(fl_add(app->amplitude, rise(app)), 0, p->drive_ceiling_um);
+        command = fl_overdrive(&app->believed, wanted, p->overdrive_decay, p->overdrive_inverse, most);
         fl_commanded(p, app->law_state, &app->closing, command);
     } else {
         command = fl_clip(fl_subtract(app->amplitude, p->drive_ramp_um), 0, p->drive_ceiling_um);

@@ -70,12 +70,16 @@ void fl_parameters_start(fl_app *app, const fl_parameters *parameters) {
     app->derived[0] = fl_derive(&app->tables[0].named);
 }
 
-/* From the tick. A law that was changed under way begins anew. */
+/* From the tick. A law that was changed under way begins anew. The duty at the pin stays, and is another amplitude
+ * where the plate is said to be another one. */
 void fl_parameters_take(fl_app *app) {
     if (!app->parameters.asked) return;
-    int32_t before = fl_in_force(app)->law_number;
+    const fl_parameters *before = fl_in_force(app);
     app->parameters.in_force ^= 1;
-    if (fl_in_force(app)->law_number != before) app->law_runs = 0;
+    const fl_parameters *now = fl_in_force(app);
+    if (now->law_number != before->law_number) app->law_runs = 0;
+    if (app->amplitude && now->drive_largest_um != before->drive_largest_um)
+        app->amplitude = (int32_t)((int64_t)app->amplitude * now->drive_largest_um / before->drive_largest_um);
     app->bad_table = 0;
     app->commits++;
     app->parameters.stale = 1;

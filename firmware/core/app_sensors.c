@@ -8,9 +8,12 @@ enum {
     JUMPS = 3,                             /* of force or load; of the position one is enough */
     JUMPS_TICKS = FL_TICK_HZ / 50,         /* 20 ms, in which one of them is forgotten */
     CONTRARY_TICKS = FL_TICK_HZ * 3 / 200, /* 15 ms */
-    SHORTEST = FL_TICK_HZ * 152 / 10000,   /* period of the mains, 16.7 ms at 60 Hz and 20 ms at 50 Hz, 8 % off */
-    LONGEST = FL_TICK_HZ * 216 / 10000,
-    HALF = FL_TICK_HZ * 6 / 1000,          /* the shorter half of one that is bent */
+    /* Ticks in a period of the mains, 2 % above 60 Hz and 2 % below 50 Hz (EN 50160, a supply without synchronous
+     * connection). A swing is told at a quarter of the limit: from one that is just as large as the limit to one that
+     * is far larger that is asin(1/4)/2pi = 4 % of a period. A tick at the end. */
+    SHORTEST = FL_TICK_HZ * 96 / 6120 - 1,
+    LONGEST = FL_TICK_HZ * 104 / 4900 + 1,
+    HALF = FL_TICK_HZ * 6 / 1000,          /* the shorter half of one that a drift bends (assumed) */
     BEATS = 2,                             /* such periods, each half a period after the one before */
     MEMORY = 7,                            /* force and set-point are forgotten in 2^7 ticks */
     COARSER = 15                           /* q28 to 13 binary places, +-4 N in 16 bits */

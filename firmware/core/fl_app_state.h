@@ -32,7 +32,7 @@ _Static_assert(sizeof(fl_table) == 4 * FL_WORDS, "the table is words and nothing
  * and the magnitude at which each channel is at its end: forces, position, load. */
 typedef struct {
     fl_gain cells_per_um;
-    int32_t ceiling_duty;
+    int32_t ceiling_duty, rise_um;
     uint32_t ends[4];
     int32_t easing; /* N, of the set-point in a tick while an effect comes or goes */
 } fl_derived;

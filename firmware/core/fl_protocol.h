@@ -10,6 +10,7 @@
 #define FL_TICK_HZ 5000
 #define FL_SILENCE_MS 200
 #define FL_RAMP_MS 100
+#define FL_RISE_TICKS 4
 #define FL_ALONE_S 60
 #define FL_REPEAT_MS 100
 #define FL_TRIES 10

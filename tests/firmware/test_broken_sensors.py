@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from broken_sensors import FAILURES, TICK_HZ, bench, notice, slid
+from whole_sensors import FIRST, OTHER
 
 DOWN = 15 * TICK_HZ // 1000
 """From the fault to a plate at rest: the ramp takes 10 ms."""
@@ -29,9 +30,20 @@ def test_a_broken_sensor_is_told_and_the_plate_comes_to_rest(name: str, law: str
 @pytest.mark.soak
 @pytest.mark.parametrize("name", FAILURES)
 def test_it_is_told_of_many_fingers(name: str):
+    check(name, FIRST)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("name", HARD)
+def test_a_hum_is_told_of_other_fingers(name: str):
+    check(name, OTHER)
+
+
+def check(name: str, seed: int):
+    """Break a sensor under fingers of a population."""
     failure, noticed = FAILURES[name], []
     for number in range(MANY):
-        noticed.append(notice(slid(number), failure.tells, seed=number))
+        noticed.append(notice(slid(number, seed), failure.tells, seed=number))
     told = [each for each in noticed if each is not None]
     assert {each.fault for each in told} <= set(failure.faults)
     assert max(each.down for each in told) <= DOWN

@@ -11,8 +11,10 @@ import frictionloop as fl
 from frictionloop.device.host_board import Sample
 from frictionloop.device.simulated_pipe import Converters
 from frictionloop.firmware.parameter_words import firmware_words
+from frictionloop.quantities.schema import schema
 
 MODEL = fl.bench().controller.model
+RISE_TICKS = schema()["protocol"]["rise_ticks"]
 
 
 def force(amplitude_um: float) -> float:
@@ -32,14 +34,14 @@ def counts(force_n: float) -> int:
 def test_open_loop_commands_what_the_model_says(make_rig, level_n: float):
     rig = make_rig(setpoint__hold_n=round(level_n * 2**28))
     rig.mode("open")
-    assert force(rig.tick().amplitude_um) == pytest.approx(level_n, abs=2e-4)
+    assert force(rig.tick(RISE_TICKS).amplitude_um) == pytest.approx(level_n, abs=2e-4)
 
 
 @pytest.mark.parametrize(("level_n", "at"), [(0.0, 2.5), (2.0, 0.0)])
 def test_open_loop_stays_within_the_clamp(make_rig, level_n: float, at: float):
     rig = make_rig(setpoint__hold_n=round(level_n * 2**28))
     rig.mode("open")
-    assert rig.tick().amplitude_um == pytest.approx(at, abs=1e-3)
+    assert rig.tick(RISE_TICKS).amplitude_um == pytest.approx(at, abs=1e-3)
 
 
 def test_duty_gives_the_amplitude_through_the_sine_of_the_carrier(make_rig):

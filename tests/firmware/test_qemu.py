@@ -4,11 +4,13 @@ import shutil
 import subprocess
 from itertools import pairwise
 
+import numpy as np
 import pytest
 
 from frictionloop.device.codec import Decoder
 from frictionloop.firmware.compiled import declarations
 from frictionloop.firmware.compiler import shared_library
+from frictionloop.firmware.image_files import loaded, symbol_bytes
 from frictionloop.firmware.revision import revision_here
 from frictionloop.quantities.schema import firmware_folder, schema
 
@@ -24,7 +26,7 @@ size_t fl_stimulus_bytes(uint32_t, uint8_t *);
 
 @pytest.fixture(scope="module")
 def scenario(law_words):
-    """What the host makes of the scenario, by law."""
+    """What the host makes of the scenario, by law; None for a board without parameters."""
     cffi = pytest.importorskip("cffi")
     ffi = cffi.FFI()
     ffi.cdef(declarations() + SCENARIO)
@@ -36,7 +38,7 @@ def scenario(law_words):
         out, memory = ffi.new("fl_scenario *"), ffi.new("uint64_t[]", library.fl_app_size() // 8 + 1)
         revision = ffi.new("char[]", revision_here().encode())
         identity = ffi.new("fl_identity *", (schema()["boards"]["mps2"], 0, revision))
-        words = ffi.new("int32_t[]", law_words[law].tolist())
+        words = ffi.new("int32_t[]", law_words[law].tolist()) if law else ffi.NULL
         library.fl_scenario_run(out, ffi.cast("fl_app *", memory), identity, words)
         return {"drives": out.drives, "bytes": out.bytes, "sent": out.sent}
 
@@ -44,13 +46,13 @@ def scenario(law_words):
     return run
 
 
-def qemu(image):
+def qemu(image, timeout_s=100):
     command = [
         QEMU, "-M", "mps2-an386", "-icount", "shift=4", "-nographic", "-monitor", "none", "-serial", "null",
         "-semihosting-config", "enable=on,target=native", "-kernel", str(image),
     ]  # fmt: skip
     # semihosting writes to the standard error
-    done = subprocess.run(command, check=True, capture_output=True, text=True, timeout=100)
+    done = subprocess.run(command, check=True, capture_output=True, text=True, timeout=timeout_s)
     return {name: int(value, 16) for name, value in (line.split() for line in done.stderr.splitlines())}
 
 
@@ -61,6 +63,40 @@ def test_the_digest_in_the_timers_interrupt_is_the_hosts(law, images, scenario):
     assert ran.pop("late") == 0
     assert ran.pop("passed") < 1000  # ticks in which a frame was made: less than one in twenty
     assert ran == scenario(law)
+
+
+FLIPS = [
+    ("fl_built_parameters", 1),
+    *(pytest.param(what, 12, marks=pytest.mark.slow) for what in ("fl_built_parameters", "image")),
+]
+"""What is damaged, and in how many bits, one at a time."""
+
+
+@needs_qemu
+@pytest.mark.parametrize(("what", "flips"), FLIPS)
+def test_a_flipped_bit_of_the_image_is_refused_at_boot(what, flips, images, scenario, tmp_path):
+    """It runs as a board without parameters does, whose amplitude is 0; one in what serves the board may end it."""
+    elf, rng = images("pi", board="mps2-scenario").elf, np.random.default_rng(7)
+    file, refused, ended = elf.read_bytes(), 0, 0
+    part = symbol_bytes(elf, what) or max((part for _, part in loaded(elf)), key=len)
+    nothing = scenario(None)
+    assert nothing["drives"] != scenario("pi")["drives"]
+    for _ in range(flips):
+        content = bytearray(file)
+        content[file.index(part) + int(rng.integers(len(part)))] ^= 1 << int(rng.integers(8))
+        path = tmp_path / "flipped.elf"
+        path.write_bytes(content)
+        try:
+            ran = qemu(path, timeout_s=20)
+        except (subprocess.SubprocessError, ValueError):
+            ran = {}
+        if "drives" in ran:
+            assert ran["drives"] == nothing["drives"]
+            refused += 1
+        else:
+            ended += 1
+    assert refused + ended == flips
+    assert refused >= (flips if what == "fl_built_parameters" else 0.75 * flips)
 
 
 @pytest.mark.slow

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from whole_sensors import EACH_S, FINGERS, TICK_HZ, Raised, Told, raised, slid, told
+from whole_sensors import EACH_S, FINGERS, FIRST, OTHER, TICK_HZ, Raised, Told, raised, slid, told
 
 from frictionloop.firmware.parameter_words import firmware_words
 
 OVERLOADS = ("force_range", "sensor_saturated")
 """Faults of a force that is larger than the sensor can tell: what they say is true of some fingers here."""
+OTHER_S = 3.6
+"""Seconds of each finger of the other population."""
 LIMIT_COUNTS = round(0.96 * 2**15)
 RINGS = TICK_HZ // 10
 
@@ -20,12 +22,12 @@ def is_overloaded(readings: Told, alarm: Raised) -> bool:
     return alarm.name in OVERLOADS or bool(np.abs(before).max() >= LIMIT_COUNTS)
 
 
-def false_alarms(fingers: range) -> list[Raised]:
-    """Return the faults that are none, of some fingers for `EACH_S` each."""
+def false_alarms(fingers: range, population: int = FIRST, duration_s: float = EACH_S) -> list[Raised]:
+    """Return the faults that are none, of some fingers for a time each."""
     found = []
     for finger in fingers:
-        system = slid(finger)
-        readings = told(system, finger)
+        system = slid(finger, population)
+        readings = told(system, finger, duration_s)
         alarms = raised(readings, firmware_words(system), finger)
         found += [alarm for alarm in alarms if not is_overloaded(readings, alarm)]
     return found
@@ -41,3 +43,12 @@ def test_every_finger_raises_no_fault(hour: int):
     hundred = FINGERS // 10
     assert hundred * EACH_S == 3600
     assert false_alarms(range(hundred * hour, hundred * (hour + 1))) == []
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("part", range(10))
+def test_other_fingers_raise_no_fault_either(part: int):
+    """An hour of a thousand fingers that nothing was tried on."""
+    hundred = FINGERS // 10
+    assert FINGERS * OTHER_S == 3600
+    assert false_alarms(range(hundred * part, hundred * (part + 1)), OTHER, OTHER_S) == []

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from whole_sensors import population
+from whole_sensors import FIRST, population
 
 import frictionloop as fl
 from frictionloop.device.codec import Decoder, encode
@@ -116,9 +116,9 @@ def bench(law: str, force_n: float = 0.5) -> fl.System:
     return fl.System.model_validate(plain)
 
 
-def slid(number: int) -> fl.System:
-    """Return one of many benches: a law, a force, a speed and a finger of the population."""
-    finger = population()[37 * number % 1000]
+def slid(number: int, seed: int = FIRST) -> fl.System:
+    """Return one of many benches: a law, a force, a speed and a finger of a population."""
+    finger = population(seed)[37 * number % 1000]
     return bench(LAWS[number % 5], (0.4, 0.5, 0.6, 0.8)[number % 4]).evolve(
         finger | {"motion.speed_mm_s": (20.0, 40.0, 80.0)[number % 3]}
     )

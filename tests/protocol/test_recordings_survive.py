@@ -105,6 +105,18 @@ def test_told_to_stop_again_and_again(recording: Any, tmp_path: Path) -> None:
     assert fl.load(tmp_path / "run.h5").sizes["time"] > 12_000
 
 
+def test_a_recording_that_goes_on_is_left_alone(recording: Any, tmp_path: Path) -> None:
+    (partial,) = tmp_path.iterdir()
+    with pytest.raises(fl.FrictionloopError, match=r"partial-\w+\.h5: a process that lives records into it"):
+        recovered(partial, tmp_path / "run.h5")
+    with pytest.warns(UserWarning, match="was not finished"):
+        assert fl.load(partial).sizes["time"] > 12_000 - 5000  # looking is free
+    recording.kill()
+    recording.wait()
+    rows, _ = recovered(partial, tmp_path / "run.h5")
+    assert rows > 12_000 - 5000
+
+
 def test_killed(recording: Any, tmp_path: Path) -> None:
     recording.kill()
     recording.wait()
@@ -125,7 +137,7 @@ def test_a_damaged_chunk_is_named_and_the_rest_kept(spool: Spool, tmp_path: Path
     with h5py.File(spool.partial, "r", swmr=True) as file:
         place = file["f_m"].id.get_chunk_info(1)
     spool._file.close()
-    spool._ballast.close()
+    spool._let_go()
     content = bytearray(spool.partial.read_bytes())
     content[place.byte_offset + place.size // 2] ^= 0xFF
     spool.partial.write_bytes(content)

@@ -66,6 +66,11 @@ port.c       RECEIVE           UART0_C2    RE=1
 port.c       OVERRUN           UART0_S1    OR=1
 port.c       PIN_UART          PORTB_PCR16 MUX=3
 port.c       PULL_UP           PORTB_PCR16 PE=1 PS=1
+watchdog.c   POWER_ON          RCM_SRS0    POR=1
+watchdog.c   PIN               RCM_SRS0    PIN=1
+watchdog.c   BY_WATCHDOG       RCM_SRS0    WDOG=1
+watchdog.c   LOW_VOLTAGE       RCM_SRS0    LVD=1
+watchdog.c   SOFTWARE          RCM_SRS1    SW=1
 startup.c    security          NV_FSEC     SEC=2 FSLACC=3 MEEN=1 KEYEN=3
 startup.c    option            NV_FOPT     LPBOOT=1 EZPORT_DIS=0 NMI_DIS=0
 watchdog.c   ENABLED           WDOG_STCTRLH WDOGEN=1

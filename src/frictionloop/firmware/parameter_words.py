@@ -33,8 +33,6 @@ SOFTEST_N_M = 250.0
 """Stiffness of the softest skin: four standard deviations below the median of the population (physics/fingers)."""
 HALF_MAINS_S, LONGEST_HALF_TICKS = 9e-3, 50
 """Half a period of the mains, between those of 50 and 60 Hz; as many ticks as the firmware remembers."""
-HUM_SHARE = 0.12
-"""Least swing from peak to peak that is hum, over the sensor's range (assumed)."""
 LARGEST = 8.0
 """Of what a word of these holds."""
 OVERRUN_TICKS = 5
@@ -135,7 +133,7 @@ def _safety(system: System) -> dict[str, Any]:
         "safety.load_jump_n": min(TAP_N_S / rate_hz + 8 * math.sqrt(2) * 2 * load.noise_n, LARGEST),
         "safety.contrary_n": min(COEFFICIENT * load.touch_n, LARGEST),
         "safety.turn_m": min(limit_n / SOFTEST_N_M, LARGEST),
-        "safety.hum_n": min(HUM_SHARE * range_n, LARGEST),
+        "safety.hum_n": min(system.board.hum_share * range_n, LARGEST),
         "safety.hum_ticks": _hum_ticks(system.sensor, rate_hz),
     }
 

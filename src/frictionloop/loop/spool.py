@@ -19,7 +19,7 @@ import h5py
 import numpy as np
 
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.files import check_target, sync
+from frictionloop.quantities.files import check_target, hold, sync
 from frictionloop.quantities.seal import append_seal
 from frictionloop.recordings.hdf5 import SEALED_BYTES
 
@@ -101,7 +101,8 @@ class Spool:
         for name in (ROWS, *counts):
             self._file.create_dataset(name, data=np.int64(0))
         self._file.attrs.update(attrs)
-        self._file.swmr_mode = True
+        self._file.swmr_mode = True  # HDF5's own lock is let go here
+        self._held = hold(self.partial)
 
     def append(self, values: Mapping[str, np.ndarray], counts: Mapping[str, int] | None = None) -> None:
         """Append rows, all columns of one length, and bring the counts up to date.
@@ -149,8 +150,7 @@ class Spool:
         FrictionloopError
             When that fails, naming the file that holds the rows.
         """
-        self._ballast.close()
-        self._syncs.shutdown()
+        self._let_go()
         try:
             self._file.close()
             with h5py.File(self.partial, "r+", libver="v110") as file:
@@ -171,10 +171,16 @@ class Spool:
 
     def drop(self) -> None:
         """Close the file and delete it."""
-        self._ballast.close()
-        self._syncs.shutdown()
+        self._let_go()
         self._file.close()
         self.partial.unlink()
+
+    def _let_go(self) -> None:
+        self._ballast.close()
+        self._syncs.shutdown()
+        if self._held is not None:
+            os.close(self._held)
+            self._held = None
 
 
 def scalars(file: h5py.File) -> list[str]:

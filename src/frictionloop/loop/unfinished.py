@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 import h5netcdf
@@ -13,6 +14,7 @@ import xarray as xr
 
 from frictionloop.loop.spool import CHUNK_ROWS, ROWS, Column, Spool, scalars
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.files import is_held
 from frictionloop.recordings.hdf5 import check_hdf5
 
 
@@ -41,12 +43,14 @@ def recovered(path: str | os.PathLike[str], out: str | os.PathLike[str]) -> tupl
     Raises
     ------
     FrictionloopError
-        For a file that is no unfinished recording, or an ``out`` that cannot be written.
+        For a file that is no unfinished recording, or one that is still recorded, or an ``out`` that cannot be written.
     """
     try:
         check_hdf5(path)
     except FileNotFoundError:
         raise FrictionloopError(f"{path}: cannot be read (no such file)") from None
+    if is_held(Path(path)):
+        raise FrictionloopError(f"{path}: a process that lives records into it, or reads it; end that one first")
     if unfinished(path) is None:
         raise FrictionloopError(f"{path}: is no unfinished recording")
     with h5py.File(path, "r", swmr=True) as file:

@@ -50,3 +50,9 @@ class Board(Block):
     """Time in which the largest amplitude is ramped down (assumed: six time constants of the plate), at most 0.1 s."""
     force_limit_n: Positive | None = None
     """Largest plausible force; left out: 0.96 of what the converter can read (assumed: short of its end)."""
+    hum_share: Annotated[Positive, Field(le=1.0)] = 0.12
+    """Mains pick-up that is tolerated, peak to peak over the sensor's range (assumed: 0.3 N of 2.5 N); more is a fault.
+
+    The loop takes what is tolerated for force, and errs by half of it. A set-point that moves by an eighth of it within
+    26 ms hides the mains, so a smaller one is watched for less of the time.
+    """

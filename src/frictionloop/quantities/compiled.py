@@ -5,11 +5,13 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 from llvmlite.binding import get_host_cpu_name
+from numba.core import config
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.ccallback import CFunc
 
@@ -49,6 +51,9 @@ class DigestCache(FunctionCache):
 
     def __init__(self, function: Any, name: str, digest: str) -> None:
         super().__init__(function)
+        asked = config.CACHE_DIR
+        if asked and not Path(self._cache_path).is_relative_to(asked):
+            _warn_of_another_place(asked, str(Path(self._cache_path)))
         named = f"{name}-{digest}-{get_host_cpu_name()}-sealed"
         self._cache_file = SealedFiles(self._cache_path, named, ())
         files = (Path(self._cache_path) / f"{named}{ending}" for ending in (".nbi", ".1.nbc"))
@@ -76,6 +81,12 @@ class DigestCache(FunctionCache):
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
         return (sig, codegen.magic_tuple())
+
+
+@cache
+def _warn_of_another_place(asked: str, place: str) -> None:
+    """Say once of each folder that Numba went on to another one than it was told."""
+    warnings.warn(f"NUMBA_CACHE_DIR = {asked}: cannot be written; what is compiled is kept in {place}", stacklevel=2)
 
 
 def _warn_of_no_cache(why: str) -> None:
@@ -107,6 +118,7 @@ def compile_c(signature: Any, function: Any, name: str) -> Any:
         compiled._cache = DigestCache(function, name, digest)
     except RuntimeError:  # Numba found no folder
         folder = Path(function.__code__.co_filename).parent / "__pycache__"
-        _warn_of_no_cache(f"no cache of compiled code can be written, not {folder} nor one in the home folder")
+        asked = f"NUMBA_CACHE_DIR = {config.CACHE_DIR}, " if config.CACHE_DIR else ""
+        _warn_of_no_cache(f"no cache of compiled code can be written, not {asked}{folder} nor one in the home folder")
     compiled.compile()
     return compiled

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import secrets
 import stat
+import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from frictionloop.quantities.units import FrictionloopError
+
+if sys.platform == "win32":
+    fcntl = None
+else:
+    import fcntl
 
 
 @contextmanager
@@ -80,3 +87,30 @@ def why_unwritable(folder: str | os.PathLike[str]) -> str:
             return ""
     except OSError as error:
         return error.strerror or str(error)
+
+
+def hold(path: Path) -> int | None:
+    """Lock a file for as long as this process lives, and return what `os.close` lets go; None where that is unknown.
+
+    The system lets go of it by itself however the process ends, and others may read the file all the same.
+    """
+    if fcntl is None:
+        return None
+    descriptor = os.open(path, os.O_RDONLY)
+    with suppress(OSError):  # a file system without locks
+        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    return descriptor
+
+
+def is_held(path: Path) -> bool:
+    """Return whether a process that lives holds a file, or reads it as HDF5."""
+    if fcntl is None:
+        return False
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        return error.errno in (errno.EWOULDBLOCK, errno.EACCES)
+    finally:
+        os.close(descriptor)
+    return False
