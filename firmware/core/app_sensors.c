@@ -8,11 +8,11 @@ enum {
     JUMPS = 3,                             /* of force or load; of the position one is enough */
     JUMPS_TICKS = FL_TICK_HZ / 50,         /* 20 ms, in which one of them is forgotten */
     CONTRARY_TICKS = FL_TICK_HZ * 3 / 200, /* 15 ms */
-    /* Ticks in a period of the mains, 2 % above 60 Hz and 2 % below 50 Hz (EN 50160, a supply without synchronous
-     * connection). A swing is told at a quarter of the limit: from one that is just as large as the limit to one that
-     * is far larger that is asin(1/4)/2pi = 4 % of a period. A tick at the end. */
-    SHORTEST = FL_TICK_HZ * 96 / 6120 - 1,
-    LONGEST = FL_TICK_HZ * 104 / 4900 + 1,
+    /* Ticks in a period of the mains, of 60 and of 50 Hz, a twelfth shorter and longer: a swing is told at a quarter of
+     * the limit, and the mean of the force may move by as much within a period (assumed), so that an end of one that is
+     * as large as the limit moves by asin(1/2)/2pi of a period. The mains themselves stay within 1 % (EN 50160). */
+    SHORTEST = FL_TICK_HZ * 11 / (12 * 60),
+    LONGEST = FL_TICK_HZ * 13 / (12 * 50),
     HALF = FL_TICK_HZ * 6 / 1000,          /* the shorter half of one that a drift bends (assumed) */
     BEATS = 2,                             /* such periods, each half a period after the one before */
     MEMORY = 7,                            /* force and set-point are forgotten in 2^7 ticks */
