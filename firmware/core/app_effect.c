@@ -44,9 +44,10 @@ fl_answer fl_trigger(fl_app *app, uint8_t number) {
 /* The band of the law in the time of the longest ramp of the drive: what the set-point may move in a tick while one
  * effect gives way to another. */
 int32_t fl_derive_easing(const fl_parameters *p) {
-    int64_t band = (int64_t)p->law_high_n - p->law_low_n;
-    int64_t step = p->drive_largest_um > 0 ? band * p->drive_ramp_um / p->drive_largest_um : 0;
-    return step < 1 ? 1 : fl_saturate(step);
+    if (p->law_high_n <= p->law_low_n || p->drive_largest_um <= 0) return 1;
+    uint32_t band = (uint32_t)p->law_high_n - (uint32_t)p->law_low_n;
+    uint64_t step = fl_divide((uint64_t)band * (uint32_t)p->drive_ramp_um, (uint32_t)p->drive_largest_um);
+    return step < 1 ? 1 : step > INT32_MAX ? INT32_MAX : (int32_t)step;
 }
 
 int32_t fl_eased(fl_app *app, int32_t wanted) {

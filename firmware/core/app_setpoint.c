@@ -60,5 +60,5 @@ int32_t fl_setpoint(fl_app *app, const fl_measurement *m) { return fl_eased(app,
 void fl_setpoint_begin(fl_app *app) {
     app->phase = 0;
     app->asked_trigger = 0;
-    fl_effect_begin(&app->effect);
+    app->effect.runs = 0;
 }

@@ -1,13 +1,12 @@
 /* Mirrors rendering/player.py. What it reads was checked by fl_effect_wrong. */
-#include <string.h>
-
 #include "fl_effect.h"
 
 /* Speed above which the direction is that of the motion: TURNS_MM_S of rendering/effect.py, q28. */
 enum { TURNS = 536871 };
 
-void fl_effect_begin(fl_effect *effect) {
-    memset(effect, 0, sizeof *effect);
+static void begin(fl_effect *effect) {
+    effect->ticks = 0;
+    effect->back = 0;
     for (int k = 0; k < FL_TRIGGERS; k++) effect->since[k] = FL_FAR;
 }
 
@@ -79,12 +78,13 @@ static int32_t mixed(int32_t share, int32_t one, int32_t other) {
     return fl_add(other, (int32_t)(part >> 28));
 }
 
+static fl_gain factor_of(const fl_effect_step *s) { return (fl_gain){s->scale, s->scale_shift}; }
+
 static int32_t run(
     fl_effect *effect, const fl_store *store, int32_t along, const fl_measurement *m) {
     int32_t stack[FL_STACK], *top = stack, speed = m->speed < 0 ? fl_subtract(0, m->speed) : m->speed;
     const fl_effect_step *s = store->program.steps, *end = s + store->program.count;
     for (; s < end; s++) {
-        fl_gain factor = {s->scale, s->scale_shift};
         switch (s->what) {
         case FL_STEP_TABLE: *top++ = table(s, store, along); break;
         case FL_STEP_WAVE: *top++ = wave(s, store, effect); break;
@@ -93,9 +93,9 @@ static int32_t run(
         case FL_STEP_LARGER: top--; if (*top > top[-1]) top[-1] = *top; break;
         case FL_STEP_MIX: top -= 2; top[-1] = mixed(top[-1], top[0], top[1]); break;
         case FL_STEP_DIRECTION: *top++ = effect->back ? -FL_ONE : FL_ONE; break;
-        case FL_STEP_SPEED: *top++ = fl_mul(factor, speed); break;
+        case FL_STEP_SPEED: *top++ = fl_mul(factor_of(s), speed); break;
         case FL_STEP_TRIGGER: *top++ = trigger(s, effect, along, speed, m->load); break;
-        default: top[-1] = fl_mul(factor, top[-1]); break;
+        default: top[-1] = fl_mul(factor_of(s), top[-1]); break;
         }
     }
     return stack[0];
@@ -105,6 +105,7 @@ static int32_t later(int32_t ticks) { return ticks < FL_FAR ? ticks + 1 : ticks;
 
 int32_t fl_effect_force(
     fl_effect *effect, const fl_store *store, int32_t along, const fl_measurement *m, int32_t touch, fl_clamp clamp) {
+    if (!effect->runs) begin(effect);
     if (m->speed > TURNS) effect->back = 0;
     if (m->speed < -TURNS) effect->back = 1;
     if (m->load >= touch || !effect->runs)

@@ -53,9 +53,7 @@ typedef struct {
 /* Index of the first word that is wrong in a program of `count` words, else -1. */
 int32_t fl_effect_wrong(const fl_store *store, uint16_t count);
 
-void fl_effect_begin(fl_effect *effect);
-
-/* The force of a tick; below `touch` of load it is held. */
+/* The force of a tick, of the first where `runs` is 0; below `touch` of load it is held. */
 int32_t fl_effect_force(
     fl_effect *effect, const fl_store *store, int32_t along, const fl_measurement *m, int32_t touch, fl_clamp clamp);
 

@@ -150,7 +150,7 @@ def test_a_force_that_fits_no_word_is_refused_in_a_line(effect):
 
 def test_an_effect_of_too_many_steps_is_refused_in_a_line():
     parts = [R.Detents(spacing_mm=float(k)) for k in range(2, 8)]
-    with pytest.raises(fl.FrictionloopError, match=r"^effect: is 23 steps for a device; at most 10"):
+    with pytest.raises(fl.FrictionloopError, match=r"^effect: is 23 steps for a device; at most 9"):
         effect_tables(EffectSource(effect=R.Sum(of=tuple(parts))), 255.0)
 
 

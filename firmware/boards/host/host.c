@@ -93,12 +93,11 @@ void fl_host_overdrive(
 int32_t fl_host_effect(
     const int16_t *words, uint32_t size, size_t count, const int32_t *touches, const int32_t *limits, int32_t *out) {
     fl_store store = {{0}};
-    fl_effect effect;
+    fl_effect effect = {0};
     if (size > FL_POINTS) return FL_POINTS;
     memcpy(store.points, words, sizeof *words * size);
     int32_t wrong = fl_effect_wrong(&store, (uint16_t)size);
     if (wrong >= 0) return wrong;
-    fl_effect_begin(&effect);
     for (size_t k = 0; k < count; k++, touches += 3) {
         fl_measurement m = {.speed = touches[1], .load = touches[2]};
         out[k] = fl_effect_force(&effect, &store, touches[0], &m, limits[0], (fl_clamp){limits[1], limits[2]});
