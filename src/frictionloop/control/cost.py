@@ -19,13 +19,13 @@ class WorstTick(NamedTuple):
 
 
 WORST_TICK = {
-    "pi": WorstTick(1686, 3184),
-    "lookup": WorstTick(1664, 3115),
-    "notch_pi": WorstTick(2494, 4305),
-    "filtered_pi": WorstTick(3407, 5518),
-    "observer": WorstTick(2091, 4110),
-    "super_twisting": WorstTick(2276, 4482),
-    "tracker": WorstTick(3827, 7859),
+    "pi": WorstTick(1769, 3371),
+    "lookup": WorstTick(1747, 3302),
+    "notch_pi": WorstTick(2577, 4492),
+    "filtered_pi": WorstTick(3490, 5705),
+    "observer": WorstTick(2174, 4297),
+    "super_twisting": WorstTick(2359, 4669),
+    "tracker": WorstTick(3859, 7938),
 }
 """By kind of controller, on the image of bench() with two force axes, from entry to return of the tick's interrupt.
 
