@@ -20,12 +20,8 @@ def texts() -> dict[str, str]:
     """Return what the page inserts, by name."""
     parts = header(), messages(), bodies(), channels(), words(), example(), hashed(), values(), gains(), start()
     names = "header", "messages", "bodies", "channels", "words", "example", "hashed", "values", "gains", "start"
-    return (
-        dict(zip(names, parts, strict=True))
-        | {group: named(group) for group in GROUPS}
-        | numbers()
-        | {"effect_fields": effect_fields()}
-    )
+    found = dict(zip(names, parts, strict=True)) | {group: named(group) for group in GROUPS} | numbers()
+    return found | {"effect_fields": effect_fields()}
 
 
 def numbers() -> dict[str, str]:
