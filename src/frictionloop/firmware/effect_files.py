@@ -19,7 +19,8 @@ def tables_tree(tables: EffectTables) -> dict[str, Any]:
     names = named("steps")
     return {
         "steps": [
-            {"what": names[int(step["what"])]} | {name: int(step[name]) for name in STEP.names[1:-1]} for step in steps
+            {"what": names[int(step["what"])]} | {name: int(step[name]) for name in (STEP.names or ())[1:-1]}
+            for step in steps
         ],
         "values_n": tables.program.values.tolist(),
         "words": tables.words.tolist(),

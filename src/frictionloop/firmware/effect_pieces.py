@@ -26,7 +26,7 @@ class Piece(NamedTuple):
     repeats: bool = False
 
     @property
-    def count(self) -> int:
+    def values_count(self) -> int:
         """Values without the one that closes a period."""
         return len(self.values) - self.repeats
 

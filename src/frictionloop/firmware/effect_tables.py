@@ -115,7 +115,7 @@ def _program(program: Program, pieces: dict[int, Piece]) -> Program:
         if piece is None:
             code.append(step)
             continue
-        head = step[0], float(first), float(piece.count)
+        head = step[0], float(first), float(piece.values_count)
         rest = (piece.start, piece.per, *step[5:]) if step[0] == Do.TABLE else (piece.per, *step[4:])
         code.append((*head, *rest))
         tables.append(piece.values)
@@ -157,12 +157,12 @@ def _fields(given: Sequence[float], values: np.ndarray) -> dict[str, Any]:
         per = _gain("per", rate_hz / RATE_HZ * 2.0**16)
         return {"count": int(count), "number": number, "nearest": is_on, "repeats": loops} | per
     if do == Do.TRIGGER:
-        number, kind, on, off, dead_s = numbers[:5]
+        which, kind, on, off, dead_s = numbers[:5]
         ends = [_place(end) if kind == 2 else to_q28(1e-3 * end if kind == 1 else end, "trigger") for end in (on, off)]
         if ends[0] == ends[1]:
             raise FrictionloopError(f"trigger: on = {on:g} and off = {off:g} are one word of the firmware")
         dead = math.ceil(dead_s * RATE_HZ - 1e-6)
-        return {"number": int(number), "first": int(kind), "start": ends[0], "per": ends[1], "scale": dead}
+        return {"number": int(which), "first": int(kind), "start": ends[0], "per": ends[1], "scale": dead}
     if do == Do.SPEED:
         return _gain("scale", 1e3 * numbers[0])
     return _gain("scale", numbers[0]) if do == Do.SCALED else {}

@@ -10,7 +10,6 @@ import numpy as np
 from frictionloop.firmware.compiled import controller_words
 from frictionloop.firmware.known import check_known
 from frictionloop.firmware.words import filled, to_words, word_of
-from frictionloop.loop.kernel.structure import late_s
 from frictionloop.parameters import System
 from frictionloop.parameters.plant import Sensor, SuspendedSensor
 from frictionloop.quantities import FrictionloopError
@@ -113,7 +112,7 @@ def _touch(system: System) -> dict[str, Any]:
         "touch.zero_counts": board.load_zero_counts,
         "touch.n_per_count": board.load_n_per_count,
         "touch.m_per_count": board.position_m_per_count,
-        "touch.lead_s": late_s(system) + 0.5 / system.controller.rate_hz,
+        "touch.lead_s": system.controller.delay_s + 0.5 / system.controller.rate_hz,
         **{f"touch.{name}": value for name, value in given._asdict().items() if f"touch.{name}" in parameter_words()},
     }
 
