@@ -16,7 +16,7 @@ def tables_tree(tables: EffectTables) -> dict[str, Any]:
     size = STEP.itemsize // 2
     count = len(tables.program.code)
     steps = tables.words[HEAD : HEAD + count * size].copy().view(STEP)
-    names = named("steps")
+    names, fields = named("steps"), (STEP.names or ())[1:-1]
     return {
         "steps": [
             {"what": names[int(step["what"])]} | {name: int(step[name]) for name in (STEP.names or ())[1:-1]}
