@@ -18,10 +18,7 @@ def tables_tree(tables: EffectTables) -> dict[str, Any]:
     steps = tables.words[HEAD : HEAD + count * size].copy().view(STEP)
     names, fields = named("steps"), (STEP.names or ())[1:-1]
     return {
-        "steps": [
-            {"what": names[int(step["what"])]} | {name: int(step[name]) for name in (STEP.names or ())[1:-1]}
-            for step in steps
-        ],
+        "steps": [{"what": names[int(step["what"])]} | {name: int(step[name]) for name in fields} for step in steps],
         "values_n": tables.program.values.tolist(),
         "words": tables.words.tolist(),
         "error_n": tables.error_n,
