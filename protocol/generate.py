@@ -18,7 +18,7 @@ from frictionloop.quantities.schema import (
 )
 
 TYPES = {"gain": "fl_gain"}
-NUMBERED = ("boards", "sources", "states", "faults", "resets", "refusals")
+NUMBERED = ("boards", "sources", "states", "faults", "resets", "refusals", "steps", "conditions")
 
 
 def header() -> str:

@@ -22,7 +22,7 @@ VERBS = (
     *("effect", "effect list", "effect show", "effect check", "effect play", "effect import"),
     *("identify", "identify channels", "identify bench"),
     *("firmware", "firmware export", "firmware build"),
-    *("device", "device list", "device info", "device set", "device run", "device recover"),
+    *("device", "device list", "device info", "device set", "device run", "device play", "device recover"),
     *("device clear", "device monitor", "device flash"),
 )
 

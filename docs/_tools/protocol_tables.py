@@ -11,7 +11,7 @@ from tables import UNITS, table
 from frictionloop.device.codec import encode, uncoded
 from frictionloop.quantities.schema import parameter_words, schema, schema_path, table_hash
 
-GROUPS = "boards", "sources", "states", "faults", "resets", "refusals"
+GROUPS = "boards", "sources", "states", "faults", "resets", "refusals", "steps", "conditions"
 FIELDS = "Field", "Format", "Meaning"
 RAW = {"q28": "2⁻²⁸", "q25": "2⁻²⁵", "count": "whole number", "gain": "mantissa · 2^−shift"}
 
@@ -20,7 +20,8 @@ def texts() -> dict[str, str]:
     """Return what the page inserts, by name."""
     parts = header(), messages(), bodies(), channels(), words(), example(), hashed(), values(), gains(), start()
     names = "header", "messages", "bodies", "channels", "words", "example", "hashed", "values", "gains", "start"
-    return dict(zip(names, parts, strict=True)) | {group: named(group) for group in GROUPS} | numbers()
+    found = dict(zip(names, parts, strict=True)) | {group: named(group) for group in GROUPS} | numbers()
+    return found | {"effect_fields": effect_fields()}
 
 
 def numbers() -> dict[str, str]:
@@ -40,6 +41,11 @@ def messages() -> str:
         for entry in schema()["message"]
     )
     return table(("Type", "Message", "Goes", "Answered by", "Meaning"), rows)
+
+
+def effect_fields() -> str:
+    """Return the fields of a step of an effect."""
+    return table(FIELDS, (_field(entry) for entry in schema()["effect_step"]))
 
 
 def bodies() -> str:

@@ -53,7 +53,7 @@ fl_drive fl_app_tick(fl_app *app, const fl_sample *sample, uint32_t now_us, int3
     fl_measurement m = fl_touch_step(&app->touch, p, position, load, fl_force(p, sample));
     fl_watch_step(app, sample, &m, late);
     fl_state_step(app, sample, &m, now_us);
-    int32_t setpoint = fl_setpoint(app, position);
+    int32_t setpoint = fl_setpoint(app, &m);
     fl_sensors_step(app, &m, setpoint);
     fl_force_command command = decide(app, p, &m, setpoint);
     app->amplitude = amplitude(app, p, command.force);

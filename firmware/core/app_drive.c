@@ -7,12 +7,12 @@ enum { CELLS = 256 };
 
 /* Cells an amplitude with 30 bits: a position of 16 binary places is mantissa a 2^-shift. */
 fl_derived fl_derive(const fl_parameters *p) {
-    fl_derived derived = {{0, 0}, 0, 0, {0}};
+    fl_derived derived = {{0, 0}, 0, 0, {0}, fl_derive_easing(p)};
     fl_derive_ends(derived.ends, p);
     if (p->drive_largest_um <= 0) return derived;
     int32_t places = 0;
     while (p->drive_largest_um >> places > 1) places++;
-    uint64_t mantissa = ((uint64_t)1 << (30 + places)) / (uint64_t)p->drive_largest_um;
+    uint64_t mantissa = fl_divide((uint64_t)1 << (30 + places), (uint32_t)p->drive_largest_um);
     derived.cells_per_um = (fl_gain){(int32_t)mantissa, 30 + places - 24};
     derived.rise_um = fl_laws[p->law_number].quick ? INT32_MAX : p->drive_largest_um / FL_RISE_TICKS + 1;
     derived.ceiling_duty = INT32_MAX;

@@ -19,6 +19,7 @@ static const fl_length lengths[] = {
     {FL_MESSAGE_HEARTBEAT, 0, 0, 0},
     {FL_MESSAGE_CLEAR, 0, 0, 0},
     {FL_MESSAGE_STATISTICS, 0, 0, 0},
+    {FL_MESSAGE_TRIGGER, 1, 0, 0},
 };
 static const fl_answer done = {0, FL_NO_INDEX};
 
@@ -121,6 +122,7 @@ static fl_answer commanded(fl_app *app, const fl_session *session, const fl_aske
     case FL_MESSAGE_PLAY: return play(app, body);
     case FL_MESSAGE_MODE: return mode(app, body[0], session->id, asked->now_us);
     case FL_MESSAGE_STREAM: return stream(app, body, session->id);
+    case FL_MESSAGE_TRIGGER: return fl_trigger(app, body[0]);
     default: return clear(app);
     }
 }

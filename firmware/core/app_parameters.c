@@ -78,8 +78,10 @@ void fl_parameters_take(fl_app *app) {
     app->parameters.in_force ^= 1;
     const fl_parameters *now = fl_in_force(app);
     if (now->law_number != before->law_number) app->law_runs = 0;
-    if (app->amplitude && now->drive_largest_um != before->drive_largest_um)
-        app->amplitude = (int32_t)((int64_t)app->amplitude * now->drive_largest_um / before->drive_largest_um);
+    if (app->amplitude && now->drive_largest_um != before->drive_largest_um) {
+        uint64_t product = (uint64_t)app->amplitude * (uint32_t)now->drive_largest_um;
+        app->amplitude = (int32_t)fl_divide(product, (uint32_t)before->drive_largest_um);
+    }
     app->bad_table = 0;
     app->commits++;
     app->parameters.stale = 1;

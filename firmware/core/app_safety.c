@@ -114,7 +114,7 @@ static void obey(fl_app *app) {
     if (app->state == FL_STATE_FAULT) return;
     int was_on = fl_is_on(app);
     app->state = wanted;
-    if (!was_on && fl_is_on(app)) app->phase = 0; /* a run begins with the first point of its table */
+    if (!was_on && fl_is_on(app)) fl_setpoint_begin(app); /* a run begins with the first point of its table */
 }
 
 void fl_state_step(fl_app *app, const fl_sample *sample, const fl_measurement *m, uint32_t now_us) {

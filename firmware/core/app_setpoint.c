@@ -1,4 +1,4 @@
-/* The set-point: held, or a table over time or over position, linear between its points.
+/* The set-point: held, an effect, or a table over time or over position, linear between its points.
  *
  * A phase counts points in 2^-24. A table that loops has its first point behind its last; one that does not
  * stays at its ends. */
@@ -43,10 +43,22 @@ static int32_t over_position(const int16_t *points, const fl_play *play, int32_t
     return at(points, play, !play->loops && along > last(play) ? last(play) : along);
 }
 
-int32_t fl_setpoint(fl_app *app, int32_t position) {
+static int32_t wanted(fl_app *app, const fl_measurement *m) {
     const fl_play *play = &app->plays[app->table.in_force];
-    const int16_t *points = app->points[app->table.in_force];
-    if (play->source == FL_SOURCE_TIME) return over_time(app, points, play);
-    if (play->source == FL_SOURCE_POSITION) return over_position(points, play, position);
-    return fl_in_force(app)->setpoint_hold_n;
+    const int16_t *points = app->stores[app->table.in_force].points;
+    switch (play->source) {
+    case FL_SOURCE_TIME: return over_time(app, points, play);
+    case FL_SOURCE_POSITION: return over_position(points, play, m->position);
+    case FL_SOURCE_EFFECT: return fl_effect_setpoint(app, m);
+    default: return fl_in_force(app)->setpoint_hold_n;
+    }
+}
+
+int32_t fl_setpoint(fl_app *app, const fl_measurement *m) { return fl_eased(app, wanted(app, m)); }
+
+/* From the first point, or the beginning of an effect. */
+void fl_setpoint_begin(fl_app *app) {
+    app->phase = 0;
+    app->asked_trigger = 0;
+    app->effect.runs = 0;
 }

@@ -1,6 +1,4 @@
-/* The set-point table: a copy that waits is written piece by piece, checked, and swapped in at a tick. */
-#include <string.h>
-
+/* The set-point table, or the effect: a copy that waits is written piece by piece, checked, and swapped in at a tick. */
 #include "fl_app_parts.h"
 
 enum { FARTHEST_UM = 8000000 }; /* what a position in q28 of a metre can tell */
@@ -12,25 +10,28 @@ static fl_answer refused(uint8_t reason, uint16_t index) { return (fl_answer){re
 /* From the tick: the table begins at its first point. */
 void fl_waveform_take(fl_app *app) {
     if (!app->table.asked) return;
+    uint8_t before = app->plays[app->table.in_force].source;
     app->table.in_force ^= 1;
-    app->phase = 0;
+    uint8_t now = app->plays[app->table.in_force].source;
+    app->eases = fl_is_on(app) && (before == FL_SOURCE_EFFECT || now == FL_SOURCE_EFFECT);
+    fl_setpoint_begin(app);
     app->table.stale = 1;
     fl_fence();
     app->table.asked = 0;
 }
 
-static int16_t *waiting(fl_app *app) {
-    int16_t *points = app->points[!app->table.in_force];
-    if (app->table.stale) memcpy(points, app->points[app->table.in_force], sizeof app->points[0]);
+static fl_store *waiting(fl_app *app) {
+    fl_store *store = &app->stores[!app->table.in_force];
+    if (app->table.stale) *store = app->stores[app->table.in_force];
     app->table.stale = 0;
-    return points;
+    return store;
 }
 
 fl_answer fl_waveform(fl_app *app, uint16_t first, const uint8_t *values, uint16_t count) {
     if (first >= FL_POINTS || count > FL_POINTS - first)
         return refused(FL_REFUSAL_OUT_OF_RANGE, first < FL_POINTS ? FL_POINTS : first);
     if (app->table.asked) return refused(FL_REFUSAL_NOT_NOW, FL_NO_INDEX);
-    int16_t *points = waiting(app);
+    int16_t *points = waiting(app)->points;
     for (uint16_t k = 0; k < count; k++) points[first + k] = (int16_t)fl_u16(values + 2 * k);
     return done;
 }
@@ -47,7 +48,7 @@ static uint32_t crc_of(const int16_t *points, uint16_t count) {
 
 /* A table that loops may not be passed in one tick; a held set-point has none. */
 static int makes_sense(const fl_play *play) {
-    if (play->source > FL_SOURCE_POSITION || play->loops > 1 || play->count > FL_POINTS) return 0;
+    if (play->source > FL_SOURCE_EFFECT || play->loops > 1 || play->count > FL_POINTS) return 0;
     if (play->count == 0 && play->source != FL_SOURCE_HOLD) return 0;
     if (play->start_um > FARTHEST_UM || play->start_um < -FARTHEST_UM) return 0;
     return !(play->source == FL_SOURCE_TIME && play->loops) || play->step <= (uint64_t)play->count << 24;
@@ -56,7 +57,10 @@ static int makes_sense(const fl_play *play) {
 fl_answer fl_play_table(fl_app *app, const fl_play *play, uint32_t crc) {
     if (!makes_sense(play)) return refused(FL_REFUSAL_OUT_OF_RANGE, FL_NO_INDEX);
     if (app->table.asked) return refused(FL_REFUSAL_NOT_NOW, FL_NO_INDEX);
-    if (crc_of(waiting(app), play->count) != crc) return refused(FL_REFUSAL_WRONG_CRC, FL_NO_INDEX);
+    const fl_store *store = waiting(app);
+    if (crc_of(store->points, play->count) != crc) return refused(FL_REFUSAL_WRONG_CRC, FL_NO_INDEX);
+    int32_t wrong = play->source == FL_SOURCE_EFFECT ? fl_effect_wrong(store, play->count) : -1;
+    if (wrong >= 0) return refused(FL_REFUSAL_OUT_OF_RANGE, (uint16_t)wrong);
     app->plays[!app->table.in_force] = *play;
     fl_fence();
     app->table.asked = 1;

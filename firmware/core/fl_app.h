@@ -10,8 +10,6 @@
 #include "fl_law.h"
 #include "fl_protocol.h"
 
-enum { FL_POINTS = 1024 };
-
 typedef struct {
     int32_t force[2];  /* converter counts, -32768 to 32767; see app_scale.c for what they are of */
     int32_t position;  /* counts of the position sensor; of a 16-bit converter, or of a sensor that counts wider */

@@ -32,7 +32,14 @@ fl_measurement fl_touch_step(
     fl_touch *touch, const fl_parameters *p, int32_t position, int32_t load, int32_t force);
 
 /* app_setpoint.c: set-point in N, and the table a tick further. */
-int32_t fl_setpoint(fl_app *app, int32_t position);
+int32_t fl_setpoint(fl_app *app, const fl_measurement *measurement);
+void fl_setpoint_begin(fl_app *app);
+
+/* app_effect.c: the force that an effect asks for; a set-point on its way to another effect. */
+int32_t fl_effect_setpoint(fl_app *app, const fl_measurement *measurement);
+int32_t fl_eased(fl_app *app, int32_t wanted);
+int32_t fl_derive_easing(const fl_parameters *p);
+fl_answer fl_trigger(fl_app *app, uint8_t number);
 
 /* app_drive.c */
 fl_derived fl_derive(const fl_parameters *p);

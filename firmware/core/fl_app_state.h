@@ -6,6 +6,7 @@
 #define FL_APP_STATE_H
 
 #include "fl_app.h"
+#include "fl_effect.h"
 #include "fl_frame.h"
 
 enum {
@@ -33,6 +34,7 @@ typedef struct {
     fl_gain cells_per_um;
     int32_t ceiling_duty, rise_um;
     uint32_t ends[4];
+    int32_t easing; /* N, of the set-point in a tick while an effect comes or goes */
 } fl_derived;
 
 /* What the image's own table says of the drive. The ceiling of a table that a host commits is at most as large a
@@ -103,6 +105,10 @@ struct fl_app {
     fl_play plays[2];
     fl_swap table;
     uint64_t phase; /* points, 2^-24 */
+    fl_effect effect;
+    int32_t setpoint;
+    uint8_t eases;
+    volatile uint8_t asked_trigger; /* number and 1; the background sets, the tick takes */
     fl_derived derived[2];
     /* the loop; the tick alone writes */
     volatile uint32_t tick;
@@ -138,7 +144,7 @@ struct fl_app {
     uint8_t out[FL_LARGEST_CODED];
     /* large, so last: what is within 4 KB of the beginning is reached by one instruction */
     fl_table tables[2];
-    int16_t points[2][FL_POINTS];
+    fl_store stores[2];
 };
 _Static_assert(sizeof(struct fl_app) <= FL_RAM, "the firmware's memory is within its budget");
 

@@ -51,6 +51,9 @@ static inline int32_t fl_fma(fl_gain g, int32_t x, int32_t b) {
 /* a b of two q28 */
 static inline int32_t fl_mul28(int32_t a, int32_t b) { return fl_saturate(fl_scale((int64_t)a * b, 28)); }
 
+/* Quotient of whole numbers, rounded down; bit by bit, for the background. */
+uint64_t fl_divide(uint64_t x, uint32_t by);
+
 /* Square root of a whole number, rounded down. */
 uint32_t fl_root(uint64_t x);
 

@@ -5,7 +5,7 @@
 #include "fl_fixed.h"
 
 #define FL_MAJOR 3
-#define FL_MINOR 0
+#define FL_MINOR 1
 #define FL_LARGEST_BODY 272
 #define FL_TICK_HZ 5000
 #define FL_SILENCE_MS 200
@@ -17,14 +17,16 @@
 #define FL_BEAT_MS 40
 #define FL_WORDS_A_FRAME 64
 #define FL_POINTS_A_FRAME 128
+#define FL_EFFECT_STEPS 9
+#define FL_ALL_TRIGGERS 255
 #define FL_SAMPLES_A_FRAME 16
 #define FL_OLDEST_MS 20
-#define FL_TABLE_HASH 0x9914e2a1u
-#define FL_WORDS 544
+#define FL_TABLE_HASH 0x43ebb975u
+#define FL_WORDS 545
 
 enum fl_board { FL_BOARD_HOST = 0, FL_BOARD_MPS2 = 1, FL_BOARD_TEENSY31 = 2 };
 
-enum fl_source { FL_SOURCE_HOLD = 0, FL_SOURCE_TIME = 1, FL_SOURCE_POSITION = 2 };
+enum fl_source { FL_SOURCE_HOLD = 0, FL_SOURCE_TIME = 1, FL_SOURCE_POSITION = 2, FL_SOURCE_EFFECT = 3 };
 
 enum fl_state { FL_STATE_IDLE = 0, FL_STATE_OPEN = 1, FL_STATE_CLOSED = 2, FL_STATE_FAULT = 3 };
 
@@ -34,7 +36,11 @@ enum fl_reset { FL_RESET_UNKNOWN = 0, FL_RESET_POWER_ON = 1, FL_RESET_PIN = 2, F
 
 enum fl_refusal { FL_REFUSAL_UNKNOWN_MESSAGE = 1, FL_REFUSAL_WRONG_LENGTH = 2, FL_REFUSAL_WRONG_VERSION = 3, FL_REFUSAL_UNKNOWN_WORD = 4, FL_REFUSAL_OUT_OF_RANGE = 5, FL_REFUSAL_WRONG_CRC = 6, FL_REFUSAL_NOT_NOW = 7, FL_REFUSAL_STILL_AT_FAULT = 8, FL_REFUSAL_NOT_OWNER = 9, FL_REFUSAL_NO_SESSION = 10, FL_REFUSAL_LATE = 11 };
 
-enum fl_message { FL_MESSAGE_IDENTIFY = 1, FL_MESSAGE_IDENTITY = 2, FL_MESSAGE_GET = 3, FL_MESSAGE_WORDS = 4, FL_MESSAGE_SET = 5, FL_MESSAGE_COMMIT = 6, FL_MESSAGE_WAVEFORM = 7, FL_MESSAGE_PLAY = 8, FL_MESSAGE_MODE = 9, FL_MESSAGE_STREAM = 10, FL_MESSAGE_TELEMETRY = 11, FL_MESSAGE_HEARTBEAT = 12, FL_MESSAGE_STATUS = 13, FL_MESSAGE_CLEAR = 14, FL_MESSAGE_STATISTICS = 15, FL_MESSAGE_COUNTED = 16, FL_MESSAGE_DONE = 17, FL_MESSAGE_REFUSED = 18, FL_MESSAGE_FAULT = 19, FL_MESSAGE_HELLO = 20, FL_MESSAGE_WELCOME = 21 };
+enum fl_step { FL_STEP_TABLE = 0, FL_STEP_WAVE = 1, FL_STEP_ADD = 2, FL_STEP_MULTIPLY = 3, FL_STEP_LARGER = 4, FL_STEP_MIX = 5, FL_STEP_DIRECTION = 6, FL_STEP_SPEED = 7, FL_STEP_TRIGGER = 8, FL_STEP_SCALED = 9 };
+
+enum fl_condition { FL_CONDITION_LOAD = 0, FL_CONDITION_SPEED = 1, FL_CONDITION_PLACE = 2 };
+
+enum fl_message { FL_MESSAGE_IDENTIFY = 1, FL_MESSAGE_IDENTITY = 2, FL_MESSAGE_GET = 3, FL_MESSAGE_WORDS = 4, FL_MESSAGE_SET = 5, FL_MESSAGE_COMMIT = 6, FL_MESSAGE_WAVEFORM = 7, FL_MESSAGE_PLAY = 8, FL_MESSAGE_MODE = 9, FL_MESSAGE_STREAM = 10, FL_MESSAGE_TELEMETRY = 11, FL_MESSAGE_HEARTBEAT = 12, FL_MESSAGE_STATUS = 13, FL_MESSAGE_CLEAR = 14, FL_MESSAGE_STATISTICS = 15, FL_MESSAGE_COUNTED = 16, FL_MESSAGE_DONE = 17, FL_MESSAGE_REFUSED = 18, FL_MESSAGE_FAULT = 19, FL_MESSAGE_HELLO = 20, FL_MESSAGE_WELCOME = 21, FL_MESSAGE_TRIGGER = 22 };
 
 enum fl_channel { FL_CHANNEL_F_R, FL_CHANNEL_F_M, FL_CHANNEL_U, FL_CHANNEL_A, FL_CHANNEL_POSITION, FL_CHANNEL_SPEED, FL_CHANNEL_LOAD, FL_CHANNEL_FLAGS, FL_CHANNELS };
 
@@ -65,6 +71,7 @@ typedef struct {
     int32_t touch_mean_gain;  /* q28: gain of that mean */
     int32_t touch_least_speed_m_s;  /* q28, m/s: least speed that counts as sliding */
     int32_t touch_developed_m;  /* q28, m: way since landing before a reading is valid */
+    int32_t touch_lead_s;  /* q28, s: from the sample to the middle of the period in which its command is in force: so far ahead an effect is asked */
     int32_t setpoint_hold_n;  /* q28, N: set-point while no table plays */
     int32_t safety_force_limit_n;  /* q28, N: largest plausible force */
     int32_t safety_force_ticks;  /* count: ticks at which a force must be out of range */
@@ -81,7 +88,7 @@ typedef struct {
 
 /* Least and largest value of the words of parameters, one after the other; of a gain, of its shift. */
 typedef struct { uint16_t first, count, stride; int32_t low, high; } fl_range;
-#define FL_RANGES 24
+#define FL_RANGES 26
 #define FL_RANGE_TABLE { \
     {0, 1, 1, 0, 15}, \
     {1, 106, 2, -1, 62}, \
@@ -101,12 +108,14 @@ typedef struct { uint16_t first, count, stride; int32_t low, high; } fl_range;
     {525, 1, 2, -1, 62}, \
     {527, 1, 1, 0, 2147483647}, \
     {528, 2, 1, 0, 268435456}, \
-    {530, 4, 1, 0, 2147483647}, \
-    {534, 1, 1, 1, 100}, \
-    {535, 1, 1, 2, 500000}, \
-    {536, 1, 1, 1, 50}, \
-    {537, 6, 1, 0, 2147483647}, \
-    {543, 1, 1, 1, 50}, \
+    {530, 2, 1, 0, 2147483647}, \
+    {532, 1, 1, 0, 268435456}, \
+    {533, 2, 1, 0, 2147483647}, \
+    {535, 1, 1, 1, 100}, \
+    {536, 1, 1, 2, 500000}, \
+    {537, 1, 1, 1, 50}, \
+    {538, 6, 1, 0, 2147483647}, \
+    {544, 1, 1, 1, 50}, \
 }
 
 #endif

@@ -111,6 +111,15 @@ def test_a_tick_keeps_to_its_budget(law, budget):
 
 
 @pytest.mark.parametrize("law", ["notch_pi", *(pytest.param(law, marks=pytest.mark.slow) for law in WORST_TICK)])
+def test_a_tick_with_any_effect_keeps_to_its_budget(law, budget):
+    found = budget(law).table()["as assumed"]
+    assert found["tick"] + 500 < found["effect"]  # it played
+    assert (found["effect"] <= TARGET * BUDGET_CYCLES) == (law not in EXPERIMENTAL)
+    if law not in EXPERIMENTAL:
+        assert found["effect"] + found["interrupts"] + found["background"] <= BUDGET_CYCLES
+
+
+@pytest.mark.parametrize("law", ["notch_pi", *(pytest.param(law, marks=pytest.mark.slow) for law in WORST_TICK)])
 def test_tick_interrupts_and_background_fit_into_a_period(law, budget):
     """The default law's also where flash or peripherals wait twice as long."""
     found = budget(law).table()

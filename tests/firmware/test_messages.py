@@ -7,10 +7,13 @@ import zlib
 import numpy as np
 import pytest
 
+import frictionloop as fl
 from frictionloop.device.codec import encode, framed
 from frictionloop.device.layout import HEADER, LAYOUTS
+from frictionloop.firmware.effect_tables import effect_tables
 from frictionloop.firmware.revision import revision_here
 from frictionloop.quantities.schema import schema, table_hash, word_count
+from frictionloop.rendering.source import EffectSource
 
 MAJOR = schema()["protocol"]["major"]
 
@@ -25,20 +28,24 @@ def test_identity(rig):
 
 def test_every_message_to_the_device_is_answered_as_the_schema_says(rig):
     crc = zlib.crc32(rig.words.astype("<i4").tobytes())
+    effect = effect_tables(EffectSource(effect=fl.rendering.Constant()), 255.0).words
+    whole = {"count": len(effect), "crc": zlib.crc32(effect.astype("<i2").tobytes())}
     fields = {
         "get": {"first": 0, "count": 1},
         "set": {"first": 0, "values": rig.words[:1]},
         "commit": {"crc": crc},
-        "waveform": {"first": 0, "values": [1]},
-        "play": {"source": 0, "loops": 0, "count": 0, "step": 0, "start_um": 0, "crc": 0},
+        "waveform": {"first": 0, "values": effect},
+        "play": {"source": 3, "loops": 0, "step": 0, "start_um": 0, **whole},
         "mode": {"state": 0},
         "stream": {"decimation": 0, "mask": 0},
         "hello": {"major": MAJOR, "nonce": 5},
+        "trigger": {"number": 255},
     }
     asked = [message for message in schema()["message"] if message["to"] == "device"]
     for message in asked:
         answer = rig.ask(message["name"], **fields.get(message["name"], {}))
         assert answer.name == message["reply"]
+        rig.session = answer["session"] if answer.name == "welcome" else rig.session
         rig.tick()
 
 

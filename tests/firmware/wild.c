@@ -2,7 +2,8 @@
  *
  * After every tick: duty at most that of the ceiling built in (by the sine), amplitude within 0 and the
  * ceiling, no rise while idle or at fault, and the loop on only while the host was heard. Prints the ticks in
- * each state, the ticks with a table about to be taken, and a digest of all that was driven. */
+ * each state, those of a loop that plays an effect, those with a table about to be taken, and a digest of what was
+ * driven. */
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
@@ -114,10 +115,47 @@ static void play(fl_app *app, uint32_t now) {
     say(app, FL_MESSAGE_PLAY, body, 16, now);
 }
 
+/* An effect whose steps are mostly ones that can be run, over tables of anything. */
+static void effect(fl_app *app, uint32_t now) {
+    static const uint8_t sources[] = {FL_STEP_TABLE, FL_STEP_WAVE, FL_STEP_DIRECTION, FL_STEP_SPEED, FL_STEP_TRIGGER};
+    fl_store store;
+    uint8_t body[2 + 256];
+    for (int k = 0; k < FL_POINTS; k++) store.points[k] = (int16_t)any(INT16_MIN, INT16_MAX);
+    int steps = 1 + (int)below(FL_EFFECT_STEPS), depth = 0, from = 2 + 12 * steps;
+    store.program.count = (uint16_t)steps, store.program.predicted = (uint16_t)below(2);
+    for (int k = 0; k < steps; k++) {
+        fl_effect_step *s = &store.program.steps[k];
+        int pops = depth > 1 && (depth >= steps - k || below(2));
+        int count = (int)below((uint32_t)(FL_POINTS - from - 1)) + 1;
+        s->what = pops ? (uint8_t)(FL_STEP_ADD + below(3 + (depth > 2))) : sources[below(5)];
+        if (depth == 1 && k == steps - 1) s->what = FL_STEP_SCALED;
+        depth += s->what == FL_STEP_SCALED ? 0 : s->what == FL_STEP_MIX ? -2 : pops ? -1 : 1;
+        s->nearest = (uint8_t)below(2), s->repeats = (uint8_t)below(2), s->number = (uint8_t)below(4);
+        s->count = (uint16_t)count, s->first = (uint16_t)(from + any(0, FL_POINTS - from - count - s->repeats));
+        if (s->what == FL_STEP_TRIGGER) s->first = (uint16_t)below(3);
+        s->start = any(INT32_MIN, INT32_MAX), s->per = any(0, (1 << 30) - 1), s->scale = any(0, INT32_MAX);
+        s->per_shift = (int8_t)any(14, 62), s->scale_shift = (int8_t)any(-1, 62);
+        if (below(200) == 0) s->what = (uint8_t)draw();
+        if (below(200) == 0) s->count = (uint16_t)draw();
+        if (below(200) == 0) s->per_shift = (int8_t)draw();
+    }
+    for (int first = 0; first < FL_POINTS; first += 128) {
+        uint8_t *at = fl_put16(body, (uint16_t)first);
+        for (int k = 0; k < 128; k++) at = fl_put16(at, (uint16_t)store.points[first + k]);
+        say(app, FL_MESSAGE_WAVEFORM, body, sizeof body, now);
+    }
+    uint32_t crc = fl_crc32(0, (const uint8_t *)store.points, sizeof store);
+    body[0] = FL_SOURCE_EFFECT, body[1] = 0;
+    fl_put32(fl_put32(fl_put32(fl_put16(body + 2, FL_POINTS), 0), 0), crc);
+    say(app, FL_MESSAGE_PLAY, body, 16, now);
+}
+
 static void talk(fl_app *app, uint32_t now) {
     uint8_t bytes[300];
     for (size_t k = 0; k < sizeof bytes; k++) bytes[k] = below(3) ? (uint8_t)draw() : 0;
-    switch (below(13)) {
+    switch (below(15)) {
+    case 13: effect(app, now); break;
+    case 14: bytes[0] = (uint8_t)below(6), say(app, FL_MESSAGE_TRIGGER, bytes, 1, now); break;
     case 0: commit(app, now); break;
     case 1: play(app, now); break;
     case 2: fl_app_receive(app, bytes, below(300), now); break;
@@ -167,7 +205,7 @@ int main(int count, char **arguments) {
     if (count != 3) return 2;
     state = strtoull(arguments[1], 0, 10) * 2654435769u + 1;
     uint32_t ticks = (uint32_t)strtoul(arguments[2], 0, 10), now = draw();
-    uint32_t seen[4] = {0}, accepted = 0, quiet = 0;
+    uint32_t seen[4] = {0}, accepted = 0, effects = 0, quiet = 0;
     uint64_t digest = 14695981039346656037u;
     fl_app *app = malloc(sizeof *app);
     fl_table table;
@@ -187,12 +225,13 @@ int main(int count, char **arguments) {
         check(app, drive, before, now, k);
         before = drive.amplitude;
         seen[app->state]++;
+        effects += fl_is_on(app) && app->plays[app->table.in_force].source == FL_SOURCE_EFFECT;
         digest ^= (uint32_t)drive.duty ^ (uint64_t)(uint32_t)drive.amplitude << 32;
         digest *= 1099511628211u; /* as FNV-1a */
         if (below(3) == 0) fl_app_transmit(app, out, below(sizeof out), now);
     }
     free(app);
     for (int k = 0; k < 4; k++) printf("%" PRIu32 " ", seen[k]);
-    printf("%" PRIu32 "\n%016" PRIx64 "\n", accepted, digest);
+    printf("%" PRIu32 " %" PRIu32 "\n%016" PRIx64 "\n", effects, accepted, digest);
     return 0;
 }

@@ -49,6 +49,7 @@ MESSAGES = {
     "fault": "19: fault u8, tick u32, value i32",
     "hello": "20: major u8, nonce u32",
     "welcome": "21: sequence u16, session u32",
+    "trigger": "22: number u8",
 }
 
 

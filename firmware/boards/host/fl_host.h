@@ -41,6 +41,11 @@ void fl_host_lookup(const int32_t *words, size_t count, const int32_t *forces, i
 void fl_host_overdrive(
     const int32_t *words, size_t count, int32_t *believed, const int32_t *wanted, int32_t *commands);
 
+/* An effect of `size` words, from its beginning: `count` ticks, of each place (2^-32 m), speed and load; `limits` are the
+ * load that touches and the clamp; out are the forces. Returns the index of the first word that is wrong, else -1. */
+int32_t fl_host_effect(
+    const int16_t *words, uint32_t size, size_t count, const int32_t *touches, const int32_t *limits, int32_t *out);
+
 /* A tick for a simulator with floating point: see simulated.c. */
 void fl_host_simulated(int32_t *context, double *given);
 

@@ -1,6 +1,9 @@
 /* See fl_host.h. */
 #include "fl_host.h"
 
+#include <string.h>
+
+#include "fl_effect.h"
 #include "fl_law.h"
 #include "fl_lookup.h"
 #include "fl_overdrive.h"
@@ -85,6 +88,21 @@ void fl_host_overdrive(
     for (size_t k = 0; k < count; k++)
         commands[k] = fl_overdrive(
             believed + k, wanted[k], p->overdrive_decay, p->overdrive_inverse, p->drive_ceiling_um);
+}
+
+int32_t fl_host_effect(
+    const int16_t *words, uint32_t size, size_t count, const int32_t *touches, const int32_t *limits, int32_t *out) {
+    fl_store store = {{0}};
+    fl_effect effect = {0};
+    if (size > FL_POINTS) return FL_POINTS;
+    memcpy(store.points, words, sizeof *words * size);
+    int32_t wrong = fl_effect_wrong(&store, (uint16_t)size);
+    if (wrong >= 0) return wrong;
+    for (size_t k = 0; k < count; k++, touches += 3) {
+        fl_measurement m = {.speed = touches[1], .load = touches[2]};
+        out[k] = fl_effect_force(&effect, &store, touches[0], &m, limits[0], (fl_clamp){limits[1], limits[2]});
+    }
+    return -1;
 }
 
 void fl_host_roots(size_t count, const uint64_t *squares, uint32_t *roots) {

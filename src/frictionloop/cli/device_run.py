@@ -104,7 +104,7 @@ def command(
     if json:
         screen.show_json({**found, "ringing": advice.as_json(rings), "saved": {"run": out, "plot": plot}})
         return
-    rows = [("device", address), ("system", origin), *_worded(found)]
+    rows = [("device", address), ("system", origin), *worded(found)]
     screen.show(
         screen.columns(rows),
         *(["", *advice_text.lines(rings, metrics), ""] if rings else []),
@@ -143,7 +143,8 @@ def summary(run: xr.Dataset) -> dict[str, Any]:
     return {"samples": run.sizes["time"], "counted": float(counts.mean()), "measured_rms_error_n": rms, **lost}
 
 
-def _worded(found: dict[str, Any]) -> list[tuple[str, str]]:
+def worded(found: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return these as rows."""
     lost = int(found["lost_samples"])
     error = (
         f"{1e3 * found['measured_rms_error_n']:.3g} mN rms by the device's own sensor" if found["counted"] else "none"

@@ -114,6 +114,7 @@ def _cycle_lines(cycles: dict[str, dict[str, int]]) -> list[str]:
     longest, left = first["longest_interrupt"], BUDGET_CYCLES - first["tick"] - first["interrupts"]
     verdict = "less" if longest <= LATE_CYCLES else "MORE"
     lines += [
+        f"With the effect that takes longest, the tick is {first['effect']:,} cycles.",
         f"The port interrupts for {longest:,} cycles at most, {verdict} than the {LATE_US} us that make a tick late.",
         f"A host that never stops asks {first['flood']:,} cycles of the {left:,} left to the background"
         + ("." if first["flood"] <= left else ": some of its frames are lost, and no tick."),

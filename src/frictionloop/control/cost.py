@@ -19,13 +19,13 @@ class WorstTick(NamedTuple):
 
 
 WORST_TICK = {
-    "pi": WorstTick(1698, 3203),
-    "lookup": WorstTick(1676, 3134),
-    "notch_pi": WorstTick(2506, 4324),
-    "filtered_pi": WorstTick(3419, 5537),
-    "observer": WorstTick(2103, 4129),
-    "super_twisting": WorstTick(2288, 4501),
-    "tracker": WorstTick(3839, 7878),
+    "pi": WorstTick(1769, 3371),
+    "lookup": WorstTick(1747, 3302),
+    "notch_pi": WorstTick(2577, 4492),
+    "filtered_pi": WorstTick(3490, 5705),
+    "observer": WorstTick(2174, 4297),
+    "super_twisting": WorstTick(2359, 4669),
+    "tracker": WorstTick(3859, 7938),
 }
 """By kind of controller, on the image of bench() with two force axes, from entry to return of the tick's interrupt.
 

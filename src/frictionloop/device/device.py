@@ -12,6 +12,7 @@ from typing import Any, Self
 import numpy as np
 import xarray as xr
 
+from frictionloop.device import effects
 from frictionloop.device.asked import check_decimation, number, rows_of
 from frictionloop.device.errors import DeviceError, Refused
 from frictionloop.device.info import identified
@@ -30,6 +31,7 @@ from frictionloop.loop.spool import DiskFull
 from frictionloop.parameters import Source, System
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.brief import Brief
+from frictionloop.rendering.effect import Effect
 
 
 def connect(address: str, system: System | None = None, seed: int = 0) -> Device:
@@ -174,9 +176,40 @@ class Device(metaclass=Brief):
         spacing_m: float | None = None,
         start_m: float = 0.0,
         loop: bool = False,
-    ) -> None:
-        """Play set-points at even times or places; `table` in `waveform` has the arguments."""
-        table(force_n, self.info.waveform, spacing_s, spacing_m, start_m, loop).send(self._link)
+    ) -> tuple[str, ...]:
+        """Play an effect, or set-points at even times or places; what played goes on until all is there.
+
+        Parameters
+        ----------
+        force_n : effect, EffectSource or array
+            An effect, such as ``fl.rendering.find("bump")``; an `EffectSource` says also its track, and which position
+            it is asked at. Or forces in N, `table` in `waveform` has the arguments.
+
+        Returns
+        -------
+        tuple of str
+            What of an effect is sampled more coarsely than in the simulator, a line each.
+
+        Raises
+        ------
+        FrictionloopError
+            For an effect of more steps, triggers or values than a device has room for, or what is no effect.
+        """
+        played = effects.played(force_n, self.system, self.info.waveform)
+        if played is None:
+            table(force_n, self.info.waveform, spacing_s, spacing_m, start_m, loop).send(self._link)
+            return ()
+        if spacing_s is not None or spacing_m is not None:
+            raise FrictionloopError("play: an effect has places of its own; spacing_s and spacing_m are for forces")
+        played.send(self._link)
+        return played.tables.told
+
+    def trigger(self, number: int | None = None) -> None:
+        """Change over a trigger of the effect that plays, 0 to 3 in the order of its tree, as if its condition was met.
+
+        Without a number the waves that began with the effect begin again. Refused while no effect plays.
+        """
+        effects.trigger(self._link, number)
 
     def stream(self, duration_s: float, decimation: int = 50) -> Iterator[dict[str, np.ndarray]]:
         """Yield telemetry as it comes, for so long: ``tick`` and the channels, in their units."""
@@ -200,7 +233,7 @@ class Device(metaclass=Brief):
 
     def run(
         self,
-        setpoint: Source | float | np.ndarray,
+        setpoint: Source | Effect | float | np.ndarray,
         duration_s: float,
         *,
         path: str | os.PathLike[str] | None = None,
@@ -212,9 +245,10 @@ class Device(metaclass=Brief):
 
         Parameters
         ----------
-        setpoint : source, float or array
-            A source as in a System (``fl.Sine(...)``), a force in N that is held, or forces in N at every tick, at
-            least as many as the run has. Refused where `info.waveform` points miss it by more than 2 mN rms.
+        setpoint : source, effect, float or array
+            A source as in a System (``fl.Sine(...)``), an effect, a force in N that is held, or forces in N at
+            every tick, at least as many as the run has. Refused where `info.waveform` points miss forces over time
+            by more than 2 mN rms.
         duration_s : float
             Duration in s, rounded up to whole samples.
         path : path, optional
@@ -246,16 +280,15 @@ class Device(metaclass=Brief):
         if state not in ("open", "closed"):
             raise FrictionloopError(f"state = {state!r}: must be open or closed")
         check_folder(path)
-        setpoint = checked(setpoint)
-        played = table_of(setpoint, duration_s, self.info.waveform)
+        effect = effects.played(setpoint, self.system, self.info.waveform)
+        asked = effect.source if effect else checked(setpoint)
+        played = effect or table_of(asked, duration_s, self.info.waveform)
         played.send(self._link)
         recorder = Recorder(rows, decimation, STATES[state])
         running = Running(self._link, self._opening, recorder)
         device = {"board": self.info.board, "revision": self.info.revision, "serial": self.info.serial}
         attrs = {"setpoint_error_n": played.error_n, **device}
-        recording = Recording(
-            path or f"{KEPT_AS}.h5", recorder, self._link, with_setpoint(self.system, setpoint), attrs
-        )
+        recording = Recording(path or f"{KEPT_AS}.h5", recorder, self._link, with_setpoint(self.system, asked), attrs)
         before = self._counts()
         self._link.clock_pairs.clear()
         ended: FrictionloopError | KeyboardInterrupt | None = None

@@ -101,10 +101,6 @@ def checked(setpoint: Any) -> Signal | np.ndarray:
         For anything else, or a force that the device cannot play.
     """
     if isinstance(setpoint, Signal):
-        if setpoint.kind == "effect":
-            raise FrictionloopError(
-                'setpoint.kind = "effect": a device plays forces over time alone; must be another kind'
-            )
         return setpoint
     try:
         force = np.asarray(setpoint, dtype=float)

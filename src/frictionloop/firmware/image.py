@@ -26,7 +26,8 @@ FLASHED = "teensy31"
 BACKGROUND = frozenset(
     (
         "app_messages.c", "app_replies.c", "app_parameters.c", "app_session.c", "app_start.c", "app_waveform.c",
-        "fl_crc.c", "fl_frame.c", "scenario_main.c", "startup.c", "whole.c", "clock.c", "port.c",
+        "fl_crc.c", "fl_divide.c", "fl_effect_wrong.c", "fl_frame.c", "scenario_main.c", "startup.c", "whole.c",
+        "clock.c", "port.c",
     )
 )  # fmt: skip
 """Files of which the tick runs next to nothing: small rather than quick."""

@@ -112,6 +112,7 @@ def _touch(system: System) -> dict[str, Any]:
         "touch.zero_counts": board.load_zero_counts,
         "touch.n_per_count": board.load_n_per_count,
         "touch.m_per_count": board.position_m_per_count,
+        "touch.lead_s": system.controller.delay_s + 0.5 / system.controller.rate_hz,
         **{f"touch.{name}": value for name, value in given._asdict().items() if f"touch.{name}" in parameter_words()},
     }
 

@@ -265,7 +265,7 @@ def _grid(effect: Effect, chart: Chart, path: Track, length_mm: float) -> _Grid:
     offset, inner = 0.0, effect
     while isinstance(inner, At):
         offset, inner = offset + inner.x_mm, inner.effect
-    if isinstance(inner, Map) and len(inner.values_n) == 1 and flat and per == 1.0:
+    if isinstance(inner, Map) and flat and per == 1.0:
         start = inner.start_mm + offset - float(x0)
         nearest, repeats = inner.between == "nearest", inner.beyond == "repeat"
         return _Grid(start, inner.pitch_mm, len(inner.values_n[0]), nearest, repeats)

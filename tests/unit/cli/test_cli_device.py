@@ -21,7 +21,7 @@ from frictionloop.quantities.schema import schema
 
 LOOKUP = ("--controller.kind", "lookup")
 SLIPPERY = ("--motion.load_n", "4", "--open")  # the finger is pressed until its friction is more than the sensor takes
-VERBS = "list", "info", "set", "run", "recover", "clear", "monitor", "flash"
+VERBS = "list", "info", "set", "run", "play", "recover", "clear", "monitor", "flash"
 
 
 def rows(out):

@@ -106,7 +106,7 @@ def said_by_build(frictionloop, monkeypatch, tmp_path, *arguments):
     made = image.Image(*(tmp_path / f"made.{kind}" for kind in ("elf", "hex", "map")), 12_345, 6789)
     monkeypatch.setattr(image, "build", lambda *_, **__: made)
     part = [Spent(100, 1000, 10, 20, 30, 40, 50)]
-    monkeypatch.setattr(budget, "traced", lambda _: budget.Budget(part, part, part, part, part))
+    monkeypatch.setattr(budget, "traced", lambda _: budget.Budget(part, part, part, part, part, part))
     return frictionloop("firmware", "build", *PI, *arguments, "--out", tmp_path / "image").out
 
 

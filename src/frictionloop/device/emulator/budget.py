@@ -39,6 +39,8 @@ class Budget:
         Each of the port's, while besides the host never stops to ask.
     ports, floods
         All interrupts of the port and the background of each tick, likewise.
+    effects
+        Each tick's interrupt again, with the effect that takes longest in the place of a set-point table.
     """
 
     ticks: list[Spent]
@@ -46,6 +48,7 @@ class Budget:
     interrupts: list[Spent]
     ports: list[Spent]
     floods: list[Spent]
+    effects: list[Spent]
 
     @property
     def worst(self) -> Spent:
@@ -57,14 +60,15 @@ class Budget:
 
         The longest tick, the most that a full line interrupts in a tick, the background on average: what it does not
         get to in a period it does in the next. ``flood`` is what the background would take while the host never stops
-        to ask; ``longest_interrupt`` is what a tick may have to wait for.
+        to ask; ``longest_interrupt`` is what a tick may have to wait for; ``effect`` is the longest tick of any effect.
         """
         tick, port, longest = (_most(part, waits) for part in (self.ticks, self.ports, self.interrupts))
+        effect = _most(self.effects, waits)
         background, flood = (_mean(part, waits) for part in (self.backgrounds, self.floods))
         whole = tick + port + background
         return {
             "tick": tick, "interrupts": port, "background": background, "sum": whole, "flood": flood,
-            "longest_interrupt": longest,
+            "longest_interrupt": longest, "effect": effect,
         }  # fmt: skip
 
     def table(self) -> dict[str, dict[str, int]]:
@@ -81,7 +85,8 @@ def traced(image_path: str | os.PathLike[str]) -> Budget:
         As `TeensyEmulator`, and without capstone.
     """
     interrupts, ports, floods = _flooded(image_path, PROMPT)
-    return Budget(*_told(image_path), interrupts + _flooded(image_path, QUEUE)[0], ports, floods)
+    longest = _told(image_path, effect=True)[0]
+    return Budget(*_told(image_path), interrupts + _flooded(image_path, QUEUE)[0], ports, floods, longest)
 
 
 def _most(part: list[Spent], waits: Waits) -> int:
@@ -92,10 +97,10 @@ def _mean(part: list[Spent], waits: Waits) -> int:
     return round(sum(spent.under(waits) for spent in part) / len(part))
 
 
-def _told(image_path: str | os.PathLike[str]) -> tuple[list[Spent], list[Spent]]:
+def _told(image_path: str | os.PathLike[str], effect: bool = False) -> tuple[list[Spent], list[Spent]]:
     """Return what ticks take, and the background: slow and quick strokes, and edges among them, in a closed loop."""
     trace = CycleTrace(emulator := TeensyEmulator(image_path))
-    emulator.receive(opening())
+    emulator.receive(opening(effect=effect))
     samples = [*strokes(SAMPLES, seed=1), *strokes(SAMPLES, seed=1, speed_mm_s=80.0)]
     samples[50::37] = edges(len(samples[50::37]), seed=1)
     ticks, backgrounds = [], []

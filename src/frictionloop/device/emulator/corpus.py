@@ -9,7 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from frictionloop.device.codec import encode
+from frictionloop.firmware.effect_tables import HEAD, STEP, STEPS
 from frictionloop.quantities.schema import schema
+from frictionloop.rendering.program import Do
 
 TICK_HZ = 5000
 NONCE = 77
@@ -54,20 +56,41 @@ def edges(count: int, seed: int = 0) -> Iterator[Counts]:
         yield Counts((force, across), load, position)
 
 
-def opening(state: str = "closed") -> bytes:
-    """Return the frames of a host that asks for the most: a table over position, all telemetry, the loop closed."""
-    points = np.rint(6000 + 2000 * np.sin(np.arange(128) / 5)).astype("<i2")
-    play = {"source": schema()["sources"]["position"], "loops": 1, "count": len(points), "step": 2**20, "start_um": 0}
+def opening(state: str = "closed", effect: bool = False) -> bytes:
+    """Return the frames of a host that asks for the most: a table over position, all telemetry, the loop closed.
+
+    With an effect it is the one that takes longest in the place of the table.
+    """
+    points = costliest() if effect else np.rint(6000 + 2000 * np.sin(np.arange(128) / 5)).astype("<i2")
+    source = schema()["sources"]["effect" if effect else "position"]
+    play = {"source": source, "loops": not effect, "count": len(points), "step": 2**20, "start_um": 0}
     channels = 2 ** len(schema()["channel"]) - 1
     return b"".join(
         (
             hello(),
-            encode("waveform", 1, SESSION, first=0, values=points),
-            encode("play", 2, SESSION, **play, crc=zlib.crc32(points.tobytes())),
-            encode("stream", 3, SESSION, decimation=1, mask=channels),
-            encode("mode", 4, SESSION, state=schema()["states"][state]),
+            encode("waveform", 1, SESSION, first=0, values=points[:128]),
+            encode("waveform", 2, SESSION, first=len(points[:-64]), values=points[-64:]),
+            encode("play", 3, SESSION, **play, crc=zlib.crc32(points.tobytes())),
+            encode("stream", 4, SESSION, decimation=1, mask=channels),
+            encode("mode", 5, SESSION, state=schema()["states"][state]),
         )
     )
+
+
+def costliest() -> np.ndarray:
+    """Return the words of an effect of as many steps as there may be, most of them of the kind that takes longest."""
+    steps = np.zeros(STEPS, STEP)
+    first = HEAD + STEPS * STEP.itemsize // 2
+    tables = {"what": Do.TABLE, "nearest": 1, "repeats": 1, "first": first, "count": 32, "start": 2**20}
+    tables |= {"per": 2**29 + 1, "per_shift": 34, "scale": 2**28 + 1}
+    tables_first = (2 * STEPS + 1) // 3
+    mixes = STEPS - tables_first - 1
+    shape = [Do.TABLE] * tables_first + [Do.MIX] * mixes + [Do.ADD]
+    for step, do in zip(steps, shape, strict=True):
+        for name, value in (tables if do == Do.TABLE else {"what": do}).items():
+            step[name] = value
+    values = np.rint(20000 * np.cos(np.arange(33) / 5))
+    return np.concatenate([np.array([STEPS, 1]), steps.view("<i2"), values]).astype("<i2")
 
 
 def hello() -> bytes:

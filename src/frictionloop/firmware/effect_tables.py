@@ -1,0 +1,203 @@
+"""An effect as a device plays it: steps of fixed point and tables of 16 bit, in one store of words.
+
+The steps are those of `rendering.program`. What a device has no room for is sampled more coarsely, and that is told.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from frictionloop.firmware.effect_pieces import Piece, shared
+from frictionloop.firmware.quantised import to_gain, to_q28
+from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.schema import schema
+from frictionloop.rendering.program import MOST_TRIGGERS, Do, Program
+from frictionloop.rendering.source import EffectSource
+
+FORMATS = {"u8": "u1", "u16": "<u2", "i32": "<i4", "i8": "i1"}
+STEP = np.dtype([(field["name"], FORMATS[field["format"]]) for field in schema()["effect_step"]])
+"""A step as it is sent."""
+STEPS: int = schema()["protocol"]["effect_steps"]
+HEAD = 2
+PLACES = 2.0**32
+"""Steps of a place in a metre."""
+FARTHEST_M = 0.5
+"""Distance from place to place that the firmware can tell."""
+LARGEST_N, FASTEST_M_S = 8.0, 1.0
+"""Force that a word holds; speed with which forces of speed must fit it (assumed)."""
+FULL = 32767
+RATE_HZ: int = schema()["protocol"]["tick_hz"]
+STORE = 1024
+"""Words of the store of the firmware here."""
+
+
+class EffectTables(NamedTuple):
+    """What a device is given of an effect."""
+
+    words: np.ndarray
+    """int16: how many steps, whether at the predicted place, the steps, the values."""
+    program: Program
+    """What these words stand for, before they are rounded: `rendering.Player` runs it."""
+    told: tuple[str, ...]
+    """What is sampled more coarsely than in the simulator, a line each."""
+    error_n: float
+    """Largest difference of a table from the simulator's, N; at a step of force half of it, over one pitch."""
+
+
+def effect_tables(source: EffectSource, length_mm: float, most: int = STORE) -> EffectTables:
+    """Return an effect as words for a device.
+
+    Parameters
+    ----------
+    source
+        The effect, its track, and which position it is asked at. A device without y has the row under the track.
+    length_mm
+        Length of the plate in mm.
+    most
+        Words that the device has room for.
+
+    Raises
+    ------
+    FrictionloopError
+        For more steps or triggers than a device has, and for a place or a force that fits none of its words.
+    """
+    program = source.program(length_mm)
+    if len(program.code) > STEPS:
+        raise FrictionloopError(f"effect: is {len(program.code)} steps for a device; at most {STEPS} (mix less)")
+    reach = 0.5 * length_mm
+    pieces = {k: _piece(program, step, reach) for k, step in enumerate(program.code) if step[0] <= Do.WAVE}
+    room = most - HEAD - len(program.code) * STEP.itemsize // 2
+    sizes = shared([piece.needs(room) for piece in pieces.values()], room)
+    if any(size < 2 for size in sizes):
+        raise FrictionloopError(f"effect: {len(pieces)} tables in {room} words; at least 2 each")
+    fewer = {k: piece.resampled(size) for (k, piece), size in zip(pieces.items(), sizes, strict=True)}
+    told, errors = [], [program.error_n]
+    for (k, piece), size in zip(pieces.items(), sizes, strict=True):
+        errors.append(piece.error_n(size) if size < len(piece.values) else 0.0)
+        if size < piece.needs(len(piece.values)):
+            told.append(_told(k, piece, fewer[k], errors[-1]))
+    small = _program(program, fewer)
+    _check_range(small)
+    return EffectTables(_words(small, source.position == "predicted"), small, tuple(told), max(errors))
+
+
+def _piece(program: Program, step: Sequence[float], reach_mm: float) -> Piece:
+    if step[0] == Do.TABLE:
+        _, first, count, start_mm, per_mm, nearest, repeats = step
+        values = program.values[int(first) : int(first + count + repeats)]
+        if repeats:  # the period that begins nearest to 0
+            start_mm -= count / per_mm * round(start_mm * per_mm / count)
+        return Piece(values, start_mm, per_mm, bool(nearest), bool(repeats)).trimmed(reach_mm)
+    _, first, count, rate_hz, loops, *_ = step
+    piece = Piece(program.values[int(first) : int(first + count + loops)], 0.0, rate_hz, False, bool(loops))
+    if rate_hz > RATE_HZ:
+        piece = piece.resampled(max(math.floor((len(piece.values) - 1) * RATE_HZ / rate_hz) + 1, 2))
+    return piece
+
+
+def _told(step: int, piece: Piece, fewer: Piece, error_n: float) -> str:
+    unit, apart = ("mm", 1.0 / fewer.per) if piece.start or fewer.per < 1e3 else ("s", 1.0 / fewer.per)
+    return (
+        f"step {step}: {len(fewer.values)} values {apart:.3g} {unit} apart in place of {len(piece.values)}; differs by "
+        f"up to {1e3 * error_n:.2g} mN where it is steepest"
+    )
+
+
+def _program(program: Program, pieces: dict[int, Piece]) -> Program:
+    """Return the program with these tables."""
+    code, tables, first = [], [np.zeros(0)], 0
+    for k, step in enumerate(program.code):
+        piece = pieces.get(k)
+        if piece is None:
+            code.append(step)
+            continue
+        head = step[0], float(first), float(piece.values_count)
+        rest = (piece.start, piece.per, *step[5:]) if step[0] == Do.TABLE else (piece.per, *step[4:])
+        code.append((*head, *rest))
+        tables.append(piece.values)
+        first += len(piece.values)
+    values = np.concatenate(tables)
+    return program._replace(code=tuple(code), tables=(values if values.size else np.zeros(1)).tobytes())
+
+
+def _words(program: Program, predicted: bool) -> np.ndarray:
+    steps = np.zeros(len(program.code), STEP)
+    from_word = HEAD + len(steps) * STEP.itemsize // 2
+    points = np.zeros(int(program.values.size), "<i2")
+    size = 0
+    for step, given in zip(steps, program.code, strict=True):
+        fields = _fields(given, program.values)
+        if given[0] <= Do.WAVE:
+            first, count = int(given[1]), int(given[2] + fields["repeats"])
+            values = program.values[first : first + count]
+            scale = max(to_q28(float(np.max(np.abs(values))) * 2**15 / FULL, "effect"), 1)
+            points[first : first + count] = np.rint(values * 2.0**43 / scale)
+            size = max(size, first + count)
+            fields |= {"first": from_word + first, "scale": scale}
+        for name, value in fields.items():
+            step[name] = value
+        step["what"] = int(given[0])
+    head = np.array([len(steps), predicted], "<i2")
+    return np.concatenate([head, steps.view("<i2"), points[:size]]).astype(np.int16)
+
+
+def _fields(given: Sequence[float], values: np.ndarray) -> dict[str, Any]:
+    do, *numbers = given
+    if do == Do.TABLE:
+        _, count, start_mm, per_mm, nearest, repeats = numbers
+        per = _gain("per", per_mm * 1e3 * 2.0**16 / PLACES)
+        return {"count": int(count), "start": _place(start_mm), "nearest": nearest, "repeats": repeats} | per
+    if do == Do.WAVE:
+        _, count, rate_hz, loops, trigger, is_on = numbers
+        number = MOST_TRIGGERS if trigger < 0 else int(trigger)
+        per = _gain("per", rate_hz / RATE_HZ * 2.0**16)
+        return {"count": int(count), "number": number, "nearest": is_on, "repeats": loops} | per
+    if do == Do.TRIGGER:
+        which, kind, on, off, dead_s = numbers[:5]
+        ends = [_place(end) if kind == 2 else to_q28(1e-3 * end if kind == 1 else end, "trigger") for end in (on, off)]
+        if ends[0] == ends[1]:
+            raise FrictionloopError(f"trigger: on = {on:g} and off = {off:g} are one word of the firmware")
+        dead = math.ceil(dead_s * RATE_HZ - 1e-6)
+        return {"number": int(which), "first": int(kind), "start": ends[0], "per": ends[1], "scale": dead}
+    if do == Do.SPEED:
+        return _gain("scale", 1e3 * numbers[0])
+    return _gain("scale", numbers[0]) if do == Do.SCALED else {}
+
+
+def _gain(name: str, value: float) -> dict[str, int]:
+    mantissa, shift = to_gain(value, f"effect: {name}")
+    return {name: mantissa, f"{name}_shift": shift}
+
+
+def _place(place_mm: float) -> int:
+    return round(1e-3 * place_mm * PLACES)
+
+
+def _check_range(program: Program) -> None:
+    """Refuse what the firmware's words do not hold: a force of 8 N, a place half a metre from the others."""
+    stack: list[float] = []
+    for do, *numbers in program.code:
+        if do <= Do.WAVE:
+            first, count = int(numbers[0]), int(numbers[1])
+            stack.append(float(np.max(np.abs(program.values[first : first + count]))))
+        elif do in (Do.DIRECTION, Do.TRIGGER):
+            stack.append(1.0)
+        elif do == Do.SPEED:
+            stack.append(abs(1e3 * numbers[0]) * FASTEST_M_S)
+        elif do == Do.SCALED:
+            stack[-1] *= abs(numbers[0])
+        elif do == Do.MIX:
+            stack[-3:] = [sum(stack[-2:])]  # their difference is a word too
+        else:
+            a, b = stack[-2:]
+            stack[-2:] = [a + b if do == Do.ADD else a * b if do == Do.MULTIPLY else max(a, b)]
+        if not stack[-1] < LARGEST_N:
+            raise FrictionloopError(f"effect: asks for up to {stack[-1]:.3g} N; must be below {LARGEST_N:g} N to fit")
+        places = (numbers[2],) if do == Do.TABLE else numbers[2:4] if do == Do.TRIGGER and numbers[1] == 2 else ()
+        for place_mm in places:
+            if not 1e-3 * abs(place_mm) < 0.5 * FARTHEST_M:
+                raise FrictionloopError(f"effect: has a place at {place_mm:.4g} mm; must be from -250 to 250 mm")
