@@ -75,12 +75,12 @@ def test_fingers_are_given_more_alike_closed_loop():
 def test_a_table_has_what_single_previews_have():
     fingers = fl.fingers(4, seed=2)
     table = R.arrivals(["bump", "grating"], BENCH, fingers, speeds_mm_s=(40.0, 80.0))
-    assert dict(table.sizes) == {"effect": 2, "speed_mm_s": 2, "loop": 2, "finger": 4}
+    assert dict(table.sizes) == {"effect": 2, "speed_mm_s": 2, "law": 2, "finger": 4}
     shown = R.preview("grating", BENCH.evolve(fingers[2]), 80.0)
     cell = table.sel(effect="grating", speed_mm_s=80.0).isel(finger=2)
-    assert float(cell.contrast.sel(loop="open")) == pytest.approx(shown.open_loop.contrast, rel=1e-9)
-    assert float(cell.contrast.sel(loop="closed")) == pytest.approx(shown.closed_loop.contrast, rel=1e-9)
-    assert float(cell.rms_error.sel(loop="closed")) == pytest.approx(shown.closed_loop.rms_error_n, rel=1e-9)
+    assert float(cell.contrast.sel(law="open")) == pytest.approx(shown.open_loop.contrast, rel=1e-9)
+    assert float(cell.contrast.sel(law="closed")) == pytest.approx(shown.closed_loop.contrast, rel=1e-9)
+    assert float(cell.rms_error.sel(law="closed")) == pytest.approx(shown.closed_loop.rms_error_n, rel=1e-9)
     crowd = R.people("bump", BENCH, fingers, 40.0)
     assert np.allclose(table.spread.sel(effect="bump", speed_mm_s=40.0), crowd.spread_n)
 
