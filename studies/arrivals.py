@@ -1,4 +1,4 @@
-"""How much of twelve effects arrives under four laws, on 26 fingers that none of them was tuned on: ten minutes.
+"""How much of twelve effects arrives under four laws, on 96 fingers that none of them was tuned on: ten minutes.
 
 ``python -m studies.arrivals`` goes on where it was stopped, and writes what the report shows into the package
 (``src/frictionloop/report/stored``). ``python -m studies.arrivals tracker`` adds another entrant of the comparison.
@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.design.comparison import EVALUATION_SEED, SMALL, protocol
+from frictionloop.design.comparison import EVALUATION_SEED, protocol
 from frictionloop.design.comparison.entrants import ENTRANTS, told
 from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import System, bench
@@ -27,6 +27,7 @@ from frictionloop.report import arrivals as shown
 
 RUNS = Path(__file__).parent / "runs" / "arrivals.json"
 KEPT = Path(shown.__file__).parent / "stored" / shown.FILE
+FINGERS = 96
 SEED = 0
 """Seed of the noise; that of the fingers is the comparison's."""
 
@@ -49,7 +50,7 @@ def arrived(system: System, name: str, law: Mapping[str, Any], speed_mm_s: float
     return found
 
 
-def run(laws: Sequence[str], path: Path = RUNS, count: int = SMALL, effects: Sequence[str] = shown.EFFECTS) -> Any:
+def run(laws: Sequence[str], path: Path = RUNS, count: int = FINGERS, effects: Sequence[str] = shown.EFFECTS) -> Any:
     """Run what is not kept in ``path`` yet, keep it there cell by cell, and return all of it."""
     about = {"command": shown.COMMAND, "version": package_version(), "seed": EVALUATION_SEED, "fingers": count}
     kept = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}

@@ -51,8 +51,8 @@ def touch_step(  # type: ignore[no-untyped-def]
     """Measure position (m), speed (m/s), load (N) and valid (1 or 0), the last four of a `Measurement`.
 
     The position has noise and is rounded to a step, q floor((x + sigma z)/q + 1/2). The measured load is the sum of
-    four cells, each with noise of its own: N + 2 sigma z. The tracker predicts x + v dt and corrects both by its error e:
-    x += alpha e, v += beta e/dt. Without touch it waits at the last sample.
+    four cells, each with noise of its own: N + 2 sigma z. The tracker predicts x + v dt and corrects both by its error
+    e: x += alpha e, v += beta e/dt. Without touch it waits at the last sample.
 
     A reading is valid while the finger slides under most of its usual load, and once it has gone so far under it since
     landing that its skin is stretched: before, force below the set-point is no error to act on. A finger that presses
