@@ -1,4 +1,4 @@
-"""How much of twelve effects arrives under four laws, on 96 fingers that none of them was tuned on: ten minutes.
+"""How much of twelve effects arrives under four laws, on 96 fingers that none of them was tuned on: four minutes.
 
 ``python -m studies.arrivals`` goes on where it was stopped, and writes what the report shows into the package
 (``src/frictionloop/report/stored``). ``python -m studies.arrivals tracker`` adds another entrant of the comparison.
@@ -9,68 +9,42 @@ from __future__ import annotations
 import json
 import re
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from frictionloop.design.comparison import EVALUATION_SEED, protocol
-from frictionloop.design.comparison.entrants import ENTRANTS, told
-from frictionloop.loop.progress import progress_bar
-from frictionloop.parameters import System, bench
-from frictionloop.preview.asked import check
-from frictionloop.preview.effect import prepared
-from frictionloop.preview.people import delivered_to, spread_n
+from frictionloop.design.comparison import EVALUATION_SEED
+from frictionloop.design.comparison.effects import Cell, Key, compare_effects
+from frictionloop.parameters import bench
 from frictionloop.quantities.version import package_version
 from frictionloop.report import arrivals as shown
 
 RUNS = Path(__file__).parent / "runs" / "arrivals.json"
 KEPT = Path(shown.__file__).parent / "stored" / shown.FILE
 FINGERS = 96
-SEED = 0
-"""Seed of the noise; that of the fingers is the comparison's."""
-
-
-def arrived(system: System, name: str, law: Mapping[str, Any], speed_mm_s: float, count: int) -> dict[str, float]:
-    """Return what is told of an effect under a law at a speed: of the capable of so many fingers, but ``spread_all``.
-
-    A worst decile is the least contrast, or the largest error, that nine of ten fingers are given.
-    """
-    people = protocol.population(system, count, EVALUATION_SEED)
-    able = protocol.able(system, people, speed_mm_s)
-    systems = [prepared(name, system.evolve(each).evolve(law), speed_mm_s) for each in told(system, people, law)]
-    check(systems[0])
-    ways = delivered_to(systems, SEED)
-    some = [way for way, counts in zip(ways, able, strict=True) if counts]
-    found = {"spread_n": spread_n(some), "spread_all_n": spread_n(ways)}
-    for of, worst in (("contrast", 0.1), ("rms_error_n", 0.9), ("error_felt", 0.9), ("pattern_felt", 0.1)):
-        values = np.array([getattr(way, of) for way in some])
-        found |= {of: float(np.median(values)), f"{of}_worst": float(np.quantile(values, worst))}
-    return found
 
 
 def run(laws: Sequence[str], path: Path = RUNS, count: int = FINGERS, effects: Sequence[str] = shown.EFFECTS) -> Any:
-    """Run what is not kept in ``path`` yet, keep it there cell by cell, and return all of it."""
+    """Run what is not kept in ``path`` yet, keep it there cell by cell, and return all of it as it is stored."""
     about = {"command": shown.COMMAND, "version": package_version(), "seed": EVALUATION_SEED, "fingers": count}
-    kept = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
-    if {key: kept.get(key) for key in about} != about:
-        people = protocol.population(bench(), count, EVALUATION_SEED)
-        able = [int(protocol.able(bench(), people, speed).sum()) for speed in shown.SPEEDS_MM_S]
-        kept = about | {"speeds_mm_s": shown.SPEEDS_MM_S, "capable": able, "laws": {}}
-    path.parent.mkdir(exist_ok=True)
-    with progress_bar("arrivals", len(laws) * len(effects)) as bar:
-        for law in laws:
-            overrides = ENTRANTS[law](bench())
-            own = kept["laws"].setdefault(law, {})
-            for name in effects:
-                bar.doing(f"{name}, {law}")
-                if name not in own:
-                    cells = [arrived(bench(), name, overrides, speed, count) for speed in shown.SPEEDS_MM_S]
-                    own[name] = {of: [float(f"{cell[of]:.4g}") for cell in cells] for of in cells[0]}
-                    path.write_text(json.dumps(kept), encoding="utf-8")
-                bar()
-    return kept
+    there = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+    cells: dict[Key, Cell] = {}
+    if there.get("about") == about:
+        cells = {(law, effect, speed): cell for law, effect, speed, cell in there["cells"]}
+
+    def save() -> None:
+        rows = [[*key, cell] for key, cell in cells.items()]
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(json.dumps({"about": about, "cells": rows}), encoding="utf-8")
+
+    compare_effects(bench(), effects, count, EVALUATION_SEED, laws, shown.SPEEDS_MM_S, kept=cells, save=save)
+    found: dict[str, Any] = about | {"speeds_mm_s": shown.SPEEDS_MM_S, "laws": {}}
+    for law in laws:
+        ways = {name: [cells[law, name, speed] for speed in shown.SPEEDS_MM_S] for name in effects}
+        found["laws"][law] = {
+            name: {of: [float(f"{cell[of]:.4g}") for cell in over] for of in over[0]} for name, over in ways.items()
+        }
+    return found
 
 
 if __name__ == "__main__":

@@ -38,21 +38,37 @@ SPEEDS_MM_S = (20.0, 50.0, 100.0, 150.0)
 
 @dataclass(frozen=True)
 class Arrivals:
-    """What the study has found; ``laws`` has numbers over the speeds, by law, effect and what is told."""
+    """What the study has found of the fingers that are capable."""
 
     version: str
     seed: int
     fingers: int
-    capable: tuple[int, ...]
-    """How many of the fingers are capable, at each speed: what is told is told of them."""
     speeds_mm_s: tuple[float, ...]
     laws: Mapping[str, Mapping[str, Mapping[str, Sequence[float]]]]
+    """Numbers over the speeds, by law, effect and what is told."""
+
+    command = COMMAND
+
+    @property
+    def effects(self) -> list[str]:
+        """Names of the effects."""
+        return list(next(iter(self.laws.values())))
+
+    @property
+    def told_of(self) -> str:
+        """How many fingers are told of, least and most over the speeds."""
+        counts = self.values(next(iter(self.laws)), "fingers")
+        low, high = counts.min(), counts.max()
+        return f"{low:g}" if low == high else f"{low:g} to {high:g}"
+
+    @property
+    def speeds(self) -> str:
+        """The speeds in words."""
+        *first, last = (f"{speed:g}" for speed in self.speeds_mm_s)
+        return f"{', '.join(first)} and {last}"
 
     def values(self, law: str, told: str) -> Array:
-        """Return one of ``contrast``, ``rms_error_n``, ``error_felt``, ``pattern_felt`` and ``spread_n``.
-
-        The first four are medians of the capable fingers, with ``_worst`` their worst decile. Shape (effects, speeds).
-        """
+        """Return what `design.comparison.effects.arrived` tells under a name, shape (effects, speeds)."""
         return np.array([effect[told] for effect in self.laws[law].values()])
 
     def middle(self, law: str, told: str) -> float:
@@ -73,14 +89,14 @@ class Arrivals:
 def stored() -> Arrivals:
     """Return the study that comes with the package."""
     found = json.loads((files("frictionloop.report") / "stored" / FILE).read_text(encoding="utf-8"))
-    tuples = {key: tuple(found[key]) for key in ("capable", "speeds_mm_s")}
-    return Arrivals(found["version"], found["seed"], found["fingers"], **tuples, laws=found["laws"])
+    names = ("version", "seed", "fingers")
+    return Arrivals(*(found[name] for name in names), tuple(found["speeds_mm_s"]), found["laws"])
 
 
 def rows(found: Arrivals) -> Iterator[tuple[str, ...]]:
     """Yield heads, then a row of texts for each effect, then one for what is told of all: a column for each law."""
     yield ("", *(LAWS[law] for law in found.laws))
-    for number, name in enumerate(next(iter(found.laws.values()))):
+    for number, name in enumerate(found.effects):
         yield (name, *(_percents(found.values(law, "contrast")[number]) for law in found.laws))
     for words, told, factor in _SUMMARY:
         yield (words, *(f"{factor * found.middle(law, told):.0f}" for law in found.laws))
