@@ -9,6 +9,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.cli import main
+from frictionloop.perception.thresholds import force_threshold_n
 from frictionloop.quantities import FrictionloopError
 
 R = fl.rendering
@@ -48,6 +49,25 @@ def test_closed_loop_brings_more_of_a_grating_and_less_of_an_error():
     assert shown.skin_n_mm == 1.0
     assert shown.sentence.startswith("2 mm grating of ±0.15 N at 80 mm/s: ")
     assert shown.closed_loop.pattern_felt > 1.0
+
+
+def test_which_parts_are_felt_is_told_over_place_by_how_much():
+    """A sine of f_n = v/L is felt by its rms over the threshold at f_n; a plain surface around it is not felt."""
+    speed, spacing, amplitude = 80.0, 2.0, 0.05
+    patch = R.Grating(spacing_mm=spacing, amplitude_n=amplitude).mask(R.Edge(from_n=0.0, to_n=1.0, width_mm=0.1), 0.45)
+    shown = R.preview(patch, fl.bench().evolve(IDEAL), speed)
+    over, place = shown.open_loop.pattern_over / shown.open_loop.contrast, shown.place_mm
+    threshold_n = float(force_threshold_n(speed / spacing))
+    inside = over[(place > 8.0) & (place < 20.0)]
+    # The filter stands within 0.44 dB of the table.
+    assert np.median(inside) == pytest.approx(amplitude / np.sqrt(2) / threshold_n, rel=0.07)
+    assert np.nanmax(over[place < -8.0]) < 1.0
+    assert shown.open_loop.share_felt == pytest.approx(0.5, abs=0.1)
+
+
+def test_what_the_skin_carries_of_a_period_is_told():
+    assert R.preview("grating", BENCH, 80.0).skin_amplitude_n == pytest.approx(1.0 * 2.0 / (2 * np.pi))
+    assert np.isnan(R.preview("edge", BENCH, 80.0).skin_amplitude_n)
 
 
 def test_what_is_clamped_is_told():

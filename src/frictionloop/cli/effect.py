@@ -40,7 +40,7 @@ Name = Annotated[
 ]
 Speed = Annotated[float | None, Parameter(help="Speed of the stroke in mm/s; that of the system if not given.")]
 EFFECT_FILES = (".toml", ".png", ".wav", ".hjif")
-LAW = {"controller.kind": "observer"}
+LAW = {"controller.kind": "notch_pi", "controller.feedforward": True}
 """What closes the loop of the bench, if neither a file nor a flag says it (docs/which-law)."""
 
 
@@ -209,5 +209,5 @@ def _system(file: Path | None, preset: Any, overrides: list[str] | None) -> tupl
     if any(name.startswith(("setpoint.effect", "setpoint.kind")) for name in wanted):
         raise FrictionloopError("setpoint: the effect is named by EFFECT; write it to a file (--save) to change it")
     own = file is None and preset in (None, "bench") and not any(name.startswith("controller.") for name in wanted)
-    added = [f"{name}={value}" for name, value in (LAW if own else {}).items()]
+    added = [f"{name}={str(value).lower()}" for name, value in (LAW if own else {}).items()]
     return flags.given(file, preset, [*added, *(overrides or [])], "bench")
