@@ -50,7 +50,7 @@ def main() -> None:
     keep(
         "step-times",
         "step_times",
-        (*HEADS, *(name + end for name in found for end in ("", "_worst"))),
+        (*HEADS, *(f"{name}{end}" for name in found for end in ("", "_worst"))),
         rows(ran, scored, found),
     )
 

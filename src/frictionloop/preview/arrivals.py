@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -70,7 +69,8 @@ def arrivals(
     values = np.empty((len(_TOLD), *shape, len(fingers)))
     spread = np.empty(shape)
     with progress_bar("arrivals", spread.size, progress) as bar:
-        for (i, name), (j, speed), (k, law) in itertools.product(*map(enumerate, (named, speeds_mm_s, under))):
+        for i, j, k in np.ndindex(shape):
+            name, speed, law = list(named)[i], speeds_mm_s[j], list(under)[k]
             bar.doing(f"{name} at {speed:g} mm/s, {law}")
             shown = [prepared(named[name], system.evolve(each), speed) for each in under[law]]
             check(shown[0])

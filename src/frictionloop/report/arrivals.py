@@ -89,8 +89,8 @@ class Arrivals:
 def stored() -> Arrivals:
     """Return the study that comes with the package."""
     found = json.loads((files("frictionloop.report") / "stored" / FILE).read_text(encoding="utf-8"))
-    names = ("version", "seed", "fingers")
-    return Arrivals(*(found[name] for name in names), tuple(found["speeds_mm_s"]), found["laws"])
+    about = {name: found[name] for name in ("version", "seed", "fingers", "laws")}
+    return Arrivals(**about, speeds_mm_s=tuple(found["speeds_mm_s"]))
 
 
 def rows(found: Arrivals) -> Iterator[tuple[str, ...]]:

@@ -48,7 +48,7 @@ def _draw_forces(axes: Axes, shown: Preview) -> None:
         place, shown.low_n, shown.high_n, color="#e8f1f8", linewidth=0, label="within reach of the finger"
     )
     axes.plot(place, asked[0], color=BLACK, linewidth=2.4, alpha=0.35, label="asked for")
-    if not np.allclose(*asked, atol=1e-9):
+    if not np.allclose(asked[0], asked[1], atol=1e-9):
         axes.plot(place, asked[1], color=BLACK, linewidth=1.2, linestyle=":")
     given = [asked]
     for ways, (label, colour) in zip((shown.open_loop, shown.closed_loop), LAWS, strict=True):

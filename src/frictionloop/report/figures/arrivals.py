@@ -29,7 +29,8 @@ def figure_arrivals(found: Arrivals) -> Figure:
     effects = found.effects
     lines = -(-len(effects) // COLUMNS)
     figure = new_figure(7.2, 2.6 + 1.5 * lines)
-    above, below = figure.subfigures(2, height_ratios=(2.2, 1.5 * lines + 0.4))
+    parts: Any = figure.subfigures(2, 1, height_ratios=(2.2, 1.5 * lines + 0.4))
+    above, below = parts
     _draw_spread(above.subplots(), found)
     grid = below.subplots(lines, COLUMNS, sharex=True, sharey=True, squeeze=False)
     for number, (axes, effect) in enumerate(zip(grid.ravel(), effects, strict=False)):
