@@ -32,6 +32,18 @@ def test_a_device_without_limits_delivers_all_of_a_slow_pattern_at_its_place():
     assert np.isinf(shown.skin_n_mm)
 
 
+@pytest.mark.parametrize("speed", [20.0, 120.0])
+def test_a_pattern_stays_at_its_place_forth_and_back_within_the_lag_of_the_loop(speed):
+    """What lags by d is felt d ahead on the way forth and d behind on the way back: slope times 2 d apart at most."""
+    shown = R.preview(R.Grating(spacing_mm=10.0), fl.bench().evolve(IDEAL), speed)
+    ways = shown.closed_loop
+    apart = np.abs(ways.forth_n - ways.back_n)[40:-40]
+    tick_mm = speed / shown.system.controller.rate_hz
+    assert np.nanmax(apart) <= shown.steepest_n_mm * 2.0 * (ways.moved_mm + 2.0 * tick_mm) + 2e-3
+    both = 0.5 * (ways.forth_n + ways.back_n)[40:-40]
+    assert np.nanmax(np.abs(both - shown.asked_forth_n[40:-40])) < 5e-3
+
+
 def test_the_plate_takes_contrast_open_loop_as_its_low_pass_does():
     speed, spacing = 150.0, 1.5  # 100 Hz, the plate's cutoff
     system = fl.bench().evolve(IDEAL | {"plate.kind": "lowpass", "plate.cutoff_hz": 100.0})
