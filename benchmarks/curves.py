@@ -121,11 +121,17 @@ def _memory(told: Told) -> dict[str, list[float]]:
 
 
 def bench(threads: int, quick: bool) -> Iterator[tuple[str, list[Contender], int]]:
-    """The bench block by block over 256 lanes, and a population of 1,000 fingers."""
+    """The bench block by block over 256 lanes, without and with an effect, and a population of 1,000 fingers."""
     rounds = 3 if quick else 7
-    steps = ours.bench_steps().items()
-    timed = [Contender(name, partial(ours.bench, *step, 256, threads), rounds, threads=threads) for name, step in steps]
-    yield "bench", timed, 256
+    for section, steps in (("bench", ours.bench_steps()), ("effect", ours.effect_steps())):
+        yield (
+            section,
+            [
+                Contender(name, partial(ours.bench, *step, 256, threads), rounds, threads=threads)
+                for name, step in steps.items()
+            ],
+            256,
+        )
     whole = Contender("1,000 fingers", partial(ours.population, 1000, threads), rounds, threads=threads)
     yield "population", [whole], 1000
 

@@ -77,11 +77,19 @@ def bench_steps() -> dict[str, tuple[Any, tuple[str, ...]]]:
         "  skin, slider": (bench.evolve({"finger.contact": "slider"}), held),
         "+ perceptual index": (bench, (*held, "perceptual_index")),
     }
-    map_n = tuple((0.45 + 0.15 * np.sin(2 * np.pi * np.arange(2048) / 20.0)).tolist())
-    effect = fl.rendering.Map(values_n=map_n, pitch_mm=0.1, start_mm=-102.4)
-    found["+ effect, map of 2,048 points"] = bench.evolve(setpoint={"kind": "effect", "effect": effect}), held
     late = bench.evolve({"controller.jitter_s": 2e-5, "controller.lost_ticks": 0.01})
     return found | {"+ jitter, lost ticks": (late, (*held, "perceptual_index"))}
+
+
+def effect_steps() -> dict[str, tuple[Any, tuple[str, ...]]]:
+    """The bench, and the same with a map as its set-point."""
+    import frictionloop as fl
+
+    bench, held = fl.bench().evolve(fl.RETUNED), ("r2_identity",)
+    map_n = tuple((0.45 + 0.15 * np.sin(2 * np.pi * np.arange(2048) / 20.0)).tolist())
+    effect = fl.rendering.Map(values_n=map_n, pitch_mm=0.1, start_mm=-102.4)
+    played = bench.evolve(setpoint={"kind": "effect", "effect": effect})
+    return {"the bench": (bench, held), "+ effect, map of 2,048 points": (played, held)}
 
 
 def bench(system: Any, metrics: tuple[str, ...], lanes: int, threads: int, duration_s: float = 10.0) -> Array:

@@ -16,6 +16,7 @@ TITLES = {
     "one run": "One run of 10 s with traces (50 000 control periods, noise drawn)",
     "grid": "32 x 32 gains, 10 s each, metrics only (51.2 million control periods)",
     "bench": "The bench block by block: 256 lanes with seeds of their own, 10 s each, metrics only",
+    "effect": "The bench without and with an effect as its set-point: 256 lanes, 10 s each, metrics only",
     "population": "A population on the bench: 10 s each, three metrics",
     "start-up": "Fresh process, warm cache",
     "cold": "Fresh process, empty cache",
@@ -51,7 +52,7 @@ def tables(result: dict[str, Any]) -> Iterator[Cells]:
                 ["", "time", "spread"],
                 [[r["name"], duration(r["seconds"]), f"{r['spread']:.0%}"] for r in rows],
             )
-        elif rows and name in ("bench", "population"):
+        elif rows and name in ("bench", "effect", "population"):
             yield _bench(name, rows)
         elif rows:
             yield _section(name, rows, result["threads"])

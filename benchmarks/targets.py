@@ -38,6 +38,9 @@ def of(best: dict[str, dict[str, float]], threads: int) -> Iterator[Target]:
     for name, seconds in best.get("bench", {}).items():
         if name == "+ jitter, lost ticks":
             yield Target("the bench with all blocks, million periods/s", 256 * 0.05 / seconds, 10.0, at_least=True)
+    effect = list(best.get("effect", {}).values())
+    if effect:
+        yield Target("a bench period with an effect of 2,048 points / without", effect[1] / effect[0], 1.15)
     for command, seconds in best.get("cold", {}).items():
         yield Target(f"{command}, empty cache", seconds, 6.0 if command.endswith("paper") else 15.0, unit="s")
     for command, seconds in best.get("start-up", {}).items():

@@ -7,9 +7,9 @@ those of skin and drive in closed form (`..._over_limit`), and over the shortest
 
 from __future__ import annotations
 
-import csv
 import itertools
-from pathlib import Path
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -18,12 +18,11 @@ from frictionloop.design import comparison as rooms
 from frictionloop.design.comparison import protocol
 from frictionloop.design.comparison.plain import occluded_at
 from frictionloop.design.comparison.scores import spread
-from frictionloop.quantities.version import package_version
+from studies.kept import keep
 from studies.laws import whole
 from studies.step_limits import step_limits
 
-KEPT = Path(__file__).parent / "results" / "step-times.csv"
-HEADS = ("law", "speed_mm_s", "contact", "population", "fingers", "score", "unit", "median", "worst_decile")
+HEADS = ("law", "speed_mm_s", "contact", "fingers")
 
 
 def over_limits(ran: rooms.Comparison, scored: xr.Dataset) -> xr.Dataset:
@@ -48,17 +47,21 @@ def main() -> None:
     ran = whole()
     scored = rooms.scores(ran)
     found = over_limits(ran, scored)
-    with KEPT.open("w", newline="", encoding="utf-8") as stream:
-        stream.write(f"# python -m studies.step_times, frictionloop {package_version()}\n")
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(HEADS)
-        for law, speed, contact in itertools.product(ran.laws, ran.speeds_mm_s, protocol.CONTACTS):
-            able = scored["capable"].sel(speed_mm_s=speed).values
-            cell = found.sel(law=law, speed_mm_s=speed, contact=contact)
-            for name, values in cell.data_vars.items():
-                both = spread(np.asarray(values.values)[able], larger_is_better=False)
-                where = (law, speed, contact, "capable", int(able.sum()), name, "1")
-                writer.writerow([*where, *(f"{value:.4g}" for value in both)])
+    keep(
+        "step-times",
+        "step_times",
+        (*HEADS, *(f"{name}{end}" for name in found for end in ("", "_worst"))),
+        rows(ran, scored, found),
+    )
+
+
+def rows(ran: rooms.Comparison, scored: xr.Dataset, found: xr.Dataset) -> Iterator[list[Any]]:
+    """Yield a row for each law, speed and contact."""
+    for law, speed, contact in itertools.product(ran.laws, ran.speeds_mm_s, protocol.CONTACTS):
+        able = scored["capable"].sel(speed_mm_s=speed).values
+        cell = found.sel(law=law, speed_mm_s=speed, contact=contact)
+        both = (spread(np.asarray(values.values)[able], larger_is_better=False) for values in cell.values())
+        yield [law, speed, contact, int(able.sum()), *(f"{value:.4g}" for pair in both for value in pair)]
 
 
 if __name__ == "__main__":

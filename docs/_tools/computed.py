@@ -34,6 +34,7 @@ def substitutions(source: Path) -> dict[str, Any]:
         "n": facts.numbers(),
         "presets": tables.presets(),
         "metrics": tables.metrics(),
+        "arrivals": tables.arrivals(),
         "design_plate": tables.design(PlateDesign),
         "design_sensor": tables.design(SensorDesign),
         "bench_diagram": bench_diagram.image(source),

@@ -190,3 +190,11 @@ def metrics() -> str:
 def _paths(system: fl.System) -> list[str]:
     """Return the dotted names of a system."""
     return known_names(type(system), system.model_dump())
+
+
+def arrivals() -> str:
+    """Return the table of the stored study of effects: a row for each effect, a column for each law."""
+    from frictionloop.report.arrivals import rows, stored
+
+    heads, *cells = rows(stored())
+    return "\n".join(f"| {' | '.join(row)} |" for row in (heads, ["---"] * len(heads), *cells))

@@ -8,7 +8,7 @@ import frictionloop as fl
 from frictionloop.design import comparison as rooms
 from frictionloop.design.comparison import plain, protocol
 from studies.step_limits import step_limits
-from studies.step_times import over_limits
+from studies.step_times import HEADS, over_limits, rows
 
 
 def test_step_times_are_over_those_of_reference_and_bound():
@@ -16,6 +16,7 @@ def test_step_times_are_over_those_of_reference_and_bound():
     ran = rooms.compare(fl.bench(), 3, 9, ["retuned_pi"], [80.0], **times)
     scored = rooms.scores(ran)
     over = over_limits(ran, scored)
+    assert [len(row) for row in rows(ran, scored, over)] == [len(HEADS) + 2 * len(over)] * len(scored["contact"])
     for contact in scored["contact"].values.tolist():
         at = protocol.Condition(80.0, contact, protocol.STEPPED)
         occluded = plain.occluded_at(fl.bench(), 1.25)

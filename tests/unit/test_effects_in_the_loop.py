@@ -79,6 +79,29 @@ def test_the_noise_of_the_position_sensor_is_in_the_set_point():
     assert steps[1] < 0.2 * steps[0]
 
 
+def test_the_steps_of_the_position_sensor_are_in_the_set_point_and_the_prediction_smooths_them():
+    """A step of q um on a slope of 10 N/m is a staircase: an error of 10 q/sqrt(12), and rises of 10 q between."""
+    gradient = R.Gradient(from_n=0.3, to_n=0.7, length_mm=40.0)
+    given = CALM | {"motion.start": 0.25, "motion.speed_mm_s": 80.0, "touch.position.resolution_um": 50.0}
+    runs = {
+        position: fl.simulate(bench(gradient, **given, **{"setpoint.position": position}), 0.2)
+        for position in ("measured", "predicted")
+    }
+    error = (runs["measured"]["f_r"] - runs["measured"]["f_r_intended"]).values
+    assert np.abs(error).max() <= 10 * 25e-6 * (1 + 1e-6)
+    assert np.std(error) == pytest.approx(10 * 50e-6 / np.sqrt(12), rel=0.02)
+    rises = {name: np.abs(np.diff(run["f_r"].values))[200:].max() for name, run in runs.items()}
+    assert rises["measured"] == pytest.approx(10 * 50e-6, rel=1e-6)
+    assert rises["predicted"] < 0.6 * rises["measured"]
+
+
+def test_a_stepper_is_told_positions_on_the_steps():
+    loop = fl.Stepper(bench("grating", **{"touch.position.resolution_um": 40.0}))
+    places = np.array([loop.tick(0.0).position for _ in range(50)]) / 40e-6
+    assert np.abs(places - np.round(places)).max() < 1e-9
+    assert np.ptp(places) > 0
+
+
 @pytest.mark.parametrize("speed", [20.0, 80.0, 150.0])
 def test_the_predicted_place_is_the_better_one(speed):
     def error(position):

@@ -9,6 +9,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.cli import main
+from frictionloop.perception.thresholds import force_threshold_n
 from frictionloop.quantities import FrictionloopError
 
 R = fl.rendering
@@ -31,6 +32,18 @@ def test_a_device_without_limits_delivers_all_of_a_slow_pattern_at_its_place():
     assert np.isinf(shown.skin_n_mm)
 
 
+@pytest.mark.parametrize("speed", [20.0, 120.0])
+def test_a_pattern_stays_at_its_place_forth_and_back_within_the_lag_of_the_loop(speed):
+    """What lags by d is felt d ahead on the way forth and d behind on the way back: slope times 2 d apart at most."""
+    shown = R.preview(R.Grating(spacing_mm=10.0), fl.bench().evolve(IDEAL), speed)
+    ways = shown.closed_loop
+    apart = np.abs(ways.forth_n - ways.back_n)[40:-40]
+    tick_mm = speed / shown.system.controller.rate_hz
+    assert np.nanmax(apart) <= shown.steepest_n_mm * 2.0 * (ways.moved_mm + 2.0 * tick_mm) + 2e-3
+    both = 0.5 * (ways.forth_n + ways.back_n)[40:-40]
+    assert np.nanmax(np.abs(both - shown.asked_forth_n[40:-40])) < 5e-3
+
+
 def test_the_plate_takes_contrast_open_loop_as_its_low_pass_does():
     speed, spacing = 150.0, 1.5  # 100 Hz, the plate's cutoff
     system = fl.bench().evolve(IDEAL | {"plate.kind": "lowpass", "plate.cutoff_hz": 100.0})
@@ -48,6 +61,25 @@ def test_closed_loop_brings_more_of_a_grating_and_less_of_an_error():
     assert shown.skin_n_mm == 1.0
     assert shown.sentence.startswith("2 mm grating of ±0.15 N at 80 mm/s: ")
     assert shown.closed_loop.pattern_felt > 1.0
+
+
+def test_which_parts_are_felt_is_told_over_place_by_how_much():
+    """A sine of f_n = v/L is felt by its rms over the threshold at f_n; a plain surface around it is not felt."""
+    speed, spacing, amplitude = 80.0, 2.0, 0.05
+    patch = R.Grating(spacing_mm=spacing, amplitude_n=amplitude).mask(R.Edge(from_n=0.0, to_n=1.0, width_mm=0.1), 0.45)
+    shown = R.preview(patch, fl.bench().evolve(IDEAL), speed)
+    over, place = shown.open_loop.pattern_over / shown.open_loop.contrast, shown.place_mm
+    threshold_n = float(force_threshold_n(speed / spacing))
+    inside = over[(place > 8.0) & (place < 20.0)]
+    # The filter stands within 0.44 dB of the table.
+    assert np.median(inside) == pytest.approx(amplitude / np.sqrt(2) / threshold_n, rel=0.07)
+    assert np.nanmax(over[place < -8.0]) < 1.0
+    assert shown.open_loop.share_felt == pytest.approx(0.5, abs=0.1)
+
+
+def test_what_the_skin_carries_of_a_period_is_told():
+    assert R.preview("grating", BENCH, 80.0).skin_amplitude_n == pytest.approx(1.0 * 2.0 / (2 * np.pi))
+    assert np.isnan(R.preview("edge", BENCH, 80.0).skin_amplitude_n)
 
 
 def test_what_is_clamped_is_told():
@@ -75,12 +107,12 @@ def test_fingers_are_given_more_alike_closed_loop():
 def test_a_table_has_what_single_previews_have():
     fingers = fl.fingers(4, seed=2)
     table = R.arrivals(["bump", "grating"], BENCH, fingers, speeds_mm_s=(40.0, 80.0))
-    assert dict(table.sizes) == {"effect": 2, "speed_mm_s": 2, "loop": 2, "finger": 4}
+    assert dict(table.sizes) == {"effect": 2, "speed_mm_s": 2, "law": 2, "finger": 4}
     shown = R.preview("grating", BENCH.evolve(fingers[2]), 80.0)
     cell = table.sel(effect="grating", speed_mm_s=80.0).isel(finger=2)
-    assert float(cell.contrast.sel(loop="open")) == pytest.approx(shown.open_loop.contrast, rel=1e-9)
-    assert float(cell.contrast.sel(loop="closed")) == pytest.approx(shown.closed_loop.contrast, rel=1e-9)
-    assert float(cell.rms_error.sel(loop="closed")) == pytest.approx(shown.closed_loop.rms_error_n, rel=1e-9)
+    assert float(cell.contrast.sel(law="open")) == pytest.approx(shown.open_loop.contrast, rel=1e-9)
+    assert float(cell.contrast.sel(law="closed")) == pytest.approx(shown.closed_loop.contrast, rel=1e-9)
+    assert float(cell.rms_error.sel(law="closed")) == pytest.approx(shown.closed_loop.rms_error_n, rel=1e-9)
     crowd = R.people("bump", BENCH, fingers, 40.0)
     assert np.allclose(table.spread.sel(effect="bump", speed_mm_s=40.0), crowd.spread_n)
 

@@ -57,6 +57,17 @@ def speed_noise_m_s(sensor, dt):
     return 1e-6 * sensor.noise_um / dt * beta * math.sqrt(2 / (alpha * (4 - 2 * alpha - beta)))
 
 
+def test_a_position_is_rounded_to_its_resolution_after_its_noise():
+    rng, q = np.random.default_rng(0), 25e-6
+    x, z, still = rng.uniform(-0.1, 0.1, 20_000), rng.standard_normal(20_000), np.full(20_000, 0.5)
+    sensor = Touch(position=PositionSensor(noise_um=10.0, resolution_um=25.0), load=LoadCells(noise_n=0.0))
+    seen = track(TouchState(0.0, 0.0), x, still, z, 0.0 * z, touch_coefficients(sensor, DT))[:, 0]
+    np.testing.assert_allclose(seen, q * np.floor((x + 1e-5 * z) / q + 0.5), atol=1e-15)
+    error = seen - (x + 1e-5 * z)
+    assert np.abs(error).max() <= 0.5 * q * (1 + 1e-9)
+    assert np.std(error) == pytest.approx(q / math.sqrt(12), rel=0.02)  # uniform over a step
+
+
 def test_noise_of_each_reading():
     n = 400_000
     z = np.random.default_rng(0).standard_normal((2, n))

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionloop.cli import checks, flags, screen
+from frictionloop.cli import checks, compare_effects, flags, screen
 from frictionloop.quantities.units import FrictionloopError
 
 if TYPE_CHECKING:
@@ -25,8 +25,11 @@ EXAMPLES = r"""Examples
       --out results.h5 --resume
   frictionloop compare --fingers 50 --laws lookup,retuned_pi --speeds 20 \
       --csv scores.csv --plots figures
+  frictionloop compare --effects grating,bump --fingers 26 \
+      --laws lookup,notch_pi,observer
 """
 MOST_FINGERS = 1_000_000
+DURATION_S = 11.0
 SOON_S = 5.0
 """What takes less is not announced (chosen)."""
 CELL_S, RUN_S, ORACLES, DESIGN_S = 0.1, 3e-4, 6.0, 15.0
@@ -46,7 +49,8 @@ def command(
     seed: flags.Run[flags.Whole | None] = None,
     laws: flags.Run[str | None] = None,
     speeds: flags.Run[str] = "20,80",
-    duration_s: flags.Run[float] = 11.0,
+    effects: flags.Run[str | None] = None,
+    duration_s: flags.Run[float] = DURATION_S,
     jobs: flags.Run[flags.Whole | None] = None,
     out: flags.Result[Path | None] = None,
     resume: flags.Result[flags.Flag] = False,
@@ -67,6 +71,9 @@ def command(
         (filtered_pi), observer, super_twisting, tracker (experimental), oracle and clairvoyant (oracle).
     speeds
         Speeds of the strokes in mm/s.
+    effects
+        Compare on these effects instead, names or TOML files: how much of each arrives. Without it on the set-point of
+        FILE, if that is an effect.
     duration_s
         Duration of a run in s; the first second does not count.
     jobs
@@ -88,10 +95,17 @@ def command(
     _check_overrides(overrides)
     system, origin = flags.given(file, preset, overrides, "bench", designed="notch_pi")
 
+    felt = compare_effects.wanted(system, effects)
+    if felt:
+        longer = duration_s if duration_s != DURATION_S else None
+        compare_effects.refuse({"out": out, "resume": resume, "jobs": jobs, "plots": plots, "duration_s": longer})
     with screen.waiting("loading what compares"):
         from frictionloop.design import comparison as rooms
 
     at = rooms.EVALUATION_SEED if seed is None else seed
+    if felt:
+        compare_effects.compare(system, origin, felt, fingers, at, _names(laws), _speeds(speeds), csv, json)
+        return
     options: dict[str, Any] = {"path": out, "resume": resume, "n_jobs": jobs, "duration_s": duration_s}
     options |= {"begin": lambda cells: _say_how_long(cells, fingers * duration_s, jobs)}
     start_s = time.perf_counter()

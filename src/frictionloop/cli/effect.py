@@ -23,7 +23,7 @@ SHOW_EXAMPLES = r"""Examples
 
   frictionloop effect show grating --speed-mm-s 80 --plot grating.svg
   frictionloop effect show my-effect.toml my-bench.toml --fingers 8
-  frictionloop effect show bump --save my-effect.toml
+  frictionloop effect show grating --effect.spacing_mm 3 --save my-effect.toml
 """
 CHECK_EXAMPLES = r"""Examples
 
@@ -39,8 +39,9 @@ Name = Annotated[
     str, Parameter(name="EFFECT", help="A name of the library, or a TOML file with an effect.", group=flags.SYSTEM)
 ]
 Speed = Annotated[float | None, Parameter(help="Speed of the stroke in mm/s; that of the system if not given.")]
+EFFECT = "effect."
 EFFECT_FILES = (".toml", ".png", ".wav", ".hjif")
-LAW = {"controller.kind": "observer"}
+LAW = {"controller.kind": "notch_pi", "controller.feedforward": True}
 """What closes the loop of the bench, if neither a file nor a flag says it (docs/which-law)."""
 
 
@@ -88,17 +89,17 @@ def show(
     checks.check_new("save", save)
     checks.check_count("seed", seed, 0)
     checks.check_count("fingers", fingers, 0, 1000)
-    system, origin = _system(file, preset, overrides)
+    wanted, system, origin = _given(effect, file, preset, overrides)
     with screen.waiting("simulating; after an installation the loop is compiled first"):
         from frictionloop.cli import effect_text
         from frictionloop.preview import people, preview
 
-        shown = preview(effect, system, speed_mm_s, seed)
+        shown = preview(wanted, system, speed_mm_s, seed)
         crowd = None
         if fingers:
             from frictionloop.physics.fingers import fingers as drawn
 
-            crowd = people(effect, system, drawn(fingers, seed), speed_mm_s, seed)
+            crowd = people(wanted, system, drawn(fingers, seed), speed_mm_s, seed)
     if plot is not None:
         from frictionloop.report.plot import plot as draw
 
@@ -134,13 +135,13 @@ def check(
     json: flags.Json = False,
 ) -> None:
     """Check an effect without running it: whether it can be given and felt, and what is clamped of it."""
-    system, _ = _system(file, preset, overrides)
+    wanted, system, _ = _given(effect, file, preset, overrides)
 
     from frictionloop.cli import effect_text
     from frictionloop.preview.asked import check as checked
     from frictionloop.preview.effect import prepared
 
-    shown = prepared(effect, system, None)
+    shown = prepared(wanted, system, None)
     asked = checked(shown)
     if json:
         screen.show_json(effect_text.checked_json(shown, asked))
@@ -175,13 +176,13 @@ def play(
     checks.check_output("out", out, checks.RUN_FILES)
     checks.check_output("plot", plot, checks.FIGURES)
     checks.check_count("seed", seed, 0)
-    system, origin = _system(file, preset, overrides)
+    wanted, system, origin = _given(effect, file, preset, overrides)
 
     from frictionloop.cli import effect_text
     from frictionloop.preview.asked import check as checked
     from frictionloop.preview.effect import prepared
 
-    shown = prepared(effect, system, None)
+    shown = prepared(wanted, system, None)
     checked(shown)
     with screen.waiting("simulating; after an installation the loop is compiled first"):
         from frictionloop.loop.record import save
@@ -203,11 +204,28 @@ def play(
     screen.show(screen.columns(rows), *screen.saved(saved))
 
 
-def _system(file: Path | None, preset: Any, overrides: list[str] | None) -> tuple[System, str]:
-    """Return the bench that an effect is felt on; the preset has a law that closes its loop well."""
+def _given(name: str, file: Path | None, preset: Any, overrides: list[str] | None) -> tuple[Any, System, str]:
+    """Return the effect, changed by what begins with ``effect.``, and the bench that it is felt on.
+
+    The preset has a law that closes its loop well.
+    """
+    own_values = [each for each in overrides or () if each.startswith(EFFECT)]
+    overrides = [each for each in overrides or () if not each.startswith(EFFECT)]
+    effect: Any = name
+    if own_values:
+        from frictionloop.rendering.files import changed, find
+
+        values = flags.overrides_of(own_values)
+        effect = changed(find(name), {path.removeprefix(EFFECT): value for path, value in values.items()})
+    return effect, *_system(file, preset, overrides)
+
+
+def _system(file: Path | None, preset: Any, overrides: list[str]) -> tuple[System, str]:
+    """Return the bench that an effect is felt on."""
     wanted = flags.overrides_of(overrides)
     if any(name.startswith(("setpoint.effect", "setpoint.kind")) for name in wanted):
-        raise FrictionloopError("setpoint: the effect is named by EFFECT; write it to a file (--save) to change it")
-    own = file is None and preset in (None, "bench") and not any(name.startswith("controller.") for name in wanted)
-    added = [f"{name}={value}" for name, value in (LAW if own else {}).items()]
-    return flags.given(file, preset, [*added, *(overrides or [])], "bench")
+        raise FrictionloopError("setpoint: the effect is named by EFFECT; --effect.NAME VALUE changes it")
+    system, origin = flags.given(file, preset, overrides, "bench")
+    if file is None and preset in (None, "bench") and not any(name.startswith("controller.") for name in wanted):
+        system, origin = system.evolve(LAW), flags.changed(origin, LAW)  # no flag of a person's, so nothing to note
+    return system, origin

@@ -18,6 +18,7 @@ EXAMPLES = r"""Examples
 
   frictionloop effect import leaf.png --mm-per-pixel 0.1 --polarity dark --out leaf.toml
   frictionloop effect import cloth.csv --column 0 --rate-hz 10000 --scale 0.001 --speed-mm-s 40 --out cloth.toml
+  frictionloop effect import cloth.csv --rate-hz 10000 --scale 0.001 --speed-mm-s 40 --order 16 --out model.toml
   frictionloop effect import click.ahap --full-n 0.2 --out click.toml
   frictionloop effect import pattern.hjif --out pattern.toml
 """
@@ -40,7 +41,9 @@ def command(
     scale: flags.Run[float | None] = None,
     offset_n: flags.Run[float] = 0.0,
     speed_mm_s: flags.Run[float | None] = None,
+    order: flags.Run[int | None] = None,
     full_n: flags.Run[float | None] = None,
+    heights: flags.Run[flags.Flag] = False,
     json: flags.Json = False,
 ) -> None:
     """Make an effect of a picture (.png, .tiff), a recording, an envelope (.haptic, .ahap) or an .hjif file.
@@ -65,8 +68,12 @@ def command(
         Of a recording: added after scaling, in N.
     speed_mm_s
         Of a recording: speed of the finger in mm/s; it is then played by place, else over time.
+    order
+        Of a recording played by place: fit a model with so many coefficients, and write that.
     full_n
         Of an envelope: force that the full amplitude stands for, in N.
+    heights
+        Of a picture: greys are heights, --low-n and --high-n in mm; their slope is added to 0.45 N.
     """
     checks.check_output("out", out, checks.SYSTEMS)
     checks.check_new("out", out)
@@ -80,10 +87,12 @@ def command(
         from frictionloop.rendering.images import read_image
 
         picture = read_image(file, mm_per_pixel=mm_per_pixel, polarity=polarity, low_n=low_n, high_n=high_n)
-        effect: Effect = picture.map
+        effect: Effect = _raised(picture.map) if heights else picture.map
         told = picture.told
     elif ending in RECORDINGS:
         effect = _recorded(file, column, rate_hz, scale, offset_n, speed_mm_s)
+        if order is not None:
+            effect = _fitted(effect, order)
     elif ending in (*ENVELOPES, *HAPTICS):
         effect, left = _haptics(file, ending, full_n)
         told = f"not carried over: {', '.join(left)}" if left else "all of it carried over"
@@ -95,6 +104,22 @@ def command(
         screen.show_json({"effect": effect.model_dump(), "told": told, "saved": {"effect": out}})
         return
     screen.show(screen.columns([("effect", described(effect)), ("file", told or str(file))]), f"saved effect as {out}")
+
+
+def _raised(height: Effect) -> Effect:
+    from frictionloop.rendering.library import CARRIER_N
+    from frictionloop.rendering.mixing import Relief
+
+    return CARRIER_N + Relief(height=height)
+
+
+def _fitted(effect: Effect, order: int) -> Effect:
+    from frictionloop.rendering.resynthesis import fit_texture
+    from frictionloop.rendering.tables import Map
+
+    if not isinstance(effect, Map):
+        raise FrictionloopError(f"order = {order}: goes with --speed-mm-s, a recording that is played by place")
+    return fit_texture(effect.values_n[0], effect.pitch_mm, order)
 
 
 def _recorded(

@@ -60,9 +60,15 @@ def delivered_rows(shown: Preview) -> list[tuple[str, ...]]:
         row("pattern felt behind its place by", lambda d: f"{d.moved_mm:.2f}", "mm"),
         row("error of the force", lambda d: f"{1e3 * d.rms_error_n:.1f}", "mN rms"),
         row("of that its mean", lambda d: f"{1e3 * d.mean_error_n:.1f}", "mN"),
-        row("error as felt", lambda d: f"{d.error_felt:.3g}", "times the threshold"),
-        row("pattern as felt", lambda d: f"{d.pattern_felt:.3g}", "times the threshold"),
+        row("error as felt", lambda d: _felt(d.error_felt), "times the threshold"),
+        row("pattern as felt", lambda d: _felt(d.pattern_felt), "times the threshold"),
+        row("pattern above the threshold", lambda d: _percent(d.share_felt), "of the path"),
+        row("at most", lambda d: _felt(np.nanmax(d.pattern_over)), "times the threshold"),
     ]
+
+
+def _felt(thresholds: float) -> str:
+    return f"{thresholds:.3g}" if thresholds >= 0.01 else "0"
 
 
 def _percent(share: float) -> str:
@@ -74,8 +80,10 @@ def limit_rows(shown: Preview) -> list[tuple[str, str]]:
     skin = (
         "a rigid finger" if math.isinf(shown.skin_n_mm) else f"the skin lets through up to {shown.skin_n_mm:.3g} N/mm"
     )
+    if math.isfinite(shown.skin_amplitude_n):
+        skin += f", a sine of {shown.effect.period_mm:.3g} mm up to {shown.skin_amplitude_n:.2g} N"
     return [
-        ("within reach", f"{100 * shown.share_in_reach:.0f} % of the scored time"),
+        ("within reach", f"{100 * shown.share_in_reach:.0f} % of the scored path"),
         ("clamped", f"{100 * shown.share_clamped:.0f} % of the path, by at most {1e3 * shown.clamped_n:.0f} mN"),
         ("steepest rise", f"{shown.steepest_n_mm:.3g} N/mm; {skin}"),
         ("position error", f"{shown.position_error_um:.0f} um, {1e3 * shown.position_error_n:.1f} mN of the set-point"),

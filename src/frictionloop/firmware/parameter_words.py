@@ -128,7 +128,8 @@ def _safety(system: System) -> dict[str, Any]:
         "safety.stuck_ticks": _stuck_ticks(system),
         "safety.overrun_ticks": OVERRUN_TICKS,
         "safety.force_jump_n": min(_fastest(system.sensor, 1.0 / rate_hz) * range_n, LARGEST),
-        "safety.position_jump_m": 1e-3 * position.fastest_mm_s / rate_hz + 8 * math.sqrt(2) * 1e-6 * position.noise_um,
+        "safety.position_jump_m": 1e-3 * position.fastest_mm_s / rate_hz
+        + 1e-6 * (8 * math.sqrt(2) * position.noise_um + position.resolution_um),
         "safety.load_jump_n": min(TAP_N_S / rate_hz + 8 * math.sqrt(2) * 2 * load.noise_n, LARGEST),
         "safety.contrary_n": min(COEFFICIENT * load.touch_n, LARGEST),
         "safety.turn_m": min(limit_n / SOFTEST_N_M, LARGEST),

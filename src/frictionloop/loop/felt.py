@@ -31,6 +31,12 @@ def perceptual_index(run: xr.Dataset, mask: Any = None) -> float:
 
 
 def _index(residual: np.ndarray, run: xr.Dataset, mask: Any) -> float:
+    weighted, scored = felt_trace(residual, run, mask)
+    return float(np.sqrt(np.sum(weighted**2) / np.sum(scored)))
+
+
+def felt_trace(residual: np.ndarray, run: xr.Dataset, mask: Any = None) -> tuple[np.ndarray, np.ndarray]:
+    """Return a force in units of the threshold of touch, 0 where nothing is scored, and 1 where it is; as of a run."""
     scored = np.ones(residual.size)
     if mask is not None or "scored" in run:
         scored = np.zeros(residual.size)
@@ -41,7 +47,7 @@ def _index(residual: np.ndarray, run: xr.Dataset, mask: Any) -> float:
     for _ in range(2):
         weight = lfilter([gain], [1.0, gain - 1.0], weight)
     weighted = sosfilt(weighting_sos(rate_hz), residual * weight)
-    return float(np.sqrt(np.sum((weighted * scored) ** 2) / np.sum(scored)))
+    return weighted * scored, scored
 
 
 def plain_stroke(system: System, amplitude_um: float = 0.0, duration_s: float = 10.0, seed: int = 0) -> xr.Dataset:

@@ -98,6 +98,8 @@ class PositionSensor(Block):
 
     noise_um: NotNegative = 10.0
     """Standard deviation of one sample (assumed; 25 um features with the sensor of the paper's ref. [14])."""
+    resolution_um: NotNegative = 0.0
+    """Step that a sample is rounded to; 0: none (assumed: the steps are lost in the noise)."""
     fastest_mm_s: Positive = 500.0
     """Fastest stroke the sensor follows (assumed)."""
     tracking_hz: Positive = 45.0

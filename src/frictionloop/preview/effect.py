@@ -12,7 +12,7 @@ import numpy as np
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import Skin, Strokes, System, check_system
 from frictionloop.preview.asked import check
-from frictionloop.preview.measures import Delivered, delivered, over_place
+from frictionloop.preview.measures import LEAST_N, Delivered, delivered, over_place
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.checks import Array
 from frictionloop.rendering.effect import Effect
@@ -47,7 +47,7 @@ class Preview:
     closed_loop: Delivered
     """What the system's control law delivers."""
     share_in_reach: float
-    """Share of the scored time in which what is asked for is within reach."""
+    """Share of the scored path on which what is asked for is within reach."""
     share_clamped: float
     """Share of the path on which what is asked for is outside the band that the controller believes in."""
     clamped_n: float
@@ -77,6 +77,11 @@ class Preview:
         return self.system.setpoint.effect
 
     @property
+    def skin_amplitude_n(self) -> float:
+        """Largest sine of the effect's period that the skin carries, k L/(2 pi), N; NaN without a period."""
+        return self.skin_n_mm * (self.effect.period_mm or math.nan) / (2.0 * math.pi)
+
+    @property
     def amplitude_n(self) -> float:
         """Half of the range of what is asked for along the stroke."""
         both = np.concatenate([self.asked_forth_n, self.asked_back_n])
@@ -87,7 +92,8 @@ class Preview:
         """What the effect is, in words."""
         effect = self.effect
         what = f"{effect.spacing_mm:g} mm grating" if isinstance(effect, Grating) else Path(self.title).stem
-        return f"{what} of ±{self.amplitude_n:.2g} N at {self.speed_mm_s:g} mm/s"
+        height = f" of ±{self.amplitude_n:.2g} N" if self.amplitude_n > LEAST_N else ""
+        return f"{what}{height} at {self.speed_mm_s:g} mm/s"
 
     @property
     def sentence(self) -> str:
@@ -132,7 +138,8 @@ def preview(effect: Effect | str, system: System, stroke: Strokes | float | None
     open_loop, closed_loop = (delivered(run, law) for law, run in runs.items())
     closed = runs[shown.controller.kind]
     keep = closed["scored"].values
-    wanted, top, floor, d = (closed[name].values[keep] for name in ("f_r_intended", "limit", "floor", "d"))
+    names = ("f_r_intended", "limit", "floor", "d", "speed")
+    wanted, top, floor, d, way = (closed[name].values[keep] for name in names)
     low, high = (np.fmin(*(over_place(closed, name, way) for way in (1.0, -1.0))) for name in ("floor", "limit"))
     position_n, um = _position(closed, asked.place_mm, asked.forth_n)
     return Preview(
@@ -145,7 +152,7 @@ def preview(effect: Effect | str, system: System, stroke: Strokes | float | None
         high,
         open_loop,
         closed_loop,
-        share_in_reach=float(np.mean((wanted >= floor + d) & (wanted <= top + d))),
+        share_in_reach=float(np.average((wanted >= floor + d) & (wanted <= top + d), weights=np.abs(way))),
         share_clamped=asked.share_clamped,
         clamped_n=asked.clamped_n,
         steepest_n_mm=asked.steepest_n_mm,

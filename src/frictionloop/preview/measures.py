@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 
-from frictionloop.loop.felt import perceptual_index
+from frictionloop.loop.felt import felt_trace
 from frictionloop.loop.record import system_of
 from frictionloop.parameters import Strokes
 from frictionloop.quantities.checks import Array
@@ -18,6 +19,8 @@ LATEST_S, LAGS = 0.03, 76
 """Longest delay that a pattern is looked for at, and the delays that are tried (assumed: 30 ms, 0.4 ms apart)."""
 LEAST_N = 1e-3
 """Standard deviation below which an effect has no contrast (assumed)."""
+FELT_S = 0.05
+"""Time around a place in which what is felt there is added up (assumed)."""
 CELLS = 400
 """Stretches of a stroke that forces are averaged in."""
 
@@ -38,10 +41,20 @@ class Delivered(NamedTuple):
     """Index D of the same: felt above 1."""
     pattern_felt: float
     """Index D of the part of the force that is the pattern: the intended variation times the contrast."""
+    pattern_over: Array
+    """The pattern in thresholds of touch over place, rms over 50 ms and both ways, shape (cells,)."""
+    error_over: Array
+    """The error in the same, over place."""
     forth_n: Array
     """Mean force over place on the way forth, shape (cells,); NaN where it never counted."""
     back_n: Array
     """The same on the way back."""
+
+    @property
+    def share_felt(self) -> float:
+        """Share of the path on which the pattern is above the threshold of touch."""
+        known = np.isfinite(self.pattern_over)
+        return float(np.mean(self.pattern_over[known] > 1.0))
 
     @property
     def over_n(self) -> Array:
@@ -62,18 +75,38 @@ def delivered(run: xr.Dataset, law: str) -> Delivered:
     contrast, delay = _contrast(wanted, force, keep, system.controller.rate_hz)
     error = (force - wanted)[keep]
     ways = [over_place(run, "f_a", way) for way in (1.0, -1.0)]
-    varied = run.assign(f_a=run["f_r_intended"], f_r=0.0 * run["f_r"] + float(wanted[keep].mean()))
-    felt = perceptual_index(varied)
+    varied = wanted - wanted[keep].mean()
+    given = contrast if math.isfinite(contrast) else 1.0
     return Delivered(
         law,
         contrast,
         delay * system.motion.speed_mm_s,
         math.sqrt(float(np.mean(error**2))),
         float(np.mean(error)),
-        perceptual_index(run.assign(f_r=run["f_r_intended"])),
-        felt * (contrast if math.isfinite(contrast) else 1.0),
+        felt(run, force - wanted),
+        felt(run, varied) * given,
+        felt_over(run, varied) * given,
+        felt_over(run, force - wanted),
         *ways,
     )
+
+
+def felt(run: xr.Dataset, force_n: Array) -> float:
+    """Return the index D of a force along a run."""
+    weighted, scored = felt_trace(force_n, run)
+    return float(np.sqrt(np.sum(weighted**2) / np.sum(scored)))
+
+
+def felt_over(run: xr.Dataset, force_n: Array) -> Array:
+    """Return the same over place: the rms of what is felt around each time, mean of both ways, shape (cells,)."""
+    weighted, scored = felt_trace(force_n, run)
+    size = round(FELT_S * system_of(run).controller.rate_hz)
+    squares, counts = (uniform_filter1d(each, size, mode="constant") for each in (weighted**2, scored))
+    around = run.assign(felt=("time", squares / np.maximum(counts, 1e-9)))
+    power = np.array([over_place(around, "felt", way) for way in (1.0, -1.0)])
+    known = np.isfinite(power)
+    mean = np.where(known, power, 0.0).sum(0) / np.maximum(known.sum(0), 1)
+    return np.where(known.any(0), np.sqrt(np.maximum(mean, 0.0)), np.nan)
 
 
 def _contrast(wanted: Array, force: Array, keep: NDArray[np.bool_], rate_hz: float) -> tuple[float, float]:

@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
 from frictionloop.loop.kernel.placing import tiles_of
 from frictionloop.loop.kernel.structure import structure
-from frictionloop.loop.record import provenance
 from frictionloop.loop.simulate import traced
 from frictionloop.parameters import Strokes, System
 from frictionloop.preview.asked import check
@@ -19,7 +17,6 @@ from frictionloop.preview.effect import both, duration_s, prepared
 from frictionloop.preview.measures import Delivered, delivered
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.effect import Effect
-from frictionloop.rendering.files import find
 
 
 @dataclass(frozen=True)
@@ -34,7 +31,7 @@ class People:
     @property
     def spread_n(self) -> tuple[float, float]:
         """Standard deviation between fingers of the force at a place, rms over places, N: open and closed loop."""
-        return _spread_n(self.open_loop), _spread_n(self.closed_loop)
+        return spread_n(self.open_loop), spread_n(self.closed_loop)
 
     @property
     def contrasts(self) -> tuple[np.ndarray, np.ndarray]:
@@ -72,67 +69,20 @@ def people(
     FrictionloopError
         As ``fl.rendering.preview``.
     """
-    if not fingers:
-        raise FrictionloopError("fingers: must be at least one, such as fl.fingers(8, seed=1)")
+    check_fingers(fingers)
     shown = [prepared(effect, system.evolve(finger), stroke) for finger in fingers]
     check(shown[0])
     opened, closed = zip(*(both(each).values() for each in shown), strict=True)
-    return People(tuple(_delivered(opened, seed)), tuple(_delivered(closed, seed)))
+    return People(tuple(delivered_to(opened, seed)), tuple(delivered_to(closed, seed)))
 
 
-def arrivals(
-    effects: Mapping[str, Effect] | Sequence[str],
-    system: System,
-    fingers: Sequence[Mapping[str, Any]],
-    speeds_mm_s: Sequence[float] = (20.0, 50.0, 100.0, 150.0),
-    seed: int = 0,
-) -> xr.Dataset:
-    """Return how much of each effect arrives, for each finger at each speed, open and closed loop.
-
-    Parameters
-    ----------
-    effects : mapping or list
-        Effects by name, or names of the library.
-    system, fingers, seed
-        As of ``fl.rendering.people``.
-    speeds_mm_s : list of float
-        Speeds of the stroke, mm/s.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``contrast`` (1), ``rms_error`` (N) and ``error_felt`` (1) over ``effect``, ``speed_mm_s``, ``loop`` and
-        ``finger``; ``spread`` (N), the standard deviation between fingers at a place, over the first three.
-
-    Raises
-    ------
-    FrictionloopError
-        As ``fl.rendering.people``.
-    """
-    named = effects if isinstance(effects, Mapping) else {name: find(name) for name in effects}
-    shape = (len(named), len(speeds_mm_s), 2)
-    values = np.empty((3, *shape, len(fingers)))
-    spread = np.empty(shape)
-    for i, effect in enumerate(named.values()):
-        for j, speed in enumerate(speeds_mm_s):
-            crowd = people(effect, system, fingers, speed, seed)
-            spread[i, j] = crowd.spread_n
-            for k, ways in enumerate((crowd.open_loop, crowd.closed_loop)):
-                values[:, i, j, k] = [[getattr(each, name) for each in ways] for name in _TOLD]
-    dims = ("effect", "speed_mm_s", "loop", "finger")
-    data: dict[str, Any] = {
-        name: (dims, each, {"units": unit}) for (name, unit), each in zip(_TOLD.values(), values, strict=True)
-    }
-    data["spread"] = (dims[:3], spread, {"units": "N"})
-    coordinates = {"effect": list(named), "speed_mm_s": list(speeds_mm_s), "loop": ["open", "closed"]}
-    return xr.Dataset(data, coordinates, provenance(system, seed=seed))
+def check_fingers(fingers: Sequence[Mapping[str, Any]]) -> None:
+    """Refuse an empty population."""
+    if not fingers:
+        raise FrictionloopError("fingers: must be at least one, such as fl.fingers(8, seed=1)")
 
 
-_TOLD = {"contrast": ("contrast", "1"), "rms_error_n": ("rms_error", "N"), "error_felt": ("error_felt", "1")}
-"""Of `Delivered`, by the name and the unit in a table."""
-
-
-def _delivered(systems: Sequence[System], seed: int) -> list[Delivered]:
+def delivered_to(systems: Sequence[System], seed: int) -> list[Delivered]:
     """Return what is delivered in each system's run; those that can share a tile run side by side."""
     found: dict[int, Delivered] = {}
     keys = [(structure(each), duration_s(each)) for each in systems]
@@ -142,7 +92,8 @@ def _delivered(systems: Sequence[System], seed: int) -> list[Delivered]:
     return [found[lane] for lane in range(len(systems))]
 
 
-def _spread_n(ways: Sequence[Delivered]) -> float:
+def spread_n(ways: Sequence[Delivered]) -> float:
+    """Return the standard deviation between fingers of the force at a place, rms over places, N."""
     forces = np.array([each.over_n for each in ways])
     known = np.isfinite(forces).all(axis=0)
     return float(np.sqrt(np.mean(np.var(forces[:, known], axis=0))))

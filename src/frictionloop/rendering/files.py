@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path as File
 from typing import Any
 
@@ -14,7 +15,7 @@ from frictionloop.quantities import FrictionloopError, check_known, replacing
 from frictionloop.rendering.effect import EFFECTS, Effect
 from frictionloop.rendering.library import LIBRARY
 
-__all__ = ["find", "read_effect", "to_toml", "write_effect"]
+__all__ = ["changed", "find", "read_effect", "to_toml", "write_effect"]
 
 
 def find(name: str | os.PathLike[str]) -> Effect:
@@ -60,6 +61,29 @@ def effect_of(tree: dict[str, Any], where: str = "") -> Effect:
         raise FrictionloopError(f"{where}{error}") from None
     assert isinstance(effect, Effect)
     return effect
+
+
+def changed(effect: Effect, values: Mapping[str, Any]) -> Effect:
+    """Return an effect with values of its own or of its parts, by dotted name: ``spacing_mm``, ``of.1.height_mm``.
+
+    Raises
+    ------
+    FrictionloopError
+        For a name that it does not have, with those that are there, or a value that it does not accept.
+    """
+    tree = effect.model_dump(mode="json")
+    for path, value in values.items():
+        *way, last = path.split(".")
+        node: Any = tree
+        for name in (*way, None):
+            parts = {str(k): each for k, each in enumerate(node)} if isinstance(node, list) else node
+            if not isinstance(parts, dict) or (name or last) not in parts:
+                there = ", ".join(parts) if isinstance(parts, dict) else "nothing"
+                raise FrictionloopError(f"effect.{path}: is unknown; accepted instead of {name or last!r}: {there}")
+            if name is not None:
+                node = parts[name]
+        node[int(last) if isinstance(node, list) else last] = value
+    return effect_of(tree, "effect: ")
 
 
 def to_toml(effect: Effect) -> str:

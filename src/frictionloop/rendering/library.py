@@ -35,6 +35,14 @@ def _button() -> Effect:
     )  # fmt: skip
 
 
+def _switch() -> Effect:
+    """Return two levels: pushed past 3 mm it clicks over to the lower, and stays until it is pushed back past -3 mm."""
+    return Trigger(
+        on_x_mm=3.0, off_x_mm=-3.0, then=Constant(level_n=0.35), otherwise=Constant(level_n=0.55),
+        starts=_click(-0.15), ends=_click(0.15),
+    )  # fmt: skip
+
+
 def _slider() -> Effect:
     """Return a track of 60 mm with notches every 10 mm and walls at its ends."""
     rail = Constant(level_n=0.4) + Detents(amplitude_n=0.12, spacing_mm=10.0)
@@ -64,6 +72,7 @@ LIBRARY: dict[str, Effect] = {
     "hole": Constant(level_n=CARRIER_N) + Ridge(height_mm=-0.5),
     "detents": Constant(level_n=CARRIER_N) + Detents(),
     "button": _button(),
+    "switch": _switch(),
     "slider": _slider(),
     "wall": Constant(level_n=0.3) + _wall().at(10.0),
     "rough": Texture(),

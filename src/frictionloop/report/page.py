@@ -17,6 +17,7 @@ from markupsafe import Markup, escape
 from frictionloop.parameters import RETUNED
 from frictionloop.quantities.version import package_version
 from frictionloop.report import protocol
+from frictionloop.report.arrivals import rows as arrival_rows
 from frictionloop.report.beyond import beyond_rows
 from frictionloop.report.claims import THESIS, Claim
 from frictionloop.report.claims.told import FIRST, HOLDS, SYMBOLS, counts, grouped, named, shown, with_unit
@@ -116,6 +117,7 @@ def render(
         "number": shown,
         "milli": milli,
         "percent": "{:.0%}".format,
+        "whole": "{:.0f}".format,
     }
     environment.globals |= {
         "figure": figure,
@@ -142,6 +144,8 @@ def render(
         finger_number=protocol.chosen(protocol.population()),
         study=results.beyond,
         laws=beyond_rows(results.beyond),
+        arrivals=results.arrivals,
+        arrived=list(arrival_rows(results.arrivals)),
         provenance=provenance(results),
     )
 

@@ -13,7 +13,7 @@ import xarray as xr
 
 from frictionloop.loop.progress import Bar, silent
 from frictionloop.parameters import System, feasible, paper
-from frictionloop.report import beyond, calibration, device, gains, noise, people, systems
+from frictionloop.report import arrivals, beyond, calibration, device, gains, noise, people, systems
 from frictionloop.report.trials import sliding_trials
 
 
@@ -41,6 +41,7 @@ FIELDS = {
     "fluctuations": Field("where fluctuations come from", "5 to 9"),
     "people": Field("Fig. 5a, 26 fingers", "0, 5 and 10, fingers of seed 1"),
     "beyond": Field("laws, a stored study", "11, of the stored study"),
+    "arrivals": Field("effects, a stored study", "0, fingers of seed 11, of the stored study"),
 }
 """In the order of the page."""
 
@@ -74,6 +75,8 @@ class Results:
     """rms of the error at a constant set-point by controller and by what is taken away, N."""
     beyond: beyond.Beyond
     """Control laws compared on fingers that none of them was tuned on, from the stored study."""
+    arrivals: arrivals.Arrivals
+    """How much of effects arrives at such fingers, from the stored study."""
 
     def __init__(self, bar: Bar | None = None) -> None:
         self.systems: dict[str, System] = systems.compared()
@@ -176,6 +179,7 @@ def parts() -> Iterator[Part]:
     yield "rigs", calibration.all_rigs
     yield from bench_parts()
     yield "beyond", beyond.stored
+    yield "arrivals", arrivals.stored
 
 
 def bench_parts() -> Iterator[Part]:

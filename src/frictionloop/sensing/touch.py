@@ -28,6 +28,10 @@ class TouchCoefficients(NamedTuple):
     """Coefficients of `touch_step`."""
 
     position_noise_m: float
+    position_step_m: float
+    """Step that a position is rounded to; 0: none."""
+    position_per_m: float
+    """Steps per m."""
     load_noise_n: float
     touch_n: float
     least_speed_m_s: float
@@ -46,8 +50,9 @@ def touch_step(  # type: ignore[no-untyped-def]
 ) -> tuple[TouchState, tuple[float, float, float, float]]:
     """Measure position (m), speed (m/s), load (N) and valid (1 or 0), the last four of a `Measurement`.
 
-    The measured load is the sum of four cells, each with noise of its own: N + 2 sigma z. The tracker predicts x + v dt
-    and corrects both by its error e: x += alpha e, v += beta e/dt. Without touch it waits at the last sample.
+    The position has noise and is rounded to a step, q floor((x + sigma z)/q + 1/2). The measured load is the sum of
+    four cells, each with noise of its own: N + 2 sigma z. The tracker predicts x + v dt and corrects both by its error
+    e: x += alpha e, v += beta e/dt. Without touch it waits at the last sample.
 
     A reading is valid while the finger slides under most of its usual load, and once it has gone so far under it since
     landing that its skin is stretched: before, force below the set-point is no error to act on. A finger that presses
@@ -55,9 +60,12 @@ def touch_step(  # type: ignore[no-untyped-def]
     the dip.
     """
     tracked, speed, mean, way = state
-    noise_m, load_noise, touch_n, least_speed, dt, position_gain, speed_gain, share, gain, developed = coefficients
+    noise_m, step_m, per_m, load_noise, touch_n, least_speed, dt, position_gain, speed_gain, share, gain, developed = (
+        coefficients
+    )
     load = fma(load_noise, z_load, load_n)
     position = fma(noise_m, z_position, position_m)
+    position = step_m * math.floor(fma(per_m, position, 0.5)) if step_m > 0.0 else position
     predicted = fma(speed, dt, tracked)
     error = position - predicted
     touches, presses = load >= touch_n, load >= max(touch_n, share * mean)
@@ -74,6 +82,8 @@ def touch_coefficients(touch: Touch, dt: float) -> TouchCoefficients:
     pole = math.exp(-2.0 * math.pi * touch.position.tracking_hz * dt)
     return TouchCoefficients(
         position_noise_m=1e-6 * touch.position.noise_um,
+        position_step_m=1e-6 * touch.position.resolution_um,
+        position_per_m=1e6 / touch.position.resolution_um if touch.position.resolution_um else 0.0,
         load_noise_n=2.0 * touch.load.noise_n,
         touch_n=touch.load.touch_n,
         least_speed_m_s=1e-3 * touch.load.least_speed_mm_s,

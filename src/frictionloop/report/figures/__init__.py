@@ -11,6 +11,7 @@ from frictionloop.parameters import paper
 from frictionloop.parameters.sensor_design import SensorDesign
 from frictionloop.report.beyond import SHOWN_MS, SPEED_MM_S
 from frictionloop.report.device import CLOSED
+from frictionloop.report.figures.arrivals import figure_arrivals
 from frictionloop.report.figures.calibration import figure_linearity, figure_spectrum
 from frictionloop.report.figures.closed_loop import figure_closed_loop, figure_people
 from frictionloop.report.figures.comparison import figure_residuals
@@ -67,5 +68,6 @@ DRAWINGS: dict[str, Draw] = {
     "fig-5c": lambda results: figure_overshoot(results.stepped, CLOSED),
     "beyond-residuals": lambda results: figure_residuals(results.beyond.scored),
     "beyond-steps": lambda results: figure_step_traces(results.beyond.steps, SPEED_MM_S, SHOWN_MS),
+    "beyond-arrivals": lambda results: figure_arrivals(results.arrivals),
 }
 """How each figure is drawn, by its file name without suffix, in the order of the page."""

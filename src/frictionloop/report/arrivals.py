@@ -1,0 +1,114 @@
+"""How much of effects arrives under four laws on many fingers, as a stored study has found it.
+
+The report runs none of it: ``python -m studies.arrivals`` does, and writes the file in ``report/stored``.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+
+from frictionloop.quantities.checks import Array
+
+COMMAND = "python -m studies.arrivals"
+FILE = "arrivals.json"
+LAWS = {
+    "lookup": "open loop",
+    "retuned_pi": "re-tuned PI",
+    "notch_pi": "notch and feed-forward",
+    "observer": "observer",
+    "tracker": "tracker (experimental)",
+}
+"""Laws that are told of, by the name of the entrant."""
+RUN = ("lookup", "retuned_pi", "notch_pi", "observer")
+"""Those of the cited table; ``python -m studies.arrivals tracker`` adds the other."""
+EFFECTS = (
+    *("gradient", "edge", "bump", "hole", "detents", "slider"),
+    *("grating", "square", "triangle", "chirp", "rough", "braille"),
+)
+"""Effects of the library that vary over place; the others are levels, or need a press or a speed."""
+SPEEDS_MM_S = (20.0, 50.0, 100.0, 150.0)
+
+
+@dataclass(frozen=True)
+class Arrivals:
+    """What the study has found of the fingers that are capable."""
+
+    version: str
+    seed: int
+    fingers: int
+    speeds_mm_s: tuple[float, ...]
+    laws: Mapping[str, Mapping[str, Mapping[str, Sequence[float]]]]
+    """Numbers over the speeds, by law, effect and what is told."""
+
+    command = COMMAND
+
+    @property
+    def effects(self) -> list[str]:
+        """Names of the effects."""
+        return list(next(iter(self.laws.values())))
+
+    @property
+    def told_of(self) -> str:
+        """How many fingers are told of, least and most over the speeds."""
+        counts = self.values(next(iter(self.laws)), "fingers")
+        low, high = counts.min(), counts.max()
+        return f"{low:g}" if low == high else f"{low:g} to {high:g}"
+
+    @property
+    def speeds(self) -> str:
+        """The speeds in words."""
+        *first, last = (f"{speed:g}" for speed in self.speeds_mm_s)
+        return f"{', '.join(first)} and {last}"
+
+    def values(self, law: str, told: str) -> Array:
+        """Return what `design.comparison.effects.arrived` tells under a name, shape (effects, speeds)."""
+        return np.array([effect[told] for effect in self.laws[law].values()])
+
+    def middle(self, law: str, told: str) -> float:
+        """Return the median over effects and speeds."""
+        return float(np.median(self.values(law, told)))
+
+    @property
+    def sentence(self) -> str:
+        """The first number of the study in one sentence."""
+        here, there = (1e3 * self.middle(law, "spread_n") for law in ("lookup", "notch_pi"))
+        return (
+            f"Of one effect different fingers are given forces that differ by {here:.0f} mN open loop, and by "
+            f"{there:.0f} mN with a notch and feed-forward"
+        )
+
+
+@cache
+def stored() -> Arrivals:
+    """Return the study that comes with the package."""
+    found = json.loads((files("frictionloop.report") / "stored" / FILE).read_text(encoding="utf-8"))
+    about = {name: found[name] for name in ("version", "seed", "fingers", "laws")}
+    return Arrivals(**about, speeds_mm_s=tuple(found["speeds_mm_s"]))
+
+
+def rows(found: Arrivals) -> Iterator[tuple[str, ...]]:
+    """Yield heads, then a row of texts for each effect, then one for what is told of all: a column for each law."""
+    yield ("", *(LAWS[law] for law in found.laws))
+    for number, name in enumerate(found.effects):
+        yield (name, *(_percents(found.values(law, "contrast")[number]) for law in found.laws))
+    for words, told, factor in _SUMMARY:
+        yield (words, *(f"{factor * found.middle(law, told):.0f}" for law in found.laws))
+
+
+_SUMMARY: Any = (
+    ("between fingers (mN)", "spread_n", 1e3),
+    ("error (mN rms)", "rms_error_n", 1e3),
+    ("error as felt (thresholds)", "error_felt", 1.0),
+    ("pattern as felt (thresholds)", "pattern_felt", 1.0),
+)
+
+
+def _percents(contrasts: Array) -> str:
+    return " ".join(f"{100 * each:.0f}" for each in contrasts)

@@ -1,0 +1,73 @@
+"""``frictionloop compare`` on effects: how much of a pattern arrives, for each law, and what is refused."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import pytest
+
+import frictionloop as fl
+from frictionloop.design.comparison.effects import arrived, compare_effects
+from frictionloop.design.comparison.protocol import able, population
+
+R = fl.rendering
+WORDS = ("compare", "--fingers", "6", "--speeds", "80", "--laws", "lookup,observer")
+
+
+def test_a_system_whose_set_point_is_an_effect_is_compared_on_it(frictionloop):
+    bump = R.LIBRARY["bump"]
+    fl.write_toml(fl.bench().evolve({"setpoint.kind": "effect", "setpoint.effect": bump}), "mine.toml")
+    found = frictionloop("compare", "mine.toml", *WORDS[1:], "--json", "--csv", "s.csv").json()["scores"]
+    assert [(row["law"], row["effect"], row["speed_mm_s"]) for row in found] == [
+        (law, "setpoint", 80.0) for law in ("lookup", "observer")
+    ]
+    opened, closed = found
+    assert abs(closed["contrast"] - 1.0) < 0.05 < abs(opened["contrast"] - 1.0)
+    assert closed["spread_n"] < 0.3 * opened["spread_n"]
+    with Path("s.csv").open(newline="") as stream:
+        kept = [float(row["contrast"]) for row in csv.DictReader(stream)]
+    assert kept == [row["contrast"] for row in found]
+    said = frictionloop(*WORDS, "--effects", "bump").out
+    assert f"bump at 80 mm/s, {closed['fingers']:g} fingers" in said
+    assert f"{100 * closed['contrast']:.0f} ({100 * closed['contrast_low']:.0f} to" in said
+
+
+def test_a_cell_is_of_the_capable_fingers_each_on_its_own_device():
+    law = {"controller.kind": "observer"}
+    cell = arrived(fl.bench(), "grating", law, 80.0, 6, 11)
+    people = population(fl.bench(), 6, 11)
+    some = [each for each, counts in zip(people, able(fl.bench(), people, 80.0), strict=True) if counts]
+    table = R.arrivals(["grating"], fl.bench(), some, (80.0,), laws={"observer": law})
+    assert cell["fingers"] == len(some)
+    assert cell["spread_n"] == float(table.spread.squeeze())
+    for name in ("contrast", "error_felt", "pattern_felt"):
+        assert cell[name] == float(table[name].median())
+    assert cell["contrast_low"] <= cell["contrast"] <= cell["contrast_high"]
+
+
+def test_what_is_kept_is_not_run_again():
+    kept, saved = {("lookup", "bump", 80.0): {"contrast": 7.0}}, []
+    found = compare_effects(
+        fl.bench(), ["bump"], 6, laws=["lookup"], speeds_mm_s=[80.0], kept=kept, save=lambda: saved.append(1)
+    )
+    assert (found, saved) == ({("lookup", "bump", 80.0): {"contrast": 7.0}}, [])
+
+
+@pytest.mark.parametrize(
+    ("more", "line"),
+    [
+        (("--effects", "gratin"), "effect: 'gratin' is unknown; did you mean grating"),
+        (("--effects", "bump", "--out", "r.h5"), "out = r.h5: goes with the paper's set-points; on effects take --csv"),
+        (("--effects", "bump", "--duration-s", "5"), "duration_s = 5.0: goes with the paper's set-points"),
+        (("--effects", "bump", "--seed", "3"), "is that of the fingers laws are tuned on"),
+        (("--effects", "bump", "--speeds", "900"), "speeds = 900 mm/s: must be from 2 to 500"),
+        (("--effects", "bump", "--laws", "clairvoyant"), "laws: clairvoyant is told the set-point ahead"),
+    ],
+)
+def test_what_is_wrong_is_one_line(frictionloop, more, line):
+    kept = [word for k in range(1, len(WORDS), 2) if WORDS[k] not in more for word in WORDS[k : k + 2]]
+    answer = frictionloop("compare", *kept, *more)
+    assert (answer.code, answer.out) == (2, "")
+    assert line in answer.err
+    assert len(answer.err.strip().splitlines()) == 1
