@@ -1,5 +1,6 @@
 """Recordings to parameters, with uncertainty: sees datasets only, a simulated rig and a recording look the same."""
 
+from frictionloop.identification.amplitude_protocol import amplitude_protocol
 from frictionloop.identification.bench import Bench, bench, kept_results, to_toml
 from frictionloop.identification.calibration import Calibration, Plateaus, plateaus, weights
 from frictionloop.identification.channel_map import Channel, ChannelMap, read_map
@@ -17,6 +18,7 @@ from frictionloop.identification.hits import Hit, Hits, pick_hits
 from frictionloop.identification.load import load
 from frictionloop.identification.measured import Measured
 from frictionloop.identification.modes import Mode, Modes, modes
+from frictionloop.identification.monotone_table import MonotoneTable, monotone_table
 from frictionloop.identification.noise import (
     NoiseSpectrum,
     band_rms,
@@ -31,6 +33,7 @@ from frictionloop.identification.resonance import Resonance, fit_resonance
 from frictionloop.identification.ring_down import RingDown, fit_ring_down
 from frictionloop.identification.slides import Friction, Slide, friction
 from frictionloop.identification.straightness import Straightness, straightness
+from frictionloop.identification.vibrated import LawFit, Vibrated, vibrated
 
 __all__ = [
     "Bench",
@@ -46,9 +49,11 @@ __all__ = [
     "Hit",
     "Hits",
     "Interval",
+    "LawFit",
     "Measured",
     "Mode",
     "Modes",
+    "MonotoneTable",
     "NoiseSpectrum",
     "Plateaus",
     "Preview",
@@ -61,6 +66,8 @@ __all__ = [
     "Spur",
     "Straightness",
     "Take",
+    "Vibrated",
+    "amplitude_protocol",
     "band_rms",
     "bench",
     "channel",
@@ -74,6 +81,7 @@ __all__ = [
     "kept_results",
     "load",
     "modes",
+    "monotone_table",
     "noise",
     "noise_spectrum",
     "pick_hits",
@@ -88,5 +96,6 @@ __all__ = [
     "straightness",
     "to_toml",
     "uniform_std_n",
+    "vibrated",
     "weights",
 ]
