@@ -11,7 +11,7 @@ from frictionloop.identification import amplitude_protocol, monotone_table, vibr
 
 
 def inside(estimate, truth, method=0.0):
-    """Tell whether a value is in its interval of 99.9 %, which holds for all of a dozen values with one in a hundred."""
+    """Tell whether a value is in its interval of 99.9 %, so that one in eighty sets of a dozen fails."""
     low, high = estimate._replace(standard_error=np.hypot(estimate.standard_error, method)).interval(0.999)
     return low < truth < high
 
@@ -108,3 +108,26 @@ def test_what_is_refused():
     assert "no column 'load'" in refused(plain.drop_vars("load"))
     with pytest.raises(fl.FrictionloopError, match="'steps', 'sweep' or 'noise'"):
         amplitude_protocol(fl.bench(), "jump")
+
+
+def test_a_controller_with_the_table_of_another_law():
+    """On a rough contact the measured table commands the force that is asked for, and the Gaussian's does not."""
+    rough = {"friction.kind": "rough_contact", "friction.occlusion_ratio": 1.0, "friction.moist_loss": 0.0}
+    even = {"friction.roughness_rms": 0.01, "motion.load_drift": 0.0, "motion.tremor_n": 0.0}
+    bench = fl.bench().evolve(rough | even)
+    played = bench.evolve({"controller.kind": "lookup", "setpoint": amplitude_protocol(bench, "sweep", 30.0)})
+    table = monotone_table(vibrated(fl.simulate(played, 30.0)))
+    asked = bench.evolve({"controller.kind": "lookup", "setpoint.offset_n": 0.5, "setpoint.amplitude_n": 0.3})
+    plain = {"controller.model.nominal_n": float(table.force_n[-1])}
+    errors = [fl.rms_error(fl.simulate(asked.evolve(each), 10.0)) for each in (plain, table.overrides())]
+    assert errors[1] < 0.5 * errors[0]
+    device = fl.System.from_tree(asked.evolve(table.overrides()).model_dump()).evolve({"controller.form": "firmware"})
+    assert fl.rms_error(fl.simulate(device, 10.0)) == pytest.approx(errors[1], rel=0.02)
+
+
+def test_a_table_that_does_not_fall_is_refused():
+    for table, says in (((1.0, 2.0, 0.0), "must fall"), ((2.0, 1.0), "must fall")):
+        with pytest.raises(fl.FrictionloopError, match=says):
+            fl.bench().evolve({"controller.model.table_um2": table, "controller.model.table_size": 3})
+    with pytest.raises(fl.FrictionloopError, match="needs a table_size"):
+        fl.bench().evolve({"controller.model.table_um2": (1.0, 0.0)})

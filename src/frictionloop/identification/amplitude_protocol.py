@@ -28,8 +28,8 @@ def amplitude_protocol(
 
     In open loop the lookup table turns the set-point u into the amplitude a = sqrt(ln(f0/u)/tau) by
     ``controller.model``, so u = f0 exp(-tau a^2) commands any a, whatever the finger's own f0 and tau are. Steps take
-    seven levels, even in a^2 from 0 to the largest, in random order; sweep is a slow sine of the force; noise is that of
-    the force, mostly below 2 Hz.
+    seven levels, even in a^2 from 0 to the largest, in random order; sweep is a slow sine of the force; noise is that
+    of the force, mostly below 2 Hz.
 
     Parameters
     ----------

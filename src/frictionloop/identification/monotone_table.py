@@ -15,7 +15,7 @@ from frictionloop.quantities.checks import whole
 
 Array = NDArray[np.float64]
 BINS = 12
-"""Stretches of the amplitude over each of which pieces are averaged (assumed: as many as a curve with one bend needs)."""
+"""Stretches of the amplitude over each of which pieces are averaged (assumed: enough for a curve with one bend)."""
 LEAST_PER_BIN = 3
 LEAST_FALL = 1e-4
 """Least fall of log friction from stretch to stretch, so that each force has one amplitude."""
@@ -39,7 +39,7 @@ class MonotoneTable(NamedTuple):
             "controller.model.max_amplitude_um": largest**0.5,
             "controller.model.susceptibility_per_um2": float(np.log(f0 / floor) / largest),
             "controller.model.table_size": self.square_um2.size,
-            "controller.model.table_um2": tuple(float(f"{each:.6g}") for each in self.square_um2[:-1]) + (0.0,),
+            "controller.model.table_um2": (*(float(f"{each:.6g}") for each in self.square_um2[:-1]), 0.0),
         }
 
 

@@ -47,8 +47,8 @@ class LawFit(NamedTuple):
     aic: float
     """N log(S/N) - segments log(1 - rho^2) + 2k, S the sum of squares less what one residual tells of the next."""
     x: tuple[float, ...]
-    """log f0 at 0.5 N, exponent of the load, growth in contact, share of the effect lost to moisture, log of the time in
-    which that happens, the law's own."""
+    """log f0 at 0.5 N, exponent of the load, growth in contact, share of the effect lost to moisture, log of the time
+    in which that happens, the law's own."""
     residual: float
     """rms of what is left of log friction."""
     carried: float
@@ -62,8 +62,8 @@ class Vibrated:
     nominal: Estimate
     """f0 in N at 0.5 N of load, when the contact begins."""
     susceptibility: Estimate
-    """tau in um^-2, when the contact begins: exp(-tau a^2) is left, or exp(-sqrt(tau) a) if the law is exponential; of a
-    threshold, what the Gaussian comes nearest with."""
+    """tau in um^-2, when the contact begins: exp(-tau a^2) is left, or exp(-sqrt(tau) a) if the law is exponential; of
+    a threshold, what the Gaussian comes nearest with."""
     load_exponent: Estimate
     occlusion_ratio: Estimate
     moist_loss: Estimate
