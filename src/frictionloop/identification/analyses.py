@@ -25,6 +25,7 @@ from frictionloop.identification.quiet import Quiet, noise
 from frictionloop.identification.resonance import Resonance, fit_resonance
 from frictionloop.identification.slides import friction
 from frictionloop.identification.straightness import straightness
+from frictionloop.identification.takes import TAKES
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.whole import read_contents
 
@@ -81,7 +82,7 @@ def analyse(take: Take, folder: Path, sensor: Sensor) -> Part:
         for name, runs in zip(take.files, by_file, strict=True)
     )
     runs = [run for each in by_file for run in each]
-    work = {"weights": _weights, "hits": _hits, "quiet": _quiet, "slides": _slides}[take.kind]
+    work = {"weights": _weights, "hits": _hits, "quiet": _quiet, "slides": _slides, **TAKES}[take.kind]
     try:
         values, told, rows, curves = work(take, runs, sensor, files[0]["date"])
     except FrictionloopError as refused:
@@ -293,7 +294,11 @@ def _slides(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -
     for s in (slide for each in found for slide in each.slides):
         numbers = (f"{s.start_s:.2f}", f"{s.stop_s:.2f}", f"{1e3 * s.speed_m_s:.1f}", f"{s.load_n:.3f}")
         rows.append((*numbers, f"{s.friction_n:.3f}", f"{s.mu:.3f}", f"{s.slope_welch:.2f}, {s.slope_whittle:.2f}"))
-    return [value], [line for each in found for line in each.told], rows, {}
+    curves: dict[str, Any] = {}
+    if take.finger is not None:
+        entries = [{"friction.nominal_n": [float(np.log(e.value)), e.standard_error / e.value]} for e in levels]
+        curves["person"] = {"finger": take.finger, "found": entries}
+    return [value], [line for each in found for line in each.told], rows, curves
 
 
 def _drawn_decay(run: xr.Dataset, take: Take) -> dict[str, list[float]]:

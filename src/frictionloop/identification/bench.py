@@ -11,20 +11,26 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from frictionloop.identification.agreement import Corner, agreed, corners_of, together
 from frictionloop.identification.analyses import Part, Sensor, analyse
 from frictionloop.identification.load import sha256
 from frictionloop.identification.measured import Measured
+from frictionloop.identification.people import People
 from frictionloop.identification.project import Project, Take, read_project
 from frictionloop.parameters import System, preset
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.version import package_version
 
-ORDER = ("weights", "hits", "quiet", "slides")
+ORDER = (
+    *("weights", "hits", "quiet", "load", "position", "scale", "plate", "carrier", "delay", "slides", "amplitude"),
+)
 BELIEVED = {
     "sensor.resonance_hz": "controller.model.resonance_hz",
     "sensor.q": "controller.model.resonance_q",
     "sensor.cutoff_hz": "controller.model.sensor_hz",
     "friction.nominal_n": "controller.model.nominal_n",
+    "friction.susceptibility_per_um2": "controller.model.susceptibility_per_um2",
+    "plate.max_amplitude_um": "controller.model.max_amplitude_um",
 }
 """What the controller believes follows what was measured."""
 LEAST_CORNER = 0.005
@@ -48,6 +54,15 @@ class Bench:
     """What each part depends on, as a hash."""
     analysed: int
     """Entries that were analysed; the others were unchanged since the last time."""
+    people: People | None = None
+    """The population of fingers, where slides of three or more were recorded."""
+    told: tuple[str, ...] = ()
+    """What entries say together: where two measured one value, and what fingers have in common."""
+
+    @property
+    def corners(self) -> tuple[Corner, ...]:
+        """Ends of the intervals at which gains have to hold."""
+        return corners_of(self.measured)
 
 
 def bench(path: str | os.PathLike[str], kept: Mapping[str, Any] | None = None) -> Bench:
@@ -77,7 +92,9 @@ def bench(path: str | os.PathLike[str], kept: Mapping[str, Any] | None = None) -
             part = _part(earlier)
         parts.append((key, part))
         sensor = _knowing(sensor, part)
-    found = {each.path: each for _, part in parts for each in part.measured}
+    found, told_together = agreed([part for _, part in parts])
+    crowd, medians, said = together([part for _, part in parts])
+    found |= {each.path: each for each in medians}
     overrides, stated = _stated(project, sensor)
     if "sensitivity" in found and sensor.unit == "counts":
         overrides["board.force_n_per_count"] = 1 / sensor.sensitivity
@@ -89,13 +106,22 @@ def bench(path: str | os.PathLike[str], kept: Mapping[str, Any] | None = None) -
         overrides[name] = _rounded(each)
         if name in BELIEVED:
             overrides[BELIEVED[name]] = overrides[name]
+    if "controller.model.plate_hz" in found and "plate.q" not in found:
+        frequency = overrides.get("plate.frequency_hz", preset(project.preset).plate.frequency_hz)
+        overrides["plate.q"] = frequency / (2 * found["controller.model.plate_hz"].value)
+        stated["plate.q"] = "from the corner of the envelope, f/(2 Q)"
+    for _, part in parts:
+        for name, value in part.curves.get("overrides", {}).items():
+            overrides[name] = tuple(value) if isinstance(value, list) else value
+            stated[name] = f"from the {part.kind} recordings ({part.files[0]['path']})"
     system = preset(project.preset).evolve(overrides)
     resonance = found.get("sensor.resonance_hz")
     corner = None
     if resonance is not None:
         corner = max((resonance.interval().high - resonance.value) / resonance.value, LEAST_CORNER)
     keys, told = (tuple(each) for each in zip(*parts, strict=True))
-    return Bench(system, told, found, stated, corner, Path(path), keys, analysed)
+    together_told = (*told_together, *said)
+    return Bench(system, told, found, stated, corner, Path(path), keys, analysed, crowd, together_told)
 
 
 def kept_results(found: Bench) -> dict[str, Any]:
@@ -184,7 +210,12 @@ def _key(take: Take, folder: Path, sensor: Sensor) -> str:
         prints = [sha256(folder / name) for name in files]
     except OSError as error:
         raise FrictionloopError(f"{take.kind}: {error.filename}: cannot be read ({error.strerror})") from None
-    told = [prints, take.model_dump(), asdict(sensor) if take.kind in ("quiet", "slides") else {}, package_version()]
+    told = [
+        prints,
+        take.model_dump(),
+        asdict(sensor) if take.kind in ("quiet", "slides", "load", "amplitude") else {},
+        package_version(),
+    ]
     return hashlib.sha256(json.dumps(told, sort_keys=True, default=str).encode()).hexdigest()
 
 
