@@ -1,10 +1,13 @@
 """Recordings to parameters, with uncertainty: sees datasets only, a simulated rig and a recording look the same."""
 
+from frictionloop.identification.agreement import Corner
 from frictionloop.identification.amplitude_protocol import amplitude_protocol
 from frictionloop.identification.bench import Bench, bench, kept_results, to_toml
 from frictionloop.identification.calibration import Calibration, Plateaus, plateaus, weights
+from frictionloop.identification.carrier_drift import CarrierDrift, carrier_drift
 from frictionloop.identification.channel_map import Channel, ChannelMap, read_map
 from frictionloop.identification.channels import channel, rate_of
+from frictionloop.identification.compare import Change, compare
 from frictionloop.identification.estimate import Estimate, Interval
 from frictionloop.identification.figures_of_merit import (
     FloorReading,
@@ -16,6 +19,7 @@ from frictionloop.identification.figures_of_merit import (
 from frictionloop.identification.frequency_response import FrequencyResponse, response
 from frictionloop.identification.hits import Hit, Hits, pick_hits
 from frictionloop.identification.load import load
+from frictionloop.identification.loop_delay import LoopDelay, loop_delay
 from frictionloop.identification.measured import Measured
 from frictionloop.identification.modes import Mode, Modes, modes
 from frictionloop.identification.monotone_table import MonotoneTable, monotone_table
@@ -25,6 +29,9 @@ from frictionloop.identification.noise import (
     floor_density,
     noise_spectrum,
 )
+from frictionloop.identification.people import People, people
+from frictionloop.identification.plate_decay import PlateEnvelope, plate_decay, plate_envelope
+from frictionloop.identification.plate_sweep import PlateResonance, plate_sweep
 from frictionloop.identification.preview import ChannelPreview, Preview, preview
 from frictionloop.identification.project import Converter, Project, Take
 from frictionloop.identification.pulley import PulleyFriction, exponent_for_r2, pulley_friction, r2_with_friction
@@ -36,6 +43,20 @@ from frictionloop.identification.straightness import Straightness, straightness
 from frictionloop.identification.vibrated import LawFit, Vibrated, vibrated
 
 __all__ = [
+    "Corner",
+    "CarrierDrift",
+    "carrier_drift",
+    "Change",
+    "compare",
+    "LoopDelay",
+    "loop_delay",
+    "People",
+    "people",
+    "PlateEnvelope",
+    "plate_decay",
+    "plate_envelope",
+    "PlateResonance",
+    "plate_sweep",
     "Bench",
     "Calibration",
     "Channel",

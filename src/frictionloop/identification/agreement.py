@@ -13,6 +13,8 @@ from frictionloop.identification.people import LEAST_FINGERS, People, people
 
 APART = 3.0
 """Two methods contradict each other where they are so many standard errors apart (assumed)."""
+FINGERS = 1.96
+"""So many spreads on either side hold 95 of 100 fingers."""
 TAU = "friction.susceptibility_per_um2"
 LOOP = (
     *("sensor.resonance_hz", "sensor.q", "sensor.cutoff_hz", "plate.frequency_hz", "plate.q"),
@@ -30,17 +32,24 @@ class Corner(NamedTuple):
     """"low" or "high"."""
 
 
-def corners_of(values: Mapping[str, Measured]) -> tuple[Corner, ...]:
+def corners_of(values: Mapping[str, Measured], crowd: People | None) -> tuple[Corner, ...]:
     """Return both ends of the 95 % interval of each measured value that the loop depends on.
 
-    The controller is not told: ``system.evolve({corner.path: corner.value})`` is the bench it has to hold on.
+    The controller is not told: ``system.evolve({corner.path: corner.value})`` is the bench it has to hold on. The ends
+    are value e^(+-half width/value), never below 0. Of what a population tells they hold 95 of 100 fingers, and not the
+    median alone.
     """
+    spreads = {} if crowd is None else {each.path: FINGERS * each.spread for each in crowd.population.value}
     found = []
     for path in LOOP:
         if path in values:
-            low, high = values[path].interval()
-            found += [Corner(path, low, "low"), Corner(path, high, "high")]
-    return tuple(corner for corner in found if corner.value > 0)
+            each = values[path]
+            half = max((each.interval().high - each.value) / each.value, spreads.get(path, 0.0))
+            found += [
+                Corner(path, each.value * math.exp(-half), "low"),
+                Corner(path, each.value * math.exp(half), "high"),
+            ]
+    return tuple(found)
 
 
 def agreed(parts: Sequence[Part]) -> tuple[dict[str, Measured], tuple[str, ...]]:
@@ -51,7 +60,11 @@ def agreed(parts: Sequence[Part]) -> tuple[dict[str, Measured], tuple[str, ...]]
             every.setdefault(each.path, []).append(each)
     chosen = {path: min(values, key=lambda each: each.error) for path, values in every.items()}
     told = []
+    # Fingers differ; that is no contradiction.
+    several = len({part.curves["person"]["finger"] for part in parts if part.curves.get("person")}) > 1
     for path, values in every.items():
+        if several and path.startswith("friction."):
+            continue
         best = chosen[path]
         for other in values:
             if other is best:

@@ -62,7 +62,7 @@ class Bench:
     @property
     def corners(self) -> tuple[Corner, ...]:
         """Ends of the intervals at which gains have to hold."""
-        return corners_of(self.measured)
+        return corners_of(self.measured, self.people)
 
 
 def bench(path: str | os.PathLike[str], kept: Mapping[str, Any] | None = None) -> Bench:
@@ -170,6 +170,8 @@ def _comment(table: Any, prefix: str, said: Mapping[str, str]) -> None:
 
 def _rounded(each: Measured) -> float:
     """Return a value to a hundredth of its standard error."""
+    if each.value == 0:
+        return 0.0
     return float(
         f"{each.value:.{max(round(math.log10(abs(each.value) / max(each.error, 1e-12 * abs(each.value)))) + 3, 3)}g}"
     )

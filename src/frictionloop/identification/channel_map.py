@@ -15,6 +15,10 @@ from frictionloop.parameters.description import Description
 from frictionloop.quantities import FrictionloopError
 
 Window = tuple[Number, Number]
+USUAL = {"mass": "kg", "frequency": "Hz", "vibration": "um", "envelope": "um", "amplitude": "um", "a": "um"}
+USUAL |= {"drive": "", "jump": "V", "answer": "V", "minutes": "min", "temperature": "degC"}
+USUAL |= {"position": "m", "speed": "m/s"}
+"""Unit of a channel of which nothing is said, by its name; of the others it is N."""
 
 
 class Channel(Block):
@@ -28,7 +32,8 @@ class Channel(Block):
     """Unit of the column, where the file says none or a wrong one: N, mN, V, mV, kg, g, counts."""
     scale: Annotated[Number, Field(description="What one of the column's unit is, in ``gives``.")] | None = None
     gives: str | None = None
-    """Unit after ``scale``: N, V, kg, m or counts; left out, kg for a channel called mass and N for the others."""
+    """Unit after ``scale``: N, V, kg, m, um, Hz or counts; left out, what a channel of that name usually has: kg for
+    mass, m for position, um for vibration, N for forces."""
     sign: Annotated[Whole, Field(ge=-1, le=1)] = 1
     """-1 turns the channel round."""
     zero_s: Window | None = None

@@ -14,7 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.ndimage import shift
 
-from frictionloop.identification.channel_map import Channel, ChannelMap, read_map
+from frictionloop.identification.channel_map import USUAL, Channel, ChannelMap, read_map
 from frictionloop.identification.sampling import Sampling, sampling_of
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.units import UNITS, known_unit
@@ -220,7 +220,7 @@ def _factor(where: str, name: str, line: found.Channel, told: Channel, mapped: b
     stated = told.unit or line.unit
     base = UNITS.get(known_unit(stated or "") or "")
     if told.scale is not None:
-        return told.scale, told.gives or ("kg" if name == "mass" else "N")
+        return told.scale, told.gives or USUAL.get(name, "N")
     if base is not None:
         if told.gives is not None and told.gives != base[0]:
             raise FrictionloopError(
@@ -230,4 +230,4 @@ def _factor(where: str, name: str, line: found.Channel, told: Channel, mapped: b
     if told.gives is not None or not mapped:
         return 1.0, told.gives or stated or ""
     # A channel of which nothing is said is in the unit of its kind; counts and the like are kept as they are.
-    return 1.0, stated or ("kg" if name == "mass" else "N")
+    return 1.0, stated or USUAL.get(name, "N")

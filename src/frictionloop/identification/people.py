@@ -5,19 +5,44 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
+from scipy.stats import chi2
 
-from frictionloop.identification.estimate import Estimate
+from frictionloop.identification.estimate import Estimate, Interval
 from frictionloop.parameters.population import Population, Spread
 from frictionloop.quantities import FrictionloopError, unit_of
 
 Array = NDArray[np.float64]
-LEAST_FINGERS = 3
+LEAST_FINGERS, LEAST_CORRELATED = 3, 5
+"""Fingers from which a spread is told, and from which a correlation is: of three or four it is often 1 by chance."""
 Entry = Mapping[str, Sequence[float]]
 """Path -> (logarithm of the value, its standard error), of one recording or slide."""
+
+
+class FingerSpread(NamedTuple):
+    """How far fingers differ: the standard deviation of a logarithm over fingers."""
+
+    value: float
+    total: float
+    """Variance of the fingers' means, value^2 and what scatters within a finger."""
+    noise: float
+    """The latter."""
+    freedom: float
+
+    def interval(self, confidence: float = 0.95) -> Interval:
+        """Return the interval from that of the whole variance, a chi square over its degrees of freedom."""
+        ends = chi2.ppf([(1 + confidence) / 2, (1 - confidence) / 2], self.freedom)
+        squares = np.maximum(self.freedom * self.total / ends - self.noise, 0.0)
+        return Interval(*np.sqrt(squares).tolist())
+
+    def __str__(self) -> str:
+        """Value, and the interval of 95 % in brackets."""
+        low, high = self.interval()
+        return f"{self.value:.2g} ({low:.2g} to {high:.2g})"
 
 
 @dataclass(frozen=True)
@@ -26,7 +51,7 @@ class People:
 
     population: Population
     medians: tuple[Estimate, ...]
-    spreads: tuple[Estimate, ...]
+    spreads: tuple[FingerSpread, ...]
     """Of the logarithms, from finger to finger, what scatters within one taken off."""
     correlations: tuple[tuple[str, str, Estimate], ...]
     within: Array
@@ -47,6 +72,8 @@ class People:
         lines += [f"{a} and {b} go together by {estimate}" for a, b, estimate in self.correlations]
         if len(self.names) < 8:
             lines.append("fewer than eight fingers: spreads and correlations are rough")
+        if len(self.names) < LEAST_CORRELATED:
+            lines.append(f"correlations need {LEAST_CORRELATED} fingers: none is assumed")
         return tuple(lines)
 
 
@@ -85,10 +112,12 @@ def people(measured: Mapping[str, Sequence[Entry]]) -> People:
     total = np.mean(noise, axis=0)
     medians, spreads, spread = _estimates(paths, between, total, mu, len(names))
     safe = np.where(spread > 0, spread, 1.0)
-    matrix = between / np.outer(safe, safe)
+    matrix = between / np.outer(safe, safe) if len(names) >= LEAST_CORRELATED else np.eye(len(paths))
     np.fill_diagonal(matrix, 1.0)
     pairs = tuple(
-        (paths[a], paths[b], _correlation(float(matrix[a, b]), len(names))) for a in range(len(paths)) for b in range(a)
+        (paths[a], paths[b], _correlation(float(matrix[a, b]), len(names)))
+        for a in range(len(paths) if len(names) >= LEAST_CORRELATED else 0)
+        for b in range(a)
     )
     rows = tuple(tuple(round(float(each), 4) for each in row) for row in matrix) if len(paths) > 1 else ()
     value = tuple(
@@ -149,8 +178,8 @@ def _pooled(raw: Array, noise: Array, between: Array, mu: Array) -> tuple[Array,
 
 def _estimates(
     paths: Sequence[str], between: Array, noise: Array, mu: Array, fingers: int
-) -> tuple[tuple[Estimate, ...], tuple[Estimate, ...], Array]:
-    """Return medians and spreads; a variance s^2 + v over n fingers is known to its share sqrt(2/(n - 1))."""
+) -> tuple[tuple[Estimate, ...], tuple[FingerSpread, ...], Array]:
+    """Return medians and spreads, and the latter as numbers."""
     spread = np.sqrt(np.maximum(np.diag(between), 0.0))
     total = np.diag(between) + np.diag(noise)
     freedom = fingers - 1.0
@@ -158,12 +187,10 @@ def _estimates(
         Estimate(math.exp(m), math.exp(m) * math.sqrt(t / fingers), unit_of(path), freedom)
         for path, m, t in zip(paths, mu, total, strict=True)
     )
-    # Where the spread vanishes its square is still known no better than this.
-    errors = [
-        t / math.sqrt(2 * freedom) / max(s, math.sqrt(t * math.sqrt(2 / freedom)) / 2)
-        for s, t in zip(spread, total, strict=True)
-    ]
-    found = tuple(Estimate(float(s), float(e), "", freedom) for s, e in zip(spread, errors, strict=True))
+    inside = np.diag(noise)
+    found = tuple(
+        FingerSpread(float(s), float(t), float(v), freedom) for s, t, v in zip(spread, total, inside, strict=True)
+    )
     return medians, found, spread
 
 

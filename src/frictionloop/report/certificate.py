@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import platform
@@ -22,10 +23,11 @@ from frictionloop.parameters import preset
 from frictionloop.parameters.wording import known_names
 from frictionloop.quantities import replacing, unit_of
 from frictionloop.quantities.version import package_version
+from frictionloop.report import bench_figures
 from frictionloop.report.importance import importance
 from frictionloop.report.style import BLUE, GREY, SILVER, VERMILLION, inline, new_figure, styled, svg
 
-TITLES = {"weights": "Weights", "hits": "Hits", "quiet": "Quiet", "slides": "Slides"}
+TITLES = {"weights": "Weights", "hits": "Hits", "quiet": "Quiet", "slides": "Slides", **bench_figures.TITLES}
 
 
 def write_certificate(found: Bench, path: str | os.PathLike[str]) -> Path | None:
@@ -72,8 +74,24 @@ def certificate(found: Bench) -> str:
         important=importance(found),
         peak=lambda ms: "out of reach" if math.isnan(ms) else f"{ms:.2f}" if math.isfinite(ms) else "unstable",
         corner=found.resonance_error,
+        corners=found.corners,
+        together=found.told,
+        crowd=_crowd(found),
+        held=Markup(_held(found)),
         files=[each for part in found.parts for each in part.files],
     )
+
+
+def _crowd(found: Bench) -> Markup | None:
+    if found.people is None:
+        return None
+    return Markup(inline(svg(bench_figures.crowd(found.people), "crowd"), "fingers"))
+
+
+def _held(found: Bench) -> str:
+    """Return the measured values as JSON that no tag can end, for ``identify compare``."""
+    values = {"measured": [each.as_dict() for each in found.measured.values()]}
+    return json.dumps(values).replace("<", "\\u003c")
 
 
 def _value(found: Bench, name: str) -> Any:
@@ -166,5 +184,7 @@ DRAWINGS: dict[str, dict[str, Callable[[Mapping[str, Any]], Figure]]] = {
     "weights": {"force_n": _line},
     "hits": {"decay": _decay, "poles": _poles, "response": _response},
     "quiet": {"density": _density},
+    "load": {"force_n": _line},
     "slides": {},
+    **bench_figures.DRAWINGS,
 }

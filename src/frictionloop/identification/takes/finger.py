@@ -38,9 +38,10 @@ def amplitude(take: Any, runs: Sequence[xr.Dataset], sensor: Any, date: str) -> 
     ]
     more = {"load_exponent": "load", "occlusion_ratio": "occlusion", "moist_loss": "loss"}
     for name, prior in more.items():
-        value = line(f"friction.{name}", [getattr(f, name) for f in found], none)
+        each = [getattr(f, name) for f in found]
+        value = line(f"friction.{name}", [one._replace(value=max(one.value, 0.0)) for one in each], none)
         # What the recordings do not tell is what was known before, and stays assumed.
-        if value.error < 0.5 * PRIORS[prior][1] and value.value > 0:
+        if value.error < 0.5 * PRIORS[prior][1]:
             values.append(value)
     curves: dict[str, Any] = {"law": _drawn(whole), "overrides": _overrides(whole)}
     if take.finger is not None:

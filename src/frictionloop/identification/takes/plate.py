@@ -95,7 +95,7 @@ def scale(take: Any, runs: Sequence[xr.Dataset], sensor: Any, date: str) -> Foun
     for line in lines:
         left = line.y - line.offset.value - line.slope.value * line.x
         rows += [(f"{x:.4g}", f"{y:.4g}", f"{r:+.2g}") for x, y, r in zip(line.x, line.y, left, strict=True)]
-    curves = _line_drawn(lines[0], f"drive ({unit or 'duty'})", "amplitude (um)")
+    curves = _line_drawn(lines[0], f"drive ({unit or 'duty'})", "amplitude (µm)")
     return values, told, rows[:200], {"pairs": curves}
 
 
