@@ -26,7 +26,12 @@ def lab(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def found(lab):
-    return fl.identify.bench(lab)
+    """Also keeps the results beside the projects, so that the commands analyse nothing twice."""
+    measured = fl.identify.bench(lab)
+    for name in ("lab", "other", "few"):
+        results = json.dumps(fl.identify.kept_results(measured), default=lambda each: each.tolist())
+        (lab.parent / f"{name}.results.json").write_text(results)
+    return measured
 
 
 def test_values_are_in_their_intervals(found):
@@ -72,7 +77,7 @@ def test_gains_at_all_corners_hold_on_the_true_bench(found):
             assert loop.margins().stable and loop.margins().sensitivity_peak < 2.0
 
 
-def test_command_certificate_and_comparison(lab, tmp_path, capsys):
+def test_command_certificate_and_comparison(lab, found, tmp_path, capsys):
     page, people, out = tmp_path / "c.html", tmp_path / "people.toml", tmp_path / "b.toml"
     code, shown, _ = run(capsys, "bench", lab, "--report", page, "--population", people, "--out", out)
     assert code == 0 and "they agree" in shown and "3 fingers" in shown
@@ -97,7 +102,7 @@ def test_command_certificate_and_comparison(lab, tmp_path, capsys):
     assert changed == ["plate.frequency_hz"]
 
 
-def test_what_the_commands_refuse(lab, tmp_path, capsys):
+def test_what_the_commands_refuse(lab, found, tmp_path, capsys):
     (tmp_path / "page.html").write_text("<p>no certificate</p>")
     code, _, said = run(capsys, "compare", tmp_path / "page.html", tmp_path / "page.html")
     assert code == 2 and "holds no measured values" in said and said.count("\n") == 1
