@@ -17,7 +17,7 @@ from frictionloop.identification.load import sha256
 from frictionloop.identification.measured import Measured
 from frictionloop.identification.people import People
 from frictionloop.identification.project import Project, Take, read_project
-from frictionloop.parameters import System, preset
+from frictionloop.parameters import ResonantPlate, System, preset
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.version import package_version
 
@@ -107,7 +107,7 @@ def bench(path: str | os.PathLike[str], kept: Mapping[str, Any] | None = None) -
         if name in BELIEVED:
             overrides[BELIEVED[name]] = overrides[name]
     if "controller.model.plate_hz" in found and "plate.q" not in found:
-        frequency = overrides.get("plate.frequency_hz", preset(project.preset).plate.frequency_hz)
+        frequency = overrides.get("plate.frequency_hz", ResonantPlate().frequency_hz)
         overrides["plate.q"] = frequency / (2 * found["controller.model.plate_hz"].value)
         stated["plate.q"] = "from the corner of the envelope, f/(2 Q)"
     for _, part in parts:

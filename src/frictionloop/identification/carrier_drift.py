@@ -59,17 +59,15 @@ def carrier_drift(recording: xr.Dataset) -> CarrierDrift:
         minutes = np.asarray(recording["time"].values, dtype=float) / 60
     if frequency.size < 4:
         raise FrictionloopError(f"recording: 'frequency' has {frequency.size} values: must have four at least")
+    when, where = minutes, frequency
     # A tracked resonance wanders from sample to sample: means of a twentieth are taken for independent.
     if frequency.size > 40:
-        parts = [np.array_split(each, 20) for each in (minutes, frequency)]
-        pairs = tuple(np.array([float(each.mean()) for each in part]) for part in parts)
-    else:
-        pairs = (minutes, frequency)
-    line = straight_scale(*pairs, "Hz/min")
+        when, where = (np.array([part.mean() for part in np.array_split(each, 20)]) for each in (minutes, frequency))
+    line = straight_scale(when, where, "Hz/min")
     per_kelvin = None
     if "temperature" in recording:
         temperature = channel(recording, "temperature", ("degC", "K", ""), dim=dim)
         per_kelvin = straight_scale(temperature, frequency, "Hz/K").slope
     return CarrierDrift(
-        line.slope, line.method, float(np.ptp(pairs[1])), per_kelvin, 60 * minutes, frequency,
+        line.slope, line.method, float(np.ptp(where)), per_kelvin, 60 * minutes, frequency,
     )  # fmt: skip

@@ -159,5 +159,5 @@ def _begin(piece: Array, before: int, rate_hz: float) -> tuple[float, float, flo
     ]
     best = min(tried, key=lambda fit: float(fit.cost))
     curve = fitted(best.x)
-    misfit = float(np.linalg.norm(curve - rise) / max(np.linalg.norm(rise), 1e-300))
+    misfit = float(np.linalg.norm(curve - rise) / max(float(np.linalg.norm(rise)), 1e-300))
     return float(best.x[0]) / rate_hz, line, misfit, curve + level

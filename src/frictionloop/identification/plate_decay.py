@@ -23,6 +23,7 @@ WORST_MISFIT = 0.1
 """Most of a rise or fall that one time constant may leave unexplained (assumed)."""
 LEAST_JUMP = 0.3
 """A jump is a change by more than this share of the largest (assumed)."""
+Ring = tuple[float, float, float, float, float, Array]
 CONSTANTS = 8.0
 """So many time constants after a jump are fitted: e^-8 is left."""
 
@@ -176,9 +177,7 @@ def _jumps(envelope: Array, size: int) -> list[tuple[int, int, bool]]:
     return falls or [(a, b, False) for a, b in found]
 
 
-def _ring(
-    piece: Array, rate_hz: float, carrier_hz: float, falls: bool
-) -> tuple[float, float, float, float, float, Array]:
+def _ring(piece: Array, rate_hz: float, carrier_hz: float, falls: bool) -> Ring:
     """Return resonance in Hz, Q, misfit, the errors of both, and the fitted curve."""
     time = np.arange(piece.size) / rate_hz
     width = carrier_hz / 100
@@ -204,7 +203,7 @@ def _ring(
     best = min(tried, key=lambda fit: float(fit.cost))
     errors = sandwich(best.jac, best.fun).standard
     q = math.exp(best.x[1])
-    misfit = float(np.linalg.norm(best.fun) / max(np.linalg.norm(piece), 1e-300))
+    misfit = float(np.linalg.norm(best.fun) / max(float(np.linalg.norm(piece)), 1e-300))
     hertz = float(carrier_hz + width * best.x[0])
     return hertz, q, misfit, float(width * errors[0]), float(q * errors[1]), fitted(best.x)
 
@@ -226,7 +225,7 @@ def _exponential(piece: Array, rate_hz: float) -> tuple[float, float, float, Arr
     return constant, float(np.linalg.norm(fit.fun) / np.linalg.norm(piece - ends[1])), error, fitted(fit.x)
 
 
-def _over(fits: list[tuple], late: list[tuple]) -> tuple[list[float], list[float], float, list[float]]:
+def _over(fits: list[Ring], late: list[Ring]) -> tuple[list[float], list[float], float, list[float]]:
     """Return mean, standard error, degrees of freedom, and how far later fits move the mean, of resonance and Q."""
     both, other = (np.array([fit[:2] for fit in each]) for each in (fits, late))
     if len(fits) > 1:

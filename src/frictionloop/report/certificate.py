@@ -62,7 +62,7 @@ def certificate(found: Bench) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    parts = [(TITLES[part.kind], part, _figures(part, k)) for k, part in enumerate(found.parts)]
+    parts = [(_title(part), part, _figures(part, k)) for k, part in enumerate(found.parts)]
     return environment.get_template("certificate.html.jinja").render(
         name=re.sub(r"\.toml$", "", found.project.name),
         version=package_version(),
@@ -73,6 +73,7 @@ def certificate(found: Bench) -> str:
         assumed=_assumed(found),
         important=importance(found),
         peak=lambda ms: "out of reach" if math.isnan(ms) else f"{ms:.2f}" if math.isfinite(ms) else "unstable",
+        left=lambda n: f"{1e3 * n:.3g} mN" if math.isfinite(n) else "–",
         corner=found.resonance_error,
         corners=found.corners,
         together=found.told,
@@ -80,6 +81,11 @@ def certificate(found: Bench) -> str:
         held=Markup(_held(found)),
         files=[each for part in found.parts for each in part.files],
     )
+
+
+def _title(part: Part) -> str:
+    whose = part.curves.get("person")
+    return TITLES[part.kind] + (f": {whose['finger']}" if whose else "")
 
 
 def _crowd(found: Bench) -> Markup | None:

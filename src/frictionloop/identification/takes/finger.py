@@ -46,7 +46,7 @@ def amplitude(take: Any, runs: Sequence[xr.Dataset], sensor: Any, date: str) -> 
     curves: dict[str, Any] = {"law": _drawn(whole), "overrides": _overrides(whole)}
     if take.finger is not None:
         curves["person"] = {"finger": take.finger, "found": [_logs(f) for f in found]}
-    rows = [("law", "AIC above the best", "scatter", "what it says")]
+    rows: list[tuple[str, ...]] = [("law", "AIC above the best", "scatter", "what it says")]
     best = whole.laws[0].aic
     rows += [(each.name, f"{each.aic - best:.1f}", f"{each.residual:.1%}", each.words) for each in whole.laws]
     return values, list(whole.told), rows, curves
@@ -73,9 +73,12 @@ def _logs(found: Vibrated) -> dict[str, Any]:
 def _drawn(found: Vibrated) -> dict[str, Any]:
     step = max(found.amplitude_um.size // POINTS, 1)
     fine = np.linspace(0.0, found.largest_um, 60)
-    laws = {law.name: law for law in LAWS}
+    laws, level = {law.name: law for law in LAWS}, math.log(found.nominal.value)
+    # Each law has an f0 of its own, and what is drawn is the share of the f0 that is told.
     curves = {
-        fit.name: np.exp(-laws[fit.name].exponent(fine, np.array(fit.x[FIXED:]), found.largest_um)).tolist()
+        fit.name: np.exp(
+            fit.x[0] - level - laws[fit.name].exponent(fine, np.array(fit.x[FIXED:]), found.largest_um)
+        ).tolist()
         for fit in found.laws
     }
     share = np.exp(found.log_share[::step])

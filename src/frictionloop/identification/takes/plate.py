@@ -39,7 +39,7 @@ def plate(take: Any, runs: Sequence[xr.Dataset], sensor: Any, date: str) -> Foun
         measured("plate.q", [f.q for f in found], [f.method_q for f in found], how, take.files, date),
         measured(CORNER, [f.corner for f in found], [f.method_corner_hz for f in found], how, take.files, date),
     ]
-    rows = [("recording", "resonance", "Q", "corner of the envelope", "left")]
+    rows: list[tuple[str, ...]] = [("recording", "resonance", "Q", "corner of the envelope", "left")]
     rows += [
         (name, f"{f.resonance}", f"{f.q}", f"{f.corner}", f"{f.misfit:.1%}")
         for name, f in zip(take.files, found, strict=False)
@@ -58,7 +58,7 @@ def _envelope(take: Any, runs: Sequence[xr.Dataset], date: str) -> Found:
     found = [plate_envelope(run) for run in runs]
     how = f"{sum(f.jumps for f in found)} falls or rises of the envelope"
     value = measured(CORNER, [f.corner for f in found], [f.method_hz for f in found], how, take.files, date)
-    rows = [
+    rows: list[tuple[str, ...]] = [
         ("recording", "corner", "left"),
         *((n, f"{f.corner}", f"{f.misfit:.1%}") for n, f in zip(take.files, found, strict=False)),
     ]
@@ -91,7 +91,7 @@ def scale(take: Any, runs: Sequence[xr.Dataset], sensor: Any, date: str) -> Foun
                 f"the largest drive measured is {beyond:g}: the amplitude at {take.full_drive:g} is a guess beyond it"
             )
     unit = pairs[0][2]
-    rows = [("drive", "amplitude (um)", "residual (um)")]
+    rows: list[tuple[str, ...]] = [("drive", "amplitude (um)", "residual (um)")]
     for line in lines:
         left = line.y - line.offset.value - line.slope.value * line.x
         rows += [(f"{x:.4g}", f"{y:.4g}", f"{r:+.2g}") for x, y, r in zip(line.x, line.y, left, strict=True)]
@@ -147,7 +147,7 @@ def carrier(take: Any, runs: Sequence[xr.Dataset], sensor: Any, date: str) -> Fo
     slopes = [f.per_kelvin for f in found if f.per_kelvin is not None]
     if slopes:
         values.append(measured("carrier_drift_per_kelvin", slopes, [0.0] * len(slopes), how, take.files, date))
-    rows = [("recording", "drift", "largest less least")]
+    rows: list[tuple[str, ...]] = [("recording", "drift", "largest less least")]
     rows += [(name, f"{f.rate}", f"{f.span_hz:.3g} Hz") for name, f in zip(take.files, found, strict=False)]
     first = found[0]
     middle = float(first.frequency_hz.mean())
@@ -175,7 +175,7 @@ def delay(take: Any, runs: Sequence[xr.Dataset], sensor: Any, date: str) -> Foun
         ", half a control period of waiting taken off" if take.waits else ""
     )
     value = measured("controller.delay_s", [f.delay for f in found], [f.method_s for f in found], how, take.files, date)
-    rows = [("recording", "delay", "jump to answer", "scatter of jumps")]
+    rows: list[tuple[str, ...]] = [("recording", "delay", "jump to answer", "scatter of jumps")]
     rows += [
         (n, f"{f.delay}", f"{f.whole}", f"{1e6 * f.spread_s:.0f} us") for n, f in zip(take.files, found, strict=False)
     ]

@@ -48,7 +48,7 @@ def load(take: Any, runs: Sequence[xr.Dataset], sensor: Any, date: str) -> Found
         "offset": values[1].value,
         "overrides": _board("load_n_per_count", values[0].value, "load_zero_counts", values[1].value, unit),
     }
-    rows = [("mass (g)", f"reading ({unit})", "residual (mN)")]
+    rows: list[tuple[str, ...]] = [("mass (g)", f"reading ({unit})", "residual (mN)")]
     for line in lines:
         parts = zip(line.steps.mass_kg, line.steps.reading, line.residuals_n, strict=True)
         rows += [(f"{1e3 * m:.4g}", f"{y:.6g}", f"{1e3 * r:+.3g}") for m, y, r in parts]
@@ -85,7 +85,7 @@ def position(take: Any, runs: Sequence[xr.Dataset], sensor: Any, date: str) -> F
     slopes, methods = [line.slope for line in found], [line.method for line in found]
     value = measured("position_scale", slopes, methods, how, take.files, date)
     told = [f"R2 = {line.r2:.6f}, residual {1e6 * line.residual:.2g} um rms" for line in found]
-    rows = [("reading", "position (mm)")]
+    rows: list[tuple[str, ...]] = [("reading", "position (mm)")]
     rows += [(f"{x:.6g}", f"{1e3 * y:.4g}") for line in found for x, y in zip(line.x[:200], line.y[:200], strict=True)]
     overrides = {"board.position_m_per_count": value.value} if unit == "counts" else {}
     drawn = _line_drawn(found[0], f"reading ({unit})", "position (m)")
