@@ -19,6 +19,8 @@ AMPLITUDE_UNITS = ("um", "V", "")
 """Volts and duties too, so that electroadhesion is recognised before a scale is asked for."""
 STEADY = 0.7
 """A finger slides where its speed is above this share of the median of its movement (assumed)."""
+TOUCHING = 0.3
+"""A finger touches above this share of the largest usual load, the 90th percentile (assumed)."""
 TURN_S = 0.1
 """Time left out on both sides of a turn, while the skin is stretched the other way (assumed)."""
 SETTLE_S = 0.06
@@ -70,7 +72,7 @@ def sliding_pieces(recording: xr.Dataset, piece_s: float, plate_hz: float | None
         decay = float(np.exp(-2 * np.pi * plate_hz / rate_hz))
         amplitude = lfilter([1 - decay], [1, -decay], amplitude, zi=[decay * amplitude[0]])[0]
     speed = _speed(recording, rate_hz)
-    touches = load > 0.3 * np.median(load)
+    touches = load > TOUCHING * np.percentile(load, 90)
     slides = _slides(speed, touches, rate_hz) & ~_after_jumps(amplitude, rate_hz)
     edges = np.flatnonzero(np.diff(np.concatenate([[False], slides, [False]]).astype(np.int8))).reshape(-1, 2)
     landed = np.maximum.accumulate(np.where(np.diff(touches, prepend=touches[0]), np.arange(touches.size), 0))
@@ -89,7 +91,8 @@ def sliding_pieces(recording: xr.Dataset, piece_s: float, plate_hz: float | None
                 amplitudes.append(amplitude[piece])
     if len(rows) < LEAST_PIECES:
         raise FrictionloopError(
-            f"recording: {len(rows)} pieces of {piece_s:g} s in which a finger slides: must be at least {LEAST_PIECES}"
+            f"recording: {len(rows)} pieces of {piece_s:g} s in which a finger slides and the amplitude has not just "
+            f"jumped: must be at least {LEAST_PIECES}"
         )
     friction_, load_, contact, follows = (np.array(each) for each in zip(*rows, strict=True))
     return Pieces(friction_, load_, contact, np.array(amplitudes), follows.astype(bool))
@@ -105,7 +108,7 @@ def _speed(recording: xr.Dataset, rate_hz: float) -> Array:
 
 def _slides(speed: Array, touches: NDArray[np.bool_], rate_hz: float) -> NDArray[np.bool_]:
     """Return where a finger touches and slides at its usual speed, away from its turns."""
-    moving = np.abs(speed) > 0.1 * np.percentile(np.abs(speed), 95)
+    moving = touches & (np.abs(speed) > 0.1 * np.percentile(np.abs(speed), 95))
     usual = float(np.median(np.abs(speed[moving]))) if moving.any() else np.inf
     steady = touches & (np.abs(speed) > STEADY * usual)
     margin = max(round(TURN_S * rate_hz), 1)
