@@ -1,7 +1,8 @@
 """Recordings to parameters, with uncertainty: sees datasets only, a simulated rig and a recording look the same."""
 
-from frictionloop.identification.bench import Bench, bench, kept_results, to_toml
-from frictionloop.identification.calibration import Calibration, Plateaus, plateaus, weights
+from frictionloop.identification.bench import Bench, bench
+from frictionloop.identification.bench_file import to_toml
+from frictionloop.identification.calibration import Calibration, weights
 from frictionloop.identification.channel_map import Channel, ChannelMap, read_map
 from frictionloop.identification.channels import channel, rate_of
 from frictionloop.identification.estimate import Estimate, Interval
@@ -14,6 +15,7 @@ from frictionloop.identification.figures_of_merit import (
 )
 from frictionloop.identification.frequency_response import FrequencyResponse, response
 from frictionloop.identification.hits import Hit, Hits, pick_hits
+from frictionloop.identification.kept import kept_results
 from frictionloop.identification.load import load
 from frictionloop.identification.measured import Measured
 from frictionloop.identification.modes import Mode, Modes, modes
@@ -23,13 +25,15 @@ from frictionloop.identification.noise import (
     floor_density,
     noise_spectrum,
 )
+from frictionloop.identification.plateaus import Plateaus, plateaus
 from frictionloop.identification.preview import ChannelPreview, Preview, preview
 from frictionloop.identification.project import Converter, Project, Take
 from frictionloop.identification.pulley import PulleyFriction, exponent_for_r2, pulley_friction, r2_with_friction
-from frictionloop.identification.quiet import Quiet, Spur, noise
+from frictionloop.identification.quiet import Quiet, noise
 from frictionloop.identification.resonance import Resonance, fit_resonance
 from frictionloop.identification.ring_down import RingDown, fit_ring_down
 from frictionloop.identification.slides import Friction, Slide, friction
+from frictionloop.identification.spurs import Spur
 from frictionloop.identification.straightness import Straightness, straightness
 
 __all__ = [

@@ -17,7 +17,7 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from frictionloop.identification import Bench
-from frictionloop.identification.analyses import Part
+from frictionloop.identification.parts.part import Part
 from frictionloop.parameters import preset
 from frictionloop.parameters.wording import known_names
 from frictionloop.quantities import replacing, unit_of

@@ -1,0 +1,72 @@
+"""A column of a file in the unit, the sign and the time that a map gives it."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.ndimage import shift
+
+from frictionloop.identification.channel_map import Channel
+from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.units import UNITS, known_unit
+from frictionloop.recordings import contents as found
+
+Array = NDArray[np.float64]
+
+
+def variable(
+    where: str, name: str, line: found.Channel, told: Channel, rate_hz: float, dim: str, mapped: bool
+) -> xr.Variable:
+    """Return a column unwrapped, less its zero, scaled, turned and moved as the map says."""
+    if line.samples.dtype.kind == "c":
+        raise FrictionloopError(
+            f"{where}: column {line.name!r} is complex, a response over frequency; accepted: samples"
+        )
+    values = np.asarray(line.samples, dtype=float)
+    if mapped:
+        bad = np.flatnonzero(~np.isfinite(values))
+        if bad.size:
+            raise FrictionloopError(
+                f"{where}: column {line.name!r} is {values[bad[0]]} at row {bad[0]} and {bad.size - 1} more; "
+                "accepted: numbers"
+            )
+        if values.size > 1 and np.ptp(values) == 0:
+            raise FrictionloopError(f"{where}: column {line.name!r} is {values[0]:g} throughout; is it the right one?")
+    if told.wrap is not None:
+        values = np.unwrap(values, period=told.wrap)
+    if told.zero_s is not None:
+        values = values - _zero(where, name, values, told.zero_s, rate_hz)
+    factor, unit = _factor(where, name, line, told, mapped)
+    values = (told.sign or 1) * factor * values
+    if told.delay_s:
+        values = shift(values, -told.delay_s * rate_hz, order=3, mode="nearest")
+    return xr.Variable(dim, values, {"units": unit, "long_name": line.name})
+
+
+def _zero(where: str, name: str, values: Array, window: tuple[float, float], rate_hz: float) -> float:
+    first, stop = round(window[0] * rate_hz), round(window[1] * rate_hz)
+    if not 0 <= first < stop <= values.size:
+        raise FrictionloopError(
+            f"{where}: channels.{name}.zero_s = {window[0]:g} to {window[1]:g} s holds no samples; accepted: within 0 "
+            f"to {values.size / rate_hz:g}"
+        )
+    return float(values[first:stop].mean())
+
+
+def _factor(where: str, name: str, line: found.Channel, told: Channel, mapped: bool) -> tuple[float, str]:
+    """Return what a column is multiplied by, and the unit that this gives."""
+    stated = told.unit or line.unit
+    base = UNITS.get(known_unit(stated or "") or "")
+    if told.scale is not None:
+        return told.scale, told.gives or ("kg" if name == "mass" else "N")
+    if base is not None:
+        if told.gives is not None and told.gives != base[0]:
+            raise FrictionloopError(
+                f"{where}: channels.{name}: {stated} is no {told.gives}; accepted: a scale in {told.gives}/{stated}"
+            )
+        return base[1], base[0]
+    if told.gives is not None or not mapped:
+        return 1.0, told.gives or stated or ""
+    # A channel of which nothing is said is in the unit of its kind; counts and the like are kept as they are.
+    return 1.0, stated or ("kg" if name == "mass" else "N")
