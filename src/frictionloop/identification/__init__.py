@@ -14,6 +14,7 @@ from frictionloop.identification.figures_of_merit import (
     uniform_std_n,
 )
 from frictionloop.identification.frequency_response import FrequencyResponse, response
+from frictionloop.identification.glance import ChannelPreview
 from frictionloop.identification.hits import Hit, Hits, pick_hits
 from frictionloop.identification.kept import kept_results
 from frictionloop.identification.load import load
@@ -26,7 +27,7 @@ from frictionloop.identification.noise import (
     noise_spectrum,
 )
 from frictionloop.identification.plateaus import Plateaus, plateaus
-from frictionloop.identification.preview import ChannelPreview, Preview, preview
+from frictionloop.identification.preview import Preview, preview
 from frictionloop.identification.project import Converter, Project, Take
 from frictionloop.identification.pulley import PulleyFriction, exponent_for_r2, pulley_friction, r2_with_friction
 from frictionloop.identification.quiet import Quiet, noise

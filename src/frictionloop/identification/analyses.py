@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
-import xarray as xr
-
 from frictionloop.identification.channel_map import ChannelMap
-from frictionloop.identification.load import load
+from frictionloop.identification.channels import READING
+from frictionloop.identification.long import Run, Stretches, calm, is_long, means
+from frictionloop.identification.opened import Opened, opened
 from frictionloop.identification.parts.hits import hits_part
-from frictionloop.identification.parts.part import Part, Sensor
+from frictionloop.identification.parts.part import Found, Part, Sensor
 from frictionloop.identification.parts.quiet import quiet_part
 from frictionloop.identification.parts.slides import slides_part
 from frictionloop.identification.parts.weights import weights_part
 from frictionloop.identification.project import Take
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.whole import read_contents
+
+WORK: Mapping[str, Callable[..., Found]] = {
+    "weights": weights_part,
+    "hits": hits_part,
+    "quiet": quiet_part,
+    "slides": slides_part,
+}
+"""What analyses an entry, by its kind."""
 
 
 def analyse(take: Take, folder: Path, sensor: Sensor) -> Part:
@@ -32,9 +41,8 @@ def analyse(take: Take, folder: Path, sensor: Sensor) -> Part:
         for name, runs in zip(take.files, by_file, strict=True)
     )
     runs = [run for each in by_file for run in each]
-    work = {"weights": weights_part, "hits": hits_part, "quiet": quiet_part, "slides": slides_part}[take.kind]
     try:
-        values, told, rows, curves = work(take, runs, sensor, files[0]["date"])
+        values, told, rows, curves = WORK[take.kind](take, runs, sensor, files[0]["date"])
     except FrictionloopError as refused:
         where = ", ".join(take.files) if len(take.files) < 4 else f"{take.files[0]} and {len(take.files) - 1} more"
         raise FrictionloopError(f"{where}: {refused}") from None
@@ -42,18 +50,27 @@ def analyse(take: Take, folder: Path, sensor: Sensor) -> Part:
     return Part(take.kind, files, tuple(values), tuple(told), tuple(rows), curves)
 
 
-def _loaded(path: Path, take: Take, folder: Path) -> list[xr.Dataset]:
+def _loaded(path: Path, take: Take, folder: Path) -> list[Run]:
     """Return the recordings of a file: one, or one for each line of an array whose column is ``name[:, *]``."""
     chart = take.chart(folder)
     columns = [] if chart is None else [str(each.column) for each in chart.channels.values()]
     if chart is None or not any("*" in column for column in columns):
-        return [load(path, chart, rate_hz=take.rate_hz)]
+        return [_run(opened(path, chart, rate_hz=take.rate_hz), take)]
     there = {line.name for line in read_contents(path).channels}
-    found: list[xr.Dataset] = []
+    found: list[Run] = []
     while all(column.replace("*", str(len(found))) in there for column in columns if "*" in column):
         tree = chart.model_dump()
         for each in tree["channels"].values():
             if "*" in str(each["column"]):
                 each["column"] = each["column"].replace("*", str(len(found)))
-        found.append(load(path, ChannelMap.from_tree(tree), rate_hz=take.rate_hz))
-    return found or [load(path, chart, rate_hz=take.rate_hz)]
+        found.append(_run(opened(path, ChannelMap.from_tree(tree), rate_hz=take.rate_hz), take))
+    return found or [_run(opened(path, chart, rate_hz=take.rate_hz), take)]
+
+
+def _run(file: Opened, take: Take) -> Run:
+    """Return a recording whole, or of a long one what its analysis needs."""
+    if not is_long(file):
+        return file.part(0, file.rows)
+    if take.kind == "hits":
+        return Stretches(file, "hammer" if "hammer" in file.picked else READING)
+    return calm(file, take.interval_s) if take.kind == "quiet" else means(file)

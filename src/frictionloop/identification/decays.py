@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 from scipy.signal import decimate
 
 from frictionloop.identification.channels import READING, READING_UNITS, channel, rate_of
-from frictionloop.identification.hits import pick_hits
+from frictionloop.identification.hits import hits_of
+from frictionloop.identification.long import Run
 from frictionloop.identification.onsets import quiet_noise
 from frictionloop.quantities import FrictionloopError
 
@@ -22,13 +22,12 @@ LONGEST = 2000
 
 
 def decays_of(
-    runs: Sequence[xr.Dataset], segment_s: float | None, exclude: Collection[int]
+    runs: Run | Sequence[Run], segment_s: float | None, exclude: Collection[int]
 ) -> tuple[list[Array], str, float]:
     """Return what follows each good hit, from after its peak until it is lost in the noise."""
     decays, told, rates = [], [], set()
-    for run in runs:
+    for run, found in hits_of(runs, segment_s, exclude):
         reading, rate_hz = channel(run, READING, READING_UNITS), rate_of(run)
-        found = pick_hits(run, segment_s, exclude)
         told.append(found.told())
         rates.add(rate_hz)
         force = run["hammer"].values if found.channel == "hammer" else None

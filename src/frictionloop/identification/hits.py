@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -11,9 +11,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from frictionloop.identification.channels import READING, READING_UNITS, channel, rate_of, samples_in
+from frictionloop.identification.clipping import clipped
 from frictionloop.identification.hit_faults import Piece, faults_of
+from frictionloop.identification.long import Run, Stretches
 from frictionloop.identification.onsets import ABOVE_NOISE, BEFORE, calm_rows, onsets_of, piece_length, quiet_noise
-from frictionloop.identification.preview import clipped
 from frictionloop.quantities import FrictionloopError
 
 Array = NDArray[np.float64]
@@ -64,7 +65,11 @@ class Hits:
 
 
 def pick_hits(
-    recording: xr.Dataset, segment_s: float | None = None, exclude: Collection[int] = (), column: str | None = None
+    recording: xr.Dataset,
+    segment_s: float | None = None,
+    exclude: Collection[int] = (),
+    column: str | None = None,
+    before: int | None = None,
 ) -> Hits:
     """Return every hit of a recording with a verdict.
 
@@ -84,6 +89,8 @@ def pick_hits(
         Numbers of hits to leave out, as in the table.
     column : str, optional
         Channel in which to look; the hammer if there is one.
+    before : int, optional
+        Hits in earlier parts of the same recording: numbers go on from them.
 
     Raises
     ------
@@ -108,31 +115,62 @@ def pick_hits(
         )
     still = reading - np.median(reading)
     length = piece_length(still, onsets, rate_hz) if segment_s is None else round(segment_s * rate_hz)
-    before = int(BEFORE * length)
+    ahead, earlier = int(BEFORE * length), before or 0
     flat = clipped(signal) | clipped(reading)
     for number in exclude:
-        if not 1 <= number <= len(onsets):
+        if before is None and not 1 <= number <= len(onsets):
             raise FrictionloopError(f"exclude = {number}: there is no such hit; accepted: 1 to {len(onsets)}")
     floor = quiet_noise(still)
     table: list[Hit] = []
     starts: list[int] = []
     for k, onset in enumerate(onsets):
-        rows = slice(max(onset - before, 0), min(onset - before + length, signal.size))
+        rows = slice(max(onset - ahead, 0), min(onset - ahead + length, signal.size))
         piece = Piece(
             pulse=away[onset : rows.stop],
             reading=still[rows],
             flat=int(np.count_nonzero(flat[rows])),
             before=onset - rows.start,
-            wanted=(before, length),
+            wanted=(ahead, length),
             next_row=onsets[k + 1] - onset if k + 1 < len(onsets) else None,
         )
         peak = float(piece.pulse[np.argmax(np.abs(piece.pulse))])
         faults = faults_of(piece, noise, floor, rate_hz, column != READING)
         verdict, reason = next(faults, ("good", ""))
-        if k + 1 in exclude:
+        if k + 1 + earlier in exclude:
             verdict, reason = "excluded", "excluded by hand"
-        table.append(Hit(k + 1, onset / rate_hz, peak, verdict, reason))
+        time_s = float(recording["time"][0]) + onset / rate_hz
+        table.append(Hit(k + 1 + earlier, time_s, peak, verdict, reason))
         if verdict == "good":
-            starts.append(onset - before)
+            starts.append(onset - ahead)
     inverted = float(np.median([each.peak for each in table])) < 0
-    return Hits(tuple(table), column, inverted, tuple(starts), before, length, noise)
+    return Hits(tuple(table), column, inverted, tuple(starts), ahead, length, noise)
+
+
+def hits_of(
+    recording: Run | Sequence[Run], segment_s: float | None = None, exclude: Collection[int] = ()
+) -> Iterator[tuple[xr.Dataset, Hits]]:
+    """Yield recordings with their hits, one after the other."""
+    if isinstance(recording, Stretches):
+        yield from _hits_of_parts(recording, segment_s, exclude)
+    elif isinstance(recording, xr.Dataset) or not isinstance(recording, Sequence):
+        yield recording, pick_hits(recording, segment_s, exclude)
+    else:
+        for run in recording:
+            yield from hits_of(run, segment_s, exclude)
+
+
+def _hits_of_parts(
+    parts: Stretches, segment_s: float | None, exclude: Collection[int]
+) -> Iterator[tuple[xr.Dataset, Hits]]:
+    """Yield the parts in which there are hits, numbered through; refuse if there are none in any."""
+    count, refused = 0, None
+    for run in parts:
+        try:
+            found = pick_hits(run, segment_s, exclude, before=count)
+        except FrictionloopError as error:
+            refused = error
+            continue
+        count += len(found.table)
+        yield run, found
+    if refused is not None and not count:
+        raise refused

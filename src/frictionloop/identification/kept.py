@@ -10,8 +10,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionloop.identification.load import sha256
 from frictionloop.identification.measured import Measured
+from frictionloop.identification.opened import sha256
 from frictionloop.identification.parts.part import Part, Sensor
 from frictionloop.identification.project import Take
 from frictionloop.quantities import FrictionloopError

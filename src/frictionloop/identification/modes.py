@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from frictionloop.identification.decays import decays_of, slower
 from frictionloop.identification.estimate import Estimate
+from frictionloop.identification.long import Run
 from frictionloop.identification.mode_fit import MOST_MODES, fit_decay, lasting, left_of, strong
 from frictionloop.identification.poles import Pole, stabilisation
 from frictionloop.quantities import FrictionloopError
@@ -63,7 +63,7 @@ class Modes:
 
 
 def modes(
-    recording: xr.Dataset | Sequence[xr.Dataset],
+    recording: Run | Sequence[Run],
     which: Which | int,
     band_hz: tuple[float, float] | None = None,
     segment_s: float | None = None,
@@ -94,8 +94,7 @@ def modes(
         For too few good hits, no stable mode or fewer than asked for, or modes that leave more than a quarter of a
         decay unexplained.
     """
-    runs = [recording] if isinstance(recording, xr.Dataset) else list(recording)
-    decays, told, rate_hz = decays_of(runs, segment_s, exclude)
+    decays, told, rate_hz = decays_of(recording, segment_s, exclude)
     decays, rate_hz = slower(decays, rate_hz)
     orders = range(1, MOST_MODES + 5)
     diagram = [pole for pole in stabilisation(decays, rate_hz, orders) if pole.frequency_hz < 0.45 * rate_hz]

@@ -73,8 +73,11 @@ def noise(
         For a column that is missing or has another unit, or no second of quiet.
     """
     reading, rate_hz = channel(recording, READING, READING_UNITS) / sensitivity, rate_of(recording)
+    began_s = float(recording["time"][0])
     first, stop = (
-        quiet_stretch(reading, rate_hz) if interval_s is None else given_stretch(interval_s, reading.size, rate_hz)
+        quiet_stretch(reading, rate_hz)
+        if interval_s is None
+        else given_stretch((interval_s[0] - began_s, interval_s[1] - began_s), reading.size, rate_hz)
     )
     force = reading[first:stop]
     time = xr.Variable("time", np.arange(force.size) / rate_hz, {"units": "s"})
@@ -100,7 +103,7 @@ def noise(
     rms = {f"{a:g} to {b:g} Hz": band_rms(spectrum, a, b).value for a, b in bands}
     return Quiet(
         density, (low, top), upper.value, rms, tuple(spurs), step, filtered,
-        (first / rate_hz, stop / rate_hz), spectrum, tuple(told),
+        (began_s + first / rate_hz, began_s + stop / rate_hz), spectrum, tuple(told),
     )  # fmt: skip
 
 

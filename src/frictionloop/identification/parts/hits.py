@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from frictionloop.identification.channels import rate_of
 from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.frequency_response import FrequencyResponse, response
-from frictionloop.identification.hits import pick_hits
+from frictionloop.identification.hits import hits_of, pick_hits
+from frictionloop.identification.long import Run
 from frictionloop.identification.measured import Measured, measured
 from frictionloop.identification.modes import modes
 from frictionloop.identification.parts.part import POINTS, Found, Rows, Sensor, thin, with_method
@@ -21,7 +23,7 @@ WORST_MISFIT = 0.2
 """Most of a frequency response that one resonance may leave unexplained (assumed)."""
 
 
-def hits_part(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> Found:
+def hits_part(take: Take, runs: Sequence[Run], sensor: Sensor, date: str) -> Found:
     """Return resonance and Q of the chosen mode, and the cutoff behind it where a hammer tells it."""
     runs = _grouped(runs)
     free = [modes(run, take.mode, take.band_hz, take.segment_s, take.exclude) for run in runs]
@@ -29,7 +31,7 @@ def hits_part(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str)
     rows: Rows = [("recording", "hit", "time (s)", "peak", "verdict")]
     names = take.files if len(runs) == len(take.files) else [str(k + 1) for k in range(len(runs))]
     for name, run in zip(names, runs, strict=True):
-        table = pick_hits(run, take.segment_s, take.exclude).table
+        table = [hit for _, found in hits_of(run, take.segment_s, take.exclude) for hit in found.table]
         rows += [(name, str(h.number), f"{h.time_s:.3f}", f"{h.peak:.3g}", h.reason or h.verdict) for h in table]
     told = [each.told for each in free]
     listed = [f"{m.frequency.value:.5g} Hz (Q {m.q.value:.3g}, {m.share:.0%} of the energy)" for m in free[0].modes]
@@ -42,7 +44,7 @@ def hits_part(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str)
     curves["decay"] = _drawn_decay(runs[0], take)
     how = f"free decay after {sum(f.hits for f in free)} hits, {take.mode} mode"
     extra: list[Measured] = []
-    if all("hammer" in run for run in runs):
+    if all("hammer" in run.data_vars for run in runs):
         extra, fitted, shown = _hammered(take, runs, chosen[0].frequency.value, date)
         told.append(shown)
         if fitted is not None:
@@ -58,10 +60,11 @@ def hits_part(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str)
     return values, told, rows, curves
 
 
-def _grouped(runs: Sequence[xr.Dataset]) -> list[xr.Dataset]:
+def _grouped(runs: Sequence[Run]) -> list[Run]:
     """Return the recordings one by one; if some have one hit alone, all of them as one, one after the other."""
-    many = [run for run in runs if pick_hits(run).good >= 2]
-    return list(runs) if len(many) == len(runs) else [_joined(runs)]
+    whole = [run for run in runs if isinstance(run, xr.Dataset)]
+    alone = len(whole) == len(runs) and any(pick_hits(run).good < 2 for run in whole)
+    return [_joined(whole)] if alone else list(runs)
 
 
 def _joined(runs: Sequence[xr.Dataset]) -> xr.Dataset:
@@ -77,10 +80,10 @@ def _joined(runs: Sequence[xr.Dataset]) -> xr.Dataset:
 
 
 def _hammered(
-    take: Take, runs: Sequence[xr.Dataset], near_hz: float, date: str
+    take: Take, runs: Sequence[Run], near_hz: float, date: str
 ) -> tuple[list[Measured], tuple[FrequencyResponse, Resonance] | None, str]:
     """Return the pole behind the springs where the hammer's frequency response tells it."""
-    found = response(list(runs), take.segment_s or _segment(runs), exclude=take.exclude)
+    found = response(runs, take.segment_s or _segment(runs), exclude=take.exclude)
     fit = fit_resonance(found, (0.2 * near_hz, min(2.5 * near_hz, 0.4 * found.rate_hz)))
     if fit.misfit > WORST_MISFIT:
         return [], None, f"one resonance leaves {fit.misfit:.0%} of the frequency response unexplained: it is not used"
@@ -93,19 +96,21 @@ def _hammered(
     return [measured("sensor.cutoff_hz", [cutoff], [0.0], how, take.files, date)], (found, fit), told
 
 
-def _segment(runs: Sequence[xr.Dataset]) -> float:
+def _segment(runs: Sequence[Run]) -> float:
     """Return the longest piece that every recording allows, in s."""
-    steps = [float(run["time"][1] - run["time"][0]) for run in runs]
-    return min(pick_hits(run).length * step for run, step in zip(runs, steps, strict=True))
+    return min(found.length / rate_of(run) for run, found in hits_of(runs))
 
 
-def _drawn_decay(run: xr.Dataset, take: Take) -> dict[str, list[float]]:
-    found = pick_hits(run, take.segment_s, take.exclude)
+def _drawn_decay(recording: Run, take: Take) -> dict[str, list[float]]:
+    run, found = next(hits_of(recording, take.segment_s, take.exclude))
     start = found.starts[0] if found.starts else 0
     reading, time = run["f_m"].values, run["time"].values
     piece = reading[start : start + found.length]
     step = max(piece.size // (4 * POINTS), 1)
-    return {"time_s": (time[: piece.size : step]).tolist(), "reading": (piece[::step] - np.median(piece)).tolist()}
+    return {
+        "time_s": (time[: piece.size : step] - time[0]).tolist(),
+        "reading": (piece[::step] - np.median(piece)).tolist(),
+    }
 
 
 def _drawn_response(found: FrequencyResponse, fit: Resonance) -> dict[str, list[float]]:

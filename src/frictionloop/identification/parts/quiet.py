@@ -17,7 +17,8 @@ def quiet_part(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str
     """Return the density of the electronics."""
 
     def at(cutoff_hz: float | None) -> list[Quiet]:
-        return [noise(run, take.interval_s, sensor.sensitivity, sensor.resonance_hz, cutoff_hz) for run in runs]
+        known = sensor.sensitivity, sensor.resonance_hz, cutoff_hz
+        return [noise(run, _there(run, take.interval_s), *known) for run in runs]
 
     found = at(sensor.cutoff_hz)
     off = at(sensor.cutoff_hz + sensor.cutoff_error_hz) if sensor.cutoff_hz else found
@@ -37,3 +38,10 @@ def quiet_part(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str
     hertz, density = thin(first.spectrum.frequency_hz, first.spectrum.density)
     curves: dict[str, Any] = {"frequency_hz": hertz, "density": density, "band_hz": first.band_hz, "level": value.value}
     return [value], told, rows, curves
+
+
+def _there(run: xr.Dataset, interval_s: tuple[float, float] | None) -> tuple[float, float] | None:
+    """Return as much of an interval as was read of a long recording."""
+    if interval_s is None or not float(run["time"][0]):
+        return interval_s
+    return float(run["time"][0]), min(interval_s[1], float(run["time"][-1]))
