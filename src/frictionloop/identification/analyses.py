@@ -12,9 +12,11 @@ from frictionloop.identification.opened import Opened, opened
 from frictionloop.identification.parts.hits import hits_part
 from frictionloop.identification.parts.part import Found, Part, Sensor
 from frictionloop.identification.parts.quiet import quiet_part
+from frictionloop.identification.parts.response import response_part
 from frictionloop.identification.parts.slides import slides_part
 from frictionloop.identification.parts.weights import weights_part
 from frictionloop.identification.project import Take
+from frictionloop.identification.refused import Refused
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.whole import read_contents
 
@@ -35,6 +37,8 @@ def analyse(take: Take, folder: Path, sensor: Sensor) -> Part:
     FrictionloopError
         For what a file or an analysis refuses, naming the file.
     """
+    if take.kind == "response":
+        return response_part(take, folder)
     by_file = [_loaded(folder / name, take, folder) for name in take.files]
     files = tuple(
         {"path": name, "sha256": runs[0].attrs["sha256"], "date": take.date or runs[0].attrs["date"]}
@@ -45,6 +49,8 @@ def analyse(take: Take, folder: Path, sensor: Sensor) -> Part:
         values, told, rows, curves = WORK[take.kind](take, runs, sensor, files[0]["date"])
     except FrictionloopError as refused:
         where = ", ".join(take.files) if len(take.files) < 4 else f"{take.files[0]} and {len(take.files) - 1} more"
+        if isinstance(refused, Refused):
+            raise Refused(f"{where}: {refused}", take.kind, refused.curves) from None
         raise FrictionloopError(f"{where}: {refused}") from None
     told = list(dict.fromkeys([*(line for run in runs for line in run.attrs["told"].splitlines()), *told]))
     return Part(take.kind, files, tuple(values), tuple(told), tuple(rows), curves)

@@ -17,7 +17,7 @@ from frictionloop.identification.parts.part import Part, Sensor
 from frictionloop.identification.project import Project, read_project
 from frictionloop.parameters import System, preset
 
-ORDER = ("weights", "hits", "quiet", "slides")
+ORDER = ("weights", "hits", "response", "quiet", "slides")
 LEAST_CORNER = 0.005
 """Share by which a design should let the resonance be off, however well it was measured (assumed: it warms)."""
 

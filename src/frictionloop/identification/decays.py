@@ -57,7 +57,8 @@ def _audible(decay: Array, floor: float, rate_hz: float) -> Array:
     top = int(np.argmax(np.abs(decay)))
     envelope = maximum_filter1d(np.abs(decay[top:]), max(int(decay.size / 50), 8))
     over = np.flatnonzero(envelope > max(4 * floor, 5e-3 * float(envelope.max())))
-    return decay[top : top + int(over[-1]) + 1] if over.size else decay[top:top]
+    # A copy: a view would keep the whole piece of each hit in the memory.
+    return decay[top : top + int(over[-1]) + 1].copy() if over.size else decay[top:top]
 
 
 def slower(decays: list[Array], rate_hz: float) -> tuple[list[Array], float]:

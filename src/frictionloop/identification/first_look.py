@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,7 +16,7 @@ from frictionloop.recordings.stored import LARGE_BYTES
 from frictionloop.recordings.tables import read_table
 from frictionloop.recordings.whole import READERS, read_contents
 
-WINDOWS, ROWS = 200, 512
+WINDOWS, ROWS = 100, 512
 """Windows that are looked at, and rows of each."""
 HEAD_BYTES = 2**22
 """Bytes of a large text file that are looked at, since its rows can be found only by reading all before."""
@@ -54,7 +55,10 @@ def first_look(path: str | os.PathLike[str]) -> FirstLook:
         contents, said = _head(file), f"the first {HEAD_BYTES >> 20} MB of {file.stat().st_size / 1e6:.0f}"
     else:
         contents, said = read_contents(file), f"{WINDOWS} windows of {ROWS} samples, all along the file"
-    return FirstLook(str(path), tuple(_trace(line) for line in contents.signals()), said)
+    signals = contents.signals() or contents.channels
+    sizes = dict.fromkeys(line.samples.size for line in signals)
+    found = [each for size in sizes for each in _traces([line for line in signals if line.samples.size == size])]
+    return FirstLook(str(path), tuple(found), said)
 
 
 def _head(file: Path) -> Contents:
@@ -65,12 +69,16 @@ def _head(file: Path) -> Contents:
         return read_contents(head)
 
 
-def _trace(line: Channel) -> Trace:
-    size = line.samples.size
-    width = min(max(size // WINDOWS, 1), ROWS) if size > WINDOWS * ROWS else max(size // WINDOWS, 1)
+def _traces(lines: Sequence[Channel]) -> tuple[Trace, ...]:
+    """Return the windows of channels of one length; window by window, for a file has the channels side by side."""
+    size = lines[0].samples.size
+    width = max(min(size // WINDOWS, ROWS), 1) if size > WINDOWS * ROWS else max(size // WINDOWS, 1)
     starts = np.unique(np.linspace(0, max(size - width, 0), WINDOWS).astype(int))
-    ends = np.array([_ends(line.samples[start : start + width]) for start in starts.tolist()])
-    return Trace(line.name, line.unit or "", starts + width / 2, ends[:, 0], ends[:, 1])
+    ends = np.array([[_ends(line.samples[k : k + width]) for line in lines] for k in starts.tolist()])
+    return tuple(
+        Trace(line.name, line.unit or "", starts + width / 2, ends[:, k, 0], ends[:, k, 1])
+        for k, line in enumerate(lines)
+    )
 
 
 def _ends(window: NDArray[Any]) -> tuple[float, float]:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.long import Run
 from frictionloop.identification.mode_fit import MOST_MODES, fit_decay, lasting, left_of, strong
 from frictionloop.identification.poles import Pole, stabilisation
+from frictionloop.identification.refused import Refused
 from frictionloop.quantities import FrictionloopError
 
 Array = NDArray[np.float64]
@@ -64,10 +65,12 @@ class Modes:
 
 def modes(
     recording: Run | Sequence[Run],
-    which: Which | int,
+    which: Which | int = "first",
     band_hz: tuple[float, float] | None = None,
     segment_s: float | None = None,
     exclude: Collection[int] = (),
+    *,
+    count: int | None = None,
 ) -> Modes:
     """Return modes from how the reading decays after hits: no force need be measured.
 
@@ -87,6 +90,8 @@ def modes(
         Frequencies in Hz between which to choose.
     segment_s, exclude
         As in `pick_hits`.
+    count : int, optional
+        How many from the lowest up, in place of ``which``.
 
     Raises
     ------
@@ -99,22 +104,25 @@ def modes(
     orders = range(1, MOST_MODES + 5)
     diagram = [pole for pole in stabilisation(decays, rate_hz, orders) if pole.frequency_hz < 0.45 * rate_hz]
     starts = lasting(diagram)
+    curves = _drawn(diagram, starts, decays[0], rate_hz)
     if not starts:
-        raise FrictionloopError(
+        raise Refused(
             "recording: no mode stays where it is as the order rises; accepted: hits on what rings freely, with "
-            "nothing on the glass"
+            "nothing on the glass",
+            "hits",
+            curves,
         )
     starts = strong(decays, starts, rate_hz)
-    _refuse_misfit(float(np.median([left_of(decay, starts, rate_hz) for decay in decays])), starts, WORST_START)
+    _refuse_misfit(float(np.median([left_of(decay, starts, rate_hz) for decay in decays])), starts, WORST_START, curves)
     fits = np.array([fit_decay(decay, starts, rate_hz) for decay in decays])
     misfit = float(np.sqrt(np.mean(fits[:, -1, 0] ** 2)))
-    _refuse_misfit(misfit, starts, WORST_MISFIT)
+    _refuse_misfit(misfit, starts, WORST_MISFIT, curves)
     found = _modes(fits[:, :-1, :])
     late = np.array([fit_decay(decay[decay.size // 8 :], starts, rate_hz)[:-1, :2] for decay in decays])
     moved = np.abs(late.mean(axis=0) - fits[:, :-1, :2].mean(axis=0)) / math.sqrt(3)
     return Modes(
         modes=tuple(found),
-        chosen=_chosen(found, which, band_hz or (0.0, rate_hz)),
+        chosen=chosen_of(found, which if count is None else count, band_hz or (0.0, rate_hz)),
         misfit=misfit,
         method_hz=tuple(moved[:, 0].tolist()),
         method_q=tuple(moved[:, 1].tolist()),
@@ -124,12 +132,27 @@ def modes(
     )
 
 
-def _refuse_misfit(misfit: float, starts: Sequence[tuple[float, float]], most: float) -> None:
+def _drawn(
+    diagram: Sequence[Pole], starts: Sequence[tuple[float, float]], decay: Array, rate_hz: float
+) -> dict[str, Any]:
+    """Return what a refusal draws: the poles over order, and the first decay."""
+    return {
+        "poles": [(pole.order, pole.frequency_hz, pole.stable) for pole in diagram],
+        "modes_hz": [hertz for hertz, _ in starts],
+        "decay": {"time_s": (np.arange(decay.size) / rate_hz).tolist(), "reading": decay.tolist()},
+    }
+
+
+def _refuse_misfit(
+    misfit: float, starts: Sequence[tuple[float, float]], most: float, curves: Mapping[str, Any]
+) -> None:
     if misfit > most:
         listed = ", ".join(f"{hertz:.5g}" for hertz, _ in starts)
-        raise FrictionloopError(
+        raise Refused(
             f"recording: modes at {listed} Hz leave {misfit:.0%} of the decays unexplained: must be at most "
-            f"{WORST_MISFIT:.0%}; is something on the glass, or a band_hz needed?"
+            f"{WORST_MISFIT:.0%}; is something on the glass, or a band_hz needed?",
+            "hits",
+            curves,
         )
 
 
@@ -149,7 +172,8 @@ def _modes(fits: Array) -> list[Mode]:
     return sorted(found, key=lambda mode: mode.frequency.value)
 
 
-def _chosen(found: Sequence[Mode], which: Which | int, band_hz: tuple[float, float]) -> tuple[int, ...]:
+def chosen_of(found: Sequence[Mode], which: Which | int, band_hz: tuple[float, float]) -> tuple[int, ...]:
+    """Return which modes are asked for, listing what there is where they are not."""
     listed = ", ".join(f"{mode.frequency.value:.5g} Hz ({mode.share:.0%})" for mode in found)
     inside = [k for k, mode in enumerate(found) if band_hz[0] <= mode.frequency.value <= band_hz[1]]
     if not inside:

@@ -20,8 +20,9 @@ Window = tuple[Number, Number]
 class Take(Block):
     """Recordings of one kind, which are one measurement."""
 
-    kind: Literal["weights", "hits", "quiet", "slides"]
-    """What was done: known weights, hits (of a hammer that measures or of a pen), nothing, or slides of a finger."""
+    kind: Literal["weights", "hits", "response", "quiet", "slides"]
+    """What was done: known weights, hits (of a hammer that measures or of a pen), a frequency response that is listed
+    (of a stepped sine), nothing, or slides of a finger."""
     files: Annotated[tuple[str, ...], Field(min_length=1)]
     """Paths, as seen from the project file."""
     map: str | None = None
@@ -39,9 +40,11 @@ class Take(Block):
     tolerance: Annotated[Number, Field(ge=0, lt=1)] = 0.0
     """Weights: their relative tolerance."""
     mode: Literal["first", "strongest"] = "first"
-    """Hits: which mode is the sensor's resonance."""
+    """Hits and response: which mode is the sensor's resonance."""
+    count: Annotated[Whole, Field(ge=1, le=8)] | None = None
+    """Hits and response: how many modes to list in the certificate, from the lowest up."""
     band_hz: Window | None = None
-    """Hits: between which frequencies it lies."""
+    """Hits and response: between which frequencies it lies."""
     segment_s: Positive | None = None
     """Hits: length of a piece; left out, as the hits allow."""
     exclude: tuple[Whole, ...] = ()

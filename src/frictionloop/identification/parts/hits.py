@@ -14,11 +14,13 @@ from frictionloop.identification.frequency_response import FrequencyResponse, re
 from frictionloop.identification.hits import hits_of, pick_hits
 from frictionloop.identification.long import Run
 from frictionloop.identification.measured import Measured, measured
-from frictionloop.identification.modes import modes
-from frictionloop.identification.parts.part import POINTS, Found, Rows, Sensor, thin, with_method
+from frictionloop.identification.modes import Modes, modes
+from frictionloop.identification.parts.part import POINTS, Found, Rows, Sensor, extra_modes, thin, with_method
 from frictionloop.identification.project import Take
 from frictionloop.identification.resonance import Resonance, fit_resonance
 
+SAME = 0.05
+"""Two modes closer than this share are one (assumed)."""
 WORST_MISFIT = 0.2
 """Most of a frequency response that one resonance may leave unexplained (assumed)."""
 
@@ -27,7 +29,8 @@ def hits_part(take: Take, runs: Sequence[Run], sensor: Sensor, date: str) -> Fou
     """Return resonance and Q of the chosen mode, and the cutoff behind it where a hammer tells it."""
     runs = _grouped(runs)
     free = [modes(run, take.mode, take.band_hz, take.segment_s, take.exclude) for run in runs]
-    chosen = [found.asked[0] for found in free]
+    picked = same_mode(free)
+    chosen = [found.modes[k] for found, k in picked]
     rows: Rows = [("recording", "hit", "time (s)", "peak", "verdict")]
     names = take.files if len(runs) == len(take.files) else [str(k + 1) for k in range(len(runs))]
     for name, run in zip(names, runs, strict=True):
@@ -36,9 +39,10 @@ def hits_part(take: Take, runs: Sequence[Run], sensor: Sensor, date: str) -> Fou
     told = [each.told for each in free]
     listed = [f"{m.frequency.value:.5g} Hz (Q {m.q.value:.3g}, {m.share:.0%} of the energy)" for m in free[0].modes]
     told.append(f"modes: {', '.join(listed)}; the {take.mode} one is taken for the sensor's resonance")
-    k = [found.chosen[0] for found in free]
-    shift_hz = [found.method_hz[i] for found, i in zip(free, k, strict=True)]
-    shift_q = [found.method_q[i] for found, i in zip(free, k, strict=True)]
+    if len(picked) < len(free):
+        told.append(f"{len(free) - len(picked)} of {len(free)} recordings do not show that mode, and are left out")
+    shift_hz = [found.method_hz[k] for found, k in picked]
+    shift_q = [found.method_q[k] for found, k in picked]
     curves: dict[str, Any] = {"poles": [(p.order, p.frequency_hz, p.stable) for p in free[0].diagram]}
     curves["modes_hz"] = [m.frequency.value for m in free[0].modes]
     curves["decay"] = _drawn_decay(runs[0], take)
@@ -56,8 +60,24 @@ def hits_part(take: Take, runs: Sequence[Run], sensor: Sensor, date: str) -> Fou
         measured("sensor.resonance_hz", [m.frequency for m in chosen], shift_hz, how, take.files, date),
         measured("sensor.q", [m.q for m in chosen], shift_q, how, take.files, date),
         *extra,
+        *extra_modes(take, free[0], how, date),
     ]
     return values, told, rows, curves
+
+
+def same_mode(found: Sequence[Modes]) -> list[tuple[Modes, int]]:
+    """Return the mode that is asked for in each recording that shows it: the one that half of them call so.
+
+    Which mode is the lowest or the strongest may differ from hit to hit; one mode lies within 5 % of itself.
+    """
+    asked = sorted(each.asked[0].frequency.value for each in found)
+    hertz = asked[(len(asked) - 1) // 2]
+    picked = []
+    for each in found:
+        near = [k for k, mode in enumerate(each.modes) if abs(mode.frequency.value / hertz - 1) < SAME]
+        if near:
+            picked.append((each, min(near, key=lambda k: abs(each.modes[k].frequency.value - hertz))))
+    return picked
 
 
 def _grouped(runs: Sequence[Run]) -> list[Run]:

@@ -8,7 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionloop.identification.measured import Measured
+from frictionloop.identification.measured import Measured, measured
+from frictionloop.identification.modes import Modes
+from frictionloop.identification.project import Take
+from frictionloop.quantities import FrictionloopError
 
 POINTS = 600
 """Points of a curve that is drawn."""
@@ -55,3 +58,18 @@ def thin(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[list[float], l
         return x.tolist(), y.tolist()
     rows = np.unique(np.searchsorted(x, np.geomspace(x[0], x[-1], POINTS)).clip(0, x.size - 1))
     return x[rows].tolist(), y[rows].tolist()
+
+
+def extra_modes(take: Take, found: Modes, how: str, date: str) -> list[Measured]:
+    """Return frequency and Q of as many modes as an entry wants listed, under names of their own."""
+    if take.count is None:
+        return []
+    listed = found.modes[: take.count]
+    values: list[Measured] = []
+    for k, mode in enumerate(listed):
+        shifts = [found.method_hz[k]], [found.method_q[k]]
+        values.append(measured(f"mode {k + 1}", [mode.frequency], shifts[0], how, take.files, date))
+        values.append(measured(f"mode {k + 1} Q", [mode.q], shifts[1], how, take.files, date))
+    if len(listed) < take.count:
+        raise FrictionloopError(f"count = {take.count}: there are {len(listed)} modes; accepted: at most so many")
+    return values
