@@ -35,6 +35,7 @@ from frictionloop.cli import (
     firmware,
     identify,
     identify_bench,
+    identify_run,
     reproduce,
     simulate,
     sweep,
@@ -212,6 +213,7 @@ app.command(
         {
             "channels": Verb(identify.channels, "FILE [OPTIONS]", identify.CHANNELS_EXAMPLES),
             "bench": _verb(identify_bench),
+            "run": _verb(identify_run),
         },
     )
 )
