@@ -56,6 +56,7 @@ class Opened:
             name: variable(self.where, name, line, self.chart.channels[name], place)
             for name, line in self.picked.items()
         }
+        data = {name: self._freed(name, data) for name in data}
         told = [
             *left_out(self.contents, self.picked, self.mapped),
             *assumed_units(self.picked, self.chart, data),
@@ -73,6 +74,18 @@ class Opened:
         samples = max(each.size for each in data.values())
         time = xr.Variable("time", (first + np.arange(samples)) / self.rate_hz, {"units": "s"})
         return xr.Dataset(data, {"time": time}, attributes)
+
+    def _freed(self, name: str, data: Mapping[str, xr.Variable]) -> xr.Variable:
+        """Return a channel less what it reads of the others."""
+        found = data[name]
+        for other, share in self.chart.channels[name].crosstalk.items():
+            if other not in data or other == name:
+                there = ", ".join(each for each in data if each != name) or "none"
+                raise FrictionloopError(
+                    f"{self.where}: channels.{name}.crosstalk: {other!r} is no other channel; accepted: {there}"
+                )
+            found = found.copy(data=found.values - share * data[other].values)
+        return found
 
 
 def opened(
@@ -101,7 +114,9 @@ def opened(
     if not is_table:
         _refuse_uneven(where, sampling, contents)
     rate = float(sampling.rate_hz or 0.0)
-    chart = chart or ChannelMap(channels={name: Channel(column=line.name) for name, line in picked.items()})
+    chart = chart or ChannelMap(
+        channels={name: Channel(column=line.name, crosstalk={}) for name, line in picked.items()}
+    )
     return Opened(
         where, contents, picked, chart, channels is not None, None if is_table else rate, sha256(path), sampling.source
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionloop.identification.floor import converter_step
 from frictionloop.identification.onsets import quiet_noise
 from frictionloop.quantities import FrictionloopError
 
@@ -36,6 +37,7 @@ def quiet_stretch(reading: Array, rate_hz: float) -> tuple[int, int]:
         )
     cut = reading[: pieces * length].reshape(pieces, length)
     limit = LOUD * max(quiet_noise(reading), float(np.median(np.sort(cut.std(axis=1))[: max(pieces // 4, 1)])))
+    limit = max(limit, converter_step(reading))  # a reading that hardly leaves one step is quiet
     calm = cut.std(axis=1) <= limit
     edges = np.flatnonzero(np.diff(np.concatenate([[0], calm.astype(np.int8), [0]]))).reshape(-1, 2)
     first, stop = max(edges.tolist(), key=lambda run: run[1] - run[0])

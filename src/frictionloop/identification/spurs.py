@@ -38,7 +38,8 @@ def spurs_of(spectrum: NoiseSpectrum) -> tuple[list[Spur], NDArray[np.bool_]]:
             continue  # a hump, or part of one, not a line
         around = slice(max(first - 2, 0), stop + 2)
         clean[around] = False
-        at = first + int(np.argmax(power[first:stop]))
+        above = np.maximum(power[around] - ground[around], 0.0)
         excess = max(float(np.sum(power[around] - ground[around])) * step_hz, 0.0)
-        found.append(Spur(float(spectrum.frequency_hz[at]), math.sqrt(excess)))
+        hertz = float(np.sum(spectrum.frequency_hz[around] * above) / np.sum(above))
+        found.append(Spur(hertz, math.sqrt(excess)))
     return sorted(found, key=lambda spur: -spur.rms_n), clean

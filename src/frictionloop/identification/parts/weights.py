@@ -8,13 +8,15 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from scipy.constants import g as STANDARD_GRAVITY
+from scipy.stats import t as student
 
 from frictionloop.identification.calibration import Calibration, weights
+from frictionloop.identification.channels import READING, READING_UNITS
 from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.measured import measured
 from frictionloop.identification.parts.part import Found, Rows, Sensor
 from frictionloop.identification.project import Take
-from frictionloop.identification.straightness import straightness
+from frictionloop.identification.straightness import SURE, straightness
 
 HIDDEN = 1.5e-4
 """Relative error that a pulley on ball bearings leaves while a swinging hook hides its friction: b = 2.5e-4 of a
@@ -51,6 +53,7 @@ def weights_part(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: s
     told = [f"R2 = {line.r2:.6f}, residual {1e3 * line.residual_rms_n:.2g} mN rms" for line in lines]
     told += [f"hysteresis {100 * line.hysteresis:.2g} % of the span" for line in lines if np.isfinite(line.hysteresis)]
     told += [each for left in straight for each in left.told]
+    told += [line for run in runs for line in _crosstalk(run, take, gravity)]
     if not take.gravity_m_s2:
         told.append("gravity_m_s2 is not stated: the standard value may be off by 0.3 %, which is most of the interval")
     curves: dict[str, Any] = {
@@ -79,3 +82,20 @@ def _safer(line: Calibration) -> Estimate:
     """Return the sensitivity with the larger error of scatter and, with fewer than 12 steps, of leaving one out."""
     few = line.steps.mass_kg.size < 12
     return max(line.sensitivity, line.left_out, key=lambda e: e.standard_error) if few else line.sensitivity
+
+
+def _crosstalk(run: xr.Dataset, take: Take, gravity: float) -> list[str]:
+    """Return what other channels read of the force that the weights make, in words."""
+    told = []
+    for name in map(str, run.data_vars):
+        if name in ("mass", READING) or run[name].attrs.get("units") not in READING_UNITS:
+            continue
+        if float(np.ptp(run[name].values)) == 0:
+            continue
+        line = weights(run.assign({READING: run[name]}), take.settle_s, gravity, take.tolerance).sensitivity
+        if abs(line.value) > float(student.ppf(1 - SURE / 2, line.freedom)) * line.standard_error:
+            told.append(
+                f"{name} reads {line} of the force that acts on {READING}: channels.{name}.crosstalk takes such a "
+                "share off"
+            )
+    return told
