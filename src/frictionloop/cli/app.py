@@ -36,6 +36,7 @@ from frictionloop.cli import (
     identify,
     identify_bench,
     identify_compare,
+    identify_run,
     reproduce,
     simulate,
     sweep,
@@ -214,6 +215,7 @@ app.command(
             "channels": Verb(identify.channels, "FILE [OPTIONS]", identify.CHANNELS_EXAMPLES),
             "bench": _verb(identify_bench),
             "compare": _verb(identify_compare),
+            "run": _verb(identify_run),
         },
     )
 )

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json as text
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
 from frictionloop.cli import checks, flags, screen
+from frictionloop.quantities import FrictionloopError
 
 if TYPE_CHECKING:
     from frictionloop.identification import Bench
@@ -60,7 +62,7 @@ def command(
     from frictionloop.quantities import replacing
 
     kept = file.with_suffix(".results.json")
-    with screen.waiting("analysing the recordings"):
+    with screen.waiting("analysing the recordings"), _pictured(file):
         found = bench(file, {} if again else _earlier(kept))
     with replacing(kept) as beside:
         beside.write_text(text.dumps(kept_results(found), default=_number), encoding="utf-8")
@@ -105,6 +107,21 @@ def _write_population(found: Bench, path: Path) -> None:
     with replacing(path) as beside:
         tree = found.people.population.model_dump()
         beside.write_text(tomlkit.dumps(tree), encoding="utf-8")
+
+
+@contextmanager
+def _pictured(file: Path) -> Iterator[None]:
+    """Draw what an analysis saw when it refused, and name the picture in its line."""
+    from frictionloop.identification.refused import Refused
+
+    try:
+        yield
+    except Refused as refused:
+        from frictionloop.report.refusal import draw_refused
+
+        picture = file.with_suffix(".refused.png")
+        drawn = draw_refused(refused, picture)
+        raise FrictionloopError(f"{refused}; picture: {picture}" if drawn else str(refused)) from None
 
 
 def _earlier(path: Path) -> dict[str, Any]:

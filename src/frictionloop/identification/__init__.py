@@ -2,8 +2,9 @@
 
 from frictionloop.identification.agreement import Corner
 from frictionloop.identification.amplitude_protocol import amplitude_protocol
-from frictionloop.identification.bench import Bench, bench, kept_results, to_toml
-from frictionloop.identification.calibration import Calibration, Plateaus, plateaus, weights
+from frictionloop.identification.bench import Bench, bench
+from frictionloop.identification.bench_file import to_toml
+from frictionloop.identification.calibration import Calibration, weights
 from frictionloop.identification.carrier_drift import CarrierDrift, carrier_drift
 from frictionloop.identification.channel_map import Channel, ChannelMap, read_map
 from frictionloop.identification.channels import channel, rate_of
@@ -17,7 +18,9 @@ from frictionloop.identification.figures_of_merit import (
     uniform_std_n,
 )
 from frictionloop.identification.frequency_response import FrequencyResponse, response
+from frictionloop.identification.glance import ChannelPreview
 from frictionloop.identification.hits import Hit, Hits, pick_hits
+from frictionloop.identification.kept import kept_results
 from frictionloop.identification.load import load
 from frictionloop.identification.loop_delay import LoopDelay, loop_delay
 from frictionloop.identification.measured import Measured
@@ -32,13 +35,15 @@ from frictionloop.identification.noise import (
 from frictionloop.identification.people import People, people
 from frictionloop.identification.plate_decay import PlateEnvelope, plate_decay, plate_envelope
 from frictionloop.identification.plate_sweep import PlateResonance, plate_sweep
-from frictionloop.identification.preview import ChannelPreview, Preview, preview
+from frictionloop.identification.plateaus import Plateaus, plateaus
+from frictionloop.identification.preview import Preview, preview
 from frictionloop.identification.project import Converter, Project, Take
 from frictionloop.identification.pulley import PulleyFriction, exponent_for_r2, pulley_friction, r2_with_friction
-from frictionloop.identification.quiet import Quiet, Spur, noise
+from frictionloop.identification.quiet import Quiet, noise
 from frictionloop.identification.resonance import Resonance, fit_resonance
 from frictionloop.identification.ring_down import RingDown, fit_ring_down
 from frictionloop.identification.slides import Friction, Slide, friction
+from frictionloop.identification.spurs import Spur
 from frictionloop.identification.straightness import Straightness, straightness
 from frictionloop.identification.vibrated import LawFit, Vibrated, vibrated
 

@@ -6,9 +6,9 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from frictionloop.identification.analyses import Part
 from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.measured import Measured, measured
+from frictionloop.identification.parts.part import Part
 from frictionloop.identification.people import LEAST_FINGERS, People, people
 
 APART = 3.0

@@ -40,6 +40,9 @@ class Channel(Block):
     """From when to when in s nothing acted: the mean over it is taken off. Rows of a table count as seconds."""
     wrap: Positive | None = None
     """Where a counter starts again from 0, in the column's unit."""
+    crosstalk: Annotated[dict[str, Number], Field(default_factory=dict)]
+    """What the channel reads of others, by their names: ``{ load = 0.02 }`` takes 0.02 times the load off, after
+    scales."""
     delay_s: Number = 0.0
     """How much later than the others the channel was recorded, in s: it is moved forward by this."""
 

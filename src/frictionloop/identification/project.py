@@ -21,9 +21,11 @@ class Take(Block):
     """Recordings of one kind, which are one measurement."""
 
     kind: Literal[
-        "weights", "hits", "quiet", "load", "position", "scale", "plate", "carrier", "delay", "slides", "amplitude"
+        *("weights", "hits", "response", "quiet"),
+        *("load", "position", "scale", "plate", "carrier", "delay", "slides", "amplitude"),
     ]
-    """What was done: known weights on the force sensor, hits (of a hammer that measures or of a pen), nothing; weights
+    """What was done: known weights on the force sensor, hits (of a hammer that measures or of a pen), a frequency
+    response that is listed (of a stepped sine), nothing; weights
     on the load cells, a known way, drives under a vibrometer, a stepped sine or a switched plate, a resonance over
     time, known jumps; slides of a finger on the still plate, and under amplitude commands."""
     files: Annotated[tuple[str, ...], Field(min_length=1)]
@@ -44,9 +46,11 @@ class Take(Block):
     tolerance: Annotated[Number, Field(ge=0, lt=1)] = 0.0
     """Weights: their relative tolerance."""
     mode: Literal["first", "strongest"] = "first"
-    """Hits: which mode is the sensor's resonance."""
+    """Hits and response: which mode is the sensor's resonance."""
+    count: Annotated[Whole, Field(ge=1, le=8)] | None = None
+    """Hits and response: how many modes to list in the certificate, from the lowest up."""
     band_hz: Window | None = None
-    """Hits: between which frequencies it lies."""
+    """Hits and response: between which frequencies it lies."""
     segment_s: Positive | None = None
     """Hits: length of a piece; left out, as the hits allow."""
     exclude: tuple[Whole, ...] = ()
