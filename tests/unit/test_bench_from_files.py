@@ -217,6 +217,8 @@ def coverage(tmp_path, benches, first_seed):
         folder = tmp_path / str(k)
         folder.mkdir()
         found = fl.identify.bench(simulated_lab.lab(folder, "file.npz", seed=first_seed + 10 * k))
+        for each in folder.iterdir():
+            each.unlink()
         missed = simulated_lab.outside(found, 0.9)
         for name, true in simulated_lab.truth().items():
             ends = found.measured[name].interval(0.9)
@@ -241,6 +243,7 @@ def test_coverage_of_the_intervals(tmp_path):
 
 
 @pytest.mark.soak
+@pytest.mark.timeout(3600)
 def test_coverage_on_200_benches(tmp_path):
     """The same on 200 benches, with seeds on which nothing was chosen."""
     inside, half = coverage(tmp_path, 200, 7_000_000)

@@ -69,6 +69,7 @@ HIT_DEFECTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("defect", HIT_DEFECTS)
 def test_hits(hit, defect):
     change, words = HIT_DEFECTS[defect]

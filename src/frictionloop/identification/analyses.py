@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+import numpy as np
+
 from frictionloop.identification.channel_map import ChannelMap
 from frictionloop.identification.channels import READING
+from frictionloop.identification.clipping import clipped_share
 from frictionloop.identification.long import Run, Stretches, calm, is_long, means
 from frictionloop.identification.opened import Opened, opened
 from frictionloop.identification.parts.hits import hits_part
@@ -29,6 +32,8 @@ WORK: Mapping[str, Callable[..., Found]] = {
     **TAKES,
 }
 """What analyses an entry, by its kind."""
+MOST_CLIPPED = 0.01
+"""Share of the samples of a recording that may be clipped (assumed)."""
 
 
 def analyse(take: Take, folder: Path, sensor: Sensor) -> Part:
@@ -48,6 +53,8 @@ def analyse(take: Take, folder: Path, sensor: Sensor) -> Part:
     )
     runs = [run for each in by_file for run in each]
     try:
+        for run in runs:
+            _refuse_unfit(run, take.kind)
         values, told, rows, curves = WORK[take.kind](take, runs, sensor, files[0]["date"])
     except FrictionloopError as refused:
         where = ", ".join(take.files) if len(take.files) < 4 else f"{take.files[0]} and {len(take.files) - 1} more"
@@ -56,6 +63,21 @@ def analyse(take: Take, folder: Path, sensor: Sensor) -> Part:
         raise FrictionloopError(f"{where}: {refused}") from None
     told = list(dict.fromkeys([*(line for run in runs for line in run.attrs["told"].splitlines()), *told]))
     return Part(take.kind, files, tuple(values), tuple(told), tuple(rows), curves)
+
+
+def _refuse_unfit(run: Run, kind: str) -> None:
+    """Refuse a table where a recording over time is needed, and one that is clipped where no hit can be left out."""
+    if isinstance(run, Stretches):
+        return
+    if kind != "weights" and "row" in run.dims:
+        raise FrictionloopError(f"holds {run.sizes['row']} rows without times: {kind} need a recording over time")
+    for name in (READING, "load"):
+        if kind in ("quiet", "slides") and name in run.data_vars:
+            share = clipped_share(np.asarray(run[name].values, dtype=float))
+            if share > MOST_CLIPPED:
+                raise FrictionloopError(
+                    f"{name!r} is clipped in {share:.1%} of its samples: must be at most {MOST_CLIPPED:.0%}"
+                )
 
 
 def _loaded(path: Path, take: Take, folder: Path) -> list[Run]:

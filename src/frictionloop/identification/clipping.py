@@ -35,6 +35,11 @@ def clipped(values: NDArray[np.float64], full_scale: float | None = None) -> NDA
     return at
 
 
+def clipped_share(values: NDArray[np.float64]) -> float:
+    """Return the share of samples that are clipped."""
+    return float(np.mean(clipped(values))) if values.size else 0.0
+
+
 def at_end(values: NDArray[np.float64], end: float, span: float) -> tuple[NDArray[np.bool_], int]:
     """Return which samples stand at an end of the range in runs, and how many are within a hundredth of it."""
     near = np.abs(values - end) <= 1e-9 * span

@@ -12,7 +12,7 @@ from scipy.optimize import least_squares
 
 from frictionloop.identification.channels import channel, rate_of
 from frictionloop.identification.estimate import Estimate
-from frictionloop.identification.hits import quiet_noise
+from frictionloop.identification.onsets import quiet_noise
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.checks import number
 

@@ -21,13 +21,23 @@ class Take(Block):
     """Recordings of one kind, which are one measurement."""
 
     kind: Literal[
-        *("weights", "hits", "response", "quiet"),
-        *("load", "position", "scale", "plate", "carrier", "delay", "slides", "amplitude"),
+        "weights",
+        "hits",
+        "response",
+        "quiet",
+        "load",
+        "position",
+        "scale",
+        "plate",
+        "carrier",
+        "delay",
+        "slides",
+        "amplitude",
     ]
     """What was done: known weights on the force sensor, hits (of a hammer that measures or of a pen), a frequency
-    response that is listed (of a stepped sine), nothing; weights
-    on the load cells, a known way, drives under a vibrometer, a stepped sine or a switched plate, a resonance over
-    time, known jumps; slides of a finger on the still plate, and under amplitude commands."""
+    response that is listed (of a stepped sine), nothing; weights on the load cells, a known way, drives under a
+    vibrometer, a stepped sine or a switched plate, a resonance over time, known jumps; slides of a finger on the still
+    plate, and under amplitude commands."""
     files: Annotated[tuple[str, ...], Field(min_length=1)]
     """Paths, as seen from the project file."""
     map: str | None = None

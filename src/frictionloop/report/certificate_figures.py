@@ -45,6 +45,8 @@ def _poles(curves: Mapping[str, Any]) -> Figure:
     for hertz in curves["modes_hz"]:
         axes.axvline(hertz, color=VERMILLION, lw=0.8)
     axes.set(xlabel="frequency (Hz)", ylabel="order", title="Poles over order; lines: the modes")
+    if curves["modes_hz"]:
+        axes.set_xlim(0, 2 * max(curves["modes_hz"]))
     axes.legend()
     return figure
 

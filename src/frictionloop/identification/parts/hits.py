@@ -60,7 +60,7 @@ def hits_part(take: Take, runs: Sequence[Run], sensor: Sensor, date: str) -> Fou
         measured("sensor.resonance_hz", [m.frequency for m in chosen], shift_hz, how, take.files, date),
         measured("sensor.q", [m.q for m in chosen], shift_q, how, take.files, date),
         *extra,
-        *extra_modes(take, free[0], how, date),
+        *extra_modes(take, free[0], how.partition(",")[0], date),
     ]
     return values, told, rows, curves
 
