@@ -32,6 +32,8 @@ WORK: Mapping[str, Callable[..., Found]] = {
     **TAKES,
 }
 """What analyses an entry, by its kind."""
+OVER_TIME = ("hits", "quiet", "slides", "delay", "amplitude")
+"""Kinds that no table can give."""
 MOST_CLIPPED = 0.01
 """Share of the samples of a recording that may be clipped (assumed)."""
 
@@ -69,10 +71,10 @@ def _refuse_unfit(run: Run, kind: str) -> None:
     """Refuse a table where a recording over time is needed, and one that is clipped where no hit can be left out."""
     if isinstance(run, Stretches):
         return
-    if kind != "weights" and "row" in run.dims:
+    if kind in OVER_TIME and "row" in run.dims:
         raise FrictionloopError(f"holds {run.sizes['row']} rows without times: {kind} need a recording over time")
     for name in (READING, "load"):
-        if kind in ("quiet", "slides") and name in run.data_vars:
+        if kind in ("quiet", "slides", "amplitude") and name in run.data_vars:
             share = clipped_share(np.asarray(run[name].values, dtype=float))
             if share > MOST_CLIPPED:
                 raise FrictionloopError(
