@@ -64,7 +64,9 @@ def _audible(decay: Array, floor: float, rate_hz: float) -> Array:
 def slower(decays: list[Array], rate_hz: float) -> tuple[list[Array], float]:
     """Decimate long decays as far as what they contain allows; a filter keeps poles where they are."""
     longest = max(decay.size for decay in decays)
-    spectrum = np.mean([np.abs(np.fft.rfft(decay - decay.mean(), longest)) ** 2 for decay in decays], axis=0)
+    spectrum = np.zeros(longest // 2 + 1)
+    for decay in decays:
+        spectrum += np.abs(np.fft.rfft(decay - decay.mean(), longest)) ** 2
     hertz = np.fft.rfftfreq(longest, 1 / rate_hz)
     top_hz = float(hertz[np.searchsorted(np.cumsum(spectrum), 0.999 * spectrum.sum())])
     factor = min(int(rate_hz / (5 * top_hz)), max(longest // LONGEST, 1) * 4, 12)
