@@ -20,7 +20,7 @@ from frictionloop.parameters.sensor_design import SensorDesign
 VERBS = (
     *("simulate", "sweep", "compare", "reproduce", "design", "design sensor", "design plate", "design controller"),
     *("effect", "effect list", "effect show", "effect check", "effect play", "effect import"),
-    *("identify", "identify channels", "identify bench"),
+    *("identify", "identify channels", "identify bench", "identify compare", "identify run"),
     *("firmware", "firmware export", "firmware build"),
     *("device", "device list", "device info", "device set", "device run", "device play", "device recover"),
     *("device clear", "device monitor", "device flash"),

@@ -38,7 +38,7 @@ LINEAR = Represented(
         block.PiController: "kind kp ki",
         **{law: " ".join(law.model_fields) for law in OF_THEIR_STEP},
         block.Model: "nominal_n susceptibility_per_um2 max_amplitude_um plate_hz resonance_hz resonance_q sensor_hz "
-        "table_size",
+        "table_size table_um2",
     },
     {
         block.LowpassPlate: "pulse_ticks",

@@ -36,6 +36,8 @@ from frictionloop.cli import (
     firmware,
     identify,
     identify_bench,
+    identify_compare,
+    identify_run,
     reproduce,
     simulate,
     sweep,
@@ -213,6 +215,8 @@ app.command(
         {
             "channels": Verb(identify.channels, "FILE [OPTIONS]", identify.CHANNELS_EXAMPLES),
             "bench": _verb(identify_bench),
+            "compare": _verb(identify_compare),
+            "run": _verb(identify_run),
         },
     )
 )

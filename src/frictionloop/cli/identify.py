@@ -10,11 +10,13 @@ from cyclopts import Parameter
 from frictionloop.cli import checks, flags, screen
 
 if TYPE_CHECKING:
-    from frictionloop.identification.preview import ChannelPreview, Preview
+    from frictionloop.identification.glance import ChannelPreview
+    from frictionloop.identification.preview import Preview
 
 CHANNELS_EXAMPLES = """Examples
 
   frictionloop identify channels hits.mat
+  frictionloop identify channels hits.mat --plot hits.png
   frictionloop identify channels hits.mat --save-map hits-map.toml
 """
 RecordingFile = Annotated[Path, Parameter(name="FILE", help="A recording.", group=flags.SYSTEM)]
@@ -25,6 +27,7 @@ def channels(
     /,
     *,
     rate_hz: flags.Run[float | None] = None,
+    plot: flags.Result[Path | None] = None,
     save_map: flags.Result[Path | None] = None,
     json: flags.Json = False,
 ) -> None:
@@ -34,14 +37,19 @@ def channels(
     ----------
     rate_hz
         Sampling rate in Hz, where the file tells none or two.
+    plot
+        Draw the channels here (.png, .svg or .pdf): the range of each in short windows along the file, before the rest.
     save_map
         Write a channel map here (.toml) to be filled in: which channel is which, in what unit.
     """
     checks.check_output("save_map", save_map, checks.SYSTEMS)
     checks.check_new("save_map", save_map)
+    checks.check_output("plot", plot, checks.FIGURES)
     from frictionloop.identification.preview import preview
     from frictionloop.quantities import replacing
 
+    if plot is not None:
+        _draw(file, plot)
     found = preview(file, rate_hz)
     if save_map is not None:
         with replacing(save_map) as beside:
@@ -58,7 +66,7 @@ def channels(
                 "even": sampling.even,
                 "channels": [each._asdict() for each in found.channels],
                 "notes": found.notes,
-                "saved": {"map": save_map},
+                "saved": {"map": save_map, "plot": plot},
             }
         )
         return
@@ -66,7 +74,15 @@ def channels(
     told = "no sampling rate" if rate is None else f"{rate:g} Hz ({found.sampling.source})"
     screen.show(screen.columns([("file", found.path), ("recorded", found.date), ("rate", told)]))
     screen.show("", screen.columns(_rows(found)))
-    screen.show(*found.notes, *screen.saved({"the channel map": save_map}))
+    screen.show(*found.notes, *screen.saved({"the channel map": save_map, "the channels": plot}))
+
+
+def _draw(file: Path, plot: Path) -> None:
+    from frictionloop.identification.first_look import first_look
+    from frictionloop.report.plot import plot as draw
+
+    draw(first_look(file), plot)
+    screen.say(f"a first look is drawn in {plot}; the whole file is looked through now")
 
 
 def _rows(found: Preview) -> list[tuple[str, ...]]:

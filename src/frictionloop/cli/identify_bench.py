@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json as text
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
 from frictionloop.cli import checks, flags, screen
+from frictionloop.quantities import FrictionloopError
 
 if TYPE_CHECKING:
     from frictionloop.identification import Bench
@@ -32,6 +34,7 @@ def command(
     *,
     out: flags.Result[Path | None] = None,
     report: flags.Result[Path | None] = None,
+    population: flags.Result[Path | None] = None,
     again: flags.Flag = False,
     json: flags.Json = False,
 ) -> None:
@@ -45,22 +48,27 @@ def command(
         Write the system here (.toml), with a comment for each value.
     report
         Write the certificate here (.html); an older one is kept under a number.
+    population
+        Write the population of fingers here (.toml), for ``fl.fingers``.
     again
         Analyse everything anew.
     """
     checks.check_output("out", out, checks.SYSTEMS)
     checks.check_output("report", report, REPORTS)
+    checks.check_output("population", population, checks.SYSTEMS)
     if report is not None:
         checks.check_drawing()
     from frictionloop.identification import bench, kept_results, to_toml
     from frictionloop.quantities import replacing
 
     kept = file.with_suffix(".results.json")
-    with screen.waiting("analysing the recordings"):
+    with screen.waiting("analysing the recordings"), _pictured(file):
         found = bench(file, {} if again else _earlier(kept))
     with replacing(kept) as beside:
         beside.write_text(text.dumps(kept_results(found), default=_number), encoding="utf-8")
     older = None
+    if population is not None:
+        _write_population(found, population)
     if out is not None:
         with replacing(out) as beside:
             beside.write_text(to_toml(found), encoding="utf-8")
@@ -69,19 +77,51 @@ def command(
 
         with screen.waiting("drawing the certificate"):
             older = write_certificate(found, report)
-    saved = {"bench": out, "certificate": report, "older certificate": older}
+    saved = {"bench": out, "certificate": report, "older certificate": older, "population": population}
     if json:
         screen.show_json(_as_json(found) | {"saved": saved})
         return
     screen.show(screen.columns(_rows(found)))
     for part in found.parts:
         screen.show("", screen.columns([(part.kind, screen.wrapped(line).plain) for line in part.told]))
+    if found.told:
+        screen.show("", *(screen.wrapped(line) for line in found.told))
     if found.resonance_error is not None:
         design = (
             f"frictionloop design controller {out or 'my-bench.toml'} --resonance-error {found.resonance_error:.3g}"
         )
         screen.show("", f"gains for it: {design}")
     screen.show(*screen.saved(saved))
+
+
+def _write_population(found: Bench, path: Path) -> None:
+    import tomlkit
+
+    from frictionloop.quantities import FrictionloopError, replacing
+
+    if found.people is None:
+        raise FrictionloopError(
+            'population: slides of three fingers at least are needed; accepted: finger = "..." in the entries of kind '
+            "slides or amplitude"
+        )
+    with replacing(path) as beside:
+        tree = found.people.population.model_dump()
+        beside.write_text(tomlkit.dumps(tree), encoding="utf-8")
+
+
+@contextmanager
+def _pictured(file: Path) -> Iterator[None]:
+    """Draw what an analysis saw when it refused, and name the picture in its line."""
+    from frictionloop.identification.refused import Refused
+
+    try:
+        yield
+    except Refused as refused:
+        from frictionloop.report.refusal import draw_refused
+
+        picture = file.with_suffix(".refused.png")
+        drawn = draw_refused(refused, picture)
+        raise FrictionloopError(f"{refused}; picture: {picture}" if drawn else str(refused)) from None
 
 
 def _earlier(path: Path) -> dict[str, Any]:
@@ -114,5 +154,8 @@ def _as_json(found: Bench) -> dict[str, Any]:
         "parts": [{"kind": part.kind, "files": part.files, "told": part.told} for part in found.parts],
         "analysed": found.analysed,
         "resonance_error": found.resonance_error,
+        "corners": [each._asdict() for each in found.corners],
+        "together": found.told,
+        "population": None if found.people is None else found.people.population.model_dump(),
         "system": found.system.model_dump(),
     }

@@ -41,8 +41,12 @@ def lookup_table(model: Model) -> np.ndarray:
     """Return the table: a^2 = ln(f0/u)/tau in um^2 at ``table_size`` forces from g(a_max) to f0.
 
     The square is tabulated because a(u) has a vertical tangent at u = f0, where a^2 is smooth; the largest force
-    error of linear interpolation then is h^2/(8 u) with h the spacing in N.
+    error of linear interpolation then is h^2/(8 u) with h the spacing in N. A table that was measured
+    (``model.table_um2``) is taken in place of the law's, linear between its entries.
     """
+    if model.table_um2:
+        places = np.linspace(0.0, 1.0, model.table_size)
+        return np.interp(places, np.linspace(0.0, 1.0, len(model.table_um2)), model.table_um2)
     u = np.linspace(model.floor_n, model.nominal_n, model.table_size)
     return np.asarray(np.log(model.nominal_n / u) / model.susceptibility_per_um2)
 

@@ -38,7 +38,8 @@ FIRMWARE = Represented(
         TrackerController: "kind schedule resonance_share broadened_q compliance_um_per_n "
         "largest_compliance_um_per_n compliance_learning susceptibility_learning load_exponent load_hz "
         "skin_stiffness_n_m largest_jump_n",
-        Model: "nominal_n susceptibility_per_um2 max_amplitude_um plate_hz resonance_hz resonance_q sensor_hz",
+        Model: "nominal_n susceptibility_per_um2 max_amplitude_um plate_hz resonance_hz resonance_q sensor_hz "
+        "table_um2",
         Touch: "position load",
         PositionSensor: "tracking_hz",
         LoadCells: "touch_n touch_share mean_s least_speed_mm_s developed_mm",

@@ -15,6 +15,10 @@ from frictionloop.parameters.description import Description
 from frictionloop.quantities import FrictionloopError
 
 Window = tuple[Number, Number]
+USUAL = {"mass": "kg", "frequency": "Hz", "vibration": "um", "envelope": "um", "amplitude": "um", "a": "um"}
+USUAL |= {"drive": "", "jump": "V", "answer": "V", "minutes": "min", "temperature": "degC"}
+USUAL |= {"position": "m", "speed": "m/s"}
+"""Unit of a channel of which nothing is said, by its name; of the others it is N."""
 
 
 class Channel(Block):
@@ -28,13 +32,17 @@ class Channel(Block):
     """Unit of the column, where the file says none or a wrong one: N, mN, V, mV, kg, g, counts."""
     scale: Annotated[Number, Field(description="What one of the column's unit is, in ``gives``.")] | None = None
     gives: str | None = None
-    """Unit after ``scale``: N, V, kg, m or counts; left out, kg for a channel called mass and N for the others."""
+    """Unit after ``scale``: N, V, kg, m, um, Hz or counts; left out, what a channel of that name usually has: kg for
+    mass, m for position, um for vibration, N for forces."""
     sign: Annotated[Whole, Field(ge=-1, le=1)] = 1
     """-1 turns the channel round."""
     zero_s: Window | None = None
     """From when to when in s nothing acted: the mean over it is taken off. Rows of a table count as seconds."""
     wrap: Positive | None = None
     """Where a counter starts again from 0, in the column's unit."""
+    crosstalk: Annotated[dict[str, Number], Field(default_factory=dict)]
+    """What the channel reads of others, by their names: ``{ load = 0.02 }`` takes 0.02 times the load off, after
+    scales."""
     delay_s: Number = 0.0
     """How much later than the others the channel was recorded, in s: it is moved forward by this."""
 

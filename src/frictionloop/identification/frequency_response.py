@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from scipy.signal import csd
 
 from frictionloop.identification.channels import READING, READING_UNITS, channel, rate_of
-from frictionloop.identification.hits import pick_hits
+from frictionloop.identification.hits import Hits, hits_of
+from frictionloop.identification.long import Run
 from frictionloop.quantities import FrictionloopError
 
 Array = NDArray[np.float64]
@@ -40,7 +41,7 @@ Estimator = Literal["H1", "H2", "Hv"]
 
 
 def response(
-    recording: xr.Dataset | Sequence[xr.Dataset],
+    recording: Run | Sequence[Run],
     segment_s: float = 0.5,
     estimator: Estimator = "H1",
     exclude: Collection[int] = (),
@@ -77,8 +78,7 @@ def response(
     """
     if estimator not in get_args(Estimator):
         raise FrictionloopError(f"estimator = {estimator!r}: must be 'H1', 'H2' or 'Hv'")
-    runs = [recording] if isinstance(recording, xr.Dataset) or not isinstance(recording, Sequence) else list(recording)
-    cut = [_pieces(run, segment_s, exclude) for run in runs]
+    cut = [_pieces(run, found) for run, found in hits_of(recording, segment_s, exclude)]
     if len({piece.rate_hz for piece in cut}) > 1:
         raise FrictionloopError(f"recording: rates {sorted({piece.rate_hz for piece in cut})} Hz: must be one")
     hits = sum(len(piece.force) for piece in cut)
@@ -108,7 +108,7 @@ def response(
         input_density=of_force,
         hits=hits,
         rate_hz=rate_hz,
-        unit=f"{runs[0][READING].attrs['units']}/N",
+        unit=cut[0].unit,
     )
 
 
@@ -119,10 +119,16 @@ class _Pieces(NamedTuple):
     reading: Array
     rate_hz: float
     told: str
+    unit: str
 
 
-def _pieces(run: xr.Dataset, segment_s: float, exclude: Collection[int]) -> _Pieces:
+def _pieces(run: xr.Dataset, found: Hits) -> _Pieces:
     force, reading = channel(run, "hammer", ("N",)), channel(run, READING, READING_UNITS)
-    found = pick_hits(run, segment_s, exclude)
     rows = np.array(found.starts, dtype=int)[:, None] + np.arange(found.length)
-    return _Pieces((-force if found.inverted else force)[rows], reading[rows], rate_of(run), found.told())
+    return _Pieces(
+        (-force if found.inverted else force)[rows],
+        reading[rows],
+        rate_of(run),
+        found.told(),
+        f"{run[READING].attrs['units']}/N",
+    )

@@ -2,33 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d
 
 from frictionloop.identification.channels import READING, READING_UNITS, channel, rate_of, samples_in
-from frictionloop.identification.preview import clipped
+from frictionloop.identification.clipping import clipped
+from frictionloop.identification.hit_faults import Piece, faults_of
+from frictionloop.identification.long import Run, Stretches
+from frictionloop.identification.onsets import ABOVE_NOISE, BEFORE, calm_rows, onsets_of, piece_length, quiet_noise
 from frictionloop.quantities import FrictionloopError
 
 Array = NDArray[np.float64]
-ABOVE_NOISE = 10.0
-"""A hit begins where a channel leaves its mean by so many standard deviations of its noise (assumed: one false hit in
-1e23 samples of normal noise; other noise has longer tails)."""
-RISE = 2.0
-"""A hit is at least so many times as large as what was there in two periods before (assumed)."""
-SMALL = 30.0
-"""A hit whose peak is less than so many standard deviations of the noise tells little (assumed)."""
-LEFT = 0.01
-"""Share of a hit's peak that may be left before it, or at the end of its piece (assumed)."""
-BOUNCE = 0.1
-"""A second pulse above this share of the first makes a hit double (assumed)."""
-BEFORE = 0.1
-"""Share of a piece that lies before its hit."""
 
 
 class Hit(NamedTuple):
@@ -76,7 +65,11 @@ class Hits:
 
 
 def pick_hits(
-    recording: xr.Dataset, segment_s: float | None = None, exclude: Collection[int] = (), column: str | None = None
+    recording: xr.Dataset,
+    segment_s: float | None = None,
+    exclude: Collection[int] = (),
+    column: str | None = None,
+    before: int | None = None,
 ) -> Hits:
     """Return every hit of a recording with a verdict.
 
@@ -96,6 +89,8 @@ def pick_hits(
         Numbers of hits to leave out, as in the table.
     column : str, optional
         Channel in which to look; the hammer if there is one.
+    before : int, optional
+        Hits in earlier parts of the same recording: numbers go on from them.
 
     Raises
     ------
@@ -112,148 +107,70 @@ def pick_hits(
     away = signal - np.median(signal)
     noise = quiet_noise(away)
     level = max(ABOVE_NOISE * noise, 1e-6 * float(np.max(np.abs(away))))
-    onsets = _onsets(away, level, _calm_rows(away, rate_hz), column != READING)
+    onsets = onsets_of(away, level, calm_rows(away, rate_hz), column != READING)
     if not onsets:
         raise FrictionloopError(
             f"recording: {column!r} has no hits: it never leaves its mean by {ABOVE_NOISE:g} times its noise "
             f"({noise:.3g}); accepted: a recording with hits"
         )
     still = reading - np.median(reading)
-    length = _length(still, onsets, rate_hz) if segment_s is None else round(segment_s * rate_hz)
-    before = int(BEFORE * length)
+    length = piece_length(still, onsets, rate_hz) if segment_s is None else round(segment_s * rate_hz)
+    ahead, earlier = int(BEFORE * length), before or 0
     flat = clipped(signal) | clipped(reading)
     for number in exclude:
-        if not 1 <= number <= len(onsets):
+        if before is None and not 1 <= number <= len(onsets):
             raise FrictionloopError(f"exclude = {number}: there is no such hit; accepted: 1 to {len(onsets)}")
     floor = quiet_noise(still)
     table: list[Hit] = []
     starts: list[int] = []
     for k, onset in enumerate(onsets):
-        rows = slice(max(onset - before, 0), min(onset - before + length, signal.size))
-        piece = _Piece(
+        rows = slice(max(onset - ahead, 0), min(onset - ahead + length, signal.size))
+        piece = Piece(
             pulse=away[onset : rows.stop],
             reading=still[rows],
             flat=int(np.count_nonzero(flat[rows])),
             before=onset - rows.start,
-            wanted=(before, length),
+            wanted=(ahead, length),
             next_row=onsets[k + 1] - onset if k + 1 < len(onsets) else None,
         )
         peak = float(piece.pulse[np.argmax(np.abs(piece.pulse))])
-        faults = _faults(piece, noise, floor, rate_hz, column != READING)
+        faults = faults_of(piece, noise, floor, rate_hz, column != READING)
         verdict, reason = next(faults, ("good", ""))
-        if k + 1 in exclude:
+        if k + 1 + earlier in exclude:
             verdict, reason = "excluded", "excluded by hand"
-        table.append(Hit(k + 1, onset / rate_hz, peak, verdict, reason))
+        time_s = float(recording["time"][0]) + onset / rate_hz
+        table.append(Hit(k + 1 + earlier, time_s, peak, verdict, reason))
         if verdict == "good":
-            starts.append(onset - before)
+            starts.append(onset - ahead)
     inverted = float(np.median([each.peak for each in table])) < 0
-    return Hits(tuple(table), column, inverted, tuple(starts), before, length, noise)
+    return Hits(tuple(table), column, inverted, tuple(starts), ahead, length, noise)
 
 
-def quiet_noise(values: Array) -> float:
-    """Return the standard deviation of the quietest quarter of a signal, cut into up to 400 pieces."""
-    pieces = min(400, max(values.size // 32, 1))
-    cut = values[: values.size - values.size % pieces].reshape(pieces, -1)
-    spread = np.sort(cut.std(axis=1))
-    return float(np.median(spread[: max(pieces // 4, 1)]))
+def hits_of(
+    recording: Run | Sequence[Run], segment_s: float | None = None, exclude: Collection[int] = ()
+) -> Iterator[tuple[xr.Dataset, Hits]]:
+    """Yield recordings with their hits, one after the other."""
+    if isinstance(recording, Stretches):
+        yield from _hits_of_parts(recording, segment_s, exclude)
+    elif isinstance(recording, xr.Dataset) or not isinstance(recording, Sequence):
+        yield recording, pick_hits(recording, segment_s, exclude)
+    else:
+        for run in recording:
+            yield from hits_of(run, segment_s, exclude)
 
 
-def _calm_rows(away: Array, rate_hz: float) -> int:
-    """Return for how many rows a channel must have been calm before a hit: two periods of its strongest frequency."""
-    spectrum = np.abs(np.fft.rfft(away - away.mean()))
-    hertz = np.fft.rfftfreq(away.size, 1 / rate_hz)
-    inside = hertz > 4 * rate_hz / away.size
-    weight = spectrum[inside] ** 2
-    # The median of the power: a pulse has no strongest frequency, a ringing has one.
-    middle = float(hertz[inside][np.searchsorted(np.cumsum(weight), 0.5 * weight.sum())])
-    return int(max(2 * rate_hz / max(middle, rate_hz / away.size), 16))
-
-
-def _onsets(away: Array, level: float, calm: int, merged: bool) -> list[int]:
-    """Return where a channel rises over the level, and to more than twice what it was in as many rows before.
-
-    The tail of a ringing passes the level without such a rise. ``merged``: what follows within a fifth of the usual
-    time between hits is a bounce of the same one.
-    """
-    size = np.abs(away)
-    # maximum_filter1d looks from -calm//2 on: shifted, it is the largest of the rows ahead, and of those behind.
-    ahead = maximum_filter1d(size, calm, origin=-(calm // 2) if calm % 2 else -(calm // 2) + 1)
-    behind = np.concatenate([np.zeros(calm), ahead[:-calm]])
-    risen = np.flatnonzero((ahead > level) & (ahead > RISE * behind))
-    found: list[int] = []
-    for first in risen[np.diff(risen, prepend=-(10**9)) > 1].tolist():
-        onset = first + int(np.argmax(size[first:] > max(level, RISE * behind[first])))
-        if not found or onset > found[-1] + calm:
-            found.append(onset)
-    if merged and len(found) > 2:
-        apart = 0.2 * float(np.median(np.diff(found)))
-        kept = found[:1]
-        for onset in found[1:]:
-            if onset - kept[-1] > apart:
-                kept.append(onset)
-        found = kept
-    return found
-
-
-def _length(still: Array, onsets: list[int], rate_hz: float) -> int:
-    """Return the rows of a piece: until the strongest response has decayed, at most four fifths of the way on."""
-    gaps = np.diff([*onsets, still.size])
-    apart = [int(gap) for gap in gaps if gap > 0.2 * np.median(gaps)]
-    most = int(0.8 * min(apart)) if apart else still.size
-    floor = quiet_noise(still)
-    top = max(onsets, key=lambda k: float(np.max(np.abs(still[k : k + most]))))
-    envelope = maximum_filter1d(np.abs(still[top : top + most]), max(int(2e-3 * rate_hz), 8))
-    loud = np.flatnonzero(envelope > max(5 * floor, 1e-3 * float(envelope.max())))
-    decayed = int(loud[-1]) + 1 if loud.size else most
-    return int(min(max(1.3 * decayed / (1 - BEFORE), 64), most / (1 - BEFORE)))
-
-
-class _Piece(NamedTuple):
-    """One hit and what surrounds it."""
-
-    pulse: Array
-    """Deviation of the channel in which the hit was found, from the hit to the end of the piece."""
-    reading: Array
-    """Deviation of the reading over the piece, as much of it as the recording holds."""
-    flat: int
-    """Samples that are clipped."""
-    before: int
-    """Rows before the hit, fewer than asked for at the start of the recording."""
-    wanted: tuple[int, int]
-    """Rows that there should be before the hit, and in all."""
-    next_row: int | None
-    """Rows to the hit that follows."""
-
-
-def _faults(piece: _Piece, noise: float, floor: float, rate_hz: float, of_hammer: bool) -> Iterator[tuple[str, str]]:
-    """Yield what is wrong with a hit, the worst first, and why."""
-    peak, (before, length) = float(np.max(np.abs(piece.pulse))), piece.wanted
-    if piece.flat:
-        yield "clipped", f"clipped for {piece.flat} samples"
-    if peak < SMALL * noise:
-        yield "small", f"small, its peak is {peak / noise:.0f} times the noise"
-    if piece.next_row is not None and piece.next_row < length - before:
-        yield "double", f"double, another follows after {1e3 * piece.next_row / rate_hz:.0f} ms"
-    if of_hammer and (again := _bounce(np.abs(piece.pulse))) is not None:
-        yield "double", f"double, it bounces after {1e3 * again / rate_hz:.1f} ms"
-    if piece.reading.size < length:
-        yield "cut off", f"cut off by the {'start' if piece.before < before else 'end'} of the recording"
-    largest = float(np.max(np.abs(piece.reading[piece.before :])))
-    start, stop = (float(np.std(part)) for part in (piece.reading[: piece.before], piece.reading[-max(before, 2) :]))
-    most = max(LEFT * largest, 3 * floor)
-    if piece.before > 8 and start > most:
-        yield "still ringing", f"still ringing, {100 * start / largest:.0f} % of its response before it"
-    if before > 8 and stop > most:
-        left = f"{100 * stop / largest:.0f} % of its response is left at the end of the piece"
-        yield "cut off", f"cut off, {left}: segment_s must be longer"
-
-
-def _bounce(pulse: Array) -> int | None:
-    """Return the row of a second pulse above a tenth of the largest, after the force has fallen to a twentieth."""
-    loud = pulse > BOUNCE * pulse.max()
-    first = int(np.argmax(loud))
-    fallen = np.flatnonzero(pulse[first:] < 0.5 * BOUNCE * pulse.max())
-    if not fallen.size:
-        return None
-    again = np.flatnonzero(loud[first + fallen[0] :])
-    return int(first + fallen[0] + again[0]) if again.size else None
+def _hits_of_parts(
+    parts: Stretches, segment_s: float | None, exclude: Collection[int]
+) -> Iterator[tuple[xr.Dataset, Hits]]:
+    """Yield the parts in which there are hits, numbered through; refuse if there are none in any."""
+    count, refused = 0, None
+    for run in parts:
+        try:
+            found = pick_hits(run, segment_s, exclude, before=count)
+        except FrictionloopError as error:
+            refused = error
+            continue
+        count += len(found.table)
+        yield run, found
+    if refused is not None and not count:
+        raise refused

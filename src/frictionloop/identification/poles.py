@@ -44,9 +44,9 @@ def stabilisation(decays: Sequence[Array], rate_hz: float, orders: Sequence[int]
     Source: Hua and Sarkar, IEEE Trans. ASSP 38 (1990) 814.
     """
     rows = max(min(min(decay.size for decay in decays) // 2, 300), 2 * max(orders) + 2)
-    stacked = np.concatenate([np.lib.stride_tricks.sliding_window_view(decay, rows).T for decay in decays], axis=1)
-    # The left singular vectors of a wide matrix are the eigenvectors of its square.
-    powers, vectors = np.linalg.eigh(stacked @ stacked.T)
+    windows = [np.lib.stride_tricks.sliding_window_view(decay, rows) for decay in decays]
+    # The left singular vectors of a wide matrix are the eigenvectors of its square, a sum over decays.
+    powers, vectors = np.linalg.eigh(sum(each.T @ each for each in windows))
     vectors = vectors[:, np.argsort(powers)[::-1]]
     found: list[Pole] = []
     before: list[Pole] = []

@@ -20,14 +20,31 @@ Window = tuple[Number, Number]
 class Take(Block):
     """Recordings of one kind, which are one measurement."""
 
-    kind: Literal["weights", "hits", "quiet", "slides"]
-    """What was done: known weights, hits (of a hammer that measures or of a pen), nothing, or slides of a finger."""
+    kind: Literal[
+        "weights",
+        "hits",
+        "response",
+        "quiet",
+        "load",
+        "position",
+        "scale",
+        "plate",
+        "carrier",
+        "delay",
+        "slides",
+        "amplitude",
+    ]
+    """What was done: known weights on the force sensor, hits (of a hammer that measures or of a pen), a frequency
+    response that is listed (of a stepped sine), nothing; weights on the load cells, a known way, drives under a
+    vibrometer, a stepped sine or a switched plate, a resonance over time, known jumps; slides of a finger on the still
+    plate, and under amplitude commands."""
     files: Annotated[tuple[str, ...], Field(min_length=1)]
     """Paths, as seen from the project file."""
     map: str | None = None
     """TOML file with a channel map; or write ``channels`` here."""
     channels: dict[str, Channel] | None = None
-    """By the names f_m, mass, hammer, load and position (or speed)."""
+    """By the names that each kind asks for (docs/calibration): f_m, mass, hammer, load, position or speed, reading,
+    drive, frequency, vibration, envelope, amplitude, jump, answer."""
     rate_hz: Positive | None = None
     """Sampling rate, where the files tell none or two."""
     date: str | None = None
@@ -39,15 +56,29 @@ class Take(Block):
     tolerance: Annotated[Number, Field(ge=0, lt=1)] = 0.0
     """Weights: their relative tolerance."""
     mode: Literal["first", "strongest"] = "first"
-    """Hits: which mode is the sensor's resonance."""
+    """Hits and response: which mode is the sensor's resonance."""
+    count: Annotated[Whole, Field(ge=1, le=8)] | None = None
+    """Hits and response: how many modes to list in the certificate, from the lowest up."""
     band_hz: Window | None = None
-    """Hits: between which frequencies it lies."""
+    """Hits and response: between which frequencies it lies."""
     segment_s: Positive | None = None
     """Hits: length of a piece; left out, as the hits allow."""
     exclude: tuple[Whole, ...] = ()
     """Hits: numbers of those to leave out."""
     interval_s: Window | None = None
     """Quiet: from when to when; left out, the longest quiet stretch."""
+    full_drive: Positive | None = None
+    """Scale: the drive at its largest, in the unit of the channel; gives the largest amplitude."""
+    frequency_hz: Positive | None = None
+    """Scale: frequency of the vibration, where the vibrometer gives its velocity."""
+    control_hz: Positive | None = None
+    """Delay: control rate."""
+    waits: bool = True
+    """Delay: whether jumps come at any time of a control period."""
+    plate_hz: Positive | None = None
+    """Amplitude: cutoff of the plate's envelope, where the channel is a command and not a measurement."""
+    finger: str | None = None
+    """Slides, amplitude: whose finger; several make a population."""
 
     def chart(self, folder: Path) -> ChannelMap | None:
         """Return the channel map, None if the files name their columns as the analyses do."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionloop.parameters.sources import SLOWEST_S
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.units import UNITS
 from frictionloop.recordings.contents import Contents
+from frictionloop.recordings.stored import Samples, blocks_of
 
 AGREE = 1e-3
 """How far two rates may be apart and still be the same, as a share."""
@@ -78,23 +78,31 @@ def _disagree(path: str, told: dict[str, float]) -> None:
 
 
 def _steps(
-    times: NDArray[np.floating], unit: str | None, near_hz: float | None
+    times: Samples, unit: str | None, near_hz: float | None
 ) -> tuple[float | None, tuple[tuple[int, int], ...], bool]:
     """Return the usual step in s (None for counts), the gaps, and whether the times are even apart from them."""
-    steps = np.diff(np.asarray(times, dtype=float))
-    usual = float(np.nanmedian(steps)) if steps.size else 0.0
-    if not usual > 0:
-        return None, (), False
-    ratio = np.rint(steps / usual)
-    off = np.flatnonzero(~(np.abs(steps - usual) <= UNEVEN * usual))
-    missing = tuple((int(k), int(ratio[k]) - 1) for k in off if ratio[k] >= 2)
-    even = len(missing) == off.size
-    inner = steps[np.abs(steps - usual) <= UNEVEN * usual]
-    usual = float(inner.mean()) if inner.size else usual
+    usual, total, inside, row = 0.0, 0.0, 0, 0
+    missing: list[tuple[int, int]] = []
+    even, last = True, np.zeros(0)
+    for block in blocks_of(times):
+        steps = np.diff(np.concatenate([last, np.asarray(block, dtype=float)]))
+        last, start = np.asarray(block[-1:], dtype=float), max(row - 1, 0)
+        row += block.size
+        usual = usual or (float(np.nanmedian(steps)) if steps.size else 0.0)
+        if not usual > 0:
+            return None, (), False
+        near = np.abs(steps - usual) <= UNEVEN * usual
+        off = np.flatnonzero(~near)
+        jumps = np.rint(steps[off] / usual)
+        missing += [(start + int(k), int(jump) - 1) for k, jump in zip(off, jumps, strict=True) if jump >= 2]
+        even = even and not bool(np.any(~(jumps >= 2)))
+        total, inside = total + float(steps[near].sum()), inside + int(near.sum())
+    usual = total / inside if inside else usual
+    gaps = tuple(missing)
     if unit in UNITS:
-        return usual * UNITS[str(unit)][1], missing, even
+        return usual * UNITS[str(unit)][1], gaps, even
     # Without a unit the times are in s, or in ms or us if only that agrees with the rate told elsewhere.
     for factor in (1.0, 1e-3, 1e-6):
         if near_hz is not None and abs(usual * factor * near_hz - 1) <= AGREE:
-            return usual * factor, missing, even
-    return (usual if usual < SLOWEST_S else None), missing, even
+            return usual * factor, gaps, even
+    return (usual if usual < SLOWEST_S else None), gaps, even

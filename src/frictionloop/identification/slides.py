@@ -10,33 +10,22 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
-from scipy.signal import butter, savgol_filter, sosfiltfilt, welch
+from scipy.signal import savgol_filter
 from scipy.stats import linregress
 
 from frictionloop.identification.channels import READING, channel, rate_of
+from frictionloop.identification.electroadhesion import refuse_electroadhesion
 from frictionloop.identification.estimate import Estimate
-from frictionloop.identification.hits import quiet_noise
+from frictionloop.identification.slide_exponent import load_exponent
+from frictionloop.identification.slide_rows import SHORTEST_S, SLOWEST_M_S, SMOOTH_S, slide_rows, without_zero
+from frictionloop.identification.slide_spectrum import tremor, welch_slope, whittle_slope
 from frictionloop.quantities import FrictionloopError
 
 Array = NDArray[np.float64]
-SMOOTH_S = 0.05
-"""Time over which a position is turned into a speed, and a load is judged (assumed)."""
-STEADY = 0.3
-"""A finger slides where its speed is within this share of the median of the slide (assumed)."""
-SLOWEST_M_S = 2e-3
-SHORTEST_S = 0.3
 TOUCHING = 0.2
 """Share of the usual load above which a finger touches (assumed)."""
-BAND_HZ = (5.0, 100.0)
-"""Band of the spectrum's slope: above the stroke, below the sensor."""
-TREMOR_HZ = (6.0, 14.0)
-"""Smith and others: a hand trembles at 8 to 12 Hz."""
-
 LIFTED = 0.4
 """A load that falls below this share of the usual one is that of a finger which has lifted (assumed)."""
-LEAST_LOADS = 0.05
-"""Relative spread of the load below which its exponent cannot be told (assumed)."""
 
 
 class Slide(NamedTuple):
@@ -110,14 +99,14 @@ def friction(recording: xr.Dataset) -> Friction:
     lifted = low < LIFTED * usual
     touching = smooth > low + TOUCHING * (usual - low) if lifted else np.ones(force.size, dtype=bool)
     if lifted:
-        force, load = (_without_zero(each, ~touching, window) for each in (force, load))
-    found = [_slide(force, load, speed, a, b, rate_hz) for a, b in _runs(touching, speed, rate_hz)]
+        force, load = (without_zero(each, ~touching, window) for each in (force, load))
+    found = [_slide(force, load, speed, a, b, rate_hz) for a, b in slide_rows(touching, speed, rate_hz)]
     if not found:
         raise FrictionloopError(
             f"recording: no slide of {SHORTEST_S:g} s at an even speed above {1e3 * SLOWEST_M_S:g} mm/s in contact; "
             "accepted: position in m (or speed in m/s) and load in N of a finger that slides"
         )
-    _refuse_electroadhesion(recording, force)
+    refuse_electroadhesion(recording, force)
     mus = np.array([slide.mu for slide in found])
     scatter = float(mus.std(ddof=1) / math.sqrt(mus.size)) if mus.size > 1 else abs(found[0].mu_change - 1) * mus[0] / 3
     told = [f"slide of {s.stop_s - s.start_s:.2f} s at {1e3 * s.speed_m_s:.1f} mm/s: mu {s.mu:.3f}" for s in found]
@@ -127,34 +116,6 @@ def friction(recording: xr.Dataset) -> Friction:
     return Friction(
         tuple(found), Estimate(float(mus.mean()), scatter, "", max(mus.size - 1.0, 1.0)), _exponent(found), tuple(told)
     )
-
-
-def _without_zero(values: Array, free: NDArray[np.bool_], margin: int) -> Array:
-    """Return a channel less the line through the medians of the stretches without contact."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], free.astype(np.int8), [0]]))).reshape(-1, 2)
-    inner = [(a + margin, b - margin) for a, b in edges.tolist() if b - a > 4 * margin]
-    if not inner:
-        return values
-    centres = [(a + b) / 2 for a, b in inner]
-    return np.asarray(values - np.interp(np.arange(values.size), centres, [np.median(values[a:b]) for a, b in inner]))
-
-
-def _runs(touching: NDArray[np.bool_], speed: Array, rate_hz: float) -> list[tuple[int, int]]:
-    """Return rows between which a finger touches and slides evenly."""
-    least = max(SLOWEST_M_S, 5 * quiet_noise(speed))
-    moving = touching & (np.abs(speed) > least)
-    signed = np.where(moving, np.sign(speed), 0.0)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0.0], signed, [0.0]])))
-    runs = []
-    for a, b in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
-        if signed[a] == 0 or (b - a) < SHORTEST_S * rate_hz:
-            continue
-        usual = float(np.median(np.abs(speed[a:b])))
-        even = np.flatnonzero(np.abs(np.abs(speed[a:b]) - usual) < STEADY * usual)
-        first, stop = a + int(even[0]), a + int(even[-1]) + 1
-        if stop - first >= SHORTEST_S * rate_hz:
-            runs.append((first, stop))
-    return runs
 
 
 def _slide(force: Array, load: Array, speed: Array, a: int, b: int, rate_hz: float) -> Slide:
@@ -173,26 +134,12 @@ def _slide(force: Array, load: Array, speed: Array, a: int, b: int, rate_hz: flo
         load_n=float(n.mean()),
         mu=float(f.mean() / n.mean()),
         mu_change=ratios[1] / ratios[0],
-        exponent=_load_exponent(f, n, rate_hz),
-        slope_welch=_welch_slope(f, rate_hz),
-        slope_whittle=_whittle_slope(f, rate_hz),
-        tremor_n=_band(f, rate_hz),
+        exponent=load_exponent(f, n, rate_hz),
+        slope_welch=welch_slope(f, rate_hz),
+        slope_whittle=whittle_slope(f, rate_hz),
+        tremor_n=tremor(f, rate_hz),
         onset=float(before.max() / f.mean()) if before.size else math.nan,
     )
-
-
-def _load_exponent(f: Array, n: Array, rate_hz: float) -> Estimate:
-    """Return n of log f = c + n log N over means of a tenth of a second."""
-    pieces = max(int(f.size / (0.1 * rate_hz)), 3)
-    pairs = [
-        (float(a.mean()), float(b.mean()))
-        for a, b in zip(np.array_split(f, pieces), np.array_split(n, pieces), strict=True)
-    ]
-    good = np.array([pair for pair in pairs if min(pair) > 0])
-    if len(good) < 3 or good[:, 1].std() < LEAST_LOADS * good[:, 1].mean():
-        return Estimate(math.nan, math.inf, "", 1.0)
-    line = linregress(np.log(good[:, 1]), np.log(good[:, 0]))
-    return Estimate(float(line.slope), float(line.stderr), "", len(good) - 2.0)
 
 
 def _exponent(slides: Sequence[Slide]) -> Estimate:
@@ -202,44 +149,3 @@ def _exponent(slides: Sequence[Slide]) -> Estimate:
         line = linregress(np.log(loads), np.log([slide.friction_n for slide in slides]))
         return Estimate(float(line.slope), float(line.stderr), "", loads.size - 2.0)
     return min((slide.exponent for slide in slides), key=lambda each: each.standard_error)
-
-
-def _welch_slope(f: Array, rate_hz: float) -> float:
-    hertz, power = welch(f - f.mean(), rate_hz, nperseg=min(f.size, int(0.5 * rate_hz)), detrend="linear")
-    inside = (hertz >= BAND_HZ[0]) & (hertz <= min(BAND_HZ[1], 0.4 * rate_hz))
-    # Equal weight to each octave, as the eye gives a line on logarithmic axes.
-    return float(np.polyfit(np.log(hertz[inside]), np.log(power[inside]), 1, w=1 / np.sqrt(hertz[inside]))[0])
-
-
-def _whittle_slope(f: Array, rate_hz: float) -> float:
-    """Return the exponent p of S = c f^p that is likeliest for a periodogram I: least sum of log S + I/S."""
-    size = f.size
-    # A Hann window: a boxcar's leakage would hide slopes steeper than -2.
-    window = np.hanning(size)
-    line = np.polyval(np.polyfit(np.arange(size), f, 1), np.arange(size))
-    power = np.abs(np.fft.rfft(window * (f - line))) ** 2
-    hertz = np.fft.rfftfreq(size, 1 / rate_hz)
-    inside = (hertz >= BAND_HZ[0]) & (hertz <= min(BAND_HZ[1], 0.4 * rate_hz))
-    x, seen = hertz[inside], power[inside]
-
-    def unlikely(p: float) -> float:
-        shape = x**p
-        return float(np.log(np.mean(seen / shape)) + np.mean(np.log(shape)))
-
-    return float(minimize_scalar(unlikely, bounds=(-5, 2), method="bounded").x)
-
-
-def _band(f: Array, rate_hz: float) -> float:
-    sos = butter(2, TREMOR_HZ, "bandpass", fs=rate_hz, output="sos")
-    return float(np.std(sosfiltfilt(sos, f - f.mean(), padlen=min(f.size - 1, int(0.3 * rate_hz)))))
-
-
-def _refuse_electroadhesion(recording: xr.Dataset, force: Array) -> None:
-    if "amplitude" not in recording:
-        return
-    amplitude = np.abs(np.asarray(recording["amplitude"].values, dtype=float))
-    if np.ptp(amplitude) > 0 and float(np.corrcoef(amplitude, np.abs(force))[0, 1]) > 0.5:
-        raise FrictionloopError(
-            "recording: friction rises with 'amplitude', as electroadhesion makes it: accepted are recordings of "
-            "ultrasonic vibration, which lowers friction"
-        )

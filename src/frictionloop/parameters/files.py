@@ -28,7 +28,7 @@ _PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+"""
 _DEEP = re.compile(rf"(?<![\w-]){_PART}(?:\.[ \t]*+{_PART}){{{DEEPEST},}}")
 """A dotted key that the parser takes the square, or more, of its length for."""
 _RARE = """
-    touch board pulse_ticks jitter_s lost_ticks open_until_s form table_size
+    touch board pulse_ticks jitter_s lost_ticks open_until_s form table_size table_um2
     slow_mm_s static_ratio static_mm_s drying_s roughness_longest_mm bristle_damping_n_s_m
     start load_drift_s tremor_width_hz landing_s contact_s lifted_s person unscored_n
 """

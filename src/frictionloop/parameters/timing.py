@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
@@ -30,11 +31,19 @@ class Model(Block):
     """Believed cutoff of the sensor's electronics."""
     table_size: Annotated[Whole, Field(ge=0, le=65536)] = 0
     """Entries of the lookup table, interpolated linearly in amplitude squared; 0 is the exact inverse."""
+    table_um2: tuple[NotNegative, ...] = ()
+    """Measured table: a^2 at forces evenly from g(max_amplitude_um) to f0, falling to 0; none: the law's own."""
 
     @model_validator(mode="after")
     def _table(self) -> Self:
         if self.table_size == 1:
             raise ValueError("table_size must be 0 (exact inverse) or at least 2")
+        if self.table_um2:
+            table = self.table_um2
+            if len(table) < 2 or table[-1] != 0 or any(b >= a for a, b in pairwise(table)):
+                raise ValueError("table_um2 must fall from entry to entry, at least two of them, to 0 at the last")
+            if self.table_size == 0:
+                raise ValueError(f"table_um2 needs a table_size, as {len(table)}: 0 is the law's exact inverse")
         return self
 
     @model_validator(mode="after")

@@ -12,6 +12,7 @@ from scipy.special import ndtr
 
 from frictionloop.parameters.finger import FingerFriction
 from frictionloop.parameters.motion import Strokes
+from frictionloop.parameters.population import Population, read_population
 from frictionloop.physics.friction import halving_amplitude_um
 from frictionloop.physics.friction_limit import limit_coefficients, limit_step
 from frictionloop.physics.vibration import vibrated_step
@@ -52,7 +53,7 @@ class Fingers(list[dict[str, float]]):
     dim = "finger"
 
 
-def fingers(n: int, seed: int) -> Fingers:
+def fingers(n: int, seed: int, population: Population | Mapping[str, Any] | str | None = None) -> Fingers:
     """Return a random population as overrides for `sweep`.
 
     Distributions are those of docs/finger.md, independent of each other but for moisture m, uniform from 0 to 1, which
@@ -66,16 +67,36 @@ def fingers(n: int, seed: int) -> Fingers:
         Number of fingers, at least 1.
     seed : int
         Seed, from 0 to 2^64 - 1. Finger i depends on the seed and i alone.
+    population : Population, mapping or path, optional
+        A population that was measured (``identify bench --population``): its values are drawn with their medians,
+        spreads and correlations in place of the assumed ones. A tau that was measured has its moisture in it already.
 
     Raises
     ------
     FrictionloopError
-        For an n below 1 or a seed out of range, or what is not a whole number.
+        For an n below 1 or a seed out of range, or what is not a whole number; for a population that cannot be read or
+        has a value that fingers do not have.
     """
     whole("n", n, 1, 2**32)
     whole("seed", seed, 0, 2**64 - 1)
     z = normals(seed, POPULATION_STREAM, 0, n * SLOTS).reshape(n, SLOTS)
-    return Fingers(_finger(row) | {"motion.person": i} for i, row in enumerate(z))
+    found = Fingers(_finger(row) | {"motion.person": i} for i, row in enumerate(z))
+    return found if population is None else _as_measured(found, z, read_population(population))
+
+
+def _as_measured(found: Fingers, z: np.ndarray, population: Population) -> Fingers:
+    """Return fingers whose measured values are drawn from the population: median e^(spread R z)."""
+    drawn = [*UNIFORM, *LOG_UNIFORM, *LOG_NORMAL]
+    for each in population.value:
+        if each.path not in drawn or UNIFORM.get(each.path, (0.0,))[0] < 0:
+            known = ", ".join(path for path in drawn if UNIFORM.get(path, (0.0,))[0] >= 0)
+            raise FrictionloopError(f"population: path = {each.path!r}: fingers have no such value; accepted: {known}")
+    # Each value keeps its own column of the noise, so a finger changes in what was measured alone.
+    own = z[:, [drawn.index(each.path) for each in population.value]] @ population.root().T
+    for finger, row in zip(found, own, strict=True):
+        for each, normal in zip(population.value, row.tolist(), strict=True):
+            finger[each.path] = each.median * math.exp(each.spread * normal)
+    return found
 
 
 def reach(values: Mapping[str, Any], max_amplitude_um: float = 2.5, contact_s: float = 0.0) -> tuple[float, float]:

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from frictionloop.recordings.arrays import attribute_unit, is_bare_dimension, unpacked
 from frictionloop.recordings.contents import Channel, Contents, lines_of, told_date, told_rates
 from frictionloop.recordings.hdf5 import check_hdf5
+from frictionloop.recordings.stored import is_large
+from frictionloop.recordings.stored_lines import hdf5_lines, wav_line
 
 
 def wav_contents(path: Path) -> Contents:
@@ -23,14 +25,28 @@ def wav_contents(path: Path) -> Contents:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", wavfile.WavFileWarning)
         warnings.filterwarnings("error", "Reached EOF", wavfile.WavFileWarning)
-        rate_hz, values = wavfile.read(path)
+        large = is_large(path, path.stat().st_size, 1)
+        try:
+            rate_hz, values = wavfile.read(path, mmap=large)
+        except ValueError:  # 24 bits cannot be mapped
+            large = False
+            rate_hz, values = wavfile.read(path)
     values = values.reshape(len(values), -1)
-    whole = values.dtype.kind in "iu"
-    if whole:
-        peak = 2.0 ** (8 * values.dtype.itemsize - 1)
-        values = (values - (peak if values.dtype.kind == "u" else 0.0)) / peak
-    channels = (Channel(str(k), values[:, k], None, 1.0 if whole else None) for k in range(values.shape[1]))
+    scale = 1.0 if values.dtype.kind in "iu" else None
+    lines = [wav_line(path, values, k, _of_full_scale) if large else values[:, k] for k in range(values.shape[1])]
+    channels = (
+        Channel(str(k), line if large else _of_full_scale(np.asarray(line)), None, scale)
+        for k, line in enumerate(lines)
+    )
     return Contents(tuple(channels), {"the header of the WAV file": float(rate_hz)})
+
+
+def _of_full_scale(values: NDArray[Any]) -> NDArray[Any]:
+    """Return integers as shares of their full scale, -1 to 1; other numbers as they are."""
+    if values.dtype.kind not in "iu":
+        return values
+    peak = 2.0 ** (8 * values.dtype.itemsize - 1)
+    return np.asarray((values - (peak if values.dtype.kind == "u" else 0.0)) / peak)
 
 
 def npz_contents(path: Path) -> Contents:
@@ -54,6 +70,7 @@ def hdf5_contents(path: Path) -> Contents:
     units: dict[str, str | None] = {}
     said: list[tuple[str, Any]] = []
     notes: list[str] = []
+    large: list[Channel] = []
     matlab = path.suffix.lower() == ".mat"
 
     def look(name: str, item: Any) -> None:
@@ -65,6 +82,9 @@ def hdf5_contents(path: Path) -> Contents:
                 notes.append(f"{name!r} is a MATLAB object ({_class_of(item)}) and was left out")
             return
         if item.dtype.kind in "iufbc" and item.ndim <= 2:
+            if is_large(path, item.size, item.dtype.itemsize):
+                large.extend(hdf5_lines(path, name, item, attribute_unit(dict(item.attrs)), unpacked))
+                return
             values = unpacked(item[()], dict(item.attrs))
             arrays[name] = np.asarray(values).T if matlab else np.asarray(values)
             units[name] = attribute_unit(dict(item.attrs))
@@ -74,7 +94,7 @@ def hdf5_contents(path: Path) -> Contents:
         file.visititems(look)
     said = [(name.rpartition("@")[2], value) for name, value in said]
     found = _of_arrays(arrays, units)
-    return Contents(found.channels, told_rates(said) | dict(found.rates_hz), tuple(notes), told_date(said))
+    return Contents((*found.channels, *large), told_rates(said) | dict(found.rates_hz), tuple(notes), told_date(said))
 
 
 def mat_contents(path: Path) -> Contents:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from frictionloop.quantities.units import UNITS
 from frictionloop.recordings.headers import header, is_time
+from frictionloop.recordings.stored import Samples
 
 MOST_LINES = 256
 """An array with more lines than this both ways is a picture, not a set of channels (assumed)."""
@@ -26,8 +27,8 @@ class Channel:
     """One line of samples of a file."""
 
     name: str
-    samples: NDArray[Any]
-    """In the type in which the file has them, shape (samples,)."""
+    samples: Samples
+    """In the type in which the file has them, shape (samples,); those of a large file stay there (`Stored`)."""
     unit: str | None = None
     """What the file says."""
     full_scale: float | None = None

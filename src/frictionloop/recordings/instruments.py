@@ -11,6 +11,8 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.extra import needed
 from frictionloop.quantities.units import known_unit
 from frictionloop.recordings.contents import Channel, Contents
+from frictionloop.recordings.stored import is_large
+from frictionloop.recordings.stored_lines import tdms_line
 
 EXTRA = "identify"
 
@@ -48,7 +50,9 @@ def tdms_contents(path: Path) -> Contents:
                 if each.dtype is None or np.dtype(each.dtype).kind not in "iufb" or len(each) < 2:
                     continue
                 name = each.name if len(file.groups()) == 1 else f"{group.name}/{each.name}"
-                channels.append(Channel(name, each[:], _unit(each.properties.get("unit_string"))))
+                large = is_large(path, len(each), np.dtype(each.dtype).itemsize)
+                samples = tdms_line(path, group.name, each.name, len(each), each.dtype) if large else each[:]
+                channels.append(Channel(name, samples, _unit(each.properties.get("unit_string"))))
                 if (step := float(each.properties.get("wf_increment", 0.0) or 0.0)) > 0:
                     rates[f"'wf_increment' of {each.name!r}"] = 1.0 / step
                 date = date or str(each.properties.get("wf_start_time", ""))

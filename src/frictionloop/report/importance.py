@@ -1,14 +1,18 @@
-"""How much each number that nobody has measured matters to the loop: its margins over the range of that number."""
+"""How much each number that nobody has measured matters to the loop: margins and residual over its range."""
 
 from __future__ import annotations
 
 import math
 from typing import NamedTuple
 
-from frictionloop.analysis import linearise, operating_band
+import numpy as np
+
+from frictionloop.analysis import linearise, operating_band, touch_spectrum
+from frictionloop.analysis.elements import linearise_contact
+from frictionloop.analysis.linear import LinearLoop
 from frictionloop.design import retune
 from frictionloop.identification import Bench
-from frictionloop.parameters import System
+from frictionloop.parameters import FingerFriction, Strokes, System
 from frictionloop.quantities import FrictionloopError
 
 RANGES = {
@@ -26,6 +30,10 @@ RANGES = {
 """Factors between which an unmeasured number of a preset may lie (assumed)."""
 
 
+POINTS = 400
+"""Frequencies of the residual's integral (its error is below a percent)."""
+
+
 class Importance(NamedTuple):
     """What one assumed number does to the loop."""
 
@@ -36,6 +44,10 @@ class Importance(NamedTuple):
     peak_low: float
     """Largest sensitivity Ms with the least value; infinite if unstable, NaN if the set-point is out of reach."""
     peak_high: float
+    residual_low_n: float
+    """What the loop leaves of friction noise and tremor from 1 Hz on with the least value, N rms; NaN as above, or
+    where nothing strokes."""
+    residual_high_n: float
 
     @property
     def swing(self) -> float:
@@ -66,13 +78,27 @@ def importance(found: Bench) -> list[Importance]:
         block, name = path.split(".")
         value = float(getattr(getattr(tuned, block), name))
         low, high = (value * factor for factor in factors)
-        rows.append(Importance(path, low, high, _peak(tuned, path, low), _peak(tuned, path, high)))
+        ends = [_judged(tuned, path, end) for end in (low, high)]
+        rows.append(Importance(path, low, high, ends[0][0], ends[1][0], ends[0][1], ends[1][1]))
     return sorted(rows, key=lambda row: -row.swing)
 
 
-def _peak(system: System, path: str, value: float) -> float:
+def _judged(system: System, path: str, value: float) -> tuple[float, float]:
+    """Return Ms and the residual in N rms with one value changed."""
     try:
-        margins = linearise(system.evolve({path: value})).margins()
+        loop = linearise(system.evolve({path: value}))
     except FrictionloopError:
-        return math.nan  # the set-point is out of reach
-    return margins.sensitivity_peak if margins.stable else math.inf
+        return math.nan, math.nan  # the set-point is out of reach
+    margins = loop.margins()
+    return (margins.sensitivity_peak, _residual_n(loop)) if margins.stable else (math.inf, math.inf)
+
+
+def _residual_n(loop: LinearLoop) -> float:
+    """Return the rms of |S| times what moves the force behind the contact, sqrt(integral of |S|^2 |C|^2 P df)."""
+    system = loop.system
+    if not (isinstance(system.friction, FingerFriction) and isinstance(system.motion, Strokes)):
+        return math.nan
+    frequency = np.geomspace(1.0, loop.nyquist_hz, POINTS)
+    lag = np.abs(linearise_contact(system, loop.elements.force_n).response(frequency))
+    left = touch_spectrum(system, 0.0)(frequency) * (lag * np.abs(loop.responses(frequency)["S"])) ** 2
+    return math.sqrt(float(np.trapezoid(left, frequency)))

@@ -1,6 +1,8 @@
 """Calibration rigs, simulated: each returns what a recorder at the real one would have written (docs/calibration)."""
 
 from frictionloop.identification.rigs.hammer import half_sine_response, hammer_rig
+from frictionloop.identification.rigs.jumps import jumps_rig
+from frictionloop.identification.rigs.plate import plate_sweep_rig, plate_switch_rig
 from frictionloop.identification.rigs.sensor import floor_rig
 from frictionloop.identification.rigs.weights import (
     UP_AND_DOWN_KG,
@@ -18,6 +20,9 @@ __all__ = [
     "friction_exponent",
     "half_sine_response",
     "hammer_rig",
+    "jumps_rig",
+    "plate_sweep_rig",
+    "plate_switch_rig",
     "pulled",
     "string_friction_for",
     "weights_rig",

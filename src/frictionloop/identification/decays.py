@@ -1,0 +1,76 @@
+"""What follows the good hits of recordings: free decays, as long as they are heard, as slow as they allow."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
+from scipy.signal import decimate
+
+from frictionloop.identification.channels import READING, READING_UNITS, channel, rate_of
+from frictionloop.identification.hits import hits_of
+from frictionloop.identification.long import Run
+from frictionloop.identification.onsets import quiet_noise
+from frictionloop.quantities import FrictionloopError
+
+Array = NDArray[np.float64]
+
+LONGEST = 2000
+"""Samples of a decay that are fitted; a longer one is decimated as its frequencies allow."""
+
+
+def decays_of(
+    runs: Run | Sequence[Run], segment_s: float | None, exclude: Collection[int]
+) -> tuple[list[Array], str, float]:
+    """Return what follows each good hit, from after its peak until it is lost in the noise."""
+    decays, told, rates = [], [], set()
+    for run, found in hits_of(runs, segment_s, exclude):
+        reading, rate_hz = channel(run, READING, READING_UNITS), rate_of(run)
+        told.append(found.told())
+        rates.add(rate_hz)
+        force = run["hammer"].values if found.channel == "hammer" else None
+        floor = quiet_noise(reading - np.median(reading))
+        for start in found.starts:
+            piece = reading[start : start + found.length] - reading[start : start + max(found.before - 2, 1)].mean()
+            begin = found.before + _end_of_pulse(force, start, found.before, found.length)
+            decay = _audible(piece[begin:], floor, rate_hz)
+            if decay.size >= 32:
+                decays.append(decay)
+    if len(rates) > 1:
+        raise FrictionloopError(f"recording: rates {sorted(rates)} Hz: must be one")
+    if len(decays) < 2:
+        raise FrictionloopError(f"recording: {len(decays)} good hits: must be at least two ({'; '.join(told)})")
+    return decays, "; ".join(told), rates.pop()
+
+
+def _end_of_pulse(force: Array | None, start: int, before: int, length: int) -> int:
+    if force is None:
+        return 0
+    pulse = np.abs(force[start + before : start + length] - np.median(force))
+    return int(np.flatnonzero(pulse > 0.02 * pulse.max())[-1]) + 2
+
+
+def _audible(decay: Array, floor: float, rate_hz: float) -> Array:
+    """Return a decay from its largest value to where it is lost in the noise."""
+    top = int(np.argmax(np.abs(decay)))
+    envelope = maximum_filter1d(np.abs(decay[top:]), max(int(decay.size / 50), 8))
+    over = np.flatnonzero(envelope > max(4 * floor, 5e-3 * float(envelope.max())))
+    # A copy: a view would keep the whole piece of each hit in the memory.
+    return decay[top : top + int(over[-1]) + 1].copy() if over.size else decay[top:top]
+
+
+def slower(decays: list[Array], rate_hz: float) -> tuple[list[Array], float]:
+    """Decimate long decays as far as what they contain allows; a filter keeps poles where they are."""
+    longest = max(decay.size for decay in decays)
+    spectrum = np.zeros(longest // 2 + 1)
+    for decay in decays:
+        spectrum += np.abs(np.fft.rfft(decay - decay.mean(), longest)) ** 2
+    hertz = np.fft.rfftfreq(longest, 1 / rate_hz)
+    top_hz = float(hertz[np.searchsorted(np.cumsum(spectrum), 0.999 * spectrum.sum())])
+    factor = min(int(rate_hz / (5 * top_hz)), max(longest // LONGEST, 1) * 4, 12)
+    if factor > 1 and longest > 1000:
+        decays = [decimate(decay, factor, ftype="fir")[12:] for decay in decays]
+        rate_hz /= factor
+    return [decay[:LONGEST] for decay in decays], rate_hz

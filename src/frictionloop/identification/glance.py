@@ -1,0 +1,120 @@
+"""A channel at a glance, block by block: its range, clipping, wraps and what is missing."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionloop.identification.clipping import LEVELS, RESTING, at_end, clips
+from frictionloop.recordings.contents import Channel
+
+Array = NDArray[np.float64]
+SAMPLED = 20000
+"""Samples from which the levels and the median of a channel are taken."""
+
+
+class ChannelPreview(NamedTuple):
+    """One channel at a glance."""
+
+    name: str
+    unit: str
+    samples: int
+    type: str
+    least: float
+    most: float
+    rms: float
+    """About its mean."""
+    clipped: float
+    """Share of the samples that stand at an end of the range in runs."""
+    wraps: int
+    """Jumps of a counter that starts again."""
+    missing: int
+    """Samples that are no finite number."""
+
+
+class Glance:
+    """What is counted over the blocks of a channel: all of them go to `first`, then all of them to `second`."""
+
+    def __init__(self, line: Channel) -> None:
+        self.line = line
+        self.least, self.most = np.inf, -np.inf
+        self.count, self.mean, self.squares = 0, 0.0, 0.0
+        self._every = max(line.samples.size // SAMPLED, 1)
+        self._sampled: list[Array] = []
+        self._at, self._inside = [0, 0], [0, 0]
+        self._jumps, self._calm, self._last = 0, 0.0, np.zeros(0)
+        self._whole = True
+        self._levelled: bool | None = None
+
+    def first(self, block: NDArray[Any]) -> None:
+        """Take a block in for the range, the mean and the levels."""
+        fine = _fine(block)
+        if not fine.size:
+            return
+        if not self.count:
+            self._whole = bool(np.array_equal(fine[:1000], np.rint(fine[:1000])))
+        self.least, self.most = min(self.least, float(fine.min())), max(self.most, float(fine.max()))
+        mean, squares, count = float(fine.mean()), float(fine.var()) * fine.size, self.count + fine.size
+        # Chan, Golub and LeVeque: sums of squares about means of parts, joined.
+        self.squares += squares + (mean - self.mean) ** 2 * self.count * fine.size / count
+        self.mean += (mean - self.mean) * fine.size / count
+        self.count = count
+        self._sampled.append(fine[:: self._every].copy())
+
+    @property
+    def span(self) -> float:
+        """Largest less least value."""
+        return self.most - self.least if self.count else 0.0
+
+    def second(self, block: NDArray[Any]) -> None:
+        """Take a block in for what the range is needed for: samples at its ends, and jumps over most of it."""
+        fine, span = _fine(block), self.span
+        if span == 0 or not fine.size:
+            return
+        if self._levelled is None:
+            self._levelled = np.unique(np.concatenate(self._sampled)).size < LEVELS
+        if not self._levelled:
+            for k, end in enumerate((self.most, self.least)):
+                long, inside = at_end(fine, end, span)
+                self._at[k] += int(np.count_nonzero(long))
+                self._inside[k] += inside
+        if span >= 128 and self._whole:
+            steps = np.abs(np.diff(np.concatenate([self._last, fine])))
+            jumps = steps > 0.5 * span
+            self._jumps += int(np.count_nonzero(jumps))
+            self._calm = max(self._calm, float(steps[~jumps].max(initial=0.0)))
+            self._last = fine[-1:]
+
+    def result(self) -> ChannelPreview:
+        """Return what was found."""
+        line, samples = self.line, self.line.samples
+        wraps = self._jumps if self._calm < 0.05 * self.span else 0
+        return ChannelPreview(
+            name=line.name,
+            unit=line.unit or "",
+            samples=samples.size,
+            type="complex" if samples.dtype.kind == "c" else str(samples.dtype),
+            least=self.least if self.count else 0.0,
+            most=self.most if self.count else 0.0,
+            rms=float(np.sqrt(self.squares / self.count)) if self.count else 0.0,
+            clipped=0.0 if wraps else self._clipped(),  # a counter that stands still
+            wraps=wraps,
+            missing=samples.size - self.count,
+        )
+
+    def _clipped(self) -> float:
+        if not self.span:
+            return 0.0
+        middle = float(np.median(np.concatenate(self._sampled)))
+        found = 0
+        for end, there, inside in zip((self.most, self.least), self._at, self._inside, strict=True):
+            if abs(end - middle) >= RESTING * self.span and clips(there, inside, end, self.line.full_scale):
+                found += there
+        return found / self.count
+
+
+def _fine(block: NDArray[Any]) -> Array:
+    real = np.abs(block) if block.dtype.kind == "c" else np.asarray(block, dtype=float)
+    return np.asarray(real[np.isfinite(real)])

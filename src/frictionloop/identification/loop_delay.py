@@ -1,0 +1,163 @@
+"""The delay of the loop: how long after a known jump the answer begins."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from frictionloop.identification.channels import channel, rate_of
+from frictionloop.identification.estimate import Estimate
+from frictionloop.identification.onsets import quiet_noise
+from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.checks import number
+
+Array = NDArray[np.float64]
+ANY = ("N", "V", "um", "m/s", "counts", "")
+LEAST_JUMPS = 3
+BEFORE = 0.2
+"""Share of the window that lies before the jump and gives the level the answer starts from."""
+SURE = 5.0
+"""The answer has begun where it is so many times its noise away (one sample in a million by chance)."""
+EARLIEST = 0.05
+"""Share of an answer that is seen first; the straight line through it and four times it points back to where it began
+(assumed)."""
+WORST_MISFIT = 0.3
+"""Most of an answer that a delayed exponential may leave unexplained (assumed)."""
+
+
+@dataclass(frozen=True)
+class LoopDelay:
+    """The delay, by jumps."""
+
+    delay: Estimate
+    """``controller.delay_s``: from the sample to the new command, in s."""
+    whole: Estimate
+    """From the jump to where the answer begins, in s, with the wait for the next sample in it."""
+    method_s: float
+    """Standard error in s: how far the begin of a fitted exponential and of a straight line back are apart."""
+    spread_s: float
+    """Standard deviation over jumps in s; waits of up to a control period make it a period over sqrt(12)."""
+    jumps: int
+    told: tuple[str, ...]
+    time_s: Array
+    """Of the first jump, drawn."""
+    answer: Array
+    fitted: Array
+
+
+def loop_delay(recording: xr.Dataset, control_hz: float, window_s: float = 0.01, waits: bool = True) -> LoopDelay:
+    """Return the delay of a loop from a known jump at its input and what it makes of it.
+
+        y(t) = y0 + c (1 - e^(-(t - D)/T)) for t > D,   delay = mean D - 1/(2 rate)
+
+    D and T by least squares for every jump. A jump that knows nothing of the controller's clock waits half a control
+    period on average for the next sample, which the model of the loop has by itself (half the hold); so it is taken
+    off. Whatever lags the answer as a low-pass does (the plate) is in T.
+
+    Parameters
+    ----------
+    recording : xarray.Dataset
+        ``jump`` (a voltage put in where the sensor's signal enters, or a trigger) and ``answer`` (best the drive's
+        command, else the envelope of the vibration), over ``time`` in s; the rate ten times the control rate or more.
+    control_hz : float
+        Control rate in Hz.
+    window_s : float
+        Time in s that is looked at for each jump.
+    waits : bool
+        Whether jumps come at any time; False where the controller's own clock makes them.
+
+    Raises
+    ------
+    FrictionloopError
+        For a column that is missing, fewer than three jumps, a rate too low, or an answer that is no delayed rise.
+    """
+    control_hz = number("control_hz", control_hz, "Hz", 1.0)
+    jump, answer, rate_hz = channel(recording, "jump", ANY), channel(recording, "answer", ANY), rate_of(recording)
+    if rate_hz < 4 * control_hz:
+        raise FrictionloopError(
+            f"recording: its rate {rate_hz:g} Hz is too low for a control rate of {control_hz:g} Hz: must be four "
+            "times as high, better ten"
+        )
+    length, before = round(window_s * rate_hz), round(BEFORE * window_s * rate_hz)
+    change = np.abs(np.diff(jump))
+    rows = np.flatnonzero(change > 0.5 * change.max()) + 1
+    starts: list[int] = []
+    for row in rows.tolist():
+        if row >= before and row + length - before <= answer.size and (not starts or row >= starts[-1] + length):
+            starts.append(row)
+    if len(starts) < LEAST_JUMPS:
+        raise FrictionloopError(f"recording: 'jump' has {len(starts)} jumps: must have at least {LEAST_JUMPS}")
+    fits = [_begin(answer[k - before : k - before + length], before, rate_hz) for k in starts]
+    # The jump lies between two samples.
+    begins = np.array([fit[0] for fit in fits]) + 0.5 / rate_hz
+    lines = np.array([fit[1] for fit in fits]) + 0.5 / rate_hz
+    misfit = float(np.median([fit[2] for fit in fits]))
+    if misfit > WORST_MISFIT:
+        raise FrictionloopError(
+            f"recording: a delayed exponential leaves {misfit:.0%} of the answers unexplained: must be at most "
+            f"{WORST_MISFIT:.0%}; is {window_s:g} s after a jump long enough, and nothing else moving?"
+        )
+    wait = 0.5 / control_hz if waits else 0.0
+    spread = float(begins.std(ddof=1))
+    error = spread / math.sqrt(begins.size)
+    mean = float(begins.mean())
+    method = math.hypot(abs(float(lines.mean()) - mean) / math.sqrt(3), 0.5 / rate_hz / math.sqrt(3))
+    expected = 1 / control_hz / math.sqrt(12)
+    told = [f"{begins.size} jumps answered after {1e6 * begins.min():.0f} to {1e6 * begins.max():.0f} us"]
+    if waits and spread < 0.5 * expected:
+        told.append(
+            "the answers hardly scatter: the jumps keep step with the controller (waits = false), and half a period "
+            "was taken off wrongly"
+        )
+    if not waits and spread > 0.5 * expected:
+        told.append("the answers scatter as jumps do that keep no step with the controller")
+    return LoopDelay(
+        Estimate(mean - wait, error, "s", begins.size - 1.0),
+        Estimate(mean, error, "s", begins.size - 1.0),
+        method, spread, begins.size, tuple(told),
+        (np.arange(length) - before) / rate_hz, answer[starts[0] - before : starts[0] - before + length], fits[0][3],
+    )  # fmt: skip
+
+
+def _begin(piece: Array, before: int, rate_hz: float) -> tuple[float, float, float, Array]:
+    """Return where an answer begins in s after the jump, by an exponential and by a line back, misfit and curve."""
+    level = float(piece[:before].mean())
+    rise = piece - level
+    end = float(rise[-max(piece.size // 10, 1) :].mean())
+    time = (np.arange(piece.size) - before) / rate_hz
+    share = rise / end if end else np.zeros_like(rise)
+    noise = max(quiet_noise(piece[:before] - level), 1e-9 * abs(end)) / max(abs(end), 1e-300)
+    after = share[before:]
+
+    def crossing(value: float) -> float:
+        k = int(np.argmax(after > value))
+        if k == 0:
+            return 0.0
+        return (k - 1 + float((value - after[k - 1]) / (after[k] - after[k - 1]))) / rate_hz
+
+    low = max(EARLIEST, SURE * noise)
+    first, second = crossing(low), crossing(min(4 * low, 0.8))
+    line = first - (second - first) * low / (min(4 * low, 0.8) - low)
+
+    def shape(x: Array) -> Array:
+        late = np.maximum(time - x[0] / rate_hz, 0.0)
+        return np.asarray(-np.expm1(-late * rate_hz / max(math.exp(x[1]), 1e-3)))
+
+    def fitted(x: Array) -> Array:
+        form = shape(x)
+        return np.asarray(form * float(form @ rise) / max(float(form @ form), 1e-300))
+
+    constant = max((crossing(0.63) - first) * rate_hz, 0.3)
+    tried = [
+        least_squares(lambda x: fitted(x) - rise, [first * rate_hz - back, math.log(constant)], x_scale=[1.0, 0.3])
+        for back in (0.0, 1.0)
+    ]
+    best = min(tried, key=lambda fit: float(fit.cost))
+    curve = fitted(best.x)
+    misfit = float(np.linalg.norm(curve - rise) / max(float(np.linalg.norm(rise)), 1e-300))
+    return float(best.x[0]) / rate_hz, line, misfit, curve + level

@@ -1,0 +1,75 @@
+"""Where hits begin in a channel, and how long the piece around each may be."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
+
+Array = NDArray[np.float64]
+
+ABOVE_NOISE = 10.0
+"""A hit begins where a channel leaves its mean by so many standard deviations of its noise (assumed: one false hit in
+1e23 samples of normal noise; other noise has longer tails)."""
+RISE = 2.0
+"""A hit is at least so many times as large as what was there in two periods before (assumed)."""
+BEFORE = 0.1
+"""Share of a piece that lies before its hit."""
+
+
+def quiet_noise(values: Array) -> float:
+    """Return the standard deviation of the quietest quarter of a signal, cut into up to 400 pieces."""
+    pieces = min(400, max(values.size // 32, 1))
+    cut = values[: values.size - values.size % pieces].reshape(pieces, -1)
+    spread = np.sort(cut.std(axis=1))
+    return float(np.median(spread[: max(pieces // 4, 1)]))
+
+
+def calm_rows(away: Array, rate_hz: float) -> int:
+    """Return for how many rows a channel must have been calm before a hit: two periods of its strongest frequency."""
+    spectrum = np.abs(np.fft.rfft(away - away.mean()))
+    hertz = np.fft.rfftfreq(away.size, 1 / rate_hz)
+    inside = hertz > 4 * rate_hz / away.size
+    weight = spectrum[inside] ** 2
+    # The median of the power: a pulse has no strongest frequency, a ringing has one.
+    middle = float(hertz[inside][np.searchsorted(np.cumsum(weight), 0.5 * weight.sum())])
+    return int(max(2 * rate_hz / max(middle, rate_hz / away.size), 16))
+
+
+def onsets_of(away: Array, level: float, calm: int, merged: bool) -> list[int]:
+    """Return where a channel rises over the level, and to more than twice what it was in as many rows before.
+
+    The tail of a ringing passes the level without such a rise. ``merged``: what follows within a fifth of the usual
+    time between hits is a bounce of the same one.
+    """
+    size = np.abs(away)
+    # maximum_filter1d looks from -calm//2 on: shifted, it is the largest of the rows ahead, and of those behind.
+    ahead = maximum_filter1d(size, calm, origin=-(calm // 2) if calm % 2 else -(calm // 2) + 1)
+    behind = np.concatenate([np.zeros(calm), ahead[:-calm]])
+    risen = np.flatnonzero((ahead > level) & (ahead > RISE * behind))
+    found: list[int] = []
+    for first in risen[np.diff(risen, prepend=-(10**9)) > 1].tolist():
+        onset = first + int(np.argmax(size[first:] > max(level, RISE * behind[first])))
+        if not found or onset > found[-1] + calm:
+            found.append(onset)
+    if merged and len(found) > 2:
+        apart = 0.2 * float(np.median(np.diff(found)))
+        kept = found[:1]
+        for onset in found[1:]:
+            if onset - kept[-1] > apart:
+                kept.append(onset)
+        found = kept
+    return found
+
+
+def piece_length(still: Array, onsets: list[int], rate_hz: float) -> int:
+    """Return the rows of a piece: until the strongest response has decayed, at most four fifths of the way on."""
+    gaps = np.diff([*onsets, still.size])
+    apart = [int(gap) for gap in gaps if gap > 0.2 * np.median(gaps)]
+    most = int(0.8 * min(apart)) if apart else still.size
+    floor = quiet_noise(still)
+    top = max(onsets, key=lambda k: float(np.max(np.abs(still[k : k + most]))))
+    envelope = maximum_filter1d(np.abs(still[top : top + most]), max(int(2e-3 * rate_hz), 8))
+    loud = np.flatnonzero(envelope > max(5 * floor, 1e-3 * float(envelope.max())))
+    decayed = int(loud[-1]) + 1 if loud.size else most
+    return int(min(max(1.3 * decayed / (1 - BEFORE), 64), most / (1 - BEFORE)))

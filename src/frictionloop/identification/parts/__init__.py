@@ -1,0 +1,1 @@
+"""One kind of entry of a project each."""

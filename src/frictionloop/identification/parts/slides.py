@@ -1,0 +1,43 @@
+"""Slides of a project: the friction of a finger at the load of the preset."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from frictionloop.identification.estimate import Estimate
+from frictionloop.identification.measured import measured
+from frictionloop.identification.parts.part import Found, Rows, Sensor
+from frictionloop.identification.project import Take
+from frictionloop.identification.slides import friction
+
+REFERENCE_LOAD_N = 0.5
+"""Load at which the preset's friction law has its f0 (``friction.reference_load_n``)."""
+
+
+def slides_part(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> Found:
+    """Return f0 at the load of the preset's law, from slides without vibration."""
+    newtons = {"units": "N"}
+    found = [friction(run.assign(f_m=(run["f_m"] / sensor.sensitivity).assign_attrs(newtons))) for run in runs]
+    levels = []
+    for each in found:
+        level = each.level_n(REFERENCE_LOAD_N)
+        share = each.mu.standard_error / each.mu.value
+        levels.append(Estimate(level, share * level, "N", each.mu.freedom))
+    loads = [slide.load_n for each in found for slide in each.slides]
+    spread = 0.2 if not np.isfinite(found[0].exponent.value) else found[0].exponent.standard_error
+    off = [abs(float(spread * np.log(REFERENCE_LOAD_N / np.mean(loads)))) * level.value for level in levels]
+    how = f"{len(loads)} slides, at a load of {REFERENCE_LOAD_N:g} N"
+    value = measured("friction.nominal_n", levels, off, how, take.files, date)
+    rows: Rows = [("from (s)", "to (s)", "speed (mm/s)", "load (N)", "friction (N)", "mu", "spectrum, two ways")]
+    for s in (slide for each in found for slide in each.slides):
+        numbers = (f"{s.start_s:.2f}", f"{s.stop_s:.2f}", f"{1e3 * s.speed_m_s:.1f}", f"{s.load_n:.3f}")
+        rows.append((*numbers, f"{s.friction_n:.3f}", f"{s.mu:.3f}", f"{s.slope_welch:.2f}, {s.slope_whittle:.2f}"))
+    curves: dict[str, Any] = {}
+    if take.finger is not None:
+        entries = [{"friction.nominal_n": [float(np.log(e.value)), e.standard_error / e.value]} for e in levels]
+        curves["person"] = {"finger": take.finger, "found": entries}
+    return [value], [line for each in found for line in each.told], rows, curves

@@ -1,0 +1,198 @@
+"""From the fingers that were measured to the population they come from, each finger pulled towards it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+from scipy.stats import chi2
+
+from frictionloop.identification.estimate import Estimate, Interval
+from frictionloop.parameters.population import Population, Spread
+from frictionloop.quantities import FrictionloopError, unit_of
+
+Array = NDArray[np.float64]
+LEAST_FINGERS, LEAST_CORRELATED = 3, 5
+"""Fingers from which a spread is told, and from which a correlation is: of three or four it is often 1 by chance."""
+Entry = Mapping[str, Sequence[float]]
+"""Path -> (logarithm of the value, its standard error), of one recording or slide."""
+
+
+class FingerSpread(NamedTuple):
+    """How far fingers differ: the standard deviation of a logarithm over fingers."""
+
+    value: float
+    total: float
+    """Variance of the fingers' means, value^2 and what scatters within a finger."""
+    noise: float
+    """The latter."""
+    freedom: float
+
+    def interval(self, confidence: float = 0.95) -> Interval:
+        """Return the interval from that of the whole variance, a chi square over its degrees of freedom."""
+        ends = chi2.ppf([(1 + confidence) / 2, (1 - confidence) / 2], self.freedom)
+        squares = np.maximum(self.freedom * self.total / ends - self.noise, 0.0)
+        return Interval(*np.sqrt(squares).tolist())
+
+    def __str__(self) -> str:
+        """Value, and the interval of 95 % in brackets."""
+        low, high = self.interval()
+        return f"{self.value:.2g} ({low:.2g} to {high:.2g})"
+
+
+@dataclass(frozen=True)
+class People:
+    """A population, and its fingers."""
+
+    population: Population
+    medians: tuple[Estimate, ...]
+    spreads: tuple[FingerSpread, ...]
+    """Of the logarithms, from finger to finger, what scatters within one taken off."""
+    correlations: tuple[tuple[str, str, Estimate], ...]
+    within: Array
+    """Standard deviation of the logarithm within a finger, from recording to recording, shape (values,)."""
+    names: tuple[str, ...]
+    raw: Array
+    """Logarithms of the fingers' own means, shape (fingers, values)."""
+    pooled: Array
+    """The same, pulled towards the population as far as they are uncertain."""
+    pooled_error: Array
+
+    @property
+    def told(self) -> tuple[str, ...]:
+        """Sentences."""
+        lines = [f"{len(self.names)} fingers: {', '.join(self.names)}"]
+        for each, median, spread in zip(self.population.value, self.medians, self.spreads, strict=True):
+            lines.append(f"{each.path}: median {median}, spread {spread} of its logarithm")
+        lines += [f"{a} and {b} go together by {estimate}" for a, b, estimate in self.correlations]
+        if len(self.names) < 8:
+            lines.append("fewer than eight fingers: spreads and correlations are rough")
+        if len(self.names) < LEAST_CORRELATED:
+            lines.append(f"correlations need {LEAST_CORRELATED} fingers: none is assumed")
+        return tuple(lines)
+
+
+def people(measured: Mapping[str, Sequence[Entry]]) -> People:
+    """Return the population of fingers by empirical Bayes: partial pooling with the spreads from the data themselves.
+
+        x_ij = m_i + within,   m_i ~ N(mu, S),   pooled m_i = mu + S (S + V_i)^-1 (mean x_i - mu)
+
+    x are logarithms; V_i is the covariance within a finger over its number of recordings (from repeated recordings, or
+    their own errors where none is repeated); S is found by restricted maximum likelihood, mu by weighted least squares.
+
+    Parameters
+    ----------
+    measured : mapping
+        Finger -> one entry for each of its recordings, path -> (logarithm, its standard error); all of the same paths.
+
+    Raises
+    ------
+    FrictionloopError
+        For fewer than three fingers, or entries of different paths.
+    """
+    names = tuple(measured)
+    if len(names) < LEAST_FINGERS:
+        raise FrictionloopError(f"fingers: {', '.join(names) or 'none'}: must be {LEAST_FINGERS} at least")
+    paths = tuple(next(iter(measured.values()))[0])
+    if any(tuple(entry) != paths for entries in measured.values() for entry in entries):
+        raise FrictionloopError(f"fingers: all must have {', '.join(paths)}")
+    values = [np.array([[entry[path][0] for path in paths] for entry in measured[name]]) for name in names]
+    errors = [np.array([[entry[path][1] for path in paths] for entry in measured[name]]) for name in names]
+    counts = np.array([len(each) for each in values])
+    raw = np.array([each.mean(axis=0) for each in values])
+    inside = _within(values, errors)
+    noise = np.array([inside / count for count in counts])
+    between, mu = _restricted(raw, noise)
+    pooled, left = _pooled(raw, noise, between, mu)
+    total = np.mean(noise, axis=0)
+    medians, spreads, spread = _estimates(paths, between, total, mu, len(names))
+    safe = np.where(spread > 0, spread, 1.0)
+    matrix = between / np.outer(safe, safe) if len(names) >= LEAST_CORRELATED else np.eye(len(paths))
+    np.fill_diagonal(matrix, 1.0)
+    pairs = tuple(
+        (paths[a], paths[b], _correlation(float(matrix[a, b]), len(names)))
+        for a in range(len(paths) if len(names) >= LEAST_CORRELATED else 0)
+        for b in range(a)
+    )
+    rows = tuple(tuple(round(float(each), 4) for each in row) for row in matrix) if len(paths) > 1 else ()
+    value = tuple(
+        Spread(path=path, median=float(f"{math.exp(m):.6g}"), spread=float(f"{s:.4g}"))
+        for path, m, s in zip(paths, mu, spread, strict=True)
+    )
+    population = Population(fingers=len(names), value=value, correlation=rows)
+    return People(
+        population, medians, spreads, pairs, np.sqrt(np.diag(inside)), names, raw, pooled, np.sqrt(left)
+    )  # fmt: skip
+
+
+def _within(values: Sequence[Array], errors: Sequence[Array]) -> Array:
+    """Return the covariance from recording to recording of a finger, at least that of the recordings' own errors."""
+    own = np.diag(np.mean(np.concatenate(errors) ** 2, axis=0))
+    freedom = sum(len(each) - 1 for each in values)
+    if freedom == 0:
+        return own
+    scatter = sum((each - each.mean(axis=0)).T @ (each - each.mean(axis=0)) for each in values) / freedom
+    short = np.maximum(np.diag(own) - np.diag(scatter), 0.0)
+    return np.asarray(scatter + np.diag(short))
+
+
+def _restricted(raw: Array, noise: Array) -> tuple[Array, Array]:
+    """Return the covariance from finger to finger and the mean: least of the restricted -2 log likelihood."""
+    size = raw.shape[1]
+    lower = np.tril_indices(size)
+    start = np.atleast_2d(np.cov(raw.T)) - noise.mean(axis=0)
+    power, direction = np.linalg.eigh(start)
+    floor = 1e-3 * max(float(np.max(np.diag(np.atleast_2d(np.cov(raw.T))))), 1e-12)
+    start = direction @ np.diag(np.maximum(power, floor)) @ direction.T
+
+    def parts(x: Array) -> tuple[Array, Array, float]:
+        root = np.zeros((size, size))
+        root[lower] = x
+        between = root @ root.T
+        inverse = np.linalg.inv(between + noise)
+        precision = inverse.sum(axis=0)
+        mu = np.linalg.solve(precision, np.einsum("ijk,ik->j", inverse, raw))
+        away = raw - mu
+        cost = float(np.einsum("ij,ijk,ik->", away, inverse, away))
+        cost += float(np.linalg.slogdet(precision)[1] - np.sum(np.linalg.slogdet(inverse)[1]))
+        return between, mu, cost
+
+    found = minimize(lambda x: parts(x)[2], np.linalg.cholesky(start)[lower], method="Nelder-Mead",
+                     options={"xatol": 1e-7, "fatol": 1e-9, "maxiter": 4000, "maxfev": 4000})  # fmt: skip
+    between, mu, _ = parts(found.x)
+    return between, mu
+
+
+def _pooled(raw: Array, noise: Array, between: Array, mu: Array) -> tuple[Array, Array]:
+    """Return each finger's pooled logarithms and their variances."""
+    weights = between @ np.linalg.inv(between + noise)
+    pooled = mu + np.einsum("ijk,ik->ij", weights, raw - mu)
+    left = np.array([np.diag(between - weight @ between) for weight in weights])
+    return pooled, np.maximum(left, 0.0)
+
+
+def _estimates(
+    paths: Sequence[str], between: Array, noise: Array, mu: Array, fingers: int
+) -> tuple[tuple[Estimate, ...], tuple[FingerSpread, ...], Array]:
+    """Return medians and spreads, and the latter as numbers."""
+    spread = np.sqrt(np.maximum(np.diag(between), 0.0))
+    total = np.diag(between) + np.diag(noise)
+    freedom = fingers - 1.0
+    medians = tuple(
+        Estimate(math.exp(m), math.exp(m) * math.sqrt(t / fingers), unit_of(path), freedom)
+        for path, m, t in zip(paths, mu, total, strict=True)
+    )
+    inside = np.diag(noise)
+    found = tuple(
+        FingerSpread(float(s), float(t), float(v), freedom) for s, t, v in zip(spread, total, inside, strict=True)
+    )
+    return medians, found, spread
+
+
+def _correlation(r: float, fingers: int) -> Estimate:
+    return Estimate(r, (1 - r * r) / math.sqrt(max(fingers - 2, 1)), "", fingers - 2.0)

@@ -1,0 +1,17 @@
+"""A refusal that has a picture: what the analysis saw when it refused."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from frictionloop.quantities import FrictionloopError
+
+
+class Refused(FrictionloopError):
+    """An analysis that does not return what its data cannot tell; the figure of its ``kind`` draws ``curves``."""
+
+    def __init__(self, said: str, kind: str, curves: Mapping[str, Any]) -> None:
+        super().__init__(said)
+        self.kind = kind
+        self.curves = dict(curves)

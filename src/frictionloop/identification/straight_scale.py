@@ -1,0 +1,73 @@
+"""A scale from pairs of a known quantity and a reading: amplitude by a vibrometer, position by a stage."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import linregress
+
+from frictionloop.identification.estimate import Estimate
+from frictionloop.quantities import FrictionloopError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Scale:
+    """y = offset + slope x, and how straight that is."""
+
+    slope: Estimate
+    offset: Estimate
+    method: float
+    """Standard error of the slope: how far those of the lower and the upper half are apart."""
+    residual: float
+    """Standard deviation about the line, in the unit of y."""
+    r2: float
+    bend: float
+    """Relative change of the slope from the lower half to the upper."""
+    x: Array
+    y: Array
+
+
+def straight_scale(x: Array, y: Array, unit: str = "") -> Scale:
+    """Return the line through pairs by least squares, its error the larger one of scatter and of the jackknife.
+
+    Parameters
+    ----------
+    x, y : array
+        Pairs, at least four, x not all alike.
+    unit : str
+        Unit of y over that of x.
+
+    Raises
+    ------
+    FrictionloopError
+        For too few pairs, or an x that does not change.
+    """
+    x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+    if x.size < 4 or x.size != y.size or np.ptp(x) == 0:
+        raise FrictionloopError(f"recording: {x.size} pairs: must be four at least, not all of one value")
+    line = linregress(x, y)
+    residuals = y - line.intercept - line.slope * x
+    away = (x - x.mean()) ** 2
+    leverage = 1 / x.size + away / away.sum()
+    # Leaving out one pair moves the slope by this much (closed form), and the jackknife sums that up.
+    moved = (x - x.mean()) * residuals / (1 - leverage) / away.sum()
+    left_out = math.sqrt((x.size - 1) / x.size * float(np.sum((moved - moved.mean()) ** 2)))
+    low = x <= np.median(x)
+    slopes = [float(np.polyfit(x[part], y[part], 1)[0]) if np.ptp(x[part]) else line.slope for part in (low, ~low)]
+    apart = abs(slopes[1] - slopes[0]) / 2
+    freedom = x.size - 2.0
+    return Scale(
+        Estimate(float(line.slope), max(float(line.stderr), left_out), unit, freedom),
+        Estimate(float(line.intercept), float(line.intercept_stderr), "", freedom),
+        max(apart**2 - 2 * float(line.stderr) ** 2, 0.0) ** 0.5 / math.sqrt(3),
+        float(np.sqrt(np.sum(residuals**2) / freedom)),
+        float(line.rvalue**2),
+        (slopes[1] - slopes[0]) / line.slope,
+        x,
+        y,
+    )

@@ -1,0 +1,261 @@
+"""tau and f0 of a finger from recordings with amplitude commands, with moisture and load in the model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from scipy.stats import t as student
+
+from frictionloop.identification.estimate import Estimate
+from frictionloop.identification.sliding_pieces import AMPLITUDES, Pieces, sliding_pieces
+from frictionloop.identification.vibrated_laws import LAWS, VibratedLaw
+from frictionloop.quantities import FrictionloopError
+
+Array = NDArray[np.float64]
+PIECE_S = 0.1
+REFERENCE_LOAD_N = 0.5
+PRIORS = {
+    "load": (0.85, 0.2),
+    "occlusion": (1.0, 3.0),
+    "loss": (0.15, 0.3),
+    "log_time": (math.log(20.0), math.log(2.0)),
+}
+"""Middle and width of what is known beforehand, which decides where a recording says nothing: load exponent (2/3 to 1
+on smooth glass: Dzidek 2014), growth of the friction in contact (up to 10 times: Adams 2013), share of tau that
+moisture takes (direction: Gueorguiev 2017; width assumed), logarithm of the time in s in which moisture builds up
+(20 s: Pasumarty 2011, paper ref. [9]; width assumed)."""
+FIXED = 5
+CANNOT_BE_TOLD = 4.0
+"""Difference of AIC below which two laws are not told apart (Burnham and Anderson 2002: 4 to 7 is considerably less
+support for the worse one)."""
+SURE = 0.01
+"""Chance below which a slope over amplitude squared is called real (assumed)."""
+
+
+class LawFit(NamedTuple):
+    """One law, fitted."""
+
+    name: str
+    words: str
+    aic: float
+    """N log(S/N) - segments log(1 - rho^2) + 2k, S the sum of squares less what one residual tells of the next."""
+    x: tuple[float, ...]
+    """log f0 at 0.5 N, exponent of the load, growth in contact, share of the effect lost to moisture, log of the time
+    in which that happens, the law's own."""
+    residual: float
+    """rms of what is left of log friction."""
+    carried: float
+    """Correlation rho of neighbouring residuals."""
+
+
+@dataclass(frozen=True)
+class Vibrated:
+    """What recordings with amplitude commands tell of one finger."""
+
+    nominal: Estimate
+    """f0 in N at 0.5 N of load, when the contact begins."""
+    susceptibility: Estimate
+    """tau in um^-2, when the contact begins: exp(-tau a^2) is left, or exp(-sqrt(tau) a) if the law is exponential; of
+    a threshold, what the Gaussian comes nearest with."""
+    load_exponent: Estimate
+    occlusion_ratio: Estimate
+    moist_loss: Estimate
+    method_n: float
+    """Standard error of f0 from the length of a piece, and of tau below."""
+    method_per_um2: float
+    laws: tuple[LawFit, ...]
+    """From the likeliest to the least."""
+    largest_um: float
+    log_share: Array
+    """Of each piece, log of the share of friction that is left, load and moisture taken off."""
+    amplitude_um: Array
+    """Root mean square of each piece."""
+    told: tuple[str, ...]
+
+    @property
+    def law(self) -> str:
+        """Name of the likeliest law, "cannot be told" if another is nearly as likely."""
+        return _told(self.laws)
+
+
+def _told(laws: Sequence[LawFit]) -> str:
+    return laws[0].name if laws[1].aic - laws[0].aic >= CANNOT_BE_TOLD else "cannot be told"
+
+
+def _susceptibility(law: VibratedLaw, x: float, largest_um: float) -> tuple[float, float]:
+    """Return tau in um^-2 from the exponent at the largest amplitude, and how it changes with that."""
+    if law.name == "exponential":
+        return (x / largest_um) ** 2, 2 * abs(x) / largest_um**2
+    return x / largest_um**2, 1 / largest_um**2
+
+
+def vibrated(recording: xr.Dataset | Sequence[xr.Dataset], plate_hz: float | None = None) -> Vibrated:
+    """Return f0 and tau of a finger from one recording, or from several as one measurement.
+
+        log f = log f0 + n log(N/0.5 N) + log(1 + g w) + log mean(share(a)^(1 - k w)),   w = 1 - exp(-t/T)
+
+    over pieces of 0.1 s, t the time in contact, share the law: exp(-tau a^2) and two others (`vibrated_laws`). The mean
+    is over the samples of a piece, so amplitudes may step, sweep or be noise. Residuals follow each other as an
+    autoregression of first order, since the roughness under a finger does; what n, g, k and T are where a recording
+    does not tell is `PRIORS`.
+
+    Parameters
+    ----------
+    recording : xarray.Dataset or sequence of them
+        As for ``sliding_pieces``: friction, load, amplitude, position or speed.
+    plate_hz : float, optional
+        Cutoff of the plate's envelope in Hz, where ``amplitude`` is a command.
+
+    Raises
+    ------
+    FrictionloopError
+        For too little sliding, an amplitude that hardly changes, friction that rises with the amplitude as
+        electroadhesion makes it, or that does not change with it beyond its scatter.
+    """
+    runs = [recording] if isinstance(recording, xr.Dataset) else list(recording)
+    pieces = _joined([sliding_pieces(run, PIECE_S, plate_hz) for run in runs])
+    square = np.mean(pieces.amplitude_um**2, axis=1)
+    largest = float(pieces.amplitude_um.max())
+    if not largest > 0 or np.ptp(square) < 0.2 * largest**2:
+        raise FrictionloopError(
+            f"recording: the amplitude reaches {largest:.3g} um and hardly changes: must step, sweep or be noise "
+            "between 0 and the largest"
+        )
+    fits = [_fit(law, pieces, largest) for law in LAWS]
+    smooth, their_errors, their_freedom = min(fits[:2], key=lambda each: each[0].aic)
+    _refuse_no_effect(smooth.x[FIXED], their_errors[FIXED], their_freedom)
+    _refuse_unscaled(runs)
+    shorter = _joined([sliding_pieces(run, PIECE_S / 2, plate_hz) for run in runs])
+    laws = tuple(sorted((fit for fit, *_ in fits), key=lambda each: each.aic))
+    told = _told(laws)
+    chosen = LAWS[1] if told == "exponential" else LAWS[0]
+    likeliest = next((law for law in LAWS if law.name == told), LAWS[0])
+    best, errors, freedom = next(fit for fit in fits if fit[0].name == likeliest.name)
+    curve, curve_errors, _ = next(fit for fit in fits if fit[0].name == chosen.name)
+    moved = _moved(best, _fit(likeliest, shorter, largest)[0])
+    curve_moved = _moved(curve, _fit(chosen, shorter, largest)[0])
+    f0, tau, share = math.exp(best.x[0]), *_susceptibility(chosen, curve.x[FIXED], largest)
+    wet = _wet(pieces.contact_s, best.x[4])
+    rest = best.x[0] + best.x[1] * _relative(pieces) + np.log1p(best.x[2] * wet)
+
+    def told_as(k: int, unit: str, scale: float = 1.0, shift: float = 0.0) -> Estimate:
+        return Estimate(shift + scale * best.x[k], scale * errors[k], unit, freedom)
+
+    found = Vibrated(
+        nominal=Estimate(f0, f0 * errors[0], "N", freedom),
+        susceptibility=Estimate(tau, share * curve_errors[FIXED], "um^-2", freedom),
+        load_exponent=told_as(1, ""),
+        occlusion_ratio=told_as(2, "", shift=1.0),
+        moist_loss=told_as(3, ""),
+        method_n=f0 * moved[0],
+        method_per_um2=share * curve_moved[FIXED],
+        laws=laws,
+        largest_um=largest,
+        log_share=(pieces.log_friction - rest) / (1 - best.x[3] * wet),
+        amplitude_um=np.sqrt(square),
+        told=(),
+    )
+    return _with_words(found, len(pieces.contact_s))
+
+
+def _moved(one: LawFit, other: LawFit) -> list[float]:
+    """Return how far parameters are apart, as a standard error."""
+    return [abs(a - b) / math.sqrt(3) for a, b in zip(one.x, other.x, strict=True)]
+
+
+def _joined(parts: Sequence[Pieces]) -> Pieces:
+    width = min(part.amplitude_um.shape[1] for part in parts)
+    parts = [part._replace(amplitude_um=part.amplitude_um[:, :width]) for part in parts]
+    return Pieces(*(np.concatenate(each) for each in zip(*parts, strict=True)))
+
+
+def _wet(contact_s: Array, log_time: float) -> Array:
+    return np.asarray(-np.expm1(-contact_s / math.exp(log_time)))
+
+
+def _relative(pieces: Pieces) -> Array:
+    return np.asarray(pieces.log_load - np.log(REFERENCE_LOAD_N))
+
+
+def _fit(law: VibratedLaw, pieces: Pieces, largest_um: float) -> tuple[LawFit, Array, float]:
+    """Return a law's fit, the standard errors of its parameters, and their degrees of freedom."""
+    relative, count = _relative(pieces), pieces.contact_s.size
+    middles, widths = np.array(list(PRIORS.values())).T
+    known = np.arange(1, FIXED)
+
+    def left(x: Array) -> Array:
+        wet = _wet(pieces.contact_s, x[4])
+        exponent = law.exponent(pieces.amplitude_um, x[FIXED:], largest_um)
+        share = np.log(np.mean(np.exp(-exponent * (1 - x[3] * wet)[:, None]), axis=1))
+        return np.asarray(pieces.log_friction - x[0] - x[1] * relative - np.log1p(x[2] * wet) - share)
+
+    def whitened(x: Array, rho: float, sigma: float) -> Array:
+        r = left(x)
+        first = np.sqrt(1 - rho**2) * r
+        rows = np.where(pieces.follows, r - rho * np.concatenate([[0.0], r[:-1]]), first)
+        return np.concatenate([rows, sigma * (x[known] - middles) / widths])
+
+    x = np.array([float(np.mean(pieces.log_friction)), *middles, *law.start])
+    low = np.array([-np.inf, -2.0, -0.95, -1.0, 0.0, *law.low])
+    high = np.array([np.inf, 4.0, 30.0, 0.95, 6.0, *law.high])
+    rho, sigma = 0.0, 0.1
+    for _ in range(3):
+        fit = least_squares(whitened, x, args=(rho, sigma), bounds=(low, high), x_scale=0.1, ftol=1e-6, xtol=1e-6)
+        x, r = fit.x, left(fit.x)
+        both = pieces.follows[1:]
+        rho = float(np.clip(np.sum((r[1:] * r[:-1])[both]) / max(np.sum((r[:-1] ** 2)[both]), 1e-300), 0.0, 0.98))
+        squares = float(np.sum(whitened(x, rho, sigma)[:count] ** 2))
+        sigma = max(float(np.sqrt(squares / count)), 1e-9)
+    freedom = max(count * (1 - rho) / (1 + rho) - x.size, 1.0)
+    errors = sigma * np.sqrt(np.diag(np.linalg.pinv(fit.jac.T @ fit.jac)))
+    segments = int(np.count_nonzero(~pieces.follows))
+    aic = count * np.log(squares / count) - segments * np.log(1 - rho**2) + 2 * (x.size + 2)
+    rms = float(np.sqrt(np.mean(r**2)))
+    return LawFit(law.name, law.words, float(aic), tuple(x.tolist()), rms, rho), errors, freedom
+
+
+def _refuse_no_effect(exponent: float, error: float, freedom: float) -> None:
+    sure = float(student.ppf(1 - SURE / 2, freedom)) * error
+    if exponent < -sure:
+        raise FrictionloopError(
+            f"recording: friction rises with the amplitude, by {np.expm1(-exponent):.0%} at the largest, as "
+            "electroadhesion makes it: accepted are recordings of ultrasonic vibration, which lowers friction"
+        )
+    if exponent < sure:
+        raise FrictionloopError(
+            f"recording: friction does not change with the amplitude beyond its scatter (log share {-exponent:.3g} +- "
+            f"{error:.2g} at the largest): must fall; is the plate driven at its resonance?"
+        )
+
+
+def _refuse_unscaled(runs: Sequence[xr.Dataset]) -> None:
+    for run in runs:
+        name = next(each for each in AMPLITUDES if each in run)
+        if (unit := run[name].attrs["units"]) != "um":
+            raise FrictionloopError(
+                f"recording: {name!r} is in {unit or 'shares'}: tau is per um^2, so a scale in um is needed (kind "
+                "'scale', from a vibrometer)"
+            )
+
+
+def _with_words(found: Vibrated, count: int) -> Vibrated:
+    best, second = found.laws[:2]
+    listed = ", ".join(f"{law.name} {law.aic - best.aic:.1f}" for law in found.laws)
+    told = [f"{count} pieces of {PIECE_S:g} s, {found.laws[0].residual:.1%} of scatter; AIC above the best: {listed}"]
+    if found.law == "cannot be told":
+        told.append(
+            f"which law cannot be told: {second.name} is nearly as likely as {best.name}; larger amplitudes or more "
+            "slides would tell"
+        )
+    elif best.name != "gaussian":
+        told.append(f"the law is {best.name} rather than Gaussian: {best.words}")
+    else:
+        told.append("the law is Gaussian, as equation (1) has it")
+    return Vibrated(**{**found.__dict__, "told": tuple(told)})

@@ -1,0 +1,84 @@
+"""How a text file is written: encoding, what parts its cells, the decimal mark, where its numbers begin."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Sequence
+from itertools import islice
+from pathlib import Path
+from typing import NamedTuple
+
+from frictionloop.quantities import FrictionloopError
+
+LOOKED_AT = 200
+"""Lines in which names must end and numbers begin (assumed)."""
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(nan|inf)", re.IGNORECASE)
+_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
+
+
+class Layout(NamedTuple):
+    """How a text file is written."""
+
+    encoding: str
+    mark: str
+    decimal: str
+    first: int
+    """Line at which the numbers begin, counted from 0."""
+    head: list[list[str]]
+    """Cells of the lines before."""
+    width: int
+
+
+def halves(text: str) -> list[str]:
+    """Return what stands before and after the first colon or equals sign."""
+    return [part.strip() for part in re.split(r"[:=]", text.lstrip("# "), maxsplit=1)]
+
+
+def layout_of(path: Path) -> Layout:
+    """Return how a file is written, by its first lines; refuses one without a row of numbers there."""
+    encoding = _encoding(path)
+    with open(path, encoding=encoding, errors="replace", newline="") as stream:
+        lines = [line.rstrip("\r\n") for line in islice(stream, LOOKED_AT)]
+    filled = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
+    if not filled:
+        raise FrictionloopError(f"{path}: is empty; accepted: rows of numbers")
+    mark = next((each for each in "\t;" if each in filled[-1]), "")
+    cells_with_comma = [part for part in re.split(r"[\t; ]+", filled[-1].strip()) if _COMMA.fullmatch(part.strip('"'))]
+    # 1,5;2,5 and lines apart by spaces have decimal commas; 1,5 alone is two columns.
+    spaced = not mark and " " in filled[-1].strip() and len(cells_with_comma) > 1
+    decimal = "," if cells_with_comma and (mark or spaced) else "."
+    mark = mark or ("," if "," in filled[-1] and not spaced else " ")
+    rows = [cells_of(line, mark) for line in lines]
+    first = next((k for k, row in enumerate(rows) if _is_data(row, decimal) and not lines[k].startswith("#")), None)
+    if first is None:
+        raise FrictionloopError(f"{path}: has no row of numbers in its first {len(lines)} lines; accepted: a table")
+    head = [[cell.strip().strip('"') for cell in row] for row in rows[:first]]
+    widths = [len(row) for row in rows[first:]]
+    return Layout(encoding, mark, decimal, first, head, max(widths))
+
+
+def _encoding(path: Path) -> str:
+    with open(path, "rb") as stream:
+        start = stream.read(4096)
+    if start[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return "utf-16"
+    try:
+        start.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        return "cp1252" if error.start < len(start) - 4 else "utf-8-sig"
+    return "utf-8-sig"
+
+
+def cells_of(line: str, mark: str) -> list[str]:
+    """Return the cells of a line."""
+    if mark == " ":
+        return line.split()
+    return next(csv.reader([line], delimiter=mark), [])
+
+
+def _is_data(row: Sequence[str], decimal: str) -> bool:
+    """Return whether at least half of the cells that are filled, and the first or second, are numbers."""
+    filled = [cell.strip() for cell in row if cell.strip()]
+    numbers = [NUMBER.fullmatch(cell.replace(decimal, ".")) is not None for cell in filled]
+    return bool(filled) and any(numbers[:2]) and 2 * sum(numbers) > len(numbers)

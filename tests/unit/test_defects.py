@@ -1,0 +1,174 @@
+"""Simulated rigs with one defect at a time: it is named, or the interval still holds the truth."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import frictionloop as fl
+from frictionloop.identification import rigs
+from frictionloop.identification.parts.hits import hits_part
+from frictionloop.identification.parts.part import Sensor
+from frictionloop.identification.parts.quiet import quiet_part
+from frictionloop.identification.parts.weights import weights_part
+from frictionloop.identification.project import Take
+from frictionloop.parameters.rigs import CalibrationBench
+
+RATE = 5000.0
+CLEAN = CalibrationBench().evolve({"errors.gain_error": 0.0, "errors.nonlinearity": 0.0, "hammer.gain_error": 0.0})
+SENSOR = CLEAN.sensor
+
+
+def told_or_right(part, kind, run, truth, words, **more):
+    """Return whether the defect is named, or all values are within their interval of 99.9 %."""
+    take = Take(kind=kind, files=("a.h5",), **more)
+    try:
+        values, told, rows, _ = part(take, [run], Sensor(), "")
+    except fl.FrictionloopError as refused:
+        assert "\n" not in str(refused)
+        return words is not None and words in str(refused)
+    said = " ".join(told) + " ".join(cell for row in rows for cell in row)
+    ends = {value.path: value.interval(0.999) for value in values}
+    right = all(ends[name].low < true < ends[name].high for name, true in truth.items() if name in ends)
+    # A defect that has a name is named even where it does no harm.
+    return words in said if words is not None else right
+
+
+@pytest.fixture(scope="module")
+def hit():
+    return rigs.hammer_rig(CLEAN, hits=6, peak_n=0.3, interval_s=1.0, seed=4)
+
+
+def changed(run, **columns):
+    return run.assign({name: ("time", values, run[name].attrs) for name, values in columns.items()})
+
+
+def clip(values, share):
+    top = share * np.abs(values).max()
+    return np.clip(values, -top, top)
+
+
+def second_hit(run):
+    later = 100
+    return changed(run, **{name: run[name].values + np.roll(run[name].values, later) for name in ("hammer", "f_m")})
+
+
+HIT_DEFECTS = {
+    "none": (lambda run: run, None),
+    "reading inverted": (lambda run: changed(run, f_m=-run.f_m.values), None),
+    "hammer inverted": (lambda run: changed(run, hammer=-run.hammer.values), None),
+    "both inverted": (lambda run: changed(run, f_m=-run.f_m.values, hammer=-run.hammer.values), None),
+    "offset": (lambda run: changed(run, f_m=run.f_m.values + 0.2), None),
+    "drift": (lambda run: changed(run, f_m=run.f_m.values + 0.02 * run.time.values), None),
+    "reading clipped": (lambda run: changed(run, f_m=clip(run.f_m.values, 0.5)), "clipped"),
+    "hammer clipped": (lambda run: changed(run, hammer=clip(run.hammer.values, 0.6)), "clipped"),
+    "double hits": (second_hit, "double"),
+    "cut off": (lambda run: run.isel(time=slice(None, int(5.3 * RATE))), "cut off"),
+    "reading dead": (lambda run: changed(run, f_m=0 * run.f_m.values), ""),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("defect", HIT_DEFECTS)
+def test_hits(hit, defect):
+    change, words = HIT_DEFECTS[defect]
+    truth = {"sensor.resonance_hz": SENSOR.resonance_hz, "sensor.q": SENSOR.q, "sensor.cutoff_hz": SENSOR.cutoff_hz}
+    assert told_or_right(hits_part, "hits", change(hit), truth, words)
+
+
+MASSES = np.array([0.0, 0.05, 0.1, 0.15, 0.2, 0.15, 0.1, 0.05, 0.0])
+
+
+def table(masses=MASSES, slope=3.0, **more):
+    draw = np.random.default_rng(8)
+    reading = 0.1 + slope * 9.80665 * masses + 1e-3 * draw.normal(size=masses.size)
+    reading = reading + sum(np.asarray(each) for each in more.values())
+    data = {"mass": ("row", masses, {"units": "kg"}), "f_m": ("row", reading, {"units": "V"})}
+    return xr.Dataset(data)
+
+
+def in_newtons(run, factor):
+    return run.assign(f_m=("row", factor * run.f_m.values, {"units": "N"}))
+
+
+def beside(run, share):
+    return run.assign(load=("row", share * run.mass.values, {"units": "N"}))
+
+
+SPAN = 3.0 * 9.80665 * MASSES
+WEIGHT_DEFECTS = {
+    "none": (table(), None),
+    "shuffled": (table(MASSES[[3, 0, 4, 8, 1, 6, 2, 7, 5]]), None),
+    "reading inverted": (table(slope=-3.0), None),
+    "bent": (table(bend=0.03 * SPAN.max() * (SPAN / SPAN.max()) ** 2), "bent"),
+    "drifting": (table(drift=np.linspace(0, 0.3, MASSES.size)), "drifts"),
+    "pulley": (
+        table(drag=-0.03 * SPAN * np.sign(np.diff(MASSES, prepend=0.0))), "pulley's friction takes"
+    ),
+    "up only": (table(MASSES[:5]), "cannot be told from steps up only"),
+    "kilograms as newtons": (in_newtons(table(slope=1.0), 1 / 9.80665), "kilograms were taken for newtons"),
+    "millinewtons as newtons": (in_newtons(table(slope=1.0), 1000.0), "millinewtons"),
+    "grams as kilograms": (table(1000 * MASSES, slope=3e-3), "are these grams"),
+    "crosstalk": (beside(table(), 0.4), "load reads"),
+    "dead reading": (table(slope=0.0, away=-np.linspace(0, 0, MASSES.size)).map(lambda x: x), ""),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("defect", WEIGHT_DEFECTS)
+def test_weights(defect):
+    run, words = WEIGHT_DEFECTS[defect]
+    slope = -3.0 if defect == "reading inverted" else 3.0
+    truth = {"sensitivity": slope, "offset": 0.1}
+    assert told_or_right(weights_part, "weights", run, truth, words, gravity_m_s2=9.80665)
+
+
+def white(seconds=6.0, density=1e-5):
+    draw = np.random.default_rng(9)
+    return density * np.sqrt(RATE / 2) * draw.normal(size=int(seconds * RATE))
+
+
+def quiet_run(values):
+    time = ("time", np.arange(values.size) / RATE, {"units": "s"})
+    return xr.Dataset({"f_m": ("time", values, {"units": "N"})}, {"time": time})
+
+
+def low_passed(values):
+    from scipy.signal import butter, sosfiltfilt
+
+    return sosfiltfilt(butter(8, 500, fs=RATE, output="sos"), values)
+
+
+def knocked(values):
+    values = values.copy()
+    values[1000:1200] += 0.5
+    return values
+
+
+SECONDS = np.arange(int(6 * RATE)) / RATE
+QUIET_DEFECTS = {
+    "none": (white(), None),
+    "mains": (white() + 1e-3 * np.sin(2 * np.pi * 50 * SECONDS), "a line at 50"),
+    "low-passed": (low_passed(white()), "low-passed"),
+    "a knock": (knocked(white()), None),
+    "drift": (white() + 1e-3 * SECONDS, None),
+    "coarse converter": (np.round(white() / 3e-3) * 3e-3, "coarser than the noise"),
+    "too short": (white(0.5), "must hold a second"),
+}
+
+
+@pytest.mark.parametrize("defect", QUIET_DEFECTS)
+def test_quiet(defect):
+    values, words = QUIET_DEFECTS[defect]
+    assert told_or_right(quiet_part, "quiet", quiet_run(values), {"sensor.noise_density_n_rthz": 1e-5}, words)
+
+
+def test_crosstalk_is_taken_off_by_the_map(tmp_path):
+    draw = np.random.default_rng(2)
+    load, force = draw.normal(size=3000), draw.normal(size=3000)
+    np.savez(tmp_path / "a.npz", load=load, f=force + 0.05 * load, fs=1000.0)
+    channels = {"load": {"column": "load"}, "f_m": {"column": "f", "crosstalk": {"load": 0.05}}}
+    np.testing.assert_allclose(fl.identify.load(tmp_path / "a.npz", channels).f_m, force, atol=1e-12)
+    channels["f_m"]["crosstalk"] = {"lod": 0.05}
+    with pytest.raises(fl.FrictionloopError, match="'lod' is no other channel; accepted: load"):
+        fl.identify.load(tmp_path / "a.npz", channels)

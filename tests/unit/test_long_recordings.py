@@ -1,0 +1,128 @@
+"""Large files are read by the block: the same samples, the same glance, the same bench as from the memory."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+import recorded_files as files
+from three_modes import TRUE, plate
+
+import frictionloop as fl
+from frictionloop.identification import long
+from frictionloop.identification.analyses import analyse
+from frictionloop.identification.first_look import first_look
+from frictionloop.identification.parts.part import Sensor
+from frictionloop.identification.project import Take
+from frictionloop.recordings import stored
+from frictionloop.recordings.whole import read_contents
+
+RATE = 8000.0
+BY_THE_BLOCK = ("time.csv", "european.csv", "file.h5", "seven.mat", "file.wav", "file.tdms")
+
+
+@pytest.fixture
+def small_blocks(monkeypatch):
+    monkeypatch.setattr(stored, "LARGE_BYTES", 1000)
+    monkeypatch.setattr(stored, "BLOCK", 300)
+    monkeypatch.setattr(long, "ROWS", 2**14)
+
+
+def columns(samples=4321):
+    draw = np.random.default_rng(4)
+    clipped = np.clip(np.cumsum(draw.normal(size=samples)), -20, 20)
+    return {"force": 0.01 * clipped, "other": np.sin(np.arange(samples) / 50)}
+
+
+@pytest.mark.parametrize("name", [name for name in files.FORMATS if name in BY_THE_BLOCK])
+def test_blocks_give_what_the_whole_file_gives(tmp_path, name, monkeypatch):
+    files.FORMATS[name](tmp_path / name, columns(), RATE)
+    whole, seen = read_contents(tmp_path / name), fl.identify.preview(tmp_path / name)
+    monkeypatch.setattr(stored, "LARGE_BYTES", 1000)
+    monkeypatch.setattr(stored, "BLOCK", 300)
+    parts = read_contents(tmp_path / name)
+    lines = {line.name: line.samples for line in parts.channels}
+    assert all(isinstance(samples, stored.Stored) for samples in lines.values() if samples.size > 300)
+    for line in whole.channels:
+        np.testing.assert_array_equal(np.asarray(lines[line.name]), line.samples)
+        np.testing.assert_array_equal(lines[line.name][250:1250], line.samples[250:1250])
+    again = fl.identify.preview(tmp_path / name)
+    assert again.sampling.rate_hz == pytest.approx(seen.sampling.rate_hz, rel=1e-9)
+    for one, other in zip(seen.channels, sorted(again.channels, key=lambda c: names(seen).index(c.name)), strict=True):
+        assert other.rms == pytest.approx(one.rms, rel=1e-12)
+        # A run at the end of the range that two blocks share may be too short in one of them.
+        assert other._replace(rms=0, clipped=0) == one._replace(rms=0, clipped=0)
+        assert other.clipped == pytest.approx(one.clipped, rel=0.05)
+    assert any(each.clipped > 0.01 for each in again.channels)
+
+
+def names(preview):
+    return [each.name for each in preview.channels]
+
+
+def test_gaps_of_the_times_are_found_across_blocks(tmp_path, small_blocks):
+    rows = np.delete(np.arange(5000), [299, 300, 2000])
+    table = np.column_stack([rows / RATE, np.sin(rows)])
+    np.savetxt(tmp_path / "gaps.csv", table, delimiter=",", header="time_s,f", comments="")
+    assert fl.identify.preview(tmp_path / "gaps.csv").sampling.gaps == ((298, 2), (1997, 1))
+
+
+def test_a_large_table_with_blank_lines_is_refused(tmp_path, small_blocks):
+    rows = ["time_s,f", *(f"{k / RATE},{k % 7}" for k in range(2000))]
+    rows[1000] = ""
+    (tmp_path / "blank.csv").write_text("\n".join(rows))
+    with pytest.raises(fl.FrictionloopError, match="lines 902 to 1201 are blank or comments"):
+        fl.identify.load(tmp_path / "blank.csv")
+
+
+def project(kind, name, **more):
+    return Take(kind=kind, files=(name,), channels={"f_m": {"column": "f", "unit": "V"}}, **more)
+
+
+def test_hits_of_a_long_recording_are_those_of_a_short_one(tmp_path, monkeypatch):
+    run = plate(hits=12)
+    files.hdf5(tmp_path / "long.h5", {"f": run.f_m.values}, 100e3)
+    take = project("hits", "long.h5")
+    whole = analyse(take, tmp_path, Sensor())
+    monkeypatch.setattr(stored, "LARGE_BYTES", 1000)
+    monkeypatch.setattr(stored, "BLOCK", 2**12)
+    monkeypatch.setattr(long, "ROWS", 2**15)
+    monkeypatch.setattr(long, "CALM_S", 0.01)
+    parts = analyse(take, tmp_path, Sensor())
+    assert len(parts.rows) == len(whole.rows) == 13
+    assert [row[1:3] for row in parts.rows] == [row[1:3] for row in whole.rows]
+    for part in (whole, parts):
+        low, high = part.measured[0].interval(0.999)
+        assert low < TRUE[0][0] < high
+    assert parts.measured[0].value == pytest.approx(whole.measured[0].value, abs=2 * whole.measured[0].error)
+
+
+def test_weights_and_quiet_of_a_long_recording(tmp_path, monkeypatch):
+    draw = np.random.default_rng(1)
+    mass = np.repeat([0.0, 0.1, 0.2, 0.3, 0.2, 0.1, 0.0], 4000)
+    reading = 2.0 * 9.80665 * mass + 1e-3 * draw.normal(size=mass.size)
+    files.hdf5(tmp_path / "w.h5", {"mass": mass, "f": reading}, RATE)
+    quiet = 1e-3 * draw.normal(size=40000) * np.repeat([9, 1, 1, 1, 9], 8000)
+    files.hdf5(tmp_path / "q.h5", {"f": quiet}, RATE)
+    monkeypatch.setattr(stored, "LARGE_BYTES", 1000)
+    monkeypatch.setattr(stored, "BLOCK", 2**11)
+    monkeypatch.setattr(long, "ROWS", 2**13)
+    channels = {"f_m": {"column": "f", "unit": "V"}, "mass": {"column": "mass", "unit": "kg"}}
+    take = Take(kind="weights", files=("w.h5",), settle_s=0.1, channels=channels, gravity_m_s2=9.80665)
+    slope = analyse(take, tmp_path, Sensor()).measured[0]
+    assert slope.value == pytest.approx(2.0, rel=1e-4)
+    density = analyse(project("quiet", "q.h5"), tmp_path, Sensor()).measured[0]
+    assert density.value == pytest.approx(1e-3 * np.sqrt(2 / RATE), rel=0.03)
+    given = analyse(project("quiet", "q.h5", interval_s=(1.5, 3.5)), tmp_path, Sensor())
+    assert given.measured[0].value == pytest.approx(density.value, rel=0.05)
+    assert "1.5 to 3.5 s" in " ".join(given.told) + dataclasses.asdict(given.measured[0])["how"]
+
+
+def test_a_first_look_at_a_large_table_is_one_at_its_beginning(tmp_path, small_blocks, monkeypatch):
+    files.csv(tmp_path / "a.csv", columns(), RATE)
+    look = first_look(tmp_path / "a.csv")
+    assert [trace.name for trace in look.traces] == ["force", "other"]
+    assert look.traces[0].low.min() >= -0.2 and look.traces[1].high.max() > 0.9
+    fl.plot(look, tmp_path / "a.png")
+    assert (tmp_path / "a.png").stat().st_size > 5000
