@@ -32,6 +32,7 @@ from frictionloop.cli import (
     device_set,
     effect,
     effect_import,
+    experiment,
     firmware,
     identify,
     identify_bench,
@@ -224,6 +225,21 @@ app.command(
         {
             "export": Verb(firmware.export, firmware.ARGUMENTS, firmware.EXPORT_EXAMPLES),
             "build": Verb(firmware.build, firmware.ARGUMENTS, firmware.BUILD_EXAMPLES),
+        },
+    )
+)
+app.command(
+    group_app(
+        "experiment",
+        "Experiments on the friction that is felt: protocols, sessions, simulated participants, reports.",
+        "simulate",
+        DEVICE,
+        {
+            "new": Verb(experiment.new, "FILE [OPTIONS]", experiment.NEW_EXAMPLES),
+            "run": Verb(experiment.run, "PROTOCOL --participant CODE [OPTIONS]", experiment.RUN_EXAMPLES),
+            "resume": Verb(experiment.resume, "FOLDER", experiment.RESUME_EXAMPLES),
+            "simulate": Verb(experiment.simulate, "PROTOCOL [OPTIONS]", experiment.SIMULATE_EXAMPLES),
+            "report": Verb(experiment.report, "FOLDER [OPTIONS]", experiment.RESUME_EXAMPLES),
         },
     )
 )
