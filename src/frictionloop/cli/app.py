@@ -236,10 +236,13 @@ app.command(
         DEVICE,
         {
             "new": Verb(experiment.new, "FILE [OPTIONS]", experiment.NEW_EXAMPLES),
+            "check": Verb(experiment.check, "PROTOCOL [OPTIONS]", experiment.CHECK_EXAMPLES),
             "run": Verb(experiment.run, "PROTOCOL --participant CODE [OPTIONS]", experiment.RUN_EXAMPLES),
             "resume": Verb(experiment.resume, "FOLDER", experiment.RESUME_EXAMPLES),
             "simulate": Verb(experiment.simulate, "PROTOCOL [OPTIONS]", experiment.SIMULATE_EXAMPLES),
-            "report": Verb(experiment.report, "FOLDER [OPTIONS]", experiment.RESUME_EXAMPLES),
+            "report": Verb(experiment.report, "FOLDER [OPTIONS]", experiment.REPORT_EXAMPLES),
+            "export": Verb(experiment.export, "FOLDER OUT [OPTIONS]", experiment.EXPORT_EXAMPLES),
+            "power": Verb(experiment.power, "PROTOCOL [OPTIONS]", experiment.POWER_EXAMPLES),
         },
     )
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
@@ -35,6 +35,23 @@ SIMULATE_EXAMPLES = r"""Examples
   frictionloop experiment simulate jnd-friction-staircase --participants 24 \
       --out study.html
   frictionloop experiment simulate my-study.toml --participants 8 --folder data
+"""
+CHECK_EXAMPLES = r"""Examples
+
+  frictionloop experiment check my-study.toml
+"""
+REPORT_EXAMPLES = r"""Examples
+
+  frictionloop experiment report data --out study.html
+"""
+EXPORT_EXAMPLES = r"""Examples
+
+  frictionloop experiment export data bids-data
+  frictionloop experiment export data/P01 P01.csv --as csv
+"""
+POWER_EXAMPLES = r"""Examples
+
+  frictionloop experiment power study-friction --effect 0.2 --participants 6:40
 """
 ProtocolName = Annotated[
     str,
@@ -71,6 +88,107 @@ def new(
     with replacing(file) as beside:
         beside.write_text(text, encoding="utf-8")
     screen.show(*screen.saved({"the protocol": file}), f"Check it with: frictionloop experiment check {file}")
+
+
+def check(protocol: ProtocolName, /, *, bench: Bench = None, json: flags.Json = False) -> None:
+    """Run every branch of a protocol dry: trials, duration, forces, and the share of fingers that can be given them."""
+    from frictionloop.experiments.check import check as checked
+    from frictionloop.experiments.protocol import read_protocol
+
+    plan = read_protocol(protocol)
+    found = checked(plan, _bench(bench))
+    low, high = sorted(found.trials)
+    if json:
+        screen.show_json({"protocol": plan.name, **found._asdict(), "needed": found.needed._asdict()})
+        return
+    screen.show(
+        screen.columns(
+            [
+                ("protocol", f"{plan.name}: {plan.title}"),
+                ("trials", f"{low}" if low == high else f"{low} to {high}"),
+                ("takes", f"{screen.about(found.duration_s)} at most, breaks and repetitions aside"),
+                ("forces", f"{found.needed.low_n:.3g} to {found.needed.high_n:.3g} N"),
+                ("in reach", f"of {100 * found.share_in_reach:.0f} % of fingers"),
+            ]
+        )
+    )
+
+
+def export(
+    folder: Annotated[Path, Parameter(name="FOLDER", help="A session, or a folder of sessions.", group=flags.SYSTEM)],
+    out: Annotated[Path, Parameter(name="OUT", help="New folder, or file, to write.", group=flags.RESULT)],
+    /,
+    *,
+    form: Annotated[flags.Run[Literal["bids", "csv", "hdf5"]], Parameter(name="as")] = "bids",
+) -> None:
+    """Write sessions for other programs.
+
+    Parameters
+    ----------
+    form
+        bids: a folder in the shape of BIDS; csv: one table, as PsychoPy writes; hdf5: one file with all traces.
+    """
+    from frictionloop.experiments.export import WRITERS
+
+    if form != "bids":
+        checks.check_output("out", out, {"csv": checks.TABLES, "hdf5": checks.RUN_FILES}[form])
+    WRITERS[form](folder, out)
+    screen.show(*screen.saved({"the sessions": out}))
+
+
+def power(
+    protocol: ProtocolName,
+    /,
+    *,
+    effect: flags.Run[float] = 0.2,
+    participants: flags.Run[str] = "6:24",
+    studies: flags.Run[flags.Whole] = 400,
+    pool: flags.Run[flags.Whole] = 24,
+    seed: flags.Run[flags.Whole] = 0,
+    bench: Bench = None,
+    json: flags.Json = False,
+) -> None:
+    """Tell by simulation how many participants a study needs to find a difference, condition by condition.
+
+    Participants are simulated with and without the effect; studies are drawn from them, a paired test in each.
+
+    Parameters
+    ----------
+    effect
+        Relative change of what is found between two states of the participants, such as 0.2 for a fifth.
+    participants
+        Numbers of participants, from:to or from:to:step.
+    studies
+        Studies that are drawn for each number.
+    pool
+        Participants that are simulated, from whom studies are drawn.
+    seed
+        Seed of everything.
+    """
+    from frictionloop.experiments.power import power as needed
+    from frictionloop.experiments.protocol import read_protocol
+
+    numbers = _range(participants)
+    found = needed(read_protocol(protocol), effect, numbers, _bench(bench), pool=pool, studies=studies, seed=seed)
+    if json:
+        screen.show_json({"power": found.to_dict("records"), "effect": effect})
+        return
+    names = list(dict.fromkeys(found["condition"]))
+    rows = [("participants", *names, "")]
+    for number in numbers:
+        own = found[found["participants"] == number].set_index("condition")["power"]
+        rows.append((str(number), *(f"{100 * own[name]:.0f} %" for name in names), ""))
+    screen.show(f"share of studies that find a change of {100 * effect:g} % at p < 0.05", "", screen.table(rows))
+
+
+def _range(text: str) -> list[int]:
+    try:
+        first, last, *step = (int(each) for each in text.split(":"))
+    except ValueError:
+        first, last, step = 0, 0, []
+    if not 2 <= first <= last <= 1000 or len(step) > 1 or (step and step[0] < 1):
+        raise FrictionloopError(f"participants = {text!r}: must be from:to, such as 6:40, each from 2 to 1000")
+    return list(range(first, last + 1, step[0] if step else max((last - first) // 8, 1)))
 
 
 def run(
@@ -203,10 +321,12 @@ def _found(plan: Protocol, trials: Any, found: Any, about: str, out: Path | None
             {"protocol": plan.name, "about": about, "groups": found.to_dict("records"), "saved": {"page": out}}
         )
         return
-    rows = [("condition", "level", "participants", f"JND, {plan.level_unit}", "95 %")]
+    from frictionloop.experiments.summary import measure
+
+    rows = [("condition", "level", "participants", measure(plan)[0], "95 %")]
     for each in found.itertuples():
-        interval = f"{each.jnd_low:.3g} to {each.jnd_high:.3g}"
-        rows.append((each.condition, each.level, str(each.participants), f"{each.jnd_mean:.3g}", interval))
+        interval = f"{each.low:.3g} to {each.high:.3g}"
+        rows.append((each.condition, each.level, str(each.participants), f"{each.mean:.3g}", interval))
     counted = int(trials["counted"].sum())
     screen.show(
         screen.columns(

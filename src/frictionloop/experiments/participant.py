@@ -17,6 +17,7 @@ from scipy.signal import sosfilt
 from frictionloop.experiments.delivered import force_of, rate_of
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.psychometric import JND_Z
+from frictionloop.loop.record import system_of
 from frictionloop.parameters import Skin, System
 from frictionloop.parameters.block import Block, NotNegative, Number, Positive
 from frictionloop.parameters.motion import Strokes
@@ -142,16 +143,14 @@ class SimulatedParticipant:
         if task == "same_different":
             return choices[int(abs(noisy[1] - noisy[0]) > (o.same_within - o.criterion) * sd)]
         if task == "yes_no":
-            # A pattern is told from a plain stroke whose strength is about 1 threshold above what is always there.
-            return choices[int(noisy[0] + o.criterion * sd <= self.plain_felt + 1.0)]
+            # A pattern is told from one threshold on; of another attribute, what is above the standard.
+            standard = 1.0 if self.protocol.attribute == "pattern" else self.protocol.stimulus.standard or 0.0
+            return choices[int(noisy[0] + o.criterion * sd <= standard)]
         if task == "adjustment":
             apart = (noisy[comparison - 1] - noisy[2 - comparison]) / sd
             return choices[2] if abs(apart) < o.same_within else choices[int(apart < 0.0)]
         told = max(noisy[0], 1e-6) ** o.exponent * math.exp(o.magnitude_spread * rng.normal())
         return f"{100.0 * told:.4g}"
-
-    plain_felt = 0.0
-    """Strength of what is felt without a pattern."""
 
     @cached_property
     def skin(self) -> Skin:
@@ -162,8 +161,8 @@ class SimulatedParticipant:
     def percept(self, run: xr.Dataset) -> tuple[float, float]:
         """Return what a stroke feels like, and the standard deviation of that feeling.
 
-        friction: the mean force F, with sqrt((w F)^2 + F_th(1 Hz)^2). pattern: the rms of the force in units of its
-        threshold D, with sqrt(1 + (w D)^2). spacing: where the force, weighted by the thresholds, repeats; one below
+        friction: the mean force F, with sqrt((w F)^2 + F_th(1 Hz)^2). pattern: its strength D in units of its
+        threshold, with sqrt(1 + (w D)^2). spacing: where the force, weighted by the thresholds, repeats; one below
         threshold is guessed.
         """
         force, keep = run[force_of(run)].values, run["scored"].values
@@ -173,12 +172,12 @@ class SimulatedParticipant:
         if self.protocol.attribute == "friction":
             mean = float(force[keep].mean())
             return mean, math.hypot(scale * self.observer.weber * mean, float(force_threshold_n(1.0, self.skin)))
-        weighted = weigh(force, keep, rate_of(run), self.skin)
-        strength = float(np.sqrt(np.mean(weighted**2)))
+        weighted, place = weigh(force, keep, rate_of(run), self.skin), 1e3 * run["position"].values[keep]
         if self.protocol.attribute == "pattern":
+            strength = pattern_strength(weighted, place, system_of(run).setpoint)
             return strength, math.hypot(1.0, scale * self.observer.pattern_weber * strength)
-        spacing = felt_spacing_mm(weighted, 1e3 * run["position"].values[keep])
-        clear = max(strength, 1e-3)
+        spacing = felt_spacing_mm(weighted, place)
+        clear = max(float(np.sqrt(np.mean(weighted**2))), 1e-3)
         return spacing, spacing * math.hypot(scale * self.observer.spacing_weber, 0.5 / clear)
 
 
@@ -192,6 +191,14 @@ def weigh(force: Array, keep: Array, rate_hz: float, skin: Skin) -> Array:
     index = np.arange(part.size)
     line = np.polynomial.Polynomial.fit(index, part, 1)
     return np.asarray(sosfilt(weighting_sos(rate_hz, skin), part - line(index)))
+
+
+def pattern_strength(weighted: Array, place_mm: Array, source: Any) -> float:
+    """Return the rms of what of a weighted force repeats with the pattern, which the participant knows; else of all."""
+    period_mm = getattr(getattr(source, "effect", None), "period_mm", None)
+    if not period_mm:
+        return float(np.sqrt(np.mean(weighted**2)))
+    return math.sqrt(2.0) * abs(complex(np.mean(weighted * np.exp(2j * math.pi * place_mm / period_mm))))
 
 
 SHORTEST_MM, LONGEST_MM = 0.5, 12.0

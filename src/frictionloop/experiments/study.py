@@ -12,6 +12,7 @@ import pandas  # type: ignore[import-untyped]
 
 from frictionloop.experiments import folder
 from frictionloop.experiments.engine import BenchEngine
+from frictionloop.experiments.needed import recruited
 from frictionloop.experiments.participant import Observer, SimulatedParticipant
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.reach import simulated_reach
@@ -19,7 +20,6 @@ from frictionloop.experiments.session import Session, Simulated, side_by_side
 from frictionloop.experiments.table import COLUMNS
 from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import System, bench
-from frictionloop.physics.fingers import fingers
 from frictionloop.quantities.checks import whole
 
 STUDY = {
@@ -46,8 +46,8 @@ def simulate(
 ) -> pandas.DataFrame:
     """Return the trials of a study in which simulated participants take part.
 
-    Participants P01, P02, ... are fingers of the population, and decide as an `Observer` does. The same protocol,
-    system and seed give the same table, whatever the number of participants that are simulated beside them.
+    Participants P01, P02, ... are fingers of the population that can be given the protocol's forces, and decide as an
+    `Observer` does. The same protocol, system and seed give the same table, whoever is simulated beside them.
 
     Parameters
     ----------
@@ -71,15 +71,17 @@ def simulate(
     Returns
     -------
     pandas.DataFrame
-        Rows as in ``trials.tsv``.
+        Rows as in ``trials.tsv``; the attribute ``looked_at`` says how many fingers were looked at to find these.
 
     Raises
     ------
     FrictionloopError
-        For a number of participants below 1, or what ``check`` finds.
+        For a number of participants below 1, or a folder with something in it.
     """
-    people = population or fingers(whole("participants", participants, 1, 10_000), seed)
-    base = system or study_system()
+    base, looked_at = system or study_system(), 0
+    people = population
+    if people is None:
+        people, looked_at = recruited(protocol, base, whole("participants", participants, 1, 10_000), seed)
     sessions, engines = [], []
     for number, finger in enumerate(people, 1):
         sessions.append(simulated_session(protocol, base, f"P{number:02d}", finger, seed, observer))
@@ -107,7 +109,9 @@ def simulate(
                 for _ in range(sessions[k].order.block - block):
                     advance()
     table = pandas.DataFrame(rows, columns=list(COLUMNS))
-    return table.sort_values(["participant", "trial"], ignore_index=True)
+    table = table.sort_values(["participant", "trial"], ignore_index=True)
+    table.attrs = {"participants": len(people), "looked_at": looked_at or len(people)}
+    return table
 
 
 def _rows(sessions: Sequence[Session], engines: Sequence[BenchEngine]) -> Iterator[tuple[int, dict[str, Any]]]:

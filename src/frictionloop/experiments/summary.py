@@ -1,4 +1,4 @@
-"""What a study or a session found: a fit per participant and condition, of the group, and what became of each trial."""
+"""What a study or a session found: a number per participant and condition, of the group, and the fate of each trial."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pandas  # type: ignore[import-untyped]
+from scipy.stats import linregress
 from scipy.stats import t as student
 
 from frictionloop.experiments.fit import fit, jnd
@@ -18,11 +19,28 @@ from frictionloop.quantities import FrictionloopError
 
 COVERAGE = 0.95
 LEVELS = ("requested", "delivered")
-"""The two levels that a function is fitted over."""
+"""The two levels that everything is told over."""
+MEASURES = {
+    "magnitude": ("exponent", "Slope of the logarithm of the number told over that of the level"),
+    "tracking": ("gain", "Slope of the answer over the level, in 100 per unit"),
+    "adjustment": ("setting", "Mean level, beside the standard, that was left as alike"),
+}
+"""What is found of a task, where it is not a psychometric function."""
+LONGEST_LAG = 5
+"""Trials by which an answer is looked for behind its level (assumed)."""
+
+
+def measure(protocol: Protocol) -> tuple[str, str]:
+    """Return the name of what is found of each participant, and what it is."""
+    if protocol.task in MEASURES:
+        return MEASURES[protocol.task]
+    if protocol.task in ("2ifc", "2afc") and protocol.method.scores == "comparison":
+        return "JND", "Half the way from 25% to 75% of answers for the comparison"
+    return "threshold", "The level at which the function is half the way up: 75% right with two intervals"
 
 
 def fits(protocol: Protocol, trials: pandas.DataFrame) -> pandas.DataFrame:
-    """Return one row per participant, condition and kind of level; one without a fit says why.
+    """Return one row per participant, condition and kind of level; one without a value says why.
 
     Parameters
     ----------
@@ -30,50 +48,92 @@ def fits(protocol: Protocol, trials: pandas.DataFrame) -> pandas.DataFrame:
         What was asked.
     trials : pandas.DataFrame
         Rows as in ``trials.tsv``.
+
+    Returns
+    -------
+    pandas.DataFrame
+        ``value`` is what `measure` names, ``low`` and ``high`` its 95 % interval; the other columns are those of
+        `fit`, where there is a function.
     """
     rows = []
-    guess = protocol.guess if protocol.task in ("2ifc", "2afc") and protocol.method.scores == "correct" else None
     for (participant, condition), some in trials.groupby(["participant", "condition"], sort=False):
         counted = some[(some["counted"] == 1) & np.isfinite(some["result"])]
         for over in LEVELS:
             row: dict[str, Any] = {"participant": participant, "condition": condition, "level": over}
-            row |= {"trials": len(counted), "why": ""}
+            row |= {"trials": len(counted), "value": math.nan, "low": math.nan, "high": math.nan, "why": ""}
             try:
-                found = fit(counted[over], counted["result"], guess, low=0.0 if guess == 0.5 else None)
-                row |= found._asdict() | {"jnd": jnd(found, protocol.method.scores)}
+                row |= _found(protocol, counted[over].to_numpy(float), counted["result"].to_numpy(float))
             except FrictionloopError as error:
                 row["why"] = str(error)
             rows.append(row)
     table = pandas.DataFrame(rows)
-    for name in ("threshold", "spread", "jnd", "lapse", "guess", "dispersion"):
-        if name not in table:
-            table[name] = math.nan
-    if protocol.stimulus.standard:
-        table["weber"] = table["jnd"] / protocol.stimulus.standard
+    if measure(protocol)[0] in ("JND", "threshold"):
+        table = table.reindex(columns=list(dict.fromkeys([*table.columns, "threshold", "spread", "guess", "lapse"])))
+        if protocol.stimulus.standard:
+            table["weber"] = table["value"] / protocol.stimulus.standard
     return table
 
 
+def _found(protocol: Protocol, level: Any, result: Any) -> dict[str, Any]:
+    if protocol.task == "magnitude":
+        return _slope(np.log(np.maximum(level, 1e-6)), np.log(np.maximum(result, 1e-6)))
+    if protocol.task == "tracking":
+        return _tracked(level, 0.01 * result)
+    if protocol.task == "adjustment":
+        left = level[result == 0]
+        if left.size < 2:
+            raise FrictionloopError(f"{left.size} settings; 2 are needed")
+        half = _half(left.std(ddof=1), left.size)
+        mean = float(left.mean())
+        return {"value": mean, "low": mean - half, "high": mean + half, "spread": float(left.std(ddof=1))}
+    scores = protocol.method.scores
+    guess = 0.5 if protocol.task in ("2ifc", "2afc") and scores == "correct" else None
+    found = fit(level, result, guess, low=0.0 if guess else None)
+    scale = jnd(found, scores) / (found.threshold if scores == "correct" else found.spread)
+    ends = (found.threshold_low, found.threshold_high) if scores == "correct" else (found.spread_low, found.spread_high)
+    value = {"value": jnd(found, scores), "low": scale * ends[0], "high": scale * ends[1]}
+    if protocol.task not in ("2ifc", "2afc"):
+        value = {"value": found.threshold, "low": found.threshold_low, "high": found.threshold_high}
+    return found._asdict() | value
+
+
+def _slope(x: Any, y: Any) -> dict[str, Any]:
+    if x.size < 3 or np.ptp(x) <= 0:
+        raise FrictionloopError(f"{x.size} trials; 3 at two levels are needed")
+    line = linregress(x, y)
+    half = float(student.ppf(0.5 + 0.5 * COVERAGE, x.size - 2)) * float(line.stderr)
+    slope = float(line.slope)
+    return {"value": slope, "low": slope - half, "high": slope + half, "correlation": float(line.rvalue)}
+
+
+def _tracked(level: Any, answer: Any) -> dict[str, Any]:
+    """Return the slope at the lag, in trials, at which answer and level correlate most."""
+    best: dict[str, Any] = {}
+    for lag in range(min(LONGEST_LAG, level.size - 3) + 1):
+        found = _slope(level[: level.size - lag], answer[lag:]) | {"lag_trials": lag}
+        if not best or found["correlation"] > best["correlation"]:
+            best = found
+    if not best:
+        raise FrictionloopError(f"{level.size} trials; 4 are needed")
+    return best
+
+
+def _half(sd: float, n: int) -> float:
+    return float(student.ppf(0.5 + 0.5 * COVERAGE, n - 1)) * float(sd) / math.sqrt(n)
+
+
 def groups(fitted: pandas.DataFrame) -> pandas.DataFrame:
-    """Return mean, standard deviation and 95 % interval of the JND over participants, by condition and level."""
+    """Return mean, standard deviation and 95 % interval over participants, by condition and level; of one its own."""
     rows = []
     for (condition, over), some in fitted.groupby(["condition", "level"], sort=False):
-        values = some["jnd"].dropna().to_numpy()
-        n = values.size
-        sd = float(values.std(ddof=1)) if n > 1 else math.nan
-        half = float(student.ppf(0.5 + 0.5 * COVERAGE, n - 1)) * sd / math.sqrt(n) if n > 1 else math.nan
+        known = some.dropna(subset=["value"])
+        values, n = known["value"].to_numpy(), len(known)
         mean = float(values.mean()) if n else math.nan
-        rows.append(
-            {
-                "condition": condition,
-                "level": over,
-                "participants": n,
-                "without_fit": len(some) - n,
-                "jnd_mean": mean,
-                "jnd_sd": sd,
-                "jnd_low": mean - half,
-                "jnd_high": mean + half,
-            }
-        )
+        sd = float(values.std(ddof=1)) if n > 1 else math.nan
+        half = _half(sd, n) if n > 1 else math.nan
+        low, high = (mean - half, mean + half) if n != 1 else tuple(known[["low", "high"]].iloc[0])
+        row = {"condition": condition, "level": over, "participants": n, "without": len(some) - n}
+        rows.append(row | {"mean": mean, "sd": sd, "low": low, "high": high})
     return pandas.DataFrame(rows)
 
 

@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 from frictionloop.experiments.fit import grouped
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.psychometric import probability
-from frictionloop.experiments.summary import fits, funnel, groups
+from frictionloop.experiments.summary import fits, funnel, groups, measure
 from frictionloop.quantities import replacing
 from frictionloop.report.style import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, inline, new_figure, styled, svg
 
@@ -35,11 +35,15 @@ def page(protocol: Protocol, trials: pandas.DataFrame, about: str) -> str:
         Where the trials are from, in words.
     """
     fitted = fits(protocol, trials)
+    name, _ = measure(protocol)
     figures = {
-        "functions": (functions(protocol, trials, fitted), "Psychometric functions by condition"),
-        "thresholds": (thresholds(protocol, fitted), "Differences noticed, by condition and participant"),
+        "thresholds": (thresholds(protocol, fitted), f"{name} by condition and participant"),
         "sequences": (sequences(protocol, trials), "Levels asked for over trials"),
     }
+    if name in ("threshold", "JND"):
+        figures["functions"] = (functions(protocol, trials, fitted), "Psychometric functions by condition")
+    else:
+        figures["answers"] = (answers(protocol, trials), "Answers over levels")
     drawn = {name: inline(svg(figure, name), label) for name, (figure, label) in figures.items()}
     shown = Environment(loader=PackageLoader("frictionloop.report"), autoescape=True, trim_blocks=True)
     shown.filters["number"] = number
@@ -51,6 +55,8 @@ def page(protocol: Protocol, trials: pandas.DataFrame, about: str) -> str:
         groups=groups(fitted).to_dict("records"),
         fits=fitted.to_dict("records"),
         funnel=_funnel_rows(trials),
+        measure=measure(protocol),
+        weber="weber" in fitted,
         conditions=list(dict.fromkeys(trials["condition"])),
     )
 
@@ -102,8 +108,23 @@ def functions(protocol: Protocol, trials: pandas.DataFrame, fitted: pandas.DataF
 
 
 @styled
+def answers(protocol: Protocol, trials: pandas.DataFrame) -> Figure:
+    """Draw the answers over both levels."""
+    figure = new_figure(7.2, 3.0)
+    panels = figure.subplots(1, 2, sharey=True)
+    for axes, over in zip(panels, ("requested", "delivered"), strict=True):
+        for k, condition in enumerate(dict.fromkeys(trials["condition"])):
+            some = _counted(trials[trials["condition"] == condition])
+            axes.plot(some[over], some["result"], ".", color=COLOURS[k % 6], alpha=0.5, label=condition)
+        axes.set(xlabel=f"level {over}, {protocol.level_unit}")
+    panels[0].set_ylabel("answer")
+    panels[1].legend(loc="upper left")
+    return figure
+
+
+@styled
 def thresholds(protocol: Protocol, fitted: pandas.DataFrame) -> Figure:
-    """Draw the JND of each participant, joined over conditions, with the group's mean and its 95 % interval."""
+    """Draw what was found of each participant, joined over conditions, with the group's mean and its 95 % interval."""
     figure = new_figure(7.2, 3.0)
     panels = figure.subplots(1, 2, sharey=True)
     found = groups(fitted)
@@ -111,15 +132,17 @@ def thresholds(protocol: Protocol, fitted: pandas.DataFrame) -> Figure:
         some = fitted[fitted["level"] == over]
         names = list(dict.fromkeys(some["condition"]))
         for _, own in some.groupby("participant"):
-            values = [float(own.loc[own["condition"] == name, "jnd"].mean()) for name in names]
+            values = [float(own.loc[own["condition"] == name, "value"].mean()) for name in names]
             axes.plot(range(len(names)), values, color=GREY, lw=0.6, alpha=0.5, marker=".", ms=3)
         of = found[found["level"] == over].set_index("condition").loc[names]
-        half = of["jnd_high"] - of["jnd_mean"]
-        axes.errorbar(range(len(names)), of["jnd_mean"], half, fmt="o", color=BLUE, capsize=4, lw=1.6, ms=6, zorder=3)
+        half = of["high"] - of["mean"]
+        axes.errorbar(range(len(names)), of["mean"], half, fmt="o", color=BLUE, capsize=4, lw=1.6, ms=6, zorder=3)
         axes.set_xticks(range(len(names)), names)
         axes.set(xlim=(-0.5, len(names) - 0.5), title=f"over the level {over}")
-        axes.set_ylim(bottom=0.0)
-    panels[0].set_ylabel(f"difference noticed, {protocol.level_unit}")
+        if (some["value"].dropna() >= 0).all():
+            axes.set_ylim(bottom=0.0)
+    name, _ = measure(protocol)
+    panels[0].set_ylabel(name if name in ("exponent", "gain") else f"{name}, {protocol.level_unit}")
     return figure
 
 
