@@ -12,7 +12,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.experiments import Protocol, folder
-from frictionloop.experiments.run import resume, run
+from frictionloop.experiments.running import resume, run
 from frictionloop.experiments.summary import read_trials
 from frictionloop.quantities import FrictionloopError
 
@@ -62,7 +62,7 @@ def test_what_was_asked_is_what_was_delivered_and_the_traces_are_kept(whole):
 KILLED = """
 import sys
 from pathlib import Path
-from frictionloop.experiments.run import resume
+from frictionloop.experiments.running import resume
 resume(Path(sys.argv[1]))
 """
 

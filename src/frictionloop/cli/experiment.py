@@ -92,7 +92,7 @@ def new(
 
 def check(protocol: ProtocolName, /, *, bench: Bench = None, json: flags.Json = False) -> None:
     """Run every branch of a protocol dry: trials, duration, forces, and the share of fingers that can be given them."""
-    from frictionloop.experiments.check import check as checked
+    from frictionloop.experiments.dry_run import check as checked
     from frictionloop.experiments.protocol import read_protocol
 
     plan = read_protocol(protocol)
@@ -165,7 +165,7 @@ def power(
     seed
         Seed of everything.
     """
-    from frictionloop.experiments.power import power as needed
+    from frictionloop.experiments.planning import power as needed
     from frictionloop.experiments.protocol import read_protocol
 
     numbers = _range(participants)
@@ -223,7 +223,7 @@ def run(
         Name of the calibration that the bench's file is from, kept with the session.
     """
     from frictionloop.experiments.protocol import read_protocol
-    from frictionloop.experiments.run import run as through
+    from frictionloop.experiments.running import run as through
 
     plan = read_protocol(protocol)
     where = folder or Path(f"{plan.name}-{participant}")
@@ -237,7 +237,7 @@ def run(
 def resume(folder: SessionFolder, /) -> None:
     """Go on with a session that was left, killed or unplugged: same sequence, same posterior."""
     from frictionloop.experiments import folder as folders
-    from frictionloop.experiments.run import resume as through
+    from frictionloop.experiments.running import resume as through
 
     plan, _, about = folders.read(folder)
     simulated = "simulated" in about

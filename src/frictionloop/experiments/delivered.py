@@ -54,7 +54,8 @@ def measures(run: xr.Dataset, protocol: Protocol, asked: float) -> Measures:
     lost = int(np.isnan(force).sum())
     keep = scored & np.isfinite(force)
     if not keep.any():
-        return Measures(*[math.nan] * 5, 0.0, 0.0, 0.0, lost, math.nan)
+        nan = math.nan
+        return Measures(nan, nan, nan, nan, nan, nan, nan, 0.0, lost, nan)
     intended = run["f_r_intended" if "f_r_intended" in run else "f_r"].values
     f, r = force[keep], intended[keep]
     return Measures(

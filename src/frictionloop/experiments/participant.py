@@ -111,9 +111,7 @@ class SimulatedParticipant:
                 "load_n": motion.load_n * math.exp(o.load_spread * load_z),
             }
         )
-        friction = system.friction.model_copy(
-            update={"nominal_n": system.friction.nominal_n * self.moisture(trial)}  # type: ignore[attr-defined]
-        )
+        friction = system.friction.model_copy(update={"nominal_n": system.friction.nominal_n * self.moisture(trial)})
         return system.model_copy(update={"motion": moved, "friction": friction})
 
     def answers(self, trial: int, comparison: int, runs: list[xr.Dataset]) -> Answer:

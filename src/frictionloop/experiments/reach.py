@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,8 +13,6 @@ from frictionloop.quantities import FrictionloopError
 
 STROKE_S = 1.5
 """Duration of a plain stroke (assumed: that of a trial's)."""
-SHARE = 0.1
-"""Share of the band that is kept clear at either end, since friction drifts (assumed)."""
 
 
 class Reach(NamedTuple):
@@ -34,11 +31,6 @@ class Reach(NamedTuple):
             "controller.model.susceptibility_per_um2": self.susceptibility_per_um2,
         }
 
-    def has(self, low_n: float, high_n: float) -> bool:
-        """Return whether forces are within the band, less its margins."""
-        margin = SHARE * (self.highest_n - self.lowest_n)
-        return self.lowest_n + margin <= low_n and high_n <= self.highest_n - margin
-
 
 def simulated_reach(system: System, seed: int = 0) -> Reach:
     """Return the reach of a simulated finger: mean forces of two strokes, without vibration and with the largest.
@@ -56,11 +48,13 @@ def simulated_reach(system: System, seed: int = 0) -> Reach:
         For a finger whose friction does not fall with vibration.
     """
     most = system.plate.max_amplitude_um
-    means = []
-    for amplitude in (0.0, most):
-        (run,) = traced([system], [seed], STROKE_S, amplitude)
-        means.append(float(np.mean(run["f_a"].values[run["scored"].values])))
-    return reach_of(*means, most)
+    without, largest = (_mean_n(system, seed, amplitude) for amplitude in (0.0, most))
+    return reach_of(without, largest, most)
+
+
+def _mean_n(system: System, seed: int, amplitude_um: float) -> float:
+    (run,) = traced([system], [seed], STROKE_S, amplitude_um)
+    return float(np.mean(run["f_a"].values[run["scored"].values]))
 
 
 def reach_of(highest_n: float, lowest_n: float, max_amplitude_um: float) -> Reach:
@@ -70,8 +64,3 @@ def reach_of(highest_n: float, lowest_n: float, max_amplitude_um: float) -> Reac
             f"reach: {highest_n:.3g} N without vibration, {lowest_n:.3g} N with it; the second must be less"
         )
     return Reach(highest_n, lowest_n, math.log(highest_n / lowest_n) / max_amplitude_um**2)
-
-
-def as_reach(told: Mapping[str, float]) -> Reach:
-    """Return a reach that was kept as numbers by name."""
-    return Reach(**told)
