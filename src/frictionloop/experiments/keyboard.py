@@ -45,6 +45,15 @@ class Keyboard:
             if answer := _meant(line.strip(), choices):
                 return Response(answer, rt, presented[-1].uncertainty_s)
 
+    def before(self, trial: Trial) -> None:
+        """Wait for Enter where there is a break; then say which stroke to make."""
+        guide = self._protocol.timeline.stroke
+        if trial.pause:
+            self._say("a break; Enter goes on ")
+            if not self._keys.readline():
+                raise KeyboardInterrupt("the keyboard was closed")
+        self._say(f"stroke {guide.length_mm:g} mm at {guide.speed_mm_s:g} mm/s, {guide.load_n:g} N\n")
+
     def told(self, trial: Trial, row: Mapping[str, Any]) -> None:
         """Say why a trial is repeated; else whether the answer was right, in practice and where feedback is given."""
         if row["again"]:

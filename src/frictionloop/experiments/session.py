@@ -43,6 +43,10 @@ class Respondent(Protocol):
         """Return the answer to a trial."""
         ...
 
+    def before(self, trial: Trial) -> None:
+        """Show the cue, and a break if there is one before this trial."""
+        ...
+
     def told(self, trial: Trial, row: Mapping[str, Any]) -> None:
         """Give feedback, as far as the protocol has any."""
         ...
@@ -62,6 +66,9 @@ class Simulated:
         """Return the participant's answer."""
         runs = [each.run for each in presented]
         return Response(*self.participant.answers(trial.number, trial.comparison, runs))
+
+    def before(self, trial: Trial) -> None:
+        """Do nothing: it is always ready."""
 
     def told(self, trial: Trial, row: Mapping[str, Any]) -> None:
         """Do nothing: it learns nothing."""
@@ -156,6 +163,7 @@ def one(session: Session, engine: Engine) -> tuple[dict[str, Any], list[xr.Datas
     trial = session.order.next()
     if trial is None:
         return None
+    session.respondent.before(trial)
     presented = engine.present(session.strokes(trial), session.protocol.timeline)
     return _answered(session, engine, trial, presented), [each.run for each in presented]
 
