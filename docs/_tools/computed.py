@@ -24,6 +24,8 @@ VERBS = (
     *("firmware", "firmware export", "firmware build"),
     *("device", "device list", "device info", "device set", "device run", "device play", "device recover"),
     *("device clear", "device monitor", "device flash"),
+    *("experiment", "experiment new", "experiment check", "experiment run", "experiment resume"),
+    *("experiment simulate", "experiment report", "experiment export", "experiment power"),
 )
 
 

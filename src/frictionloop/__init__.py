@@ -14,6 +14,7 @@ Look ahead      linearise  operating_band  kp_limit  output_noise_rms_n
 Find gains      retune  retune_notch  RETUNED
 Render effects  rendering (its own names: help(fl.rendering))
 Run a device    connect  Device
+Run experiments experiments (its own names: help(fl.experiments))
 Know a bench    identify (load  weights  pick_hits  response  modes  noise  friction  bench)
 Blocks of yours register  Law  Vibration  Signal  StreamingMetric  RunMetric  step
 
@@ -65,7 +66,11 @@ _HOME = {
     "loop.metrics": "METRICS output_noise r2_bound r2_identity r2_regression regression rms_error saturation_index",
 }
 _ROOM_OF = {name: f"frictionloop.{room}" for room, names in _HOME.items() for name in names.split()}
-_ROOMS = {"identify": "frictionloop.identification", "rendering": "frictionloop.rendering"}
+_ROOMS = {
+    "experiments": "frictionloop.experiments",
+    "identify": "frictionloop.identification",
+    "rendering": "frictionloop.rendering",
+}
 """Rooms that are used by their own names, as in ``fl.identify.load``."""
 
 

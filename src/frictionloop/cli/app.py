@@ -33,6 +33,7 @@ from frictionloop.cli import (
     device_set,
     effect,
     effect_import,
+    experiment,
     firmware,
     identify,
     identify_bench,
@@ -229,6 +230,24 @@ app.command(
         {
             "export": Verb(firmware.export, firmware.ARGUMENTS, firmware.EXPORT_EXAMPLES),
             "build": Verb(firmware.build, firmware.ARGUMENTS, firmware.BUILD_EXAMPLES),
+        },
+    )
+)
+app.command(
+    group_app(
+        "experiment",
+        "Experiments on the friction that is felt: protocols, sessions, simulated participants, reports.",
+        "simulate",
+        DEVICE,
+        {
+            "new": Verb(experiment.new, "FILE [OPTIONS]", experiment.NEW_EXAMPLES),
+            "check": Verb(experiment.check, "PROTOCOL [OPTIONS]", experiment.CHECK_EXAMPLES),
+            "run": Verb(experiment.run, "PROTOCOL --participant CODE [OPTIONS]", experiment.RUN_EXAMPLES),
+            "resume": Verb(experiment.resume, "FOLDER", experiment.RESUME_EXAMPLES),
+            "simulate": Verb(experiment.simulate, "PROTOCOL [OPTIONS]", experiment.SIMULATE_EXAMPLES),
+            "report": Verb(experiment.report, "FOLDER [OPTIONS]", experiment.REPORT_EXAMPLES),
+            "export": Verb(experiment.export, "FOLDER OUT [OPTIONS]", experiment.EXPORT_EXAMPLES),
+            "power": Verb(experiment.power, "PROTOCOL [OPTIONS]", experiment.POWER_EXAMPLES),
         },
     )
 )

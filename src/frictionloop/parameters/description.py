@@ -38,7 +38,8 @@ class Description(Block):
         # Blocks that no path enters stay as they are: sweeps evolve thousands of systems.
         tree = {name: getattr(self, name) for name in type(self).model_fields}
         for block in {path.split(".", 1)[0] for path in overrides} & tree.keys():
-            tree[block] = _values(tree[block])
+            if isinstance(tree[block], BaseModel):
+                tree[block] = _values(tree[block])
         # A kind comes first, so that other values land in the block of that kind.
         for path, value in sorted(overrides.items(), key=lambda item: not item[0].endswith(".kind")):
             _place(type(self), tree, path, value)

@@ -1,0 +1,16 @@
+"""Experiments on friction: protocols, adaptive methods, sessions, simulated participants, analysis, export.
+
+A protocol is a file. A session of it is a folder with one row per trial, which says what was asked, what was delivered
+and whether it counts.
+"""
+
+from frictionloop.experiments.bayes import Psi, Quest
+from frictionloop.experiments.dry_run import check
+from frictionloop.experiments.fit import fit
+from frictionloop.experiments.methods import Adjustment, ConstantStimuli, Interleaved, Staircase, Walk
+from frictionloop.experiments.participant import Observer
+from frictionloop.experiments.planning import power
+from frictionloop.experiments.protocol import Protocol, read_protocol
+from frictionloop.experiments.running import resume, run
+from frictionloop.experiments.study import simulate
+from frictionloop.experiments.summary import fits, funnel, groups, read_trials

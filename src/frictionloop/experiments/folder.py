@@ -1,0 +1,225 @@
+"""The folder of a session: what is written once, and what is only ever appended to and synced."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Self
+
+import xarray as xr
+
+from frictionloop.experiments.protocol import Protocol, read_protocol, to_toml
+from frictionloop.experiments.table import header, line_of, read_rows
+from frictionloop.loop.record import save
+from frictionloop.parameters import System, read_toml, write_toml
+from frictionloop.quantities import FrictionloopError, replacing
+from frictionloop.quantities.files import sync
+from frictionloop.quantities.version import LIBRARIES, package_version
+
+TABLE, LOG, ABOUT, PROTOCOL, SYSTEM, LOCK, RAW = (
+    "trials.tsv",
+    "log.jsonl",
+    "session.json",
+    "protocol.toml",
+    "system.toml",
+    ".lock",
+    "raw",
+)
+"""Names in the folder."""
+
+
+class Folder:
+    """An open session; one at a time, by a lock that the system lets go of when the process dies.
+
+    Use it in a ``with`` statement.
+    """
+
+    def __init__(self, path: Path, protocol: Protocol, system: System, about: dict[str, Any]) -> None:
+        self.path, self.protocol, self.system, self.about = path, protocol, system, about
+        self._lock = _locked(path)
+        try:
+            self.cut = _whole_lines(path / TABLE)
+            _whole_lines(path / LOG)
+            self.rows = read_rows(path / TABLE)
+            self._table = _appending(path / TABLE)
+            self._log = _appending(path / LOG)
+        except BaseException:
+            os.close(self._lock)
+            raise
+
+    def __enter__(self) -> Self:
+        """Return the folder."""
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Close the files and let go of the lock."""
+        for handle in (self._table, self._log, self._lock):
+            os.close(handle)
+
+    @property
+    def participant(self) -> str:
+        """Code of the participant."""
+        return str(self.about["participant"])
+
+    def add(self, row: Mapping[str, Any]) -> None:
+        """Append a row and have it on the disk.
+
+        Raises
+        ------
+        FrictionloopError
+            When it cannot be written, naming the trial; the rows before it are whole.
+        """
+        _append(self._table, line_of(row), self.path / TABLE, f"trial {row['trial']}")
+        self.rows.append(dict(row))
+
+    def log(self, event: str, **told: Any) -> None:
+        """Append what happened, or was adjusted, to the log."""
+        _append(self._log, json.dumps({"event": event, **told}, allow_nan=True) + "\n", self.path / LOG, event)
+
+    def keep(self, trial: int, runs: list[xr.Dataset]) -> str:
+        """Write the traces of a trial and return the name of their file; several intervals go along ``interval``."""
+        name = f"{RAW}/trial-{trial:05d}.h5"
+        shortest = min(run.sizes["time"] for run in runs)
+        parts = [run.isel(time=slice(0, shortest)).map(_short) for run in runs]
+        for part, run in zip(parts, runs, strict=True):
+            part.attrs = dict(run.attrs)
+        whole = xr.concat(parts, "interval", combine_attrs="drop_conflicts")
+        whole.attrs |= {
+            "schema": runs[0].attrs["schema"],
+            "system": runs[0].attrs["system"],
+            "trial": trial,
+            "systems": json.dumps([run.attrs["system"] for run in runs]),
+        }
+        save(whole, self.path / name)
+        return name
+
+
+def new(
+    path: Path, protocol: Protocol, system: System, participant: str, source: str, more: Mapping[str, Any]
+) -> Folder:
+    """Make the folder of a new session and open it.
+
+    Raises
+    ------
+    FrictionloopError
+        For a folder with something in it, or one that cannot be made.
+    """
+    if not participant or not participant.isalnum() or not participant.isascii():
+        raise FrictionloopError(f"participant = {participant!r}: must be a code of letters and digits, such as P01")
+    if path.exists() and (not path.is_dir() or any(path.iterdir())):
+        raise FrictionloopError(f"{path}: has something in it; take a new folder, or experiment resume")
+    about = {
+        "schema": 1,
+        "participant": participant,
+        "source": source,
+        "version": package_version(),
+        "python": sys.version.split()[0],
+        "libraries": {name: _version(name) for name in (*LIBRARIES, "xarray", "pydantic", "sweetspot")},
+        **more,
+    }
+    try:
+        (path / RAW).mkdir(parents=True, exist_ok=True)
+        for name, text in ((TABLE, header()), (LOG, "")):
+            with (path / name).open("x", encoding="utf-8") as file:
+                file.write(text)
+        (path / PROTOCOL).write_text(to_toml(protocol), encoding="utf-8")
+        write_toml(system, path / SYSTEM)
+    except OSError as error:
+        raise FrictionloopError(f"{path}: cannot be written ({error.strerror or error})") from None
+    # Last: a folder with this file is a session.
+    with replacing(path / ABOUT) as beside:
+        beside.write_text(json.dumps(about, indent=2) + "\n", encoding="utf-8")
+    sync(path)
+    return Folder(path, protocol, system, about)
+
+
+def opened(path: Path) -> Folder:
+    """Open the folder of a session that was begun.
+
+    Raises
+    ------
+    FrictionloopError
+        For a folder that is none, is in use, or was changed.
+    """
+    return Folder(path, *read(path))
+
+
+def read(path: Path) -> tuple[Protocol, System, dict[str, Any]]:
+    """Return protocol, system and what else is told of a session, without opening it.
+
+    Raises
+    ------
+    FrictionloopError
+        For a folder that is no session.
+    """
+    try:
+        about = json.loads((path / ABOUT).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        raise FrictionloopError(f"{path}: is no session; there is no {ABOUT} that can be read") from None
+    return read_protocol(path / PROTOCOL), read_toml(path / SYSTEM), about
+
+
+def _locked(path: Path) -> int:
+    """Return the handle that keeps others out."""
+    handle = os.open(path / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
+    try:
+        if os.name == "nt":
+            import msvcrt
+
+            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined,unused-ignore]
+        else:
+            import fcntl
+
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(handle)
+        raise FrictionloopError(f"{path}: another run of this session goes on; end it first") from None
+    return handle
+
+
+def _appending(path: Path) -> int:
+    return os.open(path, os.O_WRONLY | os.O_APPEND)
+
+
+def _append(handle: int, line: str, path: Path, what: str) -> None:
+    """Append one line, whole or not at all, and sync it."""
+    before = os.fstat(handle).st_size
+    data = line.encode()
+    try:
+        if os.write(handle, data) != len(data):
+            os.ftruncate(handle, before)
+            raise OSError(28, "No space left on device")
+        os.fsync(handle)
+    except OSError as error:
+        raise FrictionloopError(
+            f"{path}: {what} cannot be written ({error.strerror or error}); what was before is whole"
+        ) from None
+
+
+def _whole_lines(path: Path) -> int:
+    """Cut off the part of a line that a killed run has left, and return how many bytes that were."""
+    try:
+        data = path.read_bytes()
+        rest = len(data) - (data.rfind(b"\n") + 1)
+        if rest:
+            os.truncate(path, len(data) - rest)
+    except OSError as error:
+        raise FrictionloopError(f"{path}: cannot be read ({error.strerror or error})") from None
+    return rest
+
+
+def _short(values: xr.DataArray) -> xr.DataArray:
+    """Return numbers in four bytes, flags as they are."""
+    return values.astype("float32") if values.dtype.kind == "f" else values
+
+
+def _version(name: str) -> str:
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "none"

@@ -1,0 +1,72 @@
+"""Which forces a protocol needs, and which fingers can be given them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from frictionloop.experiments.protocol import Protocol
+from frictionloop.parameters import System
+from frictionloop.physics.fingers import Fingers, fingers, reach
+from frictionloop.rendering.track import Track
+
+PLACES = 1001
+"""Places along a stroke at which an effect is asked."""
+
+
+class Needed(NamedTuple):
+    """The least and the largest force that a protocol asks for, N, and where."""
+
+    low_n: float
+    high_n: float
+    condition: str
+    """Condition with the largest force."""
+
+
+def needed(protocol: Protocol) -> Needed:
+    """Return the least and the largest force that a protocol can ask for, over levels, conditions and places."""
+    guide = protocol.timeline.stroke
+    place = np.linspace(-guide.length_mm, guide.length_mm, PLACES)
+    levels: list[float | None] = [*protocol.method.extremes()]
+    if protocol.intervals == 2:
+        levels.append(None)
+    found = []
+    for condition in protocol.conditions:
+        forces = [
+            np.asarray(protocol.stimulus.at(level, condition.effect).asked(Track().touch(place, way, guide.load_n)))
+            for level in levels
+            for way in (guide.speed_mm_s, -guide.speed_mm_s)
+        ]
+        found.append((min(float(f.min()) for f in forces), max(float(f.max()) for f in forces), condition.name))
+    largest = max(found, key=lambda each: each[1])
+    return Needed(min(each[0] for each in found), largest[1], largest[2])
+
+
+def in_reach(protocol: Protocol, finger: Mapping[str, Any], system: System) -> bool:
+    """Return whether a finger can be given all forces of a protocol, at its guide's load and speed."""
+    guide, wanted = protocol.timeline.stroke, needed(protocol)
+    own = {**finger, "motion.load_n": guide.load_n, "motion.speed_mm_s": guide.speed_mm_s}
+    low, high = reach(own, system.plate.max_amplitude_um, guide.duration_s)
+    return low <= wanted.low_n and wanted.high_n <= high
+
+
+def recruited(protocol: Protocol, system: System, n: int, seed: int) -> tuple[Fingers, int]:
+    """Return the first n fingers of a population that can be given all forces, and how many were looked at.
+
+    Where fewer than one in fifty can, all are taken as they come.
+    """
+    size = n
+    while size <= 50 * n:
+        people = fingers(size, seed)
+        able = [k for k, finger in enumerate(people) if in_reach(protocol, finger, system)]
+        if len(able) >= n:
+            return Fingers(people[k] for k in able[:n]), able[n - 1] + 1
+        size *= 2
+    return fingers(n, seed), n
+
+
+def share_in_reach(protocol: Protocol, system: System, people: Sequence[Mapping[str, Any]]) -> float:
+    """Return the share of fingers that can be given all forces."""
+    return float(np.mean([in_reach(protocol, finger, system) for finger in people]))

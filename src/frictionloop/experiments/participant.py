@@ -1,0 +1,214 @@
+"""A simulated participant: a finger that moves, a sense of touch that decides, and errors of both.
+
+Nothing here was fitted to a person; numbers without a source are assumed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from scipy.signal import sosfilt
+
+from frictionloop.experiments.delivered import force_of, rate_of
+from frictionloop.experiments.protocol import Protocol
+from frictionloop.experiments.psychometric import JND_Z
+from frictionloop.loop.record import system_of
+from frictionloop.parameters import Skin, System
+from frictionloop.parameters.block import Block, NotNegative, Number, Positive
+from frictionloop.parameters.motion import Strokes
+from frictionloop.perception import force_threshold_n, weighting_sos
+from frictionloop.quantities.checks import Array
+
+ROOM = 1.6
+"""Way of a simulated stroke over that asked for, so that a quick finger does not turn before the end."""
+
+
+class Observer(Block):
+    """How a participant decides and moves."""
+
+    weber: Positive = 0.11
+    """JND of a friction force over it, at 75 % right (0.11: Gueorguiev 2017)."""
+    pattern_weber: Positive = 0.3
+    """The same of the strength of a pattern (0.2 to 0.58: Forta 2012; 0.3 is assumed)."""
+    spacing_weber: Positive = 0.06
+    """The same of the spacing of a pattern (assumed)."""
+    criterion: Number = 0.0
+    """Lean towards the second interval, or towards yes, in standard deviations of the decision (assumed)."""
+    lapse: NotNegative = 0.02
+    """Share of trials answered without attending (assumed)."""
+    same_within: Positive = 1.0
+    """Difference below which two are called the same, or a setting is left, in standard deviations (assumed)."""
+    exponent: Positive = 0.8
+    """Exponent of the magnitude that is told over the force (assumed)."""
+    magnitude_spread: NotNegative = 0.15
+    """Spread of the logarithm of a told magnitude (assumed)."""
+    speed_spread: NotNegative = 0.1
+    """Spread of the logarithm of the speed from stroke to stroke (assumed)."""
+    load_spread: NotNegative = 0.1
+    """The same of the load (assumed)."""
+    moisture_drift: NotNegative = 0.01
+    """Spread of the step of the friction's logarithm from trial to trial, a random walk (assumed)."""
+    reaction_s: Positive = 0.6
+    """Median response time; its logarithm spreads by 0.3 (assumed)."""
+
+
+class Answer(NamedTuple):
+    """What a participant answered."""
+
+    response: str
+    """One of the task's choices, or a number."""
+    rt_s: float
+    """Time from the end of the last stroke, on the device clock."""
+
+
+class SimulatedParticipant:
+    """A person of the population with an observer's decisions; all that is drawn depends on seed, trial and role alone.
+
+    Parameters
+    ----------
+    protocol : Protocol
+        What is asked.
+    finger : mapping
+        Overrides of the system, as from ``fl.fingers``.
+    seed : int
+        Seed of the decisions and the motor errors.
+    observer : Observer, optional
+        How the participant decides.
+    """
+
+    def __init__(
+        self, protocol: Protocol, finger: Mapping[str, Any], seed: int = 0, observer: Observer | None = None
+    ) -> None:
+        self.protocol, self.finger, self.observer = protocol, dict(finger), observer or Observer()
+        self._seed = seed
+
+    def _rng(self, trial: int, role: int) -> np.random.Generator:
+        return np.random.default_rng([self._seed, trial, role])
+
+    def moisture(self, trial: int) -> float:
+        """Return the factor on the friction in a trial: a random walk of its logarithm."""
+        steps = np.random.default_rng([self._seed, 3]).normal(0.0, self.observer.moisture_drift, trial + 1)
+        return math.exp(float(steps.sum()))
+
+    def moves(self, system: System, trial: int, interval: int) -> System:
+        """Return the system with the finger, as the participant moves it in one interval of a trial."""
+        o, guide = self.observer, self.protocol.timeline.stroke
+        speed_z, load_z = self._rng(trial, 10 + interval).normal(size=2)
+        motion = system.motion
+        assert isinstance(motion, Strokes)
+        speed = guide.speed_mm_s * math.exp(o.speed_spread * speed_z)
+        both = guide.direction == "both"
+        moved = motion.model_copy(
+            update={
+                "speed_mm_s": speed,
+                "stroke_mm": guide.length_mm * (1.0 if both else ROOM),
+                "start": 0.5 if guide.direction == "back" else 0.0,
+                "load_n": motion.load_n * math.exp(o.load_spread * load_z),
+            }
+        )
+        friction = system.friction.model_copy(update={"nominal_n": system.friction.nominal_n * self.moisture(trial)})
+        return system.model_copy(update={"motion": moved, "friction": friction})
+
+    def answers(self, trial: int, comparison: int, runs: list[xr.Dataset]) -> Answer:
+        """Return the answer to what was felt in the intervals of a trial."""
+        rng = self._rng(trial, 1)
+        rt = self.observer.reaction_s * math.exp(0.3 * rng.normal())
+        felt = [self.percept(run) for run in runs]
+        noisy = [value + sd * rng.normal() for value, sd in felt]
+        lapsed = rng.random() < self.observer.lapse
+        return Answer(self._answer(noisy, felt, comparison, lapsed, rng), rt)
+
+    def _answer(
+        self,
+        noisy: list[float],
+        felt: list[tuple[float, float]],
+        comparison: int,
+        lapsed: bool,
+        rng: np.random.Generator,
+    ) -> str:
+        task, o = self.protocol.task, self.observer
+        choices = self.protocol.choices
+        if lapsed and choices:
+            return choices[int(rng.integers(len(choices)))]
+        sd = math.sqrt(sum(each[1] ** 2 for each in felt))
+        if task in ("2ifc", "2afc"):
+            return choices[int(noisy[1] - noisy[0] + o.criterion * sd > 0.0)]
+        if task == "same_different":
+            return choices[int(abs(noisy[1] - noisy[0]) > (o.same_within - o.criterion) * sd)]
+        if task == "yes_no":
+            # A pattern is told from one threshold on; of another attribute, what is above the standard.
+            standard = 1.0 if self.protocol.attribute == "pattern" else self.protocol.stimulus.standard or 0.0
+            return choices[int(noisy[0] + o.criterion * sd <= standard)]
+        if task == "adjustment":
+            apart = (noisy[comparison - 1] - noisy[2 - comparison]) / sd
+            return choices[2] if abs(apart) < o.same_within else choices[int(apart < 0.0)]
+        told = max(noisy[0], 1e-6) ** o.exponent * math.exp(o.magnitude_spread * rng.normal())
+        return f"{100.0 * told:.4g}"
+
+    @cached_property
+    def skin(self) -> Skin:
+        """The participant's fingertip, by whose stiffness thresholds of force follow from those of displacement."""
+        own = {name.removeprefix("finger."): value for name, value in self.finger.items() if name[:7] == "finger."}
+        return Skin(**own)
+
+    def percept(self, run: xr.Dataset) -> tuple[float, float]:
+        """Return what a stroke feels like, and the standard deviation of that feeling.
+
+        friction: the mean force F, with sqrt((w F)^2 + F_th(1 Hz)^2). pattern: its strength D in units of its
+        threshold, with sqrt(1 + (w D)^2). spacing: where the force, weighted by the thresholds, repeats; one below
+        threshold is guessed.
+        """
+        force, keep = run[force_of(run)].values, run["scored"].values
+        scale = 1.0 / (math.sqrt(2.0) * JND_Z)  # of a JND in two intervals to the spread of one
+        if not keep.any():
+            return 0.0, 1.0
+        if self.protocol.attribute == "friction":
+            mean = float(force[keep].mean())
+            return mean, math.hypot(scale * self.observer.weber * mean, float(force_threshold_n(1.0, self.skin)))
+        weighted, place = weigh(force, keep, rate_of(run), self.skin), 1e3 * run["position"].values[keep]
+        if self.protocol.attribute == "pattern":
+            strength = pattern_strength(weighted, place, system_of(run).setpoint)
+            return strength, math.hypot(1.0, scale * self.observer.pattern_weber * strength)
+        spacing = felt_spacing_mm(weighted, place)
+        clear = max(float(np.sqrt(np.mean(weighted**2))), 1e-3)
+        return spacing, spacing * math.hypot(scale * self.observer.spacing_weber, 0.5 / clear)
+
+
+SETTLES_S = 0.15
+"""Time that the weighting filter is given to forget where a stroke began (assumed)."""
+
+
+def weigh(force: Array, keep: Array, rate_hz: float, skin: Skin) -> Array:
+    """Return the scored part of a force in units of its threshold, its straight line taken off."""
+    part = force[keep]
+    index = np.arange(part.size)
+    line = np.polynomial.Polynomial.fit(index, part, 1)
+    return np.asarray(sosfilt(weighting_sos(rate_hz, skin), part - line(index)))
+
+
+def pattern_strength(weighted: Array, place_mm: Array, source: Any) -> float:
+    """Return the rms of what of a weighted force repeats with the pattern, which the participant knows; else of all."""
+    period_mm = getattr(getattr(source, "effect", None), "period_mm", None)
+    if not period_mm:
+        return float(np.sqrt(np.mean(weighted**2)))
+    return math.sqrt(2.0) * abs(complex(np.mean(weighted * np.exp(2j * math.pi * place_mm / period_mm))))
+
+
+SHORTEST_MM, LONGEST_MM = 0.5, 12.0
+"""Spacings that a finger tells apart (assumed)."""
+
+
+def felt_spacing_mm(weighted: Array, place_mm: Array) -> float:
+    """Return the spacing at which a weighted force repeats most: the peak of its spectrum over place."""
+    order = np.argsort(place_mm)
+    x = np.linspace(place_mm.min(), place_mm.max(), 2048)
+    even = np.interp(x, place_mm[order], weighted[order]) * np.hanning(x.size)
+    power = np.abs(np.fft.rfft(even, 8 * x.size)) ** 2
+    per_mm = np.fft.rfftfreq(8 * x.size, x[1] - x[0])
+    inside = (per_mm >= 1.0 / LONGEST_MM) & (per_mm <= 1.0 / SHORTEST_MM)
+    return float(1.0 / per_mm[inside][int(np.argmax(power[inside]))])

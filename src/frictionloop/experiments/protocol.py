@@ -1,0 +1,189 @@
+"""A protocol: one frozen value that says what an experiment is, from a TOML file or from Python."""
+
+from __future__ import annotations
+
+import os
+from importlib import resources
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, model_validator
+
+from frictionloop.experiments.method_kinds import AnyMethod, StaircaseMethod
+from frictionloop.experiments.timeline import Blocks, Condition, Stop, Timeline, Validity
+from frictionloop.parameters.block import Block, Number, Whole
+from frictionloop.parameters.description import Description
+from frictionloop.parameters.files import block_toml, read_tree
+from frictionloop.quantities import FrictionloopError, check_known
+from frictionloop.rendering.effect import AnyEffect, Effect
+from frictionloop.rendering.files import effect_of
+from frictionloop.rendering.library import LIBRARY
+
+Task = Literal["2ifc", "2afc", "yes_no", "same_different", "magnitude", "adjustment", "tracking"]
+INTERVALS = {"yes_no": 1, "magnitude": 1, "tracking": 1}
+"""Intervals of a trial, two where a task is not named here."""
+CHOICES = {
+    "2ifc": ("1", "2"),
+    "2afc": ("left", "right"),
+    "yes_no": ("yes", "no"),
+    "same_different": ("same", "different"),
+    "adjustment": ("less", "more", "alike"),
+}
+"""Answers of a task; a number is the answer where a task is not named here."""
+
+
+class Stimulus(Block):
+    """An effect with one free number, the level."""
+
+    effect: AnyEffect = LIBRARY["constant"]
+    """The effect."""
+    field: str = "level_n"
+    """Dotted name of the field of the effect that the level enters."""
+    standard: Number | None = None
+    """Value of that field in the standard; None where a trial has no standard."""
+    adds: bool = True
+    """Whether the level is added to the standard; else the field is the level itself."""
+    delivered: Literal["declared", "mean", "contrast", "asked"] = "declared"
+    """What is taken as delivered of it; declared is what the effect says (experiments/delivered)."""
+
+    def value(self, level: float | None) -> float:
+        """Return the value of the field at a level; None is the standard."""
+        if level is None:
+            if self.standard is None:
+                raise FrictionloopError("stimulus.standard = None: this task needs a standard; give its value")
+            return self.standard
+        return level + (self.standard or 0.0) if self.adds else level
+
+    def at(self, level: float | None, changes: dict[str, Any] | None = None) -> Effect:
+        """Return the effect at a level, None being the standard, with a condition's changes.
+
+        Raises
+        ------
+        FrictionloopError
+            For a field that the effect does not have, or a value that it does not take.
+        """
+        return _with(self.effect, {**(changes or {}), self.field: self.value(level)})
+
+
+class Protocol(Description):
+    """An experiment on the friction that is felt."""
+
+    name: Annotated[str, Field(pattern=r"^[a-z0-9-]+$")] = "experiment"
+    """Name in files."""
+    title: str = ""
+    """One line that says what is measured."""
+    question: str = "Which felt rougher?"
+    """What the participant is asked after each trial."""
+    task: Task = "2ifc"
+    """What a trial is and which answers there are."""
+    attribute: Literal["friction", "pattern", "spacing"] = "friction"
+    """What of the force the participant judges: its level, how strong a pattern is, or how wide."""
+    level_unit: str = "N"
+    """Unit of the level, in tables and figures."""
+    seed: Annotated[Whole, Field(ge=0, lt=2**63)] = 0
+    """Seed of everything that is drawn."""
+    stimulus: Stimulus = Stimulus(standard=0.45)
+    """Effect, its free level, and the standard."""
+    method: AnyMethod = StaircaseMethod()
+    """How levels are chosen."""
+    timeline: Timeline = Timeline()
+    """Course of a trial."""
+    blocks: Blocks = Blocks()
+    """Order, practice, breaks and catch trials."""
+    stop: Stop = Stop(trials=60)
+    """When a condition is over."""
+    validity: Validity = Validity()
+    """What a stroke must be to count."""
+    fit_to_finger: bool = True
+    """Whether two plain strokes before the session tell the controller the participant's friction."""
+    conditions: tuple[Condition, ...] = (Condition(name="closed"),)
+    """Conditions that each participant goes through."""
+    system: dict[str, Any] = Field(default_factory=dict)
+    """What differs from the bench's system in all conditions, by dotted name."""
+
+    @property
+    def intervals(self) -> int:
+        """Strokes of a trial."""
+        return INTERVALS.get(self.task, 2)
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """Answers there are; none if the answer is a number."""
+        return CHOICES.get(self.task, ())
+
+    @property
+    def guess(self) -> float:
+        """Probability of a right answer that is guessed: 1/2 with two intervals, else 0."""
+        return 0.5 if self.task in ("2ifc", "2afc") and self.method.scores == "correct" else 0.0
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        names = [each.name for each in self.conditions]
+        if not names or len(set(names)) < len(names):
+            raise ValueError(f"conditions = {names}: must be at least one, each with a name of its own")
+        if self.intervals == 2 and self.stimulus.standard is None:
+            raise ValueError(f'stimulus.standard: task "{self.task}" compares with a standard; must be a number')
+        if (self.task == "adjustment") != (self.method.kind == "adjustment"):
+            raise ValueError(f'method.kind = "{self.method.kind}": task "adjustment" goes with method "adjustment"')
+        if self.task in ("magnitude", "tracking") and self.method.kind not in ("constant", "walk"):
+            raise ValueError(f'method.kind = "{self.method.kind}": task "{self.task}" needs "constant" or "walk"')
+        for condition in self.conditions:
+            for level in self.method.extremes():
+                try:
+                    self.stimulus.at(level, condition.effect)
+                except FrictionloopError as error:
+                    raise ValueError(f"stimulus at level {level:g}, condition {condition.name}: {error}") from None
+        return self
+
+
+def read_protocol(name: str | os.PathLike[str]) -> Protocol:
+    """Return the protocol of a TOML file, or one that comes with the package, by its name.
+
+    Parameters
+    ----------
+    name : str or path
+        A file, or one of `bundled`.
+
+    Raises
+    ------
+    FrictionloopError
+        For a file that cannot be read, or what is wrong in it, naming file, field and value.
+    """
+    if isinstance(name, str) and not name.endswith(".toml") and os.sep not in name:
+        check_known("protocol", [name], bundled())
+        with resources.as_file(_FOLDER / f"{name}.toml") as path:
+            return Protocol.from_tree(read_tree(path), f"{name}: ")
+    return Protocol.from_tree(read_tree(name), f"{name}: ")
+
+
+def bundled() -> list[str]:
+    """Return the names of the protocols that come with the package."""
+    return sorted(each.name.removesuffix(".toml") for each in _FOLDER.iterdir() if each.name.endswith(".toml"))
+
+
+def to_toml(of: Protocol) -> str:
+    """Return a protocol as TOML text, each key with its unit and meaning as a comment."""
+    return block_toml(of)
+
+
+_FOLDER = resources.files("frictionloop.experiments") / "protocols"
+
+
+def _with(effect: Effect, changes: dict[str, Any]) -> Effect:
+    """Return an effect with some fields changed, by dotted names; numbers name one of several parts."""
+    tree = effect.model_dump()
+    for name, value in changes.items():
+        node: Any = tree
+        *parents, leaf = name.split(".")
+        for part in parents:
+            node = node[int(part)] if isinstance(node, (list, tuple)) and part.isdigit() else _inside(node, part, name)
+        if not isinstance(node, dict) or leaf not in node:
+            known = ", ".join(node) if isinstance(node, dict) else "none"
+            raise FrictionloopError(f"effect.{name} is unknown; accepted: {known}")
+        node[leaf] = value
+    return effect_of(tree, "effect.")
+
+
+def _inside(node: Any, part: str, name: str) -> Any:
+    if not isinstance(node, dict) or part not in node:
+        raise FrictionloopError(f"effect.{name} is unknown; there is no {part}")
+    return node[part]

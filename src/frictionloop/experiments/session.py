@@ -1,0 +1,205 @@
+"""Running a session: present, ask, judge and make the row; many sessions side by side if wanted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple, Protocol
+
+import xarray as xr
+
+from frictionloop.experiments.delivered import columns, measures, why_invalid
+from frictionloop.experiments.engine import BenchEngine, Engine, Presented, Stroke, simulated
+from frictionloop.experiments.participant import SimulatedParticipant
+from frictionloop.experiments.protocol import Protocol as Plan
+from frictionloop.experiments.sequence import Sequence as Order
+from frictionloop.experiments.sequence import Trial
+from frictionloop.experiments.table import delivered_level, scored
+from frictionloop.parameters import System
+from frictionloop.parameters.motion import Strokes
+from frictionloop.quantities import FrictionloopError
+from frictionloop.rendering.source import EffectSource
+
+
+class Response(NamedTuple):
+    """An answer, and when it was given."""
+
+    response: str
+    """One of the task's choices, or a number; empty if none came."""
+    rt_s: float
+    """From the end of the last stroke, on the device clock."""
+    uncertainty_s: float = 0.0
+    """Standard deviation of that by the mapping of clocks."""
+
+
+class Respondent(Protocol):
+    """Who answers: a person at a keyboard or on a page, or a simulated participant."""
+
+    def moves(self, system: System, trial: int, interval: int) -> System:
+        """Return the system as its finger moves; a person's is as it is."""
+        ...
+
+    def respond(self, trial: Trial, presented: list[Presented]) -> Response:
+        """Return the answer to a trial."""
+        ...
+
+    def before(self, trial: Trial) -> None:
+        """Show the cue, and a break if there is one before this trial."""
+        ...
+
+    def told(self, trial: Trial, row: Mapping[str, Any]) -> None:
+        """Give feedback, as far as the protocol has any."""
+        ...
+
+
+class Simulated:
+    """A simulated participant as a respondent."""
+
+    def __init__(self, participant: SimulatedParticipant) -> None:
+        self.participant = participant
+
+    def moves(self, system: System, trial: int, interval: int) -> System:
+        """Return the system as the participant moves in it."""
+        return self.participant.moves(system, trial, interval)
+
+    def respond(self, trial: Trial, presented: list[Presented]) -> Response:
+        """Return the participant's answer."""
+        runs = [each.run for each in presented]
+        return Response(*self.participant.answers(trial.number, trial.comparison, runs))
+
+    def before(self, trial: Trial) -> None:
+        """Do nothing: it is always ready."""
+
+    def told(self, trial: Trial, row: Mapping[str, Any]) -> None:
+        """Do nothing: it learns nothing."""
+
+
+class Session:
+    """One participant's way through a protocol."""
+
+    def __init__(self, protocol: Plan, participant: str, system: System, respondent: Respondent) -> None:
+        self.protocol, self.participant, self.respondent = protocol, participant, respondent
+        self.order = Order(protocol, participant)
+        base = system.evolve(protocol.system)
+        self.device_system = base
+        """What a device is set up from."""
+        self._systems = {each.name: base.evolve(each.system) for each in protocol.conditions}
+
+    def told(self, rows: Sequence[Mapping[str, Any]]) -> None:
+        """Tell the rows of a session that goes on.
+
+        Raises
+        ------
+        FrictionloopError
+            For a row that is not of the trial that this protocol gives this participant, naming the trial.
+        """
+        for row in rows:
+            trial = self.order.next()
+            if trial is None or (trial.condition.name, trial.level) != (row["condition"], row["requested"]):
+                raise FrictionloopError(
+                    f"trial {row['trial']}: is not what the protocol asks for there; was it edited?"
+                )
+            self.order.tell(row)
+
+    def strokes(self, trial: Trial) -> list[Stroke]:
+        """Return the strokes of a trial."""
+        guide, found = self.protocol.timeline.stroke, []
+        for interval in range(1, self.protocol.intervals + 1):
+            level = trial.level if interval == trial.comparison else None
+            effect = self.protocol.stimulus.at(level, trial.condition.effect)
+            system = self._systems[trial.condition.name]
+            system = system.model_copy(update={"setpoint": EffectSource(effect=effect), "motion": _slow(system, guide)})
+            moved = self.respondent.moves(system, trial.number, interval)
+            rate = system.controller.rate_hz
+            found.append(Stroke(moved, round(guide.duration_s * rate) / rate, trial.seeds[interval - 1]))
+        return found
+
+    def row(self, trial: Trial, presented: list[Presented], response: Response) -> dict[str, Any]:
+        """Return the row of a trial that was presented and answered."""
+        p, stimulus = self.protocol, self.protocol.stimulus
+        asked = [stimulus.value(trial.level if k == trial.comparison else None) for k in range(1, p.intervals + 1)]
+        found = [measures(each.run, p, value) for each, value in zip(presented, asked, strict=True)]
+        why = [f"{said} in {k}" for k, each in enumerate(found, 1) if (said := why_invalid(each, p.validity))]
+        right, result = math.nan, math.nan
+        if not response.response or not 0.0 <= response.rt_s <= p.timeline.response_s:
+            why.append("no answer in time")
+        else:
+            right, result = scored(p, trial.level, trial.comparison, response.response)
+        delivered = delivered_level(p, trial.level, trial.comparison, found)
+        if not math.isfinite(delivered):
+            why = why or ["nothing was delivered"]
+        again = bool(why) and p.validity.then == "repeat" and self.order.repeats < p.validity.repeats
+        row = {
+            "trial": trial.number,
+            "participant": self.participant,
+            "block": trial.block,
+            "condition": trial.condition.name,
+            "phase": trial.phase,
+            "track": trial.track,
+            "comparison": trial.comparison,
+            "requested": trial.level,
+            "delivered": delivered,
+            "onset_s": presented[0].onset_s,
+            "offset_s": presented[-1].offset_s,
+            "response": response.response,
+            "correct": right,
+            "result": result,
+            "rt_s": response.rt_s,
+            "rt_uncertainty_s": response.uncertainty_s,
+            "valid": int(not why),
+            "reason": "; ".join(why),
+            "counted": int(not why and trial.phase == "main"),
+            "again": int(again),
+            "repeat_of": trial.repeat_of,
+            "method_state": trial.state,
+        }
+        for k, each in enumerate(found, 1):
+            row |= columns(each, k)
+        return row
+
+
+def one(session: Session, engine: Engine) -> tuple[dict[str, Any], list[xr.Dataset]] | None:
+    """Run the next trial of a session on an engine and return its row and its runs; None when it is over."""
+    trial = session.order.next()
+    if trial is None:
+        return None
+    session.respondent.before(trial)
+    presented = engine.present(session.strokes(trial), session.protocol.timeline)
+    return _answered(session, engine, trial, presented), [each.run for each in presented]
+
+
+def side_by_side(sessions: Sequence[Session], engines: Sequence[BenchEngine]) -> list[tuple[int, dict[str, Any]]]:
+    """Run one trial of each simulated session, their strokes together, and return the row of each by its place."""
+    going = [(k, trial) for k, session in enumerate(sessions) if (trial := session.order.next()) is not None]
+    strokes = [sessions[k].strokes(trial) for k, trial in going]
+    runs = iter(simulated([each for some in strokes for each in some]))
+    found = []
+    for (k, trial), some in zip(going, strokes, strict=True):
+        own = [next(runs) for _ in some]
+        presented = engines[k].timed(own, some, sessions[k].protocol.timeline)
+        found.append((k, _answered(sessions[k], engines[k], trial, presented)))
+    return found
+
+
+def _answered(session: Session, engine: Engine, trial: Trial, presented: list[Presented]) -> dict[str, Any]:
+    response = session.respondent.respond(trial, presented)
+    engine.answered(response.rt_s)
+    row = session.row(trial, presented, response)
+    session.respondent.told(trial, row)
+    return row
+
+
+def _slow(system: System, guide: Any) -> Strokes:
+    """Return the motion of a system at the speed and over the way of a guide."""
+    motion = system.motion
+    if not isinstance(motion, Strokes):
+        raise FrictionloopError('system: motion.kind must be "strokes", such as in fl.bench()')
+    return motion.model_copy(
+        update={
+            "speed_mm_s": guide.speed_mm_s,
+            "stroke_mm": guide.length_mm,
+            "load_n": guide.load_n,
+            "start": 0.5 if guide.direction == "back" else 0.0,
+            "reversal_s": min(motion.reversal_s, 0.5 * guide.length_mm / guide.speed_mm_s),
+        }
+    )

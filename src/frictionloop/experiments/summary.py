@@ -1,0 +1,174 @@
+"""What a study or a session found: a number per participant and condition, of the group, and the fate of each trial."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas  # type: ignore[import-untyped]
+from scipy.stats import linregress
+from scipy.stats import t as student
+
+from frictionloop.experiments.fit import fit, jnd
+from frictionloop.experiments.folder import ABOUT, TABLE
+from frictionloop.experiments.protocol import Protocol
+from frictionloop.experiments.table import COLUMNS, read_rows
+from frictionloop.quantities import FrictionloopError
+
+COVERAGE = 0.95
+LEVELS = ("requested", "delivered")
+"""The two levels that everything is told over."""
+MEASURES = {
+    "magnitude": ("exponent", "Slope of the logarithm of the number told over that of the level"),
+    "tracking": ("gain", "Slope of the answer over the level, in 100 per unit"),
+    "adjustment": ("setting", "Mean level, beside the standard, that was left as alike"),
+}
+"""What is found of a task, where it is not a psychometric function."""
+LONGEST_LAG = 5
+"""Trials by which an answer is looked for behind its level (assumed)."""
+
+
+def measure(protocol: Protocol) -> tuple[str, str]:
+    """Return the name of what is found of each participant, and what it is."""
+    if protocol.task in MEASURES:
+        return MEASURES[protocol.task]
+    if protocol.task in ("2ifc", "2afc") and protocol.method.scores == "comparison":
+        return "JND", "Half the way from 25% to 75% of answers for the comparison"
+    return "threshold", "The level at which the function is half the way up: 75% right with two intervals"
+
+
+def fits(protocol: Protocol, trials: pandas.DataFrame) -> pandas.DataFrame:
+    """Return one row per participant, condition and kind of level; one without a value says why.
+
+    Parameters
+    ----------
+    protocol : Protocol
+        What was asked.
+    trials : pandas.DataFrame
+        Rows as in ``trials.tsv``.
+
+    Returns
+    -------
+    pandas.DataFrame
+        ``value`` is what `measure` names, ``low`` and ``high`` its 95 % interval; the other columns are those of
+        `fit`, where there is a function.
+    """
+    rows = []
+    for (participant, condition), some in trials.groupby(["participant", "condition"], sort=False):
+        counted = some[(some["counted"] == 1) & np.isfinite(some["result"])]
+        for over in LEVELS:
+            row: dict[str, Any] = {"participant": participant, "condition": condition, "level": over}
+            row |= {"trials": len(counted), "value": math.nan, "low": math.nan, "high": math.nan, "why": ""}
+            try:
+                row |= _found(protocol, counted[over].to_numpy(float), counted["result"].to_numpy(float))
+            except FrictionloopError as error:
+                row["why"] = str(error)
+            rows.append(row)
+    table = pandas.DataFrame(rows)
+    if measure(protocol)[0] in ("JND", "threshold"):
+        table = table.reindex(columns=list(dict.fromkeys([*table.columns, "threshold", "spread", "guess", "lapse"])))
+        if protocol.stimulus.standard:
+            table["weber"] = table["value"] / protocol.stimulus.standard
+    return table
+
+
+def _found(protocol: Protocol, level: Any, result: Any) -> dict[str, Any]:
+    if protocol.task == "magnitude":
+        return _slope(np.log(np.maximum(level, 1e-6)), np.log(np.maximum(result, 1e-6)))
+    if protocol.task == "tracking":
+        return _tracked(level, 0.01 * result)
+    if protocol.task == "adjustment":
+        left = level[result == 0]
+        if left.size < 2:
+            raise FrictionloopError(f"{left.size} settings; 2 are needed")
+        half = _half(left.std(ddof=1), left.size)
+        mean = float(left.mean())
+        return {"value": mean, "low": mean - half, "high": mean + half, "spread": float(left.std(ddof=1))}
+    scores = protocol.method.scores
+    guess = 0.5 if protocol.task in ("2ifc", "2afc") and scores == "correct" else None
+    found = fit(level, result, guess, low=0.0 if guess else None)
+    scale = jnd(found, scores) / (found.threshold if scores == "correct" else found.spread)
+    ends = (found.threshold_low, found.threshold_high) if scores == "correct" else (found.spread_low, found.spread_high)
+    value = {"value": jnd(found, scores), "low": scale * ends[0], "high": scale * ends[1]}
+    if protocol.task not in ("2ifc", "2afc"):
+        value = {"value": found.threshold, "low": found.threshold_low, "high": found.threshold_high}
+    return found._asdict() | value
+
+
+def _slope(x: Any, y: Any) -> dict[str, Any]:
+    if x.size < 3 or np.ptp(x) <= 0:
+        raise FrictionloopError(f"{x.size} trials; 3 at two levels are needed")
+    line = linregress(x, y)
+    half = float(student.ppf(0.5 + 0.5 * COVERAGE, x.size - 2)) * float(line.stderr)
+    slope = float(line.slope)
+    return {"value": slope, "low": slope - half, "high": slope + half, "correlation": float(line.rvalue)}
+
+
+def _tracked(level: Any, answer: Any) -> dict[str, Any]:
+    """Return the slope at the lag, in trials, at which answer and level correlate most."""
+    best: dict[str, Any] = {}
+    for lag in range(min(LONGEST_LAG, level.size - 3) + 1):
+        found = _slope(level[: level.size - lag], answer[lag:]) | {"lag_trials": lag}
+        if not best or found["correlation"] > best["correlation"]:
+            best = found
+    if not best:
+        raise FrictionloopError(f"{level.size} trials; 4 are needed")
+    return best
+
+
+def _half(sd: float, n: int) -> float:
+    return float(student.ppf(0.5 + 0.5 * COVERAGE, n - 1)) * float(sd) / math.sqrt(n)
+
+
+def groups(fitted: pandas.DataFrame) -> pandas.DataFrame:
+    """Return mean, standard deviation and 95 % interval over participants, by condition and level; of one its own."""
+    rows = []
+    for (condition, over), some in fitted.groupby(["condition", "level"], sort=False):
+        known = some.dropna(subset=["value"])
+        values, n = known["value"].to_numpy(), len(known)
+        mean = float(values.mean()) if n else math.nan
+        sd = float(values.std(ddof=1)) if n > 1 else math.nan
+        half = _half(sd, n) if n > 1 else math.nan
+        low, high = (mean - half, mean + half) if n != 1 else tuple(known[["low", "high"]].iloc[0])
+        row = {"condition": condition, "level": over, "participants": n, "without": len(some) - n}
+        rows.append(row | {"mean": mean, "sd": sd, "low": low, "high": high})
+    return pandas.DataFrame(rows)
+
+
+def funnel(trials: pandas.DataFrame) -> pandas.DataFrame:
+    """Return what became of the trials of each condition: a row for every way in which one did not count."""
+    rows = []
+    for condition, some in trials.groupby("condition", sort=False):
+        rows.append((condition, "presented", len(some)))
+        rows += [(condition, phase, int((some["phase"] == phase).sum())) for phase in ("practice", "catch")]
+        main = some[some["phase"] == "main"]
+        bad = main[main["valid"] == 0]
+        kinds = bad["reason"].str.replace(r"=[^ ;]*", "", regex=True).str.replace(r" in \d", "", regex=True)
+        kinds = kinds.str.split("; ").map(lambda parts: "; ".join(dict.fromkeys(parts)))
+        for again, what in ((1, "repeated"), (0, "kept with a mark")):
+            counts = kinds[bad["again"] == again].value_counts()
+            rows += [(condition, f"{what}: {reason}", int(n)) for reason, n in counts.items()]
+        rows.append((condition, "counted", int(main["counted"].sum())))
+    return pandas.DataFrame(rows, columns=["condition", "what", "trials"])
+
+
+def sessions_in(path: Path) -> list[Path]:
+    """Return the folders of sessions: the folder itself, or those in it.
+
+    Raises
+    ------
+    FrictionloopError
+        If there is none.
+    """
+    found = [path] if (path / ABOUT).is_file() else sorted(each.parent for each in path.glob(f"*/{ABOUT}"))
+    if not found:
+        raise FrictionloopError(f"{path}: is no session, and has none in it")
+    return found
+
+
+def read_trials(path: Path) -> pandas.DataFrame:
+    """Return the trials of a session's folder, or of all sessions in a folder."""
+    rows = [row for each in sessions_in(path) for row in read_rows(each / TABLE)]
+    return pandas.DataFrame(rows, columns=list(COLUMNS))

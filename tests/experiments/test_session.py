@@ -1,0 +1,138 @@
+"""A session is a folder that can be left at any moment, and goes on as if it had not been."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import frictionloop as fl
+from frictionloop.experiments import Protocol, folder
+from frictionloop.experiments.running import resume, run
+from frictionloop.experiments.summary import read_trials
+from frictionloop.quantities import FrictionloopError
+
+STAIRCASE = Protocol(
+    name="short",
+    stimulus={"standard": 0.35},
+    method={"kind": "staircase", "start": [0.15], "most": 0.2},
+    timeline={"stroke": {"length_mm": 10.0}},
+    blocks={"practice": 1, "catch_share": 0.2},
+    stop={"trials": 5},
+    conditions=[{"name": "closed"}, {"name": "open", "system": {"controller.kind": "lookup"}}],
+)
+PSI = STAIRCASE.evolve({"method": {"kind": "psi", "levels": 12, "thresholds": 20, "spreads": 6}})
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    return run(PSI, tmp_path_factory.mktemp("whole") / "P01", "P01")
+
+
+def test_a_session_left_at_any_row_goes_on_with_the_same_trials_and_posterior(whole, tmp_path):
+    expected = (whole / "trials.tsv").read_text()
+    lines = expected.splitlines(keepends=True)
+    rng = np.random.default_rng(0)
+    for number in range(2):
+        path = tmp_path / f"{number}"
+        shutil.copytree(whole, path)
+        kept = "".join(lines[: 1 + int(rng.integers(1, len(lines) - 1))])
+        torn = lines[-1][: int(rng.integers(1, 60))]  # a row that was being written
+        (path / "trials.tsv").write_text(kept + torn)
+        resume(path)
+        assert (path / "trials.tsv").read_text() == expected
+
+
+def test_what_was_asked_is_what_was_delivered_and_the_traces_are_kept(whole):
+    trials = read_trials(whole)
+    closed = trials[(trials["condition"] == "closed") & (trials["valid"] == 1)]
+    assert np.abs(closed["delivered"] - closed["requested"]).median() < 0.005
+    row = trials.iloc[3]
+    run_ = fl.load(whole / row["raw"])
+    interval = run_.isel(interval=row["comparison"] - 1)
+    mean = interval["f_a"].values[interval["scored"].values].mean()
+    assert mean == pytest.approx(row[f"force_mean_n_{row['comparison']}"], abs=1e-5)
+    assert run_.attrs["trial"] == 4
+
+
+KILLED = """
+import sys
+from pathlib import Path
+from frictionloop.experiments.running import resume
+resume(Path(sys.argv[1]))
+"""
+
+
+@pytest.mark.slow
+def test_a_session_killed_at_50_random_moments_loses_no_row(whole, tmp_path):
+    path = tmp_path / "P01"
+    shutil.copytree(whole, path)
+    expected = (whole / "trials.tsv").read_text()
+    header = expected.splitlines(keepends=True)[0]
+    rng, kills = np.random.default_rng(1), 0
+    (path / "trials.tsv").write_text(header)
+    before = header
+    while kills < 50:
+        process = subprocess.Popen([sys.executable, "-c", KILLED, str(path)], env=os.environ, stderr=subprocess.DEVNULL)
+        time.sleep(float(rng.uniform(1.5, 4.5)))
+        if process.poll() is None:
+            process.send_signal(signal.SIGKILL)
+            kills += 1
+        process.wait()
+        now = (path / "trials.tsv").read_text()
+        assert now.startswith(before)
+        assert expected.startswith(now)
+        before = now[: now.rfind("\n") + 1]
+        if before == expected:
+            (path / "trials.tsv").write_text(header)
+            before = header
+    resume(path)
+    assert (path / "trials.tsv").read_text() == expected
+
+
+def test_two_runs_of_one_session_at_once_are_refused(whole):
+    with folder.opened(whole), pytest.raises(FrictionloopError, match="another run of this session goes on"):
+        resume(whole)
+
+
+def test_a_full_disk_ends_the_session_with_whole_rows(whole, tmp_path, monkeypatch):
+    path = tmp_path / "P01"
+    shutil.copytree(whole, path)
+    lines = (whole / "trials.tsv").read_text().splitlines(keepends=True)
+    (path / "trials.tsv").write_text("".join(lines[:4]))
+    real = os.write
+
+    def full(handle, data):
+        if data.startswith(b"6\t"):
+            return real(handle, data[:20])
+        return real(handle, data)
+
+    monkeypatch.setattr(os, "write", full)
+    with pytest.raises(FrictionloopError, match="trial 6 cannot be written \\(No space left"):
+        resume(path)
+    monkeypatch.undo()
+    assert (path / "trials.tsv").read_text() == "".join(lines[:6])
+    resume(path)
+    assert (path / "trials.tsv").read_text() == "".join(lines)
+
+
+def test_rows_that_were_edited_are_refused_with_their_trial(whole, tmp_path):
+    path = tmp_path / "P01"
+    shutil.copytree(whole, path)
+    lines = (path / "trials.tsv").read_text().splitlines()
+    cells = lines[2].split("\t")
+    cells[lines[0].split("\t").index("requested")] = "0.01"
+    lines[2] = "\t".join(cells)
+    (path / "trials.tsv").write_text("\n".join(lines) + "\n")
+    with pytest.raises(FrictionloopError, match="trial 2: is not what the protocol asks for"):
+        resume(path)
+
+
+@pytest.mark.parametrize("code", ["", "Jane Doe", "a/b"])
+def test_participants_are_codes(tmp_path, code):
+    with pytest.raises(FrictionloopError, match="must be a code of letters and digits"):
+        run(PSI, tmp_path / "x", code)

@@ -1,0 +1,224 @@
+"""Studies with simulated participants: what is put in comes out, and every bundled protocol runs."""
+
+import itertools
+import json
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pandas
+import psignifit
+import pytest
+
+import frictionloop as fl
+from frictionloop.experiments import Protocol, export, read_protocol, simulate
+from frictionloop.experiments.dry_run import check
+from frictionloop.experiments.fit import fit
+from frictionloop.experiments.needed import needed
+from frictionloop.experiments.participant import Observer
+from frictionloop.experiments.planning import power
+from frictionloop.experiments.protocol import bundled, to_toml
+from frictionloop.experiments.psychometric import probability
+from frictionloop.experiments.running import run
+from frictionloop.experiments.sequence import Sequence, latin_square
+from frictionloop.experiments.study import STUDY, study_system
+from frictionloop.experiments.summary import fits, funnel, groups
+from frictionloop.parameters.files import read_tree
+from frictionloop.quantities import FrictionloopError
+
+
+def short(name, trials=4):
+    """Return a bundled protocol cut down to a few short trials."""
+    plan = read_protocol(name)
+    changes = {"stop.trials": trials, "timeline.stroke.length_mm": 10.0, "blocks.practice": 0}
+    if plan.method.kind == "constant":
+        changes |= {"method.repeats": 1, "method.levels": plan.method.levels[::3]}
+    if plan.method.kind == "adjustment":
+        changes |= {"method.settings": 2, "method.step": 0.1}
+    if plan.method.kind == "psi":
+        changes |= {"method.thresholds": 12, "method.spreads": 4, "method.levels": 8}
+    return plan.evolve(changes)
+
+
+def test_the_gains_of_the_study_are_those_of_the_notch_design():
+    assert study_system().controller.kind == "notch_pi"
+    assert STUDY["controller.kp"] == 2.56
+
+
+@pytest.mark.slow
+def test_the_gains_of_the_study_are_found_again():
+    found = fl.retune_notch(fl.bench()).overrides
+    assert {name: found[name] for name in STUDY if name != "controller.kind"} == pytest.approx(
+        {name: value for name, value in STUDY.items() if name != "controller.kind"}, rel=2e-3
+    )
+
+
+@pytest.mark.parametrize("name", bundled())
+def test_a_bundled_protocol_survives_its_file_and_passes_its_check(name, tmp_path):
+    plan = read_protocol(name)
+    path = tmp_path / "copy.toml"
+    path.write_text(to_toml(plan))
+    assert Protocol.from_tree(read_tree(path)) == plan
+    found = check(plan, study_system())
+    assert found.trials[0] > 0
+    assert found.share_in_reach > 0.5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", bundled())
+def test_every_bundled_protocol_runs_and_is_reported(name):
+    plan = short(name, 6)
+    trials = simulate(plan, participants=2)
+    assert trials["counted"].sum() > 0
+    found = fits(plan, trials)
+    assert len(found) == 2 * 2 * len(plan.conditions)
+    told = funnel(trials)
+    for condition in plan.conditions:
+        own = told[told["condition"] == condition.name].set_index("what")["trials"]
+        assert own["presented"] == own.drop("presented").sum()
+    from frictionloop.report.experiment import page
+
+    assert "</html>" in page(plan, trials, "two")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["jnd-friction-staircase", "magnitude-estimation", "matching", "tracking"])
+def test_a_protocol_of_levels_runs_on_a_device_on_its_own_clock(name, tmp_path):
+    path = run(short(name, 2), tmp_path / "P01", "P01", address="sim:", trials=2)
+    trials = pandas.read_csv(path / "trials.tsv", sep="\t")
+    assert (np.diff(trials["onset_s"]) > 0).all()
+    raw = fl.load(path / trials["raw"][0])
+    assert raw.attrs["board"]
+
+
+def test_a_device_refuses_an_effect_of_place(tmp_path):
+    with pytest.raises(FrictionloopError, match="same everywhere"):
+        run(short("grating-spacing"), tmp_path / "P01", "P01", address="sim:", trials=1)
+
+
+def test_a_study_is_the_same_whoever_takes_part_beside():
+    plan = short("jnd-friction-staircase", 3)
+    one, two = simulate(plan, participants=1, seed=4), simulate(plan, participants=2, seed=4)
+    pandas.testing.assert_frame_equal(one, two[two["participant"] == "P01"].reset_index(drop=True))
+
+
+def test_a_fit_is_that_of_psignifit():
+    rng = np.random.default_rng(0)
+    level = np.repeat(np.linspace(0.02, 0.2, 7), 40)
+    result = (rng.random(level.size) < probability(level, 0.08, 0.04, 0.5, 0.02)).astype(float)
+    ours = fit(level, result, low=0.0)
+    data = [[x, result[level == x].sum(), (level == x).sum()] for x in np.unique(level)]
+    theirs = psignifit.psignifit(np.array(data), experiment_type="2AFC", sigmoid="norm", fixed_parameters={"eta": 1e-6})
+    assert ours.threshold == pytest.approx(theirs.parameter_estimate_mean["threshold"], rel=0.05)
+    low, high = theirs.confidence_intervals["threshold"]["0.95"]
+    assert (ours.threshold_low, ours.threshold_high) == pytest.approx((low, high), abs=0.012)
+
+
+@pytest.mark.slow
+def test_the_95_percent_interval_holds_the_threshold_95_times_in_100():
+    rng, held = np.random.default_rng(1), 0
+    level = np.repeat(np.linspace(0.0, 0.25, 8), 15)
+    for _ in range(200):
+        a, b = rng.uniform(0.05, 0.15), rng.uniform(0.03, 0.08)
+        result = (rng.random(level.size) < probability(level, a, b, 0.5, 0.02)).astype(float)
+        found = fit(level, result, low=0.0)
+        held += found.threshold_low <= a <= found.threshold_high
+    assert 0.90 <= held / 200 <= 0.99
+
+
+def test_overdispersed_answers_are_told():
+    rng = np.random.default_rng(2)
+    level = np.repeat(np.linspace(0.0, 0.25, 6), 60)
+    p = np.repeat(probability(np.linspace(0.0, 0.25, 6), 0.1, 0.05), 60)
+    plain = fit(level, (rng.random(level.size) < p).astype(float)).dispersion
+    shifted = np.clip(p + np.repeat([0.2, -0.2, 0.2, -0.2, 0.2, -0.2], 60), 0.01, 0.99)
+    assert plain < 3.0
+    assert fit(level, (rng.random(level.size) < shifted).astype(float)).dispersion > 5.0
+
+
+@pytest.mark.slow
+def test_simulated_participants_have_the_threshold_that_they_were_given():
+    observer = Observer(weber=0.11, lapse=0.0)
+    plan = read_protocol("jnd-friction-constant").evolve({"blocks.practice": 0, "method.repeats": 20})
+    found = groups(fits(plan, simulate(plan, participants=8, observer=observer)))
+    mean = found[found["level"] == "delivered"]["mean"].iloc[0]
+    # Two intervals of spread w F / (sqrt 2 z) and the skin's threshold of 25 mN or so in each.
+    expected = 0.6745 * np.hypot(0.11 * 0.4 / 0.6745, np.sqrt(2) * 0.025)
+    assert mean == pytest.approx(expected, rel=0.2)
+
+
+@pytest.mark.parametrize("n", [2, 3, 4, 5, 6])
+def test_a_latin_square_has_each_after_each_equally_often(n):
+    rows = latin_square(n)
+    pairs = [(a, b) for row in rows for a, b in itertools.pairwise(row)]
+    assert all(sorted(row) == list(range(n)) for row in rows)
+    assert {pairs.count(pair) for pair in pairs} == {len(rows) // n}
+
+
+def test_conditions_are_counterbalanced_by_the_number_in_the_code():
+    plan = read_protocol("study-friction")
+    first = [Sequence(plan, f"P{k:02d}").conditions[0].name for k in range(1, 5)]
+    assert first == ["closed", "open"] * 2
+
+
+def test_needed_forces_are_those_of_the_levels():
+    assert needed(read_protocol("jnd-friction-staircase"))[:2] == pytest.approx((0.35, 0.55))
+    assert needed(read_protocol("detection-threshold"))[:2] == pytest.approx((0.28, 0.52), abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"stimulus.field": "levle_n"}, "effect.levle_n is unknown; accepted: kind, level_n"),
+        ({"stimulus": {"standard": None, "field": "level_n"}}, "compares with a standard"),
+        ({"method": {"kind": "adjustment"}}, 'goes with method "adjustment"'),
+        ({"method.start": [5.0]}, "must be from least to most"),
+        ({"validity.load_n": [1.0, 0.5]}, "the least and the largest value"),
+        ({"timeline.cue_s": -1}, "timeline.cue_s"),
+        ({"question2": 1}, "question2"),
+    ],
+)
+def test_a_wrong_protocol_is_refused_in_one_line(changes, said):
+    with pytest.raises(FrictionloopError, match=said) as caught:
+        read_protocol("jnd-friction-staircase").evolve(changes)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_wrong_condition_is_found_by_the_check():
+    plan = read_protocol("study-friction").evolve({"conditions": [{"name": "odd", "system": {"controller.kpp": 1.0}}]})
+    with pytest.raises(FrictionloopError, match=r"conditions\.odd\.system: .*controller\.kpp"):
+        check(plan, study_system())
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory):
+    return run(short("jnd-friction-staircase", 2), tmp_path_factory.mktemp("e") / "P01", "P01")
+
+
+def test_an_export_is_read_back_by_other_programs(session, tmp_path):
+    export.bids(session, tmp_path / "bids")
+    stem = tmp_path / "bids" / "sub-P01" / "beh" / "sub-P01_task-jndfrictionstaircase"
+    beh = pandas.read_csv(f"{stem}_beh.tsv", sep="\t")
+    events = pandas.read_csv(f"{stem}_events.tsv", sep="\t")
+    physio = pandas.read_csv(f"{stem}_physio.tsv.gz", sep="\t", header=None)
+    about = json.loads(Path(f"{stem}_physio.json").read_text())
+    assert len(events) == len(beh)
+    assert physio.shape == (len(beh) * 2 * 2500, len(about["Columns"]))
+    assert about["SamplingFrequency"] == 5000.0
+    export.csv(session, tmp_path / "p.csv")
+    table = pandas.read_csv(tmp_path / "p.csv")
+    assert (table["intensity"] == beh["requested"]).all()
+    export.hdf5(session, tmp_path / "p.h5")
+    with h5py.File(tmp_path / "p.h5") as file:
+        assert file["sub-P01/trials/requested"][:].tolist() == beh["requested"].tolist()
+        assert file["sub-P01/raw/00001/f_a"].shape == (2, 2500)
+
+
+@pytest.mark.slow
+def test_power_grows_with_participants_and_with_the_effect():
+    plan = short("study-friction", 30)
+    small = power(plan, 0.1, [4, 16], pool=8, studies=300)
+    large = power(plan, 1.5, [4, 16], pool=8, studies=300)
+    closed = small["condition"] == "closed"
+    assert large[closed]["power"].iloc[1] >= large[closed]["power"].iloc[0]
+    assert large[closed]["power"].iloc[1] > small[closed]["power"].iloc[1]
