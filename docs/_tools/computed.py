@@ -20,6 +20,7 @@ from frictionloop.parameters.sensor_design import SensorDesign
 VERBS = (
     *("simulate", "sweep", "compare", "reproduce", "design", "design sensor", "design plate", "design controller"),
     *("effect", "effect list", "effect show", "effect check", "effect play", "effect import"),
+    "studio",
     *("identify", "identify channels", "identify bench"),
     *("firmware", "firmware export", "firmware build"),
     *("device", "device list", "device info", "device set", "device run", "device recover"),
