@@ -20,7 +20,7 @@ from frictionloop.quantities.trees import flat
 
 MOST = 4096
 """Most control periods of one call."""
-_STATE = "measurement", "friction", "limit_n", "effect_seen", "effect_true", "overdrive"
+_STATE = "measurement", "friction", "effect_seen", "effect_true", "overdrive"
 
 
 class Guided:
