@@ -45,6 +45,8 @@ class Session:
         self.pointer, self.ghost_on, self.stopped = PointerPath(), True, False
         self.ticks = 0
         """Ticks since the beginning."""
+        self.changed_tick = 0
+        """Tick at which the System last changed."""
         self.dropped_s = 0.0
         """Time that the session could not make good."""
         self.load_n = 0.5
@@ -85,6 +87,7 @@ class Session:
         if self.engine.rate_hz != rate:
             self.ticks, self._begun_s = 0, math.nan
             self._size()
+        self.changed_tick = self.ticks
         return went_on
 
     def step(self, now_s: float) -> list[Block]:

@@ -6,11 +6,16 @@ from collections.abc import Callable
 from typing import Any
 
 from frictionloop.parameters import System
+from frictionloop.physics.fingers import fingers
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.library import LIBRARY
+from frictionloop.studio.panels import panels_of
 from frictionloop.studio.plate import map_of
 from frictionloop.studio.room import Guest, Room
+from frictionloop.studio.share import as_command, as_python, differences, effect_name
 
+POPULATION_SEED = 0
+"""Seed of the population that another finger is drawn from."""
 FREE = ("stop", "take", "sound")
 """Commands of every page; all others are the driving page's."""
 
@@ -45,18 +50,26 @@ def _flag(asked: dict[str, Any], name: str) -> bool:
     return value
 
 
-def change(room: Room, system: System) -> None:
-    """Put a System in force, and tell every page."""
+def change(room: Room, system: System, remember: bool = True) -> None:
+    """Put a System in force, and tell every page; what was there can be had again by undo."""
+    before = room.session.engine.system
     went_on = room.session.change(system)
+    if remember:
+        room.before.append(before)
     room.tell(map_of(system))
     room.tell(system_message(system) | {"restarted": not went_on})
 
 
 def system_message(system: System) -> dict[str, Any]:
     """Return what pages are told of the System in force."""
-    effect = getattr(system.setpoint, "effect", None)
-    name = next((name for name, each in LIBRARY.items() if each == effect), "")
-    return {"type": "system", "effect": name, "values": system.model_dump(mode="json")}
+    return {
+        "type": "system",
+        "effect": effect_name(system),
+        "panels": panels_of(system),
+        "differs": differences(system),
+        "python": as_python(system),
+        "command": as_command(system),
+    }
 
 
 def _stop(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
@@ -105,6 +118,18 @@ def _set(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     change(room, room.session.engine.system.evolve(values))
 
 
+def _undo(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    if not room.before:
+        raise FrictionloopError("undo: nothing has been changed")
+    change(room, room.before.pop(), remember=False)
+
+
+def _finger(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    """Another finger of the population: of number n, the same one each time."""
+    number = int(_number(asked, "number", 0, 999))
+    change(room, room.session.engine.system.evolve(fingers(number + 1, POPULATION_SEED)[number]))
+
+
 Command = Callable[[Room, Guest, dict[str, Any]], None]
 COMMANDS: dict[str, Command] = {
     "stop": _stop,
@@ -117,4 +142,6 @@ COMMANDS: dict[str, Command] = {
     "sound": _sound,
     "effect": _effect,
     "set": _set,
+    "undo": _undo,
+    "finger": _finger,
 }

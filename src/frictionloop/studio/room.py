@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from frictionloop.device.live_session import Block, Session
+from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 from frictionloop.studio.frames import Frame, events_in, pack
 from frictionloop.studio.numbers import WINDOW_S, numbers_of
@@ -19,6 +20,8 @@ WAITING = 64
 """Messages that wait for a slow page; the oldest frames are then dropped (a third of a second)."""
 TOLD_EVERY_S = 0.2
 """How often numbers and status go out."""
+UNDONE = 100
+"""Changes that can be undone."""
 SPARSE = 5
 """Ticks per row of a frame for the eye; for the ear every tick travels."""
 
@@ -67,6 +70,8 @@ class Room:
         self.session, self.clock = session, clock
         self.guests: list[Guest] = []
         self.driver: Guest | None = None
+        self.before: deque[System] = deque(maxlen=UNDONE)
+        """Systems that were in force before, the last one last."""
         self.dead = ""
         """Why the engine has stopped, empty while it runs."""
         self._number, self._told_s = 0, -np.inf

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import tempfile
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from pathlib import Path
@@ -16,6 +17,9 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from frictionloop.device.live_engine import CHANNELS
+from frictionloop.device.live_record import recorded
+from frictionloop.loop.record import save
+from frictionloop.parameters.files import to_toml
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.library import LIBRARY
 from frictionloop.studio.commands import obey, system_message
@@ -26,6 +30,7 @@ from frictionloop.studio.safe import HEADERS, Doors
 STATIC = Path(__file__).parent / "static"
 FILES = {path.relative_to(STATIC).as_posix(): path for path in sorted(STATIC.rglob("*")) if path.is_file()}
 """What is served, by its name: nothing else of the disk is."""
+SAVED = {"run.h5": "application/x-hdf5", "run.csv": "text/csv"}
 MOST_TEXT = 20_000
 """Characters of a command (assumed: a whole System is 5000)."""
 
@@ -69,8 +74,14 @@ def studio_app(room: Room, doors: Doors | None = None) -> Starlette:
         with suppress(asyncio.CancelledError):
             await task
 
+    async def saved(request: Request) -> Response:
+        if not doors.role(request):
+            return refused()
+        return save_answer(room, request.path_params["name"])
+
     routes = [
         Route("/", page),
+        Route("/save/{name}", saved),
         Route("/static/{name:path}", file),
         WebSocketRoute("/live", socket),
     ]
@@ -84,6 +95,21 @@ def refused() -> Response:
         403,
         headers=HEADERS,
     )
+
+
+def save_answer(room: Room, name: str) -> Response:
+    """Return the last 30 s, or the System, as a file to download."""
+    if name == "system.toml":
+        return PlainTextResponse(to_toml(room.session.engine.system), headers=HEADERS)
+    if name not in SAVED:
+        return PlainTextResponse(f"no such file; there are {', '.join(SAVED)} and system.toml", 404, headers=HEADERS)
+    if not room.session.ticks:
+        return PlainTextResponse("nothing has run yet", 409, headers=HEADERS)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / name
+        save(recorded(room.session), path)
+        content = path.read_bytes()
+    return Response(content, media_type=SAVED[name], headers=HEADERS)
 
 
 async def _serve(room: Room, guest: Guest, socket: WebSocket) -> None:

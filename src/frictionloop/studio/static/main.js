@@ -2,10 +2,13 @@
 import { controls } from "./controls.js";
 import { Link } from "./link.js";
 import { showNumbers } from "./numbers.js";
+import { Panels } from "./panels.js";
 import { Plate } from "./plate.js";
 import { Pointer } from "./pointer.js";
 import { Ring } from "./ring.js";
+import { saving } from "./save.js";
 import { Scope } from "./scope.js";
+import { sharing } from "./share.js";
 import { legend } from "./signals.js";
 import { states } from "./state.js";
 
@@ -16,6 +19,9 @@ let ring, scope;
 
 controls(link);
 states(link);
+sharing(link);
+saving(() => scope);
+new Panels(link);
 link.addEventListener("hello", ({ detail }) => {
   if (ring) return;
   ring = new Ring(Object.keys(detail.channels), KEPT_S, RATE_HZ);
