@@ -49,6 +49,7 @@ executed_pages = [
     "controllers",
     "oracle",
     "plate",
+    "force-sensor",
     "finger",
     "perception",
     "effects",

@@ -55,8 +55,6 @@ TOGETHER = (
 """Tests that share what takes long to compute, the report's results and a design: one worker takes them all."""
 DEAREST = (
     *(name for names in TOGETHER for name in names),
-    "tests/reference/test_tracker_linear.py",
-    "tests/unit/test_docs.py",
     "tests/unit/test_blocks_from_outside_refused.py",
     "tests/unit/test_comparison.py",
     "tests/unit/test_oracle.py",
@@ -67,7 +65,6 @@ DEAREST = (
     "tests/protocol/test_recordings_survive.py",
     "tests/reference/test_independent_solver.py",
     "tests/unit/test_bench_bits.py",
-    "tests/unit/test_tracker_learning.py",
     "tests/unit/cli/test_cli_bench.py",
     "tests/unit/test_design_sensor.py",
     "tests/unit/test_digest.py",

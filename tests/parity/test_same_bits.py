@@ -101,6 +101,7 @@ def test_sanitizers_find_nothing_and_change_nothing(parity, replay):
         assert got == commands.tobytes() + states.tobytes() + law.believed.tobytes()
 
 
+@pytest.mark.slow
 def test_nothing_is_undefined_for_any_parameters_within_their_ranges(replay):
     rng, (_, library) = np.random.default_rng(10), host_library()
     built = [number for number in range(1, 7) if library.fl_host_states(number) >= 0]

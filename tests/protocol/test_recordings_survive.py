@@ -160,6 +160,7 @@ def test_a_full_disk_keeps_every_row(small_disk: Path) -> None:
     np.testing.assert_array_equal(run.f_m, np.concatenate([each["f_m"] for each in kept]))
 
 
+@pytest.mark.slow
 def test_a_full_disk_ends_a_run_safely(small_disk: Path) -> None:
     """In a process of its own, which has to end well: HDF5 is known to crash at exit after a full disk."""
     script = RECORD.replace("run.h5", str(small_disk / "run.h5")).replace("print(rows, flush=True)", "None")

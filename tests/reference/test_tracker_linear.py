@@ -14,6 +14,8 @@ from frictionloop.analysis import linearise
 from frictionloop.control.tracker_gains import observed
 from frictionloop.parameters.tracking import PLACES, SCHEDULE, TrackerController
 
+pytestmark = pytest.mark.slow  # of an experimental law
+
 TS = 1 / 5000
 UNMEASURED = {0.0: 1.7, 0.05: 2.0, 0.1: 2.6}
 """Largest Ms by how far the resonance is off, relative, where it was not measured (studies/robust_reach)."""

@@ -50,7 +50,7 @@ def damages(path):
     return {"half": content[: len(content) // 2], "a bit": bytes(changed), "empty": b"", "text": b"no pickle"}
 
 
-@pytest.mark.parametrize("ending", [".nbi", ".nbc"])
+@pytest.mark.parametrize("ending", [".nbi", pytest.param(".nbc", marks=pytest.mark.slow)])
 def test_a_damaged_function_is_compiled_anew(folder, ending):
     assert compiled(folder) == ["0 6.0"]
     (path,) = folder.rglob(f"*{ending}")

@@ -129,6 +129,7 @@ def test_the_block_of_the_loop_comes_back(cutoff):
         assert found[name] == (value if isinstance(value, str) else pytest.approx(value, rel=1e-9)), name
 
 
+@pytest.mark.slow
 @settings(max_examples=10, deadline=None)
 @given(
     mass=st.floats(0.2, 1),

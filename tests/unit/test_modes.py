@@ -31,6 +31,7 @@ def test_first_and_strongest_are_asked_for_by_name():
         modes(run, "second")
 
 
+@pytest.mark.slow
 def test_coverage_of_hits_that_differ():
     """The scatter from hit to hit is in the interval."""
     inside = 0

@@ -424,6 +424,7 @@ def test_a_truncated_file(tmp_path, name, kept):
     assert refusal(path, column).startswith("cannot be read, empty or damaged (")
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(name=st.sampled_from(["a.csv", "a.h5", "a.mat", "a.wav"]), content=st.binary(max_size=200))
 def test_any_bytes_are_read_or_refused_in_one_line(name, content):

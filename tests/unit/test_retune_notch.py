@@ -53,7 +53,7 @@ def found_for(case):
     return retune_notch(BENCH.evolve(changes), 1.5, error, disturbance=disturbance, overdrive=overdrive)
 
 
-SLOW = ("slider", "ten percent, residual")
+SLOW = ("slider", "ten percent, residual", "overdrive, residual")
 
 
 @pytest.mark.parametrize("case", [pytest.param(case, marks=[pytest.mark.slow] * (case in SLOW)) for case in CASES])

@@ -192,6 +192,7 @@ def controller(kind, **changes):
     return fl.bench().evolve(named).controller
 
 
+@pytest.mark.slow
 @given(kinds, st.booleans(), sequences)
 def test_no_law_ever_leaves_the_clamp_or_winds_up(kind, overdrive, sequence):
     c = controller(kind, overdrive=overdrive)

@@ -14,6 +14,8 @@ from frictionloop.design.learnt import learnt_in_run
 from frictionloop.parameters.tracking import PLACES, SCHEDULE, TrackerController
 from frictionloop.sensing.measurement import Measurement
 
+pytestmark = pytest.mark.slow  # of an experimental law
+
 DT, SPEED, NOISE_N = 1.0 / 5000, 0.02, 1e-4
 LN2 = np.log(2.0)
 

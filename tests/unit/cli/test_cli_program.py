@@ -53,6 +53,7 @@ def test_module_and_script_are_the_same_program(process):
     assert (out, err) == (f"frictionloop {version('frictionloop')}\n", "")
 
 
+@pytest.mark.slow
 def test_reader_that_leaves_is_no_error(process):
     each = [
         process(*tokens) for tokens in (("simulate",), ("device", "list"), ("device", "list", "--json"), ("--help",))

@@ -122,6 +122,7 @@ def interrupt_once_running(running, kept):
     return *running.communicate(timeout=60), running.returncode
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_what_is_done_and_resume_finishes_it(frictionloop, process, tmp_path):
     long = ("--setpoint.sweep_s", "100", "--over", "controller.kp=1:18:64", "--over", "controller.ki=1:10:10:log")
     tokens = ("sweep", "--preset", "feasible", *long, "--duration-s", "100", "--out")

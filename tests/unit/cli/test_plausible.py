@@ -68,6 +68,7 @@ def test_a_preset_has_no_such_difference(preset):
         assert list(differing(made, ())) == list(differing(made, (), law)) == []
 
 
+@pytest.mark.slow
 def test_a_design_asks_about_the_model_of_a_file_that_describes_the_sensor_alone(frictionloop, tmp_path):
     (tmp_path / "mine.toml").write_text('schema = 1\npreset = "bench"\n[sensor]\nresonance_hz = 160.0\n')
     assert frictionloop("simulate", "mine.toml", "--duration-s", "0.01").err == ""
