@@ -71,7 +71,7 @@ def _told(value: Any, field: FieldInfo, path: str) -> dict[str, Any]:
     size = abs(value) or 1.0
     least = -SPAN * size if value < 0 or (low is None and value == 0) else (value / SPAN if strict else 0.0)
     least = least if low is None else max(low, least if strict or low < least else low)
-    most = SPAN * size if high is None else high
+    most = SPAN * size if high is None or (value and high > SPAN * size) else high
     return {"low": least, "high": most, "whole": isinstance(value, int)}
 
 

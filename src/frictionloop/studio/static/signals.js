@@ -1,8 +1,8 @@
 // What the scope can show: the channel, its name, its look. Told apart by dash and width too, not by colour alone.
 export const SIGNALS = [
-  { channel: "asked_n", name: "asked for", colour: "--asked", dash: [6, 4], width: 1.6, shown: true },
   { channel: "open_n", name: "open loop", colour: "--open", dash: [], width: 1.1, shown: true },
   { channel: "closed_n", name: "closed loop", colour: "--closed", dash: [], width: 2.2, shown: true },
+  { channel: "asked_n", name: "asked for", colour: "--asked", dash: [6, 4], width: 1.6, shown: true },
   { channel: "measured_n", name: "measured", colour: "--measured", dash: [2, 3], width: 1.2, shown: false },
   { channel: "limit_n", name: "without vibration", colour: "--soft", dash: [10, 4], width: 1, shown: false },
   { channel: "floor_n", name: "at full vibration", colour: "--soft", dash: [3, 3], width: 1, shown: false },
