@@ -9,7 +9,7 @@ from live_engines import GRATING, Echo
 from frictionloop.device.live_engine import CHANNELS, TwinEngine
 from frictionloop.device.live_path import FASTEST_MM_S, LATE_S
 from frictionloop.device.live_session import CATCH_UP_S, GONE_S, KEPT_S, Session
-from frictionloop.studio.numbers import numbers_of
+from frictionloop.studio.numbers import TURNED_MM, numbers_of, slides
 
 X, LOAD = 0, 1
 
@@ -137,3 +137,19 @@ def test_numbers_of_what_was_asked_for_are_perfect_and_of_a_resting_finger_none(
     assert told["open_contrast"] == pytest.approx(1.0)
     rows[X] = 3.0
     assert numbers_of(rows, 5000.0, 0.02) == {}
+
+
+def test_what_follows_a_turn_or_a_landing_does_not_count_and_a_rest_is_no_turn():
+    forth, back = np.linspace(0, 10, 2501)[1:], np.linspace(10, 0, 2501)[1:]
+    rest = np.full(500, 5.0)
+    x_mm = np.concatenate([forth[:1250], rest, forth[1250:], back])
+    counts = slides(x_mm, np.full(x_mm.size, 0.5), 5000.0, 0.02)
+    assert not counts[: int(250 * TURNED_MM) - 2].any()
+    assert counts[int(250 * TURNED_MM) + 2 : 1245].all()
+    assert not counts[1260:1740].any()
+    assert counts[1760:2990].all()
+    assert not counts[3010 : 3000 + int(250 * TURNED_MM) - 2].any()
+    assert counts[3000 + int(250 * TURNED_MM) + 2 : -2].all()
+    lifted = slides(x_mm, np.where(np.arange(x_mm.size) < 2000, 0.0, 0.5), 5000.0, 0.02)
+    assert not lifted[: 2000 + int(250 * TURNED_MM) - 2].any()
+    assert lifted[2000 + int(250 * TURNED_MM) + 2 : 2990].all()

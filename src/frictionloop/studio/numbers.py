@@ -67,7 +67,11 @@ def slides(x_mm: np.ndarray, load_n: np.ndarray, rate_hz: float, touches_n: floa
         return np.zeros(x_mm.size, bool)
     speed_mm_s = np.gradient(x_mm) * rate_hz
     moves = (load_n >= touches_n) & (np.abs(speed_mm_s) > TURNS_MM_S)
-    way = np.where(moves, np.sign(speed_mm_s), 0.0)
+    ticks = np.arange(x_mm.size)
+    # A finger at rest still leans where it went last; one in the air leans nowhere.
+    told = moves | (load_n < touches_n)
+    last = np.maximum.accumulate(np.where(told, ticks, 0))
+    way = np.where(moves, np.sign(speed_mm_s), 0.0)[last]
     begins = np.concatenate([[0], 1 + np.flatnonzero(np.diff(way))])
-    since = begins[np.searchsorted(begins, np.arange(x_mm.size), side="right") - 1]
+    since = begins[np.searchsorted(begins, ticks, side="right") - 1]
     return np.asarray(moves & (np.abs(x_mm - x_mm[since]) >= TURNED_MM))

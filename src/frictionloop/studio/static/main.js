@@ -10,7 +10,9 @@ import { saving } from "./save.js";
 import { Scope } from "./scope.js";
 import { sharing } from "./share.js";
 import { legend } from "./signals.js";
+import { sounding } from "./sound.js";
 import { states } from "./state.js";
+import { touring } from "./tour.js";
 
 const $ = (id) => document.getElementById(id), KEPT_S = 30, RATE_HZ = 1000;
 const link = new Link(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live${location.search}`);
@@ -22,6 +24,8 @@ states(link);
 sharing(link);
 saving(() => scope);
 new Panels(link);
+sounding(link, $("sound"));
+touring(link, $("tour"), $("tour-card"));
 link.addEventListener("hello", ({ detail }) => {
   if (ring) return;
   ring = new Ring(Object.keys(detail.channels), KEPT_S, RATE_HZ);
