@@ -139,6 +139,20 @@ def test_what_is_no_command_is_refused_and_the_session_goes_on(text, why):
         assert heard(live, "frame")
 
 
+def test_a_stroke_reads_the_effect_on_the_line_on_which_the_finger_lands():
+    room = Room(Session(Echo()))
+    guest = Guest(may_drive=True)
+    room.join(guest)
+    room.touched(guest, np.array([[1.0, 0.0, 2.5, 0.5]]).tobytes())
+    assert room.session.engine.system.setpoint.track.y_mm == 0.0  # a grating along x is the same on every line
+    room.session.lift()
+    room.session.engine.system = GRATING.evolve({"setpoint.effect": fl.rendering.LIBRARY["braille"]})
+    room.touched(guest, np.array([[2.0, 0.0, 2.5, 0.5]]).tobytes())
+    assert room.session.engine.system.setpoint.track.y_mm == 2.5
+    room.touched(guest, np.array([[3.0, 0.0, -2.5, 0.5]]).tobytes())
+    assert room.session.engine.system.setpoint.track.y_mm == 2.5  # a stroke stays on its line
+
+
 def test_one_page_drives_and_another_can_take_over():
     room = Room(Session(Echo()))
     with client(room) as at, at_socket(at) as first, at_socket(at) as second:

@@ -51,6 +51,8 @@ class Session:
         """Time that the session could not make good."""
         self.load_n = 0.5
         """Load of a finger whose pointer tells no pressure, and of the ghost."""
+        self.line_mm = 0.0
+        """Height of the line that the finger strokes along: where it landed last."""
         self._down, self._heard_s, self._begun_s = False, -math.inf, math.nan
         self._kept = np.full((len(CHANNELS), 0), np.nan, np.float32)
         self._size()
@@ -60,13 +62,19 @@ class Session:
         self.block_ticks = max(round(rate / BLOCKS_HZ), 1)
         self._kept = np.full((len(CHANNELS), round(KEPT_S * rate)), np.nan, np.float32)
 
-    def touch(self, now_s: float, events: np.ndarray) -> None:
-        """Take pointer events, rows of page time (ms), x (mm), y (mm) and load (N; NaN where the pointer has none)."""
+    def touch(self, now_s: float, events: np.ndarray) -> bool:
+        """Take pointer events and return whether the finger has landed with them.
+
+        Their rows are page time (ms), x (mm), y (mm) and load (N; NaN where the pointer has none).
+        """
         events = np.where(np.isnan(events), self.load_n, events)
-        if not self._down:
+        landed = not self._down
+        if landed:
             self.pointer.clear()
+            self.line_mm = float(events[0, 2])
         self._down, self._heard_s = True, now_s
         self.pointer.add(now_s, events)
+        return landed
 
     def lift(self) -> None:
         """Take the finger off the plate."""
@@ -124,7 +132,7 @@ class Session:
         if self._down:
             return self.pointer.at(at_s)
         if self.ghost_on:
-            return Sample(at_s, self.ghost.move(span_s), 0.0, self.load_n)
+            return Sample(at_s, self.ghost.move(span_s), self.line_mm, self.load_n)
         return None
 
     def last(self, seconds: float = KEPT_S) -> np.ndarray:

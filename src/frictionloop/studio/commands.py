@@ -56,7 +56,8 @@ def change(room: Room, system: System, remember: bool = True) -> None:
     went_on = room.session.change(system)
     if remember:
         room.before.append(before)
-    room.tell(map_of(system))
+    if system.setpoint != before.setpoint:
+        room.tell(map_of(system))
     room.tell(system_message(system) | {"restarted": not went_on})
 
 

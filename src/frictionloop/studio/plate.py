@@ -38,6 +38,6 @@ def asked(source: EffectSource, x_mm: np.ndarray, y_mm: np.ndarray) -> np.ndarra
 
 def depends_on_y(source: EffectSource, y_mm: float) -> bool:
     """Tell whether a stroke at this height asks for anything else than the one that is in force."""
-    x = np.linspace(-120.0, 120.0, 481)
+    x = np.linspace(-120.0, 120.0, 961)
     here, there = asked(source, x, np.array([source.track.y_mm, y_mm]))
     return bool(np.abs(here - there).max() > 1e-4)

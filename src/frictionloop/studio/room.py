@@ -13,8 +13,10 @@ import numpy as np
 from frictionloop.device.live_session import Block, Session
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
+from frictionloop.rendering.source import EffectSource
 from frictionloop.studio.frames import Frame, events_in, pack
 from frictionloop.studio.numbers import WINDOW_S, numbers_of
+from frictionloop.studio.plate import depends_on_y
 
 WAITING = 64
 """Messages that wait for a slow page; the oldest frames are then dropped (a third of a second)."""
@@ -103,8 +105,15 @@ class Room:
         """Take the pointer events of a page."""
         if self.driver is None and guest.may_drive:
             self.take(guest)
-        if guest is self.driver and not self.dead:
-            self.session.touch(self.clock(), events_in(data))
+        if guest is self.driver and not self.dead and self.session.touch(self.clock(), events_in(data)):
+            self._stroke_there()
+
+    def _stroke_there(self) -> None:
+        """Let the effect be read along the line on which the finger has landed, where that is another force."""
+        system, line_mm = self.session.engine.system, self.session.line_mm
+        source = system.setpoint
+        if isinstance(source, EffectSource) and line_mm != source.track.y_mm and depends_on_y(source, line_mm):
+            self.session.change(system.evolve({"setpoint.track.y_mm": line_mm}))
 
     def status(self) -> dict[str, Any]:
         """Return what every page is told of the session."""
@@ -115,6 +124,7 @@ class Room:
             "pages": len(self.guests), "driven": self.driver is not None,
             "dropped_s": round(session.dropped_s, 2), "ghost": session.ghost_on,
             "ghost_mm_s": session.ghost.speed_mm_s, "load_n": session.load_n,
+            "line_mm": session.line_mm,
         }  # fmt: skip
 
     def tell_status(self) -> None:

@@ -36,12 +36,14 @@ link.addEventListener("hello", ({ detail }) => {
 link.addEventListener("map", ({ detail }) => { plate.setMap(detail); scope?.clearPlaces(); });
 link.addEventListener("numbers", ({ detail }) => showNumbers($("numbers"), $("verdict"), detail));
 const late = [];
+let line = 0;
+link.addEventListener("status", ({ detail }) => { line = detail.line_mm; });
 link.addEventListener("frame", ({ detail }) => {
   if (!ring) return;
   ring.push(detail);
   if (!scope.paused) scope.take(detail);
   const before = plate.finger.x, x = ring.latest("x_mm");
-  Object.assign(plate.finger, { x, y: pointer.down ? pointer.place[1] : plate.finger.y * 0.9, load: ring.latest("load_n"), force: ring.latest("closed_n"), um: ring.latest("closed_um") });
+  Object.assign(plate.finger, { x, y: line, load: ring.latest("load_n"), force: ring.latest("closed_n"), um: ring.latest("closed_um") });
   if (Math.abs(x - before) > 1e-3) plate.finger.way = Math.sign(x - before);
   plate.dirty = true;
   if (!Number.isNaN(detail.reached) && detail.reached !== late.reached) {

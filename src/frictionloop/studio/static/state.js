@@ -2,7 +2,7 @@
 const $ = (id) => document.getElementById(id);
 
 export function states(link) {
-  let up = false;
+  let up = false, dropped = 0, since = -Infinity;
   link.addEventListener("link", ({ detail }) => {
     up = detail.up;
     if (!up) trouble(detail.refused
@@ -25,7 +25,8 @@ export function states(link) {
     if (detail.state === "stopped") parts.push("The plate is at rest.");
     parts.push(detail.drives ? "This page drives" : detail.driven ? "Another page drives" : "Nobody drives");
     if (detail.pages > 1) parts.push(`${detail.pages} pages look on`);
-    if (detail.dropped_s > 0) parts.push(`this computer was too slow for ${detail.dropped_s.toFixed(1)} s, which were left out`);
+    if (detail.dropped_s > dropped) [dropped, since] = [detail.dropped_s, performance.now()];
+    if (performance.now() - since < 10000) parts.push(`this computer was too slow: ${dropped.toFixed(1)} s were left out`);
     if (!flashing) $("status").textContent = parts.join(" · ");
   });
 }
