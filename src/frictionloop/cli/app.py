@@ -41,6 +41,7 @@ from frictionloop.cli import (
     identify_run,
     reproduce,
     simulate,
+    studio,
     sweep,
 )
 from frictionloop.cli.flags import DOTTED, gather
@@ -180,7 +181,7 @@ add(app, "frictionloop", {"reproduce": _verb(reproduce)}, group=PAPER)
 add(
     app,
     "frictionloop",
-    {"simulate": _verb(simulate), "sweep": _verb(sweep), "compare": _verb(compare)},
+    {"simulate": _verb(simulate), "sweep": _verb(sweep), "compare": _verb(compare), "studio": _verb(studio)},
     group=LOOP,
 )
 app.command(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from frictionloop.loop.kernel.access import doubles
+from frictionloop.loop.kernel.access import doubles, load, store
 from frictionloop.loop.kernel.clock_tile import late_step, lift_delay
 from frictionloop.loop.kernel.motion_tile import lift_motion
 from frictionloop.loop.kernel.signals import lift_spread
@@ -117,6 +117,20 @@ def build_sense(lifting: Lifting, contact: str, vibration: Vibration, moving: bo
             follow(s, n)
 
     return sense
+
+
+def build_guide(lifting: Lifting) -> Any:
+    """Return the tile that lets a finger go where its path says: to its place at t_k+1, at that speed and load."""
+    width, compiled, count = lifting
+    following = *ROW["motion_next"][:3], ROW["motion_next"].direction, ROW["motion_next"].place
+
+    @compiled
+    def guide(s, n, k, at, o):  # type: ignore[no-untyped-def]
+        position, speed, pressed = load(doubles(o.path), 3 * k, 1, (0, 1, 2))
+        for i in range(count(n)):
+            store(s, i, width, following, (position, speed, pressed, 1.0 if speed >= 0.0 else -1.0, position))
+
+    return guide
 
 
 def build_move(lifting: Lifting, contact: str, vibration: Vibration, moving: bool) -> Any:

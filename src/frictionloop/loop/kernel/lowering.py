@@ -48,10 +48,11 @@ def lower(
     traces: np.ndarray | None = None,
     tallies: Sequence[Tally] = (),
     external: bool = False,
+    guided: bool = False,
 ) -> Tile:
     """Return the tile that runs these systems (one, or up to ``LANES`` of equal structure) with these seeds.
 
-    ``traces`` is what a run records, ``[trace][period][lane]``.
+    ``traces`` is what a run records, ``[trace][period][lane]``; ``guided`` fingers go where the record's ``path`` says.
     """
     width = 1 if len(systems) == 1 else LANES
     # A tile is always full: lanes beyond the last system repeat it and are not read.
@@ -69,6 +70,7 @@ def lower(
         dt=1.0 / rate,
         score_from=score_from,
         external=external,
+        given=guided,
         irregular=name == "substeps" and any(is_irregular(s) for s in systems),
         pulsed=name == "substeps" and any(s.plate.pulse_ticks for s in systems),
         open_until=open_until(first),

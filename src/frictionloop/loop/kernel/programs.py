@@ -8,7 +8,7 @@ from typing import Any
 
 from frictionloop.control.law import Law
 from frictionloop.control.laws import law_of
-from frictionloop.loop.kernel.bench_tile import build_move, build_sense
+from frictionloop.loop.kernel.bench_tile import build_guide, build_move, build_sense
 from frictionloop.loop.kernel.clock_tile import build_lost, build_prepare, build_tell
 from frictionloop.loop.kernel.columns import Slab
 from frictionloop.loop.kernel.effect_tile import build_effect
@@ -63,7 +63,8 @@ def set_programs(
         shared.program("ticks", [sense, *told])
     else:
         asks = [of(build_effect, effect.is_plain)] if effect else []
-        shared.program("ticks", [sense, *asks, *_decides(of, shared, slab, system, plant[:2]), *told, move])
+        guide = [of(build_guide)] if shared.given else []
+        shared.program("ticks", [sense, *asks, *_decides(of, shared, slab, system, plant[:2]), *told, *guide, move])
 
 
 def _decides(of: Any, shared: Shared, slab: Slab, system: System, plant: tuple[Any, ...]) -> list[int]:

@@ -43,6 +43,7 @@ _SCRATCH = (
     "core_context",  # words and state of the C core, lane by lane
     "core_given",  # what the C core is given and tells
     *("setpoint_samples", "disturbance_samples", "trace"),
+    "path",  # of a finger that somebody moves: place, speed and load at the end of each period, [period][3]
 )
 _PROGRAMS = ("blocks", "ticks", "obeys", "extras")
 """Tiles in the order in which they run: before each block of periods, in each period, when a command comes from

@@ -1,0 +1,142 @@
+"""A live session: one finger, one engine, in real time, and the last 30 s of it."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from frictionloop.device.live_engine import CHANNELS, Engine
+from frictionloop.device.live_path import Ghost, LiveFinger, PointerPath, Sample
+from frictionloop.parameters import System
+
+BLOCKS_HZ = 200.0
+"""Blocks per second (measured: 5 ms from pointer to force at the median)."""
+CATCH_UP_S = 0.5
+"""What a stalled session makes good; the rest of the time is dropped, and counted."""
+KEPT_S = 30.0
+"""What is kept of the past."""
+GONE_S = 0.3
+"""A finger whose page is silent for so long has left the plate."""
+
+
+class Block(NamedTuple):
+    """A stretch of the session."""
+
+    first_tick: int
+    rows: np.ndarray
+    """`CHANNELS` over the ticks, float32, shape (channels, ticks)."""
+    reached_ms: float
+    """Page time of the newest pointer event in it, NaN without."""
+
+
+class Session:
+    """A finger that is moved by a pointer, or by itself, over an engine; time is an argument of `step`.
+
+    Parameters
+    ----------
+    engine : Engine
+        What computes.
+    """
+
+    def __init__(self, engine: Engine) -> None:
+        self.engine, self.finger, self.ghost = engine, LiveFinger(), Ghost()
+        self.pointer, self.ghost_on, self.stopped = PointerPath(), True, False
+        self.ticks = 0
+        """Ticks since the beginning."""
+        self.changed_tick = 0
+        """Tick at which the System last changed."""
+        self.dropped_s = 0.0
+        """Time that the session could not make good."""
+        self.load_n = 0.5
+        """Load of a finger whose pointer tells no pressure, and of the ghost."""
+        self.line_mm = 0.0
+        """Height of the line that the finger strokes along: where it landed last."""
+        self._down, self._heard_s, self._begun_s = False, -math.inf, math.nan
+        self._kept = np.full((len(CHANNELS), 0), np.nan, np.float32)
+        self._size()
+
+    def _size(self) -> None:
+        rate = self.engine.rate_hz
+        self.block_ticks = max(round(rate / BLOCKS_HZ), 1)
+        self._kept = np.full((len(CHANNELS), round(KEPT_S * rate)), np.nan, np.float32)
+
+    def touch(self, now_s: float, events: np.ndarray) -> bool:
+        """Take pointer events and return whether the finger has landed with them.
+
+        Their rows are page time (ms), x (mm), y (mm) and load (N; NaN where the pointer has none).
+        """
+        events = np.where(np.isnan(events), self.load_n, events)
+        landed = not self._down
+        if landed:
+            self.pointer.clear()
+            self.line_mm = float(events[0, 2])
+        self._down, self._heard_s = True, now_s
+        self.pointer.add(now_s, events)
+        return landed
+
+    def lift(self) -> None:
+        """Take the finger off the plate."""
+        self._down = False
+
+    def stop(self) -> None:
+        """Bring the plate to rest: the finger leaves it, and nothing moves until `go`."""
+        self._down, self.stopped = False, True
+
+    def go(self) -> None:
+        """Let the finger move again."""
+        self.stopped = False
+
+    def change(self, system: System) -> bool:
+        """Put a System in force; return whether the loop went on without a restart."""
+        rate = self.engine.rate_hz
+        went_on = self.engine.change(system)
+        if self.engine.rate_hz != rate:
+            self.ticks, self._begun_s = 0, math.nan
+            self._size()
+        self.changed_tick = self.ticks
+        return went_on
+
+    def step(self, now_s: float) -> list[Block]:
+        """Go on to a time and return the blocks since the last call: none if it is early."""
+        rate, ticks = self.engine.rate_hz, self.block_ticks
+        if math.isnan(self._begun_s):
+            self._begun_s = now_s - self.ticks / rate
+        behind = now_s - self._begun_s - self.ticks / rate
+        if behind > CATCH_UP_S:
+            self.dropped_s += behind - CATCH_UP_S
+            self._begun_s += behind - CATCH_UP_S
+            behind = CATCH_UP_S
+        done = []
+        for _ in range(int(behind * rate / ticks + 1e-9)):
+            at_s = self._begun_s + (self.ticks + ticks) / rate
+            done.append(self._block(at_s, now_s))
+        return done
+
+    def _block(self, at_s: float, now_s: float) -> Block:
+        ticks = self.block_ticks
+        if now_s - self._heard_s > GONE_S:
+            self._down = False
+        wanted = self._wanted(at_s, ticks / self.engine.rate_hz)
+        path = self.finger.block(wanted, ticks, self.engine.rate_hz)
+        rows = self.engine.advance(path).astype(np.float32)
+        first, size = self.ticks, self._kept.shape[1]
+        self._kept[:, np.arange(first, first + ticks) % size] = rows
+        self.ticks += ticks
+        return Block(first, rows, self.pointer.reached_ms if self._down else math.nan)
+
+    def _wanted(self, at_s: float, span_s: float) -> Sample | None:
+        if self.stopped:
+            return None
+        if self._down:
+            return self.pointer.at(at_s)
+        if self.ghost_on:
+            return Sample(at_s, self.ghost.move(span_s), self.line_mm, self.load_n)
+        return None
+
+    def last(self, seconds: float = KEPT_S) -> np.ndarray:
+        """Return `CHANNELS` of the last seconds, shape (channels, ticks), at most `KEPT_S`."""
+        size = self._kept.shape[1]
+        count = min(round(seconds * self.engine.rate_hz), self.ticks, size)
+        return self._kept[:, np.arange(self.ticks - count, self.ticks) % size]

@@ -1,0 +1,131 @@
+"""The closed loop in short blocks, under a finger that somebody moves, with numbers that change while it runs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frictionloop.control.laws import law_of
+from frictionloop.loop.kernel.law_tile import limits_step
+from frictionloop.loop.kernel.loop import Tile
+from frictionloop.loop.kernel.lowering import lower
+from frictionloop.loop.kernel.slab import ROW, law_rows
+from frictionloop.loop.kernel.structure import moves
+from frictionloop.loop.kernel.traces import traces_of
+from frictionloop.loop.simulate import no_number
+from frictionloop.loop.timing import check_seed
+from frictionloop.parameters import OracleController, System, check_system
+from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.normals import BLOCK
+from frictionloop.quantities.trees import flat
+
+MOST = 4096
+"""Most control periods of one call."""
+_STATE = "measurement", "friction", "effect_seen", "effect_true", "overdrive"
+
+
+class Guided:
+    """The loop of a System, block by block, under a finger that the caller moves.
+
+    It is `simulate` with the finger's path from outside. Two of them with the same seed see the same noise.
+
+    Parameters
+    ----------
+    system : System
+        What runs; its finger moves (``motion.kind`` "strokes"), of which only its person and what is felt are used.
+    seed : int
+        Seed of all noise, 0 to 2**64 - 1.
+
+    Raises
+    ------
+    FrictionloopError
+        For what is not a System, one whose finger does not move, or a bad seed.
+    """
+
+    def __init__(self, system: System, seed: int = 0) -> None:
+        check_system(system)
+        if not moves(system):
+            raise FrictionloopError('motion.kind = "sliding": nobody can move this finger; must be "strokes"')
+        self.system, self._seed, self.period = system, check_seed(seed), 0
+        self._begin()
+
+    def _begin(self) -> None:
+        self.names = traces_of(self.system)
+        """Names of the rows that `advance` returns, as the variables of a run."""
+        self._traces = np.zeros((len(self.names), MOST))
+        self._tile = self._lowered(self.system)
+        self._fresh = self._tile.slab.data.copy()
+
+    def _lowered(self, system: System) -> Tile:
+        return lower([system], [self._seed], traces=self._traces.reshape(-1), guided=True)
+
+    def advance(self, path: np.ndarray) -> np.ndarray:
+        """Run one control period for each row of a path and return the traces, shape (names, periods).
+
+        Parameters
+        ----------
+        path : array, shape (periods, 3)
+            Place (m), speed (m/s) and normal force (N) at the end of each period; at most `MOST` periods.
+
+        Raises
+        ------
+        FrictionloopError
+            When a force is no number, or a signal of the System is over.
+        """
+        path = np.ascontiguousarray(path, float)
+        start, stop = self.period, self.period + len(path)
+        if not len(path) <= MOST:
+            raise FrictionloopError(f"path: {len(path)} periods; at most {MOST} at once")
+        tile, chunk = self._tile, start // BLOCK * BLOCK
+        # Rows of both arrays are counted from t = 0, as in a run.
+        tile.shared.set(path=path.ctypes.data - 24 * start, trace=self._traces.ctypes.data - 8 * start)
+        tile.advance(start, stop, tile.setpoint(chunk, stop), tile.disturbance(chunk, stop), chunk)
+        self.period = stop
+        told = self._traces[:, : len(path)].copy()
+        if np.isnan(told[:4]).any():
+            raise no_number(self.system, f"at {stop / self.system.controller.rate_hz:g} s")
+        return told
+
+    def change(self, system: System) -> bool:
+        """Put another System in force and return whether the loop went on: numbers change, the state stays.
+
+        What makes another loop, as another law or rate does, begins anew at rest.
+
+        Raises
+        ------
+        FrictionloopError
+            As the constructor; the old System is then still in force.
+        """
+        check_system(system)
+        if not moves(system):
+            raise FrictionloopError('motion.kind = "sliding": nobody can move this finger; must be "strokes"')
+        tile, running = self._lowered(system), self._tile
+        self.system, old = system, self.system
+        if not _alike(tile, running) or system.controller.kind != old.controller.kind:
+            self.period = 0
+            self._begin()
+            return False
+        fresh = tile.slab.data.copy()
+        kept = fresh == self._fresh
+        kept[_state_rows(system)] = True
+        tile.slab.data[kept] = running.slab.data[kept]
+        tile.shared.kept["history"][:] = running.shared.kept["history"]
+        if not isinstance(system.controller, OracleController):
+            gains = law_rows(law_of(system.controller))[1]
+            given = [float(tile.slab.view(row)[0, 0]) for row in (*gains[-2:], *ROW["model"][:2])]
+            tile.slab.view("at_limits")[:, 0] = limits_step(*given)
+        self._tile, self._fresh = tile, fresh
+        return True
+
+
+def _alike(a: Tile, b: Tile) -> bool:
+    """Tell whether two tiles run the same program, so that one can go on with the other's state."""
+    counts = ("segments", "before", "nodes", "lanes", "ring_mask", "table_size", "open_until", "dt")
+    programs = (np.array_equal(a.shared.kept[name], b.shared.kept[name]) for name in ("blocks", "ticks"))
+    return all(programs) and all(getattr(a.shared, name) == getattr(b.shared, name) for name in counts)
+
+
+def _state_rows(system: System) -> list[int]:
+    rows = [row for name in _STATE for row in flat((ROW[name],))]
+    if isinstance(system.controller, OracleController):
+        return rows
+    return [*rows, *flat((law_rows(law_of(system.controller))[0],))]

@@ -1,0 +1,158 @@
+"""What a page can ask for, by name; every command is checked here, and none reaches the file system."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from frictionloop.parameters import System
+from frictionloop.physics.fingers import fingers
+from frictionloop.quantities import FrictionloopError
+from frictionloop.rendering.library import LIBRARY
+from frictionloop.studio.panels import panels_of
+from frictionloop.studio.plate import map_of
+from frictionloop.studio.room import Guest, Room
+from frictionloop.studio.share import as_command, as_python, differences, effect_name
+
+POPULATION_SEED = 0
+"""Seed of the population that another finger is drawn from."""
+FREE = ("stop", "take", "sound")
+"""Commands of every page; all others are the driving page's."""
+
+
+def obey(room: Room, guest: Guest, asked: Any) -> None:
+    """Do what a page asks for.
+
+    Raises
+    ------
+    FrictionloopError
+        For what is no command, another page's affair, or a value that does not fit.
+    """
+    name = asked.get("do") if isinstance(asked, dict) else None
+    if not isinstance(name, str) or name not in COMMANDS:
+        raise FrictionloopError(f"do = {name!r:.40}: must be one of {', '.join(COMMANDS)}")
+    if name not in FREE and guest is not room.driver:
+        raise FrictionloopError(f"{name}: another page drives; take over first")
+    COMMANDS[name](room, guest, asked)
+    room.tell_status()
+
+
+def _number(asked: dict[str, Any], name: str, low: float, high: float) -> float:
+    value = asked.get(name)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not low <= value <= high:
+        raise FrictionloopError(f"{name} = {value!r:.40}: must be a number from {low:g} to {high:g}")
+    return float(value)
+
+
+def _flag(asked: dict[str, Any], name: str) -> bool:
+    if not isinstance(value := asked.get(name), bool):
+        raise FrictionloopError(f"{name} = {value!r:.40}: must be true or false")
+    return value
+
+
+def change(room: Room, system: System, remember: bool = True) -> None:
+    """Put a System in force, and tell every page; what was there can be had again by undo."""
+    before = room.session.engine.system
+    went_on = room.session.change(system)
+    if remember:
+        room.before.append(before)
+    if system.setpoint != before.setpoint:
+        room.tell(map_of(system))
+    room.tell(system_message(system) | {"restarted": not went_on})
+
+
+def system_message(system: System) -> dict[str, Any]:
+    """Return what pages are told of the System in force."""
+    return {
+        "type": "system",
+        "effect": effect_name(system),
+        "panels": panels_of(system),
+        "differs": differences(system),
+        "python": as_python(system),
+        "command": as_command(system),
+    }
+
+
+def _stop(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    room.session.stop()
+
+
+def _go(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    room.session.go()
+
+
+def _take(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    room.take(guest)
+
+
+def _lift(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    room.session.lift()
+
+
+def _ghost(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    room.session.ghost_on = _flag(asked, "on")
+
+
+def _ghost_speed(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    room.session.ghost.speed_mm_s = _number(asked, "mm_s", 2.0, 300.0)
+
+
+def _load(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    room.session.load_n = _number(asked, "load_n", 0.05, 5.0)
+
+
+def _sound(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    guest.listens = _flag(asked, "on")
+
+
+def _effect(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    name = asked.get("name")
+    if not isinstance(name, str) or name not in LIBRARY:
+        raise FrictionloopError(f"name = {name!r:.40}: must be one of {', '.join(LIBRARY)}")
+    change(room, room.session.engine.system.evolve({"setpoint.effect": LIBRARY[name]}))
+
+
+def _set(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    values = asked.get("values")
+    if not isinstance(values, dict) or not 0 < len(values) <= 64:
+        raise FrictionloopError("values: must be dotted names and their values, at most 64")
+    _check_no_file(values)
+    change(room, room.session.engine.system.evolve(values))
+
+
+def _check_no_file(values: Any) -> None:
+    """Refuse what would read a file: recordings, and effects by the name of one. Nothing else of a System is a path."""
+    for name, value in values.items() if isinstance(values, dict) else enumerate(values):
+        if str(name).rpartition(".")[2] == "path" or (isinstance(value, str) and set(value) & set("./\\")):
+            raise FrictionloopError(f"{name} = {value!r:.40}: names a file, and a page does not reach the file system")
+        if isinstance(value, (dict, list)):
+            _check_no_file(value)
+
+
+def _undo(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    if not room.before:
+        raise FrictionloopError("undo: nothing has been changed")
+    change(room, room.before.pop(), remember=False)
+
+
+def _finger(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    """Another finger of the population: of number n, the same one each time."""
+    number = int(_number(asked, "number", 0, 999))
+    change(room, room.session.engine.system.evolve(fingers(number + 1, POPULATION_SEED)[number]))
+
+
+Command = Callable[[Room, Guest, dict[str, Any]], None]
+COMMANDS: dict[str, Command] = {
+    "stop": _stop,
+    "go": _go,
+    "take": _take,
+    "lift": _lift,
+    "ghost": _ghost,
+    "ghost_speed": _ghost_speed,
+    "load": _load,
+    "sound": _sound,
+    "effect": _effect,
+    "set": _set,
+    "undo": _undo,
+    "finger": _finger,
+}

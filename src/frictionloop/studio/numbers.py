@@ -1,0 +1,77 @@
+"""Numbers of the last seconds, as the page shows them: error, R2, contrast, saturation."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from frictionloop.device.live_engine import CHANNELS
+from frictionloop.rendering.effect import TURNS_MM_S
+
+WINDOW_S = 2.0
+"""How far back they look (assumed: four strokes of 20 mm at 40 mm/s)."""
+LEAST_S = 0.2
+"""Time on the plate below which nothing is said."""
+TURNED_MM = 2.0
+"""Way after a turn or a landing: 2F/k of 1 N over the 1000 N/m of the bench's skin, as metrics leave out there."""
+_ROW = {name: number for number, name in enumerate(CHANNELS)}
+
+
+def numbers_of(rows: np.ndarray, rate_hz: float, touches_n: float) -> dict[str, float | None]:
+    """Return rms error (N), R2 against identity, contrast delivered and share of saturated ticks, open and closed.
+
+    Contrast is the spread of the force over that asked for, both as standard deviations: 1 delivers all of it. Ticks
+    count while the finger slides, from `TURNED_MM` after a turn on: the skin swings over meanwhile. A number that does
+    not exist is None: R2 and contrast where the force asked for does not change.
+
+    Parameters
+    ----------
+    rows : array, shape (channels, ticks)
+        `CHANNELS` of the session.
+    rate_hz : float
+        Ticks per second.
+    touches_n : float
+        Least load that counts as touch, N.
+    """
+    sliding = slides(rows[_ROW["x_mm"]].astype(float), rows[_ROW["load_n"]], rate_hz, touches_n)
+    if sliding.sum() < LEAST_S * rate_hz:
+        return {}
+    asked = rows[_ROW["asked_n"], sliding].astype(float)
+    spread = float(np.std(asked))
+    told: dict[str, float | None] = {"saturated": float(np.mean(rows[_ROW["saturated"], sliding]))}
+    for name in ("open", "closed"):
+        force = rows[_ROW[f"{name}_n"], sliding].astype(float)
+        rms = math.sqrt(float(np.mean((force - asked) ** 2)))
+        told |= {
+            f"{name}_error_n": rms,
+            f"{name}_r2": 1.0 - (rms / spread) ** 2 if spread > 1e-3 else None,
+            f"{name}_contrast": float(np.std(force)) / spread if spread > 1e-3 else None,
+        }
+    return told
+
+
+def slides(x_mm: np.ndarray, load_n: np.ndarray, rate_hz: float, touches_n: float) -> np.ndarray:
+    """Return in which ticks the finger slides, `TURNED_MM` after its last turn or landing.
+
+    Parameters
+    ----------
+    x_mm, load_n : array, shape (ticks,)
+        Place and load of the finger.
+    rate_hz : float
+        Ticks per second.
+    touches_n : float
+        Least load that counts as touch, N.
+    """
+    if x_mm.size < 2:
+        return np.zeros(x_mm.size, bool)
+    speed_mm_s = np.gradient(x_mm) * rate_hz
+    moves = (load_n >= touches_n) & (np.abs(speed_mm_s) > TURNS_MM_S)
+    ticks = np.arange(x_mm.size)
+    # A finger at rest still leans where it went last; one in the air leans nowhere.
+    told = moves | (load_n < touches_n)
+    last = np.maximum.accumulate(np.where(told, ticks, 0))
+    way = np.where(moves, np.sign(speed_mm_s), 0.0)[last]
+    begins = np.concatenate([[0], 1 + np.flatnonzero(np.diff(way))])
+    since = begins[np.searchsorted(begins, ticks, side="right") - 1]
+    return np.asarray(moves & (np.abs(x_mm - x_mm[since]) >= TURNED_MM))

@@ -1,0 +1,89 @@
+"""The panels of the page: every parameter of a System with its unit, range and meaning, as pydantic has them."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterator
+from typing import Any, Literal, get_args, get_origin
+
+from pydantic.fields import FieldInfo
+
+from frictionloop.parameters import System
+from frictionloop.parameters.block import Block
+from frictionloop.parameters.wording import registry_of
+from frictionloop.quantities import unit_of
+from frictionloop.rendering.effect import Effect
+
+PANELS = {
+    "wish": ("setpoint",),
+    "controller": ("controller",),
+    "plate": ("plate",),
+    "friction": ("friction", "finger"),
+    "sensor": ("sensor", "touch"),
+    "disturbance": ("disturbance",),
+}
+"""The boxes of the diagram (paper, Fig. 1b), and the blocks of a System that open with each."""
+SPAN = 5.0
+"""A slider without limits of its own goes from a fifth of the value to five times it (assumed).
+
+Any number can be typed beside it.
+"""
+
+
+def panels_of(system: System) -> dict[str, list[dict[str, Any]]]:
+    """Return the fields of every box, in the order of the model.
+
+    Each has ``path`` (dotted), ``value``, ``unit`` and ``means``; a choice has ``choices``, a number has ``whole`` and
+    the ``low`` and ``high`` of its slider.
+    """
+    return {box: [field for name in blocks for field in _block(system, name)] for box, blocks in PANELS.items()}
+
+
+def _block(system: System, name: str) -> Iterator[dict[str, Any]]:
+    kinds, block = registry_of(System, name), getattr(system, name)
+    if kinds and len(kinds.names) > 1 and name != "setpoint":
+        means = type(system).model_fields[name].description or ""
+        yield {"path": f"{name}.kind", "value": block.kind, "unit": "", "means": means, "choices": kinds.names}
+    yield from _fields(block, name)
+
+
+def _fields(block: Block, at: str) -> Iterator[dict[str, Any]]:
+    for name, field in type(block).model_fields.items():
+        value, path = getattr(block, name), f"{at}.{name}"
+        if isinstance(value, Block):
+            # Of an effect that is mixed of others each part has its place in a file, not in a panel.
+            if not (isinstance(value, Effect) and any(value.parts)):
+                yield from _fields(value, path)
+        elif name != "kind" and (told := _told(value, field, path)):
+            means = " ".join(inspect.cleandoc(field.description or "").split())
+            yield {"path": path, "value": value, "unit": unit_of(path), "means": means} | told
+
+
+def _told(value: Any, field: FieldInfo, path: str) -> dict[str, Any]:
+    if isinstance(value, bool):
+        return {"choices": [True, False]}
+    if get_origin(field.annotation) is Literal:
+        choices = list(get_args(field.annotation))
+        return {"choices": choices} if len(choices) > 1 else {}
+    if not isinstance(value, (int, float)):
+        return {}
+    low, high, strict = _limits(field)
+    size = abs(value) or 1.0
+    least = -SPAN * size if value < 0 or (low is None and value == 0) else (value / SPAN if strict else 0.0)
+    least = least if low is None else max(low, least if strict or low < least else low)
+    most = SPAN * size if high is None or (value and high > SPAN * size) else high
+    return {"low": least, "high": most, "whole": isinstance(value, int)}
+
+
+def _limits(field: FieldInfo) -> tuple[float | None, float | None, bool]:
+    """Return the least and the largest value, and whether the least is excluded."""
+    low = high = None
+    strict = False
+    for each in field.metadata:
+        for name in ("gt", "ge"):
+            if (found := getattr(each, name, None)) is not None:
+                low, strict = float(found), name == "gt"
+        for name in ("lt", "le"):
+            if (found := getattr(each, name, None)) is not None:
+                high = float(found)
+    return low, high, strict

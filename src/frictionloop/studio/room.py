@@ -1,0 +1,182 @@
+"""Who is connected, who drives, and the task that keeps the session in time."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from frictionloop.device.live_session import Block, Session
+from frictionloop.parameters import System
+from frictionloop.quantities import FrictionloopError
+from frictionloop.rendering.source import EffectSource
+from frictionloop.studio.frames import Frame, events_in, pack
+from frictionloop.studio.numbers import WINDOW_S, numbers_of
+from frictionloop.studio.plate import depends_on_y
+
+WAITING = 64
+"""Messages that wait for a slow page; the oldest frames are then dropped (a third of a second)."""
+TOLD_EVERY_S = 0.2
+"""How often numbers and status go out."""
+UNDONE = 100
+"""Changes that can be undone."""
+SPARSE = 5
+"""Ticks per row of a frame for the eye; for the ear every tick travels."""
+
+
+class Guest:
+    """A page that is connected."""
+
+    def __init__(self, may_drive: bool) -> None:
+        self.may_drive, self.listens, self.lost = may_drive, False, 0
+        self._waiting: deque[bytes | dict[str, Any]] = deque()
+        self._there = asyncio.Event()
+
+    def put(self, message: bytes | dict[str, Any]) -> None:
+        """Let a message wait to be sent; the oldest frame goes when too many wait."""
+        if len(self._waiting) >= WAITING:
+            for place, old in enumerate(self._waiting):
+                if isinstance(old, bytes):
+                    del self._waiting[place]
+                    self.lost += 1
+                    break
+            else:
+                self._waiting.popleft()
+        self._waiting.append(message)
+        self._there.set()
+
+    async def next(self) -> bytes | dict[str, Any]:
+        """Return the next message to send."""
+        while not self._waiting:
+            self._there.clear()
+            await self._there.wait()
+        return self._waiting.popleft()
+
+
+class Room:
+    """The session and its guests.
+
+    Parameters
+    ----------
+    session : Session
+        What runs.
+    clock : callable
+        Seconds that only grow.
+    """
+
+    def __init__(self, session: Session, clock: Callable[[], float] = time.monotonic) -> None:
+        self.session, self.clock = session, clock
+        self.guests: list[Guest] = []
+        self.driver: Guest | None = None
+        self.before: deque[System] = deque(maxlen=UNDONE)
+        """Systems that were in force before, the last one last."""
+        self.dead = ""
+        """Why the engine has stopped, empty while it runs."""
+        self._number, self._told_s = 0, -np.inf
+
+    def join(self, guest: Guest) -> None:
+        """Take in a page; it drives if nobody does and it may."""
+        self.guests.append(guest)
+        if self.driver is None and guest.may_drive:
+            self.driver = guest
+        self.tell_status()
+
+    def leave(self, guest: Guest) -> None:
+        """Let a page go; the finger of the driving page leaves the plate."""
+        self.guests.remove(guest)
+        if guest is self.driver:
+            self.session.lift()
+            self.driver = None
+        self.tell_status()
+
+    def take(self, guest: Guest) -> None:
+        """Let a page drive."""
+        if not guest.may_drive:
+            raise FrictionloopError("this page may watch only: its address has no token to drive")
+        self.session.lift()
+        self.driver = guest
+        self.tell_status()
+
+    def touched(self, guest: Guest, data: bytes) -> None:
+        """Take the pointer events of a page."""
+        if self.driver is None and guest.may_drive:
+            self.take(guest)
+        if guest is self.driver and not self.dead and self.session.touch(self.clock(), events_in(data)):
+            self._stroke_there()
+
+    def _stroke_there(self) -> None:
+        """Let the effect be read along the line on which the finger has landed, where that is another force."""
+        system, line_mm = self.session.engine.system, self.session.line_mm
+        source = system.setpoint
+        if isinstance(source, EffectSource) and line_mm != source.track.y_mm and depends_on_y(source, line_mm):
+            self.session.change(system.evolve({"setpoint.track.y_mm": line_mm}))
+
+    def status(self) -> dict[str, Any]:
+        """Return what every page is told of the session."""
+        session = self.session
+        state = "dead" if self.dead else "stopped" if session.stopped else "running"
+        return {
+            "type": "status", "state": state, "why": self.dead, "source": session.engine.source,
+            "pages": len(self.guests), "driven": self.driver is not None,
+            "dropped_s": round(session.dropped_s, 2), "ghost": session.ghost_on,
+            "ghost_mm_s": session.ghost.speed_mm_s, "load_n": session.load_n,
+            "line_mm": session.line_mm,
+        }  # fmt: skip
+
+    def tell_status(self) -> None:
+        """Tell every page how things stand, and what it may do."""
+        for guest in self.guests:
+            guest.put(self.status() | {"drives": guest is self.driver, "may_drive": guest.may_drive})
+
+    def tell(self, message: bytes | dict[str, Any]) -> None:
+        """Tell every page something."""
+        for guest in self.guests:
+            guest.put(message)
+
+    async def run(self) -> None:
+        """Keep the session in time; what ends it is told to every page."""
+        try:
+            while True:
+                self.step()
+                await asyncio.sleep(1.0 / 400.0)
+        except asyncio.CancelledError:
+            raise
+        except FrictionloopError as error:
+            self.die(str(error))
+        except Exception as error:  # a dead task must be seen, whatever it died of
+            self.die(f"{type(error).__name__}: {error}")
+
+    def die(self, why: str) -> None:
+        """Say that the engine has stopped."""
+        self.dead = why
+        self.tell_status()
+
+    def step(self) -> None:
+        """Go on to now, and send what is new."""
+        now_s = self.clock()
+        for block in self.session.step(now_s):
+            self._send(block)
+        if now_s - self._told_s >= TOLD_EVERY_S:
+            self._told_s = now_s
+            self.tell_status()
+            rate = self.session.engine.rate_hz
+            touches = self.session.engine.system.touch.load.touch_n
+            self.tell({"type": "numbers"} | numbers_of(self.session.last(WINDOW_S), rate, touches))
+
+    def _send(self, block: Block) -> None:
+        self._number += 1
+        packed: dict[bool, bytes] = {}
+        for guest in self.guests:
+            if guest.listens not in packed:
+                packed[guest.listens] = pack(self._frame(block, 1 if guest.listens else SPARSE))
+            guest.put(packed[guest.listens])
+
+    def _frame(self, block: Block, every: int) -> Frame:
+        rate = self.session.engine.rate_hz
+        rows = block.rows[:, every - 1 :: every]
+        first_s = (block.first_tick + every) / rate
+        return Frame(self._number, first_s, block.reached_ms, every / rate, rows)

@@ -1,0 +1,161 @@
+"""The web application: one page, its files, one socket."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import tempfile
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import FileResponse, PlainTextResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from frictionloop.device.live_engine import CHANNELS
+from frictionloop.device.live_record import recorded
+from frictionloop.loop.record import save
+from frictionloop.parameters.files import to_toml
+from frictionloop.quantities import FrictionloopError
+from frictionloop.rendering.library import LIBRARY
+from frictionloop.studio.commands import obey, system_message
+from frictionloop.studio.plate import HEIGHT_MM, map_of
+from frictionloop.studio.room import Guest, Room
+from frictionloop.studio.safe import HEADERS, Doors
+
+STATIC = Path(__file__).parent / "static"
+FILES = {path.relative_to(STATIC).as_posix(): path for path in sorted(STATIC.rglob("*")) if path.is_file()}
+"""What is served, by its name: nothing else of the disk is."""
+SAVED = {"run.h5": "application/x-hdf5", "run.csv": "text/csv"}
+MOST_TEXT = 20_000
+"""Characters of a command (assumed: a whole System is 5000)."""
+
+
+def studio_app(room: Room, doors: Doors | None = None) -> Starlette:
+    """Return the application that serves a room.
+
+    Parameters
+    ----------
+    room : Room
+        Session and guests.
+    doors : Doors
+        Who may come in; this machine alone by default.
+    """
+    doors = doors or Doors()
+
+    async def page(request: Request) -> Response:
+        if not doors.role(request):
+            return refused()
+        return FileResponse(FILES["index.html"], headers=HEADERS)
+
+    async def file(request: Request) -> Response:
+        # Files hold nothing of the session, and modules import one another without a token.
+        name = request.path_params["name"]
+        if name not in FILES:
+            return PlainTextResponse("no such file", 404, headers=HEADERS)
+        return FileResponse(FILES[name], headers=HEADERS)
+
+    async def socket(socket: WebSocket) -> None:
+        if not (role := doors.role(socket)):
+            await socket.close(1008)
+            return
+        await socket.accept()
+        await _serve(room, Guest(role == "drive"), socket)
+
+    @asynccontextmanager
+    async def lifespan(app: Starlette) -> AsyncIterator[None]:
+        task = asyncio.create_task(room.run())
+        yield
+        task.cancel()
+        with suppress(asyncio.CancelledError):
+            await task
+
+    async def saved(request: Request) -> Response:
+        if not doors.role(request):
+            return refused()
+        return save_answer(room, request.path_params["name"])
+
+    routes = [
+        Route("/", page),
+        Route("/save/{name}", saved),
+        Route("/static/{name:path}", file),
+        WebSocketRoute("/live", socket),
+    ]
+    return Starlette(routes=routes, lifespan=lifespan)
+
+
+def refused() -> Response:
+    """Return the answer to who may not come in."""
+    return PlainTextResponse(
+        "This studio is not open here: use the address that `frictionloop studio` printed, with its token.",
+        403,
+        headers=HEADERS,
+    )
+
+
+def save_answer(room: Room, name: str) -> Response:
+    """Return the last 30 s, or the System, as a file to download."""
+    if name == "system.toml":
+        return PlainTextResponse(to_toml(room.session.engine.system), headers=HEADERS)
+    if name not in SAVED:
+        return PlainTextResponse(f"no such file; there are {', '.join(SAVED)} and system.toml", 404, headers=HEADERS)
+    if not room.session.ticks:
+        return PlainTextResponse("nothing has run yet", 409, headers=HEADERS)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / name
+        save(recorded(room.session), path)
+        content = path.read_bytes()
+    return Response(content, media_type=SAVED[name], headers=HEADERS)
+
+
+async def _serve(room: Room, guest: Guest, socket: WebSocket) -> None:
+    system = room.session.engine.system
+    guest.put(
+        {
+            "type": "hello",
+            "channels": {name: list(told) for name, told in CHANNELS.items()},
+            "effects": list(LIBRARY),
+            "plate_mm": [system.touch.load.length_mm, HEIGHT_MM],
+        }
+    )
+    guest.put(system_message(system))
+    guest.put(map_of(system))
+    room.join(guest)
+    sending = asyncio.create_task(_send(guest, socket))
+    try:
+        while True:
+            _hear(room, guest, await socket.receive())
+    except WebSocketDisconnect:
+        pass
+    finally:
+        room.leave(guest)
+        sending.cancel()
+
+
+def _hear(room: Room, guest: Guest, message: Any) -> None:
+    if message["type"] == "websocket.disconnect":
+        raise WebSocketDisconnect(message.get("code", 1000))
+    try:
+        if (data := message.get("bytes")) is not None:
+            room.touched(guest, data)
+            return
+        text = message.get("text") or ""
+        if len(text) > MOST_TEXT:
+            raise FrictionloopError(f"command: {len(text)} characters; at most {MOST_TEXT}")
+        obey(room, guest, json.loads(text))
+    except (FrictionloopError, ValueError, RecursionError) as error:
+        guest.put({"type": "refused", "why": str(error)})
+
+
+async def _send(guest: Guest, socket: WebSocket) -> None:
+    with suppress(WebSocketDisconnect, RuntimeError):
+        while True:
+            message = await guest.next()
+            if isinstance(message, bytes):
+                await socket.send_bytes(message)
+            else:
+                await socket.send_text(json.dumps(message))

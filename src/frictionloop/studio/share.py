@@ -1,0 +1,76 @@
+"""A System in other words: what differs from the bench, as an address, as Python and as a command."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from typing import Any
+
+from frictionloop.parameters import System, bench
+from frictionloop.rendering.library import LIBRARY
+
+
+def differences(system: System) -> dict[str, Any]:
+    """Return the overrides that make a System out of ``fl.bench()``: dotted paths, and plain data.
+
+    >>> import frictionloop as fl
+    >>> differences(fl.bench().evolve({"controller.kp": 0.1}))
+    {'controller.kp': 0.1}
+    """
+    found: dict[str, Any] = {}
+    base = bench().model_dump(mode="json")
+    for name, block in system.model_dump(mode="json").items():
+        there = base[name]
+        if block.get("kind") != there.get("kind"):
+            start = bench().evolve({f"{name}.kind": block["kind"]}).model_dump(mode="json")[name]
+            found[f"{name}.kind"] = block["kind"]
+            there = start
+        found |= _changed(block, there, name)
+    return found
+
+
+def _changed(block: dict[str, Any], there: dict[str, Any], at: str) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for name, value in block.items():
+        path = f"{at}.{name}"
+        if value == there.get(name) or path.endswith(".kind"):
+            continue
+        if isinstance(value, dict) and isinstance(there.get(name), dict) and name != "effect":
+            found |= _changed(value, there[name], path)
+        else:
+            found[path] = value
+    return found
+
+
+def effect_name(system: System) -> str:
+    """Return the name in the library of a System's effect, an empty text for another."""
+    effect = getattr(system.setpoint, "effect", None)
+    return next((name for name, each in LIBRARY.items() if each == effect), "")
+
+
+def as_python(system: System) -> str:
+    """Return the lines of Python that make the System."""
+    values, name = differences(system), effect_name(system)
+    lines = ["import frictionloop as fl", "", "system = fl.bench().evolve({"]
+    for path, value in values.items():
+        if path == "setpoint.effect" and name:
+            continue
+        lines.append(f'    "{path}": {value!r},')
+    if name and "setpoint.kind" in values:
+        lines.append(f'    "setpoint.effect": fl.rendering.find("{name}"),')
+    return "\n".join([*lines, "})", "run = fl.simulate(system, duration_s=5.0)"])
+
+
+def as_command(system: System) -> str:
+    """Return the command that opens the studio with the System; one that a flag cannot say is read from a file."""
+    values, name = differences(system), effect_name(system)
+    if any(isinstance(value, (dict, list)) for path, value in values.items() if path != "setpoint.effect" or not name):
+        return "frictionloop studio system.toml"
+    words = ["frictionloop", "studio"]
+    if name and name != "grating":
+        words += ["--effect", name]
+    for path, value in values.items():
+        if path not in ("setpoint.kind", "setpoint.effect"):
+            told = value if isinstance(value, str) else json.dumps(value)
+            words += [f"--{path}", told]
+    return shlex.join(words)

@@ -1,0 +1,53 @@
+// The socket: frames and maps in, pointer events and commands out; it comes back by itself.
+const FRAME = 1, MAP = 2, RETRY_MS = 700;
+
+export class Link extends EventTarget {
+  constructor(url) {
+    super();
+    this.url = url;
+    this.open();
+  }
+  open() {
+    this.socket = new WebSocket(this.url);
+    this.socket.binaryType = "arraybuffer";
+    this.socket.onopen = () => this.tell("link", { up: true });
+    this.socket.onmessage = ({ data }) => (typeof data === "string" ? this.text(data) : this.binary(data));
+    this.socket.onclose = (event) => {
+      this.tell("link", { up: false, refused: event.code === 1008 || event.code === 1006 && !this.ever });
+      setTimeout(() => this.open(), RETRY_MS);
+    };
+  }
+  tell(name, detail) {
+    this.dispatchEvent(Object.assign(new Event(name), { detail }));
+  }
+  text(data) {
+    this.ever = true;
+    const message = JSON.parse(data);
+    this.tell(message.type, message);
+  }
+  binary(buffer) {
+    const view = new DataView(buffer), kind = view.getUint32(0, true);
+    if (kind === FRAME) {
+      const rows = view.getUint16(28, true), count = view.getUint16(30, true), channels = [];
+      for (let c = 0; c < count; c++) channels.push(new Float32Array(buffer, 32 + 4 * rows * c, rows));
+      this.tell("frame", {
+        time: view.getFloat64(8, true), reached: view.getFloat64(16, true), spacing: view.getFloat32(24, true), rows, channels,
+      });
+    } else if (kind === MAP) {
+      const number = (at) => view.getFloat32(at, true);
+      this.tell("map", {
+        columns: view.getUint32(4, true), rows: view.getUint32(8, true), left: number(12), right: number(16),
+        bottom: number(20), top: number(24), low: number(28), high: number(32), shares: new Uint8Array(buffer, 36),
+      });
+    }
+  }
+  get up() {
+    return this.socket.readyState === WebSocket.OPEN;
+  }
+  ask(what, more = {}) {
+    if (this.up) this.socket.send(JSON.stringify({ do: what, ...more }));
+  }
+  touch(events) {
+    if (this.up && events.length) this.socket.send(new Float64Array(events));
+  }
+}

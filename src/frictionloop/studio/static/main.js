@@ -1,0 +1,82 @@
+// The page: one link, one past, and what draws it once per animation frame.
+import { controls } from "./controls.js";
+import { Link } from "./link.js";
+import { showNumbers } from "./numbers.js";
+import { Panels } from "./panels.js";
+import { Plate } from "./plate.js";
+import { Pointer } from "./pointer.js";
+import { Ring } from "./ring.js";
+import { saving } from "./save.js";
+import { Scope } from "./scope.js";
+import { sharing } from "./share.js";
+import { legend } from "./signals.js";
+import { sounding } from "./sound.js";
+import { states } from "./state.js";
+import { touring } from "./tour.js";
+
+const $ = (id) => document.getElementById(id), KEPT_S = 30, RATE_HZ = 1000;
+const link = new Link(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live${location.search}`);
+const plate = new Plate($("plate")), pointer = new Pointer($("plate"), plate, link);
+let ring, scope;
+
+controls(link);
+states(link);
+sharing(link);
+saving(() => scope);
+new Panels(link);
+sounding(link, $("sound"));
+touring(link, $("tour"), $("tour-card"));
+link.addEventListener("hello", ({ detail }) => {
+  if (ring) return;
+  ring = new Ring(Object.keys(detail.channels), KEPT_S, RATE_HZ);
+  scope = new Scope($("scope"), ring, detail.plate_mm[0]);
+  scope.onread = (text) => { $("cursor").textContent = text || "Drag over the curve to zoom, double-click to return."; };
+  legend($("legend"), () => scope.build());
+});
+link.addEventListener("map", ({ detail }) => { plate.setMap(detail); scope?.clearPlaces(); });
+link.addEventListener("numbers", ({ detail }) => showNumbers($("numbers"), $("verdict"), detail));
+const late = [];
+let line = 0;
+link.addEventListener("status", ({ detail }) => { line = detail.line_mm; });
+link.addEventListener("frame", ({ detail }) => {
+  if (!ring) return;
+  ring.push(detail);
+  if (!scope.paused) scope.take(detail);
+  const before = plate.finger.x, x = ring.latest("x_mm");
+  Object.assign(plate.finger, { x, y: line, load: ring.latest("load_n"), force: ring.latest("closed_n"), um: ring.latest("closed_um") });
+  if (Math.abs(x - before) > 1e-3) plate.finger.way = Math.sign(x - before);
+  plate.dirty = true;
+  if (!Number.isNaN(detail.reached) && detail.reached !== late.reached) {
+    late.reached = detail.reached;
+    late.push(performance.now() - detail.reached - 1000 / 60);
+    if (late.length > 240) late.shift();
+  }
+});
+for (const button of document.querySelectorAll("[data-axis]")) {
+  button.onclick = () => {
+    for (const each of document.querySelectorAll("[data-axis]")) each.setAttribute("aria-checked", each === button);
+    scope?.show(button.dataset.axis);
+  };
+}
+$("span").onchange = () => { scope.span = Number($("span").value); scope.dirty = true; };
+$("pause").onclick = () => {
+  scope.paused = !scope.paused;
+  $("pause").setAttribute("aria-pressed", scope.paused);
+  $("pause").textContent = scope.paused ? "Go on" : "Pause";
+};
+
+let frames = 0, since = performance.now();
+function draw(now) {
+  pointer.flush(now);
+  plate.draw();
+  if (scope?.draw()) frames++;
+  if (now - since > 1000) {
+    const sorted = late.slice().sort((a, b) => a - b), at = (share) => sorted[Math.floor(share * (sorted.length - 1))];
+    const told = sorted.length ? `, pointer to force ${at(0.5).toFixed(0)} ms (95 %: ${at(0.95).toFixed(0)} ms) after the 17 ms that the finger follows late` : "";
+    $("rates").textContent = `${(1e3 * frames / (now - since)).toFixed(0)} frames/s${told}`;
+    frames = 0;
+    since = now;
+  }
+  requestAnimationFrame(draw);
+}
+requestAnimationFrame(draw);

@@ -1,0 +1,87 @@
+// The loop as the paper draws it: click a box, and its parameters open, as the models describe them.
+const BOXES = [
+  ["wish", "Wish f_r", "\u2192"], ["controller", "Controller", "\u2192"], ["plate", "Plate", ""],
+  ["disturbance", "Disturbance", "\u2192"], ["friction", "Finger and friction", ""], ["sensor", "Sensor", ""],
+];
+const $ = (id) => document.getElementById(id);
+
+export class Panels {
+  constructor(link) {
+    Object.assign(this, { link, box: "controller", fields: {} });
+    $("diagram").replaceChildren(...BOXES.map(([name, text, arrow]) => {
+      const button = document.createElement("button");
+      button.setAttribute("role", "tab");
+      button.dataset.box = name;
+      button.textContent = text;
+      if (arrow) button.dataset.arrow = arrow;
+      button.onclick = () => this.open(name);
+      return button;
+    }));
+    link.addEventListener("system", ({ detail }) => { this.told = detail.panels; this.show(); });
+    this.open(this.box);
+  }
+  open(box) {
+    this.box = box;
+    for (const button of $("diagram").children) button.setAttribute("aria-selected", button.dataset.box === box);
+    this.fields = {};
+    $("fields").replaceChildren();
+    $("fields").scrollTop = 0;
+    this.show();
+  }
+  // A field that is there already only gets its value: a slider in the hand must not be taken away.
+  show() {
+    const told = this.told?.[this.box] ?? [], paths = told.map((field) => field.path).join();
+    if (paths !== Object.keys(this.fields).join()) {
+      this.fields = Object.fromEntries(told.map((field) => [field.path, this.made(field)]));
+      $("fields").replaceChildren(...Object.values(this.fields).map((field) => field.element));
+    }
+    for (const field of told) this.fields[field.path].set(field.value);
+  }
+  send(path, value) {
+    this.link.ask("set", { values: { [path]: value } });
+  }
+  made(field) {
+    const element = document.createElement("div"), label = document.createElement("label"), name = document.createElement("span");
+    element.className = "field";
+    name.textContent = field.path.split(".").slice(1).join(" ").replaceAll("_", " ");
+    name.title = field.path;
+    label.append(name);
+    element.append(label);
+    const set = field.choices ? this.choice(field, label) : this.number(field, label, element);
+    if (field.means) {
+      const means = document.createElement("p");
+      means.textContent = field.means.replaceAll("``", "");
+      element.append(means);
+    }
+    return { element, set };
+  }
+  choice(field, label) {
+    const select = document.createElement("select");
+    select.append(...field.choices.map((choice) => new Option(String(choice).replaceAll("_", " "), String(choice))));
+    select.onchange = () => this.send(field.path, typeof field.value === "boolean" ? select.value === "true" : select.value);
+    label.append(select);
+    return (value) => { select.value = String(value); };
+  }
+  number(field, label, element) {
+    const typed = document.createElement("input"), slider = document.createElement("input"), unit = document.createElement("span");
+    typed.type = "number";
+    typed.step = field.whole ? 1 : "any";
+    unit.className = "unit";
+    unit.textContent = field.unit.replace("um", "\u00b5m");
+    slider.type = "range";
+    slider.setAttribute("aria-label", field.path);
+    Object.assign(slider, { min: field.low, max: field.high, step: field.whole ? 1 : (field.high - field.low) / 400 });
+    slider.oninput = () => { typed.value = short(slider.value); this.send(field.path, Number(slider.value)); };
+    typed.onchange = () => typed.value !== "" && this.send(field.path, Number(typed.value));
+    const box = document.createElement("span");
+    box.append(typed, " ", unit);
+    label.append(box);
+    element.append(slider);
+    return (value) => {
+      if (document.activeElement !== slider) slider.value = value;
+      if (document.activeElement !== typed) typed.value = short(value);
+    };
+  }
+}
+
+const short = (value) => Number(Number(value).toPrecision(4));

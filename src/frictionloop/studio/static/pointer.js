@@ -1,0 +1,66 @@
+// Mouse, touch, pen and arrow keys on the plate: events with their own time, sent once per animation frame.
+const KEY_MM_S = 60;
+
+export class Pointer {
+  constructor(canvas, plate, link) {
+    Object.assign(this, { canvas, plate, link, events: [], down: false, key: 0, place: [0, 0] });
+    canvas.addEventListener("pointerdown", (event) => this.begin(event));
+    canvas.addEventListener("pointermove", (event) => this.down && event.pointerId === this.id && this.move(event));
+    for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) canvas.addEventListener(name, (event) => this.end(event));
+    canvas.addEventListener("keydown", (event) => this.press(event));
+    canvas.addEventListener("keyup", (event) => { if (event.key.startsWith("Arrow")) this.key = 0; });
+    canvas.addEventListener("blur", () => this.lift());
+  }
+  load(event) {
+    // A mouse tells 0.5 for any press, and many screens tell nothing: the slider's load then counts.
+    return event.pointerType === "pen" && event.pressure > 0 ? 2 * event.pressure : NaN;
+  }
+  begin(event) {
+    if (event.button !== 0) return;
+    this.canvas.focus({ preventScroll: true });
+    try { this.canvas.setPointerCapture(event.pointerId); } catch { /* a pointer that is gone already */ }
+    this.id = event.pointerId;
+    this.down = true;
+    this.move(event);
+    event.preventDefault();
+  }
+  move(event) {
+    for (const each of event.getCoalescedEvents?.() ?? []) this.add(each);
+    this.add(event);
+  }
+  add(event) {
+    this.place = this.plate.mm(event.clientX, event.clientY);
+    this.pressed = this.load(event);
+    this.events.push(event.timeStamp, ...this.place, this.pressed);
+    this.last = event.timeStamp;
+  }
+  end(event) {
+    if (this.down && event.pointerId === this.id) this.lift();
+  }
+  lift() {
+    if (this.down || this.keyed) this.link.ask("lift");
+    this.down = this.keyed = false;
+    this.key = 0;
+    this.events = [];
+  }
+  press(event) {
+    const way = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+    if (way) {
+      if (!this.keyed && !this.down) this.place = [this.plate.finger.x, this.plate.finger.y];
+      this.key = way * (event.shiftKey ? 2.5 : 1);
+      this.keyed = true;
+      event.preventDefault();
+    } else if (event.key === "l" || event.key === "L" || event.key === "Escape") this.lift();
+  }
+  // Once per animation frame: a finger at rest says so too, else it would seem to creep to where it moves next.
+  flush(now) {
+    if (this.keyed) {
+      const half = this.plate.canvas.clientWidth / 2 / this.plate.scale;
+      this.place[0] = Math.max(-half, Math.min(half, this.place[0] + this.key * KEY_MM_S * Math.min(0.05, (now - (this.before ?? now)) / 1e3)));
+      this.events.push(now, ...this.place, NaN);
+    } else if (this.down && !this.events.length && now > this.last) this.events.push(now, ...this.place, this.pressed);
+    this.before = now;
+    this.link.touch(this.events.slice(-1000));
+    this.events = [];
+  }
+}

@@ -1,0 +1,54 @@
+// The past of every channel, in arrays that are made once and written round and round.
+export class Ring {
+  constructor(names, seconds, rate) {
+    this.names = names;
+    this.rate = rate;
+    this.size = Math.round(seconds * rate);
+    this.time = new Float64Array(this.size);
+    this.values = Object.fromEntries(names.map((name) => [name, new Float32Array(this.size)]));
+    this.clear();
+  }
+  clear() {
+    this.count = 0;
+  }
+  push(frame) {
+    const every = Math.max(1, Math.round(1 / (this.rate * frame.spacing)));
+    if (this.count && frame.time < this.now - 0.5) this.clear();
+    for (let row = every - 1; row < frame.rows; row += every) {
+      const at = this.count++ % this.size;
+      this.time[at] = frame.time + row * frame.spacing;
+      this.names.forEach((name, c) => { this.values[name][at] = frame.channels[c][row]; });
+    }
+  }
+  get now() {
+    return this.count ? this.time[(this.count - 1) % this.size] : 0;
+  }
+  latest(name) {
+    return this.count ? this.values[name][(this.count - 1) % this.size] : NaN;
+  }
+  // Lowest and highest value in each of so many stretches, so that no peak is lost on the way to the screen.
+  envelope(names, from, to, stretches) {
+    const kept = Math.min(this.count, this.size), first = this.count - kept;
+    const start = Math.max(first, this.count - 1 - Math.round((this.now - from) * this.rate));
+    const stop = Math.max(start, this.count - Math.round((this.now - to) * this.rate));
+    const step = Math.max(1, Math.ceil((stop - start) / stretches)), x = [], out = names.map(() => []);
+    for (let at = start - (start % step) + (start % step ? step : 0); at < stop; at += step) {
+      const end = Math.min(at + step, stop), head = this.time[at % this.size];
+      x.push(head);
+      if (step > 1) x.push(head + step / (2 * this.rate));
+      names.forEach((name, n) => {
+        const values = this.values[name];
+        let low = Infinity, high = -Infinity, lowAt = 0, highAt = 0;
+        for (let j = at; j < end; j++) {
+          const value = values[j % this.size];
+          if (value < low) { low = value; lowAt = j; }
+          if (value > high) { high = value; highAt = j; }
+        }
+        if (step === 1) out[n].push(low);
+        else if (lowAt < highAt) out[n].push(low, high);
+        else out[n].push(high, low);
+      });
+    }
+    return [x, ...out];
+  }
+}

@@ -1,0 +1,99 @@
+// The scope: forces and amplitudes over time, or over the place of the finger.
+import uPlot from "./vendor/uPlot.esm.js";
+import { SIGNALS, colour } from "./signals.js";
+
+const BIN_MM = 0.25;
+
+export class Scope {
+  constructor(element, ring, plateMm) {
+    Object.assign(this, { element, ring, span: 4, axis: "time", paused: false, dirty: true });
+    const bins = Math.round(plateMm / BIN_MM);
+    this.half = plateMm / 2;
+    this.places = Array.from({ length: bins }, (_, bin) => (bin + 0.5) * BIN_MM - this.half);
+    this.clearPlaces();
+    this.build();
+    new ResizeObserver(() => this.plot.setSize(this.size())).observe(element);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.build());
+  }
+  clearPlaces() {
+    this.byPlace = SIGNALS.map(() => new Array(this.places.length).fill(null));
+    this.reach = [Infinity, -Infinity];
+    this.bin = null;
+  }
+  size() {
+    return { width: Math.max(200, this.element.clientWidth), height: Math.max(120, this.element.clientHeight) };
+  }
+  build() {
+    this.plot?.destroy();
+    const axis = { stroke: colour("--soft"), grid: { stroke: colour("--line"), width: 1 }, ticks: { stroke: colour("--line"), width: 1 }, font: "12px system-ui" };
+    const time = this.axis === "time";
+    const series = SIGNALS.map((s) => ({
+      label: s.name, stroke: colour(s.colour), width: s.width, dash: s.dash, show: s.shown, scale: s.scale ?? "y", spanGaps: !time, points: { show: false },
+    }));
+    const um = SIGNALS.some((s) => s.scale === "um" && s.shown);
+    this.plot = new uPlot({
+      ...this.size(),
+      scales: { x: { time: false }, y: { range: (_, low, high) => [-0.1, Math.max(0.8, 1.08 * high)] }, um: { range: [0, 3] } },
+      axes: [
+        { ...axis, label: time ? "time (s)" : "place (mm)", labelSize: 18, size: 34 },
+        { ...axis, label: "force (N)", labelSize: 18, size: 44 },
+        { ...axis, scale: "um", side: 1, label: "amplitude (µm)", show: um, grid: { show: false } },
+      ],
+      cursor: { drag: { x: true, y: false, setScale: true }, points: { size: 7 } },
+      legend: { show: false },
+      series: [{}, ...series],
+      hooks: {
+        setCursor: [(plot) => this.read(plot)],
+        setSelect: [(plot) => { if (plot.select.width > 0) this.zoomed = true; }],
+      },
+    }, this.data(), this.element);
+    this.plot.over.addEventListener("dblclick", () => { this.zoomed = false; this.dirty = true; });
+    this.zoomed = false;
+    this.dirty = true;
+  }
+  show(axis) {
+    this.axis = axis;
+    this.build();
+  }
+  take(frame) {
+    const x = frame.channels[this.ring.names.indexOf("x_mm")], load = frame.channels[this.ring.names.indexOf("load_n")];
+    for (let row = 0; row < frame.rows; row++) {
+      if (load[row] < 0.02 || row && x[row] === x[row - 1]) continue;
+      const bin = Math.floor((x[row] + this.half) / BIN_MM);
+      if (bin < 0 || bin >= this.places.length) continue;
+      this.reach = [Math.min(this.reach[0], x[row]), Math.max(this.reach[1], x[row])];
+      // A fast finger skips places: what it crossed gets its value too.
+      const from = this.bin !== null && Math.abs(bin - this.bin) < 12 ? this.bin : bin, way = Math.sign(bin - from) || 1;
+      for (let b = from; b !== bin + way; b += way) {
+        SIGNALS.forEach((s, n) => { this.byPlace[n][b] = frame.channels[this.ring.names.indexOf(s.channel)][row]; });
+      }
+      this.bin = bin;
+    }
+    this.dirty = true;
+  }
+  data() {
+    if (this.axis === "place") return [this.places, ...this.byPlace];
+    const now = this.ring.now;
+    return this.ring.envelope(SIGNALS.map((s) => s.channel), now - this.span, now, 700);
+  }
+  read(plot) {
+    if (plot.cursor.idx == null || plot.cursor.left < 0) return this.onread?.("");
+    const at = plot.cursor.idx, unit = this.axis === "time" ? "s" : "mm";
+    const values = SIGNALS.flatMap((s, n) => {
+      const value = plot.data[n + 1][at];
+      return s.shown && value != null ? [`${s.name} ${value.toFixed(3)} ${s.scale === "um" ? "µm" : "N"}`] : [];
+    });
+    this.onread?.(`${plot.data[0][at]?.toFixed(unit === "s" ? 3 : 2)} ${unit}: ${values.join(", ")}`);
+  }
+  draw() {
+    if (!this.dirty || this.paused || this.zoomed) return false;
+    this.dirty = false;
+    this.plot.batch(() => {
+      this.plot.setData(this.data(), false);
+      const now = this.ring.now, [low, high] = this.reach, place = low < high;
+      const x = this.axis === "time" ? { min: now - this.span, max: now } : { min: place ? low - 1 : -40, max: place ? high + 1 : 40 };
+      this.plot.setScale("x", x);
+    });
+    return true;
+  }
+}

@@ -1,0 +1,44 @@
+// What the session is doing, in words: who drives, what was lost, what has died.
+const $ = (id) => document.getElementById(id);
+
+export function states(link) {
+  let up = false, dropped = 0, since = -Infinity;
+  link.addEventListener("link", ({ detail }) => {
+    up = detail.up;
+    if (!up) trouble(detail.refused
+      ? "The studio does not let this page in, or is not running: use the address that it printed."
+      : "The connection is lost: the plate is at rest. Trying again.");
+    else trouble("");
+  });
+  link.addEventListener("refused", ({ detail }) => flash(detail.why));
+  link.addEventListener("status", ({ detail }) => {
+    $("source").textContent = detail.source;
+    $("source").title = detail.source === "simulated" ? "Nothing here is hardware: plate, finger and sensor are computed." : "";
+    $("stop").textContent = detail.state === "stopped" ? "Go" : "Stop";
+    $("stop").dataset.stopped = detail.state === "stopped";
+    $("stop").disabled = detail.state === "stopped" && !detail.drives;
+    $("take").hidden = detail.drives || !detail.may_drive;
+    for (const id of ["ghost", "ghost-speed", "load"]) $(id).disabled = !detail.drives;
+    $("ghost").checked = detail.ghost;
+    if (detail.state === "dead") trouble(`The engine has stopped: ${detail.why}`);
+    const parts = [];
+    if (detail.state === "stopped") parts.push("The plate is at rest.");
+    parts.push(detail.drives ? "This page drives" : detail.driven ? "Another page drives" : "Nobody drives");
+    if (detail.pages > 1) parts.push(`${detail.pages} pages look on`);
+    if (detail.dropped_s > dropped) [dropped, since] = [detail.dropped_s, performance.now()];
+    if (performance.now() - since < 10000) parts.push(`this computer was too slow: ${dropped.toFixed(1)} s were left out`);
+    if (!flashing) $("status").textContent = parts.join(" · ");
+  });
+}
+
+let flashing = 0;
+function flash(text) {
+  $("status").textContent = text;
+  clearTimeout(flashing);
+  flashing = setTimeout(() => { flashing = 0; }, 5000);
+}
+
+function trouble(text) {
+  $("trouble").hidden = !text;
+  if ($("trouble").textContent !== text) $("trouble").textContent = text;
+}

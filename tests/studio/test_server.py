@@ -1,0 +1,215 @@
+"""The application without a browser: who may come in, what is told, what is refused."""
+
+from __future__ import annotations
+
+import json
+import warnings
+
+import numpy as np
+import pytest
+from live_engines import GRATING, Echo
+
+import frictionloop as fl
+from frictionloop.device.live_engine import CHANNELS, TwinEngine
+from frictionloop.device.live_session import Session
+from frictionloop.studio.frames import unpack
+from frictionloop.studio.room import WAITING, Guest, Room
+from frictionloop.studio.safe import Doors
+from frictionloop.studio.server import studio_app
+
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore")  # starlette would have another client than httpx
+    from starlette.testclient import TestClient
+    from starlette.websockets import WebSocketDisconnect
+
+HOME = "http://localhost"
+LOCKED = Doors((), "open-sesame", "look-only")
+
+
+def client(room=None, doors=None):
+    return TestClient(studio_app(room or Room(Session(Echo())), doors), base_url=HOME)
+
+
+def at_socket(at, query="", **headers):
+    return at.websocket_connect(f"ws://localhost/live{query}", headers=headers)
+
+
+def heard(live, kind, most=400):
+    """Return the next message of a kind: a JSON one by its type, or a frame."""
+    for _ in range(most):
+        message = live.receive()
+        if (text := message.get("text")) is not None:
+            told = json.loads(text)
+            if told["type"] == kind:
+                return told
+        elif kind == "frame" and message["bytes"][0] == 1:
+            return unpack(message["bytes"])
+    raise AssertionError(f"no {kind} in {most} messages")
+
+
+def ask(live, **what):
+    live.send_text(json.dumps(what))
+
+
+def test_the_page_comes_with_a_policy_that_allows_nothing_from_elsewhere():
+    answer = client().get("/")
+    assert answer.status_code == 200
+    policy = answer.headers["content-security-policy"]
+    assert "default-src 'none'" in policy
+    assert "unsafe" not in policy
+    assert "http" not in policy
+    assert "<script>" not in answer.text
+    assert " style=" not in answer.text
+
+
+@pytest.mark.parametrize(
+    "path", ["/static/../server.py", "/static/%2e%2e/server.py", "/static//etc/passwd", "/static/x"]
+)
+def test_nothing_of_the_disk_is_served_but_the_pages_own_files(path):
+    assert client().get(path).status_code == 404
+
+
+@pytest.mark.parametrize("host", ["evil.example", "127.0.0.1.evil.example", "10.0.0.3:8026"])
+def test_another_name_of_this_machine_is_not_answered(host):
+    assert client().get("/", headers={"host": host}).status_code == 403
+
+
+@pytest.mark.parametrize("origin", ["http://evil.example", "http://localhost:1", "null"])
+def test_a_page_from_elsewhere_cannot_open_the_socket(origin):
+    with client() as at, pytest.raises(WebSocketDisconnect), at_socket(at, origin=origin):
+        pass
+
+
+def test_a_studio_on_the_network_wants_its_token():
+    with client(doors=LOCKED) as at:
+        assert at.get("/").status_code == 403
+        assert at.get("/?token=wrong").status_code == 403
+        assert at.get("/save/run.h5").status_code == 403
+        assert at.get("/?token=open-sesame").status_code == 200
+        with pytest.raises(WebSocketDisconnect), at_socket(at, "?token=wrong"):
+            pass
+
+
+def test_a_token_to_watch_neither_drives_nor_takes_over_but_can_stop():
+    room = Room(Session(Echo()))
+    with client(room, LOCKED) as at, at_socket(at, "?token=look-only") as live:
+        assert not heard(live, "status")["drives"]
+        for what in ({"do": "take"}, {"do": "ghost", "on": False}):
+            ask(live, **what)
+            assert heard(live, "refused")
+        live.send_bytes(np.array([[1.0, 0.0, 0.0, 0.5]]).tobytes())
+        ask(live, do="stop")
+        while heard(live, "status")["state"] != "stopped":
+            pass
+        assert room.driver is None
+
+
+def test_frames_come_with_every_channel_and_the_pointer_is_told_back():
+    with client() as at, at_socket(at) as live:
+        assert list(heard(live, "hello")["channels"]) == list(CHANNELS)
+        live.send_bytes(np.array([[1234.0, 7.0, 0.0, 0.5]]).tobytes())
+        frames = [heard(live, "frame") for _ in range(40)]
+        assert frames[0].rows.shape[0] == len(CHANNELS)
+        assert any(frame.rows[0, -1] == pytest.approx(7.0) for frame in frames)
+        assert 1234.0 in [pytest.approx(frame.reached_ms) for frame in frames]
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("nonsense", "Expecting value"),
+        ("[1]", "do = None"),
+        ('{"do": "format_disk"}', "must be one of"),
+        ('{"do": "effect", "name": "../../etc/passwd"}', "must be one of"),
+        ('{"do": "load", "load_n": NaN}', "must be a number"),
+        ('{"do": "load", "load_n": 1e9}', "must be a number"),
+        ('{"do": "set", "values": {"controller.kpp": 1}}', "kpp"),
+        ('{"do": "set", "values": {"motion.kind": "sliding"}}', "motion"),
+        ('{"do": "set", "values": {"disturbance.kind": "recording", "disturbance.path": "/etc/passwd"}}', "file"),
+        ('{"do": "set", "values": {"setpoint.effect": "/etc/passwd"}}', "file"),
+        ('{"do": "set", "values": {}}', "values"),
+        ('{"do": "' + "x" * 30000 + '"}', "at most"),
+        ("[" * 5000, ""),
+    ],
+)
+def test_what_is_no_command_is_refused_and_the_session_goes_on(text, why):
+    with client() as at, at_socket(at) as live:
+        live.send_text(text)
+        assert why in heard(live, "refused")["why"]
+        assert heard(live, "frame")
+
+
+def test_a_stroke_reads_the_effect_on_the_line_on_which_the_finger_lands():
+    room = Room(Session(Echo()))
+    guest = Guest(may_drive=True)
+    room.join(guest)
+    room.touched(guest, np.array([[1.0, 0.0, 2.5, 0.5]]).tobytes())
+    assert room.session.engine.system.setpoint.track.y_mm == 0.0  # a grating along x is the same on every line
+    room.session.lift()
+    room.session.engine.system = GRATING.evolve({"setpoint.effect": fl.rendering.LIBRARY["braille"]})
+    room.touched(guest, np.array([[2.0, 0.0, 2.5, 0.5]]).tobytes())
+    assert room.session.engine.system.setpoint.track.y_mm == 2.5
+    room.touched(guest, np.array([[3.0, 0.0, -2.5, 0.5]]).tobytes())
+    assert room.session.engine.system.setpoint.track.y_mm == 2.5  # a stroke stays on its line
+
+
+def test_one_page_drives_and_another_can_take_over():
+    room = Room(Session(Echo()))
+    with client(room) as at, at_socket(at) as first, at_socket(at) as second:
+        assert heard(first, "status")["drives"]
+        assert not heard(second, "status")["drives"]
+        ask(second, do="ghost", on=False)
+        assert "another page drives" in heard(second, "refused")["why"]
+        ask(second, do="take")
+        ask(second, do="ghost", on=False)
+        while heard(second, "status")["ghost"]:
+            pass
+        while heard(first, "status")["drives"]:
+            pass
+
+
+def test_the_engine_that_dies_is_told_to_every_page_with_its_reason():
+    with client(Room(Session(Echo(fails_at=500)))) as at, at_socket(at) as live:
+        while (told := heard(live, "status"))["state"] != "dead":
+            pass
+        assert told["why"] == "ValueError: the wheel came off"
+
+
+def test_a_slow_page_loses_frames_and_never_the_words():
+    guest = Guest(may_drive=True)
+    guest.put({"type": "hello"})
+    for number in range(1000):
+        guest.put(bytes([number % 256]))
+    assert guest.lost == 1000 - WAITING + 1
+    assert guest._waiting[0] == {"type": "hello"}
+    assert len(guest._waiting) == WAITING
+
+
+def test_a_change_is_undone_and_told():
+    room = Room(Session(Echo()))
+    with client(room) as at, at_socket(at) as live:
+        heard(live, "system")
+        ask(live, do="set", values={"friction.nominal_n": 1.2})
+        assert heard(live, "system")["differs"]["friction.nominal_n"] == 1.2
+        ask(live, do="undo")
+        assert "friction.nominal_n" not in heard(live, "system")["differs"]
+        assert room.session.engine.system == GRATING
+        ask(live, do="undo")
+        assert "nothing has been changed" in heard(live, "refused")["why"]
+
+
+@pytest.mark.slow
+def test_what_is_saved_loads_as_a_run(tmp_path):
+    session = Session(TwinEngine(GRATING))
+    session.step(0.0)
+    session.step(0.4)
+    for name in ("run.h5", "run.csv", "system.toml"):
+        answer = TestClient(studio_app(Room(session)), base_url=HOME).get(f"/save/{name}")
+        assert answer.status_code == 200
+        (tmp_path / name).write_bytes(answer.content)
+    run = fl.load(tmp_path / "run.h5")
+    assert fl.system_of(run) == GRATING
+    assert run["f_a"].size == 2000
+    assert fl.rms_error(run) < 0.5
+    assert fl.read_toml(tmp_path / "system.toml") == GRATING
+    assert (tmp_path / "run.csv").read_text().count("\n") == 2001

@@ -1,0 +1,155 @@
+"""A live session under a clock of the test: interpolation, stalls, the finger that is gone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from live_engines import GRATING, Echo
+
+from frictionloop.device.live_engine import CHANNELS, TwinEngine
+from frictionloop.device.live_path import FASTEST_MM_S, LATE_S
+from frictionloop.device.live_session import CATCH_UP_S, GONE_S, KEPT_S, Session
+from frictionloop.studio.numbers import TURNED_MM, numbers_of, slides
+
+X, LOAD = 0, 1
+
+
+def session(**engine):
+    made = Session(Echo(**engine))
+    made.ghost_on = False
+    made.step(0.0)
+    return made
+
+
+def rows(blocks):
+    return np.concatenate([block.rows for block in blocks], axis=1)
+
+
+def drag(live, speed_mm_s, duration_s, hz=60.0):
+    """Slide with a 60 Hz pointer whose page began its clock elsewhere; return the blocks."""
+    blocks = []
+    for k in range(round(duration_s * 200)):
+        now_s = 0.005 * (k + 1)
+        if round(now_s * 200) % round(200 / hz) == 0 or k == 0:
+            live.touch(now_s, np.array([[1e3 * (now_s + 77.0), speed_mm_s * now_s, 0.0, np.nan]]))
+        blocks += live.step(now_s)
+    return blocks
+
+
+def test_time_that_has_not_passed_gives_no_block_and_what_has_gives_all_of_it():
+    live = session()
+    assert live.step(0.0049) == []
+    assert [block.first_tick for block in live.step(0.0151)] == [0, 25, 50]
+
+
+def test_the_finger_moves_evenly_between_pointer_samples_and_one_of_them_late():
+    told = rows(drag(session(), 40.0, 1.0))
+    steps = np.diff(told[X].astype(float))[1500:]
+    np.testing.assert_allclose(steps, 40.0 / 5000.0, rtol=0.05)
+    late_s = 1.0 - told[X, -1] / 40.0
+    assert late_s == pytest.approx(LATE_S, abs=0.003)
+
+
+def test_the_load_of_a_pointer_without_pressure_is_the_sliders():
+    live = session()
+    live.load_n = 0.8
+    assert rows(drag(live, 40.0, 0.3))[LOAD, -1] == pytest.approx(0.8)
+
+
+def test_a_flick_is_followed_no_faster_than_the_position_sensor_can():
+    live = session()
+    told = rows(drag(live, 3000.0, 0.4))
+    speed = np.diff(told[X].astype(float)[25:]) * 5000.0
+    assert np.abs(speed).max() <= 1.01 * FASTEST_MM_S
+
+
+def test_a_finger_whose_page_is_silent_leaves_the_plate():
+    live = session()
+    drag(live, 20.0, 0.5)
+    still = rows(live.step(0.5 + 0.9 * GONE_S))
+    gone = rows([*live.step(0.5 + 1.1 * GONE_S), *live.step(0.5 + 1.1 * GONE_S + 0.1)])
+    assert still[LOAD, -1] == pytest.approx(0.5)
+    assert gone[LOAD, -1] == 0.0
+
+
+def test_stop_lifts_the_finger_and_holds_the_ghost_until_go():
+    live = session()
+    live.ghost_on = True
+    assert rows(live.step(0.3))[LOAD, -1] == pytest.approx(0.5)
+    live.stop()
+    assert rows(live.step(0.5))[LOAD, -1] == 0.0
+    live.go()
+    assert rows(live.step(0.7))[LOAD, -1] == pytest.approx(0.5)
+
+
+def test_a_stall_is_made_good_for_half_a_second_and_the_rest_is_counted():
+    live = session()
+    told = rows(live.step(3.0))
+    assert told.shape[1] == CATCH_UP_S * 5000
+    assert live.dropped_s == pytest.approx(2.5)
+    assert len(live.step(3.005)) == 1
+
+
+def test_the_last_seconds_are_kept_in_order_and_no_more_than_thirty():
+    live = session()
+    for k in range(80):
+        live.step(0.5 * (k + 1))
+    kept = live.last()
+    assert kept.shape == (len(CHANNELS), KEPT_S * 5000)
+    assert live.last(0.01).shape == (len(CHANNELS), 50)
+
+
+def test_the_ghost_goes_back_and_forth_at_its_speed():
+    live = session()
+    live.ghost_on = True
+    told = np.concatenate([rows(live.step(0.25 * (k + 1))) for k in range(40)], axis=1)
+    speed = np.abs(np.diff(told[X].astype(float))) * 5000.0
+    assert np.median(speed) == pytest.approx(40.0, rel=0.01)
+    assert told[X].min() < -30.0
+    assert told[X].max() > 30.0
+    assert np.abs(told[X]).max() < 45.0
+
+
+@pytest.mark.slow
+def test_on_a_grating_the_closed_loop_follows_and_the_open_one_does_not():
+    """On the preset's finger, which the model does not know."""
+    live = Session(TwinEngine(GRATING.evolve({"friction.nominal_n": 1.3})))
+    for k in range(60):
+        live.step(0.1 * (k + 1))
+    told = numbers_of(live.last(4.0), 5000.0, 0.02)
+    assert told["closed_error_n"] < 0.5 * told["open_error_n"]
+    assert told["closed_r2"] > told["open_r2"]
+
+
+def test_numbers_of_what_was_asked_for_are_perfect_and_of_a_resting_finger_none():
+    rows = np.zeros((len(CHANNELS), 5000))
+    rows[X] = np.linspace(0, 40, 5000)
+    rows[LOAD] = 0.5
+    names = list(CHANNELS)
+    asked = 0.5 + 0.1 * np.sin(rows[X])
+    for name in ("asked_n", "closed_n"):
+        rows[names.index(name)] = asked
+    rows[names.index("open_n")] = asked + 0.1
+    told = numbers_of(rows, 5000.0, 0.02)
+    assert told["closed_error_n"] == pytest.approx(0.0)
+    assert told["closed_r2"] == pytest.approx(1.0)
+    assert told["open_error_n"] == pytest.approx(0.1)
+    assert told["open_contrast"] == pytest.approx(1.0)
+    rows[X] = 3.0
+    assert numbers_of(rows, 5000.0, 0.02) == {}
+
+
+def test_what_follows_a_turn_or_a_landing_does_not_count_and_a_rest_is_no_turn():
+    forth, back = np.linspace(0, 10, 2501)[1:], np.linspace(10, 0, 2501)[1:]
+    rest = np.full(500, 5.0)
+    x_mm = np.concatenate([forth[:1250], rest, forth[1250:], back])
+    counts = slides(x_mm, np.full(x_mm.size, 0.5), 5000.0, 0.02)
+    assert not counts[: int(250 * TURNED_MM) - 2].any()
+    assert counts[int(250 * TURNED_MM) + 2 : 1245].all()
+    assert not counts[1260:1740].any()
+    assert counts[1760:2990].all()
+    assert not counts[3010 : 3000 + int(250 * TURNED_MM) - 2].any()
+    assert counts[3000 + int(250 * TURNED_MM) + 2 : -2].all()
+    lifted = slides(x_mm, np.where(np.arange(x_mm.size) < 2000, 0.0, 0.5), 5000.0, 0.02)
+    assert not lifted[: 2000 + int(250 * TURNED_MM) - 2].any()
+    assert lifted[2000 + int(250 * TURNED_MM) + 2 : 2990].all()
