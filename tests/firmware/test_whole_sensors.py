@@ -48,7 +48,7 @@ def test_every_finger_raises_no_fault(hour: int):
 @pytest.mark.soak
 @pytest.mark.parametrize("part", range(10))
 def test_other_fingers_raise_no_fault_either(part: int):
-    """An hour of a thousand fingers that nothing was tried on."""
+    """An hour of a thousand fingers that decided no limit by their alarms."""
     hundred = FINGERS // 10
     assert FINGERS * OTHER_S == 3600
     assert false_alarms(range(hundred * part, hundred * (part + 1)), OTHER, OTHER_S) == []

@@ -35,7 +35,8 @@ class Raised(NamedTuple):
 
 
 FIRST, OTHER = 11, 12
-"""Seeds of two populations; nothing was ever tried on the other one before its campaigns."""
+"""Seeds of two populations. Whole sensors of the other one were judged once, with the band as it is; broken ones with
+other bands as well, before this one was kept."""
 
 
 @cache
