@@ -22,7 +22,6 @@ VERBS = (
     *("effect", "effect list", "effect show", "effect check", "effect play", "effect import"),
     *("identify", "identify channels", "identify bench", "identify compare", "identify run"),
     "studio",
-    *("identify", "identify channels", "identify bench"),
     *("firmware", "firmware export", "firmware build"),
     *("device", "device list", "device info", "device set", "device run", "device play", "device recover"),
     *("device clear", "device monitor", "device flash"),
