@@ -53,6 +53,7 @@ executed_pages = [
     "finger",
     "perception",
     "effects",
+    "effects-gallery",
     "how-to/*",
 ]
 executed_style = LOOK

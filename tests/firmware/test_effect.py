@@ -49,7 +49,7 @@ def in_c(words: np.ndarray, touches: np.ndarray) -> tuple[int, np.ndarray]:
 
 def in_python(effect, program, touches: np.ndarray) -> np.ndarray:
     player = R.Player(effect, band_n=BAND_N)
-    player.program = program
+    player.program, player._numbers = program, program.numbers.tolist()
     player.reset()
     return np.array([player.tick(x * 1e3 / 2**32, v * 1e3 / 2**28, w / 2**28, 2e-4) for x, v, w in touches.tolist()])
 

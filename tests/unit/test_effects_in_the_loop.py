@@ -195,10 +195,3 @@ def test_the_firmwares_form_follows_an_effect_as_the_float_form_does():
     runs = [fl.simulate(bench("grating", **{"controller.form": form}), 1.0) for form in ("float", "firmware")]
     assert np.array_equal(runs[0]["f_r_intended"].values, runs[1]["f_r_intended"].values)
     assert np.abs(runs[0]["f_a"].values - runs[1]["f_a"].values)[runs[0]["scored"].values].max() < 2e-3
-
-
-def test_a_device_refuses_an_effect_in_one_line():
-    from frictionloop.device.waveform import checked
-
-    with pytest.raises(FrictionloopError, match=r'setpoint\.kind = "effect": a device plays forces over time alone'):
-        checked(R.EffectSource())

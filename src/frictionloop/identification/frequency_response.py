@@ -78,6 +78,8 @@ def response(
     """
     if estimator not in get_args(Estimator):
         raise FrictionloopError(f"estimator = {estimator!r}: must be 'H1', 'H2' or 'Hv'")
+    if isinstance(recording, xr.Dataset):
+        channel(recording, "hammer", ("N",))  # hits are found without one, too; a response is not
     cut = [_pieces(run, found) for run, found in hits_of(recording, segment_s, exclude)]
     if len({piece.rate_hz for piece in cut}) > 1:
         raise FrictionloopError(f"recording: rates {sorted({piece.rate_hz for piece in cut})} Hz: must be one")

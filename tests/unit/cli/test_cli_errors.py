@@ -117,7 +117,7 @@ SWEEP_BENCH = [
     (("--over", "finger.kind=skin,soft"), "finger.kind = 'soft' is unknown; accepted: 'rigid', 'skin'"),
     (("--over", "motion.speed_mm_s=20,600"), "touch.position.fastest_mm_s"),
 ]
-VERBS = "reproduce, simulate, sweep, compare, design, effect, identify, firmware, device"
+VERBS = "reproduce, simulate, sweep, compare, studio, design, effect, identify, firmware, experiment, device"
 VERBS_WITHOUT_A_LOOP = [
     (("design", "nothing"), 'Unknown command "nothing". Available commands: sensor, plate, controller.'),
     (("design", "sensor", "--adc.bits", "0"), "adc.bits = 0: must be greater than or equal to 4"),
