@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.linalg import solve_discrete_are, solve_discrete_lyapunov
 from scipy.optimize import minimize
@@ -163,6 +163,8 @@ def searched_rms(basis: np.ndarray, psd: np.ndarray, white: np.ndarray, peak: fl
     st.floats(1.2, 2.5),
 )
 def test_it_lies_between_the_waterbed_and_no_control(pole, periods, zero, noise, peak) -> None:
+    # Without noise a zero on the unit circle asks for infinite gain at one frequency, which no grid of bins holds.
+    assume(noise > 0.0 or abs(zero - 1.0) > 0.01)
     psd, white = first_order(pole), np.full_like(FREQUENCY_HZ, 2.0 * TS * noise**2)
     reading = [0.0] * periods + [1.0, zero]
     found = [optimum(psd, white, each, reading, bins_to_nyquist=4096) for each in (peak, 1.3 * peak, np.inf)]
