@@ -59,6 +59,18 @@ def test_what_was_asked_is_what_was_delivered_and_the_traces_are_kept(whole):
     assert run_.attrs["trial"] == 4
 
 
+def test_intervals_of_unequal_length_are_kept_whole(whole, tmp_path):
+    runs = [fl.simulate(fl.bench(), duration_s) for duration_s in (0.05, 0.04)]
+    shutil.copytree(whole, tmp_path / "P02")
+    with folder.opened(tmp_path / "P02") as kept:
+        read = fl.load(tmp_path / "P02" / kept.keep(99, runs))
+    for number, run_ in enumerate(runs):
+        interval, rows = read.isel(interval=number), run_.sizes["time"]
+        np.testing.assert_array_equal(interval["f_a"][:rows], run_["f_a"].astype("float32"))
+        assert np.isnan(interval["f_a"][rows:]).all()
+        assert not interval["scored"][rows:].any()
+
+
 KILLED = """
 import sys
 from pathlib import Path

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Self
 
+import numpy as np
 import xarray as xr
 
 from frictionloop.experiments.protocol import Protocol, read_protocol, to_toml
@@ -16,8 +17,8 @@ from frictionloop.experiments.table import header, line_of, read_rows
 from frictionloop.loop.record import save
 from frictionloop.parameters import System, read_toml, write_toml
 from frictionloop.quantities import FrictionloopError, replacing
-from frictionloop.quantities.files import sync
-from frictionloop.quantities.version import LIBRARIES, package_version
+from frictionloop.quantities.files import alone, sync
+from frictionloop.quantities.version import LIBRARIES, package_version, version_of
 
 TABLE, LOG, ABOUT, PROTOCOL, SYSTEM, LOCK, RAW = (
     "trials.tsv",
@@ -80,10 +81,13 @@ class Folder:
         _append(self._log, json.dumps({"event": event, **told}, allow_nan=True) + "\n", self.path / LOG, event)
 
     def keep(self, trial: int, runs: list[xr.Dataset]) -> str:
-        """Write the traces of a trial and return the name of their file; several intervals go along ``interval``."""
+        """Write the traces of a trial and return the name of their file; several intervals go along ``interval``.
+
+        After the end of an interval that is shorter than another its numbers are NaN and its flags false.
+        """
         name = f"{RAW}/trial-{trial:05d}.h5"
-        shortest = min(run.sizes["time"] for run in runs)
-        parts = [run.isel(time=slice(0, shortest)).map(_short) for run in runs]
+        longest = max((run["time"] for run in runs), key=len)
+        parts = [_padded(run.map(_short), longest) for run in runs]
         for part, run in zip(parts, runs, strict=True):
             part.attrs = dict(run.attrs)
         whole = xr.concat(parts, "interval", combine_attrs="drop_conflicts")
@@ -117,7 +121,7 @@ def new(
         "source": source,
         "version": package_version(),
         "python": sys.version.split()[0],
-        "libraries": {name: _version(name) for name in (*LIBRARIES, "xarray", "pydantic", "sweetspot")},
+        "libraries": {name: version_of(name) for name in (*LIBRARIES, "xarray", "pydantic", "sweetspot")},
         **more,
     }
     try:
@@ -164,19 +168,8 @@ def read(path: Path) -> tuple[Protocol, System, dict[str, Any]]:
 
 def _locked(path: Path) -> int:
     """Return the handle that keeps others out."""
-    handle = os.open(path / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
-    try:
-        if os.name == "nt":
-            import msvcrt
-
-            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined,unused-ignore]
-        else:
-            import fcntl
-
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        os.close(handle)
-        raise FrictionloopError(f"{path}: another run of this session goes on; end it first") from None
+    if (handle := alone(path / LOCK)) is None:
+        raise FrictionloopError(f"{path}: another run of this session goes on; end it first")
     return handle
 
 
@@ -216,10 +209,8 @@ def _short(values: xr.DataArray) -> xr.DataArray:
     return values.astype("float32") if values.dtype.kind == "f" else values
 
 
-def _version(name: str) -> str:
-    from importlib.metadata import PackageNotFoundError, version
-
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return "none"
+def _padded(run: xr.Dataset, time: xr.DataArray) -> xr.Dataset:
+    """Return a run over as many rows as the longest has."""
+    filled = {name: np.nan if line.dtype.kind == "f" else False for name, line in run.data_vars.items()}
+    padded = run.pad(time=(0, time.size - run.sizes["time"]), constant_values=filled, keep_attrs=True)
+    return padded.assign_coords(time=time)

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import Field
 
 from frictionloop.parameters.block import Block, Number, Positive, Whole
 from frictionloop.parameters.description import Description
-from frictionloop.quantities import FrictionloopError
+from frictionloop.parameters.files import read_tree
 
 Window = tuple[Number, Number]
 USUAL = {"mass": "kg", "frequency": "Hz", "vibration": "um", "envelope": "um", "amplitude": "um", "a": "um"}
@@ -72,10 +70,4 @@ def read_map(source: ChannelMap | Mapping[str, Any] | str | os.PathLike[str]) ->
             for name, entry in source.items()
         }
         return ChannelMap.from_tree({"channels": tree}, "channels: ")
-    try:
-        tree = tomllib.loads(Path(source).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise FrictionloopError(f"{source}: cannot be read ({getattr(error, 'strerror', None) or error})") from None
-    except tomllib.TOMLDecodeError as error:
-        raise FrictionloopError(f"{source}: is not TOML: {error}") from None
-    return ChannelMap.from_tree(tree, f"{source}: ")
+    return ChannelMap.from_tree(read_tree(source), f"{source}: ")

@@ -11,9 +11,6 @@ import xarray as xr
 from frictionloop.identification.channel_map import ChannelMap
 from frictionloop.identification.opened import opened
 
-TABLE_ROWS = 64
-"""A file of at most so many rows that has no column of times is a table (assumed)."""
-
 
 def load(
     path: str | os.PathLike[str],

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -12,6 +11,7 @@ from pydantic import Field
 from frictionloop.identification.channel_map import Channel, ChannelMap, read_map
 from frictionloop.parameters.block import Block, NotNegative, Number, Positive, Whole
 from frictionloop.parameters.description import Description
+from frictionloop.parameters.files import read_tree
 from frictionloop.quantities import FrictionloopError
 
 Window = tuple[Number, Number]
@@ -120,14 +120,7 @@ def read_project(path: str | os.PathLike[str]) -> Project:
     FrictionloopError
         For a file that cannot be read, a field that is unknown or out of range, or a recording that is not there.
     """
-    try:
-        tree = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise FrictionloopError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})") from None
-    except tomllib.TOMLDecodeError as error:
-        raise FrictionloopError(f"{path}: is not TOML: {error}") from None
-    tree.pop("schema", None)
-    project = Project.from_tree(tree, f"{path}: ")
+    project = Project.from_tree(read_tree(path), f"{path}: ")
     for take in project.recording:
         for name in take.files:
             if not (Path(path).parent / name).is_file():

@@ -28,7 +28,9 @@ SETTLE_S = 0.06
 JUMP = 0.1
 """A jump is a change of the amplitude squared by more than this share of the largest within 5 ms (assumed)."""
 SPEED_S = 0.05
+"""Window of the speed that follows from a position: a turn takes longer (assumed)."""
 LEAST_PIECES = 40
+"""Pieces that a fit of up to seven numbers needs at least (assumed)."""
 
 
 class Pieces(NamedTuple):

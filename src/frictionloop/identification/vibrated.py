@@ -20,7 +20,9 @@ from frictionloop.quantities import FrictionloopError
 
 Array = NDArray[np.float64]
 PIECE_S = 0.1
+"""Length of a piece: some tens of periods of the skin's resonance, a fraction of a stroke (assumed)."""
 REFERENCE_LOAD_N = 0.5
+"""Load that f0 is told for, that of `bench` (assumed there)."""
 PRIORS = {
     "load": (0.85, 0.2),
     "occlusion": (1.0, 3.0),

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Annotated, Any, Self
 
 import numpy as np
@@ -13,7 +11,7 @@ from pydantic import Field, model_validator
 
 from frictionloop.parameters.block import Block, NotNegative, Number, Positive, Whole
 from frictionloop.parameters.description import Description
-from frictionloop.quantities import FrictionloopError
+from frictionloop.parameters.files import read_tree
 
 
 class Spread(Block):
@@ -77,11 +75,4 @@ def read_population(source: Population | Mapping[str, Any] | str | os.PathLike[s
         return source
     if isinstance(source, Mapping):
         return Population.from_tree(source, "population: ")
-    try:
-        tree = tomllib.loads(Path(source).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise FrictionloopError(f"{source}: cannot be read ({getattr(error, 'strerror', None) or error})") from None
-    except tomllib.TOMLDecodeError as error:
-        raise FrictionloopError(f"{source}: is not TOML: {error}") from None
-    tree.pop("schema", None)
-    return Population.from_tree(tree, f"{source}: ")
+    return Population.from_tree(read_tree(source), f"{source}: ")

@@ -102,6 +102,22 @@ def hold(path: Path) -> int | None:
     return descriptor
 
 
+def alone(path: Path) -> int | None:
+    """Lock a file, made if need be, against all other processes; `os.close` lets go. None: another has it."""
+    descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+    try:
+        if fcntl is not None:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        else:
+            import msvcrt
+
+            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined,unused-ignore]
+    except OSError:
+        os.close(descriptor)
+        return None
+    return descriptor
+
+
 def is_held(path: Path) -> bool:
     """Return whether a process that lives holds a file, or reads it as HDF5."""
     if fcntl is None:

@@ -20,7 +20,7 @@ LIBRARIES = ("numpy", "scipy", "numba", "llvmlite")
 @cache
 def package_version() -> str:
     """Return the version of the installed package."""
-    return _version("frictionloop")
+    return version_of("frictionloop")
 
 
 @cache
@@ -35,7 +35,7 @@ def code_version(*rooms: str) -> str:
 
 def sources_digest(folders: Iterable[Path]) -> str:
     """Return a digest of the Python and C sources in some folders, by what they compute."""
-    digest = hashlib.sha256(repr([sys.version, *map(_version, LIBRARIES)]).encode())
+    digest = hashlib.sha256(repr([sys.version, *map(version_of, LIBRARIES)]).encode())
     for folder in folders:
         for path in sorted(each for each in folder.rglob("*") if each.suffix in (".py", ".c", ".h")):
             digest.update(f"{path.relative_to(folder)}\0".encode())
@@ -67,7 +67,8 @@ def _docstring(code: CodeType) -> Any:
     return texts["__qualname__" in code.co_names] if "__doc__" in code.co_names else code
 
 
-def _version(name: str) -> str:
+def version_of(name: str) -> str:
+    """Return the version of an installed package, ``0+unknown`` of one that is not."""
     try:
         return version(name)
     except PackageNotFoundError:
