@@ -176,12 +176,16 @@ static double at_the_pin(const fl_app *app, fl_drive drive) {
     return app->built.largest_um * (sin(3.14159265358979 * drive.duty / 131072) - 1.0 / 1024);
 }
 
-static void check(const fl_app *app, fl_drive drive, int32_t before, uint32_t now, uint32_t tick) {
+static void check(const fl_app *app, fl_drive drive, fl_drive before, uint32_t now, uint32_t tick) {
+    static int32_t largest;
     const fl_parameters *p = fl_in_force(app);
+    int renamed = p->drive_largest_um != largest; /* the duty then stands for another amplitude */
+    int rises = drive.duty > before.duty || (!renamed && drive.amplitude > before.amplitude);
+    largest = p->drive_largest_um;
     int on = app->state == FL_STATE_OPEN || app->state == FL_STATE_CLOSED;
     const char *wrong = drive.duty < 0 || at_the_pin(app, drive) > app->built.ceiling_um  ? "duty"
                         : drive.amplitude < 0 || drive.amplitude > p->drive_ceiling_um ? "amplitude"
-                        : !on && drive.duty > before /* a table may rename the amplitude of it */ ? "rises"
+                        : !on && rises                                                 ? "rises"
                         : on && (int32_t)(now - app->heard_us) > FL_SILENCE_MS * 1000  ? "silence"
                                                                                        : 0;
     if (!wrong) return;
@@ -212,7 +216,7 @@ int main(int count, char **arguments) {
     fill(&table, (fl_built_in){0, 0});
     if (below(3) == 0) spoil(&table);
     fl_app_start(app, &(fl_identity){FL_BOARD_HOST, 1, "wild", FL_RESET_POWER_ON}, &table.named);
-    int32_t before = 0;
+    fl_drive before = {0};
     for (uint32_t k = 0; k < ticks; k++) {
         uint8_t out[300];
         now += 200;
@@ -223,7 +227,7 @@ int main(int count, char **arguments) {
         fl_sample sample = sampled();
         fl_drive drive = fl_app_tick(app, &sample, now, below(5000) == 0);
         check(app, drive, before, now, k);
-        before = drive.duty;
+        before = drive;
         seen[app->state]++;
         effects += fl_is_on(app) && app->plays[app->table.in_force].source == FL_SOURCE_EFFECT;
         digest ^= (uint32_t)drive.duty ^ (uint64_t)(uint32_t)drive.amplitude << 32;

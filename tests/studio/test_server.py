@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+import re
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
 from live_engines import GRATING, Echo
 
 import frictionloop as fl
+from frictionloop import studio
 from frictionloop.device.live_engine import CHANNELS, TwinEngine
 from frictionloop.device.live_session import Session
 from frictionloop.studio.frames import unpack
@@ -23,6 +27,7 @@ with warnings.catch_warnings():
     from starlette.websockets import WebSocketDisconnect
 
 HOME = "http://localhost"
+VENDOR = Path(studio.__file__).parent / "static" / "vendor"
 LOCKED = Doors((), "open-sesame", "look-only")
 
 
@@ -213,3 +218,10 @@ def test_what_is_saved_loads_as_a_run(tmp_path):
     assert fl.rms_error(run) < 0.5
     assert fl.read_toml(tmp_path / "system.toml") == GRATING
     assert (tmp_path / "run.csv").read_text().count("\n") == 2001
+
+
+def test_what_others_wrote_is_as_they_published_it():
+    told = re.findall(r"^\| (\S+) \| ([0-9a-f]{64}) \|$", (VENDOR / "README.md").read_text(), re.MULTILINE)
+    assert {name for name, _ in told} == {each.name for each in VENDOR.glob("uPlot.*.*")}
+    for name, digest in told:
+        assert hashlib.sha256((VENDOR / name).read_bytes()).hexdigest() == digest

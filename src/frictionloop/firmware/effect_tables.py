@@ -41,7 +41,7 @@ class EffectTables(NamedTuple):
     words: np.ndarray
     """int16: how many steps, whether at the predicted place, the steps, the values."""
     program: Program
-    """What these words stand for, before they are rounded: `rendering.Player` runs it."""
+    """What these words stand for, before they are rounded: `rendering.Player.of` runs it."""
     told: tuple[str, ...]
     """What is sampled more coarsely than in the simulator, a line each."""
     error_n: float

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Self
 
 from frictionloop.parameters.block import Block
 from frictionloop.quantities import FrictionloopError
@@ -46,10 +47,19 @@ class Player:
             raise FrictionloopError(f"effect = {effect!r:.60}: must be an effect, such as fl.rendering.Grating()")
         if not band_n[0] <= band_n[1]:
             raise FrictionloopError(f"band_n = {band_n!r}: must be a least and a largest force")
-        self.program: Program = program_of(effect, track or Track(), length_mm)
+        self._begin(program_of(effect, track or Track(), length_mm), band_n)
+
+    @classmethod
+    def of(cls, program: Program, band_n: tuple[float, float] = (0.0, math.inf)) -> Self:
+        """Return the player of a program, such as that of the tables which a device is given."""
+        player = cls.__new__(cls)
+        player._begin(program, band_n)
+        return player
+
+    def _begin(self, program: Program, band_n: tuple[float, float]) -> None:
         self.band_n, self.touches_n = band_n, TOUCHES_N
         self._play = build_play(lambda function: function, 1, plain=False)
-        self._numbers = self.program.numbers.tolist()
+        self._numbers = program.numbers.tolist()
         self.reset()
 
     def reset(self) -> None:
