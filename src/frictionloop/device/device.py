@@ -140,13 +140,7 @@ class Device(metaclass=Brief):
         self.system = system
 
     def upload(self, system: System) -> None:
-        """Set the device up from a System: write the whole parameter table and put it in force.
-
-        Raises
-        ------
-        FrictionloopError
-            When the firmware has no such law, or a value does not fit it.
-        """
+        """Write the whole parameter table from a System and put it in force; refused if the firmware has no such law."""
         self._tuned, self._others_wait = {}, False
         self.parameters.write(firmware_words(system))
         self.parameters.commit()
@@ -177,23 +171,11 @@ class Device(metaclass=Brief):
         start_m: float = 0.0,
         loop: bool = False,
     ) -> tuple[str, ...]:
-        """Play an effect, or set-points at even times or places; what played goes on until all is there.
+        """Play an effect, or set-points at even times or places (`table` in `waveform`); until it is there, what played.
 
-        Parameters
-        ----------
-        force_n : effect, EffectSource or array
-            An effect, such as ``fl.rendering.find("bump")``; an `EffectSource` says also its track, and which position
-            it is asked at. Or forces in N, `table` in `waveform` has the arguments.
-
-        Returns
-        -------
-        tuple of str
-            What of an effect is sampled more coarsely than in the simulator, a line each.
-
-        Raises
-        ------
-        FrictionloopError
-            For an effect of more steps, triggers or values than a device has room for, or what is no effect.
+        ``force_n`` is an effect, such as ``fl.rendering.find("bump")``, an `EffectSource` with a track, or forces in N.
+        Returns what of an effect is sampled more coarsely than in the simulator, a line each. Raises
+        `FrictionloopError` for more steps, triggers or values than a device has room for.
         """
         played = effects.played(force_n, self.system, self.info.waveform)
         if played is None:
@@ -205,10 +187,7 @@ class Device(metaclass=Brief):
         return played.tables.told
 
     def trigger(self, number: int | None = None) -> None:
-        """Change over a trigger of the effect that plays, 0 to 3 in the order of its tree, as if its condition was met.
-
-        Without a number the waves that began with the effect begin again. Refused while no effect plays.
-        """
+        """Change over trigger 0 to 3 of the effect that plays; without a number its first waves begin again."""
         effects.trigger(self._link, number)
 
     def stream(self, duration_s: float, decimation: int = 50) -> Iterator[dict[str, np.ndarray]]:
@@ -247,8 +226,7 @@ class Device(metaclass=Brief):
         ----------
         setpoint : source, effect, float or array
             A source as in a System (``fl.Sine(...)``), an effect, a force in N that is held, or forces in N at
-            every tick, at least as many as the run has. Refused where `info.waveform` points miss forces over time
-            by more than 2 mN rms.
+            every tick. Refused where `info.waveform` points miss forces over time by more than 2 mN rms.
         duration_s : float
             Duration in s, rounded up to whole samples.
         path : path, optional
@@ -265,14 +243,13 @@ class Device(metaclass=Brief):
         -------
         xarray.Dataset
             Over ``time``, from the first sample in that state. Samples that were lost are NaN and not ``scored``; of
-            the others those are that `counted` keeps, by the rule of `simulate`. The attributes count what was lost
-            (``lost_samples``, ``gaps``), hold the fit of the clocks, and say in ``ended`` why the run ended.
+            the others those that `counted` keeps are. The attributes count what was lost (``lost_samples``,
+            ``gaps``), hold the fit of the clocks, and say in ``ended`` why the run ended.
 
         Raises
         ------
         FrictionloopError
-            For a set-point or duration that does not fit; Interrupted, which is one, when the device faults or is
-            gone in mid-run, or its parameter table is changed.
+            For a set-point or duration that does not fit; `Interrupted` when the device faults, is gone, or is changed.
         KeyboardInterrupt
             At Ctrl-C, SIGTERM or SIGHUP, with the file named as well.
         """
