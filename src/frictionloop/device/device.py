@@ -140,7 +140,7 @@ class Device(metaclass=Brief):
         self.system = system
 
     def upload(self, system: System) -> None:
-        """Write the whole parameter table from a System and put it in force; refused if the firmware has no such law."""
+        """Write the whole parameter table from a System and put it in force; refused where it does not fit."""
         self._tuned, self._others_wait = {}, False
         self.parameters.write(firmware_words(system))
         self.parameters.commit()
@@ -171,7 +171,7 @@ class Device(metaclass=Brief):
         start_m: float = 0.0,
         loop: bool = False,
     ) -> tuple[str, ...]:
-        """Play an effect, or set-points at even times or places (`table` in `waveform`); until it is there, what played.
+        """Play an effect, or set-points at even times or places (`table` in `waveform`), in place of what plays.
 
         ``force_n`` is an effect, such as ``fl.rendering.find("bump")``, an `EffectSource` with a track, or forces in N.
         Returns what of an effect is sampled more coarsely than in the simulator, a line each. Raises
