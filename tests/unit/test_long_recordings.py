@@ -13,6 +13,7 @@ import frictionloop as fl
 from frictionloop.identification import long
 from frictionloop.identification.analyses import analyse
 from frictionloop.identification.first_look import first_look
+from frictionloop.identification.opened import opened
 from frictionloop.identification.parts.part import Sensor
 from frictionloop.identification.project import Take
 from frictionloop.recordings import stored
@@ -126,3 +127,11 @@ def test_a_first_look_at_a_large_table_is_one_at_its_beginning(tmp_path, small_b
     assert look.traces[0].low.min() >= -0.2 and look.traces[1].high.max() > 0.9
     fl.plot(look, tmp_path / "a.png")
     assert (tmp_path / "a.png").stat().st_size > 5000
+
+
+@pytest.mark.usefixtures("small_blocks")
+def test_what_is_read_at_once_though_it_is_long_is_said(tmp_path):
+    for samples, said in ((2**14, False), (2**14 + 1, True)):
+        files.FORMATS["file.npz"](tmp_path / f"{samples}.npz", columns(samples), RATE)
+        told = long.whole(opened(tmp_path / f"{samples}.npz", rate_hz=RATE)).attrs["told"]
+        assert (f"all {samples:,} samples were read at once" in told) == said

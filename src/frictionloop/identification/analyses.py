@@ -10,7 +10,7 @@ import numpy as np
 from frictionloop.identification.channel_map import ChannelMap
 from frictionloop.identification.channels import READING
 from frictionloop.identification.clipping import clipped_share
-from frictionloop.identification.long import Run, Stretches, calm, is_long, means
+from frictionloop.identification.long import Run, Stretches, calm, is_long, means, whole
 from frictionloop.identification.opened import Opened, opened
 from frictionloop.identification.parts.hits import hits_part
 from frictionloop.identification.parts.part import Found, Part, Sensor
@@ -100,9 +100,9 @@ def _loaded(path: Path, take: Take, folder: Path) -> list[Run]:
 
 
 def _run(file: Opened, take: Take) -> Run:
-    """Return a recording whole, or of a long one what its analysis needs."""
+    """Return a recording whole, or of a long one that can be read in parts what its analysis needs."""
     if not is_long(file) or take.kind in TAKES:
-        return file.part(0, file.rows)
+        return whole(file)
     if take.kind == "hits":
         return Stretches(file, "hammer" if "hammer" in file.picked else READING)
     return calm(file, take.interval_s) if take.kind == "quiet" else means(file)

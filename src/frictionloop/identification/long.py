@@ -29,6 +29,16 @@ def is_long(file: Opened) -> bool:
     return file.stored and file.rate_hz is not None and file.rows > ROWS
 
 
+def whole(file: Opened) -> xr.Dataset:
+    """Return all of a recording; of a long one it is said that it takes memory for all of its samples at once."""
+    found = file.part(0, file.rows)
+    if file.rows <= ROWS:
+        return found
+    size = file.rows * len(file.picked) * 8 / 1e6
+    said = f"all {file.rows:,} samples were read at once, which takes {size:,.0f} MB or more"
+    return found.assign_attrs(told=f"{found.attrs['told']}\n{said}".strip())
+
+
 class Stretches(Sequence[xr.Dataset]):
     """A recording cut where it is calm: each part is read when it is asked for, and none of them is kept."""
 
