@@ -82,18 +82,13 @@ def test_every_bundled_protocol_runs_and_is_reported(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["jnd-friction-staircase", "magnitude-estimation", "matching", "tracking"])
-def test_a_protocol_of_levels_runs_on_a_device_on_its_own_clock(name, tmp_path):
+@pytest.mark.parametrize("name", bundled())
+def test_every_bundled_protocol_runs_on_a_device_on_its_own_clock(name, tmp_path):
     path = run(short(name, 2), tmp_path / "P01", "P01", address="sim:", trials=2)
     trials = pandas.read_csv(path / "trials.tsv", sep="\t")
     assert (np.diff(trials["onset_s"]) > 0).all()
     raw = fl.load(path / trials["raw"][0])
     assert raw.attrs["board"]
-
-
-def test_a_device_refuses_an_effect_of_place(tmp_path):
-    with pytest.raises(FrictionloopError, match="same everywhere"):
-        run(short("grating-spacing"), tmp_path / "P01", "P01", address="sim:", trials=1)
 
 
 def test_a_study_is_the_same_whoever_takes_part_beside():

@@ -9,8 +9,6 @@ from frictionloop.device.device import connect
 from frictionloop.experiments.engine import Presented, Stroke
 from frictionloop.experiments.timeline import Timeline
 from frictionloop.parameters import System
-from frictionloop.quantities import FrictionloopError
-from frictionloop.rendering.effect import Effect, Touch
 
 VIRTUAL = ("sim:", "emulated:")
 """Devices whose clock runs as fast as they can."""
@@ -19,7 +17,8 @@ VIRTUAL = ("sim:", "emulated:")
 class DeviceEngine:
     """A device: onset and offset are ticks of its clock, and the force is what it measures.
 
-    It plays effects that are the same everywhere: its set-points are forces over time.
+    It plays the effect of a trial by its own tables (`Device.run`); what these are too few for is in the traces' attribute
+    ``setpoint_error_n``.
 
     Parameters
     ----------
@@ -46,12 +45,11 @@ class DeviceEngine:
         Raises
         ------
         FrictionloopError
-            For an effect that is not the same everywhere; DeviceError, which is one, when the device faults or is
-            gone: the trial is then lost, and those before it are kept.
+            For an effect that a device has no room for; DeviceError, which is one, when the device faults or is gone:
+            the trial is then lost, and those before it are kept.
         """
         found: list[Presented] = []
         for stroke in strokes:
-            level = level_n(stroke.system)
             controller = stroke.system.controller
             is_open = controller.kind == "lookup"
             if not is_open and controller != self._loaded:
@@ -60,7 +58,7 @@ class DeviceEngine:
             if self._waits:
                 time.sleep(timeline.gap_s if found else timeline.cue_s)
             start = time.monotonic()
-            run = self._device.run(level, stroke.duration_s, state="open" if is_open else "closed")
+            run = self._device.run(stroke.system.setpoint, stroke.duration_s, state="open" if is_open else "closed")
             late = time.monotonic() - start - stroke.duration_s if self._waits else 0.0
             onset = float(run.attrs["start_tick"]) / self._device.info.tick_hz
             # An answer's time counts from when the run came back, which is later than its end by at most this.
@@ -74,20 +72,3 @@ class DeviceEngine:
     def close(self) -> None:
         """Let go of the line, the plate switched off."""
         self._device.close()
-
-
-def level_n(system: System) -> float:
-    """Return the force that a system's effect asks for everywhere.
-
-    Raises
-    ------
-    FrictionloopError
-        For an effect that differs from place to place.
-    """
-    effect = getattr(system.setpoint, "effect", None)
-    if not isinstance(effect, Effect) or not effect.is_static or effect.period_mm != 0.0:
-        kind = getattr(effect, "kind", system.setpoint.kind)
-        raise FrictionloopError(
-            f'stimulus.effect.kind = "{kind}": a device plays forces that are the same everywhere; run it on bench:'
-        )
-    return effect.force_n(Touch())
