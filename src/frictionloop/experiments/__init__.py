@@ -7,10 +7,12 @@ and whether it counts.
 from frictionloop.experiments.bayes import Psi, Quest
 from frictionloop.experiments.dry_run import check
 from frictionloop.experiments.fit import fit
-from frictionloop.experiments.methods import Adjustment, ConstantStimuli, Interleaved, Staircase, Walk
+from frictionloop.experiments.methods import ConstantStimuli, Walk
 from frictionloop.experiments.participant import Observer
 from frictionloop.experiments.planning import power
 from frictionloop.experiments.protocol import Protocol, read_protocol
 from frictionloop.experiments.running import resume, run
+from frictionloop.experiments.several import Adjustment, Interleaved
+from frictionloop.experiments.staircase import Staircase
 from frictionloop.experiments.study import simulate
 from frictionloop.experiments.summary import fits, funnel, groups, read_trials

@@ -17,8 +17,8 @@ VIRTUAL = ("sim:", "emulated:")
 class DeviceEngine:
     """A device: onset and offset are ticks of its clock, and the force is what it measures.
 
-    It plays the effect of a trial by its own tables (`Device.run`); what these are too few for is in the traces' attribute
-    ``setpoint_error_n``.
+    It plays the effect of a trial by its own tables (`Device.run`). How far these are from the effect is in the traces,
+    as ``setpoint_error_n``.
 
     Parameters
     ----------
