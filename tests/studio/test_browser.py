@@ -303,7 +303,7 @@ def test_the_tour_has_seven_steps_and_each_sets_the_page_up(page, serve):
         assert page.text_content("#tour-card .task")
         page.click("[data-tour=next]")
     assert page.is_hidden("#tour-card")
-    assert kinds == ["observer", "observer", "observer", "pi", "pi", "observer", "observer"]
+    assert kinds == ["notch_pi", "notch_pi", "notch_pi", "pi", "pi", "notch_pi", "notch_pi"]
 
 
 def test_the_friction_is_heard_when_asked_for(page, serve):

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from frictionloop.cli import checks, flags, screen
+from frictionloop.cli.effect import LAW
 from frictionloop.quantities.extra import needed
 from frictionloop.quantities.units import FrictionloopError
 
@@ -21,8 +22,6 @@ EXAMPLES = r"""Examples
   frictionloop studio --host 0.0.0.0
 """
 PORT = 8026
-LAW = {"controller.kind": "observer"}
-"""What closes the loop of the bench, if neither a file nor a flag says it (docs/which-law)."""
 
 
 def command(
@@ -59,16 +58,18 @@ def command(
     from frictionloop.studio.room import Room
     from frictionloop.studio.safe import LOOPBACK, Doors, open_to_network
     from frictionloop.studio.server import studio_app
+    from frictionloop.studio.share import effect_name
 
     doors = Doors() if host in LOOPBACK else open_to_network()
     with screen.waiting("compiling the loop, which is done once"):
         room = Room(Session(TwinEngine(system, seed)))
     with _listening(host, port) as listening:
         address = f"http://{host}:{listening.getsockname()[1]}/"
+        told = [("law", system.controller.kind), ("set-point", effect_name(system) or system.setpoint.kind)]
         lines = [("open", f"{address}?token={doors.token}" if doors.token else address)]
         if doors.token:
             lines.append(("watch only", f"{address}?token={doors.watch_token}"))
-        screen.show(screen.columns(lines), "", "Ctrl-C ends it.")
+        screen.show(screen.columns([*lines, *told]), "", "Ctrl-C ends it.")
         config = uvicorn.Config(studio_app(room, doors), log_level="warning", ws="websockets-sansio")
         config.ws_max_size = 64 * 1024
         uvicorn.Server(config).run(sockets=[listening])
@@ -90,13 +91,15 @@ def _listening(host: str, port: int) -> Any:
 def _system(file: Path | None, preset: Any, overrides: list[str] | None, effect: str | None) -> System:
     """Return the bench of the page; the preset has a law that closes its loop well, and every one an effect."""
     chosen = flags.overrides_of(overrides)
-    own = file is None and preset in (None, "bench") and not any(name.startswith("controller.") for name in chosen)
-    added = [f"{name}={value}" for name, value in (LAW if own else {}).items()]
-    system, _ = flags.given(file, preset, [*added, *(overrides or [])], "bench")
+    system, _ = flags.given(file, preset, overrides, "bench")
+    if file is None and preset in (None, "bench") and not any(name.startswith("controller.") for name in chosen):
+        system = system.evolve(LAW)  # no flag of a person's, so nothing to note
     if effect is not None:
         from frictionloop.rendering.files import find
 
         return system.evolve(setpoint={"kind": "effect", "effect": find(effect)})
     if system.setpoint.kind != "effect" and "setpoint.kind" not in chosen:
+        if file is not None:
+            screen.say(f"{file}: its set-point is a function of time; a grating lies on the plate instead")
         return system.evolve(setpoint={"kind": "effect"})
     return system
