@@ -45,7 +45,8 @@ from frictionloop.identification.ring_down import RingDown, fit_ring_down
 from frictionloop.identification.slides import Friction, Slide, friction
 from frictionloop.identification.spurs import Spur
 from frictionloop.identification.straightness import Straightness, straightness
-from frictionloop.identification.vibrated import LawFit, Vibrated, vibrated
+from frictionloop.identification.vibrated import Vibrated, vibrated
+from frictionloop.identification.vibrated_fit import LawFit
 
 __all__ = [
     "Corner",

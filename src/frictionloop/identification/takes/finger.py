@@ -13,7 +13,8 @@ from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.measured import measured
 from frictionloop.identification.monotone_table import monotone_table
 from frictionloop.identification.takes.plate import Found
-from frictionloop.identification.vibrated import FIXED, PRIORS, Vibrated, vibrated
+from frictionloop.identification.vibrated import Vibrated, vibrated
+from frictionloop.identification.vibrated_fit import FIXED, PRIORS
 from frictionloop.identification.vibrated_laws import LAWS
 
 POINTS = 400
