@@ -131,7 +131,7 @@ def main() -> None:
         child(sys.argv[2], Path(sys.argv[3]), json.loads(sys.argv[4]))
         return
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("formats", nargs="*", help=f"of {', '.join(FORMATS)}; all if none is given")
+    parser.add_argument("formats", nargs="*", choices=FORMATS, metavar="FORMAT", help=f"of {', '.join(FORMATS)}; all if none is given")
     parser.add_argument("--minutes", type=float, default=10.0)
     options = parser.parse_args()
     results = HERE / "results" / "recordings.json"
