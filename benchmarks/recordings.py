@@ -131,9 +131,11 @@ def main() -> None:
         child(sys.argv[2], Path(sys.argv[3]), json.loads(sys.argv[4]))
         return
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("formats", nargs="*", choices=FORMATS, metavar="FORMAT", help=f"of {', '.join(FORMATS)}; all if none is given")
+    parser.add_argument("formats", nargs="*", help=f"of {', '.join(FORMATS)}; all if none is given")
     parser.add_argument("--minutes", type=float, default=10.0)
     options = parser.parse_args()
+    if unknown := [each for each in options.formats if each not in FORMATS]:
+        parser.error(f"formats: {unknown[0]!r}: must be of {', '.join(FORMATS)}")
     results = HERE / "results" / "recordings.json"
     found = json.loads(results.read_text()) if results.exists() else {}
     for form in options.formats or FORMATS:
