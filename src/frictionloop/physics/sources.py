@@ -94,8 +94,8 @@ def _recorded(recording: Recording, rate_hz: float) -> Sampler:
     def take(start: int, stop: int) -> np.ndarray:
         if stop >= samples.size:
             raise FrictionloopError(
-                f"{recording.path}: the recording ends before the run does; must be at most "
-                f"{(samples.size - 1) / rate_hz:.9g} s: duration_s, --duration-s"
+                f"{recording.path}: the recording ends before the run; duration_s (--duration-s) must be at most "
+                f"{(samples.size - 1) / rate_hz:.9g} s"
             )
         return samples[start : stop + 1]
 
