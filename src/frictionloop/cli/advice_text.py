@@ -76,7 +76,7 @@ def out_of_reach(run: xr.Dataset, mask: np.ndarray) -> list[str]:
         recorded = system.disturbance.kind == "recording" and left_in(system, level)
         mean = " --disturbance.remove_mean true" if recorded else ""
         hint = f"did you mean{mean or ' a disturbance around 0'}?"
-        said.append(f"The disturbance adds {d.mean():.3g} N on average, to friction that has its own mean; {hint}")
+        said.append(f"The disturbance has a mean of {d.mean():.3g} N, and the friction it adds to has its own; {hint}")
     elif np.median(r) > high:
         said.append(f"The finger's friction is too low for {np.median(r):.3g} N; did you mean a lower set-point?")
     else:
