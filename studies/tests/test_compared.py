@@ -28,7 +28,7 @@ def test_the_table_of_laws_shows_scores_that_are_kept(tmp_path):
     assert cells(row) == ["`pi`", "21.2 / 33.3", "–"]
     title, _, heads, _, row = margins.splitlines()
     assert title == "20 mm/s, margins** of the median capable finger:"
-    assert cells(heads) == ["Law", "dahl: $M_s$", "±5 %", "±10 %", "learnt"]
+    assert cells(heads) == ["Law", "dahl: $M_s$", "±5 %", "±10 %"]
     assert cells(row) == ["`pi`", "∞", "–", "–", "–"]
 
 

@@ -37,7 +37,7 @@ def _before_n(own: fl.System) -> float:
 
 
 def test_a_run_is_felt_more_than_what_is_felt_least() -> None:
-    own = BENCH.evolve({"controller.kind": "tracker"})
+    own = BENCH.evolve({"controller.kind": "observer"})
     run = fl.simulate(own, 6.0, 7)
     found = felt_reach(own, [{}], (100.0,), 6.0, 7, levels_n=[0.6])["relative_index"].item()
     assert found < fl.relative_index(run)

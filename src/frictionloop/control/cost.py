@@ -25,7 +25,6 @@ WORST_TICK = {
     "filtered_pi": WorstTick(3490, 5705),
     "observer": WorstTick(2174, 4297),
     "super_twisting": WorstTick(2359, 4669),
-    "tracker": WorstTick(3859, 7938),
 }
 """By kind of controller, on the image of bench() with two force axes, from entry to return of the tick's interrupt.
 

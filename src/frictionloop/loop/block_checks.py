@@ -69,8 +69,6 @@ def _try_law(what: str, law: Law, controller: Any) -> None:
     if law.begin is not None:
         told = tried_step(what, law.begin, start, SETPOINT_N, SETPOINT_N, gains)
         check_returned(what, "begin", law.begin, told, law.state)
-    if law.follow is not None:
-        check_returned(what, "follow", law.follow, tried_step(what, law.follow, start, 1.0, gains), law.state)
 
 
 def check_vibration(law: Vibration, parameters: Any) -> None:

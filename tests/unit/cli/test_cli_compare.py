@@ -54,12 +54,6 @@ def test_json_and_csv_hold_the_numbers_of_python(frictionloop, ran):
     assert {row["score"] for row in table} >= {"sensitivity_peak", "delay_margin_s", "relative_index"}
 
 
-@pytest.mark.parametrize("law", ["lookup", "tracker"])
-def test_an_experimental_law_is_said_to_be_one(frictionloop, law):
-    said = " ".join(frictionloop(*WORDS[:-1], law).out.split())
-    assert ("the tracker is experimental" in said, "it is never recommended" in said) == (law == "tracker",) * 2
-
-
 def test_summary_files_and_figures(frictionloop, tmp_path, monkeypatch):
     monkeypatch.setenv("COLUMNS", "100")
     answer = frictionloop(*WORDS, "--out", "r.h5", "--plots", "figures")
