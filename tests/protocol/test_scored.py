@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from designed_notch import DESIGNED_NOTCH
 
 import frictionloop as fl
 from frictionloop.device.counted import counted
 
-BENCH = fl.bench().evolve({"controller.kind": "observer"})
+BENCH = fl.bench().evolve(DESIGNED_NOTCH)
 
 
 def test_a_recording_scores_as_the_simulation_does() -> None:
