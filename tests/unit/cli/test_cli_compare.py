@@ -46,7 +46,7 @@ def test_json_and_csv_hold_the_numbers_of_python(frictionloop, ran):
     assert (found["seed"], found["fingers"], found["below_clairvoyant"]) == (0, 2, None)
     with open("s.csv", newline="") as stream:
         table = list(csv.DictReader(stream))
-    assert len(table) == len(rows) + 9 * len(found["margins"])
+    assert len(table) == len(rows) + 8 * len(found["margins"])
     first = next(row for row in table if row["score"] == "residual_rms_n" and row["population"] == "all")
     assert float(first["median"]) == next(
         row["median"] for row in rows if row["score"] == "residual_rms_n" and row["population"] == "all"
