@@ -69,7 +69,7 @@ def _forces(axes: Any, run: xr.Dataset, time: np.ndarray) -> None:
     opened = _opened(run)
     if opened is not None:
         label = f"the same in open loop{_error(opened)}"
-        axes.plot(*_ends(time, opened[drawn].values), color=ORANGE, linewidth=0.8, alpha=0.7, label=label)
+        axes.plot(*_ends(time, opened[drawn].values), color=VERMILLION, linewidth=0.7, label=label)
     axes.plot(*_ends(time, run[drawn].values), color=BLUE, linewidth=1.2, label=f"{meaning}{_error(run)}")
     axes.plot(*_ends(time, run["f_r"].values), color=BLACK, linewidth=0.8, label="set-point $f_r$")
     low, high = _room(run)
@@ -78,7 +78,7 @@ def _forces(axes: Any, run: xr.Dataset, time: np.ndarray) -> None:
     least, most = float(np.nanmin(values)), float(np.nanmax(values))
     if low is not None and high is not None and (least < low or most > high):
         said = f"cut off: the force goes from {least:.2g} to {most:.2g} N"
-        look = {"ha": "right", "va": "top", "color": VERMILLION, "bbox": {"color": "white", "alpha": 0.8}}
+        look = {"ha": "right", "va": "top", "color": GREY, "bbox": {"color": "white", "alpha": 0.8}}
         axes.annotate(said, (1, 1), (-4, -4), "axes fraction", "offset points", **look)
 
 
