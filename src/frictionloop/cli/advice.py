@@ -40,7 +40,8 @@ class Band(NamedTuple):
     high_n: float
     dry_and_moist: bool
     occluded: float
-    """How moist the moist finger is, 0 to 1: at the end of a contact, as where a controller is designed."""
+    """How moist the moist finger is, 0 to 1: a law is judged at the end of a contact, as it is designed; gains that
+    are named hold up to 1."""
     where: str
     """Contact, speed and resonance of the sensor, in words."""
 
@@ -112,6 +113,7 @@ def of_population(system: System, median_r2: float, duration_s: float) -> Ringin
 
 def of_system(system: System) -> Ringing | None:
     """Return what the linear analysis says of a system, dry and moist; None if it neither rings nor nearly does."""
+    from frictionloop.analysis import operating_band
     from frictionloop.design import retune
     from frictionloop.design.corners import NEAR, band_of, elsewhere
 
@@ -132,7 +134,9 @@ def of_system(system: System) -> Ringing | None:
     if not isinstance(controller, PiController):
         return Ringing(stable, rings_hz, controller.kind, known, None, None, {}, band, ())
     try:
-        held = {path: _three_digits(gain) for path, gain in retune(points, HELD_PEAK).overrides.items()}
+        wider = operating_band(system, occluded=(0.0, 1.0))
+        held = {path: _three_digits(gain) for path, gain in retune(wider, HELD_PEAK).overrides.items()}
+        band = band._replace(occluded=max(each.elements.occluded for each in wider))
         beyond = elsewhere(system.evolve(held), {0.0: NEAR, OFF: NEAR})
         not_held = (*beyond.unstable, *beyond.near, *beyond.beyond)
         also = () if not_held or beyond.unseen else _others(system)
