@@ -40,8 +40,7 @@ class Band(NamedTuple):
     high_n: float
     dry_and_moist: bool
     occluded: float
-    """How moist the moist finger is, 0 to 1: a law is judged at the end of a contact, as it is designed; gains that
-    are named hold up to 1."""
+    """How moist the moist finger is, 0 to 1: a law is judged at the end of a contact, as it is designed; a PI at 1."""
     where: str
     """Contact, speed and resonance of the sensor, in words."""
 
@@ -116,9 +115,12 @@ def of_system(system: System) -> Ringing | None:
     from frictionloop.analysis import operating_band
     from frictionloop.design import retune
     from frictionloop.design.corners import NEAR, band_of, elsewhere
+    from frictionloop.parameters import PiController
 
     try:
-        points = band_of(system)
+        # Gains of a PI hold up to full occlusion; another law is judged where it is designed.
+        plain = isinstance(system.controller, PiController)
+        points = operating_band(system, occluded=(0.0, 1.0)) if plain else band_of(system)
         peak = max(point.sensitivity_peak() for point in points)
     except FrictionloopError:  # what cannot be linearised (a recording) is not judged
         return None
@@ -129,14 +131,10 @@ def of_system(system: System) -> Ringing | None:
     states = {point.elements.occluded for point in points}
     band = Band(min(forces_n), max(forces_n), len(states) > 1, max(states), _bench(system))
     controller, known, rings_hz = system.controller, peak if stable else None, _frequency_hz(points)
-    from frictionloop.parameters import PiController
-
-    if not isinstance(controller, PiController):
+    if not plain:
         return Ringing(stable, rings_hz, controller.kind, known, None, None, {}, band, ())
     try:
-        wider = operating_band(system, occluded=(0.0, 1.0))
-        held = {path: _three_digits(gain) for path, gain in retune(wider, HELD_PEAK).overrides.items()}
-        band = band._replace(occluded=max(each.elements.occluded for each in wider))
+        held = {path: _three_digits(gain) for path, gain in retune(points, HELD_PEAK).overrides.items()}
         beyond = elsewhere(system.evolve(held), {0.0: NEAR, OFF: NEAR})
         not_held = (*beyond.unstable, *beyond.near, *beyond.beyond)
         also = () if not_held or beyond.unseen else _others(system)
