@@ -119,7 +119,8 @@ def of_system(system: System) -> Ringing | None:
 
     try:
         # Gains of a PI hold up to full occlusion; another law is judged where it is designed.
-        plain = isinstance(system.controller, PiController)
+        controller = system.controller
+        plain = isinstance(controller, PiController)
         points = operating_band(system, occluded=(0.0, 1.0)) if plain else band_of(system)
         peak = max(point.sensitivity_peak() for point in points)
     except FrictionloopError:  # what cannot be linearised (a recording) is not judged
@@ -130,8 +131,8 @@ def of_system(system: System) -> Ringing | None:
     forces_n = [point.elements.force_n for point in points]
     states = {point.elements.occluded for point in points}
     band = Band(min(forces_n), max(forces_n), len(states) > 1, max(states), _bench(system))
-    controller, known, rings_hz = system.controller, peak if stable else None, _frequency_hz(points)
-    if not plain:
+    known, rings_hz = peak if stable else None, _frequency_hz(points)
+    if not isinstance(controller, PiController):
         return Ringing(stable, rings_hz, controller.kind, known, None, None, {}, band, ())
     try:
         held = {path: _three_digits(gain) for path, gain in retune(points, HELD_PEAK).overrides.items()}
