@@ -57,29 +57,15 @@ def test_many_more_of_them(wild):
 
 
 PLANTED = {
-    "a ceiling that the image was not built with": (
-        "app_parameters.c",
-        "is_more(p, built))",
-        "(0 && is_more(p, built)))",
-        ": duty: ",
-    ),
-    "it rises while it is idle": (
-        "app_control.c",
-        "fl_subtract(app->amplitude, p->drive_ramp_um)",
-        "fl_add(app->amplitude, 1)",
-        ": rises: ",
-    ),
-    "any rise in a tick": ("app_drive.c", "p->drive_largest_um / FL_RISE_TICKS", "p->drive_largest_um", ": leaps: "),
-    "twice the silence": ("app_safety.c", "> FL_SILENCE_MS * 1000", "> FL_SILENCE_MS * 2000", ": silence: "),
+    "another ceiling": ("app_parameters.c", "is_more(p, built))", "(0 && is_more(p, built)))", "duty: "),
+    "it rises while it is idle": ("app_control.c", "fl_subtract(app->amplitude, p->drive_ramp_um)",
+                                  "fl_add(app->amplitude, 1)", "rises: "),
+    "any rise in a tick": ("app_drive.c", "p->drive_largest_um / FL_RISE_TICKS", "p->drive_largest_um", "leaps: "),
+    "twice the silence": ("app_safety.c", "> FL_SILENCE_MS * 1000", "> FL_SILENCE_MS * 2000", "silence: "),
     "one sample beyond the ring": ("app_telemetry.c", "at + 1 < FL_SAMPLES", "at < FL_SAMPLES", "out of bounds"),
-    "values beyond the store": (
-        "fl_effect_wrong.c",
-        " || s->count + s->repeats > until - s->first",
-        "",
-        "AddressSanitizer",
-    ),
-    "words beyond the table": ("app_parameters.c", "count > FL_WORDS - first", "count > FL_WORDS", ": table: "),
-}
+    "values beyond the store": ("fl_effect_wrong.c", " || s->count + s->repeats > until - s->first", "", "AddressSan"),
+    "words beyond the table": ("app_parameters.c", "count > FL_WORDS - first", "count > FL_WORDS", "table: "),
+}  # fmt: skip
 """In which file what becomes what, and what the watched program then says."""
 
 
