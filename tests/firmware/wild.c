@@ -209,7 +209,7 @@ static void check(const fl_app *app, fl_drive drive, fl_drive before, uint32_t n
     int renamed = p->drive_largest_um != largest; /* the duty then stands for another amplitude */
     int rises = drive.duty > before.duty || (!renamed && drive.amplitude > before.amplitude);
     int32_t most = p->drive_largest_um / FL_RISE_TICKS + 1;
-    int leaps = !renamed && !fl_laws[p->law_number].quick && drive.amplitude - before.amplitude > most;
+    int leaps = !renamed && drive.amplitude - before.amplitude > most;
     largest = p->drive_largest_um;
     int on = app->state == FL_STATE_OPEN || app->state == FL_STATE_CLOSED;
     const char *wrong = drive.duty < 0 || at_the_pin(app, drive) > app->built.ceiling_um  ? "duty"
