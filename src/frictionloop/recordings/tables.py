@@ -15,16 +15,21 @@ from numpy.typing import NDArray
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings import stored
 from frictionloop.recordings.contents import Channel, Contents, told_date, told_rates
+from frictionloop.recordings.hdf5 import expands
 from frictionloop.recordings.headers import header
 from frictionloop.recordings.stored import Samples, Stored, blocks_of, is_large
 from frictionloop.recordings.table_layout import NUMBER, Layout, cells_of, halves, layout_of
 from frictionloop.recordings.table_names import names_of
 from frictionloop.recordings.text_index import Index, indexed, text_of
 
+MOST_COLUMNS = 10_000
+"""More than any recorder writes (assumed)."""
+
 
 def read_table(path: Path) -> Contents:
     """Return the columns of a text file; a cell that is no number is NaN, and a column without a name its number."""
     layout = layout_of(path)
+    _check_width(path, layout.width)
     if is_large(path, path.stat().st_size, 1) and layout.encoding != "utf-16":
         index = indexed(path, layout.first)
         read = partial(_block, path, path.stat().st_mtime_ns, layout, index)
@@ -32,8 +37,9 @@ def read_table(path: Path) -> Contents:
         lines: list[Samples] = [Stored(index.rows, np.dtype(float), partial(_column, read, k)) for k in range(width)]
     else:
         with open(path, encoding=layout.encoding, errors="replace", newline="") as stream:
-            values = _values(stream, layout)
+            values = _values(stream, layout, path)
         width = values.shape[1]
+        _check_width(path, width)
         lines = [values[:, k] for k in range(width)]
     names = names_of(layout.head, max(layout.width, width))
     pairs = [(row[0].lstrip("# ").rstrip(":= "), row[1]) for row in layout.head if len(row) > 1]
@@ -46,7 +52,12 @@ def read_table(path: Path) -> Contents:
     return Contents(channels, told_rates(pairs), date=told_date(pairs))
 
 
-def _values(stream: TextIO, layout: Layout) -> NDArray[np.float64]:
+def _check_width(path: Path, width: int) -> None:
+    if width > MOST_COLUMNS:
+        raise FrictionloopError(f"{path}: has {width} columns; accepted: at most {MOST_COLUMNS}")
+
+
+def _values(stream: TextIO, layout: Layout, path: Path) -> NDArray[np.float64]:
     """Return the numbers, shape (rows, columns): quickly where the table is whole, cell by cell where it is not."""
     mark = None if layout.mark == " " else layout.mark
     start = stream.tell()
@@ -56,7 +67,10 @@ def _values(stream: TextIO, layout: Layout) -> NDArray[np.float64]:
     except ValueError:
         stream.seek(start)
     rows = [cells_of(line.rstrip("\r\n"), layout.mark) for line in islice(stream, layout.first, None) if line.strip()]
-    values = np.full((len(rows), max(map(len, rows))), np.nan)
+    width = max(map(len, rows))
+    if wrong := expands(path.stat().st_size, 8 * len(rows) * width):
+        raise FrictionloopError(f"{path}: has a row of {width} cells, and {wrong}")
+    values = np.full((len(rows), width), np.nan)
     for k, row in enumerate(rows):
         for j, cell in enumerate(row):
             text = cell.strip().replace(layout.decimal, ".")
@@ -87,4 +101,4 @@ def _parsed(
     path: Path, _changed: int, mark: str, decimal: str, encoding: str, index: Index, block: int
 ) -> NDArray[np.float64]:
     layout = Layout(encoding, mark, decimal, 0, [], 0)
-    return _values(StringIO(text_of(path, index, block, encoding)), layout)
+    return _values(StringIO(text_of(path, index, block, encoding)), layout, path)
