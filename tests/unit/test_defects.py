@@ -109,6 +109,7 @@ WEIGHT_DEFECTS = {
     "up only": (table(MASSES[:5]), "cannot be told from steps up only"),
     "kilograms as newtons": (in_newtons(table(slope=1.0), 1 / 9.80665), "kilograms were taken for newtons"),
     "millinewtons as newtons": (in_newtons(table(slope=1.0), 1000.0), "millinewtons"),
+    "clipped": (table().map(lambda x: x.clip(max=4.5) if x.attrs["units"] == "V" else x), "is clipped at 4.5 V"),
     "grams as kilograms": (table(1000 * MASSES, slope=3e-3), "are these grams"),
     "crosstalk": (beside(table(), 0.4), "load reads"),
     "dead reading": (table(slope=0.0, away=-np.linspace(0, 0, MASSES.size)).map(lambda x: x), ""),
@@ -161,6 +162,17 @@ QUIET_DEFECTS = {
 def test_quiet(defect):
     values, words = QUIET_DEFECTS[defect]
     assert told_or_right(quiet_part, "quiet", quiet_run(values), {"sensor.noise_density_n_rthz": 1e-5}, words)
+
+
+def test_clipped_steps_over_time():
+    # Above 4.5 V the converter stands at its end; below, its steps of 2 mV are as wide as the noise.
+    draw = np.random.default_rng(3)
+    mass = np.repeat(MASSES, 400)
+    reading = np.round((0.1 + 3.0 * 9.80665 * mass + 1e-3 * draw.normal(size=mass.size)) / 2e-3) * 2e-3
+    time = ("time", np.arange(mass.size) / 100.0, {"units": "s"})
+    for top, words in ((9.0, None), (5.98, "is clipped at")):
+        data = {"mass": ("time", mass, {"units": "kg"}), "f_m": ("time", np.minimum(reading, top), {"units": "V"})}
+        assert told_or_right(weights_part, "weights", xr.Dataset(data, {"time": time}), {}, words)
 
 
 def test_crosstalk_is_taken_off_by_the_map(tmp_path):

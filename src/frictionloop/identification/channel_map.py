@@ -25,7 +25,8 @@ class Channel(Block):
     column: str | Whole = 0
     """Name in the file, as ``frictionloop identify channels`` lists it, or its number from 0.
 
-    In a project file ``name[:, *]`` takes every line of an array, each as a recording of its own."""
+    In a project file ``name[:, *]`` takes every line of an array, and ``name{*}`` every cell, each as a recording of
+    its own; of weights each is what the sensor read under one of the masses."""
     unit: str | None = None
     """Unit of the column, where the file says none or a wrong one: N, mN, V, mV, kg, g, counts."""
     scale: Annotated[Number, Field(description="What one of the column's unit is, in ``gives``.")] | None = None

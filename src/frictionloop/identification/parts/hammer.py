@@ -13,6 +13,7 @@ from frictionloop.identification.frequency_response import FrequencyResponse, re
 from frictionloop.identification.hits import hits_of
 from frictionloop.identification.long import Run
 from frictionloop.identification.measured import Measured, measured
+from frictionloop.identification.modes import Modes
 from frictionloop.identification.parts.part import thin
 from frictionloop.identification.project import Take
 from frictionloop.identification.resonance import fit_resonance
@@ -36,8 +37,8 @@ class Hammered(NamedTuple):
     curve: dict[str, list[float]]
 
 
-def hammered(take: Take, runs: Sequence[Run], near_hz: float, date: str) -> Hammered:
-    """Return what the frequency response tells of the mode near a frequency.
+def hammered(take: Take, runs: Sequence[Run], free: Modes, near_hz: float, date: str) -> Hammered:
+    """Return what the frequency response tells of the mode near a frequency, one of those that ring freely.
 
     One resonance with a pole behind it is tried first; where that leaves too much, several modes without a pole.
     """
@@ -45,9 +46,9 @@ def hammered(take: Take, runs: Sequence[Run], near_hz: float, date: str) -> Hamm
     try:
         fit = fit_resonance(found, (0.2 * near_hz, min(2.5 * near_hz, 0.4 * found.rate_hz)))
     except FrictionloopError:
-        return _several(found, take, near_hz)
+        return _several(found, take, free, near_hz)
     if fit.misfit > WORST_MISFIT:
-        return _several(found, take, near_hz)
+        return _several(found, take, free, near_hz)
     told = f"frequency response: resonance {fit.resonance}, Q {fit.q}, gain {fit.gain}"
     one, curve = (fit.resonance.value, fit.q.value), _drawn(found, fit.band_hz)
     lag = fit.lag
@@ -58,9 +59,10 @@ def hammered(take: Take, runs: Sequence[Run], near_hz: float, date: str) -> Hamm
     return Hammered([measured("sensor.cutoff_hz", [cutoff], [0.0], how, take.files, date)], one, told, curve)
 
 
-def _several(found: FrequencyResponse, take: Take, near_hz: float) -> Hammered:
+def _several(found: FrequencyResponse, take: Take, free: Modes, near_hz: float) -> Hammered:
+    heard = [mode.frequency.value for mode in free.modes]
     try:
-        several = response_modes(found, "first", take.band_hz)
+        several = response_modes(found, "first", take.band_hz or (0.5 * heard[0], 1.4 * heard[-1]))
     except FrictionloopError as refused:
         return Hammered([], None, f"the frequency response is not used: {refused}", {})
     near = [mode for mode in several.modes if abs(mode.frequency.value / near_hz - 1) < SAME]

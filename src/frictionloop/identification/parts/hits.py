@@ -43,7 +43,7 @@ def hits_part(take: Take, runs: Sequence[Run], sensor: Sensor, date: str) -> Fou
     how = f"free decay after {sum(f.hits for f in free)} hits, {take.mode} mode"
     extra: list[Measured] = []
     if all("hammer" in run.data_vars for run in struck.values()):
-        by_force = hammered(take, [*struck.values()], chosen[0].frequency.value, date)
+        by_force = hammered(take, [*struck.values()], free[0], chosen[0].frequency.value, date)
         told.append(by_force.told)
         extra = by_force.extra
         if by_force.mode is not None:

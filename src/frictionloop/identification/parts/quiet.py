@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from frictionloop.identification.measured import measured
@@ -37,6 +38,11 @@ def quiet_part(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str
         told.append(f"the converter's step is {first.step_n:.3g} N; the density is {counts:.3g} counts/rtHz")
     hertz, density = thin(first.spectrum.frequency_hz, first.spectrum.density)
     curves: dict[str, Any] = {"frequency_hz": hertz, "density": density, "band_hz": first.band_hz, "level": value.value}
+    rms = list(first.rms_n.values())
+    if rms:
+        bands = [*first.rms_n]
+        said = f"{bands[0].partition(' ')[0]} to {bands[-1].rpartition('to ')[2]}"
+        curves["floor"] = {"rms_n": float(np.linalg.norm(rms)), "band": said}
     return [value], told, rows, curves
 
 

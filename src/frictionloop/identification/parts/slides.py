@@ -30,7 +30,7 @@ def slides_part(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: st
     loads = [slide.load_n for each in found for slide in each.slides]
     spread = 0.2 if not np.isfinite(found[0].exponent.value) else found[0].exponent.standard_error
     off = [abs(float(spread * np.log(REFERENCE_LOAD_N / np.mean(loads)))) * level.value for level in levels]
-    how = f"{len(loads)} slides, at a load of {REFERENCE_LOAD_N:g} N"
+    how = f"{len(loads)} slide{'s' * (len(loads) > 1)}, at a load of {REFERENCE_LOAD_N:g} N"
     value = measured("friction.nominal_n", levels, off, how, take.files, date)
     rows: Rows = [("from (s)", "to (s)", "speed (mm/s)", "load (N)", "friction (N)", "mu", "spectrum, two ways")]
     for s in (slide for each in found for slide in each.slides):
