@@ -35,6 +35,9 @@ def command(
     law: Asked[str | None] = None,
     sensitivity_peak: Asked[float] = 1.7,
     resonance_error: Asked[float] = 0.05,
+    sensor_error: Asked[float] = 0.0,
+    delay_error: Asked[float] = 0.0,
+    gain_error: Asked[float] = 0.0,
     out: flags.Result[Path | None] = None,
     plots: flags.Result[Path | None] = None,
     json: flags.Json = False,
@@ -51,6 +54,12 @@ def command(
     resonance_error
         Share by which the resonance may be off. Then, and at twice that, Ms may be larger: 2.0 and 2.6 if 1.7
         is asked.
+    sensor_error
+        Share by which the pole of the sensor's electronics may be off; the same limits hold. So do they for the next.
+    delay_error
+        Share by which the delay may be off.
+    gain_error
+        Share by which the sensor's sensitivity may be off.
     out
         Write the system with its new controller here (.toml).
     plots
@@ -63,11 +72,13 @@ def command(
 
     from frictionloop.analysis.headroom import headroom
     from frictionloop.cli import controller_text
+    from frictionloop.design.leaning import Lean
     from frictionloop.design.synthesis import default_law
     from frictionloop.design.wanted import Wanted
     from frictionloop.parameters import write_toml
 
-    wanted, name = Wanted(sensitivity_peak, resonance_error), law or default_law(system)
+    lean = Lean(sensor_error, delay_error, gain_error)
+    wanted, name = Wanted(sensitivity_peak, resonance_error, lean), law or default_law(system)
     designed = _designed(system, name, wanted)
     after, found = system.evolve(dict(designed.overrides)), designed.corners
     with screen.waiting("looking for what is left to gain"):

@@ -90,9 +90,7 @@ def command(
     if found.told:
         screen.show("", *(screen.wrapped(line) for line in found.told))
     if found.resonance_error is not None:
-        design = (
-            f"frictionloop design controller {out or 'my-bench.toml'} --resonance-error {found.resonance_error:.3g}"
-        )
+        design = f"frictionloop design controller {out or 'my-bench.toml'} {found.design_flags}"
         screen.show("", f"gains for it: {design}")
     screen.show(*screen.saved(saved))
 
@@ -176,6 +174,7 @@ def _as_json(found: Bench) -> dict[str, Any]:
         "parts": [{"kind": part.kind, "files": part.files, "told": part.told} for part in found.parts],
         "analysed": found.analysed,
         "resonance_error": found.resonance_error,
+        "design_flags": found.design_flags,
         "corners": [each._asdict() for each in found.corners],
         "together": found.told,
         "refused": [each._asdict() for each in found.refused],

@@ -19,6 +19,8 @@ from frictionloop.identification.people import People
 from frictionloop.identification.project import Project, read_project
 from frictionloop.parameters import ResonantPlate, System, preset
 
+DESIGNED = {"sensor": "sensor.cutoff_hz", "delay": "controller.delay_s", "gain": "sensitivity"}
+"""Values whose intervals a design holds, by its flag."""
 LEAST_CORNER = 0.005
 """Share by which a design should let the resonance be off, however well it was measured (assumed: it warms)."""
 
@@ -46,6 +48,16 @@ class Bench:
     """What entries say together: where two measured one value, what fingers have in common, the dynamic range."""
     refused: tuple[RefusedEntry, ...] = ()
     """Entries that were left out because their files or analyses were refused."""
+
+    @property
+    def design_flags(self) -> str:
+        """What ``frictionloop design controller`` should hold, by its flags: half widths of the intervals."""
+        shares = {"resonance": self.resonance_error} | {
+            flag: (each.interval().high - each.value) / abs(each.value)
+            for flag, path in DESIGNED.items()
+            if (each := self.measured.get(path)) is not None and each.value
+        }
+        return " ".join(f"--{flag}-error {share:.3g}" for flag, share in shares.items() if share is not None)
 
     @property
     def corners(self) -> tuple[Corner, ...]:
