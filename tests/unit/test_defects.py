@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
+from finger_strokes import strokes
 
 import frictionloop as fl
 from frictionloop.identification import rigs
 from frictionloop.identification.parts.hits import hits_part
 from frictionloop.identification.parts.part import Sensor
 from frictionloop.identification.parts.quiet import quiet_part
+from frictionloop.identification.parts.slides import slides_part
 from frictionloop.identification.parts.weights import weights_part
 from frictionloop.identification.project import Take
 from frictionloop.parameters.rigs import CalibrationBench
@@ -173,6 +175,56 @@ def test_clipped_steps_over_time():
     for top, words in ((9.0, None), (5.98, "is clipped at")):
         data = {"mass": ("time", mass, {"units": "kg"}), "f_m": ("time", np.minimum(reading, top), {"units": "V"})}
         assert told_or_right(weights_part, "weights", xr.Dataset(data, {"time": time}), {}, words)
+
+
+def wrapped(run):
+    way = 0.02
+    return changed(run, position=np.mod(run.position.values + 0.003, way))
+
+
+def late(run, name, rows):
+    return changed(run, **{name: np.roll(run[name].values, rows)})
+
+
+STROKES = strokes(share=0.01)
+SLIDE_DEFECTS = {
+    "none": (STROKES, None),
+    "sensor inverted": (strokes(share=0.01, sign=-1.0), None),
+    "zero drifts": (strokes(share=0.01, drift=0.5), None),
+    "load behind by 20 ms": (late(STROKES, "load", 40), None),
+    "position behind by 20 ms": (late(STROKES, "position", 40), None),
+    "position wraps": (wrapped(STROKES), "give wrap in the channel map"),
+    "never lifts": (STROKES.isel(time=slice(4400, 19600)), "never lifts"),
+    "no slide": (changed(STROKES, position=0 * STROKES.position.values), "no slide"),
+    "mu falls": (
+        changed(STROKES, f_m=STROKES.f_m.values * np.linspace(2, 0.5, STROKES.sizes["time"])),
+        "mu changes by",
+    ),
+}
+
+
+@pytest.mark.parametrize("defect", SLIDE_DEFECTS)
+def test_slides(defect):
+    run, words = SLIDE_DEFECTS[defect]
+    assert told_or_right(slides_part, "slides", run, {"friction.nominal_n": 0.3}, words)
+
+
+def test_a_wrap_and_a_delay_are_taken_off_by_the_map(tmp_path, hit):
+    """The slides of a counter that starts again, and the pole of a hammer that is recorded later than the reading."""
+    run = wrapped(STROKES)
+    np.savez(tmp_path / "a.npz", **{name: run[name].values for name in run.data_vars}, fs=2000.0)
+    channels = {name: {"column": name, "unit": unit} for name, unit in (("f_m", "N"), ("load", "N"))}
+    channels["position"] = {"column": "position", "unit": "m", "wrap": 0.02}
+    found = fl.identify.load(tmp_path / "a.npz", channels)
+    assert told_or_right(slides_part, "slides", found, {"friction.nominal_n": 0.3}, None)
+    assert len(fl.identify.friction(found).slides) == 6
+    behind = late(hit, "hammer", 5)
+    np.savez(tmp_path / "b.npz", **{name: behind[name].values for name in ("hammer", "f_m")}, fs=RATE)
+    channels = {"f_m": {"column": "f_m", "unit": "N"}, "hammer": {"column": "hammer", "unit": "N", "delay_s": 5 / RATE}}
+    moved = fl.identify.load(tmp_path / "b.npz", channels)
+    assert told_or_right(hits_part, "hits", moved, {"sensor.cutoff_hz": SENSOR.cutoff_hz}, None)
+    values = hits_part(Take(kind="hits", files=("b",)), [moved], Sensor(), "")[0]
+    assert "sensor.cutoff_hz" in {each.path for each in values}
 
 
 def test_crosstalk_is_taken_off_by_the_map(tmp_path):
