@@ -31,7 +31,10 @@ class Lean(NamedTuple):
         return self
 
 
-def leaning(points: Sequence[LinearLoop], lean: Lean) -> list[LinearLoop]:
+SLOW, FAST = 1.0, -1.0
+
+
+def leaning(points: Sequence[LinearLoop], lean: Lean, sides: Sequence[float] = (SLOW, FAST)) -> list[LinearLoop]:
     """Return loops as they are, then slow and strong, then fast and weak: all that may be off is so at once.
 
         slow: sensor_hz (1 - e_s), delay_s (1 + e_d), gain (1 + e_g);   fast: the other way round
@@ -45,10 +48,12 @@ def leaning(points: Sequence[LinearLoop], lean: Lean) -> list[LinearLoop]:
         Loops at their operating points.
     lean : Lean
         Shares; all 0 adds nothing.
+    sides : sequence of float
+        `SLOW`, `FAST` or both. Searches take the slow side alone, and what they find is looked at on both.
     """
     found = list(points)
     if any(lean):
-        found += [_leant(point, side, lean) for side in (1.0, -1.0) for point in points]
+        found += [_leant(point, side, lean) for side in sides for point in points]
     return found
 
 
