@@ -18,6 +18,7 @@ EXAMPLES = r"""Examples
 
   frictionloop design controller
   frictionloop design controller my-bench.toml --out my-controller.toml
+  frictionloop design controller my-bench.toml --speeds 20,60
   frictionloop design controller my-bench.toml --law hinf \
       --sensitivity-peak 1.5 --resonance-error 0.1 --plots figures
 """
@@ -38,6 +39,7 @@ def command(
     sensor_error: Asked[float] = 0.0,
     delay_error: Asked[float] = 0.0,
     gain_error: Asked[float] = 0.0,
+    speeds: Asked[str | None] = None,
     out: flags.Result[Path | None] = None,
     plots: flags.Result[Path | None] = None,
     json: flags.Json = False,
@@ -60,6 +62,8 @@ def command(
         Share by which the delay may be off.
     gain_error
         Share by which the sensor's sensitivity may be off.
+    speeds
+        Slowest and fastest stroke in mm/s, between which all that holds: 20,60; the speed of FILE if not given.
     out
         Write the system with its new controller here (.toml).
     plots
@@ -77,8 +81,10 @@ def command(
     from frictionloop.design.wanted import Wanted
     from frictionloop.parameters import write_toml
 
+    screen.tell_notes()  # before the search, which takes long
+    between = checks.two_speeds(speeds)
     lean = Lean(sensor_error, delay_error, gain_error)
-    wanted, name = Wanted(sensitivity_peak, resonance_error, lean), law or default_law(system)
+    wanted, name = Wanted(sensitivity_peak, resonance_error, between, lean), law or default_law(system)
     designed = _designed(system, name, wanted)
     after, found = system.evolve(dict(designed.overrides)), designed.corners
     with screen.waiting("looking for what is left to gain"):
@@ -111,7 +117,8 @@ def _designed(system: System, law: str, wanted: Wanted) -> Designed:
     from frictionloop.design.synthesis import design_controller
 
     noise = ", after the friction noise is identified by simulation" if law in SLOW else ""
-    with screen.waiting(f"designing {law}{noise}; this takes from a second to two minutes"):
+    longer = ", five for a range of speeds" if wanted.speeds_mm_s else ""
+    with screen.waiting(f"designing {law}{noise}; this takes from a second to two minutes{longer}"):
         return design_controller(system, law, wanted)
 
 

@@ -34,7 +34,7 @@ class Lean(NamedTuple):
 SLOW, FAST = 1.0, -1.0
 
 
-def leaning(points: Sequence[LinearLoop], lean: Lean, sides: Sequence[float] = (SLOW, FAST)) -> list[LinearLoop]:
+def leaning(points: Sequence[LinearLoop], lean: Lean) -> list[LinearLoop]:
     """Return loops as they are, then slow and strong, then fast and weak: all that may be off is so at once.
 
         slow: sensor_hz (1 - e_s), delay_s (1 + e_d), gain (1 + e_g);   fast: the other way round
@@ -48,13 +48,13 @@ def leaning(points: Sequence[LinearLoop], lean: Lean, sides: Sequence[float] = (
         Loops at their operating points.
     lean : Lean
         Shares; all 0 adds nothing.
-    sides : sequence of float
-        `SLOW`, `FAST` or both. Searches take the slow side alone, and what they find is looked at on both.
     """
-    found = list(points)
-    if any(lean):
-        found += [_leant(point, side, lean) for side in sides for point in points]
-    return found
+    return [*slow_too(points, lean), *([_leant(point, FAST, lean) for point in points] if any(lean) else [])]
+
+
+def slow_too(points: Sequence[LinearLoop], lean: Lean) -> list[LinearLoop]:
+    """Return loops as they are, then slow and strong: what a search sees; its result is looked at on both sides."""
+    return [*points, *([_leant(point, SLOW, lean) for point in points] if any(lean) else [])]
 
 
 def _leant(loop: LinearLoop, side: float, lean: Lean) -> LinearLoop:
