@@ -32,7 +32,8 @@ def test_gains_hold_at_the_ends():
     )
     limits = Wanted(resonance_error=0.01).limits
     worst = [
-        max(each.excess for each in corners(BENCH.evolve(found.overrides), limits, LEAN)) for found in (plain, careful)
+        max(each.excess for each in corners(BENCH.evolve(found.overrides), limits, lean=LEAN))
+        for found in (plain, careful)
     ]
     assert worst[0] > 1.01 and worst[1] <= 1.0011
     assert careful.overrides["controller.ki"] < plain.overrides["controller.ki"]

@@ -31,9 +31,6 @@ class Lean(NamedTuple):
         return self
 
 
-SLOW, FAST = 1.0, -1.0
-
-
 def leaning(points: Sequence[LinearLoop], lean: Lean) -> list[LinearLoop]:
     """Return loops as they are, then slow and strong, then fast and weak: all that may be off is so at once.
 
@@ -49,12 +46,10 @@ def leaning(points: Sequence[LinearLoop], lean: Lean) -> list[LinearLoop]:
     lean : Lean
         Shares; all 0 adds nothing.
     """
-    return [*slow_too(points, lean), *([_leant(point, FAST, lean) for point in points] if any(lean) else [])]
-
-
-def slow_too(points: Sequence[LinearLoop], lean: Lean) -> list[LinearLoop]:
-    """Return loops as they are, then slow and strong: what a search sees; its result is looked at on both sides."""
-    return [*points, *([_leant(point, SLOW, lean) for point in points] if any(lean) else [])]
+    found = list(points)
+    if any(lean):
+        found += [_leant(point, side, lean) for side in (1.0, -1.0) for point in points]
+    return found
 
 
 def _leant(loop: LinearLoop, side: float, lean: Lean) -> LinearLoop:

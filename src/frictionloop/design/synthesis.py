@@ -11,7 +11,7 @@ from typing import Any
 from frictionloop.analysis.disturbance import Spectrum, touch_spectrum
 from frictionloop.analysis.operating import check_reach
 from frictionloop.design.corners import Corner, band_of, broken, corners, elsewhere
-from frictionloop.design.leaning import slow_too
+from frictionloop.design.leaning import leaning
 from frictionloop.design.notch import retune_notch
 from frictionloop.design.plants import shifted
 from frictionloop.design.retune import retune
@@ -36,7 +36,7 @@ def notch_pi(system: System, wanted: Wanted) -> Designed:
     _check_notch(system)
     forward, notes = feedforward(system)
     spectrum, more = _spectrum(system, MODEL_ERROR if forward else 1.0)
-    points = slow_too(band_of(_plain(system), wanted.speeds_mm_s), wanted.lean)
+    points = leaning(band_of(_plain(system), wanted.speeds_mm_s), wanted.lean)
     with _in_terms_of(wanted):
         found = retune_notch(points, wanted.limits, disturbance=spectrum, overdrive=True, least_ki=LEAST_KI)
     return Designed({**found.overrides, "controller.feedforward": forward}, notes + more)
@@ -44,7 +44,7 @@ def notch_pi(system: System, wanted: Wanted) -> Designed:
 
 def pi(system: System, wanted: Wanted) -> Designed:
     """PI alone with the largest ki (`retune`)."""
-    cases = shifted(slow_too(band_of(_plain(system), wanted.speeds_mm_s), wanted.lean), wanted.limits)
+    cases = shifted(leaning(band_of(_plain(system), wanted.speeds_mm_s), wanted.lean), wanted.limits)
     with _in_terms_of(wanted):
         found = retune([loop for loop, _, _ in cases], [peak for _, _, peak in cases], LEAST_KI)
     return Designed({"controller.kind": "pi", **found.overrides})
