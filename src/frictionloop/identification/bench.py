@@ -124,7 +124,7 @@ def _bench(project: Project, path: Path, work: Work) -> Bench:
     if resonance is not None:
         corner = max((resonance.interval().high - resonance.value) / resonance.value, LEAST_CORNER)
     keys, told = (tuple(each) for each in zip(*parts, strict=True))
-    together_told = (*told_together, *said, *_range(system, told), *work.told())
+    together_told = (*told_together, *said, *(_range(system, told) if "sensor.range_n" in stated else ()), *work.told())
     return Bench(system, told, found, stated, corner, path, keys, work.analysed, crowd, together_told, work.refused)
 
 
@@ -150,7 +150,7 @@ def _stated(project: Project, sensor: Sensor) -> tuple[dict[str, Any], dict[str,
 
 
 def _range(system: System, parts: Sequence[Part]) -> list[str]:
-    """Return the dynamic range in words: what the converter spans over the noise of a quiet recording."""
+    """Return the dynamic range in words: what the converter spans, by what is stated, over the noise of a recording."""
     sensor: Any = system.sensor
     floors = [part.curves["floor"] for part in parts if part.kind == "quiet" and "floor" in part.curves]
     if not floors or not floors[0]["rms_n"] > 0 or "range_n" not in type(sensor).model_fields:
