@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache, partial
-from io import StringIO
-from itertools import islice
 from pathlib import Path
-from typing import TextIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,12 +12,12 @@ from numpy.typing import NDArray
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings import stored
 from frictionloop.recordings.contents import Channel, Contents, told_date, told_rates
-from frictionloop.recordings.hdf5 import expands
 from frictionloop.recordings.headers import header
 from frictionloop.recordings.stored import Samples, Stored, blocks_of, is_large
-from frictionloop.recordings.table_layout import NUMBER, Layout, cells_of, halves, layout_of
+from frictionloop.recordings.table_layout import Layout, halves, layout_of
 from frictionloop.recordings.table_names import names_of
-from frictionloop.recordings.text_index import Index, indexed, text_of
+from frictionloop.recordings.table_rows import all_rows, rows_in
+from frictionloop.recordings.text_index import Index, bytes_of, indexed
 
 MOST_COLUMNS = 10_000
 """More than any recorder writes (assumed)."""
@@ -36,8 +33,7 @@ def read_table(path: Path) -> Contents:
         width = read(0, min(1000, index.rows)).shape[1]
         lines: list[Samples] = [Stored(index.rows, np.dtype(float), partial(_column, read, k)) for k in range(width)]
     else:
-        with open(path, encoding=layout.encoding, errors="replace", newline="") as stream:
-            values = _values(stream, layout, path)
+        values = all_rows(path, layout)
         width = values.shape[1]
         _check_width(path, width)
         lines = [values[:, k] for k in range(width)]
@@ -55,28 +51,6 @@ def read_table(path: Path) -> Contents:
 def _check_width(path: Path, width: int) -> None:
     if width > MOST_COLUMNS:
         raise FrictionloopError(f"{path}: has {width} columns; accepted: at most {MOST_COLUMNS}")
-
-
-def _values(stream: TextIO, layout: Layout, path: Path) -> NDArray[np.float64]:
-    """Return the numbers, shape (rows, columns): quickly where the table is whole, cell by cell where it is not."""
-    mark = None if layout.mark == " " else layout.mark
-    start = stream.tell()
-    lines = (line if layout.decimal == "." else line.replace(",", ".") for line in islice(stream, layout.first, None))
-    try:
-        return np.loadtxt(lines, delimiter=mark, ndmin=2, quotechar='"', comments="#")
-    except ValueError:
-        stream.seek(start)
-    rows = [cells_of(line.rstrip("\r\n"), layout.mark) for line in islice(stream, layout.first, None) if line.strip()]
-    width = max(map(len, rows))
-    if wrong := expands(path.stat().st_size, 8 * len(rows) * width):
-        raise FrictionloopError(f"{path}: has a row of {width} cells, and {wrong}")
-    values = np.full((len(rows), width), np.nan)
-    for k, row in enumerate(rows):
-        for j, cell in enumerate(row):
-            text = cell.strip().replace(layout.decimal, ".")
-            if NUMBER.fullmatch(text):
-                values[k, j] = float(text)
-    return values
 
 
 def _column(read: Callable[[int, int], NDArray[np.float64]], k: int, first: int, stop: int) -> NDArray[np.float64]:
@@ -100,5 +74,4 @@ def _block(path: Path, changed: int, layout: Layout, index: Index, first: int, s
 def _parsed(
     path: Path, _changed: int, mark: str, decimal: str, encoding: str, index: Index, block: int
 ) -> NDArray[np.float64]:
-    layout = Layout(encoding, mark, decimal, 0, [], 0)
-    return _values(StringIO(text_of(path, index, block, encoding)), layout, path)
+    return rows_in(path, bytes_of(path, index, block), Layout(encoding, mark, decimal, 0, [], 0))
