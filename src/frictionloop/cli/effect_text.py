@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from frictionloop.parameters import System
+    from frictionloop.parameters.timing import Model
     from frictionloop.preview import Delivered, People, Preview
     from frictionloop.preview.asked import Asked
     from frictionloop.rendering.effect import Effect
@@ -83,6 +84,7 @@ def limit_rows(shown: Preview) -> list[tuple[str, str]]:
     if math.isfinite(shown.skin_amplitude_n):
         skin += f", a sine of {shown.effect.period_mm:.3g} mm up to {shown.skin_amplitude_n:.2g} N"
     return [
+        ("open loop", f"the lookup alone, of {table_words(shown.table)}"),
         ("within reach", f"{100 * shown.share_in_reach:.0f} % of the scored path"),
         ("clamped", f"{100 * shown.share_clamped:.0f} % of the path, by at most {1e3 * shown.clamped_n:.0f} mN"),
         ("steepest rise", f"{shown.steepest_n_mm:.3g} N/mm; {skin}"),
@@ -91,11 +93,19 @@ def limit_rows(shown: Preview) -> list[tuple[str, str]]:
     ]
 
 
+def table_words(model: Model) -> str:
+    """Return what a lookup table is made of, in words."""
+    if model.table_um2:
+        return f"a measured table of {len(model.table_um2)} values up to {model.nominal_n:.3g} N"
+    return f"a table for f0 = {model.nominal_n:.3g} N and tau = {model.susceptibility_per_um2:.3g} /um2"
+
+
 def as_json(shown: Preview, crowd: People | None) -> dict[str, Any]:
     """Return a preview as one object."""
     found: dict[str, Any] = {"sentence": shown.sentence, "effect": shown.effect.model_dump()}
     found |= {"speed_mm_s": shown.speed_mm_s} | {name: getattr(shown, name) for name in _LIMITS}
     found |= {"open_loop": _numbers(shown.open_loop), "closed_loop": _numbers(shown.closed_loop)}
+    found |= {"open_loop_table": table_words(shown.table)}
     found |= {"place_mm": shown.place_mm, "asked_forth_n": shown.asked_forth_n, "asked_back_n": shown.asked_back_n}
     if crowd:
         found["fingers"] = {

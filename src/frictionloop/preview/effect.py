@@ -11,6 +11,7 @@ import numpy as np
 
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import Skin, Strokes, System, check_system
+from frictionloop.parameters.timing import Model
 from frictionloop.preview.asked import check
 from frictionloop.preview.measures import LEAST_N, Delivered, delivered, over_place
 from frictionloop.quantities import FrictionloopError
@@ -42,8 +43,10 @@ class Preview:
     """Least force within reach of plate and finger; NaN where it never counted."""
     high_n: Array
     """Largest force within reach."""
+    table: Model
+    """What the lookup table of the open loop is made of."""
     open_loop: Delivered
-    """What the lookup alone delivers."""
+    """What the lookup alone delivers, with that table."""
     closed_loop: Delivered
     """What the system's control law delivers."""
     share_in_reach: float
@@ -110,7 +113,14 @@ class Preview:
         )
 
 
-def preview(effect: Effect | str, system: System, stroke: Strokes | float | None = None, seed: int = 0) -> Preview:
+def preview(
+    effect: Effect | str,
+    system: System,
+    stroke: Strokes | float | None = None,
+    seed: int = 0,
+    *,
+    table: Model | None = None,
+) -> Preview:
     """Return what a device, a finger's skin and the sense of touch leave of an effect, open and closed loop.
 
     Parameters
@@ -123,6 +133,9 @@ def preview(effect: Effect | str, system: System, stroke: Strokes | float | None
         How the finger moves, or its speed in mm/s; as the system says if not given.
     seed : int
         Seed of all noise.
+    table : Model, optional
+        What the open loop's lookup believes: ``fl.bench().controller.model`` is the bench's own table, where a law was
+        tuned with other beliefs. That of ``system.controller`` if not given.
 
     Raises
     ------
@@ -131,7 +144,7 @@ def preview(effect: Effect | str, system: System, stroke: Strokes | float | None
     """
     shown = prepared(effect, system, stroke)
     asked = check(shown)
-    runs = {law: simulate(each, duration_s(shown), seed) for law, each in both(shown).items()}
+    runs = {law: simulate(each, duration_s(shown), seed) for law, each in both(shown, table).items()}
     for run in runs.values():
         if not run["scored"].values.any():
             raise FrictionloopError("stroke: nothing counts on it; a longer stroke or a smaller unscored_n is needed")
@@ -150,6 +163,7 @@ def preview(effect: Effect | str, system: System, stroke: Strokes | float | None
         asked.back_n,
         low,
         high,
+        table or shown.controller.model,
         open_loop,
         closed_loop,
         share_in_reach=float(np.average((wanted >= floor + d) & (wanted <= top + d), weights=np.abs(way))),
@@ -179,11 +193,14 @@ def prepared(effect: Effect | str, system: System, stroke: Strokes | float | Non
     return system.evolve(changes)
 
 
-def both(system: System) -> dict[str, System]:
-    """Return the system with the lookup alone and with its own law, by law."""
+def both(system: System, table: Model | None = None) -> dict[str, System]:
+    """Return the system with the lookup alone, of its own table or another, and with its own law, by law."""
     if system.controller.kind == "lookup":
         raise FrictionloopError('controller.kind = "lookup": is the open loop; give the law that closes it')
-    return {"lookup": system.evolve({"controller.kind": "lookup"}), system.controller.kind: system}
+    if table is not None and not isinstance(table, Model):
+        raise FrictionloopError(f"table = {table!r:.60}: must be a controller's model, such as controller.model")
+    own = {} if table is None else {"controller.model": table}
+    return {"lookup": system.evolve({"controller.kind": "lookup", **own}), system.controller.kind: system}
 
 
 def duration_s(system: System) -> float:
