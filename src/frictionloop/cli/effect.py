@@ -108,13 +108,14 @@ def show(
         from frictionloop.report.plot import plot as draw
 
         draw(shown, plot)
+    left: tuple[str, ...] = ()
     if save is not None:
         from frictionloop.rendering.export import write
 
-        write(shown.effect, save)
+        left = write(shown.effect, save)
     saved = {"figure": plot, "effect": save}
     if json:
-        screen.show_json(effect_text.as_json(shown, crowd) | {"saved": saved})
+        screen.show_json(effect_text.as_json(shown, crowd) | {"saved": saved, "not_carried_over": left})
         return
     screen.show(
         screen.columns([("effect", effect_text.described(shown.effect)), ("system", origin)]),
@@ -126,6 +127,7 @@ def show(
         "",
         screen.columns(effect_text.limit_rows(shown)),
         *screen.saved(saved),
+        *(f"not carried over: {each}" for each in left),
     )
 
 
