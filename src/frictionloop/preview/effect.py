@@ -170,7 +170,7 @@ def preview(
         share_clamped=asked.share_clamped,
         clamped_n=asked.clamped_n,
         steepest_n_mm=asked.steepest_n_mm,
-        skin_n_mm=1e-3 * shown.finger.stiffness_n_m if isinstance(shown.finger, Skin) else math.inf,
+        skin_n_mm=skin_n_mm(shown),
         position_error_um=um,
         position_error_n=position_n,
         table_error_n=asked.table_error_n,
@@ -201,6 +201,11 @@ def both(system: System, table: Model | None = None) -> dict[str, System]:
         raise FrictionloopError(f"table = {table!r:.60}: must be a controller's model, such as controller.model")
     own = {} if table is None else {"controller.model": table}
     return {"lookup": system.evolve({"controller.kind": "lookup", **own}), system.controller.kind: system}
+
+
+def skin_n_mm(system: System) -> float:
+    """Return the stiffness of the skin, N/mm; inf for a rigid finger."""
+    return 1e-3 * system.finger.stiffness_n_m if isinstance(system.finger, Skin) else math.inf
 
 
 def duration_s(system: System) -> float:
