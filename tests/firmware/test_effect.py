@@ -136,6 +136,7 @@ def test_a_map_of_two_dimensions_gives_the_row_under_the_track():
         made = effect_tables(EffectSource(effect=map_, track=R.Track(y_mm=y_mm)), 255.0)
         touches = np.rint([[x * 1e-3 * 2**32, 2.7e6, 2**27] for x in (-10.0, 0.0, 10.0)])
         np.testing.assert_allclose(in_c(made.words, touches)[1], wanted, atol=PARITY_N)
+        assert made.told == ("map of 2 rows: no board has a sensor for y; the row under the track is played",)
 
 
 WRONG = {

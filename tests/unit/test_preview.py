@@ -145,6 +145,8 @@ def test_a_table_has_what_single_previews_have():
     [
         (lambda: R.preview(R.Constant(level_n=2.0), BENCH), "effect: asks for 2 to 2 N; the controller's band"),
         (lambda: R.preview(R.Grating(spacing_mm=0.02), BENCH, 20.0), "a period of 0.02 mm is 1000 Hz at 20 mm/s"),
+        (lambda: R.preview(3, BENCH), "effect = 3: must be an effect, a name of the library or a TOML file"),
+        (lambda: R.preview("grating", BENCH, "fast"), "stroke = 'fast': must be a speed in mm/s or Strokes"),
         (lambda: R.preview("grating", BENCH, table=3), "table = 3: must be a controller's model"),
         (lambda: R.preview("grating", fl.paper()), 'motion.kind must be "strokes"'),
         (lambda: R.preview("grating", BENCH.evolve({"controller.kind": "lookup"})), "is the open loop; give the law"),

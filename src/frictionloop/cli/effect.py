@@ -41,6 +41,8 @@ Name = Annotated[
 ]
 Speed = Annotated[float | None, Parameter(help="Speed of the stroke in mm/s; that of the system if not given.")]
 EFFECT = "effect."
+PATH = ("setpoint.track.", "setpoint.position")
+"""What a flag may say about where an effect is asked: the stroke's line over it, the place measured or predicted."""
 EFFECT_FILES = (".toml", ".png", ".wav", ".hjif")
 LAW = {"controller.kind": "notch_pi", "controller.feedforward": True}
 """What closes the loop of the bench, if neither a file nor a flag says it (docs/which-law)."""
@@ -216,14 +218,20 @@ def _given(name: str, file: Path | None, preset: Any, overrides: list[str] | Non
     The preset has a law that closes its loop well.
     """
     own_values = [each for each in overrides or () if each.startswith(EFFECT)]
-    overrides = [each for each in overrides or () if not each.startswith(EFFECT)]
+    of_path = [each for each in overrides or () if each.startswith(PATH)]
+    overrides = [each for each in overrides or () if not each.startswith((EFFECT, *PATH))]
     effect: Any = name
     if own_values:
         from frictionloop.rendering.files import changed, find
 
         values = flags.overrides_of(own_values)
         effect = changed(find(name), {path.removeprefix(EFFECT): value for path, value in values.items()})
-    return effect, *_system(file, preset, overrides)
+    system, origin = _system(file, preset, overrides)
+    if of_path:
+        values = flags.overrides_of(of_path)
+        kind = {} if system.setpoint.kind == "effect" else {"setpoint.kind": "effect"}
+        system, origin = system.evolve(kind | values), flags.changed(origin, values)
+    return effect, system, origin
 
 
 def _own_table(system: System, file: Path | None, preset: Any) -> Model | None:

@@ -15,8 +15,10 @@ from frictionloop.firmware.effect_pieces import Piece, shared
 from frictionloop.firmware.quantised import to_gain, to_q28
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import schema
+from frictionloop.rendering.effect import Effect
 from frictionloop.rendering.program import MOST_TRIGGERS, Do, Program
 from frictionloop.rendering.source import EffectSource
+from frictionloop.rendering.tables import Map
 
 FORMATS = {"u8": "u1", "u16": "<u2", "i32": "<i4", "i8": "i1"}
 STEP = np.dtype([(field["name"], FORMATS[field["format"]]) for field in schema()["effect_step"]])
@@ -87,10 +89,18 @@ def effect_tables(source: EffectSource, length_mm: float, most: int = STORE) -> 
         if size < piece.needs(len(piece.values)):
             told.append(_told(k, piece, fewer[k], errors[-1]))
     small = _program(program, fewer)
+    if rows := _rows(source.effect):
+        told.append(f"map of {rows} rows: no board has a sensor for y; the row under the track is played")
     rounding_n = _rounding_n(small)
     if rounding_n > PARITY_N:
         told.append(f"words of 16 bit: the force differs by up to {1e3 * rounding_n:.2g} mN by rounding")
     return EffectTables(_words(small, source.position == "predicted"), small, tuple(told), max(errors), rounding_n)
+
+
+def _rows(effect: Effect) -> int:
+    """Return the rows of the largest map of an effect, 0 without one of several rows."""
+    own = len(effect.values_n) if isinstance(effect, Map) and len(effect.values_n) > 1 else 0
+    return max([own, *(_rows(part) for part in effect.parts)])
 
 
 def _piece(program: Program, step: Sequence[float], reach_mm: float) -> Piece:

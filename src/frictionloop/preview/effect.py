@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -182,11 +183,15 @@ def prepared(effect: Effect | str, system: System, stroke: Strokes | float | Non
     check_system(system)
     if not isinstance(system.motion, Strokes):
         raise FrictionloopError('system: motion.kind must be "strokes", such as in fl.bench()')
+    if not isinstance(effect, (Effect, str, os.PathLike)):
+        raise FrictionloopError(f"effect = {effect!r:.60}: must be an effect, a name of the library or a TOML file")
     effect = effect if isinstance(effect, Effect) else find(effect)
     kept = system.setpoint if isinstance(system.setpoint, EffectSource) else EffectSource()
     changes: dict[str, Any] = {"setpoint": kept.model_copy(update={"effect": effect})}
     if isinstance(stroke, Strokes):
         changes["motion"] = stroke
+    elif stroke is not None and not isinstance(stroke, (int, float)):
+        raise FrictionloopError(f"stroke = {stroke!r:.60}: must be a speed in mm/s or Strokes")
     elif stroke is not None:
         changes["motion.speed_mm_s"] = stroke
         changes["motion.reversal_s"] = min(system.motion.reversal_s, 0.5 * system.motion.stroke_mm / max(stroke, 1e-9))

@@ -167,7 +167,7 @@ def write_image(made: Map, path: str | os.PathLike[str], polarity: Polarity = "b
     low, high = float(table.min()), float(table.max())
     share = (table - low) / (high - low) if high > low else 0.0 * table
     share = share if polarity == "bright" else 1.0 - share
-    scale = {"mm_per_pixel": made.pitch_mm, "polarity": polarity, "low_n": low, "high_n": high}
+    scale: dict[str, Any] = {"mm_per_pixel": made.pitch_mm, "polarity": polarity, "low_n": low, "high_n": high}
     scale |= {"start_mm": made.start_mm, "start_y_mm": made.start_y_mm}
     scale |= {"between": made.between, "beyond": made.beyond}
     info.add_text(TEXT, json.dumps(scale))

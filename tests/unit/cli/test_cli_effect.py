@@ -109,3 +109,13 @@ def test_a_recording_without_a_scale_is_told_to_be_taken_for_newtons(frictionloo
     np.savetxt("force.csv", np.full(100, 0.4), header="force", comments="")
     answer = frictionloop("effect", "import", "force.csv", "--rate-hz", "1000", "--out", "force.toml", "--json")
     assert answer.json()["told"].startswith("taken for N, or by the unit in the file; 0.099 s at 1000 values")
+
+
+def test_the_line_of_the_stroke_is_changed_without_code(frictionloop):
+    R.write_effect(R.Map(values_n=((0.3, 0.3), (0.5, 0.5)), pitch_mm=4.0), "rows.toml")
+    for y_mm, force in (("0", 0.3), ("4", 0.5)):
+        answer = frictionloop("effect", "check", "rows.toml", "--setpoint.track.y_mm", y_mm, "--json")
+        assert answer.json()["largest_n"] == pytest.approx(force)
+    wrong = frictionloop("effect", "check", "rows.toml", "--setpoint.position", "guessed")
+    assert wrong.code == 2
+    assert "setpoint.position = 'guessed': must be 'measured' or 'predicted'" in wrong.err
