@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from frictionloop.loop.open_loop import OPENED
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import Skin, Strokes, System, check_system
 from frictionloop.parameters.timing import Model
@@ -205,7 +206,7 @@ def both(system: System, table: Model | None = None) -> dict[str, System]:
     if table is not None and not isinstance(table, Model):
         raise FrictionloopError(f"table = {table!r:.60}: must be a controller's model, such as controller.model")
     own = {} if table is None else {"controller.model": table}
-    return {"lookup": system.evolve({"controller.kind": "lookup", **own}), system.controller.kind: system}
+    return {"lookup": system.evolve({**OPENED, **own}), system.controller.kind: system}
 
 
 def skin_n_mm(system: System) -> float:
