@@ -9,14 +9,13 @@ from frictionloop.parameters import System
 from frictionloop.physics.fingers import fingers
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.library import LIBRARY
+from frictionloop.studio.crowd import POPULATION_SEED
 from frictionloop.studio.panels import panels_of
 from frictionloop.studio.plate import map_of
 from frictionloop.studio.room import Guest, Room
 from frictionloop.studio.share import as_command, as_python, differences, effect_name
 
-POPULATION_SEED = 0
-"""Seed of the population that another finger is drawn from."""
-FREE = ("stop", "take", "sound")
+FREE = ("stop", "take", "sound", "crowd")
 """Commands of every page; all others are the driving page's."""
 
 
@@ -105,6 +104,10 @@ def _sound(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     guest.listens = _flag(asked, "on")
 
 
+def _crowd(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    guest.crowd = _flag(asked, "on")
+
+
 def _effect(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     name = asked.get("name")
     if not isinstance(name, str) or name not in LIBRARY:
@@ -151,6 +154,7 @@ COMMANDS: dict[str, Command] = {
     "ghost_speed": _ghost_speed,
     "load": _load,
     "sound": _sound,
+    "crowd": _crowd,
     "effect": _effect,
     "set": _set,
     "undo": _undo,

@@ -14,6 +14,7 @@ from frictionloop.device.live_session import Block, Session
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.source import EffectSource
+from frictionloop.studio.crowd import Twelve
 from frictionloop.studio.frames import Frame, events_in, pack
 from frictionloop.studio.numbers import WINDOW_S, numbers_of
 from frictionloop.studio.plate import depends_on_y
@@ -33,6 +34,8 @@ class Guest:
 
     def __init__(self, may_drive: bool) -> None:
         self.may_drive, self.listens, self.lost = may_drive, False, 0
+        self.crowd = False
+        """Whether it looks at the row of fingers."""
         self._waiting: deque[bytes | dict[str, Any]] = deque()
         self._there = asyncio.Event()
 
@@ -69,7 +72,7 @@ class Room:
     """
 
     def __init__(self, session: Session, clock: Callable[[], float] = time.monotonic) -> None:
-        self.session, self.clock = session, clock
+        self.session, self.clock, self.twelve = session, clock, Twelve(session)
         self.guests: list[Guest] = []
         self.driver: Guest | None = None
         self.before: deque[System] = deque(maxlen=UNDONE)
@@ -166,6 +169,8 @@ class Room:
             rate = self.session.engine.rate_hz
             touches = self.session.engine.system.touch.load.touch_n
             self.tell({"type": "numbers"} | numbers_of(self.session.last(WINDOW_S), rate, touches))
+            if self._looking:
+                self.tell_onlookers(self.twelve.told())
 
     def _send(self, block: Block) -> None:
         self._number += 1
@@ -174,6 +179,20 @@ class Room:
             if guest.listens not in packed:
                 packed[guest.listens] = pack(self._frame(block, 1 if guest.listens else SPARSE))
             guest.put(packed[guest.listens])
+        if not self._looking:
+            self.twelve.rest()
+        elif (crowd := self.twelve.follow(block)) is not None:
+            self.tell_onlookers(crowd)
+
+    @property
+    def _looking(self) -> bool:
+        return any(guest.crowd for guest in self.guests)
+
+    def tell_onlookers(self, message: bytes | dict[str, Any]) -> None:
+        """Tell the pages that look at the row of fingers."""
+        for guest in self.guests:
+            if guest.crowd:
+                guest.put(message)
 
     def _frame(self, block: Block, every: int) -> Frame:
         rate = self.session.engine.rate_hz

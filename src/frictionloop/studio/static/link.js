@@ -1,5 +1,5 @@
 // The socket: frames and maps in, pointer events and commands out; it comes back by itself.
-const FRAME = 1, MAP = 2, RETRY_MS = 700;
+const FRAME = 1, MAP = 2, CROWD = 3, RETRY_MS = 700;
 
 export class Link extends EventTarget {
   constructor(url) {
@@ -27,10 +27,10 @@ export class Link extends EventTarget {
   }
   binary(buffer) {
     const view = new DataView(buffer), kind = view.getUint32(0, true);
-    if (kind === FRAME) {
+    if (kind === FRAME || kind === CROWD) {
       const rows = view.getUint16(28, true), count = view.getUint16(30, true), channels = [];
       for (let c = 0; c < count; c++) channels.push(new Float32Array(buffer, 32 + 4 * rows * c, rows));
-      this.tell("frame", {
+      this.tell(kind === FRAME ? "frame" : "people", {
         time: view.getFloat64(8, true), reached: view.getFloat64(16, true), spacing: view.getFloat32(24, true), rows, channels,
       });
     } else if (kind === MAP) {

@@ -1,5 +1,6 @@
 // The page: one link, one past, and what draws it once per animation frame.
 import { controls } from "./controls.js";
+import { Crowd } from "./crowd.js";
 import { Link } from "./link.js";
 import { showNumbers } from "./numbers.js";
 import { Panels } from "./panels.js";
@@ -24,6 +25,7 @@ states(link);
 sharing(link);
 saving(() => scope);
 new Panels(link);
+const crowd = new Crowd(link);
 sounding(link, $("sound"));
 touring(link, $("tour"), $("tour-card"));
 link.addEventListener("hello", ({ detail }) => {
@@ -69,12 +71,13 @@ let frames = 0, since = performance.now();
 function draw(now) {
   pointer.flush(now);
   plate.draw();
+  crowd.draw(now);
   if (scope?.draw()) frames++;
   if (now - since > 1000) {
     const sorted = late.slice().sort((a, b) => a - b), at = (share) => sorted[Math.floor(share * (sorted.length - 1))];
     const told = sorted.length ? `, pointer to force ${at(0.5).toFixed(0)} ms (95 %: ${at(0.95).toFixed(0)} ms) after the 17 ms that the finger follows late` : "";
-    $("rates").textContent = `${(1e3 * frames / (now - since)).toFixed(0)} frames/s${told}`;
-    frames = 0;
+    $("rates").textContent = `${(1e3 * frames / (now - since)).toFixed(0)} frames/s${told}${crowd.on ? `, twelve fingers ${(1e3 * crowd.frames / (now - since)).toFixed(0)} frames/s` : ""}`;
+    frames = crowd.frames = 0;
     since = now;
   }
   requestAnimationFrame(draw);

@@ -37,6 +37,4 @@ export function sharing(link) {
   addEventListener("keydown", (event) => {
     if (event.key === "z" && (event.ctrlKey || event.metaKey) && !/^(INPUT|TEXTAREA)$/.test(event.target.tagName)) link.ask("undo");
   });
-  let finger = 0;
-  $("finger").onclick = () => link.ask("finger", { number: finger++ % 1000 });
 }
