@@ -135,6 +135,8 @@ def test_numbers_of_what_was_asked_for_are_perfect_and_of_a_resting_finger_none(
     assert told["closed_r2"] == pytest.approx(1.0)
     assert told["open_error_n"] == pytest.approx(0.1)
     assert told["open_contrast"] == pytest.approx(1.0)
+    assert told["closed_felt"] == pytest.approx(0.0)
+    assert told["open_felt"] > 1.0  # 0.1 N that comes with the touch is felt
     rows[X] = 3.0
     assert numbers_of(rows, 5000.0, 0.02) == {}
 

@@ -12,10 +12,11 @@ from frictionloop.rendering.library import LIBRARY
 from frictionloop.studio.crowd import POPULATION_SEED
 from frictionloop.studio.panels import panels_of
 from frictionloop.studio.plate import map_of
+from frictionloop.studio.presets import BY_NAME
 from frictionloop.studio.room import Guest, Room
-from frictionloop.studio.share import as_command, as_python, differences, effect_name
+from frictionloop.studio.share import as_command, as_python, differences, effect_name, is_large
 
-FREE = ("stop", "take", "sound", "crowd")
+FREE = ("stop", "take", "sound", "crowd", "reach")
 """Commands of every page; all others are the driving page's."""
 
 
@@ -66,7 +67,8 @@ def system_message(system: System) -> dict[str, Any]:
         "type": "system",
         "effect": effect_name(system),
         "panels": panels_of(system),
-        "differs": differences(system),
+        # An address holds no painting: without an address the page offers the file alone.
+        "differs": None if is_large(system) else differences(system),
         "python": as_python(system),
         "command": as_command(system),
     }
@@ -108,6 +110,12 @@ def _crowd(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     guest.crowd = _flag(asked, "on")
 
 
+def _reach(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    guest.ahead = _flag(asked, "on")
+    if guest.ahead and room.reach.told is not None:
+        guest.put(room.reach.told)
+
+
 def _effect(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     name = asked.get("name")
     if not isinstance(name, str) or name not in LIBRARY:
@@ -138,6 +146,13 @@ def _undo(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     change(room, room.before.pop(), remember=False)
 
 
+def _preset(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    name = asked.get("name")
+    if not isinstance(name, str) or name not in BY_NAME:
+        raise FrictionloopError(f"name = {name!r:.40}: must be one of {', '.join(BY_NAME)}")
+    change(room, room.session.engine.system.evolve(BY_NAME[name].values))
+
+
 def _finger(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     """Another finger of the population: of number n, the same one each time."""
     number = int(_number(asked, "number", 0, 999))
@@ -155,8 +170,10 @@ COMMANDS: dict[str, Command] = {
     "load": _load,
     "sound": _sound,
     "crowd": _crowd,
+    "reach": _reach,
     "effect": _effect,
     "set": _set,
     "undo": _undo,
+    "preset": _preset,
     "finger": _finger,
 }

@@ -7,6 +7,8 @@ import math
 import numpy as np
 
 from frictionloop.device.live_engine import CHANNELS
+from frictionloop.loop.felt import weighted
+from frictionloop.perception.weighting import RATES_HZ
 from frictionloop.rendering.effect import TURNS_MM_S
 
 WINDOW_S = 2.0
@@ -19,9 +21,10 @@ _ROW = {name: number for number, name in enumerate(CHANNELS)}
 
 
 def numbers_of(rows: np.ndarray, rate_hz: float, touches_n: float) -> dict[str, float | None]:
-    """Return rms error (N), R2 against identity, contrast delivered and share of saturated ticks, open and closed.
+    """Return rms error (N, and as felt), R2 against identity, contrast delivered and share of saturated ticks.
 
-    Contrast is the spread of the force over that asked for, both as standard deviations: 1 delivers all of it. Ticks
+    Each but the last is told of the open and of the closed loop. As felt the error is the index D of
+    ``fl.perceptual_index``: in thresholds of touch from 1 to 500 Hz, felt above 1. Contrast is the spread of the force over that asked for, both as standard deviations: 1 delivers all of it. Ticks
     count while the finger slides, from `TURNED_MM` after a turn on: the skin swings over meanwhile. A number that does
     not exist is None: R2 and contrast where the force asked for does not change.
 
@@ -45,10 +48,19 @@ def numbers_of(rows: np.ndarray, rate_hz: float, touches_n: float) -> dict[str, 
         rms = math.sqrt(float(np.mean((force - asked) ** 2)))
         told |= {
             f"{name}_error_n": rms,
+            f"{name}_felt": _felt(rows[_ROW[f"{name}_n"]] - rows[_ROW["asked_n"]], sliding, rate_hz),
             f"{name}_r2": 1.0 - (rms / spread) ** 2 if spread > 1e-3 else None,
             f"{name}_contrast": float(np.std(force)) / spread if spread > 1e-3 else None,
         }
     return told
+
+
+def _felt(error_n: np.ndarray, sliding: np.ndarray, rate_hz: float) -> float | None:
+    """Return the index D of an error where the finger slides; None at a rate that the filter is not made for."""
+    if not RATES_HZ[0] <= rate_hz <= RATES_HZ[1]:
+        return None
+    felt = weighted(error_n.astype(float), sliding.astype(float), rate_hz)
+    return math.sqrt(float(np.sum(felt**2)) / float(sliding.sum()))
 
 
 def slides(x_mm: np.ndarray, load_n: np.ndarray, rate_hz: float, touches_n: float) -> np.ndarray:

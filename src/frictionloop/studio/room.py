@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import secrets
 import time
 from collections import deque
 from collections.abc import Callable
@@ -18,6 +19,7 @@ from frictionloop.studio.crowd import Twelve
 from frictionloop.studio.frames import Frame, events_in, pack
 from frictionloop.studio.numbers import WINDOW_S, numbers_of
 from frictionloop.studio.plate import depends_on_y
+from frictionloop.studio.reach import Reach
 
 WAITING = 64
 """Messages that wait for a slow page; the oldest frames are then dropped (a third of a second)."""
@@ -36,6 +38,10 @@ class Guest:
         self.may_drive, self.listens, self.lost = may_drive, False, 0
         self.crowd = False
         """Whether it looks at the row of fingers."""
+        self.ahead = False
+        """Whether it is told what of the effect will not arrive."""
+        self.key = secrets.token_urlsafe(16)
+        """Tells its requests from those of other pages."""
         self._waiting: deque[bytes | dict[str, Any]] = deque()
         self._there = asyncio.Event()
 
@@ -72,7 +78,7 @@ class Room:
     """
 
     def __init__(self, session: Session, clock: Callable[[], float] = time.monotonic) -> None:
-        self.session, self.clock, self.twelve = session, clock, Twelve(session)
+        self.session, self.clock, self.twelve, self.reach = session, clock, Twelve(session), Reach(session)
         self.guests: list[Guest] = []
         self.driver: Guest | None = None
         self.before: deque[System] = deque(maxlen=UNDONE)
@@ -171,6 +177,10 @@ class Room:
             self.tell({"type": "numbers"} | numbers_of(self.session.last(WINDOW_S), rate, touches))
             if self._looking:
                 self.tell_onlookers(self.twelve.told())
+            if any(guest.ahead for guest in self.guests) and (told := self.reach.follow(now_s)) is not None:
+                for guest in self.guests:
+                    if guest.ahead:
+                        guest.put(told)
 
     def _send(self, block: Block) -> None:
         self._number += 1

@@ -21,11 +21,14 @@ from frictionloop.device.live_record import recorded
 from frictionloop.loop.record import save
 from frictionloop.parameters.files import to_toml
 from frictionloop.quantities import FrictionloopError
-from frictionloop.rendering.library import LIBRARY
 from frictionloop.studio.commands import obey, system_message
+from frictionloop.studio.gallery import gallery
 from frictionloop.studio.plate import HEIGHT_MM, map_of
+from frictionloop.studio.presets import PRESETS
 from frictionloop.studio.room import Guest, Room
 from frictionloop.studio.safe import HEADERS, Doors
+from frictionloop.studio.taking_in import taken_in
+from frictionloop.studio.uploads import PAINT_MM, PAINT_MOST_N
 
 STATIC = Path(__file__).parent / "static"
 FILES = {path.relative_to(STATIC).as_posix(): path for path in sorted(STATIC.rglob("*")) if path.is_file()}
@@ -79,8 +82,14 @@ def studio_app(room: Room, doors: Doors | None = None) -> Starlette:
             return refused()
         return save_answer(room, request.path_params["name"])
 
+    reading = asyncio.Lock()
+
+    async def effect(request: Request) -> Response:
+        return await taken_in(room, request, reading) if doors.role(request) == "drive" else refused()
+
     routes = [
         Route("/", page),
+        Route("/effect", effect, methods=["POST"]),
         Route("/save/{name}", saved),
         Route("/static/{name:path}", file),
         WebSocketRoute("/live", socket),
@@ -113,13 +122,17 @@ def save_answer(room: Room, name: str) -> Response:
 
 
 async def _serve(room: Room, guest: Guest, socket: WebSocket) -> None:
+    await asyncio.to_thread(gallery)  # pictures take a quarter of a second the first time, which is not the session's
     system = room.session.engine.system
     guest.put(
         {
             "type": "hello",
             "channels": {name: list(told) for name, told in CHANNELS.items()},
-            "effects": list(LIBRARY),
+            "effects": gallery(),
             "plate_mm": [system.touch.load.length_mm, HEIGHT_MM],
+            "presets": [{"name": each.name, "told": each.told} for each in PRESETS],
+            "page": guest.key,
+            "paint": {"mm": PAINT_MM, "most_n": PAINT_MOST_N},
         }
     )
     guest.put(system_message(system))

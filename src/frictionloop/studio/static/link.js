@@ -23,6 +23,7 @@ export class Link extends EventTarget {
   text(data) {
     this.ever = true;
     const message = JSON.parse(data);
+    if (message.type === "hello") this.page = message.page;
     this.tell(message.type, message);
   }
   binary(buffer) {
@@ -46,6 +47,15 @@ export class Link extends EventTarget {
   }
   ask(what, more = {}) {
     if (this.up) this.socket.send(JSON.stringify({ do: what, ...more }));
+  }
+  // An effect of the page's own; resolves to what was made of it, and rejects with why not.
+  async bring(kind, asked, content) {
+    const query = new URLSearchParams(location.search);
+    for (const [name, value] of Object.entries({ kind, ...asked })) query.set(name, value);
+    const answer = await fetch(`/effect?${query}`, { method: "POST", headers: { "X-Studio-Page": this.page }, body: content });
+    const told = await answer.json().catch(() => ({ why: "The studio did not answer." }));
+    if (!answer.ok) throw new Error(told.why);
+    return told.told;
   }
   touch(events) {
     if (this.up && events.length) this.socket.send(new Float64Array(events));

@@ -1,11 +1,19 @@
 // The page: one link, one past, and what draws it once per animation frame.
+import { lookAhead } from "./ahead.js";
+import { bringing } from "./bring.js";
+import { calibrating } from "./calibrate.js";
 import { controls } from "./controls.js";
 import { Crowd } from "./crowd.js";
+import { gallery } from "./gallery.js";
+import { hinting } from "./hint.js";
 import { Link } from "./link.js";
 import { showNumbers } from "./numbers.js";
+import { Painter } from "./paint.js";
 import { Panels } from "./panels.js";
 import { Plate } from "./plate.js";
 import { Pointer } from "./pointer.js";
+import { presets } from "./presets.js";
+import { radios } from "./radios.js";
 import { Ring } from "./ring.js";
 import { saving } from "./save.js";
 import { Scope } from "./scope.js";
@@ -21,6 +29,13 @@ const plate = new Plate($("plate")), pointer = new Pointer($("plate"), plate, li
 let ring, scope;
 
 controls(link);
+gallery(link);
+presets(link);
+lookAhead(plate, link);
+new Painter($("plate"), plate, link);
+bringing(link);
+calibrating(plate);
+hinting(link, $("hint"));
 states(link);
 sharing(link);
 saving(() => scope);
@@ -54,12 +69,7 @@ link.addEventListener("frame", ({ detail }) => {
     if (late.length > 240) late.shift();
   }
 });
-for (const button of document.querySelectorAll("[data-axis]")) {
-  button.onclick = () => {
-    for (const each of document.querySelectorAll("[data-axis]")) each.setAttribute("aria-checked", each === button);
-    scope?.show(button.dataset.axis);
-  };
-}
+radios($("axis"), ({ dataset }) => scope?.show(dataset.axis));
 $("span").onchange = () => { scope.span = Number($("span").value); scope.dirty = true; };
 $("pause").onclick = () => {
   scope.paused = !scope.paused;

@@ -16,7 +16,7 @@ export class Pointer {
     return event.pointerType === "pen" && event.pressure > 0 ? 2 * event.pressure : NaN;
   }
   begin(event) {
-    if (event.button !== 0) return;
+    if (event.button !== 0 || this.canvas.dataset.tool) return;
     this.canvas.focus({ preventScroll: true });
     try { this.canvas.setPointerCapture(event.pointerId); } catch { /* a pointer that is gone already */ }
     this.id = event.pointerId;
@@ -44,6 +44,7 @@ export class Pointer {
     this.events = [];
   }
   press(event) {
+    if (this.canvas.dataset.tool) return;
     const way = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
     if (way) {
       if (!this.keyed && !this.down) this.place = [this.plate.finger.x, this.plate.finger.y];

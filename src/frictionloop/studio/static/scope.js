@@ -13,7 +13,7 @@ export class Scope {
     this.clearPlaces();
     this.build();
     new ResizeObserver(() => this.plot.setSize(this.size())).observe(element);
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.build());
+    addEventListener("look", () => this.build());
   }
   clearPlaces() {
     this.byPlace = SIGNALS.map(() => new Array(this.places.length).fill(null));

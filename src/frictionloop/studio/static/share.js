@@ -4,8 +4,10 @@ const $ = (id) => document.getElementById(id);
 export function sharing(link) {
   const words = {};
   link.addEventListener("system", ({ detail }) => {
-    const packed = btoa(unescape(encodeURIComponent(JSON.stringify(detail.differs))));
-    words.address = `${location.origin}/#${packed}`;
+    const packed = detail.differs && btoa(unescape(encodeURIComponent(JSON.stringify(detail.differs))));
+    words.address = packed ? `${location.origin}/#${packed}` : "";
+    document.querySelector("[data-copy=address]").disabled = !packed;
+    $("copied").textContent = packed ? "Copy what restores this loop:" : "This effect is too large for an address: save the TOML file.";
     words.python = detail.python;
     words.command = detail.command;
     $("as-python").textContent = detail.python;

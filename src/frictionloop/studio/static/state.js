@@ -10,7 +10,7 @@ export function states(link) {
       : "The connection is lost: the plate is at rest. Trying again.");
     else trouble("");
   });
-  link.addEventListener("refused", ({ detail }) => flash(detail.why));
+  for (const name of ["refused", "said"]) link.addEventListener(name, ({ detail }) => flash(detail.why));
   link.addEventListener("status", ({ detail }) => {
     $("source").textContent = detail.source;
     $("source").title = detail.source === "simulated" ? "Nothing here is hardware: plate, finger and sensor are computed." : "";
