@@ -24,9 +24,10 @@ def numbers_of(rows: np.ndarray, rate_hz: float, touches_n: float) -> dict[str, 
     """Return rms error (N, and as felt), R2 against identity, contrast delivered and share of saturated ticks.
 
     Each but the last is told of the open and of the closed loop. As felt the error is the index D of
-    ``fl.perceptual_index``: in thresholds of touch from 1 to 500 Hz, felt above 1. Contrast is the spread of the force over that asked for, both as standard deviations: 1 delivers all of it. Ticks
-    count while the finger slides, from `TURNED_MM` after a turn on: the skin swings over meanwhile. A number that does
-    not exist is None: R2 and contrast where the force asked for does not change.
+    ``fl.perceptual_index``: in thresholds of touch from 1 to 500 Hz, felt above 1. Contrast is the spread of the force
+    over that asked for, both as standard deviations: 1 delivers all of it. Ticks count while the finger slides, from
+    `TURNED_MM` after a turn on: the skin swings over meanwhile. A number that does not exist is None: R2 and contrast
+    where the force asked for does not change.
 
     Parameters
     ----------

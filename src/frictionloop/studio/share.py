@@ -61,7 +61,8 @@ def effect_name(system: System) -> str:
 def as_python(system: System) -> str:
     """Return the lines of Python that make the System; one whose effect is large is read from a file."""
     if is_large(system):
-        return 'import frictionloop as fl\n\nsystem = fl.read_toml("system.toml")\nrun = fl.simulate(system, duration_s=5.0)'
+        lines = ["import frictionloop as fl", "", 'system = fl.read_toml("system.toml")']
+        return "\n".join([*lines, "run = fl.simulate(system, duration_s=5.0)"])
     values, name = differences(system), effect_name(system)
     lines = ["import frictionloop as fl", "", "system = fl.bench().evolve({"]
     for path, value in values.items():
