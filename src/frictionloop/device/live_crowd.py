@@ -12,8 +12,8 @@ from frictionloop.device.live_path import FASTEST_MM_S
 from frictionloop.loop.guided import Guided
 from frictionloop.parameters import System
 
-CROWD = ("asked_n", "open_n", "closed_n", "saturated")
-"""What is told of every person: force asked for, forces of both loops, and whether the closed one is at its limit."""
+CROWD = ("asked_n", "open_n", "closed_n", "beyond")
+"""What is told of every person: force asked for, forces of both loops, and whether the wish is out of reach."""
 _PLACE, _LOAD = (list(CHANNELS).index(name) for name in ("x_mm", "load_n"))
 
 
@@ -70,7 +70,9 @@ class Crowd:
         path = self._path(rows)
         closed = dict(zip(self._closed.names, self._closed.advance(path), strict=True))
         beside = dict(zip(self._open.names, self._open.advance(path), strict=True))
-        told = closed["f_r"], beside["f_a"], closed["f_a"], closed["saturated"]
+        wish = closed["f_r"] - closed["d"]
+        beyond = (wish < closed["floor"]) | (wish > closed["limit"])
+        told = closed["f_r"], beside["f_a"], closed["f_a"], beyond
         return np.stack(told).astype(np.float32)
 
     def _path(self, rows: np.ndarray) -> np.ndarray:

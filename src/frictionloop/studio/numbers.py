@@ -27,7 +27,7 @@ def numbers_of(rows: np.ndarray, rate_hz: float, touches_n: float) -> dict[str, 
     ``fl.perceptual_index``: in thresholds of touch from 1 to 500 Hz, felt above 1. Contrast is the spread of the force
     over that asked for, both as standard deviations: 1 delivers all of it. Ticks count while the finger slides, from
     `TURNED_MM` after a turn on: the skin swings over meanwhile. A number that does not exist is None: R2 and contrast
-    where the force asked for does not change.
+    where the force asked for does not change. ``beyond`` is the share of the wish that is out of the finger's reach.
 
     Parameters
     ----------
@@ -43,7 +43,11 @@ def numbers_of(rows: np.ndarray, rate_hz: float, touches_n: float) -> dict[str, 
         return {}
     asked = rows[_ROW["asked_n"], sliding].astype(float)
     spread = float(np.std(asked))
-    told: dict[str, float | None] = {"saturated": float(np.mean(rows[_ROW["saturated"], sliding]))}
+    beyond = (asked < rows[_ROW["floor_n"], sliding]) | (asked > rows[_ROW["limit_n"], sliding])
+    told: dict[str, float | None] = {
+        "saturated": float(np.mean(rows[_ROW["saturated"], sliding])),
+        "beyond": float(np.mean(beyond)),
+    }
     for name in ("open", "closed"):
         force = rows[_ROW[f"{name}_n"], sliding].astype(float)
         rms = math.sqrt(float(np.mean((force - asked) ** 2)))

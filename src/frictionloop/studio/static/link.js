@@ -58,6 +58,8 @@ export class Link extends EventTarget {
     return told.told;
   }
   touch(events) {
-    if (this.up && events.length) this.socket.send(new Float64Array(events));
+    if (!this.up || !events.length) return;
+    this.socket.send(new Float64Array(events));
+    this.tell("slid", { events: events.length });
   }
 }

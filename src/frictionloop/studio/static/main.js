@@ -18,7 +18,7 @@ import { Ring } from "./ring.js";
 import { saving } from "./save.js";
 import { Scope } from "./scope.js";
 import { sharing } from "./share.js";
-import { legend } from "./signals.js";
+import { legend, showOnly } from "./signals.js";
 import { sounding } from "./sound.js";
 import { states } from "./state.js";
 import { touring } from "./tour.js";
@@ -39,10 +39,17 @@ hinting(link, $("hint"));
 states(link);
 sharing(link);
 saving(() => scope);
-new Panels(link);
+const panels = new Panels(link);
 const crowd = new Crowd(link);
 sounding(link, $("sound"));
-touring(link, $("tour"), $("tour-card"));
+touring(link, $("tour"), $("tour-card"), (signals, box, people) => {
+  showOnly(signals);
+  legend($("legend"), () => scope.build());
+  scope?.build();
+  panels.open(box);
+  if (crowd.on !== people) crowd.show(people);
+  $("scope-card")[people ? "before" : "after"]($("crowd-card"));
+});
 link.addEventListener("hello", ({ detail }) => {
   if (ring) return;
   ring = new Ring(Object.keys(detail.channels), KEPT_S, RATE_HZ);

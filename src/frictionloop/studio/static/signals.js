@@ -29,3 +29,8 @@ export function legend(element, changed) {
     return label;
   }));
 }
+
+// Show these channels and no others.
+export function showOnly(channels) {
+  for (const signal of SIGNALS) signal.shown = channels.includes(signal.channel);
+}
