@@ -61,6 +61,11 @@ link.addEventListener("map", ({ detail }) => { plate.setMap(detail); scope?.clea
 link.addEventListener("numbers", ({ detail }) => showNumbers($("numbers"), $("verdict"), detail));
 const late = [];
 let line = 0;
+// The skin of this finger, N/mm: how far the contact lags behind.
+link.addEventListener("system", ({ detail }) => {
+  const skin = detail.panels.friction.find((field) => field.path === "finger.stiffness_n_m");
+  plate.stiffness = skin ? skin.value / 1000 : Infinity;
+});
 link.addEventListener("status", ({ detail }) => { line = detail.line_mm; });
 link.addEventListener("frame", ({ detail }) => {
   if (!ring) return;
