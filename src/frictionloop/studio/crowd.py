@@ -93,6 +93,8 @@ class Twelve:
             self._crowd = task.result()
         except FrictionloopError as error:
             self._why = str(error)
+        except Exception as error:  # the row must not take the session with it, whatever it died of
+            self._why = f"{type(error).__name__}: {error}"
         if self._crowd is not None and self._system is not self._session.engine.system:
             self._crowd = self._system = None
 
