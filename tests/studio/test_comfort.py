@@ -100,3 +100,14 @@ def test_a_phone_vibrates_with_the_friction_when_asked_to(browser, serve):
 def test_a_desktop_without_a_pad_is_not_offered_vibration(page, serve):
     opened(page, serve(room_of()).url)
     assert page.is_hidden("label:has(#hint)")
+
+
+def test_the_signals_of_a_box_go_to_the_scope_and_back(page, serve):
+    opened(page, serve(room_of()).url)
+    page.click("[data-box=sensor]")
+    own, all_of_them = "#box-signals [data-channel=measured_n]", "#legend [data-channel=measured_n]"
+    assert page.locator("#box-signals input").count() == 2
+    page.check(own)
+    assert page.is_checked(all_of_them)
+    page.uncheck(all_of_them)
+    assert not page.is_checked(own)

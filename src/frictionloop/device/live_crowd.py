@@ -78,7 +78,9 @@ class Crowd:
     def _path(self, rows: np.ndarray) -> np.ndarray:
         """Return place (m), speed (m/s) and load (N); a finger that is in the air goes at once to where it lands."""
         path = np.empty((rows.shape[1], 3))
-        path[:, 0], path[:, 2] = 1e-3 * rows[_PLACE], rows[_LOAD]
+        # What a device does not know of its finger is a finger that is not there.
+        path[:, 0] = np.where(np.isnan(rows[_PLACE]), self._x_m, 1e-3 * rows[_PLACE])
+        path[:, 2] = np.nan_to_num(rows[_LOAD])
         speed = np.diff(path[:, 0], prepend=self._x_m) * self.rate_hz
         path[:, 1] = np.where(np.abs(speed) > 1.01e-3 * FASTEST_MM_S, 0.0, speed)
         self._x_m = float(path[-1, 0])
