@@ -163,7 +163,7 @@ BAD_FILES = {
     "an unknown preset": ('preset = "papr"', "preset = 'papr' is unknown; accepted: 'paper', 'feasible'"),
     "a law that was removed": (
         'preset = "bench"\ncontroller.kind = "tracker"\ncontroller.load_hz = 100.0',
-        "controller.kind = 'tracker' was removed, since quick steps taught it the wrong contact; take 'notch_pi'",
+        "controller.kind = 'tracker' was removed, since quick steps made it ring; take 'notch_pi'",
     ),
     "a missing block": (WHOLE[: WHOLE.index("[controller]")], "controller is missing"),
     "nothing": ("", "setpoint is missing"),

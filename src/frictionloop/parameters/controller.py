@@ -89,6 +89,6 @@ CONTROLLERS = Kinds(
     default="pi",
     tuned=True,
     beside={"super_twisting": "frictionloop.control.super_twisting:SuperTwistingController"},
-    gone={"tracker": "was removed, since quick steps taught it the wrong contact; take 'notch_pi' or 'observer'"},
+    gone={"tracker": "was removed, since quick steps made it ring; take 'notch_pi' (frictionloop design controller)"},
 )
 Controller = Annotated[Timing, CONTROLLERS]

@@ -159,7 +159,7 @@ def test_a_preset_is_the_bench_of_a_file_that_holds_it(frictionloop):
             "coefficient 3 must be from -2 to 2, which Q31",
         ),
         (("--law", "pi", "--sensitivity-peak", "1.001"), "ki must be above 6.28 1/s to lower anything felt"),
-        (("--controller.kind", "tracker"), "take 'notch_pi' or 'observer'"),
+        (("--controller.kind", "tracker"), "take 'notch_pi' (frictionloop design controller)"),
         (("--law", "hinf", "--controller.delay_s", "0.05"), "controller.delay_s = 0.05 s: is 250 control periods"),
         (("--law", "lqg", "--controller.delay_s", "0.05"), "it takes up to 120, controller.delay_s up to 0.0218 s"),
         (("no.toml",), "no.toml: cannot be read"),
