@@ -50,14 +50,14 @@ LISTEN_S, DECIMATION = 0.1, 50
 
 
 @contextmanager
-def connected(address: str, system: System | None = None) -> Iterator[Device]:
+def connected(address: str, system: System | None = None, seed: int = 0) -> Iterator[Device]:
     """Yield the device, as `connect` does; says what takes long the first time."""
     here = address.startswith(("sim:", "emulated:"))
     text = "loading the compiled loop and firmware; after an installation they are compiled first"
     with screen.waiting(text if here else f"looking for {address}"):
         from frictionloop.device.transport import opener
 
-        opening = opener(address, system)
+        opening = opener(address, system, seed)
         # A line that is not there is refused before what drives a device is loaded.
         opened = [] if here else [opening()]
         from frictionloop.device.device import Device

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from frictionloop.cli import checks, flags, screen
+from frictionloop.cli.device import connected
 from frictionloop.cli.effect import LAW
 from frictionloop.quantities.extra import needed
 from frictionloop.quantities.units import FrictionloopError
 
 if TYPE_CHECKING:
+    from frictionloop.device.live_session import Session
     from frictionloop.parameters import System
 
 ARGUMENTS = "[FILE] [OPTIONS]"
@@ -19,6 +23,8 @@ EXAMPLES = r"""Examples
   frictionloop studio
   frictionloop studio my-bench.toml --effect bump
   frictionloop studio --friction.nominal_n 1.3 --controller.kind pi --port 8000
+  frictionloop studio --device sim:
+  frictionloop studio my-bench.toml --device serial:///dev/ttyACM0
   frictionloop studio --host 0.0.0.0
 """
 PORT = 8026
@@ -31,6 +37,7 @@ def command(
     preset: flags.BenchPreset = None,
     overrides: flags.Overrides = None,
     effect: flags.Run[str | None] = None,
+    device: flags.Run[str | None] = None,
     seed: flags.Run[flags.Whole] = 0,
     host: flags.Run[str] = "127.0.0.1",
     port: flags.Run[flags.Whole] = PORT,
@@ -41,6 +48,8 @@ def command(
     ----------
     effect
         What lies on the plate: a name of the library, or a TOML file.
+    device
+        Drive a device instead: sim:, emulated:IMAGE, tcp://host:port or serial://PORT; its bench is FILE.
     seed
         Seed of all noise.
     host
@@ -53,26 +62,42 @@ def command(
     uvicorn = needed("uvicorn", "uvicorn", "studio")
     needed("starlette", "starlette", "studio")
     system = _system(file, preset, overrides, effect)
-    from frictionloop.device.live_engine import TwinEngine
-    from frictionloop.device.live_session import Session
     from frictionloop.studio.room import Room
     from frictionloop.studio.safe import LOOPBACK, Doors, open_to_network
     from frictionloop.studio.server import studio_app
     from frictionloop.studio.share import effect_name
 
     doors = Doors() if host in LOOPBACK else open_to_network()
-    with screen.waiting("compiling the loop, which is done once"):
-        room = Room(Session(TwinEngine(system, seed)))
-    with _listening(host, port) as listening:
+    with _session(system, seed, device) as session, _listening(host, port) as listening:
         address = f"http://{host}:{listening.getsockname()[1]}/"
         told = [("law", system.controller.kind), ("set-point", effect_name(system) or system.setpoint.kind)]
         lines = [("open", f"{address}?token={doors.token}" if doors.token else address)]
+        if device is not None:
+            told.append(("device", device))
         if doors.token:
             lines.append(("watch only", f"{address}?token={doors.watch_token}"))
         screen.show(screen.columns([*lines, *told]), "", "Ctrl-C ends it.")
-        config = uvicorn.Config(studio_app(room, doors), log_level="warning", ws="websockets-sansio")
+        config = uvicorn.Config(studio_app(Room(session), doors), log_level="warning", ws="websockets-sansio")
         config.ws_max_size = 64 * 1024
         uvicorn.Server(config).run(sockets=[listening])
+
+
+@contextmanager
+def _session(system: System, seed: int, device: str | None) -> Iterator[Session]:
+    """Yield the session, whose device is switched off at its end."""
+    if device is None:
+        from frictionloop.device.live_engine import TwinEngine
+        from frictionloop.device.live_session import Session
+
+        with screen.waiting("compiling the loop, which is done once"):
+            session = Session(TwinEngine(system, seed))
+        yield session
+        return
+    from frictionloop.device.device_session import DeviceSession
+    from frictionloop.device.live_device import DeviceEngine
+
+    with connected(device, system, seed) as found:
+        yield DeviceSession(DeviceEngine(found, system))
 
 
 def _listening(host: str, port: int) -> Any:

@@ -16,7 +16,7 @@ from frictionloop.studio.presets import BY_NAME
 from frictionloop.studio.room import Guest, Room
 from frictionloop.studio.share import as_command, as_python, differences, effect_name, is_large
 
-FREE = ("stop", "take", "sound", "crowd", "reach")
+FREE = ("stop", "take", "sound", "crowd", "reach", "here")
 """Commands of every page; all others are the driving page's."""
 
 
@@ -34,7 +34,8 @@ def obey(room: Room, guest: Guest, asked: Any) -> None:
     if name not in FREE and guest is not room.driver:
         raise FrictionloopError(f"{name}: another page drives; take over first")
     COMMANDS[name](room, guest, asked)
-    room.tell_status()
+    if name != "here":
+        room.tell_status()
 
 
 def _number(asked: dict[str, Any], name: str, low: float, high: float) -> float:
@@ -80,6 +81,18 @@ def _stop(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
 
 def _go(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     room.session.go()
+
+
+def _here(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    """Nothing but that the page is there, which the room takes note of with every message."""
+
+
+def _arm(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    room.session.arm(asked.get("state", "closed"))
+
+
+def _clear(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    room.session.clear()
 
 
 def _take(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
@@ -163,6 +176,9 @@ Command = Callable[[Room, Guest, dict[str, Any]], None]
 COMMANDS: dict[str, Command] = {
     "stop": _stop,
     "go": _go,
+    "here": _here,
+    "arm": _arm,
+    "clear": _clear,
     "take": _take,
     "lift": _lift,
     "ghost": _ghost,

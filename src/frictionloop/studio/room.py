@@ -92,13 +92,14 @@ class Room:
         self.guests.append(guest)
         if self.driver is None and guest.may_drive:
             self.driver = guest
+            self.session.present(self.clock())
         self.tell_status()
 
     def leave(self, guest: Guest) -> None:
         """Let a page go; the finger of the driving page leaves the plate."""
         self.guests.remove(guest)
         if guest is self.driver:
-            self.session.lift()
+            self.session.leave()
             self.driver = None
         self.tell_status()
 
@@ -106,9 +107,16 @@ class Room:
         """Let a page drive."""
         if not guest.may_drive:
             raise FrictionloopError("this page may watch only: its address has no token to drive")
-        self.session.lift()
+        if self.driver is not None and guest is not self.driver:
+            self.session.leave()  # whoever takes over arms a device anew
         self.driver = guest
+        self.session.present(self.clock())
         self.tell_status()
+
+    def heard(self, guest: Guest) -> None:
+        """Take note that a page is there: a device is switched off when the driving page falls silent."""
+        if guest is self.driver:
+            self.session.present(self.clock())
 
     def touched(self, guest: Guest, data: bytes) -> None:
         """Take the pointer events of a page."""
@@ -133,7 +141,7 @@ class Room:
             "pages": len(self.guests), "driven": self.driver is not None,
             "dropped_s": round(session.dropped_s, 2), "ghost": session.ghost_on,
             "ghost_mm_s": session.ghost.speed_mm_s, "load_n": session.load_n,
-            "line_mm": session.line_mm,
+            "line_mm": session.line_mm, "device": session.told(),
         }  # fmt: skip
 
     def tell_status(self) -> None:

@@ -152,6 +152,7 @@ async def _serve(room: Room, guest: Guest, socket: WebSocket) -> None:
 def _hear(room: Room, guest: Guest, message: Any) -> None:
     if message["type"] == "websocket.disconnect":
         raise WebSocketDisconnect(message.get("code", 1000))
+    room.heard(guest)
     try:
         if (data := message.get("bytes")) is not None:
             room.touched(guest, data)

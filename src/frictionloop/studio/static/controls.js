@@ -8,7 +8,8 @@ export function controls(link) {
   $("stop").onclick = () => link.ask($("stop").dataset.stopped === "true" ? "go" : "stop");
   $("take").onclick = () => link.ask("take");
   addEventListener("keydown", (event) => {
-    if (event.code === "Space" && !/^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName)) {
+    const armed = document.body.dataset.armed === "true"; // the plate of a device stops whatever has the focus
+    if (event.code === "Space" && (armed || !/^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName))) {
       event.preventDefault();
       link.ask("stop");
     }

@@ -4,6 +4,7 @@ import { bringing } from "./bring.js";
 import { calibrating } from "./calibrate.js";
 import { controls } from "./controls.js";
 import { Crowd } from "./crowd.js";
+import { device } from "./device.js";
 import { gallery } from "./gallery.js";
 import { hinting } from "./hint.js";
 import { Link } from "./link.js";
@@ -37,6 +38,7 @@ bringing(link);
 calibrating(plate);
 hinting(link, $("hint"));
 states(link);
+device(link, () => scope);
 sharing(link);
 saving(() => scope);
 new Panels(link);
@@ -52,6 +54,8 @@ link.addEventListener("hello", ({ detail }) => {
 });
 link.addEventListener("map", ({ detail }) => { plate.setMap(detail); scope?.clearPlaces(); });
 link.addEventListener("numbers", ({ detail }) => showNumbers($("numbers"), $("verdict"), detail));
+// A device runs one loop at a time, and knows the measured force alone.
+const known = (...names) => names.map((name) => ring.latest(name)).find((value) => !Number.isNaN(value)) ?? 0;
 const late = [];
 let line = 0;
 link.addEventListener("status", ({ detail }) => { line = detail.line_mm; });
@@ -60,7 +64,7 @@ link.addEventListener("frame", ({ detail }) => {
   ring.push(detail);
   if (!scope.paused) scope.take(detail);
   const before = plate.finger.x, x = ring.latest("x_mm");
-  Object.assign(plate.finger, { x, y: line, load: ring.latest("load_n"), force: ring.latest("closed_n"), um: ring.latest("closed_um") });
+  Object.assign(plate.finger, { x: x || 0, y: line, load: ring.latest("load_n"), force: known("closed_n", "open_n", "measured_n"), um: known("closed_um", "open_um") });
   if (Math.abs(x - before) > 1e-3) plate.finger.way = Math.sign(x - before);
   plate.dirty = true;
   if (!Number.isNaN(detail.reached) && detail.reached !== late.reached) {
