@@ -13,6 +13,7 @@ from studio_pages import opened, seen, until
 import frictionloop as fl
 from frictionloop.device.live_session import Session
 from frictionloop.rendering.tables import Map
+from frictionloop.studio import reach
 from frictionloop.studio.gallery import BLACK_N, WHITE_N, gallery
 from frictionloop.studio.plate import asked
 from frictionloop.studio.reach import BEYOND, STEEP, WEAK, previewed
@@ -47,6 +48,15 @@ def test_what_will_not_arrive_has_its_reasons():
     slow = previewed(GRATING.evolve({"setpoint.effect": fl.rendering.Gradient()}), 20.0, 0.5)
     assert slow["shares"]["weak"] > 0.2
     assert set(slow["reasons"]) <= {0, WEAK}
+
+
+def test_a_look_ahead_that_dies_is_told_and_takes_nothing_with_it(monkeypatch):
+    def dies(*asked):
+        raise ValueError("no more room")
+
+    monkeypatch.setattr(reach, "preview", dies)
+    assert previewed(GRATING, 80.0, 0.5)["why"] == "Looking ahead has failed: ValueError: no more room"
+    assert "no effect" in previewed(fl.bench(), 80.0, 0.5)["why"]
 
 
 def test_the_gallery_shows_the_forces_of_every_effect():
@@ -84,6 +94,17 @@ def test_friction_is_painted_erased_and_undone(page, serve):
     page.click("#undo")
     page.click("#undo")
     until(lambda: effect(room) == level(0.3).setpoint.effect)
+
+
+@pytest.mark.slow
+def test_paint_that_is_refused_is_not_left_on_the_plate(page, serve):
+    page.excused = ("400",)
+    room = room_of(fl.bench())
+    opened(page, serve(room).url)
+    page.click("[data-tool=brush]")
+    page.click("#plate")
+    until(lambda: "set-point of this loop is no effect" in page.text_content("#status"))
+    assert room.session.engine.system == fl.bench()
 
 
 @pytest.mark.slow

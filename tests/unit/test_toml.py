@@ -161,6 +161,10 @@ BAD_FILES = {
     "not TOML": ("kp = = 3", "is not TOML"),
     "an unfinished line": (WHOLE[: WHOLE.index('"log') + 3], "is not TOML"),
     "an unknown preset": ('preset = "papr"', "preset = 'papr' is unknown; accepted: 'paper', 'feasible'"),
+    "a law that was removed": (
+        'preset = "bench"\ncontroller.kind = "tracker"\ncontroller.load_hz = 100.0',
+        "controller.kind = 'tracker' was removed, since quick steps made it ring; take 'notch_pi'",
+    ),
     "a missing block": (WHOLE[: WHOLE.index("[controller]")], "controller is missing"),
     "nothing": ("", "setpoint is missing"),
     "a misspelt block": (WHOLE.replace("[plate]", "[plat]"), "plat"),

@@ -14,8 +14,10 @@ SILENT_S = 0.15
 STALLED_S = 0.05
 """A session that was not called for so long cannot tell who was silent meanwhile (assumed)."""
 BLOCKS = {"simulated": 20, "emulated": 1}
-"""What a simulated board makes good at once, in blocks: an emulated one may be slower than time, and pages must be heard
-meanwhile (assumed)."""
+"""What a simulated board makes good at once, in blocks (assumed).
+
+An emulated one may be slower than time, and pages must be heard meanwhile.
+"""
 WITHIN = 0.95
 """Share of what the position sensor reads within which the finger is kept: at its end the board would find a fault."""
 

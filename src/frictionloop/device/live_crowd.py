@@ -12,8 +12,8 @@ from frictionloop.device.live_path import FASTEST_MM_S
 from frictionloop.loop.guided import Guided
 from frictionloop.parameters import System
 
-CROWD = ("asked_n", "open_n", "closed_n", "saturated")
-"""What is told of every person: force asked for, forces of both loops, and whether the closed one is at its limit."""
+CROWD = ("asked_n", "open_n", "closed_n", "beyond")
+"""What is told of every person: force asked for, forces of both loops, and whether the wish is out of reach."""
 _PLACE, _LOAD = (list(CHANNELS).index(name) for name in ("x_mm", "load_n"))
 
 
@@ -70,13 +70,17 @@ class Crowd:
         path = self._path(rows)
         closed = dict(zip(self._closed.names, self._closed.advance(path), strict=True))
         beside = dict(zip(self._open.names, self._open.advance(path), strict=True))
-        told = closed["f_r"], beside["f_a"], closed["f_a"], closed["saturated"]
+        wish = closed["f_r"] - closed["d"]
+        beyond = (wish < closed["floor"]) | (wish > closed["limit"])
+        told = closed["f_r"], beside["f_a"], closed["f_a"], beyond
         return np.stack(told).astype(np.float32)
 
     def _path(self, rows: np.ndarray) -> np.ndarray:
         """Return place (m), speed (m/s) and load (N); a finger that is in the air goes at once to where it lands."""
         path = np.empty((rows.shape[1], 3))
-        path[:, 0], path[:, 2] = 1e-3 * rows[_PLACE], rows[_LOAD]
+        # What a device does not know of its finger is a finger that is not there.
+        path[:, 0] = np.where(np.isnan(rows[_PLACE]), self._x_m, 1e-3 * rows[_PLACE])
+        path[:, 2] = np.nan_to_num(rows[_LOAD])
         speed = np.diff(path[:, 0], prepend=self._x_m) * self.rate_hz
         path[:, 1] = np.where(np.abs(speed) > 1.01e-3 * FASTEST_MM_S, 0.0, speed)
         self._x_m = float(path[-1, 0])

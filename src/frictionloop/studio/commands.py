@@ -12,6 +12,7 @@ from frictionloop.rendering.library import LIBRARY
 from frictionloop.studio.crowd import POPULATION_SEED
 from frictionloop.studio.panels import panels_of
 from frictionloop.studio.plate import map_of
+from frictionloop.studio.preparing import is_ready, put_when_ready
 from frictionloop.studio.presets import BY_NAME
 from frictionloop.studio.room import Guest, Room
 from frictionloop.studio.share import as_command, as_python, differences, effect_name, is_large
@@ -51,7 +52,16 @@ def _flag(asked: dict[str, Any], name: str) -> bool:
     return value
 
 
-def change(room: Room, system: System, remember: bool = True) -> None:
+def change(room: Room, make: Callable[[System], System], remember: bool = True) -> None:
+    """Put a System in force, made of the one that is: at once, or when its loop has been compiled."""
+    system = make(room.session.engine.system)
+    if is_ready(room, system):
+        put(room, system, remember)
+    else:
+        room.later(put_when_ready(room, make, lambda made: put(room, made, remember)))
+
+
+def put(room: Room, system: System, remember: bool) -> None:
     """Put a System in force, and tell every page; what was there can be had again by undo."""
     before = room.session.engine.system
     went_on = room.session.change(system)
@@ -133,7 +143,7 @@ def _effect(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     name = asked.get("name")
     if not isinstance(name, str) or name not in LIBRARY:
         raise FrictionloopError(f"name = {name!r:.40}: must be one of {', '.join(LIBRARY)}")
-    change(room, room.session.engine.system.evolve({"setpoint.effect": LIBRARY[name]}))
+    change(room, lambda system: system.evolve({"setpoint.effect": LIBRARY[name]}))
 
 
 def _set(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
@@ -141,7 +151,7 @@ def _set(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     if not isinstance(values, dict) or not 0 < len(values) <= 64:
         raise FrictionloopError("values: must be dotted names and their values, at most 64")
     _check_no_file(values)
-    change(room, room.session.engine.system.evolve(values))
+    change(room, lambda system: system.evolve(values))
 
 
 def _check_no_file(values: Any) -> None:
@@ -156,20 +166,22 @@ def _check_no_file(values: Any) -> None:
 def _undo(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     if not room.before:
         raise FrictionloopError("undo: nothing has been changed")
-    change(room, room.before.pop(), remember=False)
+    before = room.before.pop()
+    change(room, lambda _: before, remember=False)
 
 
 def _preset(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     name = asked.get("name")
     if not isinstance(name, str) or name not in BY_NAME:
         raise FrictionloopError(f"name = {name!r:.40}: must be one of {', '.join(BY_NAME)}")
-    change(room, room.session.engine.system.evolve(BY_NAME[name].values))
+    change(room, lambda system: system.evolve(BY_NAME[name].values))
 
 
 def _finger(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     """Another finger of the population: of number n, the same one each time."""
     number = int(_number(asked, "number", 0, 999))
-    change(room, room.session.engine.system.evolve(fingers(number + 1, POPULATION_SEED)[number]))
+    person = fingers(number + 1, POPULATION_SEED)[number]
+    change(room, lambda system: system.evolve(person))
 
 
 Command = Callable[[Room, Guest, dict[str, Any]], None]

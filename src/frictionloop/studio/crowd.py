@@ -21,7 +21,7 @@ from frictionloop.studio.numbers import LEAST_S, WINDOW_S, slides
 PEOPLE = 12
 POPULATION_SEED = 0
 """Seed of the population that another finger is drawn from."""
-_ASKED, _OPEN, _CLOSED, _SATURATED = range(len(CROWD))
+_ASKED, _OPEN, _CLOSED, _BEYOND = range(len(CROWD))
 
 
 class Twelve:
@@ -93,11 +93,13 @@ class Twelve:
             self._crowd = task.result()
         except FrictionloopError as error:
             self._why = str(error)
+        except Exception as error:  # the row must not take the session with it, whatever it died of
+            self._why = f"{type(error).__name__}: {error}"
         if self._crowd is not None and self._system is not self._session.engine.system:
             self._crowd = self._system = None
 
     def told(self) -> dict[str, Any]:
-        """Return what pages are told of everybody in the last two seconds: errors (N) and share at the limit."""
+        """Return what pages are told of everybody in the last two seconds: errors (N) and share out of reach."""
         state = "ready" if self._crowd is not None else "making" if self._making is not None else "refused"
         return {"type": "crowd", "state": state, "why": self._why, "people": self._each() if self._crowd else []}
 
@@ -117,8 +119,8 @@ class Twelve:
             return nothing
         counted = rows[:, sliding].astype(float)
         errors = np.sqrt(np.mean((counted[[_OPEN, _CLOSED]] - counted[_ASKED]) ** 2, axis=1))
-        at_limit = counted[_SATURATED].mean(axis=0)
+        beyond = counted[_BEYOND].mean(axis=0)
         return [
-            {"nominal_n": f, "open_error_n": float(o), "closed_error_n": float(c), "saturated": float(s)}
-            for f, o, c, s in zip(nominal, *errors, at_limit, strict=True)
+            {"nominal_n": f, "open_error_n": float(o), "closed_error_n": float(c), "beyond": float(s)}
+            for f, o, c, s in zip(nominal, *errors, beyond, strict=True)
         ]

@@ -29,7 +29,7 @@ def numbers_of(rows: np.ndarray, rate_hz: float, touches_n: float) -> dict[str, 
     ``fl.perceptual_index``: in thresholds of touch from 1 to 500 Hz, felt above 1. Contrast is the spread of the force
     over that asked for, both as standard deviations: 1 delivers all of it. Ticks count while the finger slides, from
     `TURNED_MM` after a turn on: the skin swings over meanwhile. A number that does not exist is None: R2 and contrast
-    where the force asked for does not change.
+    where the force asked for does not change. ``beyond`` is the share of the wish that is out of the finger's reach.
 
     Parameters
     ----------
@@ -43,8 +43,12 @@ def numbers_of(rows: np.ndarray, rate_hz: float, touches_n: float) -> dict[str, 
     sliding = slides(rows[_ROW["x_mm"]].astype(float), rows[_ROW["load_n"]], rate_hz, touches_n)
     if sliding.sum() < LEAST_S * rate_hz:
         return {}
-    told: dict[str, float | None] = {"saturated": float(np.mean(rows[_ROW["saturated"], sliding]))}
     asked = rows[_ROW["asked_n"]].astype(float)
+    beyond = (asked < rows[_ROW["floor_n"]]) | (asked > rows[_ROW["limit_n"]])
+    told: dict[str, float | None] = {
+        "saturated": float(np.mean(rows[_ROW["saturated"], sliding])),
+        "beyond": float(np.mean(beyond[sliding])),
+    }
     for name in ("open", "closed"):
         force = _force(rows, name)
         counted = sliding & np.isfinite(force - asked)

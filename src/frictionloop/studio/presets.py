@@ -26,8 +26,8 @@ PRESETS = (
         "friction.nominal_n": 0.95}),
     Preset("Sticky finger", "A finger with more friction than the controller believes: 1.3 N.", {
         "friction.nominal_n": 1.3}),
-    Preset("Slippery finger", "A finger with too little friction for most wishes: 0.45 N.", {
-        "friction.nominal_n": 0.45}),
+    Preset("Slippery finger", "A finger with too little friction for most wishes: 0.35 N.", {
+        "friction.nominal_n": 0.35}),
     Preset("Weak plate", "A plate that vibrates by no more than half of what the paper's does.", {
         "plate.max_amplitude_um": 1.2}),
     Preset("Full plate", "A plate that vibrates by up to 2.5 um, as the paper's does.", {

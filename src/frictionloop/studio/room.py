@@ -6,7 +6,7 @@ import asyncio
 import secrets
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from typing import Any
 
 import numpy as np
@@ -86,6 +86,13 @@ class Room:
         self.dead = ""
         """Why the engine has stopped, empty while it runs."""
         self._number, self._told_s = 0, -np.inf
+        self._doing: set[asyncio.Task[None]] = set()
+
+    def later(self, work: Coroutine[Any, Any, None]) -> None:
+        """Let something be done beside the session."""
+        task = asyncio.get_running_loop().create_task(work)
+        self._doing.add(task)
+        task.add_done_callback(self._doing.discard)
 
     def join(self, guest: Guest) -> None:
         """Take in a page; it drives if nobody does and it may."""

@@ -28,7 +28,7 @@ async def taken_in(room: Room, request: Request, reading: asyncio.Lock) -> Respo
             asked = dict(request.query_params)
             made = await asyncio.to_thread(brought, asked.get("kind", ""), content, asked)
         _check(room, request)
-        change(room, room.session.engine.system.evolve({"setpoint.effect": made.effect}))
+        change(room, lambda system: system.evolve({"setpoint.effect": made.effect}))
         room.tell_status()
     except FrictionloopError as error:
         return JSONResponse({"why": str(error)}, 400, headers=HEADERS)

@@ -7,6 +7,14 @@ export function controls(link) {
   $("ghost").onchange = () => link.ask("ghost", { on: $("ghost").checked });
   $("stop").onclick = () => link.ask($("stop").dataset.stopped === "true" ? "go" : "stop");
   $("take").onclick = () => link.ask("take");
+  // Nothing moves by itself on a page whose reader asks for less motion.
+  let settled = !matchMedia("(prefers-reduced-motion: reduce)").matches;
+  link.addEventListener("status", ({ detail }) => {
+    if (settled || !detail.drives) return;
+    settled = true;
+    link.ask("ghost", { on: false });
+    link.tell("said", { why: "The ghost finger rests, as your system asks for less motion." });
+  });
   addEventListener("keydown", (event) => {
     const armed = document.body.dataset.armed === "true"; // the plate of a device stops whatever has the focus
     if (event.code === "Space" && (armed || !/^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName))) {

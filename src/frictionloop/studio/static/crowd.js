@@ -2,6 +2,7 @@
 import { SIGNALS, colour } from "./signals.js";
 
 const PEOPLE = 12, SHOWN_S = 0.8, RATE_HZ = 200, MOST_N = 1.2, HEIGHT = 74, EVERY_MS = 30;
+const HINT = "People differ. See what each of twelve fingers feels of your stroke, with the loop open and closed.";
 const $ = (id) => document.getElementById(id);
 const look = Object.fromEntries(SIGNALS.map((signal) => [signal.channel, signal]));
 
@@ -28,6 +29,7 @@ export class Crowd {
   }
   take(number) {
     this.link.ask("finger", { number });
+    this.link.tell("taken", { number });
     this.next = (number + 1) % 1000;
     $("finger").title = `Finger ${number + 1} of the population is under the plate's stroke`;
     this.cells.forEach((cell, each) => cell.button.toggleAttribute("data-taken", each === number));
@@ -38,7 +40,7 @@ export class Crowd {
     $("people").hidden = !on;
     $("crowd-on").textContent = on ? "Hide" : "Show";
     $("crowd-on").setAttribute("aria-pressed", on);
-    if (on) $("crowd-told").textContent = "Getting twelve fingers ready …";
+    $("crowd-told").textContent = on ? "Getting twelve fingers ready …" : HINT;
     this.link.ask("crowd", { on });
   }
   push({ rows, channels }) {
@@ -59,13 +61,13 @@ export class Crowd {
       const errors = slid.map((person) => 1e3 * person[name]);
       return `${Math.min(...errors).toFixed(0)} to ${Math.max(...errors).toFixed(0)} mN`;
     };
-    const beyond = slid.filter((person) => person.saturated > 0.3).length;
+    const beyond = slid.filter((person) => person.beyond > 0.3).length;
     $("crowd-told").textContent = `Error with the loop open: ${span("open_error_n")}; closed: ${span("closed_error_n")}.`
       + (beyond ? ` For ${beyond} of them the wish is often out of reach (▲).` : " Everybody is within reach.")
       + ` Each picture: 0 to ${MOST_N} N over ${SHOWN_S} s.`;
   }
   name({ button, text }, person, number) {
-    const mn = (value) => (value == null ? "–" : `${(1e3 * value).toFixed(0)}`), beyond = person.saturated > 0.3;
+    const mn = (value) => (value == null ? "–" : `${(1e3 * value).toFixed(0)}`), beyond = person.beyond > 0.3;
     text.textContent = `${number + 1}: ${mn(person.open_error_n)} → ${mn(person.closed_error_n)} mN${beyond ? " ▲" : ""}`;
     button.setAttribute("aria-label", `Finger ${number + 1}, friction ${person.nominal_n.toFixed(2)} N: error ${mn(person.open_error_n)} mN open, `
       + `${mn(person.closed_error_n)} mN closed${beyond ? ", often out of reach" : ""}. Take this finger.`);

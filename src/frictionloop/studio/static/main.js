@@ -10,7 +10,7 @@ import { hinting } from "./hint.js";
 import { Link } from "./link.js";
 import { showNumbers } from "./numbers.js";
 import { Painter } from "./paint.js";
-import { Panels } from "./panels.js";
+import { BOX_SIGNALS, Panels } from "./panels.js";
 import { Plate } from "./plate.js";
 import { Pointer } from "./pointer.js";
 import { presets } from "./presets.js";
@@ -19,7 +19,7 @@ import { Ring } from "./ring.js";
 import { saving } from "./save.js";
 import { Scope } from "./scope.js";
 import { sharing } from "./share.js";
-import { legend } from "./signals.js";
+import { legend, showOnly } from "./signals.js";
 import { sounding } from "./sound.js";
 import { states } from "./state.js";
 import { touring } from "./tour.js";
@@ -41,10 +41,18 @@ states(link);
 device(link, () => scope);
 sharing(link);
 saving(() => scope);
-new Panels(link);
+const panels = new Panels(link);
+panels.onopen = (box) => legend($("box-signals"), () => scope?.build(), BOX_SIGNALS[box]);
+panels.onopen(panels.box);
 const crowd = new Crowd(link);
 sounding(link, $("sound"));
-touring(link, $("tour"), $("tour-card"));
+touring(link, $("tour"), $("tour-card"), (signals, box, people) => {
+  showOnly(signals);
+  scope?.build();
+  panels.open(box);
+  if (crowd.on !== people) crowd.show(people);
+  $("scope-card")[people ? "before" : "after"]($("crowd-card"));
+});
 link.addEventListener("hello", ({ detail }) => {
   if (ring) return;
   ring = new Ring(Object.keys(detail.channels), KEPT_S, RATE_HZ);
@@ -58,6 +66,11 @@ link.addEventListener("numbers", ({ detail }) => showNumbers($("numbers"), $("ve
 const known = (...names) => names.map((name) => ring.latest(name)).find((value) => !Number.isNaN(value)) ?? 0;
 const late = [];
 let line = 0;
+// The skin of this finger, N/mm: how far the contact lags behind.
+link.addEventListener("system", ({ detail }) => {
+  const skin = detail.panels.friction.find((field) => field.path === "finger.stiffness_n_m");
+  plate.stiffness = skin ? skin.value / 1000 : Infinity;
+});
 link.addEventListener("status", ({ detail }) => { line = detail.line_mm; });
 link.addEventListener("frame", ({ detail }) => {
   if (!ring) return;

@@ -9,7 +9,11 @@ export class Painter {
     Object.assign(this, { canvas, plate, link, grid: null, ground: null, own: 0, at: null, down: false, mm: 5, force: 0.6 });
     link.addEventListener("hello", ({ detail }) => Object.assign(this, { pitch: detail.paint.mm, most: detail.paint.most_n, size: detail.plate_mm }));
     // The map that answers a painting is the painting; any other is new ground.
-    link.addEventListener("map", () => { if (this.own > 0) this.own--; else this.grid = this.ground = null; });
+    link.addEventListener("map", ({ detail }) => {
+      this.served = detail;
+      if (this.own > 0) this.own--;
+      else this.grid = this.ground = null;
+    });
     radios($("tools"), ({ dataset }) => this.take(dataset.tool));
     bind($("brush-mm"), (value) => { this.mm = value; plate.dirty = true; }, (value) => `${value} mm`);
     bind($("brush-n"), (value) => { this.force = value; }, (value) => `${value.toFixed(2)} N`);
@@ -114,6 +118,8 @@ export class Painter {
       await this.link.bring("paint", { columns: this.columns, rows: this.rows }, this.grid);
     } catch (error) {
       this.own--;
+      this.grid = this.ground = null;
+      this.plate.setMap(this.served);
       this.link.tell("refused", { why: error.message });
     }
   }

@@ -25,6 +25,7 @@ export class Plate {
     this.centre = 0;
     this.finger = { x: 0, y: 0, load: 0, force: 0, um: 0 };
     this.layers = [];
+    this.stiffness = 1;
     this.dirty = true;
     new ResizeObserver(() => this.resize()).observe(canvas);
     addEventListener("look", () => this.paint());
@@ -95,7 +96,7 @@ export class Plate {
   // Pad and nail; the contact grows with the load, the skin lags by force over stiffness, rings tell of the vibration.
   drawFinger(g, x, y) {
     const { load, force, um, way } = this.finger, at = x(this.finger.x), up = y(this.finger.y), touching = load > 0.01;
-    const pad = 6.5 * this.scale, lag = Math.max(-1.6, Math.min(1.6, force / 1.0)) * this.scale * (way || 0);
+    const pad = 6.5 * this.scale, lag = Math.max(-2.4, Math.min(2.4, force / this.stiffness)) * this.scale * (way || 0);
     if (touching && um > 0.02) {
       g.strokeStyle = colour("--closed");
       for (let ring = 1; ring <= 3; ring++) {

@@ -8,7 +8,7 @@ export class Pointer {
     canvas.addEventListener("pointermove", (event) => this.down && event.pointerId === this.id && this.move(event));
     for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) canvas.addEventListener(name, (event) => this.end(event));
     canvas.addEventListener("keydown", (event) => this.press(event));
-    canvas.addEventListener("keyup", (event) => { if (event.key.startsWith("Arrow")) this.key = 0; });
+    canvas.addEventListener("keyup", (event) => { if (event.key === "ArrowLeft" || event.key === "ArrowRight") this.key = 0; });
     canvas.addEventListener("blur", () => this.lift());
   }
   load(event) {
@@ -51,6 +51,17 @@ export class Pointer {
       this.key = way * (event.shiftKey ? 2.5 : 1);
       this.keyed = true;
       event.preventDefault();
+    } else if (event.key === "ArrowUp" || event.key === "ArrowDown") {
+      // Another line: the finger leaves the plate and lands anew.
+      if (!this.keyed && !this.down) this.place = [this.plate.finger.x, this.plate.finger.y];
+      this.lift();
+      this.place[1] += event.key === "ArrowUp" ? 1 : -1;
+      this.keyed = true;
+      event.preventDefault();
+    } else if (event.key === "+" || event.key === "-") {
+      const load = document.getElementById("load");
+      load.value = Number(load.value) + (event.key === "+" ? 0.05 : -0.05);
+      load.dispatchEvent(new Event("input"));
     } else if (event.key === "l" || event.key === "L" || event.key === "Escape") this.lift();
   }
   // Once per animation frame: a finger at rest says so too, else it would seem to creep to where it moves next.

@@ -26,7 +26,7 @@ export function states(link) {
     if (detail.state === "stopped") parts.push("The plate is at rest.");
     parts.push(detail.drives ? "This page drives" : detail.driven ? "Another page drives" : "Nobody drives");
     if (detail.pages > 1) parts.push(`${detail.pages} pages look on`);
-    if (detail.dropped_s > dropped) [dropped, since] = [detail.dropped_s, performance.now()];
+    if (detail.dropped_s > dropped + 0.05) [dropped, since] = [detail.dropped_s, performance.now()];
     if (performance.now() - since < 10000) parts.push(`this computer was too slow: ${dropped.toFixed(1)} s were left out`);
     if (!flashing) $("status").textContent = parts.join(" · ");
   });
