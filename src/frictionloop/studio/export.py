@@ -8,10 +8,19 @@ import re
 from pathlib import Path
 from typing import Any
 
+import xarray as xr
+
+from frictionloop.device.live_engine import TwinEngine
+from frictionloop.device.live_record import recorded
+from frictionloop.device.live_session import Session
+from frictionloop.parameters import System
+
+STEP_S = 0.02
 STATIC = Path(__file__).parent / "static"
 _NEEDED = re.compile(r"""^import [^"']*?from "\./([\w./-]+\.js)";$""", re.MULTILINE)
 _LINKED = re.compile(r'^<link rel="stylesheet" href="/static/([\w./-]+)">\n', re.MULTILINE)
 _STARTS = '<script type="module" src="/static/replay.js"></script>'
+_THEME = '<script src="/static/theme.js"></script>'
 _ICON = '<link rel="icon" href="/static/icon.svg">'
 
 
@@ -34,6 +43,7 @@ def page_of(runs: list[dict[str, Any]], title: str = "frictionloop: recorded run
         _ICON, f'<link rel="icon" href="{_address("image/svg+xml", (STATIC / "icon.svg").read_text())}">'
     )
     page = page.replace("<title>frictionloop replay</title>", f"<title>{_escaped(title)}</title>")
+    page = page.replace(_THEME, f"<script>{(STATIC / 'theme.js').read_text()}</script>")
     data = json.dumps(runs, allow_nan=False).replace("<", "\\u003c")
     modules = {name: _address("text/javascript", _bare(name)) for name in needed_by("replay.js")}
     head = f'<script type="importmap">{json.dumps({"imports": modules})}</script>'
@@ -41,6 +51,15 @@ def page_of(runs: list[dict[str, Any]], title: str = "frictionloop: recorded run
         f'<script type="application/json" id="runs">{data}</script>\n<script type="module">import "replay.js";</script>'
     )
     return page.replace(_STARTS, f"{head}\n{main}")
+
+
+def stroked(system: System, seed: int = 0, seconds: float = 10.0) -> xr.Dataset:
+    """Return what the ghost finger of a studio does on a System, open and closed loop side by side, as a run."""
+    session = Session(TwinEngine(system, seed))
+    session.step(0.0)
+    for block in range(round(seconds / STEP_S)):
+        session.step((block + 1) * STEP_S)
+    return recorded(session, seconds)
 
 
 def needed_by(name: str) -> list[str]:

@@ -25,6 +25,8 @@ WAITING = 64
 """Messages that wait for a slow page; the oldest frames are then dropped (a third of a second)."""
 TOLD_EVERY_S = 0.2
 """How often numbers and status go out."""
+MOST_RUNS = 8
+"""Recorded runs that are kept for the pages; the oldest goes (assumed)."""
 UNDONE = 100
 """Changes that can be undone."""
 SPARSE = 5
@@ -83,6 +85,8 @@ class Room:
         self.driver: Guest | None = None
         self.before: deque[System] = deque(maxlen=UNDONE)
         """Systems that were in force before, the last one last."""
+        self.runs: deque[dict[str, Any]] = deque(maxlen=MOST_RUNS)
+        """Recorded runs that pages can play, the newest first."""
         self.dead = ""
         """Why the engine has stopped, empty while it runs."""
         self._number, self._told_s = 0, -np.inf

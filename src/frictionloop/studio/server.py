@@ -23,6 +23,7 @@ from frictionloop.parameters.files import to_toml
 from frictionloop.quantities import FrictionloopError
 from frictionloop.studio.commands import obey, system_message
 from frictionloop.studio.gallery import gallery
+from frictionloop.studio.opening import Answer, opener, runs_answer
 from frictionloop.studio.plate import HEIGHT_MM, map_of
 from frictionloop.studio.presets import PRESETS
 from frictionloop.studio.room import Guest, Room
@@ -50,10 +51,16 @@ def studio_app(room: Room, doors: Doors | None = None) -> Starlette:
     """
     doors = doors or Doors()
 
-    async def page(request: Request) -> Response:
-        if not doors.role(request):
-            return refused()
-        return FileResponse(FILES["index.html"], headers=HEADERS)
+    def page(name: str) -> Answer:
+        async def answer(request: Request) -> Response:
+            if not doors.role(request):
+                return refused()
+            return FileResponse(FILES[name], headers=HEADERS)
+
+        return answer
+
+    async def runs(request: Request) -> Response:
+        return runs_answer(room) if doors.role(request) else refused()
 
     async def file(request: Request) -> Response:
         # Files hold nothing of the session, and modules import one another without a token.
@@ -88,7 +95,10 @@ def studio_app(room: Room, doors: Doors | None = None) -> Starlette:
         return await taken_in(room, request, reading) if doors.role(request) == "drive" else refused()
 
     routes = [
-        Route("/", page),
+        Route("/", page("index.html")),
+        Route("/replay", page("replay.html")),
+        Route("/runs.json", runs),
+        Route("/open", opener(room, lambda request: doors.role(request) == "drive", refused), methods=["POST"]),
         Route("/effect", effect, methods=["POST"]),
         Route("/save/{name}", saved),
         Route("/static/{name:path}", file),

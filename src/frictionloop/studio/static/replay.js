@@ -17,6 +17,8 @@ const runs = await shareRuns().catch((error) => {
   return [];
 });
 $("run").replaceChildren(...runs.map((each, number) => new Option(each.name, number)));
+if (document.getElementById("runs")) $("live").remove(); // a file of its own has no live page
+else $("live").href += location.search;
 $("run").hidden = runs.length < 2;
 $("run").onchange = () => choose(runs[Number($("run").value)]);
 
