@@ -4,6 +4,7 @@ import { bringing } from "./bring.js";
 import { calibrating } from "./calibrate.js";
 import { controls } from "./controls.js";
 import { Crowd } from "./crowd.js";
+import { Cursors } from "./cursors.js";
 import { device } from "./device.js";
 import { gallery } from "./gallery.js";
 import { hinting } from "./hint.js";
@@ -28,6 +29,8 @@ import { touring } from "./tour.js";
 const $ = (id) => document.getElementById(id), KEPT_S = 30, RATE_HZ = 1000;
 const link = new Link(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live${location.search}`);
 const plate = new Plate($("plate")), pointer = new Pointer($("plate"), plate, link);
+const HINT = "Drag over the curve to zoom, double-click to return, click for cursors.";
+let between = "";
 let ring, scope;
 
 controls(link);
@@ -59,7 +62,8 @@ link.addEventListener("hello", ({ detail }) => {
   if (ring) return;
   ring = new Ring(Object.keys(detail.channels), KEPT_S, RATE_HZ);
   scope = new Scope($("scope"), ring, detail.plate_mm[0]);
-  scope.onread = (text) => { $("cursor").textContent = text || "Drag over the curve to zoom, double-click to return."; };
+  scope.onread = (text) => { $("cursor").textContent = between || text || HINT; };
+  new Cursors(scope, (text) => { between = text; scope.onread(""); });
   legend($("legend"), () => scope.build());
 });
 link.addEventListener("map", ({ detail }) => { plate.setMap(detail); scope?.clearPlaces(); });

@@ -1,4 +1,5 @@
 // Plays recorded runs with the plate and the scope of the studio; the runs are in the page, or the server has them.
+import { Cursors } from "./cursors.js";
 import { shareRuns } from "./runs.js";
 import { showNumbers } from "./numbers.js";
 import { Plate } from "./plate.js";
@@ -9,6 +10,8 @@ import { legend } from "./signals.js";
 
 const $ = (id) => document.getElementById(id), calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
 const plate = new Plate($("plate"));
+const HINT = "Drag over the curve to zoom, double-click to return, click for cursors.";
+let between = "";
 let run = null, ring, scope, at = 0, playing = !calm, before = 0;
 
 const runs = await shareRuns().catch((error) => {
@@ -31,10 +34,13 @@ function choose(chosen) {
   plate.setMap(run.map ?? { columns: 1, rows: 1, left: -run.plate_mm[0] / 2, right: run.plate_mm[0] / 2, bottom: -30, top: 30, low: 0, high: 0, shares: new Uint8Array(1) });
   ring = new Ring(Object.keys(run.channels), 30, 1 / run.spacing_s);
   if (scope) scope.ring = ring;
-  else scope = new Scope($("scope"), ring, run.plate_mm[0]);
+  else {
+    scope = new Scope($("scope"), ring, run.plate_mm[0]);
+    new Cursors(scope, (text) => { between = text; scope.onread?.(""); });
+  }
   scope.span = Number($("span").value);
   scope.clearPlaces();
-  scope.onread = (text) => { $("cursor").textContent = text || "Drag over the curve to zoom, double-click to return."; };
+  scope.onread = (text) => { $("cursor").textContent = between || text || HINT; };
   legend($("legend"), () => scope.build());
   if (!playing) seek(Math.round(scope.span / run.spacing_s));
   showNumbers($("numbers"), $("verdict"), {});

@@ -44,6 +44,7 @@ export class Scope {
       series: [{}, ...series],
       hooks: {
         setCursor: [(plot) => this.read(plot)],
+        draw: [(plot) => this.marks?.draw(plot)],
         setSelect: [(plot) => { if (plot.select.width > 0) this.zoomed = true; }],
       },
     }, this.data(), this.element);
@@ -53,6 +54,7 @@ export class Scope {
   }
   show(axis) {
     this.axis = axis;
+    this.marks?.clear();
     this.build();
   }
   take(frame) {
