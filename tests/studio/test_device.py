@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 from pathlib import Path
 
 import numpy as np
 import pytest
+from studio_pages import opened, seen, until
 
 import frictionloop as fl
 from frictionloop.cli.effect import LAW
@@ -188,3 +190,50 @@ def test_every_fault_has_its_words_as_the_page_of_states_says_them():
     assert set(WORDS) == set(schema()["faults"]) - {"none"}
     for name, words in WORDS.items():
         assert re.search(rf"- `{name}`: {re.escape(words)}", text), name
+
+
+@pytest.fixture
+def live():
+    with connect("sim:", SYSTEM) as device:
+        yield Room(DeviceSession(DeviceEngine(device, SYSTEM)))
+
+
+def armed(page, room):
+    page.click("#arm-closed")
+    seen(page, "document.querySelector('#device-state').textContent.startsWith('Closed')")
+    until(lambda: amplitude(room) > 0.1)
+
+
+@pytest.mark.slow
+def test_a_device_is_armed_stopped_and_told_of_in_the_browser(page, serve, live):
+    opened(page, serve(live).url)
+    assert page.text_content("#source") == "simulated"
+    assert "ceiling 2.50 µm" in page.text_content("#device-told")
+    armed(page, live)
+    page.focus("#load")  # the space bar stops the plate whatever has the focus
+    page.keyboard.press("Space")
+    seen(page, "document.querySelector('#device-state').textContent.startsWith('Idle')")
+    until(lambda: amplitude(live) < 1e-3)
+    sample = live.session.engine._bench._converters.sample
+    live.session.engine._bench._converters.sample = lambda measured: sample(measured)._replace(load=32767)
+    page.click("#arm-closed")
+    seen(page, "document.querySelector('#device-fault').textContent.includes('at an end of its converter')")
+    live.session.engine._bench._converters.sample = sample
+    page.click("#clear")
+    seen(page, "document.querySelector('#device-fault').hidden")
+    page.click("[data-box=friction]")
+    assert page.evaluate("document.querySelector('#fields').inert")
+
+
+@pytest.mark.slow
+def test_the_plate_is_at_rest_300_ms_after_the_tab_was_killed(page, serve, live):
+    opened(page, serve(live).url)
+    armed(page, live)
+    with contextlib.suppress(Exception):  # nobody is left to answer
+        page.goto("chrome://crash", timeout=2000)
+    until(lambda: live.session.engine.armed == "idle", timeout_s=5.0)
+    ticks = live.session.ticks
+    until(lambda: live.session.ticks >= ticks + 1500)
+    rows = live.session.last()[:, -(live.session.ticks - ticks - 1500) - 1 :]
+    assert amplitude(live) < 1e-3
+    assert np.isnan(rows[ROW["closed_um"]]).all()
