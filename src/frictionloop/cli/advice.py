@@ -29,6 +29,8 @@ FAR = 0.5
 """A population is looked at if its median R2 is further than this below its bound (chosen), as not all reach it."""
 OFF = 0.1
 """Share by which the resonance of the sensor may be off where gains are said to hold."""
+RECORDED, OFTEN_N = ("recording", "samples"), 0.2
+"""Kinds of disturbances that are measured, and the mean from which one is asked about (chosen)."""
 LOWEST_HZ = 5.0
 """Ringing is above the tracking of a set-point (chosen)."""
 
@@ -39,6 +41,8 @@ class Band(NamedTuple):
     low_n: float
     high_n: float
     dry_and_moist: bool
+    occluded: float
+    """How moist the moist finger is, 0 to 1: a law is judged at the end of a contact, as it is designed; a PI at 1."""
     where: str
     """Contact, speed and resonance of the sensor, in words."""
 
@@ -62,22 +66,41 @@ class Ringing(NamedTuple):
     """Where they hold."""
     not_held: tuple[str, ...]
     """Contacts and speeds at which they do not."""
+    also_held: tuple[str, ...] = ()
+    """Other contacts and speeds at which they do, with the resonance off by `OFF`: Ms stays below `NEAR` there."""
 
 
 def ringing(run: xr.Dataset, mask: np.ndarray, metrics: dict[str, float]) -> Ringing | None:
     """Return what is known of a run that rings, None for one that shows no sign of it or is stable."""
-    bound = metrics["r2_bound"]
-    # A set-point out of reach clamps by itself. Of a constant one R2 is NaN: any such run is looked at.
-    quiet = metrics["saturation_index"] <= CLAMPED or bound < 1.0 - MISSING
-    calm = quiet and bound - metrics["r2_identity"] <= MISSING
-    if calm or not mask.any():
+    if not mask.any():
         return None
     from frictionloop.loop.record import system_of
 
-    found = of_system(system_of(run))
+    system, bound = system_of(run), metrics["r2_bound"]
+    recorded = "d" in run and system.disturbance.kind in RECORDED
+    # A set-point out of reach clamps by itself. Of a constant one R2 is NaN: any such run is looked at.
+    quiet = metrics["saturation_index"] <= CLAMPED or (bound < 1.0 - MISSING and not recorded)
+    calm = quiet and bound - metrics["r2_identity"] <= MISSING
+    if calm:
+        return None
+    found = of_system(_around_a_level(system, run, mask) if recorded else system)
     if found is None or found.frequency_hz is None:
         return found
     return found._replace(frequency_hz=_loudest_hz(run, mask, found.frequency_hz))
+
+
+def _around_a_level(system: System, run: xr.Dataset, mask: np.ndarray) -> System:
+    """Return a system whose recorded disturbance is its mean; 0 for a mean that was left in, as `left_in` has it."""
+    from frictionloop.parameters import Constant
+
+    mean_n = float(run["d"].values[mask].mean())
+    return system.evolve({"disturbance": Constant(offset_n=0.0 if left_in(system, mean_n) else mean_n)})
+
+
+def left_in(system: System, mean_n: float) -> bool:
+    """Tell whether a recorded disturbance seems to hold the mean friction, which the model has already."""
+    removed = getattr(system.disturbance, "remove_mean", False)
+    return system.disturbance.kind in RECORDED and not removed and abs(mean_n) > OFTEN_N
 
 
 def of_recording(run: xr.Dataset, mask: np.ndarray) -> dict[str, float]:
@@ -110,10 +133,14 @@ def of_system(system: System) -> Ringing | None:
     """Return what the linear analysis says of a system, dry and moist; None if it neither rings nor nearly does."""
     from frictionloop.analysis import operating_band
     from frictionloop.design import retune
-    from frictionloop.design.corners import NEAR, elsewhere
+    from frictionloop.design.corners import NEAR, band_of, elsewhere
+    from frictionloop.parameters import PiController
 
     try:
-        points = operating_band(system, occluded=(0.0, 1.0))
+        # Gains of a PI hold up to full occlusion; another law is judged where it is designed.
+        controller = system.controller
+        plain = isinstance(controller, PiController)
+        points = operating_band(system, occluded=(0.0, 1.0)) if plain else band_of(system)
         peak = max(point.sensitivity_peak() for point in points)
     except FrictionloopError:  # what cannot be linearised (a recording) is not judged
         return None
@@ -121,19 +148,27 @@ def of_system(system: System) -> Ringing | None:
     if stable and peak < NEAR:
         return None
     forces_n = [point.elements.force_n for point in points]
-    band = Band(min(forces_n), max(forces_n), len({point.elements.occluded for point in points}) > 1, _bench(system))
-    controller, known, rings_hz = system.controller, peak if stable else None, _frequency_hz(points)
-    from frictionloop.parameters import PiController
-
+    states = {point.elements.occluded for point in points}
+    band = Band(min(forces_n), max(forces_n), len(states) > 1, max(states), _bench(system))
+    known, rings_hz = peak if stable else None, _frequency_hz(points)
     if not isinstance(controller, PiController):
         return Ringing(stable, rings_hz, controller.kind, known, None, None, {}, band, ())
     try:
         held = {path: _three_digits(gain) for path, gain in retune(points, HELD_PEAK).overrides.items()}
         beyond = elsewhere(system.evolve(held), {0.0: NEAR, OFF: NEAR})
         not_held = (*beyond.unstable, *beyond.near, *beyond.beyond)
+        also = () if not_held or beyond.unseen else _others(system)
     except FrictionloopError:
-        held, not_held = {}, ()
-    return Ringing(stable, rings_hz, "pi", known, controller.kp, controller.ki, held, band, not_held)
+        held, not_held, also = {}, (), ()
+    return Ringing(stable, rings_hz, "pi", known, controller.kp, controller.ki, held, band, not_held, also)
+
+
+def _others(system: System) -> tuple[str, ...]:
+    """Return the other contacts and speeds at which gains are looked at, in words."""
+    from frictionloop.design.corners import stroke_of, strokes_of
+
+    places = [system.evolve(changes) for changes in strokes_of(system)]
+    return tuple(f"on{stroke_of(each).removeprefix(',')}" for each in places if each != system)
 
 
 def _frequency_hz(points: Sequence[LinearLoop]) -> float | None:
