@@ -11,7 +11,6 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.library import LIBRARY
 from frictionloop.studio.crowd import POPULATION_SEED
 from frictionloop.studio.panels import panels_of
-from frictionloop.studio.plate import map_of
 from frictionloop.studio.preparing import is_ready, put_when_ready
 from frictionloop.studio.presets import BY_NAME
 from frictionloop.studio.room import Guest, Room
@@ -67,8 +66,7 @@ def put(room: Room, system: System, remember: bool) -> None:
     went_on = room.session.change(system)
     if remember:
         room.before.append(before)
-    if system.setpoint != before.setpoint:
-        room.tell(map_of(system))
+    room.redraw()
     room.tell(system_message(system) | {"restarted": not went_on})
 
 

@@ -7,6 +7,7 @@ import secrets
 import time
 from collections import deque
 from collections.abc import Callable, Coroutine
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.source import EffectSource
 from frictionloop.studio.crowd import Twelve
+from frictionloop.studio.drawing import Drawing
 from frictionloop.studio.frames import Frame, events_in, pack
 from frictionloop.studio.numbers import WINDOW_S, numbers_of
 from frictionloop.studio.plate import depends_on_y
@@ -81,6 +83,7 @@ class Room:
 
     def __init__(self, session: Session, clock: Callable[[], float] = time.monotonic) -> None:
         self.session, self.clock, self.twelve, self.reach = session, clock, Twelve(session), Reach(session)
+        self.drawing = Drawing(session, self.tell)
         self.guests: list[Guest] = []
         self.driver: Guest | None = None
         self.before: deque[System] = deque(maxlen=UNDONE)
@@ -91,6 +94,11 @@ class Room:
         """Why the engine has stopped, empty while it runs."""
         self._number, self._told_s = 0, -np.inf
         self._doing: set[asyncio.Task[None]] = set()
+
+    def redraw(self) -> None:
+        """Let the map of the effect be drawn where it is another one; without a server nobody looks at it."""
+        with suppress(RuntimeError):
+            self.drawing.renew()
 
     def later(self, work: Coroutine[Any, Any, None]) -> None:
         """Let something be done beside the session."""

@@ -24,7 +24,7 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.studio.commands import obey, system_message
 from frictionloop.studio.gallery import gallery
 from frictionloop.studio.opening import Answer, opener, runs_answer
-from frictionloop.studio.plate import HEIGHT_MM, map_of
+from frictionloop.studio.plate import HEIGHT_MM
 from frictionloop.studio.presets import PRESETS
 from frictionloop.studio.room import Guest, Room
 from frictionloop.studio.safe import HEADERS, Doors
@@ -133,6 +133,7 @@ def save_answer(room: Room, name: str) -> Response:
 
 async def _serve(room: Room, guest: Guest, socket: WebSocket) -> None:
     await asyncio.to_thread(gallery)  # pictures take a quarter of a second the first time, which is not the session's
+    drawn = await room.drawing.drawn()
     system = room.session.engine.system
     guest.put(
         {
@@ -146,7 +147,7 @@ async def _serve(room: Room, guest: Guest, socket: WebSocket) -> None:
         }
     )
     guest.put(system_message(system))
-    guest.put(map_of(system))
+    guest.put(drawn)
     room.join(guest)
     sending = asyncio.create_task(_send(guest, socket))
     try:
