@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Protocol
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from frictionloop.loop.guided import Guided
 from frictionloop.loop.kernel.structure import structure
 from frictionloop.parameters import System
+from frictionloop.rendering.effect import Effect
 from frictionloop.rendering.source import EffectSource
 
 CHANNELS = {
@@ -112,8 +114,19 @@ class TwinEngine:
 
 
 def _loop_of(system: System) -> tuple[object, ...]:
-    """Return what decides on the code that a System runs on: its structure, of which an effect is but numbers."""
-    return isinstance(system.setpoint, EffectSource), *structure(system)[1:]
+    """Return what decides on the code that a System runs on and on the tables that it reads.
+
+    Of an effect that is its kind: the first one of a kind may compile what makes its tables.
+    """
+    source = system.setpoint
+    kinds = frozenset(_kinds(source.effect)) if isinstance(source, EffectSource) else None
+    return kinds, *structure(system)[1:]
+
+
+def _kinds(effect: Effect) -> Iterator[str]:
+    yield effect.kind
+    for part in effect.parts:
+        yield from _kinds(part)
 
 
 def opened(system: System) -> System:

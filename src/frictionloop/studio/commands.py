@@ -11,13 +11,12 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.library import LIBRARY
 from frictionloop.studio.crowd import POPULATION_SEED
 from frictionloop.studio.panels import panels_of
-from frictionloop.studio.plate import map_of
 from frictionloop.studio.preparing import is_ready, put_when_ready
 from frictionloop.studio.presets import BY_NAME
 from frictionloop.studio.room import Guest, Room
 from frictionloop.studio.share import as_command, as_python, differences, effect_name, is_large
 
-FREE = ("stop", "take", "sound", "crowd", "reach")
+FREE = ("stop", "take", "sound", "crowd", "reach", "here")
 """Commands of every page; all others are the driving page's."""
 
 
@@ -35,7 +34,8 @@ def obey(room: Room, guest: Guest, asked: Any) -> None:
     if name not in FREE and guest is not room.driver:
         raise FrictionloopError(f"{name}: another page drives; take over first")
     COMMANDS[name](room, guest, asked)
-    room.tell_status()
+    if name != "here":
+        room.tell_status()
 
 
 def _number(asked: dict[str, Any], name: str, low: float, high: float) -> float:
@@ -66,8 +66,7 @@ def put(room: Room, system: System, remember: bool) -> None:
     went_on = room.session.change(system)
     if remember:
         room.before.append(before)
-    if system.setpoint != before.setpoint:
-        room.tell(map_of(system))
+    room.redraw()
     room.tell(system_message(system) | {"restarted": not went_on})
 
 
@@ -90,6 +89,18 @@ def _stop(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
 
 def _go(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     room.session.go()
+
+
+def _here(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    """Nothing but that the page is there, which the room takes note of with every message."""
+
+
+def _arm(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    room.session.arm(asked.get("state", "closed"))
+
+
+def _clear(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    room.session.clear()
 
 
 def _take(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
@@ -137,17 +148,17 @@ def _set(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     values = asked.get("values")
     if not isinstance(values, dict) or not 0 < len(values) <= 64:
         raise FrictionloopError("values: must be dotted names and their values, at most 64")
-    _check_no_file(values)
+    check_no_file(values)
     change(room, lambda system: system.evolve(values))
 
 
-def _check_no_file(values: Any) -> None:
+def check_no_file(values: Any) -> None:
     """Refuse what would read a file: recordings, and effects by the name of one. Nothing else of a System is a path."""
     for name, value in values.items() if isinstance(values, dict) else enumerate(values):
         if str(name).rpartition(".")[2] == "path" or (isinstance(value, str) and set(value) & set("./\\")):
             raise FrictionloopError(f"{name} = {value!r:.40}: names a file, and a page does not reach the file system")
         if isinstance(value, (dict, list)):
-            _check_no_file(value)
+            check_no_file(value)
 
 
 def _undo(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
@@ -175,6 +186,9 @@ Command = Callable[[Room, Guest, dict[str, Any]], None]
 COMMANDS: dict[str, Command] = {
     "stop": _stop,
     "go": _go,
+    "here": _here,
+    "arm": _arm,
+    "clear": _clear,
     "take": _take,
     "lift": _lift,
     "ghost": _ghost,

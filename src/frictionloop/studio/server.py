@@ -23,7 +23,8 @@ from frictionloop.parameters.files import to_toml
 from frictionloop.quantities import FrictionloopError
 from frictionloop.studio.commands import obey, system_message
 from frictionloop.studio.gallery import gallery
-from frictionloop.studio.plate import HEIGHT_MM, map_of
+from frictionloop.studio.opening import Answer, opener, runs_answer
+from frictionloop.studio.plate import HEIGHT_MM
 from frictionloop.studio.presets import PRESETS
 from frictionloop.studio.room import Guest, Room
 from frictionloop.studio.safe import HEADERS, Doors
@@ -50,10 +51,16 @@ def studio_app(room: Room, doors: Doors | None = None) -> Starlette:
     """
     doors = doors or Doors()
 
-    async def page(request: Request) -> Response:
-        if not doors.role(request):
-            return refused()
-        return FileResponse(FILES["index.html"], headers=HEADERS)
+    def page(name: str) -> Answer:
+        async def answer(request: Request) -> Response:
+            if not doors.role(request):
+                return refused()
+            return FileResponse(FILES[name], headers=HEADERS)
+
+        return answer
+
+    async def runs(request: Request) -> Response:
+        return runs_answer(room) if doors.role(request) else refused()
 
     async def file(request: Request) -> Response:
         # Files hold nothing of the session, and modules import one another without a token.
@@ -90,7 +97,10 @@ def studio_app(room: Room, doors: Doors | None = None) -> Starlette:
         return await taken_in(room, request, reading) if doors.role(request) == "drive" else refused()
 
     routes = [
-        Route("/", page),
+        Route("/", page("index.html")),
+        Route("/replay", page("replay.html")),
+        Route("/runs.json", runs),
+        Route("/open", opener(room, lambda request: doors.role(request) == "drive", refused), methods=["POST"]),
         Route("/effect", effect, methods=["POST"]),
         Route("/save/{name}", saved),
         Route("/static/{name:path}", file),
@@ -124,6 +134,7 @@ def save_answer(room: Room, name: str) -> Response:
 
 
 async def _serve(room: Room, guest: Guest, socket: WebSocket) -> None:
+    drawn = await room.drawing.drawn()
     system = room.session.engine.system
     guest.put(
         {
@@ -137,7 +148,7 @@ async def _serve(room: Room, guest: Guest, socket: WebSocket) -> None:
         }
     )
     guest.put(system_message(system))
-    guest.put(map_of(system))
+    guest.put(drawn)
     room.join(guest)
     sending = asyncio.create_task(_send(guest, socket))
     try:
@@ -153,6 +164,7 @@ async def _serve(room: Room, guest: Guest, socket: WebSocket) -> None:
 def _hear(room: Room, guest: Guest, message: Any) -> None:
     if message["type"] == "websocket.disconnect":
         raise WebSocketDisconnect(message.get("code", 1000))
+    room.heard(guest)
     try:
         if (data := message.get("bytes")) is not None:
             room.touched(guest, data)

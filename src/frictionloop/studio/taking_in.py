@@ -24,7 +24,7 @@ async def taken_in(room: Room, request: Request, reading: asyncio.Lock) -> Respo
         if reading.locked():
             raise FrictionloopError("effect: another one is being read")
         async with reading:
-            content = await _content(request)
+            content = await content_of(request, MOST_BYTES)
             asked = dict(request.query_params)
             made = await asyncio.to_thread(brought, asked.get("kind", ""), content, asked)
         _check(room, request)
@@ -45,11 +45,11 @@ def _check(room: Room, request: Request) -> None:
         raise FrictionloopError("effect: the set-point of this loop is no effect")
 
 
-async def _content(request: Request) -> bytes:
-    """Return the body of a request, and refuse it as soon as it is too long."""
+async def content_of(request: Request, most: int) -> bytes:
+    """Return the body of a request, and refuse it as soon as it has more than so many bytes."""
     parts, size = [], 0
     async for part in request.stream():
         parts.append(part)
-        if (size := size + len(part)) > MOST_BYTES:
-            raise FrictionloopError(f"file: over {MOST_BYTES} bytes; must be smaller")
+        if (size := size + len(part)) > most:
+            raise FrictionloopError(f"file: over {most} bytes; must be smaller")
     return b"".join(parts)

@@ -16,7 +16,8 @@ export function controls(link) {
     link.tell("said", { why: "The ghost finger rests, as your system asks for less motion." });
   });
   addEventListener("keydown", (event) => {
-    if (event.code === "Space" && !/^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName)) {
+    const armed = document.body.dataset.armed === "true"; // the plate of a device stops whatever has the focus
+    if (event.code === "Space" && (armed || !/^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName))) {
       event.preventDefault();
       link.ask("stop");
     }

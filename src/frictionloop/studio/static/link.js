@@ -1,4 +1,6 @@
 // The socket: frames and maps in, pointer events and commands out; it comes back by itself.
+import { mapOf } from "./maps.js";
+
 const FRAME = 1, MAP = 2, CROWD = 3, RETRY_MS = 700;
 
 export class Link extends EventTarget {
@@ -35,11 +37,7 @@ export class Link extends EventTarget {
         time: view.getFloat64(8, true), reached: view.getFloat64(16, true), spacing: view.getFloat32(24, true), rows, channels,
       });
     } else if (kind === MAP) {
-      const number = (at) => view.getFloat32(at, true);
-      this.tell("map", {
-        columns: view.getUint32(4, true), rows: view.getUint32(8, true), left: number(12), right: number(16),
-        bottom: number(20), top: number(24), low: number(28), high: number(32), shares: new Uint8Array(buffer, 36),
-      });
+      this.tell("map", mapOf(buffer));
     }
   }
   get up() {

@@ -4,10 +4,13 @@ import { bringing } from "./bring.js";
 import { calibrating } from "./calibrate.js";
 import { controls } from "./controls.js";
 import { Crowd } from "./crowd.js";
+import { Cursors } from "./cursors.js";
+import { device } from "./device.js";
 import { gallery } from "./gallery.js";
 import { hinting } from "./hint.js";
 import { Link } from "./link.js";
 import { showNumbers } from "./numbers.js";
+import { opening } from "./open.js";
 import { Painter } from "./paint.js";
 import { BOX_SIGNALS, Panels } from "./panels.js";
 import { Plate } from "./plate.js";
@@ -26,6 +29,8 @@ import { touring } from "./tour.js";
 const $ = (id) => document.getElementById(id), KEPT_S = 30, RATE_HZ = 1000;
 const link = new Link(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live${location.search}`);
 const plate = new Plate($("plate")), pointer = new Pointer($("plate"), plate, link);
+const HINT = "Drag over the curve to zoom, double-click to return, click for cursors.";
+let between = "";
 let ring, scope;
 
 controls(link);
@@ -34,9 +39,11 @@ presets(link);
 lookAhead(plate, link);
 new Painter($("plate"), plate, link);
 bringing(link);
+opening(link);
 calibrating(plate);
 hinting(link, $("hint"));
 states(link);
+device(link, () => scope);
 sharing(link);
 saving(() => scope);
 const panels = new Panels(link);
@@ -55,11 +62,14 @@ link.addEventListener("hello", ({ detail }) => {
   if (ring) return;
   ring = new Ring(Object.keys(detail.channels), KEPT_S, RATE_HZ);
   scope = new Scope($("scope"), ring, detail.plate_mm[0]);
-  scope.onread = (text) => { $("cursor").textContent = text || "Drag over the curve to zoom, double-click to return."; };
+  scope.onread = (text) => { $("cursor").textContent = between || text || HINT; };
+  new Cursors(scope, (text) => { between = text; scope.onread(""); });
   legend($("legend"), () => scope.build());
 });
 link.addEventListener("map", ({ detail }) => { plate.setMap(detail); scope?.clearPlaces(); });
 link.addEventListener("numbers", ({ detail }) => showNumbers($("numbers"), $("verdict"), detail));
+// A device runs one loop at a time, and knows the measured force alone.
+const known = (...names) => names.map((name) => ring.latest(name)).find((value) => !Number.isNaN(value)) ?? 0;
 const late = [];
 let line = 0;
 // The skin of this finger, N/mm: how far the contact lags behind.
@@ -73,7 +83,7 @@ link.addEventListener("frame", ({ detail }) => {
   ring.push(detail);
   if (!scope.paused) scope.take(detail);
   const before = plate.finger.x, x = ring.latest("x_mm");
-  Object.assign(plate.finger, { x, y: line, load: ring.latest("load_n"), force: ring.latest("closed_n"), um: ring.latest("closed_um") });
+  Object.assign(plate.finger, { x: x || 0, y: line, load: ring.latest("load_n"), force: known("closed_n", "open_n", "measured_n"), um: known("closed_um", "open_um") });
   if (Math.abs(x - before) > 1e-3) plate.finger.way = Math.sign(x - before);
   plate.dirty = true;
   if (!Number.isNaN(detail.reached) && detail.reached !== late.reached) {

@@ -46,6 +46,8 @@ export class Panels {
       $("fields").replaceChildren(...Object.values(this.fields).map((field) => field.element));
     }
     for (const field of told) this.fields[field.path].set(field.value);
+    // Of a device only controller and effect can change: all else is the bench that stands there.
+    $("fields").inert = document.body.dataset.device !== undefined && !["wish", "controller"].includes(this.box);
   }
   send(path, value) {
     this.link.ask("set", { values: { [path]: value } });

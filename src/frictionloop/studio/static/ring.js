@@ -44,7 +44,8 @@ export class Ring {
           if (value < low) { low = value; lowAt = j; }
           if (value > high) { high = value; highAt = j; }
         }
-        if (step === 1) out[n].push(low);
+        if (low === Infinity) out[n].push(...(step === 1 ? [null] : [null, null]));
+        else if (step === 1) out[n].push(low);
         else if (lowAt < highAt) out[n].push(low, high);
         else out[n].push(high, low);
       });

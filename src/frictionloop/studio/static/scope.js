@@ -44,6 +44,7 @@ export class Scope {
       series: [{}, ...series],
       hooks: {
         setCursor: [(plot) => this.read(plot)],
+        draw: [(plot) => this.marks?.draw(plot)],
         setSelect: [(plot) => { if (plot.select.width > 0) this.zoomed = true; }],
       },
     }, this.data(), this.element);
@@ -53,12 +54,13 @@ export class Scope {
   }
   show(axis) {
     this.axis = axis;
+    this.marks?.clear();
     this.build();
   }
   take(frame) {
     const x = frame.channels[this.ring.names.indexOf("x_mm")], load = frame.channels[this.ring.names.indexOf("load_n")];
     for (let row = 0; row < frame.rows; row++) {
-      if (load[row] < 0.02 || row && x[row] === x[row - 1]) continue;
+      if (!(load[row] >= 0.02) || row && x[row] === x[row - 1]) continue;
       const bin = Math.floor((x[row] + this.half) / BIN_MM);
       if (bin < 0 || bin >= this.places.length) continue;
       this.reach = [Math.min(this.reach[0], x[row]), Math.max(this.reach[1], x[row])];

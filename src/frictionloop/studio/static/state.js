@@ -12,11 +12,12 @@ export function states(link) {
   });
   for (const name of ["refused", "said"]) link.addEventListener(name, ({ detail }) => flash(detail.why));
   link.addEventListener("status", ({ detail }) => {
-    $("source").textContent = detail.source;
+    $("source").textContent = detail.device && detail.source === "device" ? detail.device.name : detail.source;
     $("source").title = detail.source === "simulated" ? "Nothing here is hardware: plate, finger and sensor are computed." : "";
-    $("stop").textContent = detail.state === "stopped" ? "Go" : "Stop";
-    $("stop").dataset.stopped = detail.state === "stopped";
-    $("stop").disabled = detail.state === "stopped" && !detail.drives;
+    const resting = detail.state === "stopped" && !detail.device; // a device is armed again, it does not just go on
+    $("stop").textContent = resting ? "Go" : "Stop";
+    $("stop").dataset.stopped = resting;
+    $("stop").disabled = resting && !detail.drives;
     $("take").hidden = detail.drives || !detail.may_drive;
     for (const id of ["ghost", "ghost-speed", "load"]) $(id).disabled = !detail.drives;
     $("ghost").checked = detail.ghost;
