@@ -28,8 +28,9 @@ reproduce: $(VENV)/.runtime ## rebuild the paper's figures and claims: report/in
 test: $(VENV)/.dev ## run the tests
 	@$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
-soak: $(VENV)/.dev ## run the long campaigns and store what they found in tests/soak.json
+soak: $(VENV)/.dev ## run the long campaigns, stored in tests/soak.json, and the studio for half an hour
 	@$(BIN)/python -m pytest -n 2 --dist loadscope -m soak
+	@$(BIN)/python -m benchmarks.studio --soak-min 30
 
 benchmark: $(VENV)/.bench ## measure speed beside C, JAX, NumPy and others
 	@$(BIN)/python benchmarks/run.py

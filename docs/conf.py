@@ -27,6 +27,7 @@ extensions = [
     "computed",
     "docstrings",
     "executed",
+    "studio_page",
 ]
 exclude_patterns = ["_build", "gallery/**/*.ipynb", "gallery/**/*.py", "gallery/**/*.md5"]
 default_role = "py:obj"

@@ -64,8 +64,11 @@ def browser():
 
 
 @pytest.fixture
-def page(browser):
-    """Return a page that has said nothing wrong when the test ends, but for lines in its ``excused``."""
+def page(browser, serve):
+    """Return a page that has said nothing wrong when the test ends, but for lines in its ``excused``.
+
+    It closes before its server stops, which it would otherwise miss.
+    """
     context = browser.new_context(viewport={"width": 1280, "height": 900}, accept_downloads=True)
     opened, wrong = context.new_page(), []
     opened.excused = ()

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import time
-
 import pytest
 from live_engines import GRATING, Echo
+from studio_pages import opened, seen, until
 
 import frictionloop as fl
 from frictionloop.device.live_engine import TwinEngine
@@ -22,24 +21,6 @@ def room_of(engine=None, ghost=False):
     room = Room(Session(engine or Echo()))
     room.session.ghost_on = ghost
     return room
-
-
-def until(what, timeout_s=10.0):
-    end = time.monotonic() + timeout_s
-    while not (value := what()):
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.02)
-    return value
-
-
-def seen(page, expression):
-    """Wait until an expression is true in the page, whose policy forbids Playwright's own way."""
-    until(lambda: page.evaluate(expression))
-
-
-def opened(page, url):
-    page.goto(url)
-    seen(page, "document.querySelector('#status').textContent.includes('drives')")
 
 
 def drag(page, strokes=3, half_px=220):

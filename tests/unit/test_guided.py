@@ -75,6 +75,26 @@ def test_a_changed_model_gives_its_own_commands_at_the_clamp():
     assert told["a"][-1] == pytest.approx(2.5, rel=1e-3)
 
 
+def test_several_fingers_under_one_path_are_each_as_if_alone_bit_for_bit():
+    people = [BENCH.evolve(finger) for finger in fl.fingers(3, seed=0)]
+    changed = [each.evolve({"controller.model.nominal_n": 1.1}) for each in people]
+    together, alone = Guided(people, seed=3), [Guided(each, seed=3) for each in people]
+    for number, path in enumerate((stroke(-0.03, 300), stroke(-0.0276, 200))):
+        if number:
+            assert together.change(changed)
+            assert all(loop.change(each) for loop, each in zip(alone, changed, strict=True))
+        told = together.advance(path)
+        for lane, loop in enumerate(alone):
+            np.testing.assert_array_equal(told[..., lane], loop.advance(path))
+
+
+def test_what_does_not_run_together_is_refused():
+    with pytest.raises(fl.FrictionloopError, match="numbers alone"):
+        Guided([BENCH, BENCH.evolve({"controller.kind": "pi"})])
+    with pytest.raises(fl.FrictionloopError, match="33 of them"):
+        Guided([BENCH] * 33)
+
+
 def test_what_cannot_be_moved_is_refused():
     with pytest.raises(fl.FrictionloopError, match="nobody can move"):
         Guided(fl.paper())

@@ -53,7 +53,7 @@ LISTEN_S, DECIMATION = 0.1, 50
 
 
 @contextmanager
-def connected(address: str, system: System | None = None) -> Iterator[Device]:
+def connected(address: str, system: System | None = None, seed: int = 0) -> Iterator[Device]:
     """Yield the device, as `connect` does; says what takes long the first time."""
     here = address.startswith(("sim:", "emulated:"))
     all_needed("cobs", "fastcrc", *NEEDED.get(address.partition(":")[0], ()))
@@ -61,7 +61,7 @@ def connected(address: str, system: System | None = None) -> Iterator[Device]:
     with screen.waiting(text if here else f"looking for {address}"):
         from frictionloop.device.transport import opener
 
-        opening = opener(address, system)
+        opening = opener(address, system, seed)
         # A line that is not there is refused before what drives a device is loaded.
         opened = [] if here else [opening()]
         from frictionloop.device.device import Device

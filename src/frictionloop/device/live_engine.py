@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Protocol
 
 import numpy as np
 
 from frictionloop.loop.guided import Guided
+from frictionloop.loop.kernel.structure import structure
 from frictionloop.parameters import System
+from frictionloop.rendering.effect import Effect
+from frictionloop.rendering.source import EffectSource
 
 CHANNELS = {
     "x_mm": ("mm", "place of the finger"),
@@ -64,6 +68,7 @@ class TwinEngine:
     def __init__(self, system: System, seed: int = 0) -> None:
         self.system = system
         self._closed, self._open = Guided(system, seed), Guided(opened(system), seed)
+        self._compiled = {_loop_of(system)}
 
     @property
     def rate_hz(self) -> float:
@@ -90,12 +95,38 @@ class TwinEngine:
             ]
         )
 
+    def ready(self, system: System) -> bool:
+        """Tell whether a System runs on what has been compiled: `change` then takes no time."""
+        return _loop_of(system) in self._compiled
+
+    def prepare(self, system: System) -> None:
+        """Compile what a System runs on, which takes seconds the first time; nothing else changes."""
+        Guided(system)
+        Guided(opened(system))
+        self._compiled.add(_loop_of(system))
+
     def change(self, system: System) -> bool:
         """Put a System in force in both loops; they begin anew together where one has to."""
         went_on = self._closed.change(system)
         went_on = self._open.change(opened(system)) and went_on
         self.system = system
         return went_on
+
+
+def _loop_of(system: System) -> tuple[object, ...]:
+    """Return what decides on the code that a System runs on and on the tables that it reads.
+
+    Of an effect that is its kind: the first one of a kind may compile what makes its tables.
+    """
+    source = system.setpoint
+    kinds = frozenset(_kinds(source.effect)) if isinstance(source, EffectSource) else None
+    return kinds, *structure(system)[1:]
+
+
+def _kinds(effect: Effect) -> Iterator[str]:
+    yield effect.kind
+    for part in effect.parts:
+        yield from _kinds(part)
 
 
 def opened(system: System) -> System:

@@ -10,6 +10,7 @@ import numpy as np
 from frictionloop.device.live_engine import CHANNELS, Engine
 from frictionloop.device.live_path import Ghost, LiveFinger, PointerPath, Sample
 from frictionloop.parameters import System
+from frictionloop.quantities import FrictionloopError
 
 BLOCKS_HZ = 200.0
 """Blocks per second (measured: 5 ms from pointer to force at the median)."""
@@ -17,7 +18,7 @@ CATCH_UP_S = 0.5
 """What a stalled session makes good; the rest of the time is dropped, and counted."""
 KEPT_S = 30.0
 """What is kept of the past."""
-GONE_S = 0.3
+GONE_S = 0.25
 """A finger whose page is silent for so long has left the plate."""
 
 
@@ -53,6 +54,8 @@ class Session:
         """Load of a finger whose pointer tells no pressure, and of the ghost."""
         self.line_mm = 0.0
         """Height of the line that the finger strokes along: where it landed last."""
+        self.driven = True
+        """Whether a page drives; else nothing moves, the ghost neither."""
         self._down, self._heard_s, self._begun_s = False, -math.inf, math.nan
         self._kept = np.full((len(CHANNELS), 0), np.nan, np.float32)
         self._size()
@@ -80,6 +83,14 @@ class Session:
         """Take the finger off the plate."""
         self._down = False
 
+    def present(self, now_s: float) -> None:
+        """Take note that the driving page is there."""
+        self.driven = True
+
+    def leave(self) -> None:
+        """Let the driving page go: the finger leaves the plate, and nothing moves until a page drives again."""
+        self._down, self.driven = False, False
+
     def stop(self) -> None:
         """Bring the plate to rest: the finger leaves it, and nothing moves until `go`."""
         self._down, self.stopped = False, True
@@ -87,6 +98,18 @@ class Session:
     def go(self) -> None:
         """Let the finger move again."""
         self.stopped = False
+
+    def arm(self, state: str) -> None:
+        """Let the loop of a device run; without one there is nothing to arm."""
+        raise FrictionloopError("arm: this studio has no device; a simulated plate is never armed")
+
+    def clear(self) -> None:
+        """Clear a fault of a device; without one there is none."""
+        raise FrictionloopError("clear: this studio has no device, so no fault")
+
+    def told(self) -> dict[str, object] | None:
+        """Return what pages are told of a device, None without one."""
+        return None
 
     def change(self, system: System) -> bool:
         """Put a System in force; return whether the loop went on without a restart."""
@@ -121,13 +144,16 @@ class Session:
         wanted = self._wanted(at_s, ticks / self.engine.rate_hz)
         path = self.finger.block(wanted, ticks, self.engine.rate_hz)
         rows = self.engine.advance(path).astype(np.float32)
-        first, size = self.ticks, self._kept.shape[1]
+        return self._keep(rows, self.pointer.reached_ms if self._down else math.nan)
+
+    def _keep(self, rows: np.ndarray, reached_ms: float) -> Block:
+        first, (_, size), ticks = self.ticks, self._kept.shape, rows.shape[1]
         self._kept[:, np.arange(first, first + ticks) % size] = rows
         self.ticks += ticks
-        return Block(first, rows, self.pointer.reached_ms if self._down else math.nan)
+        return Block(first, rows, reached_ms)
 
     def _wanted(self, at_s: float, span_s: float) -> Sample | None:
-        if self.stopped:
+        if self.stopped or not self.driven:
             return None
         if self._down:
             return self.pointer.at(at_s)

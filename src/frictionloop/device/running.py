@@ -97,7 +97,7 @@ class Running:
         if message.name == "telemetry":
             self.recorder.take(message)
         elif message.name == "fault" and self.recorder.is_new(message["tick"]):
-            raise DeviceError(_fault(message["fault"], f"at tick {message['tick']}{_reading(message)}"))
+            raise DeviceError(_fault(message["fault"], f"at tick {message['tick']}{reading_told(message)}"))
         elif message.name == "status":
             self._check(message)
         elif message.name == "refused" and message["reason"] == NO_SESSION:
@@ -163,7 +163,8 @@ def _fault(number: int, where: str) -> str:
     return f"fault {FAULTS.get(number, number)} {where}"
 
 
-def _reading(fault: Message) -> str:
+def reading_told(fault: Message) -> str:
+    """Return what a message `fault` tells of its cause, in brackets; an empty text where it tells none."""
     name = FAULTS.get(fault["fault"])
     if name not in READINGS:
         return ""

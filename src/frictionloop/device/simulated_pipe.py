@@ -13,7 +13,7 @@ from frictionloop.device.host_board import Sample
 from frictionloop.device.pipe import Pipe
 from frictionloop.device.recorder import TICK_HZ
 from frictionloop.firmware.parameter_words import n_per_count
-from frictionloop.loop.stepper import Stepper
+from frictionloop.loop.stepper import Movement, Stepper
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 from frictionloop.sensing.measurement import Measurement
@@ -38,6 +38,9 @@ class BenchPipe(Pipe):
         self._converters = Converters(system)
         self._felt: deque[float] = deque()
         self._felt_from = 0
+        self.moves: deque[Movement] | None = None
+        """Where the finger is at each tick to come, for a finger that somebody moves; it rests where they end."""
+        self._moved = Movement(0.0, 0.0, 0.0)
 
     def opened(self) -> BenchPipe:
         """Return the line, open; the board is as it was left."""
@@ -91,7 +94,7 @@ class BenchPipe(Pipe):
         before = bench.force_n
         command = self.board.tick(self._converters.sample(bench.measured))
         try:
-            bench.tick(command)
+            bench.tick(command, self._movement())
         except FrictionloopError as over:
             raise DeviceError(f"the simulated bench stands still: {over}") from None
         self._felt.append(before if bench.tells_sampled else bench.force_n)
@@ -99,6 +102,12 @@ class BenchPipe(Pipe):
             self._felt.popleft()
             self._felt_from += 1
         self._ticks += 1
+
+    def _movement(self) -> Movement | None:
+        if self.moves is None:
+            return None
+        self._moved = self.moves.popleft() if self.moves else self._moved._replace(speed_m_s=0.0)
+        return self._moved
 
     def _check(self) -> None:
         if not self._open:

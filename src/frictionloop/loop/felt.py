@@ -31,8 +31,8 @@ def perceptual_index(run: xr.Dataset, mask: Any = None) -> float:
 
 
 def _index(residual: np.ndarray, run: xr.Dataset, mask: Any) -> float:
-    weighted, scored = felt_trace(residual, run, mask)
-    return float(np.sqrt(np.sum(weighted**2) / np.sum(scored)))
+    felt, scored = felt_trace(residual, run, mask)
+    return float(np.sqrt(np.sum(felt**2) / np.sum(scored)))
 
 
 def felt_trace(residual: np.ndarray, run: xr.Dataset, mask: Any = None) -> tuple[np.ndarray, np.ndarray]:
@@ -41,13 +41,26 @@ def felt_trace(residual: np.ndarray, run: xr.Dataset, mask: Any = None) -> tuple
     if mask is not None or "scored" in run:
         scored = np.zeros(residual.size)
         scored[kept(run, mask)] = 1.0
-    rate_hz = system_of(run).controller.rate_hz
+    return weighted(residual, scored, system_of(run).controller.rate_hz), scored
+
+
+def weighted(residual: np.ndarray, scored: np.ndarray, rate_hz: float) -> np.ndarray:
+    """Return a force in units of the threshold of touch, faded out and 0 where ``scored`` is 0, not 1.
+
+    Parameters
+    ----------
+    residual : array, shape (ticks,)
+        Force in N.
+    scored : array, shape (ticks,)
+        1.0 where it counts, else 0.0.
+    rate_hz : float
+        Ticks per second, 1200 to 200 000.
+    """
     gain = fade_gain(rate_hz)
     weight = scored
     for _ in range(2):
         weight = lfilter([gain], [1.0, gain - 1.0], weight)
-    weighted = sosfilt(weighting_sos(rate_hz), residual * weight)
-    return weighted * scored, scored
+    return np.asarray(sosfilt(weighting_sos(rate_hz), residual * weight) * scored)
 
 
 def plain_stroke(system: System, amplitude_um: float = 0.0, duration_s: float = 10.0, seed: int = 0) -> xr.Dataset:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from frictionloop.control.laws import law_of
 from frictionloop.loop.kernel.law_tile import limits_step
 from frictionloop.loop.kernel.loop import Tile
 from frictionloop.loop.kernel.lowering import lower
-from frictionloop.loop.kernel.slab import ROW, law_rows
-from frictionloop.loop.kernel.structure import moves
+from frictionloop.loop.kernel.slab import LANES, ROW, law_rows
+from frictionloop.loop.kernel.structure import moves, structure
 from frictionloop.loop.kernel.traces import traces_of
 from frictionloop.loop.simulate import no_number
 from frictionloop.loop.timing import check_seed
@@ -19,18 +21,19 @@ from frictionloop.quantities.normals import BLOCK
 from frictionloop.quantities.trees import flat
 
 MOST = 4096
-"""Most control periods of one call."""
+"""Most control periods of one call; of several systems together an eighth of it, for their traces are large."""
 _STATE = "measurement", "friction", "effect_seen", "effect_true", "overdrive"
 
 
 class Guided:
     """The loop of a System, block by block, under a finger that the caller moves.
 
-    It is `simulate` with the finger's path from outside. Two of them with the same seed see the same noise.
+    It is `simulate` with the finger's path from outside. Two of them with the same seed see the same noise. Several
+    Systems of one structure run together, as lanes of a tile, under one path and one noise.
 
     Parameters
     ----------
-    system : System
+    system : System or sequence of System
         What runs; its finger moves (``motion.kind`` "strokes"), of which only its person and what is felt are used.
     seed : int
         Seed of all noise, 0 to 2**64 - 1.
@@ -38,28 +41,34 @@ class Guided:
     Raises
     ------
     FrictionloopError
-        For what is not a System, one whose finger does not move, or a bad seed.
+        For what is not a System, one whose finger does not move, Systems of different structure, or a bad seed.
     """
 
-    def __init__(self, system: System, seed: int = 0) -> None:
-        check_system(system)
-        if not moves(system):
-            raise FrictionloopError('motion.kind = "sliding": nobody can move this finger; must be "strokes"')
-        self.system, self._seed, self.period = system, check_seed(seed), 0
+    def __init__(self, system: System | Sequence[System], seed: int = 0) -> None:
+        self.systems, self._seed, self.period = _checked(system), check_seed(seed), 0
         self._begin()
+
+    @property
+    def system(self) -> System:
+        """What runs, or the first of several."""
+        return self.systems[0]
 
     def _begin(self) -> None:
         self.names = traces_of(self.system)
         """Names of the rows that `advance` returns, as the variables of a run."""
-        self._traces = np.zeros((len(self.names), MOST))
-        self._tile = self._lowered(self.system)
+        width = 1 if len(self.systems) == 1 else LANES
+        self._traces = np.zeros((len(self.names), MOST if width == 1 else MOST // 8, width))
+        self._tile = self._lowered(self.systems)
         self._fresh = self._tile.slab.data.copy()
 
-    def _lowered(self, system: System) -> Tile:
-        return lower([system], [self._seed], traces=self._traces.reshape(-1), guided=True)
+    def _lowered(self, systems: Sequence[System]) -> Tile:
+        seeds = [self._seed] * len(systems)
+        return lower(systems, seeds, traces=self._traces.reshape(-1), guided=True)
 
     def advance(self, path: np.ndarray) -> np.ndarray:
         """Run one control period for each row of a path and return the traces, shape (names, periods).
+
+        Of several systems their shape is (names, periods, systems).
 
         Parameters
         ----------
@@ -73,19 +82,20 @@ class Guided:
         """
         path = np.ascontiguousarray(path, float)
         start, stop = self.period, self.period + len(path)
-        if not len(path) <= MOST:
-            raise FrictionloopError(f"path: {len(path)} periods; at most {MOST} at once")
+        _, most, width = self._traces.shape
+        if not len(path) <= most:
+            raise FrictionloopError(f"path: {len(path)} periods; at most {most} at once")
         tile, chunk = self._tile, start // BLOCK * BLOCK
         # Rows of both arrays are counted from t = 0, as in a run.
-        tile.shared.set(path=path.ctypes.data - 24 * start, trace=self._traces.ctypes.data - 8 * start)
+        tile.shared.set(path=path.ctypes.data - 24 * start, trace=self._traces.ctypes.data - 8 * width * start)
         tile.advance(start, stop, tile.setpoint(chunk, stop), tile.disturbance(chunk, stop), chunk)
         self.period = stop
-        told = self._traces[:, : len(path)].copy()
+        told = self._traces[:, : len(path), : len(self.systems)].copy()
         if np.isnan(told[:4]).any():
             raise no_number(self.system, f"at {stop / self.system.controller.rate_hz:g} s")
-        return told
+        return told[..., 0] if len(self.systems) == 1 else told
 
-    def change(self, system: System) -> bool:
+    def change(self, system: System | Sequence[System]) -> bool:
         """Put another System in force and return whether the loop went on: numbers change, the state stays.
 
         What makes another loop, as another law or rate does, begins anew at rest.
@@ -95,26 +105,39 @@ class Guided:
         FrictionloopError
             As the constructor; the old System is then still in force.
         """
-        check_system(system)
-        if not moves(system):
-            raise FrictionloopError('motion.kind = "sliding": nobody can move this finger; must be "strokes"')
-        tile, running = self._lowered(system), self._tile
-        self.system, old = system, self.system
-        if not _alike(tile, running) or system.controller.kind != old.controller.kind:
+        systems = _checked(system)
+        tile, running = self._lowered(systems), self._tile
+        self.systems, old = systems, self.systems
+        kinds = {each.controller.kind for each in (*systems, *old)}
+        if len(systems) != len(old) or len(kinds) > 1 or not _alike(tile, running):
             self.period = 0
             self._begin()
             return False
         fresh = tile.slab.data.copy()
-        kept = fresh == self._fresh
-        kept[_state_rows(system)] = True
-        tile.slab.data[kept] = running.slab.data[kept]
+        kept = (fresh == self._fresh).reshape(-1, tile.slab.width)
+        kept[_state_rows(systems[0])] = True
+        tile.slab.data[kept.ravel()] = running.slab.data[kept.ravel()]
         tile.shared.kept["history"][:] = running.shared.kept["history"]
-        if not isinstance(system.controller, OracleController):
-            gains = law_rows(law_of(system.controller))[1]
+        if len(systems) == 1 and not isinstance(systems[0].controller, OracleController):
+            gains = law_rows(law_of(systems[0].controller))[1]
             given = [float(tile.slab.view(row)[0, 0]) for row in (*gains[-2:], *ROW["model"][:2])]
             tile.slab.view("at_limits")[:, 0] = limits_step(*given)
         self._tile, self._fresh = tile, fresh
         return True
+
+
+def _checked(system: System | Sequence[System]) -> tuple[System, ...]:
+    """Return the systems, which a finger can be moved on and which run together."""
+    systems = tuple(system) if isinstance(system, (list, tuple)) else (system,)
+    for each in systems:
+        check_system(each)
+        if not moves(each):
+            raise FrictionloopError('motion.kind = "sliding": nobody can move this finger; must be "strokes"')
+    if not 0 < len(systems) <= LANES:
+        raise FrictionloopError(f"systems: {len(systems)} of them; must be 1 to {LANES}")
+    if len(systems) > 1 and any(structure(each) != structure(systems[0]) for each in systems[1:]):
+        raise FrictionloopError("systems: must differ in numbers alone to run together")
+    return systems
 
 
 def _alike(a: Tile, b: Tile) -> bool:

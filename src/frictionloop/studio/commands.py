@@ -9,14 +9,14 @@ from frictionloop.parameters import System
 from frictionloop.physics.fingers import fingers
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.library import LIBRARY
+from frictionloop.studio.crowd import POPULATION_SEED
 from frictionloop.studio.panels import panels_of
-from frictionloop.studio.plate import map_of
+from frictionloop.studio.preparing import is_ready, put_when_ready
+from frictionloop.studio.presets import BY_NAME
 from frictionloop.studio.room import Guest, Room
-from frictionloop.studio.share import as_command, as_python, differences, effect_name
+from frictionloop.studio.share import as_command, as_python, differences, effect_name, is_large
 
-POPULATION_SEED = 0
-"""Seed of the population that another finger is drawn from."""
-FREE = ("stop", "take", "sound")
+FREE = ("stop", "take", "sound", "crowd", "reach", "here")
 """Commands of every page; all others are the driving page's."""
 
 
@@ -34,7 +34,8 @@ def obey(room: Room, guest: Guest, asked: Any) -> None:
     if name not in FREE and guest is not room.driver:
         raise FrictionloopError(f"{name}: another page drives; take over first")
     COMMANDS[name](room, guest, asked)
-    room.tell_status()
+    if name != "here":
+        room.tell_status()
 
 
 def _number(asked: dict[str, Any], name: str, low: float, high: float) -> float:
@@ -50,14 +51,22 @@ def _flag(asked: dict[str, Any], name: str) -> bool:
     return value
 
 
-def change(room: Room, system: System, remember: bool = True) -> None:
+def change(room: Room, make: Callable[[System], System], remember: bool = True) -> None:
+    """Put a System in force, made of the one that is: at once, or when its loop has been compiled."""
+    system = make(room.session.engine.system)
+    if is_ready(room, system):
+        put(room, system, remember)
+    else:
+        room.later(put_when_ready(room, make, lambda made: put(room, made, remember)))
+
+
+def put(room: Room, system: System, remember: bool) -> None:
     """Put a System in force, and tell every page; what was there can be had again by undo."""
     before = room.session.engine.system
     went_on = room.session.change(system)
     if remember:
         room.before.append(before)
-    if system.setpoint != before.setpoint:
-        room.tell(map_of(system))
+    room.redraw()
     room.tell(system_message(system) | {"restarted": not went_on})
 
 
@@ -67,7 +76,8 @@ def system_message(system: System) -> dict[str, Any]:
         "type": "system",
         "effect": effect_name(system),
         "panels": panels_of(system),
-        "differs": differences(system),
+        # An address holds no painting: without an address the page offers the file alone.
+        "differs": None if is_large(system) else differences(system),
         "python": as_python(system),
         "command": as_command(system),
     }
@@ -79,6 +89,18 @@ def _stop(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
 
 def _go(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     room.session.go()
+
+
+def _here(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    """Nothing but that the page is there, which the room takes note of with every message."""
+
+
+def _arm(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    room.session.arm(asked.get("state", "closed"))
+
+
+def _clear(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    room.session.clear()
 
 
 def _take(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
@@ -105,54 +127,79 @@ def _sound(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     guest.listens = _flag(asked, "on")
 
 
+def _crowd(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    guest.crowd = _flag(asked, "on")
+
+
+def _reach(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    guest.ahead = _flag(asked, "on")
+    if guest.ahead and room.reach.told is not None:
+        guest.put(room.reach.told)
+
+
 def _effect(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     name = asked.get("name")
     if not isinstance(name, str) or name not in LIBRARY:
         raise FrictionloopError(f"name = {name!r:.40}: must be one of {', '.join(LIBRARY)}")
-    change(room, room.session.engine.system.evolve({"setpoint.effect": LIBRARY[name]}))
+    change(room, lambda system: system.evolve({"setpoint.effect": LIBRARY[name]}))
 
 
 def _set(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     values = asked.get("values")
     if not isinstance(values, dict) or not 0 < len(values) <= 64:
         raise FrictionloopError("values: must be dotted names and their values, at most 64")
-    _check_no_file(values)
-    change(room, room.session.engine.system.evolve(values))
+    check_no_file(values)
+    change(room, lambda system: system.evolve(values))
 
 
-def _check_no_file(values: Any) -> None:
+def check_no_file(values: Any) -> None:
     """Refuse what would read a file: recordings, and effects by the name of one. Nothing else of a System is a path."""
     for name, value in values.items() if isinstance(values, dict) else enumerate(values):
         if str(name).rpartition(".")[2] == "path" or (isinstance(value, str) and set(value) & set("./\\")):
             raise FrictionloopError(f"{name} = {value!r:.40}: names a file, and a page does not reach the file system")
         if isinstance(value, (dict, list)):
-            _check_no_file(value)
+            check_no_file(value)
 
 
 def _undo(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     if not room.before:
         raise FrictionloopError("undo: nothing has been changed")
-    change(room, room.before.pop(), remember=False)
+    before = room.before.pop()
+    change(room, lambda _: before, remember=False)
+
+
+def _preset(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    name = asked.get("name")
+    if not isinstance(name, str) or name not in BY_NAME:
+        raise FrictionloopError(f"name = {name!r:.40}: must be one of {', '.join(BY_NAME)}")
+    change(room, lambda system: system.evolve(BY_NAME[name].values))
 
 
 def _finger(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     """Another finger of the population: of number n, the same one each time."""
     number = int(_number(asked, "number", 0, 999))
-    change(room, room.session.engine.system.evolve(fingers(number + 1, POPULATION_SEED)[number]))
+    person = fingers(number + 1, POPULATION_SEED)[number]
+    change(room, lambda system: system.evolve(person))
 
 
 Command = Callable[[Room, Guest, dict[str, Any]], None]
 COMMANDS: dict[str, Command] = {
     "stop": _stop,
     "go": _go,
+    "here": _here,
+    "arm": _arm,
+    "clear": _clear,
     "take": _take,
     "lift": _lift,
     "ghost": _ghost,
     "ghost_speed": _ghost_speed,
     "load": _load,
     "sound": _sound,
+    "crowd": _crowd,
+    "reach": _reach,
     "effect": _effect,
     "set": _set,
     "undo": _undo,
+    "preset": _preset,
     "finger": _finger,
 }

@@ -12,7 +12,7 @@ import numpy as np
 
 from frictionloop.quantities import FrictionloopError
 
-FRAME, MAP = 1, 2
+FRAME, MAP, CROWD_FRAME = 1, 2, 3
 HEAD = struct.Struct("<IIddfHH")
 """Kind, number of the frame, time of its first row (s), page time of its newest pointer event (ms), time between rows
 (s), rows, channels; then float32 by channel."""
@@ -35,10 +35,10 @@ class Frame(NamedTuple):
     """Shape (channels, rows), float32."""
 
 
-def pack(frame: Frame) -> bytes:
-    """Return a frame as bytes."""
+def pack(frame: Frame, kind: int = FRAME) -> bytes:
+    """Return a frame as bytes: of the session, or of a crowd under its stroke."""
     channels, rows = frame.rows.shape
-    head = HEAD.pack(FRAME, frame.number % 2**32, frame.time_s, frame.reached_ms, frame.spacing_s, rows, channels)
+    head = HEAD.pack(kind, frame.number % 2**32, frame.time_s, frame.reached_ms, frame.spacing_s, rows, channels)
     return head + np.ascontiguousarray(frame.rows, "<f4").tobytes()
 
 

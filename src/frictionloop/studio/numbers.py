@@ -7,6 +7,8 @@ import math
 import numpy as np
 
 from frictionloop.device.live_engine import CHANNELS
+from frictionloop.loop.felt import weighted
+from frictionloop.perception.weighting import RATES_HZ
 from frictionloop.rendering.effect import TURNS_MM_S
 
 WINDOW_S = 2.0
@@ -15,15 +17,19 @@ LEAST_S = 0.2
 """Time on the plate below which nothing is said."""
 TURNED_MM = 2.0
 """Way after a turn or a landing: 2F/k of 1 N over the 1000 N/m of the bench's skin, as metrics leave out there."""
+OVER_S = 0.004
+"""Over how long the way is taken that tells the speed (assumed)."""
 _ROW = {name: number for number, name in enumerate(CHANNELS)}
 
 
 def numbers_of(rows: np.ndarray, rate_hz: float, touches_n: float) -> dict[str, float | None]:
-    """Return rms error (N), R2 against identity, contrast delivered and share of saturated ticks, open and closed.
+    """Return rms error (N, and as felt), R2 against identity, contrast delivered and share of saturated ticks.
 
-    Contrast is the spread of the force over that asked for, both as standard deviations: 1 delivers all of it. Ticks
-    count while the finger slides, from `TURNED_MM` after a turn on: the skin swings over meanwhile. A number that does
-    not exist is None: R2 and contrast where the force asked for does not change.
+    Each but the last is told of the open and of the closed loop. As felt the error is the index D of
+    ``fl.perceptual_index``: in thresholds of touch from 1 to 500 Hz, felt above 1. Contrast is the spread of the force
+    over that asked for, both as standard deviations: 1 delivers all of it. Ticks count while the finger slides, from
+    `TURNED_MM` after a turn on: the skin swings over meanwhile. A number that does not exist is None: R2 and contrast
+    where the force asked for does not change. ``beyond`` is the share of the wish that is out of the finger's reach.
 
     Parameters
     ----------
@@ -37,18 +43,41 @@ def numbers_of(rows: np.ndarray, rate_hz: float, touches_n: float) -> dict[str, 
     sliding = slides(rows[_ROW["x_mm"]].astype(float), rows[_ROW["load_n"]], rate_hz, touches_n)
     if sliding.sum() < LEAST_S * rate_hz:
         return {}
-    asked = rows[_ROW["asked_n"], sliding].astype(float)
-    spread = float(np.std(asked))
-    told: dict[str, float | None] = {"saturated": float(np.mean(rows[_ROW["saturated"], sliding]))}
+    asked = rows[_ROW["asked_n"]].astype(float)
+    beyond = (asked < rows[_ROW["floor_n"]]) | (asked > rows[_ROW["limit_n"]])
+    told: dict[str, float | None] = {
+        "saturated": float(np.mean(rows[_ROW["saturated"], sliding])),
+        "beyond": float(np.mean(beyond[sliding])),
+    }
     for name in ("open", "closed"):
-        force = rows[_ROW[f"{name}_n"], sliding].astype(float)
-        rms = math.sqrt(float(np.mean((force - asked) ** 2)))
+        force = _force(rows, name)
+        counted = sliding & np.isfinite(force - asked)
+        if counted.sum() < LEAST_S * rate_hz:
+            continue
+        error, spread = np.where(counted, force - asked, 0.0), float(np.std(asked[counted]))
+        rms = math.sqrt(float(np.mean(error[counted] ** 2)))
         told |= {
             f"{name}_error_n": rms,
+            f"{name}_felt": _felt(error, counted, rate_hz),
             f"{name}_r2": 1.0 - (rms / spread) ** 2 if spread > 1e-3 else None,
-            f"{name}_contrast": float(np.std(force)) / spread if spread > 1e-3 else None,
+            f"{name}_contrast": float(np.std(force[counted])) / spread if spread > 1e-3 else None,
         }
     return told
+
+
+def _force(rows: np.ndarray, name: str) -> np.ndarray:
+    """Return the force of a loop, N: of a device that measures it alone the measured one, while that loop runs."""
+    force = rows[_ROW[f"{name}_n"]].astype(float)
+    runs = np.isfinite(rows[_ROW[f"{name}_um"]])
+    return np.where(np.isfinite(force), force, np.where(runs, rows[_ROW["measured_n"]], np.nan))
+
+
+def _felt(error_n: np.ndarray, sliding: np.ndarray, rate_hz: float) -> float | None:
+    """Return the index D of an error where the finger slides; None at a rate that the filter is not made for."""
+    if not RATES_HZ[0] <= rate_hz <= RATES_HZ[1]:
+        return None
+    felt = weighted(error_n.astype(float), sliding.astype(float), rate_hz)
+    return math.sqrt(float(np.sum(felt**2)) / float(sliding.sum()))
 
 
 def slides(x_mm: np.ndarray, load_n: np.ndarray, rate_hz: float, touches_n: float) -> np.ndarray:
@@ -65,7 +94,10 @@ def slides(x_mm: np.ndarray, load_n: np.ndarray, rate_hz: float, touches_n: floa
     """
     if x_mm.size < 2:
         return np.zeros(x_mm.size, bool)
-    speed_mm_s = np.gradient(x_mm) * rate_hz
+    # A sensor tells its place in steps of 10 um, which a finger of 40 mm/s takes in two ticks of 5 kHz.
+    ahead = np.arange(x_mm.size) + max(round(OVER_S * rate_hz / 2), 1)
+    span = np.minimum(ahead, x_mm.size - 1), np.maximum(2 * np.arange(x_mm.size) - ahead, 0)
+    speed_mm_s = (x_mm[span[0]] - x_mm[span[1]]) / (span[0] - span[1]) * rate_hz
     moves = (load_n >= touches_n) & (np.abs(speed_mm_s) > TURNS_MM_S)
     ticks = np.arange(x_mm.size)
     # A finger at rest still leans where it went last; one in the air leans nowhere.

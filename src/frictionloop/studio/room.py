@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import secrets
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -14,14 +16,19 @@ from frictionloop.device.live_session import Block, Session
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.source import EffectSource
+from frictionloop.studio.crowd import Twelve
+from frictionloop.studio.drawing import Drawing
 from frictionloop.studio.frames import Frame, events_in, pack
 from frictionloop.studio.numbers import WINDOW_S, numbers_of
 from frictionloop.studio.plate import depends_on_y
+from frictionloop.studio.reach import Reach
 
 WAITING = 64
 """Messages that wait for a slow page; the oldest frames are then dropped (a third of a second)."""
 TOLD_EVERY_S = 0.2
 """How often numbers and status go out."""
+MOST_RUNS = 8
+"""Recorded runs that are kept for the pages; the oldest goes (assumed)."""
 UNDONE = 100
 """Changes that can be undone."""
 SPARSE = 5
@@ -33,6 +40,12 @@ class Guest:
 
     def __init__(self, may_drive: bool) -> None:
         self.may_drive, self.listens, self.lost = may_drive, False, 0
+        self.crowd = False
+        """Whether it looks at the row of fingers."""
+        self.ahead = False
+        """Whether it is told what of the effect will not arrive."""
+        self.key = secrets.token_urlsafe(16)
+        """Tells its requests from those of other pages."""
         self._waiting: deque[bytes | dict[str, Any]] = deque()
         self._there = asyncio.Event()
 
@@ -69,27 +82,43 @@ class Room:
     """
 
     def __init__(self, session: Session, clock: Callable[[], float] = time.monotonic) -> None:
-        self.session, self.clock = session, clock
+        self.session, self.clock, self.twelve, self.reach = session, clock, Twelve(session), Reach(session)
+        self.drawing = Drawing(session, self.tell)
         self.guests: list[Guest] = []
         self.driver: Guest | None = None
         self.before: deque[System] = deque(maxlen=UNDONE)
         """Systems that were in force before, the last one last."""
+        self.runs: deque[dict[str, Any]] = deque(maxlen=MOST_RUNS)
+        """Recorded runs that pages can play, the newest first."""
         self.dead = ""
         """Why the engine has stopped, empty while it runs."""
         self._number, self._told_s = 0, -np.inf
+        self._doing: set[asyncio.Task[None]] = set()
+
+    def redraw(self) -> None:
+        """Let the map of the effect be drawn where it is another one; without a server nobody looks at it."""
+        with suppress(RuntimeError):
+            self.drawing.renew()
+
+    def later(self, work: Coroutine[Any, Any, None]) -> None:
+        """Let something be done beside the session."""
+        task = asyncio.get_running_loop().create_task(work)
+        self._doing.add(task)
+        task.add_done_callback(self._doing.discard)
 
     def join(self, guest: Guest) -> None:
         """Take in a page; it drives if nobody does and it may."""
         self.guests.append(guest)
         if self.driver is None and guest.may_drive:
             self.driver = guest
+            self.session.present(self.clock())
         self.tell_status()
 
     def leave(self, guest: Guest) -> None:
         """Let a page go; the finger of the driving page leaves the plate."""
         self.guests.remove(guest)
         if guest is self.driver:
-            self.session.lift()
+            self.session.leave()
             self.driver = None
         self.tell_status()
 
@@ -97,9 +126,16 @@ class Room:
         """Let a page drive."""
         if not guest.may_drive:
             raise FrictionloopError("this page may watch only: its address has no token to drive")
-        self.session.lift()
+        if self.driver is not None and guest is not self.driver:
+            self.session.leave()  # whoever takes over arms a device anew
         self.driver = guest
+        self.session.present(self.clock())
         self.tell_status()
+
+    def heard(self, guest: Guest) -> None:
+        """Take note that a page is there: a device is switched off when the driving page falls silent."""
+        if guest is self.driver:
+            self.session.present(self.clock())
 
     def touched(self, guest: Guest, data: bytes) -> None:
         """Take the pointer events of a page."""
@@ -124,7 +160,7 @@ class Room:
             "pages": len(self.guests), "driven": self.driver is not None,
             "dropped_s": round(session.dropped_s, 2), "ghost": session.ghost_on,
             "ghost_mm_s": session.ghost.speed_mm_s, "load_n": session.load_n,
-            "line_mm": session.line_mm,
+            "line_mm": session.line_mm, "device": session.told(),
         }  # fmt: skip
 
     def tell_status(self) -> None:
@@ -166,6 +202,12 @@ class Room:
             rate = self.session.engine.rate_hz
             touches = self.session.engine.system.touch.load.touch_n
             self.tell({"type": "numbers"} | numbers_of(self.session.last(WINDOW_S), rate, touches))
+            if self._looking:
+                self.tell_onlookers(self.twelve.told())
+            if any(guest.ahead for guest in self.guests) and (told := self.reach.follow(now_s)) is not None:
+                for guest in self.guests:
+                    if guest.ahead:
+                        guest.put(told)
 
     def _send(self, block: Block) -> None:
         self._number += 1
@@ -174,6 +216,20 @@ class Room:
             if guest.listens not in packed:
                 packed[guest.listens] = pack(self._frame(block, 1 if guest.listens else SPARSE))
             guest.put(packed[guest.listens])
+        if not self._looking:
+            self.twelve.rest()
+        elif (crowd := self.twelve.follow(block)) is not None:
+            self.tell_onlookers(crowd)
+
+    @property
+    def _looking(self) -> bool:
+        return any(guest.crowd for guest in self.guests)
+
+    def tell_onlookers(self, message: bytes | dict[str, Any]) -> None:
+        """Tell the pages that look at the row of fingers."""
+        for guest in self.guests:
+            if guest.crowd:
+                guest.put(message)
 
     def _frame(self, block: Block, every: int) -> Frame:
         rate = self.session.engine.rate_hz

@@ -21,11 +21,15 @@ from frictionloop.device.live_record import recorded
 from frictionloop.loop.record import save
 from frictionloop.parameters.files import to_toml
 from frictionloop.quantities import FrictionloopError
-from frictionloop.rendering.library import LIBRARY
 from frictionloop.studio.commands import obey, system_message
-from frictionloop.studio.plate import HEIGHT_MM, map_of
+from frictionloop.studio.gallery import gallery
+from frictionloop.studio.opening import Answer, opener, runs_answer
+from frictionloop.studio.plate import HEIGHT_MM
+from frictionloop.studio.presets import PRESETS
 from frictionloop.studio.room import Guest, Room
 from frictionloop.studio.safe import HEADERS, Doors
+from frictionloop.studio.taking_in import taken_in
+from frictionloop.studio.uploads import PAINT_MM, PAINT_MOST_N
 
 STATIC = Path(__file__).parent / "static"
 FILES = {path.relative_to(STATIC).as_posix(): path for path in sorted(STATIC.rglob("*")) if path.is_file()}
@@ -47,10 +51,16 @@ def studio_app(room: Room, doors: Doors | None = None) -> Starlette:
     """
     doors = doors or Doors()
 
-    async def page(request: Request) -> Response:
-        if not doors.role(request):
-            return refused()
-        return FileResponse(FILES["index.html"], headers=HEADERS)
+    def page(name: str) -> Answer:
+        async def answer(request: Request) -> Response:
+            if not doors.role(request):
+                return refused()
+            return FileResponse(FILES[name], headers=HEADERS)
+
+        return answer
+
+    async def runs(request: Request) -> Response:
+        return runs_answer(room) if doors.role(request) else refused()
 
     async def file(request: Request) -> Response:
         # Files hold nothing of the session, and modules import one another without a token.
@@ -69,7 +79,9 @@ def studio_app(room: Room, doors: Doors | None = None) -> Starlette:
     @asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
         task = asyncio.create_task(room.run())
+        pictures = asyncio.create_task(asyncio.to_thread(gallery))
         yield
+        await pictures
         task.cancel()
         with suppress(asyncio.CancelledError):
             await task
@@ -79,8 +91,17 @@ def studio_app(room: Room, doors: Doors | None = None) -> Starlette:
             return refused()
         return save_answer(room, request.path_params["name"])
 
+    reading = asyncio.Lock()
+
+    async def effect(request: Request) -> Response:
+        return await taken_in(room, request, reading) if doors.role(request) == "drive" else refused()
+
     routes = [
-        Route("/", page),
+        Route("/", page("index.html")),
+        Route("/replay", page("replay.html")),
+        Route("/runs.json", runs),
+        Route("/open", opener(room, lambda request: doors.role(request) == "drive", refused), methods=["POST"]),
+        Route("/effect", effect, methods=["POST"]),
         Route("/save/{name}", saved),
         Route("/static/{name:path}", file),
         WebSocketRoute("/live", socket),
@@ -113,17 +134,21 @@ def save_answer(room: Room, name: str) -> Response:
 
 
 async def _serve(room: Room, guest: Guest, socket: WebSocket) -> None:
+    drawn = await room.drawing.drawn()
     system = room.session.engine.system
     guest.put(
         {
             "type": "hello",
             "channels": {name: list(told) for name, told in CHANNELS.items()},
-            "effects": list(LIBRARY),
+            "effects": gallery(),
             "plate_mm": [system.touch.load.length_mm, HEIGHT_MM],
+            "presets": [{"name": each.name, "told": each.told} for each in PRESETS],
+            "page": guest.key,
+            "paint": {"mm": PAINT_MM, "most_n": PAINT_MOST_N},
         }
     )
     guest.put(system_message(system))
-    guest.put(map_of(system))
+    guest.put(drawn)
     room.join(guest)
     sending = asyncio.create_task(_send(guest, socket))
     try:
@@ -139,6 +164,7 @@ async def _serve(room: Room, guest: Guest, socket: WebSocket) -> None:
 def _hear(room: Room, guest: Guest, message: Any) -> None:
     if message["type"] == "websocket.disconnect":
         raise WebSocketDisconnect(message.get("code", 1000))
+    room.heard(guest)
     try:
         if (data := message.get("bytes")) is not None:
             room.touched(guest, data)

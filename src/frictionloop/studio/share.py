@@ -42,6 +42,16 @@ def _changed(block: dict[str, Any], there: dict[str, Any], at: str) -> dict[str,
     return found
 
 
+MOST_SHARED = 4000
+"""Characters of an effect that still goes into an address or a line of code (assumed: browsers take 64 kB)."""
+
+
+def is_large(system: System) -> bool:
+    """Tell whether the effect of a System, as a painting or a picture, has a place in a file alone."""
+    effect = getattr(system.setpoint, "effect", None)
+    return effect is not None and len(effect.model_dump_json()) > MOST_SHARED
+
+
 def effect_name(system: System) -> str:
     """Return the name in the library of a System's effect, an empty text for another."""
     effect = getattr(system.setpoint, "effect", None)
@@ -49,7 +59,10 @@ def effect_name(system: System) -> str:
 
 
 def as_python(system: System) -> str:
-    """Return the lines of Python that make the System."""
+    """Return the lines of Python that make the System; one whose effect is large is read from a file."""
+    if is_large(system):
+        lines = ["import frictionloop as fl", "", 'system = fl.read_toml("system.toml")']
+        return "\n".join([*lines, "run = fl.simulate(system, duration_s=5.0)"])
     values, name = differences(system), effect_name(system)
     lines = ["import frictionloop as fl", "", "system = fl.bench().evolve({"]
     for path, value in values.items():
@@ -64,7 +77,9 @@ def as_python(system: System) -> str:
 def as_command(system: System) -> str:
     """Return the command that opens the studio with the System; one that a flag cannot say is read from a file."""
     values, name = differences(system), effect_name(system)
-    if any(isinstance(value, (dict, list)) for path, value in values.items() if path != "setpoint.effect" or not name):
+    if is_large(system) or any(
+        isinstance(value, (dict, list)) for path, value in values.items() if path != "setpoint.effect" or not name
+    ):
         return "frictionloop studio system.toml"
     words = ["frictionloop", "studio"]
     if name and name != "grating":

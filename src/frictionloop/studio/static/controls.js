@@ -7,8 +7,17 @@ export function controls(link) {
   $("ghost").onchange = () => link.ask("ghost", { on: $("ghost").checked });
   $("stop").onclick = () => link.ask($("stop").dataset.stopped === "true" ? "go" : "stop");
   $("take").onclick = () => link.ask("take");
+  // Nothing moves by itself on a page whose reader asks for less motion.
+  let settled = !matchMedia("(prefers-reduced-motion: reduce)").matches;
+  link.addEventListener("status", ({ detail }) => {
+    if (settled || !detail.drives) return;
+    settled = true;
+    link.ask("ghost", { on: false });
+    link.tell("said", { why: "The ghost finger rests, as your system asks for less motion." });
+  });
   addEventListener("keydown", (event) => {
-    if (event.code === "Space" && !/^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName)) {
+    const armed = document.body.dataset.armed === "true"; // the plate of a device stops whatever has the focus
+    if (event.code === "Space" && (armed || !/^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName))) {
       event.preventDefault();
       link.ask("stop");
     }
@@ -18,39 +27,11 @@ export function controls(link) {
     $("load").value = Number($("load").value) - Math.sign(event.deltaY) * 0.05;
     $("load").dispatchEvent(new Event("input"));
   }, { passive: false });
-  link.addEventListener("hello", ({ detail }) => effects($("effects"), detail.effects, link));
-  link.addEventListener("system", ({ detail }) => {
-    for (const chip of $("effects").children) {
-      const chosen = chip.dataset.effect === detail.effect;
-      chip.setAttribute("aria-checked", chosen);
-      chip.tabIndex = chosen || (!detail.effect && chip === $("effects").firstChild) ? 0 : -1;
-    }
-  });
 }
 
-function bind(input, send, told) {
+export function bind(input, send, told) {
   input.oninput = () => {
     input.nextElementSibling.value = told(Number(input.value));
     send(Number(input.value));
-  };
-}
-
-function effects(element, names, link) {
-  element.replaceChildren(...names.map((name) => {
-    const chip = document.createElement("button");
-    chip.setAttribute("role", "radio");
-    chip.setAttribute("aria-checked", "false");
-    chip.dataset.effect = name;
-    chip.textContent = name;
-    chip.onclick = () => link.ask("effect", { name });
-    return chip;
-  }));
-  element.onkeydown = (event) => {
-    const way = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
-    if (!way) return;
-    const chips = [...element.children], next = chips[(chips.indexOf(document.activeElement) + way + chips.length) % chips.length];
-    next.focus();
-    next.click();
-    event.preventDefault();
   };
 }

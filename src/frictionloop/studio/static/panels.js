@@ -3,6 +3,15 @@ const BOXES = [
   ["wish", "Wish f_r", "\u2192"], ["controller", "Controller", "\u2192"], ["plate", "Plate", ""],
   ["disturbance", "Disturbance", "\u2192"], ["friction", "Finger and friction", ""], ["sensor", "Sensor", ""],
 ];
+// What goes into each box and comes out of it.
+export const BOX_SIGNALS = {
+  wish: ["asked_n"],
+  controller: ["asked_n", "measured_n", "closed_um"],
+  plate: ["closed_um", "open_um"],
+  disturbance: ["open_n", "closed_n"],
+  friction: ["closed_um", "limit_n", "floor_n", "open_n", "closed_n"],
+  sensor: ["closed_n", "measured_n"],
+};
 const $ = (id) => document.getElementById(id);
 
 export class Panels {
@@ -22,6 +31,7 @@ export class Panels {
   }
   open(box) {
     this.box = box;
+    this.onopen?.(box);
     for (const button of $("diagram").children) button.setAttribute("aria-selected", button.dataset.box === box);
     this.fields = {};
     $("fields").replaceChildren();
@@ -36,6 +46,8 @@ export class Panels {
       $("fields").replaceChildren(...Object.values(this.fields).map((field) => field.element));
     }
     for (const field of told) this.fields[field.path].set(field.value);
+    // Of a device only controller and effect can change: all else is the bench that stands there.
+    $("fields").inert = document.body.dataset.device !== undefined && !["wish", "controller"].includes(this.box);
   }
   send(path, value) {
     this.link.ask("set", { values: { [path]: value } });
@@ -67,7 +79,7 @@ export class Panels {
     typed.type = "number";
     typed.step = field.whole ? 1 : "any";
     unit.className = "unit";
-    unit.textContent = field.unit.replace("um", "\u00b5m");
+    unit.textContent = field.unit.replace("um", "\u00b5m").replace("^-2", "\u207b\u00b2").replace("^2", "\u00b2");
     slider.type = "range";
     slider.setAttribute("aria-label", field.path);
     Object.assign(slider, { min: field.low, max: field.high, step: field.whole ? 1 : (field.high - field.low) / 400 });

@@ -1,9 +1,22 @@
 // The plate: the effect as a relief of grey, a ruler at true scale, and the finger on it.
 import { colour } from "./signals.js";
 
-const CSS_MM = 96 / 25.4;
+export const CSS_MM = 96 / 25.4;
 
 const rgb = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
+
+// A picture of bytes, the lowest row first, from the colour of least to that of most friction.
+export function grey(columns, rows, shares, least, most) {
+  const low = rgb(least), high = rgb(most), picture = new ImageData(columns, rows);
+  for (let row = 0; row < rows; row++) {
+    for (let column = 0; column < columns; column++) {
+      const share = shares[(rows - 1 - row) * columns + column] / 255, at = 4 * (row * columns + column);
+      for (let c = 0; c < 3; c++) picture.data[at + c] = low[c] + share * (high[c] - low[c]);
+      picture.data[at + 3] = 255;
+    }
+  }
+  return picture;
+}
 
 export class Plate {
   constructor(canvas) {
@@ -11,9 +24,11 @@ export class Plate {
     this.scale = Number(localStorage.getItem("px-per-mm")) || CSS_MM;
     this.centre = 0;
     this.finger = { x: 0, y: 0, load: 0, force: 0, um: 0 };
+    this.layers = [];
+    this.stiffness = 1;
     this.dirty = true;
     new ResizeObserver(() => this.resize()).observe(canvas);
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.paint());
+    addEventListener("look", () => this.paint());
   }
   resize() {
     const { clientWidth, clientHeight } = this.canvas, ratio = devicePixelRatio || 1;
@@ -27,21 +42,19 @@ export class Plate {
     const box = this.canvas.getBoundingClientRect();
     return [(clientX - box.left - box.width / 2) / this.scale + this.centre, -(clientY - box.top - box.height / 2) / this.scale];
   }
+  setScale(scale) {
+    this.scale = scale;
+    localStorage.setItem("px-per-mm", scale);
+    this.dirty = true;
+  }
   setMap(map) {
     this.map = map;
     this.paint();
   }
   paint() {
     if (!this.map) return;
-    const { columns, rows, shares } = this.map, low = rgb(colour("--low")), high = rgb(colour("--high"));
-    const picture = new ImageData(columns, rows);
-    for (let row = 0; row < rows; row++) {
-      for (let column = 0; column < columns; column++) {
-        const share = shares[(rows - 1 - row) * columns + column] / 255, at = 4 * (row * columns + column);
-        for (let c = 0; c < 3; c++) picture.data[at + c] = low[c] + share * (high[c] - low[c]);
-        picture.data[at + 3] = 255;
-      }
-    }
+    const { columns, rows, shares } = this.map;
+    const picture = grey(columns, rows, shares, colour("--low"), colour("--high"));
     this.picture = new OffscreenCanvas(columns, rows);
     this.picture.getContext("2d").putImageData(picture, 0, 0);
     this.dirty = true;
@@ -59,8 +72,9 @@ export class Plate {
       g.imageSmoothingEnabled = true;
       g.drawImage(this.picture, x(left), y(top), x(right) - x(left), y(bottom) - y(top));
     }
+    for (const layer of this.layers) layer(g, x, y, width, height);
     this.ruler(g, x, width, height);
-    this.drawFinger(g, x, y);
+    if (this.showsFinger !== false) this.drawFinger(g, x, y);
     return true;
   }
   ruler(g, x, width, height) {
@@ -74,7 +88,7 @@ export class Plate {
       const long = mm % 10 === 0 ? 9 : mm % 5 === 0 ? 6 : 3.5;
       g.moveTo(Math.round(x(mm)) + 0.5, height);
       g.lineTo(Math.round(x(mm)) + 0.5, height - long);
-      if (mm % 20 === 0) g.fillText(mm === 0 ? "0 mm" : mm, x(mm), height - 13);
+      if (mm % 20 === 0 && x(mm) > 20 && x(mm) < width - 20) g.fillText(mm === 0 ? "0 mm" : mm, x(mm), height - 13);
     }
     g.stroke();
     g.globalAlpha = 1;
@@ -82,7 +96,7 @@ export class Plate {
   // Pad and nail; the contact grows with the load, the skin lags by force over stiffness, rings tell of the vibration.
   drawFinger(g, x, y) {
     const { load, force, um, way } = this.finger, at = x(this.finger.x), up = y(this.finger.y), touching = load > 0.01;
-    const pad = 6.5 * this.scale, lag = Math.max(-1.6, Math.min(1.6, force / 1.0)) * this.scale * (way || 0);
+    const pad = 6.5 * this.scale, lag = Math.max(-2.4, Math.min(2.4, force / this.stiffness)) * this.scale * (way || 0);
     if (touching && um > 0.02) {
       g.strokeStyle = colour("--closed");
       for (let ring = 1; ring <= 3; ring++) {

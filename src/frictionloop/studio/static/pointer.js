@@ -8,15 +8,16 @@ export class Pointer {
     canvas.addEventListener("pointermove", (event) => this.down && event.pointerId === this.id && this.move(event));
     for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) canvas.addEventListener(name, (event) => this.end(event));
     canvas.addEventListener("keydown", (event) => this.press(event));
-    canvas.addEventListener("keyup", (event) => { if (event.key.startsWith("Arrow")) this.key = 0; });
+    canvas.addEventListener("keyup", (event) => { if (event.key === "ArrowLeft" || event.key === "ArrowRight") this.key = 0; });
     canvas.addEventListener("blur", () => this.lift());
   }
   load(event) {
-    // A mouse tells 0.5 for any press, and many screens tell nothing: the slider's load then counts.
-    return event.pointerType === "pen" && event.pressure > 0 ? 2 * event.pressure : NaN;
+    // A mouse tells 0.5 for any press, and a screen without pressure 0, 0.5 or 1: the slider's load then counts.
+    const told = event.pointerType === "pen" ? event.pressure > 0 : event.pointerType === "touch" && ![0, 0.5, 1].includes(event.pressure);
+    return told ? 2 * event.pressure : NaN;
   }
   begin(event) {
-    if (event.button !== 0) return;
+    if (event.button !== 0 || this.canvas.dataset.tool) return;
     this.canvas.focus({ preventScroll: true });
     try { this.canvas.setPointerCapture(event.pointerId); } catch { /* a pointer that is gone already */ }
     this.id = event.pointerId;
@@ -44,12 +45,24 @@ export class Pointer {
     this.events = [];
   }
   press(event) {
+    if (this.canvas.dataset.tool) return;
     const way = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
     if (way) {
       if (!this.keyed && !this.down) this.place = [this.plate.finger.x, this.plate.finger.y];
       this.key = way * (event.shiftKey ? 2.5 : 1);
       this.keyed = true;
       event.preventDefault();
+    } else if (event.key === "ArrowUp" || event.key === "ArrowDown") {
+      // Another line: the finger leaves the plate and lands anew.
+      if (!this.keyed && !this.down) this.place = [this.plate.finger.x, this.plate.finger.y];
+      this.lift();
+      this.place[1] += event.key === "ArrowUp" ? 1 : -1;
+      this.keyed = true;
+      event.preventDefault();
+    } else if (event.key === "+" || event.key === "-") {
+      const load = document.getElementById("load");
+      load.value = Number(load.value) + (event.key === "+" ? 0.05 : -0.05);
+      load.dispatchEvent(new Event("input"));
     } else if (event.key === "l" || event.key === "L" || event.key === "Escape") this.lift();
   }
   // Once per animation frame: a finger at rest says so too, else it would seem to creep to where it moves next.

@@ -14,10 +14,20 @@ export class Ring {
   push(frame) {
     const every = Math.max(1, Math.round(1 / (this.rate * frame.spacing)));
     if (this.count && frame.time < this.now - 0.5) this.clear();
+    this.leaveOut(frame.time + (every - 1) * frame.spacing);
     for (let row = every - 1; row < frame.rows; row += every) {
       const at = this.count++ % this.size;
       this.time[at] = frame.time + row * frame.spacing;
       this.names.forEach((name, c) => { this.values[name][at] = frame.channels[c][row]; });
+    }
+  }
+  // What was lost on the way is a gap, not a line from before it to after it.
+  leaveOut(time) {
+    const missing = this.count ? Math.min(this.size, Math.round((time - this.now) * this.rate) - 1) : 0, from = this.now;
+    for (let row = 1; row <= missing; row++) {
+      const at = this.count++ % this.size;
+      this.time[at] = from + row / this.rate;
+      for (const name of this.names) this.values[name][at] = NaN;
     }
   }
   get now() {
@@ -44,7 +54,8 @@ export class Ring {
           if (value < low) { low = value; lowAt = j; }
           if (value > high) { high = value; highAt = j; }
         }
-        if (step === 1) out[n].push(low);
+        if (low === Infinity) out[n].push(...(step === 1 ? [null] : [null, null]));
+        else if (step === 1) out[n].push(low);
         else if (lowAt < highAt) out[n].push(low, high);
         else out[n].push(high, low);
       });

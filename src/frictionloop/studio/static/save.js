@@ -1,8 +1,17 @@
 // One button, one picture: the scope as it stands, with its legend, on the page's ground.
 import { SIGNALS, colour } from "./signals.js";
+import { svgOf } from "./svg.js";
 
 export function saving(scopeOf) {
   for (const id of ["save-csv", "save-h5", "save-toml"]) document.getElementById(id).href += location.search;
+  document.getElementById("save-svg").onclick = () => {
+    const scope = scopeOf();
+    if (!scope) return;
+    const link = document.createElement("a"), address = URL.createObjectURL(new Blob([svgOf(scope.plot, scope.axis)], { type: "image/svg+xml" }));
+    Object.assign(link, { download: "frictionloop.svg", href: address });
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(address), 10000);
+  };
   document.getElementById("save-png").onclick = () => {
     const scope = scopeOf();
     if (!scope) return;

@@ -13,7 +13,7 @@ export class Scope {
     this.clearPlaces();
     this.build();
     new ResizeObserver(() => this.plot.setSize(this.size())).observe(element);
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.build());
+    addEventListener("look", () => this.build());
   }
   clearPlaces() {
     this.byPlace = SIGNALS.map(() => new Array(this.places.length).fill(null));
@@ -44,21 +44,24 @@ export class Scope {
       series: [{}, ...series],
       hooks: {
         setCursor: [(plot) => this.read(plot)],
+        draw: [(plot) => this.marks?.draw(plot)],
         setSelect: [(plot) => { if (plot.select.width > 0) this.zoomed = true; }],
       },
     }, this.data(), this.element);
+    this.plot.ctx.canvas.setAttribute("aria-label", "Curves of the signals shown");
     this.plot.over.addEventListener("dblclick", () => { this.zoomed = false; this.dirty = true; });
     this.zoomed = false;
     this.dirty = true;
   }
   show(axis) {
     this.axis = axis;
+    this.marks?.clear();
     this.build();
   }
   take(frame) {
     const x = frame.channels[this.ring.names.indexOf("x_mm")], load = frame.channels[this.ring.names.indexOf("load_n")];
     for (let row = 0; row < frame.rows; row++) {
-      if (load[row] < 0.02 || row && x[row] === x[row - 1]) continue;
+      if (!(load[row] >= 0.02) || row && x[row] === x[row - 1]) continue;
       const bin = Math.floor((x[row] + this.half) / BIN_MM);
       if (bin < 0 || bin >= this.places.length) continue;
       this.reach = [Math.min(this.reach[0], x[row]), Math.max(this.reach[1], x[row])];

@@ -4,8 +4,10 @@ const $ = (id) => document.getElementById(id);
 export function sharing(link) {
   const words = {};
   link.addEventListener("system", ({ detail }) => {
-    const packed = btoa(unescape(encodeURIComponent(JSON.stringify(detail.differs))));
-    words.address = `${location.origin}/#${packed}`;
+    const packed = detail.differs && btoa(unescape(encodeURIComponent(JSON.stringify(detail.differs))));
+    words.address = packed ? `${location.origin}/#${packed}` : "";
+    document.querySelector("[data-copy=address]").disabled = !packed;
+    $("copied").textContent = packed ? "Copy what restores this loop:" : "This effect is too large for an address: save the TOML file.";
     words.python = detail.python;
     words.command = detail.command;
     $("as-python").textContent = detail.python;
@@ -37,6 +39,4 @@ export function sharing(link) {
   addEventListener("keydown", (event) => {
     if (event.key === "z" && (event.ctrlKey || event.metaKey) && !/^(INPUT|TEXTAREA)$/.test(event.target.tagName)) link.ask("undo");
   });
-  let finger = 0;
-  $("finger").onclick = () => link.ask("finger", { number: finger++ % 1000 });
 }

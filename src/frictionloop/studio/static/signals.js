@@ -12,8 +12,10 @@ export const SIGNALS = [
 
 export const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
-export function legend(element, changed) {
-  element.replaceChildren(...SIGNALS.map((signal) => {
+// Checkboxes for all signals, or for these channels; each signal has one state, however often it is shown.
+export function legend(element, changed, channels) {
+  const shown = channels ? SIGNALS.filter(({ channel }) => channels.includes(channel)) : SIGNALS;
+  element.replaceChildren(...shown.map((signal) => {
     const label = document.createElement("label"), box = document.createElement("input");
     const line = document.createElementNS("http://www.w3.org/2000/svg", "svg");
     const path = document.createElementNS("http://www.w3.org/2000/svg", "path");
@@ -24,8 +26,19 @@ export function legend(element, changed) {
     line.append(path);
     box.type = "checkbox";
     box.checked = signal.shown;
-    box.onchange = () => { signal.shown = box.checked; changed(); };
+    box.dataset.channel = signal.channel;
+    box.onchange = () => {
+      signal.shown = box.checked;
+      for (const same of document.querySelectorAll(`input[data-channel=${signal.channel}]`)) same.checked = box.checked;
+      changed();
+    };
     label.append(box, line, signal.name);
     return label;
   }));
+}
+
+// Show these channels and no others.
+export function showOnly(channels) {
+  for (const signal of SIGNALS) signal.shown = channels.includes(signal.channel);
+  for (const box of document.querySelectorAll("input[data-channel]")) box.checked = channels.includes(box.dataset.channel);
 }

@@ -10,13 +10,14 @@ export function states(link) {
       : "The connection is lost: the plate is at rest. Trying again.");
     else trouble("");
   });
-  link.addEventListener("refused", ({ detail }) => flash(detail.why));
+  for (const name of ["refused", "said"]) link.addEventListener(name, ({ detail }) => flash(detail.why));
   link.addEventListener("status", ({ detail }) => {
-    $("source").textContent = detail.source;
+    $("source").textContent = detail.device && detail.source === "device" ? detail.device.name : detail.source;
     $("source").title = detail.source === "simulated" ? "Nothing here is hardware: plate, finger and sensor are computed." : "";
-    $("stop").textContent = detail.state === "stopped" ? "Go" : "Stop";
-    $("stop").dataset.stopped = detail.state === "stopped";
-    $("stop").disabled = detail.state === "stopped" && !detail.drives;
+    const resting = detail.state === "stopped" && !detail.device; // a device is armed again, it does not just go on
+    $("stop").textContent = resting ? "Go" : "Stop";
+    $("stop").dataset.stopped = resting;
+    $("stop").disabled = resting && !detail.drives;
     $("take").hidden = detail.drives || !detail.may_drive;
     for (const id of ["ghost", "ghost-speed", "load"]) $(id).disabled = !detail.drives;
     $("ghost").checked = detail.ghost;
@@ -25,7 +26,7 @@ export function states(link) {
     if (detail.state === "stopped") parts.push("The plate is at rest.");
     parts.push(detail.drives ? "This page drives" : detail.driven ? "Another page drives" : "Nobody drives");
     if (detail.pages > 1) parts.push(`${detail.pages} pages look on`);
-    if (detail.dropped_s > dropped) [dropped, since] = [detail.dropped_s, performance.now()];
+    if (detail.dropped_s > dropped + 0.05) [dropped, since] = [detail.dropped_s, performance.now()];
     if (performance.now() - since < 10000) parts.push(`this computer was too slow: ${dropped.toFixed(1)} s were left out`);
     if (!flashing) $("status").textContent = parts.join(" · ");
   });

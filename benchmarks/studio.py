@@ -1,0 +1,202 @@
+"""Speed of the studio in a browser: frames, pointer to force, the engine, viewers, bytes, start; and its memory.
+
+python -m benchmarks.studio                  # the row, half a minute
+python -m benchmarks.studio --soak-min 30    # memory of page and server, as `make soak` does
+
+It needs the extra `studio`, playwright, and a chromium on the PATH. Nothing is stored: the machine must be quiet.
+"""
+
+import argparse
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+import urllib.request
+from contextlib import contextmanager
+
+import numpy as np
+from playwright.sync_api import sync_playwright
+from websockets.sync.client import connect
+
+import frictionloop as fl
+from frictionloop.device.live_engine import TwinEngine
+
+GOALS = {
+    "frames a second, median": (">=", 55.0, ""),
+    "pointer to force, 95 %": ("<=", 10.0, "ms"),
+    "engine, two loops, share of a core": ("<=", 15.0, "%"),
+    "page": ("<=", 400.0, "kB"),
+    "first frame after the server is up": ("<=", 1.0, "s"),
+    "server up, warm cache": ("<=", 2.5, "s"),
+}
+VIEWERS, SECONDS = 8, 15
+GROWS_MB = {"page": 2.0, "server": 8.0}
+"""By how much memory may grow from the first third to the last (assumed: a tenth of either)."""
+FIRST_FRAME = """
+const Socket = window.WebSocket;
+window.WebSocket = class extends Socket {
+  constructor(...all) {
+    super(...all);
+    this.addEventListener("message", ({ data }) => {
+      if (window.firstFrame || typeof data === "string" || new DataView(data).getUint32(0, true) !== 1) return;
+      requestAnimationFrame(() => { window.firstFrame ??= performance.now(); });
+    });
+  }
+};"""
+
+
+@contextmanager
+def served():
+    """Yield address, process and start time of a studio in a process of its own."""
+    begun = time.perf_counter()
+    command = [sys.executable, "-u", "-m", "frictionloop", "studio", "--port", "0"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    try:
+        address = next(re.search(r"http://\S+", line)[0] for line in process.stdout if "http://" in line)
+        while True:
+            try:
+                urllib.request.urlopen(address)
+                break
+            except OSError:
+                time.sleep(0.01)
+        yield address, process, time.perf_counter() - begun
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait(10)
+
+
+@contextmanager
+def opened(address):
+    """Yield a page that shows a studio."""
+    with sync_playwright() as started:
+        browser = started.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 1440, "height": 900})
+        page.add_init_script(FIRST_FRAME)
+        page.goto(address)
+        while not page.evaluate("window.firstFrame ?? 0"):
+            time.sleep(0.01)
+        yield page
+        browser.close()
+
+
+def watching(address, stop):
+    """Take frames as another viewer does, and count them."""
+    with connect(address.replace("http", "ws") + "live") as socket:
+        while not stop.is_set():
+            socket.recv()
+
+
+def engine_share(seconds=4.0):
+    """Time of both loops per time that they simulate, %."""
+    engine = TwinEngine(fl.bench().evolve({"setpoint": {"kind": "effect"}}))
+    path, times = np.zeros((25, 3)), []
+    path[:, 1:] = 0.04, 0.5
+    for block in range(round(200 * seconds)):
+        path[:, 0] = 0.02 * np.sin(block / 100)
+        begun = time.perf_counter()
+        engine.advance(path)
+        times.append(time.perf_counter() - begun)
+    return 100.0 * float(np.median(times)) * 200.0
+
+
+def stroke(page, seconds):
+    """Move the pointer at 60 Hz, and return the rates that the page told meanwhile."""
+    box, told = page.locator("#plate").bounding_box(), []
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    begun = time.perf_counter()
+    for step in range(60 * seconds):
+        page.mouse.move(x + 200 * np.sin(step / 25), y)
+        time.sleep(max(0.0, begun + (step + 1) / 60 - time.perf_counter()))
+        if step % 60 == 59:
+            told.append(page.text_content("#rates"))
+    page.mouse.up()
+    return told
+
+
+def row():
+    """Measure everything once."""
+    with served() as (address, process, up_s), opened(address) as page:
+        first_s = 1e-3 * page.evaluate("window.firstFrame")
+        page.wait_for_timeout(1000)
+        size = page.evaluate(
+            "performance.getEntriesByType('resource').concat(performance.getEntriesByType('navigation'))"
+            ".reduce((sum, each) => sum + each.encodedBodySize, 0)"
+        )
+        stop, before = threading.Event(), cpu_s(process.pid)
+        viewers = [threading.Thread(target=watching, args=(address, stop)) for _ in range(VIEWERS - 1)]
+        for viewer in viewers:
+            viewer.start()
+        begun = time.perf_counter()
+        told = stroke(page, SECONDS)[2:]
+        share = 100.0 * (cpu_s(process.pid) - before) / (time.perf_counter() - begun)
+        stop.set()
+        for viewer in viewers:
+            viewer.join(5)
+    frames = [float(found[1]) for each in told if (found := re.match(r"(\d+) frames", each))]
+    late = [float(found[1]) for each in told if (found := re.search(r"95 %: (-?\d+) ms", each))]
+    print(f"{VIEWERS} viewers; the whole server took {share:.0f} % of a core")
+    return {
+        "frames a second, median": float(np.median(frames)),
+        "pointer to force, 95 %": float(np.median(late)),
+        "engine, two loops, share of a core": engine_share(),
+        "page": size / 1000.0,
+        "first frame after the server is up": first_s,
+        "server up, warm cache": up_s,
+    }
+
+
+def soak(minutes):
+    """Watch the memory of page and server (MB), and return what grew too much."""
+    found = {"page": [], "server": []}
+    with served() as (address, process, _), opened(address) as page:
+        line, end = page.context.new_cdp_session(page), time.monotonic() + 60.0 * minutes
+        while time.monotonic() < end:
+            time.sleep(5.0)
+            line.send("HeapProfiler.collectGarbage")
+            found["page"].append(line.send("Runtime.getHeapUsage")["usedSize"] / 1e6)
+            found["server"].append(resident_mb(process.pid))
+    grew = []
+    for name, sizes in found.items():
+        third = max(len(sizes) // 3, 1)
+        early, late = (float(np.median(part)) for part in (sizes[third // 2 : third + third // 2], sizes[-third:]))
+        print(f"{name}: {early:.1f} MB, {late:.1f} MB in the last third (may grow by {GROWS_MB[name]:.0f} MB)")
+        grew += [name] if late - early > GROWS_MB[name] else []
+    return grew
+
+
+def cpu_s(pid):
+    """Processor time of a process so far, s."""
+    with open(f"/proc/{pid}/stat") as told:
+        user, system = told.read().rpartition(")")[2].split()[11:13]
+    return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
+
+
+def resident_mb(pid):
+    """Memory of a process, MB."""
+    with open(f"/proc/{pid}/statm") as told:
+        return int(told.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def main():
+    """Print the row, or the memory."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--soak-min", type=float, help="watch memory for so many minutes instead")
+    options = parser.parse_args()
+    if options.soak_min:
+        grew = soak(options.soak_min)
+        sys.exit(f"memory grows: {', '.join(grew)}" if grew else 0)
+    print(f"load of the machine before: {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
+    for name, value in row().items():
+        sign, goal, unit = GOALS[name]
+        met = value >= goal if sign == ">=" else value <= goal
+        print(f"{name:36} {value:7.1f} {unit:3} (goal {sign} {goal:g}) {'' if met else 'MISSED'}")
+
+
+if __name__ == "__main__":
+    main()

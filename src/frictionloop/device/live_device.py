@@ -1,0 +1,213 @@
+"""A device behind a live page: its telemetry as ticks, its states and faults in words."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+
+import numpy as np
+
+from frictionloop.device.codec import Message
+from frictionloop.device.device import Device
+from frictionloop.device.errors import DeviceError, Refused, Unplugged
+from frictionloop.device.fault_words import WORDS
+from frictionloop.device.live_rows import Rows
+from frictionloop.device.recorder import ALL, TICK_HZ
+from frictionloop.device.running import FAULTS, RESETS, STATES, reading_told
+from frictionloop.device.simulated_pipe import ENDS, BenchPipe
+from frictionloop.loop.stepper import Movement
+from frictionloop.parameters import System
+from frictionloop.quantities import FrictionloopError
+from frictionloop.rendering.source import EffectSource
+
+CHANGEABLE = "controller", "setpoint"
+"""Blocks of a System that a page may change on a device: all else is the bench that stands there."""
+RETRY_S = 1.0
+"""How often a line that went away is tried again (assumed)."""
+NAMES = {number: name for name, number in STATES.items()}
+
+
+class DeviceEngine:
+    """A device as what stands behind a session.
+
+    The board is set up from the System, plays its effect, and is idle until it is armed. Behind a simulated or emulated
+    board the bench is simulated too: the finger of the page moves on it, and the force on the finger is known.
+
+    Parameters
+    ----------
+    device : Device
+        What is driven.
+    system : System
+        Description of its bench; its controller and effect are written to the device.
+
+    Raises
+    ------
+    FrictionloopError
+        For a set-point that is no effect, or what the device refuses.
+    """
+
+    def __init__(self, device: Device, system: System) -> None:
+        self._device, self._link, self.system = device, device._link, system
+        self._bench = device._link.pipe if isinstance(device._link.pipe, BenchPipe) else None
+        self._moves: deque[Movement] = deque()
+        if self._bench is not None:
+            self._bench.moves = self._moves
+        self.source = self._link.pipe.source
+        self.trouble = ""
+        """What is wrong with the line, empty while nothing is."""
+        self.fault = ""
+        """The fault that is in force, in words; empty without one."""
+        self.armed = "idle"
+        """The state that was asked for: idle, open or closed."""
+        self._retry_s = 0.0
+        self._set_up(system)
+        self.rows = self._listen()
+
+    @property
+    def rate_hz(self) -> float:
+        """Ticks per second."""
+        return float(TICK_HZ)
+
+    @property
+    def is_paced(self) -> bool:
+        """Whether its time passes only while it is asked to advance, as behind a simulated board."""
+        return self._bench is not None
+
+    @property
+    def reach_mm(self) -> float:
+        """How far from the middle the position sensor of the bench reads, mm."""
+        return 1e3 * ENDS[1] * self.system.board.position_m_per_count
+
+    def advance(self, path: np.ndarray) -> np.ndarray:
+        """Go on by the path, or to now where a device has its own time, and return the `CHANNELS` that came in.
+
+        Samples that were lost are NaN; how many come is the device's affair.
+        """
+        try:
+            for message in self._heard(path):
+                self._take(message)
+        except Unplugged as gone:
+            self._come_back(str(gone))
+        return self.rows.taken(self._link.pipe)
+
+    def change(self, system: System) -> bool:
+        """Put another controller or effect in force; return whether the law went on."""
+        self._check(system)
+        went_on = system.controller.kind == self.system.controller.kind
+        self._set_up(system)
+        return went_on
+
+    def arm(self, state: str) -> None:
+        """Let the loop run: ``"open"`` or ``"closed"``."""
+        if state not in ("open", "closed"):
+            raise FrictionloopError(f"state = {state!r}: must be open or closed")
+        self._device.mode(state)
+        self.armed = state
+
+    def disarm(self) -> None:
+        """Ask for the plate at rest, which the board brings it to within 0.1 s."""
+        self.armed = "idle"
+        try:
+            self._device.mode("idle")
+        except Refused:  # at fault the plate is at rest
+            return
+        except DeviceError as error:
+            self.trouble = f"{error}; the board switches off by itself 0.2 s after its host has gone"
+
+    def clear(self) -> None:
+        """Clear a fault; refused while its cause lasts."""
+        self._device.clear()
+        self.fault = ""
+
+    def told(self) -> dict[str, object]:
+        """Return what pages are told of the device."""
+        info = self._device.info
+        return {
+            "name": {"host": "firmware on this computer"}.get(info.board, info.board),
+            "address": self._device.address,
+            "revision": info.revision,
+            "armed": self.armed,
+            "state": self.state,
+            "fault": self.fault,
+            "trouble": self.trouble,
+            "lost": self.rows.lost,
+            "ceiling_um": float(self._device.parameters["drive.ceiling_um"]),
+            "has_finger": self.is_paced,
+            "reach_mm": self.reach_mm,
+        }
+
+    @property
+    def state(self) -> str:
+        """State of the board as its last sample tells it."""
+        return NAMES.get(self.rows.state, "unknown")
+
+    def close(self) -> None:
+        """Switch the plate off and let go of the line."""
+        self._device.close()
+
+    def _set_up(self, system: System) -> None:
+        if not isinstance(system.setpoint, EffectSource):
+            raise FrictionloopError(
+                f"setpoint.kind = {system.setpoint.kind!r}: must be effect to be played from a page"
+            )
+        self._device.upload(system)
+        self._device.play(system.setpoint)
+        self.system = system
+
+    def _check(self, system: System) -> None:
+        for name in type(system).model_fields:
+            if name not in CHANGEABLE and getattr(system, name) != getattr(self.system, name):
+                raise FrictionloopError(f"{name}: is of the bench that stands there; controller and effect can change")
+
+    def _listen(self) -> Rows:
+        status = self._link.listen(1, ALL)
+        if status["state"] == STATES["fault"]:
+            self._fail(status["fault"], "")
+        return Rows(status["tick"])
+
+    def _heard(self, path: np.ndarray) -> list[Message]:
+        if self._bench is None:
+            return self._link.poll(0.0)
+        self._moves.extend(Movement(*row) for row in path.tolist())
+        until, messages = self._bench.clock() + (len(self._moves) - 0.5) / TICK_HZ, []
+        while self._bench.clock() < until:
+            messages += self._link.poll(until - self._bench.clock())
+        return messages
+
+    def _take(self, message: Message) -> None:
+        if message.name == "telemetry":
+            self.rows.take(message)
+        elif message.name == "status":
+            self._note(message)
+        elif message.name == "fault":
+            self._fail(message["fault"], reading_told(message))
+
+    def _note(self, status: Message) -> None:
+        if status["state"] == STATES["fault"] and not self.fault:
+            self._fail(status["fault"], "")
+        if self.rows.began_anew(status["tick"]):
+            self.armed, self.trouble = (
+                "idle",
+                f"the device began anew (reset: {RESETS.get(status['reset'], 'unknown')})",
+            )
+
+    def _fail(self, number: int, reading: str) -> None:
+        name = FAULTS.get(number, str(number))
+        self.fault, self.armed = (
+            f"{name}{reading}: {WORDS.get(name, 'a fault that this version does not know')}",
+            "idle",
+        )
+
+    def _come_back(self, why: str) -> None:
+        """Try the line again now and then; the board has switched its plate off meanwhile."""
+        self.trouble, self.armed = f"{why}; trying again", "idle"
+        if time.monotonic() - self._retry_s < RETRY_S:
+            return
+        self._retry_s = time.monotonic()
+        try:
+            self._device.reconnect()
+            self._set_up(self.system)
+            self.rows = self._listen()
+        except DeviceError:
+            return
+        self.trouble = ""

@@ -1,0 +1,86 @@
+"""Telemetry as the channels of a live session, tick by tick; what is missing is NaN, and counted."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frictionloop.device.codec import Message
+from frictionloop.device.live_engine import CHANNELS
+from frictionloop.device.pipe import Pipe
+from frictionloop.device.recorder import ALL, SCALES, state_of
+from frictionloop.device.recorder import CHANNELS as TOLD
+from frictionloop.device.running import STATES
+
+LONGEST_GAP = 10_000
+"""Ticks that may be missing in one piece (2 s, after which a device is given up); a longer way is another beginning."""
+_AT = {name: row for row, name in enumerate(CHANNELS)}
+_FROM = {name: row for row, name in enumerate(TOLD)}
+
+
+class Rows:
+    """Samples of every tick as they come in.
+
+    Parameters
+    ----------
+    tick : int
+        Tick of the device after which they count.
+    """
+
+    def __init__(self, tick: int) -> None:
+        self.next_tick, self.lost, self.state = (tick + 1) % 2**32, 0, 0
+        self._first = self.next_tick
+        self._waiting: list[np.ndarray] = []
+
+    def began_anew(self, tick: int) -> bool:
+        """Tell whether a tick of the device is far from those that came, and go on from there if so."""
+        ahead = (tick - self.next_tick + 2**31) % 2**32 - 2**31
+        if abs(ahead) <= LONGEST_GAP:
+            return False
+        self.next_tick = self._first = (tick + 1) % 2**32
+        self._waiting.clear()
+        return True
+
+    def take(self, message: Message) -> None:
+        """Take a frame of telemetry of every tick and channel."""
+        values = message["values"]
+        if (message["decimation"], message["mask"]) != (1, ALL) or values.size % len(TOLD):
+            return
+        ahead = (message["tick"] - self.next_tick + 2**31) % 2**32 - 2**31
+        samples = values.reshape(-1, len(TOLD))[max(-ahead, 0) :]
+        if abs(ahead) > LONGEST_GAP or not len(samples):
+            return
+        if ahead > 0:
+            self.lost += ahead
+            self._waiting.append(np.full((ahead, len(TOLD)), np.nan))
+        self._waiting.append(samples * SCALES)
+        self.next_tick = (self.next_tick + max(ahead, 0) + len(samples)) % 2**32
+        self.state = int(state_of(samples[-1:, _FROM["flags"]])[0])
+
+    def taken(self, pipe: Pipe) -> np.ndarray:
+        """Return the channels of the ticks that came since, shape (channels, ticks).
+
+        The friction force is known where a bench is simulated; that of open loop and that of closed loop are the same
+        force, told in the one or the other channel by the state of the board.
+        """
+        if not self._waiting:
+            return np.empty((len(CHANNELS), 0))
+        told = np.concatenate(self._waiting).T
+        self._waiting.clear()
+        felt = pipe.felt(self._first, told.shape[1], 1)
+        self._first = self.next_tick
+        return channels_of(told, np.full(told.shape[1], np.nan) if felt is None else felt)
+
+
+def channels_of(told: np.ndarray, felt_n: np.ndarray) -> np.ndarray:
+    """Return the channels of a session from those of a device, shape (8, ticks), and the force on the finger (N)."""
+    there = np.isfinite(told[_FROM["flags"]])
+    flags = np.where(there, told[_FROM["flags"]], 0.0).astype(np.int32)
+    closed, is_open = state_of(flags) == STATES["closed"], state_of(flags) == STATES["open"]
+    rows = np.full((len(CHANNELS), told.shape[1]), np.nan)
+    rows[_AT["x_mm"]], rows[_AT["load_n"]] = 1e3 * told[_FROM["position"]], told[_FROM["load"]]
+    rows[_AT["asked_n"]], rows[_AT["measured_n"]] = told[_FROM["f_r"]], told[_FROM["f_m"]]
+    for name, runs in (("open", is_open), ("closed", closed)):
+        rows[_AT[f"{name}_n"]] = np.where(runs, felt_n, np.nan)
+        rows[_AT[f"{name}_um"]] = np.where(runs, told[_FROM["a"]], np.nan)
+    rows[_AT["saturated"]] = closed & (flags >> 1 & 1 == 1)
+    return rows

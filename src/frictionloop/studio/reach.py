@@ -1,0 +1,109 @@
+"""What of an effect will not arrive, and why: beyond reach, steeper than the skin follows, too weak to be felt."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Any
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+from frictionloop.device.live_session import Session
+from frictionloop.parameters import Strokes, System
+from frictionloop.preview.effect import Preview, preview
+from frictionloop.quantities import FrictionloopError
+from frictionloop.rendering.source import EffectSource
+from frictionloop.studio.plate import asked
+
+BEYOND, STEEP, WEAK = 1, 2, 4
+"""Reasons, one bit each."""
+SLACK_N = 5e-3
+"""By how much a force may miss the band and still count as within (assumed: a tenth of what is felt as a step)."""
+FINE = 10
+"""Places of a stretch at which its slope is looked at."""
+AROUND_MM = 4.0
+"""Where the wish changes by less than the slack over this way, nothing is there to be felt (assumed)."""
+WAITS_S = 0.3
+"""How long nothing has to change before it is computed: a slider in the hand would only be in its own way."""
+SECONDS, MARGIN_MM, LEAST_MM = 4.0, 15.0, 40.0
+"""The stroke that is tried: what the finger crosses in 4 s, within the plate, at least 40 mm (assumed)."""
+
+
+class Reach:
+    """Keeps a preview of what lies on the plate, computed beside the session.
+
+    Parameters
+    ----------
+    session : Session
+        Whose System, speed and load are tried.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._asked: tuple[Any, ...] | None = None
+        self._since_s = 0.0
+        self._task: asyncio.Task[dict[str, Any]] | None = None
+        self.told: dict[str, Any] | None = None
+        """The last message, None before the first."""
+
+    def follow(self, now_s: float) -> dict[str, Any] | None:
+        """Look whether something has changed, and return a message when a preview is done."""
+        session = self._session
+        wanted = session.engine.system, session.ghost.speed_mm_s, session.load_n
+        if wanted != self._asked:
+            self._asked, self._since_s, self.told = wanted, now_s, None
+        if self._task is not None:
+            if not self._task.done():
+                return None
+            done, self._task = self._task.result(), None
+            if done.pop("of") == wanted:
+                self.told = done
+                return done
+        if self.told is None and now_s - self._since_s >= WAITS_S:
+            self._task = asyncio.ensure_future(asyncio.to_thread(previewed, *wanted))
+        return None
+
+
+def previewed(system: System, speed_mm_s: float, load_n: float) -> dict[str, Any]:
+    """Return the message on what of a System's effect will not arrive, with what it is ``of``."""
+    told: dict[str, Any] = {"type": "reach", "of": (system, speed_mm_s, load_n), "why": "", "reasons": []}
+    try:
+        shown = stroked(system, speed_mm_s, load_n)
+        assert isinstance(shown.setpoint, EffectSource)
+        return told | reasons_of(preview(shown.setpoint.effect, shown))
+    except FrictionloopError as error:
+        return told | {"why": str(error)}
+    except Exception as error:  # what looks ahead must not take the session with it, whatever it died of
+        return told | {"why": f"Looking ahead has failed: {type(error).__name__}: {error}"}
+
+
+def stroked(system: System, speed_mm_s: float, load_n: float) -> System:
+    """Return the System with the stroke that is tried."""
+    if not isinstance(system.setpoint, EffectSource) or not isinstance(system.motion, Strokes):
+        raise FrictionloopError("the set-point is no effect: there is nothing to look ahead to")
+    room = system.touch.load.length_mm - MARGIN_MM
+    stroke = max(min(room, SECONDS * speed_mm_s), LEAST_MM)
+    reversal = min(system.motion.reversal_s, 0.5 * stroke / speed_mm_s)
+    values = {"speed_mm_s": speed_mm_s, "stroke_mm": stroke, "reversal_s": reversal, "load_n": load_n}
+    return system.evolve({f"motion.{name}": value for name, value in values.items()})
+
+
+def reasons_of(seen: Preview) -> dict[str, Any]:
+    """Return places (mm) and the reasons at each, with the share of the places for each reason."""
+    source = seen.system.setpoint
+    assert isinstance(source, EffectSource)
+    place = seen.place_mm
+    force = asked(source, place, np.array([source.track.y_mm]))[0]
+    known = np.isfinite(seen.low_n) & np.isfinite(seen.high_n)
+    beyond = known & ((force < seen.low_n - SLACK_N) | (force > seen.high_n + SLACK_N))
+    step_mm = float(place[1] - place[0])
+    fine = np.linspace(place[0] - 0.5 * step_mm, place[-1] + 0.5 * step_mm, FINE * place.size + 1)
+    slope = np.abs(np.diff(asked(source, fine, np.array([source.track.y_mm]))[0])) / (fine[1] - fine[0])
+    steep = slope.reshape(place.size, FINE).max(axis=1) > seen.skin_n_mm
+    felt, around = seen.closed_loop.pattern_over, round(AROUND_MM / step_mm)
+    varies = maximum_filter1d(force, around) - minimum_filter1d(force, around) > SLACK_N
+    weak = np.isfinite(felt) & (felt < 1.0) & varies
+    reasons = BEYOND * beyond + STEEP * steep + WEAK * weak
+    told = {"from_mm": float(place[0]), "step_mm": step_mm, "reasons": reasons.tolist()}
+    shares = {name: float(np.mean(where)) for name, where in (("beyond", beyond), ("steep", steep), ("weak", weak))}
+    return told | {"shares": shares, "line_mm": source.track.y_mm, "sentence": seen.sentence}

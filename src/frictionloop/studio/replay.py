@@ -1,0 +1,141 @@
+"""Recorded runs as a page plays them: the channels of the scope, the map of the effect, and the numbers beside."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from frictionloop.device.live_engine import CHANNELS
+from frictionloop.device.live_record import BESIDE, RUN
+from frictionloop.loop.record import load, system_of
+from frictionloop.parameters import System
+from frictionloop.quantities import FrictionloopError
+from frictionloop.rendering.source import EffectSource
+from frictionloop.studio.numbers import WINDOW_S, numbers_of
+from frictionloop.studio.plate import HEIGHT_MM, map_of
+
+LONGEST_S = 60.0
+"""What of a run is played at most, from its beginning."""
+SHOWN_HZ = 1000.0
+"""Samples a second of the scope: above it a run is thinned, as live frames are."""
+STEPS = 65534
+"""Steps of a channel from its least to its largest value, in 16 bits; one more number means missing."""
+NUMBERS_S = 0.5
+"""How often numbers are told (assumed)."""
+LEVEL = 9
+
+
+def read_run(path: str | os.PathLike[str], name: str = "") -> dict[str, Any]:
+    """Return what a page plays of a recorded run.
+
+    Parameters
+    ----------
+    path : path
+        A run as ``fl.save`` writes it.
+    name : str
+        What the page calls it; the name of the file by default.
+
+    Raises
+    ------
+    FrictionloopError
+        For a file that is no run, or a run without samples.
+    """
+    run = load(path, until_s=LONGEST_S)
+    try:
+        return played(run, name or Path(path).name)
+    finally:
+        run.close()
+
+
+def played(run: xr.Dataset, name: str) -> dict[str, Any]:
+    """Return what a page plays of a run, as plain data: texts, numbers, and compressed channels in base 64."""
+    time_s = np.asarray(run["time"].values, float)
+    if time_s.size < 2 or not {"f_r", "f_a", "f_m"} & set(run):
+        raise FrictionloopError(f"{name}: holds no run: a page plays forces over time")
+    rate = 1.0 / float(time_s[1] - time_s[0])
+    rows, system = channels_of(run), _system(run)
+    every = max(round(rate / SHOWN_HZ), 1)
+    shown = rows[:, every - 1 :: every]
+    least, most = _ends(shown)
+    return {
+        "name": name,
+        "about": about(run, time_s),
+        "source": str(run.attrs.get("source", "simulated")),
+        "spacing_s": every / rate,
+        "rows": shown.shape[1],
+        "channels": {each: list(told) for each, told in CHANNELS.items()},
+        "least": least.tolist(),
+        "step": ((most - least) / STEPS).tolist(),
+        "values": packed(_counts(shown, least, most).tobytes()),
+        "numbers": _numbers(rows, rate, system),
+        "numbers_s": NUMBERS_S,
+        "map": packed(map_of(system)) if system and _is_felt(system) else None,
+        "line_mm": system.setpoint.track.y_mm if system and isinstance(system.setpoint, EffectSource) else 0.0,
+        "plate_mm": [system.touch.load.length_mm if system else 255.0, HEIGHT_MM],
+    }
+
+
+def packed(content: bytes) -> str:
+    """Return bytes compressed and as text; the same bytes give the same text."""
+    return base64.b64encode(gzip.compress(content, LEVEL, mtime=0)).decode()
+
+
+def channels_of(run: xr.Dataset) -> np.ndarray:
+    """Return the `CHANNELS` of a run, NaN where it has none, shape (channels, samples)."""
+    named = {channel: variable for variable, channel in {**RUN, **BESIDE}.items()}
+    rows = np.full((len(CHANNELS), run.sizes["time"]), np.nan)
+    for row, channel in enumerate(CHANNELS):
+        if (variable := named.get(channel)) in run:
+            rows[row] = run[variable].values
+    if "position" in run:
+        rows[list(CHANNELS).index("x_mm")] = 1e3 * run["position"].values
+    return rows
+
+
+def about(run: xr.Dataset, time_s: np.ndarray) -> str:
+    """Return in a line what a run is."""
+    whole_s = float(run.attrs.get("duration_s", time_s[-1] - time_s[0]))
+    length_s = time_s[-1] - time_s[0]
+    told = f"{length_s:.1f} s" if whole_s <= length_s + 1.0 else f"the first {length_s:.0f} of {whole_s:.0f} s"
+    controller = _system(run)
+    law = f", law {controller.controller.kind}" if controller else ""
+    return f"{run.attrs.get('source', 'simulated')}, {told}{law}"
+
+
+def _system(run: xr.Dataset) -> System | None:
+    try:
+        return system_of(run)
+    except FrictionloopError:  # a device that was set up by hand
+        return None
+
+
+def _is_felt(system: System) -> bool:
+    return isinstance(system.setpoint, EffectSource)
+
+
+def _ends(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the least and the largest value of each channel; 0 and 1 of one that is missing."""
+    there = np.isfinite(rows)
+    least = np.where(there.any(axis=1), np.where(there, rows, np.inf).min(axis=1), 0.0)
+    most = np.where(there.any(axis=1), np.where(there, rows, -np.inf).max(axis=1), 1.0)
+    return least, np.where(most > least, most, least + 1.0)
+
+
+def _counts(rows: np.ndarray, least: np.ndarray, most: np.ndarray) -> np.ndarray:
+    share = (rows - least[:, None]) / (most - least)[:, None]
+    return np.where(np.isfinite(share), np.rint(STEPS * np.nan_to_num(share)), STEPS + 1).astype("<u2")
+
+
+def _numbers(rows: np.ndarray, rate_hz: float, system: System | None) -> list[dict[str, float | None]]:
+    """Return the numbers of the last seconds at even times; none where the finger is not known."""
+    if system is None or not np.isfinite(rows[0]).any():
+        return []
+    touches, step, back = system.touch.load.touch_n, round(NUMBERS_S * rate_hz), round(WINDOW_S * rate_hz)
+    ends = range(step, rows.shape[1] + 1, step)
+    return [numbers_of(rows[:, max(end - back, 0) : end], rate_hz, touches) for end in ends]

@@ -1,0 +1,158 @@
+"""Effects that a page brings along: a picture, a recording, or what was painted on it, each read within limits."""
+
+from __future__ import annotations
+
+import io
+import tempfile
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.io import wavfile
+
+from frictionloop.parameters.sources import Recording
+from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.extra import needed
+from frictionloop.rendering.effect import Effect
+from frictionloop.rendering.images import read_image
+from frictionloop.rendering.sounds import read_texture
+from frictionloop.rendering.tables import MOST_CELLS, Map
+
+MOST_BYTES = 4 * 1024 * 1024
+"""Length of what a page may bring (assumed: a picture of the pixels below, or 20 s of sound)."""
+MOST_PIXELS = 4_000_000
+"""Pixels of a picture (assumed: a hundred times the values of a map; it takes a tenth of a second)."""
+PITCH_MM = 0.05
+"""Distance of the values of a recording, mm: at 40 mm/s it carries 400 Hz, about what is felt."""
+PAINT_MM = 0.75
+"""Distance of painted places: a plate of 255 by 60 mm is then within the values of a map."""
+PAINT_MOST_N = 1.2
+"""Force of the strongest paint, N: 255 steps from none (assumed: above what most fingers have without vibration)."""
+
+
+class Brought(NamedTuple):
+    """An effect of a page's own, and what was made of it in words."""
+
+    effect: Effect
+    told: str
+
+
+def brought(kind: str, content: bytes, asked: Mapping[str, str]) -> Brought:
+    """Return the effect that a page has brought along.
+
+    Parameters
+    ----------
+    kind : str
+        ``"png"``, ``"wav"`` or ``"paint"``.
+    content : bytes
+        The file, or a byte for each painted place: rows over x, the lowest first.
+    asked : mapping
+        Of a picture ``mm_per_pixel``, ``polarity``, ``low_n`` and ``high_n``; of a recording ``scale_n``, ``offset_n``
+        and ``speed_mm_s``; of a painting ``columns`` and ``rows``.
+
+    Raises
+    ------
+    FrictionloopError
+        For another kind, what is too large or cannot be read, and for a number that is missing or does not fit.
+    """
+    if kind not in _READERS:
+        raise FrictionloopError(f"kind = {kind!r:.40}: must be one of {', '.join(_READERS)}")
+    if len(content) > MOST_BYTES:
+        raise FrictionloopError(f"file: {len(content)} bytes; at most {MOST_BYTES}")
+    return _READERS[kind](content, asked)
+
+
+def _number(asked: Mapping[str, str], name: str, low: float, high: float) -> float:
+    try:
+        value = float(asked[name])
+    except (KeyError, ValueError):
+        raise FrictionloopError(f"{name} is missing: must be a number from {low:g} to {high:g}") from None
+    if not low <= value <= high:
+        raise FrictionloopError(f"{name} = {value:g}: must be from {low:g} to {high:g}")
+    return value
+
+
+def _picture(content: bytes, asked: Mapping[str, str]) -> Brought:
+    """Return a picture as a map; what has colours is turned to grey first, as the eye weighs them (ITU-R BT.601)."""
+    pitch, polarity = _number(asked, "mm_per_pixel", 0.01, 50.0), asked.get("polarity", "")
+    if polarity not in ("bright", "dark"):
+        raise FrictionloopError(f"polarity = {polarity!r:.20}: must be 'bright' (white is most friction) or 'dark'")
+    low, high = (_number(asked, name, 0.0, 5.0) for name in ("low_n", "high_n"))
+    image_module: Any = needed("PIL.Image", "Pillow", "rendering")
+    with tempfile.TemporaryDirectory() as folder:
+        path, told = Path(folder) / "picture.png", ""
+        try:
+            with image_module.open(io.BytesIO(content), formats=["PNG"]) as image:
+                width, height = image.size
+                if width * height > MOST_PIXELS:
+                    raise FrictionloopError(f"picture: {width} x {height} pixels; at most {MOST_PIXELS} in all")
+                coloured = image.mode in ("RGB", "RGBA", "P", "LA", "PA")
+                if coloured:
+                    _grey(image).save(path)
+                    told = ", colours turned to grey"
+        except FrictionloopError:
+            raise
+        except Exception:  # on a damaged picture the library raises anything
+            raise FrictionloopError("picture: cannot be read as a PNG") from None
+        if not coloured:
+            path.write_bytes(content)
+        try:
+            made = read_image(path, mm_per_pixel=pitch, polarity=polarity, low_n=low, high_n=high)  # type: ignore[arg-type]
+        except FrictionloopError as error:
+            raise FrictionloopError(str(error).replace(str(path), "picture")) from None
+    return Brought(made.map, made.told + told)
+
+
+def _grey(image: Any) -> Any:
+    """Return a picture in grey, on white where it is transparent."""
+    image_module: Any = needed("PIL.Image", "Pillow", "rendering")
+    full = image.convert("RGBA")
+    ground = image_module.new("RGBA", full.size, "white")
+    return image_module.alpha_composite(ground, full).convert("L")
+
+
+def _recording(content: bytes, asked: Mapping[str, str]) -> Brought:
+    speed, scale = _number(asked, "speed_mm_s", 1.0, 1000.0), _number(asked, "scale_n", 1e-3, 10.0)
+    offset = _number(asked, "offset_n", 0.0, 5.0)
+    _check_length(content, speed)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "recording.wav"
+        path.write_bytes(content)
+        try:
+            recording = Recording(path=str(path), column="0", scale=scale, offset_n=offset, remove_mean=True)
+            effect = read_texture(recording, speed, PITCH_MM)
+        except FrictionloopError as error:
+            raise FrictionloopError(str(error).replace(str(path), "recording")) from None
+    columns = len(effect.values_n[0])
+    return Brought(effect, f"{columns} values {effect.pitch_mm:g} mm apart, which repeat; the mean is {offset:g} N")
+
+
+def _check_length(content: bytes, speed_mm_s: float) -> None:
+    """Refuse what cannot be read, and a recording whose rate makes it so long that it has no room as a map."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", wavfile.WavFileWarning)
+            rate_hz, samples = wavfile.read(io.BytesIO(content))
+        length_mm = speed_mm_s * len(samples) / rate_hz
+    except Exception:  # on a damaged file the library raises anything
+        raise FrictionloopError("recording: cannot be read as a WAV") from None
+    if length_mm > (most_mm := PITCH_MM * MOST_CELLS):
+        raise FrictionloopError(f"recording: {length_mm:.4g} mm at {speed_mm_s:g} mm/s; at most {most_mm:g} mm")
+
+
+def _painting(content: bytes, asked: Mapping[str, str]) -> Brought:
+    columns, rows = (int(_number(asked, name, 2, 2000)) for name in ("columns", "rows"))
+    if len(content) != columns * rows:
+        raise FrictionloopError(f"painting: {len(content)} bytes for {columns} x {rows} places")
+    force = np.round(PAINT_MOST_N / 255 * np.frombuffer(content, np.uint8).reshape(rows, columns), 4)
+    start = [-0.5 * PAINT_MM * (count - 1) for count in (columns, rows)]
+    try:
+        made = Map(values_n=force.tolist(), pitch_mm=PAINT_MM, start_mm=start[0], start_y_mm=start[1])
+    except ValueError as error:
+        raise FrictionloopError(f"painting: {columns} x {rows} places are too many") from error
+    return Brought(made, f"painted: {columns} x {rows} places {PAINT_MM:g} mm apart")
+
+
+_READERS = {"png": _picture, "wav": _recording, "paint": _painting}

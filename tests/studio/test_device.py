@@ -1,0 +1,239 @@
+"""A device behind the page: armed and stopped, its faults in words, at rest when the driving page is gone."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from studio_pages import opened, seen, until
+
+import frictionloop as fl
+from frictionloop.cli.effect import LAW
+from frictionloop.device.codec import Message
+from frictionloop.device.device import connect
+from frictionloop.device.device_session import DeviceSession
+from frictionloop.device.fault_words import WORDS
+from frictionloop.device.live_device import DeviceEngine
+from frictionloop.device.live_engine import CHANNELS
+from frictionloop.device.live_record import recorded
+from frictionloop.device.live_rows import Rows
+from frictionloop.device.recorder import ALL
+from frictionloop.device.recorder import CHANNELS as TOLD
+from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.schema import schema
+from frictionloop.studio.commands import obey
+from frictionloop.studio.numbers import numbers_of
+from frictionloop.studio.room import Guest, Room
+
+SYSTEM = fl.bench().evolve(LAW | {"setpoint": {"kind": "effect"}})
+ROW = {name: row for row, name in enumerate(CHANNELS)}
+PAGE = Path(__file__).parents[2] / "docs" / "firmware-states.md"
+
+
+class Clock:
+    """Seconds that pass when told to."""
+
+    def __init__(self):
+        self.now_s = 0.0
+
+    def __call__(self):
+        return self.now_s
+
+
+@pytest.fixture
+def room():
+    clock = Clock()
+    with connect("sim:", SYSTEM) as device:
+        yield Room(DeviceSession(DeviceEngine(device, SYSTEM)), clock)
+
+
+def pass_s(room, seconds, guest=None):
+    """Let time pass, with a driving page that says it is there or one that is silent."""
+    for _ in range(round(seconds / 0.02)):
+        room.clock.now_s += 0.02
+        if guest is not None:
+            obey(room, guest, {"do": "here"})
+            room.heard(guest)
+        room.step()
+
+
+def joined(room):
+    guest = Guest(may_drive=True)
+    room.join(guest)
+    return guest
+
+
+def amplitude(room):
+    """Return the last amplitude of the plate, um: of the simulated bench itself, not of what the board tells."""
+    return room.session.engine._bench._bench.amplitude_um
+
+
+def test_it_is_idle_until_armed_and_then_follows_the_effect(room):
+    guest = joined(room)
+    pass_s(room, 0.2, guest)
+    assert room.status()["device"]["state"] == "idle"
+    assert amplitude(room) == 0.0
+    obey(room, guest, {"do": "arm", "state": "closed"})
+    pass_s(room, 1.5, guest)
+    told = room.status()["device"]
+    assert (told["state"], told["armed"], told["fault"], told["lost"]) == ("closed", "closed", "", 0)
+    assert told["ceiling_um"] == pytest.approx(2.5, rel=1e-3)
+    numbers = numbers_of(room.session.last(1.0), 5000.0, 0.02)
+    assert numbers["closed_error_n"] < 0.1
+    assert "open_error_n" not in numbers
+    assert amplitude(room) > 0.1
+
+
+def test_open_and_closed_are_told_in_channels_of_their_own(room):
+    guest = joined(room)
+    obey(room, guest, {"do": "arm", "state": "open"})
+    pass_s(room, 0.5, guest)
+    rows = room.session.last(0.2)
+    assert np.isfinite(rows[ROW["open_n"]]).all()
+    assert np.isnan(rows[ROW["closed_n"]]).all()
+    run = recorded(room.session)
+    assert run.attrs["source"] == "simulated"
+    assert not run["saturated"].values.any()
+
+
+def test_the_space_bar_of_any_page_brings_the_plate_to_rest(room):
+    guest = joined(room)
+    obey(room, guest, {"do": "arm", "state": "closed"})
+    pass_s(room, 0.5, guest)
+    watching = Guest(may_drive=False)
+    room.join(watching)
+    obey(room, watching, {"do": "stop"})
+    pass_s(room, 0.2, guest)
+    assert room.status()["device"]["state"] == "idle"
+    assert amplitude(room) < 1e-3
+    with pytest.raises(FrictionloopError, match="another page drives"):
+        obey(room, watching, {"do": "arm", "state": "closed"})
+
+
+@pytest.mark.parametrize("how", ["leaves", "falls silent", "is taken over"])
+def test_the_plate_is_at_rest_300_ms_after_the_driving_page_has_gone(room, how):
+    guest = joined(room)
+    obey(room, guest, {"do": "arm", "state": "closed"})
+    pass_s(room, 0.5, guest)
+    assert amplitude(room) > 0.1
+    if how == "leaves":
+        room.leave(guest)
+    elif how == "is taken over":
+        obey(room, joined(room), {"do": "take"})
+    pass_s(room, 0.3)
+    assert room.session.engine.armed == "idle"
+    assert amplitude(room) < 1e-3
+
+
+def test_a_fault_is_told_in_words_and_cleared(room):
+    guest = joined(room)
+    obey(room, guest, {"do": "arm", "state": "closed"})
+    pass_s(room, 0.3, guest)
+    bench = room.session.engine._bench
+    sample = bench._converters.sample
+    bench._converters.sample = lambda measured: sample(measured)._replace(load=32767)
+    pass_s(room, 0.3, guest)
+    told = room.status()["device"]
+    assert told["fault"].startswith("sensor_saturated (")
+    assert "at an end of its converter" in told["fault"]
+    assert told["armed"] == "idle"
+    with pytest.raises(FrictionloopError, match="still at fault"):
+        obey(room, guest, {"do": "clear"})
+    bench._converters.sample = sample
+    pass_s(room, 0.3, guest)
+    obey(room, guest, {"do": "clear"})
+    pass_s(room, 0.2, guest)
+    assert (room.status()["device"]["state"], room.status()["device"]["fault"]) == ("idle", "")
+
+
+def test_a_page_changes_controller_and_effect_and_not_the_bench(room):
+    guest = joined(room)
+    obey(room, guest, {"do": "set", "values": {"controller.kp": 0.05}})
+    assert room.session.engine._device.controller.kp == 0.05
+    obey(room, guest, {"do": "effect", "name": "bump"})
+    assert room.session.engine.system.setpoint.effect == fl.rendering.LIBRARY["bump"]
+    with pytest.raises(FrictionloopError, match="friction: is of the bench that stands there"):
+        obey(room, guest, {"do": "set", "values": {"friction.nominal_n": 1.2}})
+    assert room.session.engine.system.friction == SYSTEM.friction
+
+
+def frame(tick, rows):
+    values = np.tile(np.arange(len(TOLD), dtype=np.int16), rows)
+    told = {"tick": tick, "decimation": 1, "mask": ALL, "dropped": 0, "values": values}
+    return Message("telemetry", 0, 0, told)
+
+
+class Silent:
+    """A pipe that knows no force on the finger."""
+
+    def felt(self, first_tick, count, every):
+        return None
+
+
+def test_lost_samples_are_missing_and_counted():
+    rows = Rows(2**32 - 6)
+    for tick, count in ((2**32 - 5, 3), (0, 4), (0, 4), (2, 3)):  # a gap of 2 ticks, a repeat, an overlap
+        rows.take(frame(tick, count))
+    told = rows.taken(Silent())
+    assert rows.lost == 2
+    assert told.shape == (len(CHANNELS), 10)
+    assert np.isnan(told[ROW["measured_n"]]).tolist() == [False] * 3 + [True] * 2 + [False] * 5
+    assert not rows.began_anew(5)
+    assert rows.began_anew(100_000)
+
+
+def test_every_fault_has_its_words_as_the_page_of_states_says_them():
+    text = " ".join(PAGE.read_text().split())
+    assert set(WORDS) == set(schema()["faults"]) - {"none"}
+    for name, words in WORDS.items():
+        assert re.search(rf"- `{name}`: {re.escape(words)}", text), name
+
+
+@pytest.fixture
+def live():
+    with connect("sim:", SYSTEM) as device:
+        yield Room(DeviceSession(DeviceEngine(device, SYSTEM)))
+
+
+def armed(page, room):
+    page.click("#arm-closed")
+    seen(page, "document.querySelector('#device-state').textContent.startsWith('Closed')")
+    until(lambda: amplitude(room) > 0.1)
+
+
+@pytest.mark.slow
+def test_a_device_is_armed_stopped_and_told_of_in_the_browser(page, serve, live):
+    opened(page, serve(live).url)
+    assert page.text_content("#source") == "simulated"
+    assert "ceiling 2.50 µm" in page.text_content("#device-told")
+    armed(page, live)
+    page.focus("#load")  # the space bar stops the plate whatever has the focus
+    page.keyboard.press("Space")
+    seen(page, "document.querySelector('#device-state').textContent.startsWith('Idle')")
+    until(lambda: amplitude(live) < 1e-3)
+    sample = live.session.engine._bench._converters.sample
+    live.session.engine._bench._converters.sample = lambda measured: sample(measured)._replace(load=32767)
+    page.click("#arm-closed")
+    seen(page, "document.querySelector('#device-fault').textContent.includes('at an end of its converter')")
+    live.session.engine._bench._converters.sample = sample
+    page.click("#clear")
+    seen(page, "document.querySelector('#device-fault').hidden")
+    page.click("[data-box=friction]")
+    assert page.evaluate("document.querySelector('#fields').inert")
+
+
+@pytest.mark.slow
+def test_the_plate_is_at_rest_300_ms_after_the_tab_was_killed(page, serve, live):
+    opened(page, serve(live).url)
+    armed(page, live)
+    with contextlib.suppress(Exception):  # nobody is left to answer
+        page.goto("chrome://crash", timeout=2000)
+    until(lambda: live.session.engine.armed == "idle", timeout_s=5.0)
+    ticks = live.session.ticks
+    until(lambda: live.session.ticks >= ticks + 1500)
+    rows = live.session.last()[:, -(live.session.ticks - ticks - 1500) - 1 :]
+    assert amplitude(live) < 1e-3
+    assert np.isnan(rows[ROW["closed_um"]]).all()

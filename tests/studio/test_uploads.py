@@ -1,0 +1,125 @@
+"""What a page brings along is read within limits, asked about, and refused in one line."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+from live_engines import GRATING, Echo
+from studio_files import png, wav
+
+import frictionloop as fl
+from frictionloop.device.live_session import Session
+from frictionloop.quantities import FrictionloopError
+from frictionloop.rendering.tables import Map
+from frictionloop.studio.commands import system_message
+from frictionloop.studio.room import Guest, Room
+from frictionloop.studio.safe import Doors
+from frictionloop.studio.server import studio_app
+from frictionloop.studio.uploads import MOST_BYTES, MOST_PIXELS, PAINT_MM, PAINT_MOST_N, brought
+
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore")  # starlette would have another client than httpx
+    from starlette.testclient import TestClient
+
+ASKED = {"mm_per_pixel": "0.5", "polarity": "dark", "low_n": "0.2", "high_n": "0.8"}
+WAV = {"speed_mm_s": "40", "scale_n": "0.5", "offset_n": "0.45"}
+
+
+def test_a_picture_becomes_a_map_with_the_scale_and_the_polarity_that_were_given():
+    made = brought("png", png([[0, 255, 255], [255, 255, 0]]), ASKED).effect
+    assert isinstance(made, Map)
+    assert made.pitch_mm == 0.5
+    np.testing.assert_allclose(made.table, [[0.2, 0.2, 0.8], [0.8, 0.2, 0.2]])
+
+
+def test_colours_are_turned_to_grey_and_it_is_said():
+    coloured = np.zeros((4, 5, 4))
+    coloured[..., :3], coloured[:, 3:, 3] = 255, 255  # the left is transparent: white
+    made = brought("png", png(coloured), ASKED | {"polarity": "bright"})
+    np.testing.assert_allclose(made.effect.table, 0.8)
+    assert "turned to grey" in made.told
+
+
+@pytest.mark.parametrize(
+    ("kind", "content", "asked", "why"),
+    [
+        ("svg", b"", {}, "must be one of"),
+        ("png", b"x" * (MOST_BYTES + 1), ASKED, "at most"),
+        ("png", b"no picture", ASKED, "cannot be read as a PNG"),
+        ("png", png(np.zeros((5, 5)))[:-20], ASKED, "cannot be read"),
+        ("png", png(np.zeros((2, MOST_PIXELS // 2 + 1))), ASKED, "at most"),
+        ("png", png(np.zeros((5, 5))), {}, "mm_per_pixel is missing"),
+        ("png", png(np.zeros((5, 5))), ASKED | {"polarity": ""}, "polarity"),
+        ("png", png(np.zeros((5, 5))), ASKED | {"mm_per_pixel": "nan"}, "mm_per_pixel"),
+        ("png", png(np.zeros((5, 5))), ASKED | {"high_n": "99"}, "high_n"),
+        ("wav", b"RIFFnonsense", WAV, "recording"),
+        ("wav", wav(np.zeros(100)), {}, "speed_mm_s is missing"),
+        ("wav", wav(np.zeros(100_000), rate=1), WAV, "4e\\+06 mm at 40 mm/s; at most"),
+        ("paint", bytes(10), {"columns": "3", "rows": "4"}, "10 bytes"),
+        ("paint", bytes(400 * 400), {"columns": "400", "rows": "400"}, "too many"),
+    ],
+)
+def test_what_does_not_fit_is_refused_in_one_line_without_a_path(kind, content, asked, why):
+    with pytest.raises(FrictionloopError, match=why) as told:
+        brought(kind, content, asked)
+    assert "\n" not in str(told.value)
+    assert "/tmp" not in str(told.value)
+
+
+def test_a_recording_is_played_by_place_around_its_mean():
+    tone = 16384 * np.sin(2 * np.pi * 80 * np.arange(8000) / 8000)
+    made = brought("wav", wav(tone), WAV).effect
+    force = np.array(made.values_n[0])
+    assert made.beyond == "repeat"
+    assert force.mean() == pytest.approx(0.45, abs=1e-3)
+    assert force[100:-100].std() == pytest.approx(0.25 / np.sqrt(2), rel=0.01)
+    assert force.size * made.pitch_mm == pytest.approx(40.0, rel=0.01)
+
+
+def test_paint_is_a_map_in_steps_of_a_byte():
+    made = brought("paint", bytes([0, 255, 128, 0, 0, 51]), {"columns": "3", "rows": "2"}).effect
+    assert made.pitch_mm == PAINT_MM
+    np.testing.assert_allclose(made.table, PAINT_MOST_N / 255 * np.array([[0, 255, 128], [0, 0, 51]]), atol=1e-4)
+    assert made.start_mm == -PAINT_MM
+
+
+def post(at, room, content, key=None, **asked):
+    query = {"kind": "paint", "columns": "4", "rows": "3"} | asked
+    headers = {"x-studio-page": room.driver.key if key is None else key}
+    return at.post("/effect", params=query, content=content, headers=headers)
+
+
+def test_only_the_driving_page_lays_an_effect_on_the_plate():
+    room = Room(Session(Echo()))
+    with TestClient(studio_app(room), base_url="http://localhost") as at:
+        assert "another page drives" in at.post("/effect?kind=paint", content=b"").json()["why"]
+        room.join(Guest(True))
+        room.join(other := Guest(True))
+        assert "another page drives" in post(at, room, bytes(12), key=other.key).json()["why"]
+        answer = post(at, room, bytes([200] * 12))
+        assert answer.status_code == 200
+        assert "painted" in answer.json()["told"]
+        assert room.session.engine.system.setpoint.effect.kind == "map"
+        assert room.before[-1] == GRATING
+        long = post(at, room, bytes(MOST_BYTES + 1))
+        assert long.status_code == 400
+        assert "must be smaller" in long.json()["why"]
+
+
+def test_a_page_from_elsewhere_or_without_the_token_brings_nothing():
+    with TestClient(studio_app(Room(Session(Echo()))), base_url="http://localhost") as at:
+        assert at.post("/effect?kind=paint", headers={"origin": "http://evil.example"}).status_code == 403
+    with TestClient(studio_app(Room(Session(Echo())), Doors((), "drive", "watch")), base_url="http://localhost") as at:
+        assert at.post("/effect?kind=paint").status_code == 403
+        assert at.post("/effect?kind=paint&token=watch").status_code == 403
+
+
+def test_what_is_told_of_a_loop_with_a_painting_stays_short():
+    made = brought("paint", bytes(range(250)) * 100, {"columns": "250", "rows": "100"}).effect
+    told = system_message(fl.bench().evolve({"setpoint": {"kind": "effect", "effect": made}}))
+    assert told["differs"] is None
+    assert 'read_toml("system.toml")' in told["python"]
+    assert told["command"] == "frictionloop studio system.toml"
+    assert len(str(told)) < 100_000
