@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,6 +15,7 @@ from frictionloop.quantities.units import FrictionloopError
 
 if TYPE_CHECKING:
     from frictionloop.experiments.protocol import Protocol
+    from frictionloop.experiments.respondent import Respondent
 
 RUN_EXAMPLES = r"""Examples
 
@@ -49,8 +51,11 @@ def run(
     simulated: flags.Run[flags.Flag] = False,
     seed: flags.Run[flags.Whole] = 0,
     calibration: flags.Run[str] = "",
+    studio: flags.Run[flags.Flag] = False,
+    host: flags.Run[str] = "127.0.0.1",
+    port: flags.Run[flags.Whole] = 0,
 ) -> None:
-    """Run a session with one participant, at the keyboard of this terminal or a simulated one.
+    """Run a session with one participant, at the keyboard of this terminal, on a page, or a simulated one.
 
     Every trial is on the disk before the next begins. Ctrl-C leaves the session; ``experiment resume`` goes on.
 
@@ -68,27 +73,51 @@ def run(
         Seed of the simulated participant.
     calibration
         Name of the calibration that the bench's file is from, kept with the session.
+    studio
+        The participant answers on a page in a browser, and another page is for the experimenter.
+    host
+        Address that the pages are at; any but this machine's own lets them be on other machines.
+    port
+        Port of the pages; 0 takes a free one.
     """
     from frictionloop.experiments.protocol import read_protocol
     from frictionloop.experiments.running import run as through
+    from frictionloop.experiments.running import source_of
 
     plan = read_protocol(protocol)
     where = folder or Path(f"{plan.name}-{participant}")
-    through(
-        plan, where, participant, bench_of(bench), respondent=None if simulated else _keyboard(plan),
-        address=address, seed=seed, calibration=calibration, progress=_told(plan, simulated),
-    )  # fmt: skip
+    if simulated and studio:
+        raise FrictionloopError("--simulated, --studio: a simulated participant sees no page; give one of the two")
+    with _respondent(plan, participant, source_of(address), simulated, studio, host, port) as respondent:
+        through(
+            plan, where, participant, bench_of(bench), respondent=respondent,
+            address=address, seed=seed, calibration=calibration, progress=_told(plan, simulated or studio),
+        )  # fmt: skip
     _ended(where)
 
 
-def resume(folder: SessionFolder, /) -> None:
-    """Go on with a session that was left, killed or unplugged: same sequence, same posterior."""
+def resume(
+    folder: SessionFolder,
+    /,
+    *,
+    studio: flags.Run[flags.Flag] = False,
+    host: flags.Run[str] = "127.0.0.1",
+    port: flags.Run[flags.Whole] = 0,
+) -> None:
+    """Go on with a session that was left, killed or unplugged: same sequence, same posterior.
+
+    Parameters
+    ----------
+    studio, host, port
+        As of ``experiment run``.
+    """
     from frictionloop.experiments import folder as folders
     from frictionloop.experiments.running import resume as through
 
     plan, _, about = folders.read(folder)
     simulated = "simulated" in about
-    through(folder, respondent=None if simulated else _keyboard(plan), progress=_told(plan, simulated))
+    with _respondent(plan, about["participant"], about["source"], simulated, studio, host, port) as respondent:
+        through(folder, respondent=respondent, progress=_told(plan, simulated or studio))
     _ended(folder)
 
 
@@ -185,20 +214,37 @@ def _found(plan: Protocol, trials: Any, found: Any, about: str, out: Path | None
     )
 
 
-def _keyboard(plan: Protocol) -> Any:
-    from frictionloop.experiments.keyboard import Keyboard
+@contextmanager
+def _respondent(
+    plan: Protocol, participant: str, source: str, simulated: bool, studio: bool, host: str, port: int
+) -> Iterator[Respondent | None]:
+    """Yield who answers: None is a simulated participant."""
+    if simulated:
+        yield None
+    elif not studio:
+        from frictionloop.experiments.keyboard import Keyboard
 
-    return Keyboard(plan)
+        yield Keyboard(plan)
+    else:
+        from frictionloop.studio.experiment.desk import Desk
+        from frictionloop.studio.experiment.serving import served
+
+        checks.check_count("port", port, 0, 65535)
+        desk = Desk(plan, participant, source)
+        with served(desk, host, port) as addresses:
+            screen.show(screen.columns([(f"{name}'s page", told) for name, told in addresses._asdict().items()]))
+            screen.say("Ctrl-C ends it.")
+            yield desk
 
 
-def _told(plan: Protocol, simulated: bool) -> Any:
-    """Return what tells each row of a simulated participant; a person sees the keyboard's own lines."""
+def _told(plan: Protocol, rows: bool) -> Any:
+    """Return what tells each row; a person at the keyboard sees its own lines."""
 
     def tell(row: Mapping[str, Any]) -> None:
         what = row["reason"] if row["reason"] else f"{row['response']}"
         screen.say(f"trial {row['trial']}: {row['condition']}, {row['requested']:.4g} {plan.level_unit}: {what}")
 
-    return tell if simulated else None
+    return tell if rows else None
 
 
 def _ended(where: Path) -> None:

@@ -141,6 +141,7 @@ def _through(
     address = kept.about.get("address", BENCH)
     engine = engine_at(address, guided(own, kept.protocol), time_s, kept.path / RAW)
     shown, why = respondent or Respondent(), ""
+    shown.log = kept.log
     try:
         plan, own = own_reach(kept, engine, shown, own, hash_of(kept.participant, seed))
         shown = respondent or simulated_respondent(plan, kept.participant, finger, seed)
