@@ -92,7 +92,11 @@ def logged(path, event):
 def test_a_session_on_two_pages(page, other, session):
     going = session()
     frames = []
-    other.on("websocket", lambda socket: socket.on("framereceived", lambda data: frames.append(data)))
+
+    def watched(socket):
+        socket.on("framereceived", lambda data: frames.append(str(data)))
+
+    other.on("websocket", watched)
     other.goto(going.addresses.experimenter)
     until(lambda: "not connected" in other.text_content("#status"))
     page.goto(going.addresses.participant)
@@ -128,7 +132,7 @@ def test_a_session_on_two_pages(page, other, session):
     assert (trials["rt_uncertainty_s"] < 0.05).all()
     assert [each["event"] for each in logged(going.path, "pause") + logged(going.path, "go on")] == ["pause", "go on"]
     assert logged(going.path, "note")[0]["text"] == "the finger is dry"
-    told = "".join(str(each) for each in frames)
+    told = "".join(frames)
     assert '"live"' in told
     assert '"row"' in told
     for secret in ("requested", "delivered", "condition", "force_n", "setpoint_n", "comparison", "correct", "response"):

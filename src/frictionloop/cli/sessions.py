@@ -16,6 +16,7 @@ from frictionloop.quantities.units import FrictionloopError
 if TYPE_CHECKING:
     from frictionloop.experiments.protocol import Protocol
     from frictionloop.experiments.respondent import Respondent
+    from frictionloop.report.experiment import Report
 
 RUN_EXAMPLES = r"""Examples
 
@@ -130,6 +131,7 @@ def simulate(
     bench: Bench = None,
     folder: flags.Result[Path | None] = None,
     out: flags.Result[Path | None] = None,
+    figure: flags.Result[Path | None] = None,
     json: flags.Json = False,
 ) -> None:
     """Run a whole study with simulated participants, and say what it found.
@@ -144,17 +146,26 @@ def simulate(
         Keep a session's folder for each participant here, without traces.
     out
         Write the page of the study here (.html), with its tables beside it.
+    figure
+        Write the figure of what was found of each participant here (.svg, .pdf, .png).
     """
     from frictionloop.experiments.protocol import read_protocol
     from frictionloop.experiments.study import simulate as study
-    from frictionloop.experiments.summary import fits, groups
 
     checks.check_output("out", out, (".html",))
+    checks.check_output("figure", figure, checks.FIGURES)
+    checks.check_drawing()
+    from frictionloop.report.experiment import study as reported
+    from frictionloop.report.experiment import write_page
+
     checks.check_count("participants", participants, 1, 10_000)
     checks.check_count("seed", seed, 0)
     plan = read_protocol(protocol)
     trials = study(plan, bench_of(bench), participants, seed, path=folder)
-    _found(plan, trials, groups(fits(plan, trials)), f"{participants} simulated participants", out, json)
+    found = reported(plan, trials, f"{participants} simulated participants")
+    if out is not None:
+        write_page(found, out)
+    _found(found, out, figure, json)
 
 
 def report(
@@ -162,6 +173,7 @@ def report(
     /,
     *,
     out: flags.Result[Path | None] = None,
+    figure: flags.Result[Path | None] = None,
     json: flags.Json = False,
 ) -> None:
     """Fit what sessions of one protocol have found, and write it as one page.
@@ -170,47 +182,42 @@ def report(
     ----------
     out
         Write the page here (.html), with its tables beside it.
+    figure
+        Write the figure of what was found of each participant here (.svg, .pdf, .png).
     """
-    from frictionloop.experiments import folder as folders
-    from frictionloop.experiments.summary import fits, groups, read_trials, sessions_in
+    checks.check_drawing()
+    from frictionloop.report.experiment import report as reported
 
     checks.check_output("out", out, (".html",))
-    found = sessions_in(folder)
-    plan = folders.read(found[0])[0]
-    for other in found[1:]:
-        if folders.read(other)[0] != plan:
-            raise FrictionloopError(f"{other}: has another protocol than {found[0]}; report them apart")
-    sources = {str(folders.read(each)[2]["source"]) for each in found}
-    trials = read_trials(folder)
-    said = f"{len(found)} session{'s' * (len(found) > 1)}, {' and '.join(sorted(sources))}"
-    _found(plan, trials, groups(fits(plan, trials)), said, out, json)
+    checks.check_output("figure", figure, checks.FIGURES)
+    found = reported(folder, out)
+    _found(found, out, figure, json)
 
 
-def _found(plan: Protocol, trials: Any, found: Any, about: str, out: Path | None, json: bool) -> None:
-    if out is not None:
-        checks.check_drawing()
-        from frictionloop.report.experiment import write_page
+def _found(found: Report, out: Path | None, figure: Path | None, json: bool) -> None:
+    if figure is not None:
+        from frictionloop.report.experiment import write_figure
 
-        write_page(plan, trials, about, out)
+        write_figure(found, figure)
+    plan, trials, saved = found.protocol, found.trials, {"page": out, "figure": figure}
     if json:
-        screen.show_json(
-            {"protocol": plan.name, "about": about, "groups": found.to_dict("records"), "saved": {"page": out}}
-        )
+        told = {"protocol": plan.name, "about": found.about, "groups": found.groups.to_dict("records")}
+        screen.show_json({**told, "saved": saved})
         return
     from frictionloop.experiments.summary import measure
 
     rows = [("condition", "level", "participants", measure(plan)[0], "95 %")]
-    for each in found.itertuples():
+    for each in found.groups.itertuples():
         interval = f"{each.low:.3g} to {each.high:.3g}"
         rows.append((each.condition, each.level, str(each.participants), f"{each.mean:.3g}", interval))
     counted = int(trials["counted"].sum())
     screen.show(
         screen.columns(
-            [("protocol", plan.name), ("from", about), ("trials", f"{len(trials)}, of which {counted} count")]
+            [("protocol", plan.name), ("from", found.about), ("trials", f"{len(trials)}, of which {counted} count")]
         ),
         "",
         screen.table(rows),
-        *screen.saved({"the page": out}),
+        *screen.saved({"the page": out, "the figure": figure}),
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 from typing import Any
@@ -12,8 +13,9 @@ from scipy.stats import linregress
 from scipy.stats import t as student
 
 from frictionloop.experiments.fit import fit, jnd
-from frictionloop.experiments.folder import ABOUT, TABLE
+from frictionloop.experiments.folder import ABOUT, LOG, TABLE, read
 from frictionloop.experiments.protocol import Protocol
+from frictionloop.experiments.reach import Reach
 from frictionloop.experiments.table import COLUMNS, read_rows
 from frictionloop.quantities import FrictionloopError
 
@@ -120,6 +122,53 @@ def _tracked(level: Any, answer: Any) -> dict[str, Any]:
 
 def _half(sd: float, n: int) -> float:
     return float(student.ppf(0.5 + 0.5 * COVERAGE, n - 1)) * float(sd) / math.sqrt(n)
+
+
+CELLS = 80
+"""Levels that delivered ones are rounded to where trials of all participants are fitted together (assumed)."""
+
+
+def pooled(protocol: Protocol, trials: pandas.DataFrame) -> pandas.DataFrame:
+    """Return one psychometric function through the trials of all participants, by condition and kind of level.
+
+    Guess and lapse rate are free where a guess is not 1/2 by the task: four parameters. Participants differ, so its
+    spread holds theirs; the dispersion says by how much independence fails. Without a function there are no rows.
+
+    Parameters
+    ----------
+    protocol, trials
+        As of `fits`.
+    """
+    rows: list[dict[str, Any]] = []
+    if measure(protocol)[0] not in ("JND", "threshold"):
+        return pandas.DataFrame(rows)
+    for condition, some in trials.groupby("condition", sort=False):
+        counted = some[(some["counted"] == 1) & np.isfinite(some["result"])]
+        for over in LEVELS:
+            row: dict[str, Any] = {"condition": condition, "level": over, "participants": some["participant"].nunique()}
+            level = counted[over].to_numpy(float)
+            step = np.ptp(level) / CELLS if level.size else 0.0
+            try:
+                row |= _found(protocol, np.round(level / step) * step if step > 0 else level, counted["result"])
+            except FrictionloopError as error:
+                row["why"] = str(error)
+            rows.append(row)
+    return pandas.DataFrame(rows)
+
+
+def reaches(path: Path) -> pandas.DataFrame:
+    """Return what each participant's finger could be given before and after, from the logs of sessions.
+
+    Columns participant, when, highest_n, lowest_n, susceptibility_per_um2, growth_per_s; no rows where none measured.
+    """
+    rows = []
+    for each in sessions_in(path):
+        participant = read(each)[2]["participant"]
+        for line in (each / LOG).read_text(encoding="utf-8").splitlines():
+            told = json.loads(line)
+            if told["event"] == "reach" and "highest_n" in told:
+                rows.append({"participant": participant, "when": told["when"], **{n: told[n] for n in Reach._fields}})
+    return pandas.DataFrame(rows, columns=["participant", "when", *Reach._fields])
 
 
 def groups(fitted: pandas.DataFrame) -> pandas.DataFrame:
