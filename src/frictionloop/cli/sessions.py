@@ -14,6 +14,7 @@ from frictionloop.cli.experiment import Bench, ProtocolName, bench_of
 from frictionloop.quantities.units import FrictionloopError
 
 if TYPE_CHECKING:
+    from frictionloop.experiments.lsl import Streams
     from frictionloop.experiments.protocol import Protocol
     from frictionloop.experiments.respondent import Respondent
     from frictionloop.report.experiment import Report
@@ -55,6 +56,7 @@ def run(
     studio: flags.Run[flags.Flag] = False,
     host: flags.Run[str] = "127.0.0.1",
     port: flags.Run[flags.Whole] = 0,
+    lsl: flags.Run[flags.Flag] = False,
 ) -> None:
     """Run a session with one participant, at the keyboard of this terminal, on a page, or a simulated one.
 
@@ -80,6 +82,8 @@ def run(
         Address that the pages are at; any but this machine's own lets them be on other machines.
     port
         Port of the pages; 0 takes a free one.
+    lsl
+        Forces, positions and markers also go out as streams of the Lab Streaming Layer.
     """
     from frictionloop.experiments.protocol import read_protocol
     from frictionloop.experiments.running import run as through
@@ -93,6 +97,7 @@ def run(
         through(
             plan, where, participant, bench_of(bench), respondent=respondent,
             address=address, seed=seed, calibration=calibration, progress=_told(plan, simulated or studio),
+            streams=_streams(participant, lsl),
         )  # fmt: skip
     _ended(where)
 
@@ -104,12 +109,13 @@ def resume(
     studio: flags.Run[flags.Flag] = False,
     host: flags.Run[str] = "127.0.0.1",
     port: flags.Run[flags.Whole] = 0,
+    lsl: flags.Run[flags.Flag] = False,
 ) -> None:
     """Go on with a session that was left, killed or unplugged: same sequence, same posterior.
 
     Parameters
     ----------
-    studio, host, port
+    studio, host, port, lsl
         As of ``experiment run``.
     """
     from frictionloop.experiments import folder as folders
@@ -118,7 +124,10 @@ def resume(
     plan, _, about = folders.read(folder)
     simulated = "simulated" in about
     with _respondent(plan, about["participant"], about["source"], simulated, studio, host, port) as respondent:
-        through(folder, respondent=respondent, progress=_told(plan, simulated or studio))
+        through(
+            folder, respondent=respondent, progress=_told(plan, simulated or studio),
+            streams=_streams(about["participant"], lsl),
+        )  # fmt: skip
     _ended(folder)
 
 
@@ -242,6 +251,14 @@ def _respondent(
             screen.show(screen.columns([(f"{name}'s page", told) for name, told in addresses._asdict().items()]))
             screen.say("Ctrl-C ends it.")
             yield desk
+
+
+def _streams(participant: str, wanted: bool) -> Streams | None:
+    if not wanted:
+        return None
+    from frictionloop.experiments.lsl import Streams
+
+    return Streams(participant)
 
 
 def _told(plan: Protocol, rows: bool) -> Any:

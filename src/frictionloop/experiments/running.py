@@ -11,6 +11,7 @@ from frictionloop.device.errors import DeviceError
 from frictionloop.experiments import folder
 from frictionloop.experiments.engine import BenchEngine, Engine
 from frictionloop.experiments.folder import RAW, Folder, now
+from frictionloop.experiments.lsl import Streams
 from frictionloop.experiments.own_reach import own_reach, reach_after
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.respondent import Respondent
@@ -51,6 +52,7 @@ def run(
     calibration: str = "",
     progress: Callable[[Mapping[str, Any]], Any] | None = None,
     trials: int | None = None,
+    streams: Streams | None = None,
 ) -> Path:
     """Begin a session and run it to its end.
 
@@ -76,6 +78,8 @@ def run(
         Called with each row.
     trials : int, optional
         Rows after which it is left, to go on later.
+    streams : Streams, optional
+        What passes strokes and markers on to other recorders (`frictionloop.experiments.lsl`).
 
     Returns
     -------
@@ -94,7 +98,7 @@ def run(
         more |= about(finger, seed)
     with folder.new(path, protocol, base, participant, source_of(address), more) as kept:
         kept.log("begin", time=now(), participant=participant)
-        _through(kept, respondent, progress, trials)
+        _through(kept, respondent, progress, trials, streams)
     return path
 
 
@@ -104,6 +108,7 @@ def resume(
     respondent: Respondent | None = None,
     progress: Callable[[Mapping[str, Any]], Any] | None = None,
     trials: int | None = None,
+    streams: Streams | None = None,
 ) -> Path:
     """Go on with a session that was left, killed or unplugged: same sequence, same posterior.
 
@@ -111,7 +116,7 @@ def resume(
     ----------
     path : path
         Folder of the session.
-    respondent, progress, trials
+    respondent, progress, trials, streams
         As of `run`.
 
     Raises
@@ -121,7 +126,7 @@ def resume(
     """
     with folder.opened(path) as kept:
         kept.log("resume", time=now(), rows=len(kept.rows), cut_bytes=kept.cut)
-        _through(kept, respondent, progress, trials)
+        _through(kept, respondent, progress, trials, streams)
     return path
 
 
@@ -130,6 +135,7 @@ def _through(
     respondent: Respondent | None,
     progress: Callable[[Mapping[str, Any]], Any] | None,
     most: int | None,
+    streams: Streams | None,
 ) -> None:
     own, finger, seed = kept.system, {}, 0
     if respondent is None:
@@ -148,7 +154,7 @@ def _through(
         shown.log = kept.log
         session = Session(plan, kept.participant, own, shown)
         session.told(kept.rows)
-        _trials(kept, session, engine, progress, most)
+        _trials(kept, session, engine, progress, most, streams)
         if session.order.finished:
             reach_after(kept, engine, shown, own, hash_of(kept.participant, seed))
         kept.log("end" if session.order.finished else "left", time=now(), rows=len(kept.rows))
@@ -168,6 +174,7 @@ def _trials(
     engine: Engine,
     progress: Callable[[Mapping[str, Any]], Any] | None,
     most: int | None,
+    streams: Streams | None,
 ) -> None:
     done = 0
     while (most is None or done < most) and (trial := session.order.next()) is not None:
@@ -185,6 +192,8 @@ def _trials(
         if "clock_jump" in row["reason"]:
             kept.log("clock jumped", time=now(), trial=row["trial"], reason=row["reason"])
         session.order.tell(row)
+        if streams is not None:
+            streams.tell(row, runs)
         done += 1
         if progress is not None:
             progress(row)

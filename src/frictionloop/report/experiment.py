@@ -257,7 +257,7 @@ def sequences(protocol: Protocol, trials: pandas.DataFrame) -> Figure:
         axes.set_title(person, fontsize=8)
     for axes in panels[len(people) :]:
         axes.set_axis_off()
-    panels[0].legend(loc="upper right")
+    panels[0].legend(loc="upper right", frameon=True)
     figure.supxlabel("trial that counted", fontsize=8.5)
     figure.supylabel(f"level asked for, {protocol.level_unit}", fontsize=8.5)
     return figure
