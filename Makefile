@@ -7,6 +7,7 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check install -qq
 # What has hashes is everything but the package itself, which pip cannot hash; its build tools are among the pins.
 PINNED := $(PIP) --no-deps --require-hashes
 SELF   := $(PIP) --no-deps --no-build-isolation --editable .
+STEP   := @sh requirements/step.sh
 PINS   := pyproject.toml $(wildcard requirements/*.txt)
 ZIG    := $(if $(shell command -v cc),,-r requirements/zig.txt)
 
@@ -59,29 +60,28 @@ clean: ## remove everything that can be made again
 
 # The stamps below are newer than the pins when the environment agrees with them.
 $(VENV)/.runtime: $(PINS) | $(BIN)/python
-	@echo "Installing frictionloop into $(VENV)"
-	@$(PINNED) -r requirements/report.txt && $(SELF)
+	$(STEP) "Installing the libraries into $(VENV), usually 40 to 100 s" $(PINNED) -r requirements/report.txt
+	$(STEP) "Installing frictionloop itself, usually 5 to 20 s" $(SELF)
 	@touch $@
 
 $(VENV)/.design: $(PINS) | $(BIN)/python
-	@echo "Installing frictionloop with what it draws and designs with into $(VENV)"
-	@$(PINNED) -r requirements/design.txt && $(SELF)
+	$(STEP) "Installing what it draws and designs with into $(VENV), usually 1 to 2 minutes" $(PINNED) -r requirements/design.txt
+	$(STEP) "Installing frictionloop itself, usually 5 to 20 s" $(SELF)
 	@touch $(VENV)/.runtime $@
 
 $(VENV)/.dev: $(PINS) | $(BIN)/python
-	@echo "Installing frictionloop with its test, docs and development tools into $(VENV)"
-	@$(PINNED) -r requirements/dev.txt && $(SELF)
+	$(STEP) "Installing its test, docs and development tools into $(VENV), usually 2 to 4 minutes" $(PINNED) -r requirements/dev.txt
+	$(STEP) "Installing frictionloop itself, usually 5 to 20 s" $(SELF)
 	@touch $(VENV)/.runtime $(VENV)/.design $@
 
 $(VENV)/.bench: $(PINS) | $(BIN)/python
-	@echo "Installing frictionloop with the libraries it is compared with into $(VENV)"
-	@$(PINNED) -r requirements/bench.txt $(ZIG) && $(SELF)
+	$(STEP) "Installing the libraries it is compared with into $(VENV), usually 2 to 4 minutes" $(PINNED) -r requirements/bench.txt $(ZIG)
+	$(STEP) "Installing frictionloop itself, usually 5 to 20 s" $(SELF)
 	@touch $(VENV)/.runtime $@
 
 # Some systems ship venv without its copy of pip; then the pip at hand puts one in.
 $(BIN)/python:
 	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null \
 	  || { echo "Python 3.11 or newer is needed and '$(PYTHON)' is not it; set PYTHON=/path/to/python" >&2; exit 1; }
-	@echo "Creating $(VENV) with $(PYTHON)"
-	@"$(PYTHON)" -m venv $(VENV) >/dev/null || { rm -rf $(VENV); \
+	$(STEP) "Creating $(VENV) with $(PYTHON), usually 5 s" sh -c '"$(PYTHON)" -m venv $(VENV) >/dev/null' || { rm -rf $(VENV); \
 	  "$(PYTHON)" -m venv --without-pip $(VENV) && "$(PYTHON)" -m pip --python $(VENV) install -qq --no-deps --require-hashes -r requirements/build.txt; }

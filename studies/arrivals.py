@@ -1,14 +1,13 @@
 """How much of twelve effects arrives under four laws, on 96 fingers that none of them was tuned on: four minutes.
 
 ``python -m studies.arrivals`` goes on where it was stopped, and writes what the report shows into the package
-(``src/frictionloop/report/stored``). ``python -m studies.arrivals tracker`` adds another entrant of the comparison.
+(``src/frictionloop/report/stored``).
 """
 
 from __future__ import annotations
 
 import json
 import re
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -48,5 +47,5 @@ def run(laws: Sequence[str], path: Path = RUNS, count: int = FINGERS, effects: S
 
 
 if __name__ == "__main__":
-    text = json.dumps(run([*shown.RUN, *sys.argv[1:]]), indent=1)
+    text = json.dumps(run(list(shown.LAWS)), indent=1)
     KEPT.write_text(re.sub(r"\[[^][]*\]", lambda row: " ".join(row[0].split()), text) + "\n", encoding="utf-8")

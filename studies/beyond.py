@@ -14,7 +14,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from frictionloop.control.cost import worst_tick
@@ -32,7 +31,7 @@ WINDOWS_S = ((0.99, 1.06), (1.49, 1.60))
 """What is kept of a step down and of one up."""
 PEAK = 2.0
 """Largest |S| that the computed limit allows."""
-OF = ("lookup", "printed_pi", "retuned_pi", "notch_pi", "tracker", "oracle")
+OF = ("lookup", "printed_pi", "retuned_pi", "notch_pi", "oracle")
 LAWS = {name: ENTRANTS[entrant] for name, entrant in zip(beyond.LAWS, OF, strict=True)}
 """Who competes, by the names that the report gives them."""
 CLOSE = beyond.LAWS[2:]
@@ -72,7 +71,6 @@ def race(duration_s: float = protocol.DURATION_S) -> tuple[dict[str, Any], xr.Da
                 "sensitivity_peak": _kept(peaks[0]),
                 "sensitivity_peak_10": _kept(peaks[1]),
                 "median_finger_rms_n": _kept(residual[number]),
-                "after_fall_rms_n": _kept(_after_fall_n(traces.sel(law=law, contact=contact))),
                 "residual_rms_n": [_kept(each) for each in residual],
             }
         found["laws"][law] = own
@@ -110,11 +108,6 @@ def _limits_n(finger: Mapping[str, Any]) -> dict[str, float | str]:
     found = linear_reach_table(stroked, [finger], [SPEED_MM_S], peaks=[PEAK])["bound_rms_n"]
     of_both = found.sel(measured="force and load", speed_mm_s=SPEED_MM_S, sensitivity_peak=PEAK, drop=True)
     return {contact: _kept(of_both.sel(contact=contact).item()) for contact in protocol.CONTACTS}
-
-
-def _after_fall_n(traces: xr.Dataset) -> float:
-    some = traces.sel(time=slice(1.005, 1.06))
-    return float(np.sqrt(np.mean((some["f_a"].values - some["f_r"].values) ** 2)))
 
 
 def _peaks(whole: rooms.Comparison, law: str, contact: str) -> tuple[float, float]:

@@ -24,17 +24,17 @@ from studies.robust_reach import robust_reach
 COARSE = 0.99
 """What is left of the bound without what 0.6 Hz of resolution may add to it (`robust_reach`)."""
 MEASURED = {0.0: 1.7}
-"""Largest |S| of laws that are told the resonance of the device, as the tracker is."""
+"""Largest |S| of laws that are told the resonance of the device."""
 ALL_BUT_A_TWENTIETH = 1.645
 """Standard deviations of a normal load below which, or above which, it is a twentieth of the time."""
 LEAST_LOAD_N = 1e-3
 """Load that one which trembles below 0 counts as: next to no friction."""
 KINDS = {"hold": protocol.HOLDS, "sines": protocol.SINES}
 HEADS = (
-    *("mm/s", "contact", "task", "fingers", "bound", "larger", "both", "tracker"),
-    *("larger / oracle", "both / oracle", "tracker / oracle"),
+    *("mm/s", "contact", "task", "fingers", "bound", "larger", "both"),
+    *("larger / oracle", "both / oracle"),
 )
-LAWS = ("clairvoyant", "tracker", "oracle")
+LAWS = ("clairvoyant", "oracle")
 
 
 def within_reach(system: System, people: Any, speed_mm_s: float) -> np.ndarray:
@@ -88,13 +88,13 @@ def rows(path: str) -> Iterator[list[Any]]:
                 conditions = [protocol.Condition(speed, contact, task) for task in tasks]
                 bound = np.array([bounds_n(some, seed, each) for each in conditions]) ** 2
                 at = {"speed_mm_s": speed, "contact": contact, "task": list(tasks)}
-                short, ours, oracle = (of_tasks(runs, "rms_error", law, at, able) ** 2 for law in LAWS)
+                short, oracle = (of_tasks(runs, "rms_error", law, at, able) ** 2 for law in LAWS)
                 slack = 1.0 - of_tasks(runs, "saturation_index", "clairvoyant", at, able)
-                squares = bound, np.maximum(bound, short), short + slack * bound, ours, oracle
+                squares = bound, np.maximum(bound, short), short + slack * bound, oracle
                 for name, who in (("capable", np.full(near.shape, True)), ("within reach", near)):
                     rms = [np.sqrt(each[:, who].mean(0)) for each in squares]
-                    errors = (both(1e3 * each) for each in rms[:4])
-                    ratios = (f"{np.median(each / rms[4]):.2f}" for each in rms[1:4])
+                    errors = (both(1e3 * each) for each in rms[:3])
+                    ratios = (f"{np.median(each / rms[3]):.2f}" for each in rms[1:3])
                     yield [f"{speed:g}", contact, kind, f"{who.sum()} {name}", *errors, *ratios]
 
 

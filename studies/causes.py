@@ -79,10 +79,10 @@ def _quiet(system: System, start_s: float, stop_s: float) -> Overrides:
 def _no_springs(system: System, start_s: float, stop_s: float) -> Overrides | None:
     """Springs that follow at once, and a controller that is told: no resonance in its model, none undone by a notch.
 
-    Sections given as numbers undo it without saying where, and a tracker needs springs: they cannot be told, None.
+    Sections given as numbers undo it without saying where: they cannot be told, None.
     """
     law: Any = system.controller
-    if not isinstance(system.sensor, SuspendedSensor) or getattr(law, "sections", None) or law.kind == "tracker":
+    if not isinstance(system.sensor, SuspendedSensor) or getattr(law, "sections", None):
         return None
     found: dict[str, Any] = {"sensor.resonance_hz": AT_ONCE_HZ, "sensor.q": AT_ONCE_Q}
     found["controller.model.resonance_hz"] = 0.0

@@ -27,7 +27,6 @@ MARGINS = (
     ("sensitivity_peak", "$M_s$"),
     ("sensitivity_peak_5", "±5 %"),
     ("sensitivity_peak_10", "±10 %"),
-    ("sensitivity_peak_learnt", "learnt"),
 )
 """Margins of the median capable finger."""
 CAPABLE, MEDIAN_FINGER = "capable", "median capable finger"

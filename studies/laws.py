@@ -18,7 +18,7 @@ RUNS = Path(__file__).parent / "runs" / "laws.h5"
 KEPT = Path(__file__).parent / "results" / "laws.csv"
 SHOWN = (
     *("residual_rms_n", "hold_rms_n", "r2_identity", "relative_index", "over_oracle", "fall_63_s"),
-    *("sensitivity_peak", "sensitivity_peak_5", "sensitivity_peak_10", "sensitivity_peak_learnt"),
+    *("sensitivity_peak", "sensitivity_peak_5", "sensitivity_peak_10"),
 )
 POPULATIONS = ("capable", "median capable finger")
 

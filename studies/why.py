@@ -1,6 +1,6 @@
 """Why laws of a comparison win or lose: their residuals split by cause and by frequency, on the fingers it scored.
 
-``python -m studies.why tracker,notch_pi [FINGERS]`` keeps a table of medians: three minutes for 60 fingers.
+``python -m studies.why notch_pi [FINGERS]`` keeps a table of medians: two minutes for 60 fingers.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ import xarray as xr
 
 from frictionloop.design import comparison as rooms
 from frictionloop.design.comparison import protocol
-from frictionloop.design.comparison.entrants import told
 from frictionloop.design.comparison.protocol import Condition
 from frictionloop.design.comparison.scores import spread
 from frictionloop.parameters import bench
@@ -73,8 +72,7 @@ def reasons(comparison: rooms.Comparison, laws: Iterable[str], *, n_jobs: int | 
 def _split(comparison: rooms.Comparison, law: str, speed: float, contact: str, n_jobs: int | None) -> xr.Dataset:
     some = np.flatnonzero(protocol.able(comparison.system, comparison.people, speed, comparison.duration_s))
     numbers = (some if some.size else np.arange(len(comparison.people)))[:MOST]
-    known = told(comparison.system, comparison.people, comparison.laws[law])
-    people = [known[i] for i in numbers]
+    people = [comparison.people[i] for i in numbers]
     at = Condition(speed, contact, TASK)
     bench = comparison.system.evolve({**protocol.overrides_of(at, comparison.duration_s), **comparison.laws[law]})
     seed, start_s = protocol.noise_seed(comparison.seed, TASK), comparison.start_s
@@ -113,7 +111,7 @@ def _spread(name: str, values: xr.DataArray) -> dict[str, float]:
     return {f"{name}_median": median, f"{name}_worst_decile": worst}
 
 
-def main(laws: str = "tracker,notch_pi", fingers: str = "60") -> None:
+def main(laws: str = "notch_pi", fingers: str = "60") -> None:
     """Keep what each part of the residual costs: a column for each law, speed and contact, medians in mN."""
     names = laws.split(",")
     rows = reason_rows(reasons(rooms.compare(bench(), int(fingers), laws=names), names))

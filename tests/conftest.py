@@ -31,7 +31,7 @@ COMPILE = """
 import sys
 import frictionloop as fl
 alone, bench = sys.argv[1] == "1", fl.bench()
-kinds = ["pi", "lookup", "oracle", "notch_pi", "observer", "super_twisting", "tracker"]
+kinds = ["pi", "lookup", "oracle", "notch_pi", "observer", "super_twisting"]
 steps = fl.Steps(times_s=(0.0, 0.004), levels_n=(0.5, 0.6))
 systems = [
     fl.paper(),

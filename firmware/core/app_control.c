@@ -35,7 +35,6 @@ static int32_t amplitude(fl_app *app, const fl_parameters *p, int32_t force) {
         int32_t wanted = fl_lookup(force, p->lookup_squares_um2, p->lookup_cells_per_n, p->law_low_n);
         int32_t most = fl_clip(fl_add(app->amplitude, rise(app)), 0, p->drive_ceiling_um);
         command = fl_overdrive(&app->believed, wanted, p->overdrive_decay, p->overdrive_inverse, most);
-        fl_commanded(p, app->law_state, &app->closing, command);
     } else {
         command = fl_clip(fl_subtract(app->amplitude, p->drive_ramp_um), 0, p->drive_ceiling_um);
         app->believed = fl_add(command, fl_mul28(p->overdrive_decay, fl_subtract(app->believed, command)));

@@ -14,7 +14,7 @@ fl_derived fl_derive(const fl_parameters *p) {
     while (p->drive_largest_um >> places > 1) places++;
     uint64_t mantissa = fl_divide((uint64_t)1 << (30 + places), (uint32_t)p->drive_largest_um);
     derived.cells_per_um = (fl_gain){(int32_t)mantissa, 30 + places - 24};
-    derived.rise_um = fl_laws[p->law_number].quick ? INT32_MAX : p->drive_largest_um / FL_RISE_TICKS + 1;
+    derived.rise_um = p->drive_largest_um / FL_RISE_TICKS + 1;
     derived.ceiling_duty = INT32_MAX;
     derived.ceiling_duty = fl_duty(&derived, p->drive_ceiling_um);
     return derived;

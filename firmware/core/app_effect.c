@@ -3,7 +3,7 @@
 
 enum { FINE_TO_PLACE = 44 - 32, MEASURED_TO_PLACE = 32 - 28, LEAD_TO_PLACE = 28 + 28 - 32 };
 
-/* Measured, or where the tracker finds the finger to be when the command is in force. */
+/* Measured, or where the finger will be at its speed when the command is in force. */
 static int32_t place(const fl_app *app, const fl_measurement *m, int predicted) {
     if (!predicted) return fl_saturate((int64_t)m->position * (1 << MEASURED_TO_PLACE));
     int64_t ahead = fl_scale((int64_t)fl_in_force(app)->touch_lead_s * m->speed, LEAD_TO_PLACE);

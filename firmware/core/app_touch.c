@@ -1,4 +1,4 @@
-/* Mirrors touch_step of sensing/touch.py: an alpha-beta tracker of the position, and whether a reading is
+/* Mirrors touch_step of sensing/touch.py: an alpha-beta filter of the position, and whether a reading is
  * valid.
  *
  * Position and way are q44: at 20 mm/s a tick is 4 um, and a step of q28 would be 1e-3 of it. */

@@ -50,7 +50,7 @@ typedef struct {
 } fl_play;
 
 typedef struct {
-    int64_t position, way; /* m, q44: a step of 20 mm/s is 4 um, of which the tracker needs 1e-5 */
+    int64_t position, way; /* m, q44: a step of 20 mm/s is 4 um, of which the filter needs 1e-5 */
     int32_t speed, mean_load;
     uint8_t begun;
 } fl_touch;

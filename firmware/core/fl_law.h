@@ -7,7 +7,7 @@
 
 #include "fl_fixed.h"
 
-enum { FL_STATES = 32, FL_GAINS = 80 };
+enum { FL_STATES = 21 };
 
 typedef struct {
     int32_t force;     /* N, positive when it opposes the motion */
@@ -32,7 +32,6 @@ typedef struct {
     fl_step *step;
     uint8_t states, gains;
     const int8_t *places; /* binary places of each state; 0: 28 for all */
-    uint8_t quick;        /* 1: it may raise the amplitude by any step (docs/firmware-states.md) */
 } fl_law;
 
 /* By number, as in control/laws.LAWS; 0 is none. */

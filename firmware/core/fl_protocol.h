@@ -21,8 +21,8 @@
 #define FL_ALL_TRIGGERS 255
 #define FL_SAMPLES_A_FRAME 16
 #define FL_OLDEST_MS 20
-#define FL_TABLE_HASH 0x43ebb975u
-#define FL_WORDS 545
+#define FL_TABLE_HASH 0x084ae418u
+#define FL_WORDS 426
 
 enum fl_board { FL_BOARD_HOST = 0, FL_BOARD_MPS2 = 1, FL_BOARD_TEENSY31 = 2 };
 
@@ -46,9 +46,9 @@ enum fl_channel { FL_CHANNEL_F_R, FL_CHANNEL_F_M, FL_CHANNEL_U, FL_CHANNEL_A, FL
 
 /* The parameter table: FL_WORDS words in this order. */
 typedef struct {
-    int32_t law_number;  /* count: control law (control/laws): 1 PI, 2 lookup, 3 filtered PI, 4 observer, 5 super-twisting, 6 tracker */
-    fl_gain law_gains[106];  /* gain: gains of the law: see gains and start words; unused ones are 0 */
-    int32_t law_start[32];  /* count: state of the law when the loop goes on: see gains and start words */
+    int32_t law_number;  /* count: control law (control/laws): 1 PI, 2 lookup, 3 filtered PI, 4 observer, 5 super-twisting */
+    fl_gain law_gains[52];  /* gain: gains of the law: see gains and start words; unused ones are 0 */
+    int32_t law_start[21];  /* count: state of the law when the loop goes on: see gains and start words */
     int32_t law_low_n;  /* q28, N: lowest force command, g(a_max) by the controller's model */
     int32_t law_high_n;  /* q28, N: highest force command, f0 by the controller's model */
     int32_t lookup_squares_um2[257];  /* q25, um^2: a^2 at 257 forces from low_n to high_n, evenly spaced */
@@ -64,8 +64,8 @@ typedef struct {
     int32_t touch_zero_counts;  /* count: load counts at no load */
     fl_gain touch_n_per_count;  /* gain, N: newtons of load a count */
     fl_gain touch_m_per_count;  /* gain, m: metres of position a count */
-    int32_t touch_position_gain;  /* q28: alpha of the tracker */
-    fl_gain touch_speed_gain;  /* gain, 1/s: beta of the tracker over dt */
+    int32_t touch_position_gain;  /* q28: alpha of the position's alpha-beta filter */
+    fl_gain touch_speed_gain;  /* gain, 1/s: beta of that filter over dt */
     int32_t touch_touch_n;  /* q28, N: least load that counts as touch */
     int32_t touch_touch_share;  /* q28: least share of the running mean of the load */
     int32_t touch_mean_gain;  /* q28: gain of that mean */
@@ -91,31 +91,31 @@ typedef struct { uint16_t first, count, stride; int32_t low, high; } fl_range;
 #define FL_RANGES 26
 #define FL_RANGE_TABLE { \
     {0, 1, 1, 0, 15}, \
-    {1, 106, 2, -1, 62}, \
-    {213, 32, 1, INT32_MIN, 2147483647}, \
-    {245, 259, 1, 0, 2147483647}, \
-    {504, 1, 2, -1, 62}, \
-    {506, 1, 1, 0, 268435456}, \
-    {507, 1, 2, -1, 62}, \
-    {509, 2, 1, 0, 2120640102}, \
-    {511, 1, 1, 3, 2120640102}, \
-    {512, 1, 1, 1, 2}, \
-    {513, 2, 1, -32768, 32767}, \
-    {515, 2, 2, -1, 62}, \
-    {519, 1, 1, -32768, 32767}, \
-    {520, 2, 2, -1, 62}, \
-    {524, 1, 1, 0, 268435456}, \
-    {525, 1, 2, -1, 62}, \
-    {527, 1, 1, 0, 2147483647}, \
-    {528, 2, 1, 0, 268435456}, \
-    {530, 2, 1, 0, 2147483647}, \
-    {532, 1, 1, 0, 268435456}, \
-    {533, 2, 1, 0, 2147483647}, \
-    {535, 1, 1, 1, 100}, \
-    {536, 1, 1, 2, 500000}, \
-    {537, 1, 1, 1, 50}, \
-    {538, 6, 1, 0, 2147483647}, \
-    {544, 1, 1, 1, 50}, \
+    {1, 52, 2, -1, 62}, \
+    {105, 21, 1, INT32_MIN, 2147483647}, \
+    {126, 259, 1, 0, 2147483647}, \
+    {385, 1, 2, -1, 62}, \
+    {387, 1, 1, 0, 268435456}, \
+    {388, 1, 2, -1, 62}, \
+    {390, 2, 1, 0, 2120640102}, \
+    {392, 1, 1, 3, 2120640102}, \
+    {393, 1, 1, 1, 2}, \
+    {394, 2, 1, -32768, 32767}, \
+    {396, 2, 2, -1, 62}, \
+    {400, 1, 1, -32768, 32767}, \
+    {401, 2, 2, -1, 62}, \
+    {405, 1, 1, 0, 268435456}, \
+    {406, 1, 2, -1, 62}, \
+    {408, 1, 1, 0, 2147483647}, \
+    {409, 2, 1, 0, 268435456}, \
+    {411, 2, 1, 0, 2147483647}, \
+    {413, 1, 1, 0, 268435456}, \
+    {414, 2, 1, 0, 2147483647}, \
+    {416, 1, 1, 1, 100}, \
+    {417, 1, 1, 2, 500000}, \
+    {418, 1, 1, 1, 50}, \
+    {419, 6, 1, 0, 2147483647}, \
+    {425, 1, 1, 1, 50}, \
 }
 
 #endif

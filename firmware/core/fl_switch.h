@@ -35,20 +35,12 @@ static inline fl_force_command fl_switched(
     fl_step *step = fl_laws[p->law_number].step;
     if (closed) {
         fl_clamp clamp = fl_closing_clamp(p, state, closing, open, setpoint);
+        if (*closing > 0) --*closing;
         return step(state, m, setpoint, p->law_gains, clamp);
     }
     step(state, m, setpoint, p->law_gains, (fl_clamp){open, open});
     *closing = -1;
     return (fl_force_command){open, open != setpoint};
-}
-
-/* Behind it: the amplitude command that was made of u, for a law that its clamp does not tell. */
-static inline void fl_commanded(
-    const fl_parameters *p, int32_t *state, int32_t *closing, int32_t command) {
-    if (*closing == 0) return;
-    fl_follow *follow = fl_follows[p->law_number];
-    if (follow) follow(state, command, p->law_gains);
-    if (*closing > 0) --*closing;
 }
 
 #endif

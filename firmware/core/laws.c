@@ -9,26 +9,22 @@
 #define FL_LAWS_BUILT_IN 0xFFFFu
 #endif
 
-/* Number, kind, step, numbers of states and gains, binary places of the states (0: 28 for all), begin and follow
- * (laws.h), and whether it may raise the amplitude by full steps. */
+/* Number, kind, step, numbers of states and gains, binary places of the states (0: 28 for all), and begin (laws.h). */
 #define LAWS(LAW) \
-    LAW(1, "pi", fl_pi_step, 1, 2, 0, fl_pi_begin, 0, 0) \
-    LAW(2, "lookup", fl_open_loop_step, 1, 0, 0, 0, 0, 0) \
-    LAW(3, "filtered_pi", fl_filtered_pi_step, 21, 52, 0, fl_filtered_pi_begin, 0, 0) \
-    LAW(4, "observer", fl_disturbance_observer_step, 18, 30, fl_disturbance_observer_places, 0, 0, 0) \
-    LAW(5, "super_twisting", fl_super_twisting_step, 21, 34, fl_super_twisting_places, 0, 0, 0) \
-    LAW(6, "tracker", fl_tracker_step, 31, 71, fl_tracker_places, 0, fl_tracker_follow, 1)
+    LAW(1, "pi", fl_pi_step, 1, 2, 0, fl_pi_begin) \
+    LAW(2, "lookup", fl_open_loop_step, 1, 0, 0, 0) \
+    LAW(3, "filtered_pi", fl_filtered_pi_step, 21, 52, 0, fl_filtered_pi_begin) \
+    LAW(4, "observer", fl_disturbance_observer_step, 18, 30, fl_disturbance_observer_places, 0) \
+    LAW(5, "super_twisting", fl_super_twisting_step, 21, 34, fl_super_twisting_places, 0)
 
 #define BUILT_IN(number, what) (FL_LAWS_BUILT_IN >> (number) & 1 ? (what) : NULL)
-#define LAW(number, kind, step, states, gains, places, begin, follow, quick) \
-    {kind, BUILT_IN(number, step), states, gains, BUILT_IN(number, places), quick},
-#define BEGIN(number, kind, step, states, gains, places, begin, follow, quick) BUILT_IN(number, begin),
-#define FOLLOW(number, kind, step, states, gains, places, begin, follow, quick) BUILT_IN(number, follow),
+#define LAW(number, kind, step, states, gains, places, begin) \
+    {kind, BUILT_IN(number, step), states, gains, BUILT_IN(number, places)},
+#define BEGIN(number, kind, step, states, gains, places, begin) BUILT_IN(number, begin),
 
-const fl_law fl_laws[] = {{0, 0, 0, 0, 0, 0}, LAWS(LAW)};
+const fl_law fl_laws[] = {{0, 0, 0, 0, 0}, LAWS(LAW)};
 const uint32_t fl_law_count = sizeof fl_laws / sizeof fl_laws[0];
 fl_begin *const fl_begins[] = {0, LAWS(BEGIN)};
-fl_follow *const fl_follows[] = {0, LAWS(FOLLOW)};
 
 uint16_t fl_laws_built_in(void) {
     uint16_t built = 0;

@@ -5,22 +5,16 @@
 #include "fl_law.h"
 
 fl_step fl_pi_step, fl_open_loop_step, fl_filtered_pi_step;
-fl_step fl_disturbance_observer_step, fl_super_twisting_step, fl_tracker_step;
-extern const int8_t fl_disturbance_observer_places[], fl_super_twisting_places[], fl_tracker_places[];
+fl_step fl_disturbance_observer_step, fl_super_twisting_step;
+extern const int8_t fl_disturbance_observer_places[], fl_super_twisting_places[];
 
 /* Sets the integral of a law that has one so that, with no error, it commands `force`: for closing without
  * a bump. */
 typedef void fl_begin(int32_t *state, int32_t force, int32_t setpoint, const fl_gain *gains);
 fl_begin fl_pi_begin, fl_filtered_pi_begin;
 
-/* Lets a law know which amplitude was commanded in its last tick in place of its own: of one that commands an
- * amplitude by itself and is not told by its clamp. */
-typedef void fl_follow(int32_t *state, int32_t command, const fl_gain *gains);
-fl_follow fl_tracker_follow;
-
-/* By number as fl_laws; 0 where a law has no integral, or where its clamp tells it enough. */
+/* By number as fl_laws; 0 where a law has no integral. */
 extern fl_begin *const fl_begins[];
-extern fl_follow *const fl_follows[];
 
 /* Bit n is set where law n is built in. */
 uint16_t fl_laws_built_in(void);

@@ -39,7 +39,6 @@ _HOME = {
     "parameters.motion": "LoadCells PositionSensor Sliding Strokes Touch",
     "parameters.controller": "LookupController ObserverController OracleController PiController",
     "parameters.filtered": "FilteredPiController NotchPiController",
-    "parameters.tracking": "TrackerController",
     "control.super_twisting": "SuperTwistingController",
     "control.law": "Clamp ForceCommand Law clamp_of",
     "physics.vibration": "Vibration",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from designed_notch import DESIGNED_NOTCH
 
 import frictionloop as fl
 from frictionloop.perception.thresholds import force_threshold_n
@@ -37,7 +38,7 @@ def _before_n(own: fl.System) -> float:
 
 
 def test_a_run_is_felt_more_than_what_is_felt_least() -> None:
-    own = BENCH.evolve({"controller.kind": "tracker"})
+    own = BENCH.evolve(DESIGNED_NOTCH)
     run = fl.simulate(own, 6.0, 7)
     found = felt_reach(own, [{}], (100.0,), 6.0, 7, levels_n=[0.6])["relative_index"].item()
     assert found < fl.relative_index(run)

@@ -8,16 +8,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.linalg import solve_discrete_are, solve_discrete_lyapunov
 from scipy.optimize import minimize
-from scipy.signal import ss2tf
-from tracker_loop import Plant, Row, answer
-from tracker_rows import Prediction, plant_paths, true_shares
 
 import frictionloop as fl
 from frictionloop.analysis import waterbed_bound
-from frictionloop.control.tracker_gains import observed, sensor_matrices
-from frictionloop.parameters.tracking import PLACES, SCHEDULE
 from studies.linear_optimum import linear_optimum
-from studies.robust_reach import UNMEASURED
 
 TS, NYQUIST_HZ = 2e-4, 2500.0
 FREQUENCY_HZ = (np.arange(5000) + 0.5) * NYQUIST_HZ / 5000
@@ -189,45 +183,6 @@ def test_it_does_not_depend_on_the_number_of_bins() -> None:
         for k in range(11, 16)
     ]
     assert np.ptp(found) < 3e-3 * found[-1]
-
-
-def tracked_plant(share: float, model) -> tuple[np.ndarray, np.ndarray]:
-    """Numerators to reading and friction from the limit commanded to the plant of `tracker_loop`, and its noise."""
-    a, b0, b1 = sensor_matrices(model, TS)
-    eye = np.eye(6)  # now, next, friction, sensor (3)
-    A = np.zeros((6, 6))
-    A[0] = eye[1]
-    left = eye[1] if share >= 1.0 else 0.5 * (eye[0] + eye[1])
-    A[2] = eye[2] + share * (left - eye[2])
-    A[3:] = a @ eye[3:] + np.outer(b0, eye[2]) + np.outer(b1, A[2])
-    return tuple(ss2tf(A, eye[:, [1]], eye[[k]], np.zeros((1, 1)))[0][0] for k in (5, 2))
-
-
-@pytest.mark.parametrize(("place", "row"), list(zip(PLACES, SCHEDULE, strict=True)))
-def test_no_row_of_the_tracker_is_below_it(place: float, row: tuple[float, ...]) -> None:
-    bench = fl.bench().evolve({"controller.kind": "tracker"})
-    true = bench.controller.model.model_copy(
-        update={"resonance_hz": bench.sensor.resonance_hz, "resonance_q": bench.sensor.q, "sensor_hz": 1000.0}
-    )
-    search = Prediction(bench, true, observed(bench.controller), place, UNMEASURED)
-    own, share = true_shares(place)[0], search.share
-    disturbance = search.plants[0][1]
-    theirs = answer(Row(*row), search.believed, share, Plant(true, own), search.z, TS)
-    reading, friction = tracked_plant(own, true)
-    for ours, path in zip((reading, friction), plant_paths(Plant(true, own), TS), strict=False):
-        np.testing.assert_allclose(path, ours, rtol=1e-9, atol=1e-12)
-    peak = float(np.abs(theirs.sensitivity).max())
-    asked = search.f, disturbance, search.noise, 1.001 * peak, NYQUIST_HZ
-    found = linear_optimum(*asked, reading=reading, friction=friction)
-    fine = answer(
-        Row(*row), search.believed, share, Plant(true, own), np.exp(2j * np.pi * found.frequency_hz[1:] * TS), TS
-    )
-    noise = np.interp(found.frequency_hz[1:], search.f, search.noise)
-    bands = np.searchsorted((search.f[1:] + search.f[:-1]) / 2.0, found.frequency_hz[1:])
-    left = np.abs(fine.sensitivity) ** 2 * disturbance[bands] + np.abs(fine.friction_from_noise) ** 2 * noise
-    rms = np.sqrt(left.sum() * found.frequency_hz[1])
-    assert found.bound_rms_n < rms
-    assert found.bound_rms_n > 0.5 * rms  # the waterbed's is at a quarter for the first row
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from designed_notch import DESIGNED_NOTCH
 
 import frictionloop as fl
 from studies.causes import mean_occlusion
@@ -14,10 +15,10 @@ SHORT = {"duration_s": 2.0, "levels_n": [0.6]}
 
 
 @pytest.mark.parametrize("contact", ["dahl", "slider"])
-def test_a_run_under_the_tracker_leaves_more(contact: str) -> None:
+def test_a_run_under_a_designed_law_leaves_more(contact: str) -> None:
     own = BENCH.evolve({"finger.contact": contact})
     found = linear_reach(own, [{}], seed=7, peaks=[2.0], levels_n=[0.6]).sel(measured="force and load").squeeze()
-    run = fl.simulate(own.evolve({"controller.kind": "tracker"}), 11.0, 7)
+    run = fl.simulate(own.evolve(DESIGNED_NOTCH), 11.0, 7)
     left = fl.rms_error(run, run["scored"].values & (run["time"].values >= 1.0))
     assert found["waterbed_rms_n"] < found["bound_rms_n"] <= found["optimum_rms_n"] < left
     assert found["noise_rms_n"] < found["optimum_rms_n"] < found["open_rms_n"]
@@ -94,9 +95,9 @@ def test_without_a_limit_on_the_peak_it_is_the_least_that_cannot_be_predicted() 
     assert least <= at_two
     assert found["bound_rms_n"].values[1] == pytest.approx(least, rel=2e-3)
     assert found["waterbed_rms_n"].values[1] == 0.0
-    laws = {"tracker": {"kind": "tracker"}, "clairvoyant": {"kind": "oracle", "preview": True}}
+    laws = {"notch": DESIGNED_NOTCH, "clairvoyant": {"controller.kind": "oracle", "controller.preview": True}}
     left = {}
     for name, law in laws.items():
-        run = fl.simulate(own.evolve({f"controller.{field}": value for field, value in law.items()}), 11.0, 7)
+        run = fl.simulate(own.evolve(law), 11.0, 7)
         left[name] = fl.rms_error(run, run["scored"].values & (run["time"].values >= 1.0))
-    assert left["clairvoyant"] < 0.1 * least < least < left["tracker"]
+    assert left["clairvoyant"] < 0.1 * least < least < left["notch"]

@@ -1,4 +1,4 @@
-"""The bound that bears other plants: the linear optimum, a search over FIR filters, rows that exist, and its errors."""
+"""The bound that bears other plants: the linear optimum, a search over FIR filters, laws that exist, and its errors."""
 
 from __future__ import annotations
 
@@ -7,17 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
-from scipy.signal import freqz
-from tracker_loop import Plant, Row
-from tracker_rows import Prediction, plant_paths, true_shares
 
 import frictionloop as fl
-from frictionloop.control.tracker_gains import observed
-from frictionloop.parameters.tracking import PLACES, SCHEDULE
 from studies.linear_optimum import linear_optimum
 from studies.linear_reach import linear_reach
 from studies.robust_optimum import RobustOptimum, _turns, robust_optimum
-from studies.robust_reach import UNMEASURED, robust_reach
+from studies.robust_reach import robust_reach
 from studies.wiener_hopf import Spectra, bins
 
 TS, NYQUIST_HZ, BINS = 2e-4, 2500.0, 2**11
@@ -102,28 +97,6 @@ def test_it_is_below_every_integral_controller_that_keeps_its_own_peaks(pole, no
     left = np.abs(S[0]) ** 2 * spectra.disturbance + np.abs(1.0 - S[0]) ** 2 * spectra.noise
     found = of_gains(spectra, [1.0, gain], peaks)
     assert found.bound_rms_n <= np.sqrt(spectra.width_hz @ left) * (1 + 1e-6)
-
-
-@pytest.mark.parametrize(("place", "row"), list(zip(PLACES, SCHEDULE, strict=True)))
-def test_no_row_of_the_tracker_is_below_what_bears_its_resonances(place: float, row: tuple[float, ...]) -> None:
-    bench = fl.bench().evolve({"controller.kind": "tracker"})
-    sensor = {"resonance_hz": bench.sensor.resonance_hz, "resonance_q": bench.sensor.q, "sensor_hz": 1000.0}
-    true = bench.controller.model.model_copy(update=sensor)
-    believed = observed(bench.controller)
-    search = Prediction(bench, true, believed, place, UNMEASURED)
-    search.near = 0.0
-    search.plants = search.plants[:1]
-    left, peaks = search.residual(Row(*row))
-    own, paths = true_shares(place)[0], {}
-    for off in peaks:
-        there = true.model_copy(update={"resonance_hz": 145.0 * (1.0 + off)})
-        paths[off] = plant_paths(Plant(there, own), TS)
-    spectra = bins(search.f, search.plants[0][1], search.noise, NYQUIST_HZ, paths[0.0], 2**12)
-    hertz = np.linspace(0.0, np.pi, 2**12 + 1)
-    seen = {off: freqz(reading, poles, hertz)[1] for off, (reading, _, poles) in paths.items()}
-    ratios = np.array([seen[off] / seen[0.0] for off in peaks])
-    found = robust_optimum(spectra, ratios, np.array([1.001 * peak for peak in peaks.values()]))
-    assert 0.5 * left < found.bound_rms_n < left
 
 
 @pytest.mark.slow

@@ -6,13 +6,14 @@ import math
 
 import numpy as np
 import pytest
+from designed_notch import DESIGNED_NOTCH
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
 import frictionloop as fl
-from frictionloop.design.comparison import ENTRANTS, protocol
+from frictionloop.design.comparison import protocol
 from frictionloop.parameters import Skin, Steps
 from frictionloop.physics.friction import amplitude_for
 from studies.extremes import forces_from_rest, undisturbed
@@ -193,14 +194,14 @@ def test_no_commands_at_all_fall_to_63_sooner(contact, commands, number):
     assert to_63_s >= time_optimal([own], LEVELS_N).fall_63_s[0] - 2e-6
 
 
-@pytest.mark.parametrize("law", ["tracker", "oracle"])
+@pytest.mark.parametrize("law", [DESIGNED_NOTCH, {"controller.kind": "oracle"}], ids=["notch_pi", "oracle"])
 @pytest.mark.parametrize("contact", CONTACTS)
 def test_laws_on_an_undisturbed_finger_are_near_the_bound_and_not_past_it(contact, law):
     """Within a control period; the best of them needs no more than 1.3 times, but for whole periods."""
     own = undisturbed(bench(20.0, contact).evolve(tuning_finger(1, 20.0)), 0.1)
     bound = time_optimal([own], LEVELS_N)
     steps = Steps(times_s=tuple(np.arange(0.0, 2.0, 0.25)), levels_n=LEVELS_N * 4)
-    run = fl.simulate(own.evolve(ENTRANTS[law](fl.bench()) | {"setpoint": steps}), 2.0)
+    run = fl.simulate(own.evolve(law | {"setpoint": steps}), 2.0)
     found = [each for each in fl.step_times(run) if each.start_s > 0.9]
     assert len(found) >= 3
     for each in found:

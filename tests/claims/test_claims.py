@@ -11,7 +11,7 @@ import pytest
 
 from frictionloop.quantities import FrictionloopError
 from frictionloop.report import build
-from frictionloop.report.beyond import COMMAND, NOTCH, TRACKER
+from frictionloop.report.beyond import COMMAND, NOTCH
 from frictionloop.report.build import claims_json
 from frictionloop.report.claims import COUNTED, THESIS, TOPICS, Claim, Group, Verdict, one_claim
 from frictionloop.report.claims.claim import having, lacking
@@ -158,7 +158,7 @@ ON_THE_BENCH = {
     **dict.fromkeys(("faster-than-open", "stronger-plate-faster"), (RETUNED_GAINS, IDEAL)),
     **dict.fromkeys(("amplitude-overshoot", "fluctuations-of-the-finger", "clean-of-artefacts"), CLOSED),
     **dict.fromkeys(("population-r2", "pi-reduces-variability"), (PRINTED, RETUNED_GAINS)),
-    "higher-order-cancels": (TRACKER, NOTCH),
+    "higher-order-cancels": (NOTCH,),
 }
 """Claims of runs on the bench, where the set-point is the protocol's, and what each has to be judged under."""
 

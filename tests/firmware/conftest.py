@@ -12,7 +12,6 @@ import pytest
 import frictionloop as fl
 from frictionloop.device.codec import Decoder, Message, encode
 from frictionloop.device.host_board import Drive, HostBoard, Sample
-from frictionloop.firmware.built_in import KINDS
 from frictionloop.firmware.compiled import host_library
 from frictionloop.firmware.image import Image, build
 from frictionloop.firmware.parameter_words import firmware_words
@@ -165,7 +164,6 @@ LAWS: dict[str, dict[str, Any]] = {
     },
     "observer": {"controller.kind": "observer"},
     "super_twisting": {"controller.kind": "super_twisting"},
-    "tracker": {"controller.kind": "tracker"},
 }  # fmt: skip
 
 
@@ -190,10 +188,8 @@ def images(law_words: dict[str, np.ndarray], tmp_path_factory: pytest.TempPathFa
     @cache
     def built(law: str, board: str = "teensy31", optimise: str | None = None, axes: int = 1) -> Image:
         folder = tmp_path_factory.mktemp(f"{board}-{law}-{optimise or 'default'}-{axes}")
-        # Beside the Teensy's they are compared with the library of this machine, which has every law and says so.
-        laws = None if board == "teensy31" else KINDS
         table = law_words[law].copy()
         table[parameter_words()["force.axes"].first] = axes
-        return build(board, table.tolist(), folder, laws=laws, optimise=optimise)
+        return build(board, table.tolist(), folder, optimise=optimise)
 
     return built

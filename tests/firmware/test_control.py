@@ -9,7 +9,6 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.device.host_board import Sample
-from frictionloop.device.simulated_pipe import Converters
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.quantities.schema import schema
 
@@ -75,7 +74,6 @@ LAWS = {
     "feed-forward": system("notch_pi", feedforward=True),
     "observer": system("observer"),
     "super-twisting": system("super_twisting"),
-    "tracker": system("tracker"),
 }
 
 
@@ -108,25 +106,6 @@ def test_closing_from_open_goes_on_where_it_was_when_the_force_is_right(rig):
     assert path == pytest.approx([opened] * 50, abs=5e-4)
     rig.reason("mode", state=1)
     assert rig.tick(1, slides(rig, 0.6)).amplitude_um == opened
-
-
-def test_the_tracker_knows_after_open_loop_what_was_commanded(rig):
-    """Two seconds open on a finger with half as much friction again: closed, it neither undershoots nor waits."""
-    changed = {"controller.kind": "tracker", "friction.nominal_n": 1.4, "setpoint.amplitude_n": 0.0}
-    system = fl.bench().evolve({**changed, "motion.stroke_mm": 60.0})  # the first reversal is after 3 s
-    rig, plant, converters = type(rig)(firmware_words(system)), fl.Stepper(system, seed=2), Converters(system)
-    error_n = []
-    for tick in range(14000):
-        if tick in (100, 9000):
-            assert rig.reason("mode", state=1 if tick == 100 else 2) == "done"
-        if tick % 500 == 0:
-            rig.ask("heartbeat")
-        plant.tick(rig.tick(1, converters.sample(plant.measured)).amplitude_um)
-        error_n.append(plant.force_n - 0.6)
-    opened, closed = np.array(error_n[5000:9000]), np.array(error_n[9000:])
-    assert np.sqrt(np.mean(opened**2)) > 0.15
-    assert closed.min() > -0.1
-    assert np.sqrt(np.mean(closed[1000:] ** 2)) < 0.02
 
 
 def test_closing_again_does_not_begin_the_law_anew(rig):

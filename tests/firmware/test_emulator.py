@@ -49,7 +49,7 @@ def test_the_identity_is_told(board):
     assert identity["tick_hz"] == 5000
 
 
-@pytest.mark.parametrize("law", ["pi", "notch_pi", "tracker"])
+@pytest.mark.parametrize("law", ["pi", "notch_pi", "super_twisting"])
 def test_every_duty_is_the_host_librarys(law, images, law_words):
     """The same bits in the processor's carrier as in this machine's library, compare value by compare value."""
     teensy, host = TeensyEmulator(images(law).elf), HostBoard(law_words[law])

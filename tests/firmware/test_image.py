@@ -55,7 +55,7 @@ def test_vectors_and_flash_configuration_are_where_the_chip_looks(images):
 
 
 def test_an_image_keeps_to_its_budget(images):
-    image = images("tracker")
+    image = images("filtered_pi")
     assert image.flash_bytes <= 32 * 1024
     assert image.ram_bytes <= 24 * 1024
 

@@ -6,7 +6,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.device.errors import Refused
-from frictionloop.firmware.built_in import KINDS, RECOMMENDED, law_bits, law_names
+from frictionloop.firmware.built_in import KINDS, law_bits, law_names
 from frictionloop.firmware.image import build
 from frictionloop.quantities import FrictionloopError
 
@@ -15,11 +15,9 @@ def symbols(image) -> str:
     return image.map.read_text()
 
 
-def test_by_default_the_tracker_is_left_out(images):
-    assert "fl_filtered_pi_step" in symbols(images("pi"))
-    assert "fl_tracker_step" not in symbols(images("pi"))
-    assert "fl_schedule" not in symbols(images("pi"))
-    assert "fl_tracker_step" in symbols(images("tracker"))
+def test_by_default_all_are_built_in(images):
+    for name in ("pi", "open_loop", "filtered_pi", "disturbance_observer", "super_twisting"):
+        assert f"fl_{name}_step" in symbols(images("pi"))
 
 
 def test_laws_that_are_left_out_leave_their_room(images, law_words, tmp_path):
@@ -33,9 +31,8 @@ def test_the_notch_pi_is_a_filtered_pi(law_words):
     assert law_names(law_bits(["notch_pi", "pi"], law_words["notch_pi"])) == ("pi", "filtered_pi")
 
 
-def test_the_tables_law_is_built_in_where_none_is_named(law_words):
-    assert law_names(law_bits(None, law_words["pi"])) == RECOMMENDED
-    assert law_names(law_bits(None, law_words["tracker"])) == KINDS
+def test_all_are_where_none_is_named(law_words):
+    assert law_names(law_bits(None, law_words["pi"])) == KINDS
 
 
 @pytest.mark.parametrize(
@@ -52,16 +49,17 @@ def test_bad_choices_are_one_line(law_words, tmp_path, laws, says):
     assert not (tmp_path / "none").exists()
 
 
-def test_a_device_tells_its_laws_and_refuses_others(images):
+def test_a_device_tells_its_laws_and_refuses_others(law_words, tmp_path):
     pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
-    with fl.connect(f"emulated:{images('pi').elf}") as device:
-        assert device.info.laws == RECOMMENDED
-        device.set("law.number", 6)
+    some = build("teensy31", law_words["pi"].tolist(), tmp_path, laws=["pi", "lookup", "notch_pi", "observer"])
+    with fl.connect(f"emulated:{some.elf}") as device:
+        assert device.info.laws == ("pi", "lookup", "filtered_pi", "observer")
+        device.set("law.number", 5)
         with pytest.raises(Refused) as refused:
             device.commit()
     assert str(refused.value) == (
-        "commit: the device refuses law.number = 6, out of range; must be a law of its image: 1 pi, 2 lookup, "
-        "3 filtered_pi, 4 observer, 5 super_twisting (firmware build --laws tracker builds tracker in)"
+        "commit: the device refuses law.number = 5, out of range; must be a law of its image: 1 pi, 2 lookup, "
+        "3 filtered_pi, 4 observer (firmware build --laws super_twisting builds super_twisting in)"
     )
 
 

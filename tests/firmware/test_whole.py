@@ -11,6 +11,8 @@ from frictionloop import FrictionloopError
 from frictionloop.device.codec import Decoder, encode
 from frictionloop.device.emulator import TeensyEmulator
 from frictionloop.device.emulator.corpus import SESSION, hello
+from frictionloop.device.emulator.memory_map import PIT0_INTERRUPT
+from frictionloop.device.emulator.patience import Patience
 from frictionloop.device.emulator.processor import RETURN
 from frictionloop.firmware.image_files import elf_file, loaded, symbol_bytes
 from frictionloop.quantities.schema import schema, word_count
@@ -57,7 +59,7 @@ FLIPS = 60
 """Bits that are flipped, one at a time, in each of the table and the whole image."""
 
 
-@pytest.mark.parametrize("what", ["fl_built_parameters", "image"])
+@pytest.mark.parametrize("what", ["fl_built_parameters", pytest.param("image", marks=pytest.mark.slow)])
 def test_a_flipped_bit_is_told_and_nothing_is_driven(what, images, tmp_path):
     """None of them drives. One in the table is always told; one in what serves the board may end or mute it."""
     image, rng = images("pi"), np.random.default_rng(7)
@@ -98,6 +100,16 @@ def test_every_bit_of_the_table_counts(images):
         board.uc.mem_write(place, bytes([byte]))
     assert missed == [] and size == 4 * word_count()
     assert called(board, check) == 1
+
+
+def test_a_loop_without_end_is_ended(images):
+    """As the watchdog of the board does: 0xE7FE branches to itself."""
+    board = TeensyEmulator(images("pi").elf).processor
+    board._patience = Patience(board.uc.emu_stop, longest_s=0.1)
+    number = 16 + PIT0_INTERRUPT
+    board.uc.mem_write(board.vector(number) & ~1, b"\xfe\xe7")
+    with pytest.raises(FrictionloopError, match="does not come to rest"):
+        board.interrupt(number)
 
 
 def address_of(elf, name: str) -> tuple[int, int]:

@@ -10,15 +10,10 @@ from numba import njit
 
 import frictionloop as fl
 from frictionloop.control.laws import law_of
-from frictionloop.control.tracker_state import TrackerState
 from frictionloop.firmware.compiled import host_library, host_words, quantised_start, state_places
-from frictionloop.firmware.quantised_tracker import WIDE
 from frictionloop.loop.kernel.access import doubles, load, store
 from frictionloop.quantities import trees
 from frictionloop.sensing.measurement import Measurement
-
-LOWER_WORDS = {TrackerState._fields.index(name): len(TrackerState._fields) + i for i, name in enumerate(WIDE)}
-"""Where the lower words of the tracker's wide states are, by the index of the upper ones."""
 
 
 @cache
@@ -76,28 +71,18 @@ class FixedLaw:
         self.ffi, self._lib = library or host_library()
         self.words = host_words(fl.bench().evolve({"controller": controller}))
         self.scale = 2.0 ** np.array(state_places(controller))
-        self._lower = LOWER_WORDS if controller.kind == "tracker" else {}
         self.state, self.believed = np.array(quantised_start(controller), dtype=np.int32), np.zeros(1, dtype=np.int32)
 
     def stored(self, states, clip=False):
-        """Words of float64 states; of what two words hold, the upper one is rounded down."""
-        scaled = states * self.scale[: states.shape[1]]
-        words = np.zeros((len(states), len(self.scale)))
-        words[:, : states.shape[1]] = np.rint(scaled)
-        for upper, lower in self._lower.items():
-            words[:, upper] = np.floor(scaled[:, upper])
-            rest = np.rint((scaled[:, upper] - words[:, upper]) * 2.0**32)
-            words[:, lower] = np.where(rest < 2.0**31, rest, np.maximum(rest - 2.0**32, -(2.0**31)))
+        """Words of float64 states."""
+        words = np.rint(states * self.scale)
         held = np.clip(words, -(2.0**31), 2.0**31 - 1)
         assert clip or np.array_equal(held, words), "a state overflows its format"
         return held.astype(np.int32)
 
     def meant(self, words):
         """What words of states stand for."""
-        states = words[:, : len(self.scale) - len(self._lower)] / self.scale[: len(self.scale) - len(self._lower)]
-        for upper, lower in self._lower.items():
-            states[:, upper] += words[:, lower].astype(np.uint32) / self.scale[lower]
-        return states
+        return words / self.scale
 
     def _at(self, array):
         return self.ffi.cast("int32_t *", array.ctypes.data)

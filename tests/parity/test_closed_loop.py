@@ -15,7 +15,6 @@ SYSTEMS = {
     ),
     "observer": fl.bench().evolve({"controller.kind": "observer"}),
     "super-twisting": fl.bench().evolve({"controller.kind": "super_twisting"}),
-    "tracker": fl.bench().evolve({"controller.kind": "tracker"}),
     "lookup": fl.bench().evolve({"controller": fl.LookupController(delay_s=200e-6, model=MODEL)}),
 }
 PERIODS, SEED = 10_000, 8

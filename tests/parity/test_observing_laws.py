@@ -81,7 +81,7 @@ def test_force_and_states_agree_a_million_times(parity, name):
         check(CONTROLLERS[name], difference, states)
 
 
-@pytest.mark.parametrize("kind", ["observer", "super_twisting", "tracker"])
+@pytest.mark.parametrize("kind", ["observer", "super_twisting"])
 def test_both_sides_mean_the_same_places(kind):
     controller = fl.bench().evolve({"controller.kind": kind}).controller
     _, library = host_library()

@@ -31,12 +31,11 @@ CONTROLLERS = {
     "notch": fl.NotchPiController(delay_s=330e-6, **AHEAD),
     "observer": fl.bench().evolve({"controller.kind": "observer"}).controller,
     "super-twisting": fl.bench().evolve({"controller.kind": "super_twisting"}).controller,
-    "tracker": fl.bench().evolve({"controller.kind": "tracker"}).controller,
     "six sections": fl.FilteredPiController(sections=SECTIONS, kp=12.8, ki=531.0, **AHEAD),
 }
 BUILDS = [(name, level) for name in ("gcc", "clang", "zig") for level in ("-O0", "-O2", "-Os")]
 SANITIZED = ("-std=c11", "-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
-STATES = 32
+STATES = 21
 
 
 def command_of(name):

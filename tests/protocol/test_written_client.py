@@ -85,7 +85,6 @@ LAWS = {
     "filtered_pi": {"controller.kind": "notch_pi", "controller.feedforward": True},
     "observer": {"controller.kind": "observer"},
     "super_twisting": {"controller.kind": "super_twisting"},
-    "tracker": {"controller.kind": "tracker"},
 }
 
 

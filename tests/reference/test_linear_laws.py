@@ -28,11 +28,6 @@ TONES_HZ = np.array([3, 17, 41, 89, 137, 149, 211, 307, 499])
 """Whole periods in SCORE_S, on both sides of the resonance."""
 MEAN_N, MEAN_D_N = 0.6, 0.05
 OPEN = {"kind": "lookup", "delay_s": 200e-6}
-LEARNT = {"compliance_learning": 0.0, "susceptibility_learning": 0.0, "load_exponent": 0.0}
-"""A tracker that has learnt the finger: estimates are held in the linear analysis.
-
-Their skins are believed stiffer than they are: no fall at the start then is taken for ringing, which moves estimates.
-"""
 BELIEVED = {
     "controller.model.nominal_n": 2.2,
     "controller.model.sensor_hz": 350.0,
@@ -42,25 +37,6 @@ BELIEVED = {
 LAWS: dict[str, dict[str, Any]] = {
     "pi": fl.RETUNED,
     "pi, late by a fraction": {"controller.kp": 0.02, "controller.ki": 50.0, "controller.delay_s": 1.3e-4},
-    "tracker, slider": {
-        "controller": {
-            "kind": "tracker",
-            "delay_s": 200e-6,
-            "compliance_um_per_n": 0.0,
-            "skin_stiffness_n_m": 3e3,
-            **LEARNT,
-        },
-        "finger.contact": "slider",
-    },
-    "tracker, bristles": {
-        "controller": {
-            "kind": "tracker",
-            "delay_s": 200e-6,
-            "compliance_um_per_n": 50.0,
-            "skin_stiffness_n_m": 8e4,
-            **LEARNT,
-        },
-    },
     "notch_pi": {**DESIGNED_NOTCH, "controller.overdrive": False, "controller.feedforward": False},
     "notch_pi, overdrive and feed-forward": dict(DESIGNED_NOTCH),
     "observer": {"controller.kind": "observer", **BELIEVED},

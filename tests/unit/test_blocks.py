@@ -31,7 +31,7 @@ DIMENSIONLESS = {
 
 
 def test_the_list_of_blocks_is_whole():
-    assert len(BLOCKS) == 33
+    assert len(BLOCKS) == 32
     assert {fl.Recording, fl.PiController, fl.LowpassPlate, fl.Strokes, fl.Skin} < set(BLOCKS)
 
 

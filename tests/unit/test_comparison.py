@@ -171,22 +171,22 @@ def test_an_interrupt_while_more_laws_are_designed_counts_what_the_file_has(tmp_
     assert stop.value.done == 2 * (len(protocol.TASKS) + len(protocol.SINES))
 
 
-LATE = {"controller.delay_s": 220e-6}
-"""More than a period: the tracker cannot."""
+LATE = {"controller.delay_s": 1.9e-3}
+"""More than nine periods: an observer cannot."""
 
 
 def test_a_law_that_cannot_run_on_the_bench_is_left_out_with_the_reason(monkeypatch):
-    cheap = {name: entrants.ENTRANTS[name] for name in ("lookup", "tracker", "oracle")}
+    cheap = {name: entrants.ENTRANTS[name] for name in ("lookup", "observer", "oracle")}
     monkeypatch.setattr(entrants, "ENTRANTS", cheap)
     ran = short(laws=None, system=fl.bench().evolve(LATE))
     assert list(ran.laws) == ["lookup", "oracle"]
-    assert list(ran.left_out) == ["tracker"] and "delay_s = 0.00022 s: must be at most" in ran.left_out["tracker"]
+    assert list(ran.left_out) == ["observer"] and "delay_s = 0.0019 s must be less" in ran.left_out["observer"]
 
 
 def test_a_law_that_is_named_and_cannot_run_is_refused_before_any_is_designed(monkeypatch):
     monkeypatch.setattr(synthesis, "design_controller", lambda *given: pytest.fail("designed"))
     with pytest.raises(FrictionloopError, match="delay_s"):
-        short(laws=["notch_pi", "tracker"], system=fl.bench().evolve(LATE))
+        short(laws=["notch_pi", "observer"], system=fl.bench().evolve(LATE))
 
 
 def test_more_laws_and_speeds_join_a_file(whole, tmp_path):

@@ -244,3 +244,14 @@ def test_a_mask_is_as_long_as_the_run(metric, mask):
 def test_a_mask_keeps_something():
     with pytest.raises(fl.FrictionloopError, match="keeps no control period"):
         fl.rms_error(fl.simulate(fl.paper(), 0.01), np.zeros(50))
+
+
+def test_what_is_left_is_the_error_over_that_in_open_loop():
+    system = fl.feasible().evolve({"setpoint": fl.Constant(offset_n=0.5)})
+    closed = fl.simulate(system, 1.0, seed=3)
+    opened = fl.simulate(system.evolve({"controller.kind": "lookup"}), 1.0, seed=3)
+    expected = fl.rms_error(closed) / fl.rms_error(opened)
+    assert fl.metrics(closed)["error_left"] == pytest.approx(expected, rel=1e-12)
+    assert 0.0 < expected < 0.5
+    assert fl.metrics(opened)["error_left"] == 1.0
+    assert np.isnan(fl.metrics(closed.assign_attrs(source="device"))["error_left"])

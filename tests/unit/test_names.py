@@ -6,20 +6,20 @@ import pytest
 
 from frictionloop.quantities import FrictionloopError, check_each_once, check_known
 
-THERE = ("lookup", "retuned_pi", "tracker")
+THERE = ("lookup", "retuned_pi", "observer")
 
 
 def test_what_is_there_once_is_accepted():
-    check_known("laws", ["tracker", "lookup"], THERE)
+    check_known("laws", ["observer", "lookup"], THERE)
     check_known("laws", [], THERE)
-    check_each_once("laws", "law", ["tracker", "lookup"])
+    check_each_once("laws", "law", ["observer", "lookup"])
 
 
 @pytest.mark.parametrize(
     ("name", "line"),
     [
-        ("traker", "laws: 'traker' is unknown; did you mean tracker? accepted: lookup, retuned_pi, tracker"),
-        ("xyz", "laws: 'xyz' is unknown; accepted: lookup, retuned_pi, tracker"),
+        ("obsever", "laws: 'obsever' is unknown; did you mean observer? accepted: lookup, retuned_pi, observer"),
+        ("xyz", "laws: 'xyz' is unknown; accepted: lookup, retuned_pi, observer"),
     ],
 )
 def test_an_unknown_name_is_told_with_near_ones(name, line):

@@ -75,3 +75,23 @@ def test_all_metrics_of_a_run_are_those_by_name():
     still = fl.metrics(fl.simulate(fl.feasible().evolve(setpoint=fl.Constant(offset_n=0.5)), 0.1))
     assert np.isnan(still["r2_identity"])
     assert np.isnan(still["perceptual_index"])
+
+
+def test_a_run_is_drawn_with_its_disturbance_and_in_open_loop():
+    run = fl.simulate(fl.feasible(), 0.5)
+    force, disturbance, _amplitude = fl.plot(run).axes
+    opened, closed, wanted = force.lines
+    assert opened.get_label().startswith("the same in open loop: error ")
+    np.testing.assert_array_equal(closed.get_ydata(), run.f_a)
+    np.testing.assert_array_equal(wanted.get_ydata(), run.f_r)  # drawn last, above the force
+    np.testing.assert_array_equal(disturbance.lines[0].get_ydata(), run.d)
+
+
+def test_a_figure_says_what_its_axes_cut_off():
+    run = fl.simulate(fl.bench(), 0.5)
+    force = fl.plot(run).axes[0]
+    assert not list(force.texts)
+    spiked = run.f_a.values.copy()
+    spiked[~run.scored.values] = 9.0
+    (said,) = fl.plot(run.assign(f_a=("time", spiked))).axes[0].texts
+    assert said.get_text().endswith("to 9 N")

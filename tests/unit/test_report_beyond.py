@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from frictionloop.control.cost import worst_tick
-from frictionloop.report.beyond import LAWS, OPEN, ORACLE, PRINTED, SHOWN_MS, SPEED_MM_S, TRACKER, beyond_rows, stored
+from frictionloop.report.beyond import LAWS, NOTCH, OPEN, ORACLE, PRINTED, SHOWN_MS, SPEED_MM_S, beyond_rows, stored
 from frictionloop.report.figures.law_panels import figure_step_traces
 
 CONTACTS = ("dahl", "slider")
@@ -42,8 +42,8 @@ def test_steps_that_are_never_followed_and_loops_that_are_not_stable_are_said():
 
 def test_a_ratio_is_of_two_values():
     found = stored()
-    medians = [found.value(law, "slider", "hold_rms_n") for law in (OPEN, TRACKER)]
-    assert found.ratio(OPEN, TRACKER, "slider", "hold_rms_n") == medians[0] / medians[1]
+    medians = [found.value(law, "slider", "hold_rms_n") for law in (OPEN, NOTCH)]
+    assert found.ratio(OPEN, NOTCH, "slider", "hold_rms_n") == medians[0] / medians[1]
 
 
 def test_steps_are_drawn_in_a_row_for_each_law_from_the_level_before_on():
@@ -57,7 +57,6 @@ def test_steps_are_drawn_in_a_row_for_each_law_from_the_level_before_on():
 
 
 def test_its_ticks_are_those_that_are_traced():
-    kinds = {"open loop": "lookup", "printed gains": "pi", "re-tuned gains": "pi", "notch and feed-forward": "notch_pi"}
-    kinds |= {TRACKER: "tracker"}
+    kinds = {"open loop": "lookup", "printed gains": "pi", "re-tuned gains": "pi", NOTCH: "notch_pi"}
     found = {law: stored().tick_cycles[law] for law in kinds}
     assert found == {law: worst_tick(kind).cycles for law, kind in kinds.items()}

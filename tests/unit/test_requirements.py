@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -39,3 +40,10 @@ def test_the_files_together_have_all_that_is_locked():
 
 def test_no_file_names_a_host():
     assert not [path.name for path in FOLDER.iterdir() if "://" in path.read_text(encoding="utf-8")]
+
+
+def test_a_step_of_make_says_what_it_does_and_is_not_silent():
+    step = ["sh", str(FOLDER / "step.sh"), "Waiting, usually 3 s"]
+    done = subprocess.run([*step, "sleep", "3"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, "Waiting, usually 3 s .\n")
+    assert subprocess.run([*step, "false"], capture_output=True, check=False).returncode == 1

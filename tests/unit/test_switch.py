@@ -23,7 +23,6 @@ LAWS = {
     "observer": {"controller.kind": "observer"},
     "super_twisting": {"controller.kind": "super_twisting", "controller.model.sensor_hz": 350.0},
     "super_twisting, plain": {"controller.kind": "super_twisting", "controller.overdrive": False},
-    "tracker": {"controller.kind": "tracker"},
 }
 
 
@@ -73,22 +72,11 @@ def replayed(system, setpoints):
             low += (asked - low) * (RAMP - since) / RAMP
         if since == 0 and controller.kind in ("pi", "notch_pi"):
             state = state._replace(integral=asked - r if getattr(controller, "feedforward", False) else asked)
-        before = state
         state, command = law.step(state, plant.measured, r, numbers._replace(low=low, high=high), 1.0 / RATE_HZ)
         believed, amplitude = overdrive_step(believed, inverse_step(command.u, *of_table), gains)
-        if controller.kind == "tracker" and since < RAMP:
-            state = state._replace(amplitude=plate_after(controller, before, amplitude), command=amplitude)
         found.append(command.u)
         plant.tick(amplitude)
     return np.array(found)
-
-
-def plate_after(controller, state, command_um):
-    """The tracker's believed amplitude a period on: under its last command until the new one takes effect."""
-    late, period = controller.delay_s, 1.0 / RATE_HZ
-    pole = 2 * math.pi * controller.model.plate_hz
-    switched = state.command + (state.amplitude - state.command) * math.exp(-pole * late)
-    return command_um + (switched - command_um) * math.exp(-pole * (period - late))
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -125,18 +113,8 @@ def test_a_loop_that_is_right_goes_on_as_if_nothing_were():
         assert run.a[CLOSES:].to_numpy() == pytest.approx(run.a[CLOSES].item(), abs=1e-9)
 
 
-def test_the_tracker_does_not_wind_up_while_nothing_comes_of_its_command():
-    """Four seconds open on a finger with half as much friction again: then it follows within the ramp."""
-    system = BENCH.evolve({"controller.kind": "tracker", "friction.nominal_n": 1.4, "setpoint.amplitude_n": 0.0})
-    run = fl.simulate(system.evolve({"controller.open_until_s": 4.0}), 5.0)
-    error = (run.f_a - run.f_r).to_numpy()
-    assert np.sqrt(np.mean(error[15000:20000] ** 2)) > 0.15
-    assert np.sqrt(np.mean(error[21000:] ** 2)) < 0.02
-    assert error[20000:].min() > -0.1
-
-
 def test_lanes_of_a_sweep_have_the_bits_of_a_run_alone():
-    ends, system = [0.0, 0.1, 0.25], BENCH.evolve(LAWS["tracker"])
+    ends, system = [0.0, 0.1, 0.25], BENCH.evolve(LAWS["super_twisting"])
     grid = fl.sweep(system, {"controller.open_until_s": ends}, DURATION_S, seeds=2, n_jobs=1, progress=False)
     for k, end in enumerate(ends):
         run = fl.simulate(system.evolve({"controller.open_until_s": end}), DURATION_S, seed=1)

@@ -161,6 +161,10 @@ BAD_FILES = {
     "not TOML": ("kp = = 3", "is not TOML"),
     "an unfinished line": (WHOLE[: WHOLE.index('"log') + 3], "is not TOML"),
     "an unknown preset": ('preset = "papr"', "preset = 'papr' is unknown; accepted: 'paper', 'feasible'"),
+    "a law that was removed": (
+        'preset = "bench"\ncontroller.kind = "tracker"\ncontroller.load_hz = 100.0',
+        "controller.kind = 'tracker' was removed, since quick steps made it ring; take 'notch_pi'",
+    ),
     "a missing block": (WHOLE[: WHOLE.index("[controller]")], "controller is missing"),
     "nothing": ("", "setpoint is missing"),
     "a misspelt block": (WHOLE.replace("[plate]", "[plat]"), "plat"),
@@ -250,3 +254,13 @@ def test_what_is_rare_is_written_where_it_is_not_the_default():
     said = fl.to_toml(changed, every=False)
     assert "jitter_s = 1e-05" in said and "mean_s = 0.4" in said and "[board]" not in said
     assert len(plain.splitlines()) < 0.75 * len(fl.to_toml(fl.bench()).splitlines())
+
+
+def test_a_source_stands_only_beside_the_value_it_belongs_to():
+    def line(system, key):
+        return next(each for each in fl.to_toml(system).splitlines() if each.startswith(f"{key} = "))
+
+    assert "(paper, Sec. 2.3)" in line(fl.paper(), "kp")
+    assert line(fl.paper().evolve({"controller.kp": 12.0}), "kp") == "kp = 12.0  # N/N: Proportional gain K_p"
+    assert "paper" in line(fl.bench(), "max_amplitude_um")
+    assert "paper" not in line(fl.bench().evolve({"plate.max_amplitude_um": 2.0}), "max_amplitude_um")

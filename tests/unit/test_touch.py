@@ -44,7 +44,7 @@ def test_a_quiet_sensor_follows_a_stroke_without_lag():
     seen = track(TouchState(0.0, 0.0), 0.02 * t, still + 0.5, still, still, touch_coefficients(QUIET, DT))
     np.testing.assert_array_equal(seen[:, 0], 0.02 * t)
     np.testing.assert_array_equal(seen[:, 2], 0.5)
-    # Error of a critically damped tracker after a step of speed: v (1 + w t) e^(-w t) at most.
+    # Error of a critically damped filter after a step of speed: v (1 + w t) e^(-w t) at most.
     wt = 2 * math.pi * 20 * t
     assert np.all(np.abs(seen[:, 1] - 0.02) <= 0.02 * (1 + wt) * np.exp(-wt) + 1e-12)
     np.testing.assert_array_equal(seen[:, 3], seen[:, 1] >= 0.002)
@@ -80,7 +80,7 @@ def test_noise_of_each_reading():
 
 
 @given(st.floats(0.1, 500), st.floats(0.1, 100))
-def test_speed_noise_against_the_covariance_of_the_tracker(tracking_hz, noise_um):
+def test_speed_noise_against_the_covariance_of_the_filter(tracking_hz, noise_um):
     sensor = PositionSensor(tracking_hz=tracking_hz, noise_um=noise_um)
     c = touch_coefficients(Touch(position=sensor), DT)
     gain = np.array([c.position_gain, c.speed_gain * DT])  # speeds per period, so that both are lengths
@@ -103,7 +103,7 @@ def test_a_lifted_finger_gives_no_valid_reading_and_lands_without_a_jump_of_spee
     assert np.all(seen[load == 0.0, 1] == 0.0)
     assert np.all(seen[(t > 0.01) & (t < 0.3), 3] == 1.0)
     landed = seen[t >= 0.6]
-    assert np.max(np.abs(landed[:, 1])) < 0.02 + 0.005  # overshoot of a tracker with two equal poles: 13.5 %
+    assert np.max(np.abs(landed[:, 1])) < 0.02 + 0.005  # overshoot of a filter with two equal poles: 13.5 %
     assert np.all(landed[200:, 3] == 1.0)
 
 

@@ -33,11 +33,9 @@ int32_t fl_host_switched(
     const fl_parameters *p = table(words);
     const fl_measurement *measured = (const fl_measurement *)measurement;
     fl_force_command command = fl_switched(p, state, closing, closed, measured, setpoint);
-    int32_t amplitude = drive(p, believed, command.force);
-    fl_commanded(p, state, closing, amplitude);
     out[0] = command.force;
     out[1] = command.saturated;
-    return amplitude;
+    return drive(p, believed, command.force);
 }
 
 int32_t fl_host_states(uint32_t number) {

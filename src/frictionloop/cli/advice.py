@@ -29,6 +29,8 @@ FAR = 0.5
 """A population is looked at if its median R2 is further than this below its bound (chosen), as not all reach it."""
 OFF = 0.1
 """Share by which the resonance of the sensor may be off where gains are said to hold."""
+RECORDED, OFTEN_N = ("recording", "samples"), 0.2
+"""Kinds of disturbances that are measured, and the mean from which one is asked about (chosen)."""
 LOWEST_HZ = 5.0
 """Ringing is above the tracking of a set-point (chosen)."""
 
@@ -66,18 +68,35 @@ class Ringing(NamedTuple):
 
 def ringing(run: xr.Dataset, mask: np.ndarray, metrics: dict[str, float]) -> Ringing | None:
     """Return what is known of a run that rings, None for one that shows no sign of it or is stable."""
-    bound = metrics["r2_bound"]
-    # A set-point out of reach clamps by itself. Of a constant one R2 is NaN: any such run is looked at.
-    quiet = metrics["saturation_index"] <= CLAMPED or bound < 1.0 - MISSING
-    calm = quiet and bound - metrics["r2_identity"] <= MISSING
-    if calm or not mask.any():
+    if not mask.any():
         return None
     from frictionloop.loop.record import system_of
 
-    found = of_system(system_of(run))
+    system, bound = system_of(run), metrics["r2_bound"]
+    recorded = "d" in run and system.disturbance.kind in RECORDED
+    # A set-point out of reach clamps by itself. Of a constant one R2 is NaN: any such run is looked at.
+    quiet = metrics["saturation_index"] <= CLAMPED or (bound < 1.0 - MISSING and not recorded)
+    calm = quiet and bound - metrics["r2_identity"] <= MISSING
+    if calm:
+        return None
+    found = of_system(_around_a_level(system, run, mask) if recorded else system)
     if found is None or found.frequency_hz is None:
         return found
     return found._replace(frequency_hz=_loudest_hz(run, mask, found.frequency_hz))
+
+
+def _around_a_level(system: System, run: xr.Dataset, mask: np.ndarray) -> System:
+    """Return a system whose recorded disturbance is its mean; 0 for a mean that was left in, as `left_in` has it."""
+    from frictionloop.parameters import Constant
+
+    mean_n = float(run["d"].values[mask].mean())
+    return system.evolve({"disturbance": Constant(offset_n=0.0 if left_in(system, mean_n) else mean_n)})
+
+
+def left_in(system: System, mean_n: float) -> bool:
+    """Tell whether a recorded disturbance seems to hold the mean friction, which the model has already."""
+    removed = getattr(system.disturbance, "remove_mean", False)
+    return system.disturbance.kind in RECORDED and not removed and abs(mean_n) > OFTEN_N
 
 
 def of_recording(run: xr.Dataset, mask: np.ndarray) -> dict[str, float]:

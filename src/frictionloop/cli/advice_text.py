@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frictionloop.cli.advice import CLAMPED, Band, Ringing
+from frictionloop.cli.advice import CLAMPED, OFTEN_N, Band, Ringing, left_in
 
 if TYPE_CHECKING:
     import xarray as xr
 
-UNREACHED, OFTEN_N = 0.9, 0.2
-"""Share of the time out of reach that is told, and the mean of a disturbance that is then asked about (chosen)."""
+UNREACHED = 0.9
+"""Share of the time out of reach that is told (chosen); less where a recording brings its own mean."""
 FINGERS_N = 10.0
 """Mean of a signal above which its unit is asked about: no finger slides under so much (assumed)."""
 WIDTH = 100
@@ -59,20 +59,24 @@ def out_of_reach(run: xr.Dataset, mask: np.ndarray) -> list[str]:
 
     (floor, top), r, d = reach_of(run, mask), run["f_r"].values[mask], run["d"].values[mask]
     missed = (r < floor + d) | (r > top + d)
-    if not missed.mean() >= UNREACHED:
+    system, level = system_of(run), abs(float(d.mean()))
+    if not missed.mean() >= (CLAMPED if left_in(system, level) else UNREACHED):
         return []
     low, high = float(np.median(floor + d)), float(np.median(top + d))
     said = [f"The set-point is out of reach {missed.mean():.0%} of the time: {low:.3g} to {high:.3g} N could be had."]
-    system, level = system_of(run), abs(float(d.mean()))
+    clamped = float(run["saturated"].values[mask].mean())
+    if clamped > CLAMPED:
+        said.append(f"So {clamped:.0%} of the commands are clamped.")
     for name, force in (("disturbance", level), ("setpoint", abs(float(r.mean())))):
         if force > FINGERS_N:
             hint = f"--{name}.unit mN" if getattr(system, name).kind == "recording" else "mN"
             return [*said, f"The {name} is {force:.3g} N on average; did you mean {hint}?"]
     without = (r < floor) | (r > top)
     if level > OFTEN_N and not without.mean() >= UNREACHED:
-        mean = " --disturbance.remove_mean true" if system.disturbance.kind == "recording" else ""
+        recorded = system.disturbance.kind == "recording" and left_in(system, level)
+        mean = " --disturbance.remove_mean true" if recorded else ""
         hint = f"did you mean{mean or ' a disturbance around 0'}?"
-        said.append(f"The disturbance adds {d.mean():.3g} N on average, to friction that has its own mean; {hint}")
+        said.append(f"The disturbance has a mean of {d.mean():.3g} N, and the friction it adds to has its own; {hint}")
     elif np.median(r) > high:
         said.append(f"The finger's friction is too low for {np.median(r):.3g} N; did you mean a lower set-point?")
     else:

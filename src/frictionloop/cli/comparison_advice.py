@@ -10,8 +10,8 @@ from frictionloop.design.comparison import CLAIRVOYANT, ORACLE
 Rows = list[dict[str, Any]]
 DEFAULT = "notch_pi"
 """The law that is recommended unless another leaves less by more than fingers differ (docs/which-law.md)."""
-NEVER = {"lookup", "printed_pi", "tracker", ORACLE, CLAIRVOYANT}
-"""Not recommended: no control, gains for another device, what is experimental, and what knows the finger."""
+NEVER = {"lookup", "printed_pi", ORACLE, CLAIRVOYANT}
+"""Not recommended: no control, gains for another device, and what knows the finger."""
 
 
 class Left(NamedTuple):

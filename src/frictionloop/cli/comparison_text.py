@@ -24,7 +24,6 @@ MARGINS = (
     ("sensitivity_peak", "Ms", 1.0),
     ("sensitivity_peak_5", "±5 %", 1.0),
     ("sensitivity_peak_10", "±10 %", 1.0),
-    ("sensitivity_peak_learnt", "learnt", 1.0),
     ("phase_margin_deg", "phase", 1.0),
     ("delay_margin_s", "delay", 1e3),
 )
@@ -38,14 +37,9 @@ LEGEND = (
     "felt: how much of the error touch feels, over a stroke without control; below 1 it feels less",
     "/oracle: rms over that of a law that knows plant and finger; Ms: largest gain on a disturbance",
     LEAD,
-    "±5 %, ±10 %: Ms with the sensor's resonance off by that much, either way (a tracker is told it)",
-    "Ms of the tracker, and stable, are with right estimates; learnt: with those it has after a run",
+    "±5 %, ±10 %: Ms with the sensor's resonance off by that much, either way",
 )
 """What the heads of the tables mean."""
-EXPERIMENTAL = (
-    "note: the tracker is experimental: quick set-point steps can teach it the wrong contact, after which some fingers "
-    "ring; it is never recommended"
-)
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -84,7 +78,6 @@ def summary(comparison: Comparison, scored: xr.Dataset, rows: Rows, margins: Row
     found += [screen.table(_margins(margins)), ""]
     found += LEGEND
     found += [screen.wrapped(f"note: {law} is left out: {reason}") for law, reason in comparison.left_out.items()]
-    found += [screen.wrapped(EXPERIMENTAL)] if "tracker" in comparison.laws else []
     below = below_oracle(scored)
     found += [screen.wrapped(_note(below))] if below else []
     found += [f"version {comparison.cells.attrs['version']}", "", screen.wrapped(recommendation(rows, margins)), ""]

@@ -22,13 +22,13 @@ UNITS = {"ki": "1/s", "k1": "sqrt(N)/s", "k2": "N/s^2"}
 
 
 def gain_rows(designed: Designed) -> list[Row]:
-    """Return one row per value that the synthesis chose; a tracker's schedule is a table, for --out and --json."""
+    """Return one row per value that the synthesis chose."""
     rows: list[Row] = []
     for path, value in designed.overrides.items():
         name = path.removeprefix("controller.")
         if name == "sections":
             rows += [(f"section {i}", "  ".join(f"{c:+.6f}" for c in section)) for i, section in enumerate(value, 1)]
-        elif name not in ("kind", "schedule"):
+        elif name != "kind":
             rows.append((name, _value(name, value)))
     return rows
 
@@ -94,7 +94,7 @@ def headroom_text(system: System, left: Headroom, wanted: Wanted) -> list[Any]:
             (
                 "this loop",
                 _mn(left.residual_rms_n),
-                f"of it left, predicted without sensor noise{_load(system)}; |S| is 1 at {number(left.zero_db_hz)} Hz",
+                f"of it left, predicted without sensor noise; |S| is 1 at {number(left.zero_db_hz)} Hz",
             ),
             (
                 "Bode's least",
@@ -126,10 +126,6 @@ def _bode_row(left: Headroom) -> Row:
         return "Bode integral", "-", "mean of ln|S|: an unstable loop has none"
     value = f"{left.bode_integral:.4f}".replace("-0.0000", "0.0000")
     return "Bode integral", value, f"mean of ln|S|, {left.unstable_sum:.4f} whatever the law: what goes down comes up"
-
-
-def _load(system: System) -> str:
-    return " and without the load that it measures" if system.controller.kind == "tracker" else ""
 
 
 def _degrees(angle: float) -> str:

@@ -44,8 +44,8 @@ def command(
     Parameters
     ----------
     law
-        Control law: notch_pi, pi, observer, super_twisting, hinf, lqg or tracker (experimental: quick set-point
-        steps can make it ring); notch_pi if not given, pi for a force sensor without a resonance.
+        Control law: notch_pi, pi, observer, super_twisting, hinf or lqg; notch_pi if not given, pi for a force sensor
+        without a resonance.
     sensitivity_peak
         Largest Ms = max |1/(1 + G)| with the resonance as described.
     resonance_error
@@ -63,7 +63,6 @@ def command(
 
     from frictionloop.analysis.headroom import headroom
     from frictionloop.cli import controller_text
-    from frictionloop.design.learnt import knowing
     from frictionloop.design.synthesis import default_law
     from frictionloop.design.wanted import Wanted
     from frictionloop.parameters import write_toml
@@ -72,7 +71,7 @@ def command(
     designed = _designed(system, name, wanted)
     after, found = system.evolve(dict(designed.overrides)), designed.corners
     with screen.waiting("looking for what is left to gain"):
-        left = headroom(knowing(after), sensitivity_peak)
+        left = headroom(after, sensitivity_peak)
     figures = {} if plots is None else _figures(system, after, left, wanted)
     if plots is not None:
         checks.write_figures("plots", plots, figures)

@@ -21,7 +21,7 @@ EXPORT_EXAMPLES = r"""Examples
 BUILD_EXAMPLES = r"""Examples
 
   frictionloop firmware build --preset bench --controller.kind notch_pi --out my-image
-  frictionloop firmware build my-controller.toml --out my-image --laws pi,tracker
+  frictionloop firmware build my-controller.toml --out my-image --laws pi,notch_pi
   frictionloop firmware build my-controller.toml --out my-image --board mps2
 """
 Out = Annotated[Path, Parameter(help="Folder for the files; made if it is missing.", group=flags.RESULT)]
@@ -60,8 +60,7 @@ def build(
     board
         teensy31, or mps2 or mps2-scenario for qemu-system-arm.
     laws
-        Kinds of controller that the image has, with commas: pi,notch_pi,observer; by default all but the experimental
-        tracker, and the system's own.
+        Kinds of controller that the image has, with commas: pi,notch_pi,observer; all by default.
     """
     table, origin = _table(file, preset, overrides, out)
 

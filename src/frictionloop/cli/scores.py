@@ -29,7 +29,7 @@ def metrics_of(run: xr.Dataset, score_from_s: float = 0.0) -> dict[str, float]:
 
     mask = scored_periods(run, score_from_s)
     if not mask.any():
-        return dict.fromkeys((*PLAIN, *REGRESSION, *FELT), math.nan)
+        return dict.fromkeys((*PLAIN, "error_left", *REGRESSION, *FELT), math.nan)
     return metrics(run, mask)
 
 
@@ -39,8 +39,10 @@ def metric_rows(found: dict[str, float]) -> list[Row]:
     offset = f"{'-' if found['intercept'] < 0 else '+'} {number(abs(found['intercept']))}"
     line = f"of the line f_a = {number(found['slope'])} f_r {offset} N"
     beyond = "" if math.isnan(missing) else f", {number(missing)} more"
+    constant = math.isnan(found["r2_identity"])
+    identity = "none: R2 needs a set-point that varies" if constant else "how well f_a follows f_r; 1 is perfect"
     rows: list[Row] = [
-        ("r2_identity", number(found["r2_identity"]), "how well f_a follows f_r; 1 is perfect"),
+        ("r2_identity", number(found["r2_identity"]), identity),
         ("r2_bound", number(found["r2_bound"]), f"the most any controller could reach{beyond}"),
         (
             "r2_regression",
@@ -48,6 +50,7 @@ def metric_rows(found: dict[str, float]) -> list[Row]:
             line if found["slope"] == found["slope"] else "f_r is constant",
         ),
         ("rms_error", newtons(found["rms_error"]), "rms of f_a - f_r"),
+        *_left(found),
         ("saturation_index", share(found["saturation_index"]), "share of the commands that were clamped"),
     ]
     if not math.isnan(found["perceptual_index"]):
@@ -57,6 +60,13 @@ def metric_rows(found: dict[str, float]) -> list[Row]:
         said = f"{side} this stroke without control"
         rows.append(("relative_index", f"{found['relative_index']:.3g}", said))
     return rows
+
+
+def _left(found: dict[str, float]) -> list[Row]:
+    """Return the row that says what the loop leaves, where the same run in open loop is known."""
+    if math.isnan(found["error_left"]):
+        return []
+    return [("error_left", f"{found['error_left']:.3g}", "share of the rms error in open loop that is left")]
 
 
 def scored_rows(mask: np.ndarray) -> list[Row]:

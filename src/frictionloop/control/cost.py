@@ -19,13 +19,12 @@ class WorstTick(NamedTuple):
 
 
 WORST_TICK = {
-    "pi": WorstTick(1769, 3371),
-    "lookup": WorstTick(1747, 3302),
-    "notch_pi": WorstTick(2577, 4492),
-    "filtered_pi": WorstTick(3490, 5705),
-    "observer": WorstTick(2174, 4297),
-    "super_twisting": WorstTick(2359, 4669),
-    "tracker": WorstTick(3859, 7938),
+    "pi": WorstTick(1741, 3297),
+    "lookup": WorstTick(1721, 3230),
+    "notch_pi": WorstTick(2549, 4418),
+    "filtered_pi": WorstTick(3462, 5631),
+    "observer": WorstTick(2148, 4225),
+    "super_twisting": WorstTick(2333, 4597),
 }
 """By kind of controller, on the image of bench() with two force axes, from entry to return of the tick's interrupt.
 

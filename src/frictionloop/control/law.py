@@ -68,8 +68,6 @@ class Law(metaclass=Brief):
     begin: Any = None
     """``begin(state, force_n, setpoint_n, gains) -> state`` that commands this force without an error, as the loop
     closes; None of a law that has no integral."""
-    follow: Any = None
-    """``follow(state, command_um, gains) -> state`` of a law that was not obeyed; None of one whose clamp tells it."""
 
     def gains_for(self, controller: Any) -> Any:
         """Return the gains of a controller."""

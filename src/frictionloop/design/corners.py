@@ -5,17 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from frictionloop.analysis.band import operating_band
 from frictionloop.analysis.linear import LinearLoop, linearise
 from frictionloop.analysis.margins import Margins
 from frictionloop.analysis.state_space import StateSpace
-from frictionloop.design.learnt import conditions, knowing, strokes_of
 from frictionloop.design.plants import detuned, shifted
-from frictionloop.parameters import FingerFriction, Skin, Strokes, System, TrackerController
+from frictionloop.parameters import FingerFriction, Skin, Strokes, System
 from frictionloop.quantities import FrictionloopError
 
+CONTACTS = ("dahl", "slider")
+FASTER = (1.0, 4.0)
+"""Speeds that a design is looked at, over that of its strokes: 20 and 80 mm/s, as in the comparison of laws."""
 CONTACT_S = 10.0
 """How long a finger that never lifts is looked at, s: as long as a trial (paper, Sec. 4.2)."""
 MET = 1e-3
@@ -80,23 +82,20 @@ def stroke_of(system: System) -> str:
 
 def at_mean(system: System, off: float = 0.0) -> LinearLoop:
     """Return the loop at the mean force on a dry finger, the resonance off by a share."""
-    loop = linearise(knowing(system))
+    loop = linearise(system)
     return detuned(loop, 1.0 + off) if off else loop
 
 
 def corners(system: System, limits: Mapping[float, float]) -> list[Corner]:
-    """Return Ms of a System's controller at its `band_of`, the resonance off too, under all its `conditions`.
+    """Return Ms of a System's controller at its `band_of`, the resonance off too.
+
+    A law does not change with the springs, so it is made once.
 
     Raises
     ------
     FrictionloopError
-        A law that has no linear analysis at one of them.
+        A law that has no linear analysis there.
     """
-    return [each for there in conditions(system) for each in _under(there, limits)]
-
-
-def _under(system: System, limits: Mapping[float, float]) -> list[Corner]:
-    """Return the corners of one contact and speed; a law does not change with the springs, so it is made once."""
     laws: dict[tuple[float, float], StateSpace] = {}
     found = []
     for loop, off, limit in shifted(band_of(system), limits):
@@ -112,6 +111,16 @@ def broken(found: Sequence[Corner]) -> Corner | None:
     """Return the corner farthest beyond its limit, None if all hold."""
     worst = max(found, key=lambda each: each.excess)
     return worst if worst.excess > 1.0 + MET else None
+
+
+def strokes_of(system: System) -> list[dict[str, Any]]:
+    """Return overrides for both contacts, at the speed of a system and at four times that; none without a skin."""
+    if not isinstance(system.finger, Skin):
+        return []
+    contacts = dict.fromkeys((system.finger.contact, *CONTACTS))
+    own = system.motion.speed_mm_s if isinstance(system.motion, Strokes) else None
+    speeds = [{}] if own is None else [{"motion.speed_mm_s": own * faster} for faster in FASTER]
+    return [{"finger.contact": contact, **speed} for contact in contacts for speed in speeds]
 
 
 class Elsewhere(NamedTuple):
@@ -141,10 +150,10 @@ class Elsewhere(NamedTuple):
 def elsewhere(system: System, limits: Mapping[float, float]) -> Elsewhere:
     """Return where else a System's controller is beyond its limits on Ms, or cannot be looked at.
 
-    Elsewhere are the other contact and four times the speed; a tracker is designed for all of them.
+    Elsewhere are the other contact and four times the speed.
     """
     unstable, near, beyond, unseen = [], [], [], []
-    for changes in [] if isinstance(system.controller, TrackerController) else strokes_of(system):
+    for changes in strokes_of(system):
         try:
             there = system.evolve(changes)
             found = [] if there == system else corners(there, limits)

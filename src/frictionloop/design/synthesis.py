@@ -80,13 +80,6 @@ def lqg(system: System, wanted: Wanted) -> Designed:
     return synthesised("lqg", system, wanted)
 
 
-def tracker(system: System, wanted: Wanted) -> Designed:
-    """Tracker, experimental, with its default schedule, held on both contacts and at two speeds (`held_tracker`)."""
-    from frictionloop.design.tracker_synthesis import held_tracker
-
-    return held_tracker(system, wanted)
-
-
 SYNTHESES: dict[str, Synthesis] = {
     "notch_pi": notch_pi,
     "pi": pi,
@@ -94,7 +87,6 @@ SYNTHESES: dict[str, Synthesis] = {
     "super_twisting": super_twisting,
     "hinf": hinf,
     "lqg": lqg,
-    "tracker": tracker,
 }
 """Every synthesis by the name of its law; one more is one more line."""
 

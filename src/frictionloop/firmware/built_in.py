@@ -10,8 +10,6 @@ from frictionloop.quantities.schema import parameter_words
 
 KINDS = tuple(law.kind for law in NUMBERED)
 """Of the laws that the firmware has, the first with number 1; a notch PI is a filtered PI."""
-RECOMMENDED = tuple(kind for kind in KINDS if kind != "tracker")
-"""What an image has where nothing else is asked: the tracker is experimental, and the largest."""
 
 
 def law_bits(laws: Sequence[str] | None, table: Sequence[int]) -> int:
@@ -20,7 +18,7 @@ def law_bits(laws: Sequence[str] | None, table: Sequence[int]) -> int:
     Parameters
     ----------
     laws
-        Kinds of controller; None for `RECOMMENDED` and the table's law.
+        Kinds of controller; None for all.
     table
         The words in force at reset.
 
@@ -29,9 +27,9 @@ def law_bits(laws: Sequence[str] | None, table: Sequence[int]) -> int:
     FrictionloopError
         For a kind that the firmware has not, and when the table's law is not among them.
     """
-    own = table[parameter_words()["law.number"].first]
     if laws is None:
-        return _bits(RECOMMENDED) | (1 << own if 0 < own <= len(KINDS) else 0)
+        return _bits(KINDS)
+    own = table[parameter_words()["law.number"].first]
     accepted = [kind for kind, law in LAWS.items() if law.kind in KINDS]
     for kind in laws:
         if kind not in accepted:

@@ -21,7 +21,6 @@ from frictionloop.firmware.quantised_observer import (
     disturbance_observer_quantised,
     super_twisting_quantised,
 )
-from frictionloop.firmware.quantised_tracker import TRACKER_PLACES, tracker_quantised
 from frictionloop.firmware.words import filled
 from frictionloop.parameters import Model, System
 from frictionloop.quantities import FrictionloopError
@@ -35,7 +34,6 @@ FORMS: dict[str, Quantised] = {
     "filtered_pi": Quantised(filtered_gains, filtered_state_places),
     "observer": Quantised(disturbance_observer_quantised, lambda c: OBSERVER_PLACES),
     "super_twisting": Quantised(super_twisting_quantised, lambda c: SUPER_TWISTING_PLACES),
-    "tracker": Quantised(tracker_quantised, lambda c: TRACKER_PLACES),
 }
 """Laws that the firmware has, by the kind of `LAWS`."""
 CELLS = 256
@@ -59,14 +57,10 @@ def state_places(controller: Any) -> tuple[int, ...]:
 
 
 def quantised_start(controller: Any) -> list[int]:
-    """Return the law's state at t = 0 as whole numbers, each in its own binary places.
-
-    What two words hold is 0 then (firmware/quantised_tracker).
-    """
+    """Return the law's state at t = 0 as whole numbers, each in its own binary places."""
     law, places = law_of(controller), state_places(controller)
     start = flat(law.start_for(controller))
-    words = [to_places(value, places[i], f"state {i} of {law.kind} at t = 0") for i, value in enumerate(start)]
-    return words + [0] * (len(places) - len(words))
+    return [to_places(value, places[i], f"state {i} of {law.kind} at t = 0") for i, value in enumerate(start)]
 
 
 def controller_words(system: System) -> dict[str, np.ndarray]:

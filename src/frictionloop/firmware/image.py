@@ -76,7 +76,7 @@ def build(
     folder
         Where ``<board>.elf``, ``.hex`` and ``.map`` are written; made if it is missing.
     laws
-        Kinds of the control laws to build in, the table's among them; by default `RECOMMENDED` and the table's.
+        Kinds of the control laws to build in, the table's among them; all by default.
     optimise
         Level of optimisation for all files: 0, 1, 2, 3 or s; the budget of memory is then not held against the image.
         By default 2 for what the tick runs, and s for `BACKGROUND`.

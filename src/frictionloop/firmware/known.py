@@ -16,7 +16,6 @@ from frictionloop.parameters import (
     System,
     Timing,
     Touch,
-    TrackerController,
 )
 from frictionloop.parameters.controller import Observing
 from frictionloop.parameters.filtered import FeedForward
@@ -35,9 +34,6 @@ FIRMWARE = Represented(
         Observing: "bandwidth_hz overdrive",
         ObserverController: "kind",
         SuperTwistingController: "kind k1 k2",
-        TrackerController: "kind schedule resonance_share broadened_q compliance_um_per_n "
-        "largest_compliance_um_per_n compliance_learning susceptibility_learning load_exponent load_hz "
-        "skin_stiffness_n_m largest_jump_n",
         Model: "nominal_n susceptibility_per_um2 max_amplitude_um plate_hz resonance_hz resonance_q sensor_hz "
         "table_um2",
         Touch: "position load",

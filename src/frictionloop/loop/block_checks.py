@@ -41,9 +41,8 @@ def check_law(law: Law, parameters: Any) -> None:
         raise FrictionloopError(f"{what}: gains are {', '.join(fields)}; the last two must be low and high, the clamp")
     law_rows(law)
     check_function(what, "step", law.step)
-    for name in ("begin", "follow"):
-        if getattr(law, name) is not None:
-            check_function(what, name, getattr(law, name), compiled=True)
+    if law.begin is not None:
+        check_function(what, "begin", law.begin, compiled=True)
     for name in fields[:-2] if law.gains_of is None else ():
         if name not in parameters.model_fields and not hasattr(parameters, name):
             known = ", ".join(parameters.model_fields)
@@ -69,8 +68,6 @@ def _try_law(what: str, law: Law, controller: Any) -> None:
     if law.begin is not None:
         told = tried_step(what, law.begin, start, SETPOINT_N, SETPOINT_N, gains)
         check_returned(what, "begin", law.begin, told, law.state)
-    if law.follow is not None:
-        check_returned(what, "follow", law.follow, tried_step(what, law.follow, start, 1.0, gains), law.state)
 
 
 def check_vibration(law: Vibration, parameters: Any) -> None:

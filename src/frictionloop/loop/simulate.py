@@ -8,10 +8,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import xarray as xr
 
-from frictionloop.control.laws import law_of
 from frictionloop.loop.kernel.loop import Tile
 from frictionloop.loop.kernel.lowering import lower
-from frictionloop.loop.kernel.slab import LANES, law_rows
+from frictionloop.loop.kernel.slab import LANES
 from frictionloop.loop.kernel.traces import traces_of
 from frictionloop.loop.record import to_dataset
 from frictionloop.loop.timing import check_memory, check_seed, periods_in
@@ -32,14 +31,6 @@ def run_tile(tile: Tile, periods: int) -> None:
     for start in range(0, periods, CHUNK):
         stop = min(start + CHUNK, periods)
         tile.advance(start, stop, tile.setpoint(start, stop), tile.disturbance(start, stop), start)
-
-
-def law_state(system: System, duration_s: float, seed: int) -> np.ndarray:
-    """Return the state of the control law at the end of a run, in the order of the law's own state."""
-    tile = lower([system], [check_seed(seed)])
-    run_tile(tile, periods_in(system, duration_s))
-    state_rows, *_ = law_rows(law_of(system.controller))
-    return np.asarray(tile.slab.view(state_rows)[:, 0])
 
 
 def traced(

@@ -36,4 +36,3 @@ from frictionloop.parameters.sources import (
 )
 from frictionloop.parameters.system import System, check_system
 from frictionloop.parameters.timing import Model, Timing
-from frictionloop.parameters.tracking import TrackerController

@@ -10,7 +10,6 @@ from frictionloop.parameters.block import NotNegative, Number
 from frictionloop.parameters.filtered import FilteredPiController, NotchPiController
 from frictionloop.parameters.kinds import Kinds
 from frictionloop.parameters.timing import Timing
-from frictionloop.parameters.tracking import TrackerController
 
 LONGEST_DELAY = 8
 """Most whole periods of delay under an observer, which keeps the commands on their way."""
@@ -87,9 +86,9 @@ CONTROLLERS = Kinds(
     FilteredPiController,
     NotchPiController,
     ObserverController,
-    TrackerController,
     default="pi",
     tuned=True,
     beside={"super_twisting": "frictionloop.control.super_twisting:SuperTwistingController"},
+    gone={"tracker": "was removed, since quick steps made it ring; take 'notch_pi' (frictionloop design controller)"},
 )
 Controller = Annotated[Timing, CONTROLLERS]

@@ -96,9 +96,7 @@ def _change_inner(whole: type[Description], tree: dict[str, Any], parents: list[
         kinds, node = wording.registry_of(model, name), node[name]
         model = kinds[node["kind"]] if kinds else model.model_fields[name].annotation
     if kinds is None or not (isinstance(kind, str) and kind in kinds.names):
-        raise FrictionloopError(
-            f"{'.'.join(parents)}.kind = {kind!r} is unknown; {kinds.accepted() if kinds else 'it has none'}"
-        )
+        raise FrictionloopError(f"{'.'.join(parents)}.kind = {kind!r} {_refusal(kinds, kind)}")
     node.clear()
     node.update(_defaults(kinds[kind]) | {"kind": kind})
 
@@ -108,8 +106,12 @@ def _change_kind(whole: type[Description], tree: dict[str, Any], block: str, kin
     kinds = wording.registry_of(whole, block)
     model = kinds[kind] if kinds and isinstance(kind, str) and kind in kinds.names else None
     if kinds is None or model is None:
-        raise FrictionloopError(f"{block}.kind = {kind!r} is unknown; {kinds.accepted() if kinds else 'it has none'}")
+        raise FrictionloopError(f"{block}.kind = {kind!r} {_refusal(kinds, kind)}")
     tree[block] = _defaults(model) | kinds.carried(tree[block], model) | {"kind": kind}
+
+
+def _refusal(kinds: Any, kind: Any) -> str:
+    return kinds.refusal(kind) if kinds else "is unknown; it has none"
 
 
 def _defaults(model: type[BaseModel]) -> dict[str, Any]:

@@ -32,6 +32,8 @@ _RARE = """
     slow_mm_s static_ratio static_mm_s drying_s roughness_longest_mm bristle_damping_n_s_m
     start load_drift_s tremor_width_hz landing_s contact_s lifted_s person unscored_n
 """
+_SOURCE = re.compile(r"\s*\([^()]*\b(?:paper|assumed|ref)\b[^()]*\)")
+"""Where a default comes from, which says nothing about another value."""
 RARE = frozenset(_RARE.split())
 """Blocks and keys that a simple bench never needs to change."""
 PRESETS = {"paper": presets.paper, "feasible": presets.feasible, "bench": presets.bench}
@@ -221,7 +223,8 @@ def _fill(table: Any, block: BaseModel, every: bool) -> None:
             table.add(key, _several(value, every) if several else _table(value, every))
         else:
             entry = tomlkit.item(value)
-            if said := _said(key, field.description or ""):
+            own = value != field.get_default(call_default_factory=True)
+            if said := _said(key, _SOURCE.sub("", field.description or "") if own else field.description or ""):
                 entry.comment(said).trivia.comment_ws = "  "
             table.add(key, entry)
 

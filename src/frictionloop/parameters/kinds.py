@@ -26,10 +26,13 @@ class Kinds:
         default: str | None = None,
         tuned: bool = False,
         beside: Mapping[str, str] | None = None,
+        gone: Mapping[str, str] | None = None,
     ) -> None:
         self.base, self.default, self.tuned = base, default, tuned
         self.beside = dict(beside or {})
         """Where a class stands in the file of its step, "module:Class" by its kind: imported when the kind is used."""
+        self.gone = dict(gone or {})
+        """Why a kind that files may still name is no more, and what to take in its place."""
         self.outside: set[str] = set()
         self._models = {kind_of(model): model for model in models}
 
@@ -96,8 +99,8 @@ class Kinds:
             value = self.sampled(value)
         kind = value.get("kind", self.default)
         if not (isinstance(kind, str) and kind in self.names):
-            told = "kind is missing" if kind is None else f"kind = {kind!r} is unknown"
-            raise PydanticCustomError("kind", "{text}", {"text": f"{told}; {self.accepted()}"})
+            text = f"kind is missing; {self.accepted()}" if kind is None else f"kind = {kind!r} {self.refusal(kind)}"
+            raise PydanticCustomError("kind", "{text}", {"text": text})
         return self[kind].model_validate({"kind": kind, **value})
 
     def sampled(self, value: Any) -> Mapping[str, Any]:
@@ -108,6 +111,11 @@ class Kinds:
         """Return the kinds there are, in words."""
         accepted = ", ".join(map(repr, self.names))
         return f"accepted: {accepted}{OWN if self.base is not Block else ''}"
+
+    def refusal(self, kind: Any) -> str:
+        """Return why there is no such kind, and what to take in its place."""
+        gone = self.gone.get(kind) if isinstance(kind, str) else None
+        return gone or f"is unknown; {self.accepted()}"
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Let pydantic read the block by `read`, and write it as what it is."""

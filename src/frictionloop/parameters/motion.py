@@ -94,7 +94,7 @@ Motion = Annotated[Sliding | Strokes, Kinds(Block, Sliding, Strokes, default="sl
 
 
 class PositionSensor(Block):
-    """Position along the stroke: white noise, and a speed from a tracker without lag at constant speed."""
+    """Position along the stroke: white noise, and a speed from an alpha-beta filter without lag at constant speed."""
 
     noise_um: NotNegative = 10.0
     """Standard deviation of one sample (assumed; 25 um features with the sensor of the paper's ref. [14])."""
@@ -103,7 +103,7 @@ class PositionSensor(Block):
     fastest_mm_s: Positive = 500.0
     """Fastest stroke the sensor follows (assumed)."""
     tracking_hz: Positive = 45.0
-    """Bandwidth of the tracker that gives the speed (assumed: tremor of 10 Hz is followed, and noise is 0.3 mm/s)."""
+    """Bandwidth of the filter that gives the speed (assumed: tremor of 10 Hz is followed, and noise is 0.3 mm/s)."""
 
 
 class LoadCells(Block):

@@ -142,7 +142,7 @@ class ColouredNoise(Signal):
 
 
 class Recording(Signal):
-    """f(t) = offset + scale * column(t), linear between the recorded samples; a run past the end is refused."""
+    """f(t) = offset + scale * column(t), linear between samples; the last is held for one of its own periods."""
 
     kind: Literal["recording"] = "recording"
     path: Annotated[str, BeforeValidator(lambda path: os.fspath(path) if isinstance(path, os.PathLike) else path)]
@@ -181,7 +181,7 @@ class Recording(Signal):
 
 
 class Samples(Signal):
-    """f(t) = values[k] at t = k / rate, linear between; a run past the last one is refused."""
+    """f(t) = values[k] at t = k / rate, linear between; the last is held for 1 / rate."""
 
     kind: Literal["samples"] = "samples"
     values_n: Annotated[tuple[Number, ...], BeforeValidator(_listed), Field(min_length=2)]
@@ -196,8 +196,8 @@ class Samples(Signal):
 
     @property
     def longest_s(self) -> float:
-        """Time of the last sample."""
-        return (len(self.values_n) - 1) / self.rate_hz
+        """Time of the last sample, and one period more, in which it is held."""
+        return len(self.values_n) / self.rate_hz
 
 
 class Sources(Kinds):

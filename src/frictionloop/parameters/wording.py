@@ -66,7 +66,8 @@ def unknown(path: str, names: list[str], system: Model) -> str:
         near = [name for name in names if name.startswith(path.split(".", 1)[0] + ".")] or names
     hints = [f"{name} ({unit_of(name)})" if unit_of(name) else name for name in dict.fromkeys(near)]
     kinds = _kinds_with(system, path)
-    there = f" {path.partition('.')[0]}.kind = {' or '.join(kinds)} has it" if kinds else ""
+    kind = f"{path.partition('.')[0]}.kind"
+    there = f" {kind} = {' or '.join(kinds)} has it: give that too, as --{kind} {kinds[0]}" if kinds else ""
     return f"unknown parameter {path!r}; did you mean {', '.join(hints[:3])}?{there}"
 
 

@@ -87,15 +87,15 @@ def _computed(source: Signal, rate_hz: float) -> Sampler:
 
 
 def _recorded(recording: Recording, rate_hz: float) -> Sampler:
-    from frictionloop.recordings.read import read_recording
+    from frictionloop.recordings.read import read_held
 
-    samples = read_recording(recording, rate_hz)
+    samples = read_held(recording, rate_hz)
 
     def take(start: int, stop: int) -> np.ndarray:
         if stop >= samples.size:
             raise FrictionloopError(
-                f"{recording.path}: the run needs {stop / rate_hz:g} s and "
-                f"the recording holds {(samples.size - 1) / rate_hz:g} s"
+                f"{recording.path}: the recording ends before the run; duration_s (--duration-s) must be at most "
+                f"{(samples.size - 1) / rate_hz:.9g} s"
             )
         return samples[start : stop + 1]
 

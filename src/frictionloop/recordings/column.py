@@ -54,10 +54,14 @@ def refuse_gaps(path: str, values: Array, place: Callable[[int], str]) -> None:
 
 
 def column_number(recording: Recording, names: list[str], count: int) -> int:
-    """Return the number of the column that is asked for by name or by number."""
-    column = recording.column.strip()
-    for there in (names, [header(name).name for name in names]):
-        found = [k for k, name in enumerate(there) if name == column]
+    """Return the number of the column that is asked for by name, with or without its unit or quotes, or by number."""
+    column = recording.column.strip().strip("\"'").strip()
+    name, unit = _plain(column)
+    for found in (
+        [k for k, there in enumerate(names) if there == column],
+        [k for k, there in enumerate(names) if header(there).name == column],
+        [k for k, there in enumerate(names) if _plain(there)[0] == name and unit in ("", _plain(there)[1])],
+    ):
         if len(found) > 1:
             raise no_column(recording, list(map(str, found)), "is there more than once")
         if found:
@@ -65,3 +69,9 @@ def column_number(recording: Recording, names: list[str], count: int) -> int:
     if column.isdecimal() and int(column) < count:
         return int(column)
     raise no_column(recording, [*map(repr, filter(None, names)), f"a number from 0 to {count - 1}"])
+
+
+def _plain(text: str) -> tuple[str, str]:
+    """Return the name and the unit of a header as people copy them: in any case, with any brackets."""
+    found = header(text)
+    return " ".join(found.name.split()).casefold(), (found.unit or "").casefold()

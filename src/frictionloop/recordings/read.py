@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 from pathlib import Path
@@ -61,6 +62,30 @@ def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> A
     """
     force, file_hz, _ = _scaled(recording, wanted)
     return _resampled(force, file_hz, rate_hz, recording.path)
+
+
+def read_held(recording: Recording, rate_hz: float) -> Array:
+    """Return the same in newtons with the last sample held for one of its own periods, as a signal of the loop.
+
+    So 20 000 samples at 1 kHz last 20 s. A window that ``stop_s`` ends lasts no longer than it says.
+
+    Parameters
+    ----------
+    recording, rate_hz
+        As `read_recording`.
+
+    Raises
+    ------
+    FrictionloopError
+        As `read_recording`.
+    """
+    force, file_hz, _ = _scaled(recording, "N")
+    found = _resampled(force, file_hz, rate_hz, recording.path)
+    lasts_s = force.size / file_hz
+    if recording.stop_s is not None:
+        lasts_s = min(lasts_s, recording.stop_s - recording.start_s)
+    held = math.floor(lasts_s * rate_hz + 1e-6) + 1 - found.size
+    return np.pad(found, (0, max(held, 0)), mode="edge")
 
 
 def told(recording: Recording) -> str:

@@ -22,7 +22,7 @@ class EffectSource(Signal):
     effect: AnyEffect = LIBRARY["grating"]
     """The effect; or the name of one of the library, or a TOML file with one."""
     position: Literal["measured", "predicted"] = "predicted"
-    """Place that it is asked at: the last sample of the position sensor, with its noise; or where its tracker finds
+    """Place that it is asked at: the last sample of the position sensor, with its noise; or where its filter finds
     the finger to be in the middle of the period in which the command is in force."""
     track: Track = Track()
     """Where the stroke runs over the effect."""

@@ -23,11 +23,8 @@ LAWS = {
     "retuned_pi": "re-tuned PI",
     "notch_pi": "notch and feed-forward",
     "observer": "observer",
-    "tracker": "tracker (experimental)",
 }
 """Laws that are told of, by the name of the entrant."""
-RUN = ("lookup", "retuned_pi", "notch_pi", "observer")
-"""Those of the cited table; ``python -m studies.arrivals tracker`` adds the other."""
 EFFECTS = (
     *("gradient", "edge", "bump", "hole", "detents", "slider"),
     *("grating", "square", "triangle", "chirp", "rough", "braille"),

@@ -28,8 +28,8 @@ SHOWN_MS = {"down": (-5.0, 60.0), "up": (-5.0, 60.0)}
 """What is shown of them: how long a law takes to be at rest."""
 FOLDER = files("frictionloop.report") / "stored"
 SUMMARY, STEPS = "beyond.json", "beyond-steps.csv"
-NOTCH, TRACKER, ORACLE = "notch and feed-forward", "tracker (experimental)", "oracle"
-LAWS = (OPEN, PRINTED, RETUNED_GAINS, NOTCH, TRACKER, ORACLE)
+NOTCH, ORACLE = "notch and feed-forward", "oracle"
+LAWS = (OPEN, PRINTED, RETUNED_GAINS, NOTCH, ORACLE)
 """Who competes, named as in Fig. 5."""
 MEDIAN, WORST = "median", "worst_decile"
 
@@ -48,7 +48,7 @@ class Beyond:
     """By law and contact: ``scores`` of the capable fingers, and what is told of the median one of them.
 
     ``sensitivity_peak`` is Ms around 0.6 N, ``sensitivity_peak_10`` the worst with the resonance 10 % off,
-    ``median_finger_rms_n`` what is left on the sines and ``after_fall_rms_n`` from 5 to 60 ms after the step down.
+    ``median_finger_rms_n`` what is left on the sines.
     """
     tick_cycles: Mapping[str, int | None]
     """Cycles of the worst tick on a Cortex-M4, by law."""

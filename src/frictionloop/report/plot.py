@@ -18,9 +18,10 @@ FORMATS = (".svg", ".pdf", ".png")
 def plot(result: Any, path: str | os.PathLike[str] | None = None) -> Figure:
     """Draw a run or a sweep and return the figure.
 
-    A run: f_r and f_a over time, the amplitude, and the motion of the finger. A sweep over one parameter: a curve per
-    metric, with the range over seeds. Over two: a map per metric. Over three: a map for each value of the third. Over
-    listed points, such as fingers: the share of points below each value. A first look at a recording: its channels.
+    A run: f_r and f_a over time, f_a in open loop, the disturbance, the amplitude, and the motion of the
+    finger. A sweep over one parameter: a curve per metric, with the range over seeds. Over two: a map per metric.
+    Over three: a map for each value of the third. Over listed points, such as fingers: the share of points below each
+    value. A first look at a recording: its channels.
 
     Parameters
     ----------

@@ -9,7 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionloop.report.style import BLUE, GREEN, GREY, ORANGE, PURPLE, SILVER, new_figure, styled
+from frictionloop.loop.metrics import rms_error
+from frictionloop.loop.open_loop import open_loop_of
+from frictionloop.quantities import FrictionloopError
+from frictionloop.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, new_figure, styled
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,20 +31,20 @@ BINS = 3000
 
 @styled
 def figure_of(run: xr.Dataset) -> Figure:
-    """Return f_r and the force over time, above the amplitude a and, where it is known, the motion of the finger."""
-    drawn, meaning = _force(run)
+    """Return f_r and the force over time, in open loop too, the disturbance, the amplitude and the finger's motion."""
     moving = [each for each in MOVING if each[0] in run]
-    figure = new_figure(8.0, 4.5 + 1.0 * len(moving))
-    force, amplitude, *rest = figure.subplots(2 + len(moving), sharex=True, height_ratios=(3, 1, *(1 for _ in moving)))
+    disturbed = "d" in run and bool(np.ptp(run["d"].values) > 0)
+    figure = new_figure(8.0, 4.5 + 1.0 * (len(moving) + disturbed))
+    heights = (3, *(1 for _ in moving), 1, *([1] if disturbed else []))
+    force, *rest = figure.subplots(len(heights), sharex=True, height_ratios=heights)
     time = run["time"].values
-    if "limit" in run:
-        top, bottom = (_ends(time, run[name].values + run["d"].values) for name in ("limit", "floor"))
-        label = "within reach of the plate"
-        force.fill_between(top[0], bottom[1], top[1], color="#e8f1f8", linewidth=0, label=label, zorder=0.5)
-    # A wide light line under a thin dark one stays readable where a fast sweep fills the page; dashes do not.
-    force.plot(*_ends(time, run["f_r"].values), color=SILVER, linewidth=2.6, label="set-point $f_r$")
-    force.plot(*_ends(time, run[drawn].values), color=BLUE, linewidth=1.0, label=meaning)
-    force.set(ylabel="force (N)", ylim=_room(run))
+    _forces(force, run, time)
+    if disturbed:
+        axes = rest.pop(0)
+        axes.plot(*_ends(time, run["d"].values), color=PURPLE, linewidth=1.0)
+        axes.set(ylabel="disturbance\n$d$ (N)")
+        axes.margins(y=0.15)
+    amplitude, *rest = rest
     amplitude.plot(*_ends(time, run["a"].values), color=GREY, linewidth=1.0)
     amplitude.set(ylabel=f"{_amplitude(run)} (µm)", ylim=(0, None))
     for axes, (name, label, factor, colour) in zip(rest, moving, strict=True):
@@ -51,9 +54,49 @@ def figure_of(run: xr.Dataset) -> Figure:
     if "scored" in run:
         _shade(figure.axes, time, ~run["scored"].values)
     figure.axes[-1].set(xlabel="time (s)", xlim=(0, time[-1] + (time[1] if time.size > 1 else 1.0)))
-    figure.legend(*force.get_legend_handles_labels(), loc="outside upper right", ncols=4)
+    figure.legend(*force.get_legend_handles_labels(), loc="outside upper center", ncols=2)
     figure.align_ylabels()
     return figure
+
+
+def _forces(axes: Any, run: xr.Dataset, time: np.ndarray) -> None:
+    """Draw the forces, the set-point thin and dark above them so that nothing hides it."""
+    drawn, meaning = _force(run)
+    if "limit" in run:
+        top, bottom = (_ends(time, run[name].values + run["d"].values) for name in ("limit", "floor"))
+        label = "within reach of the plate"
+        axes.fill_between(top[0], bottom[1], top[1], color="#e8f1f8", linewidth=0, label=label, zorder=0.5)
+    opened = _opened(run)
+    if opened is not None:
+        label = f"the same in open loop{_error(opened)}"
+        axes.plot(*_ends(time, opened[drawn].values), color=VERMILLION, linewidth=0.7, label=label)
+    axes.plot(*_ends(time, run[drawn].values), color=BLUE, linewidth=1.2, label=f"{meaning}{_error(run)}")
+    axes.plot(*_ends(time, run["f_r"].values), color=BLACK, linewidth=0.8, label="set-point $f_r$")
+    low, high = _room(run)
+    axes.set(ylabel="force (N)", ylim=(low, high))
+    values = run[drawn].values
+    least, most = float(np.nanmin(values)), float(np.nanmax(values))
+    if low is not None and high is not None and (least < low or most > high):
+        said = f"cut off: the force goes from {least:.2g} to {most:.2g} N"
+        look = {"ha": "right", "va": "top", "color": GREY, "bbox": {"color": "white", "alpha": 0.8}}
+        axes.annotate(said, (1, 1), (-4, -4), "axes fraction", "offset points", **look)
+
+
+def _opened(run: xr.Dataset) -> xr.Dataset | None:
+    """Return the run with the loop open; None for one that is open, and where that is not known."""
+    try:
+        opened = open_loop_of(run)
+    except FrictionloopError:
+        return None
+    return None if opened is None or np.array_equal(opened["f_a"].values, run["f_a"].values) else opened
+
+
+def _error(run: xr.Dataset) -> str:
+    """Return the error for the legend, nothing where no period counts or no force on the finger is known."""
+    try:
+        return f": error {1e3 * rms_error(run):.3g} mN rms"
+    except (FrictionloopError, KeyError):
+        return ""
 
 
 def _force(run: xr.Dataset) -> tuple[str, str]:
@@ -77,7 +120,8 @@ def _room(run: xr.Dataset) -> tuple[float, float] | tuple[None, None]:
         return None, None
     counted = np.concatenate([run[name].values[run["scored"].values] for name in ("f_r", _force(run)[0])])
     low, high = min(0.0, float(counted.min())), float(counted.max())
-    return low, high + 0.08 * (high - low)
+    room = 0.08 * (high - low)
+    return low - room * (low < 0), high + room
 
 
 def _shade(panels: Any, time: np.ndarray, left_out: np.ndarray) -> None:

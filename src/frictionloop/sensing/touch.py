@@ -1,4 +1,4 @@
-"""Position, speed and load once per control period: a position sensor with a tracker, the sum of four load cells."""
+"""Position, speed and load once per control period: an alpha-beta filter of the position, four load cells' sum."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class TouchCoefficients(NamedTuple):
     dt: float
     position_gain: float
     speed_gain: float
-    """Gain of the tracker's speed, over dt, in 1/s."""
+    """Gain of the filter's speed, over dt, in 1/s."""
     touch_share: float
     mean_gain: float
     developed_m: float
@@ -51,7 +51,7 @@ def touch_step(  # type: ignore[no-untyped-def]
     """Measure position (m), speed (m/s), load (N) and valid (1 or 0), the last four of a `Measurement`.
 
     The position has noise and is rounded to a step, q floor((x + sigma z)/q + 1/2). The measured load is the sum of
-    four cells, each with noise of its own: N + 2 sigma z. The tracker predicts x + v dt and corrects both by its error
+    four cells, each with noise of its own: N + 2 sigma z. The filter predicts x + v dt and corrects both by its error
     e: x += alpha e, v += beta e/dt. Without touch it waits at the last sample.
 
     A reading is valid while the finger slides under most of its usual load, and once it has gone so far under it since
@@ -78,7 +78,7 @@ def touch_step(  # type: ignore[no-untyped-def]
 
 
 def touch_coefficients(touch: Touch, dt: float) -> TouchCoefficients:
-    """Return the coefficients of `touch_step` for a control period in s: both poles of the tracker at e^(-w dt)."""
+    """Return the coefficients of `touch_step` for a control period in s: both poles of the filter at e^(-w dt)."""
     pole = math.exp(-2.0 * math.pi * touch.position.tracking_hz * dt)
     return TouchCoefficients(
         position_noise_m=1e-6 * touch.position.noise_um,

@@ -46,18 +46,12 @@ def test_json_and_csv_hold_the_numbers_of_python(frictionloop, ran):
     assert (found["seed"], found["fingers"], found["below_clairvoyant"]) == (0, 2, None)
     with open("s.csv", newline="") as stream:
         table = list(csv.DictReader(stream))
-    assert len(table) == len(rows) + 9 * len(found["margins"])
+    assert len(table) == len(rows) + 8 * len(found["margins"])
     first = next(row for row in table if row["score"] == "residual_rms_n" and row["population"] == "all")
     assert float(first["median"]) == next(
         row["median"] for row in rows if row["score"] == "residual_rms_n" and row["population"] == "all"
     )
     assert {row["score"] for row in table} >= {"sensitivity_peak", "delay_margin_s", "relative_index"}
-
-
-@pytest.mark.parametrize("law", ["lookup", "tracker"])
-def test_an_experimental_law_is_said_to_be_one(frictionloop, law):
-    said = " ".join(frictionloop(*WORDS[:-1], law).out.split())
-    assert ("the tracker is experimental" in said, "it is never recommended" in said) == (law == "tracker",) * 2
 
 
 def test_summary_files_and_figures(frictionloop, tmp_path, monkeypatch):

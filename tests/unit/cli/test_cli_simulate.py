@@ -21,7 +21,7 @@ def test_json_holds_the_metrics_of_the_same_run_in_python(frictionloop):
     answer = frictionloop(*SHORT, "--controller.kp", "12", "--seed", "3", "--json").json()
     system = fl.feasible().evolve({"controller.kp": 12})
     run = fl.simulate(system, 0.2, seed=3)
-    line = fl.regression(run)
+    line, opened = fl.regression(run), fl.simulate(system.evolve({"controller.kind": "lookup"}), 0.2, seed=3)
     assert answer["metrics"] == {
         "r2_identity": fl.r2_identity(run),
         "r2_bound": fl.r2_bound(run),
@@ -29,6 +29,7 @@ def test_json_holds_the_metrics_of_the_same_run_in_python(frictionloop):
         "slope": line.slope,
         "intercept": line.intercept_n,
         "rms_error": fl.rms_error(run),
+        "error_left": fl.rms_error(run) / fl.rms_error(opened),
         "output_noise": fl.output_noise(run),
         "saturation_index": fl.saturation_index(run),
         "perceptual_index": None,  # what is felt of a finger that is not one says little
@@ -205,3 +206,44 @@ def test_a_saved_system_is_short_and_all_of_it_on_request(frictionloop):
     assert ["[board]" in text for text in texts] == [False, True]
     assert "kp = 10.0  # N/N: Proportional gain K_p" in texts[0]
     assert fl.read_toml("short.toml") == fl.read_toml("whole.toml") == fl.bench()
+
+
+@pytest.fixture
+def with_a_mean(tmp_path):
+    rows = "".join(f"{k / 1000:.3f},{600 + 50 * (k % 2)}\n" for k in range(500))
+    (tmp_path / "slide.csv").write_text("Time (s),Ft [mN]\n" + rows)
+    return ("--disturbance.kind", "recording", "--disturbance.path", str(tmp_path / "slide.csv"))
+
+
+@pytest.mark.parametrize("column", ["Ft", "Ft [mN]", '"Ft [mN]"', "ft (mN)", "Ft mN"])
+def test_a_column_is_found_as_people_copy_it(frictionloop, with_a_mean, column):
+    flags = ("--preset", "feasible", *with_a_mean, "--disturbance.column", column, "--duration-s", "0.1")
+    assert "in mN by the file" in frictionloop("simulate", *flags).out
+
+
+def test_a_mean_left_in_is_told_with_ringing_and_what_could_be_had(frictionloop, with_a_mean):
+    flags = ("--preset", "bench", *with_a_mean, "--disturbance.column", "Ft", "--duration-s", "0.5")
+    said = " ".join(frictionloop("simulate", *flags).out.split())
+    assert "This loop rings near" in said
+    assert "N could be had. So" in said
+    assert "of the commands are clamped." in said
+    assert "did you mean --disturbance.remove_mean true?" in said
+    calm = frictionloop("simulate", *flags, "--disturbance.remove_mean", "true", "--controller.kind", "lookup").out
+    assert "remove_mean true?" not in calm
+
+
+def test_a_path_without_a_kind_names_the_flag(frictionloop):
+    said = frictionloop("simulate", "--preset", "feasible", "--disturbance.path", "slide.csv").err
+    assert "give that too, as --disturbance.kind recording" in said
+
+
+def test_a_recording_too_short_names_the_flag_and_the_longest(frictionloop, with_a_mean):
+    flags = ("simulate", "--preset", "feasible", *with_a_mean, "--disturbance.column", "Ft", "--duration-s")
+    assert frictionloop(*flags, "0.5").code == 0  # 500 samples at 1 kHz, the last held for a millisecond
+    assert "duration_s (--duration-s) must be at most 0.5 s" in frictionloop(*flags, "0.6").err
+
+
+def test_a_constant_set_point_says_why_it_has_no_r2(frictionloop):
+    constant = ("--setpoint.kind", "constant", "--setpoint.offset_n", "0.5")
+    said = frictionloop("simulate", "--preset", "feasible", *constant, "--duration-s", "0.1").out
+    assert "none: R2 needs a set-point that varies" in said

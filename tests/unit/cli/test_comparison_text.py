@@ -75,7 +75,7 @@ def rows_of(worst, unstable_5=(), unstable_10=(), capable=3):
 
 
 def test_the_default_law_is_recommended_while_another_is_better_by_less_than_fingers_differ():
-    worst = {"notch_pi": 0.036, "hinf": 0.026, "retuned_pi": 0.010, "tracker": 0.001, "oracle": 0.001}
+    worst = {"notch_pi": 0.036, "hinf": 0.026, "retuned_pi": 0.010, "lookup": 0.001, "oracle": 0.001}
     said = recommendation(*rows_of(worst, ["retuned_pi"]))
     assert said == (
         "Recommended: notch_pi. It leaves 36 mN in the worst decile of fingers, speeds and contacts. hinf leaves less, "
@@ -109,7 +109,7 @@ def test_what_the_recommended_law_does_not_bear_is_said():
 
 @pytest.mark.parametrize("peak", [math.inf, math.nan])
 def test_no_law_is_recommended_that_is_not_known_to_be_stable(peak):
-    rows, margins = rows_of({"notch_pi": 0.036, "tracker": 0.01})
+    rows, margins = rows_of({"notch_pi": 0.036, "printed_pi": 0.01})
     margins[0]["sensitivity_peak_5"] = peak
     assert recommendation(rows, margins).startswith("Recommended: none of these laws. None of these laws is known")
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from frictionloop.design.comparison import protocol
-from frictionloop.design.comparison.entrants import CLAIRVOYANT, Entrant, Overrides, entrants, told
+from frictionloop.design.comparison.entrants import CLAIRVOYANT, Entrant, Overrides, entrants
 from frictionloop.design.comparison.scores import spread
 from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import System
@@ -59,7 +59,7 @@ def arrived(
     FrictionloopError
         As `fl.rendering.preview`, and for a bench on which no finger is capable.
     """
-    people = told(system, protocol.population(system, count, seed), law)
+    people = protocol.population(system, count, seed)
     some = protocol.able(system, people, speed_mm_s)
     if not some.any():
         raise FrictionloopError(

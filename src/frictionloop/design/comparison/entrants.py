@@ -1,8 +1,7 @@
-"""Who competes: each control law with the parameters that it is given on a bench, and what it is told of its device.
+"""Who competes: each control law with the parameters that it is given on a bench.
 
-Of the three devices that fingers meet, one has the bench's resonance and two are 5 % off. A law that bears a resonance
-nobody has measured believes the bench's. A tracker is to be told what is there (docs/controllers.md), by a ring-down at
-start-up (`identification.fit_ring_down`, which is off by 0.01 %).
+Of the three devices that fingers meet, one has the bench's resonance and two are 5 % off; every law believes the
+bench's, and has to bear what is there.
 """
 
 from __future__ import annotations
@@ -15,15 +14,9 @@ from frictionloop.design.retune import retune
 from frictionloop.parameters import RETUNED, PiController, SuspendedSensor, System, bench
 from frictionloop.parameters.controller import CONTROLLERS
 from frictionloop.parameters.timing import Timing
-from frictionloop.physics.fingers import Fingers
 from frictionloop.quantities import check_each_once, check_known
 
 Overrides = Mapping[str, Any]
-TOLD = ("tracker",)
-"""Kinds of controllers that are told."""
-ERROR = 0.002
-"""Relative error of what they are told, too high and too low in turn (assumed: a warm day, a finger that weighs)."""
-BELIEVED_HZ = "controller.model.resonance_hz"
 Entrant = Callable[[System], Overrides]
 """From a bench to overrides of its controller. It may tune on fingers of `protocol.TUNING_SEED`, never on others."""
 
@@ -82,7 +75,6 @@ ENTRANTS: dict[str, Entrant] = {
     **DESIGNED,
     "observer": believing_much("observer"),
     "super_twisting": believing_much("super_twisting"),
-    "tracker": lambda system: {"controller.kind": "tracker"},
     "oracle": lambda system: {"controller.kind": "oracle", "controller.preview": False},
     "clairvoyant": lambda system: {"controller.kind": "oracle", "controller.preview": True},
 }
@@ -116,26 +108,8 @@ def _from_outside(kind: str) -> Entrant:
     return lambda system: {"controller.kind": kind} | gains
 
 
-def told(system: System, people: Fingers, law: Mapping[str, Any] | None) -> Fingers:
-    """Return fingers with what a law believes of the resonance of each one's device; as they are for one not told.
-
-    A law is overrides of the bench, None for none.
-    """
-    sensor = system.sensor
-    if law is None or law.get("controller.kind") not in TOLD or not isinstance(sensor, SuspendedSensor):
-        return people
-    met = [float(each.get("sensor.resonance_hz", sensor.resonance_hz)) for each in people]
-    found = [hz * (1.0 + (ERROR if i % 2 else -ERROR)) for i, hz in enumerate(met)]
-    return Fingers(each | {BELIEVED_HZ: hz} for each, hz in zip(people, found, strict=True))
-
-
 def on_device(system: System, factor: float) -> System:
-    """Return a system whose sensor has its resonance times a factor, known to a controller that is told.
-
-    A sensor without one is as it was.
-    """
+    """Return a system whose sensor has its resonance times a factor; one without a resonance is as it was."""
     if not isinstance(system.sensor, SuspendedSensor):
         return system
-    there_hz = factor * system.sensor.resonance_hz
-    known = {BELIEVED_HZ: there_hz} if system.controller.kind in TOLD else {}
-    return system.evolve({"sensor.resonance_hz": there_hz, **known})
+    return system.evolve({"sensor.resonance_hz": factor * system.sensor.resonance_hz})

@@ -15,7 +15,6 @@ from frictionloop.design.comparison import protocol
 from frictionloop.design.comparison.entrants import on_device
 from frictionloop.design.comparison.plain import occluded_at
 from frictionloop.design.comparison.run import Comparison
-from frictionloop.design.learnt import knowing, learnt_in_run
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
@@ -24,7 +23,7 @@ STEPS_S = 2.0
 LEVEL_N = 0.6
 """Where |S| is taken: the middle of the levels."""
 SHIFTS = (0.0, 0.05, 0.1)
-"""How far off the device's resonance may be, either way; a law that is told believes that of the device."""
+"""How far off the device's resonance may be, either way."""
 
 
 class Robustness(NamedTuple):
@@ -35,8 +34,6 @@ class Robustness(NamedTuple):
     sensitivity_peak_5: float = math.nan
     """The same, worst with the true resonance up to 5 % off; then 10 %."""
     sensitivity_peak_10: float = math.nan
-    sensitivity_peak_learnt: float = math.nan
-    """Ms of a law that learns with what it believes after a run of the sine, frozen; of others as the first."""
     gain_margin: float = math.nan
     """Factor on G nearest to 1 that makes the loop unstable."""
     phase_margin_deg: float = math.nan
@@ -47,20 +44,14 @@ class Robustness(NamedTuple):
 
 
 def median_system(comparison: Comparison, law: str, speed_mm_s: float, contact: str) -> System | None:
-    """Return the bench with the median of the capable fingers under a law that knows it; None if none is capable."""
-    system = begun(comparison, law, speed_mm_s, contact)
-    return None if system is None else knowing(system)
-
-
-def begun(comparison: Comparison, law: str, speed_mm_s: float, contact: str) -> System | None:
-    """Return the same under the law as it begins, told of the device if it is one that is."""
+    """Return the bench with the median of the capable fingers under a law; None if none is capable."""
     some = protocol.able(comparison.system, comparison.people, speed_mm_s, comparison.duration_s)
     finger = protocol.median_finger(comparison.people, some)
     if finger is None:
         return None
     at = protocol.Condition(speed_mm_s, contact, protocol.SINES[1])
     own = {path: value for path, value in finger.items() if path != "sensor.resonance_hz"}
-    return on_device(comparison.system.evolve({**protocol.overrides_of(at), **comparison.laws[law], **own}), 1.0)
+    return comparison.system.evolve({**protocol.overrides_of(at), **comparison.laws[law], **own})
 
 
 def loop_at(system: System, level_n: float, occlude_s: float) -> LinearLoop | None:
@@ -88,21 +79,11 @@ def robustness(comparison: Comparison, law: str, speed_mm_s: float, contact: str
         peaks[0],
         peaks[1],
         peaks[2],
-        _learnt_peak(comparison, begun(comparison, law, speed_mm_s, contact)),
         min((each.gain_margin for each in nominal), key=lambda factor: abs(math.log(factor))),
         min((each.phase_margin_deg for each in nominal), key=abs),
         min(each.delay_margin_s for each in nominal),
         all(each.stable for margins in every.values() for each in margins),
     )
-
-
-def _learnt_peak(comparison: Comparison, system: System | None) -> float:
-    if system is None:
-        return math.nan
-    seed = protocol.noise_seed(comparison.seed, protocol.SINES[1])
-    own = learnt_in_run(system, comparison.duration_s, seed)
-    found = [each for each in _around(own, 0.0, comparison.middle_s) if each is not None]
-    return max((each.sensitivity_peak for each in found), default=math.nan)
 
 
 def _around(system: System, shift: float, occlude_s: float) -> list[Margins | None]:
@@ -124,7 +105,7 @@ def step_traces(comparison: Comparison, speed_mm_s: float) -> xr.Dataset:
     runs = []
     for law in comparison.laws:
         for contact in protocol.CONTACTS:
-            system = begun(comparison, law, speed_mm_s, contact)
+            system = median_system(comparison, law, speed_mm_s, contact)
             if system is None:
                 return xr.Dataset()
             stepped = system.evolve({"setpoint": protocol.setpoint_of(protocol.STEPPED, STEPS_S)})

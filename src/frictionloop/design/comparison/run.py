@@ -11,7 +11,7 @@ from typing import Any
 import xarray as xr
 
 from frictionloop.design.comparison import protocol
-from frictionloop.design.comparison.entrants import DESIGNED, Entrant, Overrides, entrants, told
+from frictionloop.design.comparison.entrants import DESIGNED, Entrant, Overrides, entrants
 from frictionloop.design.comparison.plain import occluded_at, plain_strokes
 from frictionloop.design.comparison.protocol import Condition
 from frictionloop.design.comparison.store import Cell, Store, check_new
@@ -200,9 +200,6 @@ class _Trial:
     def bench(self, law: Overrides | None, at: Condition) -> System:
         return self.system.evolve({**protocol.overrides_of(at, self.duration_s), **(law or {})})
 
-    def people_of(self, law: Overrides | None) -> Fingers:
-        return told(self.system, self.people, law)
-
     def check(self, at: Condition) -> None:
         """Refuse a condition that no law could run under, without one."""
         one = points_of(self.people[:1], [protocol.noise_seed(self.seed, at.task)])
@@ -210,7 +207,7 @@ class _Trial:
         structures_of(bench, one, self.duration_s, self.start_s, protocol.metrics_of(at.task))
 
     def digest(self, law: Overrides | None, at: Condition) -> str:
-        points = points_of(self.people_of(law), [protocol.noise_seed(self.seed, at.task)])
+        points = points_of(self.people, [protocol.noise_seed(self.seed, at.task)])
         # Plain strokes run under no law, whatever that of the bench is.
         bench = self.bench(law or {"controller.kind": "lookup"}, at)
         kept = [PLAIN] if law is None else protocol.metrics_of(at.task)
@@ -224,7 +221,7 @@ class _Trial:
             occluded = occluded_at(bench, (self.start_s + self.duration_s) / 2.0)
             found = plain_strokes(bench, self.people, level_n, occluded, swept)
         else:
-            found = swept(bench, self.people_of(law), protocol.metrics_of(at.task))
+            found = swept(bench, self.people, protocol.metrics_of(at.task))
         return {str(name): values.values for name, values in found.data_vars.items()}
 
     def swept(self, at: Condition, system: System, people: Fingers, metrics: Sequence[str]) -> xr.Dataset:

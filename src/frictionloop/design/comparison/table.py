@@ -18,7 +18,6 @@ MARGINS = {
     "sensitivity_peak": "1",
     "sensitivity_peak_5": "1",
     "sensitivity_peak_10": "1",
-    "sensitivity_peak_learnt": "1",
     "gain_margin": "1",
     "phase_margin_deg": "deg",
     "delay_margin_s": "s",

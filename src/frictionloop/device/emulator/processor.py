@@ -12,6 +12,7 @@ from typing import Any
 
 from frictionloop.device.emulator.bank import Bank
 from frictionloop.device.emulator.memory_map import FLASH, FLASH_BYTES, PAGE, PAGES, RAM, RAM_BYTES
+from frictionloop.device.emulator.patience import LONGEST_S, Patience
 from frictionloop.firmware.image_checks import check_teensy
 from frictionloop.firmware.image_files import loaded
 from frictionloop.quantities import FrictionloopError
@@ -24,8 +25,6 @@ FRAME_BYTES = 32
 """Eight registers on the stack (ARMv7-M B1.5.6)."""
 FRAME = bytes(range(1, FRAME_BYTES + 1))
 """Put there in their place, to be found again: unicorn keeps the registers themselves."""
-LONGEST_US = 5_000_000
-"""Of the host's time: a stretch of the image that takes longer has hung."""
 
 
 class Processor:
@@ -38,11 +37,12 @@ class Processor:
     def __init__(self, image_path: Path, bank: Bank) -> None:
         unicorn = needed("unicorn", "unicorn", "emulator")
         arm = self._arm = needed("unicorn.arm_const", "unicorn", "emulator")
-        self._error, self._timed_out = unicorn.UcError, unicorn.UC_QUERY_TIMEOUT
+        self._error = unicorn.UcError
         self._read_register, self._write_register = bank.read, bank.write
         self.failure: Exception | None = None
         self.on_access: Callable[[], None] | None = None
         uc = self.uc = unicorn.Uc(unicorn.UC_ARCH_ARM, unicorn.UC_MODE_THUMB | unicorn.UC_MODE_MCLASS)
+        self._patience = Patience(uc.emu_stop)
         uc.ctl_set_cpu_model(arm.UC_CPU_ARM_CORTEX_M4)
         uc.mem_map(FLASH, FLASH_BYTES, unicorn.UC_PROT_READ | unicorn.UC_PROT_EXEC)
         uc.mem_map(RAM, RAM_BYTES, unicorn.UC_PROT_ALL)
@@ -65,13 +65,11 @@ class Processor:
     def reset(self) -> None:
         """Begin as after power comes, and go on until the background first rests."""
         self.uc.reg_write(self._arm.UC_ARM_REG_SP, self.vector(0))
-        self._run(self.vector(1), RETURN, LONGEST_US)
-        if self.uc.query(self._timed_out):
-            raise FrictionloopError(f"the image does not come to rest within {LONGEST_US / 1e6:g} s after reset")
+        self._run(self.vector(1))
 
     def rest(self) -> None:
         """Go on in the background until it rests."""
-        self._run(self.uc.reg_read(self._arm.UC_ARM_REG_PC) | 1, RETURN)
+        self._run(self.uc.reg_read(self._arm.UC_ARM_REG_PC))
 
     def interrupt(self, number: int) -> None:
         """Run an exception from entry to return; 16 and up are interrupts."""
@@ -81,7 +79,7 @@ class Processor:
         uc.mem_write(stack, FRAME)
         uc.reg_write(arm.UC_ARM_REG_SP, stack)
         uc.reg_write(arm.UC_ARM_REG_LR, RETURN | 1)
-        self._run(self.vector(number), RETURN)
+        self._run(self.vector(number))
         if uc.reg_read(arm.UC_ARM_REG_SP) != stack or uc.mem_read(stack, FRAME_BYTES) != FRAME:
             raise FrictionloopError("the image returns from an interrupt with another stack than it was given")
         uc.context_restore(self._background)
@@ -91,12 +89,14 @@ class Processor:
         self.failure = self.failure or why
         self.uc.emu_stop()
 
-    def _run(self, begin: int, until: int, limit_us: int = 0) -> None:
-        with _whole():
+    def _run(self, begin: int) -> None:
+        with _whole(), self._patience.stretch():
             try:
-                self.uc.emu_start(begin | 1, until, limit_us)
+                self.uc.emu_start(begin | 1, RETURN)
             except self._error as error:
                 self._fault(str(error))
+        if self._patience.lost:
+            self.failure = self.failure or FrictionloopError(f"the image does not come to rest within {LONGEST_S:g} s")
         if self.failure is not None:
             raise self.failure
 
@@ -105,7 +105,7 @@ class Processor:
         place = self.uc.reg_read(self._arm.UC_ARM_REG_PC)
         reason = FrictionloopError(f"the image faults at 0x{place:08x}: {what}")
         with suppress(self._error):
-            self.uc.emu_start(self.vector(HARD_FAULT) | 1, RETURN, LONGEST_US)
+            self.uc.emu_start(self.vector(HARD_FAULT) | 1, RETURN)
         self.failure = reason
 
     def _read(self, uc: Any, offset: int, width: int, page: int) -> int:

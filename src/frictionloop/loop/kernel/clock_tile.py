@@ -58,19 +58,14 @@ def build_prepare(lifting: Lifting, law: Law) -> Any:
     return prepare
 
 
-def build_tell(lifting: Lifting, law: Law) -> Any:
-    """Return the tile that tells a law what was commanded in its tick."""
-    state, gains, _ = law_rows(law)
+def build_tell(lifting: Lifting) -> Any:
+    """Return the tile that tells whether open loop commands another force than the set-point."""
     compare = lift(lifting, beyond_step, (ROW["u"], ROW["setpoint"]), ROW["saturated"])
-    follow, follows = lift(lifting, law.follow, (state, ROW["command"], gains), state), law.follow is not None
 
     @lifting.compiled
     def tell(s, n, k, at, o):  # type: ignore[no-untyped-def]
-        since = k - o.open_until
-        if since < 0:
+        if k < o.open_until:
             compare(s, n)
-        if follows and since < CLOSING:
-            follow(s, n)
 
     return tell
 

@@ -24,7 +24,7 @@ def kept_step(motion, unscored):  # type: ignore[no-untyped-def]
 
 @step
 def begin_step(tremor, plans):  # type: ignore[no-untyped-def]
-    """Motion at t = 0, before which the tracker of the position sensor has settled."""
+    """Motion at t = 0, before which the filter of the position sensor has settled."""
     position, speed, load, direction, place = move_step(0.0, *plans, *tremor)
     return (position, speed, load, direction, place), (position, speed, load, DEVELOPED_M if load > 0.0 else 0.0)
 

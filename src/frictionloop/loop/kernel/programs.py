@@ -82,5 +82,5 @@ def _decides(of: Any, shared: Shared, slab: Slab, system: System, plant: tuple[A
             shared.python = PythonLaw(law, slab, shared.dt)
             tiles = [shared.python.address, *tiles]
         if shared.open_until > 0:
-            tiles = [of(build_prepare, law), *tiles, of(build_tell, law)]
+            tiles = [of(build_prepare, law), *tiles, of(build_tell)]
     return [of(build_lost, law, False), *tiles, of(build_lost, law, True)] if is_irregular(system) else tiles

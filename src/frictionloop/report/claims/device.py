@@ -12,7 +12,7 @@ import xarray as xr
 from frictionloop.analysis import kp_limit
 from frictionloop.parameters import bench
 from frictionloop.physics.fingers import capable
-from frictionloop.report.beyond import MEDIAN, NOTCH, ORACLE, TRACKER, WORST
+from frictionloop.report.beyond import MEDIAN, NOTCH, ORACLE, WORST
 from frictionloop.report.claims.claim import Value
 from frictionloop.report.claims.judging import Numbers, numbers
 from frictionloop.report.device import CLOSED, CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, Fit, fit, spread_n
@@ -194,7 +194,7 @@ def higher_order_cancels(results: Results) -> Numbers:
     study = results.beyond
     found = {
         f"{law}, {contact} contact, {words}": study.ratio(RETUNED_GAINS, law, contact, "hold_rms_n", key)
-        for law in (NOTCH, TRACKER, ORACLE)
+        for law in (NOTCH, ORACLE)
         for key, words in ((MEDIAN, "median"), (WORST, "worst decile"))
         for contact in study.contacts
     }
@@ -208,6 +208,4 @@ def higher_order_cancels(results: Results) -> Numbers:
         notch=left_mn(NOTCH, MEDIAN),
         notch_worst=left_mn(NOTCH, WORST),
         pi_worst=left_mn(RETUNED_GAINS, WORST),
-        tracker=left_mn(TRACKER, MEDIAN),
-        tracker_worst=left_mn(TRACKER, WORST),
     )

@@ -11,7 +11,7 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
-from frictionloop.report.beyond import ORACLE, TRACKER
+from frictionloop.report.beyond import ORACLE
 from frictionloop.report.claims.claim import Claim, Group, Value, having, lacking
 from frictionloop.report.device import IDEAL, PRINTED
 from frictionloop.report.numbers import number
@@ -19,7 +19,7 @@ from frictionloop.report.results import variants
 from frictionloop.report.systems import FEASIBLE
 from frictionloop.report.tolerances import YARDSTICKS
 
-OPEN_TO_ASSUME = (FEASIBLE, *variants(), IDEAL, TRACKER)
+OPEN_TO_ASSUME = (FEASIBLE, *variants(), IDEAL)
 """What the text leaves open: numbers with one of these in their name vote as assumptions."""
 WITHOUT_VOTE = (PRINTED, ORACLE)
 """On the bench: gains that ring there, and a law that nobody can build."""

@@ -23,6 +23,8 @@ LOWEST_HZ, FROM_HZ = 1.0, 10.0
 """Where frequencies begin: all of them, and those at which |S| has its peaks."""
 FLOOR, ROOM = 1e-3, 1.15
 """Least |T| drawn, and how far the axis of the peaks goes above the largest Ms asked for."""
+STEPPED = ("before: the controller as the file has it", "after: the controller that was found")
+"""Names of the two runs of a step."""
 LINES = ((BLACK, "-"), (BLUE, (0, (4, 1.5))), (VERMILLION, (0, (1, 1))))
 """Colour and dashes for no, the small and the large error of the resonance."""
 
@@ -93,7 +95,7 @@ def figure_step(before: xr.Dataset, after: xr.Dataset) -> Figure:
     way, some = HIGH_N - LOW_N, slice(UP_S - 0.1, None)
     low, high = max(0.0, LOW_N - way), HIGH_N + way
     panels = figure.subplots(2, sharex=True, sharey=True)
-    for axes, run, name, colour in zip(panels, (before, after), ("before", "after"), (VERMILLION, BLUE), strict=True):
+    for axes, run, name, colour in zip(panels, (before, after), STEPPED, (VERMILLION, BLUE), strict=True):
         part = run.sel(time=some)
         axes.plot(part["time"], part["f_a"], color=colour, lw=0.9)
         axes.step(part["time"], part["f_r"], where="post", color=BLACK, lw=1.2, ls=(0, (4, 1.5)), label="set-point")
