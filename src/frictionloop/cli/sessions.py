@@ -248,8 +248,9 @@ def _respondent(
         checks.check_count("port", port, 0, 65535)
         desk = Desk(plan, participant, source)
         with served(desk, host, port) as addresses:
-            screen.show(screen.columns([(f"{name}'s page", told) for name, told in addresses._asdict().items()]))
-            screen.say("Ctrl-C ends it.")
+            for name, told in addresses._asdict().items():
+                screen.show(f"{name}'s page:", f"  {told}")
+            screen.show("Ctrl-C ends it.")
             yield desk
 
 

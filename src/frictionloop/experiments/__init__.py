@@ -11,6 +11,7 @@ from frictionloop.experiments.bayes import Psi, Quest
 from frictionloop.experiments.dry_run import check
 from frictionloop.experiments.fit import fit
 from frictionloop.experiments.methods import ConstantStimuli, Walk
+from frictionloop.experiments.own_reach import reaches
 from frictionloop.experiments.participant import Observer
 from frictionloop.experiments.planning import power
 from frictionloop.experiments.protocol import Protocol, read_protocol
@@ -18,7 +19,7 @@ from frictionloop.experiments.running import resume, run
 from frictionloop.experiments.several import Adjustment, Interleaved
 from frictionloop.experiments.staircase import Staircase
 from frictionloop.experiments.study import simulate
-from frictionloop.experiments.summary import fits, funnel, groups, pooled, reaches, read_trials
+from frictionloop.experiments.summary import fits, funnel, groups, pooled, read_trials
 
 
 def __getattr__(name: str) -> Any:

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
 from typing import Any
+
+import pandas  # type: ignore[import-untyped]
 
 from frictionloop.experiments.engine import Engine
 from frictionloop.experiments.fitting import fitted
-from frictionloop.experiments.folder import Folder, now
+from frictionloop.experiments.folder import LOG, Folder, now, read
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.reach import Reach
 from frictionloop.experiments.respondent import Respondent
 from frictionloop.experiments.session import guided
+from frictionloop.experiments.summary import sessions_in
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 
@@ -69,6 +74,21 @@ def reach_after(kept: Folder, engine: Engine, shown: Respondent, system: System,
         _log(kept, "after", engine.reach(_plain(finger, kept.protocol, engine), seed))
     except FrictionloopError as error:
         kept.log(EVENT, time=now(), when="after", why=str(error))
+
+
+def reaches(path: Path) -> pandas.DataFrame:
+    """Return what each participant's finger could be given before and after, from the logs of sessions.
+
+    Columns participant, when, highest_n, lowest_n, susceptibility_per_um2, growth_per_s; no rows where none measured.
+    """
+    rows = []
+    for each in sessions_in(path):
+        participant = read(each)[2]["participant"]
+        for line in (each / LOG).read_text(encoding="utf-8").splitlines():
+            told = json.loads(line)
+            if told["event"] == EVENT and "highest_n" in told:
+                rows.append({"participant": participant, "when": told["when"], **{n: told[n] for n in Reach._fields}})
+    return pandas.DataFrame(rows, columns=["participant", "when", *Reach._fields])
 
 
 def _plain(system: System, protocol: Protocol, engine: Engine) -> System:

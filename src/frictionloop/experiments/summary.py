@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import Any
@@ -13,9 +12,8 @@ from scipy.stats import linregress
 from scipy.stats import t as student
 
 from frictionloop.experiments.fit import fit, jnd
-from frictionloop.experiments.folder import ABOUT, LOG, TABLE, read
+from frictionloop.experiments.folder import ABOUT, TABLE
 from frictionloop.experiments.protocol import Protocol
-from frictionloop.experiments.reach import Reach
 from frictionloop.experiments.table import COLUMNS, read_rows
 from frictionloop.quantities import FrictionloopError
 
@@ -154,21 +152,6 @@ def pooled(protocol: Protocol, trials: pandas.DataFrame) -> pandas.DataFrame:
                 row["why"] = str(error)
             rows.append(row)
     return pandas.DataFrame(rows)
-
-
-def reaches(path: Path) -> pandas.DataFrame:
-    """Return what each participant's finger could be given before and after, from the logs of sessions.
-
-    Columns participant, when, highest_n, lowest_n, susceptibility_per_um2, growth_per_s; no rows where none measured.
-    """
-    rows = []
-    for each in sessions_in(path):
-        participant = read(each)[2]["participant"]
-        for line in (each / LOG).read_text(encoding="utf-8").splitlines():
-            told = json.loads(line)
-            if told["event"] == "reach" and "highest_n" in told:
-                rows.append({"participant": participant, "when": told["when"], **{n: told[n] for n in Reach._fields}})
-    return pandas.DataFrame(rows, columns=["participant", "when", *Reach._fields])
 
 
 def groups(fitted: pandas.DataFrame) -> pandas.DataFrame:
