@@ -314,7 +314,8 @@ def test_advice_on_a_law_without_kp(monkeypatch: pytest.MonkeyPatch, gain: float
         return
     assert found is not None and found.kp is found.ki is None and found.held == {}
     assert (found.sensitivity_peak is None) == (not found.stable)
-    first, second = advice_text.lines(found, {"saturation_index": 0.0, "r2_identity": 0.5})
+    first, second, *more = advice_text.lines(found, {"saturation_index": 0.0, "r2_identity": 0.5})
+    assert "--speeds" in " ".join(more)
     assert says in first
     assert "Law lookup as tuned (" in second
     peak = "unstable" if found.sensitivity_peak is None else f"Ms {loop.margins().sensitivity_peak:.3g}"

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import pytest
 from designed_notch import DESIGNED_NOTCH
 
 import frictionloop as fl
 from frictionloop.analysis import linearise, operating_band
-from frictionloop.design.corners import Elsewhere, elsewhere, strokes_of
+from frictionloop.cli import advice_text
+from frictionloop.design.corners import NEAR, Elsewhere, corners, elsewhere, strokes_of
+from frictionloop.design.synthesis import design_controller
 from frictionloop.design.wanted import Wanted
 
 LIMITS = Wanted().limits
@@ -25,7 +28,8 @@ def test_gains_for_bristles_that_are_unstable_on_a_slider_are_a_warning():
 
 def test_a_notch_for_bristles_is_told_not_to_hold_on_a_slider():
     found = elsewhere(fl.bench().evolve(DESIGNED_NOTCH), LIMITS)
-    assert (found.unstable, found.beyond, found.unseen, found.notes()) == ((), (), (), ())
+    assert (found.unstable, found.unseen) == ((), ())
+    assert [each.partition(" on ")[2] for each in found.beyond] == ["contact dahl at 10 mm/s"]
     places = [each.partition(" (Ms ")[0] for each in found.near]
     assert places == [f"on contact {each} with the resonance 10 % lower" for each in OTHERS]
     (line,) = found.warning()
@@ -57,3 +61,29 @@ def test_a_stroke_too_short_for_four_times_the_speed_is_said_and_no_error():
         f"not looked at with finger.contact = {contact}, motion.speed_mm_s = 200.0" for contact in ("dahl", "slider")
     ]
     assert all("reversal_s = 0.1 s leaves no stroke of 10 mm" in line for line in lines)
+
+
+def test_gains_for_a_fast_stroke_say_that_they_do_not_hold_on_a_slower_one():
+    fast = fl.bench().evolve({**DESIGNED_NOTCH, "motion.speed_mm_s": 40.0})
+    assert any("dahl at 20 mm/s" in each for each in places(fast))
+    assert not any("dahl at 20 mm/s" in each for each in places(fast, (20.0, 40.0)))
+
+
+def places(system, speeds_mm_s=()):
+    found = elsewhere(system, {0.0: 1.0, 0.1: 1.0}, speeds_mm_s)
+    return (*found.unstable, *found.near, *found.beyond)
+
+
+@pytest.mark.slow
+def test_a_design_for_a_range_of_speeds_holds_its_limits_between_them():
+    wanted = Wanted(speeds_mm_s=(10.0, 20.0))
+    found = design_controller(fl.bench(), "pi", wanted)
+    made = fl.bench().evolve(dict(found.overrides))
+    for speed in (10.0, 11.5, 13.0, 16.0, 18.0, 20.0):
+        there = corners(made.evolve({"motion.speed_mm_s": speed}), LIMITS)
+        assert max(each.excess for each in there) <= 1.002
+    assert found.overrides["controller.ki"] < fl.retune(fl.bench(), 1.7).ki
+
+
+def test_advice_and_design_mean_the_same_by_near():
+    assert advice_text.NEAR == NEAR

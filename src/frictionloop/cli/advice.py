@@ -41,6 +41,8 @@ class Band(NamedTuple):
     low_n: float
     high_n: float
     dry_and_moist: bool
+    occluded: float
+    """How moist the moist finger is, 0 to 1: a law is judged at the end of a contact, as it is designed; a PI at 1."""
     where: str
     """Contact, speed and resonance of the sensor, in words."""
 
@@ -64,6 +66,8 @@ class Ringing(NamedTuple):
     """Where they hold."""
     not_held: tuple[str, ...]
     """Contacts and speeds at which they do not."""
+    also_held: tuple[str, ...] = ()
+    """Other contacts and speeds at which they do, with the resonance off by `OFF`: Ms stays below `NEAR` there."""
 
 
 def ringing(run: xr.Dataset, mask: np.ndarray, metrics: dict[str, float]) -> Ringing | None:
@@ -129,10 +133,14 @@ def of_system(system: System) -> Ringing | None:
     """Return what the linear analysis says of a system, dry and moist; None if it neither rings nor nearly does."""
     from frictionloop.analysis import operating_band
     from frictionloop.design import retune
-    from frictionloop.design.corners import NEAR, elsewhere
+    from frictionloop.design.corners import NEAR, band_of, elsewhere
+    from frictionloop.parameters import PiController
 
     try:
-        points = operating_band(system, occluded=(0.0, 1.0))
+        # Gains of a PI hold up to full occlusion; another law is judged where it is designed.
+        controller = system.controller
+        plain = isinstance(controller, PiController)
+        points = operating_band(system, occluded=(0.0, 1.0)) if plain else band_of(system)
         peak = max(point.sensitivity_peak() for point in points)
     except FrictionloopError:  # what cannot be linearised (a recording) is not judged
         return None
@@ -140,19 +148,27 @@ def of_system(system: System) -> Ringing | None:
     if stable and peak < NEAR:
         return None
     forces_n = [point.elements.force_n for point in points]
-    band = Band(min(forces_n), max(forces_n), len({point.elements.occluded for point in points}) > 1, _bench(system))
-    controller, known, rings_hz = system.controller, peak if stable else None, _frequency_hz(points)
-    from frictionloop.parameters import PiController
-
+    states = {point.elements.occluded for point in points}
+    band = Band(min(forces_n), max(forces_n), len(states) > 1, max(states), _bench(system))
+    known, rings_hz = peak if stable else None, _frequency_hz(points)
     if not isinstance(controller, PiController):
         return Ringing(stable, rings_hz, controller.kind, known, None, None, {}, band, ())
     try:
         held = {path: _three_digits(gain) for path, gain in retune(points, HELD_PEAK).overrides.items()}
         beyond = elsewhere(system.evolve(held), {0.0: NEAR, OFF: NEAR})
         not_held = (*beyond.unstable, *beyond.near, *beyond.beyond)
+        also = () if not_held or beyond.unseen else _others(system)
     except FrictionloopError:
-        held, not_held = {}, ()
-    return Ringing(stable, rings_hz, "pi", known, controller.kp, controller.ki, held, band, not_held)
+        held, not_held, also = {}, (), ()
+    return Ringing(stable, rings_hz, "pi", known, controller.kp, controller.ki, held, band, not_held, also)
+
+
+def _others(system: System) -> tuple[str, ...]:
+    """Return the other contacts and speeds at which gains are looked at, in words."""
+    from frictionloop.design.corners import stroke_of, strokes_of
+
+    places = [system.evolve(changes) for changes in strokes_of(system)]
+    return tuple(f"on{stroke_of(each).removeprefix(',')}" for each in places if each != system)
 
 
 def _frequency_hz(points: Sequence[LinearLoop]) -> float | None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frictionloop.cli.advice import CLAMPED, OFTEN_N, Band, Ringing, left_in
+from frictionloop.cli.advice import CLAMPED, OFF, OFTEN_N, Band, Ringing, left_in
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,6 +17,16 @@ UNREACHED = 0.9
 FINGERS_N = 10.0
 """Mean of a signal above which its unit is asked about: no finger slides under so much (assumed)."""
 WIDTH = 100
+NEAR = 4.0
+"""As in the design of controllers, which this does not load; a test holds the two together."""
+LEADS = (
+    "They stop the ringing of this PI. The answer to go by is that of `frictionloop design controller FILE`: its law "
+    "has a notch, and holds its limits with the resonance off."
+)
+AGAIN = (
+    "This is the law with its own filters, at the speed of this run. `frictionloop design controller FILE --speeds "
+    "SLOWEST,FASTEST` designs it for a range of speeds."
+)
 AT_CEILING, FAR_N = 0.2, 0.02
 """Share of the time at the ceiling, and the mean error there, from which the ceiling is named (chosen)."""
 
@@ -35,6 +45,12 @@ def lines(found: Ringing, metrics: dict[str, float]) -> list[str]:
         said += textwrap.wrap(f"They hold {_where(found.band)}{found.band.where}, for this finger.", WIDTH)
         if found.not_held:
             said += textwrap.wrap(f"They do not hold {'; '.join(found.not_held)}.", WIDTH)
+        elif found.also_held:
+            also = f"Ms stays below {NEAR:g} with the resonance {OFF:.0%} off, also {'; '.join(found.also_held)}."
+            said += textwrap.wrap(also, WIDTH)
+        said += textwrap.wrap(LEADS, WIDTH)
+    elif found.law != "pi":
+        said += textwrap.wrap(AGAIN, WIDTH)
     return said
 
 
@@ -47,7 +63,8 @@ def _gains(found: Ringing) -> str:
 
 def _where(band: Band) -> str:
     levels = f"{band.low_n:.3g}" + (f" to {band.high_n:.3g}" if band.high_n > band.low_n else "")
-    return f"{'dry and moist, ' if band.dry_and_moist else ''}at the set-point's levels ({levels} N)"
+    states = f"dry and moist (occluded {band.occluded:.0%}), " if band.dry_and_moist else ""
+    return f"{states}at the set-point's levels ({levels} N)"
 
 
 def out_of_reach(run: xr.Dataset, mask: np.ndarray) -> list[str]:

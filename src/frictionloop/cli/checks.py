@@ -62,6 +62,26 @@ def check_count(name: str, value: int, least: int, most: int = 2**63 - 1) -> Non
         raise FrictionloopError(f"{name} = {value}: must be a whole number from {least} to {most}")
 
 
+def speeds_of(text: str) -> list[float]:
+    """Return speeds in mm/s written with commas between them."""
+    try:
+        return [float(each) for each in text.split(",")]
+    except ValueError:
+        raise FrictionloopError(
+            f"speeds = {text!r}: must be numbers in mm/s with commas between, such as 20,80"
+        ) from None
+
+
+def two_speeds(text: str | None) -> tuple[float, ...]:
+    """Return the slowest and the fastest of a range of speeds in mm/s, nothing if none is asked for."""
+    if text is None:
+        return ()
+    found = speeds_of(text)
+    if len(found) != 2 or not 0.0 < found[0] <= found[1] < math.inf:
+        raise FrictionloopError(f"speeds = {text!r}: must be the slowest and the fastest in mm/s, such as 20,60")
+    return tuple(found)
+
+
 def check_workers(jobs: int | None, resume: bool, out: Path | None, what: str) -> None:
     """Refuse a number of workers out of range, and to go on with a file that is not named."""
     check_count("jobs", 1 if jobs is None else jobs, 1, 1024)

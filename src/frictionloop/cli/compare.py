@@ -104,13 +104,13 @@ def command(
 
     at = rooms.EVALUATION_SEED if seed is None else seed
     if felt:
-        compare_effects.compare(system, origin, felt, fingers, at, _names(laws), _speeds(speeds), csv, json)
+        compare_effects.compare(system, origin, felt, fingers, at, _names(laws), checks.speeds_of(speeds), csv, json)
         return
     options: dict[str, Any] = {"path": out, "resume": resume, "n_jobs": jobs, "duration_s": duration_s}
     options |= {"begin": lambda cells: _say_how_long(cells, fingers * duration_s, jobs)}
     start_s = time.perf_counter()
     try:
-        ran = rooms.compare(system, fingers, at, _names(laws), _speeds(speeds), **options)
+        ran = rooms.compare(system, fingers, at, _names(laws), checks.speeds_of(speeds), **options)
     except rooms.ComparisonInterrupted as stop:
         raise screen.interrupted(f"{stop.done} of {stop.total} cells done", out) from None
     with screen.waiting("scoring, and margins of each law"):
@@ -158,15 +158,6 @@ def _say_how_long(laws: Sequence[str], run_s: float, jobs: int | None) -> None:
 
 def _names(laws: str | None) -> list[str] | None:
     return None if laws is None else [name.strip() for name in laws.split(",")]
-
-
-def _speeds(text: str) -> list[float]:
-    try:
-        return [float(each) for each in text.split(",")]
-    except ValueError:
-        raise FrictionloopError(
-            f"speeds = {text!r}: must be numbers in mm/s with commas between, such as 20,80"
-        ) from None
 
 
 def _check_overrides(overrides: list[str] | None) -> None:

@@ -42,7 +42,7 @@ def _value(name: str, value: Any) -> str:
 
 def margin_text(found: Sequence[Corner], wanted: Wanted) -> list[Any]:
     """Return the table of margins, worst over forces and strokes, per resonance on a dry and a moist finger."""
-    strokes = list(dict.fromkeys(each.stroke for each in found))
+    strokes = _strokes(found, wanted)
     forces = [each.loop.elements.force_n for each in found]
     moist = max(each.loop.elements.occluded for each in found)
     said = f"margins, worst from {min(forces):.3g} to {max(forces):.3g} N"
@@ -53,6 +53,16 @@ def margin_text(found: Sequence[Corner], wanted: Wanted) -> list[Any]:
     rows = [head, *(_margin_row(found, off, wanted) for off in sorted({each.off for each in found}))]
     turned = any(each.margins.stable and each.margins.phase_margin_deg < 0 for each in found)
     return [screen.wrapped(said), screen.table(rows), *([screen.wrapped(LEAD)] if turned else [])]
+
+
+def _strokes(found: Sequence[Corner], wanted: Wanted) -> list[str]:
+    """Return contacts and speeds in words; a range of speeds by its ends."""
+    strokes = list(dict.fromkeys(each.stroke for each in found))
+    if len(strokes) == 1 or not wanted.speeds_mm_s:
+        return strokes
+    contacts = dict.fromkeys(stroke.rpartition(", ")[0] for stroke in strokes)
+    low, high = min(wanted.speeds_mm_s), max(wanted.speeds_mm_s)
+    return [f"{contact}, {low:g} to {high:g} mm/s" for contact in contacts]
 
 
 def _margin_row(found: Sequence[Corner], off: float, wanted: Wanted) -> Row:

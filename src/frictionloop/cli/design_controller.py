@@ -18,6 +18,7 @@ EXAMPLES = r"""Examples
 
   frictionloop design controller
   frictionloop design controller my-bench.toml --out my-controller.toml
+  frictionloop design controller my-bench.toml --speeds 20,60
   frictionloop design controller my-bench.toml --law hinf \
       --sensitivity-peak 1.5 --resonance-error 0.1 --plots figures
 """
@@ -35,6 +36,7 @@ def command(
     law: Asked[str | None] = None,
     sensitivity_peak: Asked[float] = 1.7,
     resonance_error: Asked[float] = 0.05,
+    speeds: Asked[str | None] = None,
     out: flags.Result[Path | None] = None,
     plots: flags.Result[Path | None] = None,
     json: flags.Json = False,
@@ -51,6 +53,8 @@ def command(
     resonance_error
         Share by which the resonance may be off. Then, and at twice that, Ms may be larger: 2.0 and 2.6 if 1.7
         is asked.
+    speeds
+        Slowest and fastest stroke in mm/s, between which all that holds: 20,60; the speed of FILE if not given.
     out
         Write the system with its new controller here (.toml).
     plots
@@ -67,7 +71,9 @@ def command(
     from frictionloop.design.wanted import Wanted
     from frictionloop.parameters import write_toml
 
-    wanted, name = Wanted(sensitivity_peak, resonance_error), law or default_law(system)
+    screen.tell_notes()  # before the search, which takes long
+    between = checks.two_speeds(speeds)
+    wanted, name = Wanted(sensitivity_peak, resonance_error, between), law or default_law(system)
     designed = _designed(system, name, wanted)
     after, found = system.evolve(dict(designed.overrides)), designed.corners
     with screen.waiting("looking for what is left to gain"):
@@ -100,7 +106,8 @@ def _designed(system: System, law: str, wanted: Wanted) -> Designed:
     from frictionloop.design.synthesis import design_controller
 
     noise = ", after the friction noise is identified by simulation" if law in SLOW else ""
-    with screen.waiting(f"designing {law}{noise}; this takes from a second to two minutes"):
+    longer = ", five for a range of speeds" if wanted.speeds_mm_s else ""
+    with screen.waiting(f"designing {law}{noise}; this takes from a second to two minutes{longer}"):
         return design_controller(system, law, wanted)
 
 

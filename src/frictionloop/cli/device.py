@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from frictionloop.cli import flags, screen
+from frictionloop.quantities.extra import all_needed
 from frictionloop.quantities.units import FrictionloopError
 
 if TYPE_CHECKING:
@@ -45,6 +46,8 @@ SIMULATED = ("sim:", "the firmware on this machine, with a simulated bench")
 COLUMNS = (("f_r", 1.0, "N", 6, 4), ("f_m", 1.0, "N", 7, 4), ("u", 1.0, "N", 6, 4), ("a", 1.0, "um", 6, 3),
            ("position", 1e3, "mm", 11, 2), ("speed", 1e3, "mm/s", 10, 1), ("load", 1.0, "N", 6, 3))  # fmt: skip
 """Channels with their factor to the unit shown, the width, and the places after the point; 80 columns with a state."""
+NEEDED = {"sim": ("cffi",), "emulated": ("elftools", "unicorn", "intelhex")}
+"""Modules that an address takes beside those of the line."""
 LISTEN_S, DECIMATION = 0.1, 50
 """Ten samples of telemetry: the last one tells the fault that is in force."""
 
@@ -53,6 +56,7 @@ LISTEN_S, DECIMATION = 0.1, 50
 def connected(address: str, system: System | None = None) -> Iterator[Device]:
     """Yield the device, as `connect` does; says what takes long the first time."""
     here = address.startswith(("sim:", "emulated:"))
+    all_needed("cobs", "fastcrc", *NEEDED.get(address.partition(":")[0], ()))
     text = "loading the compiled loop and firmware; after an installation they are compiled first"
     with screen.waiting(text if here else f"looking for {address}"):
         from frictionloop.device.transport import opener

@@ -33,6 +33,11 @@ TURN_MM = 2.0
 """So near to a turn nothing counts: the friction changes its sign there. As in `simulate` at a
 stiffness of 1000 N/m; that of a real finger is not known."""
 
+ON_FINGER = (
+    "on the finger, known of a simulated bench only; it is what simulate calls rms_error. f_m has the sensor's "
+    "springs, lag and noise on top"
+)
+
 LONGEST_S = 86400.0
 SCORED_S = 600.0
 """Of a longer run the last part is scored and drawn: what it takes in memory does not grow with the run."""
@@ -140,12 +145,16 @@ def summary(run: xr.Dataset) -> dict[str, Any]:
     rms = float(np.sqrt(np.nanmean(error**2))) if np.isfinite(error).any() else float("nan")
     names = ("lost_samples", "gaps", "reconnects", "broken_frames", "missed_frames")
     lost = {name: run.attrs[name] for name in names if name in run.attrs}
-    return {"samples": run.sizes["time"], "counted": float(counts.mean()), "measured_rms_error_n": rms, **lost}
+    about = {"samples": run.sizes["time"], "counted": float(counts.mean()), "measured_rms_error_n": rms, **lost}
+    if "f_a" in run and counts.any():
+        inner = (run["f_a"] - run["f_r"]).values[counts]
+        about["rms_error_n"] = float(np.sqrt(np.nanmean(inner**2)))
+    return about
 
 
 def worded(found: dict[str, Any]) -> list[tuple[str, str]]:
     """Return these as rows."""
-    lost = int(found["lost_samples"])
+    lost, inner = int(found["lost_samples"]), found.get("rms_error_n")
     error = (
         f"{1e3 * found['measured_rms_error_n']:.3g} mN rms by the device's own sensor" if found["counted"] else "none"
     )
@@ -153,6 +162,7 @@ def worded(found: dict[str, Any]) -> list[tuple[str, str]]:
         ("recorded", f"{found['samples']:,} samples{_part(found)}"),
         ("counted", f"{100 * found['counted']:.3g} %: a finger slides, {TURN_MM:g} mm or more from where it turns"),
         ("f_m - f_r", error),
+        *([] if inner is None else [("f_a - f_r", f"{1e3 * inner:.3g} mN rms {ON_FINGER}")]),
         ("lost", f"{lost:,} samples" if lost else "nothing"),
     ]
 

@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from frictionloop.cli import checks, flags, screen
+from frictionloop.cli import checks, describe, flags, screen
+from frictionloop.quantities.extra import all_needed
 
 if TYPE_CHECKING:
     from frictionloop.firmware.export import Table
+    from frictionloop.parameters import System
 
 ARGUMENTS = "[FILE] --out FOLDER [OPTIONS]"
 EXPORT_EXAMPLES = r"""Examples
@@ -24,6 +26,7 @@ BUILD_EXAMPLES = r"""Examples
   frictionloop firmware build my-controller.toml --out my-image --laws pi,notch_pi
   frictionloop firmware build my-controller.toml --out my-image --board mps2
 """
+ELSEWHERE = "a reference image with two force axes, not on this one,"
 Out = Annotated[Path, Parameter(help="Folder for the files; made if it is missing.", group=flags.RESULT)]
 
 
@@ -62,6 +65,7 @@ def build(
     laws
         Kinds of controller that the image has, with commas: pi,notch_pi,observer; all by default.
     """
+    all_needed("ziglang", "elftools", "cobs", "fastcrc", "intelhex")
     table, origin = _table(file, preset, overrides, out)
 
     from frictionloop.device.emulator.memory_map import FLASH_BYTES, RAM_BYTES
@@ -136,14 +140,30 @@ def _show(table: Table, origin: str, made: dict[str, Any], rows: list[tuple[str,
         screen.show_json({"system": origin, **found, **made, "table": rows[-1][1]})
         return
     low_n, high_n = found["clamp_n"]
-    traced, worst, where = made.get("cycles"), found["worst_tick_cycles"], "the image of bench() with two force axes"
+    traced, worst, where = (
+        made.get("cycles"),
+        found["worst_tick_cycles"],
+        ELSEWHERE,
+    )
     if traced:
         worst, where = next(iter(traced.values()))["tick"], "this image"
     cost = f"worst tick {worst:,} of {found['tick_cycles']:,} cycles, traced on {where} in an emulator"
-    about = [
-        ("law", found["law"]),
+    about: list[tuple[str, ...]] = [
+        *_inside(table.system),
         ("clamp", f"{low_n:.4g} to {high_n:.4g} N"),
         ("cost", cost if worst else "not traced"),
         ("words", f"{found['words']}, table {found['table_hash']:08x}"),
     ]
     screen.show(screen.columns([("system", origin), *about, *rows]))
+
+
+def _inside(system: System) -> list[tuple[str, str]]:
+    """Return what of a system is in the words: its law with the gains, the delay it is for, and the carrier."""
+    from frictionloop.parameters import ResonantPlate
+
+    controller, plate = system.controller, system.plate
+    law = next(row[1] for row in describe.system_rows(system) if row[0] == "controller")
+    whole_us = 1e6 * (controller.delay_s + 0.5 / controller.rate_hz)
+    carrier = [("carrier", f"{plate.frequency_hz:g} Hz, Q {plate.q:g}")] if isinstance(plate, ResonantPlate) else []
+    delay = f"{1e6 * controller.delay_s:g} us from sample to amplitude, {whole_us:.4g} us with half the hold"
+    return [("law", law), *carrier, ("loop delay", delay)]

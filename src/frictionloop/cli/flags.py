@@ -129,7 +129,7 @@ def given(
 
     ``designed`` names the law that a controller is to be found for.
     """
-    from frictionloop.cli.plausible import differing, questions
+    from frictionloop.cli.plausible import differing, questions, suggested
     from frictionloop.parameters import preset, read_toml
     from frictionloop.parameters.files import start_of
 
@@ -138,9 +138,12 @@ def given(
             f"{file} and --preset {preset_name} both name a system; give one (a file may begin with "
             f'preset = "{preset_name}" and hold only what differs)'
         )
-    base = preset(preset_name or instead) if file is None else read_toml(file)
     overrides = overrides_of(flags)
-    system = base.evolve(overrides)
+    try:
+        base = preset(preset_name or instead) if file is None else read_toml(file)
+        system = base.evolve(overrides)
+    except FrictionloopError as error:
+        raise FrictionloopError(suggested(str(error))) from None
     start, changes = (None, {}) if file is None else start_of(file)
     of_file = [] if start is None else _left(start, base, changes)
     asked = *questions(system), *differing(system, {*_flat(changes), *overrides}, designed)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Collection, Iterator
 from operator import attrgetter
 from typing import Any
@@ -35,6 +37,10 @@ USUAL = {
     "mass_kg": (1e-6, 0.01),
 }
 """Ranges by a parameter's name, the ends a decade or so beyond what is published of fingers and displays (chosen)."""
+
+USUAL_OF = {"plate.frequency_hz": (5e3, 2e5), "plate.q": (2.0, 1e5)}
+"""Ranges of those whose name alone does not say: ultrasound, and a plate that resonates (chosen)."""
+PREFIXES = (1e-6, 1e-3, 1e3, 1e6)
 
 BELIEVED = {
     "plate_hz": ("plate.cutoff_hz", ("plate.cutoff_hz", "plate.frequency_hz", "plate.q")),
@@ -88,9 +94,34 @@ def _of_block(path: str, block: BaseModel) -> Iterator[str]:
         name = f"{path}.{key}"
         if isinstance(value, BaseModel):
             yield from _of_block(name, value)
-        elif key in USUAL and _is_far(value, *USUAL[key]):
-            unit, (low, high) = unit_of(key), USUAL[key]
-            yield f"{name} = {value:g} {unit}: is the unit right? Usual are {low:g} to {high:g} {unit}"
+        elif name not in USUAL_OF and key in USUAL and _is_far(value, *USUAL[key]):
+            yield _asked(name, value, USUAL[key])
+        elif name in USUAL_OF and _is_far(value, *USUAL_OF[name]):
+            yield _asked(name, value, USUAL_OF[name])
+
+
+def _asked(name: str, value: float, usual: tuple[float, float]) -> str:
+    unit, (low, high) = unit_of(name), usual
+    meant = _meant(abs(value), low, high)
+    hint = "" if meant is None else f"; did you mean {meant:g} {unit}?"
+    return f"{name} = {value:g} {unit}: is the unit right? Usual are {low:g} to {high:g} {unit}{hint}"
+
+
+def _meant(value: float, low: float, high: float) -> float | None:
+    """Return the value in the range that a wrong prefix, as milli or kilo, is nearest to; None if there is none."""
+    found = [value * factor for factor in PREFIXES if low <= value * factor <= high]
+    middle = math.log(low * high) / 2.0
+    return min(found, key=lambda each: abs(math.log(each) - middle), default=None)
+
+
+def suggested(error: str) -> str:
+    """Return a refusal with the value that was meant, where a wrong prefix of its unit explains it."""
+    found = re.search(r"([a-z_]+)\.([a-z_0-9]+) = (-?[0-9.e+-]+) \w+: must be", error)
+    usual = USUAL.get(found[2]) if found else None
+    if found is None or usual is None:
+        return error
+    meant = _meant(abs(float(found[3])), *usual)
+    return error if meant is None else f"{error}; did you mean {meant:g} {unit_of(found[2])}?"
 
 
 def _is_far(value: Any, low: float, high: float) -> bool:

@@ -18,6 +18,8 @@ from frictionloop.quantities import FrictionloopError
 CONTACTS = ("dahl", "slider")
 FASTER = (1.0, 4.0)
 """Speeds that a design is looked at, over that of its strokes: 20 and 80 mm/s, as in the comparison of laws."""
+SLOWER = 0.5
+"""Speed over the slowest held that is looked at too: a finger that strokes passes every slower speed (assumed)."""
 CONTACT_S = 10.0
 """How long a finger that never lifts is looked at, s: as long as a trial (paper, Sec. 4.2)."""
 MET = 1e-3
@@ -68,9 +70,13 @@ def occlusions(system: System) -> tuple[float, ...]:
     return 0.0, -math.expm1(-(motion.contact_s or CONTACT_S) / friction.occlusion_s)
 
 
-def band_of(system: System) -> list[LinearLoop]:
-    """Return the loops at lowest, mean and highest force asked for, on a dry and on a moist finger."""
-    return operating_band(system, occluded=occlusions(system))
+def band_of(system: System, speeds_mm_s: Sequence[float] = ()) -> list[LinearLoop]:
+    """Return the loops at lowest, mean and highest force asked for, on a dry and on a moist finger, at each speed."""
+    if not speeds_mm_s:
+        return operating_band(system, occluded=occlusions(system))
+    if not isinstance(system.motion, Strokes):
+        raise FrictionloopError(f'speeds_mm_s: motion.kind = "{system.motion.kind}" has none; needs "strokes"')
+    return [loop for speed in speeds_mm_s for loop in band_of(system.evolve({"motion.speed_mm_s": speed}))]
 
 
 def stroke_of(system: System) -> str:
@@ -86,20 +92,20 @@ def at_mean(system: System, off: float = 0.0) -> LinearLoop:
     return detuned(loop, 1.0 + off) if off else loop
 
 
-def corners(system: System, limits: Mapping[float, float]) -> list[Corner]:
+def corners(system: System, limits: Mapping[float, float], speeds_mm_s: Sequence[float] = ()) -> list[Corner]:
     """Return Ms of a System's controller at its `band_of`, the resonance off too.
 
-    A law does not change with the springs, so it is made once.
+    A law does not change with the springs, so it is made once per speed, force and finger.
 
     Raises
     ------
     FrictionloopError
         A law that has no linear analysis there.
     """
-    laws: dict[tuple[float, float], StateSpace] = {}
+    laws: dict[tuple[str, float, float], StateSpace] = {}
     found = []
-    for loop, off, limit in shifted(band_of(system), limits):
-        at = (loop.elements.force_n, loop.elements.occluded)
+    for loop, off, limit in shifted(band_of(system, speeds_mm_s), limits):
+        at = (stroke_of(loop.system), loop.elements.force_n, loop.elements.occluded)
         if at not in laws:
             laws[at] = loop.law
         there = replace(loop, known_law=laws[at])
@@ -147,16 +153,16 @@ class Elsewhere(NamedTuple):
         return (*beyond, *self.unseen)
 
 
-def elsewhere(system: System, limits: Mapping[float, float]) -> Elsewhere:
+def elsewhere(system: System, limits: Mapping[float, float], speeds_mm_s: Sequence[float] = ()) -> Elsewhere:
     """Return where else a System's controller is beyond its limits on Ms, or cannot be looked at.
 
-    Elsewhere are the other contact and four times the speed.
+    Elsewhere are the other contact, four times the speed, and half of it: outside the speeds at which it holds.
     """
     unstable, near, beyond, unseen = [], [], [], []
-    for changes in strokes_of(system):
+    for changes in [*strokes_of(system), *_slower(system, speeds_mm_s)]:
         try:
             there = system.evolve(changes)
-            found = [] if there == system else corners(there, limits)
+            found = [] if _held(there, system, speeds_mm_s) else corners(there, limits)
         except FrictionloopError as error:  # no such stroke, a force out of reach, a law that is saturated there
             given = ", ".join(f"{path} = {value}" for path, value in changes.items())
             unseen.append(f"not looked at with {given}: {error}")
@@ -171,6 +177,23 @@ def elsewhere(system: System, limits: Mapping[float, float]) -> Elsewhere:
             else:
                 beyond.append(f"{peak} {place}")
     return Elsewhere(tuple(unstable), tuple(near), tuple(beyond), tuple(unseen))
+
+
+def _slower(system: System, speeds_mm_s: Sequence[float]) -> list[dict[str, Any]]:
+    """Return overrides for a slower stroke of a skin; none for one at which the controller would hold its output."""
+    if not (isinstance(system.finger, Skin) and isinstance(system.motion, Strokes)):
+        return []
+    slowest = SLOWER * min(speeds_mm_s, default=system.motion.speed_mm_s)
+    return [{"motion.speed_mm_s": slowest}] if slowest >= system.touch.load.least_speed_mm_s else []
+
+
+def _held(there: System, system: System, speeds_mm_s: Sequence[float]) -> bool:
+    """Tell whether a place differs from a system in nothing but a speed at which its controller was held."""
+    if not (speeds_mm_s and isinstance(there.motion, Strokes) and isinstance(system.motion, Strokes)):
+        return there == system
+    speed = there.motion.speed_mm_s
+    alike = there == system.evolve({"motion.speed_mm_s": speed})
+    return alike and min(speeds_mm_s) <= speed <= max(speeds_mm_s)
 
 
 def _place(system: System, corner: Corner) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -26,7 +26,11 @@ GUARD = 0.99
 
 
 def tune_observer(
-    system: System, kind: str, limits: Mapping[float, float], disturbance: Spectrum | None
+    system: System,
+    kind: str,
+    limits: Mapping[float, float],
+    disturbance: Spectrum | None,
+    speeds_mm_s: Sequence[float] = (),
 ) -> dict[str, Any]:
     """Return overrides of an observing law with the least residual within margins.
 
@@ -40,6 +44,8 @@ def tune_observer(
         Largest Ms by the share that the resonance is off.
     disturbance
         Spectrum whose residual is to be least; None: the largest bandwidth.
+    speeds_mm_s
+        Speeds of the stroke at which it has to hold; none: that of the bench.
 
     Raises
     ------
@@ -47,7 +53,7 @@ def tune_observer(
         No bandwidth holds: the line says how close the best one comes, and where.
     """
     base = system.evolve({"controller.kind": kind})
-    cases = shifted(band_of(system.evolve({"controller.kind": "pi"})), limits)
+    cases = shifted(band_of(system.evolve({"controller.kind": "pi"}), speeds_mm_s), limits)
     plants, peaks = Plants.of([loop for loop, _, _ in cases]), np.array([peak for _, _, peak in cases])
     spaces = [loop.plant.state_space() for loop, _, _ in cases]
     density = None if disturbance is None else disturbance(plants.frequency_hz)

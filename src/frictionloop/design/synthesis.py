@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 from frictionloop.analysis.disturbance import Spectrum, touch_spectrum
 from frictionloop.analysis.operating import check_reach
-from frictionloop.design.corners import band_of, broken, corners, elsewhere
+from frictionloop.design.corners import Corner, band_of, broken, corners, elsewhere
 from frictionloop.design.notch import retune_notch
 from frictionloop.design.plants import shifted
 from frictionloop.design.retune import retune
@@ -24,6 +25,8 @@ MODEL_ERROR = 0.3
 """Share of the set-point that feed-forward leaves to the feedback: spread of tau over fingers (assumed)."""
 SLOW = 0.1
 """Share of the resonance below which an observer's bandwidth is called slow: a PI gets there (assumed)."""
+SEARCHED, CHECKED = 3, 9
+"""Speeds in a range that a search begins with, and at which its result is looked at."""
 Synthesis = Callable[[System, Wanted], Designed]
 
 
@@ -32,7 +35,7 @@ def notch_pi(system: System, wanted: Wanted) -> Designed:
     _check_notch(system)
     forward, notes = feedforward(system)
     spectrum, more = _spectrum(system, MODEL_ERROR if forward else 1.0)
-    points = band_of(_plain(system))
+    points = band_of(_plain(system), wanted.speeds_mm_s)
     with _in_terms_of(wanted):
         found = retune_notch(points, wanted.limits, disturbance=spectrum, overdrive=True, least_ki=LEAST_KI)
     return Designed({**found.overrides, "controller.feedforward": forward}, notes + more)
@@ -40,7 +43,7 @@ def notch_pi(system: System, wanted: Wanted) -> Designed:
 
 def pi(system: System, wanted: Wanted) -> Designed:
     """PI alone with the largest ki (`retune`)."""
-    cases = shifted(band_of(_plain(system)), wanted.limits)
+    cases = shifted(band_of(_plain(system), wanted.speeds_mm_s), wanted.limits)
     with _in_terms_of(wanted):
         found = retune([loop for loop, _, _ in cases], [peak for _, _, peak in cases], LEAST_KI)
     return Designed({"controller.kind": "pi", **found.overrides})
@@ -62,7 +65,7 @@ def _observing(kind: str, system: System, wanted: Wanted, *said: str) -> Designe
     from frictionloop.design.observed import tune_observer
 
     spectrum, notes = _spectrum(system, MODEL_ERROR)
-    found = tune_observer(system, kind, wanted.limits, spectrum)
+    found = tune_observer(system, kind, wanted.limits, spectrum, wanted.speeds_mm_s)
     return Designed(found, (*notes, *_slow(system, found), *said))
 
 
@@ -116,13 +119,41 @@ def design_controller(system: System, law: str | None = None, wanted: Wanted | N
     name, asked = law or default_law(system), wanted or Wanted()
     check_known("law", [name], SYNTHESES)
     check_reach(system)
-    found = SYNTHESES[name](system, asked)
-    at = found.corners or corners(system.evolve(found.overrides), asked.limits)
-    worst = broken(at)
-    if worst is not None:
-        raise FrictionloopError(unheld(name, asked, worst))
-    more = elsewhere(system.evolve(found.overrides), asked.limits)
-    return found._replace(corners=tuple(at), warnings=more.warning(), notes=(*found.notes, *more.notes()))
+    found, at = _held_between(system, name, asked)
+    more = elsewhere(system.evolve(found.overrides), asked.limits, asked.speeds_mm_s)
+    notes = (*found.notes, *more.notes(), *_one_speed(system, asked))
+    return found._replace(corners=tuple(at), warnings=more.warning(), notes=notes)
+
+
+def _held_between(system: System, law: str, asked: Wanted) -> tuple[Designed, Sequence[Corner]]:
+    """Return a controller, and its corners at closely spaced speeds, all within the limits.
+
+    The search sees few speeds; one at which its result does not hold joins them, and it is made again.
+    """
+    searched = replace(asked, speeds_mm_s=asked.spread_mm_s(SEARCHED))
+    close = asked.spread_mm_s(CHECKED)
+    while True:
+        found = SYNTHESES[law](system, searched)
+        at = found.corners or corners(system.evolve(found.overrides), asked.limits, close)
+        worst = broken(at)
+        if worst is None:
+            return found, at
+        motion = worst.loop.system.motion
+        speed = motion.speed_mm_s if isinstance(motion, Strokes) and close else None
+        if speed is None or speed in searched.speeds_mm_s:
+            raise FrictionloopError(unheld(law, asked, worst))
+        searched = replace(searched, speeds_mm_s=(*searched.speeds_mm_s, speed))
+
+
+def _one_speed(system: System, asked: Wanted) -> tuple[str, ...]:
+    """Return what to say of limits that hold at one speed."""
+    if asked.speeds_mm_s or not isinstance(system.motion, Strokes):
+        return ()
+    speed = system.motion.speed_mm_s
+    return (
+        f"the limits hold at {speed:g} mm/s; a finger passes slower speeds as well: --speeds {speed / 2:g},{speed:g} "
+        "holds them from one speed to the other",
+    )
 
 
 @contextmanager

@@ -23,12 +23,25 @@ class Wanted:
     """Largest Ms with the resonance as described, above 1."""
     resonance_error: float = 0.05
     """Share by which the resonance may be off, either way, 0 to 0.25; at twice that it still has to be calm."""
+    speeds_mm_s: tuple[float, ...] = ()
+    """Speeds of the stroke at which all that holds, and between which it does; none: that of the system."""
 
     def __post_init__(self) -> None:
         if not 1.0 < self.sensitivity_peak <= 10.0:
             raise FrictionloopError(f"sensitivity_peak = {self.sensitivity_peak:g}: must be above 1, up to 10")
         if not 0.0 <= self.resonance_error <= 0.25:
             raise FrictionloopError(f"resonance_error = {self.resonance_error:g}: must be from 0 to 0.25, e.g. 0.05")
+        if not all(0.0 < each < float("inf") for each in self.speeds_mm_s):
+            raise FrictionloopError(f"speeds_mm_s = {self.speeds_mm_s}: must be above 0, e.g. (20.0, 60.0)")
+
+    def spread_mm_s(self, count: int) -> tuple[float, ...]:
+        """Return so many speeds in equal ratios from the slowest to the fastest; one where they are the same."""
+        if not self.speeds_mm_s:
+            return ()
+        low, high = min(self.speeds_mm_s), max(self.speeds_mm_s)
+        if low == high:
+            return (low,)
+        return tuple(low * (high / low) ** (k / (count - 1)) for k in range(count))
 
     @property
     def limits(self) -> dict[float, float]:

@@ -57,11 +57,8 @@ class Fit(NamedTuple):
     regression: float
     slope: float
     rms_n: float
-
-
-def spread_n(runs: xr.Dataset) -> float:
-    """Return the standard deviation of f_a about its regression on f_r, N."""
-    return float(np.sqrt((1.0 - fit(runs).regression) * runs["f_a"].values.var()))
+    spread_n: float
+    """Standard deviation of f_a about its regression on f_r, N."""
 
 
 def fit(runs: xr.Dataset) -> Fit:
@@ -69,9 +66,11 @@ def fit(runs: xr.Dataset) -> Fit:
     r, f = runs["f_r"].values.ravel(), runs["f_a"].values.ravel()
     error2, spread = np.mean((f - r) ** 2), r.var()
     covariance = np.mean((r - r.mean()) * (f - f.mean()))
+    regression = float(covariance**2 / (spread * f.var()))
     return Fit(
         float(1.0 - error2 / spread),
-        float(covariance**2 / (spread * f.var())),
+        regression,
         float(covariance / spread),
         float(np.sqrt(error2)),
+        float(np.sqrt((1.0 - regression) * f.var())),
     )

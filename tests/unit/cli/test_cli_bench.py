@@ -151,7 +151,8 @@ def test_the_printed_gains_ring_and_it_is_said(frictionloop):
     assert "This loop rings near 14" in answer.out  # the resonance at 145 Hz, pulled down by the delay
     assert "of the commands are clamped, the force does not follow." in answer.out
     assert "kp = 10, ki = 2: too much for this sensor, plate and delay." in answer.out
-    assert "\nThey hold dry and moist, at the set-point's levels (0.5 to 0.7 N), contact dahl, 20 mm/s" in answer.out
+    assert "\nThey hold dry and moist (occluded 100%), at the set-point's levels (0.5 to 0.7 N)," in answer.out
+    assert "contact dahl, 20 mm/s, sensor resonance 145 Hz" in " ".join(answer.out.split())
     assert "\nThey do not hold on contact slider at 20 mm/s; on contact slider at 80 mm/s;" in answer.out
     gains = re.search(r"^Gains that hold: (.*)$", answer.out, re.MULTILINE)[1]
     held = frictionloop(*SHORT, *gains.split())
@@ -173,7 +174,11 @@ def test_ringing_as_json(frictionloop):
     assert (found["kp"], found["ki"]) == (10, 2)
     where = ", contact dahl, 20 mm/s, sensor resonance 145 Hz"
     levels = {"low_n": pytest.approx(0.5), "high_n": pytest.approx(0.7)}
-    assert found["band"] == levels | {"dry_and_moist": True, "where": where}
+    assert found["band"] == levels | {
+        "dry_and_moist": True,
+        "occluded": 1.0,
+        "where": where,
+    }
     slider = fl.bench().evolve({**found["held"], "finger.contact": "slider"})
     assert not all(each.margins().stable for each in operating_band(slider, occluded=(0.0, 1.0)))
     assert "on contact slider at 20 mm/s" in found["not_held"]

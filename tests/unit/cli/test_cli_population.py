@@ -93,7 +93,8 @@ def test_a_population_of_a_loop_that_rings_is_told(frictionloop, monkeypatch):
         re.MULTILINE,
     )
     assert "\nkp = 10, ki = 2: too much for this sensor, plate and delay.\n" in answer.out
-    assert "\nThey hold dry and moist, at the set-point's levels (0.5 to 0.7 N), contact dahl, 20 mm/s" in answer.out
+    assert "\nThey hold dry and moist (occluded 100%), at the set-point's levels (0.5 to 0.7 N)," in answer.out
+    assert "contact dahl, 20 mm/s, sensor resonance 145 Hz" in " ".join(answer.out.split())
     assert "\nThey do not hold on contact slider at 20 mm/s; on contact slider at 80 mm/s;" in answer.out
     gains = re.search(r"^Gains that hold: (.*)$", answer.out, re.MULTILINE)[1].split()
     assert "Gains that hold" not in frictionloop(*words, *gains).out

@@ -13,7 +13,8 @@ from frictionloop.quantities import FrictionloopError
 
 
 def line(library: str, extra: str) -> str:
-    return f"{library} is missing; install it with: pip install 'frictionloop[{extra}]'"
+    pip = ".venv/bin/pip install --constraint requirements/lock.txt"
+    return f"{library} is missing; install with: {pip} --editable '.[{extra}]'"
 
 
 @pytest.mark.parametrize(
@@ -48,3 +49,12 @@ def test_the_extra_is_named(monkeypatch, tmp_path, library, extra, call):
         call(tmp_path)
     assert str(caught.value) == line(library, extra)
     assert not any(tmp_path.iterdir())
+
+
+def test_a_build_names_everything_that_it_lacks_at_once(frictionloop, monkeypatch):
+    for module in ("ziglang", "elftools", "intelhex", "fastcrc"):
+        monkeypatch.setitem(sys.modules, module, None)
+    answer = frictionloop("firmware", "build", "--preset", "bench", "--out", "made")
+    assert (answer.code, answer.out, answer.err.count("\n")) == (2, "", 1)
+    assert "ziglang, pyelftools, fastcrc, intelhex are missing; install with: .venv/bin/pip install" in answer.err
+    assert answer.err.endswith("--constraint requirements/lock.txt --editable '.[image,device]'\n")

@@ -22,13 +22,34 @@ def test_no_finger_is_asked_about():
 @pytest.mark.parametrize(
     ("flag", "value", "said"),
     [
-        ("plate.max_amplitude_um", "2.5e-6", "2.5e-06 um: is the unit right? Usual are 0.001 to 100 um"),
-        ("sensor.noise_rms_n", "50", "50 N: is the unit right? Usual are 1e-08 to 0.5 N"),
+        (
+            "plate.max_amplitude_um",
+            "2.5e-6",
+            "2.5e-06 um: is the unit right? Usual are 0.001 to 100 um; did you mean 2.5 um?",
+        ),
+        ("sensor.noise_rms_n", "50", "50 N: is the unit right? Usual are 1e-08 to 0.5 N; did you mean 5e-05 N?"),
     ],
 )
 def test_a_wrong_unit_is_asked_about_and_the_run_goes_on(frictionloop, flag, value, said):
     answer = frictionloop("simulate", f"--{flag}", value, "--duration-s", "0.01")
     assert (answer.code, answer.err) == (0, f"{flag} = {said}\n")
+
+
+def test_a_carrier_in_kilohertz_is_asked_about_before_the_search(frictionloop, monkeypatch):
+    def late(*_):
+        raise fl.FrictionloopError("the resonance is the limit")
+
+    monkeypatch.setattr("frictionloop.design.synthesis.design_controller", late)
+    first, last = frictionloop("design", "controller", "--plate.frequency_hz", "38.5", "--law", "pi").err.splitlines()
+    assert first.startswith("plate.frequency_hz = 38.5 Hz: is the unit right?") and "did you mean 38500 Hz?" in first
+    assert last == "error: the resonance is the limit"
+
+
+def test_a_refused_delay_in_microseconds_names_what_was_meant(frictionloop, tmp_path):
+    said = frictionloop("simulate", "--preset", "bench", "--controller.delay_s", "250").err
+    assert "controller.delay_s = 250 s: must be" in said and said.endswith("did you mean 0.00025 s?\n")
+    (tmp_path / "mine.toml").write_text('preset = "bench"\n[controller]\ndelay_s = 250\n')
+    assert frictionloop("simulate", "mine.toml").err.endswith("did you mean 0.00025 s?\n")
 
 
 def test_nothing_is_no_question():

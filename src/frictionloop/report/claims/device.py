@@ -15,7 +15,7 @@ from frictionloop.physics.fingers import capable
 from frictionloop.report.beyond import MEDIAN, NOTCH, ORACLE, WORST
 from frictionloop.report.claims.claim import Value
 from frictionloop.report.claims.judging import Numbers, numbers
-from frictionloop.report.device import CLOSED, CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, Fit, fit, spread_n
+from frictionloop.report.device import CLOSED, CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, Fit, fit
 from frictionloop.report.numbers import number
 from frictionloop.report.people import LOOKUPS
 from frictionloop.report.protocol import HIGH_N, LEVELS_N, LOW_N, SCORED_S, population
@@ -33,19 +33,19 @@ BENCHES: dict[str, Mapping[str, Any]] = {
 
 
 def pi_reduces_variability(results: Results) -> Numbers:
-    """Return the error with the lookup table alone over that with the PI."""
+    """Return the spread of the force with the lookup table alone over that with the PI."""
     tracked, people = results.tracked, results.people
     found = {}
     for name in (RETUNED_GAINS, PRINTED):
-        found[f"{name}, one finger"] = fit(tracked[OPEN]).rms_n / fit(tracked[name]).rms_n
-        some = float((people[OPEN]["rms_n"] / people[name]["rms_n"]).median())
+        found[f"{name}, one finger"] = fit(tracked[OPEN]).spread_n / fit(tracked[name]).spread_n
+        some = float((people[OPEN]["spread_n"] / people[name]["spread_n"]).median())
         found[f"{name}, median of {people[name].sizes['finger']} fingers"] = some
     return numbers(
         found,
         before=1e3 * fit(tracked[OPEN]).rms_n,
         left=1e3 * fit(tracked[RETUNED_GAINS]).rms_n,
-        open_spread=spread_n(tracked[OPEN]),
-        spread=spread_n(tracked[RETUNED_GAINS]),
+        open_spread=fit(tracked[OPEN]).spread_n,
+        spread=fit(tracked[RETUNED_GAINS]).spread_n,
     )
 
 
@@ -74,7 +74,7 @@ def open_loop_r2(results: Results) -> Numbers:
 def open_loop_variation(results: Results) -> Numbers:
     """Return how far the force lies from its regression, and from the set-point, without control, in N."""
     tables = _tables(results)
-    found = {f"{name}, about the regression": spread_n(runs) for name, runs in tables.items()}
+    found = {f"{name}, about the regression": fit(runs).spread_n for name, runs in tables.items()}
     return numbers(found | {f"{name}, from the set-point": fit(runs).rms_n for name, runs in tables.items()})
 
 

@@ -69,9 +69,17 @@ def claims_tables(claims: Sequence[Claim]) -> list[Table]:
         for claim in some:
             sign = Text(SYMBOLS[claim.verdict], style=COLOURS[claim.verdict])
             published, ours = paper_and_ours(claim)
-            table.add_row(sign, claim.title, published, f"{claim.quantity} {ours}")
+            table.add_row(sign, claim.title, published, f"{claim.quantity} {ours}{under(claim)}")
         tables.append(table)
     return tables
+
+
+def under(claim: Claim) -> str:
+    """Return under what a claim comes out, which a half circle alone does not say; nothing of another claim."""
+    if claim.verdict is not Verdict.ASSUMED:
+        return ""
+    named = ", ".join(f"{name} ({with_unit(claim.all_values[name], claim.unit, claim.digits)})" for name in claim.under)
+    return f"; comes out under: {named}"
 
 
 def grouped(claims: Sequence[Claim]) -> dict[Group, list[Claim]]:
@@ -125,7 +133,7 @@ def summary(claims: Sequence[Claim]) -> list[str]:
     n, thesis = counts(claims), next(claim for claim in claims if claim.id == THESIS)
     return [
         "",
-        f"The paper's idea {HOLDS[thesis.verdict]}: the PI divides the error of the force by {thesis.ours:.3g}.",
+        f"The paper's idea {HOLDS[thesis.verdict]}: the PI divides the spread of the force by {thesis.ours:.3g}.",
         f"{n['printed']} of {n['text']} statements about the simulation come out as printed, "
         f"{n['assumed']} under an assumption, {n['contradicted']} do not.",
         f"Of {n['device']} about the device {n['device out']} come out on the assumed bench, "

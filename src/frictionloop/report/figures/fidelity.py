@@ -59,7 +59,7 @@ def figure_fidelity_map(fidelity: xr.Dataset, title: str) -> Figure:
 def _best_on(r2: xr.DataArray, best: Optimum) -> str:
     """Return what the best point is: on the map's edge a better one may lie beyond."""
     edges = (float(r2["kp"][0]), float(r2["kp"][-1]), float(r2["ki"][0]), float(r2["ki"][-1]))
-    return "best of this map, at its edge:" if best.kp in edges[:2] or best.ki in edges[2:] else "best"
+    return "best of this map, at its edge:" if best.kp in edges[:2] or best.ki in edges[2:] else "best of this map:"
 
 
 def _colours(figure: Figure, axes: Axes, r2: xr.DataArray, best: float) -> None:
@@ -116,7 +116,7 @@ def _cut(axes: Axes, cut: xr.Dataset, name: str) -> None:
     low = max(float(r2.min()), bound - BELOW_BEST[0])
     room = (bound - low) * 0.1
     axes.set(xscale="log", xlim=(0.6, 110), ylim=(low - room, bound + room))
-    axes.set_title(f"{name}: best $K_p$ = {number(best.kp)}", fontsize=8.5)
+    axes.set_title(f"{name}: best at $K_i$ = 2: $K_p$ = {number(best.kp)}", fontsize=8.5)
     _plain_ticks(axes, vertical=False)
 
 
