@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +40,7 @@ def measure(protocol: Protocol) -> tuple[str, str]:
     return "threshold", "The level at which the function is half the way up: 75% right with two intervals"
 
 
-def fits(protocol: Protocol, trials: pandas.DataFrame) -> pandas.DataFrame:
+def fits(protocol: Protocol, trials: pandas.DataFrame, levels: Sequence[str] = LEVELS) -> pandas.DataFrame:
     """Return one row per participant, condition and kind of level; one without a value says why.
 
     Parameters
@@ -48,6 +49,8 @@ def fits(protocol: Protocol, trials: pandas.DataFrame) -> pandas.DataFrame:
         What was asked.
     trials : pandas.DataFrame
         Rows as in ``trials.tsv``.
+    levels : sequence of str
+        Kinds of level: requested, delivered.
 
     Returns
     -------
@@ -58,7 +61,7 @@ def fits(protocol: Protocol, trials: pandas.DataFrame) -> pandas.DataFrame:
     rows = []
     for (participant, condition), some in trials.groupby(["participant", "condition"], sort=False):
         counted = some[(some["counted"] == 1) & np.isfinite(some["result"])]
-        for over in LEVELS:
+        for over in levels:
             row: dict[str, Any] = {"participant": participant, "condition": condition, "level": over}
             row |= {"trials": len(counted), "value": math.nan, "low": math.nan, "high": math.nan, "why": ""}
             try:
