@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from frictionloop.cli import checks, describe, flags, screen
+from frictionloop.cli import checks, flags, screen
 from frictionloop.quantities.extra import all_needed
 
 if TYPE_CHECKING:
@@ -159,6 +159,7 @@ def _show(table: Table, origin: str, made: dict[str, Any], rows: list[tuple[str,
 
 def _inside(system: System) -> list[tuple[str, str]]:
     """Return what of a system is in the words: its law with the gains, the delay it is for, and the carrier."""
+    from frictionloop.cli import describe
     from frictionloop.parameters import ResonantPlate
 
     controller, plate = system.controller, system.plate

@@ -152,7 +152,10 @@ def test_a_preset_is_the_bench_of_a_file_that_holds_it(frictionloop):
         (("--sensitivity-peak", "1"), "sensitivity_peak = 1: must be above 1"),
         (("--resonance-error", "0.6"), "resonance_error = 0.6: must be from 0 to 0.25"),
         (("--setpoint.offset_n", "2"), "saturation is the limit"),
-        (("--sensor.resonance_hz", "2500"), "a notch must lie below half of controller.rate_hz, 2500 Hz"),
+        (
+            ("--sensor.resonance_hz", "2500", "--controller.model.resonance_hz", "2500"),
+            "a notch must lie below half of controller.rate_hz, 2500 Hz",
+        ),
         (("--controller.notch_hz", "3000", "--controller.kind", "notch_pi"), "notch_hz = 3000 Hz: must be below half"),
         (
             ("--controller.kind", "filtered_pi", "--controller.sections", "[[3.0, 0.0, 0.0, 0.0, 0.0]]"),
