@@ -64,7 +64,9 @@ def _gains(found: Ringing) -> str:
 def _where(band: Band) -> str:
     levels = f"{band.low_n:.3g}" + (f" to {band.high_n:.3g}" if band.high_n > band.low_n else "")
     states = f"dry and moist (occluded {band.occluded:.0%}), " if band.dry_and_moist else ""
-    return f"{states}at the set-point's levels ({levels} N)"
+    beyond = " and ".join(f"{force:.3g}" for force in band.out_of_reach_n)
+    missing = f"; {beyond} N is out of reach" if beyond else ""
+    return f"{states}at the set-point's levels ({levels} N{missing})"
 
 
 def out_of_reach(run: xr.Dataset, mask: np.ndarray) -> list[str]:
