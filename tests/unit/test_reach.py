@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 import frictionloop as fl
@@ -69,3 +70,23 @@ def test_advice_on_levels_within_reach_says_nothing_of_reach():
     found = advice.of_system(system)
     assert found is not None
     assert found.band.out_of_reach_n == ()
+
+
+def test_the_error_is_split_by_reach_and_the_parts_add_up():
+    system = bench(0.3).evolve(fl.RETUNED)
+    run = fl.simulate(system, 2.0)
+    mask = run["scored"].values.astype(bool) if "scored" in run else np.ones(run.sizes["time"], dtype=bool)
+    said = " ".join(advice_text.out_of_reach(run, mask))
+    error, f_r, d = (run["f_a"] - run["f_r"]).values[mask], run["f_r"].values[mask], run["d"].values[mask]
+    missed_at = (f_r < run["floor"].values[mask] + d) | (f_r > run["limit"].values[mask] + d)
+    beyond, within = (np.sqrt(np.mean(np.where(there, error, 0.0) ** 2)) for there in (missed_at, ~missed_at))
+    assert 0.05 < missed_at.mean() < 0.9
+    assert f"out of reach {missed_at.mean():.0%} of the time" in said
+    assert f"{1e3 * beyond:.3g} mN come from there, {1e3 * within:.3g} mN from within reach" in said
+    assert np.hypot(beyond, within) == pytest.approx(fl.rms_error(run, mask), rel=1e-9)
+
+
+def test_a_set_point_within_reach_has_no_split():
+    run = fl.simulate(fl.bench().evolve(fl.RETUNED), 2.0)
+    mask = np.ones(run.sizes["time"], dtype=bool)
+    assert advice_text.out_of_reach(run, mask) == []
