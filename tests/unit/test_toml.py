@@ -282,7 +282,10 @@ def test_an_rms_noise_of_a_suspended_sensor_is_told_as_the_density_it_stands_for
     with pytest.raises(fl.FrictionloopError) as refused:
         fl.read_toml(file)
     said = str(refused.value)
-    assert said.endswith("0.0008 N rms behind 600 Hz is sensor.noise_density_n_rthz = 2.606e-05")
-    density = float(said.rpartition(" = ")[2])
+    assert said.endswith(
+        "did you mean sensor.noise_density_n_rthz = 2.606e-05 (N/rtHz)? "
+        "It stands for 0.0008 N rms behind a pole at 600 Hz: rms / sqrt(pi/2 cutoff_hz)"
+    )
+    density = float(said.partition(" = ")[2].split()[0])
     system = fl.bench().evolve({"sensor.cutoff_hz": 600.0, "sensor.noise_density_n_rthz": density})
     assert system.sensor.noise_rms_n == pytest.approx(0.8e-3, rel=1e-3)

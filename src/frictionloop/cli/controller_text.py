@@ -58,6 +58,26 @@ def margin_text(found: Sequence[Corner], wanted: Wanted) -> list[Any]:
     return [screen.wrapped(said), screen.table(rows), *map(screen.wrapped, told)]
 
 
+def holds(law: str, designed: Designed, wanted: Wanted) -> list[str]:
+    """Return the comment lines of a saved controller: for which strokes, forces and resonances it holds."""
+    found = designed.corners
+    forces = [each.loop.elements.force_n for each in found]
+    states = sorted({each.loop.elements.occluded for each in found})
+    fingers = " and ".join(_finger(state) for state in states)
+    limits = [
+        f"{peak:.3g} " + (f"with it +-{100 * off:.3g} % off" if off else "as described")
+        for off, peak in sorted(wanted.limits.items())
+    ]
+    return [
+        f"Law {law} from frictionloop design controller. It holds for what follows; elsewhere, design again.",
+        f"Strokes: {'; '.join(each.removeprefix(', ') for each in _strokes(found, wanted)) or 'none'}.",
+        f"Forces: {min(forces):.3g} to {max(forces):.3g} N, {fingers}.",
+        *instead_of(found[0].loop.system, states),
+        f"Resonance of the sensor: Ms up to {', '.join(limits)}.",
+        *designed.warnings,
+    ]
+
+
 def instead_of(system: System, states: Sequence[float]) -> list[str]:
     """Return a line for each force asked for that is out of reach: which was evaluated in its place."""
     return [

@@ -93,7 +93,7 @@ def command(
     if plots is not None:
         checks.write_figures("plots", plots, figures)
     if out is not None:
-        write_toml(after, out)
+        write_toml(after, out, said=controller_text.holds(name, designed, wanted))
     saved = {"controller": out, "figures": plots}
     if json:
         screen.show_json(controller_text.as_json(name, designed, after, wanted, found, left) | {"saved": saved})
@@ -118,7 +118,7 @@ def _designed(system: System, law: str, wanted: Wanted) -> Designed:
 
     noise = ", after the friction noise is identified by simulation" if law in SLOW else ""
     longer = ", five for a range of speeds" if wanted.speeds_mm_s else ""
-    with screen.waiting(f"designing {law}{noise}; this takes from a second to two minutes{longer}"):
+    with screen.waiting(f"designing {law}{noise}; this takes from a second to two minutes{longer}", told=True):
         return design_controller(system, law, wanted)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -164,7 +164,7 @@ def _from_there(system: Description, folder: Path) -> Description:
     return system.evolve(changes) if changes else system
 
 
-def to_toml(system: Description, every: bool = True) -> str:
+def to_toml(system: Description, every: bool = True, said: Sequence[str] = ()) -> str:
     """Return a System, or a design, as TOML text, each key with its unit and meaning as a comment.
 
     Parameters
@@ -173,6 +173,8 @@ def to_toml(system: Description, every: bool = True) -> str:
         What to write.
     every : bool
         Whether to write also those keys that a simple bench never needs, where they have their defaults.
+    said : sequence of str
+        Lines to begin with, as comments.
 
     Raises
     ------
@@ -184,6 +186,8 @@ def to_toml(system: Description, every: bool = True) -> str:
     import tomlkit
 
     file = tomlkit.document()
+    for line in said:
+        file.add(tomlkit.comment(line))
     if not every:
         file.add(tomlkit.comment("What a simple bench never needs is left out; --all writes it too."))
     file.add("schema", tomlkit.item(SCHEMA))
@@ -250,7 +254,7 @@ def _is_block(value: Any) -> bool:
     return isinstance(value[0] if isinstance(value, tuple) and value else value, BaseModel)
 
 
-def write_toml(system: Description, path: str | os.PathLike[str], every: bool = True) -> None:
+def write_toml(system: Description, path: str | os.PathLike[str], every: bool = True, said: Sequence[str] = ()) -> None:
     """Write a System, or a design, as a TOML file; the old file stays whole until the new one is complete.
 
     The path of a recording is written as seen from the file, which can then be moved with it.
@@ -261,7 +265,7 @@ def write_toml(system: Description, path: str | os.PathLike[str], every: bool = 
         What to write.
     path : path
         File to write, replaced if it is there.
-    every : bool
+    every, said
         As in `to_toml`.
 
     Raises
@@ -269,6 +273,6 @@ def write_toml(system: Description, path: str | os.PathLike[str], every: bool = 
     FrictionloopError
         For what is none of them, or a file that cannot be written.
     """
-    text = to_toml(_from_there(system, Path(path).parent), every)
+    text = to_toml(_from_there(system, Path(path).parent), every, said)
     with replacing(path) as beside:
         beside.write_text(text, encoding="utf-8")

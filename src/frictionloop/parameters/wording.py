@@ -89,8 +89,8 @@ def density_of(path: str, value: Any, tree: Mapping[str, Any]) -> str:
     except (KeyError, TypeError, ValueError, ZeroDivisionError):
         return ""
     return (
-        f"unknown parameter {path!r}: a suspended sensor has a density, rms / sqrt(pi/2 cutoff_hz); "
-        f"{rms:g} N rms behind {cutoff_hz:g} Hz is {block}.noise_density_n_rthz = {density:.4g}"
+        f"unknown parameter {path!r}; did you mean {block}.noise_density_n_rthz = {density:.4g} (N/rtHz)? It "
+        f"stands for {rms:g} N rms behind a pole at {cutoff_hz:g} Hz: rms / sqrt(pi/2 cutoff_hz)"
     )
 
 

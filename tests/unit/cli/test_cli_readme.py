@@ -30,7 +30,9 @@ def test_commands_run_and_print_what_is_shown(frictionloop):
             if not command.startswith("frictionloop"):
                 continue
             answer = frictionloop(*shlex.split(command)[1:])
-            assert (answer.code, answer.err) == (0, ""), command
+            # A search that a slow machine takes long for tells so; nothing else may be on stderr.
+            told = [line for line in answer.err.splitlines() if not re.fullmatch(r"designing .*, \d+ s so far", line)]
+            assert (answer.code, told) == (0, []), command
             if output.strip():
                 printed = [line.rstrip() for line in answer.out.splitlines() if "simulated in" not in line]
                 assert printed == [line for line in output.splitlines() if "simulated in" not in line]

@@ -132,6 +132,19 @@ def test_the_figure_of_margins_names_force_contact_and_speed():
     assert figure.get_suptitle() == "0.6 N, dry finger, contact slider, 20 mm/s"
 
 
+def test_a_saved_controller_begins_with_where_it_holds(designed):
+    answer, _, folder = designed
+    said = [line for line in (folder / "c.toml").read_text().splitlines() if line.startswith("# ")]
+    forces = [row["force_n"] for row in answer["margins"]]
+    assert said[0].startswith(f"# Law {answer['law']} from frictionloop design controller.")
+    assert said[1] == "# Strokes: contact dahl, 20 mm/s."
+    assert said[2].startswith(f"# Forces: {min(forces):.3g} to {max(forces):.3g} N, a finger just landed and a moist")
+    assert said[3] == (
+        "# Resonance of the sensor: Ms up to 1.7 as described, 2 with it +-5 % off, 2.6 with it +-10 % off."
+    )
+    assert (folder / "c.toml").read_text().startswith(said[0])
+
+
 def test_a_sensor_without_a_resonance_gets_pi(frictionloop):
     found = frictionloop(*CONTROLLER, "--sensor.kind", "lowpass", "--json").json()
     assert found["law"] == "pi"
