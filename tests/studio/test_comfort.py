@@ -81,6 +81,18 @@ def test_keys_press_harder_and_go_to_another_line(page, serve):
     until(lambda: room.session.finger.load_n > 0.4)
     page.keyboard.press("l")
     until(lambda: room.session.finger.load_n == 0.0)
+    page.keyboard.press("p")
+    assert page.get_attribute("#pause", "aria-pressed") == "true"
+
+
+@pytest.mark.parametrize(("force", "load_n"), [(0.3, 0.6), (1.0, 0.5)])
+def test_a_screen_that_feels_pressure_sets_the_load_and_another_does_not(page, serve, force, load_n):
+    room = room_of()
+    opened(page, serve(room).url)
+    box, line = page.locator("#plate").bounding_box(), page.context.new_cdp_session(page)
+    point = {"x": box["x"] + 200, "y": box["y"] + 80, "force": force}
+    line.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [point]})
+    until(lambda: room.session.finger.load_n == pytest.approx(load_n))
 
 
 def test_a_phone_vibrates_with_the_friction_when_asked_to(browser, serve):

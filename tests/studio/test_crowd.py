@@ -44,6 +44,14 @@ def test_a_change_reaches_everybody_and_leaves_who_they_are():
     assert told["open_n"][-100:, 0].mean() > 1.2 * told["open_n"][-100:, 1].mean()
 
 
+def test_what_a_device_does_not_know_of_its_finger_is_a_finger_in_the_air():
+    crowd, rows = Crowd(GRATING, [PERSON]), np.full((len(CHANNELS), 500), np.nan)
+    told = dict(zip(CROWD, crowd.advance(rows), strict=True))
+    assert told["open_n"].shape == (500, 1)
+    assert np.isfinite(told["open_n"]).all()
+    assert np.abs(told["open_n"]).max() < 1e-6
+
+
 def test_the_row_of_fingers_is_shown_and_one_of_them_is_taken(page, serve):
     room = Room(Session(TwinEngine(GRATING)))
     opened(page, serve(room).url)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from live_engines import GRATING, Echo
@@ -33,6 +34,12 @@ class Slow(Echo):
             raise self.fails
 
 
+def run(work):
+    """Run a coroutine in a thread of its own: the browser of other tests has a loop in this one."""
+    with ThreadPoolExecutor(1) as pool:
+        return pool.submit(asyncio.run, work).result()
+
+
 def told(guest, kind):
     return [each for each in guest._waiting if isinstance(each, dict) and each["type"] == kind]
 
@@ -56,14 +63,14 @@ def test_the_session_goes_on_until_the_other_loop_is_ready(monkeypatch):
         assert room.session.engine.system == GRATING
         obey(room, guest, {"do": "set", "values": {"friction.nominal_n": 1.1}})
 
-    room, _ = asyncio.run(asked(Slow(), monkeypatch, meanwhile))
+    room, _ = run(asked(Slow(), monkeypatch, meanwhile))
     assert room.session.engine.system == GRATING.evolve({"friction.nominal_n": 1.1, "controller.kind": "pi"})
     assert [each.controller.kind for each in room.before] == ["observer", "observer"]
 
 
 @pytest.mark.parametrize("error", [FrictionloopError("no such loop"), ValueError("no such loop")])
 def test_what_cannot_be_compiled_leaves_the_loop_that_was(monkeypatch, error):
-    room, guest = asyncio.run(asked(Slow(error), monkeypatch, lambda *_: None))
+    room, guest = run(asked(Slow(error), monkeypatch, lambda *_: None))
     assert "no such loop" in told(guest, "refused")[0]["why"]
     assert room.session.engine.system == GRATING
     assert not room.dead

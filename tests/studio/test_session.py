@@ -126,6 +126,7 @@ def test_numbers_of_what_was_asked_for_are_perfect_and_of_a_resting_finger_none(
     rows[X] = np.linspace(0, 40, 5000)
     rows[LOAD] = 0.5
     names = list(CHANNELS)
+    rows[names.index("floor_n")], rows[names.index("limit_n")] = 0.1, 0.55
     asked = 0.5 + 0.1 * np.sin(rows[X])
     for name in ("asked_n", "closed_n"):
         rows[names.index(name)] = asked
@@ -136,6 +137,7 @@ def test_numbers_of_what_was_asked_for_are_perfect_and_of_a_resting_finger_none(
     assert told["open_error_n"] == pytest.approx(0.1)
     assert told["open_contrast"] == pytest.approx(1.0)
     assert told["closed_felt"] == pytest.approx(0.0)
+    assert told["beyond"] == pytest.approx(1 / 3, abs=0.02)  # 0.1 sin x is above 0.05 for a third of its period
     assert told["open_felt"] > 1.0  # 0.1 N that comes with the touch is felt
     rows[X] = 3.0
     assert numbers_of(rows, 5000.0, 0.02) == {}

@@ -56,6 +56,7 @@ def test_colours_are_turned_to_grey_and_it_is_said():
         ("png", png(np.zeros((5, 5))), ASKED | {"high_n": "99"}, "high_n"),
         ("wav", b"RIFFnonsense", WAV, "recording"),
         ("wav", wav(np.zeros(100)), {}, "speed_mm_s is missing"),
+        ("wav", wav(np.zeros(100_000), rate=1), WAV, "4e\\+06 mm at 40 mm/s; at most"),
         ("paint", bytes(10), {"columns": "3", "rows": "4"}, "10 bytes"),
         ("paint", bytes(400 * 400), {"columns": "400", "rows": "400"}, "too many"),
     ],

@@ -73,7 +73,7 @@ class Crowd:
         wish = closed["f_r"] - closed["d"]
         beyond = (wish < closed["floor"]) | (wish > closed["limit"])
         told = closed["f_r"], beside["f_a"], closed["f_a"], beyond
-        return np.stack(told).astype(np.float32)
+        return np.stack(told).astype(np.float32).reshape(len(told), len(path), len(self.people))
 
     def _path(self, rows: np.ndarray) -> np.ndarray:
         """Return place (m), speed (m/s) and load (N); a finger that is in the air goes at once to where it lands."""

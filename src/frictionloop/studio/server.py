@@ -79,7 +79,9 @@ def studio_app(room: Room, doors: Doors | None = None) -> Starlette:
     @asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
         task = asyncio.create_task(room.run())
+        pictures = asyncio.create_task(asyncio.to_thread(gallery))
         yield
+        await pictures
         task.cancel()
         with suppress(asyncio.CancelledError):
             await task
@@ -132,7 +134,6 @@ def save_answer(room: Room, name: str) -> Response:
 
 
 async def _serve(room: Room, guest: Guest, socket: WebSocket) -> None:
-    await asyncio.to_thread(gallery)  # pictures take a quarter of a second the first time, which is not the session's
     drawn = await room.drawing.drawn()
     system = room.session.engine.system
     guest.put(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 
 from frictionloop.quantities import FrictionloopError
@@ -30,6 +30,8 @@ async def taken_in(room: Room, request: Request, reading: asyncio.Lock) -> Respo
         _check(room, request)
         change(room, lambda system: system.evolve({"setpoint.effect": made.effect}))
         room.tell_status()
+    except ClientDisconnect:
+        return JSONResponse({"why": "effect: the page has gone"}, 400, headers=HEADERS)
     except FrictionloopError as error:
         return JSONResponse({"why": str(error)}, 400, headers=HEADERS)
     return JSONResponse({"told": made.told}, headers=HEADERS)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import io
 import tempfile
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.io import wavfile
 
 from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError
@@ -16,12 +18,14 @@ from frictionloop.quantities.extra import needed
 from frictionloop.rendering.effect import Effect
 from frictionloop.rendering.images import read_image
 from frictionloop.rendering.sounds import read_texture
-from frictionloop.rendering.tables import Map
+from frictionloop.rendering.tables import MOST_CELLS, Map
 
 MOST_BYTES = 4 * 1024 * 1024
 """Length of what a page may bring (assumed: a picture of the pixels below, or 20 s of sound)."""
 MOST_PIXELS = 4_000_000
 """Pixels of a picture (assumed: a hundred times the values of a map; it takes a tenth of a second)."""
+PITCH_MM = 0.05
+"""Distance of the values of a recording, mm: at 40 mm/s it carries 400 Hz, about what is felt."""
 PAINT_MM = 0.75
 """Distance of painted places: a plate of 255 by 60 mm is then within the values of a map."""
 PAINT_MOST_N = 1.2
@@ -112,18 +116,30 @@ def _grey(image: Any) -> Any:
 def _recording(content: bytes, asked: Mapping[str, str]) -> Brought:
     speed, scale = _number(asked, "speed_mm_s", 1.0, 1000.0), _number(asked, "scale_n", 1e-3, 10.0)
     offset = _number(asked, "offset_n", 0.0, 5.0)
+    _check_length(content, speed)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "recording.wav"
         path.write_bytes(content)
         try:
             recording = Recording(path=str(path), column="0", scale=scale, offset_n=offset, remove_mean=True)
-            effect = read_texture(recording, speed)
+            effect = read_texture(recording, speed, PITCH_MM)
         except FrictionloopError as error:
             raise FrictionloopError(str(error).replace(str(path), "recording")) from None
-        except Exception:  # on a damaged file the library raises anything
-            raise FrictionloopError("recording: cannot be read as a WAV") from None
     columns = len(effect.values_n[0])
     return Brought(effect, f"{columns} values {effect.pitch_mm:g} mm apart, which repeat; the mean is {offset:g} N")
+
+
+def _check_length(content: bytes, speed_mm_s: float) -> None:
+    """Refuse what cannot be read, and a recording whose rate makes it so long that it has no room as a map."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", wavfile.WavFileWarning)
+            rate_hz, samples = wavfile.read(io.BytesIO(content))
+        length_mm = speed_mm_s * len(samples) / rate_hz
+    except Exception:  # on a damaged file the library raises anything
+        raise FrictionloopError("recording: cannot be read as a WAV") from None
+    if length_mm > (most_mm := PITCH_MM * MOST_CELLS):
+        raise FrictionloopError(f"recording: {length_mm:.4g} mm at {speed_mm_s:g} mm/s; at most {most_mm:g} mm")
 
 
 def _painting(content: bytes, asked: Mapping[str, str]) -> Brought:

@@ -16,6 +16,7 @@ export class Crowd {
     $("crowd-on").onclick = () => this.show(!this.on);
     $("finger").onclick = () => this.take(this.next);
     link.addEventListener("hello", () => { if (this.on) link.ask("crowd", { on: true }); });
+    link.addEventListener("status", ({ detail }) => { this.beside = detail.source !== "simulated"; });
     link.addEventListener("crowd", ({ detail }) => this.told(detail));
     link.addEventListener("people", ({ detail }) => this.push(detail));
   }
@@ -30,6 +31,7 @@ export class Crowd {
   take(number) {
     this.link.ask("finger", { number });
     this.link.tell("taken", { number });
+    this.link.tell("said", { why: `Finger ${number + 1} of the population strokes the plate.` });
     this.next = (number + 1) % 1000;
     $("finger").title = `Finger ${number + 1} of the population is under the plate's stroke`;
     this.cells.forEach((cell, each) => cell.button.toggleAttribute("data-taken", each === number));
@@ -64,7 +66,7 @@ export class Crowd {
     const beyond = slid.filter((person) => person.beyond > 0.3).length;
     $("crowd-told").textContent = `Error with the loop open: ${span("open_error_n")}; closed: ${span("closed_error_n")}.`
       + (beyond ? ` For ${beyond} of them the wish is often out of reach (▲).` : " Everybody is within reach.")
-      + ` Each picture: 0 to ${MOST_N} N over ${SHOWN_S} s.`;
+      + ` Each picture: 0 to ${MOST_N} N over ${SHOWN_S} s.${this.beside ? " The row is simulated, beside the device." : ""}`;
   }
   name({ button, text }, person, number) {
     const mn = (value) => (value == null ? "–" : `${(1e3 * value).toFixed(0)}`), beyond = person.beyond > 0.3;

@@ -100,6 +100,11 @@ $("pause").onclick = () => {
   $("pause").textContent = scope.paused ? "Go on" : "Pause";
 };
 
+addEventListener("keydown", (event) => {
+  const typing = /^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName) || event.ctrlKey || event.metaKey || event.altKey;
+  if (event.key.toLowerCase() === "p" && !typing) $("pause").click();
+});
+
 let frames = 0, since = performance.now();
 function draw(now) {
   pointer.flush(now);

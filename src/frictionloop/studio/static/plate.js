@@ -88,7 +88,7 @@ export class Plate {
       const long = mm % 10 === 0 ? 9 : mm % 5 === 0 ? 6 : 3.5;
       g.moveTo(Math.round(x(mm)) + 0.5, height);
       g.lineTo(Math.round(x(mm)) + 0.5, height - long);
-      if (mm % 20 === 0) g.fillText(mm === 0 ? "0 mm" : mm, x(mm), height - 13);
+      if (mm % 20 === 0 && x(mm) > 20 && x(mm) < width - 20) g.fillText(mm === 0 ? "0 mm" : mm, x(mm), height - 13);
     }
     g.stroke();
     g.globalAlpha = 1;

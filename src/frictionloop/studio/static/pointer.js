@@ -12,8 +12,9 @@ export class Pointer {
     canvas.addEventListener("blur", () => this.lift());
   }
   load(event) {
-    // A mouse tells 0.5 for any press, and many screens tell nothing: the slider's load then counts.
-    return event.pointerType === "pen" && event.pressure > 0 ? 2 * event.pressure : NaN;
+    // A mouse tells 0.5 for any press, and a screen without pressure 0, 0.5 or 1: the slider's load then counts.
+    const told = event.pointerType === "pen" ? event.pressure > 0 : event.pointerType === "touch" && ![0, 0.5, 1].includes(event.pressure);
+    return told ? 2 * event.pressure : NaN;
   }
   begin(event) {
     if (event.button !== 0 || this.canvas.dataset.tool) return;
