@@ -2,11 +2,14 @@
 
 python -m benchmarks.experiments            # the update alone
 python -m benchmarks.experiments --study    # the study too, one to two minutes
+python -m benchmarks.experiments --write    # both, into benchmarks/results/experiments.md
 """
 
+import os
 import resource
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 
@@ -38,10 +41,34 @@ def study_s(participants=24):
     return time.perf_counter() - start, time.process_time() - cpu
 
 
+HEAD = """# Experiments
+
+| what | measured | goal |
+|---|---|---|
+"""
+RESULTS = Path(__file__).parent / "results" / "experiments.md"
+
+
+def table(update, wall, cpu, memory_mb, others):
+    """Return the rows as a page."""
+    size = f"24 participants x 4 conditions x 60 trials, {os.cpu_count()} cores"
+    return (
+        HEAD
+        + f"| psi-marginal, 60 x 30 x 10 values: one update | {1e3 * update:.1f} ms | {1e3 * UPDATE_S:.0f} ms |\n"
+        + f"| study, {size} | {wall:.0f} s | {STUDY_S:.0f} s |\n"
+        + f"| the same, processor time | {cpu:.0f} s | |\n"
+        + f"| the same, most memory | {memory_mb:.0f} MB | |\n\n"
+        + f"Load of the machine before it began: {others:.1f}.\n"
+    )
+
+
 if __name__ == "__main__":
+    load = os.getloadavg()[0]
     found = update_s()
     print(f"psi update: {1e3 * found:.1f} ms (goal {1e3 * UPDATE_S:.0f} ms)")
-    if "--study" in sys.argv:
+    if {"--study", "--write"} & set(sys.argv):
         wall, cpu = study_s()
         memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
         print(f"study: {wall:.0f} s, of processor {cpu:.0f} s (goal {STUDY_S:.0f} s), {memory:.0f} MB at most")
+        if "--write" in sys.argv:
+            RESULTS.write_text(table(found, wall, cpu, memory, load))

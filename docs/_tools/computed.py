@@ -38,6 +38,7 @@ def substitutions(source: Path) -> dict[str, Any]:
         "presets": tables.presets(),
         "metrics": tables.metrics(),
         "arrivals": tables.arrivals(),
+        "arrivals_sentence": tables.arrivals_sentence(),
         "design_plate": tables.design(PlateDesign),
         "design_sensor": tables.design(SensorDesign),
         "bench_diagram": bench_diagram.image(source),

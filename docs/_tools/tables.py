@@ -197,3 +197,10 @@ def arrivals() -> str:
 
     heads, *cells = rows(stored())
     return "\n".join(f"| {' | '.join(row)} |" for row in (heads, ["---"] * len(heads), *cells))
+
+
+def arrivals_sentence() -> str:
+    """Return the first number of that study in one sentence."""
+    from frictionloop.report.arrivals import stored
+
+    return stored().sentence

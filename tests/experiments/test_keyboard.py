@@ -1,11 +1,13 @@
 """A person at the keyboard: what is asked, what is taken as an answer."""
 
 import io
+import json
 
 import pytest
 
 from frictionloop.experiments import Protocol, run
-from frictionloop.experiments.keyboard import Keyboard
+from frictionloop.experiments.keyboard import Keyboard, bar
+from frictionloop.experiments.respondent import Aborted
 from frictionloop.experiments.summary import read_trials
 
 PLAN = Protocol(
@@ -33,3 +35,34 @@ def test_a_keyboard_that_closes_leaves_the_session_to_be_resumed(tmp_path):
         run(PLAN, tmp_path / "P01", "P01", respondent=Keyboard(PLAN, io.StringIO("1\n"), io.StringIO()))
     assert len(read_trials(tmp_path / "P01")) == 1
     assert "stopped" in (tmp_path / "P01" / "log.jsonl").read_text()
+
+
+def test_notes_pauses_and_an_abort_are_in_the_log_and_answers_are_not_taken_for_them(tmp_path):
+    keys = io.StringIO("1\nnote the finger is wet\n1\npause\n\n1\nabort\n")
+    with pytest.raises(Aborted):
+        run(PLAN, tmp_path / "P01", "P01", respondent=Keyboard(PLAN, keys, io.StringIO()))
+    lines = [json.loads(line) for line in (tmp_path / "P01" / "log.jsonl").read_text().splitlines()]
+    events = [each for each in lines if each["event"] in ("note", "pause", "go on", "abort", "stopped")]
+    assert [each["event"] for each in events] == ["note", "pause", "go on", "abort", "stopped"]
+    assert (events[0]["trial"], events[0]["text"]) == (2, "the finger is wet")
+    assert events[-1]["why"] == "aborted at the keyboard"
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def test_on_a_terminal_a_bar_shows_where_the_finger_ought_to_be(tmp_path):
+    shown = Terminal()
+    keyboard = Keyboard(PLAN, io.StringIO("1\n"), shown)
+    with pytest.raises(KeyboardInterrupt):
+        run(PLAN.evolve({"fit_to_finger": False}), tmp_path / "P01", "P01", respondent=keyboard)
+    first = shown.getvalue().partition("trial 1:")[0]
+    bars = [each for each in first.split("\r") if each.startswith("1 |")]
+    places = [each.index("o") for each in bars]
+    assert len(bars) > 5
+    assert places == sorted(places)
+    assert places[-1] > 30
+    assert "mm/s" in bars[-1]
+    assert [bar(0.25, way, 9).index("o") for way in ("forth", "back", "both")] == [3, 7, 5]

@@ -80,6 +80,7 @@ resume(Path(sys.argv[1]))
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1800)
 def test_a_session_killed_at_50_random_moments_loses_no_row(whole, tmp_path):
     path = tmp_path / "P01"
     shutil.copytree(whole, path)
@@ -90,7 +91,10 @@ def test_a_session_killed_at_50_random_moments_loses_no_row(whole, tmp_path):
     before = header
     while kills < 50:
         process = subprocess.Popen([sys.executable, "-c", KILLED, str(path)], env=os.environ, stderr=subprocess.DEVNULL)
-        time.sleep(float(rng.uniform(1.5, 4.5)))
+        log, size = path / "log.jsonl", (path / "log.jsonl").stat().st_size
+        while log.stat().st_size == size and process.poll() is None:  # it has the session open from then on
+            time.sleep(0.01)
+        time.sleep(float(rng.uniform(0.0, 1.5)))
         if process.poll() is None:
             process.send_signal(signal.SIGKILL)
             kills += 1

@@ -76,9 +76,9 @@ def test_every_bundled_protocol_runs_and_is_reported(name):
     for condition in plan.conditions:
         own = told[told["condition"] == condition.name].set_index("what")["trials"]
         assert own["presented"] == own.drop("presented").sum()
-    from frictionloop.report.experiment import page
+    from frictionloop.report.experiment import page, study
 
-    assert "</html>" in page(plan, trials, "two")
+    assert "</html>" in page(study(plan, trials, "two"))
 
 
 @pytest.mark.slow

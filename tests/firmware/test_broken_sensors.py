@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from broken_sensors import FAILURES, TICK_HZ, bench, notice, slid
-from whole_sensors import FIRST, OTHER
+from whole_sensors import FIRST, FRESH, OTHER
 
 DOWN = 15 * TICK_HZ // 1000
 """From the fault to a plate at rest: the ramp takes 10 ms."""
@@ -37,6 +37,12 @@ def test_it_is_told_of_many_fingers(name: str):
 @pytest.mark.parametrize("name", HARD)
 def test_a_hum_is_told_of_other_fingers(name: str):
     check(name, OTHER)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("name", HARD)
+def test_a_hum_is_told_of_fresh_fingers(name: str):
+    check(name, FRESH)
 
 
 def check(name: str, seed: int):

@@ -23,8 +23,8 @@ WATCHED = ["-fsanitize=undefined,address", "-fno-sanitize-recover=all", "-g", "-
 AT = {name: word.first for name, word in parameter_words().items()}
 
 
-def build(folder: Path, compiler: list[str], *flags: str) -> Path:
-    core, program = firmware_folder() / "core", folder / "wild"
+def build(folder: Path, compiler: list[str], *flags: str, core: Path | None = None) -> Path:
+    core, program = core or firmware_folder() / "core", folder / "wild"
     sources = [*sorted(core.glob("*.c")), Path(__file__).parent / "wild.c"]
     given = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off", f"-I{core}", *flags]
     subprocess.run([*compiler, *given, *sources, "-o", program, "-lm"], check=True)
@@ -54,6 +54,35 @@ def test_random_tables_samples_and_bytes_under_the_sanitizers(wild):
 @pytest.mark.slow
 def test_many_more_of_them(wild):
     assert np.all(sum(roam(wild, seed, 500_000)[0] for seed in range(100, 120)) > 10_000)
+
+
+PLANTED = {
+    "another ceiling": ("app_parameters.c", "is_more(p, built))", "(0 && is_more(p, built)))", "duty: "),
+    "it rises while it is idle": ("app_control.c", "fl_subtract(app->amplitude, p->drive_ramp_um)",
+                                  "fl_add(app->amplitude, 1)", "rises: "),
+    "any rise in a tick": ("app_drive.c", "p->drive_largest_um / FL_RISE_TICKS", "p->drive_largest_um", "leaps: "),
+    "twice the silence": ("app_safety.c", "> FL_SILENCE_MS * 1000", "> FL_SILENCE_MS * 2000", "silence: "),
+    "one sample beyond the ring": ("app_telemetry.c", "at + 1 < FL_SAMPLES", "at < FL_SAMPLES", "out of bounds"),
+    "values beyond the store": ("fl_effect_wrong.c", " || s->count + s->repeats > until - s->first", "", "AddressSan"),
+    "words beyond the table": ("app_parameters.c", "count > FL_WORDS - first", "count > FL_WORDS", "table: "),
+}  # fmt: skip
+"""In which file what becomes what, and what the watched program then says."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", PLANTED)
+def test_a_planted_bug_is_found(wild, tmp_path, name: str):
+    file, old, new, said = PLANTED[name]
+    core = shutil.copytree(firmware_folder() / "core", tmp_path / "core")
+    text = (core / file).read_text(encoding="utf-8")
+    assert text.count(old) == 1
+    (core / file).write_text(text.replace(old, new), encoding="utf-8")
+    program = build(tmp_path, ["cc"], *WATCHED, core=core)
+    for seed in range(100, 120):
+        done = subprocess.run([program, str(seed), "500000"], check=False, capture_output=True, text=True)
+        if done.returncode:
+            break
+    assert done.returncode != 0 and said in done.stdout + done.stderr
 
 
 @pytest.mark.slow

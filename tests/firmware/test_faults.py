@@ -309,3 +309,20 @@ def test_a_hum_is_no_fault_while_the_set_point_has_a_texture(make_rig):
             rig.ask("heartbeat")
         rig.tick(1, Sample(round(8000 + 4000 * math.sin(k * math.pi / 50)), 0, 4 * rig.ticks, 3277))
     assert faults(rig) == []
+
+
+@pytest.mark.parametrize("hz", [50.0, 60.0])
+@pytest.mark.parametrize("share", [0.06, 0.12, 0.2])
+def test_the_hum_that_a_bench_tolerates_is_its_share_of_the_range(make_rig, share: float, hz: float):
+    """From peak to peak; told over whole periods of the springs, near half a period of the mains, it looks smaller."""
+    words = firmware_words(fl.bench().evolve({**RETUNED, "board.hum_share": share}))
+    limit = words[parameter_words()["safety.hum_n"].first]
+    assert limit == pytest.approx(share * 2.5 * 2**28, rel=1e-6)
+    seen = math.sin(math.pi * hz * 34 / 5000)
+    for times, told in ((0.95 / seen, []), (1.05 / seen, ["sensor_hums"])):
+        rig = closed(make_rig(safety__hum_n=limit))
+        rig.run(3000)
+        half = 0.5 * times * share * 2.5 / N_PER_COUNT
+        for k in range(400):
+            rig.tick(1, Sample(round(3000 + half * math.sin(2 * math.pi * hz * k / 5000)), 0, 4 * rig.ticks, 3277))
+        assert [name for name, *_ in faults(rig)] == told

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from whole_sensors import EACH_S, FINGERS, FIRST, OTHER, TICK_HZ, Raised, Told, raised, slid, told
+from whole_sensors import EACH_S, FINGERS, FIRST, FRESH, OTHER, TICK_HZ, Raised, Told, raised, slid, told
 
 from frictionloop.firmware.parameter_words import firmware_words
 
@@ -52,3 +52,11 @@ def test_other_fingers_raise_no_fault_either(part: int):
     hundred = FINGERS // 10
     assert FINGERS * OTHER_S == 3600
     assert false_alarms(range(hundred * part, hundred * (part + 1)), OTHER, OTHER_S) == []
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("part", range(10))
+def test_fresh_fingers_raise_no_fault_either(part: int):
+    """An hour of a thousand fingers that decided no limit at all."""
+    hundred = FINGERS // 10
+    assert false_alarms(range(hundred * part, hundred * (part + 1)), FRESH, OTHER_S) == []

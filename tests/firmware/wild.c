@@ -1,9 +1,9 @@
 /* A board under random tables, samples and bytes, with the sanitizers watching: `wild SEED TICKS`.
  *
  * After every tick: duty at most that of the ceiling built in (by the sine), amplitude within 0 and the
- * ceiling, no rise while idle or at fault, and the loop on only while the host was heard. Prints the ticks in
- * each state, those of a loop that plays an effect, those with a table about to be taken, and a digest of what was
- * driven. */
+ * ceiling, no rise while idle or at fault, no large one in a tick, no other table without a commit, and the loop on
+ * only while the host was heard. Prints the ticks in each state, those of a loop that plays an effect, those with a
+ * table about to be taken, and a digest of what was driven. */
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
@@ -64,11 +64,16 @@ static void fill(fl_table *table, fl_built_in built) {
     if (below(2)) p->safety_force_limit_n = INT32_MAX;
     if (below(4)) p->safety_force_jump_n = p->safety_position_jump_m = p->safety_load_jump_n = INT32_MAX;
     if (below(2)) p->safety_contrary_n = INT32_MAX;
+    if (below(2)) return; /* or a board that takes any reading */
+    p->safety_force_limit_n = p->safety_force_jump_n = p->safety_position_jump_m = p->safety_load_jump_n = INT32_MAX;
+    p->safety_contrary_n = p->safety_hum_n = INT32_MAX, p->safety_stuck_ticks = 500000;
 }
 
 static void spoil(fl_table *table) {
+    fl_parameters *p = &table->named;
     uint32_t at = below(FL_WORDS);
-    table->words[at] = (int32_t)draw();
+    if (below(2)) p->drive_ceiling_um = any(0, p->drive_largest_um);
+    else table->words[at] = (int32_t)draw();
 }
 
 static void say(fl_app *app, uint8_t type, const void *body, size_t count, uint32_t now) {
@@ -100,6 +105,16 @@ static void commit(fl_app *app, uint32_t now) {
     }
     fl_put32(body, crc);
     say(app, FL_MESSAGE_COMMIT, body, 4, now);
+}
+
+/* Words about the end of the table. */
+static void set(fl_app *app, uint32_t now) {
+    uint8_t body[2 + 256];
+    uint32_t first = FL_WORDS - below(80), count = 1 + below(64);
+    uint8_t *at = fl_put16(body, (uint16_t)first);
+    for (uint32_t k = first; k < first + count; k++)
+        at = fl_put32(at, k < FL_WORDS ? (uint32_t)app->tables[app->parameters.in_force].words[k] : 1);
+    say(app, FL_MESSAGE_SET, body, 2 + 4 * (size_t)count, now);
 }
 
 static void play(fl_app *app, uint32_t now) {
@@ -153,7 +168,8 @@ static void effect(fl_app *app, uint32_t now) {
 static void talk(fl_app *app, uint32_t now) {
     uint8_t bytes[300];
     for (size_t k = 0; k < sizeof bytes; k++) bytes[k] = below(3) ? (uint8_t)draw() : 0;
-    switch (below(15)) {
+    switch (below(16)) {
+    case 15: set(app, now); break;
     case 13: effect(app, now); break;
     case 14: bytes[0] = (uint8_t)below(6), say(app, FL_MESSAGE_TRIGGER, bytes, 1, now); break;
     case 0: commit(app, now); break;
@@ -176,16 +192,31 @@ static double at_the_pin(const fl_app *app, fl_drive drive) {
     return app->built.largest_um * (sin(3.14159265358979 * drive.duty / 131072) - 1.0 / 1024);
 }
 
+/* Whether the table in force has changed without a commit. */
+static int is_other(const fl_app *app) {
+    static fl_table kept;
+    static int32_t commits = -1;
+    int is_new = commits != app->commits;
+    int other = !is_new && memcmp(&kept, &app->tables[app->parameters.in_force], sizeof kept) != 0;
+    if (is_new) kept = app->tables[app->parameters.in_force];
+    commits = app->commits;
+    return other;
+}
+
 static void check(const fl_app *app, fl_drive drive, fl_drive before, uint32_t now, uint32_t tick) {
     static int32_t largest;
     const fl_parameters *p = fl_in_force(app);
     int renamed = p->drive_largest_um != largest; /* the duty then stands for another amplitude */
     int rises = drive.duty > before.duty || (!renamed && drive.amplitude > before.amplitude);
+    int32_t most = p->drive_largest_um / FL_RISE_TICKS + 1;
+    int leaps = !renamed && drive.amplitude - before.amplitude > most;
     largest = p->drive_largest_um;
     int on = app->state == FL_STATE_OPEN || app->state == FL_STATE_CLOSED;
     const char *wrong = drive.duty < 0 || at_the_pin(app, drive) > app->built.ceiling_um  ? "duty"
                         : drive.amplitude < 0 || drive.amplitude > p->drive_ceiling_um ? "amplitude"
                         : !on && rises                                                 ? "rises"
+                        : leaps                                                        ? "leaps"
+                        : is_other(app)                                                ? "table"
                         : on && (int32_t)(now - app->heard_us) > FL_SILENCE_MS * 1000  ? "silence"
                                                                                        : 0;
     if (!wrong) return;
@@ -194,8 +225,10 @@ static void check(const fl_app *app, fl_drive drive, fl_drive before, uint32_t n
     exit(1);
 }
 
-static fl_sample sampled(void) {
+/* Readings of anything, and between them a second of a finger that slides. */
+static fl_sample sampled(uint32_t tick) {
     static fl_sample sample;
+    if (tick / 5000 % 2) return (fl_sample){{(int32_t)(1000 + tick % 3), 0}, (int32_t)(4 * (tick % 5000)), 3277};
     if (below(4) == 0) {
         sample.force[0] = any(-32768, 32767), sample.force[1] = any(-32768, 32767);
         sample.position = any(INT32_MIN, INT32_MAX), sample.load = any(INT32_MIN, INT32_MAX);
@@ -224,7 +257,7 @@ int main(int count, char **arguments) {
         else if (below(20) == 0) talk(app, now);
         if (below(4000) == 0) quiet = 1500; /* ticks, 0.3 s */
         accepted += app->parameters.asked;
-        fl_sample sample = sampled();
+        fl_sample sample = sampled(k);
         fl_drive drive = fl_app_tick(app, &sample, now, below(5000) == 0);
         check(app, drive, before, now, k);
         before = drive;

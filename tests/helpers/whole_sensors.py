@@ -34,9 +34,9 @@ class Raised(NamedTuple):
     force_n: float
 
 
-FIRST, OTHER = 11, 12
-"""Seeds of two populations. Whole sensors of the other one were judged once, with the band as it is; broken ones with
-other bands as well, before this one was kept."""
+FIRST, OTHER, FRESH = 11, 12, 13
+"""Seeds of populations. Whole sensors of the other one were judged once, with the band as it is; broken ones with
+other bands as well, before this one was kept. The fresh one was judged when all limits were as they are."""
 
 
 @cache

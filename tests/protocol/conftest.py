@@ -33,10 +33,10 @@ Build = Callable[..., Path]
 
 @pytest.fixture(scope="session")
 def build(tmp_path_factory: pytest.TempPathFactory) -> Build:
-    """Return what compiles the framing with some more sources or flags and returns the file."""
+    """Return what compiles the framing of a folder with some more sources or flags and returns the file."""
 
-    def built(name: str, *extra: str | Path) -> Path:
-        folder = firmware_folder() / "core"
+    def built(name: str, *extra: str | Path, core: Path | None = None) -> Path:
+        folder = core or firmware_folder() / "core"
         sources = [folder / source for source in SOURCES]
         target = tmp_path_factory.mktemp("core") / name
         subprocess.run([*compiler(), *FLAGS, f"-I{folder}", *sources, *extra, "-o", target], check=True)

@@ -13,8 +13,10 @@ from pathlib import Path
 
 import pytest
 
-from frictionloop.device.codec import Decoder, encode, framed
+from frictionloop.device import codec
+from frictionloop.device.codec import Decoder, Message, cobs, crc16, encode, framed
 from frictionloop.device.layout import HEADER, LAYOUTS
+from frictionloop.quantities.schema import firmware_folder
 
 FUZZ = Path(__file__).with_name("fuzz.c")
 SANITIZED = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
@@ -26,16 +28,48 @@ def by_chance(broken: int) -> float:
     return mean + 5 * mean**0.5 + 5
 
 
+def check(wrong: int, lost: int, broken: int, inputs: int) -> None:
+    """Hold what came of so many spoilt frames, each with a whole one after it."""
+    assert lost == 0
+    assert broken > inputs / 2
+    assert wrong <= by_chance(broken)
+
+
+def ran(program: Path, inputs: int) -> None:
+    told = subprocess.run([program, str(inputs), "1"], check=True, capture_output=True, text=True).stdout
+    done, *found = map(int, told.split())
+    assert done == inputs
+    check(*found, inputs)
+
+
 @pytest.mark.parametrize(
     "inputs", [20_000, pytest.param(10_000_000, marks=[pytest.mark.soak, pytest.mark.timeout(900)])]
 )
 def test_c_under_the_sanitizers(build: Callable[..., Path], inputs: int) -> None:
-    program = build("fuzz", FUZZ, *(SANITIZED if shutil.which("cc") else []))
-    told = subprocess.run([program, str(inputs), "1"], check=True, capture_output=True, text=True).stdout
-    done, wrong, lost, broken = map(int, told.split())
-    assert (done, lost) == (inputs, 0)
-    assert broken > inputs / 2
-    assert wrong <= by_chance(broken)
+    ran(build("fuzz", FUZZ, *(SANITIZED if shutil.which("cc") else [])), inputs)
+
+
+PLANTED = {
+    "a byte beyond the frame": ("decoder->count < sizeof decoder->frame", "decoder->count <= sizeof decoder->frame"),
+    "half of the check": ("crc == (end[0] | end[1] << 8)", "(crc & 0xFF) == end[0]"),
+    "the rest of a broken frame stays": ("decoder->begun = decoder->left = ", "decoder->begun = "),
+    "a full block stands for a zero byte": ("byte != 0xFF", "1"),
+    "a block of more than 254 bytes": ("if (*coder->code == 0xFF)", "if (0)"),
+}
+"""What in fl_frame.c becomes what."""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not shutil.which("cc"), reason="no cc here: zig brings no address sanitizer")
+@pytest.mark.parametrize("name", PLANTED)
+def test_a_bug_that_is_planted_in_c_is_found(build: Callable[..., Path], tmp_path: Path, name: str) -> None:
+    core = shutil.copytree(firmware_folder() / "core", tmp_path / "core")
+    text = (core / "fl_frame.c").read_text(encoding="utf-8")
+    assert text.count(PLANTED[name][0]) == 1
+    (core / "fl_frame.c").write_text(text.replace(*PLANTED[name]), encoding="utf-8")
+    program = build("fuzz", FUZZ, *SANITIZED, core=core)
+    with pytest.raises((AssertionError, subprocess.CalledProcessError)):
+        ran(program, 200_000)
 
 
 def random_frame(draw: random.Random) -> bytes:
@@ -64,19 +98,51 @@ def spoilt(frame: bytes, draw: random.Random) -> bytes:
     return bytes(line) + b"\0"
 
 
-@pytest.mark.parametrize(
-    "inputs", [20_000, pytest.param(10_000_000, marks=[pytest.mark.soak, pytest.mark.timeout(1800)])]
-)
-def test_python(inputs: int) -> None:
+def coded(message: Message) -> bytes:
+    """Return the frame of a message that was decoded."""
+    return encode(message.name, message.sequence, message.stamp, **message.fields)
+
+
+def spoil_python(inputs: int) -> None:
+    """Hand the decoder so many spoilt frames, and a whole one after each."""
     draw, decoder = random.Random(1), Decoder()
-    wrong = 0
-    for k in range(inputs):
+    wrong = lost = 0
+    for _ in range(inputs):
         frame = random_frame(draw)
         bad = spoilt(frame, draw)
         cut = draw.randrange(len(bad))  # the line stalls anywhere
         for message in decoder.feed(bad[:cut]) + decoder.feed(bad[cut:]):
-            wrong += encode(message.name, message.sequence, message.stamp, **message.fields) != frame
-        (good,) = decoder.feed(encode("status", k % 2**16, k, state=1, fault=2, tick=k, commits=0, reset=1))
-        assert (good.name, good["tick"]) == ("status", k)
-    assert decoder.broken > inputs / 2
-    assert wrong <= by_chance(decoder.broken)
+            wrong += coded(message) != frame
+        good = random_frame(draw)
+        lost += [coded(message) for message in decoder.feed(good)] != [good]
+    check(wrong, lost, decoder.broken, inputs)
+
+
+@pytest.mark.parametrize(
+    "inputs", [20_000, pytest.param(10_000_000, marks=[pytest.mark.soak, pytest.mark.timeout(1800)])]
+)
+def test_python(inputs: int) -> None:
+    spoil_python(inputs)
+
+
+def half_of_the_check(line: bytes) -> bytes | None:
+    try:
+        content = bytes(cobs.decode(line))
+    except cobs.DecodeError:
+        return None
+    return content[:-2] if len(content) >= HEADER.size + 2 and crc16(content[:-2]) % 256 == content[-2] else None
+
+
+BUGS = {
+    "half of the check": ("uncoded", half_of_the_check),
+    "bytes that are no COBS are an error": ("uncoded", lambda line: cobs.decode(line)[:-2]),
+    "a frame that is too long is given up too soon": ("LARGEST_CODED", 40),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", BUGS)
+def test_a_bug_that_is_planted_in_python_is_found(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    monkeypatch.setattr(codec, *BUGS[name])
+    with pytest.raises((AssertionError, cobs.DecodeError)):
+        spoil_python(100_000)

@@ -123,3 +123,18 @@ def test_the_signals_of_a_box_go_to_the_scope_and_back(page, serve):
     assert page.is_checked(all_of_them)
     page.uncheck(all_of_them)
     assert not page.is_checked(own)
+
+
+def test_frames_that_were_lost_are_a_gap_in_the_curve(page, serve):
+    page.goto(serve(room_of()).url)
+    told = page.evaluate(
+        """async () => {
+          const { Ring } = await import('/static/ring.js'), ring = new Ring(['f'], 10, 1000);
+          const frame = (time) => ({ time, spacing: 0.001, rows: 5, channels: [new Float32Array(5).fill(2)] });
+          for (const time of [0.001, 0.006, 0.031]) ring.push(frame(time));
+          const [x, y] = ring.envelope(['f'], 0, ring.now, 1000);
+          return { now: ring.now, latest: ring.latest('f'), gaps: y.filter((each) => each === null).length,
+                   even: x.every((each, at) => Math.abs(each - x[0] - at / 1000) < 1e-9) };
+        }"""
+    )
+    assert told == {"now": pytest.approx(0.035), "latest": 2, "gaps": 20, "even": True}

@@ -181,6 +181,10 @@ position = { column = "x", scale = 1e-3, gives = "m" }
     assert ends.low < 0.8 < ends.high and found.resonance_error is None
 
 
+OF_ONE_ENTRY = ("did you mean 'hammer'", "units of 'mass'")
+"""What is refused of one entry: the results of the others are kept."""
+
+
 @pytest.mark.parametrize(
     ("change", "says"),
     [
@@ -199,7 +203,48 @@ def test_what_a_project_refuses_is_one_line(lab, tmp_path, capsys, change, says)
     (tmp_path / "lab.toml").write_text(text.replace(*change))
     code, shown, said = run(capsys, "bench", tmp_path / "lab.toml")
     assert code == 2 and not shown and says in said and said.count("\n") == 1
-    assert not list(tmp_path.glob("*.results.json"))
+    kept = list(tmp_path.glob("*.results.json"))
+    assert bool(kept) == ("are kept, no bench is written" in said) == (says in OF_ONE_ENTRY)
+
+
+def test_a_refused_entry_can_be_left_out(lab, tmp_path, capsys):
+    for each in lab.parent.glob("*.mat"):
+        (tmp_path / each.name).write_bytes(each.read_bytes())
+    (tmp_path / "lab.toml").write_text(lab.read_text().replace('"hammer", unit', '"hamer", unit'))
+    code, _, said = run(capsys, "bench", tmp_path / "lab.toml")
+    assert code == 2 and "hits.mat" in said and "results of weights, quiet are kept" in said
+    words = ("bench", tmp_path / "lab.toml", "--without-refused", "--out", tmp_path / "b.toml", "--json")
+    code, shown, _ = run(capsys, *words)
+    told = json.loads(shown)
+    assert code == 0 and [each["kind"] for each in told["refused"]] == ["hits"]
+    assert told["analysed"] == 0 and "did you mean 'hammer'" in told["refused"][0]["said"]
+    assert any("dynamic range" in line for line in told["together"])
+    assert fl.read_toml(tmp_path / "b.toml").sensor.resonance_hz == fl.bench().sensor.resonance_hz
+
+
+def test_masses_of_files_and_of_lines(tmp_path):
+    """A recording for each weight: its mass is in the project, or in an array beside the lines."""
+    grams, draw = np.array([0.0, 20, 50, 100, 200]), np.random.default_rng(4)
+    volts = 0.1 + 2.0 * grams * 9.80665e-3 + 1e-3 * draw.normal(size=(400, 5))
+    scipy.io.savemat(tmp_path / "all.mat", {"grams": grams, "volts": volts, "sr": 1e3})
+    mass = 'channels.mass = { column = "grams", unit = "g" }'
+    for k, line in enumerate(volts.T):
+        np.savetxt(tmp_path / f"{k}.csv", line, header="V")
+    listed = json.dumps([f"{k}.csv" for k in range(5)])
+    for named, said, column in (
+        ('["all.mat"]', mass, '"volts[:, *]"'),
+        ('["all.mat"]', "masses_g = [0, 20, 50, 100, 200]", '"volts[:, *]"'),
+        (listed, "masses_g = [0, 20, 50, 100, 200]", "0"),
+    ):
+        (tmp_path / "lab.toml").write_text(
+            f'[[recording]]\nkind = "weights"\nfiles = {named}\n{said}\n'
+            f'channels.f_m = {{ column = {column}, unit = "V" }}\n'
+        )
+        slope = fl.identify.bench(tmp_path / "lab.toml").measured["sensitivity"]
+        assert slope.value == pytest.approx(2.0, rel=1e-3) and "5 weights" in slope.how
+    (tmp_path / "lab.toml").write_text((tmp_path / "lab.toml").read_text().replace("[0, 20,", "[20,"))
+    with pytest.raises(fl.FrictionloopError, match="4 masses and 5 recordings"):
+        fl.identify.bench(tmp_path / "lab.toml")
 
 
 def test_channels_of_a_file(lab, tmp_path, capsys):

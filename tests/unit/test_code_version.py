@@ -74,6 +74,15 @@ def test_the_loops_own_law_is_among_what_is_read(tmp_path):
     assert sources_digest([folder]) != before
 
 
+def test_every_room_that_a_run_imports_is_read():
+    """What an effect asks for is a number of the run, too."""
+    effect = '{"setpoint": {"kind": "effect", "effect": "grating"}}'
+    code = f"import sys, frictionloop as fl; fl.sweep(fl.bench().evolve({effect}), [{{}}], 0.01); print(*sys.modules)"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    rooms = {name.split(".")[1] for name in found if name.startswith("frictionloop.") and name.count(".") > 1}
+    assert rooms - set(COMPUTING) == set()
+
+
 def test_every_process_finds_the_same():
     code = "from frictionloop.loop.kept import computing; print(computing())"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import signal
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -148,6 +152,40 @@ def test_what_was_interrupted_goes_on(whole, tmp_path, monkeypatch):
     again = short(path, resume=True, laws=["lookup"])
     assert len(calls) == 6 + total - 5
     xr.testing.assert_identical(again.cells, whole.cells)
+
+
+KILLED = """
+import os, signal, sys
+from frictionloop import bench
+from frictionloop.design import comparison
+from frictionloop.design.comparison import run
+
+calls, really = [], run._Trial.run
+
+def stopping(self, law, at):
+    calls.append(at)
+    if len(calls) == 6:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return really(self, law, at)
+
+run._Trial.run = stopping
+comparison.compare(bench(), 2, 5, ["lookup", "retuned_pi"], [20.0], path=sys.argv[1], duration_s=1.0, start_s=0.4,
+                   clock=lambda: 4.0 * len(calls))
+"""
+"""Its clock goes on by 4 s a cell, so that it saves every second one."""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no such signal on this system")
+def test_a_comparison_that_is_killed_goes_on(whole, tmp_path, monkeypatch):
+    path, calls, really = tmp_path / "r.h5", [], run._Trial.run
+    done = subprocess.run([sys.executable, "-c", KILLED, str(path)], capture_output=True, text=True, check=False)
+    assert done.returncode == -signal.SIGKILL, done.stderr
+    monkeypatch.setattr(run._Trial, "run", lambda *given: (calls.append(given), really(*given))[1])
+    xr.testing.assert_identical(short(path, resume=True).cells, whole.cells)
+    total = 2 * (2 * len(protocol.TASKS) + len(protocol.SINES))
+    assert len(calls) == total - 4
+    assert [each.name for each in tmp_path.iterdir()] == ["r.h5"]
 
 
 def test_an_interrupt_while_laws_are_designed_says_that_nothing_is_done():

@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
+from finger_strokes import strokes
 
 import frictionloop as fl
 from frictionloop.identification import rigs
 from frictionloop.identification.parts.hits import hits_part
 from frictionloop.identification.parts.part import Sensor
 from frictionloop.identification.parts.quiet import quiet_part
+from frictionloop.identification.parts.slides import slides_part
 from frictionloop.identification.parts.weights import weights_part
 from frictionloop.identification.project import Take
 from frictionloop.parameters.rigs import CalibrationBench
@@ -109,6 +111,7 @@ WEIGHT_DEFECTS = {
     "up only": (table(MASSES[:5]), "cannot be told from steps up only"),
     "kilograms as newtons": (in_newtons(table(slope=1.0), 1 / 9.80665), "kilograms were taken for newtons"),
     "millinewtons as newtons": (in_newtons(table(slope=1.0), 1000.0), "millinewtons"),
+    "clipped": (table().map(lambda x: x.clip(max=4.5) if x.attrs["units"] == "V" else x), "is clipped at 4.5 V"),
     "grams as kilograms": (table(1000 * MASSES, slope=3e-3), "are these grams"),
     "crosstalk": (beside(table(), 0.4), "load reads"),
     "dead reading": (table(slope=0.0, away=-np.linspace(0, 0, MASSES.size)).map(lambda x: x), ""),
@@ -161,6 +164,67 @@ QUIET_DEFECTS = {
 def test_quiet(defect):
     values, words = QUIET_DEFECTS[defect]
     assert told_or_right(quiet_part, "quiet", quiet_run(values), {"sensor.noise_density_n_rthz": 1e-5}, words)
+
+
+def test_clipped_steps_over_time():
+    # Above 4.5 V the converter stands at its end; below, its steps of 2 mV are as wide as the noise.
+    draw = np.random.default_rng(3)
+    mass = np.repeat(MASSES, 400)
+    reading = np.round((0.1 + 3.0 * 9.80665 * mass + 1e-3 * draw.normal(size=mass.size)) / 2e-3) * 2e-3
+    time = ("time", np.arange(mass.size) / 100.0, {"units": "s"})
+    for top, words in ((9.0, None), (5.98, "is clipped at")):
+        data = {"mass": ("time", mass, {"units": "kg"}), "f_m": ("time", np.minimum(reading, top), {"units": "V"})}
+        assert told_or_right(weights_part, "weights", xr.Dataset(data, {"time": time}), {}, words)
+
+
+def wrapped(run):
+    way = 0.02
+    return changed(run, position=np.mod(run.position.values + 0.003, way))
+
+
+def late(run, name, rows):
+    return changed(run, **{name: np.roll(run[name].values, rows)})
+
+
+STROKES = strokes(share=0.01)
+SLIDE_DEFECTS = {
+    "none": (STROKES, None),
+    "sensor inverted": (strokes(share=0.01, sign=-1.0), None),
+    "zero drifts": (strokes(share=0.01, drift=0.5), None),
+    "load behind by 20 ms": (late(STROKES, "load", 40), None),
+    "position behind by 20 ms": (late(STROKES, "position", 40), None),
+    "position wraps": (wrapped(STROKES), "give wrap in the channel map"),
+    "never lifts": (STROKES.isel(time=slice(4400, 19600)), "never lifts"),
+    "no slide": (changed(STROKES, position=0 * STROKES.position.values), "no slide"),
+    "mu falls": (
+        changed(STROKES, f_m=STROKES.f_m.values * np.linspace(2, 0.5, STROKES.sizes["time"])),
+        "mu changes by",
+    ),
+}
+
+
+@pytest.mark.parametrize("defect", SLIDE_DEFECTS)
+def test_slides(defect):
+    run, words = SLIDE_DEFECTS[defect]
+    assert told_or_right(slides_part, "slides", run, {"friction.nominal_n": 0.3}, words)
+
+
+def test_a_wrap_and_a_delay_are_taken_off_by_the_map(tmp_path, hit):
+    """The slides of a counter that starts again, and the pole of a hammer that is recorded later than the reading."""
+    run = wrapped(STROKES)
+    np.savez(tmp_path / "a.npz", **{name: run[name].values for name in run.data_vars}, fs=2000.0)
+    channels = {name: {"column": name, "unit": unit} for name, unit in (("f_m", "N"), ("load", "N"))}
+    channels["position"] = {"column": "position", "unit": "m", "wrap": 0.02}
+    found = fl.identify.load(tmp_path / "a.npz", channels)
+    assert told_or_right(slides_part, "slides", found, {"friction.nominal_n": 0.3}, None)
+    assert len(fl.identify.friction(found).slides) == 6
+    behind = late(hit, "hammer", 5)
+    np.savez(tmp_path / "b.npz", **{name: behind[name].values for name in ("hammer", "f_m")}, fs=RATE)
+    channels = {"f_m": {"column": "f_m", "unit": "N"}, "hammer": {"column": "hammer", "unit": "N", "delay_s": 5 / RATE}}
+    moved = fl.identify.load(tmp_path / "b.npz", channels)
+    assert told_or_right(hits_part, "hits", moved, {"sensor.cutoff_hz": SENSOR.cutoff_hz}, None)
+    values = hits_part(Take(kind="hits", files=("b",)), [moved], Sensor(), "")[0]
+    assert "sensor.cutoff_hz" in {each.path for each in values}
 
 
 def test_crosstalk_is_taken_off_by_the_map(tmp_path):

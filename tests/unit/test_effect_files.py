@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import struct
 import wave as wavefile
+import zlib
 
 import numpy as np
 import pytest
@@ -42,6 +44,35 @@ def test_a_large_picture_is_reduced_and_said(tmp_path):
     assert "400 x 300 pixels, 16 bits, gamma ignored, reduced by 2 to 200 x 150 values 0.2 mm apart" in made.told
     full = 0.3 + 0.3 * grey[0].reshape(-1, 2).mean(axis=1) / 65535
     assert np.allclose(made.map.table[0], full)
+
+
+def test_a_picture_that_the_library_does_not_even_open_is_told_the_same(tmp_path):
+    """50,000 pixels a side: a PNG of one bit has room for them in 300 kB."""
+    rows = zlib.compress(bytes((50_000 // 8 + 1) * 50_000))
+    pieces = (b"IHDR", struct.pack(">IIBBBBB", 50_000, 50_000, 1, 0, 0, 0, 0)), (b"IDAT", rows), (b"IEND", b"")
+    crc = [zlib.crc32(name + content) for name, content in pieces]
+    chunks = (
+        struct.pack(">I", len(content)) + name + content + struct.pack(">I", check)
+        for (name, content), check in zip(pieces, crc, strict=True)
+    )
+    (tmp_path / "huge.png").write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(chunks))
+    with pytest.raises(
+        FrictionloopError, match=r"has 2,500,000,000 pixels: must be at most 100,000,000 in all; reduce"
+    ):
+        R.read_image(tmp_path / "huge.png", mm_per_pixel=0.1, polarity="bright")
+
+
+def test_greys_of_more_than_16_bits_are_refused(tmp_path):
+    path = picture(tmp_path / "deep.tiff", np.full((4, 4), 200_000, np.int32))
+    with pytest.raises(FrictionloopError, match=r"has greys from 200000 to 200000: must be from 0 to 65535$"):
+        R.read_image(path, mm_per_pixel=0.1, polarity="bright")
+
+
+def test_what_a_map_is_between_and_beyond_its_values_goes_through_a_png(tmp_path):
+    made = R.Map(values_n=(0.2, 0.6, 0.4), pitch_mm=1.0, between="nearest", beyond="repeat")
+    R.write_image(made, tmp_path / "map.png")
+    back = R.read_image(tmp_path / "map.png").map
+    assert (back.between, back.beyond) == ("nearest", "repeat")
 
 
 def test_a_map_goes_through_a_png_with_its_scale(tmp_path):
@@ -100,15 +131,17 @@ def test_a_texture_is_fitted_and_made_anew():
         R.Constant(level_n=0.4),
         R.Grating(spacing_mm=4.0),
         R.Grating(spacing_mm=4.0, shape="triangle"),
+        R.Grating(spacing_mm=3.0),
         R.Map(values_n=(0.2, 0.6, 0.4, 0.4), pitch_mm=10.0, start_mm=-15.0),
     ],
 )
 def test_an_effect_goes_through_hjif(tmp_path, effect):
-    R.write_hjif(effect, tmp_path / "effect.hjif")
+    left = R.write_hjif(effect, tmp_path / "effect.hjif")
     back = R.read_hjif(tmp_path / "effect.hjif")
     x = R.Touch(x_mm=np.linspace(-14.0, 14.0, 300))
     assert np.abs(back.effect.asked(x) - effect.asked(x)).max() < 1e-3
     assert back.left == ()
+    assert left == (() if effect.period_mm is None else ("no end: 100 mm of it",))
     tree = json.loads((tmp_path / "effect.hjif").read_text())
     needed = {"version", "profile", "level", "date", "description", "timescale", "perceptions", "avatars", "syncs"}
     assert needed <= tree.keys()
@@ -134,6 +167,32 @@ def test_what_hjif_cannot_carry_over_is_listed(tmp_path):
     assert found.left == ("Cubic curve (read as linear)", "WaveletWave band")
     assert float(found.effect.asked(R.Touch(x_mm=5.25))) == pytest.approx(0.5 + 0.2)
     assert float(found.effect.asked(R.Touch(x_mm=2.0))) == pytest.approx(0.5)
+
+
+def test_a_file_says_what_it_does_not_carry(tmp_path):
+    bump = R.find("bump")
+    assert R.write(bump, tmp_path / "bump.toml") == ()
+    assert R.write(bump, tmp_path / "bump.png")[0].startswith("all but what it asks for on the way forth")
+    assert R.write(R.find("braille"), tmp_path / "cell.hjif") == ("what is beyond the map; 60 mm of it",)
+    looped = R.Wave(values_n=(0.1, 0.2, 0.1), rate_hz=500.0, loops=True)
+    assert R.write(looped, tmp_path / "loop.wav") == ("that it loops",)
+
+
+@pytest.mark.parametrize(
+    ("more", "left"),
+    [
+        ({"base_signal": "SawToothUp"}, "SawToothUp signal"),
+        ({"wavelet_bitstream": "ff"}, "effect.wavelet_bitstream"),
+        ({"keyframes": []}, "Basis effect"),
+    ],
+)
+def test_a_feature_that_is_not_known_is_listed_and_the_rest_is_read(tmp_path, more, left):
+    frames = [{"relative_position": p, "amplitude_modulation": 1.0, "frequency_modulation": 100} for p in (10, 0)]
+    wave, curve = band("VectorialWave", frames), band("Curve", frames)  # keyframes in any order
+    wave["effects"][0] |= more
+    found = R.read_hjif(hjif(tmp_path, curve, wave, priority=3))
+    assert found.left == ("perception.priority", left)
+    assert found.effect.asked(R.Touch(x_mm=0.0)) == pytest.approx(0.5)
 
 
 def test_envelopes_of_vibration_are_waves(tmp_path):
@@ -185,6 +244,9 @@ def grey(tmp_path):
             lambda p: R.read_image(picture(p / "c.png", np.zeros((4, 4, 3), np.uint8)), mm_per_pixel=1),
             "mode = 'RGB': must be greyscale of 8 or 16 bits",
         ),
+        (lambda p: R.read_image(grey(p), mm_per_pixel=1, polarity="dark", low_n=0.6, high_n=0.3), "low_n = 0.6: must"),
+        (lambda p: R.rasterise(R.Grating(), 60, 0, 0.0), "pitch_mm = 0 mm: must be finite and above 0"),
+        (lambda p: R.Resynthesis(coefficients=(1.0,)), "coefficients: the model grows by 1 from value to value"),
         (lambda p: R.text_map(" "), "text = ' ': must have a letter"),
         (lambda p: R.write_image(R.Constant(), p / "x.png"), "must be a Map; rasterise(effect, ...) makes one"),
         (lambda p: R.rasterise(R.Constant(), 60, 60, 0.01), "pitch_mm = 0.01 mm gives 6001 x 6001 values"),

@@ -147,6 +147,8 @@ def test_a_rough_texture_has_its_deviation_and_its_seed():
 
 
 def test_a_function_of_place_becomes_a_map_and_its_error_is_told():
+    hidden = R.sampled(lambda x: 0.4 + 0.1 * np.sin(2 * np.pi * x / 0.1), 0.0, 20.0, 0.1)
+    assert hidden.error_n > 0.06  # a period of one pitch is 0.4 N at each value and midway
     made = R.sampled(lambda x: 0.4 + 0.1 * np.sin(x), 0.0, 20.0, 0.1)
     assert made.error_n == pytest.approx(0.1 * 0.1**2 / 8, rel=0.01)
     x = np.linspace(0, 20, 1001)

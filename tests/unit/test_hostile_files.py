@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import io
 import re
+import struct
 import time
+import zipfile
 
 import h5py
 import numpy as np
 import pytest
+import scipy.io
 import xarray as xr
 
 import frictionloop as fl
@@ -148,6 +152,43 @@ def test_what_is_made_to_harm(tmp_path, how):
     refused(path, WRONG[how])
     with pytest.raises(fl.FrictionloopError, match=WRONG[how]):
         read_recording(fl.Recording(path=str(path), column="force"), 100.0)
+
+
+def bomb(path):
+    """Write a small file that says it holds 8 GB."""
+    if path.suffix == ".npz":
+        head = io.BytesIO()
+        np.lib.format.write_array_header_1_0(head, {"descr": "<f8", "fortran_order": False, "shape": (10**9,)})
+        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as packed:
+            packed.writestr("force.npy", head.getvalue())
+        content = path.read_bytes()
+        entry = content.rindex(b"PK\x01\x02")  # the directory, which tells sizes; 24: bytes when unpacked
+        path.write_bytes(content[: entry + 24] + (4 * 10**9).to_bytes(4, "little") + content[entry + 28 :])
+    elif path.suffix == ".mat":
+        scipy.io.savemat(path, {"force": np.zeros((2, 3))})
+        path.write_bytes(path.read_bytes().replace(struct.pack("<ii", 2, 3), struct.pack("<ii", 2, 5 * 10**8)))
+    else:
+        path.write_text("0,1\n" * 100_000 + "1," * 9_000 + "1\n")
+
+
+@pytest.mark.parametrize("ending", [".npz", ".mat", ".csv"])
+def test_recordings_that_are_made_to_fill_the_memory(tmp_path, ending):
+    path = tmp_path / f"bomb{ending}"
+    bomb(path)
+    said = r"expands from .* MB to .* GB; accepted: at most 100 times its size$"
+    with pytest.raises(fl.FrictionloopError, match=said) as error:
+        fl.identify.load(path)
+    assert "\n" not in str(error.value)
+
+
+def test_a_table_of_too_many_columns(tmp_path):
+    """Names were once looked for among all names before: 100 000 columns took minutes."""
+    path = tmp_path / "wide.csv"
+    path.write_text("time,force\n" + "0," * 100_000 + "\n")
+    start = time.perf_counter()
+    with pytest.raises(fl.FrictionloopError, match=r"wide.csv: has 10000\d columns; accepted: at most 10000$"):
+        fl.identify.load(path)
+    assert time.perf_counter() - start < 5.0
 
 
 DEEP = 20_000

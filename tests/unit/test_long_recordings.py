@@ -120,11 +120,16 @@ def test_weights_and_quiet_of_a_long_recording(tmp_path, monkeypatch):
     assert "1.5 to 3.5 s" in " ".join(given.told) + dataclasses.asdict(given.measured[0])["how"]
 
 
-def test_a_first_look_at_a_large_table_is_one_at_its_beginning(tmp_path, small_blocks, monkeypatch):
-    files.csv(tmp_path / "a.csv", columns(), RATE)
+def test_a_first_look_at_a_large_table_is_one_all_along_it(tmp_path, monkeypatch):
+    monkeypatch.setattr("frictionloop.identification.first_look.LARGE_BYTES", 1000)
+    rising = {"force": np.linspace(0, 1, 300_000), "other": np.sin(np.arange(300_000) / 50)}
+    files.csv(tmp_path / "a.csv", rising, RATE)
     look = first_look(tmp_path / "a.csv")
-    assert [trace.name for trace in look.traces] == ["force", "other"]
-    assert look.traces[0].low.min() >= -0.2 and look.traces[1].high.max() > 0.9
+    force, other = look.traces
+    assert (force.name, other.name) == ("force", "other") and "all along" in look.said
+    # Rows are counted by the mean length of a line at the beginning, which other lines do not have.
+    np.testing.assert_allclose(force.row / 300_000, (force.low + force.high) / 2, atol=0.03)
+    assert force.low[0] < 0.01 and force.high[-1] > 0.99 and other.high.min() > 0.9
     fl.plot(look, tmp_path / "a.png")
     assert (tmp_path / "a.png").stat().st_size > 5000
 

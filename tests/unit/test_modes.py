@@ -64,3 +64,41 @@ def test_what_does_not_ring_is_refused():
         modes(xr.Dataset({"f_m": ("time", y, {"units": "V"})}, {"time": time}), "first", segment_s=0.08)
     with pytest.raises(fl.FrictionloopError, match="at least two"):
         modes(plate(hits=1), "first")
+
+
+def alone(run, k, **more):
+    """One hit in a recording of its own, as a triggered recorder saves them."""
+    rows = int(0.1 * RATE)
+    values = run.f_m.values[k * rows : (k + 1) * rows]
+    for change in more.values():
+        values = change(values)
+    return xr.Dataset(
+        {"f_m": ("time", values, {"units": "V"})}, {"time": ("time", np.arange(values.size) / RATE, {"units": "s"})}
+    )
+
+
+HUM = 0.05 * np.sin(2 * np.pi * 50 * np.arange(int(0.1 * RATE)) / RATE + 1.0)
+RECORDED = {
+    "hum": lambda y: y + HUM,
+    "offset": lambda y: y + 0.3,
+    "coarse converter": lambda y: np.round(y / 0.01) * 0.01,
+    "little before the hit": lambda y: y[int(np.argmax(np.abs(y) > 0.1)) - 20 :],
+    "cut off": lambda y: y[int(np.argmax(np.abs(y) > 0.1)) - 100 :][:1500],
+}
+
+
+@pytest.mark.parametrize("how", RECORDED)
+def test_a_hit_in_each_recording(how):
+    run = plate(seed=3, hits=5)
+    found = modes([alone(run, k, change=RECORDED[how]) for k in range(5)], 3)
+    assert found.hits == 5
+    for mode, (hertz, q, _) in zip(found.asked, TRUE, strict=True):
+        assert mode.frequency.value == pytest.approx(hertz, rel=2e-3)
+        assert mode.q.value == pytest.approx(q, rel=0.05)
+
+
+def test_a_mode_that_hits_do_not_share_is_none():
+    """Frequencies that scatter by 1 % look like two poles; one of them rings for ever in some hits."""
+    found = modes(plate(seed=2, hits=8, spread=0.01), 3)
+    assert [round(mode.frequency.value, -2) for mode in found.modes] == [1600, 3100, 4800]
+    assert all(mode.q.value < 100 for mode in found.modes)

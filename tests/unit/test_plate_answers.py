@@ -96,6 +96,14 @@ def test_the_command_prints_a_summary(plate):
     assert "as printed" not in plate()
 
 
+@pytest.mark.parametrize(("hz", "unit", "mm"), [("46000", "mm", 1.0), ("1700", "mm", 1.0), ("1660", "um", 1e-3)])
+def test_a_thickness_is_printed_in_its_unit(plate, hz, unit, mm):
+    (row,) = (line.split() for line in plate("--frequency-hz", hz).splitlines() if line.startswith("thickness"))
+    told = json.loads(plate("--frequency-hz", hz, "--json"))["wanted"]["thickness_mm"]
+    assert row[2] == unit
+    assert float(row[1]) * mm == pytest.approx(told, rel=5e-3)
+
+
 def test_the_examples_run(plate):
     calls = [line.split("design plate", 1)[1].split() for line in EXAMPLES.splitlines() if "design plate" in line]
     assert len(calls) > 2

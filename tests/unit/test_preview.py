@@ -53,6 +53,29 @@ def test_the_plate_takes_contrast_open_loop_as_its_low_pass_does():
     assert late_s == pytest.approx(np.pi / 4 / (2 * np.pi * 100.0), abs=4e-4)
 
 
+def test_the_open_loop_has_a_table_of_its_own_where_a_law_is_told_other_beliefs():
+    """An observer that believes twice the friction would vibrate far too much open loop."""
+    tuned = BENCH.evolve({"controller.model.nominal_n": 2.2})
+    shown = R.preview("grating", tuned, 80.0, table=BENCH.controller.model)
+    plain = R.preview("grating", BENCH, 80.0)
+    assert shown.table == BENCH.controller.model == plain.table
+    np.testing.assert_array_equal(shown.open_loop.forth_n, plain.open_loop.forth_n)
+    assert shown.closed_loop.rms_error_n != plain.closed_loop.rms_error_n
+    wrong = R.preview("grating", tuned, 80.0)
+    assert wrong.table.nominal_n == 2.2
+    assert wrong.open_loop.mean_error_n < shown.open_loop.mean_error_n - 0.1
+
+
+def test_show_says_which_table_the_open_loop_has(capsys):
+    believing = ("--controller.kind", "observer", "--controller.model.nominal_n", "2.2")
+    with pytest.raises(SystemExit) as ended:
+        main(["effect", "show", "grating", "--speed-mm-s", "80", *believing])
+    told = capsys.readouterr()
+    assert ended.value.code == 0
+    assert "the lookup alone, of a table for f0 = 0.95 N and tau = 0.38 /um2" in told.out
+    assert "by default" not in told.err  # the model is told by a flag
+
+
 def test_closed_loop_brings_more_of_a_grating_and_less_of_an_error():
     shown = R.preview("grating", BENCH, 80.0)
     assert abs(1.0 - shown.closed_loop.contrast) < abs(1.0 - shown.open_loop.contrast)
@@ -122,6 +145,9 @@ def test_a_table_has_what_single_previews_have():
     [
         (lambda: R.preview(R.Constant(level_n=2.0), BENCH), "effect: asks for 2 to 2 N; the controller's band"),
         (lambda: R.preview(R.Grating(spacing_mm=0.02), BENCH, 20.0), "a period of 0.02 mm is 1000 Hz at 20 mm/s"),
+        (lambda: R.preview(3, BENCH), "effect = 3: must be an effect, a name of the library or a TOML file"),
+        (lambda: R.preview("grating", BENCH, "fast"), "stroke = 'fast': must be a speed in mm/s or Strokes"),
+        (lambda: R.preview("grating", BENCH, table=3), "table = 3: must be a controller's model"),
         (lambda: R.preview("grating", fl.paper()), 'motion.kind must be "strokes"'),
         (lambda: R.preview("grating", BENCH.evolve({"controller.kind": "lookup"})), "is the open loop; give the law"),
         (lambda: R.people("bump", BENCH, []), "fingers: must be at least one"),

@@ -92,3 +92,23 @@ def test_what_is_refused():
         noise(recording(white(1, 1000)))
     with pytest.raises(fl.FrictionloopError, match="interval_s = 5 to 20 s"):
         noise(recording(white(1)), (5, 20))
+
+
+def test_newtons_come_from_weights_of_the_same_unit_or_from_the_map():
+    from frictionloop.identification.parts.part import Sensor, in_newtons
+
+    def run(unit, **more):
+        time = ("time", np.arange(8) / 1e3, {"units": "s"})
+        return xr.Dataset({"f_m": ("time", np.full(8, 6.0), {"units": unit} | more)}, {"time": time})
+
+    by_volts = Sensor(sensitivity=3.0, unit="V")
+    for given, sensor, newtons, words in (
+        (run("V"), by_volts, 2.0, ""),
+        (run("N"), by_volts, 6.0, ""),
+        (run("counts", newtons_per_unit=0.5), by_volts, 3.0, "by the channel map, 0.5 N per counts"),
+        (run("counts"), by_volts, 6.0, "no weights in counts tell newtons"),
+        (run("V", newtons_per_unit=0.5), by_volts, 2.0, ""),
+    ):
+        found, told = in_newtons(given, sensor)
+        assert float(found.f_m[0]) == newtons and found.f_m.attrs["units"] == "N"
+        assert words in " ".join(told) and bool(told) == bool(words)

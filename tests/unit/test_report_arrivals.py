@@ -30,9 +30,10 @@ def test_its_first_number_is_the_spread_between_fingers():
     assert f"differ by {1e3 * opened:.0f} mN open loop, and by {1e3 * closed:.0f} mN with" in found.sentence
 
 
-def test_its_table_has_a_column_for_each_law():
+def test_its_table_has_a_column_for_each_law_and_the_spread_first():
     found = stored()
     heads, *table = rows(found)
+    assert table[0] == ("between fingers (mN)", *(f"{1e3 * found.middle(law, 'spread_n'):.0f}" for law in found.laws))
     assert heads == ("", *(LAWS[law] for law in found.laws))
     grating = next(row for row in table if row[0] == "grating")
     percents = [100 * each for each in found.laws["observer"]["grating"]["contrast"]]

@@ -111,7 +111,7 @@ def test_a_refusal_names_its_picture(tmp_path, capsys):
     assert str(picture) in said and picture.stat().st_size > 5000
 
 
-def test_several_modes_with_a_hammer_channel(tmp_path):
+def hammered():
     rate, hits, length = 50e3, 6, 10000
     draw = np.random.default_rng(3)
     force, reading = 1e-4 * draw.normal(size=hits * length), 1e-3 * draw.normal(size=hits * length)
@@ -125,10 +125,14 @@ def test_several_modes_with_a_hammer_channel(tmp_path):
             s * 2 * np.pi * f / rate * np.exp(-np.pi * f / q * time) * np.sin(2 * np.pi * f * time) for f, q, s in TRUE
         )
         reading += np.convolve(pulse, kernel)[: reading.size]
-    run = xr.Dataset(
+    return xr.Dataset(
         {"hammer": ("time", force, {"units": "N"}), "f_m": ("time", reading, {"units": "V"})},
         {"time": ("time", np.arange(reading.size) / rate, {"units": "s"})},
     )
+
+
+def test_several_modes_with_a_hammer_channel():
+    run = hammered()
     found = response_modes(fl.identify.response(run, 0.15), 3, (800, 7000))
     for mode, (hertz, q, _) in zip(found.asked, TRUE, strict=True):
         assert mode.frequency.value == pytest.approx(hertz, rel=2e-3)
@@ -147,3 +151,32 @@ def test_a_table_reads_every_form(tmp_path):
     np.savez(tmp_path / "b.npz", f=hertz, h=values)
     map_ = {"frequency": "f", "response": "h"}
     np.testing.assert_allclose(response_table(opened(tmp_path / "b.npz", map_, table=True)).response, values)
+
+
+def test_decibels_are_read_and_suspected(tmp_path):
+    hertz = np.linspace(100, 200, 60)
+    size = np.abs(analytic(hertz, [(150.0, 20.0, 0.01)]))
+    table = np.column_stack([hertz, 20 * np.log10(size)])
+    np.savetxt(tmp_path / "a.csv", table, delimiter=",", header="f,size", comments="")
+    map_ = {"frequency": {"column": "f"}, "magnitude": {"column": "size", "unit": "dB"}}
+    found = response_table(opened(tmp_path / "a.csv", map_, table=True))
+    np.testing.assert_allclose(np.abs(found.response), size, rtol=1e-9)
+    map_["magnitude"] = {"column": "size"}
+    with pytest.raises(fl.FrictionloopError, match="is it in dB"):
+        response_table(opened(tmp_path / "a.csv", map_, table=True))
+
+
+@pytest.mark.slow
+def test_a_hammer_on_three_modes(tmp_path):
+    """One resonance explains little of it: modes of the response are compared with those of the decays."""
+    run = hammered()
+    np.savez(tmp_path / "a.npz", hammer=run.hammer, f_m=run.f_m, fs=50e3)
+    path = tmp_path / "lab.toml"
+    path.write_text(
+        '[[recording]]\nkind = "hits"\nfiles = ["a.npz"]\nmode = "strongest"\ncount = 3\n'
+        'channels.hammer = { column = "hammer", unit = "N" }\nchannels.f_m = { column = "f_m", unit = "V" }\n'
+    )
+    found = fl.identify.bench(path)
+    assert found.measured["sensor.resonance_hz"].value == pytest.approx(3100, rel=2e-3)
+    assert found.measured["mode 3"].value == pytest.approx(4800, rel=2e-3)
+    assert "frequency response: modes at 1" in " ".join(found.parts[0].told)

@@ -8,6 +8,7 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import frictionloop as fl
 from frictionloop import identification as find
 from frictionloop.identification import rigs
 from frictionloop.parameters.rigs import CalibrationBench
@@ -89,6 +90,13 @@ def test_counts_do_as_well():
 def test_what_is_no_ringing_is_refused(recording, why):
     with pytest.raises(FrictionloopError, match=why):
         find.fit_ring_down(recording)
+
+
+def test_a_refusal_is_drawn(tmp_path):
+    with pytest.raises(FrictionloopError, match=r"unexplained|does not ring") as refused:
+        find.fit_ring_down(rung(145.0, 20.0) + 0.6 * rung(230.0, 25.0))
+    fl.plot(refused.value, tmp_path / "tap.png")
+    assert (tmp_path / "tap.png").stat().st_size > 5000
 
 
 @pytest.mark.parametrize("between_s", [0.0, 1e-3, 1e3, np.nan])

@@ -7,7 +7,8 @@ import pytest
 import vibrated_finger as known
 
 import frictionloop as fl
-from frictionloop.identification import amplitude_protocol, monotone_table, vibrated
+from frictionloop.identification import amplitude_protocol, monotone_table, sliding_pieces, vibrated
+from frictionloop.identification.vibrated_fit import PRIORS
 
 
 def inside(estimate, truth, method=0.0):
@@ -151,3 +152,24 @@ def test_coverage_of_the_intervals():
             hits[k] += low < truth < high
         assert found.law == "gaussian"
     assert np.all(hits >= 46), hits
+
+
+@pytest.mark.slow
+def test_what_the_assumed_numbers_change(monkeypatch):
+    """Priors twice as wide, and twice as much left out after turns and jumps, move values less than their errors."""
+    run = known.finger(seed=1, duration_s=30.0)
+    plain = vibrated(run)
+
+    def moved():
+        found = vibrated(run)
+        pairs = [(getattr(found, name), getattr(plain, name)) for name in ("nominal", "susceptibility")]
+        return max(abs(new.value - old.value) / old.standard_error for new, old in pairs)
+
+    for name, (middle, width) in PRIORS.items():
+        monkeypatch.setitem(PRIORS, name, (middle, 2 * width))
+        assert moved() < 0.2, name
+        monkeypatch.setitem(PRIORS, name, (middle, width))
+    for name in ("TURN_S", "SETTLE_S"):
+        with monkeypatch.context() as patch:
+            patch.setattr(sliding_pieces, name, 2 * getattr(sliding_pieces, name))
+            assert moved() < 1.0, name

@@ -36,6 +36,9 @@ def command(
     law: Asked[str | None] = None,
     sensitivity_peak: Asked[float] = 1.7,
     resonance_error: Asked[float] = 0.05,
+    sensor_error: Asked[float] = 0.0,
+    delay_error: Asked[float] = 0.0,
+    gain_error: Asked[float] = 0.0,
     speeds: Asked[str | None] = None,
     out: flags.Result[Path | None] = None,
     plots: flags.Result[Path | None] = None,
@@ -53,6 +56,12 @@ def command(
     resonance_error
         Share by which the resonance may be off. Then, and at twice that, Ms may be larger: 2.0 and 2.6 if 1.7
         is asked.
+    sensor_error
+        Share by which the pole of the sensor's electronics may be off; the same limits hold. So do they for the next.
+    delay_error
+        Share by which the delay may be off.
+    gain_error
+        Share by which the sensor's sensitivity may be off.
     speeds
         Slowest and fastest stroke in mm/s, between which all that holds: 20,60; the speed of FILE if not given.
     out
@@ -67,13 +76,15 @@ def command(
 
     from frictionloop.analysis.headroom import headroom
     from frictionloop.cli import controller_text
+    from frictionloop.design.leaning import Lean
     from frictionloop.design.synthesis import default_law
     from frictionloop.design.wanted import Wanted
     from frictionloop.parameters import write_toml
 
     screen.tell_notes()  # before the search, which takes long
     between = checks.two_speeds(speeds)
-    wanted, name = Wanted(sensitivity_peak, resonance_error, between), law or default_law(system)
+    lean = Lean(sensor_error, delay_error, gain_error)
+    wanted, name = Wanted(sensitivity_peak, resonance_error, between, lean), law or default_law(system)
     designed = _designed(system, name, wanted)
     after, found = system.evolve(dict(designed.overrides)), designed.corners
     with screen.waiting("looking for what is left to gain"):

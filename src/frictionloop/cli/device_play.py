@@ -46,7 +46,7 @@ def command(
     Parameters
     ----------
     file
-        System whose controller is loaded first; the bench with an observer without it.
+        System whose controller is loaded first; the bench with a notch PI without it.
     open_loop
         Lookup table alone, nothing fed back.
     out

@@ -12,6 +12,7 @@ from frictionloop.quantities.units import FrictionloopError
 
 if TYPE_CHECKING:
     from frictionloop.parameters import System
+    from frictionloop.parameters.timing import Model
 
 ARGUMENTS = "EFFECT [FILE] [OPTIONS]"
 LIST_EXAMPLES = r"""Examples
@@ -40,9 +41,13 @@ Name = Annotated[
 ]
 Speed = Annotated[float | None, Parameter(help="Speed of the stroke in mm/s; that of the system if not given.")]
 EFFECT = "effect."
+PATH = ("setpoint.track.", "setpoint.position")
+"""What a flag may say about where an effect is asked: the stroke's line over it, the place measured or predicted."""
 EFFECT_FILES = (".toml", ".png", ".wav", ".hjif")
 LAW = {"controller.kind": "notch_pi", "controller.feedforward": True}
 """What closes the loop of the bench, if neither a file nor a flag says it (docs/which-law)."""
+ON_BELIEFS = ("observer", "super_twisting")
+"""Laws that follow better with other beliefs than the bench's, which no lookup table should have (docs/controllers)."""
 
 
 def list_effects(*, json: flags.Json = False) -> None:
@@ -90,27 +95,29 @@ def show(
     checks.check_count("seed", seed, 0)
     checks.check_count("fingers", fingers, 0, 1000)
     wanted, system, origin = _given(effect, file, preset, overrides)
+    table = _own_table(system, file, preset)
     with screen.waiting("simulating; after an installation the loop is compiled first"):
         from frictionloop.cli import effect_text
         from frictionloop.preview import people, preview
 
-        shown = preview(wanted, system, speed_mm_s, seed)
+        shown = preview(wanted, system, speed_mm_s, seed, table=table)
         crowd = None
         if fingers:
             from frictionloop.physics.fingers import fingers as drawn
 
-            crowd = people(wanted, system, drawn(fingers, seed), speed_mm_s, seed)
+            crowd = people(wanted, system, drawn(fingers, seed), speed_mm_s, seed, table=table)
     if plot is not None:
         from frictionloop.report.plot import plot as draw
 
         draw(shown, plot)
+    left: tuple[str, ...] = ()
     if save is not None:
         from frictionloop.rendering.export import write
 
-        write(shown.effect, save)
+        left = write(shown.effect, save)
     saved = {"figure": plot, "effect": save}
     if json:
-        screen.show_json(effect_text.as_json(shown, crowd) | {"saved": saved})
+        screen.show_json(effect_text.as_json(shown, crowd) | {"saved": saved, "not_carried_over": left})
         return
     screen.show(
         screen.columns([("effect", effect_text.described(shown.effect)), ("system", origin)]),
@@ -122,6 +129,7 @@ def show(
         "",
         screen.columns(effect_text.limit_rows(shown)),
         *screen.saved(saved),
+        *(f"not carried over: {each}" for each in left),
     )
 
 
@@ -210,14 +218,30 @@ def _given(name: str, file: Path | None, preset: Any, overrides: list[str] | Non
     The preset has a law that closes its loop well.
     """
     own_values = [each for each in overrides or () if each.startswith(EFFECT)]
-    overrides = [each for each in overrides or () if not each.startswith(EFFECT)]
+    of_path = [each for each in overrides or () if each.startswith(PATH)]
+    overrides = [each for each in overrides or () if not each.startswith((EFFECT, *PATH))]
     effect: Any = name
     if own_values:
         from frictionloop.rendering.files import changed, find
 
         values = flags.overrides_of(own_values)
         effect = changed(find(name), {path.removeprefix(EFFECT): value for path, value in values.items()})
-    return effect, *_system(file, preset, overrides)
+    system, origin = _system(file, preset, overrides)
+    if of_path:
+        values = flags.overrides_of(of_path)
+        kind = {} if system.setpoint.kind == "effect" else {"setpoint.kind": "effect"}
+        system, origin = system.evolve(kind | values), flags.changed(origin, values)
+    return effect, system, origin
+
+
+def _own_table(system: System, file: Path | None, preset: Any) -> Model | None:
+    """Return what the file or the preset believes, for the open loop of a law that flags may tell other beliefs."""
+    if system.controller.kind not in ON_BELIEFS:
+        return None
+    from frictionloop.parameters import preset as named
+    from frictionloop.parameters import read_toml
+
+    return (read_toml(file) if file else named(preset or "bench")).controller.model
 
 
 def _system(file: Path | None, preset: Any, overrides: list[str]) -> tuple[System, str]:

@@ -82,6 +82,11 @@ def command(
     from frictionloop.rendering.files import write_effect
 
     ending = file.suffix.lower()
+    given = {
+        "mm_per_pixel": mm_per_pixel, "polarity": polarity, "heights": heights or None, "rate_hz": rate_hz,
+        "scale": scale, "speed_mm_s": speed_mm_s, "order": order, "full_n": full_n,
+    }  # fmt: skip
+    _check_belongs(ending, [name for name, value in given.items() if value is not None])
     told = ""
     if ending in PICTURES:
         from frictionloop.rendering.images import read_image
@@ -91,6 +96,7 @@ def command(
         told = picture.told
     elif ending in RECORDINGS:
         effect = _recorded(file, column, rate_hz, scale, offset_n, speed_mm_s)
+        told = _recording_told(effect, scale, ending)
         if order is not None:
             effect = _fitted(effect, order)
     elif ending in (*ENVELOPES, *HAPTICS):
@@ -104,6 +110,35 @@ def command(
         screen.show_json({"effect": effect.model_dump(), "told": told, "saved": {"effect": out}})
         return
     screen.show(screen.columns([("effect", described(effect)), ("file", told or str(file))]), f"saved effect as {out}")
+
+
+BELONG = {
+    PICTURES: ("mm_per_pixel", "polarity", "heights"),
+    RECORDINGS: ("rate_hz", "scale", "speed_mm_s", "order"),
+    ENVELOPES: ("full_n",),
+    HAPTICS: (),
+}
+"""What may be given with each kind of file, of what has no value by itself."""
+
+
+def _check_belongs(ending: str, given: list[str]) -> None:
+    for endings, names in BELONG.items():
+        for name in given if ending in endings else ():
+            if name not in names:
+                owner = next(" ".join(each) for each, own in BELONG.items() if name in own)
+                raise FrictionloopError(f"{name}: says nothing about a {ending} file; it goes with {owner}")
+
+
+def _recording_told(effect: Effect, scale: float | None, ending: str) -> str:
+    """Return how a recording was read, in words."""
+    from frictionloop.rendering.tables import Map, Wave
+
+    brought = "by the scale in the file" if ending == ".wav" else "taken for N, or by the unit in the file"
+    words = brought if scale is None else f"{scale:g} N per unit"
+    if isinstance(effect, Map):
+        return f"{words}; {len(effect.values_n[0])} values {effect.pitch_mm:g} mm apart, over and over"
+    assert isinstance(effect, Wave)
+    return f"{words}; {effect.duration_s:.4g} s at {effect.rate_hz:g} values per second, once, then 0 N"
 
 
 def _raised(height: Effect) -> Effect:

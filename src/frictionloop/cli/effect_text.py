@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -9,13 +10,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionloop.cli.describe import short
+from frictionloop.preview.asked import STARTED_S, longest_s
+from frictionloop.preview.effect import skin_n_mm
+from frictionloop.rendering.effect import Touch
 from frictionloop.rendering.program import program_of
 from frictionloop.rendering.source import EffectSource
+from frictionloop.rendering.tables import Map
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from frictionloop.parameters import System
+    from frictionloop.parameters.timing import Model
     from frictionloop.preview import Delivered, People, Preview
     from frictionloop.preview.asked import Asked
     from frictionloop.rendering.effect import Effect
@@ -27,20 +33,47 @@ _LIMITS = (
 
 
 def library_rows(effects: Mapping[str, Effect]) -> list[tuple[str, str, str]]:
-    """Return name, kind and range of force of each effect."""
+    """Return name, kind and range of force of each: both ways, slow and fast, light and pressed, with its waves."""
     rows = []
     for name, effect in effects.items():
-        low, _, high = EffectSource(effect=effect).band_n
+        low, high = _range_n(effect)
         rows.append((name, effect.kind, f"{low:.3g} N" if high - low < 1e-9 else f"{low:.3g} to {high:.3g} N"))
     return rows
 
 
+def _range_n(effect: Effect) -> tuple[float, float]:
+    """Return the least and the largest force on the middle 100 mm."""
+    place = np.linspace(-50.0, 50.0, 1001)
+    times = [STARTED_S, *np.linspace(0.0, longest_s(effect), 33)]
+    speeds, loads = ((20.0,), (0.5,)) if effect.is_static else (SPEEDS_MM_S, LOADS_N)
+    touches = itertools.product(speeds, loads, times[:1] if effect.is_static else times)
+    forces = [effect.asked(Touch(place, 0.0, speed, load, time)) for speed, load, time in touches]
+    return min(float(np.min(each)) for each in forces), max(float(np.max(each)) for each in forces)
+
+
+SPEEDS_MM_S, LOADS_N = (20.0, -20.0, 100.0, -100.0), (0.3, 1.0)
+"""What an effect is listed for (assumed: slow and fast, light and pressed)."""
+
+
 def described(effect: Effect) -> str:
     """Return an effect in one line: its kind and its values, or those of its parts."""
+    if isinstance(effect, Map) and len(effect.values_n) * len(effect.values_n[0]) > FEW:
+        return _described_map(effect)
     own = [f"{name} {short(value)}" for name, value in effect if name != "kind" and _is_value(value)]
     parts = [described(part) for part in effect.parts]
     inside = ", ".join([*own, *parts])
     return f"{effect.kind} ({inside})" if inside else effect.kind
+
+
+FEW = 12
+"""Values of a map that are told one by one (assumed: a line)."""
+
+
+def _described_map(made: Map) -> str:
+    table = made.table
+    rest = ", ".join(f"{name} {short(value)}" for name, value in made if name not in ("kind", "values_n"))
+    size = " x ".join(map(str, table.shape[::-1])) if len(table) > 1 else str(table.size)
+    return f"map ({size} values from {table.min():.3g} to {table.max():.3g} N, {rest})"
 
 
 def _is_value(value: Any) -> bool:
@@ -77,12 +110,9 @@ def _percent(share: float) -> str:
 
 def limit_rows(shown: Preview) -> list[tuple[str, str]]:
     """Return what limits an effect before any controller does."""
-    skin = (
-        "a rigid finger" if math.isinf(shown.skin_n_mm) else f"the skin lets through up to {shown.skin_n_mm:.3g} N/mm"
-    )
-    if math.isfinite(shown.skin_amplitude_n):
-        skin += f", a sine of {shown.effect.period_mm:.3g} mm up to {shown.skin_amplitude_n:.2g} N"
+    skin = skin_words(shown.skin_n_mm, shown.effect)
     return [
+        ("open loop", f"the lookup alone, of {table_words(shown.table)}"),
         ("within reach", f"{100 * shown.share_in_reach:.0f} % of the scored path"),
         ("clamped", f"{100 * shown.share_clamped:.0f} % of the path, by at most {1e3 * shown.clamped_n:.0f} mN"),
         ("steepest rise", f"{shown.steepest_n_mm:.3g} N/mm; {skin}"),
@@ -91,11 +121,29 @@ def limit_rows(shown: Preview) -> list[tuple[str, str]]:
     ]
 
 
+def skin_words(skin_n_mm: float, effect: Effect) -> str:
+    """Return what the skin lets through, in words."""
+    if math.isinf(skin_n_mm):
+        return "a rigid finger"
+    words = f"the skin lets through up to {skin_n_mm:.3g} N/mm"
+    if effect.period_mm:
+        words += f", a sine of {effect.period_mm:.3g} mm up to {skin_n_mm * effect.period_mm / (2 * math.pi):.2g} N"
+    return words
+
+
+def table_words(model: Model) -> str:
+    """Return what a lookup table is made of, in words."""
+    if model.table_um2:
+        return f"a measured table of {len(model.table_um2)} values up to {model.nominal_n:.3g} N"
+    return f"a table for f0 = {model.nominal_n:.3g} N and tau = {model.susceptibility_per_um2:.3g} /um2"
+
+
 def as_json(shown: Preview, crowd: People | None) -> dict[str, Any]:
     """Return a preview as one object."""
     found: dict[str, Any] = {"sentence": shown.sentence, "effect": shown.effect.model_dump()}
     found |= {"speed_mm_s": shown.speed_mm_s} | {name: getattr(shown, name) for name in _LIMITS}
     found |= {"open_loop": _numbers(shown.open_loop), "closed_loop": _numbers(shown.closed_loop)}
+    found |= {"open_loop_table": table_words(shown.table)}
     found |= {"place_mm": shown.place_mm, "asked_forth_n": shown.asked_forth_n, "asked_back_n": shown.asked_back_n}
     if crowd:
         found["fingers"] = {
@@ -117,7 +165,7 @@ def checked_rows(system: System, asked: Asked) -> list[tuple[str, str]]:
         ("effect", found["described"]),
         ("asks for", f"{asked.least_n:.3g} to {asked.largest_n:.3g} N"),
         ("clamped", f"{100 * asked.share_clamped:.0f} % of the path, by at most {1e3 * asked.clamped_n:.0f} mN"),
-        ("steepest rise", f"{asked.steepest_n_mm:.3g} N/mm"),
+        ("steepest rise", f"{asked.steepest_n_mm:.3g} N/mm; {found['skin']}"),
         (
             "compiled to",
             f"{found['instructions']} instructions, {found['values']} values, {found['triggers']} triggers",
@@ -138,6 +186,7 @@ def checked_json(system: System, asked: Asked) -> dict[str, Any]:
         "share_clamped": asked.share_clamped,
         "clamped_n": asked.clamped_n,
         "steepest_n_mm": asked.steepest_n_mm,
+        "skin": skin_words(skin_n_mm(system), source.effect),
         "table_error_n": asked.table_error_n,
         "instructions": len(program.code),
         "values": program.values.size,

@@ -170,7 +170,8 @@ def _left(base: System, system: System, overrides: Mapping[str, Any]) -> Iterato
         old, new = getattr(base, name), getattr(system, name)
         if f"{name}.kind" in overrides and old.kind != new.kind:
             shared = type(old).model_fields.keys() & type(new).model_fields.keys() - {"kind"}
-            left = [each for each in type(new).model_fields if each in shared and f"{name}.{each}" not in overrides]
+            said = {path.split(".")[1] for path in overrides if path.startswith(f"{name}.")}
+            left = [each for each in type(new).model_fields if each in shared - said]
             left = [each for each in left if getattr(old, each) != getattr(new, each)]
             if left:
                 values = ", ".join(f"{each} = {getattr(new, each)}" for each in left)

@@ -94,7 +94,7 @@ def _row(each: ChannelPreview, rate_hz: float | None) -> tuple[str, ...]:
     lasts = f" ({each.samples / rate_hz:.3g} s)" if rate_hz and each.samples > 1000 else ""
     said = [
         f"clipped {each.clipped:.1%}" if each.clipped else "",
-        f"{each.wraps} wraps" if each.wraps else "",
+        f"wraps {each.wraps} time{'s' * (each.wraps > 1)}: give wrap in the map" if each.wraps else "",
         f"{each.missing} missing" if each.missing else "",
         "always the same" if each.least == each.most else "",
         each.type if each.type != "float64" else "",

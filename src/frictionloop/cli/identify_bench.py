@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json as text
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -36,6 +36,7 @@ def command(
     report: flags.Result[Path | None] = None,
     population: flags.Result[Path | None] = None,
     again: flags.Flag = False,
+    without_refused: flags.Flag = False,
     json: flags.Json = False,
 ) -> None:
     """Turn a lab's recordings into the file of its bench: measured values, and "assumed" for the rest.
@@ -52,6 +53,9 @@ def command(
         Write the population of fingers here (.toml), for ``fl.fingers``.
     again
         Analyse everything anew.
+    without_refused
+        Go on without entries that are refused, and say which. Otherwise no bench is written, and the results of the
+        others are kept.
     """
     checks.check_output("out", out, checks.SYSTEMS)
     checks.check_output("report", report, REPORTS)
@@ -62,10 +66,9 @@ def command(
     from frictionloop.quantities import replacing
 
     kept = file.with_suffix(".results.json")
-    with screen.waiting("analysing the recordings"), _pictured(file):
-        found = bench(file, {} if again else _earlier(kept))
-    with replacing(kept) as beside:
-        beside.write_text(text.dumps(kept_results(found), default=_number), encoding="utf-8")
+    with screen.waiting("analysing the recordings"), _pictured(file), _keeping(kept):
+        found = bench(file, {} if again else _earlier(kept), without_refused=without_refused)
+    _keep(kept, kept_results(found))
     older = None
     if population is not None:
         _write_population(found, population)
@@ -87,9 +90,7 @@ def command(
     if found.told:
         screen.show("", *(screen.wrapped(line) for line in found.told))
     if found.resonance_error is not None:
-        design = (
-            f"frictionloop design controller {out or 'my-bench.toml'} --resonance-error {found.resonance_error:.3g}"
-        )
+        design = f"frictionloop design controller {out or 'my-bench.toml'} {found.design_flags}"
         screen.show("", f"gains for it: {design}")
     screen.show(*screen.saved(saved))
 
@@ -107,6 +108,25 @@ def _write_population(found: Bench, path: Path) -> None:
     with replacing(path) as beside:
         tree = found.people.population.model_dump()
         beside.write_text(tomlkit.dumps(tree), encoding="utf-8")
+
+
+def _keep(path: Path, results: Mapping[str, Any]) -> None:
+    from frictionloop.quantities import replacing
+
+    with replacing(path) as beside:
+        beside.write_text(text.dumps(results, default=_number), encoding="utf-8")
+
+
+@contextmanager
+def _keeping(path: Path) -> Iterator[None]:
+    """Keep the results of the entries that were analysed when another one is refused."""
+    from frictionloop.identification.entries import Unfinished
+
+    try:
+        yield
+    except Unfinished as unfinished:
+        _keep(path, unfinished.results)
+        raise
 
 
 @contextmanager
@@ -154,8 +174,10 @@ def _as_json(found: Bench) -> dict[str, Any]:
         "parts": [{"kind": part.kind, "files": part.files, "told": part.told} for part in found.parts],
         "analysed": found.analysed,
         "resonance_error": found.resonance_error,
+        "design_flags": found.design_flags,
         "corners": [each._asdict() for each in found.corners],
         "together": found.told,
+        "refused": [each._asdict() for each in found.refused],
         "population": None if found.people is None else found.people.population.model_dump(),
         "system": found.system.model_dump(),
     }

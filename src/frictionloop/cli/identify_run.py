@@ -12,7 +12,7 @@ from cyclopts import Parameter
 
 from frictionloop.cli import checks, flags, screen
 from frictionloop.cli.device import ADDRESS, connected
-from frictionloop.cli.wizard import TICK_HZ, Line, Step, line_of, steps_of
+from frictionloop.cli.wizard import TICK_HZ, Line, Step, line_of, steps_of, with_counts
 from frictionloop.quantities import FrictionloopError
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ Kind = Annotated[
 ]
 DeviceAt = Annotated[str, Parameter(name="--device", metavar="ADDRESS", help=ADDRESS, group=flags.SYSTEM)]
 COLUMNS = {"weights": ("f_m",), "hits": ("f_m",), "quiet": ("f_m",), "friction": ("f_m", "load", "position")}
-UNITS = {"f_m": "N", "load": "N", "position": "m", "mass": "kg"}
+UNITS = {"counts": "counts", "f_m": "N", "load": "N", "position": "m", "mass": "kg"}
 LIVE_S = 0.1
 FILES = (".h5",)
 
@@ -48,6 +48,7 @@ def command(
     """Record one measurement of a calibration: each step is asked for, the level is shown while it is recorded.
 
     A recording and its channel map are written, and the lines that a project file needs for them. The plate stays off.
+    The recording holds the counts of the converter, for which ``identify bench`` finds the board's scale.
     At ``sim:`` nobody is asked: rigs stand in for hands that hang weights, tap, and let go.
 
     Parameters
@@ -67,8 +68,9 @@ def command(
     with connected(device) as opened:
         line = line_of(kind, steps, opened, simulated)
         columns = _recorded(kind, steps, line, asked=not simulated)
+        unit_n = with_counts(columns, opened)
     _write(out, columns)
-    chart.write_text(_map(kind), encoding="utf-8")
+    chart.write_text(_map(kind, unit_n), encoding="utf-8")
     lines = ["[[recording]]", f'kind = "{"slides" if kind == "friction" else kind}"', f'files = ["{out.name}"]']
     lines.append(f'map = "{chart.name}"')
     lost = _lost(columns["time"])
@@ -138,11 +140,14 @@ def _write(path: Path, columns: dict[str, NDArray[np.float64]]) -> None:
             file[name].attrs["units"] = "s" if name == "time" else UNITS[name]
 
 
-def _map(kind: str) -> str:
+def _map(kind: str, unit_n: float | None) -> str:
     names = (*COLUMNS[kind], *(("mass",) if kind == "weights" else ()))
-    lines = [f"# Channels of identify run {kind}: readings in newtons by the device's present calibration."]
+    lines = [f"# Channels of identify run {kind}."]
     for name in names:
-        lines += ["", f"[channels.{name}]", f'column = "{name}"', f'unit = "{UNITS[name]}"']
+        column = "counts" if name == "f_m" and unit_n is not None else name
+        lines += ["", f"[channels.{name}]", f'column = "{column}"', f'unit = "{UNITS[column]}"']
+        if column == "counts":
+            lines.append(f"newtons_per_unit = {unit_n:.9g}  # by the device's calibration, where there are no weights")
     return "\n".join(lines) + "\n"
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,8 +26,13 @@ WORST = 0.9
 """The worst decile begins where this share of the fingers is better, or as good."""
 
 
-def population_of(system: System, count: int, seed: int, flags: Iterable[str] | None) -> Fingers:
-    """Return the fingers to sweep; refuse a system without a finger, and flags that each finger would replace."""
+def population_of(
+    system: System, count: int, seed: int, flags: Iterable[str] | None, measured: Path | None = None
+) -> Fingers:
+    """Return the fingers to sweep, of a measured population if there is one.
+
+    Refuses a system without a finger, and flags that each finger would replace.
+    """
     wanted: dict[str, type[BaseModel]] = {"friction": FingerFriction, "finger": Skin, "motion": Strokes}
     for block, model in wanted.items():
         if not isinstance(getattr(system, block), model):
@@ -35,7 +41,7 @@ def population_of(system: System, count: int, seed: int, flags: Iterable[str] | 
                 f'fingers = {count}: needs {block}.kind = "{kind}", not "{getattr(system, block).kind}"; '
                 "--preset bench has all that a finger needs"
             )
-    people = fingers(count, seed)
+    people = fingers(count, seed, population=None if measured is None else str(measured))
     for path in overrides_of(flags):
         if path in people[0]:
             raise FrictionloopError(f"{path}: every one of --fingers brings its own; leave it out")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,7 +14,10 @@ from frictionloop.cli.experiment import Bench, ProtocolName, bench_of
 from frictionloop.quantities.units import FrictionloopError
 
 if TYPE_CHECKING:
+    from frictionloop.experiments.lsl import Streams
     from frictionloop.experiments.protocol import Protocol
+    from frictionloop.experiments.respondent import Respondent
+    from frictionloop.report.experiment import Report
 
 RUN_EXAMPLES = r"""Examples
 
@@ -49,8 +53,12 @@ def run(
     simulated: flags.Run[flags.Flag] = False,
     seed: flags.Run[flags.Whole] = 0,
     calibration: flags.Run[str] = "",
+    studio: flags.Run[flags.Flag] = False,
+    host: flags.Run[str] = "127.0.0.1",
+    port: flags.Run[flags.Whole] = 0,
+    lsl: flags.Run[flags.Flag] = False,
 ) -> None:
-    """Run a session with one participant, at the keyboard of this terminal or a simulated one.
+    """Run a session with one participant, at the keyboard of this terminal, on a page, or a simulated one.
 
     Every trial is on the disk before the next begins. Ctrl-C leaves the session; ``experiment resume`` goes on.
 
@@ -68,27 +76,58 @@ def run(
         Seed of the simulated participant.
     calibration
         Name of the calibration that the bench's file is from, kept with the session.
+    studio
+        The participant answers on a page in a browser, and another page is for the experimenter.
+    host
+        Address that the pages are at; any but this machine's own lets them be on other machines.
+    port
+        Port of the pages; 0 takes a free one.
+    lsl
+        Forces, positions and markers also go out as streams of the Lab Streaming Layer.
     """
     from frictionloop.experiments.protocol import read_protocol
     from frictionloop.experiments.running import run as through
+    from frictionloop.experiments.running import source_of
 
     plan = read_protocol(protocol)
     where = folder or Path(f"{plan.name}-{participant}")
-    through(
-        plan, where, participant, bench_of(bench), respondent=None if simulated else _keyboard(plan),
-        address=address, seed=seed, calibration=calibration, progress=_told(plan, simulated),
-    )  # fmt: skip
+    if simulated and studio:
+        raise FrictionloopError("--simulated, --studio: a simulated participant sees no page; give one of the two")
+    with _respondent(plan, participant, source_of(address), simulated, studio, host, port) as respondent:
+        through(
+            plan, where, participant, bench_of(bench), respondent=respondent,
+            address=address, seed=seed, calibration=calibration, progress=_told(plan, simulated or studio),
+            streams=_streams(participant, lsl),
+        )  # fmt: skip
     _ended(where)
 
 
-def resume(folder: SessionFolder, /) -> None:
-    """Go on with a session that was left, killed or unplugged: same sequence, same posterior."""
+def resume(
+    folder: SessionFolder,
+    /,
+    *,
+    studio: flags.Run[flags.Flag] = False,
+    host: flags.Run[str] = "127.0.0.1",
+    port: flags.Run[flags.Whole] = 0,
+    lsl: flags.Run[flags.Flag] = False,
+) -> None:
+    """Go on with a session that was left, killed or unplugged: same sequence, same posterior.
+
+    Parameters
+    ----------
+    studio, host, port, lsl
+        As of ``experiment run``.
+    """
     from frictionloop.experiments import folder as folders
     from frictionloop.experiments.running import resume as through
 
     plan, _, about = folders.read(folder)
     simulated = "simulated" in about
-    through(folder, respondent=None if simulated else _keyboard(plan), progress=_told(plan, simulated))
+    with _respondent(plan, about["participant"], about["source"], simulated, studio, host, port) as respondent:
+        through(
+            folder, respondent=respondent, progress=_told(plan, simulated or studio),
+            streams=_streams(about["participant"], lsl),
+        )  # fmt: skip
     _ended(folder)
 
 
@@ -101,6 +140,7 @@ def simulate(
     bench: Bench = None,
     folder: flags.Result[Path | None] = None,
     out: flags.Result[Path | None] = None,
+    figure: flags.Result[Path | None] = None,
     json: flags.Json = False,
 ) -> None:
     """Run a whole study with simulated participants, and say what it found.
@@ -115,17 +155,26 @@ def simulate(
         Keep a session's folder for each participant here, without traces.
     out
         Write the page of the study here (.html), with its tables beside it.
+    figure
+        Write the figure of what was found of each participant here (.svg, .pdf, .png).
     """
     from frictionloop.experiments.protocol import read_protocol
     from frictionloop.experiments.study import simulate as study
-    from frictionloop.experiments.summary import fits, groups
 
     checks.check_output("out", out, (".html",))
+    checks.check_output("figure", figure, checks.FIGURES)
+    checks.check_drawing()
+    from frictionloop.report.experiment import study as reported
+    from frictionloop.report.experiment import write_page
+
     checks.check_count("participants", participants, 1, 10_000)
     checks.check_count("seed", seed, 0)
     plan = read_protocol(protocol)
     trials = study(plan, bench_of(bench), participants, seed, path=folder)
-    _found(plan, trials, groups(fits(plan, trials)), f"{participants} simulated participants", out, json)
+    found = reported(plan, trials, f"{participants} simulated participants")
+    if out is not None:
+        write_page(found, out)
+    _found(found, out, figure, json)
 
 
 def report(
@@ -133,6 +182,7 @@ def report(
     /,
     *,
     out: flags.Result[Path | None] = None,
+    figure: flags.Result[Path | None] = None,
     json: flags.Json = False,
 ) -> None:
     """Fit what sessions of one protocol have found, and write it as one page.
@@ -141,64 +191,85 @@ def report(
     ----------
     out
         Write the page here (.html), with its tables beside it.
+    figure
+        Write the figure of what was found of each participant here (.svg, .pdf, .png).
     """
-    from frictionloop.experiments import folder as folders
-    from frictionloop.experiments.summary import fits, groups, read_trials, sessions_in
+    checks.check_drawing()
+    from frictionloop.report.experiment import report as reported
 
     checks.check_output("out", out, (".html",))
-    found = sessions_in(folder)
-    plan = folders.read(found[0])[0]
-    for other in found[1:]:
-        if folders.read(other)[0] != plan:
-            raise FrictionloopError(f"{other}: has another protocol than {found[0]}; report them apart")
-    sources = {str(folders.read(each)[2]["source"]) for each in found}
-    trials = read_trials(folder)
-    said = f"{len(found)} session{'s' * (len(found) > 1)}, {' and '.join(sorted(sources))}"
-    _found(plan, trials, groups(fits(plan, trials)), said, out, json)
+    checks.check_output("figure", figure, checks.FIGURES)
+    found = reported(folder, out)
+    _found(found, out, figure, json)
 
 
-def _found(plan: Protocol, trials: Any, found: Any, about: str, out: Path | None, json: bool) -> None:
-    if out is not None:
-        checks.check_drawing()
-        from frictionloop.report.experiment import write_page
+def _found(found: Report, out: Path | None, figure: Path | None, json: bool) -> None:
+    if figure is not None:
+        from frictionloop.report.experiment import write_figure
 
-        write_page(plan, trials, about, out)
+        write_figure(found, figure)
+    plan, trials, saved = found.protocol, found.trials, {"page": out, "figure": figure}
     if json:
-        screen.show_json(
-            {"protocol": plan.name, "about": about, "groups": found.to_dict("records"), "saved": {"page": out}}
-        )
+        told = {"protocol": plan.name, "about": found.about, "groups": found.groups.to_dict("records")}
+        screen.show_json({**told, "saved": saved})
         return
     from frictionloop.experiments.summary import measure
 
     rows = [("condition", "level", "participants", measure(plan)[0], "95 %")]
-    for each in found.itertuples():
+    for each in found.groups.itertuples():
         interval = f"{each.low:.3g} to {each.high:.3g}"
         rows.append((each.condition, each.level, str(each.participants), f"{each.mean:.3g}", interval))
     counted = int(trials["counted"].sum())
     screen.show(
         screen.columns(
-            [("protocol", plan.name), ("from", about), ("trials", f"{len(trials)}, of which {counted} count")]
+            [("protocol", plan.name), ("from", found.about), ("trials", f"{len(trials)}, of which {counted} count")]
         ),
         "",
         screen.table(rows),
-        *screen.saved({"the page": out}),
+        *screen.saved({"the page": out, "the figure": figure}),
     )
 
 
-def _keyboard(plan: Protocol) -> Any:
-    from frictionloop.experiments.keyboard import Keyboard
+@contextmanager
+def _respondent(
+    plan: Protocol, participant: str, source: str, simulated: bool, studio: bool, host: str, port: int
+) -> Iterator[Respondent | None]:
+    """Yield who answers: None is a simulated participant."""
+    if simulated:
+        yield None
+    elif not studio:
+        from frictionloop.experiments.keyboard import Keyboard
 
-    return Keyboard(plan)
+        yield Keyboard(plan)
+    else:
+        from frictionloop.studio.experiment.desk import Desk
+        from frictionloop.studio.experiment.serving import served
+
+        checks.check_count("port", port, 0, 65535)
+        desk = Desk(plan, participant, source)
+        with served(desk, host, port) as addresses:
+            for name, told in addresses._asdict().items():
+                screen.show(f"{name}'s page:", f"  {told}")
+            screen.show("Ctrl-C ends it.")
+            yield desk
 
 
-def _told(plan: Protocol, simulated: bool) -> Any:
-    """Return what tells each row of a simulated participant; a person sees the keyboard's own lines."""
+def _streams(participant: str, wanted: bool) -> Streams | None:
+    if not wanted:
+        return None
+    from frictionloop.experiments.lsl import Streams
+
+    return Streams(participant)
+
+
+def _told(plan: Protocol, rows: bool) -> Any:
+    """Return what tells each row; a person at the keyboard sees its own lines."""
 
     def tell(row: Mapping[str, Any]) -> None:
         what = row["reason"] if row["reason"] else f"{row['response']}"
         screen.say(f"trial {row['trial']}: {row['condition']}, {row['requested']:.4g} {plan.level_unit}: {what}")
 
-    return tell if simulated else None
+    return tell if rows else None
 
 
 def _ended(where: Path) -> None:

@@ -44,6 +44,7 @@ def command(
     over: Annotated[flags.Run[list[str] | None], Parameter(metavar="NAME=VALUES")] = None,
     fingers: flags.Run[flags.Whole | None] = None,
     fingers_seed: flags.Run[flags.Whole | None] = None,
+    population: flags.Run[Path | None] = None,
     seeds: flags.Run[flags.Whole] = 1,
     duration_s: flags.DurationS = 10.0,
     score_from_s: flags.ScoreFromS = 0.0,
@@ -66,6 +67,9 @@ def command(
         Instead: number of random fingers on a bench, each with its own friction, skin and motion.
     fingers_seed
         Seed of the fingers; 0 if not given.
+    population
+        Draw the fingers from this measured population (.toml, from ``identify bench --population``) in place of the
+        assumed one.
     seeds
         Runs per combination or finger, with noise seeds 0, 1, ...
     jobs
@@ -89,15 +93,18 @@ def command(
     checks.check_workers(jobs, resume, out, "sweep")
     checks.check_score(score_from_s, duration_s)
     _check_points(over, fingers, fingers_seed, seeds)
+    if population is not None and not fingers:
+        raise FrictionloopError("population: says where fingers come from; accepted: with --fingers N")
     system, origin = flags.given(file, preset, overrides)
     axes = axes_of(over or (), seeds)
     names = None if metrics is None else [name.strip() for name in metrics.split(",")]
     with screen.waiting("loading the compiled loop; after an installation it is compiled first"):
-        from frictionloop.cli import outcome, population
+        from frictionloop.cli import outcome
+        from frictionloop.cli.population import METRICS, population_of
 
-        people = population.population_of(system, fingers, fingers_seed or 0, overrides) if fingers else None
+        people = population_of(system, fingers, fingers_seed or 0, overrides, population) if fingers else None
         points: Any = people or axes
-        names = list(population.METRICS) if names is None and fingers else names
+        names = list(METRICS) if names is None and fingers else names
         outcome.compiled(system, points, seeds, names)
     if out is not None and not resume:
         outcome.check_finished(out)
@@ -111,12 +118,13 @@ def command(
 
         draw(found.result, plot)
     saved = {"sweep": out, "table": csv, "plot": plot}
-    about: dict[str, Any] = {"fingers_seed": fingers_seed or 0} if fingers else {}
+    about: dict[str, Any] = {"fingers_seed": fingers_seed or 0, "population_file": population} if fingers else {}
     if json:
         about |= {"system": system.model_dump(), "duration_s": duration_s, "score_from_s": score_from_s}
         screen.show_json(about | found.as_json() | {"saved": saved})
     else:
-        said = f"{origin}, {fingers} fingers of seed {fingers_seed or 0}" if fingers else origin
+        whose = "" if population is None else f" of {population}"
+        said = f"{origin}, {fingers} fingers{whose} of seed {fingers_seed or 0}" if fingers else origin
         screen.show(screen.columns([("system", said)]), "", *found.summary(duration_s), *screen.saved(saved))
     if not found.complete:
         raise screen.interrupted(f"{found.done} of {found.total} runs done", out)

@@ -81,6 +81,21 @@ class Rig:
         self._at = stop
 
 
+def with_counts(columns: dict[str, NDArray[np.float64]], device: Device) -> float | None:
+    """Add what the converter read, by the calibration that the device has; return newtons in a count.
+
+        counts = f_m / n_per_count + zero_counts
+
+    None, and nothing is added, where the force is the magnitude of two channels, which tells neither.
+    """
+    if int(device.parameters["force.axes"]) != 1:
+        return None
+    unit_n = float(np.ravel(device.parameters["force.n_per_count"])[0])
+    zero = float(np.ravel(device.parameters["force.zero_counts"])[0])
+    columns["counts"] = np.rint(columns["f_m"] / unit_n + zero)
+    return unit_n
+
+
 def line_of(kind: str, steps: list[Step], device: Device, simulated: bool) -> Line:
     """Return what to record: the device, or at ``sim:`` a rig where hands would be needed."""
     return Rig(kind, steps) if simulated and kind != "friction" else device

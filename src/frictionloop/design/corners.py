@@ -11,6 +11,7 @@ from frictionloop.analysis.band import operating_band
 from frictionloop.analysis.linear import LinearLoop, linearise
 from frictionloop.analysis.margins import Margins
 from frictionloop.analysis.state_space import StateSpace
+from frictionloop.design.leaning import Lean, leaning
 from frictionloop.design.plants import detuned, shifted
 from frictionloop.parameters import FingerFriction, Skin, Strokes, System
 from frictionloop.quantities import FrictionloopError
@@ -24,6 +25,7 @@ CONTACT_S = 10.0
 """How long a finger that never lifts is looked at, s: as long as a trial (paper, Sec. 4.2)."""
 MET = 1e-3
 """Share by which Ms may be beyond a limit: the accuracy of the searches."""
+NOTHING = Lean()
 NEAR = 4.0
 """Ms above which a loop is said to be near instability: less than 0.25 from -1, a phase margin below 15 degrees."""
 
@@ -92,10 +94,13 @@ def at_mean(system: System, off: float = 0.0) -> LinearLoop:
     return detuned(loop, 1.0 + off) if off else loop
 
 
-def corners(system: System, limits: Mapping[float, float], speeds_mm_s: Sequence[float] = ()) -> list[Corner]:
+def corners(
+    system: System, limits: Mapping[float, float], speeds_mm_s: Sequence[float] = (), lean: Lean = NOTHING
+) -> list[Corner]:
     """Return Ms of a System's controller at its `band_of`, the resonance off too.
 
-    A law does not change with the springs, so it is made once per speed, force and finger.
+    Sensor, delay and gain are off as well by what ``lean`` says (`leaning`). A law does not change with any of this, so
+    it is made once per speed, force and finger.
 
     Raises
     ------
@@ -104,7 +109,7 @@ def corners(system: System, limits: Mapping[float, float], speeds_mm_s: Sequence
     """
     laws: dict[tuple[str, float, float], StateSpace] = {}
     found = []
-    for loop, off, limit in shifted(band_of(system, speeds_mm_s), limits):
+    for loop, off, limit in shifted(leaning(band_of(system, speeds_mm_s), lean), limits):
         at = (stroke_of(loop.system), loop.elements.force_n, loop.elements.occluded)
         if at not in laws:
             laws[at] = loop.law

@@ -96,7 +96,7 @@ def synthesised(method: Method, system: System, wanted: Wanted) -> Designed:
             first = first or str(error)
             continue
         overrides = {**found.overrides, "controller.feedforward": forward}
-        at = corners(system.evolve(overrides), wanted.limits, wanted.speeds_mm_s)
+        at = corners(system.evolve(overrides), wanted.limits, wanted.speeds_mm_s, wanted.lean)
         worst = broken(at)
         if worst is None:
             on = ", ".join(_contacts(system))

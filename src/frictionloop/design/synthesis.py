@@ -11,6 +11,7 @@ from typing import Any
 from frictionloop.analysis.disturbance import Spectrum, touch_spectrum
 from frictionloop.analysis.operating import check_reach
 from frictionloop.design.corners import Corner, band_of, broken, corners, elsewhere
+from frictionloop.design.leaning import leaning
 from frictionloop.design.notch import retune_notch
 from frictionloop.design.plants import shifted
 from frictionloop.design.retune import retune
@@ -35,7 +36,7 @@ def notch_pi(system: System, wanted: Wanted) -> Designed:
     _check_notch(system)
     forward, notes = feedforward(system)
     spectrum, more = _spectrum(system, MODEL_ERROR if forward else 1.0)
-    points = band_of(_plain(system), wanted.speeds_mm_s)
+    points = leaning(band_of(_plain(system), wanted.speeds_mm_s), wanted.lean)
     with _in_terms_of(wanted):
         found = retune_notch(points, wanted.limits, disturbance=spectrum, overdrive=True, least_ki=LEAST_KI)
     return Designed({**found.overrides, "controller.feedforward": forward}, notes + more)
@@ -43,7 +44,7 @@ def notch_pi(system: System, wanted: Wanted) -> Designed:
 
 def pi(system: System, wanted: Wanted) -> Designed:
     """PI alone with the largest ki (`retune`)."""
-    cases = shifted(band_of(_plain(system), wanted.speeds_mm_s), wanted.limits)
+    cases = shifted(leaning(band_of(_plain(system), wanted.speeds_mm_s), wanted.lean), wanted.limits)
     with _in_terms_of(wanted):
         found = retune([loop for loop, _, _ in cases], [peak for _, _, peak in cases], LEAST_KI)
     return Designed({"controller.kind": "pi", **found.overrides})
@@ -134,7 +135,7 @@ def _held_between(system: System, law: str, asked: Wanted) -> tuple[Designed, Se
     close = asked.spread_mm_s(CHECKED)
     while True:
         found = SYNTHESES[law](system, searched)
-        at = found.corners or corners(system.evolve(found.overrides), asked.limits, close)
+        at = found.corners or corners(system.evolve(found.overrides), asked.limits, close, asked.lean)
         worst = broken(at)
         if worst is None:
             return found, at

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from frictionloop.design.corners import Corner
+from frictionloop.design.corners import NOTHING, Corner
+from frictionloop.design.leaning import Lean
 from frictionloop.parameters import System
 from frictionloop.parameters.filtered import LONGEST_DELAY
 from frictionloop.quantities import FrictionloopError
@@ -25,12 +26,15 @@ class Wanted:
     """Share by which the resonance may be off, either way, 0 to 0.25; at twice that it still has to be calm."""
     speeds_mm_s: tuple[float, ...] = ()
     """Speeds of the stroke at which all that holds, and between which it does; none: that of the system."""
+    lean: Lean = NOTHING
+    """Shares by which sensor, delay and gain may be off as well, held to the same limits."""
 
     def __post_init__(self) -> None:
         if not 1.0 < self.sensitivity_peak <= 10.0:
             raise FrictionloopError(f"sensitivity_peak = {self.sensitivity_peak:g}: must be above 1, up to 10")
         if not 0.0 <= self.resonance_error <= 0.25:
             raise FrictionloopError(f"resonance_error = {self.resonance_error:g}: must be from 0 to 0.25, e.g. 0.05")
+        self.lean.checked()
         if not all(0.0 < each < float("inf") for each in self.speeds_mm_s):
             raise FrictionloopError(f"speeds_mm_s = {self.speeds_mm_s}: must be above 0, e.g. (20.0, 60.0)")
 

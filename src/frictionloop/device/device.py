@@ -61,12 +61,7 @@ class Device(metaclass=Brief):
     While the loop is on, the host must be heard every 200 ms, which `run` and `stream` see to: between them the
     firmware ramps the plate down by itself.
 
-    Parameters
-    ----------
-    opening : callable
-        Opens the line; called again after it was unplugged.
-    address : str
-        What errors call it.
+    ``opening`` opens the line, again after it was unplugged; ``address`` is what errors call it.
     """
 
     def __init__(self, opening: Callable[[], Pipe], address: str = "device") -> None:
@@ -162,6 +157,13 @@ class Device(metaclass=Brief):
         counted = {name: float(value) for name, value in self._link.ask("statistics").fields.items()}
         return counted | {"longest_us": counted["longest_us"] / 256}
 
+    def clock(self) -> tuple[float, float, float]:
+        """Return the device's time by its ticks, the host's time between asking and hearing, the round trip, in s."""
+        asked_s = self._link.pipe.clock()
+        tick = self._link.ask("heartbeat")["tick"]
+        heard_s = self._link.pipe.clock()
+        return tick / self.info.tick_hz, 0.5 * (asked_s + heard_s), heard_s - asked_s
+
     def play(
         self,
         force_n: Any,
@@ -219,6 +221,7 @@ class Device(metaclass=Brief):
         state: str = "closed",
         decimation: int = 1,
         progress: Callable[[int], Any] | None = None,
+        live: Callable[[dict[str, float]], Any] | None = None,
     ) -> xr.Dataset:
         """Run the loop on the device and return what it recorded, in the form of `simulate`.
 
@@ -236,8 +239,8 @@ class Device(metaclass=Brief):
             ``"closed"``, or ``"open"`` for the lookup alone.
         decimation : int
             Ticks per sample, 1 or more.
-        progress : callable, optional
-            Called with the number of samples recorded so far.
+        progress, live : callable, optional
+            Called with the number of samples so far; with the newest, channels by name and ``elapsed_s``.
 
         Returns
         -------
@@ -274,7 +277,7 @@ class Device(metaclass=Brief):
             try:
                 running.start()
                 try:
-                    running.go(recording.keep, progress)
+                    running.go(recording.keep, progress, live)
                 except (DeviceError, DiskFull, KeyboardInterrupt) as end:
                     ended = end
             except BaseException:

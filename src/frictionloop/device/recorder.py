@@ -32,6 +32,8 @@ class Recorder:
         self.since: int | None = None
         self.taken = 0
         """Rows that were taken."""
+        self.newest: dict[str, float] = {}
+        """The last sample that came, its channels in their units, and when it was, from the first row on."""
         self._raw = np.zeros((0, len(CHANNELS)), np.int16)
         self._there = np.zeros(0, bool)
         self.start_tick: int | None = None
@@ -116,6 +118,8 @@ class Recorder:
             self._grow(last - self.taken)
             here = slice(begin - self.taken, last - self.taken)
             self._raw[here], self._there[here] = samples[begin - first : last - first], True
+            told = zip(CHANNELS, (samples[last - first - 1] * SCALES).tolist(), strict=True)
+            self.newest = {"elapsed_s": last * self.decimation / TICK_HZ, **dict(told)}
         self.reached = max(self.reached, last)
 
 

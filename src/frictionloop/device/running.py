@@ -72,7 +72,12 @@ class Running:
         self.link.forget("status")  # what it said before
         self._since = self.link.pipe.clock()
 
-    def go(self, keep: Callable[[], None], progress: Callable[[int], Any] | None = None) -> None:
+    def go(
+        self,
+        keep: Callable[[], None],
+        progress: Callable[[int], Any] | None = None,
+        live: Callable[[dict[str, float]], Any] | None = None,
+    ) -> None:
         """Record until the last row, and have rows kept; raises DeviceError when the device leaves the state."""
         longest_s = self.recorder.rows * self.recorder.decimation / TICK_HZ + SILENT_S
         while not self.recorder.is_full and self.link.pipe.clock() - self._since < longest_s:
@@ -83,6 +88,8 @@ class Running:
             keep()
             if progress:
                 progress(self.recorder.reached)
+            if live and self.recorder.newest:
+                live(self.recorder.newest)
         self._check_table(self.link.ask("heartbeat"))  # also of the last samples
 
     def stop(self) -> None:

@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+import itertools
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
 
-from frictionloop.device.device import connect
-from frictionloop.experiments.engine import Presented, Stroke
+import xarray as xr
+
+from frictionloop.device.device import Device, connect
+from frictionloop.experiments.clock import ClockMap
+from frictionloop.experiments.engine import Stroke
+from frictionloop.experiments.reach import MOST_N, PLAIN_S, STROKE_S, Reach, reach_of
+from frictionloop.experiments.respondent import Live, Presented, Respondent, Response
 from frictionloop.experiments.timeline import Timeline
 from frictionloop.parameters import System
 
 VIRTUAL = ("sim:", "emulated:")
 """Devices whose clock runs as fast as they can."""
+READINGS = 3
+"""Readings of both clocks before and after each stroke, and at each answer (assumed)."""
 
 
 class DeviceEngine:
@@ -26,6 +36,8 @@ class DeviceEngine:
         As of ``fl.connect``.
     system : System
         What it is set up from, and what a simulated board is.
+    keep : path, optional
+        Folder in which the traces of a stroke that ends early are kept; the working folder if not given.
 
     Raises
     ------
@@ -33,42 +45,91 @@ class DeviceEngine:
         As ``fl.connect``.
     """
 
-    def __init__(self, address: str, system: System) -> None:
+    def __init__(self, address: str, system: System, keep: Path | None = None) -> None:
         self.source = "simulated" if address.startswith(VIRTUAL) else "device"
         self._waits = not address.startswith(VIRTUAL)
-        self._device = connect(address, system)
+        self._device: Device = connect(address, system)
+        self._base, self._keep = system, keep or Path()
         self._loaded: object = None
+        self._clock = ClockMap()
 
-    def present(self, strokes: Sequence[Stroke], timeline: Timeline) -> list[Presented]:
+    def present(self, strokes: Sequence[Stroke], timeline: Timeline, shown: Respondent) -> list[Presented]:
         """Play the strokes of a trial.
 
         Raises
         ------
         FrictionloopError
-            For an effect that a device has no room for; DeviceError, which is one, when the device faults or is gone:
-            the trial is then lost, and those before it are kept.
+            For an effect that a device has no room for; DeviceError, which is one, when the device faults, is disarmed
+            or is gone: the trial is then lost, and those before it are kept.
         """
         found: list[Presented] = []
-        for stroke in strokes:
-            controller = stroke.system.controller
-            is_open = controller.kind == "lookup"
-            if not is_open and controller != self._loaded:
-                self._device.upload(stroke.system)
-                self._loaded = controller
+        for interval, stroke in enumerate(strokes, 1):
+            is_open = stroke.system.controller.kind == "lookup"
+            self._upload(self._base if is_open else stroke.system)
             if self._waits:
                 time.sleep(timeline.gap_s if found else timeline.cue_s)
-            start = time.monotonic()
-            run = self._device.run(stroke.system.setpoint, stroke.duration_s, state="open" if is_open else "closed")
-            late = time.monotonic() - start - stroke.duration_s if self._waits else 0.0
+            shown.cued(interval, stroke.duration_s)
+            jumped = self._look()
+            run = self._run(
+                stroke.system.setpoint, stroke.duration_s, "open" if is_open else "closed", _live(interval, shown)
+            )
             onset = float(run.attrs["start_tick"]) / self._device.info.tick_hz
-            # An answer's time counts from when the run came back, which is later than its end by at most this.
-            unsure = max(float(run.attrs["clock_residual_s"]), late)
-            found.append(Presented(run, onset, onset + stroke.duration_s, unsure))
+            jumped += self._look()
+            found.append(Presented(run, onset, onset + stroke.duration_s, jumped))
+            shown.stroked(interval, run)
         return found
 
-    def answered(self, rt_s: float) -> None:
-        """Do nothing: its clock goes on by itself."""
+    def answered(self, response: Response, presented: Sequence[Presented]) -> tuple[Response, float]:
+        """Return an answer with its time on the device clock.
+
+        The host's time of the answer is mapped (`ClockMap`); that of a virtual board counts from when it was asked.
+        """
+        if response.at_s is None or not self._waits:
+            return response, 0.0
+        jumped = self._look()
+        at_s, sd = self._clock.device_s(response.at_s)
+        rt_s, unsure = at_s - presented[-1].offset_s, (sd**2 + response.uncertainty_s**2) ** 0.5
+        return response._replace(rt_s=rt_s, uncertainty_s=unsure + abs(jumped)), jumped
+
+    def reach(self, system: System, seed: int) -> Reach:
+        """Return what the finger can be given, by two plain strokes open loop."""
+        self._upload(self._base)
+        without = self._run(MOST_N, PLAIN_S, "open")
+        largest = self._run(0.0, STROKE_S, "open")
+        return reach_of(without, largest, float(largest["a"].values.max()))
 
     def close(self) -> None:
         """Let go of the line, the plate switched off."""
         self._device.close()
+
+    def _upload(self, system: System) -> None:
+        if system.controller != self._loaded:
+            self._device.upload(system)
+            self._loaded = system.controller
+
+    def _run(
+        self, setpoint: Any, duration_s: float, state: str, live: Callable[[dict[str, float]], Any] | None = None
+    ) -> xr.Dataset:
+        """Run a stroke; the file stays only if it ends early."""
+        path = next(
+            each for number in itertools.count(1) if not (each := self._keep / f"interrupted-{number}.h5").exists()
+        )
+        run = self._device.run(setpoint, duration_s, path=path, state=state, live=live)
+        run.load().close()
+        path.unlink()
+        return run
+
+    def _look(self) -> float:
+        """Read both clocks and return their jump since the last readings, s."""
+        return sum(self._clock.add(*self._device.clock()) for _ in range(READINGS))
+
+
+def _live(interval: int, shown: Respondent) -> Callable[[dict[str, float]], None]:
+    def tell(sample: dict[str, float]) -> None:
+        shown.live(
+            Live(
+                interval, sample["elapsed_s"], sample["f_m"], sample["f_r"], 1e3 * sample["speed"], sample["load"]
+            )
+        )  # fmt: skip
+
+    return tell

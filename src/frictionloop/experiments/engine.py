@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 import xarray as xr
 
+from frictionloop.experiments.delivered import force_of
+from frictionloop.experiments.reach import Reach, simulated_reach
+from frictionloop.experiments.respondent import Live, Presented, Respondent, Response
 from frictionloop.experiments.timeline import Timeline
 from frictionloop.loop.kernel.placing import tiles_of
 from frictionloop.loop.kernel.structure import structure
 from frictionloop.loop.simulate import traced
 from frictionloop.loop.workers import shared_out, worker_count
 from frictionloop.parameters import System
+
+SHOWN_S = 0.03
+"""How often a stroke that goes on is shown (assumed: 30 times a second)."""
 
 
 class Stroke(NamedTuple):
@@ -23,31 +30,22 @@ class Stroke(NamedTuple):
     seed: int
 
 
-class Presented(NamedTuple):
-    """One stroke that was presented."""
-
-    run: xr.Dataset
-    """As of `simulate`."""
-    onset_s: float
-    """Its start on the device clock."""
-    offset_s: float
-    """Its end on the device clock."""
-    uncertainty_s: float = 0.0
-    """Standard deviation of a time of the host on the device clock."""
-
-
 class Engine(Protocol):
     """What presents strokes and tells the time."""
 
     source: str
     """simulated, or device."""
 
-    def present(self, strokes: Sequence[Stroke], timeline: Timeline) -> list[Presented]:
+    def present(self, strokes: Sequence[Stroke], timeline: Timeline, shown: Respondent) -> list[Presented]:
         """Present the strokes of a trial one after the other, with cue and gaps, and return what was recorded."""
         ...
 
-    def answered(self, rt_s: float) -> None:
-        """Hear that an answer came so long after the last stroke."""
+    def answered(self, response: Response, presented: Sequence[Presented]) -> tuple[Response, float]:
+        """Return an answer with its time on the device clock, and by how much clocks have jumped meanwhile, s."""
+        ...
+
+    def reach(self, system: System, seed: int) -> Reach:
+        """Return what the finger can be given, by plain strokes."""
         ...
 
     def close(self) -> None:
@@ -69,9 +67,17 @@ class BenchEngine:
     def __init__(self, time_s: float = 0.0) -> None:
         self.time_s = time_s
 
-    def present(self, strokes: Sequence[Stroke], timeline: Timeline) -> list[Presented]:
-        """Simulate the strokes of a trial."""
-        return self.timed(simulated(strokes, 1), strokes, timeline)
+    def present(self, strokes: Sequence[Stroke], timeline: Timeline, shown: Respondent) -> list[Presented]:
+        """Simulate the strokes of a trial; for a person in the time that a device takes."""
+        runs = simulated(strokes, 1)
+        for interval, (run, stroke) in enumerate(zip(runs, strokes, strict=True), 1):
+            if shown.paced:
+                time.sleep(timeline.cue_s if interval == 1 else timeline.gap_s)
+            shown.cued(interval, stroke.duration_s)
+            if shown.paced:
+                _show(run, interval, stroke.duration_s, shown)
+            shown.stroked(interval, run)
+        return self.timed(runs, strokes, timeline)
 
     def timed(self, runs: Sequence[xr.Dataset], strokes: Sequence[Stroke], timeline: Timeline) -> list[Presented]:
         """Return the runs of a trial's strokes with their times, and count on."""
@@ -82,12 +88,28 @@ class BenchEngine:
             found.append(Presented(run, onset, self.time_s))
         return found
 
-    def answered(self, rt_s: float) -> None:
+    def answered(self, response: Response, presented: Sequence[Presented]) -> tuple[Response, float]:
         """Count on."""
-        self.time_s += max(rt_s, 0.0)
+        self.time_s += max(response.rt_s, 0.0)
+        return response, 0.0
+
+    def reach(self, system: System, seed: int) -> Reach:
+        """Return that of the simulated finger."""
+        return simulated_reach(system, seed)
 
     def close(self) -> None:
         """Do nothing: there is nothing to let go of."""
+
+
+def _show(run: xr.Dataset, interval: int, duration_s: float, shown: Respondent) -> None:
+    """Show a run as it would come from a device."""
+    start = time.monotonic()
+    force = run[force_of(run)].values
+    while (elapsed := time.monotonic() - start) < duration_s:
+        k = min(int(elapsed / duration_s * force.size), force.size - 1)
+        setpoint, speed, load = (float(run[name].values[k]) for name in ("f_r", "speed", "load"))
+        shown.live(Live(interval, elapsed, float(force[k]), setpoint, 1e3 * speed, load))
+        time.sleep(SHOWN_S)
 
 
 def simulated(strokes: Sequence[Stroke], n_jobs: int | None = None) -> list[xr.Dataset]:

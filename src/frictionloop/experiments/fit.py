@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import minimize
 from scipy.stats import beta as beta_law
+from scipy.stats import chi2
 
 from frictionloop.experiments.psychometric import JND_Z, Shape, probability
 from frictionloop.quantities import FrictionloopError
@@ -40,6 +41,8 @@ class Fit(NamedTuple):
     ml_spread: float
     dispersion: float
     """Pearson's X^2 of groups of trials over their number less two: near 1 if the function and independence hold."""
+    dispersion_limit: float
+    """97.5 % quantile of the dispersion where they hold, by chi-square; above it the trials are overdispersed."""
     trials: int
 
 
@@ -79,8 +82,8 @@ def fit(level: Any, result: Any, guess: float | None = 0.5, shape: Shape = "norm
     post /= post.sum()
     a, b, lapse, g = (_marginal(post, axis, grid) for axis, grid in enumerate(grids))
     ml = _most_likely(x, r, [a[0], b[0], lapse[0], g[0]], guess, shape)
-    dispersion = _dispersion(x, r, probability(x, ml[0], ml[1], ml[3], ml[2], shape))
-    return Fit(*a, *b, lapse[0], g[0], ml[0], ml[1], dispersion, x.size)
+    dispersion, limit = _dispersion(x, r, probability(x, ml[0], ml[1], ml[3], ml[2], shape))
+    return Fit(*a, *b, lapse[0], g[0], ml[0], ml[1], dispersion, limit, x.size)
 
 
 def _grids(x: Array, guess: float | None, low: float | None) -> tuple[Array, Array, Array, Array]:
@@ -152,13 +155,15 @@ def grouped(x: Any, r: Any, groups: int = LEVELS) -> tuple[Array, Array, Array]:
     return np.bincount(where, x) / count, np.bincount(where, r) / count, count.astype(float)
 
 
-def _dispersion(x: Array, r: Array, p: Array) -> float:
+def _dispersion(x: Array, r: Array, p: Array) -> tuple[float, float]:
+    """Return the dispersion and its limit."""
     level, share, n = grouped(x, r)
     _, expected, _ = grouped(x, p)
-    if level.size <= 2:
-        return math.nan
+    if (free := level.size - 2) <= 0:
+        return math.nan, math.nan
     expected = np.clip(expected, 1e-3, 1 - 1e-3)
-    return float(np.sum(n * (share - expected) ** 2 / (expected * (1 - expected))) / (level.size - 2))
+    found = float(np.sum(n * (share - expected) ** 2 / (expected * (1 - expected))) / free)
+    return found, float(chi2.ppf(0.975, free)) / free
 
 
 def jnd(of: Fit, scores: str) -> float:

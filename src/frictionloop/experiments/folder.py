@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sys
+import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Self
@@ -79,6 +80,11 @@ class Folder:
     def log(self, event: str, **told: Any) -> None:
         """Append what happened, or was adjusted, to the log."""
         _append(self._log, json.dumps({"event": event, **told}, allow_nan=True) + "\n", self.path / LOG, event)
+
+    def logged(self, event: str) -> list[dict[str, Any]]:
+        """Return what the log has of an event, in order."""
+        with (self.path / LOG).open(encoding="utf-8") as file:
+            return [told for line in file if (told := json.loads(line))["event"] == event]
 
     def keep(self, trial: int, runs: list[xr.Dataset]) -> str:
         """Write the traces of a trial and return the name of their file; several intervals go along ``interval``.
@@ -164,6 +170,11 @@ def read(path: Path) -> tuple[Protocol, System, dict[str, Any]]:
     except (OSError, ValueError):
         raise FrictionloopError(f"{path}: is no session; there is no {ABOUT} that can be read") from None
     return read_protocol(path / PROTOCOL), read_toml(path / SYSTEM), about
+
+
+def now() -> str:
+    """Return the time for a log."""
+    return time.strftime("%Y-%m-%dT%H:%M:%S%z")
 
 
 def _locked(path: Path) -> int:

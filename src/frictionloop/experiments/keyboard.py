@@ -1,4 +1,4 @@
-"""A person at the keyboard of a terminal: a guide of the stroke, and keys for answers."""
+"""A person at the keyboard of a terminal: a guide of the stroke as a bar, answers as keys, words for who watches."""
 
 from __future__ import annotations
 
@@ -7,30 +7,33 @@ import time
 from collections.abc import Mapping
 from typing import Any, TextIO
 
-from frictionloop.experiments.engine import Presented
+import xarray as xr
+
+from frictionloop.experiments.folder import now
 from frictionloop.experiments.protocol import Protocol
+from frictionloop.experiments.respondent import Aborted, Live, Presented, Respondent, Response
 from frictionloop.experiments.sequence import Trial
-from frictionloop.experiments.session import Response
-from frictionloop.parameters import System
+
+BAR = 40
+"""Characters of the guide."""
+WORDS = "note TEXT keeps a note, pause waits for Enter, abort ends the session"
 
 
-class Keyboard:
-    """Answers as lines: a choice, or its first letters.
+class Keyboard(Respondent):
+    """Answers as lines: a choice, or its first letters. ``note TEXT``, ``pause`` and ``abort`` are for who watches.
 
     Parameters
     ----------
     protocol : Protocol
         What is asked.
     keys, shown : text stream
-        Where answers come from, and where questions go.
+        Where answers come from, and where questions go. On a terminal the bench takes its time, and the guide moves.
     """
 
     def __init__(self, protocol: Protocol, keys: TextIO | None = None, shown: TextIO | None = None) -> None:
         self._protocol, self._keys, self._shown = protocol, keys or sys.stdin, shown or sys.stderr
-
-    def moves(self, system: System, trial: int, interval: int) -> System:
-        """Return the system as it is: the finger is the person's."""
-        return system
+        self.paced = self._shown.isatty()
+        self._told = False
 
     def respond(self, trial: Trial, presented: list[Presented]) -> Response:
         """Ask until an answer is one of the choices, or a number."""
@@ -38,21 +41,34 @@ class Keyboard:
         asked = f"[{' / '.join(choices)}]" if choices else "[a number]"
         while True:
             self._say(f"trial {trial.number}: {self._protocol.question} {asked} ")
-            line = self._keys.readline()
-            if not line:
-                raise KeyboardInterrupt("the keyboard was closed")
-            rt = time.monotonic() - start
-            if answer := _meant(line.strip(), choices):
-                return Response(answer, rt, presented[-1].uncertainty_s)
+            line = self._line()
+            at = time.monotonic()
+            if answer := _meant(line, choices):
+                return Response(answer, at - start, at_s=at)
+            self._obey(line, trial)
 
     def before(self, trial: Trial) -> None:
         """Wait for Enter where there is a break; then say which stroke to make."""
         guide = self._protocol.timeline.stroke
+        if not self._told:
+            self._say(f"{WORDS}\n")
+            self._told = True
         if trial.pause:
-            self._say("a break; Enter goes on ")
-            if not self._keys.readline():
-                raise KeyboardInterrupt("the keyboard was closed")
+            self._wait("a break", trial)
         self._say(f"stroke {guide.length_mm:g} mm at {guide.speed_mm_s:g} mm/s, {guide.load_n:g} N\n")
+
+    def live(self, sample: Live) -> None:
+        """Move the guide: where the finger ought to be, and how fast it is."""
+        guide = self._protocol.timeline.stroke
+        if not self.paced:
+            return
+        done = min(sample.elapsed_s / guide.duration_s, 1.0)
+        self._say(f"\r{sample.interval} {bar(done, guide.direction)} {_pace(sample.speed_mm_s, guide.speed_mm_s)}")
+
+    def stroked(self, interval: int, run: xr.Dataset) -> None:
+        """Take the guide away."""
+        if self.paced:
+            self._say("\r\033[K")
 
     def told(self, trial: Trial, row: Mapping[str, Any]) -> None:
         """Say why a trial is repeated; else whether the answer was right, in practice and where feedback is given."""
@@ -61,9 +77,55 @@ class Keyboard:
         elif trial.phase == "practice" or self._protocol.timeline.feedback:
             self._say({1.0: "right\n", 0.0: "wrong\n"}.get(row["correct"], ""))
 
+    def plain(self, when: str) -> None:
+        """Say that the finger is measured."""
+        self._say(f"two plain strokes {when} the session measure the friction of this finger\n")
+
+    def _obey(self, line: str, trial: Trial) -> None:
+        """Do what a line that is no answer says."""
+        word, _, rest = line.partition(" ")
+        if word == "note" and rest:
+            self.log("note", time=now(), trial=trial.number, text=rest)
+        elif word == "pause":
+            self.log("pause", time=now(), trial=trial.number)
+            self._wait("paused", trial)
+            self.log("go on", time=now(), trial=trial.number)
+        elif word == "abort":
+            self.log("abort", time=now(), trial=trial.number)
+            raise Aborted("aborted at the keyboard")
+
+    def _wait(self, why: str, trial: Trial) -> None:
+        self._say(f"{why}; Enter goes on ")
+        while line := self._line():
+            self._obey(line, trial)
+
+    def _line(self) -> str:
+        line = self._keys.readline()
+        if not line:
+            raise KeyboardInterrupt("the keyboard was closed")
+        return line.strip()
+
     def _say(self, text: str) -> None:
         self._shown.write(text)
         self._shown.flush()
+
+
+def bar(done: float, direction: str = "forth", width: int = BAR) -> str:
+    """Return a line on which a finger is where it ought to be after a share of its stroke.
+
+    >>> bar(0.5, width=9)
+    '|    o    |'
+    """
+    way = {"forth": done, "back": 1.0 - done, "both": 1.0 - abs(2.0 * done - 1.0)}[direction]
+    place = round(way * (width - 1))
+    return f"|{' ' * place}o{' ' * (width - 1 - place)}|"
+
+
+def _pace(speed_mm_s: float, wanted_mm_s: float) -> str:
+    """Return how a speed compares; within a fifth it is as asked."""
+    ratio = speed_mm_s / wanted_mm_s
+    said = "slower" if ratio > 1.2 else "faster" if ratio < 0.8 else "good"
+    return f"{speed_mm_s:4.0f} mm/s {said:6}"
 
 
 def _meant(text: str, choices: tuple[str, ...]) -> str:

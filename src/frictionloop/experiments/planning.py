@@ -78,8 +78,8 @@ def power(
     again = protocol.model_copy(update={"seed": protocol.seed + 1})
     for plan, own in ((protocol, base), (again, changed)):
         trials = simulate(plan, system, pool, seed, observer=own)
-        fitted = fits(plan, trials)
-        found.append(fitted[fitted["level"] == "requested"].set_index(["condition", "participant"])["value"])
+        fitted = fits(plan, trials, ("requested",))
+        found.append(fitted.set_index(["condition", "participant"])["value"])
     rng, rows = np.random.default_rng([seed, 7]), []
     for condition in dict.fromkeys(found[0].index.get_level_values(0)):
         pairs = np.column_stack([each[condition].to_numpy() for each in found])

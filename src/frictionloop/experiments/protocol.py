@@ -95,6 +95,13 @@ class Protocol(Description):
     """What a stroke must be to count."""
     fit_to_finger: bool = True
     """Whether two plain strokes before the session tell the controller the participant's friction."""
+    out_of_reach: Literal["fit", "refuse", "mark"] = "fit"
+    """What happens to levels that these strokes show to be out of reach: they are drawn together until all can be
+    given, the session is refused, or they stay and validity marks them."""
+    blind: bool = True
+    """Whether the experimenter's page hides condition, level, set-point and answers while the session runs."""
+    masking_db: Annotated[Number, Field(ge=-60, le=0)] | None = None
+    """Masking noise on the participant's page against the plate's sound, dB under full scale; None is silence."""
     conditions: tuple[Condition, ...] = (Condition(name="closed"),)
     """Conditions that each participant goes through."""
     system: dict[str, Any] = Field(default_factory=dict)

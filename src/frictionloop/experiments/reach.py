@@ -6,22 +6,32 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 
+from frictionloop.experiments.delivered import force_of
 from frictionloop.loop.simulate import traced
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 
 STROKE_S = 1.5
-"""Duration of a plain stroke (assumed: that of a trial's)."""
+"""Part of a plain stroke that tells the force (assumed: as long as a trial's stroke)."""
+PLAIN_S = 3.0
+"""Duration of the stroke without vibration, over which moisture shows (assumed)."""
+MOST_N = 2.5
+"""Set-point that asks for no vibration: above the friction of any finger here, and what the sensor reaches."""
 
 
 class Reach(NamedTuple):
     """Friction of one finger without vibration and with the largest one."""
 
     highest_n: float
+    """f0: the highest force, without vibration."""
     lowest_n: float
+    """The lowest force, with the largest vibration."""
     susceptibility_per_um2: float
     """tau of g(a) = f0 exp(-tau a^2) through the two."""
+    growth_per_s: float = math.nan
+    """Relative growth of friction in contact, 1/s: sweat under the finger, so how moist it is."""
 
     @property
     def changes(self) -> dict[str, Any]:
@@ -48,19 +58,40 @@ def simulated_reach(system: System, seed: int = 0) -> Reach:
         For a finger whose friction does not fall with vibration.
     """
     most = system.plate.max_amplitude_um
-    without, largest = (_mean_n(system, seed, amplitude) for amplitude in (0.0, most))
+    (without,) = traced([system], [seed], PLAIN_S, 0.0)
+    (largest,) = traced([system], [seed], STROKE_S, most)
     return reach_of(without, largest, most)
 
 
-def _mean_n(system: System, seed: int, amplitude_um: float) -> float:
-    (run,) = traced([system], [seed], STROKE_S, amplitude_um)
-    return float(np.mean(run["f_a"].values[run["scored"].values]))
+def reach_of(without: xr.Dataset, largest: xr.Dataset, max_amplitude_um: float) -> Reach:
+    """Return the reach from a stroke without vibration and one with the largest amplitude, um.
 
-
-def reach_of(highest_n: float, lowest_n: float, max_amplitude_um: float) -> Reach:
-    """Return the reach from the two forces, N, and the largest amplitude, um."""
-    if not 0.0 < lowest_n < highest_n:
+    Raises
+    ------
+    FrictionloopError
+        For strokes of which nothing is scored, or whose force does not fall with vibration.
+    """
+    highest, lowest = _mean_n(without), _mean_n(largest)
+    if not 0.0 < lowest < highest:
         raise FrictionloopError(
-            f"reach: {highest_n:.3g} N without vibration, {lowest_n:.3g} N with it; the second must be less"
+            f"reach: {highest:.3g} N without vibration, {lowest:.3g} N with it; the second must be less, and above 0"
         )
-    return Reach(highest_n, lowest_n, math.log(highest_n / lowest_n) / max_amplitude_um**2)
+    return Reach(highest, lowest, math.log(highest / lowest) / max_amplitude_um**2, _growth_per_s(without))
+
+
+def _scored(run: xr.Dataset) -> Any:
+    return run["scored"].values & np.isfinite(run[force_of(run)].values)
+
+
+def _mean_n(run: xr.Dataset) -> float:
+    keep = _scored(run) & (run["time"].values < STROKE_S)
+    return float(np.mean(run[force_of(run)].values[keep])) if keep.any() else math.nan
+
+
+def _growth_per_s(run: xr.Dataset) -> float:
+    """Return the slope of the force over time, over its mean."""
+    keep = _scored(run)
+    force, time = run[force_of(run)].values[keep], run["time"].values[keep]
+    if time.size < 2 or np.ptp(time) <= 0.0:
+        return math.nan
+    return float(np.polyfit(time, force, 1)[0] / np.mean(force))

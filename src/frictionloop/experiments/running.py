@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from frictionloop.device.errors import DeviceError
 from frictionloop.experiments import folder
 from frictionloop.experiments.engine import BenchEngine, Engine
-from frictionloop.experiments.folder import Folder
-from frictionloop.experiments.participant import Observer
+from frictionloop.experiments.folder import RAW, Folder, now
+from frictionloop.experiments.lsl import Streams
+from frictionloop.experiments.own_reach import own_reach, reach_after
 from frictionloop.experiments.protocol import Protocol
-from frictionloop.experiments.session import Respondent, Session, one
-from frictionloop.experiments.study import about, simulated_session, study_system
+from frictionloop.experiments.respondent import Respondent
+from frictionloop.experiments.session import Session, guided, one
+from frictionloop.experiments.study import about, hash_of, simulated_respondent, study_system
 from frictionloop.parameters import System
 from frictionloop.physics.fingers import fingers
 from frictionloop.quantities import FrictionloopError
@@ -22,7 +25,7 @@ BENCH = "bench:"
 """Address of the simulated bench."""
 
 
-def engine_at(address: str, system: System, time_s: float) -> Engine:
+def engine_at(address: str, system: System, time_s: float = 0.0, keep: Path | None = None) -> Engine:
     """Return what presents: the simulated bench at ``bench:``, whose clock goes on at a time, else a device.
 
     Raises
@@ -34,7 +37,7 @@ def engine_at(address: str, system: System, time_s: float) -> Engine:
         return BenchEngine(time_s)
     from frictionloop.experiments.device_engine import DeviceEngine
 
-    return DeviceEngine(address, system)
+    return DeviceEngine(address, system, keep)
 
 
 def run(
@@ -49,6 +52,7 @@ def run(
     calibration: str = "",
     progress: Callable[[Mapping[str, Any]], Any] | None = None,
     trials: int | None = None,
+    streams: Streams | None = None,
 ) -> Path:
     """Begin a session and run it to its end.
 
@@ -74,6 +78,8 @@ def run(
         Called with each row.
     trials : int, optional
         Rows after which it is left, to go on later.
+    streams : Streams, optional
+        What passes strokes and markers on to other recorders (`frictionloop.experiments.lsl`).
 
     Returns
     -------
@@ -91,8 +97,8 @@ def run(
         (finger,) = fingers(1, seed)
         more |= about(finger, seed)
     with folder.new(path, protocol, base, participant, source_of(address), more) as kept:
-        kept.log("begin", time=_now(), participant=participant)
-        _through(kept, respondent, progress, trials)
+        kept.log("begin", time=now(), participant=participant)
+        _through(kept, respondent, progress, trials, streams)
     return path
 
 
@@ -102,6 +108,7 @@ def resume(
     respondent: Respondent | None = None,
     progress: Callable[[Mapping[str, Any]], Any] | None = None,
     trials: int | None = None,
+    streams: Streams | None = None,
 ) -> Path:
     """Go on with a session that was left, killed or unplugged: same sequence, same posterior.
 
@@ -109,7 +116,7 @@ def resume(
     ----------
     path : path
         Folder of the session.
-    respondent, progress, trials
+    respondent, progress, trials, streams
         As of `run`.
 
     Raises
@@ -118,8 +125,8 @@ def resume(
         For a folder that is no session or in use, or whose rows are not those of its protocol.
     """
     with folder.opened(path) as kept:
-        kept.log("resume", time=_now(), rows=len(kept.rows), cut_bytes=kept.cut)
-        _through(kept, respondent, progress, trials)
+        kept.log("resume", time=now(), rows=len(kept.rows), cut_bytes=kept.cut)
+        _through(kept, respondent, progress, trials, streams)
     return path
 
 
@@ -128,44 +135,71 @@ def _through(
     respondent: Respondent | None,
     progress: Callable[[Mapping[str, Any]], Any] | None,
     most: int | None,
+    streams: Streams | None,
 ) -> None:
-    session = session_of(kept, respondent)
-    session.told(kept.rows)
+    own, finger, seed = kept.system, {}, 0
+    if respondent is None:
+        if (told := kept.about.get("simulated")) is None:
+            raise FrictionloopError(f"{kept.path}: a person answers in this session; give who does")
+        finger, seed = told["finger"], told["seed"]
+        own = own.evolve(finger)
     time_s = kept.rows[-1]["offset_s"] + max(kept.rows[-1]["rt_s"], 0.0) if kept.rows else 0.0
-    engine = engine_at(kept.about.get("address", BENCH), session.device_system, time_s)
-    done = 0
+    address = kept.about.get("address", BENCH)
+    engine = engine_at(address, guided(own, kept.protocol), time_s, kept.path / RAW)
+    shown, why = respondent or Respondent(), ""
+    shown.log = kept.log
     try:
-        while (most is None or done < most) and (found := one(session, engine)) is not None:
-            row, runs = found
-            row["raw"] = kept.keep(row["trial"], runs)
-            kept.add(row)
-            session.order.tell(row)
-            done += 1
-            if progress is not None:
-                progress(row)
+        plan, own = own_reach(kept, engine, shown, own, hash_of(kept.participant, seed))
+        shown = respondent or simulated_respondent(plan, kept.participant, finger, seed)
+        shown.log = kept.log
+        session = Session(plan, kept.participant, own, shown)
+        session.told(kept.rows)
+        _trials(kept, session, engine, progress, most, streams)
+        if session.order.finished:
+            reach_after(kept, engine, shown, own, hash_of(kept.participant, seed))
+        kept.log("end" if session.order.finished else "left", time=now(), rows=len(kept.rows))
     except (FrictionloopError, KeyboardInterrupt) as error:
-        kept.log("stopped", time=_now(), why=str(error) or type(error).__name__, rows=len(kept.rows))
+        why = str(error) or type(error).__name__
+        with suppress(FrictionloopError):  # a full disk has no room for this either
+            kept.log("stopped", time=now(), why=why, rows=len(kept.rows))
         raise
     finally:
         engine.close()
-    kept.log("end" if session.order.finished else "left", time=_now(), rows=len(kept.rows))
+        shown.ended(why)
 
 
-def session_of(kept: Folder, respondent: Respondent | None) -> Session:
-    """Return the session of a folder at its start; without a respondent that of its simulated participant."""
-    if respondent is not None:
-        return Session(kept.protocol, kept.participant, kept.system, respondent)
-    if (told := kept.about.get("simulated")) is None:
-        raise FrictionloopError(f"{kept.path}: a person answers in this session; give who does")
-    observer = Observer(**told["observer"]) if "observer" in told else None
-    return simulated_session(kept.protocol, kept.system, kept.participant, told["finger"], told["seed"], observer)
+def _trials(
+    kept: Folder,
+    session: Session,
+    engine: Engine,
+    progress: Callable[[Mapping[str, Any]], Any] | None,
+    most: int | None,
+    streams: Streams | None,
+) -> None:
+    done = 0
+    while (most is None or done < most) and (trial := session.order.next()) is not None:
+        try:
+            found = one(session, engine)
+        except DeviceError as error:
+            raise FrictionloopError(
+                f"trial {trial.number}: {error}; this trial is lost, those before it are kept: "
+                f"frictionloop experiment resume {kept.path}"
+            ) from error
+        assert found is not None
+        row, runs = found
+        row["raw"] = kept.keep(row["trial"], runs)
+        kept.add(row)
+        if "clock_jump" in row["reason"]:
+            kept.log("clock jumped", time=now(), trial=row["trial"], reason=row["reason"])
+        session.order.tell(row)
+        if streams is not None:
+            streams.tell(row, runs)
+        done += 1
+        if progress is not None:
+            progress(row)
 
 
 def source_of(address: str) -> str:
     """Return what a session's forces are of, by the address: simulated, emulated or device."""
     scheme = address.partition(":")[0]
     return {"bench": "simulated", "sim": "simulated", "emulated": "emulated"}.get(scheme, "device")
-
-
-def _now() -> str:
-    return time.strftime("%Y-%m-%dT%H:%M:%S%z")

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import Any
 
 import xarray as xr
 
 from frictionloop.experiments.delivered import columns, measures, why_invalid
-from frictionloop.experiments.engine import BenchEngine, Engine, Presented, Stroke, simulated
-from frictionloop.experiments.participant import SimulatedParticipant
-from frictionloop.experiments.protocol import Protocol as Plan
+from frictionloop.experiments.engine import BenchEngine, Engine, Stroke, simulated
+from frictionloop.experiments.protocol import Protocol
+from frictionloop.experiments.respondent import Presented, Respondent, Response
 from frictionloop.experiments.sequence import Sequence as Order
 from frictionloop.experiments.sequence import Trial
 from frictionloop.experiments.table import delivered_level, scored
@@ -21,68 +21,13 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.source import EffectSource
 
 
-class Response(NamedTuple):
-    """An answer, and when it was given."""
-
-    response: str
-    """One of the task's choices, or a number; empty if none came."""
-    rt_s: float
-    """From the end of the last stroke, on the device clock."""
-    uncertainty_s: float = 0.0
-    """Standard deviation of that by the mapping of clocks."""
-
-
-class Respondent(Protocol):
-    """Who answers: a person at a keyboard or on a page, or a simulated participant."""
-
-    def moves(self, system: System, trial: int, interval: int) -> System:
-        """Return the system as its finger moves; a person's is as it is."""
-        ...
-
-    def respond(self, trial: Trial, presented: list[Presented]) -> Response:
-        """Return the answer to a trial."""
-        ...
-
-    def before(self, trial: Trial) -> None:
-        """Show the cue, and a break if there is one before this trial."""
-        ...
-
-    def told(self, trial: Trial, row: Mapping[str, Any]) -> None:
-        """Give feedback, as far as the protocol has any."""
-        ...
-
-
-class Simulated:
-    """A simulated participant as a respondent."""
-
-    def __init__(self, participant: SimulatedParticipant) -> None:
-        self.participant = participant
-
-    def moves(self, system: System, trial: int, interval: int) -> System:
-        """Return the system as the participant moves in it."""
-        return self.participant.moves(system, trial, interval)
-
-    def respond(self, trial: Trial, presented: list[Presented]) -> Response:
-        """Return the participant's answer."""
-        runs = [each.run for each in presented]
-        return Response(*self.participant.answers(trial.number, trial.comparison, runs))
-
-    def before(self, trial: Trial) -> None:
-        """Do nothing: it is always ready."""
-
-    def told(self, trial: Trial, row: Mapping[str, Any]) -> None:
-        """Do nothing: it learns nothing."""
-
-
 class Session:
     """One participant's way through a protocol."""
 
-    def __init__(self, protocol: Plan, participant: str, system: System, respondent: Respondent) -> None:
+    def __init__(self, protocol: Protocol, participant: str, system: System, respondent: Respondent) -> None:
         self.protocol, self.participant, self.respondent = protocol, participant, respondent
         self.order = Order(protocol, participant)
         base = system.evolve(protocol.system)
-        self.device_system = base
-        """What a device is set up from."""
         self._systems = {each.name: base.evolve(each.system) for each in protocol.conditions}
 
     def told(self, rows: Sequence[Mapping[str, Any]]) -> None:
@@ -114,14 +59,16 @@ class Session:
             found.append(Stroke(moved, round(guide.duration_s * rate) / rate, trial.seeds[interval - 1]))
         return found
 
-    def row(self, trial: Trial, presented: list[Presented], response: Response) -> dict[str, Any]:
-        """Return the row of a trial that was presented and answered."""
+    def row(self, trial: Trial, presented: list[Presented], response: Response, jump_s: float = 0.0) -> dict[str, Any]:
+        """Return the row of a trial that was presented and answered; ``jump_s`` is that of clocks before the answer."""
         p, stimulus = self.protocol, self.protocol.stimulus
         asked = [stimulus.value(trial.level if k == trial.comparison else None) for k in range(1, p.intervals + 1)]
         found = [measures(each.run, p, value) for each, value in zip(presented, asked, strict=True)]
         why = [f"{said} in {k}" for k, each in enumerate(found, 1) if (said := why_invalid(each, p.validity))]
+        jumps = [f"clock_jump={each:.3g}" for each in (*(part.jump_s for part in presented), jump_s) if each]
+        why += jumps
         right, result = math.nan, math.nan
-        if not response.response or not 0.0 <= response.rt_s <= p.timeline.response_s:
+        if not response.response or not (0.0 <= response.rt_s <= p.timeline.response_s or jumps):
             why.append("no answer in time")
         else:
             right, result = scored(p, trial.level, trial.comparison, response.response)
@@ -164,7 +111,7 @@ def one(session: Session, engine: Engine) -> tuple[dict[str, Any], list[xr.Datas
     if trial is None:
         return None
     session.respondent.before(trial)
-    presented = engine.present(session.strokes(trial), session.protocol.timeline)
+    presented = engine.present(session.strokes(trial), session.protocol.timeline, session.respondent)
     return _answered(session, engine, trial, presented), [each.run for each in presented]
 
 
@@ -182,11 +129,16 @@ def side_by_side(sessions: Sequence[Session], engines: Sequence[BenchEngine]) ->
 
 
 def _answered(session: Session, engine: Engine, trial: Trial, presented: list[Presented]) -> dict[str, Any]:
-    response = session.respondent.respond(trial, presented)
-    engine.answered(response.rt_s)
-    row = session.row(trial, presented, response)
+    response, jump_s = engine.answered(session.respondent.respond(trial, presented), presented)
+    row = session.row(trial, presented, response, jump_s)
     session.respondent.told(trial, row)
     return row
+
+
+def guided(system: System, protocol: Protocol) -> System:
+    """Return what a device is set up from: the protocol's system, whose finger moves by the guide."""
+    base = system.evolve(protocol.system)
+    return base.model_copy(update={"motion": _slow(base, protocol.timeline.stroke)})
 
 
 def _slow(system: System, guide: Any) -> Strokes:

@@ -16,7 +16,8 @@ from frictionloop.experiments.needed import recruited
 from frictionloop.experiments.participant import Observer, SimulatedParticipant
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.reach import simulated_reach
-from frictionloop.experiments.session import Session, Simulated, side_by_side
+from frictionloop.experiments.respondent import Simulated
+from frictionloop.experiments.session import Session, side_by_side
 from frictionloop.experiments.table import COLUMNS
 from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import System, bench
@@ -131,8 +132,18 @@ def simulated_session(
     own = system.evolve(finger)
     if protocol.fit_to_finger:
         own = own.evolve(simulated_reach(own, hash_of(participant, seed)).changes)
-    simulated = SimulatedParticipant(protocol, finger, hash_of(participant, seed), observer)
-    return Session(protocol, participant, own, Simulated(simulated))
+    return Session(protocol, participant, own, simulated_respondent(protocol, participant, finger, seed, observer))
+
+
+def simulated_respondent(
+    protocol: Protocol,
+    participant: str,
+    finger: Mapping[str, Any],
+    seed: int,
+    observer: Observer | None = None,
+) -> Simulated:
+    """Return a simulated participant as who answers."""
+    return Simulated(SimulatedParticipant(protocol, finger, hash_of(participant, seed), observer))
 
 
 def about(finger: Mapping[str, Any], seed: int) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +40,7 @@ def measure(protocol: Protocol) -> tuple[str, str]:
     return "threshold", "The level at which the function is half the way up: 75% right with two intervals"
 
 
-def fits(protocol: Protocol, trials: pandas.DataFrame) -> pandas.DataFrame:
+def fits(protocol: Protocol, trials: pandas.DataFrame, levels: Sequence[str] = LEVELS) -> pandas.DataFrame:
     """Return one row per participant, condition and kind of level; one without a value says why.
 
     Parameters
@@ -48,6 +49,8 @@ def fits(protocol: Protocol, trials: pandas.DataFrame) -> pandas.DataFrame:
         What was asked.
     trials : pandas.DataFrame
         Rows as in ``trials.tsv``.
+    levels : sequence of str
+        Kinds of level: requested, delivered.
 
     Returns
     -------
@@ -58,7 +61,7 @@ def fits(protocol: Protocol, trials: pandas.DataFrame) -> pandas.DataFrame:
     rows = []
     for (participant, condition), some in trials.groupby(["participant", "condition"], sort=False):
         counted = some[(some["counted"] == 1) & np.isfinite(some["result"])]
-        for over in LEVELS:
+        for over in levels:
             row: dict[str, Any] = {"participant": participant, "condition": condition, "level": over}
             row |= {"trials": len(counted), "value": math.nan, "low": math.nan, "high": math.nan, "why": ""}
             try:
@@ -120,6 +123,38 @@ def _tracked(level: Any, answer: Any) -> dict[str, Any]:
 
 def _half(sd: float, n: int) -> float:
     return float(student.ppf(0.5 + 0.5 * COVERAGE, n - 1)) * float(sd) / math.sqrt(n)
+
+
+CELLS = 80
+"""Levels that delivered ones are rounded to where trials of all participants are fitted together (assumed)."""
+
+
+def pooled(protocol: Protocol, trials: pandas.DataFrame) -> pandas.DataFrame:
+    """Return one psychometric function through the trials of all participants, by condition and kind of level.
+
+    Guess and lapse rate are free where a guess is not 1/2 by the task: four parameters. Participants differ, so its
+    spread holds theirs; the dispersion says by how much independence fails. Without a function there are no rows.
+
+    Parameters
+    ----------
+    protocol, trials
+        As of `fits`.
+    """
+    rows: list[dict[str, Any]] = []
+    if measure(protocol)[0] not in ("JND", "threshold"):
+        return pandas.DataFrame(rows)
+    for condition, some in trials.groupby("condition", sort=False):
+        counted = some[(some["counted"] == 1) & np.isfinite(some["result"])]
+        for over in LEVELS:
+            row: dict[str, Any] = {"condition": condition, "level": over, "participants": some["participant"].nunique()}
+            level = counted[over].to_numpy(float)
+            step = np.ptp(level) / CELLS if level.size else 0.0
+            try:
+                row |= _found(protocol, np.round(level / step) * step if step > 0 else level, counted["result"])
+            except FrictionloopError as error:
+                row["why"] = str(error)
+            rows.append(row)
+    return pandas.DataFrame(rows)
 
 
 def groups(fitted: pandas.DataFrame) -> pandas.DataFrame:

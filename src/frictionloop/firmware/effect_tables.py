@@ -15,8 +15,10 @@ from frictionloop.firmware.effect_pieces import Piece, shared
 from frictionloop.firmware.quantised import to_gain, to_q28
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import schema
+from frictionloop.rendering.effect import Effect
 from frictionloop.rendering.program import MOST_TRIGGERS, Do, Program
 from frictionloop.rendering.source import EffectSource
+from frictionloop.rendering.tables import Map
 
 FORMATS = {"u8": "u1", "u16": "<u2", "i32": "<i4", "i8": "i1"}
 STEP = np.dtype([(field["name"], FORMATS[field["format"]]) for field in schema()["effect_step"]])
@@ -31,6 +33,10 @@ LARGEST_N, FASTEST_M_S = 8.0, 1.0
 """Force that a word holds; speed with which forces of speed must fit it (assumed)."""
 FULL = 32767
 RATE_HZ: int = schema()["protocol"]["tick_hz"]
+BIT_N = 2.0**-27
+"""Two steps of a force in the firmware."""
+PARITY_N = 2e-4
+"""Difference by rounding from which on it is told."""
 STORE = 1024
 """Words of the store of the firmware here."""
 
@@ -46,6 +52,8 @@ class EffectTables(NamedTuple):
     """What is sampled more coarsely than in the simulator, a line each."""
     error_n: float
     """Largest difference of a table from the simulator's, N; at a step of force half of it, over one pitch."""
+    rounding_n: float
+    """By how much at most the firmware's words change the force, N."""
 
 
 def effect_tables(source: EffectSource, length_mm: float, most: int = STORE) -> EffectTables:
@@ -81,8 +89,18 @@ def effect_tables(source: EffectSource, length_mm: float, most: int = STORE) -> 
         if size < piece.needs(len(piece.values)):
             told.append(_told(k, piece, fewer[k], errors[-1]))
     small = _program(program, fewer)
-    _check_range(small)
-    return EffectTables(_words(small, source.position == "predicted"), small, tuple(told), max(errors))
+    if rows := _rows(source.effect):
+        told.append(f"map of {rows} rows: no board has a sensor for y; the row under the track is played")
+    rounding_n = _rounding_n(small)
+    if rounding_n > PARITY_N:
+        told.append(f"words of 16 bit: the force differs by up to {1e3 * rounding_n:.2g} mN by rounding")
+    return EffectTables(_words(small, source.position == "predicted"), small, tuple(told), max(errors), rounding_n)
+
+
+def _rows(effect: Effect) -> int:
+    """Return the rows of the largest map of an effect, 0 without one of several rows."""
+    own = len(effect.values_n) if isinstance(effect, Map) and len(effect.values_n) > 1 else 0
+    return max([own, *(_rows(part) for part in effect.parts)])
 
 
 def _piece(program: Program, step: Sequence[float], reach_mm: float) -> Piece:
@@ -177,27 +195,64 @@ def _place(place_mm: float) -> int:
     return round(1e-3 * place_mm * PLACES)
 
 
-def _check_range(program: Program) -> None:
-    """Refuse what the firmware's words do not hold: a force of 8 N, a place half a metre from the others."""
-    stack: list[float] = []
+class _Force(NamedTuple):
+    """What a step leaves on the stack."""
+
+    largest_n: float
+    error_n: float
+    """By how much the words may be off, N."""
+
+
+def _rounding_n(program: Program) -> float:
+    """Return by how much the rounding to words may change the force, N, a place being 0.5 nm off at most.
+
+    A value is rounded to 2^-15 of the largest of its table, and a share between two values to 2^-16. A product carries
+    the error of each factor times the other.
+
+    Raises
+    ------
+    FrictionloopError
+        For what the firmware's words do not hold: a force of 8 N, a place half a metre from the others.
+    """
+    stack: list[_Force] = []
     for do, *numbers in program.code:
         if do <= Do.WAVE:
-            first, count = int(numbers[0]), int(numbers[1])
-            stack.append(float(np.max(np.abs(program.values[first : first + count]))))
+            stack.append(_of_table(program, *map(int, numbers[:2]), repeats=bool(numbers[5 if do == Do.TABLE else 3])))
         elif do in (Do.DIRECTION, Do.TRIGGER):
-            stack.append(1.0)
+            stack.append(_Force(1.0, 0.0))
         elif do == Do.SPEED:
-            stack.append(abs(1e3 * numbers[0]) * FASTEST_M_S)
+            stack.append(_Force(abs(1e3 * numbers[0]) * FASTEST_M_S, BIT_N))
         elif do == Do.SCALED:
-            stack[-1] *= abs(numbers[0])
+            stack.append(_Force(*(abs(numbers[0]) * each for each in stack.pop())))
         elif do == Do.MIX:
-            stack[-3:] = [sum(stack[-2:])]  # their difference is a word too
+            share, one, other = (stack.pop(k) for k in (-3, -2, -1))
+            apart = one.largest_n + other.largest_n  # their difference is a word too
+            stack.append(_Force(apart, max(one.error_n, other.error_n) + share.error_n * apart + BIT_N))
         else:
-            a, b = stack[-2:]
-            stack[-2:] = [a + b if do == Do.ADD else a * b if do == Do.MULTIPLY else max(a, b)]
-        if not stack[-1] < LARGEST_N:
-            raise FrictionloopError(f"effect: asks for up to {stack[-1]:.3g} N; must be below {LARGEST_N:g} N to fit")
+            b, a = stack.pop(), stack.pop()
+            stack.append(_mixed(do, a, b))
+        if not stack[-1].largest_n < LARGEST_N:
+            raise FrictionloopError(
+                f"effect: asks for up to {stack[-1].largest_n:.3g} N; must be below {LARGEST_N:g} N to fit"
+            )
         places = (numbers[2],) if do == Do.TABLE else numbers[2:4] if do == Do.TRIGGER and numbers[1] == 2 else ()
         for place_mm in places:
             if not 1e-3 * abs(place_mm) < 0.5 * FARTHEST_M:
                 raise FrictionloopError(f"effect: has a place at {place_mm:.4g} mm; must be from -250 to 250 mm")
+    return stack[0].error_n
+
+
+def _of_table(program: Program, first: int, count: int, *, repeats: bool) -> _Force:
+    values = program.values[first : first + count + repeats]
+    largest = float(np.max(np.abs(values)))
+    rise = float(np.max(np.abs(np.diff(values))))
+    return _Force(largest, 0.5 * largest / FULL + rise * 2.0**-16 + BIT_N)
+
+
+def _mixed(do: float, a: _Force, b: _Force) -> _Force:
+    if do == Do.ADD:
+        return _Force(a.largest_n + b.largest_n, a.error_n + b.error_n)
+    if do == Do.LARGER:
+        return _Force(max(a.largest_n, b.largest_n), max(a.error_n, b.error_n))
+    error_n = a.largest_n * b.error_n + b.largest_n * a.error_n + a.error_n * b.error_n + BIT_N
+    return _Force(a.largest_n * b.largest_n, error_n)

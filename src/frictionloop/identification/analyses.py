@@ -10,6 +10,7 @@ import numpy as np
 from frictionloop.identification.channel_map import ChannelMap
 from frictionloop.identification.channels import READING
 from frictionloop.identification.clipping import clipped_share
+from frictionloop.identification.hung import hung
 from frictionloop.identification.long import Run, Stretches, calm, is_long, means, whole
 from frictionloop.identification.opened import Opened, opened
 from frictionloop.identification.parts.hits import hits_part
@@ -55,6 +56,8 @@ def analyse(take: Take, folder: Path, sensor: Sensor) -> Part:
     )
     runs = [run for each in by_file for run in each]
     try:
+        if take.masses_g is not None:
+            runs = [hung(runs, 1e-3 * np.array(take.masses_g))]
         for run in runs:
             _refuse_unfit(run, take.kind)
         values, told, rows, curves = WORK[take.kind](take, runs, sensor, files[0]["date"])
@@ -85,18 +88,35 @@ def _refuse_unfit(run: Run, kind: str) -> None:
 def _loaded(path: Path, take: Take, folder: Path) -> list[Run]:
     """Return the recordings of a file: one, or one for each line of an array whose column is ``name[:, *]``."""
     chart = take.chart(folder)
-    columns = [] if chart is None else [str(each.column) for each in chart.channels.values()]
-    if chart is None or not any("*" in column for column in columns):
+    columns = {} if chart is None else {name: str(each.column) for name, each in chart.channels.items()}
+    if chart is None or not any("*" in column for column in columns.values()):
         return [_run(opened(path, chart, rate_hz=take.rate_hz), take)]
+    masses = None
+    if take.kind == "weights" and "*" not in columns.get("mass", "*"):
+        one = ChannelMap(channels={"mass": chart.channels["mass"]})
+        file = opened(path, one, rate_hz=take.rate_hz, table=True)
+        masses = file.part(0, file.rows)["mass"].values
+        chart = ChannelMap(
+            channels={name: each for name, each in chart.channels.items() if name != "mass"}, rate_hz=chart.rate_hz
+        )
     there = {line.name for line in read_contents(path).channels}
+    starred = [column for column in columns.values() if "*" in column]
     found: list[Run] = []
-    while all(column.replace("*", str(len(found))) in there for column in columns if "*" in column):
+    while all(_numbered(column, len(found)) in there for column in starred):
         tree = chart.model_dump()
         for each in tree["channels"].values():
-            if "*" in str(each["column"]):
-                each["column"] = each["column"].replace("*", str(len(found)))
+            each["column"] = _numbered(each["column"], len(found))
         found.append(_run(opened(path, ChannelMap.from_tree(tree), rate_hz=take.rate_hz), take))
-    return found or [_run(opened(path, chart, rate_hz=take.rate_hz), take)]
+    if not found:
+        return [_run(opened(path, chart, rate_hz=take.rate_hz), take)]
+    return found if masses is None else [hung(found, masses)]
+
+
+def _numbered(column: str | int, k: int) -> str | int:
+    """Return the column of recording k, counted from 0; cells and structures of MATLAB count from 1."""
+    if isinstance(column, int):
+        return column
+    return column.replace("{*}", f"{{{k + 1}}}").replace("(*)", f"({k + 1})").replace("*", str(k))
 
 
 def _run(file: Opened, take: Take) -> Run:

@@ -4,25 +4,23 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from frictionloop.identification.agreement import Corner, agreed, corners_of, together
-from frictionloop.identification.analyses import analyse
 from frictionloop.identification.bench_file import BELIEVED, source_of
-from frictionloop.identification.kept import key_of, part_of
+from frictionloop.identification.entries import RefusedEntry, Work, analysed_entries
+from frictionloop.identification.figures_of_merit import dynamic_range_db
 from frictionloop.identification.measured import Measured
 from frictionloop.identification.parts.part import Part, Sensor
 from frictionloop.identification.people import People
 from frictionloop.identification.project import Project, read_project
 from frictionloop.parameters import ResonantPlate, System, preset
 
-ORDER = (
-    *("weights", "hits", "response", "quiet", "load", "position", "scale"),
-    *("plate", "carrier", "delay", "slides", "amplitude"),
-)
+DESIGNED = {"sensor": "sensor.cutoff_hz", "delay": "controller.delay_s", "gain": "sensitivity"}
+"""Values whose intervals a design holds, by its flag."""
 LEAST_CORNER = 0.005
 """Share by which a design should let the resonance be off, however well it was measured (assumed: it warms)."""
 
@@ -47,7 +45,19 @@ class Bench:
     people: People | None = None
     """The population of fingers, where slides of three or more were recorded."""
     told: tuple[str, ...] = ()
-    """What entries say together: where two measured one value, and what fingers have in common."""
+    """What entries say together: where two measured one value, what fingers have in common, the dynamic range."""
+    refused: tuple[RefusedEntry, ...] = ()
+    """Entries that were left out because their files or analyses were refused."""
+
+    @property
+    def design_flags(self) -> str:
+        """What ``frictionloop design controller`` should hold, by its flags: half widths of the intervals."""
+        shares = {"resonance": self.resonance_error} | {
+            flag: (each.interval().high - each.value) / abs(each.value)
+            for flag, path in DESIGNED.items()
+            if (each := self.measured.get(path)) is not None and each.value
+        }
+        return " ".join(f"--{flag}-error {share:.3g}" for flag, share in shares.items() if share is not None)
 
     @property
     def corners(self) -> tuple[Corner, ...]:
@@ -55,7 +65,9 @@ class Bench:
         return corners_of(self.measured, self.people)
 
 
-def bench(path: str | os.PathLike[str], kept: Mapping[str, Any] | None = None) -> Bench:
+def bench(
+    path: str | os.PathLike[str], kept: Mapping[str, Any] | None = None, *, without_refused: bool = False
+) -> Bench:
     """Return the bench that a project file's recordings describe.
 
     Parameters
@@ -65,23 +77,25 @@ def bench(path: str | os.PathLike[str], kept: Mapping[str, Any] | None = None) -
     kept : mapping, optional
         Results of an earlier time (`kept_results`): an entry whose files and settings are unchanged is not analysed
         again.
+    without_refused : bool
+        Whether to go on without the entries whose files or analyses are refused; what they say is then told.
 
     Raises
     ------
     FrictionloopError
-        For what the project file, a recording or an analysis refuses, in one line.
+        For what the project file, a recording or an analysis refuses, in one line. `Unfinished` keeps the results of
+        the other entries.
     """
     project, folder = read_project(path), Path(path).parent
-    sensor, parts, analysed = Sensor(), [], 0
-    for take in sorted(project.recording, key=lambda each: ORDER.index(each.kind)):
-        key = key_of(take, folder, sensor)
-        earlier = (kept or {}).get(key)
-        if earlier is None:
-            part, analysed = analyse(take, folder, sensor), analysed + 1
-        else:
-            part = part_of(earlier)
-        parts.append((key, part))
-        sensor = _knowing(sensor, part)
+    preset(project.preset).evolve(dict(project.known))  # refuses an unknown name before anything is computed
+    work = analysed_entries(project, folder, kept or {})
+    if work.refused and not (without_refused and work.parts):
+        raise work.refusal()
+    return _bench(project, Path(path), work)
+
+
+def _bench(project: Project, path: Path, work: Work) -> Bench:
+    parts, sensor = work.parts, work.sensor
     found, told_together = agreed([part for _, part in parts])
     crowd, medians, said = together([part for _, part in parts])
     found |= {each.path: each for each in medians}
@@ -110,8 +124,8 @@ def bench(path: str | os.PathLike[str], kept: Mapping[str, Any] | None = None) -
     if resonance is not None:
         corner = max((resonance.interval().high - resonance.value) / resonance.value, LEAST_CORNER)
     keys, told = (tuple(each) for each in zip(*parts, strict=True))
-    together_told = (*told_together, *said)
-    return Bench(system, told, found, stated, corner, Path(path), keys, analysed, crowd, together_told)
+    together_told = (*told_together, *said, *(_range(system, told) if "sensor.range_n" in stated else ()), *work.told())
+    return Bench(system, told, found, stated, corner, path, keys, work.analysed, crowd, together_told, work.refused)
 
 
 def _rounded(each: Measured) -> float:
@@ -135,12 +149,12 @@ def _stated(project: Project, sensor: Sensor) -> tuple[dict[str, Any], dict[str,
     return overrides, said
 
 
-def _knowing(sensor: Sensor, part: Part) -> Sensor:
-    values = {each.path: each for each in part.measured}
-    if (slope := values.get("sensitivity")) is not None:
-        sensor = replace(sensor, sensitivity=slope.value, unit=slope.unit.partition("/")[0])
-    if (hertz := values.get("sensor.resonance_hz")) is not None:
-        sensor = replace(sensor, resonance_hz=hertz.value)
-    if (cutoff := values.get("sensor.cutoff_hz")) is not None:
-        sensor = replace(sensor, cutoff_hz=cutoff.value, cutoff_error_hz=cutoff.error)
-    return sensor
+def _range(system: System, parts: Sequence[Part]) -> list[str]:
+    """Return the dynamic range in words: what the converter spans, by what is stated, over the noise of a recording."""
+    sensor: Any = system.sensor
+    floors = [part.curves["floor"] for part in parts if part.kind == "quiet" and "floor" in part.curves]
+    if not floors or not floors[0]["rms_n"] > 0 or "range_n" not in type(sensor).model_fields:
+        return []
+    rms, span = floors[0]["rms_n"], sensor.range_n
+    decibels = dynamic_range_db(span, rms)
+    return [f"dynamic range {decibels:.1f} dB: {span:.4g} N over {rms:.3g} N rms, {floors[0]['band']}"]

@@ -39,9 +39,7 @@ def to_toml(found: Bench) -> str:
     if (line := found.measured.get("sensitivity")) is not None:
         head.append(f"# sensitivity of the reading: {line.estimate} ({source_of(line)})")
     if found.resonance_error is not None:
-        head.append(
-            f"# gains for it: frictionloop design controller FILE --resonance-error {found.resonance_error:.3g}"
-        )
+        head.append(f"# gains for it: frictionloop design controller FILE {found.design_flags}")
     body = document.as_string().split("\n", 1)[1] if document.as_string().startswith("#") else document.as_string()
     return "\n".join(head) + "\n" + body
 

@@ -25,13 +25,16 @@ class Channel(Block):
     column: str | Whole = 0
     """Name in the file, as ``frictionloop identify channels`` lists it, or its number from 0.
 
-    In a project file ``name[:, *]`` takes every line of an array, each as a recording of its own."""
+    In a project file ``name[:, *]`` takes every line of an array, and ``name{*}`` every cell, each as a recording of
+    its own; of weights each is what the sensor read under one of the masses."""
     unit: str | None = None
     """Unit of the column, where the file says none or a wrong one: N, mN, V, mV, kg, g, counts."""
     scale: Annotated[Number, Field(description="What one of the column's unit is, in ``gives``.")] | None = None
     gives: str | None = None
     """Unit after ``scale``: N, V, kg, m, um, Hz or counts; left out, what a channel of that name usually has: kg for
     mass, m for position, um for vibration, N for forces."""
+    newtons_per_unit: Number | None = None
+    """What one unit is in N by a calibration of before: it counts only where the project has no weights."""
     sign: Annotated[Whole, Field(ge=-1, le=1)] = 1
     """-1 turns the channel round."""
     zero_s: Window | None = None

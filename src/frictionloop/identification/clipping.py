@@ -7,10 +7,17 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionloop.identification.plateaus import Plateaus
+
 FLAT_RUN = 4
 """Equal samples in a row at an end of the range that count as clipped (assumed: noise makes three)."""
 LEVELS = 32
 """A channel with fewer different values is one of steps, such as masses, and does not clip (assumed)."""
+STANDING, MOVING = 0.9, 0.7
+"""A step of weights clips where more than the first share of its samples is at one end, and in the other steps less
+than the second (assumed: with a coarse converter it is that much everywhere)."""
+APART = 0.05
+"""Masses that differ by more than this share of the largest cannot give one reading (assumed: readings are rounded)."""
 RESTING = 0.1
 """An end as near to the median as this share of the range is where the channel rests (assumed)."""
 
@@ -59,3 +66,20 @@ def clips(there: int, inside: int, end: float, full_scale: float | None) -> bool
     if not there:
         return False
     return 2 * there >= inside or bool(full_scale and math.isclose(abs(end), full_scale, rel_tol=1e-3))
+
+
+def clipped_steps(steps: Plateaus) -> NDArray[np.bool_]:
+    """Return which steps of a calibration stand at an end of the sensor's range.
+
+    Two different masses give exactly the same reading there, or the noise of the others is missing at that end.
+    """
+    found = np.zeros(steps.reading.size, dtype=bool)
+    near = 1e-9 * float(np.ptp(steps.reading))
+    for k, end in enumerate((float(steps.reading.min()), float(steps.reading.max()))):
+        at = np.abs(steps.reading - end) <= near
+        shares = steps.at_ends[:, k]
+        others = float(np.median(shares[~at])) if not at.all() else 1.0
+        several = float(np.ptp(steps.mass_kg[at])) > APART * float(np.ptp(steps.mass_kg))
+        if several or (float(shares[at].max()) > STANDING and others < MOVING):
+            found |= at
+    return found

@@ -10,9 +10,9 @@ from scipy.ndimage import maximum_filter1d
 from scipy.signal import decimate
 
 from frictionloop.identification.channels import READING, READING_UNITS, channel, rate_of
-from frictionloop.identification.hits import hits_of
+from frictionloop.identification.hits import Hits, hits_of, told_of
 from frictionloop.identification.long import Run
-from frictionloop.identification.onsets import quiet_noise
+from frictionloop.identification.onsets import noise_of
 from frictionloop.quantities import FrictionloopError
 
 Array = NDArray[np.float64]
@@ -24,25 +24,41 @@ LONGEST = 2000
 def decays_of(
     runs: Run | Sequence[Run], segment_s: float | None, exclude: Collection[int]
 ) -> tuple[list[Array], str, float]:
-    """Return what follows each good hit, from after its peak until it is lost in the noise."""
-    decays, told, rates = [], [], set()
+    """Return what follows each good hit, from after its peak until it is lost in the noise.
+
+    With fewer than two good hits those that are cut off are used as well: a free decay need not come to its end.
+    """
+    decays: list[Array] = []
+    cut: list[Array] = []
+    picked, rates = [], set()
     for run, found in hits_of(runs, segment_s, exclude):
         reading, rate_hz = channel(run, READING, READING_UNITS), rate_of(run)
-        told.append(found.told())
+        picked.append(found)
         rates.add(rate_hz)
         force = run["hammer"].values if found.channel == "hammer" else None
-        floor = quiet_noise(reading - np.median(reading))
-        for start in found.starts:
-            piece = reading[start : start + found.length] - reading[start : start + max(found.before - 2, 1)].mean()
-            begin = found.before + _end_of_pulse(force, start, found.before, found.length)
-            decay = _audible(piece[begin:], floor, rate_hz)
-            if decay.size >= 32:
-                decays.append(decay)
+        floor = noise_of(reading - np.median(reading), rate_hz)
+        for hit in found.table:
+            onset = round((hit.time_s - float(run["time"][0])) * rate_hz)
+            if hit.verdict in ("good", "cut off"):
+                decay = _decay(reading, force, onset, found, floor)
+                (decays if hit.verdict == "good" else cut).extend([decay] if decay.size >= 32 else [])
     if len(rates) > 1:
         raise FrictionloopError(f"recording: rates {sorted(rates)} Hz: must be one")
+    told = told_of(picked)
+    if len(decays) < 2 and len(decays) + len(cut) >= 2:
+        decays, told = decays + cut, f"{told}; {len(cut)} that are cut off are used nevertheless, as far as they go"
     if len(decays) < 2:
-        raise FrictionloopError(f"recording: {len(decays)} good hits: must be at least two ({'; '.join(told)})")
-    return decays, "; ".join(told), rates.pop()
+        raise FrictionloopError(f"recording: {len(decays)} good hits: must be at least two ({told})")
+    return decays, told, rates.pop()
+
+
+def _decay(reading: Array, force: Array | None, onset: int, found: Hits, floor: float) -> Array:
+    """Return what follows one hit."""
+    start, stop = max(onset - found.before, 0), onset - found.before + found.length
+    ahead = reading[start : max(onset - 2, start + 1)]
+    piece = reading[start:stop] - (ahead.mean() if ahead.size > 8 else np.median(reading[start:stop]))
+    begin = onset - start
+    return _audible(piece[begin + _end_of_pulse(force, start, begin, stop - start) :], floor)
 
 
 def _end_of_pulse(force: Array | None, start: int, before: int, length: int) -> int:
@@ -52,7 +68,7 @@ def _end_of_pulse(force: Array | None, start: int, before: int, length: int) -> 
     return int(np.flatnonzero(pulse > 0.02 * pulse.max())[-1]) + 2
 
 
-def _audible(decay: Array, floor: float, rate_hz: float) -> Array:
+def _audible(decay: Array, floor: float) -> Array:
     """Return a decay from its largest value to where it is lost in the noise."""
     top = int(np.argmax(np.abs(decay)))
     envelope = maximum_filter1d(np.abs(decay[top:]), max(int(decay.size / 50), 8))

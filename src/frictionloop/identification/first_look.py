@@ -11,15 +11,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionloop.recordings.contents import Channel, Contents
+from frictionloop.recordings.contents import Channel
 from frictionloop.recordings.stored import LARGE_BYTES
+from frictionloop.recordings.table_layout import layout_of
+from frictionloop.recordings.table_rows import rows_in
 from frictionloop.recordings.tables import read_table
 from frictionloop.recordings.whole import READERS, read_contents
 
 WINDOWS, ROWS = 100, 512
 """Windows that are looked at, and rows of each."""
-HEAD_BYTES = 2**22
-"""Bytes of a large text file that are looked at, since its rows can be found only by reading all before."""
+HEAD_BYTES = 2**18
+"""Bytes of a large text file from which its columns and the length of a row are taken."""
 
 
 class Trace(NamedTuple):
@@ -43,7 +45,7 @@ class FirstLook(NamedTuple):
 
 
 def first_look(path: str | os.PathLike[str]) -> FirstLook:
-    """Return the range of each channel in windows all along a file; of a large text file, of its beginning.
+    """Return the range of each channel in windows all along a file.
 
     Raises
     ------
@@ -52,21 +54,43 @@ def first_look(path: str | os.PathLike[str]) -> FirstLook:
     """
     file = Path(path)
     if file.is_file() and READERS.get(file.suffix.lower()) is read_table and file.stat().st_size > LARGE_BYTES:
-        contents, said = _head(file), f"the first {HEAD_BYTES >> 20} MB of {file.stat().st_size / 1e6:.0f}"
-    else:
-        contents, said = read_contents(file), f"{WINDOWS} windows of {ROWS} samples, all along the file"
+        return FirstLook(str(path), tuple(_sparse(file)), f"{WINDOWS} windows of {ROWS} rows or so, all along the file")
+    contents, said = read_contents(file), f"{WINDOWS} windows of {ROWS} samples, all along the file"
     signals = contents.signals() or contents.channels
     sizes = dict.fromkeys(line.samples.size for line in signals)
     found = [each for size in sizes for each in _traces([line for line in signals if line.samples.size == size])]
     return FirstLook(str(path), tuple(found), said)
 
 
-def _head(file: Path) -> Contents:
+def _sparse(file: Path) -> list[Trace]:
+    """Return windows of a large text file, whose rows are counted by their mean length: nothing before is read."""
     with tempfile.TemporaryDirectory() as folder:
         head = Path(folder) / file.name
         with open(file, "rb") as stream:
             head.write_bytes(stream.read(HEAD_BYTES).rpartition(b"\n")[0])
-        return read_contents(head)
+        begun = read_contents(head)
+        rows = max(line.samples.size for line in begun.channels)
+        row_bytes = head.stat().st_size / rows
+    layout = layout_of(file)
+    width, size = int(ROWS * row_bytes), file.stat().st_size
+    signals = begun.signals() or begun.channels
+    places = [begun.channels.index(line) for line in signals]
+    middles, ends = [], []
+    with open(file, "rb") as stream:
+        for start in np.linspace(0, max(size - 2 * width, 0), WINDOWS).astype(int).tolist():
+            stream.seek(start)
+            lines = stream.read(width).split(b"\n")[1:-1]
+            if start == 0:
+                lines = lines[layout.first :]
+            values = rows_in(file, b"\n".join(lines) + b"\n", layout)
+            if values.shape[1] > max(places):
+                middles.append((start + width / 2) / row_bytes)
+                ends.append([_ends(values[:, k]) for k in places])
+    low_high = np.array(ends)
+    return [
+        Trace(line.name, line.unit or "", np.array(middles), low_high[:, k, 0], low_high[:, k, 1])
+        for k, line in enumerate(signals)
+    ]
 
 
 def _traces(lines: Sequence[Channel]) -> tuple[Trace, ...]:

@@ -14,10 +14,14 @@ from frictionloop.identification.channels import READING, READING_UNITS, channel
 from frictionloop.identification.clipping import clipped
 from frictionloop.identification.hit_faults import Piece, faults_of
 from frictionloop.identification.long import Run, Stretches
-from frictionloop.identification.onsets import ABOVE_NOISE, BEFORE, calm_rows, onsets_of, piece_length, quiet_noise
+from frictionloop.identification.onsets import ABOVE_NOISE, BEFORE, calm_rows, noise_of, onsets_of, piece_length
 from frictionloop.quantities import FrictionloopError
 
 Array = NDArray[np.float64]
+
+
+class NoHits(FrictionloopError):
+    """A recording in which nothing is hit."""
 
 
 class Hit(NamedTuple):
@@ -58,10 +62,22 @@ class Hits:
 
     def told(self) -> str:
         """Return in words how many were used, and what was left out."""
-        left = [
-            f"hit {each.number} at {each.time_s:.3f} s ({each.reason})" for each in self.table if each.verdict != "good"
-        ]
-        return f"{self.good} of {len(self.table)} hits used" + (f"; left out: {', '.join(left)}" if left else "")
+        return told_of([self])
+
+
+def told_of(found: Sequence[Hits]) -> str:
+    """Return in words how many hits of recordings were used, and what was left out."""
+    by_reason: dict[str, list[Hit]] = {}
+    for hit in (hit for each in found for hit in each.table if hit.verdict != "good"):
+        by_reason.setdefault(hit.reason, []).append(hit)
+    left = [
+        f"hit {hits[0].number} at {hits[0].time_s:.3f} s ({reason})"
+        if len(hits) == 1
+        else f"hits {', '.join(str(hit.number) for hit in hits)} ({reason})"
+        for reason, hits in by_reason.items()
+    ]
+    good, every = sum(each.good for each in found), sum(len(each.table) for each in found)
+    return f"{good} of {every} hits used" + (f"; left out: {', '.join(left)}" if left else "")
 
 
 def pick_hits(
@@ -105,11 +121,11 @@ def pick_hits(
     if segment_s is not None:
         samples_in("segment_s", segment_s, rate_hz, 16, reading.size, "the length of the recording")
     away = signal - np.median(signal)
-    noise = quiet_noise(away)
+    noise = noise_of(away, rate_hz)
     level = max(ABOVE_NOISE * noise, 1e-6 * float(np.max(np.abs(away))))
     onsets = onsets_of(away, level, calm_rows(away, rate_hz), column != READING)
     if not onsets:
-        raise FrictionloopError(
+        raise NoHits(
             f"recording: {column!r} has no hits: it never leaves its mean by {ABOVE_NOISE:g} times its noise "
             f"({noise:.3g}); accepted: a recording with hits"
         )
@@ -120,7 +136,7 @@ def pick_hits(
     for number in exclude:
         if before is None and not 1 <= number <= len(onsets):
             raise FrictionloopError(f"exclude = {number}: there is no such hit; accepted: 1 to {len(onsets)}")
-    floor = quiet_noise(still)
+    floor = noise_of(still, rate_hz)
     table: list[Hit] = []
     starts: list[int] = []
     for k, onset in enumerate(onsets):
@@ -149,14 +165,31 @@ def pick_hits(
 def hits_of(
     recording: Run | Sequence[Run], segment_s: float | None = None, exclude: Collection[int] = ()
 ) -> Iterator[tuple[xr.Dataset, Hits]]:
-    """Yield recordings with their hits, one after the other."""
+    """Yield recordings with their hits, one after the other; hits of several are numbered through."""
     if isinstance(recording, Stretches):
         yield from _hits_of_parts(recording, segment_s, exclude)
     elif isinstance(recording, xr.Dataset) or not isinstance(recording, Sequence):
         yield recording, pick_hits(recording, segment_s, exclude)
+    elif len(recording) == 1:
+        yield from hits_of(recording[0], segment_s, exclude)
     else:
-        for run in recording:
-            yield from hits_of(run, segment_s, exclude)
+        yield from _hits_of_several(recording, segment_s, exclude)
+
+
+def _hits_of_several(
+    recordings: Sequence[Run], segment_s: float | None, exclude: Collection[int]
+) -> Iterator[tuple[xr.Dataset, Hits]]:
+    count = 0
+    for run in recordings:
+        if isinstance(run, Stretches):
+            yield from _hits_of_parts(run, segment_s, exclude)
+            continue
+        found = pick_hits(run, segment_s, exclude, before=count)
+        count += len(found.table)
+        yield run, found
+    unknown = [number for number in exclude if not 1 <= number <= count]
+    if count and unknown:
+        raise FrictionloopError(f"exclude = {unknown[0]}: there is no such hit; accepted: 1 to {count}")
 
 
 def _hits_of_parts(

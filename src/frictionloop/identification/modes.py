@@ -23,6 +23,8 @@ WORST_MISFIT = 0.25
 """Most of the rms of a decay that its modes may leave unexplained (assumed)."""
 WORST_START = 0.8
 """The same of poles that are not yet fitted: beyond it no fit is tried (assumed)."""
+LONGEST_RING = 10.0
+"""A mode that falls by e only after so many times what was heard of a decay is none (assumed)."""
 Which = Literal["first", "strongest"]
 
 
@@ -114,7 +116,7 @@ def modes(
         )
     starts = strong(decays, starts, rate_hz)
     _refuse_misfit(float(np.median([left_of(decay, starts, rate_hz) for decay in decays])), starts, WORST_START, curves)
-    fits = np.array([fit_decay(decay, starts, rate_hz) for decay in decays])
+    fits, starts = _told_apart(decays, starts, rate_hz, curves)
     misfit = float(np.sqrt(np.mean(fits[:, -1, 0] ** 2)))
     _refuse_misfit(misfit, starts, WORST_MISFIT, curves)
     found = _modes(fits[:, :-1, :])
@@ -129,6 +131,29 @@ def modes(
         hits=len(decays),
         told=told,
         diagram=tuple(diagram),
+    )
+
+
+def _told_apart(
+    decays: Sequence[Array], starts: list[tuple[float, float]], rate_hz: float, curves: Mapping[str, Any]
+) -> tuple[Array, list[tuple[float, float]]]:
+    """Return fits of all decays, shape (decays, modes + 1, 3), and the modes: one that hits do not share is none.
+
+    Of such a mode the Q scatters by more than itself, or it rings on for far longer than anything was heard.
+    """
+    heard_s = max(decay.size for decay in decays) / rate_hz
+    while starts:
+        fits = np.array([fit_decay(decay, starts, rate_hz) for decay in decays])
+        hertz, q = fits[:, :-1, 0].mean(axis=0), fits[:, :-1, 1]
+        doubt = np.maximum(q.std(axis=0) / q.mean(axis=0), q.mean(axis=0) / (LONGEST_RING * math.pi * hertz * heard_s))
+        if doubt.max() <= 1:
+            return fits, starts
+        # One at a time: a pole too many spoils the one beside it.
+        starts = [start for k, start in enumerate(starts) if k != int(np.argmax(doubt))]
+    raise Refused(
+        "recording: no mode is the same in all hits; accepted: hits on what rings freely, with nothing on the glass",
+        "hits",
+        curves,
     )
 
 

@@ -13,6 +13,17 @@ ABOVE_NOISE = 10.0
 1e23 samples of normal noise; other noise has longer tails)."""
 RISE = 2.0
 """A hit is at least so many times as large as what was there in two periods before (assumed)."""
+FIRST = 0.1
+"""Share of the largest deviation at which the first hit is taken to have begun (assumed)."""
+QUIET_S = 0.04
+"""Two periods of the mains of 50 Hz: hum is part of what is there without a hit."""
+LEAST_AHEAD = 64
+"""Rows before the first hit from which a noise is taken (assumed)."""
+LOOKED_AT = 200_000
+"""Samples in which the steps of a converter are looked for."""
+LEAST_LEVELS, MOST_LEVELS = 8, 4
+"""A channel has steps of a converter where it takes more values than so many, each more often than so many times in the
+mean (assumed)."""
 BEFORE = 0.1
 """Share of a piece that lies before its hit."""
 
@@ -23,6 +34,29 @@ def quiet_noise(values: Array) -> float:
     cut = values[: values.size - values.size % pieces].reshape(pieces, -1)
     spread = np.sort(cut.std(axis=1))
     return float(np.median(spread[: max(pieces // 4, 1)]))
+
+
+def noise_of(values: Array, rate_hz: float) -> float:
+    """Return the standard deviation of a channel while nothing happens, at least that of its converter's steps.
+
+    It is that of the quietest 40 ms before the first tenth of the largest deviation, hum and all; where less than 64
+    rows stand there, that of the quietest quarter of the recording.
+    """
+    size = np.abs(values)
+    ahead = values[: int(0.9 * np.argmax(size > FIRST * size.max()))]
+    least = _step(values) / np.sqrt(12)
+    if ahead.size < LEAST_AHEAD:
+        return float(max(quiet_noise(values), least))
+    pieces = max(int(ahead.size / (QUIET_S * rate_hz)), 1)
+    spread = np.sort(ahead[: ahead.size - ahead.size % pieces].reshape(pieces, -1).std(axis=1))
+    return float(max(np.median(spread[: max(pieces // 4, 1)]), least))
+
+
+def _step(values: Array) -> float:
+    """Return the step of a converter, 0 of a channel whose values hardly ever come twice."""
+    some = values[:: max(values.size // LOOKED_AT, 1)]
+    levels = np.unique(some)
+    return float(np.diff(levels).min()) if LEAST_LEVELS < levels.size < some.size / MOST_LEVELS else 0.0
 
 
 def calm_rows(away: Array, rate_hz: float) -> int:
@@ -67,7 +101,7 @@ def piece_length(still: Array, onsets: list[int], rate_hz: float) -> int:
     gaps = np.diff([*onsets, still.size])
     apart = [int(gap) for gap in gaps if gap > 0.2 * np.median(gaps)]
     most = int(0.8 * min(apart)) if apart else still.size
-    floor = quiet_noise(still)
+    floor = noise_of(still, rate_hz)
     top = max(onsets, key=lambda k: float(np.max(np.abs(still[k : k + most]))))
     envelope = maximum_filter1d(np.abs(still[top : top + most]), max(int(2e-3 * rate_hz), 8))
     loud = np.flatnonzero(envelope > max(5 * floor, 1e-3 * float(envelope.max())))

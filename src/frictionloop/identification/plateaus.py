@@ -27,6 +27,8 @@ class Plateaus(NamedTuple):
     unit: str
     moves: Array
     """Standard deviation of the slow movement of the reading while a mass hangs, its swing; 0 of a table."""
+    at_ends: Array
+    """Share of the samples of a step at its least and at its largest value, shape (steps, 2); 0 of a table."""
 
 
 def plateaus(recording: xr.Dataset, settle_s: float = 1.0) -> Plateaus:
@@ -72,7 +74,8 @@ def plateaus(recording: xr.Dataset, settle_s: float = 1.0) -> Plateaus:
     moves = np.array([np.std([part.mean() for part in np.array_split(each, 10) if part.size]) for each in hanging])
     levels = mass[starts]
     direction = np.concatenate([[0.0], np.sign(np.diff(levels))])
-    return Plateaus(levels, means, direction, str(recording[READING].attrs["units"]), moves)
+    at_ends = np.array([[np.mean(each == end) for end in (each.min(), each.max())] for each in hanging])
+    return Plateaus(levels, means, direction, str(recording[READING].attrs["units"]), moves, at_ends)
 
 
 def _rows(table: xr.Dataset) -> Plateaus:
@@ -84,4 +87,5 @@ def _rows(table: xr.Dataset) -> Plateaus:
             "three, none below 0, not all alike"
         )
     direction = np.concatenate([[0.0], np.sign(np.diff(mass))])
-    return Plateaus(mass, reading, direction, str(table[READING].attrs["units"]), np.zeros_like(reading))
+    unit, none = str(table[READING].attrs["units"]), np.zeros_like(reading)
+    return Plateaus(mass, reading, direction, unit, none, np.zeros((reading.size, 2)))

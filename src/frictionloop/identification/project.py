@@ -49,6 +49,8 @@ class Take(Block):
     """Sampling rate, where the files tell none or two."""
     date: str | None = None
     """When it was recorded, where the files do not say."""
+    masses_g: tuple[NotNegative, ...] | None = None
+    """Weights: masses in g, one for each file or each line of ``name[:, *]``, where no channel tells them."""
     settle_s: NotNegative = 1.0
     """Weights: time left out after each change."""
     gravity_m_s2: Positive | None = None

@@ -11,6 +11,7 @@ from scipy.optimize import least_squares
 
 from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.frequency_response import FrequencyResponse
+from frictionloop.identification.refused import Refused
 from frictionloop.quantities import FrictionloopError
 
 Array = NDArray[np.float64]
@@ -89,9 +90,18 @@ def fit_resonance(measured: FrequencyResponse, band_hz: tuple[float, float] | No
     fit = least_squares(residuals, guess, x_scale=[1e-3, 1e-3, 1e-2, 1e-5], xtol=1e-14, ftol=1e-14, gtol=1e-14)
     found_hz = float(np.exp(fit.x[1]))
     if not (fit.success and low < found_hz < high):
-        raise FrictionloopError(
+        raise Refused(
             f"band_hz = ({low:g}, {high:g}) Hz holds no resonance (best fit {found_hz:.4g} Hz); "
-            "must reach to both sides of one"
+            "must reach to both sides of one",
+            "response",
+            {
+                "response": {
+                    "frequency_hz": frequency.tolist(),
+                    "magnitude": np.abs(response).tolist(),
+                    "coherence": measured.coherence[inside].tolist(),
+                    "fitted": np.abs(model(frequency, fit.x)).tolist(),
+                }
+            },
         )
     errors = sandwich(fit.jac, fit.fun)
     scale = np.array([*np.exp(fit.x[:3]), 1.0])

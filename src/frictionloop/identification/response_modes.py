@@ -184,7 +184,10 @@ def _fitted(hertz: Array, seen: NDArray[np.complex128], weight: Array, start: Ar
         columns = np.concatenate([shape, 1j * shape * hertz[:, None] / poles[:, 0], np.ones((hertz.size, 1))], axis=1)
         stacked = np.concatenate([(weight[:, None] * columns).real, (weight[:, None] * columns).imag])
         target = np.concatenate([(weight * seen).real, (weight * seen).imag])
-        return np.asarray(columns @ np.linalg.lstsq(stacked, target, rcond=None)[0])
+        # By the normal equations, of columns of one length: many times faster than by singular values.
+        size = np.linalg.norm(stacked, axis=0)
+        share = np.linalg.lstsq(stacked.T @ stacked / np.outer(size, size), stacked.T @ target / size, rcond=1e-12)[0]
+        return np.asarray(columns @ (share / size))
 
     def residuals(x: Array) -> Array:
         if magnitude:

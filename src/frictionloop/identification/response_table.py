@@ -24,8 +24,9 @@ def response_table(file: Opened) -> FrequencyResponse:
     ----------
     file : Opened
         Channels ``frequency`` in Hz, and ``response`` (complex), ``real`` and ``imaginary``, or ``magnitude`` and
-        ``phase_deg`` or ``phase_rad``; a ``coherence`` is used if it is there. Rows of one frequency are averaged, and
-        their order does not matter. Without a phase the response is real and its fit goes by magnitude.
+        ``phase_deg`` or ``phase_rad``; a ``coherence`` is used if it is there. A magnitude in dB is 20 log10 of it.
+        Rows of one frequency are averaged, and their order does not matter. Without a phase the response is real and
+        its fit goes by magnitude.
 
     Raises
     ------
@@ -72,6 +73,13 @@ def _complex(file: Opened, columns: dict[str, NDArray[np.generic]]) -> NDArray[n
         there = ", ".join(columns)
         raise FrictionloopError(f"{file.where}: channels {there} are no response; accepted: {_NAMES}")
     size = np.asarray(columns["magnitude"], dtype=float)
+    if _in_db(file):
+        size = 10 ** (size / 20)
+    if np.nanmin(size) < 0:
+        raise FrictionloopError(
+            f"{file.where}: magnitude goes down to {np.nanmin(size):g}: must not be negative; is it in dB? then "
+            'unit = "dB"'
+        )
     turn = np.zeros_like(size)
     if "phase_deg" in columns:
         turn = np.deg2rad(np.asarray(columns["phase_deg"], dtype=float))
@@ -79,3 +87,9 @@ def _complex(file: Opened, columns: dict[str, NDArray[np.generic]]) -> NDArray[n
         turn = np.asarray(columns["phase_rad"], dtype=float)
     scale = file.chart.channels["magnitude"].scale or 1.0
     return np.asarray(scale * size * np.exp(1j * turn))
+
+
+def _in_db(file: Opened) -> bool:
+    line = file.picked["magnitude"]
+    said = file.chart.channels["magnitude"].unit or line.unit or line.name.rpartition(" ")[2]
+    return said.strip("[]() ").lower() == "db"

@@ -14,6 +14,7 @@ from scipy.optimize import least_squares
 
 from frictionloop.identification.channels import READING, READING_UNITS, channel, pieces, rate_of, samples_in
 from frictionloop.identification.estimate import Estimate
+from frictionloop.identification.refused import Refused
 from frictionloop.quantities import FrictionloopError
 
 Array = NDArray[np.float64]
@@ -58,7 +59,7 @@ def fit_ring_down(recording: xr.Dataset, between_s: float = 0.5) -> RingDown:
     ------
     FrictionloopError
         For a column that is missing or has another unit, too few taps, a rate too low, or a reading that does not ring
-        as one resonance does.
+        as one resonance does; then ``fl.plot(error)`` draws the tap.
     """
     reading, rate_hz = channel(recording, READING, READING_UNITS), rate_of(recording)
     length = samples_in("between_s", between_s, rate_hz, 32, reading.size, "the length of the recording")
@@ -91,11 +92,16 @@ def _fit(piece: Array, rate_hz: float) -> tuple[float, float, float]:
     below = [top + int(np.argmax(envelope[top:] < share * envelope[top])) for share in (FROM, TO)]
     begin, end = below[0], below[1] if below[1] > top else piece.size
     if begin <= top or (end - begin) * around_hz < LEAST_PERIODS * rate_hz:
-        raise FrictionloopError(
+        seen = {"time_s": (np.arange(piece.size) / rate_hz).tolist(), "reading": piece.tolist()}
+        raise Refused(
             f"recording: a tap does not ring for {LEAST_PERIODS:g} periods between {FROM:.0%} and {TO:.0%} of its "
-            f"largest reading ({around_hz:.4g} Hz is its strongest frequency): must be tapped with nothing on the glass"
+            f"largest reading ({around_hz:.4g} Hz is its strongest frequency): must be tapped with nothing on the "
+            "glass",
+            "hits",
+            {"decay": seen},
         )
     time, decay = np.arange(end - begin) / rate_hz, piece[begin:end]
+    curves = {"decay": {"time_s": time.tolist(), "reading": decay.tolist()}}
 
     def left(x: Array) -> Array:
         shape = damped(time, [(float(np.exp(x[0])), float(np.exp(x[1])))])
@@ -105,9 +111,11 @@ def _fit(piece: Array, rate_hz: float) -> tuple[float, float, float]:
     fit = least_squares(left, np.log([around_hz, max(guess_q, 1.0)]), x_scale=[1e-3, 1e-2], xtol=1e-12, ftol=1e-12)
     misfit = float(np.linalg.norm(fit.fun) / np.linalg.norm(decay - decay.mean()))
     if not fit.success or misfit > WORST_MISFIT:
-        raise FrictionloopError(
+        raise Refused(
             f"recording: a damped oscillation leaves {misfit:.0%} of a decay unexplained: must be at most "
-            f"{WORST_MISFIT:.0%}; is something on the glass, or tapped twice?"
+            f"{WORST_MISFIT:.0%}; is something on the glass, or tapped twice?",
+            "hits",
+            curves,
         )
     return float(np.exp(fit.x[0])), float(np.exp(fit.x[1])), misfit
 

@@ -46,7 +46,10 @@ def variable(where: str, name: str, line: found.Channel, told: Channel, place: P
     values = (told.sign or 1) * factor * values
     if told.delay_s:
         values = shift(values, -told.delay_s * place.rate_hz, order=3, mode="nearest")
-    return xr.Variable(place.dim, values, {"units": unit, "long_name": line.name})
+    attributes: dict[str, object] = {"units": unit, "long_name": line.name}
+    if told.newtons_per_unit is not None:
+        attributes["newtons_per_unit"] = told.newtons_per_unit
+    return xr.Variable(place.dim, values, attributes)
 
 
 def _refuse_no_numbers(where: str, line: found.Channel, values: Array, place: Place) -> None:

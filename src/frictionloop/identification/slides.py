@@ -24,6 +24,8 @@ from frictionloop.quantities import FrictionloopError
 Array = NDArray[np.float64]
 TOUCHING = 0.2
 """Share of the usual load above which a finger touches (assumed)."""
+JUMP = 0.25
+"""A step of the position by more than this share of all its way is a jump (assumed)."""
 LIFTED = 0.4
 """A load that falls below this share of the usual one is that of a finger which has lifted (assumed)."""
 
@@ -110,12 +112,38 @@ def friction(recording: xr.Dataset) -> Friction:
     mus = np.array([slide.mu for slide in found])
     scatter = float(mus.std(ddof=1) / math.sqrt(mus.size)) if mus.size > 1 else abs(found[0].mu_change - 1) * mus[0] / 3
     told = [f"slide of {s.stop_s - s.start_s:.2f} s at {1e3 * s.speed_m_s:.1f} mm/s: mu {s.mu:.3f}" for s in found]
+    if len(found) == 1:
+        told += _of_one(found[0])
+    told += _jumps(recording)
     if not lifted:
         told.append("the finger never lifts: the zeros of friction and load are taken as they are")
     told += [f"mu changes by {s.mu_change - 1:+.0%} within a slide" for s in found if abs(s.mu_change - 1) > 0.1]
     return Friction(
         tuple(found), Estimate(float(mus.mean()), scatter, "", max(mus.size - 1.0, 1.0)), _exponent(found), tuple(told)
     )
+
+
+def _of_one(slide: Slide) -> list[str]:
+    """Return what more is worth a line of a slide that stands alone."""
+    return [
+        f"friction {slide.friction_n:.3g} N at a load of {slide.load_n:.3g} N",
+        f"spectrum f^{slide.slope_welch:.2f} by Welch's, f^{slide.slope_whittle:.2f} by Whittle's estimate",
+        f"tremor {slide.tremor_n:.2g} N rms",
+        f"before it slides, the friction reaches {slide.onset:.2f} of its mean",
+    ]
+
+
+def _jumps(recording: xr.Dataset) -> list[str]:
+    """Return in words that the position jumps, as that of a counter which starts again."""
+    if "position" not in recording or "speed" in recording:
+        return []
+    position = recording["position"].values
+    steps = np.abs(np.diff(position))
+    row = int(np.argmax(steps))
+    if steps[row] <= JUMP * float(np.ptp(position)):
+        return []
+    at = float(recording["time"][row])
+    return [f"the position jumps at {at:.3f} s: if its counter starts again there, give wrap in the channel map"]
 
 
 def _slide(force: Array, load: Array, speed: Array, a: int, b: int, rate_hz: float) -> Slide:

@@ -20,7 +20,7 @@ from frictionloop.rendering.files import find
 
 Laws = Mapping[str, Mapping[str, Any] | Sequence[Mapping[str, Any]]]
 OPEN_AND_CLOSED: Laws = {"open": {"controller.kind": "lookup"}, "closed": {}}
-"""The lookup alone, and the law of the system."""
+"""The lookup alone, of the table that the law has, and the law of the system."""
 
 
 def arrivals(
@@ -44,7 +44,7 @@ def arrivals(
         Speeds of the stroke, mm/s.
     laws : mapping
         What each law changes, by its name: values by dotted name, or a list of such, one for each finger. If not given,
-        ``"open"`` is the lookup alone and ``"closed"`` the law of the system.
+        ``"open"`` is the lookup alone, of the same ``controller.model``, and ``"closed"`` the law of the system.
     progress : bool, optional
         Show a progress bar; None: on a terminal.
 

@@ -11,9 +11,13 @@ from frictionloop.perception.thresholds import HIGHEST_HZ
 from frictionloop.preview.measures import edges_mm
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.checks import Array
+from frictionloop.rendering.effect import Effect
 from frictionloop.rendering.program import program_of
 from frictionloop.rendering.source import EffectSource
+from frictionloop.rendering.tables import Wave
 
+TIMES = 4096
+"""Times at which a wave is looked at (assumed: a wave of a second every 0.25 ms)."""
 STARTED_S = 1e6
 """Time since a wave began at which it is over."""
 
@@ -30,7 +34,7 @@ class Asked:
     steepest_n_mm: float
     table_error_n: float
     least_n: float
-    """Least force before the band."""
+    """Least force before the band, also while waves of it play."""
     largest_n: float
     """Largest force before the band."""
 
@@ -52,9 +56,32 @@ def asked_of(system: System) -> Asked:
     slope = np.abs(np.diff(held, axis=1)).max() / (fine[1] - fine[0])
     error = program_of(source.effect, source.track, system.touch.load.length_mm).error_n
     place = 0.5 * (edges[1:] + edges[:-1])
-    beyond, ends = np.abs(raw - held), (float(raw.min()), float(raw.max()))
+    beyond, every = np.abs(raw - held), np.concatenate([raw.ravel(), _while_waves_play(system, fine)])
+    ends = float(every.min()), float(every.max())
     share, most = float(np.mean(beyond > 0)), float(beyond.max())
     return Asked(place, middle[0], middle[1], share, most, float(slope), error, *ends)
+
+
+def _while_waves_play(system: System, fine: Array) -> Array:
+    """Return forces along the stroke at times since a wave began; none for an effect without waves."""
+    source, motion = system.setpoint, system.motion
+    assert isinstance(source, EffectSource)
+    assert isinstance(motion, Strokes)
+    longest = longest_s(source.effect)
+    if longest == 0.0:
+        return np.zeros(0)
+    time_s = np.linspace(0.0, longest, TIMES)
+    first, length = fine[0], fine[-1] - fine[0]
+    place = first + np.mod(motion.speed_mm_s * time_s, length)
+    touch = source.track.touch(place, motion.speed_mm_s, motion.load_n, time_s)
+    return np.broadcast_to(np.asarray(source.effect.asked(touch), float), time_s.shape)
+
+
+def longest_s(effect: Effect) -> float:
+    """Return how long the longest wave of an effect lasts, 0 without a wave."""
+    if isinstance(effect, Wave):
+        return effect.duration_s
+    return max((longest_s(part) for part in effect.parts), default=0.0)
 
 
 def check(system: System) -> Asked:
@@ -70,7 +97,7 @@ def check(system: System) -> Asked:
     assert isinstance(source, EffectSource)
     assert isinstance(motion, Strokes)
     asked = asked_of(system)
-    if asked.share_clamped == 1.0:
+    if asked.share_clamped == 1.0 and (asked.largest_n < model.floor_n or asked.least_n > model.nominal_n):
         raise FrictionloopError(
             f"effect: asks for {asked.least_n:.3g} to {asked.largest_n:.3g} N; the controller's band is "
             f"{model.floor_n:.3g} to {model.nominal_n:.3g} N, and must have some of it"

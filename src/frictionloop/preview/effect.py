@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from frictionloop.loop.open_loop import OPENED
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import Skin, Strokes, System, check_system
+from frictionloop.parameters.timing import Model
 from frictionloop.preview.asked import check
 from frictionloop.preview.measures import LEAST_N, Delivered, delivered, over_place
 from frictionloop.quantities import FrictionloopError
@@ -42,8 +45,10 @@ class Preview:
     """Least force within reach of plate and finger; NaN where it never counted."""
     high_n: Array
     """Largest force within reach."""
+    table: Model
+    """What the lookup table of the open loop is made of."""
     open_loop: Delivered
-    """What the lookup alone delivers."""
+    """What the lookup alone delivers, with that table."""
     closed_loop: Delivered
     """What the system's control law delivers."""
     share_in_reach: float
@@ -110,7 +115,14 @@ class Preview:
         )
 
 
-def preview(effect: Effect | str, system: System, stroke: Strokes | float | None = None, seed: int = 0) -> Preview:
+def preview(
+    effect: Effect | str,
+    system: System,
+    stroke: Strokes | float | None = None,
+    seed: int = 0,
+    *,
+    table: Model | None = None,
+) -> Preview:
     """Return what a device, a finger's skin and the sense of touch leave of an effect, open and closed loop.
 
     Parameters
@@ -123,6 +135,9 @@ def preview(effect: Effect | str, system: System, stroke: Strokes | float | None
         How the finger moves, or its speed in mm/s; as the system says if not given.
     seed : int
         Seed of all noise.
+    table : Model, optional
+        What the open loop's lookup believes: ``fl.bench().controller.model`` is the bench's own table, where a law was
+        tuned with other beliefs. That of ``system.controller`` if not given.
 
     Raises
     ------
@@ -131,7 +146,7 @@ def preview(effect: Effect | str, system: System, stroke: Strokes | float | None
     """
     shown = prepared(effect, system, stroke)
     asked = check(shown)
-    runs = {law: simulate(each, duration_s(shown), seed) for law, each in both(shown).items()}
+    runs = {law: simulate(each, duration_s(shown), seed) for law, each in both(shown, table).items()}
     for run in runs.values():
         if not run["scored"].values.any():
             raise FrictionloopError("stroke: nothing counts on it; a longer stroke or a smaller unscored_n is needed")
@@ -150,13 +165,14 @@ def preview(effect: Effect | str, system: System, stroke: Strokes | float | None
         asked.back_n,
         low,
         high,
+        table or shown.controller.model,
         open_loop,
         closed_loop,
         share_in_reach=float(np.average((wanted >= floor + d) & (wanted <= top + d), weights=np.abs(way))),
         share_clamped=asked.share_clamped,
         clamped_n=asked.clamped_n,
         steepest_n_mm=asked.steepest_n_mm,
-        skin_n_mm=1e-3 * shown.finger.stiffness_n_m if isinstance(shown.finger, Skin) else math.inf,
+        skin_n_mm=skin_n_mm(shown),
         position_error_um=um,
         position_error_n=position_n,
         table_error_n=asked.table_error_n,
@@ -168,22 +184,34 @@ def prepared(effect: Effect | str, system: System, stroke: Strokes | float | Non
     check_system(system)
     if not isinstance(system.motion, Strokes):
         raise FrictionloopError('system: motion.kind must be "strokes", such as in fl.bench()')
+    if not isinstance(effect, (Effect, str, os.PathLike)):
+        raise FrictionloopError(f"effect = {effect!r:.60}: must be an effect, a name of the library or a TOML file")
     effect = effect if isinstance(effect, Effect) else find(effect)
     kept = system.setpoint if isinstance(system.setpoint, EffectSource) else EffectSource()
     changes: dict[str, Any] = {"setpoint": kept.model_copy(update={"effect": effect})}
     if isinstance(stroke, Strokes):
         changes["motion"] = stroke
+    elif stroke is not None and not isinstance(stroke, (int, float)):
+        raise FrictionloopError(f"stroke = {stroke!r:.60}: must be a speed in mm/s or Strokes")
     elif stroke is not None:
         changes["motion.speed_mm_s"] = stroke
         changes["motion.reversal_s"] = min(system.motion.reversal_s, 0.5 * system.motion.stroke_mm / max(stroke, 1e-9))
     return system.evolve(changes)
 
 
-def both(system: System) -> dict[str, System]:
-    """Return the system with the lookup alone and with its own law, by law."""
+def both(system: System, table: Model | None = None) -> dict[str, System]:
+    """Return the system with the lookup alone, of its own table or another, and with its own law, by law."""
     if system.controller.kind == "lookup":
         raise FrictionloopError('controller.kind = "lookup": is the open loop; give the law that closes it')
-    return {"lookup": system.evolve({"controller.kind": "lookup"}), system.controller.kind: system}
+    if table is not None and not isinstance(table, Model):
+        raise FrictionloopError(f"table = {table!r:.60}: must be a controller's model, such as controller.model")
+    own = {} if table is None else {"controller.model": table}
+    return {"lookup": system.evolve({**OPENED, **own}), system.controller.kind: system}
+
+
+def skin_n_mm(system: System) -> float:
+    """Return the stiffness of the skin, N/mm; inf for a rigid finger."""
+    return 1e-3 * system.finger.stiffness_n_m if isinstance(system.finger, Skin) else math.inf
 
 
 def duration_s(system: System) -> float:

@@ -12,6 +12,7 @@ from frictionloop.loop.kernel.placing import tiles_of
 from frictionloop.loop.kernel.structure import structure
 from frictionloop.loop.simulate import traced
 from frictionloop.parameters import Strokes, System
+from frictionloop.parameters.timing import Model
 from frictionloop.preview.asked import check
 from frictionloop.preview.effect import both, duration_s, prepared
 from frictionloop.preview.measures import Delivered, delivered
@@ -54,12 +55,14 @@ def people(
     fingers: Sequence[Mapping[str, Any]],
     stroke: Strokes | float | None = None,
     seed: int = 0,
+    *,
+    table: Model | None = None,
 ) -> People:
     """Return what of an effect several fingers are given.
 
     Parameters
     ----------
-    effect, system, stroke, seed
+    effect, system, stroke, seed, table
         As of ``fl.rendering.preview``.
     fingers : list of dict
         From ``fl.fingers(n, seed)``, or such dicts of values by dotted name.
@@ -72,7 +75,7 @@ def people(
     check_fingers(fingers)
     shown = [prepared(effect, system.evolve(finger), stroke) for finger in fingers]
     check(shown[0])
-    opened, closed = zip(*(both(each).values() for each in shown), strict=True)
+    opened, closed = zip(*(both(each, table).values() for each in shown), strict=True)
     return People(tuple(delivered_to(opened, seed)), tuple(delivered_to(closed, seed)))
 
 

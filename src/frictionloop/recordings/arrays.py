@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import os
 import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -11,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionloop.parameters.sources import Recording
+from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.units import known_unit
 from frictionloop.recordings.column import Column, column_number, no_column
-from frictionloop.recordings.hdf5 import check_hdf5
+from frictionloop.recordings.hdf5 import check_hdf5, expands
 from frictionloop.recordings.headers import header, is_time
 
 _LINE = re.compile(r"(.*?)\s*(?:\[\s*(?::\s*,\s*(\d+)|(\d+)\s*,\s*:)\s*\])?", re.DOTALL)
@@ -72,19 +75,27 @@ def read_mat(recording: Recording) -> Column:
         return read_hdf5(recording)
     variable = re.split(r"[/\[]", recording.column)[0].strip()
     # The variable asked for and times alone in memory; all of them to find one by number or to list them.
-    there = _listed(recording.path)
+    check_mat(recording.path)
+    there = [name for name, _ in _listed(recording.path)]
     known = variable in there and not is_time(variable)
     wanted = [name for name in there if name == variable or is_time(name)] if known else None
     tree = loadmat(recording.path, appendmat=False, variable_names=wanted)
     return _picked(recording, dict(_flat(tree)))
 
 
-def _listed(path: str) -> list[str]:
-    """Return the names of the variables; none where SciPy cannot list them, as beside an object of MATLAB's."""
+def check_mat(path: str) -> None:
+    """Refuse a MAT file of version 5 whose variables are made to fill the memory."""
+    size = os.path.getsize(path)
+    if wrong := expands(size, sum(8 * math.prod(shape) for _, shape in _listed(path))):
+        raise FrictionloopError(f"{path}: {wrong}")
+
+
+def _listed(path: str) -> list[tuple[str, tuple[int, ...]]]:
+    """Return the variables' names and shapes; none where SciPy cannot list them, as beside an object of MATLAB's."""
     from scipy.io import whosmat
 
     try:
-        return [name for name, _, _ in whosmat(path, appendmat=False)]
+        return [(name, shape) for name, shape, _ in whosmat(path, appendmat=False)]
     except Exception:  # an AttributeError as of SciPy 1.17; the whole file is read then
         return []
 

@@ -7,13 +7,15 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from zipfile import ZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionloop.recordings.arrays import attribute_unit, is_bare_dimension, unpacked
+from frictionloop.quantities import FrictionloopError
+from frictionloop.recordings.arrays import attribute_unit, check_mat, is_bare_dimension, unpacked
 from frictionloop.recordings.contents import Channel, Contents, lines_of, told_date, told_rates
-from frictionloop.recordings.hdf5 import check_hdf5
+from frictionloop.recordings.hdf5 import check_hdf5, expands
 from frictionloop.recordings.stored import is_large
 from frictionloop.recordings.stored_lines import hdf5_lines, wav_line
 
@@ -52,6 +54,9 @@ def _of_full_scale(values: NDArray[Any]) -> NDArray[Any]:
 def npz_contents(path: Path) -> Contents:
     """Return the arrays of a NPZ file; Python objects in it are left out, since reading one may run anything."""
     arrays, notes = {}, []
+    with ZipFile(path) as packed:  # what an array says of itself beyond this is an error of NumPy's
+        if wrong := expands(path.stat().st_size, sum(each.file_size for each in packed.infolist())):
+            raise FrictionloopError(f"{path}: {wrong}")
     with np.load(path, allow_pickle=False) as file:
         for name in file.files:
             try:
@@ -107,6 +112,7 @@ def mat_contents(path: Path) -> Contents:
 
     if h5py.is_hdf5(path):
         return hdf5_contents(path)
+    check_mat(str(path))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         tree = loadmat(path, appendmat=False)

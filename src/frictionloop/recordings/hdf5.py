@@ -71,10 +71,15 @@ def looked_through(path: str) -> str:
     with _opened(path) as file:
         found = _walked(file)
     size = os.path.getsize(path)
-    if isinstance(found, str):
-        return found
-    if found > max(LARGE_BYTES, EXPANSION * size):
-        return f"expands from {size / 1e6:.3g} MB to {found / 1e9:.3g} GB; accepted: at most {EXPANSION} times its size"
+    return found if isinstance(found, str) else expands(size, found)
+
+
+def expands(size: int, memory: int) -> str:
+    """Return what is wrong with a file of some bytes that takes so many in memory, empty if nothing is."""
+    if memory > max(LARGE_BYTES, EXPANSION * size):
+        return (
+            f"expands from {size / 1e6:.3g} MB to {memory / 1e9:.3g} GB; accepted: at most {EXPANSION} times its size"
+        )
     return ""
 
 

@@ -24,7 +24,8 @@ def names_of(head: list[list[str]], count: int) -> list[str]:
         f"{name or k} [{unit}]" if unit else name or str(k)
         for k, (name, unit) in enumerate(zip(names, units, strict=True))
     ]
-    return [name if name not in named[:k] else f"{name} {k}" for k, name in enumerate(named)]
+    first = {name: k for k, name in reversed([*enumerate(named)])}
+    return [name if first[name] == k else f"{name} {k}" for k, name in enumerate(named)]
 
 
 def _are_units(row: list[str]) -> bool:

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache, partial
-from io import StringIO
-from itertools import islice
 from pathlib import Path
-from typing import TextIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,23 +14,28 @@ from frictionloop.recordings import stored
 from frictionloop.recordings.contents import Channel, Contents, told_date, told_rates
 from frictionloop.recordings.headers import header
 from frictionloop.recordings.stored import Samples, Stored, blocks_of, is_large
-from frictionloop.recordings.table_layout import NUMBER, Layout, cells_of, halves, layout_of
+from frictionloop.recordings.table_layout import Layout, halves, layout_of
 from frictionloop.recordings.table_names import names_of
-from frictionloop.recordings.text_index import Index, indexed, text_of
+from frictionloop.recordings.table_rows import all_rows, rows_in
+from frictionloop.recordings.text_index import Index, bytes_of, indexed
+
+MOST_COLUMNS = 10_000
+"""More than any recorder writes (assumed)."""
 
 
 def read_table(path: Path) -> Contents:
     """Return the columns of a text file; a cell that is no number is NaN, and a column without a name its number."""
     layout = layout_of(path)
+    _check_width(path, layout.width)
     if is_large(path, path.stat().st_size, 1) and layout.encoding != "utf-16":
         index = indexed(path, layout.first)
         read = partial(_block, path, path.stat().st_mtime_ns, layout, index)
         width = read(0, min(1000, index.rows)).shape[1]
         lines: list[Samples] = [Stored(index.rows, np.dtype(float), partial(_column, read, k)) for k in range(width)]
     else:
-        with open(path, encoding=layout.encoding, errors="replace", newline="") as stream:
-            values = _values(stream, layout)
+        values = all_rows(path, layout)
         width = values.shape[1]
+        _check_width(path, width)
         lines = [values[:, k] for k in range(width)]
     names = names_of(layout.head, max(layout.width, width))
     pairs = [(row[0].lstrip("# ").rstrip(":= "), row[1]) for row in layout.head if len(row) > 1]
@@ -46,23 +48,9 @@ def read_table(path: Path) -> Contents:
     return Contents(channels, told_rates(pairs), date=told_date(pairs))
 
 
-def _values(stream: TextIO, layout: Layout) -> NDArray[np.float64]:
-    """Return the numbers, shape (rows, columns): quickly where the table is whole, cell by cell where it is not."""
-    mark = None if layout.mark == " " else layout.mark
-    start = stream.tell()
-    lines = (line if layout.decimal == "." else line.replace(",", ".") for line in islice(stream, layout.first, None))
-    try:
-        return np.loadtxt(lines, delimiter=mark, ndmin=2, quotechar='"', comments="#")
-    except ValueError:
-        stream.seek(start)
-    rows = [cells_of(line.rstrip("\r\n"), layout.mark) for line in islice(stream, layout.first, None) if line.strip()]
-    values = np.full((len(rows), max(map(len, rows))), np.nan)
-    for k, row in enumerate(rows):
-        for j, cell in enumerate(row):
-            text = cell.strip().replace(layout.decimal, ".")
-            if NUMBER.fullmatch(text):
-                values[k, j] = float(text)
-    return values
+def _check_width(path: Path, width: int) -> None:
+    if width > MOST_COLUMNS:
+        raise FrictionloopError(f"{path}: has {width} columns; accepted: at most {MOST_COLUMNS}")
 
 
 def _column(read: Callable[[int, int], NDArray[np.float64]], k: int, first: int, stop: int) -> NDArray[np.float64]:
@@ -86,5 +74,4 @@ def _block(path: Path, changed: int, layout: Layout, index: Index, first: int, s
 def _parsed(
     path: Path, _changed: int, mark: str, decimal: str, encoding: str, index: Index, block: int
 ) -> NDArray[np.float64]:
-    layout = Layout(encoding, mark, decimal, 0, [], 0)
-    return _values(StringIO(text_of(path, index, block, encoding)), layout)
+    return rows_in(path, bytes_of(path, index, block), Layout(encoding, mark, decimal, 0, [], 0))

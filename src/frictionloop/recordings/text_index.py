@@ -44,9 +44,9 @@ def _indexed(path: Path, _changed: int, first_line: int, block: int) -> Index:
     return Index(rows, (*offsets[: -(-rows // block)], at))
 
 
-def text_of(path: Path, index: Index, block: int, encoding: str) -> str:
-    """Return the text of a block of rows."""
+def bytes_of(path: Path, index: Index, block: int) -> bytes:
+    """Return the lines of a block of rows."""
     start, stop = index.offsets[block], index.offsets[block + 1]
     with open(path, "rb") as stream:
         stream.seek(start)
-        return stream.read(stop - start).decode(encoding, "replace")
+        return stream.read(stop - start)

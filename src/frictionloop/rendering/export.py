@@ -18,8 +18,10 @@ WIDTH_MM, HEIGHT_MM, PITCH_MM = 60.0, 20.0, 0.25
 ENDINGS = (".toml", ".png", ".wav", ".hjif")
 
 
-def write(effect: Effect, path: Path) -> None:
+def write(effect: Effect, path: Path) -> tuple[str, ...]:
     """Write an effect: all of it as .toml, a map around the origin as .png or .hjif, a wave as .wav.
+
+    Returns what the file does not carry, a line each.
 
     Raises
     ------
@@ -29,14 +31,22 @@ def write(effect: Effect, path: Path) -> None:
     ending = path.suffix.lower()
     if ending == ".toml":
         write_effect(effect, path)
-    elif ending == ".png":
+        return ()
+    if ending == ".png":
         write_image(effect if isinstance(effect, Map) else rasterise(effect, WIDTH_MM, HEIGHT_MM, PITCH_MM), path)
-    elif ending == ".hjif":
-        whole = isinstance(effect, Constant | Grating) or (isinstance(effect, Map) and len(effect.values_n) == 1)
-        write_hjif(effect if whole else rasterise(effect, WIDTH_MM, 0.0, 0.05), path)
-    elif ending == ".wav":
+        return () if isinstance(effect, Map) else (f"{_what(effect)}; {WIDTH_MM:g} x {HEIGHT_MM:g} mm of it",)
+    if ending == ".hjif":
+        if isinstance(effect, Constant | Grating) or (isinstance(effect, Map) and len(effect.values_n) == 1):
+            return write_hjif(effect, path)
+        return (f"{_what(effect)}; {WIDTH_MM:g} mm of it", *write_hjif(rasterise(effect, WIDTH_MM, 0.0, 0.05), path))
+    if ending == ".wav":
         if not isinstance(effect, Wave):
             raise FrictionloopError(f"{path}: a WAV file holds a wave over time; effect.kind is {effect.kind!r}")
         write_wave(effect, path)
-    else:
-        raise FrictionloopError(f"{str(path)!r}: must end in {', '.join(ENDINGS)}")
+        return ("that it loops",) if effect.loops else ()
+    raise FrictionloopError(f"{str(path)!r}: must end in {', '.join(ENDINGS)}")
+
+
+def _what(effect: Effect) -> str:
+    """Return what a map of an effect leaves out."""
+    return "what is beyond the map" if effect.is_static else "all but what it asks for on the way forth at 20 mm/s"

@@ -17,6 +17,7 @@ import numpy as np
 from frictionloop.quantities import FrictionloopError, replacing
 from frictionloop.rendering.effect import Effect
 from frictionloop.rendering.envelopes import read_json
+from frictionloop.rendering.images import rasterise
 from frictionloop.rendering.shapes import Constant, Grating
 from frictionloop.rendering.tables import MOST_CELLS, Map
 
@@ -27,6 +28,18 @@ PITCH_MM = 0.05
 """Distance from value to value of what is read (assumed)."""
 UNIT_EXPONENT = -6
 """Of what is written: positions in um."""
+
+READ = {
+    "file": "version profile level date description timescale avatars perceptions",
+    "perception": "id perception_modality description avatar_id unit_exponent perception_unit_exponent effect_library "
+    "channels",
+    "channel": "id description gain mixing_coefficient bands",
+    "band": "band_type curve_type lower_frequency_limit upper_frequency_limit effects",
+    "effect": "id effect_type position phase base_signal keyframes",
+    "keyframe": "relative_position amplitude_modulation frequency_modulation",
+}
+"""What is read, or says nothing about a force, at each level of a file; whatever else has a value is listed as left."""
+SIGNALS = ("Sine", "Square", "Triangle")
 
 
 class Haptics(NamedTuple):
@@ -51,18 +64,24 @@ def read_hjif(path: str | os.PathLike[str]) -> Haptics:
     """
     tree = read_json(path)
     try:
+        left: list[str] = []
+        _unread("file", tree, left)
         found = [each for each in tree["perceptions"] if each["perception_modality"] == MODALITY]
-        left = [
+        left += [
             f"perception of {each['perception_modality']}"
             for each in tree["perceptions"]
             if each["perception_modality"] != MODALITY
         ]
         if not found:
-            raise FrictionloopError(f'{path}: has no perception of modality "{MODALITY}"; found: {", ".join(left)}')
+            raise FrictionloopError(
+                f'{path}: has no perception of modality "{MODALITY}"; found: {", ".join(left) or "none"}'
+            )
         pieces: list[tuple[float, np.ndarray]] = []
         for perception in found:
             pieces += _pieces(perception, left)
-    except (KeyError, TypeError, ValueError) as error:
+    except FrictionloopError:
+        raise
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise FrictionloopError(f"{path}: is no hjif file ({type(error).__name__}: {error})") from None
     if not pieces:
         raise FrictionloopError(f"{path}: has nothing that is carried over; left: {', '.join(left)}")
@@ -78,20 +97,29 @@ def read_hjif(path: str | os.PathLike[str]) -> Haptics:
 
 def _pieces(perception: Any, left: list[str]) -> Iterator[tuple[float, np.ndarray]]:
     """Yield where each effect of a perception begins, in mm, and its forces, `PITCH_MM` apart."""
+    _unread("perception", perception, left)
     unit_mm = 1e3 * 10.0 ** perception.get("unit_exponent", -3)
     unit_n = 10.0 ** perception.get("perception_unit_exponent", 0)
     library = {each["id"]: each for each in perception.get("effect_library", ())}
     for channel in perception["channels"]:
+        _unread("channel", channel, left)
         gain = float(channel["gain"]) * float(channel["mixing_coefficient"]) * unit_n
         for band in channel["bands"]:
             kind = band["band_type"]
             if kind not in ("Curve", "VectorialWave", "Transient"):
                 left.append(f"{kind} band")
                 continue
+            _unread("band", band, left)
             for given in band["effects"]:
                 effect = {**library.get(given.get("id"), {}), **given} if given["effect_type"] == "Reference" else given
-                if given["effect_type"] not in ("Basis", "Reference") or "keyframes" not in effect:
+                if given["effect_type"] not in ("Basis", "Reference") or not effect.get("keyframes"):
                     left.append(f"{given['effect_type']} effect")
+                    continue
+                _unread("effect", effect, left)
+                for frame in effect["keyframes"]:
+                    _unread("keyframe", frame, left)
+                if kind == "VectorialWave" and (signal := effect.get("base_signal", "Sine")) not in SIGNALS:
+                    left.append(f"{signal} signal")
                     continue
                 if kind == "Curve" and band.get("curve_type", "Linear") != "Linear":
                     left.append(f"{band['curve_type']} curve (read as linear)")
@@ -99,8 +127,17 @@ def _pieces(perception: Any, left: list[str]) -> Iterator[tuple[float, np.ndarra
                 yield start_mm, gain * _sampled(kind, effect, unit_mm)
 
 
+def _unread(level: str, given: Any, left: list[str]) -> None:
+    """List what a level has and this module does not know."""
+    known = READ[level].split()
+    left += [f"{level}.{name}" for name, value in given.items() if name not in known and value not in EMPTY]
+
+
+EMPTY: tuple[Any, ...] = (0, "", None, [], {})
+
+
 def _sampled(kind: str, effect: Any, unit_mm: float) -> np.ndarray:
-    frames = effect["keyframes"]
+    frames = sorted(effect["keyframes"], key=lambda each: float(each.get("relative_position", 0)))
     at = [float(each.get("relative_position", 0)) * unit_mm for each in frames]
     levels = _points(frames, at, "amplitude_modulation")
     if kind == "Transient":
@@ -125,9 +162,7 @@ def _sampled(kind: str, effect: Any, unit_mm: float) -> np.ndarray:
         return np.asarray(envelope * np.sin(2 * np.pi * turns))
     if shape == "Square":
         return np.asarray(envelope * np.where(turns < 0.5, 1.0, -1.0))
-    if shape == "Triangle":
-        return np.asarray(envelope * (1.0 - 4.0 * np.abs(np.mod(turns + 0.25, 1.0) - 0.5)))
-    raise ValueError(f"base_signal {shape!r} is not Sine, Square or Triangle")
+    return np.asarray(envelope * (1.0 - 4.0 * np.abs(np.mod(turns + 0.25, 1.0) - 0.5)))
 
 
 def _points(frames: Any, at: list[float], name: str) -> np.ndarray:
@@ -135,8 +170,10 @@ def _points(frames: Any, at: list[float], name: str) -> np.ndarray:
     return np.array([(place, float(frame[name])) for place, frame in zip(at, frames, strict=True) if name in frame])
 
 
-def write_hjif(effect: Effect, path: str | os.PathLike[str], length_mm: float = 100.0) -> None:
-    """Write an effect of one dimension as hjif: a sine grating as a vectorial wave on a level, others as a curve.
+def write_hjif(effect: Effect, path: str | os.PathLike[str], length_mm: float = 100.0) -> tuple[str, ...]:
+    """Write an effect of one dimension as hjif: a grating as a vectorial wave on a level, others as a curve.
+
+    A frequency is a whole number per metre there: a grating whose spacing is not a metre over one becomes a curve.
 
     Parameters
     ----------
@@ -147,12 +184,24 @@ def write_hjif(effect: Effect, path: str | os.PathLike[str], length_mm: float = 
     length_mm : float
         Length of what has no end.
 
+    Returns
+    -------
+    tuple of str
+        What could not be carried over, a line each.
+
     Raises
     ------
     FrictionloopError
         For another effect, or a file that cannot be written.
     """
     step = 1e-3  # mm per unit of position
+    left = [f"no end: {length_mm:g} mm of it"] if effect.period_mm is not None else []
+    if isinstance(effect, Map) and effect.beyond == "repeat":
+        left = ["the map's repeats"]
+    if isinstance(effect, Map) and effect.between == "nearest":
+        left += ["steps of the map (read as linear)"]
+    if isinstance(effect, Grating) and abs(1e3 / effect.spacing_mm - round(1e3 / effect.spacing_mm)) > 1e-6:
+        effect = rasterise(effect, length_mm, 0.0, PITCH_MM)
     if isinstance(effect, Map) and len(effect.values_n) == 1:
         values = np.array(effect.values_n[0])
         gain = float(np.abs(values).max()) or 1.0
@@ -179,6 +228,7 @@ def write_hjif(effect: Effect, path: str | os.PathLike[str], length_mm: float = 
     }  # fmt: skip
     with replacing(path) as beside:
         beside.write_text(json.dumps(tree, indent=1), encoding="utf-8")
+    return tuple(left)
 
 
 def _channel(number: int, gain: float, band: dict[str, Any]) -> dict[str, Any]:

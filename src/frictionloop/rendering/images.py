@@ -73,7 +73,9 @@ def read_image(
         raise FrictionloopError(f'{path}: polarity is missing: must be "bright" (white is most friction) or "dark"')
     check_known("polarity", [str(scale["polarity"])], POLARITIES)
     pitch = number("mm_per_pixel", scale["mm_per_pixel"], "mm", ABOVE_0)
-    low, high = float(scale.get("low_n", low_n)), float(scale.get("high_n", high_n))
+    low, high = (float(scale.get(name, own)) for name, own in (("low_n", low_n), ("high_n", high_n)))
+    if not low <= high:
+        raise FrictionloopError(f"low_n = {low:g}: must be at most high_n = {high:g}; polarity turns a picture over")
     factor = 1
     while -(-grey.shape[0] // factor) * -(-grey.shape[1] // factor) > most_cells:
         factor += 1
@@ -85,8 +87,10 @@ def read_image(
     values = low + share * (high - low)
     if values.shape[1] < 2:
         raise FrictionloopError(f"{path}: is {values.shape[1]} pixel wide; must be at least 2")
-    made = Map(values_n=values.tolist(), pitch_mm=pitch, start_mm=start_x, start_y_mm=start_y)
-    told = f"{grey.shape[1]} x {grey.shape[0]} pixels, {white.bit_length()} bits, gamma ignored"
+    rules = {name: scale[name] for name in ("between", "beyond") if name in scale}
+    made = Map(values_n=values.tolist(), pitch_mm=pitch, start_mm=start_x, start_y_mm=start_y, **rules)
+    bits = f"{white.bit_length()} bit{'s' if white > 1 else ''}"
+    told = f"{grey.shape[1]} x {grey.shape[0]} pixels, {bits}, gamma ignored"
     if factor > 1:
         told += f", reduced by {factor} to {values.shape[1]} x {values.shape[0]} values {pitch:g} mm apart"
     return Picture(made, factor, told)
@@ -106,20 +110,32 @@ def _opened(path: Path) -> tuple[np.ndarray, int, dict[str, Any]]:
             with image_module.open(path) as image:
                 width, height = image.size
                 if width * height > MOST_PIXELS:
-                    factor = int(np.ceil(np.sqrt(width * height / MOST_PIXELS)))
-                    raise FrictionloopError(
-                        f"{path}: has {width} x {height} pixels: must be at most {MOST_PIXELS:,} in all; reduce it by "
-                        f"{factor} first, and give {factor} times the mm_per_pixel"
-                    )
+                    raise _too_many(path, width * height, f"{width} x {height}")
                 if image.mode not in MODES:
                     raise FrictionloopError(f"{path}: mode = {image.mode!r}: must be greyscale of 8 or 16 bits")
                 own = json.loads(image.text[TEXT]) if TEXT in getattr(image, "text", {}) else {}
-                return np.asarray(image, dtype=float), MODES[image.mode], own
+                grey, white = np.asarray(image, dtype=float), MODES[image.mode]
+                if grey.min() < 0 or grey.max() > white:
+                    raise FrictionloopError(
+                        f"{path}: has greys from {grey.min():g} to {grey.max():g}: must be from 0 to {white}"
+                    )
+                return grey, white, own
     except FrictionloopError:
         raise
+    except image_module.DecompressionBombError as error:  # it has the number of pixels first
+        raise _too_many(path, int("".join(c for c in str(error).split(")")[0] if c.isdigit()))) from None
     except Exception as error:  # on a damaged picture the library raises anything
         reason = (str(error) or type(error).__name__).splitlines()[0]
         raise FrictionloopError(f"{path}: cannot be read as a picture ({reason:.120})") from None
+
+
+def _too_many(path: Path, pixels: int, said: str = "") -> FrictionloopError:
+    factor = int(np.ceil(np.sqrt(pixels / MOST_PIXELS)))
+    said = said or f"{pixels:,}"
+    return FrictionloopError(
+        f"{path}: has {said} pixels: must be at most {MOST_PIXELS:,} in all; reduce it by {factor} first, and give "
+        f"{factor} times the mm_per_pixel"
+    )
 
 
 def _reduced(grey: np.ndarray, factor: int) -> np.ndarray:
@@ -151,8 +167,9 @@ def write_image(made: Map, path: str | os.PathLike[str], polarity: Polarity = "b
     low, high = float(table.min()), float(table.max())
     share = (table - low) / (high - low) if high > low else 0.0 * table
     share = share if polarity == "bright" else 1.0 - share
-    scale = {"mm_per_pixel": made.pitch_mm, "polarity": polarity, "low_n": low, "high_n": high}
+    scale: dict[str, Any] = {"mm_per_pixel": made.pitch_mm, "polarity": polarity, "low_n": low, "high_n": high}
     scale |= {"start_mm": made.start_mm, "start_y_mm": made.start_y_mm}
+    scale |= {"between": made.between, "beyond": made.beyond}
     info.add_text(TEXT, json.dumps(scale))
     with replacing(path) as beside:
         image_module.fromarray(np.round(65535 * share).astype(np.uint16)).save(beside, format="PNG", pnginfo=info)
@@ -160,8 +177,9 @@ def write_image(made: Map, path: str | os.PathLike[str], polarity: Polarity = "b
 
 def rasterise(effect: Effect, width_mm: float, height_mm: float = 0.0, pitch_mm: float = 0.25) -> Map:
     """Return an effect of place as a map around the origin; of one that depends on the touch, what it asks forth."""
+    number("pitch_mm", pitch_mm, "mm", ABOVE_0)
     columns, rows = round(width_mm / pitch_mm) + 1, round(height_mm / pitch_mm) + 1
-    if not (pitch_mm > 0 and columns >= 2 and columns * rows <= MOST_CELLS):
+    if not (columns >= 2 and columns * rows <= MOST_CELLS):
         raise FrictionloopError(f"pitch_mm = {pitch_mm:g} mm gives {columns} x {rows} values; 2 to {MOST_CELLS} in all")
     if effect.period_mm and effect.period_mm < 2.0 * pitch_mm:
         raise FrictionloopError(

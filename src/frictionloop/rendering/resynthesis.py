@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from frictionloop.parameters.block import NotNegative, Number, Positive, Whole
 from frictionloop.quantities import FrictionloopError
@@ -37,6 +37,13 @@ class Resynthesis(Effect):
     """Values after which it repeats."""
     seed: Annotated[Whole, Field(ge=0, lt=2**31)] = 0
     """The same seed gives the same surface."""
+
+    @model_validator(mode="after")
+    def _is_stable(self) -> Self:
+        largest = float(np.max(np.abs(np.roots([1.0, *(-each for each in self.coefficients)])), initial=0.0))
+        if not largest < 1.0:
+            raise ValueError(f"coefficients: the model grows by {largest:.4g} from value to value; must be below 1")
+        return self
 
     @property
     def period_mm(self) -> float | None:

@@ -16,6 +16,9 @@ from frictionloop.rendering.effect import Effect, Touch
 MOST_CELLS = 32768
 """Cells of a map: what a file of parameters has room for (assumed); a larger one is reduced before it is one."""
 
+BETWEEN = (0.5, 0.381966, 0.145898)
+"""Where a map is compared with its function between two values: the middle, and two parts of the golden section."""
+
 
 def _listed(values: Any) -> Any:
     return values.tolist() if isinstance(values, np.ndarray) else values
@@ -136,7 +139,8 @@ class Sampled(NamedTuple):
 
     map: Map
     error_n: float
-    """Largest error midway between values, where lines are furthest from a smooth function."""
+    """Largest error at three places between each two values: midway, where lines are furthest from a smooth function,
+    and where nothing that repeats after a pitch or a part of it hides."""
 
 
 def sampled(force_n: Callable[[np.ndarray], Any], start_mm: float, stop_mm: float, pitch_mm: float) -> Sampled:
@@ -162,9 +166,11 @@ def sampled(force_n: Callable[[np.ndarray], Any], start_mm: float, stop_mm: floa
             f"{stop_mm:g} mm"
         )
     x = start_mm + pitch_mm * np.arange(round((stop_mm - start_mm) / pitch_mm) + 1)
-    values, middle = _computed(force_n, x), _computed(force_n, x[:-1] + 0.5 * pitch_mm)
-    error_n = float(np.max(np.abs(middle - 0.5 * (values[1:] + values[:-1]))))
-    return Sampled(Map(values_n=values, pitch_mm=pitch_mm, start_mm=start_mm), error_n)
+    values = _computed(force_n, x)
+    errors = [
+        _computed(force_n, x[:-1] + share * pitch_mm) - _between(values[:-1], values[1:], share) for share in BETWEEN
+    ]
+    return Sampled(Map(values_n=values, pitch_mm=pitch_mm, start_mm=start_mm), float(np.max(np.abs(errors))))
 
 
 def _computed(force_n: Callable[[np.ndarray], Any], x: np.ndarray) -> np.ndarray:

@@ -91,12 +91,12 @@ def stored() -> Arrivals:
 
 
 def rows(found: Arrivals) -> Iterator[tuple[str, ...]]:
-    """Yield heads, then a row of texts for each effect, then one for what is told of all: a column for each law."""
+    """Yield heads, then what is told of all effects, the spread between fingers first, then a row for each effect."""
     yield ("", *(LAWS[law] for law in found.laws))
-    for number, name in enumerate(found.effects):
-        yield (name, *(_percents(found.values(law, "contrast")[number]) for law in found.laws))
     for words, told, factor in _SUMMARY:
         yield (words, *(f"{factor * found.middle(law, told):.0f}" for law in found.laws))
+    for number, name in enumerate(found.effects):
+        yield (name, *(_percents(found.values(law, "contrast")[number]) for law in found.laws))
 
 
 _SUMMARY: Any = (
@@ -105,6 +105,7 @@ _SUMMARY: Any = (
     ("error as felt (thresholds)", "error_felt", 1.0),
     ("pattern as felt (thresholds)", "pattern_felt", 1.0),
 )
+"""Medians over effects and speeds."""
 
 
 def _percents(contrasts: Array) -> str:

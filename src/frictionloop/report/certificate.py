@@ -81,6 +81,7 @@ def certificate(found: Bench) -> str:
         peak=lambda ms: "out of reach" if math.isnan(ms) else f"{ms:.2f}" if math.isfinite(ms) else "unstable",
         left=lambda n: f"{1e3 * n:.3g} mN" if math.isfinite(n) else "–",
         corner=found.resonance_error,
+        design_flags=found.design_flags,
         corners=found.corners,
         together=found.told,
         crowd=_crowd(found),

@@ -21,7 +21,7 @@ def plot(result: Any, path: str | os.PathLike[str] | None = None) -> Figure:
     A run: f_r and f_a over time, f_a in open loop, the disturbance, the amplitude, and the motion of the
     finger. A sweep over one parameter: a curve per metric, with the range over seeds. Over two: a map per metric.
     Over three: a map for each value of the third. Over listed points, such as fingers: the share of points below each
-    value. A first look at a recording: its channels.
+    value. A first look at a recording: its channels. The refusal of an analysis: what it saw.
 
     Parameters
     ----------
@@ -58,8 +58,10 @@ def plot(result: Any, path: str | os.PathLike[str] | None = None) -> Figure:
 
 def _figure_of(result: Any) -> Figure:
     from frictionloop.identification.first_look import FirstLook
+    from frictionloop.identification.refused import Refused
     from frictionloop.preview import Preview
     from frictionloop.report import effect_figure, recording_figure, run_figure, sweep_figure
+    from frictionloop.report.refusal import refused_figure
 
     dims = getattr(result, "dims", ())
     if hasattr(result, "data_vars") and "time" in dims and "f_r" in result:
@@ -68,6 +70,8 @@ def _figure_of(result: Any) -> Figure:
         return sweep_figure.figure_of(result)
     if isinstance(result, FirstLook):
         return recording_figure.recording_figure(result)
+    if isinstance(result, Refused) and (figure := refused_figure(result)) is not None:
+        return figure
     if isinstance(result, Preview):
         return effect_figure.figure_of(result)
     raise FrictionloopError(

@@ -5,10 +5,17 @@ from __future__ import annotations
 from io import BytesIO
 from pathlib import Path
 
+from matplotlib.figure import Figure
 from PIL import Image  # matplotlib needs it too
 
 from frictionloop.identification.refused import Refused
 from frictionloop.report.certificate_figures import DRAWINGS
+
+
+def refused_figure(refused: Refused) -> Figure | None:
+    """Return the first figure of what an analysis saw when it refused, None if it saw nothing that is drawn."""
+    found = (draw(refused.curves) for name, draw in DRAWINGS[refused.kind].items() if name in refused.curves)
+    return next(found, None)
 
 
 def draw_refused(refused: Refused, path: Path) -> bool:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
+from frictionloop.cli import main
 from frictionloop.cli.outcome import Outcome
 from frictionloop.cli.sweep import axes_of
 
@@ -185,3 +186,14 @@ def test_resume_of_another_sweep_is_refused(frictionloop):
     assert answer.err.startswith("error: kept.h5: holds another sweep")
     assert Path("kept.h5").read_bytes() == before
     assert frictionloop(*GRID, "--out", "kept.h5").code == 0  # a finished one may be replaced
+
+
+def test_fingers_of_a_measured_population(tmp_path, capsys):
+    from frictionloop.cli.population import population_of
+
+    file = tmp_path / "people.toml"
+    file.write_text('fingers = 4\n[[value]]\npath = "friction.nominal_n"\nmedian = 1.2\nspread = 0.0\n')
+    assert {each["friction.nominal_n"] for each in population_of(fl.bench(), 5, 0, None, file)} == {1.2}
+    with pytest.raises(SystemExit) as left:
+        main(["sweep", "--over", "controller.kp=1,2", "--population", str(file)])
+    assert left.value.code == 2 and "with --fingers N" in capsys.readouterr().err

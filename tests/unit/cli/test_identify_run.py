@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import os
+import select
+import threading
+import tty
+
 import numpy as np
 import pytest
 
 import frictionloop as fl
 from frictionloop.cli import identify_run, main
-from frictionloop.cli.wizard import TICK_HZ, steps_of
+from frictionloop.cli.wizard import LASTS_S, TICK_HZ, steps_of
+from frictionloop.device.transport import opener
 
 
 def run(capsys, *words):
@@ -38,7 +44,14 @@ def test_weights_hits_and_silence_give_the_bench_of_the_rigs(tmp_path, capsys):
     (tmp_path / "lab.toml").write_text("\n".join(projects) + "\n")
     found = fl.identify.bench(tmp_path / "lab.toml")
     assert found.system.sensor.resonance_hz == pytest.approx(145.0, rel=1e-3)
-    assert found.measured["sensitivity"].value == pytest.approx(1.0, rel=0.03)
+    sensitivity = found.measured["sensitivity"]
+    assert sensitivity.unit == "counts/N" and sensitivity.value == pytest.approx(2**16 / 5, rel=0.03)
+    board = found.system.board
+    assert board.force_n_per_count == pytest.approx(5 / 2**16, rel=0.03) and abs(board.force_zero_counts[0]) < 200
+    # In newtons through the weights, though the quiet recording is in counts.
+    newtons = fl.identify.load(tmp_path / "quiet.h5", {"f_m": {"column": "f_m", "unit": "N"}})
+    density = fl.identify.noise(newtons, resonance_hz=145.0).density.value
+    assert found.system.sensor.noise_density_n_rthz == pytest.approx(density, rel=0.03)
 
 
 class Board:
@@ -72,3 +85,46 @@ def test_what_is_refused_is_one_line(tmp_path, monkeypatch, capsys, words, says)
     monkeypatch.chdir(tmp_path)
     code, _, said = run(capsys, *words, "--device", "sim:")
     assert code == 2 and says in said
+
+
+class Served:
+    """The simulated device behind a serial port: what its host sends and hears goes through a pseudo-terminal."""
+
+    def __init__(self, system):
+        self._pipe = opener("sim:", system)()
+        self._ours, self._theirs = os.openpty()
+        tty.setraw(self._theirs)
+        self.address, self._on = f"serial://{os.ttyname(self._theirs)}", True
+        self._thread = threading.Thread(target=self._serve, daemon=True)
+        self._thread.start()
+
+    def _serve(self):
+        while self._on:
+            if select.select([self._ours], [], [], 0.001)[0]:
+                self._pipe.write(os.read(self._ours, 4096))
+            if said := self._pipe.read(0.01):
+                os.write(self._ours, said)
+
+    def stop(self):
+        self._on = False
+        self._thread.join()
+        self._pipe.close()
+        os.close(self._ours)
+        os.close(self._theirs)
+
+
+@pytest.mark.slow
+def test_silence_through_a_serial_port_is_in_counts_of_the_board(tmp_path, capsys, monkeypatch):
+    system = fl.bench().evolve({"board.force_n_per_count": 1e-4, "board.force_zero_counts": (321, 0)})
+    monkeypatch.setattr("builtins.input", lambda text: "")
+    monkeypatch.setitem(LASTS_S, "quiet", 1.5)
+    served = Served(system)
+    try:
+        code, shown, _ = run(capsys, "quiet", "--device", served.address, "--out", tmp_path / "quiet.h5")
+    finally:
+        served.stop()
+    assert code == 0 and "quiet.h5" in shown
+    file = fl.identify.load(tmp_path / "quiet.h5")
+    np.testing.assert_allclose(file.counts, np.rint(file.f_m / 1e-4) + 321, atol=1)
+    said = fl.identify.read_map(tmp_path / "quiet-map.toml").channels["f_m"]
+    assert said.column == "counts" and said.newtons_per_unit == pytest.approx(1e-4, rel=1e-4)

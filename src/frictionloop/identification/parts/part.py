@@ -6,8 +6,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
+from frictionloop.identification.channels import READING
 from frictionloop.identification.measured import Measured, measured
 from frictionloop.identification.modes import Modes
 from frictionloop.identification.project import Take
@@ -41,6 +43,26 @@ class Part:
     """A table, its first row the heading."""
     curves: dict[str, Any]
     """What is drawn."""
+
+
+def in_newtons(run: xr.Dataset, sensor: Sensor) -> tuple[xr.Dataset, list[str]]:
+    """Return a recording with its reading in newtons, and what is said of how.
+
+    By the weights of the project; where these were read in another unit or there are none, by what the map says.
+    """
+    reading = run[READING]
+    unit, stated = reading.attrs.get("units"), reading.attrs.get("newtons_per_unit")
+    told = []
+    if unit == sensor.unit:
+        factor = 1 / sensor.sensitivity
+    elif stated is not None:
+        factor = float(stated)
+        told.append(f"{READING} is in newtons by the channel map, {factor:.4g} N per {unit}, and not by weights")
+    else:
+        factor = 1.0
+        if unit != "N":
+            told.append(f"{READING} is in {unit}, and no weights in {unit} tell newtons: 1 {unit} is taken for 1 N")
+    return run.assign({READING: (factor * reading).assign_attrs({"units": "N"})}), told
 
 
 Rows = list[tuple[str, ...]]

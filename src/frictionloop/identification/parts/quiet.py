@@ -5,20 +5,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from frictionloop.identification.measured import measured
-from frictionloop.identification.parts.part import Found, Rows, Sensor, thin, with_method
+from frictionloop.identification.parts.part import Found, Rows, Sensor, in_newtons, thin, with_method
 from frictionloop.identification.project import Take
 from frictionloop.identification.quiet import Quiet, noise
 
 
 def quiet_part(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> Found:
     """Return the density of the electronics."""
+    scaled = [in_newtons(run, sensor) for run in runs]
 
     def at(cutoff_hz: float | None) -> list[Quiet]:
-        known = sensor.sensitivity, sensor.resonance_hz, cutoff_hz
-        return [noise(run, _there(run, take.interval_s), *known) for run in runs]
+        return [noise(run, _there(run, take.interval_s), 1.0, sensor.resonance_hz, cutoff_hz) for run, _ in scaled]
 
     found = at(sensor.cutoff_hz)
     off = at(sensor.cutoff_hz + sensor.cutoff_error_hz) if sensor.cutoff_hz else found
@@ -31,12 +32,17 @@ def quiet_part(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str
     how = f"mean density from {low:.0f} to {high:.0f} Hz, {start:.1f} to {stop:.1f} s"
     value = measured("sensor.noise_density_n_rthz", [each.density for each in found], shifts, how, take.files, date)
     rows: Rows = [("band", "rms (N)"), *((band, f"{rms:.3g}") for band, rms in first.rms_n.items())]
-    told = [each for one in found for each in one.told]
+    told = [line for _, lines in scaled for line in lines] + [each for one in found for each in one.told]
     if first.step_n:
         counts = value.value / first.step_n
         told.append(f"the converter's step is {first.step_n:.3g} N; the density is {counts:.3g} counts/rtHz")
     hertz, density = thin(first.spectrum.frequency_hz, first.spectrum.density)
     curves: dict[str, Any] = {"frequency_hz": hertz, "density": density, "band_hz": first.band_hz, "level": value.value}
+    rms = list(first.rms_n.values())
+    if rms:
+        bands = [*first.rms_n]
+        said = f"{bands[0].partition(' ')[0]} to {bands[-1].rpartition('to ')[2]}"
+        curves["floor"] = {"rms_n": float(np.linalg.norm(rms)), "band": said}
     return [value], told, rows, curves
 
 

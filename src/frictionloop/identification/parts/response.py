@@ -37,7 +37,8 @@ def response_part(take: Take, folder: Path) -> Part:
             raise FrictionloopError(f"{name}: {refused}") from None
     date = take.date or files[0].contents.date
     chosen = [each.chosen[0] for each in found]
-    how = f"{take.mode} mode of a listed response of {sum(t.frequency_hz.size for t in tables)} frequencies"
+    whole = f"listed response of {sum(t.frequency_hz.size for t in tables)} frequencies"
+    how = f"{take.mode} mode of a {whole}"
     rows: Rows = [("file", "mode (Hz)", "Q", "share of the peaks", "misfit")]
     for name, each in zip(take.files, found, strict=True):
         rows += [
@@ -61,7 +62,7 @@ def response_part(take: Take, folder: Path) -> Part:
             take.files,
             date,
         ),
-        *extra_modes(take, found[0], how, date),
+        *extra_modes(take, found[0], whole, date),
     ]
     told = [f"modes: {', '.join(f'{mode.frequency.value:.5g} Hz' for mode in found[0].modes)}; the {take.mode} is used"]
     if not all(phased):

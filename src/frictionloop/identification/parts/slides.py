@@ -10,7 +10,7 @@ import xarray as xr
 
 from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.measured import measured
-from frictionloop.identification.parts.part import Found, Rows, Sensor
+from frictionloop.identification.parts.part import Found, Rows, Sensor, in_newtons
 from frictionloop.identification.project import Take
 from frictionloop.identification.slides import friction
 
@@ -20,8 +20,8 @@ REFERENCE_LOAD_N = 0.5
 
 def slides_part(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> Found:
     """Return f0 at the load of the preset's law, from slides without vibration."""
-    newtons = {"units": "N"}
-    found = [friction(run.assign(f_m=(run["f_m"] / sensor.sensitivity).assign_attrs(newtons))) for run in runs]
+    scaled = [in_newtons(run, sensor) for run in runs]
+    found = [friction(run) for run, _ in scaled]
     levels = []
     for each in found:
         level = each.level_n(REFERENCE_LOAD_N)
@@ -30,7 +30,7 @@ def slides_part(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: st
     loads = [slide.load_n for each in found for slide in each.slides]
     spread = 0.2 if not np.isfinite(found[0].exponent.value) else found[0].exponent.standard_error
     off = [abs(float(spread * np.log(REFERENCE_LOAD_N / np.mean(loads)))) * level.value for level in levels]
-    how = f"{len(loads)} slides, at a load of {REFERENCE_LOAD_N:g} N"
+    how = f"{len(loads)} slide{'s' * (len(loads) > 1)}, at a load of {REFERENCE_LOAD_N:g} N"
     value = measured("friction.nominal_n", levels, off, how, take.files, date)
     rows: Rows = [("from (s)", "to (s)", "speed (mm/s)", "load (N)", "friction (N)", "mu", "spectrum, two ways")]
     for s in (slide for each in found for slide in each.slides):
@@ -40,4 +40,5 @@ def slides_part(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: st
     if take.finger is not None:
         entries = [{"friction.nominal_n": [float(np.log(e.value)), e.standard_error / e.value]} for e in levels]
         curves["person"] = {"finger": take.finger, "found": entries}
-    return [value], [line for each in found for line in each.told], rows, curves
+    told = [line for _, lines in scaled for line in lines]
+    return [value], [*told, *(line for each in found for line in each.told)], rows, curves

@@ -12,11 +12,13 @@ from scipy.stats import t as student
 
 from frictionloop.identification.calibration import Calibration, weights
 from frictionloop.identification.channels import READING, READING_UNITS
+from frictionloop.identification.clipping import clipped_steps
 from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.measured import measured
 from frictionloop.identification.parts.part import Found, Rows, Sensor
 from frictionloop.identification.project import Take
 from frictionloop.identification.straightness import SURE, straightness
+from frictionloop.quantities import FrictionloopError
 
 HIDDEN = 1.5e-4
 """Relative error that a pulley on ball bearings leaves while a swinging hook hides its friction: b = 2.5e-4 of a
@@ -29,6 +31,8 @@ def weights_part(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: s
     """Return sensitivity and offset; the errors that all weights share are those of the method."""
     gravity = take.gravity_m_s2 or STANDARD_GRAVITY
     lines = [weights(run, take.settle_s, gravity, take.tolerance) for run in runs]
+    for line in lines:
+        _refuse_clipped(line)
     straight = [straightness(line) for line in lines]
     methods = []
     for line, left in zip(lines, straight, strict=True):
@@ -65,6 +69,17 @@ def weights_part(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: s
         "offset": values[1].value,
     }
     return values, told, rows, curves
+
+
+def _refuse_clipped(line: Calibration) -> None:
+    steps = line.steps
+    at = clipped_steps(steps)
+    if at.any():
+        masses = ", ".join(f"{1e3 * mass:g}" for mass in np.unique(steps.mass_kg[at]))
+        raise FrictionloopError(
+            f"recording: 'f_m' is clipped at {float(steps.reading[at][0]):.4g} {steps.unit} under {masses} g; "
+            "accepted: weights within the range of sensor and converter"
+        )
 
 
 def _swing(line: Calibration) -> float:

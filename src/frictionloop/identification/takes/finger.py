@@ -12,6 +12,7 @@ import xarray as xr
 from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.measured import measured
 from frictionloop.identification.monotone_table import monotone_table
+from frictionloop.identification.parts.part import in_newtons
 from frictionloop.identification.takes.plate import Found
 from frictionloop.identification.vibrated import Vibrated, vibrated
 from frictionloop.identification.vibrated_fit import FIXED, PRIORS
@@ -23,8 +24,8 @@ TABLE = 33
 
 def amplitude(take: Any, runs: Sequence[xr.Dataset], sensor: Any, date: str) -> Found:
     """Return f0 and tau, and what else the recordings tell better than what is known of fingers beforehand."""
-    newtons = {"units": "N"}
-    scaled = [run.assign(f_m=(run["f_m"] / sensor.sensitivity).assign_attrs(newtons)) for run in runs]
+    converted = [in_newtons(run, sensor) for run in runs]
+    scaled = [run for run, _ in converted]
     found = [vibrated(run, take.plate_hz) for run in scaled]
     whole = found[0] if len(found) == 1 else vibrated(scaled, take.plate_hz)
     how = f"{sum(f.log_share.size for f in found)} pieces of slides under amplitude commands, {whole.law} law"
@@ -50,7 +51,8 @@ def amplitude(take: Any, runs: Sequence[xr.Dataset], sensor: Any, date: str) -> 
     rows: list[tuple[str, ...]] = [("law", "AIC above the best", "scatter", "what it says")]
     best = whole.laws[0].aic
     rows += [(each.name, f"{each.aic - best:.1f}", f"{each.residual:.1%}", each.words) for each in whole.laws]
-    return values, list(whole.told), rows, curves
+    told = [line for _, lines in converted for line in lines]
+    return values, [*told, *whole.told], rows, curves
 
 
 def _overrides(found: Vibrated) -> dict[str, Any]:

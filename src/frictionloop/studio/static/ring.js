@@ -14,10 +14,20 @@ export class Ring {
   push(frame) {
     const every = Math.max(1, Math.round(1 / (this.rate * frame.spacing)));
     if (this.count && frame.time < this.now - 0.5) this.clear();
+    this.leaveOut(frame.time + (every - 1) * frame.spacing);
     for (let row = every - 1; row < frame.rows; row += every) {
       const at = this.count++ % this.size;
       this.time[at] = frame.time + row * frame.spacing;
       this.names.forEach((name, c) => { this.values[name][at] = frame.channels[c][row]; });
+    }
+  }
+  // What was lost on the way is a gap, not a line from before it to after it.
+  leaveOut(time) {
+    const missing = this.count ? Math.min(this.size, Math.round((time - this.now) * this.rate) - 1) : 0, from = this.now;
+    for (let row = 1; row <= missing; row++) {
+      const at = this.count++ % this.size;
+      this.time[at] = from + row / this.rate;
+      for (const name of this.names) this.values[name][at] = NaN;
     }
   }
   get now() {

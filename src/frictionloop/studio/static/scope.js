@@ -48,6 +48,7 @@ export class Scope {
         setSelect: [(plot) => { if (plot.select.width > 0) this.zoomed = true; }],
       },
     }, this.data(), this.element);
+    this.plot.ctx.canvas.setAttribute("aria-label", "Curves of the signals shown");
     this.plot.over.addEventListener("dblclick", () => { this.zoomed = false; this.dirty = true; });
     this.zoomed = false;
     this.dirty = true;

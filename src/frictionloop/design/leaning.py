@@ -1,0 +1,67 @@
+"""Loops whose sensor, delay and gain are not quite what was written down: slow and strong at once, or fast and weak."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+from frictionloop.analysis.linear import LinearLoop
+from frictionloop.analysis.sampled import sample
+from frictionloop.quantities import FrictionloopError, Lti
+from frictionloop.sensing.force_sensor import linearise_sensor
+
+MOST = 0.5
+
+
+class Lean(NamedTuple):
+    """Shares by which parts of a loop may be off, 0 to 0.5: half widths of intervals over their values."""
+
+    sensor_error: float = 0.0
+    """Of the pole behind the springs."""
+    delay_error: float = 0.0
+    gain_error: float = 0.0
+    """Of the sensor's sensitivity, which is in the gain of the loop."""
+
+    def checked(self) -> Lean:
+        """Return itself; refuses a share outside 0 to 0.5."""
+        for name, share in self._asdict().items():
+            if not 0.0 <= share <= MOST:
+                raise FrictionloopError(f"{name} = {share:g}: must be from 0 to {MOST:g}, e.g. 0.05")
+        return self
+
+
+def leaning(points: Sequence[LinearLoop], lean: Lean) -> list[LinearLoop]:
+    """Return loops as they are, then slow and strong, then fast and weak: all that may be off is so at once.
+
+        slow: sensor_hz (1 - e_s), delay_s (1 + e_d), gain (1 + e_g);   fast: the other way round
+
+    More lag and more gain both take phase margin, so one end of each together is at least as bad as one at a time. The
+    law does not change, since the controller does not know.
+
+    Parameters
+    ----------
+    points : sequence of LinearLoop
+        Loops at their operating points.
+    lean : Lean
+        Shares; all 0 adds nothing.
+    """
+    found = list(points)
+    if any(lean):
+        found += [_leant(point, side, lean) for side in (1.0, -1.0) for point in points]
+    return found
+
+
+def _leant(loop: LinearLoop, side: float, lean: Lean) -> LinearLoop:
+    sensor, controller = loop.system.sensor, loop.system.controller
+    changes = {"controller.delay_s": controller.delay_s * (1 + side * lean.delay_error)}
+    if hasattr(sensor, "cutoff_hz"):
+        changes["sensor.cutoff_hz"] = sensor.cutoff_hz * (1 - side * lean.sensor_error)
+    system = loop.system.evolve(changes)
+    there = replace(
+        loop.elements,
+        delay_s=system.controller.delay_s,
+        plate=Lti((1 + side * lean.gain_error,), (1.0,)) * loop.elements.plate,
+        stages=linearise_sensor(system.sensor),
+    )
+    return LinearLoop(system, there, sample(there, loop.plant.period_s))

@@ -1,0 +1,101 @@
+"""The participant's own reach in a session: measured before and after, kept in the log, and what follows from it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pandas  # type: ignore[import-untyped]
+
+from frictionloop.experiments.engine import Engine
+from frictionloop.experiments.fitting import fitted
+from frictionloop.experiments.folder import LOG, Folder, now, read
+from frictionloop.experiments.protocol import Protocol
+from frictionloop.experiments.reach import Reach
+from frictionloop.experiments.respondent import Respondent
+from frictionloop.experiments.session import guided
+from frictionloop.experiments.summary import sessions_in
+from frictionloop.parameters import System
+from frictionloop.quantities import FrictionloopError
+
+EVENT = "reach"
+"""Name in the log."""
+
+
+def own_reach(kept: Folder, engine: Engine, shown: Respondent, system: System, seed: int) -> tuple[Protocol, System]:
+    """Return protocol and system as they are for this participant's finger; a session that goes on has its first reach.
+
+    Two plain strokes tell the friction without and with the largest vibration. The controller then believes these, and
+    levels out of reach are drawn together, refused or left (`Protocol.out_of_reach`). All of that is in the log.
+
+    Parameters
+    ----------
+    kept : Folder
+        The session.
+    engine : Engine
+        What presents.
+    shown : Respondent
+        Who is told that plain strokes come.
+    system : System
+        Bench, and finger if it is simulated.
+    seed : int
+        Seed of the strokes' noise.
+
+    Raises
+    ------
+    FrictionloopError
+        For a finger that cannot be given the forces, or a stroke of which nothing is scored.
+    """
+    if not kept.protocol.fit_to_finger:
+        return kept.protocol, system
+    first = next((told for told in kept.logged(EVENT) if told["when"] == "before"), None)
+    if first is None:
+        shown.plain("before")
+        reach = engine.reach(_plain(system, kept.protocol, engine), seed)
+        _log(kept, "before", reach)
+        for name, value in reach.changes.items():
+            kept.log("adjusted", time=now(), what=name, value=value, why="own reach")
+    else:
+        reach = Reach(*(first[name] for name in Reach._fields))
+    plan, factor = fitted(kept.protocol, reach)
+    if first is None and factor < 1.0:
+        kept.log("adjusted", time=now(), what="levels", factor=factor, extremes=plan.method.extremes(), why="own reach")
+    return plan, system.evolve(reach.changes)
+
+
+def reach_after(kept: Folder, engine: Engine, shown: Respondent, system: System, seed: int) -> None:
+    """Measure the reach again at the end and keep it in the log; that it could not be measured is kept as well."""
+    if not kept.protocol.fit_to_finger or any(told["when"] == "after" for told in kept.logged(EVENT)):
+        return
+    shown.plain("after")
+    try:
+        finger = shown.finger(system, len(kept.rows))
+        _log(kept, "after", engine.reach(_plain(finger, kept.protocol, engine), seed))
+    except FrictionloopError as error:
+        kept.log(EVENT, time=now(), when="after", why=str(error))
+
+
+def reaches(path: Path) -> pandas.DataFrame:
+    """Return what each participant's finger could be given before and after, from the logs of sessions.
+
+    Columns participant, when, highest_n, lowest_n, susceptibility_per_um2, growth_per_s; no rows where none measured.
+    """
+    rows = []
+    for each in sessions_in(path):
+        participant = read(each)[2]["participant"]
+        for line in (each / LOG).read_text(encoding="utf-8").splitlines():
+            told = json.loads(line)
+            if told["event"] == EVENT and "highest_n" in told:
+                rows.append({"participant": participant, "when": told["when"], **{n: told[n] for n in Reach._fields}})
+    return pandas.DataFrame(rows, columns=["participant", "when", *Reach._fields])
+
+
+def _plain(system: System, protocol: Protocol, engine: Engine) -> System:
+    """Return the system for plain strokes: a simulated bench moves as it does by itself, a device by the guide."""
+    return system if engine.source == "simulated" else guided(system, protocol)
+
+
+def _log(kept: Folder, when: str, reach: Reach) -> None:
+    told: dict[str, Any] = reach._asdict()
+    kept.log(EVENT, time=now(), when=when, **told)

@@ -1,0 +1,120 @@
+"""The two pages of an experiment: roles by token, a socket each, clocks told."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import time
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import FileResponse, PlainTextResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from frictionloop.quantities import FrictionloopError
+from frictionloop.studio.experiment.desk import Desk
+from frictionloop.studio.experiment.hub import EXPERIMENTER, PARTICIPANT
+from frictionloop.studio.room import Guest
+from frictionloop.studio.safe import HEADERS, Doors
+
+STATIC = Path(__file__).parent / "static"
+SHARED = Path(__file__).parent.parent / "static"
+FILES = {each.name: each for each in STATIC.iterdir() if each.is_file()} | {
+    name: SHARED / name for name in ("studio.css", "icon.svg")
+}
+"""What is served, by its name: nothing else of the disk is."""
+MOST_TEXT = 2000
+"""Characters of a message (assumed: a note has 500)."""
+ROLES = {"drive": (EXPERIMENTER, PARTICIPANT), "watch": (PARTICIPANT,)}
+"""Which pages a token opens."""
+
+
+def experiment_app(desk: Desk, doors: Doors) -> Starlette:
+    """Return the application that serves an experiment.
+
+    Parameters
+    ----------
+    desk : Desk
+        The session.
+    doors : Doors
+        Who may come in: ``token`` opens the experimenter's page, ``watch_token`` the participant's alone.
+    """
+
+    def allowed(request: Any, role: str) -> bool:
+        return role in ROLES.get(doors.role(request), ())
+
+    async def page(request: Request) -> Response:
+        role = request.path_params["role"]
+        if role not in (PARTICIPANT, EXPERIMENTER):
+            return PlainTextResponse("there are /participant and /experimenter", 404, headers=HEADERS)
+        if not allowed(request, role):
+            return PlainTextResponse(f"The {role}'s page needs the address that was printed.", 403, headers=HEADERS)
+        return FileResponse(FILES[f"{role}.html"], headers=HEADERS)
+
+    async def file(request: Request) -> Response:
+        if (name := request.path_params["name"]) not in FILES:
+            return PlainTextResponse("no such file", 404, headers=HEADERS)
+        return FileResponse(FILES[name], headers=HEADERS)
+
+    async def socket(socket: WebSocket) -> None:
+        role = socket.path_params["role"]
+        if not allowed(socket, role):
+            await socket.close(1008)
+            return
+        await socket.accept()
+        await _serve(desk, role, socket)
+
+    @asynccontextmanager
+    async def lifespan(app: Starlette) -> AsyncIterator[None]:
+        desk.hub.loop = asyncio.get_running_loop()
+        yield
+
+    routes = [
+        Route("/static/{name}", file),
+        WebSocketRoute("/live/{role}", socket),
+        Route("/{role}", page),
+    ]
+    return Starlette(routes=routes, lifespan=lifespan)
+
+
+async def _serve(desk: Desk, role: str, socket: WebSocket) -> None:
+    guest = Guest(role == EXPERIMENTER)
+    desk.hub.join(role, guest)
+    desk.connected()
+    sending = asyncio.create_task(_send(guest, socket))
+    try:
+        while True:
+            _hear(desk, role, guest, await socket.receive_text())
+    except WebSocketDisconnect:
+        pass
+    finally:
+        desk.hub.leave(role, guest)
+        desk.connected()
+        sending.cancel()
+
+
+def _hear(desk: Desk, role: str, guest: Guest, text: str) -> None:
+    try:
+        if len(text) > MOST_TEXT:
+            raise FrictionloopError(f"message: {len(text)} characters; at most {MOST_TEXT}")
+        message = json.loads(text)
+        if not isinstance(message, dict):
+            raise FrictionloopError("message: must be an object")
+        if message.get("do") == "clock":
+            guest.put({"type": "clock", "sent": message.get("sent"), "host_s": time.monotonic()})
+            return
+        desk.hear(role, message)
+    except (FrictionloopError, ValueError, RecursionError) as error:
+        guest.put({"type": "refused", "why": str(error)})
+
+
+async def _send(guest: Guest, socket: WebSocket) -> None:
+    with suppress(WebSocketDisconnect, RuntimeError):
+        while True:
+            message = await guest.next()
+            await socket.send_text(message.decode() if isinstance(message, bytes) else json.dumps(message))

@@ -1,0 +1,36 @@
+// The socket of a page: messages as events, the host's clock by its shortest round trip, and it comes back by itself.
+const RETRY_MS = 700, CLOCK_MS = 500, KEPT = 20;
+
+export class Link extends EventTarget {
+  constructor(role) {
+    super();
+    this.url = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live/${role}${location.search}`;
+    this.readings = [];
+    this.open();
+    setInterval(() => this.ask("clock", { sent: performance.now() }), CLOCK_MS);
+  }
+  open() {
+    this.socket = new WebSocket(this.url);
+    this.socket.onopen = () => { this.readings = []; this.tell("link", { up: true }); this.ask("clock", { sent: performance.now() }); };
+    this.socket.onmessage = ({ data }) => {
+      const message = JSON.parse(data);
+      if (message.type === "clock") this.read(message);
+      else this.tell(message.type, message);
+    };
+    this.socket.onclose = () => { this.tell("link", { up: false }); setTimeout(() => this.open(), RETRY_MS); };
+  }
+  read({ sent, host_s }) {
+    const now = performance.now(), trip = (now - sent) / 1e3;
+    this.readings.push({ trip, offset: host_s - (sent + now) / 2e3 });
+    if (this.readings.length > KEPT) this.readings.shift();
+  }
+  // A time of the page in ms on the host's clock in s; its standard deviation is that of any time in the round trip.
+  host(at_ms) {
+    if (!this.readings.length) return { at_s: 0, sd_s: 9 };
+    const best = this.readings.reduce((a, b) => (b.trip < a.trip ? b : a));
+    return { at_s: at_ms / 1e3 + best.offset, sd_s: best.trip / Math.sqrt(12) };
+  }
+  tell(name, detail) { this.dispatchEvent(Object.assign(new Event(name), { detail })); }
+  get up() { return this.socket.readyState === WebSocket.OPEN; }
+  ask(what, more = {}) { if (this.up) this.socket.send(JSON.stringify({ do: what, ...more })); }
+}

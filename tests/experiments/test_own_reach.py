@@ -1,0 +1,61 @@
+"""The participant's own reach: measured before and after, levels that follow from it, all in the log."""
+
+import json
+
+import pytest
+
+import frictionloop as fl
+from frictionloop.experiments import Protocol, read_protocol, read_trials, resume, run
+from frictionloop.experiments.fitting import drawn_together, fitted, share_out
+from frictionloop.experiments.needed import needed
+from frictionloop.experiments.protocol import bundled
+from frictionloop.experiments.reach import Reach
+from frictionloop.quantities import FrictionloopError
+
+FINGER = Reach(0.4801, 0.1, 0.25)
+PLAN = read_protocol("jnd-friction-constant")  # 0.3 to 0.5 N
+
+
+def test_levels_out_of_reach_are_drawn_towards_the_standard_until_all_can_be_given():
+    plan, factor = fitted(PLAN, FINGER)
+    assert factor == pytest.approx(0.8)
+    assert plan.method.levels == pytest.approx([0.8 * each for each in PLAN.method.levels])
+    assert needed(plan).high_n <= 0.4801
+    assert fitted(PLAN, Reach(0.6, 0.1, 0.3)) == (PLAN, 1.0)
+
+
+def test_a_session_is_refused_with_the_share_out_of_reach():
+    assert share_out(PLAN, FINGER) == pytest.approx(0.1, abs=0.01)
+    with pytest.raises(FrictionloopError, match=r"0\.1 to 0\.48 N; the protocol needs 0\.3 to 0\.5 N, of which 10 %"):
+        fitted(PLAN.evolve({"out_of_reach": "refuse"}), FINGER)
+    assert fitted(PLAN.evolve({"out_of_reach": "mark"}), FINGER)[1] == 1.0
+    with pytest.raises(FrictionloopError, match="out of reach"):
+        fitted(PLAN, Reach(0.35, 0.1, 0.2))  # the standard itself
+
+
+@pytest.mark.parametrize("name", bundled())
+def test_every_bundled_protocol_can_be_drawn_together(name):
+    plan = read_protocol(name)
+    low, high = plan.method.extremes()
+    found = drawn_together(plan, 0.5).method.extremes()
+    assert found[1] - found[0] == pytest.approx(0.5 * (high - low))
+
+
+def test_the_reach_is_measured_before_and_after_and_what_followed_is_in_the_log(tmp_path):
+    short = Protocol(stimulus={"standard": 0.35}, method={"kind": "staircase", "start": [0.15], "most": 0.2},
+                     timeline={"stroke": {"length_mm": 10.0}}, stop={"trials": 4})  # fmt: skip
+    path = run(short, tmp_path / "P01", "P01", trials=2)
+
+    def logged(event):
+        lines = [json.loads(line) for line in (path / "log.jsonl").read_text().splitlines()]
+        return [each for each in lines if each["event"] == event]
+
+    (before,) = logged("reach")
+    adjusted = {each["what"]: each["value"] for each in logged("adjusted") if "value" in each}
+    assert adjusted["controller.model.nominal_n"] == before["highest_n"]
+    resume(path)
+    assert [each["when"] for each in logged("reach")] == ["before", "after"]
+    after = logged("reach")[1]
+    assert after["highest_n"] == pytest.approx(before["highest_n"], rel=0.2)
+    system = fl.load(path / read_trials(path)["raw"][3]).attrs["system"]
+    assert json.loads(system)["controller"]["model"]["nominal_n"] == before["highest_n"]

@@ -1,0 +1,85 @@
+"""The report of sessions: what it holds, what is told of dispersion, and how a value settles."""
+
+import numpy as np
+import pandas
+import pytest
+
+import frictionloop as fl
+from frictionloop.experiments import Protocol, read_protocol, run
+from frictionloop.experiments.convergence import convergence
+from frictionloop.experiments.psychometric import probability
+from frictionloop.experiments.summary import fits, pooled
+from frictionloop.quantities import FrictionloopError
+from frictionloop.report.experiment import write_figure
+
+PLAN = Protocol(
+    stimulus={"standard": 0.35},
+    method={"kind": "staircase", "start": [0.15], "most": 0.2},
+    timeline={"stroke": {"length_mm": 10.0}},
+    stop={"trials": 6},
+)
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("data")
+    run(PLAN, folder / "P01", "P01")
+    return folder
+
+
+def rows(n_people, threshold, spread, plan, seed=0, wander=0.0):
+    """Return trials of participants with known functions, over levels of both signs."""
+    rng, found = np.random.default_rng(seed), []
+    for person in range(n_people):
+        own = threshold + wander * rng.normal()
+        level = rng.permutation(np.repeat(plan.method.levels, 12))
+        right = rng.random(level.size) < probability(level, own, spread, 0.03, 0.03)
+        found.append(pandas.DataFrame({
+            "participant": f"P{person:02d}", "condition": "closed", "phase": "main", "counted": 1, "valid": 1,
+            "again": 0, "reason": "", "requested": level, "delivered": level, "result": right.astype(float),
+        }))  # fmt: skip
+    return pandas.concat(found, ignore_index=True)
+
+
+def test_a_report_is_one_call_and_one_page_with_its_tables(data, tmp_path):
+    found = fl.experiments.report(data, tmp_path / "study.html")
+    assert found.about == "1 session, simulated"
+    assert found.groups["participants"].tolist() == [1, 1]
+    assert found.reaches["when"].tolist() == ["before", "after"]
+    page = (tmp_path / "study.html").read_text()
+    for heading in ("Convergence", "All participants together", "Fingers", "What became of the trials"):
+        assert f"<h2>{heading}</h2>" in page
+    assert pandas.read_csv(tmp_path / "study-reaches.tsv", sep="\t").shape == (2, 6)
+    assert len(pandas.read_csv(tmp_path / "study-pooled.tsv", sep="\t")) == 2
+    write_figure(found, tmp_path / "study.svg")
+    assert "</svg>" in (tmp_path / "study.svg").read_text()
+
+
+def test_sessions_of_two_protocols_are_not_reported_together(data):
+    run(PLAN.evolve({"name": "other"}), data / "P02", "P02", trials=1)
+    with pytest.raises(FrictionloopError, match="has another protocol"):
+        fl.experiments.report(data)
+
+
+def test_all_participants_together_have_four_parameters_and_their_differences_are_told():
+    plan = read_protocol("jnd-friction-constant")
+    alike, apart = (rows(8, 0.01, 0.03, plan, wander=wander) for wander in (0.0, 0.06))
+    one = pooled(plan, alike).iloc[0]
+    assert one["threshold"] == pytest.approx(0.01, abs=0.006)
+    assert one["spread"] == pytest.approx(0.03, rel=0.2)
+    assert (one["guess"], one["lapse"]) == pytest.approx((0.03, 0.03), abs=0.03)
+    assert one["dispersion"] < one["dispersion_limit"]
+    two = pooled(plan, apart).iloc[0]
+    assert two["spread"] > 1.2 * one["spread"]
+
+
+def test_a_value_settles_at_that_of_the_fit():
+    plan = read_protocol("jnd-friction-constant")
+    trials = rows(1, 0.01, 0.05, plan, seed=3)
+    found = convergence(plan, trials["requested"], trials["result"])
+    half = (found["high"] - found["low"]).to_numpy()
+    assert len(found) == len(trials)
+    assert half[-1] < 0.5 * half[9]
+    fitted = fits(plan, trials).iloc[0]
+    assert found["value"].iloc[-1] == pytest.approx(fitted["value"], rel=0.2)
+    assert convergence(plan, [0.1, 0.1], [1, 0]).empty
