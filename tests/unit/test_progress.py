@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import threading
 
 from numba import types
 
+from frictionloop.cli import screen
 from frictionloop.loop import progress
 from frictionloop.loop.progress import Bar, progress_bar
 from frictionloop.quantities import compiled
@@ -72,3 +74,30 @@ def test_work_that_is_soon_done_is_not_told(capsys):
     with progress.plain_lines(said.append), progress_bar("sweep", 4) as bar:
         bar()
     assert said == [] and capsys.readouterr().err == ""
+
+
+def test_work_without_parts_is_told_once_it_takes_long(monkeypatch):
+    said, more = [], threading.Event()
+    monkeypatch.setattr(progress, "FIRST_S", 0.01)
+    monkeypatch.setattr(progress, "LOOK_S", 0.005)
+    monkeypatch.setattr(screen, "QUIET_S", 0.02)
+    monkeypatch.setattr("sys.stderr", io.StringIO())
+
+    def write(line):
+        said.append(line)
+        more.set()
+
+    with progress.plain_lines(write), screen.waiting("designing notch_pi"):
+        assert more.wait(10)
+    assert said[0] == "designing notch_pi, 0 s so far"
+    assert progress.under_way == []
+
+
+def test_work_without_parts_that_is_soon_done_is_not_told(monkeypatch):
+    said = []
+    monkeypatch.setattr(progress, "FIRST_S", 0.01)
+    monkeypatch.setattr(progress, "LOOK_S", 0.005)
+    monkeypatch.setattr("sys.stderr", io.StringIO())
+    with progress.plain_lines(said.append), screen.waiting("designing notch_pi"):
+        threading.Event().wait(0.1)
+    assert said == []

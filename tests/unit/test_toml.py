@@ -265,3 +265,25 @@ def test_a_source_stands_only_beside_the_value_it_belongs_to():
     assert line(fl.paper().evolve({"controller.kp": 12.0}), "kp") == "kp = 12.0  # N/N: Proportional gain K_p"
     assert "paper" in line(fl.bench(), "max_amplitude_um")
     assert "paper" not in line(fl.bench().evolve({"plate.max_amplitude_um": 2.0}), "max_amplitude_um")
+
+
+def test_a_number_of_the_preset_stands_only_beside_the_presets_value():
+    own = fl.to_toml(fl.bench().evolve({"sensor.noise_density_n_rthz": 2.61e-5, "friction.reference_load_n": 0.4}))
+    assert "noise_density_n_rthz = 2.61e-05  # N/rtHz: White noise before the low-pass\n" in own
+    assert "reference_load_n = 0.4  # N: Load N0 at which the limit is nominal_n\n" in own
+    assert "5e-5 N rms below 300 Hz" not in own
+    assert "5e-5 N rms below 300 Hz" in fl.to_toml(fl.bench())
+
+
+@pytest.mark.parametrize("order", [("noise_rms_n", "cutoff_hz"), ("cutoff_hz", "noise_rms_n")])
+def test_an_rms_noise_of_a_suspended_sensor_is_told_as_the_density_it_stands_for(tmp_path, order):
+    values = {"noise_rms_n": 0.8e-3, "cutoff_hz": 600.0}
+    file = tmp_path / "bench.toml"
+    file.write_text('preset = "bench"\n[sensor]\n' + "".join(f"{name} = {values[name]}\n" for name in order))
+    with pytest.raises(fl.FrictionloopError) as refused:
+        fl.read_toml(file)
+    said = str(refused.value)
+    assert said.endswith("0.0008 N rms behind 600 Hz is sensor.noise_density_n_rthz = 2.606e-05")
+    density = float(said.rpartition(" = ")[2])
+    system = fl.bench().evolve({"sensor.cutoff_hz": 600.0, "sensor.noise_density_n_rthz": density})
+    assert system.sensor.noise_rms_n == pytest.approx(0.8e-3, rel=1e-3)

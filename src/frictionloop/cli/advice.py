@@ -45,6 +45,8 @@ class Band(NamedTuple):
     """How moist the moist finger is, 0 to 1: a law is judged at the end of a contact, as it is designed; a PI at 1."""
     where: str
     """Contact, speed and resonance of the sensor, in words."""
+    out_of_reach_n: tuple[float, ...] = ()
+    """Forces asked for that are out of reach of every finger looked at; the nearest within stands for them."""
 
 
 class Ringing(NamedTuple):
@@ -132,6 +134,7 @@ def of_population(system: System, median_r2: float, duration_s: float) -> Ringin
 def of_system(system: System) -> Ringing | None:
     """Return what the linear analysis says of a system, dry and moist; None if it neither rings nor nearly does."""
     from frictionloop.analysis import operating_band
+    from frictionloop.analysis.reach import missed
     from frictionloop.design import retune
     from frictionloop.design.corners import NEAR, band_of, elsewhere
     from frictionloop.parameters import PiController
@@ -149,7 +152,9 @@ def of_system(system: System) -> Ringing | None:
         return None
     forces_n = [point.elements.force_n for point in points]
     states = {point.elements.occluded for point in points}
-    band = Band(min(forces_n), max(forces_n), len(states) > 1, max(states), _bench(system))
+    beyond_n = [{each.force_n for each in missed(system, [state])} for state in sorted(states)]
+    nowhere_n = tuple(sorted(set.intersection(*beyond_n)))
+    band = Band(min(forces_n), max(forces_n), len(states) > 1, max(states), _bench(system), nowhere_n)
     known, rings_hz = peak if stable else None, _frequency_hz(points)
     if not isinstance(controller, PiController):
         return Ringing(stable, rings_hz, controller.kind, known, None, None, {}, band, ())

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 UNREACHED = 0.9
 """Share of the time out of reach that is told (chosen); less where a recording brings its own mean."""
+MISSED, TINY = 0.05, 1e-300
+"""Share of the time out of reach from which the error is split (chosen), and what keeps a share of nothing a number."""
 FINGERS_N = 10.0
 """Mean of a signal above which its unit is asked about: no finger slides under so much (assumed)."""
 WIDTH = 100
@@ -64,7 +66,9 @@ def _gains(found: Ringing) -> str:
 def _where(band: Band) -> str:
     levels = f"{band.low_n:.3g}" + (f" to {band.high_n:.3g}" if band.high_n > band.low_n else "")
     states = f"dry and moist (occluded {band.occluded:.0%}), " if band.dry_and_moist else ""
-    return f"{states}at the set-point's levels ({levels} N)"
+    beyond = " and ".join(f"{force:.3g}" for force in band.out_of_reach_n)
+    missing = f"; {beyond} N is out of reach" if beyond else ""
+    return f"{states}at the set-point's levels ({levels} N{missing})"
 
 
 def out_of_reach(run: xr.Dataset, mask: np.ndarray) -> list[str]:
@@ -78,7 +82,7 @@ def out_of_reach(run: xr.Dataset, mask: np.ndarray) -> list[str]:
     missed = (r < floor + d) | (r > top + d)
     system, level = system_of(run), abs(float(d.mean()))
     if not missed.mean() >= (CLAMPED if left_in(system, level) else UNREACHED):
-        return []
+        return split_error(run, mask, missed)
     low, high = float(np.median(floor + d)), float(np.median(top + d))
     said = [f"The set-point is out of reach {missed.mean():.0%} of the time: {low:.3g} to {high:.3g} N could be had."]
     clamped = float(run["saturated"].values[mask].mean())
@@ -99,6 +103,23 @@ def out_of_reach(run: xr.Dataset, mask: np.ndarray) -> list[str]:
     else:
         said.append(f"No amplitude lowers it to {np.median(r):.3g} N; did you mean a higher set-point?")
     return said
+
+
+def split_error(run: xr.Dataset, mask: np.ndarray, missed: np.ndarray) -> list[str]:
+    """Return how much of the rms error lies where the set-point is out of reach, in a line; nothing if it seldom is.
+
+    The two parts add up by their squares: rms^2 = beyond^2 + within^2, each over all that is scored.
+    """
+    share = float(missed.mean())
+    if not MISSED < share < 1.0:
+        return []
+    square = (run["f_a"].values - run["f_r"].values)[mask] ** 2
+    beyond, within = (float(np.sqrt(np.mean(square * there))) for there in (missed, ~missed))
+    part = float(np.sum(square[missed]) / max(np.sum(square), TINY))
+    said = f"The set-point is out of reach {share:.0%} of the time, where {part:.0%} of the squared error lies. "
+    said += f"Of the rms error {1e3 * beyond:.3g} mN come from there, {1e3 * within:.3g} mN from within reach; their "
+    said += "squares add up."
+    return textwrap.wrap(said, WIDTH)
 
 
 def at_ceiling(run: xr.Dataset, mask: np.ndarray, ceiling_um: float, largest_um: float) -> list[str]:

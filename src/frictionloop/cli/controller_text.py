@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from frictionloop.analysis.reach import missed
 from frictionloop.cli import screen
 from frictionloop.cli.comparison_text import LEAD, number
 
@@ -52,7 +53,22 @@ def margin_text(found: Sequence[Corner], wanted: Wanted) -> list[Any]:
     head: Row = ("resonance", "Ms", "asked", "gain", "phase, deg", "delay left, us", "")
     rows = [head, *(_margin_row(found, off, wanted) for off in sorted({each.off for each in found}))]
     turned = any(each.margins.stable and each.margins.phase_margin_deg < 0 for each in found)
-    return [screen.wrapped(said), screen.table(rows), *([screen.wrapped(LEAD)] if turned else [])]
+    told = [*instead_of(found[0].loop.system, sorted({each.loop.elements.occluded for each in found}))]
+    told += [LEAD] if turned else []
+    return [screen.wrapped(said), screen.table(rows), *map(screen.wrapped, told)]
+
+
+def instead_of(system: System, states: Sequence[float]) -> list[str]:
+    """Return a line for each force asked for that is out of reach: which was evaluated in its place."""
+    return [
+        f"{each.force_n:.3g} N is out of reach of {_finger(each.occluded)}: {each.instead_n:.3g} N is evaluated in its "
+        "place."
+        for each in missed(system, states)
+    ]
+
+
+def _finger(occluded: float) -> str:
+    return f"a moist finger (occluded {occluded:.0%})" if occluded > 0 else "a finger just landed"
 
 
 def _strokes(found: Sequence[Corner], wanted: Wanted) -> list[str]:

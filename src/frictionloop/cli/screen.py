@@ -5,9 +5,15 @@ from __future__ import annotations
 import json
 import math
 import sys
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
+
+from frictionloop.loop.progress import doing
+
+QUIET_S = 8.0
+"""Work without parts that is done sooner is not told where there is no terminal (chosen)."""
 
 
 class Interrupted(KeyboardInterrupt):
@@ -79,9 +85,11 @@ def _plain(value: Any) -> Any:
 
 @contextmanager
 def waiting(text: str) -> Iterator[None]:
-    """Show that something is under way, on a terminal only."""
+    """Show that something is under way; without a terminal it is a plain line for `plain_lines`, after `QUIET_S`."""
     if not sys.stderr.isatty():
-        yield
+        began_s = time.perf_counter()
+        with doing(lambda: text if time.perf_counter() - began_s >= QUIET_S else ""):
+            yield
         return
     from rich.console import Console
 

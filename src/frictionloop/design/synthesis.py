@@ -10,7 +10,8 @@ from typing import Any
 
 from frictionloop.analysis.disturbance import Spectrum, touch_spectrum
 from frictionloop.analysis.operating import check_reach
-from frictionloop.design.corners import Corner, band_of, broken, corners, elsewhere
+from frictionloop.analysis.reach import check_band
+from frictionloop.design.corners import Corner, band_of, broken, corners, elsewhere, occlusions
 from frictionloop.design.leaning import leaning
 from frictionloop.design.notch import retune_notch
 from frictionloop.design.plants import shifted
@@ -115,11 +116,13 @@ def design_controller(system: System, law: str | None = None, wanted: Wanted | N
     Raises
     ------
     FrictionloopError
-        An unknown law, or no controller of that law holds: the line says what limits it.
+        An unknown law, a force asked for that is out of reach of a finger just landed, or no controller of that law
+        holds: the line says what limits it.
     """
     name, asked = law or default_law(system), wanted or Wanted()
     check_known("law", [name], SYNTHESES)
     check_reach(system)
+    check_band(system, occlusions(system), asked.speeds_mm_s)
     found, at = _held_between(system, name, asked)
     more = elsewhere(system.evolve(found.overrides), asked.limits, asked.speeds_mm_s)
     notes = (*found.notes, *more.notes(), *_one_speed(system, asked))

@@ -11,7 +11,7 @@ FIRST_S, LONGEST_S, LOOK_S = 2.5, 60.0, 0.25
 """Until the first plain line, between two at most (each wait is twice the one before), and how often to look."""
 
 under_way: list[Callable[[], str]] = []
-"""What is done while there is no terminal to show it on, the innermost last."""
+"""What is done while there is no terminal to show it on, the innermost last; empty text is not told."""
 
 
 class Bar:
@@ -88,8 +88,9 @@ def plain_lines(write: Callable[[str], None]) -> Iterator[None]:
         so_far_s, next_s, wait_s = 0.0, FIRST_S, FIRST_S
         while not ended.wait(LOOK_S):
             so_far_s += LOOK_S
-            if under_way and so_far_s >= next_s:
-                write(f"{under_way[-1]()}, {so_far_s:.0f} s so far")
+            said = under_way[-1]() if under_way else ""
+            if said and so_far_s >= next_s:
+                write(f"{said}, {so_far_s:.0f} s so far")
                 wait_s = min(2 * wait_s, LONGEST_S)
                 next_s = so_far_s + wait_s
 

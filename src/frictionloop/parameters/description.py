@@ -40,8 +40,7 @@ class Description(Block):
         for block in {path.split(".", 1)[0] for path in overrides} & tree.keys():
             if isinstance(tree[block], BaseModel):
                 tree[block] = _values(tree[block])
-        # A kind comes first, so that other values land in the block of that kind.
-        for path, value in sorted(overrides.items(), key=lambda item: not item[0].endswith(".kind")):
+        for path, value in sorted(overrides.items(), key=_turn):
             _place(type(self), tree, path, value)
         return self.from_tree(tree)
 
@@ -59,6 +58,15 @@ def _values(block: BaseModel) -> dict[str, Any]:
     return {name: _values(value) if isinstance(value, BaseModel) else value for name, value in block.__dict__.items()}
 
 
+def _turn(item: tuple[str, Any]) -> int:
+    """Return when a value has its turn.
+
+    A kind comes first, so that other values land in the block of that kind; last what may stand for another value.
+    """
+    name = item[0].rpartition(".")[2]
+    return 0 if name == "kind" else 2 if name == wording.RMS else 1
+
+
 def _place(whole: type[Description], tree: dict[str, Any], path: str, value: Any) -> None:
     *parents, leaf = path.split(".")
     node: Any = tree
@@ -68,7 +76,8 @@ def _place(whole: type[Description], tree: dict[str, Any], path: str, value: Any
         node = node.get(name) if isinstance(node, dict) else None
     # A new kind may need a value that nothing has given yet: the path of a recording.
     if not isinstance(node, dict) or (leaf not in node and path not in wording.known_names(whole, tree)):
-        raise FrictionloopError(wording.unknown(path, wording.known_names(whole, tree), whole))
+        density = wording.density_of(path, value, tree)
+        raise FrictionloopError(density or wording.unknown(path, wording.known_names(whole, tree), whole))
     if leaf == "kind" and len(parents) > 1:
         if value != node["kind"]:
             _change_inner(whole, tree, parents, value)
@@ -77,7 +86,7 @@ def _place(whole: type[Description], tree: dict[str, Any], path: str, value: Any
     elif isinstance(value, Mapping) and isinstance(node.get(leaf), dict) and parents and _another(value, node[leaf]):
         node[leaf] = dict(value)
     elif isinstance(value, Mapping) and isinstance(node.get(leaf), dict):
-        for name, inner in sorted(value.items(), key=lambda item: item[0] != "kind"):
+        for name, inner in sorted(value.items(), key=_turn):
             _place(whole, tree, f"{path}.{name}", inner)
     else:
         node[leaf] = value.model_dump() if isinstance(value, BaseModel) else value

@@ -32,8 +32,8 @@ _RARE = """
     slow_mm_s static_ratio static_mm_s drying_s roughness_longest_mm bristle_damping_n_s_m
     start load_drift_s tremor_width_hz landing_s contact_s lifted_s person unscored_n
 """
-_SOURCE = re.compile(r"\s*\([^()]*\b(?:paper|assumed|ref)\b[^()]*\)")
-"""Where a default comes from, which says nothing about another value."""
+_SOURCE = re.compile(r"\s*\([^()]*\b(?:paper|assumed|ref|(?:19|20)\d\d)\b[^()]*\)")
+"""Where a default comes from, a year with an author or the paper; it says nothing about another value."""
 RARE = frozenset(_RARE.split())
 """Blocks and keys that a simple bench never needs to change."""
 PRESETS = {"paper": presets.paper, "feasible": presets.feasible, "bench": presets.bench}

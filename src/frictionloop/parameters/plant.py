@@ -64,7 +64,7 @@ class ResonantPlate(Block):
     frequency_hz: Positive = 46e3
     """Frequency of the mode (paper, Sec. 4.1)."""
     q: Positive = 230.0
-    """Quality factor; 230 gives the 100 Hz of Section 2.2."""
+    """Quality factor (230 gives the 100 Hz of the paper, Sec. 2.2)."""
     max_amplitude_um: Positive = 2.5
     """Largest amplitude the drive reaches, zero-to-peak (paper, Sec. 4.1; zero-to-peak is assumed)."""
     pulse_ticks: PulseTicks = 0
@@ -99,7 +99,7 @@ class SuspendedSensor(Block):
     cutoff_hz: Positive = 1000.0
     """Low-pass of the demodulator (paper, Sec. 3.2; Sec. 3.3 has 300 Hz)."""
     noise_density_n_rthz: NotNegative = 2.3e-6
-    """White noise before the low-pass: 5e-5 N rms below 300 Hz (paper, Sec. 3.3; "rms" is a reading)."""
+    """White noise before the low-pass (5e-5 N rms below 300 Hz: paper, Sec. 3.3; "rms" is a reading)."""
     adc_bits: Annotated[Whole, Field(ge=1, le=32)] = 16
     """Bits of the converter (assumed)."""
     range_n: Positive = 2.5

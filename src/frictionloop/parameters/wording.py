@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -13,6 +14,8 @@ from frictionloop.quantities import unit_of
 Model = type[BaseModel]
 LONGEST = 200
 """Characters of a value that an error shows."""
+RMS = "noise_rms_n"
+"""A noise that one sensor has as an rms value, and another as a density."""
 
 
 def kinds_of(system: Model, block: str, kind: str | None = None) -> list[Model]:
@@ -71,6 +74,26 @@ def unknown(path: str, names: list[str], system: Model) -> str:
     return f"unknown parameter {path!r}; did you mean {', '.join(hints[:3])}?{there}"
 
 
+def density_of(path: str, value: Any, tree: Mapping[str, Any]) -> str:
+    """Return the noise density that an rms value given to a suspended sensor stands for, in a line; often nothing.
+
+    The noise is white in front of one pole, so density = rms / sqrt(pi/2 cutoff_hz), as in ``SuspendedSensor``.
+    """
+    block, _, name = path.rpartition(".")
+    sensor = tree.get(block)
+    if name != RMS or not isinstance(sensor, Mapping) or sensor.get("kind") != "suspended":
+        return ""
+    try:
+        rms, cutoff_hz = float(value), float(sensor["cutoff_hz"])
+        density = rms / math.sqrt(math.pi / 2.0 * cutoff_hz)
+    except (KeyError, TypeError, ValueError, ZeroDivisionError):
+        return ""
+    return (
+        f"unknown parameter {path!r}: a suspended sensor has a density, rms / sqrt(pi/2 cutoff_hz); "
+        f"{rms:g} N rms behind {cutoff_hz:g} Hz is {block}.noise_density_n_rthz = {density:.4g}"
+    )
+
+
 def _kinds_with(system: Model, path: str) -> list[str]:
     """Return the kinds of a block that have a field which is missing."""
     block, dot, name = path.partition(".")
@@ -86,6 +109,8 @@ def explain(system: Model, error: ValidationError, tree: Mapping[str, Any]) -> s
     path = ".".join(map(str, first["loc"]))
     if first["type"] == "extra_forbidden":
         block = path.rsplit(".", 1)[0] if "." in path else ""
+        if density := density_of(path, first["input"], tree):
+            return density
         return unknown(path, [name for name in known_names(system, tree) if name.startswith(block)], system)
     if first["type"] == "missing":
         whole = path in system.model_fields and bool(kinds_of(system, path))

@@ -179,6 +179,7 @@ def test_ringing_as_json(frictionloop):
         "dry_and_moist": True,
         "occluded": 1.0,
         "where": where,
+        "out_of_reach_n": [],
     }
     slider = fl.bench().evolve({**found["held"], "finger.contact": "slider"})
     assert not all(each.margins().stable for each in operating_band(slider, occluded=(0.0, 1.0)))

@@ -1,0 +1,92 @@
+"""Forces asked for that are out of reach: refused before a search, and named where another stands for them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import frictionloop as fl
+from frictionloop.analysis.band import operating_band
+from frictionloop.analysis.reach import check_band, missed
+from frictionloop.cli import advice, advice_text
+from frictionloop.cli.controller_text import instead_of
+from frictionloop.design import synthesis
+from frictionloop.design.corners import occlusions
+
+BENCH = {
+    "plate.max_amplitude_um": 2.0,
+    "controller.model.max_amplitude_um": 2.0,
+    "friction.nominal_n": 1.1,
+    "sensor.resonance_hz": 170.0,
+    "setpoint": fl.Sine(offset_n=0.5, amplitude_n=0.3),
+}
+
+
+def bench(amplitude_n: float) -> fl.System:
+    return fl.bench().evolve(BENCH).evolve({"setpoint.amplitude_n": amplitude_n})
+
+
+def test_a_force_that_no_amplitude_leaves_is_refused_before_any_search(monkeypatch):
+    monkeypatch.setitem(synthesis.SYNTHESES, "notch_pi", lambda *_: pytest.fail("it searched"))
+    with pytest.raises(fl.FrictionloopError) as refused:
+        synthesis.design_controller(bench(0.3))
+    assert str(refused.value) == (
+        "setpoint less disturbance: 0.2 N is out of reach: 2 um leave at least 0.241 N just landed, 0.401 N occluded "
+        "39%; ask for 0.41 to 0.8 N, or give a larger max_amplitude_um to plate and controller.model"
+    )
+
+
+def test_what_is_asked_for_instead_is_within_reach_of_both_fingers():
+    within = bench(0.3).evolve({"setpoint.offset_n": 0.605, "setpoint.amplitude_n": 0.195})
+    assert missed(within, occlusions(within)) == []
+    check_band(within, occlusions(within))
+
+
+def test_a_force_above_friction_is_named_with_the_most_there_is():
+    with pytest.raises(fl.FrictionloopError, match=r"1\.2 N is out of reach: without vibration .* at most 1\.1 N"):
+        check_band(bench(0.3).evolve({"setpoint.offset_n": 0.9}))
+
+
+def test_the_force_evaluated_in_place_of_another_is_that_of_the_loops():
+    system = bench(0.2)
+    states = occlusions(system)
+    (beyond,) = missed(system, states)
+    evaluated = [loop.elements for loop in operating_band(system, occluded=states)]
+    assert min(each.force_n for each in evaluated if each.occluded > 0) == pytest.approx(beyond.instead_n, rel=1e-12)
+    assert instead_of(system, states) == [
+        "0.3 N is out of reach of a moist finger (occluded 39%): 0.401 N is evaluated in its place."
+    ]
+
+
+def test_advice_says_which_level_it_leaves_out():
+    found = advice.of_system(bench(0.3).evolve({"controller.kp": 10.0, "controller.ki": 2.0}))
+    assert found is not None
+    said = " ".join(advice_text.lines(found, {"saturation_index": 0.0, "r2_identity": 1.0}))
+    assert "(0.241 to 0.8 N; 0.2 N is out of reach)" in said
+
+
+def test_advice_on_levels_within_reach_says_nothing_of_reach():
+    system = fl.bench().evolve({"controller.kp": 10.0, "controller.ki": 2.0})
+    found = advice.of_system(system)
+    assert found is not None
+    assert found.band.out_of_reach_n == ()
+
+
+def test_the_error_is_split_by_reach_and_the_parts_add_up():
+    system = bench(0.3).evolve(fl.RETUNED)
+    run = fl.simulate(system, 2.0)
+    mask = run["scored"].values.astype(bool) if "scored" in run else np.ones(run.sizes["time"], dtype=bool)
+    said = " ".join(advice_text.out_of_reach(run, mask))
+    error, f_r, d = (run["f_a"] - run["f_r"]).values[mask], run["f_r"].values[mask], run["d"].values[mask]
+    missed_at = (f_r < run["floor"].values[mask] + d) | (f_r > run["limit"].values[mask] + d)
+    beyond, within = (np.sqrt(np.mean(np.where(there, error, 0.0) ** 2)) for there in (missed_at, ~missed_at))
+    assert 0.05 < missed_at.mean() < 0.9
+    assert f"out of reach {missed_at.mean():.0%} of the time" in said
+    assert f"{1e3 * beyond:.3g} mN come from there, {1e3 * within:.3g} mN from within reach" in said
+    assert np.hypot(beyond, within) == pytest.approx(fl.rms_error(run, mask), rel=1e-9)
+
+
+def test_a_set_point_within_reach_has_no_split():
+    run = fl.simulate(fl.bench().evolve(fl.RETUNED), 2.0)
+    mask = np.ones(run.sizes["time"], dtype=bool)
+    assert advice_text.out_of_reach(run, mask) == []
