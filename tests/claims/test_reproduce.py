@@ -19,6 +19,7 @@ from frictionloop.report.results import FIELDS, Results, parts
 from frictionloop.report.style import svg
 from frictionloop.report.tolerances import RULES
 
+pytestmark = pytest.mark.slow  # all statements of the paper are computed for the page
 DOI = "https://doi.org/10.1007/978-3-319-93399-3_29"
 EMPTY = Drawn('<svg width="1pt" height="1pt"></svg>', "0")
 VOID = {"meta", "link", "br", "img", "hr", "input"}

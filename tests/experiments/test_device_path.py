@@ -57,6 +57,7 @@ def engines(monkeypatch):
     return made
 
 
+@pytest.mark.slow
 def test_a_device_that_is_disarmed_in_mid_trial_loses_that_trial_alone(tmp_path, engines):
     path = tmp_path / "P01"
     disarm = {(2, 2): lambda: engines[0]._device.mode("idle")}
@@ -138,6 +139,7 @@ def test_a_disk_without_room_for_traces_ends_the_session_with_whole_rows(tmp_pat
     assert read_trials(path)["trial"].tolist() == [1, 2, 3]
 
 
+@pytest.mark.slow
 def test_a_second_run_of_a_session_that_goes_on_is_refused(tmp_path):
     path, refused = tmp_path / "P01", []
 

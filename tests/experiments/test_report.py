@@ -41,6 +41,7 @@ def rows(n_people, threshold, spread, plan, seed=0, wander=0.0):
     return pandas.concat(found, ignore_index=True)
 
 
+@pytest.mark.slow
 def test_a_report_is_one_call_and_one_page_with_its_tables(data, tmp_path):
     found = fl.experiments.report(data, tmp_path / "study.html")
     assert found.about == "1 session, simulated"

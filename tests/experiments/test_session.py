@@ -33,6 +33,7 @@ def whole(tmp_path_factory):
     return run(PSI, tmp_path_factory.mktemp("whole") / "P01", "P01")
 
 
+@pytest.mark.slow
 def test_a_session_left_at_any_row_goes_on_with_the_same_trials_and_posterior(whole, tmp_path):
     expected = (whole / "trials.tsv").read_text()
     lines = expected.splitlines(keepends=True)

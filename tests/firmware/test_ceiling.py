@@ -46,6 +46,7 @@ def roam(wild: Path, seed: int, ticks: int) -> tuple[np.ndarray, str]:
     return np.array(counts.split(), dtype=int), digest
 
 
+@pytest.mark.slow
 def test_random_tables_samples_and_bytes_under_the_sanitizers(wild):
     seen = sum(roam(wild, seed, 20_000)[0] for seed in range(8))
     assert np.all(seen > 100)  # it has been everywhere

@@ -164,6 +164,7 @@ def test_what_has_no_end_takes_no_room() -> None:
 def test_a_missing_library_is_named_with_its_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "cobs.cobs", None)
     with pytest.raises(
-        FrictionloopError, match=r"^cobs is missing; install it with: pip install 'frictionloop\[device\]'$"
+        FrictionloopError,
+        match=r"^cobs is missing; install with: .*pip install --constraint .*lock\.txt --editable '\.\[device\]'$",
     ):
         needed("cobs.cobs", "cobs")

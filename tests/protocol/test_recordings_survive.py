@@ -105,6 +105,7 @@ def test_told_to_stop_again_and_again(recording: Any, tmp_path: Path) -> None:
     assert fl.load(tmp_path / "run.h5").sizes["time"] > 12_000
 
 
+@pytest.mark.slow
 def test_a_recording_that_goes_on_is_left_alone(recording: Any, tmp_path: Path) -> None:
     (partial,) = tmp_path.iterdir()
     with pytest.raises(fl.FrictionloopError, match=r"partial-\w+\.h5: a process that lives records into it"):
@@ -117,6 +118,7 @@ def test_a_recording_that_goes_on_is_left_alone(recording: Any, tmp_path: Path) 
     assert rows > 12_000 - 5000
 
 
+@pytest.mark.slow
 def test_killed(recording: Any, tmp_path: Path) -> None:
     recording.kill()
     recording.wait()

@@ -142,6 +142,7 @@ def test_noise_within_three_percent(overrides, force_n):
     assert ratio == pytest.approx(1.0, abs=0.03)
 
 
+@pytest.mark.slow
 def test_each_source_alone_has_its_share():
     """Terms one by one, so that a wrong small one cannot hide behind the largest. 0.4 s: 1.4 % each."""
     silent = {

@@ -71,6 +71,7 @@ def test_the_file_says_of_each_value_what_it_is(lab, tmp_path):
     assert re.search(r"sha256 [0-9a-f]{64}", text)
 
 
+@pytest.mark.slow
 def test_the_command_and_its_certificate(lab, tmp_path, capsys):
     out, page = tmp_path / "my-bench.toml", tmp_path / "certificate.html"
     code, shown, _ = run(capsys, "bench", lab, "--out", out, "--report", page)

@@ -74,6 +74,7 @@ def test_the_loops_own_law_is_among_what_is_read(tmp_path):
     assert sources_digest([folder]) != before
 
 
+@pytest.mark.slow
 def test_every_room_that_a_run_imports_is_read():
     """What an effect asks for is a number of the run, too."""
     effect = '{"setpoint": {"kind": "effect", "effect": "grating"}}'

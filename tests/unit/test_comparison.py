@@ -331,6 +331,7 @@ def test_a_tick_is_the_worst_of_the_laws_image(whole):
     assert WORST_TICK["notch_pi"].cycles < WORST_TICK["filtered_pi"].cycles < BUDGET_CYCLES  # five sections more
 
 
+@pytest.mark.slow
 def test_a_design_is_kept_and_not_made_again(tmp_path, monkeypatch):
     made = []
 

@@ -95,6 +95,7 @@ def test_clipping_starts_where_the_amplitude_reaches_the_swing(swing):
     assert force == pytest.approx(k * (100e-6 - left_m), abs=0.033)
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(st.floats(60, 300), st.floats(0.5, 5), st.floats(6e-5, 1e-3), st.sampled_from(["subtraction", "ratio"]))
 def test_what_is_proposed_does_what_was_asked(resonance, range_n, noise, form):

@@ -195,6 +195,7 @@ IN_ANOTHER = """
 """
 
 
+@pytest.mark.slow
 def test_it_is_the_same_in_every_process():
     """Whatever the seed of hashes, whether modules are read from their source or from what Python kept of it."""
     found = set()
@@ -226,6 +227,7 @@ def doubled(x):
 '''
 
 
+@pytest.mark.slow
 def test_what_is_kept_on_the_disk_is_taken_while_the_digest_stays(tmp_path):
     def told(source):
         (tmp_path / "own.py").write_text(source)

@@ -26,6 +26,7 @@ def test_gains_for_bristles_that_are_unstable_on_a_slider_are_a_warning():
     assert line.startswith("UNSTABLE on contact ") and line.endswith("it was not designed for it.")
 
 
+@pytest.mark.slow
 def test_a_notch_for_bristles_is_told_not_to_hold_on_a_slider():
     found = elsewhere(fl.bench().evolve(DESIGNED_NOTCH), LIMITS)
     assert (found.unstable, found.unseen) == ((), ())
@@ -63,6 +64,7 @@ def test_a_stroke_too_short_for_four_times_the_speed_is_said_and_no_error():
     assert all("reversal_s = 0.1 s leaves no stroke of 10 mm" in line for line in lines)
 
 
+@pytest.mark.slow
 def test_gains_for_a_fast_stroke_say_that_they_do_not_hold_on_a_slower_one():
     fast = fl.bench().evolve({**DESIGNED_NOTCH, "motion.speed_mm_s": 40.0})
     assert any("dahl at 20 mm/s" in each for each in places(fast))

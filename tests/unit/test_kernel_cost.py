@@ -32,6 +32,7 @@ FRESH_PROCESS = """
 """
 
 
+@pytest.mark.slow
 def test_a_second_process_compiles_nothing():
     def fresh():
         script = [sys.executable, "-c", textwrap.dedent(FRESH_PROCESS)]

@@ -73,5 +73,8 @@ def test_the_step_before_does_not_flatten_the_step_after():
     after, before = (steps(law=largest).isel(law=0, contact=0) for largest in (0.8, 7.0))
     figure = figure_step(before, after)
     titles = [axes.get_title("left") for axes in figure.axes]
-    assert titles == ["before: cut off, the force goes from 0.5 to 7 N", "after"]
+    assert titles == [
+        "before: the controller as the file has it: cut off, the force goes from 0.5 to 7 N",
+        "after: the controller that was found",
+    ]
     assert all(0.75 < axes.get_ylim()[1] < 1.5 for axes in figure.axes)

@@ -45,6 +45,7 @@ def python(folder, script):
     return subprocess.check_output([sys.executable, "-c", script], text=True, cwd=folder, timeout=280)
 
 
+@pytest.mark.slow
 def test_one_file_and_one_line_run_and_are_analysed(tmp_path):
     (tmp_path / "inside_pi.py").write_text(FILE, encoding="utf-8")
     kind, peak = python(tmp_path, BEGIN + USE).split()

@@ -127,6 +127,7 @@ def test_fingers_are_given_more_alike_closed_loop():
     assert "differs between 4 fingers" in crowd.sentence
 
 
+@pytest.mark.slow
 def test_a_table_has_what_single_previews_have():
     fingers = fl.fingers(4, seed=2)
     table = R.arrivals(["bump", "grating"], BENCH, fingers, speeds_mm_s=(40.0, 80.0))

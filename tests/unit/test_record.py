@@ -146,6 +146,7 @@ FULL_DISK = """
 """
 
 
+@pytest.mark.slow
 def test_a_full_disk_keeps_the_old_file(saved):
     pytest.importorskip("resource")
     before = saved.read_bytes()

@@ -63,6 +63,7 @@ def write(path, samples):
     return "dataQ[:, {k}]"
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(
     name=st.sampled_from(["a.csv", "a.tsv", "a.txt", "a.h5", "a.hdf5", "a.nc", "a.mat", "v7.mat", "a.wav"]),

@@ -54,12 +54,12 @@ def test_past_the_end_of_a_sweep(name):
 @pytest.mark.parametrize("name", ["setpoint", "disturbance"])
 def test_past_the_end_of_a_recording(tmp_path, name):
     path = tmp_path / "force.csv"
-    np.savetxt(path, np.zeros(101))  # 100 periods and both their ends
+    np.savetxt(path, np.zeros(101))  # 100 periods and both their ends; the last is held for one more
     system = CONSTANT.evolve({name: fl.Recording(path=str(path), rate_hz=5000.0)})
-    assert fl.simulate(system, 0.02).sizes["time"] == 100
-    told = complaint(system, 0.0202)
-    assert told.startswith(f"{path}: the run needs 0.0202 s")
-    assert "0.02 s" in told
+    assert fl.simulate(system, 0.0202).sizes["time"] == 101
+    told = complaint(system, 0.0204)
+    assert told.startswith(f"{path}: the recording ends before the run")
+    assert "0.0202 s" in told
 
 
 def test_a_missing_recording(tmp_path):

@@ -63,6 +63,7 @@ def test_a_recording_to_its_last_sample(recording):
     system = BASE.evolve({"disturbance": recording})
     loop, _ = replay(system, 0.02)
     loop.tick(1.0)  # the 100th period ends on the 101st sample
+    loop.tick(1.0)  # which is held for a period of its own
     with pytest.raises(fl.FrictionloopError, match=r"force\.csv"):
         loop.tick(1.0)
 

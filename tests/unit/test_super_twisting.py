@@ -214,6 +214,7 @@ def test_no_law_ever_leaves_the_clamp_or_winds_up(kind, overdrive, sequence):
     assert command.u == pytest.approx(0.4, abs=0.01)
 
 
+@pytest.mark.slow
 @given(kinds, st.floats(-2.5, 2.5))
 def test_without_a_sliding_finger_the_command_stays(kind, force):
     c = controller(kind)

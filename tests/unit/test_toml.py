@@ -81,6 +81,7 @@ def test_every_kind_of_source_is_tried():
     assert {kind.model_fields["kind"].default for kind in kinds_of("setpoint")} - {"effect"} == set(SOURCES)
 
 
+@pytest.mark.slow
 @settings(max_examples=300, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(system=systems)
 def test_out_and_in_again(system, tmp_path):

@@ -61,12 +61,7 @@ class Device(metaclass=Brief):
     While the loop is on, the host must be heard every 200 ms, which `run` and `stream` see to: between them the
     firmware ramps the plate down by itself.
 
-    Parameters
-    ----------
-    opening : callable
-        Opens the line; called again after it was unplugged.
-    address : str
-        What errors call it.
+    ``opening`` opens the line, again after it was unplugged; ``address`` is what errors call it.
     """
 
     def __init__(self, opening: Callable[[], Pipe], address: str = "device") -> None:
@@ -244,10 +239,8 @@ class Device(metaclass=Brief):
             ``"closed"``, or ``"open"`` for the lookup alone.
         decimation : int
             Ticks per sample, 1 or more.
-        progress : callable, optional
-            Called with the number of samples recorded so far.
-        live : callable, optional
-            Called with the newest sample, its channels by name and ``elapsed_s``, as often as some have come.
+        progress, live : callable, optional
+            Called with the number of samples so far; with the newest, channels by name and ``elapsed_s``.
 
         Returns
         -------

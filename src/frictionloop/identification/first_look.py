@@ -82,7 +82,7 @@ def _sparse(file: Path) -> list[Trace]:
             lines = stream.read(width).split(b"\n")[1:-1]
             if start == 0:
                 lines = lines[layout.first :]
-            values = rows_in(b"\n".join(lines) + b"\n", layout)
+            values = rows_in(file, b"\n".join(lines) + b"\n", layout)
             if values.shape[1] > max(places):
                 middles.append((start + width / 2) / row_bytes)
                 ends.append([_ends(values[:, k]) for k in places])

@@ -31,7 +31,7 @@ def open_loop_of(run: xr.Dataset) -> xr.Dataset | None:
         For a run without its System.
     """
     system = system_of(run)
-    if "seed" not in run.attrs:
+    if run.attrs.get("source") != "simulated" or "seed" not in run.attrs:
         return None
     duration_s = run.sizes["time"] / system.controller.rate_hz
     return simulate(system.evolve(OPENED), duration_s, int(run.attrs["seed"]))

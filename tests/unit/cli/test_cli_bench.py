@@ -94,6 +94,7 @@ def test_a_rigid_finger_on_the_bench(frictionloop):
     assert answer["system"]["finger"] == {"kind": "rigid"}
 
 
+@pytest.mark.slow
 def test_a_bench_can_be_saved_and_read_again(frictionloop):
     words = ("--finger.contact", "lugre", "--touch.load.touch_n", "0.03", "--plate.q", "100")
     first = frictionloop(*SHORT, *words, "--save-system", "mine.toml", "--out", "a.h5")

@@ -54,6 +54,7 @@ def test_json_and_csv_hold_the_numbers_of_python(frictionloop, ran):
     assert {row["score"] for row in table} >= {"sensitivity_peak", "delay_margin_s", "relative_index"}
 
 
+@pytest.mark.slow
 def test_summary_files_and_figures(frictionloop, tmp_path, monkeypatch):
     monkeypatch.setenv("COLUMNS", "100")
     answer = frictionloop(*WORDS, "--out", "r.h5", "--plots", "figures")

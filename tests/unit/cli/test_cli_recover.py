@@ -76,6 +76,7 @@ def test_what_cannot_be_recovered_is_one_line(frictionloop, partial):
     assert Path("run.h5").read_text() == "mine"
 
 
+@pytest.mark.slow
 def test_of_a_long_run_the_last_part_is_scored_which_is_said(frictionloop, monkeypatch):
     monkeypatch.setattr(device_run, "SCORED_S", 0.2)
     answer = frictionloop("device", "run", "sim:", "--duration-s", "0.5", "--out", "run.h5")

@@ -45,6 +45,7 @@ def test_help_has_examples_that_fit(frictionloop, monkeypatch):
     assert max(len(line.rstrip()) for line in out.splitlines()) <= 80
 
 
+@pytest.mark.slow
 def test_the_margins_are_those_of_the_file(designed):
     found, system, _ = designed
     assert found["system"] == json.loads(json.dumps(system.model_dump()))
@@ -57,6 +58,7 @@ def test_the_margins_are_those_of_the_file(designed):
         assert margins.stable
 
 
+@pytest.mark.slow
 def test_the_margins_hold_between_the_corners_too(designed):
     found, system, _ = designed
     moist = 1 - math.exp(-CONTACT_S / OCCLUSION_S)
@@ -71,6 +73,7 @@ def test_the_margins_hold_between_the_corners_too(designed):
             assert np.abs(loop.responses(f)["S"]).max() <= limit * 1.001
 
 
+@pytest.mark.slow
 def test_what_is_left_to_gain(designed):
     found, system, _ = designed
     left = found["headroom"]
@@ -85,12 +88,14 @@ def test_what_is_left_to_gain(designed):
     assert left["disturbance_rms_n"] == pytest.approx(force * math.hypot(*parts), rel=0.03)
 
 
+@pytest.mark.slow
 def test_it_simulates_and_follows(designed):
     _, system, _ = designed
     rms = {name: fl.rms_error(fl.simulate(each, 4.0)) for name, each in (("new", system), ("old", fl.bench()))}
     assert rms["new"] < 0.25 * rms["old"]
 
 
+@pytest.mark.slow
 def test_figures_are_drawn(designed):
     figures = designed[2] / "figures"
     assert sorted(path.name for path in figures.iterdir()) == ["sensitivity.svg", "step.svg"]
@@ -112,6 +117,7 @@ def test_the_answer_fits_and_says_what_was_found(frictionloop, monkeypatch, colu
     assert frictionloop("simulate", "c.toml", "--duration-s", "0.5").code == 0
 
 
+@pytest.mark.slow
 def test_an_observer_that_the_resonance_keeps_slow_says_so_and_what_is_faster(frictionloop, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     found = {"controller.kind": "observer", "controller.bandwidth_hz": 5.2, "controller.model.resonance_hz": 140.0}

@@ -54,6 +54,7 @@ def folder(tmp_path, monkeypatch):
     forgotten()
 
 
+@pytest.mark.slow
 def test_a_law_of_ones_own_runs_and_is_kept_in_files(frictionloop, process, folder):
     short = ("--preset", "bench", "--controller.kind", "half", "--duration-s", "0.1")
     ran = frictionloop("--use", "my_law.py", "simulate", *short, "--save-system", "half.toml")
