@@ -34,7 +34,7 @@ class Channel(Block):
     """Unit after ``scale``: N, V, kg, m, um, Hz or counts; left out, what a channel of that name usually has: kg for
     mass, m for position, um for vibration, N for forces."""
     newtons_per_unit: Number | None = None
-    """What one unit is in N by a calibration of before: it counts only where the project has no weights."""
+    """What one unit is in N by an earlier calibration; it counts only where the project has no weights."""
     sign: Annotated[Whole, Field(ge=-1, le=1)] = 1
     """-1 turns the channel round."""
     zero_s: Window | None = None
