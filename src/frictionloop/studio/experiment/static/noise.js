@@ -29,11 +29,15 @@ export class Noise {
   }
   set(db) {
     this.db = db;
-    if (this.gain) this.gain.gain.value = db === null ? 0 : 10 ** (db / 20);
+    if (!this.gain) return;
+    this.gain.gain.value = db === null ? 0 : 10 ** (db / 20);
+    this.since = this.context.currentTime;
   }
-  // What sounds now, dB rms under full scale.
+  // What sounds now, dB rms under full scale; null until the meter holds nothing from before the last change.
   level() {
-    if (!this.meter) return -Infinity;
+    if (!this.meter) return null;
+    const filled_s = this.context.currentTime - this.since;
+    if (filled_s < this.meter.fftSize / this.context.sampleRate + 0.05) return null;
     const now = new Float32Array(this.meter.fftSize);
     this.meter.getFloatTimeDomainData(now);
     return 10 * Math.log10(now.reduce((sum, x) => sum + x * x, 0) / now.length);
