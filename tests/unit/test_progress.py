@@ -87,7 +87,7 @@ def test_work_without_parts_is_told_once_it_takes_long(monkeypatch):
         said.append(line)
         more.set()
 
-    with progress.plain_lines(write), screen.waiting("designing notch_pi", told=True):
+    with progress.plain_lines(write), screen.waiting("designing notch_pi"):
         assert more.wait(10)
     assert said[0] == "designing notch_pi, 0 s so far"
     assert progress.under_way == []
@@ -98,6 +98,6 @@ def test_work_without_parts_that_is_soon_done_is_not_told(monkeypatch):
     monkeypatch.setattr(progress, "FIRST_S", 0.01)
     monkeypatch.setattr(progress, "LOOK_S", 0.005)
     monkeypatch.setattr("sys.stderr", io.StringIO())
-    with progress.plain_lines(said.append), screen.waiting("designing notch_pi", told=True):
+    with progress.plain_lines(said.append), screen.waiting("designing notch_pi"):
         threading.Event().wait(0.1)
     assert said == []

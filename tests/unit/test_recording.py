@@ -219,7 +219,7 @@ def test_a_column_of_times_gives_the_rate(tmp_path, name, per_s):
     path = text(tmp_path, f"{name},force\n{rows}")
     assert read(path, "force", rate_hz=None, at_hz=10_000.0).tolist() == [k % 7 for k in range(50)]
     assert refusal(path, "force", rate_hz=100.0).startswith("rate_hz = 100 contradicts the file, whose rate is 10000;")
-    assert refusal(path, "0", rate_hz=None) == "column = '0' holds times; accepted: 'force'"
+    assert refusal(path, "0", rate_hz=None) == "column = '0' (the default) holds times; accepted: 'force'"
 
 
 @pytest.mark.parametrize("header", ["Zeitpunkt;Kraft\n", "", "x [cm];force\n"])
@@ -227,7 +227,7 @@ def test_a_column_that_rises_as_times_do_is_no_force(tmp_path, header):
     rows = "".join(f"{0.001 * k:.4f};{0.5 + 0.01 * (k % 3)}\n" for k in range(30))
     told = refusal(text(tmp_path, header + rows), "0")
     other = header.strip().split(";")[1] if header else "1"
-    assert told == f"column = '0' holds times; accepted: {other!r}"
+    assert told == f"column = '0' (the default) holds times; accepted: {other!r}"
 
 
 # Units
@@ -289,7 +289,7 @@ def test_uneven_times_are_refused_with_the_line_of_the_gap(tmp_path, times, said
 
 def test_the_times_are_not_a_force(tmp_path):
     path = text(tmp_path, "time,force\n0,1\n1,2\n")
-    assert refusal(path) == "column = '0' holds times; accepted: 'force'"
+    assert refusal(path) == "column = '0' (the default) holds times; accepted: 'force'"
 
 
 @pytest.mark.parametrize("content", ["1\n2\n", "t,force\n0,1\n"])
@@ -536,7 +536,7 @@ def test_a_force_that_rises_evenly_beside_times_is_one(tmp_path):
     path = text(tmp_path, "t,F\n0,0.1\n0.01,0.2\n0.02,0.3\n")
     assert read(path, "1", rate_hz=None).tolist() == [0.1, 0.2, 0.3]
     bare = text(tmp_path, "0.1,1\n0.2,5\n0.3,2\n", "bare.csv")
-    assert refusal(bare, "0").startswith("column = '0' holds times")
+    assert refusal(bare, "0").startswith("column = '0' (the default) holds times")
     assert read(bare, "0", unit="N").tolist() == [0.1, 0.2, 0.3]
 
 

@@ -92,9 +92,11 @@ def ringing(run: xr.Dataset, mask: np.ndarray, metrics: dict[str, float]) -> Rin
 
 
 def _around_a_level(system: System, run: xr.Dataset, mask: np.ndarray) -> System:
-    """Return a system whose recorded disturbance is its mean; 0 for a mean that was left in, as `left_in` has it."""
+    """Return a system whose recorded disturbance is its level; 0 for a mean that was left in, as `left_in` has it."""
     from frictionloop.parameters import Constant
 
+    if getattr(system.disturbance, "remove_mean", False):
+        return system  # its level is offset_n, as `design controller` takes it
     mean_n = float(run["d"].values[mask].mean())
     return system.evolve({"disturbance": Constant(offset_n=0.0 if left_in(system, mean_n) else mean_n)})
 

@@ -1,4 +1,7 @@
-"""A system in words: one row per block under the names that flags use, and what follows from its numbers."""
+"""A system in words: one row per block under the names that flags use, and what follows from its numbers.
+
+Of the signals and of the law all values are said, of other blocks those that are not their defaults.
+"""
 
 from __future__ import annotations
 
@@ -15,14 +18,17 @@ from frictionloop.parameters import (
     Strokes,
     SuspendedSensor,
     System,
+    Timing,
 )
 from frictionloop.quantities import FrictionloopError
 
 Row = tuple[str, ...]
+WHOLE = ("setpoint", "disturbance", "controller")
+"""Blocks of which every value is said; of a controller those of its law."""
 
 
 def system_rows(system: System) -> list[Row]:
-    """Return (block, its kind and values) for each block, nested blocks after the one that holds them."""
+    """Return (block, its kind and what is said of it) for each block, nested blocks after the one that holds them."""
     rows: list[Row] = []
     notes = notes_of(system)
     for name, block in system:
@@ -36,17 +42,25 @@ def system_rows(system: System) -> list[Row]:
 
 def _block_rows(name: str, block: BaseModel, notes: dict[str, str]) -> list[Row]:
     kind, values, inner = "", [], []
+    usual = _usual(name, block)
     for key in block.model_dump():  # in the order of files: a law's own values before what all controllers have
         value = getattr(block, key)
         if key == "kind":
             kind = str(value)
         elif isinstance(value, BaseModel):
             inner += _block_rows(f"{name}.{key}", value, notes)
-        elif value is not None:
+        elif value is not None and not (key in usual and value == usual[key]):
             values.append(f"{key}={short(value)}")
     said = ": ".join(part for part in (kind, ", ".join(values)) if part)
-    own: list[Row] = [(name, said)] if said else []
-    return [*own, *([("", f"-> {notes[name]}")] if name in notes else []), *inner]
+    note: list[Row] = [("", f"-> {notes[name]}")] if name in notes else []
+    own: list[Row] = [(name, said)] if said else [(name, note.pop()[1])] if note else []
+    return [*own, *note, *inner]
+
+
+def _usual(name: str, block: BaseModel) -> dict[str, Any]:
+    """Return the values that are not worth a word, by their names: defaults."""
+    fields = Timing.model_fields if name == "controller" else {} if name in WHOLE else type(block).model_fields
+    return {key: each.get_default(call_default_factory=True) for key, each in fields.items() if not each.is_required()}
 
 
 def short(value: Any) -> str:

@@ -75,7 +75,7 @@ def command(
     system, origin = flags.given(file, preset, overrides, "bench", designed=law or "notch_pi")
 
     from frictionloop.analysis.headroom import headroom
-    from frictionloop.cli import controller_text
+    from frictionloop.cli import controller_text, recorded
     from frictionloop.design.leaning import Lean
     from frictionloop.design.synthesis import default_law
     from frictionloop.design.wanted import Wanted
@@ -106,7 +106,7 @@ def command(
         *controller_text.margin_text(found, wanted),
         "",
         *controller_text.headroom_text(after, left, wanted),
-        *(["", *(screen.wrapped(note) for note in designed.notes)] if designed.notes else []),
+        *(["", *map(screen.wrapped, notes)] if (notes := (*designed.notes, *recorded.at_design(system))) else []),
         *([""] if any(saved.values()) else []),
         *screen.saved(saved),
     )
@@ -118,7 +118,7 @@ def _designed(system: System, law: str, wanted: Wanted) -> Designed:
 
     noise = ", after the friction noise is identified by simulation" if law in SLOW else ""
     longer = ", five for a range of speeds" if wanted.speeds_mm_s else ""
-    with screen.waiting(f"designing {law}{noise}; this takes from a second to two minutes{longer}", told=True):
+    with screen.waiting(f"designing {law}{noise}; this takes from a second to two minutes{longer}"):
         return design_controller(system, law, wanted)
 
 

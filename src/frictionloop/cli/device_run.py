@@ -21,8 +21,7 @@ if TYPE_CHECKING:
 ARGUMENTS = "ADDRESS [FILE] [OPTIONS]"
 EXAMPLES = r"""Examples
 
-  frictionloop device run sim: --controller.kp 0.062 --controller.ki 134 \
-      --plot forces.svg
+  frictionloop device run sim: my-controller.toml --plot forces.svg
   frictionloop device run serial:///dev/ttyACM0 my-controller.toml --out run.h5
   frictionloop device run tcp://bench:5555 --setpoint.offset_n 0.5 --open
 

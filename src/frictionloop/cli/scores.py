@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 UNITS = {"intercept": "N", "rms_error": "N", "output_noise": "N"}
 """Units of the metrics that have one; the others are pure numbers."""
+WORSE = 1.05
+"""Share of the disturbance from which the loop is said to make it worse: above 1 by more than noise (chosen)."""
 
 
 def scored_periods(run: xr.Dataset, score_from_s: float = 0.0) -> np.ndarray:
@@ -29,7 +31,7 @@ def metrics_of(run: xr.Dataset, score_from_s: float = 0.0) -> dict[str, float]:
 
     mask = scored_periods(run, score_from_s)
     if not mask.any():
-        return dict.fromkeys((*PLAIN, "error_left", *REGRESSION, *FELT), math.nan)
+        return dict.fromkeys((*PLAIN, "disturbance_left", *REGRESSION, *FELT), math.nan)
     return metrics(run, mask)
 
 
@@ -56,17 +58,19 @@ def metric_rows(found: dict[str, float]) -> list[Row]:
     if not math.isnan(found["perceptual_index"]):
         rows.append(("perceptual_index", f"{found['perceptual_index']:.3g}", "f_a - f_r as touch has it; felt above 1"))
     if not math.isnan(found["relative_index"]):
-        side = "below 1: smoother than" if found["relative_index"] < 1 else "above 1: rougher than"
-        said = f"{side} this stroke without control"
+        side = "below 1: smoother" if found["relative_index"] < 1 else "above 1: rougher"
+        said = f"{side} to touch, above all its fast part, than this stroke at a steady amplitude"
         rows.append(("relative_index", f"{found['relative_index']:.3g}", said))
     return rows
 
 
 def _left(found: dict[str, float]) -> list[Row]:
-    """Return the row that says what the loop leaves, where the same run in open loop is known."""
-    if math.isnan(found["error_left"]):
+    """Return the row that says what the loop leaves of a disturbance that varies, where that is known."""
+    left = found["disturbance_left"]
+    if math.isnan(left):
         return []
-    return [("error_left", f"{found['error_left']:.3g}", "share of the rms error in open loop that is left")]
+    said = "share of the disturbance's variation that is left" + (": the loop makes it worse" if left > WORSE else "")
+    return [("disturbance_left", f"{left:.3g}", said)]
 
 
 def scored_rows(mask: np.ndarray) -> list[Row]:

@@ -12,7 +12,7 @@ from typing import Any
 
 from frictionloop.loop.progress import doing
 
-QUIET_S = 10.0
+QUIET_S = 3.0
 """Work without parts that is done sooner is not told where there is no terminal (chosen)."""
 
 
@@ -84,12 +84,9 @@ def _plain(value: Any) -> Any:
 
 
 @contextmanager
-def waiting(text: str, told: bool = False) -> Iterator[None]:
-    """Show what is under way, on a terminal; what is ``told`` also elsewhere, by plain lines after `QUIET_S`."""
+def waiting(text: str) -> Iterator[None]:
+    """Show what is under way, elsewhere than on a terminal by plain lines after `QUIET_S`."""
     if not sys.stderr.isatty():
-        if not told:
-            yield
-            return
         began_s = time.perf_counter()
         with doing(lambda: text if time.perf_counter() - began_s >= QUIET_S else ""):
             yield

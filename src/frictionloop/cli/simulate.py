@@ -24,8 +24,9 @@ EXAMPLES = r"""Examples
   frictionloop simulate --setpoint.kind sine --plot forces.svg
   frictionloop simulate --preset feasible --save-system my-bench.toml
   frictionloop simulate my-bench.toml --duration-s 2 --out run.h5
-  frictionloop simulate --preset bench --plot bench.png \
-      --controller.kp 0.062 --controller.ki 134
+  frictionloop simulate my-bench.toml --plot bench.png \
+      --disturbance.kind recording --disturbance.path slide.csv \
+      --disturbance.column force_n --disturbance.remove_mean true
 """
 
 
@@ -70,7 +71,7 @@ def command(
     system, origin = flags.given(file, preset, overrides)
     run, elapsed_s = _run(system, duration_s, seed)
 
-    from frictionloop.cli import advice, advice_text, describe, scores
+    from frictionloop.cli import advice, advice_text, describe, recorded, scores
 
     with screen.waiting("scoring"):
         metrics, mask = scores.metrics_of(run, score_from_s), scores.scored_periods(run, score_from_s)
@@ -86,6 +87,7 @@ def command(
     periods = f"{run.sizes['time']:,}".replace(",", " ")
     rows = [*scores.metric_rows(metrics), *scores.step_rows(times, steps)] if mask.any() else []
     rows += scores.scored_rows(mask)
+    said = recorded.notes(system, duration_s)
     screen.show(
         screen.columns([("system", origin), *describe.system_rows(system)]),
         "",
@@ -93,6 +95,7 @@ def command(
         "",
         *([*advice_text.lines(rings, metrics), ""] if rings else []),
         *([*unreached, ""] if unreached else []),
+        *([*said, ""] if said else []),
         f"{duration_s:g} s of signal, {periods} control periods, simulated in {screen.seconds(elapsed_s)}",
         *screen.saved(saved),
     )

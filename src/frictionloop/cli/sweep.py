@@ -30,8 +30,7 @@ EXAMPLES = r"""Examples
   frictionloop sweep --preset feasible --seeds 4 --out noise.h5 \
       --over sensor.noise_rms_n=1e-6:1:25:log --plot noise.svg
   frictionloop sweep my-bench.toml --over controller.kp=5,10,20 --csv table.csv
-  frictionloop sweep --preset bench --fingers 100 --csv fingers.csv \
-      --controller.kp 0.062 --controller.ki 134
+  frictionloop sweep my-controller.toml --fingers 100 --csv fingers.csv
 """
 
 

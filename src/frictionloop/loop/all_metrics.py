@@ -11,7 +11,7 @@ import xarray as xr
 from frictionloop.loop import metrics as plain
 from frictionloop.loop.felt import perceptual_index, relative_index
 from frictionloop.loop.metric import RunMetric
-from frictionloop.loop.open_loop import error_left
+from frictionloop.loop.open_loop import disturbance_left
 from frictionloop.loop.record import system_of
 from frictionloop.quantities import FrictionloopError
 
@@ -23,8 +23,8 @@ FELT = {"perceptual_index": perceptual_index, "relative_index": relative_index}
 def metrics(run: xr.Dataset, mask: Any = None) -> dict[str, float]:
     """Return every metric of a run by name, NaN where one has no meaning (R2 of a constant set-point).
 
-    ``error_left`` is the rms error over that of the same run in open loop, under the lookup table alone. ``slope``
-    and ``intercept`` (N) belong to r2_regression. Metrics of runs that are registered come last.
+    ``disturbance_left`` compares with the same run under the disturbance's mean. ``slope`` and
+    ``intercept`` (N) belong to r2_regression. Metrics of runs that are registered come last.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def metrics(run: xr.Dataset, mask: Any = None) -> dict[str, float]:
     own = {name: each.of for name, each in plain.METRICS.items() if isinstance(each, RunMetric)}
     return {
         **{name: float(getattr(plain, name)(run, keep)) for name in PLAIN},
-        "error_left": _or_nan(error_left, run, keep),
+        "disturbance_left": _or_nan(disturbance_left, run, keep),
         **dict(zip(REGRESSION, plain.regression(run, keep), strict=True)),
         **{name: _or_nan(each, run, keep) if felt else math.nan for name, each in FELT.items()},
         **{name: float(of(run.isel(time=np.asarray(keep, bool)))) for name, of in own.items()},

@@ -1,18 +1,22 @@
-"""The same run with the loop open, and how much of its error the loop leaves."""
+"""The same run with the loop open, and with a steady disturbance: how much of what varies the loop leaves."""
 
 from __future__ import annotations
 
 import math
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
-from frictionloop.loop.metrics import of_a_run, rms_error
+from frictionloop.loop.metrics import of_a_run
 from frictionloop.loop.record import system_of
 from frictionloop.loop.simulate import simulate
+from frictionloop.parameters import Constant
 
 OPENED = {"controller.kind": "lookup", "controller.form": "float"}
 """What opens a loop: the lookup table alone turns the set-point into an amplitude (paper, Sec. 2.2)."""
+LEAST_N = 1e-9
+"""A variation below this is that of rounding: the disturbance is constant."""
 
 
 def open_loop_of(run: xr.Dataset) -> xr.Dataset | None:
@@ -30,19 +34,36 @@ def open_loop_of(run: xr.Dataset) -> xr.Dataset | None:
     FrictionloopError
         For a run without its System.
     """
+    return _again(run, OPENED)
+
+
+@of_a_run
+def disturbance_left(run: xr.Dataset, mask: Any = None) -> float:
+    """Return how much of the disturbance's variation is left in the force, by the same run with its mean alone.
+
+        rms(f_a - f_a with d = mean(d)) / rms(d - mean(d))
+
+    Both runs have the same finger, set-point and noise, so errors that are there anyway do not count. 0: all is
+    cancelled; 1: none, as in open loop; above 1: the loop makes it worse, as one that rings does. NaN for a constant
+    disturbance, and for what was measured on a device, whose finger does not come again.
+    """
+    if "d" not in run:
+        return math.nan
+    keep = slice(None) if mask is None else mask
+    mean_n = float(run["d"].values[keep].mean())
+    varies_n = _rms(run["d"].values[keep] - mean_n)
+    calm = _again(run, {"disturbance": Constant(offset_n=mean_n)}) if varies_n > LEAST_N else None
+    return math.nan if calm is None else _rms((run["f_a"].values - calm["f_a"].values)[keep]) / varies_n
+
+
+def _again(run: xr.Dataset, changes: dict[str, Any]) -> xr.Dataset | None:
+    """Return the run of the same seed and duration with changes of its System; None for one of a device."""
     system = system_of(run)
     if run.attrs.get("source") != "simulated" or "seed" not in run.attrs:
         return None
     duration_s = run.sizes["time"] / system.controller.rate_hz
-    return simulate(system.evolve(OPENED), duration_s, int(run.attrs["seed"]))
+    return simulate(system.evolve(changes), duration_s, int(run.attrs["seed"]))
 
 
-@of_a_run
-def error_left(run: xr.Dataset, mask: Any = None) -> float:
-    """Return the rms of f_a - f_r over that of the same run in open loop: 0 is all cancelled, above 1 is worse.
-
-    NaN where the loop cannot be opened (`open_loop_of`), or leaves no error either.
-    """
-    opened = open_loop_of(run)
-    alone = math.nan if opened is None else rms_error(opened, mask)
-    return rms_error(run, mask) / alone if alone > 0 else math.nan
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))

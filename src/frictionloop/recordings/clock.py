@@ -23,7 +23,8 @@ def refuse_times(recording: Recording, column: Column) -> None:
     """
     guessed = recording.column.strip().isdecimal() and recording.unit is None and bool(column.others)
     if is_time(column.name) or (guessed and column.times is None and _rises_evenly(column.samples)):
-        raise no_column(recording, list(column.others) or ["a force"], "holds times")
+        default = "(the default) " if recording.column == Recording.model_fields["column"].default else ""
+        raise no_column(recording, list(column.others) or ["a force"], f"{default}holds times")
 
 
 def _rises_evenly(values: Array) -> bool:

@@ -81,11 +81,25 @@ def read_held(recording: Recording, rate_hz: float) -> Array:
     """
     force, file_hz, _ = _scaled(recording, "N")
     found = _resampled(force, file_hz, rate_hz, recording.path)
-    lasts_s = force.size / file_hz
-    if recording.stop_s is not None:
-        lasts_s = min(lasts_s, recording.stop_s - recording.start_s)
-    held = math.floor(lasts_s * rate_hz + 1e-6) + 1 - found.size
+    held = math.floor(_lasts_s(recording, force, file_hz) * rate_hz + 1e-6) + 1 - found.size
     return np.pad(found, (0, max(held, 0)), mode="edge")
+
+
+def lasting_s(recording: Recording) -> float:
+    """Return how long the part in use lasts in s, its last sample held.
+
+    Raises
+    ------
+    FrictionloopError
+        As `read_recording`.
+    """
+    force, file_hz, _ = _scaled(recording, "N")
+    return _lasts_s(recording, force, file_hz)
+
+
+def _lasts_s(recording: Recording, force: Array, file_hz: float) -> float:
+    cut_s = math.inf if recording.stop_s is None else recording.stop_s - recording.start_s
+    return min(force.size / file_hz, cut_s)
 
 
 def told(recording: Recording) -> str:

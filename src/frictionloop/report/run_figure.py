@@ -70,14 +70,14 @@ def _forces(axes: Any, run: xr.Dataset, time: np.ndarray) -> None:
     if opened is not None:
         label = f"the same in open loop{_error(opened)}"
         axes.plot(*_ends(time, opened[drawn].values), color=VERMILLION, linewidth=0.7, label=label)
-    axes.plot(*_ends(time, run[drawn].values), color=BLUE, linewidth=1.2, label=f"{meaning}{_error(run)}")
+    axes.plot(*_ends(time, run[drawn].values), color=BLUE, linewidth=0.9, label=f"{meaning}{_error(run)}")
     axes.plot(*_ends(time, run["f_r"].values), color=BLACK, linewidth=0.8, label="set-point $f_r$")
-    low, high = _room(run)
+    forces = run[drawn].values if opened is None else np.stack([run[drawn].values, opened[drawn].values])
+    low, high = _room(run, forces)
     axes.set(ylabel="force (N)", ylim=(low, high))
-    values = run[drawn].values
-    least, most = float(np.nanmin(values)), float(np.nanmax(values))
+    least, most = float(np.nanmin(forces)), float(np.nanmax(forces))
     if low is not None and high is not None and (least < low or most > high):
-        said = f"cut off: the force goes from {least:.2g} to {most:.2g} N"
+        said = f"cut off where not scored: {least:.2g} to {most:.2g} N"
         look = {"ha": "right", "va": "top", "color": GREY, "bbox": {"color": "white", "alpha": 0.8}}
         axes.annotate(said, (1, 1), (-4, -4), "axes fraction", "offset points", **look)
 
@@ -114,11 +114,12 @@ def _ends(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     return np.repeat(time[starts], 2), np.stack([low, high], axis=1).ravel()
 
 
-def _room(run: xr.Dataset) -> tuple[float, float] | tuple[None, None]:
-    """Return limits for the forces that count; those of a reversal and what is only within reach may leave."""
+def _room(run: xr.Dataset, forces: np.ndarray) -> tuple[float, float] | tuple[None, None]:
+    """Return limits for the forces that count, shape (..., time); those of a reversal and the reach may leave."""
     if "scored" not in run or not run["scored"].values.any():
         return None, None
-    counted = np.concatenate([run[name].values[run["scored"].values] for name in ("f_r", _force(run)[0])])
+    scored = run["scored"].values
+    counted = np.concatenate([run["f_r"].values[scored], forces[..., scored].ravel()])
     low, high = min(0.0, float(counted.min())), float(counted.max())
     room = 0.08 * (high - low)
     return low - room * (low < 0), high + room

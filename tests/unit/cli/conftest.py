@@ -53,6 +53,8 @@ def frictionloop(capsys, monkeypatch, tmp_path):
     """Return a function that runs one command in an empty folder."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.argv", ["/elsewhere/frictionloop"])
+    # What is under way is told after some seconds: on a slow machine that would stand beside what a test looks for.
+    monkeypatch.setattr("frictionloop.loop.progress.FIRST_S", 1e9)
 
     def run(*tokens):
         with pytest.raises(SystemExit) as left:

@@ -21,7 +21,8 @@ def test_json_holds_the_metrics_of_the_same_run_in_python(frictionloop):
     answer = frictionloop(*SHORT, "--controller.kp", "12", "--seed", "3", "--json").json()
     system = fl.feasible().evolve({"controller.kp": 12})
     run = fl.simulate(system, 0.2, seed=3)
-    line, opened = fl.regression(run), fl.simulate(system.evolve({"controller.kind": "lookup"}), 0.2, seed=3)
+    line = fl.regression(run)
+    calm = fl.simulate(system.evolve({"disturbance": fl.Constant(offset_n=float(run.d.mean()))}), 0.2, seed=3)
     assert answer["metrics"] == {
         "r2_identity": fl.r2_identity(run),
         "r2_bound": fl.r2_bound(run),
@@ -29,7 +30,9 @@ def test_json_holds_the_metrics_of_the_same_run_in_python(frictionloop):
         "slope": line.slope,
         "intercept": line.intercept_n,
         "rms_error": fl.rms_error(run),
-        "error_left": fl.rms_error(run) / fl.rms_error(opened),
+        "disturbance_left": pytest.approx(
+            np.sqrt(np.mean((run.f_a.values - calm.f_a.values) ** 2)) / np.std(run.d.values), rel=1e-12
+        ),
         "output_noise": fl.output_noise(run),
         "saturation_index": fl.saturation_index(run),
         "perceptual_index": None,  # what is felt of a finger that is not one says little
@@ -114,7 +117,7 @@ def test_saved_files_can_be_used(frictionloop):
     assert Path("run.svg").read_text().startswith("<?xml")
     assert fl.read_toml("bench.toml") == fl.feasible()
     again = frictionloop("simulate", "bench.toml", "--duration-s", "0.2", "--out", "again.h5")
-    assert again.out.startswith("system            bench.toml")
+    assert again.out.startswith("system       bench.toml")
     assert fl.load("again.h5").identical(fl.load("run.h5"))
 
 
@@ -247,3 +250,57 @@ def test_a_constant_set_point_says_why_it_has_no_r2(frictionloop):
     constant = ("--setpoint.kind", "constant", "--setpoint.offset_n", "0.5")
     said = frictionloop("simulate", "--preset", "feasible", *constant, "--duration-s", "0.1").out
     assert "none: R2 needs a set-point that varies" in said
+
+
+@pytest.fixture
+def sliding(tmp_path):
+    """Return the flags of a recording of 2 s whose mean over the first second is not that of all of it."""
+    rows = "".join(f"{k / 1000:.3f},{0.5 + 0.02 * (k >= 1000) + 0.01 * (k % 20 < 10):.3f}\n" for k in range(2000))
+    (tmp_path / "slide.csv").write_text("time_s,force_n\n" + rows)
+    return ("--disturbance.kind", "recording", "--disturbance.path", str(tmp_path / "slide.csv"))
+
+
+def test_what_a_recording_leaves_out_and_what_comes_on_top_is_told(frictionloop, sliding):
+    whole = (*sliding, "--disturbance.column", "force_n", "--disturbance.remove_mean", "true")
+    said = " ".join(frictionloop("simulate", "--preset", "bench", *whole, "--duration-s", "1").out.split())
+    assert "takes the first 1 s of the 2 s of the recorded disturbance" in said
+    assert "--disturbance.stop_s 1 removes that of the part that runs" in said
+    flags = re.search(r"It is alone with ((?:--\S+ \S+ ?)+)", said)[1].split()
+    flags += ["--disturbance.stop_s", "1", "--duration-s", "1"]
+    alone = frictionloop("simulate", "--preset", "bench", *whole, *flags)
+    assert "takes the first" not in alone.out
+    assert "comes on top" not in alone.out
+    paper = frictionloop("simulate", "--preset", "feasible", *whole, "--duration-s", "2").out
+    assert "takes the first" not in paper
+    assert "comes on top" not in paper
+
+
+def test_a_finger_that_is_held_still_varies_by_the_recording_alone(sliding):
+    from frictionloop.cli.recorded import STILL
+
+    slide = fl.Recording(path=sliding[-1], column="force_n", remove_mean=True)
+    system = fl.bench().evolve({"controller.kind": "lookup", "setpoint": fl.Constant(offset_n=0.6), **STILL})
+    run = fl.simulate(system.evolve({"disturbance": slide}), 2.0)
+    late = run.scored.values & (run.time.values > 0.5)
+    varies = (run.f_a - run.d).values[late]
+    assert np.std(varies) < 0.1 * np.std(run.d.values[late])
+
+
+def test_a_column_of_times_that_nobody_asked_for_is_said_to_be_the_default(frictionloop, sliding):
+    said = frictionloop("simulate", "--preset", "feasible", *sliding, "--duration-s", "1").err
+    assert "column = '0' (the default) holds times; accepted: 'force_n'" in said
+
+
+def test_gains_are_advised_and_designed_at_the_same_levels(sliding):
+    from frictionloop.cli import advice
+    from frictionloop.cli.advice import of_system
+    from frictionloop.design.corners import band_of
+
+    slide = fl.Recording(path=sliding[-1], column="force_n", remove_mean=True)
+    system = fl.bench().evolve({"disturbance": slide})
+    run = fl.simulate(system, 1.0)
+    mask = run.scored.values
+    found = advice.ringing(run, mask, {"r2_bound": 1.0, "r2_identity": -1.0, "saturation_index": 0.9})
+    forces = [point.elements.force_n for point in band_of(system)]
+    assert (found.band.low_n, found.band.high_n) == pytest.approx((min(forces), max(forces)))
+    assert of_system(system).band[:2] == found.band[:2]

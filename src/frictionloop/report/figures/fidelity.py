@@ -59,7 +59,8 @@ def figure_fidelity_map(fidelity: xr.Dataset, title: str) -> Figure:
 def _best_on(r2: xr.DataArray, best: Optimum) -> str:
     """Return what the best point is: on the map's edge a better one may lie beyond."""
     edges = (float(r2["kp"][0]), float(r2["kp"][-1]), float(r2["ki"][0]), float(r2["ki"][-1]))
-    return "best of this map, at its edge:" if best.kp in edges[:2] or best.ki in edges[2:] else "best of this map:"
+    at_edge = best.kp in edges[:2] or best.ki in edges[2:]
+    return "largest of this map" + (", at its edge:" if at_edge else ":")
 
 
 def _colours(figure: Figure, axes: Axes, r2: xr.DataArray, best: float) -> None:
@@ -116,7 +117,7 @@ def _cut(axes: Axes, cut: xr.Dataset, name: str) -> None:
     low = max(float(r2.min()), bound - BELOW_BEST[0])
     room = (bound - low) * 0.1
     axes.set(xscale="log", xlim=(0.6, 110), ylim=(low - room, bound + room))
-    axes.set_title(f"{name}: best at $K_i$ = 2: $K_p$ = {number(best.kp)}", fontsize=8.5)
+    axes.set_title(f"{name}: largest $R^2$ at $K_p$ = {number(best.kp)}", fontsize=8.5)
     _plain_ticks(axes, vertical=False)
 
 
@@ -124,7 +125,7 @@ def _key(axes: Axes) -> None:
     axes.set_axis_off()
     axes.plot([], [], color=BLUE, label="fidelity at $K_i$ = 2")
     axes.plot([], [], color=GREY, ls=":", label="best that any controller could reach")
-    axes.plot([], [], "*", color=VERMILLION, ms=10, ls="none", label="best $K_p$")
+    axes.plot([], [], "*", color=VERMILLION, ms=10, ls="none", label="largest $R^2$ of this curve")
     axes.plot([], [], "|-", color=BLACK, lw=1, label=f"$R^2$ within {R2_STEP:g} of the best")
     axes.fill_between([], [], color="#e2e2e2", label="useful range printed, 5 to 20")
     axes.legend(loc="center", fontsize=8.5)

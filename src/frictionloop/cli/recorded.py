@@ -1,0 +1,72 @@
+"""What a person is told of a recorded signal besides what was read: the part that runs, and what comes on top."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import TYPE_CHECKING
+
+from frictionloop.parameters import FingerFriction, Recording, Samples, Strokes
+
+if TYPE_CHECKING:
+    from frictionloop.parameters import System
+
+WIDTH = 100
+STILL = {
+    "motion.tremor_um": 0.0,
+    "motion.tremor_n": 0.0,
+    "motion.load_drift": 0.0,
+    "friction.roughness_rms": 0.0,
+    "friction.occlusion_ratio": 1.0,
+    "friction.moist_loss": 0.0,
+}
+"""Values with which a finger has no variation of its own: no tremor, drift of load, roughness, moisture."""
+
+
+def notes(system: System, duration_s: float) -> list[str]:
+    """Return what is said of the recorded signals of a run of this length."""
+    said = [_part(name, getattr(system, name), duration_s) for name in ("setpoint", "disturbance")]
+    return [line for each in (*said, on_top(system)) for line in textwrap.wrap(each, WIDTH)]
+
+
+def _part(name: str, signal: object, duration_s: float) -> str:
+    """Return how much of a recording the run leaves out, if it does."""
+    if not isinstance(signal, Recording):
+        return ""
+    from frictionloop.recordings.read import lasting_s
+
+    lasts_s = lasting_s(signal)
+    if duration_s >= lasts_s * (1 - 1e-6):
+        return ""
+    said = f"The run takes the first {duration_s:g} s of the {lasts_s:.4g} s of the recorded {name}."
+    if signal.remove_mean:
+        stop_s = signal.start_s + duration_s
+        said += f" The mean of all of it is removed; --{name}.stop_s {stop_s:g} removes that of the part that runs."
+    return said
+
+
+def at_design(system: System) -> list[str]:
+    """Return what of a recorded signal counts where a controller is designed."""
+    names = [name for name in ("setpoint", "disturbance") if isinstance(getattr(system, name), (Recording, Samples))]
+    return [
+        f"Of the recorded {name} only its level counts here; `simulate` with the new controller says what the loop "
+        "makes of it."
+        for name in names
+    ]
+
+
+def on_top(system: System) -> str:
+    """Return that the bench's finger varies by itself too, and how a recording alone is had; empty if it does not."""
+    finger = isinstance(system.friction, FingerFriction) and isinstance(system.motion, Strokes)
+    if not (finger and isinstance(system.disturbance, (Recording, Samples))):
+        return ""
+    flags = [
+        f"--{path} {value:g}"
+        for path, value in STILL.items()
+        if getattr(getattr(system, path.split(".")[0]), path.split(".")[1]) != value
+    ]
+    if not flags:
+        return ""
+    return (
+        "The recorded disturbance comes on top of this finger's own tremor, drift and roughness. It is alone with "
+        + " ".join(flags)
+    )
