@@ -352,7 +352,8 @@ def test_rows_columns_and_what_is_there(tmp_path, name):
     assert read(path, " /dataQ [ : ,1] ").tolist() == TABLE[:, 1].tolist()
     accepted = "'dataQ[:, 0]' to 'dataQ[:, 2]' or a row 'dataQ[0, :]'"
     for column in ("dataQ", "dataQ[:, 3]", "dataQ[4, :]"):
-        assert refusal(path, column) == f"column = {column!r} is not there; accepted: {accepted}"
+        why = "has 3 columns" if column == "dataQ" else "is not there"
+        assert refusal(path, column) == f"column = {column!r} {why}; accepted: {accepted}"
     assert "'dataQ' (4 x 3)" in refusal(path, "dataq[:, 0]")
     assert "'dataQ' (4 x 3)" in refusal(path, "dataQ[0]")
 
@@ -583,6 +584,11 @@ def test_what_was_found_is_told(tmp_path):
     assert told(Recording(path=str(path), column="Ft")).startswith("in mN by the file, 2 samples at 100 Hz, -0.5 to")
     assert told(Recording(path=str(path), column="Ft", scale=2.0)).startswith("in mN by the file, taken for 2 N each, ")
     wavfile.write(tmp_path / "a.wav", 100, np.zeros(8, np.int16))
+    (tmp_path / "bare.csv").write_text("t,F\n0,0.1\n0.01,0.3\n0.02,0.2\n")
+    bare = Recording(path=str(tmp_path / "bare.csv"), column="F")
+    assert told(bare).startswith("no unit in the file: taken for N, 3 samples")
+    assert told(bare.model_copy(update={"unit": "N"})).startswith("3 samples")
+    assert told(bare.model_copy(update={"scale": 1.0})).startswith("3 samples")
     assert told(Recording(path=str(tmp_path / "a.wav"))).startswith("full scale taken for 1 N, 8 samples")
 
 

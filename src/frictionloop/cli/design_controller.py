@@ -25,6 +25,7 @@ EXAMPLES = r"""Examples
 Asked = Annotated[flags.T, Parameter(group=Group("What must hold", sort_key=2))]
 SLOW = {"hinf", "lqg"}
 """Laws that identify the friction noise by simulation first."""
+MORE = "`--speeds SLOWEST,FASTEST` designs for a range of speeds, `--law hinf` for both contacts."
 
 
 def command(
@@ -100,6 +101,7 @@ def command(
         return
     screen.show(
         *(screen.wrapped(warning) for warning in designed.warnings),
+        *([screen.wrapped(MORE)] if designed.warnings else []),
         *([""] if designed.warnings else []),
         screen.columns([("bench", origin), ("law", name), *controller_text.gain_rows(designed)]),
         "",

@@ -174,11 +174,13 @@ def _pick(recording: Recording, arrays: Mapping[str, Any], in_matlab: bool) -> t
     array, shape = arrays[name], shapes[name]
     if column is None and row is None and (len(shape) == 1 or 1 in shape):
         return name, np.ravel(array[()]), []
-    axis, k = (0, int(row)) if row is not None else (1, int(column or shape[-1]))
+    axis, k = (0, int(row)) if row is not None else (1, int(column or 0))
     if len(shape) == 1:
         raise no_column(recording, [repr(name)])
-    if k >= shape[axis]:
-        raise no_column(recording, [f"'{name}[:, 0]' to '{name}[:, {shape[1] - 1}]' or a row '{name}[0, :]'"])
+    whole = column is None and row is None
+    if whole or k >= shape[axis]:
+        why = f"has {shape[1]} columns" if whole else "is not there"
+        raise no_column(recording, [f"'{name}[:, 0]' to '{name}[:, {shape[1] - 1}]' or a row '{name}[0, :]'"], why)
     lines = [f"'{name}[:, {i}]'" for i in range(shape[1]) if i != k] if axis else []
     return name, array[(slice(None), k)[:: order if axis else -order]], lines
 

@@ -118,6 +118,8 @@ def told(recording: Recording) -> str:
         read = f"in {column.unit} by the file, "
         if recording.scale is not None:
             read += f"taken for {recording.scale:g} N each, "
+    elif recording.unit is None and recording.scale is None:
+        read = "no unit in the file: taken for N, "
     return f"{read}{force.size} samples at {file_hz:g} Hz, {force.min():.3g} to {force.max():.3g} N"
 
 

@@ -25,6 +25,8 @@ MOVING = (
     ("load", "load\n(N)", 1.0, PURPLE),
 )
 """Traces of a finger that moves: name, label, factor, colour."""
+STEADY = 0.9
+"""Share of the rms error below which what varies of it is told apart from its mean (chosen)."""
 BINS = 3000
 """Stretches of time that a trace is drawn in, each by its lowest and highest value: more than a page has dots."""
 
@@ -94,9 +96,14 @@ def _opened(run: xr.Dataset) -> xr.Dataset | None:
 def _error(run: xr.Dataset) -> str:
     """Return the error for the legend, nothing where no period counts or no force on the finger is known."""
     try:
-        return f": error {1e3 * rms_error(run):.3g} mN rms"
+        error_mn = 1e3 * rms_error(run)
     except (FrictionloopError, KeyError):
         return ""
+    scored = run["scored"].values if "scored" in run else slice(None)
+    varies_mn = 1e3 * float(np.std((run["f_a"].values - run["f_r"].values)[scored]))
+    # A steady error is not what a person looks for who compares two curves that vary.
+    own = f", {varies_mn:.3g} without its mean" if varies_mn < STEADY * error_mn else ""
+    return f": error {error_mn:.3g} mN rms{own}"
 
 
 def _force(run: xr.Dataset) -> tuple[str, str]:
