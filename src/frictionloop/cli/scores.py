@@ -69,9 +69,7 @@ def _left(found: dict[str, float]) -> list[Row]:
     left = found["disturbance_left"]
     if math.isnan(left):
         return []
-    said = "rms share of the disturbance's variation that is left" + (
-        ": the loop makes it worse" if left > WORSE else ""
-    )
+    said = "rms share of d - mean d that is left" + (": the loop makes it worse" if left > WORSE else "")
     return [("disturbance_left", f"{left:.3g}", said)]
 
 

@@ -29,6 +29,10 @@ class Bar:
         self._what = f"{self.title}: {what}"
         self._name(self._what)
 
+    def inner(self) -> Bar:
+        """Return a bar that counts nothing, and says on this one what is under way."""
+        return Bar(self.title, lambda: None, self._name)
+
     def compiling(self, begins: bool) -> None:
         """Say beside the part under way that something is compiled, or that it is done."""
         self._name(self._what + "; compiling the loop, once after an installation" * begins)

@@ -53,7 +53,7 @@ def reproduce(
     if only:
         # Only what is asked for counts on the bar, not the parts that it needs.
         with progress_bar("report", len(only), progress) as bar:
-            results = Results(Bar(bar.title, lambda: None, bar.doing))
+            results = Results(bar.inner())
             _draw(wanted, results, target / "figures", bar)
             return [one_claim(id, results) for id in only if id not in DRAWINGS]
     with progress_bar("report", len(list(parts())) + len(wanted) + 1, progress) as bar:

@@ -16,7 +16,7 @@ from markupsafe import Markup, escape
 
 from frictionloop.parameters import RETUNED
 from frictionloop.quantities.version import package_version
-from frictionloop.report import protocol
+from frictionloop.report import device, protocol
 from frictionloop.report.arrivals import rows as arrival_rows
 from frictionloop.report.beyond import beyond_rows
 from frictionloop.report.claims import THESIS, Claim
@@ -140,6 +140,8 @@ def render(
         counts=counts(claims),
         named=named(claims),
         retuned=RETUNED,
+        fingers=results.people[device.OPEN].sizes["finger"],
+        built=docs_link("glossary", folder).endswith(".html"),
         finger=the_finger(),
         finger_number=protocol.chosen(protocol.population()),
         study=results.beyond,

@@ -16,6 +16,9 @@ from frictionloop.parameters import System, feasible, paper
 from frictionloop.report import arrivals, beyond, calibration, device, gains, noise, people, systems
 from frictionloop.report.trials import sliding_trials
 
+HALF = "half a period of delay"
+"""What the text leaves open with which the optimum is the printed one."""
+
 
 class Field(NamedTuple):
     """What a field of ``Results`` is for, as the progress line says it, and the seeds of its runs."""
@@ -152,7 +155,7 @@ class Watched(Results):
 def variants() -> dict[str, dict[str, float]]:
     """Return what the text leaves open beside the amplitudes, as overrides of ``feasible()``: noise and delay."""
     sigma = {name: reading.sigma_n(1e-5) for name, reading in noise.NOISE_READINGS.items() if name != "rms"}
-    delays_s = {"half a period of delay": 1e-4, "one period of delay": 2e-4}
+    delays_s = {HALF: 1e-4, "one period of delay": 2e-4}
     return {f"noise as {name}": {noise.NOISE: value} for name, value in sigma.items()} | {
         name: {"controller.delay_s": value} for name, value in delays_s.items()
     }

@@ -12,7 +12,7 @@ from frictionloop.physics.friction import friction_force
 from frictionloop.report.claims.judging import Numbers, numbers
 from frictionloop.report.gains import at, optimum, spread, useful_range
 from frictionloop.report.numbers import number
-from frictionloop.report.results import Results
+from frictionloop.report.results import HALF, Results
 from frictionloop.report.systems import FEASIBLE, WORKING, noise_above_n, reachable_share, readings, tracking_run
 
 
@@ -29,7 +29,9 @@ def kp_range_high(results: Results) -> Numbers:
 
 def kp_optimum(results: Results) -> Numbers:
     """Return the best gain at Ki = 2, also with the noise and the delay that the text leaves open."""
-    return numbers({name: optimum(cut["r2_identity"]).kp for name, cut in (results.over_kp | results.variants).items()})
+    best = {name: optimum(cut["r2_identity"]).kp for name, cut in (results.over_kp | results.variants).items()}
+    useful = useful_range(results.variants[HALF]["r2_identity"])
+    return numbers(best, useful_from=useful.low, useful_to=useful.high)
 
 
 def ki_influence(results: Results) -> Numbers:

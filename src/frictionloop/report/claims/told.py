@@ -137,7 +137,7 @@ def summary(claims: Sequence[Claim]) -> list[str]:
         f"{n['printed']} of {n['text']} statements about the simulation come out as printed, "
         f"{n['assumed']} under an assumption, {n['contradicted']} do not.",
         f"Of {n['device']} about the device {n['device out']} come out on the assumed bench, "
-        f"{n['device part']} under a further assumption.",
+        f"{n['device part']} under a further assumption, {n['device not']} do not.",
         "",
     ]
 
