@@ -152,8 +152,9 @@ def of_system(system: System) -> Ringing | None:
     stable = math.isfinite(peak)
     if stable and peak < NEAR:
         return None
-    forces_n = [point.elements.force_n for point in points]
     states = {point.elements.occluded for point in points}
+    # A moist finger that a force is out of reach of is looked at with the nearest: that is no level of the set-point.
+    forces_n = [point.elements.force_n for point in points if point.elements.occluded == min(states)]
     beyond_n = [{each.force_n for each in missed(system, [state])} for state in sorted(states)]
     nowhere_n = tuple(sorted(set.intersection(*beyond_n)))
     band = Band(min(forces_n), max(forces_n), len(states) > 1, max(states), _bench(system), nowhere_n)

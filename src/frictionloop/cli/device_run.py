@@ -82,6 +82,10 @@ def command(
         raise FrictionloopError(f"out: needs a FILE.h5 for a run of more than {SCORED_S:g} s, which no memory holds")
     system, origin = flags.given(file, preset, overrides, "bench")
 
+    from frictionloop.firmware.board_fit import misfits
+
+    for line in misfits(system):
+        screen.note(line)
     with connected(address, system) as device:
         device.upload(system)
         device.clear()  # of a fault that an earlier run ended with; refused while its cause lasts

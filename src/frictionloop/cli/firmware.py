@@ -126,12 +126,16 @@ def _cycle_lines(cycles: dict[str, dict[str, int]]) -> list[str]:
 
 
 def _table(file: Path | None, preset: str | None, overrides: list[str] | None, out: Path) -> tuple[Table, str]:
+    from frictionloop.firmware.board_fit import misfits
     from frictionloop.firmware.export import Table
     from frictionloop.firmware.parameter_words import firmware_words
 
     checks.check_folder("out", out)
     system, origin = flags.given(file, preset, overrides, "bench")
-    return Table(system, firmware_words(system)), origin
+    table = Table(system, firmware_words(system))
+    for line in misfits(system):
+        screen.note(line)
+    return table, origin
 
 
 def _show(table: Table, origin: str, made: dict[str, Any], rows: list[tuple[str, str]], json: bool) -> None:
