@@ -143,7 +143,7 @@ def test_numbers_of_what_was_asked_for_are_perfect_and_of_a_resting_finger_none(
     assert numbers_of(rows, 5000.0, 0.02) == {}
 
 
-def test_what_follows_a_turn_or_a_landing_does_not_count_and_a_rest_is_no_turn():
+def test_what_is_around_a_turn_or_a_landing_does_not_count_and_a_rest_is_no_turn():
     forth, back = np.linspace(0, 10, 2501)[1:], np.linspace(10, 0, 2501)[1:]
     rest = np.full(500, 5.0)
     x_mm = np.concatenate([forth[:1250], rest, forth[1250:], back])
@@ -151,9 +151,33 @@ def test_what_follows_a_turn_or_a_landing_does_not_count_and_a_rest_is_no_turn()
     assert not counts[: int(250 * TURNED_MM) - 2].any()
     assert counts[int(250 * TURNED_MM) + 2 : 1245].all()
     assert not counts[1260:1740].any()
-    assert counts[1760:2990].all()
-    assert not counts[3010 : 3000 + int(250 * TURNED_MM) - 2].any()
-    assert counts[3000 + int(250 * TURNED_MM) + 2 : -2].all()
-    lifted = slides(x_mm, np.where(np.arange(x_mm.size) < 2000, 0.0, 0.5), 5000.0, 0.02)
-    assert not lifted[: 2000 + int(250 * TURNED_MM) - 2].any()
-    assert lifted[2000 + int(250 * TURNED_MM) + 2 : 2990].all()
+    near = int(250 * TURNED_MM)
+    assert counts[1760 : 3000 - near - 2].all()
+    assert not counts[3000 - near + 2 : 3000 + near - 2].any()
+    assert counts[3000 + near + 2 : -2].all()
+    lifted = slides(x_mm, np.where(np.arange(x_mm.size) < 400, 0.0, 0.5), 5000.0, 0.02)
+    assert not lifted[: 400 + near - 2].any()
+    assert lifted[400 + near + 2 : 1245].all()
+    lifts = slides(x_mm, np.where(np.arange(x_mm.size) < 1200, 0.5, 0.0), 5000.0, 0.02)
+    assert lifts[near + 2 : 1200 - near - 2].all()
+    assert not lifts[1200 - near + 2 :].any()
+
+
+def test_ringing_is_at_both_limits_and_a_plate_that_does_all_it_can_at_one():
+    rows, names = np.zeros((len(CHANNELS), 10_000)), list(CHANNELS)
+    rows[X], rows[LOAD] = np.linspace(0, 80, 10_000), 0.5
+    rows[names.index("saturated")] = 1.0
+    rows[names.index("closed_um")] = 2.5
+    assert numbers_of(rows, 5000.0, 0.02)["swings"] == 0.0
+    rows[names.index("closed_um"), ::2] = 0.1
+    assert numbers_of(rows, 5000.0, 0.02)["swings"] == pytest.approx(0.5, abs=0.01)
+    rows[names.index("saturated")] = 0.0
+    assert numbers_of(rows, 5000.0, 0.02)["swings"] == 0.0
+
+
+@pytest.mark.parametrize(("hz", "fast"), [(20.0, 0.0), (250.0, 1.0)])
+def test_what_of_the_felt_error_is_fast_is_told(hz, fast):
+    rows = np.zeros((len(CHANNELS), 10_000))
+    rows[X], rows[LOAD] = np.linspace(0, 80, 10_000), 0.5
+    rows[list(CHANNELS).index("closed_n")] = 0.05 * np.sin(2 * np.pi * hz / 5000 * np.arange(10_000))
+    assert numbers_of(rows, 5000.0, 0.02)["closed_fast"] == pytest.approx(fast, abs=0.03)

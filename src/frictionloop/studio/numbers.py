@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.signal import butter, sosfilt
 
 from frictionloop.device.live_engine import CHANNELS
 from frictionloop.loop.felt import weighted
@@ -16,7 +17,9 @@ WINDOW_S = 2.0
 LEAST_S = 0.2
 """Time on the plate below which nothing is said."""
 TURNED_MM = 2.0
-"""Way after a turn or a landing: 2F/k of 1 N over the 1000 N/m of the bench's skin, as metrics leave out there."""
+"""Way before and after a turn or a landing: 2F/k of 1 N over the 1000 N/m of the bench's skin, as metrics leave out."""
+FAST_HZ = 100.0
+"""What of the felt error is faster is told apart: the paper's plate follows so far (Sec. 2.1), and no loop beyond."""
 OVER_S = 0.004
 """Over how long the way is taken that tells the speed (assumed)."""
 _ROW = {name: number for number, name in enumerate(CHANNELS)}
@@ -27,9 +30,11 @@ def numbers_of(rows: np.ndarray, rate_hz: float, touches_n: float) -> dict[str, 
 
     Each but the last is told of the open and of the closed loop. As felt the error is the index D of
     ``fl.perceptual_index``: in thresholds of touch from 1 to 500 Hz, felt above 1. Contrast is the spread of the force
-    over that asked for, both as standard deviations: 1 delivers all of it. Ticks count while the finger slides, from
-    `TURNED_MM` after a turn on: the skin swings over meanwhile. A number that does not exist is None: R2 and contrast
-    where the force asked for does not change. ``beyond`` is the share of the wish that is out of the finger's reach.
+    over that asked for, both as standard deviations: 1 delivers all of it. Ticks count while the finger slides, but for
+    `TURNED_MM` on both sides of a turn: the skin swings over meanwhile. A number that does not exist is None: R2 and
+    contrast where the force asked for does not change. ``beyond`` is the share of the wish that is out of the finger's
+    reach. ``swings`` is the share of ticks at the limit that is visited less, of most and of least vibration: a loop
+    that rings is at both. ``closed_fast`` is the share of the squared index that is above `FAST_HZ`.
 
     Parameters
     ----------
@@ -48,6 +53,7 @@ def numbers_of(rows: np.ndarray, rate_hz: float, touches_n: float) -> dict[str, 
     told: dict[str, float | None] = {
         "saturated": float(np.mean(rows[_ROW["saturated"], sliding])),
         "beyond": float(np.mean(beyond[sliding])),
+        "swings": _swings(rows[:, sliding]),
     }
     for name in ("open", "closed"):
         force = _force(rows, name)
@@ -56,9 +62,11 @@ def numbers_of(rows: np.ndarray, rate_hz: float, touches_n: float) -> dict[str, 
             continue
         error, spread = np.where(counted, force - asked, 0.0), float(np.std(asked[counted]))
         rms = math.sqrt(float(np.mean(error[counted] ** 2)))
+        felt, fast = _felt(error, counted, rate_hz)
         told |= {
             f"{name}_error_n": rms,
-            f"{name}_felt": _felt(error, counted, rate_hz),
+            f"{name}_felt": felt,
+            f"{name}_fast": fast,
             f"{name}_r2": 1.0 - (rms / spread) ** 2 if spread > 1e-3 else None,
             f"{name}_contrast": float(np.std(force[counted])) / spread if spread > 1e-3 else None,
         }
@@ -72,16 +80,30 @@ def _force(rows: np.ndarray, name: str) -> np.ndarray:
     return np.where(np.isfinite(force), force, np.where(runs, rows[_ROW["measured_n"]], np.nan))
 
 
-def _felt(error_n: np.ndarray, sliding: np.ndarray, rate_hz: float) -> float | None:
-    """Return the index D of an error where the finger slides; None at a rate that the filter is not made for."""
+def _swings(rows: np.ndarray) -> float:
+    """Return the share of ticks at the limit of most or of least vibration, whichever is less."""
+    limited, strong = rows[_ROW["saturated"]] > 0, rows[_ROW["closed_um"]]
+    high = strong > 0.5 * np.max(strong, initial=0.0, where=np.isfinite(strong))
+    return float(min(np.mean(limited & high), np.mean(limited & ~high)))
+
+
+def _felt(error_n: np.ndarray, sliding: np.ndarray, rate_hz: float) -> tuple[float | None, float | None]:
+    """Return the index D of an error where the finger slides, and the share of its square above `FAST_HZ`.
+
+    Both are None at a rate that the filter is not made for.
+    """
     if not RATES_HZ[0] <= rate_hz <= RATES_HZ[1]:
-        return None
+        return None, None
     felt = weighted(error_n.astype(float), sliding.astype(float), rate_hz)
-    return math.sqrt(float(np.sum(felt**2)) / float(sliding.sum()))
+    whole = float(np.sum(felt**2))
+    fast = sosfilt(butter(4, FAST_HZ, "highpass", fs=rate_hz, output="sos"), felt)
+    return math.sqrt(whole / float(sliding.sum())), float(np.sum(fast**2)) / whole if whole else None
 
 
 def slides(x_mm: np.ndarray, load_n: np.ndarray, rate_hz: float, touches_n: float) -> np.ndarray:
-    """Return in which ticks the finger slides, `TURNED_MM` after its last turn or landing.
+    """Return in which ticks the finger slides, further than `TURNED_MM` from a turn, a landing or a lift.
+
+    The next turn is known only when it has come: the newest ticks count until then.
 
     Parameters
     ----------
@@ -104,6 +126,9 @@ def slides(x_mm: np.ndarray, load_n: np.ndarray, rate_hz: float, touches_n: floa
     told = moves | (load_n < touches_n)
     last = np.maximum.accumulate(np.where(told, ticks, 0))
     way = np.where(moves, np.sign(speed_mm_s), 0.0)[last]
-    begins = np.concatenate([[0], 1 + np.flatnonzero(np.diff(way))])
-    since = begins[np.searchsorted(begins, ticks, side="right") - 1]
-    return np.asarray(moves & (np.abs(x_mm - x_mm[since]) >= TURNED_MM))
+    begins = np.concatenate([[0], 1 + np.flatnonzero(np.diff(way)), [x_mm.size]])
+    stroke = np.searchsorted(begins, ticks, side="right")
+    far = np.abs(x_mm - x_mm[begins[stroke - 1]]) >= TURNED_MM
+    ends = begins[stroke]
+    far &= (ends == x_mm.size) | (np.abs(x_mm - x_mm[np.minimum(ends, x_mm.size - 1)]) >= TURNED_MM)
+    return np.asarray(moves & far)

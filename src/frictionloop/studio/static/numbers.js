@@ -15,14 +15,24 @@ export function showNumbers(table, sentence, told) {
   sentence.textContent = verdict(told);
 }
 
+const percent = (share) => `${(100 * share).toFixed(0)} %`;
+
 function verdict(told) {
-  const { open_error_n: open, closed_error_n: closed, saturated, beyond } = told;
+  const { open_error_n: open, closed_error_n: closed, saturated, swings, beyond } = told;
   if (open == null && closed == null) return "Slide on the plate: the numbers begin after a fifth of a second.";
-  if (saturated > 0.3 && beyond < 0.3) return "The command runs from limit to limit: the gain is too high for this loop.";
+  if (saturated > 0.3 && swings > 0.1) return "The command runs from limit to limit: the gain is too high for this loop.";
   if (beyond > 0.3) return "The wish is often out of this finger's reach: no controller delivers it there.";
   if (open == null || closed == null) return "One loop runs at a time here: run the other one to compare them.";
-  const share = closed / open, unfelt = told.closed_felt != null && told.closed_felt < 1 ? " What is left is below the threshold of touch." : "";
-  if (share < 0.8) return `The closed loop leaves ${(100 * share).toFixed(0)} % of the open loop's error.${unfelt}`;
-  if (share <= 1.25) return "Open and closed loop err alike here.";
+  const share = closed / open, limited = saturated > 0.3 ? ` For ${percent(saturated)} of the time the plate is at its limit.` : "";
+  if (share < 0.8) return `The closed loop leaves ${percent(share)} of the open loop's error.${felt(told)}${limited}`;
+  if (share <= 1.25) return `Open and closed loop err alike here.${limited}`;
   return "The closed loop makes it worse here: its gains ring, or its model is wrong.";
+}
+
+// Of a smaller error the hand may notice little: what it feels best is faster than the loop.
+function felt({ open_felt: open, closed_felt: closed, closed_fast: fast }) {
+  if (open == null || closed == null) return "";
+  if (closed < 1) return " What is left is below the threshold of touch.";
+  if (closed > 0.8 * open && fast > 0.5) return ` As felt they are alike: ${percent(fast)} of it is above 100 Hz, as skin is rough, and faster than the loop.`;
+  return "";
 }

@@ -1,6 +1,7 @@
 // Seven steps for a reader of the paper: what is told, what is asked for, how the page is set up, when it is done.
 const LAW = { "controller.kind": "notch_pi", "controller.feedforward": true }, PI = { "controller.kind": "pi" };
-const CALM = { "friction.nominal_n": 0.95, "controller.delay_s": 0.0002, "plate.max_amplitude_um": 2.5, "sensor.noise_density_n_rthz": 2.3e-6 };
+// Skin that grows moist while one reads would take the wish out of reach.
+const CALM = { "friction.nominal_n": 0.95, "friction.occlusion_ratio": 1, "controller.delay_s": 0.0002, "plate.max_amplitude_um": 2.5, "sensor.noise_density_n_rthz": 2.3e-6 };
 const FORCES = ["open_n", "closed_n", "asked_n"];
 
 export const STEPS = [
