@@ -12,6 +12,7 @@ from studio_pages import opened, seen, until
 
 import frictionloop as fl
 from frictionloop.cli.effect import LAW
+from frictionloop.device.boards import Simulated
 from frictionloop.device.codec import Message
 from frictionloop.device.device import connect
 from frictionloop.device.device_session import DeviceSession
@@ -22,6 +23,7 @@ from frictionloop.device.live_record import recorded
 from frictionloop.device.live_rows import Rows
 from frictionloop.device.recorder import ALL
 from frictionloop.device.recorder import CHANNELS as TOLD
+from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import schema
 from frictionloop.studio.commands import obey
@@ -151,13 +153,68 @@ def test_a_fault_is_told_in_words_and_cleared(room):
 
 def test_a_page_changes_controller_and_effect_and_not_the_bench(room):
     guest = joined(room)
+    engine = room.session.engine
+    engine.prepare(SYSTEM.evolve({"setpoint.effect": fl.rendering.LIBRARY["bump"]}))  # the server does so beside
     obey(room, guest, {"do": "set", "values": {"controller.kp": 0.05}})
-    assert room.session.engine._device.controller.kp == 0.05
     obey(room, guest, {"do": "effect", "name": "bump"})
-    assert room.session.engine.system.setpoint.effect == fl.rendering.LIBRARY["bump"]
+    pass_s(room, 0.3, guest)
+    assert engine._device.controller.kp == 0.05
+    assert engine.system.setpoint.effect == fl.rendering.LIBRARY["bump"]
+    assert engine._set_up._plays is engine._set_up._played[(engine.system.setpoint, 255.0)].tables.words
     with pytest.raises(FrictionloopError, match="friction: is of the bench that stands there"):
         obey(room, guest, {"do": "set", "values": {"friction.nominal_n": 1.2}})
     assert room.session.engine.system.friction == SYSTEM.friction
+
+
+def test_what_the_board_refuses_is_told_and_what_was_in_force_stays(room, monkeypatch):
+    guest = joined(room)
+    obey(room, guest, {"do": "arm", "state": "closed"})
+    pass_s(room, 0.3, guest)
+    link = room.session.engine._link
+    ask = link.ask
+    monkeypatch.setattr(
+        link, "ask", lambda name, **fields: ask(name, **fields | ({"crc": 1} if name == "commit" else {}))
+    )
+    obey(room, guest, {"do": "set", "values": {"controller.kp": 0.05}})
+    assert room.session.engine.system.controller.kp == 0.05
+    guest._waiting.clear()
+    pass_s(room, 0.3, guest)
+    told = [each for each in guest._waiting if isinstance(each, dict)]
+    assert any(each["type"] == "refused" and each["why"].startswith("commit") for each in told)
+    assert any(each["type"] == "system" for each in told)
+    assert room.session.engine.system == SYSTEM
+    assert room.status()["device"]["state"] == "closed"
+
+
+def test_a_finger_that_slides_does_not_jump_while_the_board_is_asked(room):
+    """A request takes ticks: a finger that rested meanwhile would jump after, which the board takes for a fault."""
+    guest = joined(room)
+    room.session.ghost.speed_mm_s = 200.0
+    obey(room, guest, {"do": "arm", "state": "closed"})
+    for kp in np.linspace(0.05, 0.5, 20):
+        obey(room, guest, {"do": "set", "values": {"controller.kp": float(kp)}})
+        pass_s(room, 0.1, guest)
+    steps = np.abs(np.diff(room.session.last(1.5)[ROW["x_mm"]]))
+    assert steps.max() < 0.2
+    assert (room.status()["device"]["fault"], room.status()["device"]["state"]) == ("", "closed")
+
+
+def test_a_board_that_began_anew_is_set_up_again(room):
+    guest = joined(room)
+    obey(room, guest, {"do": "arm", "state": "closed"})
+    pass_s(room, 3.0, guest)
+    engine = room.session.engine
+    obey(room, guest, {"do": "set", "values": {"controller.kp": 0.05}})
+    pass_s(room, 0.3, guest)
+    engine._bench.board = Simulated(SYSTEM)
+    pass_s(room, 0.6, guest)
+    assert (engine.armed, engine.state) == ("idle", "idle")
+    assert "began anew" in engine.trouble
+    assert engine._device.parameters.hold(firmware_words(engine.system))
+    obey(room, guest, {"do": "arm", "state": "closed"})
+    pass_s(room, 0.5, guest)
+    assert engine.state == "closed"
+    assert np.nanstd(room.session.last(0.2)[ROW["asked_n"]]) > 0.02  # the grating plays
 
 
 def frame(tick, rows):

@@ -13,10 +13,10 @@ import frictionloop as fl
 from frictionloop.device.live_session import Session
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.tables import Map
-from frictionloop.studio.commands import system_message
 from frictionloop.studio.room import Guest, Room
 from frictionloop.studio.safe import Doors
 from frictionloop.studio.server import studio_app
+from frictionloop.studio.share import system_message
 from frictionloop.studio.uploads import MOST_BYTES, MOST_PIXELS, PAINT_MM, PAINT_MOST_N, brought
 
 with warnings.catch_warnings():

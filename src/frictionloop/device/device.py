@@ -136,8 +136,13 @@ class Device(metaclass=Brief):
 
     def upload(self, system: System) -> None:
         """Write the whole parameter table from a System and put it in force; refused where it does not fit."""
+        for _ in self.uploading(system):
+            pass
+
+    def uploading(self, system: System) -> Iterator[None]:
+        """As `upload`, with a pause after each frame, for who has to listen to the device meanwhile."""
         self._tuned, self._others_wait = {}, False
-        self.parameters.write(firmware_words(system))
+        yield from self.parameters.writing(firmware_words(system))
         self.parameters.commit()
         self.system = system
 

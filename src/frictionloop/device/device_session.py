@@ -71,6 +71,11 @@ class DeviceSession(Session):
         """Return what pages are told of the device."""
         return self.engine.told()
 
+    def refused(self) -> list[str]:
+        """Return what the device has refused of changes since the last call, in words."""
+        told, self.engine.refused = self.engine.refused, []
+        return told
+
     def step(self, now_s: float) -> list[Block]:
         """Go on to a time and return the blocks whose ticks have come in."""
         if now_s - self._called_s > STALLED_S:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zlib
+from collections.abc import Iterator
 from numbers import Integral
 from typing import Any, NamedTuple
 
@@ -33,9 +34,15 @@ class Played(NamedTuple):
 
     def send(self, link: Link) -> None:
         """Write the effect into the copy that waits, and put it in force: the one that plays goes on until then."""
+        for _ in self.sending(link):
+            pass
+
+    def sending(self, link: Link) -> Iterator[None]:
+        """As `send`, with a pause after each frame, for who has to listen to the device meanwhile."""
         words = self.tables.words
         for first in range(0, len(words), POINTS_A_FRAME):
             link.ask("waveform", first=first, values=words[first : first + POINTS_A_FRAME])
+            yield
         crc = zlib.crc32(words.astype("<i2").tobytes())
         source = schema()["sources"]["effect"]
         link.ask("play", source=source, loops=0, count=len(words), step=0, start_um=0, crc=crc)

@@ -20,3 +20,8 @@ WORDS = {
     "watchdog": "no tick came for 50 ms, or the firmware stopped itself after an exception",
 }
 """The first words of the page on each fault, by its name in the protocol."""
+
+
+def in_words(name: str, reading: str) -> str:
+    """Return a fault with what it means; ``reading`` is what the board told of its cause, in brackets."""
+    return f"{name}{reading}: {WORDS.get(name, 'a fault that this version does not know')}"

@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 import time
-from collections import deque
 
 import numpy as np
 
 from frictionloop.device.codec import Message
 from frictionloop.device.device import Device
 from frictionloop.device.errors import DeviceError, Refused, Unplugged
-from frictionloop.device.fault_words import WORDS
+from frictionloop.device.fault_words import in_words
 from frictionloop.device.live_rows import Rows
+from frictionloop.device.live_setup import SetUp
 from frictionloop.device.recorder import ALL, TICK_HZ
-from frictionloop.device.running import FAULTS, RESETS, STATES, reading_told
+from frictionloop.device.running import FAULTS, NO_SESSION, RESETS, STATES, reading_told
 from frictionloop.device.simulated_pipe import ENDS, BenchPipe
-from frictionloop.loop.stepper import Movement
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
-from frictionloop.rendering.source import EffectSource
 
-CHANGEABLE = "controller", "setpoint"
-"""Blocks of a System that a page may change on a device: all else is the bench that stands there."""
 RETRY_S = 1.0
 """How often a line that went away is tried again (assumed)."""
 NAMES = {number: name for name, number in STATES.items()}
@@ -47,11 +43,8 @@ class DeviceEngine:
     """
 
     def __init__(self, device: Device, system: System) -> None:
-        self._device, self._link, self.system = device, device._link, system
+        self._device, self._link = device, device._link
         self._bench = device._link.pipe if isinstance(device._link.pipe, BenchPipe) else None
-        self._moves: deque[Movement] = deque()
-        if self._bench is not None:
-            self._bench.moves = self._moves
         self.source = self._link.pipe.source
         self.trouble = ""
         """What is wrong with the line, empty while nothing is."""
@@ -59,9 +52,17 @@ class DeviceEngine:
         """The fault that is in force, in words; empty without one."""
         self.armed = "idle"
         """The state that was asked for: idle, open or closed."""
+        self.refused: list[str] = []
+        """What the device has refused of a change, in words; emptied by who tells it."""
         self._retry_s = 0.0
-        self._set_up(system)
+        self._set_up = SetUp(device, system)
+        self.ready, self.prepare = self._set_up.ready, self._set_up.prepare
         self.rows = self._listen()
+
+    @property
+    def system(self) -> System:
+        """What the device is set up from, or is being set up from: a change is written beside the telemetry."""
+        return self._set_up.wanted
 
     @property
     def rate_hz(self) -> float:
@@ -91,10 +92,9 @@ class DeviceEngine:
         return self.rows.taken(self._link.pipe)
 
     def change(self, system: System) -> bool:
-        """Put another controller or effect in force; return whether the law went on."""
-        self._check(system)
+        """Begin to put another controller or effect in force, frame by frame; return whether the law goes on."""
         went_on = system.controller.kind == self.system.controller.kind
-        self._set_up(system)
+        self._set_up.begin(system)
         return went_on
 
     def arm(self, state: str) -> None:
@@ -102,7 +102,7 @@ class DeviceEngine:
         if state not in ("open", "closed"):
             raise FrictionloopError(f"state = {state!r}: must be open or closed")
         self._device.mode(state)
-        self.armed = state
+        self.armed, self.trouble = state, ""
 
     def disarm(self) -> None:
         """Ask for the plate at rest, which the board brings it to within 0.1 s."""
@@ -131,7 +131,7 @@ class DeviceEngine:
             "fault": self.fault,
             "trouble": self.trouble,
             "lost": self.rows.lost,
-            "ceiling_um": float(self._device.parameters["drive.ceiling_um"]),
+            "ceiling_um": self._set_up.ceiling_um,
             "has_finger": self.is_paced,
             "reach_mm": self.reach_mm,
         }
@@ -145,20 +145,6 @@ class DeviceEngine:
         """Switch the plate off and let go of the line."""
         self._device.close()
 
-    def _set_up(self, system: System) -> None:
-        if not isinstance(system.setpoint, EffectSource):
-            raise FrictionloopError(
-                f"setpoint.kind = {system.setpoint.kind!r}: must be effect to be played from a page"
-            )
-        self._device.upload(system)
-        self._device.play(system.setpoint)
-        self.system = system
-
-    def _check(self, system: System) -> None:
-        for name in type(system).model_fields:
-            if name not in CHANGEABLE and getattr(system, name) != getattr(self.system, name):
-                raise FrictionloopError(f"{name}: is of the bench that stands there; controller and effect can change")
-
     def _listen(self) -> Rows:
         status = self._link.listen(1, ALL)
         if status["state"] == STATES["fault"]:
@@ -167,12 +153,22 @@ class DeviceEngine:
 
     def _heard(self, path: np.ndarray) -> list[Message]:
         if self._bench is None:
+            self._write_on()
             return self._link.poll(0.0)
-        self._moves.extend(Movement(*row) for row in path.tolist())
-        until, messages = self._bench.clock() + (len(self._moves) - 0.5) / TICK_HZ, []
-        while self._bench.clock() < until:
-            messages += self._link.poll(until - self._bench.clock())
+        until, messages = self._bench.clock() + (self._bench.move(path) - 0.5) / TICK_HZ, []
+        while (left := until - self._bench.clock()) > 0:
+            messages += self._link.poll(left)
+            self._write_on()
         return messages
+
+    def _write_on(self) -> None:
+        """Write one more frame of what the device is set up from."""
+        try:
+            self._set_up.go_on()
+        except Unplugged:
+            raise
+        except FrictionloopError as refused:
+            self.refused.append(str(refused))
 
     def _take(self, message: Message) -> None:
         if message.name == "telemetry":
@@ -181,22 +177,24 @@ class DeviceEngine:
             self._note(message)
         elif message.name == "fault":
             self._fail(message["fault"], reading_told(message))
+        elif message.name == "refused" and message["reason"] == NO_SESSION:
+            self._began_anew("it knows this session no more")
 
     def _note(self, status: Message) -> None:
         if status["state"] == STATES["fault"] and not self.fault:
             self._fail(status["fault"], "")
         if self.rows.began_anew(status["tick"]):
-            self.armed, self.trouble = (
-                "idle",
-                f"the device began anew (reset: {RESETS.get(status['reset'], 'unknown')})",
-            )
+            self._began_anew(f"reset: {RESETS.get(status['reset'], 'unknown')}")
+
+    def _began_anew(self, why: str) -> None:
+        """Set up a device that has forgotten what it was set up from, and whom it tells of its samples."""
+        self.armed, self.trouble = "idle", f"the device began anew ({why})"
+        self._link.resume()
+        self._set_up.again()
+        self.rows = self._listen()
 
     def _fail(self, number: int, reading: str) -> None:
-        name = FAULTS.get(number, str(number))
-        self.fault, self.armed = (
-            f"{name}{reading}: {WORDS.get(name, 'a fault that this version does not know')}",
-            "idle",
-        )
+        self.fault, self.armed = in_words(FAULTS.get(number, str(number)), reading), "idle"
 
     def _come_back(self, why: str) -> None:
         """Try the line again now and then; the board has switched its plate off meanwhile."""
@@ -206,7 +204,7 @@ class DeviceEngine:
         self._retry_s = time.monotonic()
         try:
             self._device.reconnect()
-            self._set_up(self.system)
+            self._set_up.again()
             self.rows = self._listen()
         except DeviceError:
             return

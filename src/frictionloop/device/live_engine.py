@@ -34,7 +34,10 @@ class Engine(Protocol):
 
     source: str
     """``simulated``, ``emulated`` or ``device``."""
-    system: System
+
+    @property
+    def system(self) -> System:
+        """What runs."""
 
     @property
     def rate_hz(self) -> float:

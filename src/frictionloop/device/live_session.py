@@ -111,6 +111,10 @@ class Session:
         """Return what pages are told of a device, None without one."""
         return None
 
+    def refused(self) -> list[str]:
+        """Return what a device has refused of changes since the last call, in words."""
+        return []
+
     def change(self, system: System) -> bool:
         """Put a System in force; return whether the loop went on without a restart."""
         rate = self.engine.rate_hz

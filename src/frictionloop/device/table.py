@@ -71,10 +71,17 @@ class Parameters(Mapping[str, Any]):
 
     def write(self, table: np.ndarray) -> None:
         """Write all words into the copy that waits."""
+        for _ in self.writing(table):
+            pass
+
+    def writing(self, table: np.ndarray) -> Iterator[None]:
+        """As `write`, with a pause after each frame, for who has to listen to the device meanwhile."""
         if table.shape != (word_count(),):
             raise DeviceError(f"table: {table.size} words; must be {word_count()}")
-        self._mirror()[:] = table
-        self._write(0, table)
+        self._waiting = table.astype(np.int32)
+        for at in range(0, len(table), WORDS_A_FRAME):
+            self._write(at, table[at : at + WORDS_A_FRAME])
+            yield
 
     def commit(self) -> None:
         """Put what waits in force; the device checks it as a whole before."""

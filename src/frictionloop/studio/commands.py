@@ -10,11 +10,10 @@ from frictionloop.physics.fingers import fingers
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.library import LIBRARY
 from frictionloop.studio.crowd import POPULATION_SEED
-from frictionloop.studio.panels import panels_of
 from frictionloop.studio.preparing import is_ready, put_when_ready
 from frictionloop.studio.presets import BY_NAME
 from frictionloop.studio.room import Guest, Room
-from frictionloop.studio.share import as_command, as_python, differences, effect_name, is_large
+from frictionloop.studio.share import system_message
 
 FREE = ("stop", "take", "sound", "crowd", "reach", "here")
 """Commands of every page; all others are the driving page's."""
@@ -68,19 +67,6 @@ def put(room: Room, system: System, remember: bool) -> None:
         room.before.append(before)
     room.redraw()
     room.tell(system_message(system) | {"restarted": not went_on})
-
-
-def system_message(system: System) -> dict[str, Any]:
-    """Return what pages are told of the System in force."""
-    return {
-        "type": "system",
-        "effect": effect_name(system),
-        "panels": panels_of(system),
-        # An address holds no painting: without an address the page offers the file alone.
-        "differs": None if is_large(system) else differences(system),
-        "python": as_python(system),
-        "command": as_command(system),
-    }
 
 
 def _stop(room: Room, guest: Guest, asked: dict[str, Any]) -> None:

@@ -22,6 +22,7 @@ from frictionloop.studio.frames import Frame, events_in, pack
 from frictionloop.studio.numbers import WINDOW_S, numbers_of
 from frictionloop.studio.plate import depends_on_y
 from frictionloop.studio.reach import Reach
+from frictionloop.studio.share import system_message
 
 WAITING = 64
 """Messages that wait for a slow page; the oldest frames are then dropped (a third of a second)."""
@@ -196,6 +197,10 @@ class Room:
         now_s = self.clock()
         for block in self.session.step(now_s):
             self._send(block)
+        for why in self.session.refused():
+            self.tell({"type": "refused", "why": why})
+            self.tell(system_message(self.session.engine.system))
+            self.redraw()
         if now_s - self._told_s >= TOLD_EVERY_S:
             self._told_s = now_s
             self.tell_status()

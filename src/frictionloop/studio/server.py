@@ -21,13 +21,14 @@ from frictionloop.device.live_record import recorded
 from frictionloop.loop.record import save
 from frictionloop.parameters.files import to_toml
 from frictionloop.quantities import FrictionloopError
-from frictionloop.studio.commands import obey, system_message
+from frictionloop.studio.commands import obey
 from frictionloop.studio.gallery import gallery
 from frictionloop.studio.opening import Answer, opener, runs_answer
 from frictionloop.studio.plate import HEIGHT_MM
 from frictionloop.studio.presets import PRESETS
 from frictionloop.studio.room import Guest, Room
 from frictionloop.studio.safe import HEADERS, Doors
+from frictionloop.studio.share import system_message
 from frictionloop.studio.taking_in import taken_in
 from frictionloop.studio.uploads import PAINT_MM, PAINT_MOST_N
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from frictionloop.parameters import System, bench
 from frictionloop.rendering.library import LIBRARY
+from frictionloop.studio.panels import panels_of
 
 
 def differences(system: System) -> dict[str, Any]:
@@ -89,3 +90,16 @@ def as_command(system: System) -> str:
             told = value if isinstance(value, str) else json.dumps(value)
             words += [f"--{path}", told]
     return shlex.join(words)
+
+
+def system_message(system: System) -> dict[str, Any]:
+    """Return what pages are told of the System in force."""
+    return {
+        "type": "system",
+        "effect": effect_name(system),
+        "panels": panels_of(system),
+        # An address holds no painting: without an address the page offers the file alone.
+        "differs": None if is_large(system) else differences(system),
+        "python": as_python(system),
+        "command": as_command(system),
+    }

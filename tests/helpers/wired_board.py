@@ -1,0 +1,84 @@
+"""The firmware at a simulated bench behind a wire of this machine: a serial port or a TCP connection."""
+
+from __future__ import annotations
+
+import os
+import select
+import socket
+import threading
+import time
+from contextlib import contextmanager
+
+import numpy as np
+
+from frictionloop.device.boards import Simulated
+from frictionloop.device.live_path import Ghost
+from frictionloop.device.simulated_pipe import BenchPipe
+
+BLOCK_S = 0.005
+
+
+class Wired:
+    """A board that answers on a descriptor in the time of this machine, under a finger that strokes by itself."""
+
+    def __init__(self, pipe, descriptor):
+        self.pipe, self.descriptor, self.on = pipe, descriptor, True
+        self.ghost = Ghost(40.0, 40.0)  # within what the position sensor of the bench reads
+        self.thread = threading.Thread(target=self.serve, daemon=True)
+        self.thread.start()
+
+    def serve(self):
+        begun = time.monotonic()
+        while self.on:
+            ahead_s = self.pipe.clock() - (time.monotonic() - begun)
+            if ahead_s < -0.1:  # a loaded machine: the board's time is then slower than ours
+                begun -= ahead_s
+            if select.select([self.descriptor], [], [], max(ahead_s, 0.0))[0]:
+                try:
+                    self.pipe.write(os.read(self.descriptor, 4096))
+                except OSError:
+                    return
+            if ahead_s < 0.0:
+                if self.pipe.move(np.empty((0, 3))) < 25:
+                    self.pipe.move(self.stroke())
+                self.say(self.pipe.read(BLOCK_S))
+
+    def stroke(self):
+        x_m, shares = 1e-3 * self.ghost.move(BLOCK_S), np.arange(1, 26) / 25
+        speed = 1e-3 * self.ghost._v_mm_s
+        return np.stack([x_m - speed * BLOCK_S * (1 - shares), np.full(25, speed), np.full(25, 0.5)], axis=1)
+
+    def say(self, data):
+        while data:
+            data = data[os.write(self.descriptor, data) :]
+
+    def stop(self):
+        self.on = False
+        self.thread.join(5)
+
+
+@contextmanager
+def wired(way, system):
+    """Yield the address of a board: ``serial`` by a pseudo-terminal, ``tcp`` by a socket."""
+    pipe = BenchPipe(Simulated(system), system).opened()
+    if way == "serial":
+        ours, theirs = os.openpty()
+        board = Wired(pipe, ours)
+        yield f"serial://{os.ttyname(theirs)}"
+        board.stop()
+        for each in (ours, theirs):
+            os.close(each)
+        return
+    listening = socket.create_server(("127.0.0.1", 0))
+    made = []
+
+    def accept():
+        made.append(listening.accept()[0])
+        made.append(Wired(pipe, made[0].fileno()))
+
+    accepting = threading.Thread(target=accept, daemon=True)
+    accepting.start()
+    yield f"tcp://127.0.0.1:{listening.getsockname()[1]}"
+    made[1].stop()
+    made[0].close()
+    listening.close()

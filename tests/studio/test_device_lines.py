@@ -1,0 +1,84 @@
+"""A board behind each kind of line, driven from a room: set up, armed, changed while samples go on, stopped."""
+
+from __future__ import annotations
+
+import time
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+from wired_board import wired
+
+import frictionloop as fl
+from frictionloop.cli.effect import LAW
+from frictionloop.device.device import connect
+from frictionloop.device.device_session import DeviceSession
+from frictionloop.device.live_device import DeviceEngine
+from frictionloop.device.live_engine import CHANNELS
+from frictionloop.firmware.image import build
+from frictionloop.firmware.parameter_words import firmware_words
+from frictionloop.studio.commands import obey
+from frictionloop.studio.room import Guest, Room
+
+pytestmark = pytest.mark.slow
+SYSTEM = fl.bench().evolve(LAW | {"setpoint": {"kind": "effect"}})
+ROW = {name: row for row, name in enumerate(CHANNELS)}
+
+
+@contextmanager
+def line(way, folder):
+    """Yield the address of a board."""
+    if way == "emulated":
+        pytest.importorskip("ziglang", reason="the image is built by zig: install frictionloop[image]")
+        pytest.importorskip("unicorn", reason="the board is emulated by unicorn: install frictionloop[emulator]")
+        yield f"emulated:{build('teensy31', list(map(int, firmware_words(SYSTEM))), folder).elf}"
+        return
+    with wired(way, SYSTEM) as address:
+        yield address
+
+
+def pass_until(room, guest, there, most_s=60.0):
+    """Let time pass with a driving page that is there, until something is so."""
+    end = time.monotonic() + most_s
+    while not there():
+        assert time.monotonic() < end, room.status()
+        obey(room, guest, {"do": "here"})
+        room.heard(guest)
+        room.step()
+        time.sleep(0.002)
+
+
+@pytest.mark.parametrize("way", ["serial", "tcp", "emulated"])
+def test_a_board_is_driven_and_changed_while_its_samples_go_on(way, tmp_path):
+    with line(way, tmp_path) as address, connect(address, SYSTEM) as device:
+        room = Room(DeviceSession(DeviceEngine(device, SYSTEM)))
+        guest = Guest(may_drive=True)
+        room.join(guest)
+        session, engine = room.session, room.session.engine
+
+        def samples(count):
+            start = session.ticks
+            pass_until(room, guest, lambda: session.ticks > start + count)
+
+        def state():
+            return room.status()["device"]["state"]
+
+        samples(300)
+        assert (room.status()["source"], state()) == ("emulated" if way == "emulated" else "device", "idle")
+        obey(room, guest, {"do": "arm", "state": "closed"})
+        pass_until(room, guest, lambda: state() == "closed")
+        samples(1000)
+        rows = session.last(0.1)
+        assert np.nanmax(rows[ROW["closed_um"]]) > 0.1
+        assert np.isnan(rows[ROW["closed_n"]]).all() == (way != "emulated")  # no sensor shows the force on the finger
+        assert np.isfinite(rows[ROW["measured_n"]]).all()
+        session.change(engine.system.evolve({"controller.kp": 0.5}))
+        assert device.controller.kp != 0.5  # nobody waits until the table is written
+        pass_until(room, guest, lambda: device.controller.kp == 0.5)
+        session.change(engine.system.evolve({"setpoint.effect": fl.rendering.LIBRARY["constant"]}))
+        pass_until(room, guest, lambda: abs(session.last(0.01)[ROW["asked_n"], -1] - 0.45) < 1e-3)
+        samples(500)
+        assert np.ptp(session.last(0.05)[ROW["asked_n"]]) < 1e-3
+        assert (engine.told()["fault"], engine.refused, engine.rows.lost) == ("", [], 0)
+        obey(room, guest, {"do": "stop"})
+        pass_until(room, guest, lambda: state() == "idle")
