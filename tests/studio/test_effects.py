@@ -39,15 +39,28 @@ def test_what_will_not_arrive_has_its_reasons():
     """A level above the finger's friction, a step that no skin follows, and a slope too slow to be felt."""
     beyond = previewed(level(1.5).evolve({"friction.nominal_n": 0.6, "controller.model.nominal_n": 2.0}), 80.0, 0.5)
     assert beyond["shares"] == {"beyond": pytest.approx(1.0, abs=0.05), "steep": 0.0, "weak": 0.0}
-    assert set(beyond["reasons"]) <= {0, BEYOND}
+    assert set(beyond["reasons"][0]) <= {0, BEYOND}
     step = fl.rendering.Edge(from_n=0.3, to_n=0.6, width_mm=0.05)
     steep = previewed(GRATING.evolve({"setpoint.effect": step}), 80.0, 0.5)
-    where = np.flatnonzero(np.array(steep["reasons"]) & STEEP)
+    where = np.flatnonzero(np.array(steep["reasons"][0]) & STEEP)
     assert 0 < where.size < 5
     assert np.abs(steep["from_mm"] + steep["step_mm"] * where).max() < 1.0
     slow = previewed(GRATING.evolve({"setpoint.effect": fl.rendering.Gradient()}), 20.0, 0.5)
     assert slow["shares"]["weak"] > 0.2
-    assert set(slow["reasons"]) <= {0, WEAK}
+    assert set(slow["reasons"][0]) <= {0, WEAK}
+
+
+@pytest.mark.slow
+def test_what_will_not_arrive_on_another_line_is_known_too():
+    """The upper half asks for more than the finger has; the stroke that is tried runs along the lower one."""
+    halves = Map(values_n=[[0.4, 0.4], [0.4, 0.4], [1.5, 1.5], [1.5, 1.5]], pitch_mm=10.0, start_y_mm=-15.0)
+    system = level(0.4).evolve({"setpoint.effect": halves, "setpoint.track.y_mm": -10.0, "friction.nominal_n": 0.6})
+    told = previewed(system, 80.0, 0.5)
+    height = told["bottom_mm"] + told["row_mm"] * np.arange(len(told["reasons"]))
+    share = np.mean(np.array(told["reasons"]) & BEYOND > 0, axis=1)
+    assert (height[0], height[-1]) == (-29.5, 29.5)
+    assert (share[height < -5.0] == 0.0).all()
+    assert (share[height > 5.0] > 0.9).all()
 
 
 def test_a_look_ahead_that_dies_is_told_and_takes_nothing_with_it(monkeypatch):

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from typing import Literal, NamedTuple
 
+import numpy as np
 import pytest
 from live_engines import GRATING, Echo
 from studio_pages import opened, until
 
 import frictionloop as fl
+from frictionloop.device.live_engine import TwinEngine
 from frictionloop.device.live_session import Session
 from frictionloop.loop.blocks import forget
+from frictionloop.studio.commands import obey
+from frictionloop.studio.gallery import gallery
 from frictionloop.studio.panels import panels_of
-from frictionloop.studio.room import Room
-from frictionloop.studio.share import as_python
+from frictionloop.studio.room import Guest, Room
+from frictionloop.studio.share import as_python, system_message
 
 
 class HalfController(fl.Timing):
@@ -44,6 +48,46 @@ def own():
     fl.register(fl.Law("half", half, State, Gains), HalfController)
     yield
     forget()
+
+
+class Waves(fl.rendering.Effect):
+    kind: Literal["waves"] = "waves"
+    length_mm: float = 5.0
+    """Distance from crest to crest."""
+
+    @property
+    def is_static(self):
+        return True
+
+    def asked(self, touch):
+        return 0.45 + 0.1 * np.sin(2 * np.pi * np.asarray(touch.x_mm) / self.length_mm)
+
+
+class Unfinished(Waves):
+    kind: Literal["unfinished"] = "unfinished"
+    depth_n: float
+
+
+def test_an_effect_from_outside_is_in_the_gallery_and_its_fields_are_sliders():
+    kinds = fl.rendering.EFFECTS
+    kinds.register(Waves)
+    kinds.register(Unfinished)
+    try:
+        names = [each["name"] for each in gallery()]
+        assert names == [*fl.rendering.LIBRARY, "waves"]  # the other one has no value for its depth
+        room = Room(Session(Echo()))
+        room.join(guest := Guest(may_drive=True))
+        obey(room, guest, {"do": "effect", "name": "waves"})
+        system = room.session.engine.system
+        assert system.setpoint.effect == Waves()
+        assert by_path(system, "wish")["setpoint.effect.length_mm"]["means"] == "Distance from crest to crest."
+        assert system_message(system)["effect"] == "waves"
+        live = Session(TwinEngine(system))
+        live.step(0.0)
+        rows = np.concatenate([block.rows for block in live.step(0.4)], axis=1)
+        np.testing.assert_allclose(rows[2, -500:], Waves().asked(fl.rendering.Touch(rows[0, -500:])), atol=0.02)
+    finally:
+        kinds.forget()
 
 
 def by_path(system, box):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
+import shlex
 import warnings
 from pathlib import Path
 
@@ -14,12 +15,15 @@ from live_engines import GRATING, Echo
 
 import frictionloop as fl
 from frictionloop import studio
+from frictionloop.cli.effect import LAW
+from frictionloop.cli.studio import _system as opened_with
 from frictionloop.device.live_engine import CHANNELS, TwinEngine
 from frictionloop.device.live_session import Session
 from frictionloop.studio.frames import unpack
 from frictionloop.studio.room import WAITING, Guest, Room
 from frictionloop.studio.safe import Doors
 from frictionloop.studio.server import studio_app
+from frictionloop.studio.share import as_command
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # starlette would have another client than httpx
@@ -201,6 +205,20 @@ def test_a_change_is_undone_and_told():
         assert room.session.engine.system == GRATING
         ask(live, do="undo")
         assert "nothing has been changed" in heard(live, "refused")["why"]
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{}, LAW, {"friction.nominal_n": 1.3}, {"controller.kp": 1.0}, {"setpoint.effect": fl.rendering.find("bump")}],
+)
+def test_the_command_that_is_shared_opens_the_same_system(changes):
+    system = fl.bench().evolve({"setpoint": {"kind": "effect"}}).evolve(changes)
+    words = shlex.split(as_command(system))
+    assert words[:2] == ["frictionloop", "studio"]
+    given = dict(zip(words[2::2], words[3::2], strict=True))
+    effect = given.pop("--effect", None)
+    overrides = [f"{name.removeprefix('--')}={value}" for name, value in given.items()]
+    assert opened_with(None, None, overrides, effect) == system
 
 
 @pytest.mark.slow

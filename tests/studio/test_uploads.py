@@ -24,7 +24,7 @@ with warnings.catch_warnings():
     from starlette.testclient import TestClient
 
 ASKED = {"mm_per_pixel": "0.5", "polarity": "dark", "low_n": "0.2", "high_n": "0.8"}
-WAV = {"speed_mm_s": "40", "scale_n": "0.5", "offset_n": "0.45"}
+WAV = {"over": "place", "speed_mm_s": "40", "scale_n": "0.5", "offset_n": "0.45"}
 
 
 def test_a_picture_becomes_a_map_with_the_scale_and_the_polarity_that_were_given():
@@ -55,8 +55,11 @@ def test_colours_are_turned_to_grey_and_it_is_said():
         ("png", png(np.zeros((5, 5))), ASKED | {"mm_per_pixel": "nan"}, "mm_per_pixel"),
         ("png", png(np.zeros((5, 5))), ASKED | {"high_n": "99"}, "high_n"),
         ("wav", b"RIFFnonsense", WAV, "recording"),
-        ("wav", wav(np.zeros(100)), {}, "speed_mm_s is missing"),
-        ("wav", wav(np.zeros(100_000), rate=1), WAV, "4e\\+06 mm at 40 mm/s; at most"),
+        ("wav", wav(np.zeros(100)), {}, "scale_n is missing"),
+        ("wav", wav(np.zeros(100)), {"over": "place", "scale_n": "1", "offset_n": "0"}, "speed_mm_s is missing"),
+        ("wav", wav(np.zeros(100)), WAV | {"over": "ear"}, "must be 'place' or 'time'"),
+        ("wav", wav(np.zeros(100_000), rate=1), WAV, "1e\\+05 s; at most 41 s"),
+        ("wav", wav(np.zeros(40), rate=1), WAV | {"over": "time"}, "40 s; at most 32.8 s"),
         ("paint", bytes(10), {"columns": "3", "rows": "4"}, "10 bytes"),
         ("paint", bytes(400 * 400), {"columns": "400", "rows": "400"}, "too many"),
     ],
@@ -76,6 +79,15 @@ def test_a_recording_is_played_by_place_around_its_mean():
     assert force.mean() == pytest.approx(0.45, abs=1e-3)
     assert force[100:-100].std() == pytest.approx(0.25 / np.sqrt(2), rel=0.01)
     assert force.size * made.pitch_mm == pytest.approx(40.0, rel=0.01)
+
+
+def test_a_recording_over_time_keeps_its_pitch_and_needs_no_speed():
+    tone = 16384 * np.sin(2 * np.pi * 80 * np.arange(8000) / 8000)
+    made = brought("wav", wav(tone), {"over": "time", "scale_n": "0.5", "offset_n": "0.45"}).effect
+    assert (made.kind, made.loops, made.duration_s) == ("wave", True, pytest.approx(1.0, abs=0.01))
+    time_s = np.arange(200, 800) / 1000
+    force = np.array([made.force_n(fl.rendering.Touch(time_s=each, x_mm=5.0)) for each in time_s])
+    np.testing.assert_allclose(force, 0.45 + 0.25 * np.sin(2 * np.pi * 80 * time_s), atol=5e-3)
 
 
 def test_paint_is_a_map_in_steps_of_a_byte():

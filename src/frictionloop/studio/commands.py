@@ -8,8 +8,8 @@ from typing import Any
 from frictionloop.parameters import System
 from frictionloop.physics.fingers import fingers
 from frictionloop.quantities import FrictionloopError
-from frictionloop.rendering.library import LIBRARY
 from frictionloop.studio.crowd import POPULATION_SEED
+from frictionloop.studio.gallery import effects
 from frictionloop.studio.preparing import is_ready, put_when_ready
 from frictionloop.studio.presets import BY_NAME
 from frictionloop.studio.room import Guest, Room
@@ -125,9 +125,10 @@ def _reach(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
 
 def _effect(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     name = asked.get("name")
-    if not isinstance(name, str) or name not in LIBRARY:
-        raise FrictionloopError(f"name = {name!r:.40}: must be one of {', '.join(LIBRARY)}")
-    change(room, lambda system: system.evolve({"setpoint.effect": LIBRARY[name]}))
+    known = effects()
+    if not isinstance(name, str) or name not in known:
+        raise FrictionloopError(f"name = {name!r:.40}: must be one of {', '.join(known)}")
+    change(room, lambda system: system.evolve({"setpoint.effect": known[name]}))
 
 
 def _set(room: Room, guest: Guest, asked: dict[str, Any]) -> None:

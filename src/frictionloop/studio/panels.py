@@ -33,8 +33,8 @@ Any number can be typed beside it.
 def panels_of(system: System) -> dict[str, list[dict[str, Any]]]:
     """Return the fields of every box, in the order of the model.
 
-    Each has ``path`` (dotted), ``value``, ``unit`` and ``means``; a choice has ``choices``, a number has ``whole`` and
-    the ``low`` and ``high`` of its slider.
+    Each has ``path`` (dotted), ``name`` (the same in words, without block and unit), ``value``, ``unit`` and ``means``;
+    a choice has ``choices``, a number has ``whole`` and the ``low`` and ``high`` of its slider.
     """
     return {box: [field for name in blocks for field in _block(system, name)] for box, blocks in PANELS.items()}
 
@@ -43,7 +43,14 @@ def _block(system: System, name: str) -> Iterator[dict[str, Any]]:
     kinds, block = registry_of(System, name), getattr(system, name)
     if kinds and len(kinds.names) > 1 and name != "setpoint":
         means = type(system).model_fields[name].description or ""
-        yield {"path": f"{name}.kind", "value": block.kind, "unit": "", "means": means, "choices": kinds.names}
+        yield {
+            "path": f"{name}.kind",
+            "name": "kind",
+            "value": block.kind,
+            "unit": "",
+            "means": means,
+            "choices": kinds.names,
+        }
     yield from _fields(block, name)
 
 
@@ -56,7 +63,16 @@ def _fields(block: Block, at: str) -> Iterator[dict[str, Any]]:
                 yield from _fields(value, path)
         elif name != "kind" and (told := _told(value, field, path)):
             means = " ".join(inspect.cleandoc(field.description or "").split())
-            yield {"path": path, "value": value, "unit": unit_of(path), "means": means} | told
+            yield {"path": path, "name": _name(path), "value": value, "unit": unit_of(path), "means": means} | told
+
+
+def _name(path: str) -> str:
+    """Return what a field is called beside its unit: "delay" of ``controller.delay_s``."""
+    *above, leaf = path.split(".")[1:]
+    words = leaf.split("_")
+    while len(words) > 1 and unit_of(path) and (words[-1] == "per" or unit_of("_".join(words))):
+        words.pop()
+    return " ".join([*above, *words])
 
 
 def _told(value: Any, field: FieldInfo, path: str) -> dict[str, Any]:

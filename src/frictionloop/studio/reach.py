@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d, minimum_filter1d
+from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
 from frictionloop.device.live_session import Session
+from frictionloop.loop.felt import weighted
 from frictionloop.parameters import Strokes, System
 from frictionloop.preview.effect import Preview, preview
+from frictionloop.preview.measures import FELT_S
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.source import EffectSource
-from frictionloop.studio.plate import asked
+from frictionloop.studio.plate import HEIGHT_MM, asked, depends_on_y
+from frictionloop.studio.share import effect_name
 
 BEYOND, STEEP, WEAK = 1, 2, 4
 """Reasons, one bit each."""
@@ -21,6 +25,10 @@ SLACK_N = 5e-3
 """By how much a force may miss the band and still count as within (assumed: a tenth of what is felt as a step)."""
 FINE = 10
 """Places of a stretch at which its slope is looked at."""
+ROW_MM = 1.0
+"""Distance of the lines that are looked at on a plate on which y matters (assumed)."""
+RATE_HZ = 2500.0
+"""Samples a second of a stroke whose pattern is felt: five times the fastest that touch knows."""
 AROUND_MM = 4.0
 """Where the wish changes by less than the slack over this way, nothing is there to be felt (assumed)."""
 WAITS_S = 0.3
@@ -70,7 +78,7 @@ def previewed(system: System, speed_mm_s: float, load_n: float) -> dict[str, Any
     try:
         shown = stroked(system, speed_mm_s, load_n)
         assert isinstance(shown.setpoint, EffectSource)
-        return told | reasons_of(preview(shown.setpoint.effect, shown))
+        return told | reasons_of(preview(effect_name(shown) or shown.setpoint.effect, shown))
     except FrictionloopError as error:
         return told | {"why": str(error)}
     except Exception as error:  # what looks ahead must not take the session with it, whatever it died of
@@ -89,21 +97,47 @@ def stroked(system: System, speed_mm_s: float, load_n: float) -> System:
 
 
 def reasons_of(seen: Preview) -> dict[str, Any]:
-    """Return places (mm) and the reasons at each, with the share of the places for each reason."""
-    source = seen.system.setpoint
+    """Return the reasons over the plate, rows over x, the lowest first, and the share of the places for each reason.
+
+    Where y does not matter there is one row, else one for each `ROW_MM`. What the finger reaches and what arrives of
+    the contrast is that of the stroke that was tried.
+    """
+    source, place = seen.system.setpoint, seen.place_mm
     assert isinstance(source, EffectSource)
-    place = seen.place_mm
-    force = asked(source, place, np.array([source.track.y_mm]))[0]
+    rows_mm, step_mm = _rows(source), float(place[1] - place[0])
+    force = asked(source, place, rows_mm)
     known = np.isfinite(seen.low_n) & np.isfinite(seen.high_n)
     beyond = known & ((force < seen.low_n - SLACK_N) | (force > seen.high_n + SLACK_N))
-    step_mm = float(place[1] - place[0])
     fine = np.linspace(place[0] - 0.5 * step_mm, place[-1] + 0.5 * step_mm, FINE * place.size + 1)
-    slope = np.abs(np.diff(asked(source, fine, np.array([source.track.y_mm]))[0])) / (fine[1] - fine[0])
-    steep = slope.reshape(place.size, FINE).max(axis=1) > seen.skin_n_mm
-    felt, around = seen.closed_loop.pattern_over, round(AROUND_MM / step_mm)
+    along = asked(source, fine, rows_mm)
+    slope = np.abs(np.diff(along, axis=1)) / (fine[1] - fine[0])
+    steep = slope.reshape(*force.shape, FINE).max(axis=2) > seen.skin_n_mm
+    around = round(AROUND_MM / step_mm)
     varies = maximum_filter1d(force, around) - minimum_filter1d(force, around) > SLACK_N
-    weak = np.isfinite(felt) & (felt < 1.0) & varies
-    reasons = BEYOND * beyond + STEEP * steep + WEAK * weak
-    told = {"from_mm": float(place[0]), "step_mm": step_mm, "reasons": reasons.tolist()}
+    contrast = seen.closed_loop.contrast if math.isfinite(seen.closed_loop.contrast) else 1.0
+    weak = (contrast * _felt(fine, along, seen.speed_mm_s, place) < 1.0) & varies
+    told = {
+        "from_mm": float(place[0]),
+        "step_mm": step_mm,
+        "reasons": (BEYOND * beyond + STEEP * steep + WEAK * weak).tolist(),
+    }
+    told |= {"bottom_mm": float(rows_mm[0]), "row_mm": ROW_MM}
     shares = {name: float(np.mean(where)) for name, where in (("beyond", beyond), ("steep", steep), ("weak", weak))}
-    return told | {"shares": shares, "line_mm": source.track.y_mm, "sentence": seen.sentence}
+    return told | {"shares": shares, "sentence": seen.sentence}
+
+
+def _rows(source: EffectSource) -> np.ndarray:
+    """Return the heights that are looked at, mm: the line of the stroke alone where another one asks for the same."""
+    rows = np.arange(0.5 * (ROW_MM - HEIGHT_MM), 0.5 * HEIGHT_MM, ROW_MM)
+    return rows if any(depends_on_y(source, each) for each in rows) else np.array([source.track.y_mm])
+
+
+def _felt(fine_mm: np.ndarray, along_n: np.ndarray, speed_mm_s: float, place_mm: np.ndarray) -> np.ndarray:
+    """Return what is felt of forces along x at a speed, in thresholds of touch: rms over 50 ms and both ways."""
+    count = round((fine_mm[-1] - fine_mm[0]) / speed_mm_s * RATE_HZ)
+    path = np.linspace(fine_mm[0], fine_mm[-1], count)
+    force = np.array([np.interp(path, fine_mm, row) for row in along_n])
+    force -= force.mean(axis=1, keepdims=True)
+    ways = [weighted(way, np.ones(count), RATE_HZ) ** 2 for way in (force, force[:, ::-1])]
+    power = uniform_filter1d(0.5 * (ways[0] + ways[1][:, ::-1]), round(FELT_S * RATE_HZ))
+    return np.asarray(np.sqrt(np.maximum(power, 0.0))[:, np.searchsorted(path, place_mm)])

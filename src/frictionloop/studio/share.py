@@ -7,6 +7,7 @@ import shlex
 from typing import Any
 
 from frictionloop.parameters import System, bench
+from frictionloop.rendering.effect import EFFECTS
 from frictionloop.rendering.library import LIBRARY
 from frictionloop.studio.panels import panels_of
 
@@ -83,6 +84,8 @@ def as_command(system: System) -> str:
     ):
         return "frictionloop studio system.toml"
     words = ["frictionloop", "studio"]
+    if not any(path.startswith("controller.") for path in values):  # the studio has another law where none is named
+        values["controller.kind"] = system.controller.kind
     if name and name != "grating":
         words += ["--effect", name]
     for path, value in values.items():
@@ -94,9 +97,10 @@ def as_command(system: System) -> str:
 
 def system_message(system: System) -> dict[str, Any]:
     """Return what pages are told of the System in force."""
+    kind = getattr(getattr(system.setpoint, "effect", None), "kind", "")
     return {
         "type": "system",
-        "effect": effect_name(system),
+        "effect": effect_name(system) or (kind if kind in EFFECTS.outside else ""),
         "panels": panels_of(system),
         # An address holds no painting: without an address the page offers the file alone.
         "differs": None if is_large(system) else differences(system),

@@ -17,7 +17,7 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.extra import needed
 from frictionloop.rendering.effect import Effect
 from frictionloop.rendering.images import read_image
-from frictionloop.rendering.sounds import read_texture
+from frictionloop.rendering.sounds import read_texture, read_wave
 from frictionloop.rendering.tables import MOST_CELLS, Map
 
 MOST_BYTES = 4 * 1024 * 1024
@@ -26,6 +26,8 @@ MOST_PIXELS = 4_000_000
 """Pixels of a picture (assumed: a hundred times the values of a map; it takes a tenth of a second)."""
 PITCH_MM = 0.05
 """Distance of the values of a recording, mm: at 40 mm/s it carries 400 Hz, about what is felt."""
+WAVE_HZ = 1000.0
+"""Values a second of a recording that is played over time: twice the fastest that touch knows."""
 PAINT_MM = 0.75
 """Distance of painted places: a plate of 255 by 60 mm is then within the values of a map."""
 PAINT_MOST_N = 1.2
@@ -49,8 +51,9 @@ def brought(kind: str, content: bytes, asked: Mapping[str, str]) -> Brought:
     content : bytes
         The file, or a byte for each painted place: rows over x, the lowest first.
     asked : mapping
-        Of a picture ``mm_per_pixel``, ``polarity``, ``low_n`` and ``high_n``; of a recording ``scale_n``, ``offset_n``
-        and ``speed_mm_s``; of a painting ``columns`` and ``rows``.
+        Of a picture ``mm_per_pixel``, ``polarity``, ``low_n`` and ``high_n``; of a recording ``scale_n``, ``offset_n``,
+        whether it is played over ``place`` or over ``time`` (``over``), and for the first ``speed_mm_s``; of a painting
+        ``columns`` and ``rows``.
 
     Raises
     ------
@@ -114,32 +117,43 @@ def _grey(image: Any) -> Any:
 
 
 def _recording(content: bytes, asked: Mapping[str, str]) -> Brought:
-    speed, scale = _number(asked, "speed_mm_s", 1.0, 1000.0), _number(asked, "scale_n", 1e-3, 10.0)
-    offset = _number(asked, "offset_n", 0.0, 5.0)
-    _check_length(content, speed)
+    over, scale, offset = (
+        asked.get("over", ""),
+        _number(asked, "scale_n", 1e-3, 10.0),
+        _number(asked, "offset_n", 0.0, 5.0),
+    )
+    if over not in ("place", "time"):
+        raise FrictionloopError(f"over = {over!r:.20}: must be 'place' or 'time'")
+    per_s = _number(asked, "speed_mm_s", 1.0, 1000.0) / PITCH_MM if over == "place" else WAVE_HZ
+    _check_length(content, per_s)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "recording.wav"
         path.write_bytes(content)
         try:
             recording = Recording(path=str(path), column="0", scale=scale, offset_n=offset, remove_mean=True)
-            effect = read_texture(recording, speed, PITCH_MM)
+            if over == "time":
+                wave = read_wave(recording, per_s).model_copy(update={"loops": True})
+                return Brought(
+                    wave, f"{wave.duration_s:.3g} s, which repeat whatever the finger does; the mean is {offset:g} N"
+                )
+            effect = read_texture(recording, per_s * PITCH_MM, PITCH_MM)
         except FrictionloopError as error:
             raise FrictionloopError(str(error).replace(str(path), "recording")) from None
     columns = len(effect.values_n[0])
     return Brought(effect, f"{columns} values {effect.pitch_mm:g} mm apart, which repeat; the mean is {offset:g} N")
 
 
-def _check_length(content: bytes, speed_mm_s: float) -> None:
-    """Refuse what cannot be read, and a recording whose rate makes it so long that it has no room as a map."""
+def _check_length(content: bytes, per_s: float) -> None:
+    """Refuse what cannot be read, and a recording that is too long to be kept at so many values a second."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", wavfile.WavFileWarning)
             rate_hz, samples = wavfile.read(io.BytesIO(content))
-        length_mm = speed_mm_s * len(samples) / rate_hz
+        length_s = len(samples) / rate_hz
     except Exception:  # on a damaged file the library raises anything
         raise FrictionloopError("recording: cannot be read as a WAV") from None
-    if length_mm > (most_mm := PITCH_MM * MOST_CELLS):
-        raise FrictionloopError(f"recording: {length_mm:.4g} mm at {speed_mm_s:g} mm/s; at most {most_mm:g} mm")
+    if length_s > (most_s := MOST_CELLS / per_s):
+        raise FrictionloopError(f"recording: {length_s:.4g} s; at most {most_s:.3g} s, for which there is room")
 
 
 def _painting(content: bytes, asked: Mapping[str, str]) -> Brought:

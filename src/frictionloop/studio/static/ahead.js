@@ -1,7 +1,7 @@
 // What of the effect will not arrive, hatched over the plate: each reason has a hatching of its own.
 import { colour } from "./signals.js";
 
-const $ = (id) => document.getElementById(id), STRIP_MM = 9, GAP = 7;
+const $ = (id) => document.getElementById(id), GAP = 7;
 const REASONS = [
   { bit: 1, name: "beyond", told: "out of this finger's reach", ink: "--stop", lines: [[0, 1, 1, 0]] },
   { bit: 2, name: "steep", told: "steeper than the skin follows", ink: "--ink", lines: [[0, 0, 1, 1], [0, 1, 1, 0]] },
@@ -9,25 +9,20 @@ const REASONS = [
 ];
 
 export function lookAhead(plate, link) {
-  let told = null, patterns = null;
+  let told = null, layer = null;
   const box = $("ahead");
   const ask = () => link.ask("reach", { on: box.checked });
   box.onchange = () => { ask(); told = null; say(); plate.dirty = true; };
   link.addEventListener("hello", ask);
   link.addEventListener("system", () => { told = null; say(); plate.dirty = true; });
   link.addEventListener("reach", ({ detail }) => { told = detail; say(); plate.dirty = true; });
-  addEventListener("look", () => { patterns = null; plate.dirty = true; });
+  addEventListener("look", () => { layer = null; plate.dirty = true; });
   plate.layers.unshift((g, x, y, width, height) => {
     if (!box.checked || !told?.reasons.length) return;
-    patterns ??= REASONS.map((reason) => pattern(g, reason));
-    const flat = plate.map?.rows === 1, top = flat ? 0 : y(told.line_mm) - STRIP_MM / 2 * plate.scale, tall = flat ? height : STRIP_MM * plate.scale;
-    REASONS.forEach(({ bit }, number) => {
-      g.fillStyle = patterns[number];
-      for (const [from, to] of stretches(told.reasons, bit)) {
-        const left = x(told.from_mm + (from - 0.5) * told.step_mm);
-        g.fillRect(left, top, Math.max(2, x(told.from_mm + (to - 0.5) * told.step_mm) - left), tall);
-      }
-    });
+    // Drawn once for a plate of this size: a map has thousands of stretches.
+    const of = [told, width, height, plate.scale, plate.ratio, plate.map?.rows === 1];
+    if (!layer || layer.of.some((each, at) => each !== of[at])) layer = { of, picture: hatched(told, x, y, of) };
+    g.drawImage(layer.picture, 0, 0, width, height);
   });
   function say() {
     const list = $("ahead-told");
@@ -39,6 +34,25 @@ export function lookAhead(plate, link) {
       list.replaceChildren(`${told.sentence}. `, ...(there.length ? there.map((reason) => key(reason, told.shares[reason.name])) : ["All of it is within reach."]));
     }
   }
+}
+
+function hatched(told, x, y, [, width, height, scale, ratio, flat]) {
+  const picture = new OffscreenCanvas(width * ratio, height * ratio), g = picture.getContext("2d");
+  g.scale(ratio, ratio);
+  for (const reason of REASONS) {
+    g.beginPath();
+    told.reasons.forEach((row, number) => {
+      const middle = told.bottom_mm + number * told.row_mm, whole = flat && told.reasons.length === 1;
+      const top = whole ? 0 : y(middle + told.row_mm / 2), tall = whole ? height : told.row_mm * scale;
+      for (const [from, to] of stretches(row, reason.bit)) {
+        const left = x(told.from_mm + (from - 0.5) * told.step_mm);
+        g.rect(left, top, Math.max(2, x(told.from_mm + (to - 0.5) * told.step_mm) - left), tall);
+      }
+    });
+    g.fillStyle = pattern(g, reason, ratio);
+    g.fill();
+  }
+  return picture;
 }
 
 function key({ lines, ink, told }, share) {
@@ -58,8 +72,8 @@ function key({ lines, ink, told }, share) {
   return part;
 }
 
-function pattern(g, { lines, ink }) {
-  const ratio = devicePixelRatio || 1, size = Math.round(GAP * ratio), tile = new OffscreenCanvas(size, size), t = tile.getContext("2d");
+function pattern(g, { lines, ink }, ratio) {
+  const size = Math.round(GAP * ratio), tile = new OffscreenCanvas(size, size), t = tile.getContext("2d");
   t.strokeStyle = colour(ink);
   t.lineWidth = 1.4 * ratio;
   t.beginPath();

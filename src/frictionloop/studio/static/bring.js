@@ -23,6 +23,7 @@ export function bringing(link) {
       for (const input of part.querySelectorAll("input")) input.disabled = part.hidden;
     }
     form.reset();
+    over();
     why.textContent = "";
     $("bring-title").textContent = file.name;
     picture = null;
@@ -40,6 +41,13 @@ export function bringing(link) {
       : picture ? `${picture.naturalWidth} × ${picture.naturalHeight} pixels.` : "";
   }
   form.elements.mm_per_pixel.oninput = size;
+  // Played over time a recording needs no speed.
+  const over = () => {
+    const label = form.querySelector("[data-over]");
+    label.hidden = kind === "wav" && form.elements.over.value === "time";
+    label.querySelector("input").disabled = kind !== "wav" || label.hidden;
+  };
+  for (const each of form.elements.over) each.onchange = over;
   $("bring-cancel").onclick = () => dialog.close();
   dialog.addEventListener("close", () => URL.revokeObjectURL($("bring-picture").src));
   form.onsubmit = async (event) => {

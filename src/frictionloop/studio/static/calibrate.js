@@ -2,13 +2,15 @@
 import { CSS_MM } from "./plate.js";
 
 const $ = (id) => document.getElementById(id);
-const WIDE_MM = 85.6, HIGH_MM = 53.98;  // ISO/IEC 7810, ID-1
+const WIDE_MM = 85.6, HIGH_MM = 53.98, ROUND_PX = 44;  // ISO/IEC 7810, ID-1
 
 export function calibrating(plate) {
   const dialog = $("scale"), card = $("scale-card"), slider = $("scale-px");
   const show = (scale) => {
-    card.style.width = `${WIDE_MM * scale}px`;
-    card.style.height = `${HIGH_MM * scale}px`;
+    // On a phone a card is wider than the screen: its outline stands upright.
+    const upright = WIDE_MM * scale > dialog.clientWidth - ROUND_PX;
+    card.style.width = `${(upright ? HIGH_MM : WIDE_MM) * scale}px`;
+    card.style.height = `${(upright ? WIDE_MM : HIGH_MM) * scale}px`;
     slider.nextElementSibling.value = `${scale.toFixed(2)} px/mm`;
   };
   const told = () => {
@@ -17,8 +19,8 @@ export function calibrating(plate) {
   slider.oninput = () => show(Number(slider.value));
   $("scale-open").onclick = () => {
     slider.value = plate.scale;
-    show(plate.scale);
     dialog.showModal();
+    show(plate.scale);
   };
   $("scale-keep").onclick = () => { plate.setScale(Number(slider.value)); told(); dialog.close(); };
   $("scale-reset").onclick = () => { plate.setScale(CSS_MM); localStorage.removeItem("px-per-mm"); told(); dialog.close(); };

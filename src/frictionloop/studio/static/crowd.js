@@ -45,11 +45,14 @@ export class Crowd {
     $("crowd-told").textContent = on ? "Getting twelve fingers ready …" : HINT;
     this.link.ask("crowd", { on });
   }
-  push({ rows, channels }) {
-    for (let row = 0; row < rows; row++, this.count++) {
+  push({ time, spacing, rows, channels }) {
+    // What was lost on the way is a gap.
+    const lost = this.count ? Math.min(this.size, Math.max(0, Math.round((time - this.until) / spacing) - 1)) : 0;
+    for (let row = -lost; row < rows; row++, this.count++) {
       const at = this.count % this.size;
-      for (let c = 0; c < channels.length; c++) this.rows[c][at] = channels[c][row];
+      for (let c = 0; c < channels.length; c++) this.rows[c][at] = row < 0 ? NaN : channels[c][row];
     }
+    this.until = time + (rows - 1) * spacing;
     this.dirty = true;
   }
   told({ state, why, people }) {
@@ -104,9 +107,8 @@ export class Crowd {
   area(g, width, fill) {
     g.fillStyle = fill;
     g.beginPath();
-    this.trace(g, width, this.rows[0]);
-    g.lineTo(width, HEIGHT);
-    g.lineTo(width - Math.min(this.count, this.size) * width / this.size, HEIGHT);
+    const step = width / this.size;
+    this.trace(g, width, this.rows[0], (from, to) => { g.lineTo(to * step, HEIGHT); g.lineTo(from * step, HEIGHT); });
     g.fill();
   }
   curve(g, width, values, stroke, thick) {
@@ -117,10 +119,20 @@ export class Crowd {
     this.trace(g, width, values);
     g.stroke();
   }
-  trace(g, width, values) {
+  // Each stretch without a gap is a line of its own; ``close`` is told where it began and ended.
+  trace(g, width, values, close = () => {}) {
     const kept = Math.min(this.count, this.size), first = this.count - kept, step = width / this.size;
-    for (let row = 0; row < kept; row++) {
-      g.lineTo((this.size - kept + row) * step, HEIGHT * (1 - values[(first + row) % this.size] / MOST_N));
+    let from = null;
+    for (let row = 0; row <= kept; row++) {
+      const value = row < kept ? values[(first + row) % this.size] : NaN, at = this.size - kept + row;
+      if (Number.isNaN(value)) {
+        if (from !== null) close(from, at - 1);
+        from = null;
+      } else {
+        if (from === null) g.moveTo(at * step, HEIGHT * (1 - value / MOST_N));
+        else g.lineTo(at * step, HEIGHT * (1 - value / MOST_N));
+        from ??= at;
+      }
     }
   }
 }

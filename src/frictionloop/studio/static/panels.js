@@ -55,7 +55,7 @@ export class Panels {
   made(field) {
     const element = document.createElement("div"), label = document.createElement("label"), name = document.createElement("span");
     element.className = "field";
-    name.textContent = field.path.split(".").slice(1).join(" ").replaceAll("_", " ");
+    name.textContent = field.name;
     name.title = field.path;
     label.append(name);
     element.append(label);

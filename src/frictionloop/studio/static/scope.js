@@ -60,6 +60,8 @@ export class Scope {
   }
   take(frame) {
     const x = frame.channels[this.ring.names.indexOf("x_mm")], load = frame.channels[this.ring.names.indexOf("load_n")];
+    if (!(frame.time - this.until < 2 * frame.spacing)) this.bin = null; // something was lost on the way
+    this.until = frame.time + (frame.rows - 1) * frame.spacing;
     for (let row = 0; row < frame.rows; row++) {
       if (!(load[row] >= 0.02) || row && x[row] === x[row - 1]) continue;
       const bin = Math.floor((x[row] + this.half) / BIN_MM);
