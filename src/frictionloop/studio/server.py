@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import tempfile
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
@@ -14,13 +13,12 @@ from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import FileResponse, PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
-from starlette.websockets import WebSocket, WebSocketDisconnect
+from starlette.websockets import WebSocket
 
 from frictionloop.device.live_engine import CHANNELS
 from frictionloop.device.live_record import recorded
 from frictionloop.loop.record import save
 from frictionloop.parameters.files import to_toml
-from frictionloop.quantities import FrictionloopError
 from frictionloop.studio.commands import obey
 from frictionloop.studio.gallery import gallery
 from frictionloop.studio.opening import Answer, opener, runs_answer
@@ -30,6 +28,7 @@ from frictionloop.studio.room import Guest, Room
 from frictionloop.studio.safe import HEADERS, Doors
 from frictionloop.studio.share import system_message
 from frictionloop.studio.taking_in import taken_in
+from frictionloop.studio.talking import talk
 from frictionloop.studio.uploads import PAINT_MM, PAINT_MOST_N
 
 STATIC = Path(__file__).parent / "static"
@@ -151,38 +150,15 @@ async def _serve(room: Room, guest: Guest, socket: WebSocket) -> None:
     guest.put(system_message(system))
     guest.put(drawn)
     room.join(guest)
-    sending = asyncio.create_task(_send(guest, socket))
+
+    def hear(told: Any) -> None:
+        room.heard(guest)
+        if isinstance(told, bytes):
+            room.touched(guest, told)
+        else:
+            obey(room, guest, told)
+
     try:
-        while True:
-            _hear(room, guest, await socket.receive())
-    except WebSocketDisconnect:
-        pass
+        await talk(socket, guest, hear, MOST_TEXT)
     finally:
         room.leave(guest)
-        sending.cancel()
-
-
-def _hear(room: Room, guest: Guest, message: Any) -> None:
-    if message["type"] == "websocket.disconnect":
-        raise WebSocketDisconnect(message.get("code", 1000))
-    room.heard(guest)
-    try:
-        if (data := message.get("bytes")) is not None:
-            room.touched(guest, data)
-            return
-        text = message.get("text") or ""
-        if len(text) > MOST_TEXT:
-            raise FrictionloopError(f"command: {len(text)} characters; at most {MOST_TEXT}")
-        obey(room, guest, json.loads(text))
-    except (FrictionloopError, ValueError, RecursionError) as error:
-        guest.put({"type": "refused", "why": str(error)})
-
-
-async def _send(guest: Guest, socket: WebSocket) -> None:
-    with suppress(WebSocketDisconnect, RuntimeError):
-        while True:
-            message = await guest.next()
-            if isinstance(message, bytes):
-                await socket.send_bytes(message)
-            else:
-                await socket.send_text(json.dumps(message))

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import time
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager, suppress
+from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +13,14 @@ from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import FileResponse, PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
-from starlette.websockets import WebSocket, WebSocketDisconnect
+from starlette.websockets import WebSocket
 
 from frictionloop.quantities import FrictionloopError
 from frictionloop.studio.experiment.desk import Desk
 from frictionloop.studio.experiment.hub import EXPERIMENTER, PARTICIPANT
 from frictionloop.studio.room import Guest
 from frictionloop.studio.safe import HEADERS, Doors
+from frictionloop.studio.talking import talk
 
 STATIC = Path(__file__).parent / "static"
 SHARED = Path(__file__).parent.parent / "static"
@@ -86,35 +86,17 @@ async def _serve(desk: Desk, role: str, socket: WebSocket) -> None:
     guest = Guest(role == EXPERIMENTER)
     desk.hub.join(role, guest)
     desk.connected()
-    sending = asyncio.create_task(_send(guest, socket))
-    try:
-        while True:
-            _hear(desk, role, guest, await socket.receive_text())
-    except WebSocketDisconnect:
-        pass
-    finally:
-        desk.hub.leave(role, guest)
-        desk.connected()
-        sending.cancel()
 
-
-def _hear(desk: Desk, role: str, guest: Guest, text: str) -> None:
-    try:
-        if len(text) > MOST_TEXT:
-            raise FrictionloopError(f"message: {len(text)} characters; at most {MOST_TEXT}")
-        message = json.loads(text)
+    def hear(message: Any) -> None:
         if not isinstance(message, dict):
             raise FrictionloopError("message: must be an object")
         if message.get("do") == "clock":
             guest.put({"type": "clock", "sent": message.get("sent"), "host_s": time.monotonic()})
             return
         desk.hear(role, message)
-    except (FrictionloopError, ValueError, RecursionError) as error:
-        guest.put({"type": "refused", "why": str(error)})
 
-
-async def _send(guest: Guest, socket: WebSocket) -> None:
-    with suppress(WebSocketDisconnect, RuntimeError):
-        while True:
-            message = await guest.next()
-            await socket.send_text(message.decode() if isinstance(message, bytes) else json.dumps(message))
+    try:
+        await talk(socket, guest, hear, MOST_TEXT)
+    finally:
+        desk.hub.leave(role, guest)
+        desk.connected()

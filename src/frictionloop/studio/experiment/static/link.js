@@ -11,9 +11,11 @@ export class Link extends EventTarget {
   }
   open() {
     this.socket = new WebSocket(this.url);
+    this.socket.binaryType = "arraybuffer";
     this.socket.onopen = () => { this.readings = []; this.tell("link", { up: true }); this.ask("clock", { sent: performance.now() }); };
     this.socket.onmessage = ({ data }) => {
-      const message = JSON.parse(data);
+      // What is of the moment alone comes as bytes: a slow page may miss it.
+      const message = JSON.parse(typeof data === "string" ? data : new TextDecoder().decode(data));
       if (message.type === "clock") this.read(message);
       else this.tell(message.type, message);
     };
