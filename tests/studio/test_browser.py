@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from live_engines import GRATING, Echo
+from studio_files import wav
 from studio_pages import opened, seen, until
 
 import frictionloop as fl
@@ -117,6 +119,42 @@ def test_every_panel_changes_what_it_says(page, serve):
         until(lambda there=there, value=value: there() == pytest.approx(value))
     page.click("#undo")
     until(lambda: room.session.engine.system.disturbance.offset_n == 0.0)
+
+
+def test_a_value_that_was_refused_does_not_stay_in_its_field(page, serve):
+    room = room_of()
+    opened(page, serve(room).url)
+    field = page.locator(".field:has([title='controller.rate_hz']) input[type=number]")
+    field.fill("-4")
+    field.press("Enter")
+    until(lambda: "must be greater than 0" in page.text_content("#status"))
+    field.blur()
+    assert field.input_value() == "5000"
+    assert room.session.engine.system == GRATING
+
+
+def test_a_phone_is_not_wider_when_the_loop_is_shared_and_its_card_stands_upright(page, serve):
+    page.set_viewport_size({"width": 390, "height": 844})
+    opened(page, serve(room_of()).url)
+    page.click("#words summary")
+    assert page.evaluate("document.documentElement.scrollWidth") == 390
+    page.click("#scale-open")
+    page.locator("#scale-px").fill("6")
+    box = page.locator("#scale-card").bounding_box()
+    assert (box["width"], box["height"]) == (pytest.approx(6 * 53.98, abs=1.0), pytest.approx(6 * 85.6, abs=1.0))
+
+
+def test_a_recording_over_time_is_asked_for_no_speed(page, serve):
+    room = room_of()
+    opened(page, serve(room).url)
+    tone = wav(16384 * np.sin(2 * np.pi * 80 * np.arange(8000) / 8000))
+    page.set_input_files("#effect-file", {"name": "hum.wav", "mimeType": "audio/wav", "buffer": tone})
+    until(lambda: page.is_visible("[name=speed_mm_s]"))
+    page.check("[name=over][value=time]")
+    assert page.is_hidden("[name=speed_mm_s]")
+    page.fill("[name=scale_n]", "0.3")
+    page.click("#bring .main")
+    until(lambda: room.session.engine.system.setpoint.effect.kind == "wave")
 
 
 def test_an_effect_is_chosen_and_drawn(page, serve):
@@ -274,17 +312,15 @@ def test_the_tour_has_seven_steps_and_each_sets_the_page_up(page, serve):
     room = room_of()
     opened(page, serve(room).url)
     page.click("#tour")
-    kinds = []
-    for step in range(7):
+    kinds = ["notch_pi", "notch_pi", "notch_pi", "pi", "pi", "notch_pi", "notch_pi"]
+    for step, kind in enumerate(kinds):
         until(lambda step=step: page.text_content("#tour-card .count") == f"{step + 1} of 7")
-        page.wait_for_timeout(150)
-        kinds.append(room.session.engine.system.controller.kind)
+        until(lambda kind=kind: room.session.engine.system.controller.kind == kind)
         assert page.is_hidden("#trouble")
         assert "must" not in page.text_content("#status")
         assert page.text_content("#tour-card .task")
         page.click("[data-tour=next]")
     assert page.is_hidden("#tour-card")
-    assert kinds == ["notch_pi", "notch_pi", "notch_pi", "pi", "pi", "notch_pi", "notch_pi"]
 
 
 def test_the_friction_is_heard_when_asked_for(page, serve):

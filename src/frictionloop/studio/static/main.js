@@ -67,6 +67,7 @@ link.addEventListener("hello", ({ detail }) => {
   legend($("legend"), () => scope.build());
 });
 link.addEventListener("map", ({ detail }) => { plate.setMap(detail); scope?.clearPlaces(); });
+showNumbers($("numbers"), $("verdict"), {});
 link.addEventListener("numbers", ({ detail }) => showNumbers($("numbers"), $("verdict"), detail));
 // A device runs one loop at a time, and knows the measured force alone.
 const known = (...names) => names.map((name) => ring.latest(name)).find((value) => !Number.isNaN(value)) ?? 0;

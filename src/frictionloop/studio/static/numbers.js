@@ -7,7 +7,20 @@ const FORMS = {
   saturated: (value) => `${(100 * value).toFixed(0)} %`,
 };
 
+const ROWS = [
+  ["error", "error_n"], ['<abbr title="In thresholds of touch, 1 to 500 Hz: felt above 1">error as felt</abbr>', "felt"],
+  ["R² to the wish", "r2"], ["contrast given", "contrast"], ["at its limit", ""],
+];
+
+// The table is made where it is shown first: the live page and that of recorded runs have the same.
+function made(table) {
+  const cell = (name) => (name ? `<td data-number="${name}">–</td>` : "<td></td>");
+  const row = ([text, name]) => `<tr><th scope="row">${text}</th>${cell(name && `open_${name}`)}${cell(name ? `closed_${name}` : "saturated")}</tr>`;
+  table.innerHTML = `<thead><tr><td></td><th scope="col" class="open">open loop</th><th scope="col" class="closed">closed loop</th></tr></thead><tbody>${ROWS.map(row).join("")}</tbody>`;
+}
+
 export function showNumbers(table, sentence, told) {
+  if (!table.rows.length) made(table);
   for (const cell of table.querySelectorAll("[data-number]")) {
     const name = cell.dataset.number, value = told[name], form = FORMS[name.replace(/^(open|closed)_/, "")];
     cell.textContent = value == null ? "–" : form(value);
@@ -19,6 +32,8 @@ const percent = (share) => `${(100 * share).toFixed(0)} %`;
 
 function verdict(told) {
   const { open_error_n: open, closed_error_n: closed, saturated, swings, beyond } = told;
+  const { device, armed } = document.body.dataset;
+  if (device && armed !== "true") return "The plate is off: arm the open or the closed loop.";
   if (open == null && closed == null) return "Slide on the plate: the numbers begin after a fifth of a second.";
   if (saturated > 0.3 && swings > 0.1) return "The command runs from limit to limit: the gain is too high for this loop.";
   if (beyond > 0.3) return "The wish is often out of this finger's reach: no controller delivers it there.";

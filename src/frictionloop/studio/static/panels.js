@@ -27,6 +27,7 @@ export class Panels {
       return button;
     }));
     link.addEventListener("system", ({ detail }) => { this.told = detail.panels; this.show(); });
+    link.addEventListener("refused", () => this.show());
     this.open(this.box);
   }
   open(box) {
@@ -84,12 +85,15 @@ export class Panels {
     slider.setAttribute("aria-label", field.path);
     Object.assign(slider, { min: field.low, max: field.high, step: field.whole ? 1 : (field.high - field.low) / 400 });
     slider.oninput = () => { typed.value = short(slider.value); this.send(field.path, Number(slider.value)); };
+    let known = field.value;
+    typed.onblur = () => { typed.value = short(known); }; // what was refused does not stay
     typed.onchange = () => typed.value !== "" && this.send(field.path, Number(typed.value));
     const box = document.createElement("span");
     box.append(typed, " ", unit);
     label.append(box);
     element.append(slider);
     return (value) => {
+      known = value;
       if (document.activeElement !== slider) slider.value = value;
       if (document.activeElement !== typed) typed.value = short(value);
     };

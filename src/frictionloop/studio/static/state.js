@@ -5,10 +5,11 @@ export function states(link) {
   let up = false, dropped = 0, since = -Infinity;
   link.addEventListener("link", ({ detail }) => {
     up = detail.up;
-    if (!up) trouble(detail.refused
+    if (up) return trouble("");
+    $("status").textContent = "";
+    trouble(detail.refused
       ? "The studio does not let this page in, or is not running: use the address that it printed."
       : "The connection is lost: the plate is at rest. Trying again.");
-    else trouble("");
   });
   for (const name of ["refused", "said"]) link.addEventListener(name, ({ detail }) => flash(detail.why));
   link.addEventListener("status", ({ detail }) => {
