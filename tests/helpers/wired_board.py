@@ -7,13 +7,13 @@ import select
 import socket
 import threading
 import time
+from collections import deque
 from contextlib import contextmanager
-
-import numpy as np
 
 from frictionloop.device.boards import Simulated
 from frictionloop.device.live_path import Ghost
 from frictionloop.device.simulated_pipe import BenchPipe
+from frictionloop.loop.stepper import Movement
 
 BLOCK_S = 0.005
 
@@ -23,7 +23,7 @@ class Wired:
 
     def __init__(self, pipe, descriptor):
         self.pipe, self.descriptor, self.on = pipe, descriptor, True
-        self.ghost = Ghost(40.0, 40.0)  # within what the position sensor of the bench reads
+        self.pipe.moves, self.ghost = deque(), Ghost(40.0, 40.0)  # within what the position sensor of the bench reads
         self.thread = threading.Thread(target=self.serve, daemon=True)
         self.thread.start()
 
@@ -39,14 +39,14 @@ class Wired:
                 except OSError:
                     return
             if ahead_s < 0.0:
-                if self.pipe.move(np.empty((0, 3))) < 25:
-                    self.pipe.move(self.stroke())
+                if len(self.pipe.moves) < 25:
+                    self.pipe.moves.extend(self.stroke())
                 self.say(self.pipe.read(BLOCK_S))
 
     def stroke(self):
-        x_m, shares = 1e-3 * self.ghost.move(BLOCK_S), np.arange(1, 26) / 25
-        speed = 1e-3 * self.ghost._v_mm_s
-        return np.stack([x_m - speed * BLOCK_S * (1 - shares), np.full(25, speed), np.full(25, 0.5)], axis=1)
+        for _ in range(25):
+            x_m = 1e-3 * self.ghost.move(BLOCK_S / 25)
+            yield Movement(x_m, 1e-3 * self.ghost._v_mm_s, 0.5)
 
     def say(self, data):
         while data:

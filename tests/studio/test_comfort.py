@@ -138,3 +138,32 @@ def test_frames_that_were_lost_are_a_gap_in_the_curve(page, serve):
         }"""
     )
     assert told == {"now": pytest.approx(0.035), "latest": 2, "gaps": 20, "even": True}
+
+
+def test_frames_that_were_lost_are_a_gap_over_place_and_in_the_row_of_fingers(page, serve):
+    page.goto(serve(room_of()).url)
+    told = page.evaluate(
+        """async () => {
+          const { Ring } = await import('/static/ring.js'), { Scope } = await import('/static/scope.js');
+          const { Crowd } = await import('/static/crowd.js'), { SIGNALS } = await import('/static/signals.js');
+          const names = ['x_mm', 'load_n', ...SIGNALS.map((each) => each.channel)];
+          const element = document.createElement('div');
+          document.body.append(element);
+          const scope = new Scope(element, new Ring(names, 10, 1000), 20);
+          const stroke = (time, from) => scope.take({ time, spacing: 0.001, rows: 2, channels: names.map((name) =>
+            Float32Array.from(name === 'x_mm' ? [from, from + 0.25] : [0.5, 0.5])) });
+          for (const [time, from] of [[0.001, 0], [0.003, 0.5], [0.015, 2.5]]) stroke(time, from);
+          const place = scope.byPlace[0].slice(40, 54).map((each) => each !== null);
+          const crowd = new Crowd(Object.assign(new EventTarget(), { ask() {}, tell() {} }));
+          for (const time of [0.005, 0.01, 0.035])
+            crowd.push({ time, spacing: 0.005, rows: 1,
+                         channels: Array.from({ length: 25 }, () => new Float32Array([0.5])) });
+          const drawn = [], pen = { moveTo: (x) => drawn.push(['from', x]), lineTo: (x) => drawn.push(['to', x]) };
+          crowd.trace(pen, crowd.size, crowd.rows[3]);
+          return { place, count: crowd.count, drawn, size: crowd.size };
+        }"""
+    )
+    assert told["place"] == [True] * 4 + [False] * 6 + [True] * 2 + [False] * 2
+    assert told["count"] == 7  # 20 ms were lost
+    first = told["size"] - 7
+    assert told["drawn"] == [["from", first], ["to", first + 1], ["from", first + 6]]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from frictionloop.device.live_setup import SetUp
 from frictionloop.device.recorder import ALL, TICK_HZ
 from frictionloop.device.running import FAULTS, NO_SESSION, RESETS, STATES, reading_told
 from frictionloop.device.simulated_pipe import ENDS, BenchPipe
+from frictionloop.loop.stepper import Movement
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 
@@ -45,6 +47,9 @@ class DeviceEngine:
     def __init__(self, device: Device, system: System) -> None:
         self._device, self._link = device, device._link
         self._bench = device._link.pipe if isinstance(device._link.pipe, BenchPipe) else None
+        self._moves: deque[Movement] = deque()
+        if self._bench is not None:
+            self._bench.moves = self._moves
         self.source = self._link.pipe.source
         self.trouble = ""
         """What is wrong with the line, empty while nothing is."""
@@ -155,7 +160,8 @@ class DeviceEngine:
         if self._bench is None:
             self._write_on()
             return self._link.poll(0.0)
-        until, messages = self._bench.clock() + (self._bench.move(path) - 0.5) / TICK_HZ, []
+        self._moves.extend(Movement(*row) for row in path.tolist())
+        until, messages = self._bench.clock() + (len(self._moves) - 0.5) / TICK_HZ, []
         while (left := until - self._bench.clock()) > 0:
             messages += self._link.poll(left)
             self._write_on()

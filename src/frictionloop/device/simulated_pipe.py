@@ -38,28 +38,14 @@ class BenchPipe(Pipe):
         self._converters = Converters(system)
         self._felt: deque[float] = deque()
         self._felt_from = 0
-        self._moves: deque[Movement] | None = None
-        self._moved, self._ahead = Movement(0.0, 0.0, 0.0), 0
+        self.moves: deque[Movement] | None = None
+        """Where the finger is at each tick to come, for a finger that somebody moves; it rests where they end."""
+        self._moved = Movement(0.0, 0.0, 0.0)
 
     def opened(self) -> BenchPipe:
         """Return the line, open; the board is as it was left."""
         self._open = True
         return self
-
-    def move(self, path: np.ndarray) -> int:
-        """Let the finger go along a path from now on, and return how many ticks of it are to come.
-
-        Where a path ends the finger goes on as it went, for a request takes time; the next path is the shorter by that.
-
-        Parameters
-        ----------
-        path : array, shape (ticks, 3)
-            Place (m), speed (m/s) and load (N) at each tick.
-        """
-        self._moves = deque() if self._moves is None else self._moves
-        self._moves.extend(Movement(*row) for row in path[self._ahead :].tolist())
-        self._ahead = max(self._ahead - len(path), 0)
-        return len(self._moves)
 
     def read(self, timeout_s: float) -> bytes:
         """Let simulated time pass until the board says something, or for so long."""
@@ -118,13 +104,9 @@ class BenchPipe(Pipe):
         self._ticks += 1
 
     def _movement(self) -> Movement | None:
-        if self._moves is None:
+        if self.moves is None:
             return None
-        if self._moves:
-            self._moved = self._moves.popleft()
-        elif speed := self._moved.speed_m_s:
-            self._moved = self._moved._replace(position_m=self._moved.position_m + speed / TICK_HZ)
-            self._ahead += 1
+        self._moved = self.moves.popleft() if self.moves else self._moved._replace(speed_m_s=0.0)
         return self._moved
 
     def _check(self) -> None:
