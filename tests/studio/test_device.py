@@ -128,6 +128,7 @@ def test_the_plate_is_at_rest_300_ms_after_the_driving_page_has_gone(room, how):
     pass_s(room, 0.3)
     assert room.session.engine.armed == "idle"
     assert amplitude(room) < 1e-3
+    assert ("was silent" in room.status()["device"]["trouble"]) == (how == "falls silent")
 
 
 def test_a_fault_is_told_in_words_and_cleared(room):

@@ -67,6 +67,8 @@ def test_every_step_is_done_by_what_it_asks_for(page, serve):
         seen(page, "document.querySelector('#tour-card .done').textContent.startsWith('✓')", timeout_s=40.0)
         page.click("[data-tour=next]")
     assert page.is_hidden("#tour-card")
+    until(lambda: room.session.engine.system == GRATING)  # as it was before the tour
+    assert page.is_hidden("#people")
 
 
 def test_what_the_steps_say_is_so(page, serve):

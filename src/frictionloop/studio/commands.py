@@ -155,6 +155,15 @@ def _undo(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     change(room, lambda _: before, remember=False)
 
 
+def _tour(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    """Remember what is in force before a tour, and put it in force again after it."""
+    if _flag(asked, "on"):
+        room.before_tour = room.session.engine.system
+    elif (before := room.before_tour) is not None:
+        room.before_tour = None
+        change(room, lambda _: before)
+
+
 def _preset(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     name = asked.get("name")
     if not isinstance(name, str) or name not in BY_NAME:
@@ -187,6 +196,7 @@ COMMANDS: dict[str, Command] = {
     "effect": _effect,
     "set": _set,
     "undo": _undo,
+    "tour": _tour,
     "preset": _preset,
     "finger": _finger,
 }

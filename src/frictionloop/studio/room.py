@@ -89,6 +89,8 @@ class Room:
         self.driver: Guest | None = None
         self.before: deque[System] = deque(maxlen=UNDONE)
         """Systems that were in force before, the last one last."""
+        self.before_tour: System | None = None
+        """What was in force before the tour; None while nobody is on it."""
         self.runs: deque[dict[str, Any]] = deque(maxlen=MOST_RUNS)
         """Recorded runs that pages can play, the newest first."""
         self.dead = ""

@@ -1,5 +1,5 @@
 // The bar of a device: who it is, its state, its ceiling, what was lost, its fault; arm, disarm, clear.
-import { SIGNALS } from "./signals.js";
+import { SIGNALS, showOnly } from "./signals.js";
 
 const $ = (id) => document.getElementById(id), BEAT_MS = 40;
 const STATES = {
@@ -46,7 +46,7 @@ export function device(link, scopeOf) {
 function first(told, scope) {
   document.body.dataset.device = told.has_finger ? "bench" : "board";
   if (!told.has_finger) {
-    for (const signal of SIGNALS) if (signal.channel === "measured_n") signal.shown = true;
+    showOnly(SIGNALS.filter(({ channel, shown }) => shown || channel === "measured_n").map(({ channel }) => channel));
     $("plate-hint").textContent = "The finger on the device is drawn where its sensor says it is.";
     scope?.build();
   } else $("plate-hint").textContent = `Slide on it; the position sensor of this bench reads ${told.reach_mm.toFixed(0)} mm to either side.`;

@@ -108,6 +108,7 @@ addEventListener("keydown", (event) => {
 
 let frames = 0, since = performance.now();
 function draw(now) {
+  requestAnimationFrame(draw); // first, so that a picture that fails does not hold the finger
   pointer.flush(now);
   plate.draw();
   crowd.draw(now);
@@ -119,6 +120,5 @@ function draw(now) {
     frames = crowd.frames = 0;
     since = now;
   }
-  requestAnimationFrame(draw);
 }
 requestAnimationFrame(draw);

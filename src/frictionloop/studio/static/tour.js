@@ -10,9 +10,16 @@ export function touring(link, open, card, show) {
   let settled = false, touched = 0;
 
   function go(step) {
+    if (at < 0) link.ask("tour", { on: true });
     at = step;
     card.hidden = at < 0;
-    if (card.hidden) { open.focus(); return; }
+    if (card.hidden) {
+      // What was on the plate before the tour is there again.
+      link.ask("tour", { on: false });
+      show(["open_n", "closed_n", "asked_n"], "controller", false);
+      open.focus();
+      return;
+    }
     const { title: name, told, task: asked, effect, values: wanted, signals, box, crowd } = STEPS[at];
     Object.assign(page, { slid: false, fingers: 0, beyond: null });
     [settled, touched] = [false, 0];
