@@ -8,7 +8,7 @@ import socket
 import threading
 import time
 from collections import deque
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 from frictionloop.device.boards import Simulated
 from frictionloop.device.live_path import Ghost
@@ -28,20 +28,18 @@ class Wired:
         self.thread.start()
 
     def serve(self):
-        begun = time.monotonic()
-        while self.on:
-            ahead_s = self.pipe.clock() - (time.monotonic() - begun)
-            if ahead_s < -0.1:  # a loaded machine: the board's time is then slower than ours
-                begun -= ahead_s
-            if select.select([self.descriptor], [], [], max(ahead_s, 0.0))[0]:
-                try:
+        begun = time.monotonic() - self.pipe.clock()
+        with suppress(OSError):  # nobody is at the other end
+            while self.on:
+                ahead_s = self.pipe.clock() - (time.monotonic() - begun)
+                if ahead_s < -0.1:  # a loaded machine: the board's time is then slower than ours
+                    begun -= ahead_s
+                if select.select([self.descriptor], [], [], max(ahead_s, 0.0))[0]:
                     self.pipe.write(os.read(self.descriptor, 4096))
-                except OSError:
-                    return
-            if ahead_s < 0.0:
-                if len(self.pipe.moves) < 25:
-                    self.pipe.moves.extend(self.stroke())
-                self.say(self.pipe.read(BLOCK_S))
+                if ahead_s < 0.0:
+                    if len(self.pipe.moves) < 25:
+                        self.pipe.moves.extend(self.stroke())
+                    self.say(self.pipe.read(BLOCK_S))
 
     def stroke(self):
         for _ in range(25):
@@ -59,26 +57,35 @@ class Wired:
 
 @contextmanager
 def wired(way, system):
-    """Yield the address of a board: ``serial`` by a pseudo-terminal, ``tcp`` by a socket."""
+    """Yield the address of a board, and what pulls its plug: ``serial`` by a pseudo-terminal, ``tcp`` by a socket.
+
+    Over TCP it can be plugged in again, by connecting anew: the board has gone on meanwhile.
+    """
     pipe = BenchPipe(Simulated(system), system).opened()
     if way == "serial":
         ours, theirs = os.openpty()
         board = Wired(pipe, ours)
-        yield f"serial://{os.ttyname(theirs)}"
+        yield f"serial://{os.ttyname(theirs)}", lambda: None
         board.stop()
         for each in (ours, theirs):
             os.close(each)
         return
-    listening = socket.create_server(("127.0.0.1", 0))
-    made = []
+    listening, made = socket.create_server(("127.0.0.1", 0)), []
 
     def accept():
-        made.append(listening.accept()[0])
-        made.append(Wired(pipe, made[0].fileno()))
+        while True:
+            try:
+                made.append(listening.accept()[0])
+            except OSError:
+                return
+            made.append(Wired(pipe, made[-1].fileno()))
 
-    accepting = threading.Thread(target=accept, daemon=True)
-    accepting.start()
-    yield f"tcp://127.0.0.1:{listening.getsockname()[1]}"
-    made[1].stop()
-    made[0].close()
+    def pull():
+        made[-1].stop()
+        made[-2].close()
+
+    threading.Thread(target=accept, daemon=True).start()
+    yield f"tcp://127.0.0.1:{listening.getsockname()[1]}", pull
+    pull()
+    listening.shutdown(socket.SHUT_RDWR)
     listening.close()

@@ -33,7 +33,7 @@ def line(way, folder):
         pytest.importorskip("unicorn", reason="the board is emulated by unicorn: install frictionloop[emulator]")
         yield f"emulated:{build('teensy31', list(map(int, firmware_words(SYSTEM))), folder).elf}"
         return
-    with wired(way, SYSTEM) as address:
+    with wired(way, SYSTEM) as (address, _):
         yield address
 
 
@@ -82,3 +82,24 @@ def test_a_board_is_driven_and_changed_while_its_samples_go_on(way, tmp_path):
         assert (engine.told()["fault"], engine.refused, engine.rows.lost) == ("", [], 0)
         obey(room, guest, {"do": "stop"})
         pass_until(room, guest, lambda: state() == "idle")
+
+
+def test_a_line_that_was_pulled_is_told_and_taken_up_again_with_the_plate_off():
+    with wired("tcp", SYSTEM) as (address, pull), connect(address, SYSTEM) as device:
+        room = Room(DeviceSession(DeviceEngine(device, SYSTEM)))
+        guest = Guest(may_drive=True)
+        room.join(guest)
+        session, engine = room.session, room.session.engine
+        pass_until(room, guest, lambda: session.ticks > 300)
+        obey(room, guest, {"do": "arm", "state": "closed"})
+        pass_until(room, guest, lambda: engine.state == "closed")
+        session.change(engine.system.evolve({"controller.kp": 0.5}))
+        pull()
+        pass_until(room, guest, lambda: engine.armed == "idle")
+        assert "closed the connection" in engine.trouble
+        pass_until(room, guest, lambda: "there again" in engine.trouble)
+        pass_until(room, guest, lambda: device.controller.kp == 0.5)  # what was on its way is written anew
+        before = session.ticks
+        pass_until(room, guest, lambda: session.ticks > before + 1000)
+        assert (engine.refused, engine.armed) == ([], "idle")
+        assert engine.state in ("idle", "fault")  # the board switches off, or finds that its host was silent

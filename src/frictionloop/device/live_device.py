@@ -214,4 +214,4 @@ class DeviceEngine:
             self.rows = self._listen()
         except DeviceError:
             return
-        self.trouble = ""
+        self.trouble = f"{why}; it is there again, with its plate off"
