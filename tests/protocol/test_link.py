@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from frictionloop.device.device import Device
-from frictionloop.device.recorder import SCALES
+from frictionloop.device.link import Link
+from frictionloop.device.live_rows import Rows
+from frictionloop.device.recorder import ALL, SCALES
 
 
 @pytest.mark.parametrize("kind", ["Board", "Firmware"])
@@ -43,3 +45,20 @@ def test_a_bad_line_loses_samples_and_invents_none(boards: Any, duration_s: floa
     assert run.attrs["reconnects"] == events.count("gone")
     # A damaged frame takes at most its neighbour with it; a line that goes away what was under way, up to a stall.
     assert run.attrs["lost_samples"] <= 16 * 2 * len(events) + 5000 * events.count("gone")
+
+
+def test_samples_that_come_in_one_piece_with_the_first_status_are_not_lost(boards: Any) -> None:
+    board = boards.Board()
+
+    class Together(boards.Line):  # type: ignore[misc]
+        def write(self, data: bytes) -> None:
+            super().write(data)
+            self.board.advance(40)
+
+    link = Link(Together(board))
+    rows = Rows(link.listen(1, ALL)["tick"])
+    for _ in range(3):
+        for message in link.poll(0.01):
+            rows.take(message)
+    assert rows.next_tick > board.tick - boards.SAMPLES
+    assert rows.lost == 0

@@ -118,7 +118,8 @@ class Link:
         """Ask for telemetry and return the status then: what is of its tick or before was said to somebody else."""
         self.ask("stream", decimation=decimation, mask=mask)
         status = self.ask("heartbeat")
-        self.forget()
+        new = (message for message in self._inbox if message.name == "telemetry" and is_after(message, status["tick"]))
+        self._inbox = deque(new, INBOX)  # samples that came in one piece with the status are ours
         return status
 
     def reopened(self, pipe: Pipe) -> None:
@@ -155,6 +156,13 @@ class Link:
                     del self.clock_pairs[1::2]  # a line through half of them is as good
                 self._beat_at = None
         return messages
+
+
+def is_after(telemetry: Message, tick: int) -> bool:
+    """Return whether the last sample of a frame is of a later tick than this one."""
+    samples = telemetry["values"].size // max(int(telemetry["mask"]).bit_count(), 1)
+    past = (telemetry["tick"] + (samples - 1) * telemetry["decimation"] - tick) % 2**32
+    return bool(0 < past < 2**31)
 
 
 def answers(message: Message, name: str, sequence: int, asked: dict[str, Any]) -> bool:
