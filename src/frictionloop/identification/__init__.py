@@ -24,7 +24,8 @@ from frictionloop.identification.kept import kept_results
 from frictionloop.identification.load import load
 from frictionloop.identification.loop_delay import LoopDelay, loop_delay
 from frictionloop.identification.measured import Measured
-from frictionloop.identification.modes import Mode, Modes, modes
+from frictionloop.identification.mode import Mode, Modes
+from frictionloop.identification.modes import modes
 from frictionloop.identification.monotone_table import MonotoneTable, monotone_table
 from frictionloop.identification.noise import (
     NoiseSpectrum,
@@ -33,7 +34,8 @@ from frictionloop.identification.noise import (
     noise_spectrum,
 )
 from frictionloop.identification.people import People, people
-from frictionloop.identification.plate_decay import PlateEnvelope, plate_decay, plate_envelope
+from frictionloop.identification.plate_decay import plate_decay
+from frictionloop.identification.plate_envelope import PlateEnvelope, plate_envelope
 from frictionloop.identification.plate_sweep import PlateResonance, plate_sweep
 from frictionloop.identification.plateaus import Plateaus, plateaus
 from frictionloop.identification.preview import Preview, preview

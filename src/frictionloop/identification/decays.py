@@ -10,7 +10,8 @@ from scipy.ndimage import maximum_filter1d
 from scipy.signal import decimate
 
 from frictionloop.identification.channels import READING, READING_UNITS, channel, rate_of
-from frictionloop.identification.hits import Hits, hits_of, told_of
+from frictionloop.identification.hit_runs import hits_of
+from frictionloop.identification.hits import Hits, told_of
 from frictionloop.identification.long import Run
 from frictionloop.identification.onsets import noise_of
 from frictionloop.quantities import FrictionloopError

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from scipy.signal import csd
 
 from frictionloop.identification.channels import READING, READING_UNITS, channel, rate_of
-from frictionloop.identification.hits import Hits, hits_of
+from frictionloop.identification.hit_runs import hits_of
+from frictionloop.identification.hits import Hits
 from frictionloop.identification.long import Run
 from frictionloop.quantities import FrictionloopError
 

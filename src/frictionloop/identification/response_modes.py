@@ -3,40 +3,21 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
-from scipy.signal import find_peaks
 
 from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.frequency_response import FrequencyResponse
-from frictionloop.identification.mode_fit import MOST_MODES
-from frictionloop.identification.modes import Mode, Modes, Which, chosen_of
-from frictionloop.identification.poles import NEAR_HZ, NEAR_Q, Pole
+from frictionloop.identification.mode import Mode, Modes, Which, chosen_of
 from frictionloop.identification.refused import Refused
-from frictionloop.identification.resonance import Errors, sandwich
+from frictionloop.identification.response_fit import ResponseFit, fitted, rising
 
 Array = NDArray[np.float64]
 WORST_MISFIT = 0.25
 """Most of a response that its modes may leave unexplained (assumed)."""
-ENOUGH = 0.8
-"""Modes are added while they lower the misfit to less than this share (assumed)."""
-IN_VAIN = 2
-"""So many modes in a row that do not are the end (assumed)."""
 WIDEST = 1.0
 """A mode whose 95 % interval is wider than this share of its frequency is none."""
-
-
-class _Fit(NamedTuple):
-    poles: Array
-    """Frequency and Q, shape (modes, 2)."""
-    errors: Array
-    freedom: Array
-    weights: NDArray[np.complex128]
-    misfit: float
-    model: NDArray[np.complex128]
 
 
 def response_modes(
@@ -77,7 +58,7 @@ def response_modes(
     if hertz.size < 12:
         raise Refused(f"band_hz: holds {hertz.size} frequencies: must hold at least twelve", "response", {})
     weight = np.sqrt(found.input_density[inside] / found.input_density[inside].mean())
-    fits, diagram = _rising(hertz, seen, weight, magnitude)
+    fits, diagram = rising(hertz, seen, weight, magnitude)
     best = fits[-1] if fits else None
     curves = {
         "response": {"frequency_hz": hertz.tolist(), "magnitude": np.abs(seen).tolist(),
@@ -92,7 +73,7 @@ def response_modes(
         listed = ", ".join(f"{each:.5g}" for each in best.poles[:, 0])
         said = f"modes at {listed} Hz leave {best.misfit:.0%} of the response unexplained: must be at most"
         raise Refused(f"{said} {WORST_MISFIT:.0%}; is a band_hz needed?", "response", curves)
-    half = _fitted(hertz[::2], seen[::2], weight[::2], best.poles, magnitude)
+    half = fitted(hertz[::2], seen[::2], weight[::2], best.poles, magnitude)
     moved = np.abs(half.poles - best.poles) / math.sqrt(3)
     modes = _modes(best, found, hertz)
     wide = [k for k, mode in enumerate(modes) if _too_wide(mode)]
@@ -111,107 +92,7 @@ def _too_wide(mode: Mode) -> bool:
     return not interval.high - interval.low < WIDEST * mode.frequency.value
 
 
-def _rising(
-    hertz: Array, seen: NDArray[np.complex128], weight: Array, magnitude: bool
-) -> tuple[list[_Fit], list[Pole]]:
-    """Return fits of ever more modes, as long as each is worth it, and their poles."""
-    fits: list[_Fit] = []
-    best = 0
-    diagram: list[Pole] = []
-    left = np.abs(seen)
-    poles = np.zeros((0, 2))
-    for order in range(1, MOST_MODES + 1):
-        start = _peak(hertz, left * weight)
-        if start is None:
-            break
-        fit = _fitted(hertz, seen, weight, np.vstack([poles, start]), magnitude)
-        if not np.all(np.isfinite(fit.errors)) or fit.poles[:, 0].min() < hertz[0] or fit.poles[:, 0].max() > hertz[-1]:
-            break
-        before = fits[-1].poles if fits else np.zeros((0, 2))
-        diagram += [Pole(order, float(f), float(q), _near(f, q, before)) for f, q in fit.poles]
-        fits.append(fit)
-        if len(fits) > 1 and fit.misfit <= ENOUGH * fits[best].misfit:
-            best = len(fits) - 1
-        elif len(fits) - 1 - best >= IN_VAIN:
-            break
-        poles, left = fit.poles, np.abs(np.abs(seen) - np.abs(fit.model) if magnitude else seen - fit.model)
-        if fit.misfit < 1e-3:
-            break
-    return fits[: best + 1], diagram
-
-
-def _near(hertz: float, q: float, before: Array) -> bool:
-    return any(abs(f - hertz) <= NEAR_HZ * hertz and abs(other - q) <= NEAR_Q * q for f, other in before)
-
-
-def _peak(hertz: Array, size: Array) -> Array | None:
-    """Return frequency and Q of the peak that stands out the most on a logarithmic scale."""
-    if size.max() <= 0:
-        return None
-    level = np.log(np.maximum(size, 1e-6 * size.max()))
-    peaks, told = find_peaks(level, prominence=0.5, width=0, rel_height=0.5)
-    if not peaks.size:
-        return None
-    k = int(np.argmax(size[peaks] * np.minimum(told["prominences"], 3.0)))
-    row = peaks[k]
-    above = size >= size[row] / math.sqrt(2)
-    left = row - int(np.argmin(above[row::-1])) if not above[: row + 1].all() else 0
-    right = row + int(np.argmin(above[row:])) if not above[row:].all() else size.size - 1
-    width = max(hertz[right] - hertz[left], np.diff(hertz).min())
-    return np.array([[hertz[row], max(hertz[row] / width, 1.0)]])
-
-
-def _fitted(hertz: Array, seen: NDArray[np.complex128], weight: Array, start: Array, magnitude: bool) -> _Fit:
-    """Return the fit that begins at these poles: their weights are found by linear least squares within."""
-    scale = float(np.linalg.norm(weight * np.abs(seen)))
-    x0 = np.log(start).ravel()
-    if magnitude:
-        weights0 = np.full(len(start), math.sqrt(float(np.max(np.abs(seen)))))
-        for k, (f, q) in enumerate(start):
-            weights0[k] = float(np.abs(np.interp(f, hertz, np.abs(seen)))) / q
-        x0 = np.concatenate([x0, weights0 / weights0.max(), [0.0]])
-        unit = weights0.max()
-
-    def parts(x: Array) -> tuple[Array, NDArray[np.complex128]]:
-        poles = np.exp(np.clip(x[: start.size], -20, 20)).reshape(-1, 2)
-        relative = hertz[:, None] / poles[:, 0]
-        return poles, 1 / (1 - relative**2 + 1j * relative / poles[:, 1])
-
-    def model(x: Array) -> NDArray[np.complex128]:
-        poles, shape = parts(x)
-        if magnitude:
-            return np.asarray(unit * (shape @ x[start.size : -1] + x[-1]))
-        columns = np.concatenate([shape, 1j * shape * hertz[:, None] / poles[:, 0], np.ones((hertz.size, 1))], axis=1)
-        stacked = np.concatenate([(weight[:, None] * columns).real, (weight[:, None] * columns).imag])
-        target = np.concatenate([(weight * seen).real, (weight * seen).imag])
-        # By the normal equations, of columns of one length: many times faster than by singular values.
-        size = np.linalg.norm(stacked, axis=0)
-        share = np.linalg.lstsq(stacked.T @ stacked / np.outer(size, size), stacked.T @ target / size, rcond=1e-12)[0]
-        return np.asarray(columns @ (share / size))
-
-    def residuals(x: Array) -> Array:
-        if magnitude:
-            return np.asarray(weight * (np.abs(model(x)) - np.abs(seen)) / scale)
-        away = weight * (model(x) - seen) / scale
-        return np.concatenate([away.real, away.imag])
-
-    fit = least_squares(residuals, x0, x_scale=np.where(np.arange(x0.size) < start.size, 1e-2, 1.0), max_nfev=100)
-    try:
-        errors = sandwich(fit.jac, fit.fun)
-    except np.linalg.LinAlgError:  # a mode too many, which nothing determines
-        errors = Errors(np.full(x0.size, np.inf), np.ones(x0.size))
-    poles = np.exp(fit.x[: start.size]).reshape(-1, 2)
-    order = np.argsort(poles[:, 0])
-    given = model(fit.x)
-    _, shape = parts(fit.x)
-    size = np.abs(np.linalg.lstsq(np.column_stack([shape, np.ones(hertz.size)]), given, rcond=None)[0][:-1])
-    spread = (errors.standard[: start.size].reshape(-1, 2) * poles)[order]
-    freedom = errors.freedom[: start.size].reshape(-1, 2)[order]
-    misfit = float(np.linalg.norm(fit.fun))
-    return _Fit(poles[order], spread, freedom, (size * poles[:, 1])[order], misfit, given)
-
-
-def _modes(fit: _Fit, found: FrequencyResponse, hertz: Array) -> list[Mode]:
+def _modes(fit: ResponseFit, found: FrequencyResponse, hertz: Array) -> list[Mode]:
     """Return the modes; a mode's share is that of the squared height of its peak, its agreement the coherence there."""
     height = np.abs(fit.weights) ** 2
     share = height / height.sum()

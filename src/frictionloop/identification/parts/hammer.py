@@ -10,10 +10,10 @@ import numpy as np
 from frictionloop.identification.channels import rate_of
 from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.frequency_response import FrequencyResponse, response
-from frictionloop.identification.hits import hits_of
+from frictionloop.identification.hit_runs import hits_of
 from frictionloop.identification.long import Run
 from frictionloop.identification.measured import Measured, measured
-from frictionloop.identification.modes import Modes
+from frictionloop.identification.mode import Modes
 from frictionloop.identification.parts.part import thin
 from frictionloop.identification.project import Take
 from frictionloop.identification.resonance import fit_resonance

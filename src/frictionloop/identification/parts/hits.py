@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from frictionloop.identification.hits import NoHits, hits_of, pick_hits
+from frictionloop.identification.hit_runs import hits_of
+from frictionloop.identification.hits import NoHits, pick_hits
 from frictionloop.identification.long import Run, Stretches
 from frictionloop.identification.measured import Measured, measured
-from frictionloop.identification.modes import Modes, modes
+from frictionloop.identification.mode import Modes
+from frictionloop.identification.modes import modes
 from frictionloop.identification.parts.hammer import hammered
 from frictionloop.identification.parts.part import POINTS, Found, Rows, Sensor, extra_modes, with_method
 from frictionloop.identification.project import Take

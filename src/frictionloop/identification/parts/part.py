@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from frictionloop.identification.channels import READING
 from frictionloop.identification.measured import Measured, measured
-from frictionloop.identification.modes import Modes
+from frictionloop.identification.mode import Modes
 from frictionloop.identification.project import Take
 from frictionloop.quantities import FrictionloopError
 

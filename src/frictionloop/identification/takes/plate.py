@@ -16,7 +16,8 @@ from frictionloop.identification.channels import channel
 from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.loop_delay import loop_delay
 from frictionloop.identification.measured import Measured, measured
-from frictionloop.identification.plate_decay import plate_decay, plate_envelope
+from frictionloop.identification.plate_decay import plate_decay
+from frictionloop.identification.plate_envelope import plate_envelope
 from frictionloop.identification.plate_sweep import PlateResonance, plate_sweep
 from frictionloop.identification.straight_scale import straight_scale
 from frictionloop.quantities import FrictionloopError
