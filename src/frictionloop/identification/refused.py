@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from frictionloop.quantities import FrictionloopError
@@ -15,3 +16,10 @@ class Refused(FrictionloopError):
         super().__init__(said)
         self.kind = kind
         self.curves = dict(curves)
+
+
+def pictured(refusal: FrictionloopError, said: str, kind: str, file: Path) -> Refused:
+    """Return a refusal with what its analysis saw; where it had not got that far, with the channels of the file."""
+    if isinstance(refusal, Refused) and refusal.curves:
+        return Refused(said, kind, refusal.curves)
+    return Refused(said, "recording", {"file": str(file)})

@@ -17,6 +17,8 @@ from frictionloop.identification.resonance import Errors, sandwich
 Array = NDArray[np.float64]
 ENOUGH = 0.8
 """Modes are added while they lower the misfit to less than this share (assumed)."""
+SURE = 2.0
+"""Standard errors within which the value of a mode is taken to lie."""
 IN_VAIN = 2
 """So many modes in a row that do not are the end (assumed)."""
 
@@ -52,14 +54,58 @@ def rising(
         before = fits[-1].poles if fits else np.zeros((0, 2))
         diagram += [Pole(order, float(f), float(q), _near(f, q, before)) for f, q in fit.poles]
         fits.append(fit)
-        if len(fits) > 1 and fit.misfit <= ENOUGH * fits[best].misfit:
-            best = len(fits) - 1
-        elif len(fits) - 1 - best >= IN_VAIN:
+        if len(fits) > 1 and fit.misfit <= ENOUGH * fits[best].misfit and _told_apart(fit):
+            new, old = (_unseen(hertz, seen, weight, each.poles, magnitude) for each in (fit, fits[best]))
+            best = len(fits) - 1 if new <= ENOUGH * old else best
+        if len(fits) - 1 - best >= IN_VAIN:
             break
         poles, left = fit.poles, np.abs(np.abs(seen) - np.abs(fit.model) if magnitude else seen - fit.model)
         if fit.misfit < 1e-3:
             break
     return fits[: best + 1], diagram
+
+
+def _told_apart(fit: ResponseFit) -> bool:
+    """Return whether each mode is known to better than its width, and its Q to better than itself.
+
+    Noise that goes with the response is largest beside a peak, where modes without number lower the misfit.
+    """
+    (hertz, q), (error_hz, error_q) = fit.poles.T, SURE * fit.errors.T
+    return bool(np.all(error_hz < hertz / q) and np.all(error_q < q))
+
+
+def _unseen(hertz: Array, seen: NDArray[np.complex128], weight: Array, poles: Array, magnitude: bool) -> float:
+    """Return the misfit at every other frequency of a fit to the rest, both ways round: noise is not seen twice."""
+    left = 0.0
+    for out in (slice(0, None, 2), slice(1, None, 2)):
+        known = weight.copy()
+        known[out] = 0.0
+        model = fitted(hertz, seen, known, poles, magnitude).model
+        away = np.abs(model) - np.abs(seen) if magnitude else model - seen
+        left += float(np.sum(np.abs(weight * away)[out] ** 2))
+    return math.sqrt(left)
+
+
+def weighed(
+    hertz: Array, seen: NDArray[np.complex128], weight: Array, fit: ResponseFit, magnitude: bool
+) -> tuple[ResponseFit, Array]:
+    """Return the fit by the noise that is likelier, the same everywhere or a share of the response, and its weights.
+
+    Of normal noise of standard deviation s/w_i the log-likelihood is sum log w_i^2 - n log sum w_i^2 |r_i|^2.
+    """
+    sizes = np.maximum(np.abs(fit.model), 1e-3 * float(np.abs(fit.model).max()))
+    shared = weight / sizes
+    other = fitted(hertz, seen, shared, fit.poles, magnitude)
+
+    def likelihood(each: ResponseFit, by: Array) -> float:
+        away = np.abs(each.model) - np.abs(seen) if magnitude else each.model - seen
+        return float(np.sum(np.log(by**2)) - by.size * np.log(np.sum((by * np.abs(away)) ** 2)))
+
+    if not likelihood(other, shared) > likelihood(fit, weight):
+        return fit, weight
+    away = np.abs(other.model) - np.abs(seen) if magnitude else other.model - seen
+    misfit = float(np.linalg.norm(weight * away) / np.linalg.norm(weight * np.abs(seen)))
+    return other._replace(misfit=misfit), shared
 
 
 def _near(hertz: float, q: float, before: Array) -> bool:
@@ -122,7 +168,7 @@ def fitted(hertz: Array, seen: NDArray[np.complex128], weight: Array, start: Arr
         errors = sandwich(fit.jac, fit.fun)
     except np.linalg.LinAlgError:  # a mode too many, which nothing determines
         errors = Errors(np.full(x0.size, np.inf), np.ones(x0.size))
-    poles = np.exp(fit.x[: start.size]).reshape(-1, 2)
+    poles = np.exp(np.clip(fit.x[: start.size], -20, 20)).reshape(-1, 2)
     order = np.argsort(poles[:, 0])
     given = model(fit.x)
     _, shape = parts(fit.x)

@@ -11,7 +11,7 @@ from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.frequency_response import FrequencyResponse
 from frictionloop.identification.mode import Mode, Modes, Which, chosen_of
 from frictionloop.identification.refused import Refused
-from frictionloop.identification.response_fit import ResponseFit, fitted, rising
+from frictionloop.identification.response_fit import ResponseFit, fitted, rising, weighed
 
 Array = NDArray[np.float64]
 WORST_MISFIT = 0.25
@@ -60,6 +60,8 @@ def response_modes(
     weight = np.sqrt(found.input_density[inside] / found.input_density[inside].mean())
     fits, diagram = rising(hertz, seen, weight, magnitude)
     best = fits[-1] if fits else None
+    if best is not None and found.hits == 1:
+        best, weight = weighed(hertz, seen, weight, best, magnitude)
     curves = {
         "response": {"frequency_hz": hertz.tolist(), "magnitude": np.abs(seen).tolist(),
                      "coherence": found.coherence[inside].tolist(),

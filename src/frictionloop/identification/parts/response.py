@@ -9,11 +9,11 @@ import numpy as np
 
 from frictionloop.identification.frequency_response import FrequencyResponse
 from frictionloop.identification.measured import measured
-from frictionloop.identification.modes import Modes
+from frictionloop.identification.mode import Modes
 from frictionloop.identification.opened import opened
 from frictionloop.identification.parts.part import Part, Rows, extra_modes
 from frictionloop.identification.project import Take
-from frictionloop.identification.refused import Refused
+from frictionloop.identification.refused import pictured
 from frictionloop.identification.response_modes import response_modes
 from frictionloop.identification.response_table import has_phase, response_table
 from frictionloop.quantities import FrictionloopError
@@ -31,10 +31,8 @@ def response_part(take: Take, folder: Path) -> Part:
     for name, table, phase in zip(take.files, tables, phased, strict=True):
         try:
             found.append(response_modes(table, take.mode, take.band_hz, magnitude=not phase))
-        except Refused as refused:
-            raise Refused(f"{name}: {refused}", take.kind, refused.curves) from None
         except FrictionloopError as refused:
-            raise FrictionloopError(f"{name}: {refused}") from None
+            raise pictured(refused, f"{name}: {refused}", take.kind, folder / name) from None
     date = take.date or files[0].contents.date
     chosen = [each.chosen[0] for each in found]
     whole = f"listed response of {sum(t.frequency_hz.size for t in tables)} frequencies"
