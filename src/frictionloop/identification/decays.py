@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 from scipy.signal import decimate
 
+from frictionloop.identification.bow import without_bow
 from frictionloop.identification.channels import READING, READING_UNITS, channel, rate_of
 from frictionloop.identification.hit_runs import hits_of
 from frictionloop.identification.hits import Hits, told_of
@@ -33,11 +34,11 @@ def decays_of(
     cut: list[Array] = []
     picked, rates = [], set()
     for run, found in hits_of(runs, segment_s, exclude):
-        reading, rate_hz = channel(run, READING, READING_UNITS), rate_of(run)
+        reading, rate_hz = without_bow(channel(run, READING, READING_UNITS))[0], rate_of(run)
         picked.append(found)
         rates.add(rate_hz)
         force = run["hammer"].values if found.channel == "hammer" else None
-        floor = noise_of(reading - np.median(reading), rate_hz)
+        floor = noise_of(reading, rate_hz)
         for hit in found.table:
             onset = round((hit.time_s - float(run["time"][0])) * rate_hz)
             if hit.verdict in ("good", "cut off"):

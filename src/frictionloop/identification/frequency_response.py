@@ -11,6 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.signal import csd
 
+from frictionloop.identification.bow import without_bow
 from frictionloop.identification.channels import READING, READING_UNITS, channel, rate_of
 from frictionloop.identification.hit_runs import hits_of
 from frictionloop.identification.hits import Hits
@@ -130,7 +131,7 @@ def _pieces(run: xr.Dataset, found: Hits) -> _Pieces:
     rows = np.array(found.starts, dtype=int)[:, None] + np.arange(found.length)
     return _Pieces(
         (-force if found.inverted else force)[rows],
-        reading[rows],
+        without_bow(reading)[0][rows],
         rate_of(run),
         found.told(),
         f"{run[READING].attrs['units']}/N",

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from frictionloop.identification.bow import without_bow
 from frictionloop.identification.channels import READING, READING_UNITS, channel, rate_of, samples_in
 from frictionloop.identification.clipping import clipped
 from frictionloop.identification.hit_faults import Piece, faults_of
@@ -53,6 +54,8 @@ class Hits:
     """Rows of a piece."""
     noise: float
     """Standard deviation of the channel while nothing happens."""
+    bow: float = 0.0
+    """Span of the slow bow beneath the reading, which is taken off; 0 without one."""
 
     @property
     def good(self) -> int:
@@ -76,7 +79,10 @@ def told_of(found: Sequence[Hits]) -> str:
         for reason, hits in by_reason.items()
     ]
     good, every = sum(each.good for each in found), sum(len(each.table) for each in found)
-    return f"{good} of {every} hits used" + (f"; left out: {', '.join(left)}" if left else "")
+    bows = [each.bow for each in found if each.bow]
+    where = f" in {len(bows)} recordings" if len(found) > 1 else ""
+    slow = f"; a slow bow of up to {max(bows):.3g} was taken off{where}" if bows else ""
+    return f"{good} of {every} hits used" + (f"; left out: {', '.join(left)}" if left else "") + slow
 
 
 def pick_hits(
@@ -119,7 +125,7 @@ def pick_hits(
     rate_hz = rate_of(recording)
     if segment_s is not None:
         samples_in("segment_s", segment_s, rate_hz, 16, reading.size, "the length of the recording")
-    away = signal - np.median(signal)
+    away, bow = without_bow(signal)
     noise = noise_of(away, rate_hz)
     level = max(ABOVE_NOISE * noise, 1e-6 * float(np.max(np.abs(away))))
     onsets = onsets_of(away, level, calm_rows(away, rate_hz), column != READING)
@@ -128,7 +134,7 @@ def pick_hits(
             f"recording: {column!r} has no hits: it never leaves its mean by {ABOVE_NOISE:g} times its noise "
             f"({noise:.3g}); accepted: a recording with hits"
         )
-    still = reading - np.median(reading)
+    still, under = (away, bow) if column == READING else without_bow(reading)
     length = piece_length(still, onsets, rate_hz) if segment_s is None else round(segment_s * rate_hz)
     ahead, earlier = int(BEFORE * length), before or 0
     flat = clipped(signal) | clipped(reading)
@@ -158,4 +164,4 @@ def pick_hits(
         if verdict == "good":
             starts.append(onset - ahead)
     inverted = float(np.median([each.peak for each in table])) < 0
-    return Hits(tuple(table), column, inverted, tuple(starts), ahead, length, noise)
+    return Hits(tuple(table), column, inverted, tuple(starts), ahead, length, noise, under)

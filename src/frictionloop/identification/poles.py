@@ -37,13 +37,17 @@ def stabilisation(decays: Sequence[Array], rate_hz: float, orders: Sequence[int]
     rate_hz : float
         Samples per second.
     orders : sequence of int
-        Numbers of modes to try, rising.
+        Numbers of modes to try, rising; those for which the shortest decay has too few samples are not.
 
     Notes
     -----
     Source: Hua and Sarkar, IEEE Trans. ASSP 38 (1990) 814.
     """
-    rows = max(min(min(decay.size for decay in decays) // 2, 300), 2 * max(orders) + 2)
+    shortest = min(decay.size for decay in decays)
+    orders = [order for order in orders if 4 * order + 4 <= shortest]
+    if not orders:
+        return []
+    rows = max(min(shortest // 2, 300), 2 * max(orders) + 2)
     windows = [np.lib.stride_tricks.sliding_window_view(decay, rows) for decay in decays]
     # The left singular vectors of a wide matrix are the eigenvectors of its square, a sum over decays.
     powers, vectors = np.linalg.eigh(sum(each.T @ each for each in windows))
