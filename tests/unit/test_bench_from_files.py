@@ -300,3 +300,37 @@ def test_coverage_on_200_benches(tmp_path):
     inside, half = coverage(tmp_path, 200, 7_000_000)
     assert all(count >= 170 for count in inside.values()), inside
     assert {name: each for name, each in half.items() if each > WIDEST[name]} == {}
+
+
+@pytest.mark.parametrize(
+    ("kind", "channels", "rows", "says"),
+    [
+        ("hits", 'f_m = { column = "f", unit = "N" }', lambda draw: [draw.normal(size=9000)], "has no hits"),
+        (
+            "quiet",
+            'f_m = { column = "f", unit = "N" }',
+            lambda draw: [np.clip(2 * np.sin(np.arange(9000) / 99), -1, 1)],
+            "clipped",
+        ),
+        (
+            "plate",
+            'vibration = { column = "f", unit = "um" }',
+            lambda draw: [np.sin(2 * np.pi * 200 * np.arange(9000) / 1e3)],
+            "never changes by",
+        ),
+    ],
+)
+def test_a_refusal_before_any_fit_draws_the_channels(tmp_path, capsys, kind, channels, rows, says):
+    columns = rows(np.random.default_rng(0))
+    np.savetxt(
+        tmp_path / "a.csv",
+        np.column_stack([np.arange(9000) / 1e3, *columns]),
+        header="time_s,f",
+        delimiter=",",
+        comments="",
+    )
+    (tmp_path / "lab.toml").write_text(f'[[recording]]\nkind = "{kind}"\nfiles = ["a.csv"]\nchannels.{channels}\n')
+    code, _, said = run(capsys, "bench", tmp_path / "lab.toml")
+    picture = tmp_path / "lab.refused.png"
+    assert code == 2 and says in said and str(picture) in said and said.count("\n") == 1
+    assert picture.stat().st_size > 5000

@@ -93,7 +93,7 @@ def _rows(found: Preview) -> list[tuple[str, ...]]:
 def _row(each: ChannelPreview, rate_hz: float | None) -> tuple[str, ...]:
     lasts = f" ({each.samples / rate_hz:.3g} s)" if rate_hz and each.samples > 1000 else ""
     said = [
-        f"clipped {each.clipped:.1%}" if each.clipped else "",
+        f"clipped {100 * each.clipped:.2g} %" if each.clipped else "",
         f"wraps {each.wraps} time{'s' * (each.wraps > 1)}: give wrap in the map" if each.wraps else "",
         f"{each.missing} missing" if each.missing else "",
         "always the same" if each.least == each.most else "",

@@ -20,7 +20,7 @@ from frictionloop.identification.parts.response import response_part
 from frictionloop.identification.parts.slides import slides_part
 from frictionloop.identification.parts.weights import weights_part
 from frictionloop.identification.project import Take
-from frictionloop.identification.refused import Refused
+from frictionloop.identification.refused import pictured
 from frictionloop.identification.takes import TAKES
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.whole import read_contents
@@ -63,9 +63,7 @@ def analyse(take: Take, folder: Path, sensor: Sensor) -> Part:
         values, told, rows, curves = WORK[take.kind](take, runs, sensor, files[0]["date"])
     except FrictionloopError as refused:
         where = ", ".join(take.files) if len(take.files) < 4 else f"{take.files[0]} and {len(take.files) - 1} more"
-        if isinstance(refused, Refused):
-            raise Refused(f"{where}: {refused}", take.kind, refused.curves) from None
-        raise FrictionloopError(f"{where}: {refused}") from None
+        raise pictured(refused, f"{where}: {refused}", take.kind, folder / take.files[0]) from None
     told = list(dict.fromkeys([*(line for run in runs for line in run.attrs["told"].splitlines()), *told]))
     return Part(take.kind, files, tuple(values), tuple(told), tuple(rows), curves)
 
@@ -90,15 +88,14 @@ def _loaded(path: Path, take: Take, folder: Path) -> list[Run]:
     chart = take.chart(folder)
     columns = {} if chart is None else {name: str(each.column) for name, each in chart.channels.items()}
     if chart is None or not any("*" in column for column in columns.values()):
-        return [_run(opened(path, chart, rate_hz=take.rate_hz), take)]
+        return [_run(_opened(path, chart, take), take)]
     masses = None
     if take.kind == "weights" and "*" not in columns.get("mass", "*"):
         one = ChannelMap(channels={"mass": chart.channels["mass"]})
         file = opened(path, one, rate_hz=take.rate_hz, table=True)
         masses = file.part(0, file.rows)["mass"].values
-        chart = ChannelMap(
-            channels={name: each for name, each in chart.channels.items() if name != "mass"}, rate_hz=chart.rate_hz
-        )
+        others = {name: each for name, each in chart.channels.items() if name != "mass"}
+        chart = chart.model_copy(update={"channels": others})
     there = {line.name for line in read_contents(path).channels}
     starred = [column for column in columns.values() if "*" in column]
     found: list[Run] = []
@@ -106,10 +103,14 @@ def _loaded(path: Path, take: Take, folder: Path) -> list[Run]:
         tree = chart.model_dump()
         for each in tree["channels"].values():
             each["column"] = _numbered(each["column"], len(found))
-        found.append(_run(opened(path, ChannelMap.from_tree(tree), rate_hz=take.rate_hz), take))
+        found.append(_run(_opened(path, ChannelMap.from_tree(tree), take), take))
     if not found:
-        return [_run(opened(path, chart, rate_hz=take.rate_hz), take)]
+        return [_run(_opened(path, chart, take), take)]
     return found if masses is None else [hung(found, masses)]
+
+
+def _opened(path: Path, chart: ChannelMap | None, take: Take) -> Opened:
+    return opened(path, chart, rate_hz=take.rate_hz, resample_hz=take.resample_hz)
 
 
 def _numbered(column: str | int, k: int) -> str | int:

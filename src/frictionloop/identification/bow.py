@@ -39,9 +39,9 @@ def without_bow(values: Array) -> tuple[Array, float]:
     weight = np.ones(PIECES)
     share = np.zeros(DEGREE + 1)
     for _ in range(ROUNDS):
-        share = np.linalg.lstsq(columns * weight[:, None], medians * weight, rcond=None)[0]
+        share = np.asarray(np.linalg.lstsq(columns * weight[:, None], medians * weight, rcond=None)[0], dtype=float)
         off = np.abs(medians - columns @ share)
-        weight = 1 / np.sqrt(np.maximum(off, 1e-3 * np.ptp(medians) + 1e-300))
+        weight = np.asarray(1 / np.sqrt(np.maximum(off, 1e-3 * np.ptp(medians) + 1e-300)), dtype=float)
     curve = np.polynomial.legendre.legval(np.linspace(-1, 1, values.size), share)
     span, left = float(np.ptp(curve)), float(np.median(np.abs(medians - columns @ share)))
     scatter = float(np.median(np.abs(medians - np.median(medians))))

@@ -28,7 +28,7 @@ class Channel(Block):
     In a project file ``name[:, *]`` takes every line of an array, and ``name{*}`` every cell, each as a recording of
     its own; of weights each is what the sensor read under one of the masses."""
     unit: str | None = None
-    """Unit of the column, where the file says none or a wrong one: N, mN, V, mV, kg, g, counts."""
+    """Unit of the column, where the file says none or a wrong one: N, mN, V, mV, kg, g, m, mm, m/s, mm/s, counts."""
     scale: Annotated[Number, Field(description="What one of the column's unit is, in ``gives``.")] | None = None
     gives: str | None = None
     """Unit after ``scale``: N, V, kg, m, um, Hz or counts; left out, what a channel of that name usually has: kg for
@@ -53,6 +53,8 @@ class ChannelMap(Description):
 
     rate_hz: Positive | None = None
     """Sampling rate in Hz, where the file tells none or two."""
+    resample_hz: Positive | None = None
+    """Rate in Hz to which channels at uneven times are brought, by straight lines between their samples."""
     channels: dict[str, Channel]
     """By name."""
 

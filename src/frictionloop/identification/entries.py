@@ -58,14 +58,13 @@ class Work:
 
     def refusal(self) -> FrictionloopError:
         """Return the refusals in one line; with the results of what was done, if anything was."""
-        kind, first = next(((k, e) for k, e in self.errors if isinstance(e, Refused)), self.errors[0])
         said = "; ".join(dict.fromkeys(str(error) for _, error in self.errors))
+        first = next((error for _, error in self.errors if isinstance(error, Refused)), Refused("", "recording", {}))
         if not self.parts:
-            return first if len(self.errors) == 1 else FrictionloopError(said)
+            return Refused(said, first.kind, first.curves)
         done = ", ".join(dict.fromkeys(part.kind for _, part in self.parts))
-        curves = first.curves if isinstance(first, Refused) else {}
         results = {key: asdict(part) for key, part in self.parts}
-        return Unfinished(f"{said}; results of {done} are kept, no bench is written", kind, curves, results)
+        return Unfinished(f"{said}; results of {done} are kept, no bench is written", first.kind, first.curves, results)
 
 
 def analysed_entries(project: Project, folder: Path, kept: Mapping[str, Any]) -> Work:

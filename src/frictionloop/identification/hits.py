@@ -18,6 +18,8 @@ from frictionloop.identification.onsets import ABOVE_NOISE, BEFORE, calm_rows, n
 from frictionloop.quantities import FrictionloopError
 
 Array = NDArray[np.float64]
+LISTED = 6
+"""Reasons of so many hits are told one by one (assumed); the table has all."""
 
 
 class NoHits(FrictionloopError):
@@ -69,9 +71,10 @@ class Hits:
 
 def told_of(found: Sequence[Hits]) -> str:
     """Return in words how many hits of recordings were used, and what was left out."""
+    left_out = [hit for each in found for hit in each.table if hit.verdict != "good"]
     by_reason: dict[str, list[Hit]] = {}
-    for hit in (hit for each in found for hit in each.table if hit.verdict != "good"):
-        by_reason.setdefault(hit.reason, []).append(hit)
+    for hit in left_out:
+        by_reason.setdefault(hit.reason if len(left_out) <= LISTED else hit.verdict, []).append(hit)
     left = [
         f"hit {hits[0].number} at {hits[0].time_s:.3f} s ({reason})"
         if len(hits) == 1

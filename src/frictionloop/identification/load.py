@@ -17,6 +17,7 @@ def load(
     channels: ChannelMap | Mapping[str, Any] | str | os.PathLike[str] | None = None,
     *,
     rate_hz: float | None = None,
+    resample_hz: float | None = None,
     table: bool | None = None,
 ) -> xr.Dataset:
     """Return the channels of a file as one recording, all of it in memory (`opened` reads parts of a large one).
@@ -30,6 +31,9 @@ def load(
         ``[channels.f_m]`` (`Channel` lists the fields). None takes every column under its own name.
     rate_hz : float, optional
         Sampling rate in Hz, where the file tells none or two.
+    resample_hz : float, optional
+        Rate in Hz to which samples at uneven times are brought, by straight lines (`resampled`); None refuses such a
+        file. ``told`` says what was done.
     table : bool, optional
         Whether the rows are samples in time (False) or separate measurements such as one line per weight (True). None:
         a table if nothing tells a rate, or if at most 64 rows come without times.
@@ -46,5 +50,5 @@ def load(
         In one line: the file or the map cannot be read; a channel of the map is not in the file (near names are
         listed); two rates disagree; times have gaps; channels have unequal lengths; a sample is NaN.
     """
-    file = opened(path, channels, rate_hz=rate_hz, table=table)
+    file = opened(path, channels, rate_hz=rate_hz, resample_hz=resample_hz, table=table)
     return file.part(0, file.rows)

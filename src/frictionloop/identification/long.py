@@ -18,6 +18,8 @@ ROWS = 2**20
 """Rows that an analysis gets at once: of a channel in double precision 8 MiB, and some times as much for it."""
 MEANS_HZ = 2000.0
 """Rate of the means that weights and slides are found in: far above what a finger or a hand moves by (assumed)."""
+WORTH_MB = 100.0
+"""Memory of a recording that is read at once from which on it is said (assumed)."""
 QUIET_S = 60.0
 """A longer quiet stretch tells a density no better than 1 in 1000 (assumed enough)."""
 CALM_S = 0.2
@@ -32,9 +34,9 @@ def is_long(file: Opened) -> bool:
 def whole(file: Opened) -> xr.Dataset:
     """Return all of a recording; of a long one it is said that it takes memory for all of its samples at once."""
     found = file.part(0, file.rows)
-    if file.rows <= ROWS:
-        return found
     size = file.rows * len(file.picked) * 8 / 1e6
+    if file.rows <= ROWS or size < WORTH_MB:
+        return found
     said = f"all {file.rows:,} samples were read at once, which takes {size:,.0f} MB or more"
     return found.assign_attrs(told=f"{found.attrs['told']}\n{said}".strip())
 

@@ -43,6 +43,8 @@ class Modes:
     """Which hits were used, and what was left out."""
     diagram: tuple[Pole, ...]
     """Poles over order."""
+    fitted: tuple[tuple[float, float], ...] = ()
+    """Of a response: frequency in Hz, and the magnitude that the modes make there."""
 
     @property
     def asked(self) -> tuple[Mode, ...]:

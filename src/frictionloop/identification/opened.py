@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ import xarray as xr
 
 from frictionloop.identification.channel_map import Channel, ChannelMap, read_map
 from frictionloop.identification.picked import all_channels, assumed_units, find_channel, left_out
+from frictionloop.identification.resampled import resampled
 from frictionloop.identification.sampling import Sampling, sampling_of
 from frictionloop.identification.scaled import Place, variable
 from frictionloop.quantities import FrictionloopError
@@ -38,6 +40,8 @@ class Opened:
     """None of a table."""
     sha256: str
     rate_from: str
+    resampled: str = ""
+    """What was done to uneven times, in words."""
 
     @property
     def rows(self) -> int:
@@ -58,6 +62,7 @@ class Opened:
         }
         data = {name: self._freed(name, data) for name in data}
         told = [
+            *([self.resampled] if self.resampled else []),
             *left_out(self.contents, self.picked, self.mapped),
             *assumed_units(self.picked, self.chart, data),
         ]
@@ -93,6 +98,7 @@ def opened(
     channels: ChannelMap | Mapping[str, Any] | str | os.PathLike[str] | None = None,
     *,
     rate_hz: float | None = None,
+    resample_hz: float | None = None,
     table: bool | None = None,
 ) -> Opened:
     """Return a file whose channels can be read in parts; arguments and refusals are those of `load`."""
@@ -110,16 +116,19 @@ def opened(
         sizes = ", ".join(f"{name!r} has {size}" for name, size in rows.items())
         raise FrictionloopError(f"{where}: channels have unequal lengths: {sizes} samples; accepted: equal ones")
     short = max(rows.values()) <= TABLE_ROWS and contents.clock() is None
-    is_table = (sampling.rate_hz is None or short) if table is None else table
-    if not is_table:
-        _refuse_uneven(where, sampling, contents)
+    resample_hz, said = resample_hz or (chart.resample_hz if chart else None), ""
+    is_table = ((sampling.rate_hz is None or short) and resample_hz is None) if table is None else table
+    if not is_table and resample_hz is not None:
+        picked, said = resampled(where, contents, picked, chart, resample_hz)
+        sampling = Sampling(resample_hz, "resample_hz")
+    elif not is_table:
+        _refuse_uneven(where, sampling)
     rate = float(sampling.rate_hz or 0.0)
     chart = chart or ChannelMap(
         channels={name: Channel(column=line.name, crosstalk={}) for name, line in picked.items()}
     )
-    return Opened(
-        where, contents, picked, chart, channels is not None, None if is_table else rate, sha256(path), sampling.source
-    )
+    rate_hz = None if is_table else rate
+    return Opened(where, contents, picked, chart, channels is not None, rate_hz, sha256(path), sampling.source, said)
 
 
 def sha256(path: str | os.PathLike[str]) -> str:
@@ -128,7 +137,7 @@ def sha256(path: str | os.PathLike[str]) -> str:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
-def _refuse_uneven(where: str, sampling: Sampling, contents: found.Contents) -> None:
+def _refuse_uneven(where: str, sampling: Sampling) -> None:
     if sampling.rate_hz is None:
         raise FrictionloopError(
             f"{where}: the sampling rate is told nowhere; accepted: rate_hz in the map, or a column of times"
@@ -138,9 +147,16 @@ def _refuse_uneven(where: str, sampling: Sampling, contents: found.Contents) -> 
         lost = sum(count for _, count in sampling.gaps)
         raise FrictionloopError(
             f"{where}: {lost} samples are missing in {len(sampling.gaps)} gaps of the times, {missing} of them after "
-            f"row {row}; accepted: a recording without gaps"
+            f"row {row}; accepted: a recording without gaps, or {_offer(sampling.rate_hz)}"
         )
     if not sampling.even:
         raise FrictionloopError(
-            f"{where}: the times are uneven; accepted: equal steps, as a recorder's clock makes them"
+            f"{where}: the times are uneven; accepted: equal steps, as a recorder's clock makes them, or "
+            f"{_offer(sampling.rate_hz)}"
         )
+
+
+def _offer(rate_hz: float) -> str:
+    return (
+        f"resample_hz = {math.ceil(rate_hz)} in the map or the project, which draws straight lines between the samples"
+    )

@@ -71,7 +71,7 @@ def _warnings(contents: Contents, sampling: Sampling) -> tuple[str, ...]:
         row = sampling.gaps[0][0]
         said.append(f"{lost} samples are missing in {len(sampling.gaps)} gaps of the times, the first after row {row}")
     if not sampling.even:
-        said.append("the times are uneven")
+        said.append("the times are uneven: resample_hz in the map draws straight lines between the samples")
     sizes = {line.samples.size for line in contents.signals()}
     if len(sizes) > 1:
         said.append(f"channels have unequal lengths: {', '.join(map(str, sorted(sizes)))}")

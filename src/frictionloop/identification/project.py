@@ -47,6 +47,8 @@ class Take(Block):
     drive, frequency, vibration, envelope, amplitude, jump, answer."""
     rate_hz: Positive | None = None
     """Sampling rate, where the files tell none or two."""
+    resample_hz: Positive | None = None
+    """Rate to which recordings at uneven times are brought, by straight lines between their samples."""
     date: str | None = None
     """When it was recorded, where the files do not say."""
     masses_g: tuple[NotNegative, ...] | None = None
@@ -85,11 +87,12 @@ class Take(Block):
     def chart(self, folder: Path) -> ChannelMap | None:
         """Return the channel map, None if the files name their columns as the analyses do."""
         if self.channels is not None:
-            return ChannelMap(channels=self.channels, rate_hz=self.rate_hz)
+            return ChannelMap(channels=self.channels, rate_hz=self.rate_hz, resample_hz=self.resample_hz)
         if self.map is None:
             return None
         found = read_map(folder / self.map)
-        return found if self.rate_hz is None else found.evolve({"rate_hz": self.rate_hz})
+        given = {"rate_hz": self.rate_hz, "resample_hz": self.resample_hz}
+        return found.evolve({name: hertz for name, hertz in given.items() if hertz is not None})
 
 
 class Converter(Block):

@@ -84,8 +84,17 @@ def response_modes(
         raise Refused(f"the mode at {bad} cannot be told: its interval is wider than itself", "response", curves)
     chosen = chosen_of(modes, which, band_hz or (0.0, math.inf))
     told = f"{found.hits} hits" if found.hits > 1 else "as the table lists it"
+    drawn = tuple(zip(hertz.tolist(), np.abs(best.model).tolist(), strict=True))
     return Modes(
-        tuple(modes), chosen, best.misfit, tuple(moved[:, 0]), tuple(moved[:, 1]), found.hits, told, tuple(diagram)
+        tuple(modes),
+        chosen,
+        best.misfit,
+        tuple(moved[:, 0]),
+        tuple(moved[:, 1]),
+        found.hits,
+        told,
+        tuple(diagram),
+        drawn,
     )
 
 

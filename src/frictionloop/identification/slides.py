@@ -26,6 +26,10 @@ TOUCHING = 0.2
 """Share of the usual load above which a finger touches (assumed)."""
 JUMP = 0.25
 """A step of the position by more than this share of all its way is a jump (assumed)."""
+FASTEST_M_S = 2.0
+"""A finger does not slide faster than this (assumed); a position in mm that is taken for m does."""
+LISTED = 4
+"""So many slides are told one by one (assumed); the table of the certificate has all."""
 LIFTED = 0.4
 """A load that falls below this share of the usual one is that of a finger which has lifted (assumed)."""
 
@@ -111,16 +115,35 @@ def friction(recording: xr.Dataset) -> Friction:
     refuse_electroadhesion(recording, force)
     mus = np.array([slide.mu for slide in found])
     scatter = float(mus.std(ddof=1) / math.sqrt(mus.size)) if mus.size > 1 else abs(found[0].mu_change - 1) * mus[0] / 3
-    told = [f"slide of {s.stop_s - s.start_s:.2f} s at {1e3 * s.speed_m_s:.1f} mm/s: mu {s.mu:.3f}" for s in found]
+    told = _listed(found)
     if len(found) == 1:
         told += _of_one(found[0])
     told += _jumps(recording)
+    fastest = max(abs(slide.speed_m_s) for slide in found)
+    if fastest > FASTEST_M_S:
+        told.append(
+            f'a slide at {fastest:.3g} m/s is faster than a finger: is the position in mm, and unit = "mm" missing?'
+        )
     if not lifted:
         told.append("the finger never lifts: the zeros of friction and load are taken as they are")
-    told += [f"mu changes by {s.mu_change - 1:+.0%} within a slide" for s in found if abs(s.mu_change - 1) > 0.1]
+    changes = [s.mu_change - 1 for s in found if abs(s.mu_change - 1) > 0.1]
+    if changes:
+        told.append(f"mu changes by {min(changes):+.0%} to {max(changes):+.0%} within {len(changes)} slides")
     return Friction(
         tuple(found), Estimate(float(mus.mean()), scatter, "", max(mus.size - 1.0, 1.0)), _exponent(found), tuple(told)
     )
+
+
+def _listed(slides: Sequence[Slide]) -> list[str]:
+    """Return the slides in words, each by itself as long as they are few."""
+    if len(slides) <= LISTED:
+        return [f"slide of {s.stop_s - s.start_s:.2f} s at {1e3 * s.speed_m_s:.1f} mm/s: mu {s.mu:.3f}" for s in slides]
+    lasts, speeds = sum(s.stop_s - s.start_s for s in slides), [1e3 * abs(s.speed_m_s) for s in slides]
+    mus = [s.mu for s in slides]
+    return [
+        f"{len(slides)} slides of {lasts:.1f} s in all, at {min(speeds):.1f} to {max(speeds):.1f} mm/s: mu "
+        f"{min(mus):.3f} to {max(mus):.3f}"
+    ]
 
 
 def _of_one(slide: Slide) -> list[str]:

@@ -54,6 +54,7 @@ UNITS: dict[str, tuple[str, float]] = {
     **{"N": ("N", 1.0), "mN": ("N", 1e-3), "uN": ("N", 1e-6), "kN": ("N", 1e3)},
     **{"V": ("V", 1.0), "mV": ("V", 1e-3), "uV": ("V", 1e-6)},
     **{"kg": ("kg", 1.0), "g": ("kg", 1e-3)},
+    **{"m": ("m", 1.0), "cm": ("m", 1e-2), "mm": ("m", 1e-3), "m/s": ("m/s", 1.0), "mm/s": ("m/s", 1e-3)},
     **{"s": ("s", 1.0), "ms": ("s", 1e-3), "us": ("s", 1e-6), "ns": ("s", 1e-9), "min": ("s", 60.0)},
 }
 """Units that a file of measurements may say: in what each is counted, and how much of that it is."""

@@ -10,7 +10,7 @@ from frictionloop.quantities.units import UNITS, known_unit
 
 _IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*")
 _AFTER_A_MARK = re.compile(r"(.+?)(?:\s*[/,]\s*|\s+(?:in\s+)?)(\S+)")
-_AS_SUFFIX = re.compile(r"(.+)_(n|mn|un|kn|v|mv|uv|kg|g|s|ms|us)", re.IGNORECASE)
+_AS_SUFFIX = re.compile(r"(.+)_(n|mn|un|kn|v|mv|uv|kg|g|s|ms|us|mm)", re.IGNORECASE)
 _TIMES = ("time", "t", "timestamp", "zeit", "temps")
 
 

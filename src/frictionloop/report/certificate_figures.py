@@ -1,13 +1,17 @@
-"""The figures of a certificate: of weights, hits, listed responses and quiet."""
+"""The figures of a certificate: of weights, hits, listed responses and quiet; and of a recording that is refused."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
+from frictionloop.identification.first_look import first_look
 from frictionloop.report import bench_figures
+from frictionloop.report.recording_figure import recording_figure
 from frictionloop.report.style import BLUE, GREY, SILVER, VERMILLION, new_figure, styled
 
 
@@ -45,23 +49,49 @@ def _poles(curves: Mapping[str, Any]) -> Figure:
     for hertz in curves["modes_hz"]:
         axes.axvline(hertz, color=VERMILLION, lw=0.8)
     axes.set(xlabel="frequency (Hz)", ylabel="order", title="Poles over order; lines: the modes")
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     if curves["modes_hz"]:
-        axes.set_xlim(0, 2 * max(curves["modes_hz"]))
+        axes.set_xlim(0, 1.5 * max(curves["modes_hz"]))
     axes.legend()
     return figure
 
 
 @styled
 def _response(curves: Mapping[str, Any]) -> Figure:
-    figure = new_figure(6.2, 3.4)
-    top, bottom = figure.subplots(2, 1, sharex=True)
     data = curves["response"]
-    top.loglog(data["frequency_hz"], data["magnitude"], color=BLUE)
+    if np.ptp(data["coherence"]) == 0:  # a listed response tells none
+        figure = new_figure(6.2, 2.6)
+        axes = figure.subplots()
+        axes.loglog(data["frequency_hz"], data["magnitude"], ".", ms=4, color=BLUE, label="as listed")
+        axes.set(xlabel="frequency (Hz)", ylabel="reading per force", title="Frequency response")
+    else:
+        figure = new_figure(6.2, 3.4)
+        axes, below = figure.subplots(2, 1, sharex=True)
+        axes.loglog(data["frequency_hz"], data["magnitude"], color=BLUE)
+        axes.set(ylabel="reading per force", title="Frequency response")
+        below.semilogx(data["frequency_hz"], data["coherence"], color=GREY)
+        below.set(xlabel="frequency (Hz)", ylabel="coherence", ylim=(0, 1.05))
     if data.get("fitted"):
-        top.loglog(data["frequency_hz"], data["fitted"], color=VERMILLION, lw=0.8)
-    bottom.semilogx(data["frequency_hz"], data["coherence"], color=GREY)
-    top.set(ylabel="reading per force", title="Frequency response")
-    bottom.set(xlabel="frequency (Hz)", ylabel="coherence", ylim=(0, 1.05))
+        axes.loglog(
+            data.get("fitted_hz", data["frequency_hz"]), data["fitted"], color=VERMILLION, lw=0.8, label="fitted"
+        )
+        axes.legend()
+    return figure
+
+
+@styled
+def _slides(curves: Mapping[str, Any]) -> Figure:
+    figure = new_figure(6.2, 2.8)
+    left, right = figure.subplots(1, 2)
+    data = curves["slides"]
+    left.plot(data["load_n"], data["friction_n"], "o", ms=4, color=BLUE)
+    load = [0.0, max(data["load_n"])]
+    left.plot(load, [data["mu"] * each for each in load], color=VERMILLION, lw=0.8, label=f"mu {data['mu']:.3g}")
+    right.plot(data["start_s"], data["ratio"], "o", ms=4, color=BLUE)
+    right.axhline(data["mu"], color=VERMILLION, lw=0.8)
+    left.set(xlabel="load (N)", ylabel="friction (N)", title="Slides", xlim=(0, None), ylim=(0, None))
+    right.set(xlabel="time of the slide (s)", ylabel="friction over load", title="One after the other")
+    left.legend()
     return figure
 
 
@@ -82,6 +112,7 @@ DRAWINGS: dict[str, dict[str, Callable[[Mapping[str, Any]], Figure]]] = {
     "response": {"response": _response, "poles": _poles},
     "quiet": {"density": _density},
     "load": {"force_n": _line},
-    "slides": {},
+    "slides": {"slides": _slides},
+    "recording": {"file": lambda curves: recording_figure(first_look(curves["file"]))},
     **bench_figures.DRAWINGS,
 }

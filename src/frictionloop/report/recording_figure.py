@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from frictionloop.report.style import BLUE, new_figure, styled
@@ -29,5 +30,5 @@ def recording_figure(look: FirstLook) -> Figure:
         axes.margins(x=0.0, y=0.1)
     rows[-1].set_xlabel("sample")
     more = f", {len(look.traces) - MOST} more channels are not drawn" if len(look.traces) > MOST else ""
-    rows[0].set_title(f"{look.said}{more}", loc="left", fontsize="small")
+    rows[0].set_title(f"{Path(look.path).name}: {look.said}{more}", loc="left", fontsize="small")
     return figure

@@ -51,6 +51,8 @@ def hammered(take: Take, runs: Sequence[Run], free: Modes, near_hz: float, date:
         return _several(found, take, free, near_hz)
     told = f"frequency response: resonance {fit.resonance}, Q {fit.q}, gain {fit.gain}"
     one, curve = (fit.resonance.value, fit.q.value), _drawn(found, fit.band_hz)
+    if fit.gain.value < 0:
+        told += "; the reading falls where the hammer pushes: one of them is inverted (sign = -1 in its map)"
     lag = fit.lag
     if not lag.value > 3 * lag.standard_error:
         return Hammered([], one, f"{told}; the pole behind it cannot be told ({lag})", curve)

@@ -31,6 +31,7 @@ def hits_part(take: Take, runs: Sequence[Run], sensor: Sensor, date: str) -> Fou
     picked = same_mode(free)
     chosen = [found.modes[k] for found, k in picked]
     told += [each.told for each in free]
+    told += _turned(struck, take)
     listed = [f"{m.frequency.value:.5g} Hz (Q {m.q.value:.3g}, {m.share:.0%} of the energy)" for m in free[0].modes]
     told.append(f"modes: {', '.join(listed)}; the {take.mode} one is taken for the sensor's resonance")
     if len(picked) < len(free):
@@ -60,6 +61,14 @@ def hits_part(take: Take, runs: Sequence[Run], sensor: Sensor, date: str) -> Fou
         *extra_modes(take, free[0], how.partition(",")[0], date),
     ]
     return values, told, _rows(groups, [*struck], take), curves
+
+
+def _turned(struck: dict[str, Run], take: Take) -> list[str]:
+    """Return in words that the pulses of a hammer are negative; its response is turned round for that."""
+    found = (next(hits_of(run, take.segment_s))[1] for run in struck.values())
+    named = [name for name, each in zip(struck, found, strict=True) if each.inverted and each.channel == "hammer"]
+    said = "the pulses of the hammer are negative and were turned round: its map needs sign = -1"
+    return [f"{', '.join(named)}: {said}"] if named else []
 
 
 def _rows(groups: Sequence[Run | Sequence[Run]], names: Sequence[str], take: Take) -> Rows:

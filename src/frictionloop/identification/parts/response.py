@@ -78,6 +78,8 @@ def _curves(table: FrequencyResponse, found: Modes) -> dict[str, Any]:
             "frequency_hz": table.frequency_hz.tolist(),
             "magnitude": np.abs(table.response).tolist(),
             "coherence": table.coherence.tolist(),
+            "fitted_hz": [hertz for hertz, _ in found.fitted],
+            "fitted": [size for _, size in found.fitted],
         },
         "poles": [(pole.order, pole.frequency_hz, pole.stable) for pole in found.diagram],
         "modes_hz": [mode.frequency.value for mode in found.modes],

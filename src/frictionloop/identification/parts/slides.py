@@ -36,7 +36,16 @@ def slides_part(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: st
     for s in (slide for each in found for slide in each.slides):
         numbers = (f"{s.start_s:.2f}", f"{s.stop_s:.2f}", f"{1e3 * s.speed_m_s:.1f}", f"{s.load_n:.3f}")
         rows.append((*numbers, f"{s.friction_n:.3f}", f"{s.mu:.3f}", f"{s.slope_welch:.2f}, {s.slope_whittle:.2f}"))
-    curves: dict[str, Any] = {}
+    slides = found[0].slides
+    curves: dict[str, Any] = {
+        "slides": {
+            "start_s": [slide.start_s for slide in slides],
+            "load_n": [slide.load_n for slide in slides],
+            "friction_n": [slide.friction_n for slide in slides],
+            "ratio": [slide.mu for slide in slides],
+            "mu": found[0].mu.value,
+        }
+    }
     if take.finger is not None:
         entries = [{"friction.nominal_n": [float(np.log(e.value)), e.standard_error / e.value]} for e in levels]
         curves["person"] = {"finger": take.finger, "found": entries}
