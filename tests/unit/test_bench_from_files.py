@@ -49,6 +49,17 @@ def test_gains_for_the_found_bench_hold_on_the_true_one(lab):
     assert worst.stable and worst.sensitivity_peak < 2.1
 
 
+@pytest.mark.slow
+def test_retune_holds_at_every_corner(lab):
+    found = fl.identify.bench(lab)
+    tuned = fl.retune(found.loops)
+    assert len({each.path for each in found.corners}) == 3, "resonance, Q and cutoff of the sensor"
+    for corner in found.corners:
+        there = found.system.evolve({corner.path: corner.value} | tuned.overrides)
+        for loop in fl.operating_band(there, occluded=(0.0, 1.0)):
+            assert loop.margins().sensitivity_peak < 1.503
+
+
 def test_the_file_says_of_each_value_what_it_is(lab, tmp_path):
     found = fl.identify.bench(lab)
     text = fl.identify.to_toml(found)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 
 import frictionloop as fl
+from frictionloop.cli import main
 from frictionloop.design.corners import band_of, corners
 from frictionloop.design.leaning import Lean, leaning
 from frictionloop.design.synthesis import design_controller
@@ -42,3 +45,49 @@ def test_gains_hold_at_the_ends():
 def test_a_share_that_is_none_is_refused():
     with pytest.raises(fl.FrictionloopError, match=r"delay_error = 0.7: must be from 0 to 0.5"):
         Wanted(lean=Lean(delay_error=0.7))
+
+
+def test_a_loop_at_an_end_is_that_of_the_other_bench():
+    points = band_of(BENCH.evolve({"controller.kind": "pi"}))
+    found = leaning(points, Lean(ends=(("plate.q", 300.0),)))
+    other = band_of(BENCH.evolve({"controller.kind": "pi", "plate.q": 300.0}))
+    assert len(found) == 2 * len(points)
+    for mine, theirs in zip(found[len(points) :], other, strict=True):
+        assert mine.plant.response(70.0) == pytest.approx(theirs.plant.response(70.0))
+
+
+def certificate(tmp_path, *corners):
+    """What identify bench --json prints, as far as a design reads it."""
+    listed = [{"path": path, "value": value, "side": "low"} for path, value in corners]
+    (tmp_path / "bench.json").write_text(json.dumps({"measured": [], "corners": listed}))
+    return str(tmp_path / "bench.json")
+
+
+@pytest.mark.slow
+def test_a_design_holds_the_corners_of_a_certificate(tmp_path, capsys):
+    ends = (("plate.q", 460.0), ("friction.susceptibility_per_um2", 0.9))
+    words = ["design", "controller", "--law", "pi", "--resonance-error", "0.01"]
+    limits, off = Wanted(resonance_error=0.01).limits, Lean(ends=ends)
+    worst = []
+    for more in ([], ["--corners", certificate(tmp_path, *ends, ("sensor.resonance_hz", 100.0))]):
+        out = tmp_path / f"{len(more)}.toml"
+        with pytest.raises(SystemExit) as left:
+            main([*words, *more, "--out", str(out)])
+        assert left.value.code == 0
+        worst.append(max(each.excess for each in corners(fl.read_toml(out), limits, lean=off)))
+    shown = capsys.readouterr().out
+    assert worst[0] > 1.01 and worst[1] <= 1.0011
+    assert "plate.q 460 to 460" in shown and "sensor.resonance_hz 100" not in shown, "a share covers the resonance"
+    assert "One value at a time" in out.read_text()
+
+
+@pytest.mark.parametrize(
+    ("text", "says"), [("no", "holds no measured values"), ("{}", "lists no corners"), (None, "cannot be read")]
+)
+def test_a_certificate_that_is_none_is_one_line(tmp_path, capsys, text, says):
+    if text is not None:
+        (tmp_path / "a.html").write_text(text)
+    with pytest.raises(SystemExit) as left:
+        main(["design", "controller", "--corners", str(tmp_path / "a.html")])
+    said = capsys.readouterr().err
+    assert left.value.code == 2 and says in said and said.strip().count("\n") == 0

@@ -9,7 +9,7 @@ import frictionloop as fl
 from frictionloop.analysis.band import operating_band
 from frictionloop.analysis.reach import check_band, missed
 from frictionloop.cli import advice, advice_text
-from frictionloop.cli.controller_text import instead_of
+from frictionloop.cli.controller_holds import instead_of
 from frictionloop.design import synthesis
 from frictionloop.design.corners import occlusions
 

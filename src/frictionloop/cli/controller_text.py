@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from frictionloop.analysis.reach import missed
 from frictionloop.cli import screen
 from frictionloop.cli.comparison_text import LEAD, number
+from frictionloop.cli.controller_holds import ends_said, instead_of, strokes_said
 
 if TYPE_CHECKING:
     from frictionloop.analysis.headroom import Headroom
@@ -43,7 +43,7 @@ def _value(name: str, value: Any) -> str:
 
 def margin_text(found: Sequence[Corner], wanted: Wanted) -> list[Any]:
     """Return the table of margins, worst over forces and strokes, per resonance on a dry and a moist finger."""
-    strokes = _strokes(found, wanted)
+    strokes = strokes_said(found, wanted)
     forces = [each.loop.elements.force_n for each in found]
     moist = max(each.loop.elements.occluded for each in found)
     said = f"margins, worst from {min(forces):.3g} to {max(forces):.3g} N"
@@ -53,52 +53,12 @@ def margin_text(found: Sequence[Corner], wanted: Wanted) -> list[Any]:
     head: Row = ("resonance", "Ms", "asked", "gain", "phase, deg", "delay left, us", "")
     rows = [head, *(_margin_row(found, off, wanted) for off in sorted({each.off for each in found}))]
     turned = any(each.margins.stable and each.margins.phase_margin_deg < 0 for each in found)
-    told = [*instead_of(found[0].loop.system, sorted({each.loop.elements.occluded for each in found}))]
+    told = [
+        *ends_said(wanted),
+        *instead_of(found[0].loop.system, sorted({each.loop.elements.occluded for each in found})),
+    ]
     told += [LEAD] if turned else []
     return [screen.wrapped(said), screen.table(rows), *map(screen.wrapped, told)]
-
-
-def holds(law: str, designed: Designed, wanted: Wanted) -> list[str]:
-    """Return the comment lines of a saved controller: for which strokes, forces and resonances it holds."""
-    found = designed.corners
-    forces = [each.loop.elements.force_n for each in found]
-    states = sorted({each.loop.elements.occluded for each in found})
-    fingers = " and ".join(_finger(state) for state in states)
-    limits = [
-        f"{peak:.3g} " + (f"with it +-{100 * off:.3g} % off" if off else "as described")
-        for off, peak in sorted(wanted.limits.items())
-    ]
-    return [
-        f"Law {law} from frictionloop design controller. It holds for what follows; elsewhere, design again.",
-        f"Strokes: {'; '.join(each.removeprefix(', ') for each in _strokes(found, wanted)) or 'none'}.",
-        f"Forces: {min(forces):.3g} to {max(forces):.3g} N, {fingers}.",
-        *instead_of(found[0].loop.system, states),
-        f"Resonance of the sensor: Ms up to {', '.join(limits)}.",
-        *designed.warnings,
-    ]
-
-
-def instead_of(system: System, states: Sequence[float]) -> list[str]:
-    """Return a line for each force asked for that is out of reach: which was evaluated in its place."""
-    return [
-        f"{each.force_n:.3g} N is out of reach of {_finger(each.occluded)}: {each.instead_n:.3g} N is evaluated in its "
-        "place."
-        for each in missed(system, states)
-    ]
-
-
-def _finger(occluded: float) -> str:
-    return f"a moist finger (occluded {occluded:.0%})" if occluded > 0 else "a finger just landed"
-
-
-def _strokes(found: Sequence[Corner], wanted: Wanted) -> list[str]:
-    """Return contacts and speeds in words; a range of speeds by its ends."""
-    strokes = list(dict.fromkeys(each.stroke for each in found))
-    if len(strokes) == 1 or not wanted.speeds_mm_s:
-        return strokes
-    contacts = dict.fromkeys(stroke.rpartition(", ")[0] for stroke in strokes)
-    low, high = min(wanted.speeds_mm_s), max(wanted.speeds_mm_s)
-    return [f"{contact}, {low:g} to {high:g} mm/s" for contact in contacts]
 
 
 def _margin_row(found: Sequence[Corner], off: float, wanted: Wanted) -> Row:

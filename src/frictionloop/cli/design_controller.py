@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,6 +20,7 @@ EXAMPLES = r"""Examples
   frictionloop design controller
   frictionloop design controller my-bench.toml --out my-controller.toml
   frictionloop design controller my-bench.toml --speeds 20,60
+  frictionloop design controller my-bench.toml --corners certificate.html
   frictionloop design controller my-bench.toml --law hinf \
       --sensitivity-peak 1.5 --resonance-error 0.1 --plots figures
 """
@@ -40,6 +42,7 @@ def command(
     sensor_error: Asked[float] = 0.0,
     delay_error: Asked[float] = 0.0,
     gain_error: Asked[float] = 0.0,
+    corners: Asked[Path | None] = None,
     speeds: Asked[str | None] = None,
     out: flags.Result[Path | None] = None,
     plots: flags.Result[Path | None] = None,
@@ -63,6 +66,9 @@ def command(
         Share by which the delay may be off.
     gain_error
         Share by which the sensor's sensitivity may be off.
+    corners
+        Certificate of ``identify bench`` (.html, or --json): each value that it measured may also be at either end of
+        its interval, one at a time. Those that a share above covers are not.
     speeds
         Slowest and fastest stroke in mm/s, between which all that holds: 20,60; the speed of FILE if not given.
     out
@@ -76,7 +82,7 @@ def command(
     system, origin = flags.given(file, preset, overrides, "bench", designed=law or "notch_pi")
 
     from frictionloop.analysis.headroom import headroom
-    from frictionloop.cli import controller_text, recorded
+    from frictionloop.cli import controller_holds, controller_text, recorded
     from frictionloop.design.leaning import Lean
     from frictionloop.design.synthesis import default_law
     from frictionloop.design.wanted import Wanted
@@ -84,7 +90,9 @@ def command(
 
     screen.tell_notes()  # before the search, which takes long
     between = checks.two_speeds(speeds)
-    lean = Lean(sensor_error, delay_error, gain_error)
+    shares = {"sensor.resonance_hz": resonance_error, "sensor.cutoff_hz": sensor_error}
+    shares["controller.delay_s"] = delay_error
+    lean = Lean(sensor_error, delay_error, gain_error, _ends(corners, shares))
     wanted, name = Wanted(sensitivity_peak, resonance_error, between, lean), law or default_law(system)
     designed = _designed(system, name, wanted)
     after, found = system.evolve(dict(designed.overrides)), designed.corners
@@ -94,7 +102,7 @@ def command(
     if plots is not None:
         checks.write_figures("plots", plots, figures)
     if out is not None:
-        write_toml(after, out, said=controller_text.holds(name, designed, wanted))
+        write_toml(after, out, said=controller_holds.holds(name, designed, wanted))
     saved = {"controller": out, "figures": plots}
     if json:
         screen.show_json(controller_text.as_json(name, designed, after, wanted, found, left) | {"saved": saved})
@@ -112,6 +120,15 @@ def command(
         *([""] if any(saved.values()) else []),
         *screen.saved(saved),
     )
+
+
+def _ends(certificate: Path | None, shares: Mapping[str, float]) -> tuple[tuple[str, float], ...]:
+    """Return the ends of intervals that a certificate lists, but of values that a share covers."""
+    if certificate is None:
+        return ()
+    from frictionloop.identification.certified import certified_corners
+
+    return tuple((each.path, each.value) for each in certified_corners(certificate) if not shares.get(each.path))
 
 
 def _designed(system: System, law: str, wanted: Wanted) -> Designed:

@@ -91,7 +91,8 @@ def command(
         screen.show("", *(screen.wrapped(line) for line in found.told))
     if found.resonance_error is not None:
         design = f"frictionloop design controller {out or 'my-bench.toml'} {found.design_flags}"
-        screen.show("", f"gains for it: {design}")
+        ends = f" --corners {report}" if report and found.corners else ""
+        screen.show("", f"gains for it: {design}{ends}")
     screen.show(*screen.saved(saved))
 
 

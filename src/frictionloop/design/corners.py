@@ -99,8 +99,8 @@ def corners(
 ) -> list[Corner]:
     """Return Ms of a System's controller at its `band_of`, the resonance off too.
 
-    Sensor, delay and gain are off as well by what ``lean`` says (`leaning`). A law does not change with any of this, so
-    it is made once per speed, force and finger.
+    Sensor, delay, gain and other values are off as well by what ``lean`` says (`leaning`). A law does not change with
+    any of this, so it is made once per speed, force and finger.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Loops whose sensor, delay and gain are not quite what was written down: slow and strong at once, or fast and weak."""
+"""Loops that are not quite what was written down: slow and strong at once, fast and weak, or one value at an end."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
+from frictionloop.analysis.band import operating_band
 from frictionloop.analysis.linear import LinearLoop
 from frictionloop.analysis.sampled import sample
 from frictionloop.quantities import FrictionloopError, Lti
@@ -22,33 +23,49 @@ class Lean(NamedTuple):
     delay_error: float = 0.0
     gain_error: float = 0.0
     """Of the sensor's sensitivity, which is in the gain of the loop."""
+    ends: tuple[tuple[str, float], ...] = ()
+    """Values that the bench may have instead, by dotted name, one at a time: ends of intervals."""
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """The shares, by name."""
+        return {name: value for name, value in self._asdict().items() if name != "ends"}
 
     def checked(self) -> Lean:
         """Return itself; refuses a share outside 0 to 0.5."""
-        for name, share in self._asdict().items():
+        for name, share in self.shares.items():
             if not 0.0 <= share <= MOST:
                 raise FrictionloopError(f"{name} = {share:g}: must be from 0 to {MOST:g}, e.g. 0.05")
         return self
 
 
 def leaning(points: Sequence[LinearLoop], lean: Lean) -> list[LinearLoop]:
-    """Return loops as they are, then slow and strong, then fast and weak: all that may be off is so at once.
+    """Return loops as they are, then slow and strong, then fast and weak: all that may be off by a share is so at once.
 
         slow: sensor_hz (1 - e_s), delay_s (1 + e_d), gain (1 + e_g);   fast: the other way round
 
     More lag and more gain both take phase margin, so one end of each together is at least as bad as one at a time. The
-    law does not change, since the controller does not know.
+    law does not change, since the controller does not know. Then follow the loops with one value at an end.
 
     Parameters
     ----------
     points : sequence of LinearLoop
         Loops at their operating points.
     lean : Lean
-        Shares; all 0 adds nothing.
+        Shares, of which all 0 adds nothing; and ends.
+
+    Raises
+    ------
+    FrictionloopError
+        An end whose name or value the System refuses.
     """
     found = list(points)
-    if any(lean):
+    if any(lean.shares.values()):
         found += [_leant(point, side, lean) for side in (1.0, -1.0) for point in points]
+    for path, value in lean.ends:
+        for point in points:
+            at = point.elements
+            found += operating_band(point.system.evolve({path: value}), [at.force_n], [at.occluded])
     return found
 
 

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from frictionloop.analysis import operating_band
+from frictionloop.analysis.linear import LinearLoop
 from frictionloop.identification.agreement import Corner, agreed, corners_of, together
 from frictionloop.identification.bench_file import BELIEVED, source_of
 from frictionloop.identification.entries import RefusedEntry, Work, analysed_entries
@@ -63,6 +65,12 @@ class Bench:
     def corners(self) -> tuple[Corner, ...]:
         """Ends of the intervals at which gains have to hold."""
         return corners_of(self.measured, self.people)
+
+    @property
+    def loops(self) -> list[LinearLoop]:
+        """The loops at which gains have to hold, for `retune`: as measured, and at each corner, dry and moist."""
+        benches = [self.system, *(self.system.evolve({each.path: each.value}) for each in self.corners)]
+        return [loop for each in benches for loop in operating_band(each, occluded=(0.0, 1.0))]
 
 
 def bench(

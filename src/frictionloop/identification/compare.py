@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
-import re
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from scipy.stats import t as student
 
+from frictionloop.identification.certified import ACCEPTED, certified
 from frictionloop.identification.estimate import Estimate
 from frictionloop.quantities import FrictionloopError
 
 CHANGED = 0.01
 """Chance of so large a difference below which a value is said to have changed (assumed)."""
-_HELD = re.compile(r'<script type="application/json" id="measured">(.*?)</script>', re.DOTALL)
 
 
 class Change(NamedTuple):
@@ -84,13 +81,8 @@ def _estimate(each: Mapping[str, Any]) -> Estimate:
 
 
 def _values(path: str | os.PathLike[str]) -> dict[str, Mapping[str, Any]]:
+    tree = certified(path)
     try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise FrictionloopError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})") from None
-    held = _HELD.search(text)
-    try:
-        tree = json.loads(held.group(1) if held else text)
         measured = tree["measured"] if isinstance(tree, dict) else tree
         values = {str(each["path"]): each for each in measured}
         for each in values.values():
@@ -98,7 +90,4 @@ def _values(path: str | os.PathLike[str]) -> dict[str, Mapping[str, Any]]:
             str(each["date"])
         return values
     except (ValueError, KeyError, TypeError):
-        raise FrictionloopError(
-            f"{path}: holds no measured values; accepted: a certificate (.html) of identify bench, or what "
-            "its --json printed"
-        ) from None
+        raise FrictionloopError(f"{path}: holds no measured values; {ACCEPTED}") from None

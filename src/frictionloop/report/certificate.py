@@ -102,8 +102,9 @@ def _crowd(found: Bench) -> Markup | None:
 
 
 def _held(found: Bench) -> str:
-    """Return the measured values as JSON that no tag can end, for ``identify compare``."""
-    values = {"measured": [each.as_dict() for each in found.measured.values()]}
+    """Return values and corners as JSON that no tag can end, for ``identify compare`` and ``design controller``."""
+    values: dict[str, Any] = {"measured": [each.as_dict() for each in found.measured.values()]}
+    values["corners"] = [each._asdict() for each in found.corners]
     return json.dumps(values).replace("<", "\\u003c")
 
 

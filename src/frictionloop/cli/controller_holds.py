@@ -1,0 +1,66 @@
+"""What a designed controller holds for, in words: strokes, forces, resonances, ends of intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from frictionloop.analysis.reach import missed
+
+if TYPE_CHECKING:
+    from frictionloop.design.corners import Corner
+    from frictionloop.design.wanted import Designed, Wanted
+    from frictionloop.parameters import System
+
+
+def holds(law: str, designed: Designed, wanted: Wanted) -> list[str]:
+    """Return the comment lines of a saved controller: for which strokes, forces and resonances it holds."""
+    found = designed.corners
+    forces = [each.loop.elements.force_n for each in found]
+    states = sorted({each.loop.elements.occluded for each in found})
+    fingers = " and ".join(_finger(state) for state in states)
+    limits = [
+        f"{peak:.3g} " + (f"with it +-{100 * off:.3g} % off" if off else "as described")
+        for off, peak in sorted(wanted.limits.items())
+    ]
+    return [
+        f"Law {law} from frictionloop design controller. It holds for what follows; elsewhere, design again.",
+        f"Strokes: {'; '.join(each.removeprefix(', ') for each in strokes_said(found, wanted)) or 'none'}.",
+        f"Forces: {min(forces):.3g} to {max(forces):.3g} N, {fingers}.",
+        *instead_of(found[0].loop.system, states),
+        f"Resonance of the sensor: Ms up to {', '.join(limits)}.",
+        *ends_said(wanted),
+        *designed.warnings,
+    ]
+
+
+def ends_said(wanted: Wanted) -> list[str]:
+    """Return a line with the values that may be at the ends of their intervals, none without."""
+    by_path: dict[str, list[float]] = {}
+    for path, value in wanted.lean.ends:
+        by_path.setdefault(path, []).append(value)
+    listed = [f"{path} {min(values):.6g} to {max(values):.6g}" for path, values in by_path.items()]
+    return [f"One value at a time at an end of its interval: {', '.join(listed)}."] if listed else []
+
+
+def instead_of(system: System, states: Sequence[float]) -> list[str]:
+    """Return a line for each force asked for that is out of reach: which was evaluated in its place."""
+    return [
+        f"{each.force_n:.3g} N is out of reach of {_finger(each.occluded)}: {each.instead_n:.3g} N is evaluated in its "
+        "place."
+        for each in missed(system, states)
+    ]
+
+
+def _finger(occluded: float) -> str:
+    return f"a moist finger (occluded {occluded:.0%})" if occluded > 0 else "a finger just landed"
+
+
+def strokes_said(found: Sequence[Corner], wanted: Wanted) -> list[str]:
+    """Return contacts and speeds in words; a range of speeds by its ends."""
+    strokes = list(dict.fromkeys(each.stroke for each in found))
+    if len(strokes) == 1 or not wanted.speeds_mm_s:
+        return strokes
+    contacts = dict.fromkeys(stroke.rpartition(", ")[0] for stroke in strokes)
+    low, high = min(wanted.speeds_mm_s), max(wanted.speeds_mm_s)
+    return [f"{contact}, {low:g} to {high:g} mm/s" for contact in contacts]
