@@ -102,3 +102,15 @@ def test_a_mode_that_hits_do_not_share_is_none():
     found = modes(plate(seed=2, hits=8, spread=0.01), 3)
     assert [round(mode.frequency.value, -2) for mode in found.modes] == [1600, 3100, 4800]
     assert all(mode.q.value < 100 for mode in found.modes)
+
+
+def test_a_spike_of_the_hammers_noise_is_no_force():
+    """A sample 5.5 standard deviations off is more than a fiftieth of a weak pulse: the decay begins before it."""
+    run = rigs.hammer_rig(seed=3, peak_n=0.2)
+    hammer = run.hammer.values.copy()
+    onset = round(fl.identify.pick_hits(run).table[2].time_s * 5000)
+    spike = 5.5 * float(np.std(hammer[:500]))
+    assert spike > 0.02 * np.abs(hammer[onset : onset + 100]).max()
+    hammer[onset + 1500] = spike
+    found = modes(run.assign(hammer=("time", hammer, run.hammer.attrs)))
+    assert found.asked[0].frequency.value == pytest.approx(145, rel=1e-3) and found.misfit < 0.02

@@ -19,6 +19,10 @@ from frictionloop.quantities import FrictionloopError
 
 Array = NDArray[np.float64]
 
+PULSE = 0.02
+"""Share of its peak below which a hammer's force has ended (assumed)."""
+ABOVE_HAMMER = 6.0
+"""Standard deviations of the hammer's noise that count as force (one in 5e8 samples by chance)."""
 LONGEST = 2000
 """Samples of a decay that are fitted; a longer one is decimated as its frequencies allow."""
 
@@ -60,14 +64,15 @@ def _decay(reading: Array, force: Array | None, onset: int, found: Hits, floor: 
     ahead = reading[start : max(onset - 2, start + 1)]
     piece = reading[start:stop] - (ahead.mean() if ahead.size > 8 else np.median(reading[start:stop]))
     begin = onset - start
-    return _audible(piece[begin + _end_of_pulse(force, start, begin, stop - start) :], floor)
+    return _audible(piece[begin + _end_of_pulse(force, start, begin, stop - start, found.noise) :], floor)
 
 
-def _end_of_pulse(force: Array | None, start: int, before: int, length: int) -> int:
+def _end_of_pulse(force: Array | None, start: int, before: int, length: int, noise: float) -> int:
+    """Return how many rows after a hit its force is last seen, above a fiftieth of its peak and above its noise."""
     if force is None:
         return 0
     pulse = np.abs(force[start + before : start + length] - np.median(force))
-    return int(np.flatnonzero(pulse > 0.02 * pulse.max())[-1]) + 2
+    return int(np.flatnonzero(pulse > max(PULSE * pulse.max(), ABOVE_HAMMER * noise))[-1]) + 2
 
 
 def _audible(decay: Array, floor: float) -> Array:

@@ -128,7 +128,8 @@ def friction(recording: xr.Dataset) -> Friction:
         told.append("the finger never lifts: the zeros of friction and load are taken as they are")
     changes = [s.mu_change - 1 for s in found if abs(s.mu_change - 1) > 0.1]
     if changes:
-        told.append(f"mu changes by {min(changes):+.0%} to {max(changes):+.0%} within {len(changes)} slides")
+        ends = " to ".join(dict.fromkeys(f"{each:+.0%}" for each in (min(changes), max(changes))))
+        told.append(f"mu changes by {ends} within {len(changes)} slide{'s' * (len(changes) > 1)}")
     return Friction(
         tuple(found), Estimate(float(mus.mean()), scatter, "", max(mus.size - 1.0, 1.0)), _exponent(found), tuple(told)
     )
