@@ -21,8 +21,8 @@ Array = NDArray[np.float64]
 
 PULSE = 0.02
 """Share of its peak below which a hammer's force has ended (assumed)."""
-ABOVE_HAMMER = 6.0
-"""Standard deviations of the hammer's noise that count as force (one in 5e8 samples by chance)."""
+ABOVE_HAMMER = 8.0
+"""Standard deviations of the hammer's noise, which its quietest times tell somewhat low, that count as force (assumed)."""
 LONGEST = 2000
 """Samples of a decay that are fitted; a longer one is decimated as its frequencies allow."""
 
