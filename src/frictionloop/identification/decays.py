@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 PULSE = 0.02
 """Share of its peak below which a hammer's force has ended (assumed)."""
 ABOVE_HAMMER = 8.0
-"""Standard deviations of the hammer's noise, which its quietest times tell somewhat low, that count as force (assumed)."""
+"""Standard deviations of the hammer's noise that count as force; quiet times tell the noise somewhat low (assumed)."""
 LONGEST = 2000
 """Samples of a decay that are fitted; a longer one is decimated as its frequencies allow."""
 
