@@ -141,3 +141,13 @@ def test_what_is_read_at_once_though_it_is_long_is_said(tmp_path):
         files.FORMATS["file.npz"](tmp_path / f"{samples}.npz", columns(samples), RATE)
         told = long.whole(opened(tmp_path / f"{samples}.npz", rate_hz=RATE)).attrs["told"]
         assert (f"all {samples:,} samples were read at once" in told) == said
+
+
+@pytest.mark.parametrize("samples", [57, 100, 14451])
+def test_a_first_look_at_a_short_file_sees_every_sample(tmp_path, samples):
+    for row in (0, samples // 3, samples - 2, samples - 1):
+        values = np.zeros(samples)
+        values[row] = 1.0
+        np.savez(tmp_path / "a.npz", f=values, fs=1e3)
+        look = first_look(tmp_path / "a.npz")
+        assert look.traces[0].high.max() == 1.0 and look.said.endswith("hold all samples")

@@ -55,11 +55,12 @@ def first_look(path: str | os.PathLike[str]) -> FirstLook:
     file = Path(path)
     if file.is_file() and READERS.get(file.suffix.lower()) is read_table and file.stat().st_size > LARGE_BYTES:
         return FirstLook(str(path), tuple(_sparse(file)), f"{WINDOWS} windows of {ROWS} rows or so, all along the file")
-    contents, said = read_contents(file), f"{WINDOWS} windows of {ROWS} samples, all along the file"
+    contents = read_contents(file)
     signals = contents.signals() or contents.channels
     sizes = dict.fromkeys(line.samples.size for line in signals)
     found = [each for size in sizes for each in _traces([line for line in signals if line.samples.size == size])]
-    return FirstLook(str(path), tuple(found), said)
+    looked = f"of {ROWS} samples, all along the file" if max(sizes) > WINDOWS * ROWS else "that hold all samples"
+    return FirstLook(str(path), tuple(found), f"{WINDOWS} windows {looked}")
 
 
 def _sparse(file: Path) -> list[Trace]:
@@ -96,7 +97,7 @@ def _sparse(file: Path) -> list[Trace]:
 def _traces(lines: Sequence[Channel]) -> tuple[Trace, ...]:
     """Return the windows of channels of one length; window by window, for a file has the channels side by side."""
     size = lines[0].samples.size
-    width = max(min(size // WINDOWS, ROWS), 1) if size > WINDOWS * ROWS else max(size // WINDOWS, 1)
+    width = max(min(size // WINDOWS, ROWS), 1) if size > WINDOWS * ROWS else -(-size // WINDOWS)
     starts = np.unique(np.linspace(0, max(size - width, 0), WINDOWS).astype(int))
     ends = np.array([[_ends(line.samples[k : k + width]) for line in lines] for k in starts.tolist()])
     return tuple(
