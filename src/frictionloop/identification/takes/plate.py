@@ -19,6 +19,7 @@ from frictionloop.identification.measured import Measured, measured
 from frictionloop.identification.plate_decay import plate_decay
 from frictionloop.identification.plate_envelope import plate_envelope
 from frictionloop.identification.plate_sweep import PlateResonance, plate_sweep
+from frictionloop.identification.stepped import stepped
 from frictionloop.identification.straight_scale import straight_scale
 from frictionloop.quantities import FrictionloopError
 
@@ -31,6 +32,7 @@ def plate(take: Any, runs: Sequence[xr.Dataset], sensor: Any, date: str) -> Foun
     """Return resonance, Q and corner of the envelope from stepped sines, decays or rises, or envelopes."""
     if all("envelope" in run for run in runs):
         return _envelope(take, runs, date)
+    runs = [stepped(run) if "frequency" in run and "time" in run.dims else run for run in runs]
     found = [plate_sweep(run) if "frequency" in run else plate_decay(run) for run in runs]
     how = found[0].how + (f", {len(found)} recordings" if len(found) > 1 else "")
     values = [
@@ -46,7 +48,9 @@ def plate(take: Any, runs: Sequence[xr.Dataset], sensor: Any, date: str) -> Foun
         for name, f in zip(take.files, found, strict=False)
     ]
     drawn = "sweep" if "frequency" in runs[0] else "decay"
-    return values, [line for f in found for line in f.told], rows, {drawn: _drawn(found[0], runs[0])}
+    told = [line for run in runs for line in run.attrs.get("told", "").splitlines()]
+    told += [line for f in found for line in f.told]
+    return values, told, rows, {drawn: _drawn(found[0], runs[0])}
 
 
 def _drawn(found: PlateResonance, run: xr.Dataset) -> dict[str, Any]:
