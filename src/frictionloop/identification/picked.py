@@ -10,6 +10,7 @@ import xarray as xr
 from frictionloop.identification.channel_map import Channel, ChannelMap
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings import contents as found
+from frictionloop.recordings.headers import header
 
 SHOWN = 12
 
@@ -41,7 +42,7 @@ def _tells_unit(line: found.Channel, told: Channel) -> bool:
 
 
 def find_channel(where: str, contents: found.Contents, wanted: Channel) -> found.Channel:
-    """Return the channel that a map names: by its path, its last part or its number."""
+    """Return the channel that a map names: by its path, its last part, as its header spells it, or by its number."""
     names = [line.name for line in contents.channels]
     if isinstance(wanted.column, int):
         if 0 <= wanted.column < len(names):
@@ -51,7 +52,9 @@ def find_channel(where: str, contents: found.Contents, wanted: Channel) -> found
     loose = [
         line for line in contents.channels if line.name.rpartition("/")[2].lower() == wanted.column.strip().lower()
     ]
-    for candidates in (exact, loose):
+    said = header(wanted.column)
+    spelt = [line for line in contents.channels if said.unit and (line.name, line.unit) == (said.name, said.unit)]
+    for candidates in (exact, loose, spelt):
         if len(candidates) == 1:
             return candidates[0]
     lines = [name for name in names if name.partition("[")[0] == wanted.column.strip()]
