@@ -16,6 +16,7 @@ from scipy.stats import linregress
 from frictionloop.identification.channels import READING, channel, rate_of
 from frictionloop.identification.electroadhesion import refuse_electroadhesion
 from frictionloop.identification.estimate import Estimate
+from frictionloop.identification.position_jumps import jumps_said
 from frictionloop.identification.slide_exponent import load_exponent
 from frictionloop.identification.slide_rows import SHORTEST_S, SLOWEST_M_S, SMOOTH_S, slide_rows, without_zero
 from frictionloop.identification.slide_spectrum import tremor, welch_slope, whittle_slope
@@ -24,8 +25,6 @@ from frictionloop.quantities import FrictionloopError
 Array = NDArray[np.float64]
 TOUCHING = 0.2
 """Share of the usual load above which a finger touches (assumed)."""
-JUMP = 0.25
-"""A step of the position by more than this share of all its way is a jump (assumed)."""
 FASTEST_M_S = 2.0
 """A finger does not slide faster than this (assumed); a position in mm that is taken for m does."""
 LISTED = 4
@@ -118,7 +117,7 @@ def friction(recording: xr.Dataset) -> Friction:
     told = _listed(found)
     if len(found) == 1:
         told += _of_one(found[0])
-    told += _jumps(recording)
+    told += jumps_said(recording)
     fastest = max(abs(slide.speed_m_s) for slide in found)
     if fastest > FASTEST_M_S:
         told.append(
@@ -155,19 +154,6 @@ def _of_one(slide: Slide) -> list[str]:
         f"tremor {slide.tremor_n:.2g} N rms",
         f"before it slides, the friction reaches {slide.onset:.2f} of its mean",
     ]
-
-
-def _jumps(recording: xr.Dataset) -> list[str]:
-    """Return in words that the position jumps, as that of a counter which starts again."""
-    if "position" not in recording or "speed" in recording:
-        return []
-    position = recording["position"].values
-    steps = np.abs(np.diff(position))
-    row = int(np.argmax(steps))
-    if steps[row] <= JUMP * float(np.ptp(position)):
-        return []
-    at = float(recording["time"][row])
-    return [f"the position jumps at {at:.3f} s: if its counter starts again there, give wrap in the channel map"]
 
 
 def _slide(force: Array, load: Array, speed: Array, a: int, b: int, rate_hz: float) -> Slide:
