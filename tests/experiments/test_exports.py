@@ -107,7 +107,10 @@ def test_streams_carry_strokes_and_markers_on_the_clock_of_the_device(tmp_path):
     assert times[-1] == pytest.approx(trials["offset_s"][1] - 2e-4)
     np.testing.assert_allclose(np.array(samples)[:, 0], np.ravel(raw["f_a"].values), rtol=1e-6)
     marks, when = inlets["frictionloop-markers"].pull_chunk(timeout=2.0)
-    said = ["stroke 1 onset", "stroke 2 onset", "offset", f"response {trials['response'][1]}"]
+    said = [f"stroke {number} {end}" for number in (1, 2) for end in ("onset", "offset")]
+    said.append(f"response {trials['response'][1]}")
     assert [each[0] for each in marks] == [f"trial 2 {each}" for each in said]
+    assert when[1] == pytest.approx(trials["onset_s"][1] + 0.5)  # a stroke of 10 mm at 20 mm/s
+    assert when[3] == pytest.approx(trials["offset_s"][1])
     assert when[-1] == pytest.approx(trials["offset_s"][1] + trials["rt_s"][1])
     assert inlets["frictionloop"].info().desc().child_value("clock") == "device"

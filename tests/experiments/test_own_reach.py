@@ -37,8 +37,20 @@ def test_a_session_is_refused_with_the_share_out_of_reach():
 def test_every_bundled_protocol_can_be_drawn_together(name):
     plan = read_protocol(name)
     low, high = plan.method.extremes()
-    found = drawn_together(plan, 0.5).method.extremes()
+    found = drawn_together(plan, 0.5, 0.0).method.extremes()
     assert found[1] - found[0] == pytest.approx(0.5 * (high - low))
+
+
+def test_without_a_standard_the_end_that_can_be_given_stays():
+    plan = read_protocol("magnitude-estimation").evolve({"blocks.catch_level": 0.25})  # 0.25 to 0.5 N
+    drawn, factor = fitted(plan, Reach(0.4501, 0.1, 0.2))
+    assert factor == pytest.approx(0.8)
+    assert drawn.method.levels == pytest.approx([0.25, 0.29, 0.338, 0.394, 0.45])
+    assert drawn.blocks.catch_level == 0.25
+    upper = fitted(plan, Reach(0.8, 0.2999, 0.2))[0]
+    assert (upper.method.levels[0], upper.method.levels[-1]) == pytest.approx((0.3, 0.5))
+    both = fitted(plan, Reach(0.4751, 0.2749, 0.2))[0]
+    assert (both.method.levels[0], both.method.levels[-1]) == pytest.approx((0.275, 0.475))
 
 
 def test_the_reach_is_measured_before_and_after_and_what_followed_is_in_the_log(tmp_path):

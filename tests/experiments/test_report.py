@@ -1,14 +1,16 @@
 """The report of sessions: what it holds, what is told of dispersion, and how a value settles."""
 
+import shutil
+
 import numpy as np
 import pandas
 import pytest
 
 import frictionloop as fl
-from frictionloop.experiments import Protocol, read_protocol, run
+from frictionloop.experiments import Protocol, export, read_protocol, run
 from frictionloop.experiments.convergence import convergence
 from frictionloop.experiments.psychometric import probability
-from frictionloop.experiments.summary import fits, pooled
+from frictionloop.experiments.summary import fits, funnel, pooled
 from frictionloop.quantities import FrictionloopError
 from frictionloop.report.experiment import write_figure
 
@@ -60,6 +62,24 @@ def test_sessions_of_two_protocols_are_not_reported_together(data):
     run(PLAN.evolve({"name": "other"}), data / "P02", "P02", trials=1)
     with pytest.raises(FrictionloopError, match="has another protocol"):
         fl.experiments.report(data)
+
+
+def test_two_sessions_of_one_participant_are_not_taken_for_one(data, tmp_path):
+    both = tmp_path / "both"
+    for name in ("P01", "again"):
+        shutil.copytree(data / "P01", both / name)
+    for write in (fl.experiments.report, lambda path: export.bids(path, tmp_path / "bids")):
+        with pytest.raises(FrictionloopError, match=r"again: is of participant P01, as is .*P01; take the two apart"):
+            write(both)
+    assert not (tmp_path / "bids").exists()
+
+
+def test_what_was_answered_in_catch_trials_is_told():
+    plan = read_protocol("jnd-friction-constant")
+    trials = rows(1, 0.01, 0.03, plan).head(6).assign(phase="catch", correct=[1.0, 1.0, 0.0, np.nan, 1.0, 1.0])
+    trials.loc[5, "valid"] = 0
+    told = funnel(trials).set_index("what")["trials"]
+    assert told[[f"catch, {what}" for what in ("right", "wrong", "neither")]].tolist() == [3, 1, 2]
 
 
 def test_all_participants_together_have_four_parameters_and_their_differences_are_told():

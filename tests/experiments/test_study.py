@@ -23,6 +23,7 @@ from frictionloop.experiments.running import run
 from frictionloop.experiments.sequence import Sequence, latin_square
 from frictionloop.experiments.study import STUDY, study_system
 from frictionloop.experiments.summary import fits, funnel, groups
+from frictionloop.experiments.table import number_of
 from frictionloop.parameters.files import read_tree
 from frictionloop.quantities import FrictionloopError
 
@@ -171,12 +172,47 @@ def test_needed_forces_are_those_of_the_levels():
         ({"validity.load_n": [1.0, 0.5]}, "the least and the largest value"),
         ({"timeline.cue_s": -1}, "timeline.cue_s"),
         ({"question2": 1}, "question2"),
+        ({"stop.width": 0.02}, r'stop.width = 0.02: goes with method.kind = "psi", not with "staircase"'),
+        ({"method": {"kind": "psi"}, "stop": {"reversals": 8}}, r"stop.reversals = 8: goes with .*staircase"),
+        ({"timeline.stroke.load_n": 5.0}, r"timeline.stroke.load_n = 5: validity.load_n counts 0.2 to 1.5 alone"),
     ],
 )
 def test_a_wrong_protocol_is_refused_in_one_line(changes, said):
     with pytest.raises(FrictionloopError, match=said) as caught:
         read_protocol("jnd-friction-staircase").evolve(changes)
     assert "\n" not in str(caught.value)
+
+
+def test_a_number_of_trials_ends_any_method_and_constant_stimuli_end_without():
+    plan = read_protocol("jnd-friction-constant").evolve({"blocks.practice": 0})
+    assert check(plan, study_system()).trials == (84, 84)
+    assert check(plan.evolve({"stop.trials": 10}), study_system()).trials == (10, 10)
+    with pytest.raises(FrictionloopError, match="stop: never ends"):
+        Protocol(method={"kind": "psi"}, stop={})
+
+
+@pytest.mark.parametrize(
+    ("task", "answer", "said"),
+    [
+        ("magnitude", "nan", "above 0"),
+        ("magnitude", "0", "above 0"),
+        ("magnitude", "much", "above 0"),
+        ("tracking", "inf", "from 0 to 100"),
+        ("tracking", "-1", "from 0 to 100"),
+    ],
+)
+def test_an_answer_that_is_no_number_of_the_task_is_refused(task, answer, said):
+    assert number_of(task, "12.5") == 12.5
+    with pytest.raises(FrictionloopError, match=f"must be a number {said}"):
+        number_of(task, answer)
+
+
+def test_answers_that_are_all_alike_have_no_threshold_and_one_beside_all_levels_is_told():
+    level = np.linspace(0.0, 0.2, 20)
+    with pytest.raises(FrictionloopError, match="20 answers that are all alike"):
+        fit(level, np.ones(20), None)
+    assert fit(level, (level > 0.001).astype(float), None).at_edge
+    assert not fit(level, (level > 0.1).astype(float), None).at_edge
 
 
 def test_a_wrong_condition_is_found_by_the_check():

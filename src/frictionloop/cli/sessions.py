@@ -161,9 +161,7 @@ def simulate(
     from frictionloop.experiments.protocol import read_protocol
     from frictionloop.experiments.study import simulate as study
 
-    checks.check_output("out", out, (".html",))
-    checks.check_output("figure", figure, checks.FIGURES)
-    checks.check_drawing()
+    _check_results(out, figure)
     from frictionloop.report.experiment import study as reported
     from frictionloop.report.experiment import write_page
 
@@ -171,7 +169,7 @@ def simulate(
     checks.check_count("seed", seed, 0)
     plan = read_protocol(protocol)
     trials = study(plan, bench_of(bench), participants, seed, path=folder)
-    found = reported(plan, trials, f"{participants} simulated participants")
+    found = reported(plan, trials, f"{participants} simulated participants{_chosen(trials)}")
     if out is not None:
         write_page(found, out)
     _found(found, out, figure, json)
@@ -194,13 +192,18 @@ def report(
     figure
         Write the figure of what was found of each participant here (.svg, .pdf, .png).
     """
-    checks.check_drawing()
+    _check_results(out, figure)
     from frictionloop.report.experiment import report as reported
 
-    checks.check_output("out", out, (".html",))
-    checks.check_output("figure", figure, checks.FIGURES)
     found = reported(folder, out)
     _found(found, out, figure, json)
+
+
+def _check_results(out: Path | None, figure: Path | None) -> None:
+    """Refuse results that could not be written or drawn, before anything starts."""
+    checks.check_output("out", out, (".html",))
+    checks.check_output("figure", figure, checks.FIGURES)
+    checks.check_drawing()
 
 
 def _found(found: Report, out: Path | None, figure: Path | None, json: bool) -> None:
@@ -262,6 +265,18 @@ def _streams(participant: str, wanted: bool) -> Streams | None:
     return Streams(participant)
 
 
+def _chosen(trials: Any) -> str:
+    """Return in words which fingers took part."""
+    from frictionloop.experiments.needed import SCARCE
+
+    looked, able = trials.attrs["looked_at"], trials.attrs["able"]
+    if not able:
+        return f", of whom not all can be given the forces: fewer than one in {SCARCE} fingers can"
+    return (
+        f", the first of {looked} fingers that can be given all forces" if looked > trials.attrs["participants"] else ""
+    )
+
+
 def _told(plan: Protocol, rows: bool) -> Any:
     """Return what tells each row; a person at the keyboard sees its own lines."""
 
@@ -273,11 +288,18 @@ def _told(plan: Protocol, rows: bool) -> Any:
 
 
 def _ended(where: Path) -> None:
-    from frictionloop.experiments.folder import TABLE
+    from frictionloop.experiments.folder import TABLE, logged
+    from frictionloop.experiments.keyboard import levels_drawn
+    from frictionloop.experiments.running import GIVEN_UP
     from frictionloop.experiments.table import read_rows
 
     rows = read_rows(where / TABLE)
     counted = sum(row["counted"] for row in rows)
+    for told in logged(where):
+        if told["event"] == "adjusted" and "factor" in told:
+            screen.say(levels_drawn(told["factor"]))
+        if told["event"] == GIVEN_UP:
+            screen.say(f"condition {told['condition']} was given up: {told['marked']} trials did not count")
     screen.show(
         f"{len(rows)} trials, of which {counted} count, are in {where / TABLE}",
         f"Report: frictionloop experiment report {where} --out {where.name}.html",

@@ -13,7 +13,7 @@ import xarray as xr
 
 from frictionloop.experiments import folder
 from frictionloop.experiments.delivered import force_of
-from frictionloop.experiments.summary import read_trials, sessions_in
+from frictionloop.experiments.summary import once_each, read_trials, sessions_in
 from frictionloop.experiments.table import COLUMNS
 from frictionloop.loop.record import load, system_of
 from frictionloop.quantities import FrictionloopError
@@ -60,10 +60,11 @@ def bids(path: Path, out: Path) -> None:
     Raises
     ------
     FrictionloopError
-        For a folder with something in it, or one that is no session.
+        For a folder with something in it, one that is no session, or two sessions of one participant.
     """
-    _new(out)
     sessions = sessions_in(path)
+    once_each(sessions)
+    _new(out)
     protocol = folder.read(sessions[0])[0]
     made = {"Name": "frictionloop", "Version": package_version()}
     about = {"Name": protocol.title or protocol.name, "BIDSVersion": "1.10.0", "DatasetType": "raw"}

@@ -12,13 +12,14 @@ import pandas  # type: ignore[import-untyped]
 
 from frictionloop.experiments import folder
 from frictionloop.experiments.bids import bids
-from frictionloop.experiments.summary import read_trials, sessions_in
+from frictionloop.experiments.summary import once_each, read_trials, sessions_in
 from frictionloop.loop.record import load
 from frictionloop.quantities import replacing
 
 
 def csv(path: Path, out: Path) -> None:
     """Write the trials of sessions as one CSV, with the columns that PsychoPy's tables begin with."""
+    once_each(sessions_in(path))
     trials = read_trials(path)
     first = {
         "participant": trials["participant"],
@@ -35,6 +36,7 @@ def csv(path: Path, out: Path) -> None:
 
 def hdf5(path: Path, out: Path) -> None:
     """Write sessions as one HDF5: a group for each with its table, its protocol and system, and its traces."""
+    once_each(sessions_in(path))
     with replacing(out) as beside, h5py.File(beside, "w") as file:
         for session in sessions_in(path):
             protocol, system, about = folder.read(session)

@@ -44,6 +44,8 @@ class Fit(NamedTuple):
     dispersion_limit: float
     """97.5 % quantile of the dispersion where they hold, by chi-square; above it the trials are overdispersed."""
     trials: int
+    at_edge: bool
+    """Whether the interval of a reaches an end of what was thought possible: the levels do not fix it."""
 
 
 def fit(level: Any, result: Any, guess: float | None = 0.5, shape: Shape = "normal", low: float | None = None) -> Fit:
@@ -68,11 +70,13 @@ def fit(level: Any, result: Any, guess: float | None = 0.5, shape: Shape = "norm
     Raises
     ------
     FrictionloopError
-        For fewer than 5 trials, or levels that are all alike.
+        For fewer than 5 trials, or levels or results that are all alike.
     """
     x, r = numbers("level", level, ""), numbers("result", result, "", 0.0, 1.0)
     if x.size != r.size or x.size < 5 or np.ptp(x) <= 0:
         raise FrictionloopError(f"fit: {x.size} trials over {np.ptp(x) if x.size else 0:g}: 5 at two levels are needed")
+    if np.ptp(r) <= 0:
+        raise FrictionloopError(f"fit: {x.size} answers that are all alike: no level is between")
     grids = _grids(x, guess, low)
     log_l = _log_likelihood(x, r, grids, shape)
     log_l += _log_prior(grids[2])[None, None, :, None]
@@ -83,7 +87,9 @@ def fit(level: Any, result: Any, guess: float | None = 0.5, shape: Shape = "norm
     a, b, lapse, g = (_marginal(post, axis, grid) for axis, grid in enumerate(grids))
     ml = _most_likely(x, r, [a[0], b[0], lapse[0], g[0]], guess, shape)
     dispersion, limit = _dispersion(x, r, probability(x, ml[0], ml[1], ml[3], ml[2], shape))
-    return Fit(*a, *b, lapse[0], g[0], ml[0], ml[1], dispersion, limit, x.size)
+    return Fit(
+        *a, *b, lapse[0], g[0], ml[0], ml[1], dispersion, limit, x.size, a[1] < grids[0][1] or a[2] > grids[0][-2]
+    )
 
 
 def _grids(x: Array, guess: float | None, low: float | None) -> tuple[Array, Array, Array, Array]:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.experiments.needed import needed
+from frictionloop.experiments.needed import Needed, needed
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.reach import Reach
 from frictionloop.quantities import FrictionloopError
@@ -22,7 +22,8 @@ FACTORS = np.linspace(1.0, 0.05, 20)
 def fitted(protocol: Protocol, reach: Reach) -> tuple[Protocol, float]:
     """Return the protocol with levels that a finger can be given, and the factor by which they were drawn together.
 
-    Levels beside a standard are drawn towards it, others towards the middle of their range. With
+    Levels beside a standard are drawn towards it. Others are drawn towards the end of their range that the finger can
+    be given, so that a level of 0 stays 0; towards the middle where it can be given neither end. With
     ``out_of_reach = "mark"`` they stay as they are.
 
     Parameters
@@ -41,7 +42,7 @@ def fitted(protocol: Protocol, reach: Reach) -> tuple[Protocol, float]:
         return protocol, 1.0
     if protocol.out_of_reach == "fit":
         for factor in FACTORS[1:].tolist():
-            drawn = drawn_together(protocol, factor)
+            drawn = drawn_together(protocol, factor, _fixed(protocol, reach))
             if _inside(drawn, reach):
                 return drawn, factor
     wanted, share = needed(protocol), 100 * share_out(protocol, reach)
@@ -58,10 +59,18 @@ def share_out(protocol: Protocol, reach: Reach) -> float:
     return 1.0 - inside / (high - low) if high > low else float(not _inside(protocol, reach))
 
 
-def drawn_together(protocol: Protocol, factor: float) -> Protocol:
-    """Return the protocol with its levels drawn together by a factor."""
+def _fixed(protocol: Protocol, reach: Reach) -> float:
+    """Return the level towards which others are drawn."""
+    low, high = protocol.method.extremes()
+    if protocol.stimulus.adds:
+        return 0.0
+    able = [end for end in (low, high) if _within(needed(protocol, end), reach)]
+    return able[0] if len(able) == 1 else 0.5 * (low + high)
+
+
+def drawn_together(protocol: Protocol, factor: float, middle: float) -> Protocol:
+    """Return the protocol with its levels drawn together towards one of them by a factor."""
     method = protocol.method
-    middle = 0.0 if protocol.stimulus.adds else 0.5 * sum(method.extremes())
     changes: dict[str, Any] = {}
     for name, value in method.model_dump().items():
         if name in PLACES and not isinstance(value, int):
@@ -75,7 +84,10 @@ def drawn_together(protocol: Protocol, factor: float) -> Protocol:
 
 
 def _inside(protocol: Protocol, reach: Reach) -> bool:
-    wanted = needed(protocol)
+    return _within(needed(protocol), reach)
+
+
+def _within(wanted: Needed, reach: Reach) -> bool:
     return reach.lowest_n <= wanted.low_n and wanted.high_n <= reach.highest_n
 
 

@@ -83,8 +83,7 @@ class Folder:
 
     def logged(self, event: str) -> list[dict[str, Any]]:
         """Return what the log has of an event, in order."""
-        with (self.path / LOG).open(encoding="utf-8") as file:
-            return [told for line in file if (told := json.loads(line))["event"] == event]
+        return [told for told in logged(self.path) if told["event"] == event]
 
     def keep(self, trial: int, runs: list[xr.Dataset]) -> str:
         """Write the traces of a trial and return the name of their file; several intervals go along ``interval``.
@@ -170,6 +169,12 @@ def read(path: Path) -> tuple[Protocol, System, dict[str, Any]]:
     except (OSError, ValueError):
         raise FrictionloopError(f"{path}: is no session; there is no {ABOUT} that can be read") from None
     return read_protocol(path / PROTOCOL), read_toml(path / SYSTEM), about
+
+
+def logged(path: Path) -> list[dict[str, Any]]:
+    """Return the log of a session, whose last line may be half written."""
+    whole, _, _ = (path / LOG).read_text(encoding="utf-8").rpartition("\n")
+    return [json.loads(line) for line in whole.splitlines()]
 
 
 def now() -> str:

@@ -13,6 +13,8 @@ from frictionloop.experiments.folder import now
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.respondent import Aborted, Live, Presented, Respondent, Response
 from frictionloop.experiments.sequence import Trial
+from frictionloop.experiments.table import number_of
+from frictionloop.quantities import FrictionloopError
 
 BAR = 40
 """Characters of the guide."""
@@ -43,7 +45,7 @@ class Keyboard(Respondent):
             self._say(f"trial {trial.number}: {self._protocol.question} {asked} ")
             line = self._line()
             at = time.monotonic()
-            if answer := _meant(line, choices):
+            if answer := self._meant(line):
                 return Response(answer, at - start, at_s=at)
             self._obey(line, trial)
 
@@ -81,6 +83,24 @@ class Keyboard(Respondent):
         """Say that the finger is measured."""
         self._say(f"two plain strokes {when} the session measure the friction of this finger\n")
 
+    def fitted(self, factor: float) -> None:
+        """Say that levels were drawn together."""
+        self._say(f"{levels_drawn(factor)}\n")
+
+    def _meant(self, text: str) -> str:
+        """Return the answer that a line means, empty if none; of a number that the task does not have it says why."""
+        choices = self._protocol.choices
+        if choices:
+            found = [each for each in choices if text and each.startswith(text.lower())]
+            return found[0] if len(found) == 1 else ""
+        try:
+            number_of(self._protocol.task, text)
+        except FrictionloopError as error:
+            if text and text[0] in "+-.0123456789":
+                self._say(f"{error}\n")
+            return ""
+        return text
+
     def _obey(self, line: str, trial: Trial) -> None:
         """Do what a line that is no answer says."""
         word, _, rest = line.partition(" ")
@@ -110,6 +130,11 @@ class Keyboard(Respondent):
         self._shown.flush()
 
 
+def levels_drawn(factor: float) -> str:
+    """Return in words that levels were drawn together."""
+    return f"levels are drawn together to {100 * factor:.0f} % of their range: this finger cannot be given more"
+
+
 def bar(done: float, direction: str = "forth", width: int = BAR) -> str:
     """Return a line on which a finger is where it ought to be after a share of its stroke.
 
@@ -126,14 +151,3 @@ def _pace(speed_mm_s: float, wanted_mm_s: float) -> str:
     ratio = speed_mm_s / wanted_mm_s
     said = "slower" if ratio > 1.2 else "faster" if ratio < 0.8 else "good"
     return f"{speed_mm_s:4.0f} mm/s {said:6}"
-
-
-def _meant(text: str, choices: tuple[str, ...]) -> str:
-    if not choices:
-        try:
-            float(text)
-        except ValueError:
-            return ""
-        return text
-    found = [each for each in choices if text and each.startswith(text.lower())]
-    return found[0] if len(found) == 1 else ""

@@ -17,7 +17,7 @@ SOURCE = "frictionloop"
 
 
 class Streams:
-    """Two outlets: ``frictionloop`` has the strokes, ``frictionloop-markers`` onset, offset and answer of each trial.
+    """Two outlets: ``frictionloop`` has the strokes, ``frictionloop-markers`` the ends of each and answers.
 
     A stroke goes out when it is over, as one chunk. Its time stamps, and those of markers, are seconds on the device's
     clock, which are the times in ``trials.tsv``; LSL's own clock is another, so a recorder must not correct them.
@@ -59,7 +59,7 @@ class Streams:
             times = start_s + np.arange(run.sizes["time"]) / rate
             self._strokes.push_chunk(np.column_stack(lines).tolist(), times.tolist())
             self._mark(f"trial {row['trial']} stroke {number} onset", times[0])
-        self._mark(f"trial {row['trial']} offset", row["offset_s"])
+            self._mark(f"trial {row['trial']} stroke {number} offset", times[0] + run.sizes["time"] / rate)
         if row["response"]:
             self._mark(f"trial {row['trial']} response {row['response']}", row["offset_s"] + row["rt_s"])
 

@@ -15,6 +15,8 @@ from frictionloop.experiments.timeline import Stop
 from frictionloop.parameters.block import Block, NotNegative, Number, Positive, Whole
 from frictionloop.parameters.kinds import Kinds
 
+MOST_TRIALS = 10_000
+"""Trials of a method that time alone ends: more than a session has (assumed)."""
 Some = Annotated[Whole, Field(ge=1, le=1000)]
 Levels = Annotated[tuple[Number, ...], Field(min_length=1, max_length=1000)]
 
@@ -102,7 +104,7 @@ class StaircaseMethod(MethodModel):
         made = [
             Staircase(
                 start, self.steps, self.unit, self.up, self.down, self.weight, self.least, self.most,
-                stop.reversals, share or (None if stop.reversals else 10_000),
+                stop.reversals, share or (None if stop.reversals else MOST_TRIALS),
             )
             for start in self.start
         ]  # fmt: skip
@@ -144,7 +146,7 @@ class PsiMethod(MethodModel):
             np.geomspace(*self.spread, self.spreads).tolist(),
             self.lapses,
             guess,
-            stop.trials if stop.trials or stop.width else 10_000,
+            stop.trials if stop.trials or stop.width else MOST_TRIALS,
             stop.width,
             self.interest,
         )
@@ -169,7 +171,7 @@ class QuestMethod(MethodModel):
 
     def handler(self, seed: Any, stop: Stop, guess: float) -> Handler:
         """Return the handler."""
-        return Quest(self.low, self.high, self.spread, guess, self.lapse, stop.trials or 10_000)
+        return Quest(self.low, self.high, self.spread, guess, self.lapse, stop.trials or MOST_TRIALS)
 
 
 class AdjustmentMethod(MethodModel):
@@ -211,7 +213,7 @@ class WalkMethod(MethodModel):
 
     def handler(self, seed: Any, stop: Stop, guess: float) -> Handler:
         """Return the handler."""
-        return Walk(self.low, self.high, self.step, stop.trials or 60, seed)
+        return Walk(self.low, self.high, self.step, stop.trials or MOST_TRIALS, seed)
 
 
 METHODS = Kinds(

@@ -25,12 +25,20 @@ class Needed(NamedTuple):
     """Condition with the largest force."""
 
 
-def needed(protocol: Protocol) -> Needed:
-    """Return the least and the largest force that a protocol can ask for, over levels, conditions and places."""
+def needed(protocol: Protocol, only: float | None = None) -> Needed:
+    """Return the least and the largest force that a protocol can ask for, over levels, conditions and places.
+
+    Parameters
+    ----------
+    protocol : Protocol
+        What is asked.
+    only : float, optional
+        One level, in place of all and the standard.
+    """
     guide = protocol.timeline.stroke
     place = np.linspace(-guide.length_mm, guide.length_mm, PLACES)
-    levels: list[float | None] = [*protocol.method.extremes()]
-    if protocol.intervals == 2:
+    levels: list[float | None] = [*protocol.method.extremes()] if only is None else [only]
+    if protocol.intervals == 2 and only is None:
         levels.append(None)
     found = []
     for condition in protocol.conditions:
@@ -52,19 +60,23 @@ def in_reach(protocol: Protocol, finger: Mapping[str, Any], system: System) -> b
     return low <= wanted.low_n and wanted.high_n <= high
 
 
-def recruited(protocol: Protocol, system: System, n: int, seed: int) -> tuple[Fingers, int]:
-    """Return the first n fingers of a population that can be given all forces, and how many were looked at.
+SCARCE = 50
+"""Where fewer than one in so many fingers can be given all forces, fingers are taken as they come (assumed)."""
 
-    Where fewer than one in fifty can, all are taken as they come.
+
+def recruited(protocol: Protocol, system: System, n: int, seed: int) -> tuple[Fingers, int, bool]:
+    """Return the first n fingers of a population that can be given all forces, how many were looked at, if they can.
+
+    Where fewer than one in `SCARCE` can, all are taken as they come.
     """
     size = n
-    while size <= 50 * n:
+    while size <= SCARCE * n:
         people = fingers(size, seed)
         able = [k for k, finger in enumerate(people) if in_reach(protocol, finger, system)]
         if len(able) >= n:
-            return Fingers(people[k] for k in able[:n]), able[n - 1] + 1
+            return Fingers(people[k] for k in able[:n]), able[n - 1] + 1, True
         size *= 2
-    return fingers(n, seed), n
+    return fingers(n, seed), n, False
 
 
 def share_in_reach(protocol: Protocol, system: System, people: Sequence[Mapping[str, Any]]) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +9,7 @@ import pandas  # type: ignore[import-untyped]
 
 from frictionloop.experiments.engine import Engine
 from frictionloop.experiments.fitting import fitted
-from frictionloop.experiments.folder import LOG, Folder, now, read
+from frictionloop.experiments.folder import Folder, logged, now, read
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.reach import Reach
 from frictionloop.experiments.respondent import Respondent
@@ -61,6 +60,7 @@ def own_reach(kept: Folder, engine: Engine, shown: Respondent, system: System, s
     plan, factor = fitted(kept.protocol, reach)
     if first is None and factor < 1.0:
         kept.log("adjusted", time=now(), what="levels", factor=factor, extremes=plan.method.extremes(), why="own reach")
+        shown.fitted(factor)
     return plan, system.evolve(reach.changes)
 
 
@@ -84,8 +84,7 @@ def reaches(path: Path) -> pandas.DataFrame:
     rows = []
     for each in sessions_in(path):
         participant = read(each)[2]["participant"]
-        for line in (each / LOG).read_text(encoding="utf-8").splitlines():
-            told = json.loads(line)
+        for told in logged(each):
             if told["event"] == EVENT and "highest_n" in told:
                 rows.append({"participant": participant, "when": told["when"], **{n: told[n] for n in Reach._fields}})
     return pandas.DataFrame(rows, columns=["participant", "when", *Reach._fields])

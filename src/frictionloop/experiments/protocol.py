@@ -9,7 +9,16 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from frictionloop.experiments.method_kinds import AnyMethod, StaircaseMethod
-from frictionloop.experiments.timeline import Blocks, Condition, Stop, Timeline, Validity
+from frictionloop.experiments.timeline import (
+    ENDS_ITSELF,
+    Blocks,
+    Condition,
+    Stop,
+    Timeline,
+    Validity,
+    check_guide,
+    check_stop,
+)
 from frictionloop.parameters.block import Block, Number, Whole
 from frictionloop.parameters.description import Description
 from frictionloop.parameters.files import block_toml, read_tree
@@ -90,7 +99,7 @@ class Protocol(Description):
     blocks: Blocks = Blocks()
     """Order, practice, breaks and catch trials."""
     stop: Stop = Stop(trials=60)
-    """When a condition is over."""
+    """When a condition is over; without any, a method that has no end of its own ends after 60 trials that counted."""
     validity: Validity = Validity()
     """What a stroke must be to count."""
     fit_to_finger: bool = True
@@ -121,6 +130,23 @@ class Protocol(Description):
     def guess(self) -> float:
         """Probability of a right answer that is guessed: 1/2 with two intervals, else 0."""
         return 0.5 if self.task in ("2ifc", "2afc") and self.method.scores == "correct" else 0.0
+
+    @model_validator(mode="before")
+    @classmethod
+    def _ends(cls, given: Any) -> Any:
+        """Constant stimuli and adjustment end by themselves: they have no number of trials unless it is given."""
+        if isinstance(given, dict) and "stop" not in given:
+            method = given.get("method")
+            kind = method.get("kind") if isinstance(method, dict) else getattr(method, "kind", None)
+            if kind in ENDS_ITSELF:
+                return given | {"stop": Stop()}
+        return given
+
+    @model_validator(mode="after")
+    def _agrees(self) -> Self:
+        check_stop(self.stop, self.method.kind)
+        check_guide(self.timeline.stroke, self.validity)
+        return self
 
     @model_validator(mode="after")
     def _fits(self) -> Self:

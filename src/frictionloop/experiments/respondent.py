@@ -94,6 +94,9 @@ class Respondent:
     def plain(self, when: str) -> None:
         """Show that two plain strokes come, ``before`` or ``after`` the session, by which the finger is measured."""
 
+    def fitted(self, factor: float) -> None:
+        """Show that levels were drawn together by a factor, since the finger cannot be given them all."""
+
     def ended(self, why: str) -> None:
         """Show that the session is over, and why if it ended early."""
 

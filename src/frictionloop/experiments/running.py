@@ -15,6 +15,7 @@ from frictionloop.experiments.lsl import Streams
 from frictionloop.experiments.own_reach import own_reach, reach_after
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.respondent import Respondent
+from frictionloop.experiments.sequence import MOST_MARKED
 from frictionloop.experiments.session import Session, guided, one
 from frictionloop.experiments.study import about, hash_of, simulated_respondent, study_system
 from frictionloop.parameters import System
@@ -23,6 +24,8 @@ from frictionloop.quantities import FrictionloopError
 
 BENCH = "bench:"
 """Address of the simulated bench."""
+GIVEN_UP = "given up"
+"""Name in the log of a condition that ended because too many trials did not count."""
 
 
 def engine_at(address: str, system: System, time_s: float = 0.0, keep: Path | None = None) -> Engine:
@@ -191,7 +194,10 @@ def _trials(
         kept.add(row)
         if "clock_jump" in row["reason"]:
             kept.log("clock jumped", time=now(), trial=row["trial"], reason=row["reason"])
+        given_up = len(session.order.given_up)
         session.order.tell(row)
+        for name in session.order.given_up[given_up:]:
+            kept.log(GIVEN_UP, time=now(), condition=name, marked=MOST_MARKED)
         if streams is not None:
             streams.tell(row, runs)
         done += 1

@@ -16,7 +16,7 @@ from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.timeline import Condition
 
 MOST_MARKED = 60
-"""Trials of a condition that are kept without counting at most; then it is over (assumed)."""
+"""Trials of a condition that are kept without counting at most; then it is given up (assumed)."""
 Phase = Literal["practice", "main", "catch"]
 
 
@@ -71,6 +71,8 @@ class Sequence:
         self._order = self._ordered()
         self._number, self._block = 1, -1
         self._repeats, self._first = 0, 0
+        self.given_up: list[str] = []
+        """Names of the conditions that ended because too many trials did not count."""
         self.handler: Handler
         """The method of the condition that is run."""
         self._begin()
@@ -95,7 +97,7 @@ class Sequence:
     def _begin(self) -> None:
         """Begin the next condition."""
         self._block += 1
-        self._practised = self._marked = self._since_break = 0
+        self._practised = self._marked = self._since_break = self._counted = 0
         self._started_s: float | None = None
         self._late = False
         if self._block < len(self._order):
@@ -158,11 +160,14 @@ class Sequence:
         if phase == "practice":
             self._practised += 1
         elif phase == "main" and row["counted"]:
+            self._counted += 1
             self.handler.add_response(float(row["result"]), float(row["delivered"]))
         elif phase == "main":
             self._marked += 1
             self.handler.skip()
         if self._over():
+            if self._marked >= MOST_MARKED:
+                self.given_up.append(self.conditions[self._block].name)
             self._begin()
 
     @property
@@ -171,5 +176,6 @@ class Sequence:
         return self._repeats
 
     def _over(self) -> bool:
-        done = self.handler.finished or self._late or self._marked >= MOST_MARKED
+        enough = self.protocol.stop.trials is not None and self._counted >= self.protocol.stop.trials
+        done = self.handler.finished or enough or self._late or self._marked >= MOST_MARKED
         return self._practised >= self.protocol.blocks.practice and done

@@ -72,17 +72,18 @@ def simulate(
     Returns
     -------
     pandas.DataFrame
-        Rows as in ``trials.tsv``; the attribute ``looked_at`` says how many fingers were looked at to find these.
+        Rows as in ``trials.tsv``; the attribute ``looked_at`` says how many fingers were looked at to find these, and
+        ``able`` whether these can be given all forces.
 
     Raises
     ------
     FrictionloopError
         For a number of participants below 1, or a folder with something in it.
     """
-    base, looked_at = system or study_system(), 0
+    base, looked_at, able = system or study_system(), 0, True
     people = population
     if people is None:
-        people, looked_at = recruited(protocol, base, whole("participants", participants, 1, 10_000), seed)
+        people, looked_at, able = recruited(protocol, base, whole("participants", participants, 1, 10_000), seed)
     sessions, engines = [], []
     for number, finger in enumerate(people, 1):
         sessions.append(simulated_session(protocol, base, f"P{number:02d}", finger, seed, observer))
@@ -111,7 +112,7 @@ def simulate(
                     advance()
     table = pandas.DataFrame(rows, columns=list(COLUMNS))
     table = table.sort_values(["participant", "trial"], ignore_index=True)
-    table.attrs = {"participants": len(people), "looked_at": looked_at or len(people)}
+    table.attrs = {"participants": len(people), "looked_at": looked_at or len(people), "able": able}
     return table
 
 

@@ -13,7 +13,7 @@ from scipy.stats import linregress
 from scipy.stats import t as student
 
 from frictionloop.experiments.fit import fit, jnd
-from frictionloop.experiments.folder import ABOUT, TABLE
+from frictionloop.experiments.folder import ABOUT, TABLE, read
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.table import COLUMNS, read_rows
 from frictionloop.quantities import FrictionloopError
@@ -37,7 +37,9 @@ def measure(protocol: Protocol) -> tuple[str, str]:
         return MEASURES[protocol.task]
     if protocol.task in ("2ifc", "2afc") and protocol.method.scores == "comparison":
         return "JND", "Half the way from 25% to 75% of answers for the comparison"
-    return "threshold", "The level at which the function is half the way up: 75% right with two intervals"
+    if protocol.task in ("2ifc", "2afc"):
+        return "threshold", "The level at which the function is half the way up: 75% right, without lapses"
+    return "threshold", "The level at which the share of this answer is half the way from its guesses to its lapses"
 
 
 def fits(protocol: Protocol, trials: pandas.DataFrame, levels: Sequence[str] = LEVELS) -> pandas.DataFrame:
@@ -177,7 +179,8 @@ def funnel(trials: pandas.DataFrame) -> pandas.DataFrame:
     rows = []
     for condition, some in trials.groupby("condition", sort=False):
         rows.append((condition, "presented", len(some)))
-        rows += [(condition, phase, int((some["phase"] == phase).sum())) for phase in ("practice", "catch")]
+        rows.append((condition, "practice", int((some["phase"] == "practice").sum())))
+        rows += [(condition, f"catch, {what}", n) for what, n in _caught(some[some["phase"] == "catch"])]
         main = some[some["phase"] == "main"]
         bad = main[main["valid"] == 0]
         kinds = bad["reason"].str.replace(r"=[^ ;]*", "", regex=True).str.replace(r" in \d", "", regex=True)
@@ -187,6 +190,13 @@ def funnel(trials: pandas.DataFrame) -> pandas.DataFrame:
             rows += [(condition, f"{what}: {reason}", int(n)) for reason, n in counts.items()]
         rows.append((condition, "counted", int(main["counted"].sum())))
     return pandas.DataFrame(rows, columns=["condition", "what", "trials"])
+
+
+def _caught(catch: pandas.DataFrame) -> list[tuple[str, int]]:
+    """Return how many catch trials were answered right, wrong, and not validly or without a right answer."""
+    valid = catch[catch["valid"] == 1]
+    right, wrong = (int((valid["correct"] == value).sum()) for value in (1.0, 0.0))
+    return [("right", right), ("wrong", wrong), ("neither", len(catch) - right - wrong)]
 
 
 def sessions_in(path: Path) -> list[Path]:
@@ -201,6 +211,22 @@ def sessions_in(path: Path) -> list[Path]:
     if not found:
         raise FrictionloopError(f"{path}: is no session, and has none in it")
     return found
+
+
+def once_each(sessions: Sequence[Path]) -> None:
+    """Refuse two sessions of one participant: their rows could not be told apart.
+
+    Raises
+    ------
+    FrictionloopError
+        Naming both folders.
+    """
+    first: dict[str, Path] = {}
+    for each in sessions:
+        code = str(read(each)[2]["participant"])
+        if code in first:
+            raise FrictionloopError(f"{each}: is of participant {code}, as is {first[code]}; take the two apart")
+        first[code] = each
 
 
 def read_trials(path: Path) -> pandas.DataFrame:

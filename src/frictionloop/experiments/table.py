@@ -51,6 +51,8 @@ COLUMNS = {
     "raw": "file with the traces",
 }
 """Columns of ``trials.tsv`` and what they mean."""
+NUMBERS = {"magnitude": (0.0, math.inf, "above 0"), "tracking": (0.0, 100.0, "from 0 to 100")}
+"""Answers that are numbers, by task: ends, and how they are told; 0 is no magnitude."""
 WHOLE = ("trial", "block", "comparison", "valid", "counted", "again", "repeat_of")
 TEXT = ("participant", "condition", "phase", "track", "response", "reason", "method_state", "raw")
 
@@ -65,12 +67,9 @@ def scored(protocol: Protocol, level: float, comparison: int, response: str) -> 
     """
     task, choices = protocol.task, protocol.choices
     if not choices:
-        try:
-            return math.nan, float(response)
-        except ValueError:
-            raise FrictionloopError(f"response = {response!r}: must be a number") from None
+        return math.nan, number_of(task, response)
     if response not in choices:
-        raise FrictionloopError(f"response = {response!r}: accepted: {', '.join(choices)}")
+        raise FrictionloopError(f"answer = {response!r}: accepted: {', '.join(choices)}")
     place = choices.index(response)
     if task in ("2ifc", "2afc"):
         chosen = place == comparison - 1
@@ -81,6 +80,24 @@ def scored(protocol: Protocol, level: float, comparison: int, response: str) -> 
     if task == "same_different":
         return float((place == 1) == (level != 0)), float(place == 1)
     return math.nan, (-1.0, 1.0, 0.0)[place]
+
+
+def number_of(task: str, response: str) -> float:
+    """Return an answer that is a number.
+
+    Raises
+    ------
+    FrictionloopError
+        For what is none, or one that the task does not have: a magnitude is above 0, a place on the scale 0 to 100.
+    """
+    low, high, said = NUMBERS[task]
+    try:
+        value = float(response)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and low <= value <= high) or (task == "magnitude" and value == 0.0):
+        raise FrictionloopError(f"answer = {response!r}: must be a number {said}")
+    return value
 
 
 def delivered_level(protocol: Protocol, level: float, comparison: int, found: Sequence[Measures]) -> float:

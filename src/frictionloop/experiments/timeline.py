@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, field_validator
 
 from frictionloop.parameters.block import Block, NotNegative, Number, Positive, Whole
 
@@ -74,22 +74,16 @@ class Blocks(Block):
 
 
 class Stop(Block):
-    """When a condition is over: when the first of these holds; None is never."""
+    """When a condition is over: when the first of these holds, or the method ends by itself; None is never."""
 
     trials: Annotated[Whole, Field(ge=1, le=10_000)] | None = None
     """Trials that counted."""
     reversals: Annotated[Whole, Field(ge=1, le=1000)] | None = None
-    """Reversals of a staircase."""
+    """Reversals, of a staircase alone."""
     width: Positive | None = None
-    """Width of the 95 % interval of the threshold's posterior, in the unit of the level."""
+    """Width of the 95 % interval of the threshold's posterior, in the unit of the level, of psi alone."""
     time_s: Positive | None = None
     """Time on the device clock."""
-
-    @model_validator(mode="after")
-    def _some(self) -> Self:
-        if all(value is None for value in (self.trials, self.reversals, self.width, self.time_s)):
-            raise ValueError("stop: never ends; one of trials, reversals, width, time_s is needed")
-        return self
 
 
 Range = tuple[Number, Number]
@@ -121,3 +115,37 @@ class Validity(Block):
         if not value[0] < value[1]:
             raise ValueError(f"{list(value)}: must be the least and the largest value, in this order")
         return value
+
+
+ENDS_ITSELF = ("constant", "adjustment")
+"""Methods that need no rule by which they stop."""
+
+
+def check_stop(stop: Stop, method: str) -> None:
+    """Refuse a rule that a method does not know, and a method that never ends.
+
+    Raises
+    ------
+    ValueError
+        Naming the rule.
+    """
+    for name, only in (("reversals", "staircase"), ("width", "psi")):
+        value = getattr(stop, name)
+        if value is not None and method != only:
+            raise ValueError(f'stop.{name} = {value:g}: goes with method.kind = "{only}", not with "{method}"')
+    if method not in ENDS_ITSELF and not stop.model_dump(exclude_none=True):
+        raise ValueError("stop: never ends; one of trials, reversals (staircase), width (psi), time_s is needed")
+
+
+def check_guide(stroke: StrokeGuide, rules: Validity) -> None:
+    """Refuse a guide that asks for strokes that do not count.
+
+    Raises
+    ------
+    ValueError
+        Naming what it asks for, and what counts.
+    """
+    for name in ("speed_mm_s", "load_n"):
+        asked, (low, high) = getattr(stroke, name), getattr(rules, name)
+        if not low <= asked <= high:
+            raise ValueError(f"timeline.stroke.{name} = {asked:g}: validity.{name} counts {low:g} to {high:g} alone")

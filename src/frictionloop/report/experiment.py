@@ -13,7 +13,7 @@ from jinja2 import Environment, PackageLoader
 from frictionloop.experiments import folder
 from frictionloop.experiments.own_reach import reaches
 from frictionloop.experiments.protocol import Protocol
-from frictionloop.experiments.summary import fits, funnel, groups, measure, pooled, read_trials, sessions_in
+from frictionloop.experiments.summary import fits, funnel, groups, measure, once_each, pooled, read_trials, sessions_in
 from frictionloop.quantities import FrictionloopError, replacing
 from frictionloop.report.experiment_figures import answers, converging, functions, sequences, thresholds
 from frictionloop.report.style import inline, svg
@@ -52,9 +52,11 @@ def report(path: str | os.PathLike[str], out: str | os.PathLike[str] | None = No
     Raises
     ------
     FrictionloopError
-        For a folder without sessions, sessions of different protocols, or a page that cannot be written.
+        For a folder without sessions, sessions of different protocols or twice of one
+        participant, or a page that cannot be written.
     """
     found = sessions_in(Path(path))
+    once_each(found)
     protocol = folder.read(found[0])[0]
     for other in found[1:]:
         if folder.read(other)[0] != protocol:
@@ -117,6 +119,7 @@ def page(found: Report) -> str:
         funnel=_funnel_rows(trials),
         measure=measure(protocol),
         weber="weber" in fitted,
+        at_edge=int((fitted["at_edge"] == True).sum()) if "at_edge" in fitted else 0,  # noqa: E712
         conditions=list(dict.fromkeys(trials["condition"])),
     )
 

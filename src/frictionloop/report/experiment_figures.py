@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pandas  # type: ignore[import-untyped]
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -21,40 +24,57 @@ LINES = ("-", "--", "-.", ":")
 @styled
 def functions(protocol: Protocol, trials: pandas.DataFrame, fitted: pandas.DataFrame) -> Figure:
     """Draw the function of each participant, thin, and groups of all trials, by condition; over both levels."""
-    figure = new_figure(7.2, 3.0)
-    panels = figure.subplots(1, 2, sharey=True)
-    for axes, over in zip(panels, ("requested", "delivered"), strict=True):
-        for k, condition in enumerate(dict.fromkeys(trials["condition"])):
-            some = _counted(trials[trials["condition"] == condition])
-            if some.empty:
-                continue
-            x = np.linspace(float(some[over].min()), float(some[over].max()), 200)
-            own = fitted[(fitted["condition"] == condition) & (fitted["level"] == over)].dropna(subset=["threshold"])
-            for each in own.itertuples():
-                y = probability(x, each.threshold, each.spread, each.guess, each.lapse)
-                axes.plot(x, y, color=COLOURS[k % 6], lw=0.5, alpha=0.35)
-            level, share, n = grouped(some[over], some["result"], 9)
-            axes.scatter(level, share, 8 + 40 * n / n.max(), COLOURS[k % 6], label=condition, zorder=3)
-        axes.set(xlabel=f"level {over}, {protocol.level_unit}", ylim=(-0.03, 1.03))
-        axes.xaxis.set_major_locator(MaxNLocator(6))
-    panels[0].set_ylabel("share right" if protocol.method.scores == "correct" else "comparison chosen")
-    panels[1].legend(loc="lower right")
-    return figure
+
+    def draw(axes: Axes, over: str, condition: str, some: pandas.DataFrame, colour: str) -> None:
+        x = np.linspace(float(some[over].min()), float(some[over].max()), 200)
+        own = fitted[(fitted["condition"] == condition) & (fitted["level"] == over)].dropna(subset=["threshold"])
+        for each in own.itertuples():
+            y = probability(x, each.threshold, each.spread, each.guess, each.lapse)
+            axes.plot(x, y, color=colour, lw=0.5, alpha=0.35)
+        level, share, n = grouped(some[over], some["result"], 9)
+        axes.scatter(level, share, 8 + 40 * n / n.max(), colour, label=condition, zorder=3)
+        axes.set_ylim(-0.03, 1.03)
+
+    return _over_levels(protocol, trials, draw, share_of(protocol), "lower right")
 
 
 @styled
 def answers(protocol: Protocol, trials: pandas.DataFrame) -> Figure:
     """Draw the answers over both levels."""
+
+    def draw(axes: Axes, over: str, condition: str, some: pandas.DataFrame, colour: str) -> None:
+        axes.plot(some[over], some["result"], ".", color=colour, alpha=0.5, label=condition)
+
+    return _over_levels(protocol, trials, draw, "answer", "upper left")
+
+
+def _over_levels(
+    protocol: Protocol,
+    trials: pandas.DataFrame,
+    draw: Callable[[Axes, str, str, pandas.DataFrame, str], None],
+    named: str,
+    legend: str,
+) -> Figure:
+    """Draw the trials that counted over both levels, a panel for each, condition by condition."""
     figure = new_figure(7.2, 3.0)
     panels = figure.subplots(1, 2, sharey=True)
     for axes, over in zip(panels, ("requested", "delivered"), strict=True):
         for k, condition in enumerate(dict.fromkeys(trials["condition"])):
             some = _counted(trials[trials["condition"] == condition])
-            axes.plot(some[over], some["result"], ".", color=COLOURS[k % 6], alpha=0.5, label=condition)
-        axes.set(xlabel=f"level {over}, {protocol.level_unit}")
-    panels[0].set_ylabel("answer")
-    panels[1].legend(loc="upper left")
+            if not some.empty:
+                draw(axes, over, condition, some, COLOURS[k % 6])
+        axes.set_xlabel(f"level {over}, {protocol.level_unit}")
+        axes.xaxis.set_major_locator(MaxNLocator(6))
+    panels[0].set_ylabel(named)
+    panels[1].legend(loc=legend)
     return figure
+
+
+def share_of(protocol: Protocol) -> str:
+    """Return in words the share of answers that a psychometric function is of."""
+    if protocol.task in ("yes_no", "same_different"):
+        return f"share of {protocol.choices[0 if protocol.task == 'yes_no' else 1]}"
+    return "share right" if protocol.method.scores == "correct" else "comparison chosen"
 
 
 @styled
@@ -125,8 +145,10 @@ def converging(protocol: Protocol, trials: pandas.DataFrame) -> Figure:
     name, _ = measure(protocol)
     left.set(xlabel="trials that counted", ylabel=f"{name}, {protocol.level_unit}")
     right.set(xlabel="trials that counted", ylabel=f"half of the 95 % interval, {protocol.level_unit}")
+    right.set_ylim(bottom=0.0)
+    if left.get_ylim()[0] > 0.0:
+        left.set_ylim(bottom=0.0)
     for axes in (left, right):
-        axes.set_ylim(bottom=0.0)
         axes.xaxis.set_major_locator(MaxNLocator(6, integer=True))
     right.legend(loc="upper right")
     return figure

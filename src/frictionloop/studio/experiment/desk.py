@@ -14,6 +14,7 @@ from frictionloop.experiments.folder import now
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.respondent import Aborted, Live, Presented, Respondent, Response
 from frictionloop.experiments.sequence import Trial
+from frictionloop.experiments.table import number_of
 from frictionloop.quantities import FrictionloopError
 from frictionloop.studio.experiment.blind import live_of, told_of, trace_of
 from frictionloop.studio.experiment.hub import EXPERIMENTER, PARTICIPANT, Hub
@@ -180,11 +181,11 @@ class Desk(Respondent):
         choices = self.protocol.choices
         try:
             trial, at_s, sd_s = int(message["trial"]), float(message["at_s"]), float(message["sd_s"])
-            if not choices:
-                float(answer)
         except (KeyError, TypeError, ValueError):
             raise FrictionloopError("answer: needs trial, at_s, sd_s and a choice or a number") from None
-        if choices and answer not in choices:
+        if not choices:
+            number_of(self.protocol.task, answer)
+        elif answer not in choices:
             raise FrictionloopError(f"answer = {answer!r}: accepted: {', '.join(choices)}")
         # A page whose clock is not known, or that says it answered later than it was heard, counts as heard.
         if not (0.0 <= sd_s < 1.0 and heard - 10.0 < at_s <= heard):

@@ -7,7 +7,7 @@ const link = new Link("participant"), noise = new Noise();
 const KEYS = { left: "ArrowLeft", right: "ArrowRight", less: "ArrowDown", more: "ArrowUp", alike: "Enter" };
 const MARKS = { ArrowLeft: "←", ArrowRight: "→", ArrowDown: "↓", ArrowUp: "↑", Enter: "Enter" };
 const ORDER = ["first", "second"];
-let hello = null, step = { what: "ready" }, since = 0;
+let hello = null, step = { what: "ready" }, since = 0, refusable = null;
 window.noise = noise;
 
 const keyOf = (choice) => KEYS[choice] ?? choice[0].toLowerCase();
@@ -15,6 +15,7 @@ const keyOf = (choice) => KEYS[choice] ?? choice[0].toLowerCase();
 function answer(choice, at_ms) {
   if (step.what !== "answer") return;
   link.ask("answer", { answer: choice, trial: step.trial, ...link.host(at_ms) });
+  refusable = step;
   show({ what: "between" });
 }
 
@@ -62,7 +63,12 @@ link.addEventListener("hello", ({ detail }) => {
   show(step);
 });
 link.addEventListener("masking", ({ detail }) => { if (hello) hello.masking_db = detail.db; noise.set(detail.db); sounds(); });
-link.addEventListener("step", ({ detail }) => show(detail));
+link.addEventListener("step", ({ detail }) => { refusable = null; show(detail); });
+link.addEventListener("refused", ({ detail }) => {
+  if (!refusable || step.what !== "between") return;
+  show(refusable);
+  $("more").textContent = detail.why;
+});
 link.addEventListener("link", ({ detail }) => { $("lost").hidden = detail.up; });
 $("go").onclick = () => { noise.begin(); link.ask("ready"); };
 $("number").onsubmit = (event) => {
