@@ -16,7 +16,6 @@ from frictionloop.experiments.dry_run import check
 from frictionloop.experiments.fit import fit
 from frictionloop.experiments.needed import needed
 from frictionloop.experiments.participant import Observer
-from frictionloop.experiments.planning import power
 from frictionloop.experiments.protocol import bundled, to_toml
 from frictionloop.experiments.psychometric import probability
 from frictionloop.experiments.running import run
@@ -243,13 +242,3 @@ def test_an_export_is_read_back_by_other_programs(session, tmp_path):
     with h5py.File(tmp_path / "p.h5") as file:
         assert file["sub-P01/trials/requested"][:].tolist() == beh["requested"].tolist()
         assert file["sub-P01/raw/00001/f_a"].shape == (2, 2500)
-
-
-@pytest.mark.slow
-def test_power_grows_with_participants_and_with_the_effect():
-    plan = short("study-friction", 30)
-    small = power(plan, 0.1, [4, 16], pool=8, studies=300)
-    large = power(plan, 1.5, [4, 16], pool=8, studies=300)
-    closed = small["condition"] == "closed"
-    assert large[closed]["power"].iloc[1] >= large[closed]["power"].iloc[0]
-    assert large[closed]["power"].iloc[1] > small[closed]["power"].iloc[1]

@@ -30,6 +30,8 @@ EXPORT_EXAMPLES = r"""Examples
 POWER_EXAMPLES = r"""Examples
 
   frictionloop experiment power study-friction --effect 0.2 --participants 6:40
+  frictionloop experiment power my-study.toml --participants 12:24:12 \
+      --trials 20:60:20
 """
 ProtocolName = Annotated[
     str,
@@ -119,22 +121,26 @@ def power(
     *,
     effect: flags.Run[float] = 0.2,
     participants: flags.Run[str] = "6:24",
+    trials: flags.Run[str | None] = None,
     studies: flags.Run[flags.Whole] = 400,
     pool: flags.Run[flags.Whole] = 24,
     seed: flags.Run[flags.Whole] = 0,
     bench: Bench = None,
     json: flags.Json = False,
 ) -> None:
-    """Tell by simulation how many participants a study needs to find a difference, condition by condition.
+    """Tell by simulation how many participants and trials a study needs to find a difference, condition by condition.
 
-    Participants are simulated with and without the effect; studies are drawn from them, a paired test in each.
+    Participants are simulated with and without the effect; studies are drawn from them, a paired test in each. The
+    interval beside each share is over other participants that might have been simulated.
 
     Parameters
     ----------
     effect
         Relative change of what is found between two states of the participants, such as 0.2 for a fifth.
     participants
-        Numbers of participants, from:to or from:to:step.
+        Numbers of participants, from:to or from:to:step; without a step some nine of them.
+    trials
+        Numbers of trials of a condition that count, likewise; all of the protocol if not given.
     studies
         Studies that are drawn for each number.
     pool
@@ -143,28 +149,32 @@ def power(
         Seed of everything.
     """
     from frictionloop.experiments.planning import power as needed
+    from frictionloop.experiments.planning import summary
     from frictionloop.experiments.protocol import read_protocol
 
-    numbers = _range(participants)
-    found = needed(read_protocol(protocol), effect, numbers, bench_of(bench), pool=pool, studies=studies, seed=seed)
+    checks.check_count("pool", pool, 2, 10_000)
+    checks.check_count("studies", studies, 1, 1_000_000)
+    numbers = _range("participants", participants, 2)
+    lengths = None if trials is None else _range("trials", trials, 5)
+    found = needed(
+        read_protocol(protocol), effect, numbers, bench_of(bench), trials=lengths, pool=pool, studies=studies, seed=seed
+    )
     if json:
         screen.show_json({"power": found.to_dict("records"), "effect": effect})
         return
-    names = list(dict.fromkeys(found["condition"]))
-    rows = [("participants", *names, "")]
-    for number in numbers:
-        own = found[found["participants"] == number].set_index("condition")["power"]
-        rows.append((str(number), *(f"{100 * own[name]:.0f} %" for name in names), ""))
-    screen.show(f"share of studies that find a change of {100 * effect:g} % at p < 0.05", "", screen.table(rows))
+    title = f"share of studies that find a change of {100 * effect:g} % at p < 0.05, and its 95 % interval"
+    without = int(found["without"].max())
+    left_out = f"Of {pool} participants {without} at most were left out: no function could be fitted to their answers."
+    screen.show(title, "", screen.table(summary(found)), *([left_out] if without else []))
 
 
-def _range(text: str) -> list[int]:
+def _range(name: str, text: str, least: int) -> list[int]:
     try:
         first, last, *step = (int(each) for each in text.split(":"))
     except ValueError:
         first, last, step = 0, 0, []
-    if not 2 <= first <= last <= 1000 or len(step) > 1 or (step and step[0] < 1):
-        raise FrictionloopError(f"participants = {text!r}: must be from:to, such as 6:40, each from 2 to 1000")
+    if not least <= first <= last <= 1000 or len(step) > 1 or (step and step[0] < 1):
+        raise FrictionloopError(f"{name} = {text!r}: must be from:to, such as 6:40, each from {least} to 1000")
     return list(range(first, last + 1, step[0] if step else max((last - first) // 8, 1)))
 
 

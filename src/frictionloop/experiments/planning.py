@@ -1,4 +1,4 @@
-"""How many participants a study needs: simulated participants, and studies drawn from them."""
+"""What a study needs: simulated participants, and studies drawn from them, by participants and by trials."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pandas  # type: ignore[import-untyped]
-from scipy.stats import ttest_rel
+from scipy.stats import t as student
 
 from frictionloop.experiments.participant import Observer
 from frictionloop.experiments.protocol import Protocol
@@ -15,9 +15,12 @@ from frictionloop.experiments.study import simulate
 from frictionloop.experiments.summary import fits
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.checks import Array
 
 LEVEL = 0.05
 """Of the test."""
+POOLS = 200
+"""Pools that are drawn anew from the one that was simulated, for the interval (assumed)."""
 
 
 def power(
@@ -26,15 +29,17 @@ def power(
     participants: Sequence[int],
     system: System | None = None,
     *,
+    trials: Sequence[int] | None = None,
     pool: int = 24,
     studies: int = 400,
     seed: int = 0,
     observer: Observer | None = None,
 ) -> pandas.DataFrame:
-    """Return the share of studies that find a change of the participants' sense, by condition and their number.
+    """Return the share of studies that find a change of the participants' sense, by condition, trials and participants.
 
     Each simulated participant takes part twice: as they are, and with all Weber fractions times 1 + effect. Studies of
-    n are drawn from them with replacement; each has a paired t-test, two-sided, at 5 %.
+    n are drawn from them with replacement; each has a paired t-test, two-sided, at 5 %. The same studies are drawn for
+    each condition. A shorter study is the beginning of the long one: its first trials that counted.
 
     Parameters
     ----------
@@ -46,6 +51,9 @@ def power(
         Numbers of participants, each at least 2.
     system : System, optional
         The bench.
+    trials : sequence of int, optional
+        Numbers of trials that count in a condition, each at least 5 and at most what the protocol gives; all if not
+        given.
     pool : int
         Participants that are simulated.
     studies : int
@@ -58,43 +66,115 @@ def power(
     Returns
     -------
     pandas.DataFrame
-        Columns condition, participants, power, and low and high of its 95 % interval by the studies' number alone.
+        Columns condition, trials (0 is all), participants, power; low and high of its 95 % interval, by pools drawn
+        anew from the participants that were simulated; without, those of them whose function could not be fitted.
 
     Raises
     ------
     FrictionloopError
         For an effect or a number out of range.
     """
-    if not effect > -1.0 or effect == 0.0:
-        raise FrictionloopError(f"effect = {effect:g}: must be above -1 and not 0, such as 0.2")
     if min(participants) < 2:
         raise FrictionloopError(f"participants = {min(participants)}: must be at least 2")
-    base = observer or Observer()
-    changed = base.model_copy(
-        update={name: getattr(base, name) * (1.0 + effect) for name in Observer.model_fields if name.endswith("weber")}
-    )
-    found = []
-    # The second time is another day: other seeds of the same fingers.
-    again = protocol.model_copy(update={"seed": protocol.seed + 1})
-    for plan, own in ((protocol, base), (again, changed)):
-        trials = simulate(plan, system, pool, seed, observer=own)
-        fitted = fits(plan, trials, ("requested",))
-        found.append(fitted.set_index(["condition", "participant"])["value"])
-    rng, rows = np.random.default_rng([seed, 7]), []
-    for condition in dict.fromkeys(found[0].index.get_level_values(0)):
-        pairs = np.column_stack([each[condition].to_numpy() for each in found])
-        pairs = pairs[np.isfinite(pairs).all(axis=1)]
-        rows += [_row(condition, n, pairs, studies, rng) for n in participants]
+    rows = []
+    plans, tables = twice(protocol, effect, system, pool, seed, observer)
+    for count in trials or [0]:
+        pairs = differences(plans, [first_trials(table, count) for table in tables])
+        for condition, change in pairs.items():
+            known = change[np.isfinite(change)]
+            for n in participants:
+                found = shares(known, n, studies, seed)
+                row = {"condition": condition, "trials": count, "participants": n, "power": found[0]}
+                rows.append(row | {"low": found[1], "high": found[2], "without": change.size - known.size})
     return pandas.DataFrame(rows)
 
 
-def _row(condition: str, n: int, pairs: Any, studies: int, rng: np.random.Generator) -> dict[str, Any]:
-    some = pairs[rng.integers(0, len(pairs), (studies, n))]
+def twice(
+    protocol: Protocol, effect: float, system: System | None, pool: int, seed: int, observer: Observer | None = None
+) -> tuple[list[Protocol], list[pandas.DataFrame]]:
+    """Return protocol and trials of participants as they are, and with all Weber fractions changed.
+
+    The second time is another day: other seeds of the same fingers.
+
+    Raises
+    ------
+    FrictionloopError
+        For an effect out of range.
+    """
+    if not effect > -1.0 or effect == 0.0:
+        raise FrictionloopError(f"effect = {effect:g}: must be above -1 and not 0, such as 0.2")
+    base = observer or Observer()
+    webers = {name: getattr(base, name) for name in Observer.model_fields if name.endswith("weber")}
+    changed = base.model_copy(update={name: value * (1.0 + effect) for name, value in webers.items()})
+    plans = [protocol, protocol.model_copy(update={"seed": protocol.seed + 1})]
+    return plans, [
+        simulate(plan, system, pool, seed, observer=own) for plan, own in zip(plans, (base, changed), strict=True)
+    ]
+
+
+def first_trials(trials: pandas.DataFrame, count: int) -> pandas.DataFrame:
+    """Return of each participant and condition the first trials that counted; 0 is all.
+
+    Raises
+    ------
+    FrictionloopError
+        Where there are fewer.
+    """
+    counted = trials[trials["counted"] == 1]
+    per = counted.groupby(["participant", "condition"])
+    most = int(per.size().min()) if len(counted) else 0
+    if count and not 5 <= count <= most:
+        raise FrictionloopError(f"trials = {count}: must be 5 to {most}, which this protocol gives")
+    return per.head(count) if count else counted
+
+
+def differences(plans: Sequence[Protocol], tables: Sequence[pandas.DataFrame]) -> dict[str, Array]:
+    """Return by condition how much what is found of each participant has changed, NaN where it was not found."""
+    one, two = (
+        fits(plan, table, ("requested",)).set_index(["condition", "participant"])["value"]
+        for plan, table in zip(plans, tables, strict=True)
+    )
+    change = two.reindex(one.index) - one
+    return {name: change[name].to_numpy() for name in dict.fromkeys(one.index.get_level_values(0))}
+
+
+def shares(change: Array, n: int, studies: int, seed: int) -> tuple[float, float, float]:
+    """Return the share of studies of n that find a change, and its 95 % interval over pools of participants.
+
+    Parameters
+    ----------
+    change : array
+        Change of each participant of the pool.
+    n : int
+        Participants of a study.
+    studies : int
+        Studies that are drawn from a pool.
+    seed : int
+        Seed of what is drawn.
+    """
+    rng = np.random.default_rng([seed, 7, n])
+    share = _found(change[rng.integers(0, change.size, (studies, n))])
+    anew = [change[rng.integers(0, change.size, change.size)] for _ in range(POOLS)]
+    others = [_found(pool[rng.integers(0, pool.size, (studies, n))]) for pool in anew]
+    low, high = np.quantile(others, (0.025, 0.975))
+    return share, float(low), float(high)
+
+
+def _found(change: Array) -> float:
+    """Return the share of studies, a row each, in which a paired t-test finds a change."""
+    n = change.shape[1]
+    spread = change.std(axis=1, ddof=1)
     # A draw of one participant alone has no spread, and shows nothing.
-    known = np.ptp(some[:, :, 1] - some[:, :, 0], axis=1) > 0
-    p = np.ones(studies)
-    p[known] = ttest_rel(some[known, :, 1], some[known, :, 0], axis=1).pvalue
-    share = float(np.mean(p < LEVEL))
-    half = 1.96 * float(np.sqrt(max(share * (1 - share), 1.0 / studies) / studies))
-    low, high = max(share - half, 0.0), min(share + half, 1.0)
-    return {"condition": condition, "participants": n, "power": share, "low": low, "high": high}
+    t = np.divide(change.mean(axis=1) * np.sqrt(n), spread, out=np.zeros_like(spread), where=spread > 0.0)
+    return float(np.mean(np.abs(t) > student.ppf(1.0 - 0.5 * LEVEL, n - 1)))
+
+
+def summary(found: pandas.DataFrame) -> list[tuple[Any, ...]]:
+    """Return the rows of a table: trials, participants, and of each condition power and interval in percent."""
+    names = list(dict.fromkeys(found["condition"]))
+    rows: list[tuple[Any, ...]] = [("trials", "participants", *names)]
+    for (trials, people), some in found.groupby(["trials", "participants"], sort=False):
+        of = some.set_index("condition")
+        cells = (f"{100 * own.power:.0f} % ({100 * own.low:.0f} to {100 * own.high:.0f})" for own in of.itertuples())
+        rows.append((f"{trials}" if trials else "all", f"{people}", *cells))
+    return rows
