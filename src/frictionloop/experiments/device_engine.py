@@ -65,7 +65,9 @@ class DeviceEngine:
         found: list[Presented] = []
         for interval, stroke in enumerate(strokes, 1):
             is_open = stroke.system.controller.kind == "lookup"
-            self._upload(self._base if is_open else stroke.system)
+            # The finger moves by itself: which samples count is told by the guide, not by a simulated participant.
+            own = stroke.system.model_copy(update={"motion": self._base.motion})
+            self._upload(self._base if is_open else own)
             if self._waits:
                 time.sleep(timeline.gap_s if found else timeline.cue_s)
             shown.cued(interval, stroke.duration_s)

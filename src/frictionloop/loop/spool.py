@@ -6,6 +6,7 @@ there, with a checksum per chunk. No number of rows is held in memory.
 
 from __future__ import annotations
 
+import errno
 import os
 import secrets
 import shutil
@@ -13,7 +14,7 @@ import tempfile
 from collections.abc import Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import IO, Any, NamedTuple
 
 import h5py
 import numpy as np
@@ -79,10 +80,12 @@ class Spool:
         self.partial = self.path.with_name(f"{self.path.stem}.partial-{secrets.token_hex(4)}.h5")
         check_target(self.path)
         try:
-            self._ballast = tempfile.TemporaryFile(dir=self.path.absolute().parent)  # noqa: SIM115
-            self._ballast.write(bytes(BALLAST_BYTES))
-            self._ballast.flush()
-            self._file = h5py.File(self.partial, "x", libver="v110")
+            self._ballast = _ballast(self.path.absolute().parent)
+            try:
+                self._file = h5py.File(self.partial, "x", libver="v110")
+            except OSError:
+                self._ballast.close()
+                raise
         except OSError as error:
             raise FrictionloopError(f"{path}: cannot be written ({error.strerror or error})") from None
         self._prepare(attrs, counts)
@@ -181,6 +184,18 @@ class Spool:
         if self._held is not None:
             os.close(self._held)
             self._held = None
+
+
+def _ballast(folder: Path) -> IO[bytes]:
+    """Return an open file without a name that keeps room on the disk; it is closed where there is none."""
+    file = tempfile.TemporaryFile(dir=folder, buffering=0)  # noqa: SIM115
+    try:
+        if file.write(bytes(BALLAST_BYTES)) < BALLAST_BYTES:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    except OSError:
+        file.close()
+        raise
+    return file
 
 
 def scalars(file: h5py.File) -> list[str]:
