@@ -4,6 +4,11 @@ from __future__ import annotations
 
 import time
 
+from live_engines import Echo
+
+from frictionloop.device.live_session import Session
+from frictionloop.studio.room import Room
+
 
 def until(what, timeout_s=10.0):
     """Wait until something is true, and return it."""
@@ -12,6 +17,13 @@ def until(what, timeout_s=10.0):
         assert time.monotonic() < end, "waited in vain"
         time.sleep(0.02)
     return value
+
+
+def room_of(engine=None, ghost=False):
+    """Return a room whose second loop is shown only when asked for."""
+    room = Room(Session(engine or Echo()))
+    room.session.ghost_on = ghost
+    return room
 
 
 def seen(page, expression, timeout_s=10.0):

@@ -6,23 +6,15 @@ import numpy as np
 import pytest
 from live_engines import GRATING, Echo
 from studio_files import wav
-from studio_pages import opened, seen, until
+from studio_pages import opened, room_of, seen, until
 
 import frictionloop as fl
 from frictionloop.device.live_engine import TwinEngine
-from frictionloop.device.live_session import Session
-from frictionloop.studio.room import Room
 from frictionloop.studio.safe import Doors
 
 pytestmark = pytest.mark.slow
 LOST = "WebSocket", "ERR_CONNECTION", "403", "404"
 """What a browser itself says of a server that is gone or does not let it in."""
-
-
-def room_of(engine=None, ghost=False):
-    room = Room(Session(engine or Echo()))
-    room.session.ghost_on = ghost
-    return room
 
 
 def drag(page, strokes=3, half_px=220):

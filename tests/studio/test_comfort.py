@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from live_engines import Echo
-from studio_pages import opened, seen, until
+from studio_pages import opened, room_of, seen, until
 
 from frictionloop.device.live_session import Session
 from frictionloop.studio.room import Room
@@ -21,12 +21,6 @@ class Ripple(Echo):
         rows = super().advance(path)
         rows[4] = 0.4 + 0.1 * np.sin(2 * np.pi * 100 / 5000 * (self.ticks + np.arange(len(path))))
         return rows
-
-
-def room_of(ghost=False):
-    room = Room(Session(Echo()))
-    room.session.ghost_on = ghost
-    return room
 
 
 def test_a_bank_card_sets_the_scale_and_it_is_kept(page, serve):
