@@ -12,16 +12,24 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from scipy.signal import sosfilt
 
 from frictionloop.experiments.delivered import force_of, rate_of
-from frictionloop.experiments.protocol import Protocol
+from frictionloop.experiments.feeling import (
+    FAINTEST,
+    UNCLEAR,
+    asked_along,
+    felt_spacing_mm,
+    strength_along,
+    strength_of_period,
+    weigh,
+)
+from frictionloop.experiments.protocol import Protocol, with_fields
 from frictionloop.experiments.psychometric import JND_Z
 from frictionloop.loop.record import system_of
 from frictionloop.parameters import Skin, System
 from frictionloop.parameters.block import Block, NotNegative, Number, Positive
 from frictionloop.parameters.motion import Strokes
-from frictionloop.perception import force_threshold_n, weighting_sos
+from frictionloop.perception import force_threshold_n
 from frictionloop.quantities.checks import Array
 
 ROOM = 1.6
@@ -160,7 +168,8 @@ class SimulatedParticipant:
         """Return what a stroke feels like, and the standard deviation of that feeling.
 
         friction: the mean force F, with sqrt((w F)^2 + F_th(1 Hz)^2). pattern: its strength D in units of its
-        threshold, with sqrt(1 + (w D)^2). spacing: where the force, weighted by the thresholds, repeats; one below
+        threshold, with sqrt(1 + (w D)^2); the participant knows the pattern, and takes no other force for it. spacing:
+        where the force, weighted by the thresholds, repeats; one below
         threshold is guessed.
         """
         force, keep = run[force_of(run)].values, run["scored"].values
@@ -172,43 +181,18 @@ class SimulatedParticipant:
             return mean, math.hypot(scale * self.observer.weber * mean, float(force_threshold_n(1.0, self.skin)))
         weighted, place = weigh(force, keep, rate_of(run), self.skin), 1e3 * run["position"].values[keep]
         if self.protocol.attribute == "pattern":
-            strength = pattern_strength(weighted, place, system_of(run).setpoint)
+            strength = self._strength(run, weighted, place)
             return strength, math.hypot(1.0, scale * self.observer.pattern_weber * strength)
         spacing = felt_spacing_mm(weighted, place)
-        clear = max(float(np.sqrt(np.mean(weighted**2))), 1e-3)
-        return spacing, spacing * math.hypot(scale * self.observer.spacing_weber, 0.5 / clear)
+        clear = max(float(np.sqrt(np.mean(weighted**2))), FAINTEST)
+        return spacing, spacing * math.hypot(scale * self.observer.spacing_weber, UNCLEAR / clear)
 
-
-SETTLES_S = 0.15
-"""Time that the weighting filter is given to forget where a stroke began (assumed)."""
-
-
-def weigh(force: Array, keep: Array, rate_hz: float, skin: Skin) -> Array:
-    """Return the scored part of a force in units of its threshold, its straight line taken off."""
-    part = force[keep]
-    index = np.arange(part.size)
-    line = np.polynomial.Polynomial.fit(index, part, 1)
-    return np.asarray(sosfilt(weighting_sos(rate_hz, skin), part - line(index)))
-
-
-def pattern_strength(weighted: Array, place_mm: Array, source: Any) -> float:
-    """Return the rms of what of a weighted force repeats with the pattern, which the participant knows; else of all."""
-    period_mm = getattr(getattr(source, "effect", None), "period_mm", None)
-    if not period_mm:
-        return float(np.sqrt(np.mean(weighted**2)))
-    return math.sqrt(2.0) * abs(complex(np.mean(weighted * np.exp(2j * math.pi * place_mm / period_mm))))
-
-
-SHORTEST_MM, LONGEST_MM = 0.5, 12.0
-"""Spacings that a finger tells apart (assumed)."""
-
-
-def felt_spacing_mm(weighted: Array, place_mm: Array) -> float:
-    """Return the spacing at which a weighted force repeats most: the peak of its spectrum over place."""
-    order = np.argsort(place_mm)
-    x = np.linspace(place_mm.min(), place_mm.max(), 2048)
-    even = np.interp(x, place_mm[order], weighted[order]) * np.hanning(x.size)
-    power = np.abs(np.fft.rfft(even, 8 * x.size)) ** 2
-    per_mm = np.fft.rfftfreq(8 * x.size, x[1] - x[0])
-    inside = (per_mm >= 1.0 / LONGEST_MM) & (per_mm <= 1.0 / SHORTEST_MM)
-    return float(1.0 / per_mm[inside][int(np.argmax(power[inside]))])
+    def _strength(self, run: xr.Dataset, weighted: Array, place_mm: Array) -> float:
+        """Return how strong the pattern is in a weighted force: of one with a period wherever it begins."""
+        effect, protocol = system_of(run).setpoint.effect, self.protocol  # type: ignore[attr-defined]
+        if effect.period_mm:
+            return strength_of_period(weighted, place_mm, effect.period_mm)
+        level = max(protocol.method.extremes(), key=abs)
+        most = with_fields(effect, {protocol.stimulus.field: protocol.stimulus.value(level)})
+        known = weigh(asked_along(most, run), run["scored"].values, rate_of(run), self.skin)
+        return strength_along(weighted, known)

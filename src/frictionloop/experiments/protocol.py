@@ -70,7 +70,7 @@ class Stimulus(Block):
         FrictionloopError
             For a field that the effect does not have, or a value that it does not take.
         """
-        return _with(self.effect, {**(changes or {}), self.field: self.value(level)})
+        return with_fields(self.effect, {**(changes or {}), self.field: self.value(level)})
 
 
 class Protocol(Description):
@@ -201,7 +201,7 @@ def to_toml(of: Protocol) -> str:
 _FOLDER = resources.files("frictionloop.experiments") / "protocols"
 
 
-def _with(effect: Effect, changes: dict[str, Any]) -> Effect:
+def with_fields(effect: Effect, changes: dict[str, Any]) -> Effect:
     """Return an effect with some fields changed, by dotted names; numbers name one of several parts."""
     tree = effect.model_dump()
     for name, value in changes.items():
