@@ -12,7 +12,7 @@ DRIFT = 2e-4
 STEP_S = 2e-4
 """Step of the device's clock: one tick."""
 KEPT = 256
-"""Readings that are kept."""
+"""Readings that are kept (assumed)."""
 SPAN_S = 5.0
 """Span of readings from which on the rate is told from them; before, it is taken as 1 (assumed)."""
 

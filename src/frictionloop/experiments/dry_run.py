@@ -20,7 +20,7 @@ MOST_TRIALS = 20_000
 ANSWER_S = 1.0
 """Time that an answer is counted with (assumed)."""
 PEOPLE = 200
-"""Fingers that the share in reach is told of."""
+"""Fingers that the share in reach is told of (assumed)."""
 
 
 class Checked(NamedTuple):

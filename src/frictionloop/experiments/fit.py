@@ -15,12 +15,13 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.checks import Array, numbers
 
 POINTS = (61, 31, 9)
-"""Values of threshold, spread and lapse rate on the grid."""
+"""Values of threshold, spread and lapse rate on the grid (assumed)."""
 LARGEST_LAPSE = 0.2
+"""Of the grid (assumed)."""
 LAPSE_PRIOR = (1.0, 10.0)
 """Beta prior of the lapse rate, and of the guess rate where it is free (psignifit 4's)."""
 LEVELS = 6
-"""Groups of about equal size that the dispersion is told of, and figures show."""
+"""Groups of about equal size that the dispersion is told of, and figures show (assumed)."""
 
 
 class Fit(NamedTuple):

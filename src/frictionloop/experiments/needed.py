@@ -13,7 +13,7 @@ from frictionloop.physics.fingers import Fingers, fingers, reach
 from frictionloop.rendering.track import Track
 
 PLACES = 1001
-"""Places along a stroke at which an effect is asked."""
+"""Places along a stroke at which an effect is asked (assumed: 60 um apart on 30 mm)."""
 
 
 class Needed(NamedTuple):

@@ -33,7 +33,7 @@ from frictionloop.perception import force_threshold_n
 from frictionloop.quantities.checks import Array
 
 ROOM = 1.6
-"""Way of a simulated stroke over that asked for, so that a quick finger does not turn before the end."""
+"""Way of a simulated stroke over that asked for, so that a quick finger does not turn before the end (assumed)."""
 
 
 class Observer(Block):

@@ -29,7 +29,7 @@ class StrokeGuide(Block):
     direction: Literal["forth", "back", "both"] = "forth"
     """Way along the plate; both is forth and back."""
     length_mm: Positive = 30.0
-    """Way of one stroke."""
+    """Way of one stroke (assumed)."""
     speed_mm_s: Positive = 20.0
     """Speed that the guide shows (paper, Sec. 4.2)."""
     load_n: Positive = 0.5
@@ -45,13 +45,13 @@ class Timeline(Block):
     """The course of a trial: a cue, a stroke in each interval, the time to answer, feedback."""
 
     cue_s: NotNegative = 0.5
-    """Time from the cue to the first stroke."""
+    """Time from the cue to the first stroke (assumed)."""
     stroke: StrokeGuide = StrokeGuide()
     """Stroke of each interval."""
     gap_s: NotNegative = 0.5
-    """Time between two intervals; the finger goes back in it."""
+    """Time between two intervals; the finger goes back in it (assumed)."""
     response_s: Positive = 5.0
-    """Time in which an answer counts, from the end of the last stroke."""
+    """Time in which an answer counts, from the end of the last stroke (assumed)."""
     feedback: bool = False
     """Whether the participant is told if the answer was right; in practice they always are."""
 
@@ -93,13 +93,13 @@ class Validity(Block):
     """What a stroke must be for its trial to count, and what happens if it is not."""
 
     speed_mm_s: Range = (10.0, 40.0)
-    """Least and largest mean speed where the force is scored."""
+    """Least and largest mean speed where the force is scored (assumed: half and twice the guide's)."""
     load_n: Range = (0.2, 1.5)
-    """Least and largest mean load."""
+    """Least and largest mean load (assumed)."""
     contact_share: Share = 0.4
-    """Least share of the stroke that is scored: the finger slides and is down."""
+    """Least share of the stroke that is scored: the finger slides and is down (assumed)."""
     saturated_share: Share = 0.5
-    """Largest share of scored periods with a clamped command."""
+    """Largest share of scored periods with a clamped command (assumed)."""
     rms_error_n: Positive | None = None
     """Largest rms error of the force; None is any."""
     lost_samples: Count = 0
@@ -107,7 +107,7 @@ class Validity(Block):
     then: Literal["repeat", "mark"] = "repeat"
     """Repeat the trial, or keep it with a mark and go on."""
     repeats: Count = 3
-    """Most repetitions of one trial, which is then kept with a mark."""
+    """Most repetitions of one trial, which is then kept with a mark (assumed)."""
 
     @field_validator("speed_mm_s", "load_n")
     @classmethod

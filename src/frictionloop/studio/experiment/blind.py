@@ -19,7 +19,7 @@ OPEN = ("trial", "block", "phase", "valid", "counted", "again", "repeat_of")
 SECRET = ("condition", "requested", "delivered", "comparison", "correct", "response", "method_state")
 """Columns that are shown without blinding alone."""
 POINTS = 150
-"""Points of a trace on the page."""
+"""Points of a trace on the page (assumed)."""
 MOST_MN = 100.0
 """Largest error that is told blind: before the finger slides the error is the set-point itself (assumed)."""
 

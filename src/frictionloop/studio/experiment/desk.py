@@ -22,8 +22,9 @@ from frictionloop.studio.experiment.hub import EXPERIMENTER, PARTICIPANT, Hub
 GRACE_S = 1.0
 """Time after the window in which an answer that was in time may still arrive (assumed)."""
 LIVE_S = 1 / 30
-"""How often a page is told of a stroke that goes on."""
+"""How often a page is told of a stroke that goes on (assumed)."""
 LONGEST_NOTE = 500
+"""Characters of a note (assumed)."""
 WAIT_S = 0.1
 """How often a wait looks whether it was ended (assumed)."""
 
