@@ -59,6 +59,9 @@ def test_a_bundled_protocol_survives_its_file_and_passes_its_check(name, tmp_pat
     path = tmp_path / "copy.toml"
     path.write_text(to_toml(plan))
     assert Protocol.from_tree(read_tree(path)) == plan
+    text = path.read_text()
+    assert "# masking_db =  # Masking noise" in text or plan.masking_db is not None
+    assert "accepts latin, given, random" in text
     found = check(plan, study_system())
     assert found.trials[0] > 0
     assert found.share_in_reach > 0.5

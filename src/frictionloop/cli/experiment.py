@@ -51,7 +51,7 @@ def new(
     *,
     start: Annotated[flags.Run[str], Parameter(name="from")] = "jnd-friction-staircase",
 ) -> None:
-    """Write a protocol to begin with, each key with its unit and meaning.
+    """Write a protocol to begin with, each key with its unit, meaning and what it accepts.
 
     Parameters
     ----------

@@ -48,11 +48,12 @@ class Stimulus(Block):
     field: str = "level_n"
     """Dotted name of the field of the effect that the level enters."""
     standard: Number | None = None
-    """Value of that field in the standard; None where a trial has no standard."""
+    """Value of that field in the standard; left out where a trial has no standard."""
     adds: bool = True
     """Whether the level is added to the standard; else the field is the level itself."""
     delivered: Literal["declared", "mean", "contrast", "asked"] = "declared"
-    """What is taken as delivered of it; declared is what the effect says (experiments/delivered)."""
+    """What is taken as delivered of it: the mean force, how much of the pattern is in it, or what was asked; declared
+    takes what fits the effect."""
 
     def value(self, level: float | None) -> float:
         """Return the value of the field at a level; None is the standard."""
@@ -110,7 +111,7 @@ class Protocol(Description):
     blind: bool = True
     """Whether the experimenter's page hides condition, level, set-point and answers while the session runs."""
     masking_db: Annotated[Number, Field(ge=-60, le=0)] | None = None
-    """Masking noise on the participant's page against the plate's sound, dB under full scale; None is silence."""
+    """Masking noise on the participant's page against the plate's sound, dB under full scale; left out it is silent."""
     conditions: tuple[Condition, ...] = (Condition(name="closed"),)
     """Conditions that each participant goes through."""
     system: dict[str, Any] = Field(default_factory=dict)
@@ -194,8 +195,8 @@ def bundled() -> list[str]:
 
 
 def to_toml(of: Protocol) -> str:
-    """Return a protocol as TOML text, each key with its unit and meaning as a comment."""
-    return block_toml(of)
+    """Return a protocol as TOML text, each key with its unit, meaning and what it accepts as a comment."""
+    return block_toml(of, form=True)
 
 
 _FOLDER = resources.files("frictionloop.experiments") / "protocols"

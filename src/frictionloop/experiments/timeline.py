@@ -74,7 +74,7 @@ class Blocks(Block):
 
 
 class Stop(Block):
-    """When a condition is over: when the first of these holds, or the method ends by itself; None is never."""
+    """When a condition is over: when the first of these holds, or the method ends by itself."""
 
     trials: Annotated[Whole, Field(ge=1, le=10_000)] | None = None
     """Trials that counted."""
@@ -101,7 +101,7 @@ class Validity(Block):
     saturated_share: Share = 0.5
     """Largest share of scored periods with a clamped command (assumed)."""
     rms_error_n: Positive | None = None
-    """Largest rms error of the force; None is any."""
+    """Largest rms error of the force; left out it is any."""
     lost_samples: Count = 0
     """Most samples that may be lost."""
     then: Literal["repeat", "mark"] = "repeat"

@@ -7,7 +7,7 @@ import re
 import tomllib
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel
 
@@ -195,51 +195,64 @@ def to_toml(system: Description, every: bool = True, said: Sequence[str] = ()) -
     return file.as_string()
 
 
-def block_toml(block: BaseModel) -> str:
-    """Return one block by itself as TOML text."""
+def block_toml(block: BaseModel, form: bool = False) -> str:
+    """Return one block by itself as TOML text.
+
+    Parameters
+    ----------
+    block : Block
+        What to write.
+    form : bool
+        Whether it is to be filled in: keys without a value stand there as comments, and words say what is accepted.
+    """
     import tomlkit
 
     file = tomlkit.document()
     file.add("schema", tomlkit.item(SCHEMA))
-    _fill(file, block, True)
+    _fill(file, block, True, form)
     return file.as_string()
 
 
-def _table(block: BaseModel, every: bool) -> Table:
+def _table(block: BaseModel, every: bool, form: bool) -> Table:
     import tomlkit
 
     table = tomlkit.table(is_super_table=False)
-    _fill(table, block, every)
+    _fill(table, block, every, form)
     return table
 
 
-def _fill(table: Any, block: BaseModel, every: bool) -> None:
+def _fill(table: Any, block: BaseModel, every: bool, form: bool = False) -> None:
     """Add the values of a block to a table or a file."""
     import tomlkit
 
     values = {key: (getattr(block, key), type(block).model_fields[key]) for key in block.model_dump()}
     # What follows depends on the kind, which an inherited value may precede; tables end a table.
     for key, (value, field) in sorted(values.items(), key=lambda item: (_is_block(item[1][0]), item[0] != "kind")):
+        if value is None and form:
+            table.add(tomlkit.comment(f"{key} =  # {_said(key, field.description or '')}"))
         if value is None or not (every or key not in RARE or value != field.get_default(call_default_factory=True)):
             continue
         if _is_block(value):
             several = isinstance(value, tuple)
-            table.add(key, _several(value, every) if several else _table(value, every))
+            table.add(key, _several(value, every, form) if several else _table(value, every, form))
         else:
             entry = tomlkit.item(value)
             own = value != field.get_default(call_default_factory=True)
-            if said := _said(key, _SOURCE.sub("", field.description or "") if own else field.description or ""):
+            said = _said(key, _SOURCE.sub("", field.description or "") if own else field.description or "")
+            if form and (accepted := get_args(field.annotation))[1:] and get_origin(field.annotation) is Literal:
+                said += f"; accepts {', '.join(accepted)}"
+            if said:
                 entry.comment(said).trivia.comment_ws = "  "
             table.add(key, entry)
 
 
-def _several(blocks: tuple[BaseModel, ...], every: bool) -> Any:
+def _several(blocks: tuple[BaseModel, ...], every: bool, form: bool) -> Any:
     """Return blocks of one name as an array of tables."""
     import tomlkit
 
     array = tomlkit.aot()
     for block in blocks:
-        array.append(_table(block, every))
+        array.append(_table(block, every, form))
     return array
 
 
