@@ -1,10 +1,9 @@
 """A session is a folder that can be left at any moment, and goes on as if it had not been."""
 
+import multiprocessing
 import os
 import shutil
 import signal
-import subprocess
-import sys
 import time
 
 import numpy as np
@@ -72,15 +71,7 @@ def test_intervals_of_unequal_length_are_kept_whole(whole, tmp_path):
         assert not interval["scored"][rows:].any()
 
 
-KILLED = """
-import sys
-from pathlib import Path
-from frictionloop.experiments.running import resume
-resume(Path(sys.argv[1]))
-"""
-
-
-@pytest.mark.slow
+@pytest.mark.soak
 @pytest.mark.timeout(1800)
 def test_a_session_killed_at_50_random_moments_loses_no_row(whole, tmp_path):
     path = tmp_path / "P01"
@@ -88,18 +79,20 @@ def test_a_session_killed_at_50_random_moments_loses_no_row(whole, tmp_path):
     expected = (whole / "trials.tsv").read_text()
     header = expected.splitlines(keepends=True)[0]
     rng, kills = np.random.default_rng(1), 0
+    made = multiprocessing.get_context("forkserver")  # a process that imported all it needs is copied for each
+    made.set_forkserver_preload(["frictionloop.experiments.running"])
     (path / "trials.tsv").write_text(header)
     before = header
     while kills < 50:
-        process = subprocess.Popen([sys.executable, "-c", KILLED, str(path)], env=os.environ, stderr=subprocess.DEVNULL)
         log, size = path / "log.jsonl", (path / "log.jsonl").stat().st_size
-        while log.stat().st_size == size and process.poll() is None:  # it has the session open from then on
+        process = made.Process(target=resume, args=(path,))
+        process.start()
+        while log.stat().st_size == size and process.is_alive():  # it has the session open from then on
             time.sleep(0.01)
-        time.sleep(float(rng.uniform(0.0, 1.5)))
-        if process.poll() is None:
-            process.send_signal(signal.SIGKILL)
-            kills += 1
-        process.wait()
+        process.join(float(rng.uniform(0.0, 1.5)))
+        process.kill()
+        process.join()
+        kills += process.exitcode == -signal.SIGKILL
         now = (path / "trials.tsv").read_text()
         assert now.startswith(before)
         assert expected.startswith(now)

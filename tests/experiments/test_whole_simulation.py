@@ -34,7 +34,7 @@ def true_jnd_n(plan, observer, finger):
     return float(norm.ppf(0.75)) * math.sqrt(2) * one
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 @pytest.mark.timeout(1500)
 def test_95_percent_intervals_hold_the_jnd_that_each_simulated_participant_has():
     """Over the level delivered; the bound is where fewer held in one of 200 such studies."""
