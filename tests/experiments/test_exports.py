@@ -1,8 +1,11 @@
 """Sessions in other programs: BIDS by its own validator and its rules, scipy and pandas, streams of LSL."""
 
 import json
+import os
 import shutil
 import subprocess
+import sysconfig
+from pathlib import Path
 
 import numpy as np
 import pandas
@@ -56,10 +59,15 @@ def test_names_and_columns_are_those_of_the_bids_schema(dataset):
         assert json.loads(each.read_text())
 
 
-@pytest.mark.skipif(shutil.which("bids-validator-deno") is None, reason="no bids-validator-deno on the PATH")
+VALIDATOR = shutil.which("bids-validator-deno", path=sysconfig.get_path("scripts"))
+"""Of the environment that the tests run in."""
+
+
+@pytest.mark.skipif(VALIDATOR is None, reason="no bids-validator-deno in this environment")
 def test_the_validator_of_bids_finds_no_error(dataset):
-    command = ["bids-validator-deno", str(dataset), "--ignoreWarnings"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    path = f"{Path(VALIDATOR).parent}{os.pathsep}{os.environ['PATH']}"  # it calls deno
+    command = [VALIDATOR, str(dataset), "--ignoreWarnings"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=os.environ | {"PATH": path})
     assert "[ERROR]" not in done.stdout + done.stderr
     assert "appears to be BIDS compatible" in done.stdout + done.stderr
 
