@@ -77,7 +77,11 @@ def power(
     if min(participants) < 2:
         raise FrictionloopError(f"participants = {min(participants)}: must be at least 2")
     rows = []
-    plans, tables = twice(protocol, effect, system, pool, seed, observer)
+    again, changed = another_day(protocol, effect, observer)
+    plans = [protocol, again]
+    tables = [
+        simulate(plan, system, pool, seed, observer=own) for plan, own in zip(plans, (observer, changed), strict=True)
+    ]
     for count in trials or [0]:
         pairs = differences(plans, [first_trials(table, count) for table in tables])
         for condition, change in pairs.items():
@@ -89,12 +93,8 @@ def power(
     return pandas.DataFrame(rows)
 
 
-def twice(
-    protocol: Protocol, effect: float, system: System | None, pool: int, seed: int, observer: Observer | None = None
-) -> tuple[list[Protocol], list[pandas.DataFrame]]:
-    """Return protocol and trials of participants as they are, and with all Weber fractions changed.
-
-    The second time is another day: other seeds of the same fingers.
+def another_day(protocol: Protocol, effect: float, observer: Observer | None = None) -> tuple[Protocol, Observer]:
+    """Return a protocol with other seeds, and an observer with all Weber fractions times 1 + effect.
 
     Raises
     ------
@@ -106,10 +106,7 @@ def twice(
     base = observer or Observer()
     webers = {name: getattr(base, name) for name in Observer.model_fields if name.endswith("weber")}
     changed = base.model_copy(update={name: value * (1.0 + effect) for name, value in webers.items()})
-    plans = [protocol, protocol.model_copy(update={"seed": protocol.seed + 1})]
-    return plans, [
-        simulate(plan, system, pool, seed, observer=own) for plan, own in zip(plans, (base, changed), strict=True)
-    ]
+    return protocol.model_copy(update={"seed": protocol.seed + 1}), changed
 
 
 def first_trials(trials: pandas.DataFrame, count: int) -> pandas.DataFrame:
