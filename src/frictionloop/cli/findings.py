@@ -114,8 +114,8 @@ def _found(found: Report, out: Path | None, figure: Path | None, json: bool) -> 
 
     rows = [("condition", "level", "participants", measure(plan)[0], "95 %")]
     for each in found.groups.itertuples():
-        told = (f"{each.mean:.3g}", f"{each.low:.3g} to {each.high:.3g}") if each.participants else ("–", "")
-        rows.append((each.condition, each.level, str(each.participants), *told))
+        value = (f"{each.mean:.3g}", f"{each.low:.3g} to {each.high:.3g}") if each.participants else ("–", "")
+        rows.append((each.condition, each.level, str(each.participants), *value))
     counted = int(trials["counted"].sum())
     screen.show(
         screen.columns(

@@ -1,0 +1,56 @@
+"""``frictionloop experiment`` as it is typed: what it says of a session, and what it refuses before it simulates."""
+
+from pathlib import Path
+
+import pytest
+
+from frictionloop.cli.experiment import _range
+from frictionloop.cli.findings import without
+from frictionloop.experiments.planning import power
+from frictionloop.experiments.protocol import read_protocol
+from frictionloop.experiments.summary import fits
+from frictionloop.experiments.table import COLUMNS
+from frictionloop.quantities import FrictionloopError
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "least"),
+    [("participants", "1:4", 2), ("trials", "2:60", 5), ("trials", "60:20", 5), ("participants", "6-40", 2)],
+)
+def test_a_range_that_is_none_is_named(name, text, least):
+    with pytest.raises(FrictionloopError, match=f"{name} = '{text}': must be from:to.*each from {least} to 1000"):
+        _range(name, text, least)
+
+
+def test_a_range_has_its_ends_and_its_step():
+    assert _range("trials", "20:60:20", 5) == [20, 40, 60]
+    assert _range("participants", "6:8", 2) == [6, 7, 8]
+
+
+@pytest.mark.parametrize(("effect", "people", "said"), [(0.0, [4], "effect = 0"), (0.2, [1], "participants = 1")])
+def test_power_refuses_before_it_simulates(effect, people, said):
+    with pytest.raises(FrictionloopError, match=said):
+        power(read_protocol("study-friction"), effect, people)
+
+
+def test_a_participant_without_a_threshold_is_told_with_the_reason():
+    import pandas
+
+    plan = read_protocol("jnd-friction-staircase")
+    row = dict.fromkeys(COLUMNS, 0) | {"participant": "P01", "condition": "closed", "counted": 1, "result": 1.0}
+    trials = pandas.DataFrame([row | {"requested": 0.01 * k, "delivered": 0.01 * k} for k in range(3)])
+    (line,) = without(fits(plan, trials), "threshold")
+    assert line == "1 without a threshold: fit: 3 trials over 0.02: 5 at two levels are needed"
+
+
+def test_the_protocol_of_the_page_passes_its_check(tmp_path):
+    """The one that docs/experiments.md shows."""
+    from frictionloop.experiments.dry_run import check
+    from frictionloop.experiments.study import study_system
+
+    page = (Path(__file__).parents[2] / "docs" / "experiments.md").read_text(encoding="utf-8")
+    own = tmp_path / "own.toml"
+    own.write_text(page.partition("```toml\n")[2].partition("```")[0], encoding="utf-8")
+    found = check(read_protocol(own), study_system())
+    assert found.needed.low_n < 0.45 < found.needed.high_n
+    assert found.trials[0] >= 80
