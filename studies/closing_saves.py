@@ -1,8 +1,8 @@
 """What closing the loop saves in an experiment on differences of friction: participants, and trials.
 
-``python -m studies.closing_saves`` lets 96 simulated participants take part in ``study-friction``, and again with all
-Weber fractions a fifth larger. It keeps what each of them has after 20, 40 and 60 trials of each loop, and for
-*pages/open-or-closed.md* what follows. ``python -m studies.closing_saves again`` makes the tables anew.
+``python -m studies.closing_saves`` lets 96 simulated participants take part in ``study-friction``, and 48 of them on
+another day with all Weber fractions a fifth larger. It keeps what each of them has after 20, 40 and 60 trials of each
+loop, and what follows for *docs/experiments.md*. ``python -m studies.closing_saves again`` makes the tables anew.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 import pandas  # type: ignore[import-untyped]
 
-from frictionloop.experiments import fits, read_protocol
-from frictionloop.experiments.planning import first_trials, shares, twice
+from frictionloop.experiments import fits, read_protocol, simulate
+from frictionloop.experiments.planning import another_day, first_trials, shares
 from studies.kept import RESULTS, keep
 
-PEOPLE, EFFECT, TRIALS, STUDIES = 96, 0.2, (20, 40, 60), 400
+PEOPLE, AGAIN, EFFECT, TRIALS, STUDIES = 96, 48, 0.2, (20, 40, 60), 400
 SIZES = (12, 24, 40)
 LOOPS = ("closed", "open")
 DRAWN = 2000
@@ -48,29 +48,15 @@ def saved(kept: pandas.DataFrame) -> list[tuple[str, ...]]:
     for count in TRIALS:
         some = kept[(kept["day"] == 1) & (kept["trials"] == count)]
         own = [1e3 * some[some["loop"] == loop]["threshold_n"].to_numpy() for loop in LOOPS]
-        half = [float(500 * (one["high_n"] - one["low_n"]).median()) for one in _by_loop(some)]
         rows.append(
             (
                 str(count),
                 *(f"{each.mean():.0f} ± {each.std(ddof=1):.0f}" for each in own),
                 _interval(own[1], own[0], drawn, lambda each: each.var(axis=-1, ddof=1)),
                 _interval(own[1], own[0], drawn, lambda each: (each.std(axis=-1, ddof=1) / each.mean(axis=-1)) ** 2),
-                *(f"{each:.1f}" for each in half),
             )
         )
     return rows
-
-
-def trials_alike(kept: pandas.DataFrame) -> float:
-    """Return the trials of the closed loop after which a participant's own interval is that of the open loop after all.
-
-    Of the median halves of intervals, between numbers of trials by the logarithms of both.
-    """
-    some = kept[kept["day"] == 1]
-    half = (some["high_n"] - some["low_n"]).groupby([some["loop"], some["trials"]]).median()
-    # From the longest on, so that halves grow.
-    x = np.log([half["closed", count] for count in reversed(TRIALS)])
-    return float(np.exp(np.interp(np.log(half["open", TRIALS[-1]]), x, np.log(TRIALS[::-1]))))
 
 
 def power(kept: pandas.DataFrame) -> list[tuple[str, ...]]:
@@ -79,17 +65,13 @@ def power(kept: pandas.DataFrame) -> list[tuple[str, ...]]:
     for count in TRIALS:
         some = kept[kept["trials"] == count]
         one, two = (some[some["day"] == day].set_index(["loop", "participant"])["threshold_n"] for day in (1, 2))
-        change = two - one
+        change = (two - one).dropna()
         for n in SIZES:
             found = [shares(change[loop].to_numpy(), n, STUDIES, 0) for loop in LOOPS]
             rows.append(
                 (str(count), str(n), *(f"{100 * a:.0f} % ({100 * b:.0f} to {100 * c:.0f})" for a, b, c in found))
             )
     return rows
-
-
-def _by_loop(kept: pandas.DataFrame) -> list[pandas.DataFrame]:
-    return [kept[kept["loop"] == loop] for loop in LOOPS]
 
 
 def _interval(over: np.ndarray, under: np.ndarray, drawn: np.ndarray, of: Any) -> str:
@@ -103,17 +85,17 @@ def write() -> None:
     """Keep the tables that follow from the rows."""
     kept = read()
     loops = [f"{loop}, mean ± SD (mN)" for loop in LOOPS]
-    halves = [f"half an own interval, {loop} (mN)" for loop in LOOPS]
     ratios = ("participants, same interval", "participants, same share")
-    keep("closing-saves", "closing_saves", ("trials", *loops, *ratios, *halves), saved(kept))
+    keep("closing-saves", "closing_saves", ("trials", *loops, *ratios), saved(kept))
     keep("closing-power", "closing_saves", ("trials", "participants", *LOOPS), power(kept))
-    print(f"trials of the closed loop alike {TRIALS[-1]} of the open one: {trials_alike(kept):.0f}")
 
 
 def main() -> None:
     """Simulate, and keep."""
-    found = twice(read_protocol("study-friction"), EFFECT, None, PEOPLE, 0)
-    keep("closing-people", "closing_saves", HEADS, people(*found))
+    plan = read_protocol("study-friction")
+    again, changed = another_day(plan, EFFECT)
+    tables = simulate(plan, participants=PEOPLE), simulate(again, participants=AGAIN, observer=changed)
+    keep("closing-people", "closing_saves", HEADS, people((plan, again), tables))
     write()
 
 
