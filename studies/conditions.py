@@ -10,6 +10,15 @@ from frictionloop.parameters import System, bench
 from frictionloop.physics.fingers import Fingers, fingers
 
 
+CONTACTS = protocol.CONTACTS
+
+
+def limit_observer(contact: str) -> dict[str, float]:
+    """Return what a limit observer is told of a contact: the compliance of the bench's bristles, or that of a slider."""
+    skin = bench().finger
+    return {"controller.compliance_um_per_n": 1e6 / skin.bristle_stiffness_n_m if contact == "dahl" else 0.0}
+
+
 class Strokes(NamedTuple):
     """One speed and contact."""
 

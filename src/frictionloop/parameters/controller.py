@@ -88,7 +88,10 @@ CONTROLLERS = Kinds(
     ObserverController,
     default="pi",
     tuned=True,
-    beside={"super_twisting": "frictionloop.control.super_twisting:SuperTwistingController"},
+    beside={
+        "super_twisting": "frictionloop.control.super_twisting:SuperTwistingController",
+        "limit_observer": "frictionloop.control.limit_observer:LimitObserverController",
+    },
     gone={"tracker": "was removed, since quick steps made it ring; take 'notch_pi' (frictionloop design controller)"},
 )
 Controller = Annotated[Timing, CONTROLLERS]

@@ -1,0 +1,169 @@
+"""Does a law ring after what a hand and a set-point may do? Random histories, then a hold, beside the hold alone.
+
+``python -m studies.histories 40 24`` runs 40 histories on each of 24 capable fingers, writes *results/histories.csv* and
+draws the worst ten in *runs/histories.png*. A finger rings where 0.5 s of the hold that follows have more rms from 100
+to 400 Hz than twice what the same stroke has there without the history, and than 5 mN.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+
+from frictionloop.design.comparison import protocol
+from frictionloop.loop.kernel.slab import LANES
+from frictionloop.loop.simulate import traced
+from frictionloop.parameters import Constant, Steps, System, bench
+from frictionloop.physics.fingers import fingers
+from studies.conditions import CONTACTS, limit_observer
+from studies.kept import keep
+
+HISTORY_S, HOLD_S, WINDOW_S, LEVEL_N = 4.0, 3.0, 0.5, 0.6
+BAND_HZ, FLOOR_N = (100.0, 400.0), 5e-3
+FRESH_SEED = 4711
+"""Of fingers that nothing was tuned or compared on."""
+PICTURE = Path(__file__).parent / "runs" / "histories.png"
+VARIANTS: dict[str, dict[str, Any]] = {
+    "as described": {},
+    "resonance 10 % lower": {"sensor.resonance_hz": 0.9},
+    "resonance 10 % higher": {"sensor.resonance_hz": 1.1},
+    "sensor's pole at 300 Hz": {"sensor.cutoff_hz": 0.3},
+    "skin's damping times 4": {"finger.damping_n_s_m": 4.0},
+    "load 20 % higher": {"motion.load_n": 1.2},
+    "roughness of 0.2": {"friction.roughness_rms": 0.2},
+    "position noise times 10": {"touch.position.noise_um": 10.0},
+    "exact tau, gain 20 % higher": {"gain": 1.2},
+}
+"""Factors on what there is; the law is not told."""
+
+
+class Ringing(NamedTuple):
+    """One finger after one history."""
+
+    excess: float
+    """Largest rms of a window over the larger of twice that without the history and 5 mN: above 1 it rings."""
+    rms_n: float
+    case: Mapping[str, Any]
+    after: np.ndarray
+    """f_a of the hold, N."""
+    alone: np.ndarray
+
+
+def histories(count: int, seed: int) -> Iterator[tuple[Steps, dict[str, Any]]]:
+    """Yield random steps (levels, and times from 20 to 500 ms apart), and the stroke they happen in."""
+    draw = np.random.default_rng(seed)
+    for _ in range(count):
+        quick, slow = np.sort(np.exp(draw.uniform(np.log(0.02), np.log(0.5), 2)))
+        gaps = np.exp(draw.uniform(np.log(quick), np.log(slow) + 1e-9, 400))
+        times = np.append(0.0, np.cumsum(gaps)).round(4)
+        times = np.append(times[times < HISTORY_S], HISTORY_S)
+        levels = np.append(draw.uniform(0.35, 0.8, times.size - 1), LEVEL_N)
+        stroke = {
+            "motion.speed_mm_s": float(draw.choice([20.0, 40.0, 80.0, 150.0])),
+            "motion.stroke_mm": float(draw.choice([40.0, 120.0, 240.0])),
+            "motion.contact_s": float(draw.choice([0.0, 0.0, 1.0])),
+            "finger.contact": str(draw.choice(CONTACTS)),
+        }
+        yield Steps(times_s=tuple(times.tolist()), levels_n=tuple(levels.tolist())), stroke
+
+
+def ringing(system: System, points: Sequence[Mapping[str, Any]], history: Steps, seed: int) -> list[Ringing]:
+    """Return how much each finger rings after a history."""
+    after, alone = (_holds(system.evolve({"setpoint": each}), points, seed) for each in (history, CONSTANT))
+    sos = butter(4, BAND_HZ, "bandpass", fs=system.controller.rate_hz, output="sos")
+    width = round(WINDOW_S * system.controller.rate_hz)
+
+    def windows(run: np.ndarray) -> np.ndarray:
+        return np.sqrt(np.mean(sosfiltfilt(sos, run)[: run.size // width * width].reshape(-1, width) ** 2, axis=1))
+
+    found = []
+    for point, held, plain in zip(points, after, alone, strict=True):
+        rms = windows(held)
+        over = rms / np.maximum(2.0 * windows(plain), FLOOR_N)
+        k = int(np.argmax(over))
+        found.append(Ringing(float(over[k]), float(rms[k]), point, held, plain))
+    return found
+
+
+CONSTANT = Constant(offset_n=LEVEL_N)
+
+
+def _holds(system: System, points: Sequence[Mapping[str, Any]], seed: int) -> Iterator[np.ndarray]:
+    for start in range(0, len(points), LANES):
+        systems = [system.evolve(dict(point)) for point in points[start : start + LANES]]
+        for run in traced(systems, [seed] * len(systems), HISTORY_S + HOLD_S):
+            yield run["f_a"].values[run["time"].values >= HISTORY_S]
+
+
+def scaled(system: System, point: Mapping[str, Any], factors: Mapping[str, float]) -> dict[str, Any]:
+    """Return a finger with factors on its values, or on those of the system."""
+    found = dict(point)
+    for path, factor in factors.items():
+        if path == "gain":
+            tau = point["friction.susceptibility_per_um2"] / factor
+            found |= {"controller.model.susceptibility_per_um2": tau, "controller.susceptibility_spread": 1.0}
+            continue
+        value: Any = system.evolve(found)
+        for name in path.split("."):
+            value = getattr(value, name)
+        found[path] = factor * value
+    return found
+
+
+def campaign(count: int, people: int, factors: Mapping[str, float], law: Mapping[str, Any], seed: int) -> list[Ringing]:
+    """Return every finger after every history, under one variant."""
+    found = []
+    drawn = fingers(5 * people, FRESH_SEED)
+    for k, (history, stroke) in enumerate(histories(count, seed)):
+        told = limit_observer(stroke["finger.contact"]) if law["controller.kind"] == "limit_observer" else {}
+        system = bench().evolve({**stroke, **law, **told})
+        able = protocol.able(system, drawn, stroke["motion.speed_mm_s"]).nonzero()[0][:people]
+        points = [scaled(system, drawn[i], factors) for i in able]
+        found += [each._replace(case=each.case | stroke | {"history": k}) for each in ringing(system, points, history, k)]
+    return found
+
+
+def draw(worst: Sequence[Ringing], path: Path = PICTURE) -> None:
+    """Draw the first half second of the holds that rang most."""
+    import matplotlib.pyplot as plt
+
+    path.parent.mkdir(exist_ok=True)
+    figure, axes = plt.subplots(5, 2, figsize=(9, 10), sharex=True, layout="constrained")
+    for axis, each in zip(axes.T.ravel(), worst, strict=False):
+        shown = slice(0, 2500)
+        time = np.arange(2500) / 5.0
+        axis.plot(time, each.alone[shown], color="0.7", lw=0.8, label="without the history")
+        axis.plot(time, each.after[shown], color="C0", lw=0.8, label="after it")
+        case = each.case
+        about = f"{case['finger.contact']}, {case['motion.speed_mm_s']:g} mm/s, {1e3 * each.rms_n:.1f} mN, {each.excess:.2f}"
+        axis.set_title(f"finger {case['motion.person']:g}, {about}", fontsize=8)
+    axes[0, 0].legend(fontsize=7)
+    figure.supxlabel("ms of the hold")
+    figure.supylabel("friction (N)")
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
+
+
+def main(count: int = 40, people: int = 24) -> None:
+    """Run all variants, a tenth of the histories on those that are not as described."""
+    rows, worst = [], []
+    for name, factors in VARIANTS.items():
+        runs = campaign(count if not factors else max(count // 10, 2), people, factors, {"controller.kind": "limit_observer"}, 1)
+        runs.sort(key=lambda each: -each.excess)
+        rang = [each for each in runs if each.excess > 1.0]
+        loudest = max(each.rms_n for each in runs)
+        rows.append([name, len(runs), len(rang), f"{runs[0].excess:.2f}", f"{1e3 * loudest:.1f}"])
+        print(*rows[-1], sep=", ", flush=True)
+        worst = worst or runs[:10]
+    heads = ["what differs", "runs", "rang", "largest excess", "loudest window, mN"]
+    keep("histories", f"histories {count} {people}", heads, rows)
+    draw(worst)
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:]))
