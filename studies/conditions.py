@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from frictionloop.design.comparison import protocol
 from frictionloop.parameters import System, bench
@@ -13,10 +13,20 @@ from frictionloop.physics.fingers import Fingers, fingers
 CONTACTS = protocol.CONTACTS
 
 
-def limit_observer(contact: str) -> dict[str, float]:
-    """Return what a limit observer is told of a contact: the compliance of the bench's bristles, or that of a slider."""
+def limit_observer(contact: str) -> dict[str, Any]:
+    """Return a limit observer of the bench for a contact, with which it is told its compliance.
+
+    As ``design_controller(bench(), "limit_observer", Wanted(sensitivity_peak=2.0))`` finds it.
+    """
     skin = bench().finger
-    return {"controller.compliance_um_per_n": 1e6 / skin.bristle_stiffness_n_m if contact == "dahl" else 0.0}
+    return {
+        "controller.kind": "limit_observer",
+        "controller.compliance_um_per_n": 1e6 / skin.bristle_stiffness_n_m if contact == "dahl" else 0.0,
+        "controller.spring_noise": 0.4712,
+        "controller.model.resonance_hz": 132.6,
+        "controller.model.resonance_q": 16.38,
+        "controller.model.sensor_hz": 729.2,
+    }
 
 
 class Strokes(NamedTuple):

@@ -115,16 +115,17 @@ def scaled(system: System, point: Mapping[str, Any], factors: Mapping[str, float
     return found
 
 
-def campaign(count: int, people: int, factors: Mapping[str, float], law: Mapping[str, Any], seed: int) -> list[Ringing]:
-    """Return every finger after every history, under one variant."""
+def campaign(
+    count: int, people: int, factors: Mapping[str, float], law: Mapping[str, Any] | None = None, seed: int = 1
+) -> list[Ringing]:
+    """Return every finger after every history, under one variant; of a limit observer if no law is given."""
     found = []
     drawn = fingers(5 * people, FRESH_SEED)
     for k, (history, stroke) in enumerate(histories(count, seed)):
-        told = limit_observer(stroke["finger.contact"]) if law["controller.kind"] == "limit_observer" else {}
-        system = bench().evolve({**stroke, **law, **told})
+        system = bench().evolve({**stroke, **(law or limit_observer(stroke["finger.contact"]))})
         able = protocol.able(system, drawn, stroke["motion.speed_mm_s"]).nonzero()[0][:people]
         points = [scaled(system, drawn[i], factors) for i in able]
-        found += [each._replace(case=each.case | stroke | {"history": k}) for each in ringing(system, points, history, k)]
+        found += [each._replace(case={**each.case, **stroke}) for each in ringing(system, points, history, k)]
     return found
 
 
@@ -153,7 +154,7 @@ def main(count: int = 40, people: int = 24) -> None:
     """Run all variants, a tenth of the histories on those that are not as described."""
     rows, worst = [], []
     for name, factors in VARIANTS.items():
-        runs = campaign(count if not factors else max(count // 10, 2), people, factors, {"controller.kind": "limit_observer"}, 1)
+        runs = campaign(count if not factors else max(count // 10, 2), people, factors)
         runs.sort(key=lambda each: -each.excess)
         rang = [each for each in runs if each.excess > 1.0]
         loudest = max(each.rms_n for each in runs)

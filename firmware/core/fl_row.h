@@ -11,6 +11,12 @@
 
 enum { FL_ROW = 28 };
 
+/* The lower word: for what cannot be larger, by the bounds of its terms. */
+static inline int32_t fl_low(int64_t x) { return (int32_t)((uint64_t)x & UINT32_MAX); }
+
+/* a b 2^-shift, rounded down; shift 0 to 62. */
+static inline int64_t fl_product(int32_t a, int32_t b, int32_t shift) { return ((int64_t)a * b) >> shift; }
+
 /* c x, one term more of a row; sums beyond 64 bits, of coefficients that break the rule, wrap around. */
 static inline uint64_t fl_term(fl_gain c, int32_t x) { return (uint64_t)((int64_t)c.mantissa * x); }
 

@@ -5,8 +5,8 @@
 #include "fl_law.h"
 
 fl_step fl_pi_step, fl_open_loop_step, fl_filtered_pi_step;
-fl_step fl_disturbance_observer_step, fl_super_twisting_step;
-extern const int8_t fl_disturbance_observer_places[], fl_super_twisting_places[];
+fl_step fl_disturbance_observer_step, fl_super_twisting_step, fl_limit_observer_step;
+extern const int8_t fl_disturbance_observer_places[], fl_super_twisting_places[], fl_limit_observer_places[];
 
 /* Sets the integral of a law that has one so that, with no error, it commands `force`: for closing without
  * a bump. */

@@ -31,9 +31,7 @@ TO_ALL = np.array([[1.0, 0, 0, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0,
 
 
 @lru_cache(maxsize=1024)
-def limit_rows(
-    model: Model, rate_hz: float, bandwidth_hz: float, spring_noise: float
-) -> tuple[np.ndarray, np.ndarray]:
+def limit_rows(model: Model, rate_hz: float, bandwidth_hz: float, spring_noise: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the gains of ln L, f, x1, x2, x3 for a slider, and for a contact that lags by `LONGEST` periods.
 
     Raises

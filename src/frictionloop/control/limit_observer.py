@@ -63,9 +63,9 @@ class LimitObserverController(Timing):
     kind: Literal["limit_observer"] = "limit_observer"
     compliance_um_per_n: Annotated[Number, Field(ge=0, le=1000)] = 50.0
     """Compliance of the contact, 1/s0 of a bristle, 0 of a slider: it is told, and not learnt."""
-    bandwidth_hz: Annotated[Number, Field(gt=0, le=1e6)] = 75000.0
+    bandwidth_hz: Annotated[Number, Field(gt=0, le=1e6)] = 80000.0
     """Ratio of what drives the limit to the reading's noise, as a frequency (as `Observing`), for a force of 1 N."""
-    spring_noise: Annotated[Number, Field(gt=0, le=100)] = 0.35
+    spring_noise: Annotated[Number, Field(gt=0, le=100)] = 0.5
     """What drives the springs beside friction, over what drives the limit: the more, the less a resonance is trusted."""
     skin_stiffness_n_m: Positive = 1000.0
     """Believed stiffness of the skin: friction rises no faster than this times the speed (as `Skin`)."""
@@ -122,9 +122,8 @@ class LimitGains(NamedTuple):
     """Decays of the believed plate, the believed sensor, gains of a reading, what is told, and the clamp."""
 
     decay_rest: float
-    """Of the plate from the sample to the command's taking effect, over what is left of the period, over a whole one."""
+    """Of the plate from the sample to the command's taking effect, and over what is left of the period."""
     decay_left: float
-    decay: float
     a11: float
     """Springs and pole over a period, `SuspensionCoefficients`."""
     a12: float
@@ -179,7 +178,7 @@ def limit_observer_step(
     """One tick; see the module."""
     a, command, d, f, x1, x2, x3, before, fall, slow_target, slow_limit, swing, was_stuck = state
     (
-        decay_rest, decay_left, decay, a11, a12, a21, a22, a31, a32, a33, kd, kds, kfs, k1, k1s, k2, k2s, k3, k3s,
+        decay_rest, decay_left, a11, a12, a21, a22, a31, a32, a33, kd, kds, kfs, k1, k1s, k2, k2s, k3, k3s,
         compliance, skin, most_um, log2_nominal, model_fall, spread, learn, low, high,
     ) = gains  # fmt: skip
     y, _, speed, _, valid = measurement
@@ -225,6 +224,7 @@ def limit_observer_step(
     wanted = exp2(fma(-model_fall, within, log2_nominal))
     u = min(max(wanted, low), high)
     held = within if u == wanted else min(max((log2_nominal - log2(u)) / model_fall, 0.0), most_um * most_um)
+    decay = decay_rest * decay_left
     command = min(max(fma(-decay, then, math.sqrt(held)) / (1.0 - decay), 0.0), most_um)
 
     # Go on to the next sample.
@@ -258,7 +258,7 @@ def limit_observer_gains(controller: LimitObserverController) -> LimitGains:
         SuspendedSensor(resonance_hz=model.resonance_hz, q=model.resonance_q, cutoff_hz=model.sensor_hz), dt
     )
     return LimitGains(
-        math.exp(plate * rest), math.exp(plate * (1.0 - rest)), math.exp(plate),
+        math.exp(plate * rest), math.exp(plate * (1.0 - rest)),
         springs.a11, springs.a12, springs.a21, springs.a22, springs.a31, springs.a32, springs.a33,
         quick[0], more[0], more[1], quick[2], more[2], quick[3], more[3], quick[4], more[4],
         c.compliance_um_per_n, FASTER * c.skin_stiffness_n_m, model.max_amplitude_um,

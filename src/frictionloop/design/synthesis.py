@@ -85,11 +85,19 @@ def lqg(system: System, wanted: Wanted) -> Designed:
     return synthesised("lqg", system, wanted)
 
 
+def limit_observer(system: System, wanted: Wanted) -> Designed:
+    """Observer of the friction limit, made to believe what bears other resonances (`limit_synthesis`)."""
+    from frictionloop.design.limit_synthesis import limit_observer as synthesised
+
+    return synthesised(system, wanted)
+
+
 SYNTHESES: dict[str, Synthesis] = {
     "notch_pi": notch_pi,
     "pi": pi,
     "observer": observer,
     "super_twisting": super_twisting,
+    "limit_observer": limit_observer,
     "hinf": hinf,
     "lqg": lqg,
 }

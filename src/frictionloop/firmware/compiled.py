@@ -15,6 +15,7 @@ from frictionloop.firmware.compiler import FLAGS, shared_library
 from frictionloop.firmware.known import check_known
 from frictionloop.firmware.quantised import Gain, Quantised, pi_gains, to_gain, to_places, to_q28
 from frictionloop.firmware.quantised_filtered import filtered_gains, filtered_state_places
+from frictionloop.firmware.quantised_limit import LIMIT_PLACES, limit_observer_quantised
 from frictionloop.firmware.quantised_observer import (
     OBSERVER_PLACES,
     SUPER_TWISTING_PLACES,
@@ -34,6 +35,7 @@ FORMS: dict[str, Quantised] = {
     "filtered_pi": Quantised(filtered_gains, filtered_state_places),
     "observer": Quantised(disturbance_observer_quantised, lambda c: OBSERVER_PLACES),
     "super_twisting": Quantised(super_twisting_quantised, lambda c: SUPER_TWISTING_PLACES),
+    "limit_observer": Quantised(limit_observer_quantised, lambda c: LIMIT_PLACES),
 }
 """Laws that the firmware has, by the kind of `LAWS`."""
 CELLS = 256

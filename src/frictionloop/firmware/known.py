@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from frictionloop.control.limit_observer import LimitObserverController
 from frictionloop.control.super_twisting import SuperTwistingController
 from frictionloop.parameters import (
     Board,
@@ -34,6 +35,8 @@ FIRMWARE = Represented(
         Observing: "bandwidth_hz overdrive",
         ObserverController: "kind",
         SuperTwistingController: "kind k1 k2",
+        LimitObserverController: "kind compliance_um_per_n bandwidth_hz spring_noise skin_stiffness_n_m "
+        "susceptibility_spread learning_s",
         Model: "nominal_n susceptibility_per_um2 max_amplitude_um plate_hz resonance_hz resonance_q sensor_hz "
         "table_um2",
         Touch: "position load",

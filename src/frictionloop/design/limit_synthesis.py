@@ -1,0 +1,213 @@
+"""The limit observer within margins: what it is made to believe of the sensor, for both contacts and all speeds at once.
+
+A believed resonance below the true one, broad, and a slow pole make an observer that bears a resonance that is off
+(studies/pages/beliefs.md). These three, and how much its springs are driven, are those with the least residual of
+friction noise within the limits on Ms, at the loop gain that there is and at `LEARNT` times it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.optimize import minimize
+
+from frictionloop.analysis.disturbance import touch_spectrum
+from frictionloop.analysis.linear import LinearLoop
+from frictionloop.analysis.state_space import Array, Complex, StateSpace
+from frictionloop.control.limit_gains import LONGEST, limit_rows
+from frictionloop.design.corners import CONTACTS, FASTER, Corner, band_of, broken, corners
+from frictionloop.design.plants import Plants, shifted
+from frictionloop.design.wanted import Designed, Wanted, unheld
+from frictionloop.parameters import Model, Skin, Strokes, SuspendedSensor, System
+from frictionloop.quantities import FrictionloopError
+from frictionloop.sensing.force_sensor import suspension_coefficients
+
+LEARNT = 1.2
+"""Loop gain over that of a susceptibility that is known: what is learnt is up to 12 % off (studies/pages/tracker.md)."""
+GUARD = 0.985
+"""Share of a limit on Ms that is used: |S| is looked at on a grid, and forces in between are not."""
+PENALTY, TRIES = 3.0, 150
+
+
+class Belief(NamedTuple):
+    """What is searched, each as a share of what is so; the last as it is."""
+
+    resonance: float = 0.91
+    q: float = 0.5
+    pole: float = 0.75
+    spring_noise: float = 0.5
+
+    def told(self, system: System) -> dict[str, Any]:
+        """Return overrides of a limit observer on a bench."""
+        sensor: Any = system.sensor
+        return {
+            "controller.kind": "limit_observer",
+            "controller.compliance_um_per_n": compliance_of(system),
+            "controller.spring_noise": float(f"{self.spring_noise:.4g}"),
+            "controller.model.resonance_hz": float(f"{self.resonance * sensor.resonance_hz:.4g}"),
+            "controller.model.resonance_q": float(f"{self.q * sensor.q:.4g}"),
+            "controller.model.sensor_hz": float(f"{self.pole * sensor.cutoff_hz:.4g}"),
+        }
+
+
+def compliance_of(system: System) -> float:
+    """Return the compliance of a finger's contact, um/N: 1/s0 of bristles, 0 of a slider or without a skin."""
+    finger = system.finger
+    return 1e6 / finger.bristle_stiffness_n_m if isinstance(finger, Skin) and finger.contact != "slider" else 0.0
+
+
+def lag_of(loop: LinearLoop) -> float:
+    """Return the time constant of a loop's contact in control periods, F/(s0 v)."""
+    motion = loop.system.motion
+    if not isinstance(motion, Strokes):
+        return 0.0
+    way_um = 1e3 * motion.speed_mm_s * loop.plant.period_s
+    return compliance_of(loop.system) * loop.elements.force_n / way_um
+
+
+def small_signals(model: Model, rate_hz: float, bandwidth_hz: float, spring_noise: float, lag: float) -> StateSpace:
+    """Return the law around a rest, from f_m/F to tau_believed a^2, for a delay of one period.
+
+    States: tau a^2 at the sample and a period on, ln L, f/F, springs and pole.
+    """
+    quick, slow = limit_rows(model, rate_hz, bandwidth_hz, spring_noise)
+    k = quick + (slow - quick) * min(lag, LONGEST) / LONGEST
+    springs = suspension_coefficients(
+        SuspendedSensor(resonance_hz=model.resonance_hz, q=model.resonance_q, cutoff_hz=model.sensor_hz), 1.0 / rate_hz
+    )
+    here, ahead, d, f, x1, x2, x3, y = np.eye(8)
+    e = y - x3
+    d, f, x1, x2, x3 = d + k[0] * e, f + k[1] * e, x1 + k[2] * e, x2 + k[3] * e, x3 + k[4] * e
+    per = 1.0 / (6.0 * lag * lag + 4.0 * lag + 1.0)
+    after = f + (6.0 * lag + 1.0) * per * (d - here - f) + (3.0 * lag + 1.0) * per * (here - ahead)
+    mean = (f + after) / 2.0
+    s, r = x1 - mean, x3 - mean
+    rows = np.vstack(
+        [
+            ahead, d, d, after,
+            springs.a11 * s + springs.a12 * x2 + mean, springs.a21 * s + springs.a22 * x2,
+            springs.a31 * s + springs.a32 * x2 + springs.a33 * r + mean,
+        ]
+    )  # fmt: skip
+    return StateSpace(rows[:, :7], rows[:, 7:], d[None, :7], d[None, 7:], 1.0 / rate_hz, ("f_m",), ("square",))
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """Loops of both contacts, and what of friction noise a belief leaves there."""
+
+    system: System
+    plants: Plants
+    lags: tuple[float, ...]
+    peaks: Array
+    """Largest Ms of each loop."""
+    plain: Array
+    """Which loops have the resonance as described."""
+    density: Array
+    """Friction noise behind each loop's contact, N^2/Hz."""
+
+    @classmethod
+    def of(cls, system: System, wanted: Wanted) -> Search:
+        """Return the search for a bench."""
+        cases = shifted(_loops(system, wanted), wanted.limits)
+        loops = [loop for loop, _, _ in cases]
+        plants = Plants.of(loops, overdrive=True)
+        gains = np.array([loop.elements.plate.num[-1] / loop.elements.plate.den[-1] for loop in loops])
+        lags = tuple(lag_of(loop) for loop in loops)
+        turn = 2.0 * math.pi * plants.frequency_hz / plants.rate_hz
+        noise = np.array([touch_spectrum(loop.system, 0.0)(plants.frequency_hz) for loop in loops])
+        return cls(
+            system,
+            replace(plants, responses=plants.responses / gains[:, None]),
+            lags,
+            GUARD * np.array([peak for _, _, peak in cases]),
+            np.array([off == 0.0 for _, off, _ in cases]),
+            noise / (1.0 + (np.array(lags)[:, None] * turn) ** 2),
+        )
+
+    def response(self, belief: Belief) -> Complex:
+        """Return the law at each loop."""
+        c: Any = self.system.evolve(belief.told(self.system)).controller
+        at = {
+            lag: small_signals(c.model, c.rate_hz, c.bandwidth_hz, c.spring_noise, lag)
+            .response(self.plants.frequency_hz)[:, 0, 0]
+            for lag in set(self.lags)
+        }  # fmt: skip
+        return np.array([at[lag] for lag in self.lags])
+
+    def cost(self, x: Array) -> float:
+        """Return the mean logarithm of the residual, and what Ms is beyond its limits."""
+        try:
+            law = self.response(Belief(*np.exp(x).tolist()))
+        except FrictionloopError:
+            return 1e3
+        over = sum(
+            np.sum(np.maximum(np.minimum(self.plants.peaks(gain * law), 50.0) / self.peaks - 1.0, 0.0))
+            for gain in (1.0, LEARNT)
+        )
+        left = np.trapezoid(self.density / np.abs(self.plants.returned(law)) ** 2, self.plants.frequency_hz, axis=1)
+        return float(np.mean(0.5 * np.log(left[self.plain])) + PENALTY * over)
+
+    def best(self) -> Belief:
+        """Return the belief of least cost (Nelder and Mead)."""
+        start = np.log(np.array(Belief()))
+        simplex = start + np.vstack([np.zeros(4), np.diag([0.03, 0.4, 0.2, 0.4])])
+        options = {"initial_simplex": simplex, "xatol": 1e-3, "fatol": 1e-4, "maxfev": TRIES}
+        return Belief(*np.exp(minimize(self.cost, start, method="Nelder-Mead", options=options).x).tolist())
+
+
+def _loops(system: System, wanted: Wanted) -> list[LinearLoop]:
+    """Return loops at forces, moistures and speeds, on both contacts."""
+    plain = system.evolve({"controller.kind": "pi"})
+    speeds = wanted.speeds_mm_s
+    if not speeds and isinstance(system.motion, Strokes):
+        speeds = tuple(system.motion.speed_mm_s * faster for faster in FASTER)
+    contacts = CONTACTS if isinstance(system.finger, Skin) else (None,)
+    return [
+        loop
+        for contact in contacts
+        for loop in band_of(plain.evolve({"finger.contact": contact} if contact else {}), speeds)
+    ]
+
+
+def knowing(system: System, gain: float = LEARNT) -> System:
+    """Return a system whose limit observer knows its contact, and has learnt a susceptibility that is 1/gain of it."""
+    tau: float = system.friction.susceptibility_per_um2 / gain  # type: ignore[union-attr]
+    return system.evolve(
+        {
+            "controller.compliance_um_per_n": compliance_of(system),
+            "controller.susceptibility_spread": 1.0,
+            "controller.model.susceptibility_per_um2": tau,
+        }
+    )
+
+
+def limit_observer(system: System, wanted: Wanted) -> Designed:
+    """Limit observer of least residual, its margins those of a loop gain 20 % above what it should learn.
+
+    Raises
+    ------
+    FrictionloopError
+        A bench without springs under its sensor, or margins that it cannot hold: the line says where.
+    """
+    if not isinstance(system.sensor, SuspendedSensor):
+        raise FrictionloopError(f'sensor.kind = "{system.sensor.kind}": a limit observer needs a "suspended" one')
+    if not (isinstance(system.motion, Strokes) and hasattr(system.friction, "susceptibility_per_um2")):
+        raise FrictionloopError("system: a limit observer is designed for a finger that strokes")
+    system.evolve({"controller.kind": "limit_observer"})  # a delay that does not fit is refused here
+    found = Search.of(system, wanted).best().told(system)
+    at: list[Corner] = []
+    for contact in CONTACTS if isinstance(system.finger, Skin) else ("",):
+        there = system.evolve({**found, **({"finger.contact": contact} if contact else {})})
+        at += corners(knowing(there), wanted.limits, wanted.speeds_mm_s)
+    worst = broken(at)
+    if worst is not None:
+        raise FrictionloopError(unheld("limit_observer", wanted, worst))
+    said = (
+        f"margins are those of a contact that is told, {found['controller.compliance_um_per_n']:g} um/N here and 0 on a "
+        f"slider, and of a susceptibility learnt {LEARNT - 1:.0%} too low; until a set-point moves, less is believed"
+    )
+    return Designed(found, (said,), tuple(at))
