@@ -9,7 +9,6 @@ from frictionloop.design.comparison import protocol
 from frictionloop.parameters import System, bench
 from frictionloop.physics.fingers import Fingers, fingers
 
-
 CONTACTS = protocol.CONTACTS
 
 

@@ -40,6 +40,7 @@ BLOCKS: dict[str, type[Block]] = {
     "controller_filtered": fl.FilteredPiController,
     "controller_observer": fl.ObserverController,
     "controller_super_twisting": fl.SuperTwistingController,
+    "controller_limit_observer": fl.LimitObserverController,
     "controller_oracle": fl.OracleController,
     "model": fl.Model,
 }

@@ -33,17 +33,17 @@ enum {
 
 typedef struct { int32_t share, ramp, lag; } contact;
 
-/* contact_shares, q28, and lag/way up to LONGEST; lag and way q20, at least 0 and above 0. */
+/* contact_shares, q28 (the first up to 1.1), and lag/way up to LONGEST; lag and way q20, at least 0 and above 0. */
 static contact contact_of(int32_t lag, int32_t way) {
     const int32_t up = __builtin_clz((uint32_t)(lag | way)) - 4;
     const int64_t l = up > 0 ? (int64_t)lag << up : lag >> -up, w = up > 0 ? (int64_t)way << up : way >> -up;
     const uint64_t whole = (uint64_t)(6 * l * l + (4 * l + w) * w);
     const int32_t bits = __builtin_clzll(whole);
     const int32_t factor = fl_reciprocal((uint32_t)(whole << bits >> 32));
-    const int32_t share = (int32_t)((uint64_t)(w * (6 * l + w)) << bits >> 33);
-    const int32_t ramp = (int32_t)((uint64_t)(w * (3 * l + w)) << bits >> 33);
+    const int32_t share = (int32_t)((uint64_t)(w * (6 * l + w)) << (bits - 1) >> 33);
+    const int32_t ramp = (int32_t)((uint64_t)(w * (3 * l + w)) << (bits - 1) >> 33);
     const int32_t ratio = 2 * (int64_t)lag >= 15 * (int64_t)way ? LONGEST : (int32_t)fl_over(lag, fl_invert(way), 28);
-    return (contact){(int32_t)fl_product(share, factor, 33), (int32_t)fl_product(ramp, factor, 33), ratio};
+    return (contact){(int32_t)fl_product(share, factor, 32), (int32_t)fl_product(ramp, factor, 32), ratio};
 }
 
 /* 2^(d - fall a^2), q26 */

@@ -39,6 +39,7 @@ _HOME = {
     "parameters.motion": "LoadCells PositionSensor Sliding Strokes Touch",
     "parameters.controller": "LookupController ObserverController OracleController PiController",
     "parameters.filtered": "FilteredPiController NotchPiController",
+    "control.limit_observer": "LimitObserverController",
     "control.super_twisting": "SuperTwistingController",
     "control.law": "Clamp ForceCommand Law clamp_of",
     "physics.vibration": "Vibration",

@@ -164,6 +164,7 @@ LAWS: dict[str, dict[str, Any]] = {
     },
     "observer": {"controller.kind": "observer"},
     "super_twisting": {"controller.kind": "super_twisting"},
+    "limit_observer": {"controller.kind": "limit_observer"},
 }  # fmt: skip
 
 

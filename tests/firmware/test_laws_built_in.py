@@ -16,7 +16,7 @@ def symbols(image) -> str:
 
 
 def test_by_default_all_are_built_in(images):
-    for name in ("pi", "open_loop", "filtered_pi", "disturbance_observer", "super_twisting"):
+    for name in ("pi", "open_loop", "filtered_pi", "disturbance_observer", "super_twisting", "limit_observer"):
         assert f"fl_{name}_step" in symbols(images("pi"))
 
 

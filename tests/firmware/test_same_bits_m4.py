@@ -25,7 +25,7 @@ def corpus():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", ["pi", "lookup", "notch_pi", "observer", "super_twisting"])
+@pytest.mark.parametrize("law", ["pi", "lookup", "notch_pi", "observer", "super_twisting", "limit_observer"])
 def test_levels_of_optimisation_and_the_host_agree(law, images, law_words):
     digests = {}
     host, digest, used = HostBoard(law_words[law]), hashlib.sha256(), set()

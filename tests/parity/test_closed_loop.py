@@ -15,6 +15,7 @@ SYSTEMS = {
     ),
     "observer": fl.bench().evolve({"controller.kind": "observer"}),
     "super-twisting": fl.bench().evolve({"controller.kind": "super_twisting"}),
+    "limit observer": fl.bench().evolve({"controller.kind": "limit_observer"}),
     "lookup": fl.bench().evolve({"controller": fl.LookupController(delay_s=200e-6, model=MODEL)}),
 }
 PERIODS, SEED = 10_000, 8

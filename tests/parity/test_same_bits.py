@@ -31,6 +31,7 @@ CONTROLLERS = {
     "notch": fl.NotchPiController(delay_s=330e-6, **AHEAD),
     "observer": fl.bench().evolve({"controller.kind": "observer"}).controller,
     "super-twisting": fl.bench().evolve({"controller.kind": "super_twisting"}).controller,
+    "limit observer": fl.bench().evolve({"controller.kind": "limit_observer"}).controller,
     "six sections": fl.FilteredPiController(sections=SECTIONS, kp=12.8, ki=531.0, **AHEAD),
 }
 BUILDS = [(name, level) for name in ("gcc", "clang", "zig") for level in ("-O0", "-O2", "-Os")]

@@ -85,6 +85,7 @@ LAWS = {
     "filtered_pi": {"controller.kind": "notch_pi", "controller.feedforward": True},
     "observer": {"controller.kind": "observer"},
     "super_twisting": {"controller.kind": "super_twisting"},
+    "limit_observer": {"controller.kind": "limit_observer"},
 }
 
 

@@ -22,6 +22,7 @@ LAWS = {
     "notch_pi, ahead": {"controller.kind": "notch_pi"} | MOVING,
     "observer": {"controller.kind": "observer"},
     "super_twisting": {"controller.kind": "super_twisting", "controller.model.sensor_hz": 350.0},
+    "limit_observer": {"controller.kind": "limit_observer"},
     "super_twisting, plain": {"controller.kind": "super_twisting", "controller.overdrive": False},
 }
 

@@ -30,7 +30,7 @@ from pydantic import Field, model_validator
 from frictionloop.control.law import ForceCommand, Law, clamp_of
 from frictionloop.control.limit_gains import LONGEST, limit_rows
 from frictionloop.parameters import SuspendedSensor
-from frictionloop.parameters.block import NotNegative, Number, Positive
+from frictionloop.parameters.block import Number, Positive
 from frictionloop.parameters.timing import Timing
 from frictionloop.quantities.arithmetic import exp2, fma, log2, step
 from frictionloop.sensing.force_sensor import suspension_coefficients

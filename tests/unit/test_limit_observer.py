@@ -1,0 +1,107 @@
+"""The limit observer: its contact against closed form, what it learns and what it must not learn, and what it refuses."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import frictionloop as fl
+from frictionloop.control.laws import law_of
+from frictionloop.control.limit_gains import believed, limit_rows
+from frictionloop.control.limit_observer import contact_shares, learnt_step, limit_observer_gains, limit_observer_start
+from frictionloop.sensing.measurement import Measurement
+
+BENCH = fl.bench().evolve({"controller.kind": "limit_observer"})
+MODEL = BENCH.controller.model
+
+
+@given(st.floats(0.0, 5.0), st.floats(0.1, 100.0))
+def test_the_contact_follows_as_the_exponential_does(periods, way_um):
+    """Of a limit that is held, and of one that rises in a line: the error of e^-x by Pade (1, 2) is below x^4/72."""
+    lag_um = way_um / periods if periods > 0.05 else 0.0
+    share, ramp = contact_shares(lag_um, way_um)
+    if lag_um == 0.0:
+        assert (share, ramp) == pytest.approx((1.0, 1.0))
+        return
+    exact = -math.expm1(-periods)
+    assert abs(share - exact) <= min(periods**4 / 72.0, 0.1) + 1e-12
+    assert ramp == pytest.approx(1.0 - share / periods, abs=1e-12)
+
+
+def test_gains_of_a_slider_are_those_of_a_contact_that_hardly_lags():
+    (quick, _), rates = limit_rows(MODEL, 5000.0, 80000.0, 0.5), believed(MODEL, 5000.0, 0.0)
+    assert quick[0] == quick[1]
+    assert rates.shape == (4, 4)
+    # Without vibration and with the limit known, a force of 1 is read as 1.
+    at_rest = np.linalg.solve(rates[1:, 1:], -rates[1:, 0])
+    assert at_rest == pytest.approx([1.0, 0.0, 1.0], abs=1e-12)
+
+
+@given(st.floats(0.05, 5.0), st.floats(-3, 3), st.floats(-3, 3), st.floats(0.006, 9.0), st.floats(1.0, 10.0))
+def test_what_is_learnt_keeps_to_its_bounds(fall, z, h, swing, spread):
+    model = 0.55
+    new = learnt_step(fall, z, h, swing, 1e-3, spread, model)
+    assert model / spread * (1 - 1e-12) <= new <= model * spread * (1 + 1e-12)
+
+
+def test_too_much_susceptibility_is_lowered_and_too_little_raised():
+    """A limit that seems to fall as the set-point rises is one whose vibration does less than believed."""
+    assert learnt_step(0.5, 0.3, -0.1, 0.05, 1e-3, 2.0, 0.5) < 0.5
+    assert learnt_step(0.5, 0.3, 0.1, 0.05, 1e-3, 2.0, 0.5) > 0.5
+
+
+def believed_tau(system, duration_s):
+    """What the law believes at the end of a run: it goes along with the plant, tick by tick."""
+    law, gains, state = law_of(system.controller), law_of(system.controller).gains_for(system.controller), None
+    state = limit_observer_start(system.controller)
+    run = fl.simulate(system, duration_s)
+    for force, speed, valid, wanted in zip(
+        *(run[name].values for name in ("f_m", "speed", "sliding", "f_r")), strict=True
+    ):
+        state, _ = law.step(state, Measurement(force, 0.0, speed, 0.5, float(valid)), wanted, gains, 2e-4)
+    return state.fall * math.log(2.0)
+
+
+@pytest.mark.parametrize("contact", ["dahl", "slider"])
+@pytest.mark.parametrize("tau", [0.3, 0.6])
+def test_a_moving_set_point_teaches_the_susceptibility(tau, contact):
+    finger = {"friction.susceptibility_per_um2": tau, "friction.moist_loss": 0.0, "finger.contact": contact}
+    told = {"controller.compliance_um_per_n": 50.0 if contact == "dahl" else 0.0}
+    assert believed_tau(BENCH.evolve({**finger, **told}), 8.0) == pytest.approx(tau, rel=0.15)
+
+
+def test_a_set_point_that_rests_teaches_nothing():
+    held = BENCH.evolve({"setpoint": fl.Constant(offset_n=0.6)})
+    assert believed_tau(held, 2.0) == pytest.approx(2.5 * MODEL.susceptibility_per_um2, rel=1e-12)
+
+
+def test_with_a_spread_of_one_nothing_is_learnt():
+    told = BENCH.evolve({"controller.susceptibility_spread": 1.0})
+    assert believed_tau(told, 2.0) == pytest.approx(MODEL.susceptibility_per_um2, rel=1e-12)
+
+
+def test_it_has_no_more_gains_and_states_than_it_says():
+    assert len(limit_observer_start(BENCH.controller)) <= 14
+    assert len(limit_observer_gains(BENCH.controller)) - 2 <= 25
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"controller.delay_s": 3e-4}, "at most one control period"),
+        ({"controller.susceptibility_spread": 0.5}, "susceptibility_spread"),
+        ({"controller.spring_noise": 0.0}, "spring_noise"),
+    ],
+)
+def test_what_does_not_fit_is_refused_by_name(changed, said):
+    with pytest.raises(fl.FrictionloopError, match=said):
+        BENCH.evolve(changed)
+
+
+def test_it_needs_a_resonance():
+    with pytest.raises(fl.FrictionloopError, match="needs the resonance of the force sensor"):
+        limit_observer_gains(BENCH.evolve({"controller.model.resonance_hz": 0.0}).controller)
