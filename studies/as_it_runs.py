@@ -1,8 +1,8 @@
 """What a limit observer leaves beside other laws, and its margins with what it has learnt at any time of a run.
 
-``python -m studies.as_it_runs 100`` takes the first 100 capable fingers of the comparison, each with the resonance as
-the bench's, and writes *results/as-it-runs.csv*. Ms is the worst of forces from 0.3 to 0.9 N, dry and as moist as at the
-end; of the limit observer at the susceptibilities that it believed at `TIMES_S` of the three sines.
+``python -m studies.as_it_runs 100 12`` takes the first 100 capable fingers of the comparison, each with the resonance
+as the bench's, and writes *results/as-it-runs.csv*. Ms is the worst of forces from 0.3 to 0.9 N, dry and as moist as at
+the end, of the first 12 fingers; of the limit observer, of those 12 with the largest loop gain at any of `TIMES_S`.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Does a law ring after what a hand and a set-point may do? Random histories, then a hold, beside the hold alone.
 
-``python -m studies.histories 40 24`` runs 40 histories on each of 24 capable fingers, writes *results/histories.csv* and
-draws the worst ten in *runs/histories.png*. A finger rings where 0.5 s of the hold that follows have more rms from 100
-to 400 Hz than twice what the same stroke has there without the history, and than 5 mN.
+``python -m studies.histories 40 24`` runs 40 histories on each of 24 capable fingers, writes *results/histories.csv*
+and draws the worst ten in *runs/histories.png*. A finger rings where 0.5 s of the hold that follows have more rms from
+100 to 400 Hz than twice what the same stroke has there without the history, and than 5 mN.
 """
 
 from __future__ import annotations
@@ -141,8 +141,8 @@ def draw(worst: Sequence[Ringing], path: Path = PICTURE) -> None:
         axis.plot(time, each.alone[shown], color="0.7", lw=0.8, label="without the history")
         axis.plot(time, each.after[shown], color="C0", lw=0.8, label="after it")
         case = each.case
-        about = f"{case['finger.contact']}, {case['motion.speed_mm_s']:g} mm/s, {1e3 * each.rms_n:.1f} mN, {each.excess:.2f}"
-        axis.set_title(f"finger {case['motion.person']:g}, {about}", fontsize=8)
+        stroke = f"finger {case['motion.person']:g}, {case['finger.contact']}, {case['motion.speed_mm_s']:g} mm/s"
+        axis.set_title(f"{stroke}: {1e3 * each.rms_n:.1f} mN, {each.excess:.2f}", fontsize=8)
     axes[0, 0].legend(fontsize=7)
     figure.supxlabel("ms of the hold")
     figure.supylabel("friction (N)")

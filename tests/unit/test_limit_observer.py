@@ -1,4 +1,4 @@
-"""The limit observer: its contact against closed form, what it learns and what it must not learn, and what it refuses."""
+"""The limit observer: its contact against closed form, what it learns and what not, and what it refuses."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_too_much_susceptibility_is_lowered_and_too_little_raised():
 
 def believed_tau(system, duration_s):
     """What the law believes at the end of a run: it goes along with the plant, tick by tick."""
-    law, gains, state = law_of(system.controller), law_of(system.controller).gains_for(system.controller), None
+    law, gains = law_of(system.controller), limit_observer_gains(system.controller)
     state = limit_observer_start(system.controller)
     run = fl.simulate(system, duration_s)
     for force, speed, valid, wanted in zip(

@@ -53,8 +53,8 @@ def command(
     Parameters
     ----------
     law
-        Control law: notch_pi, pi, observer, super_twisting, hinf or lqg; notch_pi if not given, pi for a force sensor
-        without a resonance.
+        Control law: notch_pi, pi, observer, super_twisting, limit_observer, hinf or lqg; notch_pi if not given, pi for
+        a force sensor without a resonance.
     sensitivity_peak
         Largest Ms = max |1/(1 + G)| with the resonance as described.
     resonance_error

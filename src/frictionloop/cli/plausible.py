@@ -49,7 +49,7 @@ BELIEVED = {
     "sensor_hz": ("sensor.cutoff_hz", ("sensor.cutoff_hz",)),
 }
 """Of ``controller.model``: the plant's value, and the parameters that decide it."""
-OBSERVING = {"observer", "super_twisting"}
+OBSERVING = {"observer", "super_twisting", "limit_observer"}
 """Kinds of laws that compute with all of these; others do with feed-forward, and with ``plate_hz`` for overdrive."""
 
 

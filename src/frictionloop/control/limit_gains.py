@@ -5,8 +5,8 @@ constant in periods:
 
     delta' = w,  phi' = (delta - phi)/T,  x1' = w0 x2,  x2' = w0 (phi - x1 - x2/Q) + n w_s,  x3' = wc (x1 - x3)
 
-w, w_s white with the same density, (2 pi bandwidth dt)^2 of the reading's noise; n is ``spring_noise``. A slider has T = 0,
-where phi is delta.
+w, w_s white with the same density, (2 pi bandwidth dt)^2 of the reading's noise; n is ``spring_noise``. A slider has
+T = 0, where phi is delta.
 """
 
 from __future__ import annotations

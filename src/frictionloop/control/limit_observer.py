@@ -1,17 +1,17 @@
 """An observer of the friction limit: its logarithm, in which fingers, load and vibration are summands.
 
-Believed, with d the binary logarithm of the limit without vibration, a the amplitude, phi = tau/ln 2 and c the compliance
-of the contact (1/s0 of Dahl's law, 0 for a slider), which is told:
+Believed, with d the binary logarithm of the limit without vibration, a the amplitude, phi = tau/ln 2 and c the
+compliance of the contact (1/s0 of Dahl's law, 0 for a slider), which is told:
 
     L = 2^(d - phi a^2),   f' = (L - f)/T,  T = c f/v,   springs and pole of the sensor driven by f
 
-f rises no faster than the skin is stretched. Each reading corrects d, f, springs and pole by the stationary Kalman gains
-for a d that drifts (control/limit_gains), in a line over T between those of a slider and those of a slow bristle. The
-command is the amplitude at which L is the set-point, a^2 = (d - log2 f_r)/phi, reached by overdrive: what fingers differ
-in is taken away at once, and the loop gain tau/tau_believed is the same at every force, load and speed.
+f rises no faster than the skin is stretched. Each reading corrects d, f, springs and pole by the stationary Kalman
+gains for a d that drifts (control/limit_gains), in a line over T between those of a slider and those of a slow bristle.
+The command is the amplitude at which L is the set-point, a^2 = (d - log2 f_r)/phi, reached by overdrive: the loop gain
+is tau/tau_believed at every force, load and speed.
 
-That one gain is learnt, from the set-point alone. Where phi is wrong, d moves with the set-point as phi - phi_true times
-a^2. With z and h what log2 f_r and d do above `SLOW_HZ`:
+That one gain is learnt, from the set-point alone. Where phi is wrong, d moves with the set-point as phi - phi_true
+times a^2. With z and h what log2 f_r and d do above `SLOW_HZ`:
 
     phi' = phi z h / (T_l max(E z^2, e^2))   while E z^2 > e^2
 
@@ -66,7 +66,7 @@ class LimitObserverController(Timing):
     bandwidth_hz: Annotated[Number, Field(gt=0, le=1e6)] = 80000.0
     """Ratio of what drives the limit to the reading's noise, as a frequency (as `Observing`), for a force of 1 N."""
     spring_noise: Annotated[Number, Field(gt=0, le=100)] = 0.5
-    """What drives the springs beside friction, over what drives the limit: the more, the less a resonance is trusted."""
+    """What drives the springs beside friction, over what drives the limit: the more, the less springs are trusted."""
     skin_stiffness_n_m: Positive = 1000.0
     """Believed stiffness of the skin: friction rises no faster than this times the speed (as `Skin`)."""
     susceptibility_spread: Annotated[Number, Field(ge=1, le=10)] = 2.5

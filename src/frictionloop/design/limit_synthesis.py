@@ -1,4 +1,4 @@
-"""The limit observer within margins: what it is made to believe of the sensor, for both contacts and all speeds at once.
+"""The limit observer within margins: what it is made to believe of the sensor, for both contacts and all speeds.
 
 A believed resonance below the true one, broad, and a slow pole make an observer that bears a resonance that is off
 (studies/pages/beliefs.md). These three, and how much its springs are driven, are those with the least residual of
@@ -26,7 +26,7 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.sensing.force_sensor import suspension_coefficients
 
 LEARNT = 1.2
-"""Loop gain over that of a susceptibility that is known: what is learnt is up to 12 % off (studies/pages/tracker.md)."""
+"""Loop gain over that of a known susceptibility: what is learnt is less far off (studies/pages/limit-observer.md)."""
 GUARD = 0.985
 """Share of a limit on Ms that is used: |S| is looked at on a grid, and forces in between are not."""
 PENALTY, TRIES = 3.0, 150
@@ -207,7 +207,8 @@ def limit_observer(system: System, wanted: Wanted) -> Designed:
     if worst is not None:
         raise FrictionloopError(unheld("limit_observer", wanted, worst))
     said = (
-        f"margins are those of a contact that is told, {found['controller.compliance_um_per_n']:g} um/N here and 0 on a "
-        f"slider, and of a susceptibility learnt {LEARNT - 1:.0%} too low; until a set-point moves, less is believed"
+        f"margins are those of a contact that is told, {found['controller.compliance_um_per_n']:g} um/N here and 0 on "
+        f"a slider, and of a loop gain {LEARNT - 1:.0%} above that of a known finger; until the set-point moves it is "
+        "less"
     )
     return Designed(found, (said,), tuple(at))

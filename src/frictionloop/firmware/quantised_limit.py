@@ -1,4 +1,4 @@
-"""The limit observer in the firmware's numbers: gains in the order and formats of firmware/core/law_limit_observer.c."""
+"""The limit observer in the firmware's numbers: gains in the order and formats of core/law_limit_observer.c."""
 
 from __future__ import annotations
 
