@@ -26,7 +26,7 @@ from frictionloop.loop.kernel.slab import LANES, law_rows
 from frictionloop.loop.simulate import run_tile
 from frictionloop.loop.sweep import sweep
 from frictionloop.loop.timing import periods_in
-from frictionloop.parameters import System, bench
+from frictionloop.parameters import FingerFriction, System, bench
 from frictionloop.quantities import FrictionloopError
 from studies.conditions import conditions, limit_observer
 from studies.kept import both, keep
@@ -59,11 +59,12 @@ def falls(system: System, people: Sequence[Mapping[str, Any]], duration_s: float
 
 def gains_as_run(system: System, people: Sequence[Mapping[str, Any]]) -> np.ndarray:
     """Return the largest tau over the believed one that a finger meets at `TIMES_S` of the sines."""
-    worst = np.zeros(len(people))
+    worst, friction = np.zeros(len(people)), system.friction
+    assert isinstance(friction, FingerFriction)
     for task in protocol.SINES:
         for time_s in TIMES_S:
             believed = math.log(2.0) * falls(system.evolve({"setpoint": protocol.setpoint_of(task)}), people, time_s)
-            moist = -math.expm1(-time_s / system.friction.occlusion_s)  # type: ignore[union-attr]
+            moist = -math.expm1(-time_s / friction.occlusion_s)
             true = [
                 each["friction.susceptibility_per_um2"] * (1.0 - each["friction.moist_loss"] * moist) for each in people
             ]

@@ -17,7 +17,7 @@ def limit_observer(contact: str) -> dict[str, Any]:
 
     As ``design_controller(bench(), "limit_observer", Wanted(sensitivity_peak=2.0))`` finds it.
     """
-    skin = bench().finger
+    skin: Any = bench().finger
     return {
         "controller.kind": "limit_observer",
         "controller.compliance_um_per_n": 1e6 / skin.bristle_stiffness_n_m if contact == "dahl" else 0.0,

@@ -175,7 +175,8 @@ def _loops(system: System, wanted: Wanted) -> list[LinearLoop]:
 
 def knowing(system: System, gain: float = LEARNT) -> System:
     """Return a system whose limit observer knows its contact, and has learnt a susceptibility that is 1/gain of it."""
-    tau: float = system.friction.susceptibility_per_um2 / gain  # type: ignore[union-attr]
+    friction: Any = system.friction
+    tau: float = friction.susceptibility_per_um2 / gain
     return system.evolve(
         {
             "controller.compliance_um_per_n": compliance_of(system),
