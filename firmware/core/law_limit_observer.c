@@ -28,20 +28,20 @@ enum {
     SLOWEST = 536871, LEAST_FORCE = 26843546, MOST_FORCE = 2 * FL_ONE, /* 0.002 m/s; 0.1 N */
     LARGEST_UP = 107374182, LARGEST_N = 5 * FL_ONE, LARGEST_LOG2 = 5 << 26, /* 0.4 */
     LONGEST = 15 * (FL_ONE / 2), LEAST_SQUARE = 174590, LEAST_SETPOINT = 5368709, /* 7.5; q25; 0.02 N */
-    LOG2_E = 1549082005 /* q30 */
+    LOG2_E = 1549082005, ROUNDED = 64 /* q30; of a power of 2 at the ends of the clamp */
 };
 
 typedef struct { int32_t share, ramp, lag; } contact;
 
 /* contact_shares, q28 (the first up to 1.1), and lag/way up to LONGEST; lag and way q20, at least 0 and above 0. */
 static contact contact_of(int32_t lag, int32_t way) {
-    const int32_t up = __builtin_clz((uint32_t)(lag | way)) - 4;
-    const int64_t l = up > 0 ? (int64_t)lag << up : lag >> -up, w = up > 0 ? (int64_t)way << up : way >> -up;
-    const uint64_t whole = (uint64_t)(6 * l * l + (4 * l + w) * w);
+    const int32_t up = __builtin_clz((uint32_t)(lag | way)) - 5; /* below 2^27 */
+    const int32_t l = up > 0 ? lag << up : lag >> -up, w = up > 0 ? way << up : way >> -up;
+    const uint64_t whole = (uint64_t)((int64_t)(6 * l) * l + (int64_t)(4 * l + w) * w);
     const int32_t bits = __builtin_clzll(whole);
     const int32_t factor = fl_reciprocal((uint32_t)(whole << bits >> 32));
-    const int32_t share = (int32_t)((uint64_t)(w * (6 * l + w)) << (bits - 1) >> 33);
-    const int32_t ramp = (int32_t)((uint64_t)(w * (3 * l + w)) << (bits - 1) >> 33);
+    const int32_t share = (int32_t)((uint64_t)((int64_t)w * (6 * l + w)) << (bits - 1) >> 33);
+    const int32_t ramp = (int32_t)((uint64_t)((int64_t)w * (3 * l + w)) << (bits - 1) >> 33);
     const int32_t ratio = 2 * (int64_t)lag >= 15 * (int64_t)way ? LONGEST : (int32_t)fl_over(lag, fl_invert(way), 28);
     return (contact){(int32_t)fl_product(share, factor, 32), (int32_t)fl_product(ramp, factor, 32), ratio};
 }
@@ -110,20 +110,13 @@ fl_force_command fl_limit_observer_step(
     x2 = corrected(x2, gains + K2, with.lag, e);
     x3 = corrected(x3, gains + K3, with.lag, e);
 
-    /* Learn. */
+    /* What set-point and limit do. */
     const int32_t target = fl_log2(setpoint > LEAST_SETPOINT ? setpoint : LEAST_SETPOINT, 28);
     int32_t slow_target = begins ? target : state[SLOW_TARGET], slow_limit = begins ? d : state[SLOW_LIMIT];
     const int32_t z = fl_low((int64_t)target - slow_target), h = fl_saturate((int64_t)d - slow_limit);
     slow_target = fl_fma(gains[SLOW], z, slow_target);
     slow_limit = fl_fma(gains[SLOW], h, slow_limit);
     const int32_t swing = fl_fma(gains[FORGET], fl_saturate(fl_product(z, z, 27) - state[SWING]), state[SWING]);
-    if (slides && !stuck && swing > LEAST_SQUARE) {
-        const int32_t new = learnt(fall, z, h, swing, gains);
-        const int32_t more = (int32_t)fl_product(fl_low(fl_product(new - fall, a, 28)), a, 30);
-        d = fl_add(d, more);
-        slow_limit = fl_add(slow_limit, more);
-        fall = new;
-    }
 
     /* Command. */
     const int32_t then = towards(gains[DECAY_REST], state[COMMAND], a);
@@ -133,9 +126,16 @@ fl_force_command fl_limit_observer_step(
     const int32_t wanted = fl_exp2(fl_saturate(nominal.mantissa - fl_product(model.mantissa, within, 27)), 28);
     const int32_t u = fl_clip(wanted, clamp.low, clamp.high);
     int32_t held = within;
-    if (u != wanted) {
-        const int32_t over = fl_low((int64_t)nominal.mantissa - fl_log2(u > 0 ? u : 1, 28));
+    if (u > wanted + ROUNDED || u < wanted - ROUNDED) {
+        const int32_t given = u == setpoint && u > LEAST_SETPOINT ? target : fl_log2(u > 0 ? u : 1, 28); /* open loop */
+        const int32_t over = fl_low((int64_t)nominal.mantissa - given);
         held = fl_clip(fl_saturate(fl_over(over, fl_invert(model.mantissa), 27)), 0, gains[MOST_SQUARE].mantissa);
+    } else if (slides && !stuck && swing > LEAST_SQUARE && square == within) { /* the limit that there is stays */
+        const int32_t new = learnt(fall, z, h, swing, gains);
+        const int32_t more = (int32_t)fl_product(fl_low(fl_product(new - fall, a, 28)), a, 30);
+        d = fl_add(d, more);
+        slow_limit = fl_add(slow_limit, more);
+        fall = new;
     }
     const int32_t missing = fl_low((int32_t)fl_root((uint64_t)held << 31) - fl_product(gains[DECAY].mantissa, then, 30));
     const int32_t command = fl_clip(

@@ -25,7 +25,7 @@ WORST_TICK = {
     "filtered_pi": WorstTick(3462, 5631),
     "observer": WorstTick(2148, 4225),
     "super_twisting": WorstTick(2333, 4597),
-    "limit_observer": WorstTick(2711, 5391),
+    "limit_observer": WorstTick(2770, 5416),
 }
 """By kind of controller, on the image of bench() with two force axes, from entry to return of the tick's interrupt.
 

@@ -17,7 +17,7 @@ times a^2. With z and h what log2 f_r and d do above `SLOW_HZ`:
 
 The set-point is an instrument: nothing that the finger does is in it, so the loop does not bias what is learnt. phi is
 between model / spread and model spread, and begins at the upper end: the loop gain then comes from below. Nothing is
-learnt while the finger sticks, is off the plate, or the set-point rests (`LEAST_SWING`).
+learnt while the finger sticks, is off the plate, the clamp acts, or the set-point rests (`LEAST_SWING`).
 """
 
 from __future__ import annotations
@@ -206,16 +206,12 @@ def limit_observer_step(
     f = min(max(fma(kf, e, f), -LARGEST_N), LARGEST_N)
     x1, x2, x3 = fma(fma(k1s, lag, k1), e, x1), fma(fma(k2s, lag, k2), e, x2), fma(fma(k3s, lag, k3), e, x3)
 
-    # Learn.
+    # What set-point and limit do.
     target = log2(max(setpoint_n, 0.02))
     slow_target, slow_limit = target if begins else slow_target, d if begins else slow_limit
     z, h, slow = target - slow_target, d - slow_limit, 2.0 * math.pi * SLOW_HZ * dt
     slow_target, slow_limit = fma(slow, z, slow_target), fma(slow, h, slow_limit)
     swing = fma(dt / MEMORY_S, fma(z, z, -swing), swing)
-    taught = slides & (not stuck) & (swing > LEAST_SWING * LEAST_SWING)
-    new = learnt_step(fall, z, h, swing, learn * dt, spread, model_fall) if taught else fall
-    more = (new - fall) * a * a  # the limit that there is stays
-    d, slow_limit, fall = d + more, slow_limit + more, new
 
     # Command.
     then = fma(decay_rest, a - command, command)
@@ -226,6 +222,12 @@ def limit_observer_step(
     held = within if u == wanted else min(max((log2_nominal - log2(u)) / model_fall, 0.0), most_um * most_um)
     decay = decay_rest * decay_left
     command = min(max(fma(-decay, then, math.sqrt(held)) / (1.0 - decay), 0.0), most_um)
+
+    # Learn. The limit that there is stays.
+    taught = slides & (not stuck) & (swing > LEAST_SWING * LEAST_SWING) & (square == held)
+    new = learnt_step(fall, z, h, swing, learn * dt, spread, model_fall) if taught else fall
+    more = (new - fall) * a * a
+    d, slow_limit, fall = d + more, slow_limit + more, new
 
     # Go on to the next sample.
     a_next = fma(decay_left, then - command, command)
