@@ -42,7 +42,14 @@ def test_a_notch_for_bristles_is_told_not_to_hold_on_a_slider():
 
 def test_little_gain_holds_everywhere():
     weak = {"controller.kind": "pi", "controller.kp": 0.0, "controller.ki": 7.0}
-    assert elsewhere(fl.bench().evolve(weak), LIMITS) == NOWHERE
+    found = elsewhere(fl.bench().evolve(weak), LIMITS)
+    assert found._replace(within=()) == NOWHERE
+    assert found.within == (
+        *("on contact dahl at 80 mm/s", "on contact slider at 20 mm/s", "on contact slider at 80 mm/s"),
+        "on contact dahl at 10 mm/s",
+    )
+    (line,) = found.notes()
+    assert line == f"the limits hold as well {'; '.join(found.within)}"
 
 
 def test_where_nothing_else_is_there_is_nothing_to_say():
@@ -57,7 +64,8 @@ def test_strokes_are_both_contacts_at_two_speeds_its_own_first():
 def test_a_stroke_too_short_for_four_times_the_speed_is_said_and_no_error():
     weak = {"controller.kind": "pi", "controller.kp": 0.0, "controller.ki": 7.0}
     short = fl.bench().evolve({**weak, "motion.stroke_mm": 10.0, "motion.speed_mm_s": 50.0})
-    lines = elsewhere(short, LIMITS).notes()
+    within, *lines = elsewhere(short, LIMITS).notes()
+    assert within.startswith("the limits hold as well on contact slider at 50 mm/s")
     assert [line.split(":")[0] for line in lines] == [
         f"not looked at with finger.contact = {contact}, motion.speed_mm_s = 200.0" for contact in ("dahl", "slider")
     ]

@@ -6,11 +6,16 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from frictionloop.analysis.reach import missed
+from frictionloop.design.corners import CONTACT_S
 
 if TYPE_CHECKING:
     from frictionloop.design.corners import Corner
     from frictionloop.design.wanted import Designed, Wanted
     from frictionloop.parameters import System
+
+
+MANY = "`frictionloop sweep FILE --fingers 100` says how many fingers can be given these forces."
+CONTACT_SAID = f"A moist finger is one after {CONTACT_S:g} s on the plate, or after motion.contact_s."
 
 
 def holds(law: str, designed: Designed, wanted: Wanted) -> list[str]:
@@ -27,6 +32,7 @@ def holds(law: str, designed: Designed, wanted: Wanted) -> list[str]:
         f"Law {law} from frictionloop design controller. It holds for what follows; elsewhere, design again.",
         f"Strokes: {'; '.join(each.removeprefix(', ') for each in strokes_said(found, wanted)) or 'none'}.",
         f"Forces: {min(forces):.3g} to {max(forces):.3g} N, {fingers}.",
+        *([CONTACT_SAID] if max(states) > 0 else []),
         *instead_of(found[0].loop.system, states),
         f"Resonance of the sensor: Ms up to {', '.join(limits)}.",
         *ends_said(wanted),
@@ -45,11 +51,12 @@ def ends_said(wanted: Wanted) -> list[str]:
 
 def instead_of(system: System, states: Sequence[float]) -> list[str]:
     """Return a line for each force asked for that is out of reach: which was evaluated in its place."""
-    return [
+    said = [
         f"{each.force_n:.3g} N is out of reach of {_finger(each.occluded)}: {each.instead_n:.3g} N is evaluated in its "
         "place."
         for each in missed(system, states)
     ]
+    return [*said, MANY] if said else []
 
 
 def _finger(occluded: float) -> str:

@@ -86,8 +86,11 @@ def command(
     from frictionloop.design.leaning import Lean
     from frictionloop.design.synthesis import default_law
     from frictionloop.design.wanted import Wanted
+    from frictionloop.firmware.board_fit import misfits
     from frictionloop.parameters import write_toml
 
+    for line in misfits(system):
+        screen.note(line)
     screen.tell_notes()  # before the search, which takes long
     between = checks.two_speeds(speeds)
     shares = {"sensor.resonance_hz": resonance_error, "sensor.cutoff_hz": sensor_error}

@@ -145,6 +145,8 @@ class Elsewhere(NamedTuple):
     """Others at which Ms is beyond its limit."""
     unseen: tuple[str, ...] = ()
     """Those that cannot be looked at, with the reason."""
+    within: tuple[str, ...] = ()
+    """Those at which the limits hold as well."""
 
     def warning(self) -> tuple[str, ...]:
         """Return the lines that come before all others."""
@@ -154,8 +156,9 @@ class Elsewhere(NamedTuple):
 
     def notes(self) -> tuple[str, ...]:
         """Return what else is worth a line."""
+        within = (f"the limits hold as well {'; '.join(self.within)}",) if self.within else ()
         beyond = (f"beyond its limits elsewhere: {'; '.join(self.beyond)}",) if self.beyond else ()
-        return (*beyond, *self.unseen)
+        return (*within, *beyond, *self.unseen)
 
 
 def elsewhere(system: System, limits: Mapping[float, float], speeds_mm_s: Sequence[float] = ()) -> Elsewhere:
@@ -163,7 +166,7 @@ def elsewhere(system: System, limits: Mapping[float, float], speeds_mm_s: Sequen
 
     Elsewhere are the other contact, four times the speed, and half of it: outside the speeds at which it holds.
     """
-    unstable, near, beyond, unseen = [], [], [], []
+    unstable, near, beyond, unseen, within = [], [], [], [], []
     for changes in [*strokes_of(system), *_slower(system, speeds_mm_s)]:
         try:
             there = system.evolve(changes)
@@ -181,7 +184,9 @@ def elsewhere(system: System, limits: Mapping[float, float], speeds_mm_s: Sequen
                 near.append(f"{place} ({peak})")
             else:
                 beyond.append(f"{peak} {place}")
-    return Elsewhere(tuple(unstable), tuple(near), tuple(beyond), tuple(unseen))
+        elif found:
+            within.append(_place(there))
+    return Elsewhere(tuple(unstable), tuple(near), tuple(beyond), tuple(unseen), tuple(within))
 
 
 def _slower(system: System, speeds_mm_s: Sequence[float]) -> list[dict[str, Any]]:
@@ -201,11 +206,11 @@ def _held(there: System, system: System, speeds_mm_s: Sequence[float]) -> bool:
     return alike and min(speeds_mm_s) <= speed <= max(speeds_mm_s)
 
 
-def _place(system: System, corner: Corner) -> str:
+def _place(system: System, corner: Corner | None = None) -> str:
     """Return contact, speed and resonance of a corner, as in "on a slider at 80 mm/s, the resonance 10 % lower"."""
     finger, motion = system.finger, system.motion
     contact = f"on contact {finger.contact}" if isinstance(finger, Skin) else ""
     speed = f" at {motion.speed_mm_s:g} mm/s" if isinstance(motion, Strokes) else ""
-    side = "higher" if corner.off > 0 else "lower"
-    off = f" with the resonance {100 * abs(corner.off):.3g} % {side}" if corner.off else ""
+    share = 0.0 if corner is None else corner.off
+    off = f" with the resonance {100 * abs(share):.3g} % {'higher' if share > 0 else 'lower'}" if share else ""
     return contact + speed + off

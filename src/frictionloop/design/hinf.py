@@ -100,7 +100,7 @@ def synthesised(method: Method, system: System, wanted: Wanted) -> Designed:
         worst = broken(at)
         if worst is None:
             on = ", ".join(_contacts(system))
-            said = f"{found.order} states, reduced from {found.full_order}; holds on contacts {on}"
+            said = f"{found.order} states, reduced from {found.full_order}; designed on contacts {on}"
             return Designed(overrides, (*notes, said), tuple(at))
         first = first or unheld(found.method, wanted, worst)
     raise FrictionloopError(first)
