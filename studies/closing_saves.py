@@ -21,23 +21,27 @@ from studies.kept import RESULTS, keep
 PEOPLE, AGAIN, EFFECT, TRIALS, STUDIES = 96, 48, 0.2, (20, 40, 60), 400
 SIZES = (12, 24, 40)
 LOOPS = ("closed", "open")
+CODES = [f"P{number:02d}" for number in range(1, PEOPLE + 1)]
 DRAWN = 2000
 """Draws of participants with replacement, for intervals."""
-HEADS = ("day", "participant", "loop", "trials", "threshold_n", "low_n", "high_n")
+OF = ["day", "loop", "trials"]
+"""What a line of the kept file is of; it has a column for each participant."""
 
 
 def people(plans: Sequence[Any], tables: Sequence[pandas.DataFrame]) -> Iterator[tuple[Any, ...]]:
-    """Return a row for each day, participant, loop and number of trials: threshold over the level requested, N."""
+    """Return a row for each day, loop and number of trials: the threshold of each participant, N."""
     for day, (plan, table) in enumerate(zip(plans, tables, strict=True), 1):
         for count in TRIALS:
-            for each in fits(plan, first_trials(table, count), ("requested",)).itertuples():
-                found = (f"{value:.5f}" for value in (each.value, each.low, each.high))
-                yield day, each.participant, each.condition, count, *found
+            found = fits(plan, first_trials(table, count), ("requested",))
+            for loop, some in found.groupby("condition", sort=False):
+                own = dict(zip(some["participant"], some["value"], strict=True))
+                yield day, loop, count, *(f"{own[name]:.5f}" if name in own else "" for name in CODES)
 
 
 def read() -> pandas.DataFrame:
-    """Return the rows that are kept."""
-    return pandas.read_csv(RESULTS / "closing-people.csv", comment="#")
+    """Return a row for each day, loop, number of trials and participant."""
+    kept = pandas.read_csv(RESULTS / "closing-people.csv", comment="#")
+    return kept.melt(OF, var_name="participant", value_name="threshold_n").dropna(ignore_index=True)
 
 
 def saved(kept: pandas.DataFrame) -> list[tuple[str, ...]]:
@@ -95,7 +99,7 @@ def main() -> None:
     plan = read_protocol("study-friction")
     again, changed = another_day(plan, EFFECT)
     tables = simulate(plan, participants=PEOPLE), simulate(again, participants=AGAIN, observer=changed)
-    keep("closing-people", "closing_saves", HEADS, people((plan, again), tables))
+    keep("closing-people", "closing_saves", [*OF, *CODES], people((plan, again), tables))
     write()
 
 

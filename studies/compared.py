@@ -11,6 +11,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+from studies.laws import CELL, KEYS
+
 HERE = Path(__file__).parent
 KEPT, PAGE = HERE / "results" / "laws.csv", HERE / "pages" / "laws.md"
 MARKS = "<!-- python -m studies.compared -->", "<!-- end -->"
@@ -72,8 +74,14 @@ def _margins(title: str, here: dict[str, list[Row]]) -> str:
 
 
 def _read(path: Path) -> list[Row]:
+    """Return a row for each score of a cell that is kept."""
+    found = []
     with path.open(newline="", encoding="utf-8") as stream:
-        return list(csv.DictReader(line for line in stream if not line.startswith("#")))
+        for cell in csv.DictReader(line for line in stream if not line.startswith("#")):
+            place = {name: cell.pop(name) for name in CELL}
+            for score in dict.fromkeys(name.split()[0] for name, value in cell.items() if value):
+                found.append(place | {"score": score} | {key: cell[f"{score} {key}"] for key in KEYS})
+    return found
 
 
 def _names(rows: Iterable[Row], column: str) -> list[str]:

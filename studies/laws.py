@@ -20,6 +20,8 @@ SHOWN = (
     *("residual_rms_n", "hold_rms_n", "r2_identity", "relative_index", "over_oracle", "fall_63_s"),
     *("sensitivity_peak", "sensitivity_peak_5", "sensitivity_peak_10"),
 )
+CELL, KEYS = ("law", "speed_mm_s", "contact", "population", "fingers"), ("median", "worst_decile")
+"""What a line of the kept file is of, and what it has of each score."""
 POPULATIONS = ("capable", "median capable finger")
 
 
@@ -30,14 +32,18 @@ def whole(path: Path = RUNS) -> rooms.Comparison:
 
 
 def keep(rows: list[Row], kept: Path = KEPT) -> None:
-    """Write the rows that are shown, at four digits, below a line that says where they are from."""
-    shown = [row for row in rows if row["score"] in SHOWN and row["population"] in POPULATIONS]
+    """Write what is shown at four digits, a line for each cell, below one that says where it is from."""
+    cells: dict[tuple[str, ...], dict[str, str]] = {}
+    for row in rows:
+        if row["score"] in SHOWN and row["population"] in POPULATIONS:
+            cell = cells.setdefault(tuple(str(row[name]) for name in CELL), {})
+            cell |= {f"{row['score']} {key}": f"{float(row[key]):.4g}" for key in KEYS}
+    scores = [f"{score} {key}" for score in SHOWN for key in KEYS]
     with kept.open("w", newline="", encoding="utf-8") as stream:
         stream.write(f"# python -m studies.laws, frictionloop {package_version()}\n")
-        writer = csv.DictWriter(stream, list(shown[0]), lineterminator="\n")
+        writer = csv.DictWriter(stream, [*CELL, *scores], lineterminator="\n")
         writer.writeheader()
-        for row in shown:
-            writer.writerow(row | {key: f"{float(row[key]):.4g}" for key in ("median", "worst_decile")})
+        writer.writerows(dict(zip(CELL, place, strict=True)) | found for place, found in cells.items())
 
 
 def main() -> None:

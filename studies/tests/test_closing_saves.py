@@ -9,20 +9,20 @@ import pandas
 import pytest
 
 from studies import closing_saves, kept
-from studies.closing_saves import HEADS, PEOPLE, TRIALS, power, saved
+from studies.closing_saves import PEOPLE, TRIALS, power, saved
 
 
 def made(spread_open: float) -> pandas.DataFrame:
     """Return rows of participants with thresholds about 50 mN, of another spread in the open loop; +10 mN on day 2."""
     z = np.linspace(-1.0, 1.0, PEOPLE)
     rows = [
-        (day, f"P{k:02d}", loop, trials, 0.05 + spread * z[k] + 0.01 * (day - 1) * (1 + 0.1 * z[k]), 0.0, 0.1)
+        (day, f"P{k:02d}", loop, trials, 0.05 + spread * z[k] + 0.01 * (day - 1) * (1 + 0.1 * z[k]))
         for day in (1, 2)
         for trials in TRIALS
         for loop, spread in (("closed", 0.01), ("open", spread_open))
         for k in range(PEOPLE)
     ]
-    return pandas.DataFrame(rows, columns=HEADS)
+    return pandas.DataFrame(rows, columns=("day", "participant", "loop", "trials", "threshold_n"))
 
 
 def test_twice_the_spread_needs_four_times_the_participants_and_a_paired_test_does_not_see_it():
