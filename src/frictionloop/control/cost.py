@@ -19,11 +19,11 @@ class WorstTick(NamedTuple):
 
 
 WORST_TICK = {
-    "pi": WorstTick(1741, 3297),
-    "lookup": WorstTick(1721, 3230),
-    "notch_pi": WorstTick(2549, 4418),
-    "filtered_pi": WorstTick(3462, 5631),
-    "observer": WorstTick(2148, 4225),
+    "pi": WorstTick(1741, 3301),
+    "lookup": WorstTick(1721, 3234),
+    "notch_pi": WorstTick(2549, 4420),
+    "filtered_pi": WorstTick(3462, 5633),
+    "observer": WorstTick(2148, 4229),
     "super_twisting": WorstTick(2333, 4597),
     "limit_observer": WorstTick(2770, 5416),
 }

@@ -60,7 +60,6 @@ class Device(metaclass=Brief):
 
     While the loop is on, the host must be heard every 200 ms, which `run` and `stream` see to: between them the
     firmware ramps the plate down by itself.
-
     ``opening`` opens the line, again after it was unplugged; ``address`` is what errors call it.
     """
 
@@ -140,7 +139,7 @@ class Device(metaclass=Brief):
             pass
 
     def uploading(self, system: System) -> Iterator[None]:
-        """As `upload`, with a pause after each frame, for who has to listen to the device meanwhile."""
+        """As `upload`, with a pause after each frame, for who listens to the device meanwhile."""
         self._tuned, self._others_wait = {}, False
         yield from self.parameters.writing(firmware_words(system))
         self.parameters.commit()
