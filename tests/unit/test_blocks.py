@@ -26,7 +26,8 @@ DIMENSIONLESS = {
     "decimal", "occlusion_ratio", "roughness_rms", "q", "adc_bits", "lost_ticks", "contact", "start", "load_drift",
     "person", "moist_loss", "static_ratio", "touch_share", "resonance_q", "overdrive", "feedforward", "sections",
     "notch_depth", "notch_width", "preview", "schedule", "compliance_learning", "resonance_share", "broadened_q",
-    "susceptibility_learning", "force_axes", "pulse_ticks", "form", "position", "hum_share", "spring_noise", "susceptibility_spread",
+    "susceptibility_learning", "force_axes", "pulse_ticks", "form", "position", "hum_share",
+    "spring_noise", "susceptibility_spread",
 }  # fmt: skip
 
 
