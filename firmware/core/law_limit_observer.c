@@ -75,7 +75,7 @@ fl_force_command fl_limit_observer_step(
     const int32_t forward = measurement->speed >= 0 ? 1 : -1, before = state[FORWARD], begins = before == 0;
     int32_t f = state[FRICTION], x1 = state[SPRING], x2 = state[RATE], x3 = state[READING];
     int32_t d = state[D], fall = state[FALL];
-    if (forward * before < 0) {
+    if (forward > 0 ? before < 0 : before > 0) {
         f = fl_subtract(0, f);
         x1 = fl_subtract(0, x1);
         x2 = fl_subtract(0, x2);
@@ -90,8 +90,9 @@ fl_force_command fl_limit_observer_step(
     const int32_t speed = measurement->speed < 0 ? fl_subtract(0, measurement->speed) : measurement->speed;
     const int32_t v = speed > SLOWEST ? speed : SLOWEST;
     const int32_t force = fl_clip(f, LEAST_FORCE, MOST_FORCE);
-    const int32_t lag_um = fl_saturate(fl_product(gains[COMPLIANCE].mantissa, force, 28));
-    const contact with = contact_of(lag_um, fl_saturate(fl_product(gains[WAY].mantissa, v, 28)));
+    const int32_t lag_um = fl_clip(fl_saturate(fl_product(gains[COMPLIANCE].mantissa, force, 28)), 0, INT32_MAX);
+    const int32_t way_um = fl_clip(fl_saturate(fl_product(gains[WAY].mantissa, v, 28)), 1, INT32_MAX);
+    const contact with = contact_of(lag_um, way_um);
     const int64_t fastest = fl_product(gains[SKIN].mantissa, v, 28);
 
     /* Correct by the reading. */
@@ -125,14 +126,15 @@ fl_force_command fl_limit_observer_step(
     const fl_gain nominal = gains[LOG2_NOMINAL], model = gains[MODEL_FALL];
     const int32_t wanted = fl_exp2(fl_saturate(nominal.mantissa - fl_product(model.mantissa, within, 27)), 28);
     const int32_t u = fl_clip(wanted, clamp.low, clamp.high);
+    const int32_t clamped = fl_subtract(u, wanted);
     int32_t held = within;
-    if (u > wanted + ROUNDED || u < wanted - ROUNDED) {
+    if (clamped > ROUNDED || clamped < -ROUNDED) {
         const int32_t given = u == setpoint && u > LEAST_SETPOINT ? target : fl_log2(u > 0 ? u : 1, 28); /* open loop */
         const int32_t over = fl_low((int64_t)nominal.mantissa - given);
         held = fl_clip(fl_saturate(fl_over(over, fl_invert(model.mantissa), 27)), 0, gains[MOST_SQUARE].mantissa);
     } else if (slides && !stuck && swing > LEAST_SQUARE && square == within) { /* the limit that there is stays */
         const int32_t new = learnt(fall, z, h, swing, gains);
-        const int32_t more = (int32_t)fl_product(fl_low(fl_product(new - fall, a, 28)), a, 30);
+        const int32_t more = (int32_t)fl_product(fl_low(fl_product(fl_subtract(new, fall), a, 28)), a, 30);
         d = fl_add(d, more);
         slow_limit = fl_add(slow_limit, more);
         fall = new;
@@ -144,8 +146,8 @@ fl_force_command fl_limit_observer_step(
     /* Go on to the next sample. */
     const int32_t a_next = towards(gains[DECAY_LEFT], command, then);
     const int32_t limit = limit_of(d, fall, a), limit_next = limit_of(d, fall, a_next);
-    const int64_t behind = 4 * (int64_t)limit - f, rises = 4 * ((int64_t)limit_next - limit);
-    const int64_t follows = ((with.share * behind) >> 28) + ((with.ramp * rises) >> 28);
+    const int32_t behind = fl_saturate(4 * (int64_t)limit - f), rises = fl_saturate(4 * ((int64_t)limit_next - limit));
+    const int64_t follows = fl_product(with.share, behind, 28) + fl_product(with.ramp, rises, 28);
     const int32_t change = slides ? fl_saturate(follows < fastest ? follows : fastest) : 0;
     const int32_t mean = (int32_t)(((int64_t)f + (change >> 1)) >> 4);
     const int32_t s = fl_subtract(x1, mean), r = fl_subtract(x3, mean);
