@@ -54,7 +54,8 @@ def test_the_force_evaluated_in_place_of_another_is_that_of_the_loops():
     evaluated = [loop.elements for loop in operating_band(system, occluded=states)]
     assert min(each.force_n for each in evaluated if each.occluded > 0) == pytest.approx(beyond.instead_n, rel=1e-12)
     assert instead_of(system, states) == [
-        "0.3 N is out of reach of a moist finger (occluded 39%): 0.401 N is evaluated in its place."
+        "0.3 N is out of reach of a moist finger (occluded 39%): 0.401 N is evaluated in its place.",
+        "`frictionloop sweep FILE --fingers 100` says how many fingers can be given these forces.",
     ]
 
 

@@ -40,8 +40,10 @@ def test_a_carrier_in_kilohertz_is_asked_about_before_the_search(frictionloop, m
         raise fl.FrictionloopError("the resonance is the limit")
 
     monkeypatch.setattr("frictionloop.design.synthesis.design_controller", late)
-    first, last = frictionloop("design", "controller", "--plate.frequency_hz", "38.5", "--law", "pi").err.splitlines()
+    said = frictionloop("design", "controller", "--plate.frequency_hz", "38.5", "--law", "pi").err
+    first, carrier, last = said.splitlines()
     assert first.startswith("plate.frequency_hz = 38.5 Hz: is the unit right?") and "did you mean 38500 Hz?" in first
+    assert "the board's carrier is at 45977 Hz" in carrier
     assert last == "error: the resonance is the limit"
 
 
