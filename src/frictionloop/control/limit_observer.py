@@ -72,7 +72,7 @@ class LimitObserverController(Timing):
     susceptibility_spread: Annotated[Number, Field(ge=1, le=10)] = 2.5
     """Bound of what is learnt: tau from the model's over this to the model's times this, where it begins; 1 learns not.
 
-    Of 1,300 capable fingers none has less than 1/2.6 or more than 2.53 times the median (physics/fingers).
+    2.5 is exp(2.6 x 0.35), 2.6 standard deviations of ln tau over fingers, which is assumed (physics/fingers).
     """
     learning_s: Positive = 3.0
     """Time constant T_l with which the susceptibility is learnt."""

@@ -30,6 +30,7 @@ LEARNT = 1.2
 GUARD = 0.985
 """Share of a limit on Ms that is used: |S| is looked at on a grid, and forces in between are not."""
 PENALTY, TRIES = 3.0, 150
+"""Of an excess of Ms by its limit's size, in the logarithm of the residual, and most beliefs tried (chosen)."""
 
 
 class Belief(NamedTuple):

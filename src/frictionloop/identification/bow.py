@@ -11,6 +11,7 @@ Array = NDArray[np.float64]
 PIECES = 24
 """Pieces whose medians tell the bow: a ringing goes as far up as down, and leaves its median (assumed)."""
 DEGREE = 5
+"""Of the polynomial: two turns and a half in a record; a ringing has many more (assumed)."""
 SHARE = 0.2
 """A bow is told where it leaves at most this share of what the medians scatter (assumed)."""
 ABOVE_NOISE = 5.0

@@ -119,7 +119,7 @@ def page(found: Report) -> str:
         funnel=_funnel_rows(trials),
         measure=measure(protocol),
         weber="weber" in fitted,
-        at_edge=int((fitted["at_edge"] == True).sum()) if "at_edge" in fitted else 0,  # noqa: E712
+        at_edge=int(fitted["at_edge"].eq(True).sum()) if "at_edge" in fitted else 0,
         conditions=list(dict.fromkeys(trials["condition"])),
     )
 
