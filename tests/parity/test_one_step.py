@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from held_sections import FREE, HELD, section
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -16,19 +17,6 @@ ONE, FULL = 2.0**28, 2**30
 """1 N in words, and 4 N: differences of two forces stay within a word."""
 FORCE_N = 2e-4
 """Allowed difference of the force command."""
-
-
-def section(zeros, poles, gain=1.0):
-    return (*(gain * np.poly(zeros)).tolist(), *np.poly(poles)[1:].tolist())
-
-
-FREE = (section([0.98 + 0.17j, 0.98 - 0.17j], [0.3, 0.2]), section([0.5, 0.2], [0.6, -0.4]))
-HELD = (
-    section([0.99 + 0.01j, 0.99 - 0.01j], [0.9978 + 0.0127j, 0.9978 - 0.0127j], 0.5),
-    section([0.9991, 0.98], [0.9994, 0.9947], 0.8),
-    section([0.7, -0.3], [0.97, 0.5], -0.9),
-    section([0.4, 0.1], [0.9, 0.2], -1.1),
-)
 SYNTHESISED = (
     (0.316056, -0.621038, 0.313840, -0.157528, 0.093406),
     (0.824763, 0.589836, -0.234950, 0.518335, -0.003914),

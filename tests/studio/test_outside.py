@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 import pytest
+from half_law import Gains, HalfController, State, half
 from live_engines import GRATING, Echo
 from studio_pages import opened, until
 
@@ -18,29 +19,6 @@ from frictionloop.studio.gallery import gallery
 from frictionloop.studio.panels import panels_of
 from frictionloop.studio.room import Guest, Room
 from frictionloop.studio.share import as_python, system_message
-
-
-class HalfController(fl.Timing):
-    kind: Literal["half"] = "half"
-    share: float = 0.5
-    """Share of the wish that is commanded."""
-
-
-class State(NamedTuple):
-    nothing: float
-
-
-class Gains(NamedTuple):
-    share: float
-    low: float
-    high: float
-
-
-@fl.step
-def half(state, measured, setpoint_n, gains, dt):
-    v = gains.share * setpoint_n
-    u = min(max(v, gains.low), gains.high)
-    return state, fl.ForceCommand(u, 1.0 if u != v else 0.0)
 
 
 @pytest.fixture

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from held_sections import FREE, HELD, section
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from run_filtered import CLAMP, RATE, TOLD, columns, run
@@ -14,20 +15,6 @@ from frictionloop.control.filtered_pi import filtered_pi_gains, hold_gain
 
 KP, KI = 0.4, 60.0
 THROUGH = (1.0, 0.0, 0.0, 0.0, 0.0)
-
-
-def section(zeros, poles, gain=1.0):
-    return (*(gain * np.poly(zeros)).tolist(), *np.poly(poles)[1:].tolist())
-
-
-FREE = (section([0.98 + 0.17j, 0.98 - 0.17j], [0.3, 0.2]), section([0.5, 0.2], [0.6, -0.4]))
-HELD = (
-    section([0.99 + 0.01j, 0.99 - 0.01j], [0.9978 + 0.0127j, 0.9978 - 0.0127j], 0.5),
-    section([0.9991, 0.98], [0.9994, 0.9947], 0.8),
-    section([0.7, -0.3], [0.97, 0.5], -0.9),
-    section([0.4, 0.1], [0.9, 0.2], -1.1),
-)
-"""Memories of 0.3 s and of 90 ms at 10 Hz among them, as an H-infinity controller has."""
 
 INVERSES = [np.sum(np.abs(signal.lfilter([1.0, *s[3:]], s[:3], np.eye(1, 40000)[0]))) for s in HELD]
 """Largest output of each one's inverse for an input of at most 1."""

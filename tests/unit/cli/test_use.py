@@ -3,41 +3,15 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 
+import half_law
 import pytest
 
 from frictionloop.loop.blocks import forget
 
-LAW = """
-from typing import Literal, NamedTuple
-
-import frictionloop as fl
-
-
-class Parameters(fl.Timing):
-    kind: Literal["half"] = "half"
-    share: float = 0.5
-
-
-class State(NamedTuple):
-    nothing: float
-
-
-class Gains(NamedTuple):
-    share: float
-    low: float
-    high: float
-
-
-@fl.step
-def half(state, measured, setpoint_n, gains, dt):
-    v = gains.share * setpoint_n
-    u = min(max(v, gains.low), gains.high)
-    return state, fl.ForceCommand(u, 1.0 if u != v else 0.0)
-
-
-fl.register(fl.Law("half", half, State, Gains), Parameters)
-"""
+LAW = Path(half_law.__file__).read_text(encoding="utf-8")
+REGISTER = '\n\nfl.register(fl.Law("half", half, State, Gains), HalfController)\n'
 
 
 def forgotten():
@@ -48,7 +22,7 @@ def forgotten():
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    (tmp_path / "my_law.py").write_text(LAW, encoding="utf-8")
+    (tmp_path / "my_law.py").write_text(LAW + REGISTER, encoding="utf-8")
     monkeypatch.setattr(sys, "path", list(sys.path))
     yield tmp_path
     forgotten()
