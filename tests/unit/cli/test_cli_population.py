@@ -175,10 +175,11 @@ def test_a_recorded_set_point_is_not_judged(frictionloop):
 
 
 def test_interrupted_population_says_what_is_done_and_how_to_go_on(frictionloop, monkeypatch):
+    partial = in_python()
+    for values in partial.data_vars.values():
+        values[5:] = np.nan
+
     def sweep(*_, **__):
-        partial = in_python()
-        for values in partial.data_vars.values():
-            values[5:] = np.nan
         raise fl.SweepInterrupted(partial)
 
     monkeypatch.setattr("frictionloop.loop.sweep.sweep", sweep)

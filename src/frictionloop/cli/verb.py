@@ -1,0 +1,60 @@
+"""What a verb is, how its help looks, and apps of several verbs."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from cyclopts import App, Group, Parameter
+from cyclopts.help import DefaultFormatter, PanelSpec
+from rich.box import Box
+
+_MEANING = re.compile(r"^ {4}\S.*(?:\n {4}\S.*)*", re.MULTILINE)
+_NO_LINES = Box("    \n" * 8)
+
+HERE = Group("About", sort_key=9)
+HELP_STYLE = DefaultFormatter(panel_spec=PanelSpec(box=_NO_LINES, padding=(0, 3), border_style="bold"))
+"""Formatter of every help page."""
+
+
+class Verb(NamedTuple):
+    """A command, what its usage says after its name, and its examples."""
+
+    command: Callable[..., Any]
+    arguments: str
+    examples: str
+
+
+def new_app(name: str, text: str, **more: Any) -> App:
+    """Return an app that looks like all others."""
+    app = App(
+        name=name,
+        help=text,
+        help_format="plaintext",
+        help_formatter=HELP_STYLE,
+        default_parameter=Parameter(negative=()),
+        **more,
+    )
+    app["--help"].group = HERE
+    return app
+
+
+def add(app: App, path: str, verbs: dict[str, Verb], **more: Any) -> None:
+    """Add verbs to an app; ``path`` is what is typed before their names."""
+    for name, verb in verbs.items():
+        # What a parameter means is one line, for the terminal to break.
+        told = inspect.cleandoc(verb.command.__doc__ or "")
+        verb.command.__doc__ = _MEANING.sub(lambda found: "    " + " ".join(found[0].split()), told)
+        usage = f"{path} {name} {verb.arguments}"
+        app.command(verb.command, name=name, usage=usage, help_epilogue=verb.examples, **more)
+
+
+def group_app(name: str, text: str, example: str, group: Group, verbs: dict[str, Verb]) -> App:
+    """Return the app of a verb whose commands are parts of one job; ``example`` is one of them."""
+    path = f"frictionloop {name}"
+    told = f"Each command has its own help with examples: {path} {example} --help"
+    app = new_app(name, text, usage=f"{path} COMMAND [OPTIONS]", help_epilogue=told, group=group)
+    add(app, path, verbs)
+    return app

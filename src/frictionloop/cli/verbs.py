@@ -1,0 +1,157 @@
+"""The verbs: the whole command line as one app. Adding a verb is one import and one line here."""
+
+from __future__ import annotations
+
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+from cyclopts import Group
+
+from frictionloop.cli import (
+    compare,
+    design_controller,
+    design_plate,
+    design_sensor,
+    device,
+    device_flash,
+    device_play,
+    device_recover,
+    device_run,
+    device_set,
+    effect,
+    effect_import,
+    experiment,
+    findings,
+    firmware,
+    identify,
+    identify_bench,
+    identify_compare,
+    identify_run,
+    reproduce,
+    sessions,
+    simulate,
+    studio,
+    sweep,
+)
+from frictionloop.cli.verb import HERE, Verb, add, group_app, new_app
+
+PAPER, LOOP, BENCH, DEVICE = (
+    Group(name, sort_key=1 + place) for place, name in enumerate(("The paper", "The loop", "The bench", "The device"))
+)
+
+
+def _version() -> str:
+    try:
+        return f"frictionloop {version('frictionloop')}"
+    except PackageNotFoundError:
+        return "frictionloop, not installed as a package"
+
+
+def _verb(module: Any) -> Verb:
+    """Return the verb of a module with one; what it computes with is imported inside."""
+    return Verb(module.command, module.ARGUMENTS, module.EXAMPLES)
+
+
+app = new_app(
+    "frictionloop",
+    "Closed-loop control of fingertip friction on ultrasonic surfaces: simulate it, sweep it, report on it.",
+    help_epilogue="Each command has its own help with examples: frictionloop simulate --help\n\n"
+    "A law, friction law, signal or metric of your own: --use FILE.py runs the file, which registers it, first.",
+    version=_version,
+    suppress_keyboard_interrupt=False,
+)
+app["--version"].group = HERE
+add(app, "frictionloop", {"reproduce": _verb(reproduce)}, group=PAPER)
+add(
+    app,
+    "frictionloop",
+    {"simulate": _verb(simulate), "sweep": _verb(sweep), "compare": _verb(compare), "studio": _verb(studio)},
+    group=LOOP,
+)
+app.command(
+    group_app(
+        "design",
+        "Size a part of the bench: from its geometry to what it does, or the other way round.",
+        "sensor",
+        BENCH,
+        {"sensor": _verb(design_sensor), "plate": _verb(design_plate), "controller": _verb(design_controller)},
+    )
+)
+app.command(
+    group_app(
+        "effect",
+        "Effects, friction by place, time and touch: list them, preview what a finger gets, play them.",
+        "show",
+        LOOP,
+        {
+            "list": Verb(effect.list_effects, "[--json]", effect.LIST_EXAMPLES),
+            "show": Verb(effect.show, effect.ARGUMENTS, effect.SHOW_EXAMPLES),
+            "check": Verb(effect.check, effect.ARGUMENTS, effect.CHECK_EXAMPLES),
+            "play": Verb(effect.play, effect.ARGUMENTS, effect.PLAY_EXAMPLES),
+            "import": _verb(effect_import),
+        },
+    )
+)
+app.command(
+    group_app(
+        "identify",
+        "From a lab's recordings to its bench: what is in a file, and what weights, hits and silence tell.",
+        "channels",
+        BENCH,
+        {
+            "channels": Verb(identify.channels, "FILE [OPTIONS]", identify.CHANNELS_EXAMPLES),
+            "bench": _verb(identify_bench),
+            "compare": _verb(identify_compare),
+            "run": _verb(identify_run),
+        },
+    )
+)
+app.command(
+    group_app(
+        "firmware",
+        "The controller on the microcontroller: its parameter table and its image.",
+        "export",
+        DEVICE,
+        {
+            "export": Verb(firmware.export, firmware.ARGUMENTS, firmware.EXPORT_EXAMPLES),
+            "build": Verb(firmware.build, firmware.ARGUMENTS, firmware.BUILD_EXAMPLES),
+        },
+    )
+)
+app.command(
+    group_app(
+        "experiment",
+        "Experiments on the friction that is felt: protocols, sessions, simulated participants, reports.",
+        "simulate",
+        DEVICE,
+        {
+            "new": Verb(experiment.new, "FILE [OPTIONS]", experiment.NEW_EXAMPLES),
+            "check": Verb(experiment.check, "PROTOCOL [OPTIONS]", experiment.CHECK_EXAMPLES),
+            "run": Verb(sessions.run, "PROTOCOL --participant CODE [OPTIONS]", sessions.RUN_EXAMPLES),
+            "resume": Verb(sessions.resume, "FOLDER", sessions.RESUME_EXAMPLES),
+            "simulate": Verb(findings.simulate, "PROTOCOL [OPTIONS]", findings.SIMULATE_EXAMPLES),
+            "report": Verb(findings.report, "FOLDER [OPTIONS]", findings.REPORT_EXAMPLES),
+            "export": Verb(experiment.export, "FOLDER OUT [OPTIONS]", experiment.EXPORT_EXAMPLES),
+            "power": Verb(experiment.power, "PROTOCOL [OPTIONS]", experiment.POWER_EXAMPLES),
+        },
+    )
+)
+app.command(
+    group_app(
+        "device",
+        "A board on this machine's ports, or one that is simulated: look at it, set it up, run it, flash it.",
+        "run",
+        DEVICE,
+        {
+            "list": Verb(device.list_ports, "[--json]", device.LIST_EXAMPLES),
+            "info": Verb(device.info, "ADDRESS [--json]", device.INFO_EXAMPLES),
+            "set": _verb(device_set),
+            "run": _verb(device_run),
+            "play": _verb(device_play),
+            "recover": _verb(device_recover),
+            "clear": Verb(device.clear, "ADDRESS [--json]", device.CLEAR_EXAMPLES),
+            "monitor": Verb(device.monitor, "ADDRESS [OPTIONS]", device.MONITOR_EXAMPLES),
+            "flash": _verb(device_flash),
+        },
+    )
+)
