@@ -6,9 +6,9 @@ import json
 import pytest
 
 from frictionloop.experiments import Protocol, run
+from frictionloop.experiments.kept_sessions import read_trials
 from frictionloop.experiments.keyboard import Keyboard, bar
 from frictionloop.experiments.respondent import Aborted
-from frictionloop.experiments.summary import read_trials
 
 PLAN = Protocol(
     stimulus={"standard": 0.35},

@@ -11,8 +11,8 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.experiments import Protocol, folder
+from frictionloop.experiments.kept_sessions import read_trials
 from frictionloop.experiments.running import resume, run
-from frictionloop.experiments.summary import read_trials
 from frictionloop.quantities import FrictionloopError
 
 STAIRCASE = Protocol(

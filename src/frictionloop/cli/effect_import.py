@@ -142,8 +142,8 @@ def _recording_told(effect: Effect, scale: float | None, ending: str) -> str:
 
 
 def _raised(height: Effect) -> Effect:
+    from frictionloop.rendering.conditions import Relief
     from frictionloop.rendering.library import CARRIER_N
-    from frictionloop.rendering.mixing import Relief
 
     return CARRIER_N + Relief(height=height)
 

@@ -10,6 +10,7 @@ from typing import Any
 from frictionloop.experiments.bayes import Psi, Quest
 from frictionloop.experiments.dry_run import check
 from frictionloop.experiments.fit import fit
+from frictionloop.experiments.kept_sessions import read_trials
 from frictionloop.experiments.methods import ConstantStimuli, Walk
 from frictionloop.experiments.own_reach import reaches
 from frictionloop.experiments.participant import Observer
@@ -19,7 +20,7 @@ from frictionloop.experiments.running import resume, run
 from frictionloop.experiments.several import Adjustment, Interleaved
 from frictionloop.experiments.staircase import Staircase
 from frictionloop.experiments.study import simulate
-from frictionloop.experiments.summary import fits, funnel, groups, pooled, read_trials
+from frictionloop.experiments.summary import fits, funnel, groups, pooled
 
 
 def __getattr__(name: str) -> Any:

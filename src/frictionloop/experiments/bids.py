@@ -13,7 +13,7 @@ import xarray as xr
 
 from frictionloop.experiments import folder
 from frictionloop.experiments.delivered import force_of
-from frictionloop.experiments.summary import once_each, read_trials, sessions_in
+from frictionloop.experiments.kept_sessions import once_each, read_trials, sessions_in
 from frictionloop.experiments.table import COLUMNS
 from frictionloop.loop.record import load, system_of
 from frictionloop.quantities import FrictionloopError

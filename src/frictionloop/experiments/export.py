@@ -12,7 +12,7 @@ import pandas  # type: ignore[import-untyped]
 
 from frictionloop.experiments import folder
 from frictionloop.experiments.bids import bids
-from frictionloop.experiments.summary import once_each, read_trials, sessions_in
+from frictionloop.experiments.kept_sessions import once_each, read_trials, sessions_in
 from frictionloop.loop.record import load
 from frictionloop.quantities import replacing
 

@@ -10,11 +10,11 @@ import pandas  # type: ignore[import-untyped]
 from frictionloop.experiments.engine import Engine
 from frictionloop.experiments.fitting import fitted
 from frictionloop.experiments.folder import Folder, logged, now, read
+from frictionloop.experiments.kept_sessions import sessions_in
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.reach import Reach
 from frictionloop.experiments.respondent import Respondent
 from frictionloop.experiments.session import guided
-from frictionloop.experiments.summary import sessions_in
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,9 +12,7 @@ from scipy.stats import linregress
 from scipy.stats import t as student
 
 from frictionloop.experiments.fit import fit, jnd
-from frictionloop.experiments.folder import ABOUT, TABLE, read
 from frictionloop.experiments.protocol import Protocol
-from frictionloop.experiments.table import COLUMNS, read_rows
 from frictionloop.quantities import FrictionloopError
 
 COVERAGE = 0.95
@@ -197,39 +194,3 @@ def _caught(catch: pandas.DataFrame) -> list[tuple[str, int]]:
     valid = catch[catch["valid"] == 1]
     right, wrong = (int((valid["correct"] == value).sum()) for value in (1.0, 0.0))
     return [("right", right), ("wrong", wrong), ("neither", len(catch) - right - wrong)]
-
-
-def sessions_in(path: Path) -> list[Path]:
-    """Return the folders of sessions: the folder itself, or those in it.
-
-    Raises
-    ------
-    FrictionloopError
-        If there is none.
-    """
-    found = [path] if (path / ABOUT).is_file() else sorted(each.parent for each in path.glob(f"*/{ABOUT}"))
-    if not found:
-        raise FrictionloopError(f"{path}: is no session, and has none in it")
-    return found
-
-
-def once_each(sessions: Sequence[Path]) -> None:
-    """Refuse two sessions of one participant: their rows could not be told apart.
-
-    Raises
-    ------
-    FrictionloopError
-        Naming both folders.
-    """
-    first: dict[str, Path] = {}
-    for each in sessions:
-        code = str(read(each)[2]["participant"])
-        if code in first:
-            raise FrictionloopError(f"{each}: is of participant {code}, as is {first[code]}; take the two apart")
-        first[code] = each
-
-
-def read_trials(path: Path) -> pandas.DataFrame:
-    """Return the trials of a session's folder, or of all sessions in a folder."""
-    rows = [row for each in sessions_in(path) for row in read_rows(each / TABLE)]
-    return pandas.DataFrame(rows, columns=list(COLUMNS))

@@ -146,8 +146,9 @@ class EffectKinds(Kinds):
 
 
 _HOME = {
-    "mixing": "sum:Sum product:Product max:Largest mask:Mask directed:Directed at:At rotate:Rotate scale:Scale "
-    "repeat:Repeat trigger:Trigger relief:Relief",
+    "mixing": "sum:Sum product:Product max:Largest mask:Mask",
+    "conditions": "directed:Directed trigger:Trigger relief:Relief",
+    "placing": "at:At rotate:Rotate scale:Scale repeat:Repeat",
     "resynthesis": "resynthesis:Resynthesis",
     "tables": "map:Map wave:Wave",
     "shapes": "constant:Constant gradient:Gradient edge:Edge grating:Grating chirp:Chirp ridge:Ridge detents:Detents "

@@ -7,7 +7,7 @@ from pathlib import Path
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.effect import Effect
 from frictionloop.rendering.files import write_effect
-from frictionloop.rendering.hjif import write_hjif
+from frictionloop.rendering.hjif_out import write_hjif
 from frictionloop.rendering.images import rasterise, write_image
 from frictionloop.rendering.shapes import Constant, Grating
 from frictionloop.rendering.sounds import write_wave

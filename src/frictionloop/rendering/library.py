@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from frictionloop.rendering.conditions import Directed, Trigger
 from frictionloop.rendering.effect import Effect
-from frictionloop.rendering.mixing import Directed, Trigger
 from frictionloop.rendering.shapes import (
     Chirp,
     Constant,

@@ -15,8 +15,10 @@ from typing import NamedTuple
 import numpy as np
 
 from frictionloop.quantities import FrictionloopError
+from frictionloop.rendering.conditions import Directed, Relief, Trigger
 from frictionloop.rendering.effect import Effect, Touch
-from frictionloop.rendering.mixing import At, Directed, Largest, Mask, Placed, Product, Relief, Scale, Sum, Trigger
+from frictionloop.rendering.mixing import Largest, Mask, Product, Sum
+from frictionloop.rendering.placing import At, Placed, Scale
 from frictionloop.rendering.shapes import Detents, Ridge, Viscous
 from frictionloop.rendering.tables import Map, Wave
 from frictionloop.rendering.track import Track

@@ -11,9 +11,10 @@ import pandas  # type: ignore[import-untyped]
 from jinja2 import Environment, PackageLoader
 
 from frictionloop.experiments import folder
+from frictionloop.experiments.kept_sessions import once_each, read_trials, sessions_in
 from frictionloop.experiments.own_reach import reaches
 from frictionloop.experiments.protocol import Protocol
-from frictionloop.experiments.summary import fits, funnel, groups, measure, once_each, pooled, read_trials, sessions_in
+from frictionloop.experiments.summary import fits, funnel, groups, measure, pooled
 from frictionloop.quantities import FrictionloopError, replacing
 from frictionloop.report.experiment_figures import answers, converging, functions, sequences, thresholds
 from frictionloop.report.style import inline, svg

@@ -1,0 +1,137 @@
+"""Effects of how one touches: by direction, by the slope of a height, by a trigger with hysteresis."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from frictionloop.parameters.block import Number, Positive
+from frictionloop.rendering.effect import AnyEffect, Effect, Touch
+
+
+class Directed(Effect):
+    """One effect on the way forth, another on the way back."""
+
+    kind: Literal["directed"] = "directed"
+    forth: AnyEffect
+    """Where the speed along the path is positive."""
+    back: AnyEffect
+    """Where it is negative."""
+
+    @property
+    def is_static(self) -> bool:
+        """It depends on the direction."""
+        return False
+
+    def asked(self, touch: Touch) -> Any:
+        """Return the force in N."""
+        return np.where(touch.direction > 0, self.forth.asked(touch), self.back.asked(touch))
+
+
+class Relief(Effect):
+    """The lateral force of a height map, to be added to a carrier: f = load (dh/ds) in the direction of motion.
+
+    As `Ridge`, of any effect of place whose force in N is taken for a height in mm: a picture, dots, a texture.
+    """
+
+    kind: Literal["relief"] = "relief"
+    height: AnyEffect
+    """The height h, counted in mm."""
+    load_n: Positive = 0.5
+    """Load that the slope is counted with."""
+    step_mm: Positive = 0.1
+    """Way over which the slope is taken (assumed: finer than a finger feels)."""
+
+    @property
+    def is_static(self) -> bool:
+        """Its sign is that of the motion."""
+        return False
+
+    @model_validator(mode="after")
+    def _is_a_height(self) -> Self:
+        if not self.height.is_static:
+            raise ValueError(f'height.kind = "{self.height.kind}": must depend on the place alone')
+        return self
+
+    def asked(self, touch: Touch) -> Any:
+        """Return the force in N."""
+        angle = np.radians(touch.heading_deg)
+        dx, dy = 0.5 * self.step_mm * np.cos(angle), 0.5 * self.step_mm * np.sin(angle)
+        ends = (touch._replace(x_mm=touch.x_mm + s * dx, y_mm=touch.y_mm + s * dy) for s in (1.0, -1.0))
+        ahead, behind = (self.height.asked(end) for end in ends)
+        return self.load_n * (ahead - behind) / self.step_mm * touch.direction
+
+
+class Trigger(Effect):
+    """A condition that starts waves and switches between two effects.
+
+    It turns on where its quantity passes ``on`` and off where it passes ``off`` the other way; ``on`` above ``off``
+    means on when high, below it on when low. The difference is its hysteresis.
+    """
+
+    kind: Literal["trigger"] = "trigger"
+    on_load_n: Number | None = None
+    """Load that turns it on."""
+    off_load_n: Number | None = None
+    """Load that turns it off."""
+    on_speed_mm_s: Number | None = None
+    """Speed, without its sign, that turns it on."""
+    off_speed_mm_s: Number | None = None
+    """Speed that turns it off."""
+    on_x_mm: Number | None = None
+    """Place that turns it on."""
+    off_x_mm: Number | None = None
+    """Place that turns it off."""
+    dead_s: Annotated[Number, Field(ge=0.001, le=10)] = 0.02
+    """Time after a change in which nothing changes it (assumed: the skin's strain takes 20 ms to release)."""
+    then: AnyEffect | None = None
+    """Effect while it is on."""
+    otherwise: AnyEffect | None = None
+    """Effect while it is off."""
+    starts: AnyEffect | None = None
+    """Wave added from when it turns on."""
+    ends: AnyEffect | None = None
+    """Wave added from when it turns off."""
+
+    @property
+    def is_static(self) -> bool:
+        """It depends on more than the place."""
+        return False
+
+    @property
+    def condition(self) -> tuple[str, float, float]:
+        """Its quantity, ``"load"``, ``"speed"`` or ``"x"``, and the values that turn it on and off."""
+        pairs = {name: (getattr(self, on), getattr(self, on.replace("on_", "off_", 1))) for name, on in _PAIRS.items()}
+        name, (on, off) = next((name, pair) for name, pair in pairs.items() if pair != (None, None))
+        return name, on, off
+
+    @model_validator(mode="after")
+    def _one_condition(self) -> Self:
+        given = [on for on in _PAIRS.values() for each in (on, on.replace("on_", "off_", 1)) if self._has(each)]
+        if len(given) != 2 or given[0] != given[1]:
+            raise ValueError(f"needs one pair of on_* and off_* of {', '.join(_PAIRS.values())}")
+        name, on, off = self.condition
+        if on == off:
+            raise ValueError(f"on and off are both {on:g} ({name}), so that it would trigger itself: they must differ")
+        for field in ("starts", "ends"):
+            wave = getattr(self, field)
+            if wave is not None and wave.kind != "wave":
+                raise ValueError(f'{field}.kind = "{wave.kind}": must be "wave"')
+        return self
+
+    def _has(self, name: str) -> bool:
+        return getattr(self, name) is not None
+
+    def asked(self, touch: Touch) -> Any:
+        """Return the force in N, without hysteresis: on where the quantity is past halfway from off to on."""
+        name, on, off = self.condition
+        value = {"load": touch.load_n, "speed": np.abs(touch.speed_mm_s), "x": touch.x_mm}[name]
+        is_on = (np.asarray(value) - 0.5 * (on + off)) * np.sign(on - off) >= 0.0
+        branches = (self.then, self.starts), (self.otherwise, self.ends)
+        high, low = (sum(each.asked(touch) for each in branch if each is not None) for branch in branches)
+        return np.where(is_on, high, low)
+
+
+_PAIRS = {"load": "on_load_n", "speed": "on_speed_mm_s", "x": "on_x_mm"}
