@@ -12,8 +12,8 @@ import numpy as np
 from frictionloop.cli.describe import short
 from frictionloop.preview.asked import STARTED_S, longest_s
 from frictionloop.preview.effect import skin_n_mm
+from frictionloop.rendering.compiling import program_of
 from frictionloop.rendering.effect import Touch
-from frictionloop.rendering.program import program_of
 from frictionloop.rendering.source import EffectSource
 from frictionloop.rendering.tables import Map
 

@@ -12,7 +12,7 @@ from frictionloop.parameters import System
 from frictionloop.parameters.motion import Strokes
 from frictionloop.physics.fingers import fingers
 from frictionloop.quantities import FrictionloopError
-from frictionloop.rendering.program import program_of
+from frictionloop.rendering.compiling import program_of
 from frictionloop.rendering.track import Track
 
 MOST_TRIALS = 20_000

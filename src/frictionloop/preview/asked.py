@@ -11,8 +11,8 @@ from frictionloop.perception.thresholds import HIGHEST_HZ
 from frictionloop.preview.measures import edges_mm
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.checks import Array
+from frictionloop.rendering.compiling import program_of
 from frictionloop.rendering.effect import Effect
-from frictionloop.rendering.program import program_of
 from frictionloop.rendering.source import EffectSource
 from frictionloop.rendering.tables import Wave
 

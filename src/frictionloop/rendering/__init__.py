@@ -20,6 +20,7 @@ from typing import Any
 
 _HOME = {
     "preview": "Preview arrivals people preview",
+    "rendering.compiling": "program_of",
     "rendering.conditions": "Directed Relief Trigger",
     "rendering.effect": "EFFECTS Effect Touch",
     "rendering.envelopes": "read_envelope",
@@ -33,7 +34,7 @@ _HOME = {
     "rendering.placing": "At Repeat Rotate Scale",
     "rendering.track": "Track",
     "rendering.player": "Player",
-    "rendering.program": "Program program_of",
+    "rendering.program": "Program",
     "rendering.resynthesis": "Resynthesis fit_texture",
     "rendering.shapes": "Chirp Constant Detents Dots Edge Gradient Grating Ridge Texture Viscous",
     "rendering.sounds": "read_texture read_wave write_wave",

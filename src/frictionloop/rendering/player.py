@@ -7,9 +7,10 @@ from typing import Self
 
 from frictionloop.parameters.block import Block
 from frictionloop.quantities import FrictionloopError
+from frictionloop.rendering.compiling import program_of
 from frictionloop.rendering.effect import TOUCHES_N, Effect
 from frictionloop.rendering.playing import KEPT, build_play
-from frictionloop.rendering.program import FAR_S, MOST_TRIGGERS, STACK, Program, program_of
+from frictionloop.rendering.program import FAR_S, MOST_TRIGGERS, STACK, Program
 from frictionloop.rendering.track import Track
 
 PLATE_MM = 255.0
