@@ -10,7 +10,7 @@ from frictionloop.device.live_session import Session
 from frictionloop.studio.room import Room
 
 
-def until(what, timeout_s=10.0):
+def until(what, timeout_s=30.0):
     """Wait until something is true, and return it."""
     end = time.monotonic() + timeout_s
     while not (value := what()):
@@ -26,7 +26,7 @@ def room_of(engine=None, ghost=False):
     return room
 
 
-def seen(page, expression, timeout_s=10.0):
+def seen(page, expression, timeout_s=30.0):
     """Wait until an expression is true in the page, whose policy forbids Playwright's own way."""
     until(lambda: page.evaluate(expression), timeout_s)
 
