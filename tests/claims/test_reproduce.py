@@ -122,11 +122,11 @@ def test_the_first_sentence_tells_whether_the_idea_holds_and_the_next_part_what_
     figures = dict.fromkeys(DRAWINGS, EMPTY)
     text = " ".join(render(results, claims, figures).split())
     answer = text[text.index('<section id="answer">') :]
-    assert answer[: answer.index("</b>")].endswith("The idea of the paper holds:")
+    assert answer[: answer.index("</b>")].endswith("The idea of the paper comes out:")
     first = text[text.index('<section id="short">') :]
     assert "comes out in part" in first[: first.index("</b>")]
     assert "no upper end" in first[: first.index("</b>")]
-    assert "end near 20 holds under no reading, only for “reachable set-point”." in first
+    assert "end near 20 comes out under no reading, only for “reachable set-point”." in first
 
 
 def test_every_rule_of_agreement_is_on_the_page(results, claims):

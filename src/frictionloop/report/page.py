@@ -20,7 +20,7 @@ from frictionloop.report import device, protocol
 from frictionloop.report.arrivals import rows as arrival_rows
 from frictionloop.report.beyond import beyond_rows
 from frictionloop.report.claims import THESIS, Claim
-from frictionloop.report.claims.told import FIRST, HOLDS, SYMBOLS, counts, grouped, named, shown, with_unit
+from frictionloop.report.claims.told import FIRST, HOLDS, SYMBOLS, counts, grouped, named, not_counted, shown, with_unit
 from frictionloop.report.numbers import milli
 from frictionloop.report.people import bench_systems, the_finger
 from frictionloop.report.results import FIELDS, Results
@@ -51,7 +51,7 @@ def accepted(claim: Claim) -> str:
 
 
 def holding(claim: Claim) -> str:
-    """Return for which readings a claim holds, in words that follow "holds"."""
+    """Return for which readings a claim comes out, in words that follow "comes out"."""
     yes = [name for name in claim.readings if claim.holds[name]]
     no = [name for name in claim.readings if not claim.holds[name]]
     beside = [name for name in claim.assumed if claim.holds[name]]
@@ -139,6 +139,7 @@ def render(
         first=[by_id[id] for id in FIRST],
         counts=counts(claims),
         named=named(claims),
+        not_counted=not_counted(claims),
         retuned=RETUNED,
         fingers=results.people[device.OPEN].sizes["finger"],
         built=docs_link("glossary", folder).endswith(".html"),

@@ -99,6 +99,11 @@ def overshoot(runs: xr.Dataset, direction: str) -> float:
     return float(way.max()) - 1.0
 
 
+def mean_peak_n(runs: xr.Dataset) -> float:
+    """Return the largest force after a rising step, in N, of the mean over all of them."""
+    return float(step_windows(runs, "rising")["f_a"].mean("step").sel(since=slice(0, SETTLED_MS)).max())
+
+
 def steady_error_n(runs: xr.Dataset) -> np.ndarray:
     """Return f_a - f_r where a level has settled, in N."""
     errors = []

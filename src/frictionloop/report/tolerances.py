@@ -11,6 +11,8 @@ Interval = tuple[float, float]
 
 R2_STEP = 0.01
 """Smallest difference of R2 that counts: 1 % of the set-point's variance (assumed)."""
+R2_MUCH = 0.1
+"""Largest difference of R2 that is moderate: ten of the smallest, a tenth of the set-point's variance (assumed)."""
 SATURATION_STEP = 0.01
 """Smallest difference of the saturation index that counts: one control period in a hundred (assumed)."""
 RMS_FACTOR = 2.0
@@ -109,6 +111,11 @@ YARDSTICKS = {
     "beyond a power of ten": Yardstick(_DECADE, _between(DECADE_FACTOR, math.inf)),
     "same R²": Yardstick(_R2, _between(0.0, R2_STEP)),
     "other R²": Yardstick(_R2, _between(R2_STEP, math.inf)),
+    "moderately other R²": Yardstick(
+        f"a moderate influence changes R² by at least {R2_STEP:g}, the smallest difference that counts, and by at most "
+        f"{R2_MUCH:g}, ten times that (assumed)",
+        _between(R2_STEP, R2_MUCH),
+    ),
     "more saturated": Yardstick(
         f"a saturation index that differs by less than {SATURATION_STEP:g} is the same (assumed)",
         _between(SATURATION_STEP, math.inf),

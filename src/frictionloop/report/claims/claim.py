@@ -22,7 +22,7 @@ class Verdict(StrEnum):
     """Every reading of the text gives an accepted number."""
     ASSUMED = "under an assumption"
     """Some reading does, or something assumed where the text is silent."""
-    CONTRADICTED = "contradicted"
+    NOT_OUT = "does not come out"
     """Nothing does."""
     NOT_COUNTED = "not counted"
 
@@ -32,18 +32,19 @@ class Group(StrEnum):
 
     PRINTED = "come out of the text as printed"
     ASSUMED = "come out under an assumption"
-    CONTRADICTED = "are contradicted"
+    NOT_OUT = "do not come out"
     DEVICE = "about the device, on an assumed bench"
-    CONSTRUCTION = "hold by construction"
+    CONSTRUCTION = "decided by construction"
+    ARITHMETIC = "arithmetic of the text"
     SLIP = "slips of the text"
     QUESTION = "questions of our own"
 
 
-COUNTED = (Group.PRINTED, Group.ASSUMED, Group.CONTRADICTED, Group.DEVICE)
+COUNTED = (Group.PRINTED, Group.ASSUMED, Group.NOT_OUT, Group.DEVICE)
 OF_TEXT = {
     Verdict.COMES_OUT: Group.PRINTED,
     Verdict.ASSUMED: Group.ASSUMED,
-    Verdict.CONTRADICTED: Group.CONTRADICTED,
+    Verdict.NOT_OUT: Group.NOT_OUT,
 }
 
 
@@ -64,7 +65,7 @@ class Claim:
     measure: str
     """What the number is, where title and unit do not say."""
     of: Group | None = None
-    """Group of a claim that is not of the simulation and its formulas, where the verdict decides."""
+    """Group of a claim that is not of the simulation, where the verdict decides."""
     note: int
     """Note of docs/paper-notes that says how the text was read."""
     quantity: str
@@ -80,7 +81,10 @@ class Claim:
     """Where ``accepted`` comes from."""
     explanation: str
     assumed: Mapping[str, Value] = field(default_factory=dict)
-    """The number for what the text leaves open: a reachable set-point, a delay, an ideal sensor. These vote too."""
+    """The number for what the text leaves open: a reachable set-point, a delay, an ideal sensor.
+
+    These can help a claim, not harm it.
+    """
     compared: Mapping[str, Value] = field(default_factory=dict)
     """The number of what is shown beside them and has no vote, such as gains that ring on the bench."""
     meant: str = ""
@@ -123,7 +127,7 @@ class Claim:
         """What readings and assumptions decide, whether it is counted or not."""
         if all(self.holds[name] for name in self.readings):
             return Verdict.COMES_OUT
-        return Verdict.ASSUMED if self.under else Verdict.CONTRADICTED
+        return Verdict.ASSUMED if self.under else Verdict.NOT_OUT
 
     @property
     def verdict(self) -> Verdict:

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.analysis import kp_limit
-from frictionloop.parameters import bench
+from frictionloop.parameters import bench, paper
 from frictionloop.physics.fingers import capable
 from frictionloop.report.beyond import MEDIAN, NOTCH, ORACLE, WORST
 from frictionloop.report.claims.claim import Value
@@ -52,7 +52,8 @@ def pi_reduces_variability(results: Results) -> Numbers:
 def printed_gains_stable(_: Results) -> Numbers:
     """Return the largest stable Kp."""
     limits = {name: kp_limit(bench().evolve(changes)) for name, changes in BENCHES.items()}
-    return numbers(limits, assumed=list(BENCHES)[1:])
+    slider = bench().evolve({**BENCHES["without either"], "finger.contact": "slider"})
+    return numbers(limits, assumed=list(BENCHES)[1:], rigid=kp_limit(paper()), slider=kp_limit(slider))
 
 
 def open_loop_r2(results: Results) -> Numbers:
@@ -172,7 +173,7 @@ def population_r2(results: Results) -> Numbers:
     able = {name: some.where(some["capable"], drop=True) for name, some in people.items()}
     found: dict[str, Value] = {f"{name}, all fingers": _median(some) for name, some in people.items()}
     found |= {f"{name}, capable fingers": _median(some) for name, some in able.items()}
-    retuned = people[RETUNED_GAINS]
+    retuned, ringing_mn = people[RETUNED_GAINS], 1e3 * people[PRINTED]["rms_n"]
     worst = retuned.isel(finger=int(np.argmax(retuned["rms_n"].values)))
     return numbers(
         found,
@@ -182,6 +183,8 @@ def population_r2(results: Results) -> Numbers:
         worst_mn=1e3 * float(worst["rms_n"]),
         lowest=float(worst["lowest_n"]),
         highest=float(worst["highest_n"]),
+        quietest=float(ringing_mn.min()),
+        loudest=float(ringing_mn.max()),
     )
 
 

@@ -8,7 +8,17 @@ from frictionloop.report.claims.claim import Value
 from frictionloop.report.claims.judging import Numbers, numbers
 from frictionloop.report.device import CLOSED, IDEAL, OPEN, RETUNED_GAINS
 from frictionloop.report.results import Results
-from frictionloop.report.step_response import DIRECTIONS, overshoot, this_skin_limit_ms, times_ms
+from frictionloop.report.step_response import (
+    DIRECTIONS,
+    PRINTED_MS,
+    mean_peak_n,
+    overshoot,
+    this_skin_limit_ms,
+    times_ms,
+)
+
+OPEN_MS = 50.0
+"""Time of the response in open loop (paper, Sec. 5)."""
 
 
 def fall_time(results: Results) -> Numbers:
@@ -54,6 +64,12 @@ def faster_than_open(results: Results) -> Numbers:
     )
 
 
+def closed_loop_time(_: Results) -> Numbers:
+    """Return the times that Section 4.2 prints, in ms."""
+    printed = {direction: mean for direction, (mean, _) in PRINTED_MS.items()}
+    return numbers(printed, down=OPEN_MS / printed["falling"], up=OPEN_MS / printed["rising"])
+
+
 def stronger_plate_faster(results: Results) -> Numbers:
     """Return the time from 10 to 90 % with a plate of twice the amplitude over that with the plate as built."""
     found = {}
@@ -74,4 +90,5 @@ def _ratio(over: float | None, under: float | None) -> Value:
 def amplitude_overshoot(results: Results) -> Numbers:
     """Return how far the amplitude goes beyond where it settles, over its step."""
     over = {way: {name: overshoot(results.stepped[name], way) for name in CLOSED} for way in DIRECTIONS}
-    return numbers({f"{name}, {way}": each for way, some in over.items() for name, each in some.items()})
+    found = {f"{name}, {way}": each for way, some in over.items() for name, each in some.items()}
+    return numbers(found, peak=mean_peak_n(results.stepped[RETUNED_GAINS]))

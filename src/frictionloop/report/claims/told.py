@@ -17,14 +17,14 @@ NEARLY_ONE = 0.9999
 SYMBOLS = {
     Verdict.COMES_OUT: "✓",
     Verdict.ASSUMED: "◐",
-    Verdict.CONTRADICTED: "✗",
+    Verdict.NOT_OUT: "✗",
     Verdict.NOT_COUNTED: "·",
 }
 """A sign beside each verdict, so that it does not rest on colour."""
 COLOURS = {
     Verdict.COMES_OUT: "blue",
     Verdict.ASSUMED: "yellow",
-    Verdict.CONTRADICTED: "red",
+    Verdict.NOT_OUT: "red",
     Verdict.NOT_COUNTED: "dim",
 }
 
@@ -108,9 +108,9 @@ FIRST = ("open-loop-r2", "closed-loop-r2", "open-loop-variation", "steady-20-mn"
 EXAMPLES = ("kp-1-unsatisfactory", "kp-40-saturated", "closed-loop-r2")
 """Of what comes out."""
 HOLDS = {
-    Verdict.COMES_OUT: "holds",
-    Verdict.ASSUMED: "holds in part",
-    Verdict.CONTRADICTED: "does not hold",
+    Verdict.COMES_OUT: "comes out",
+    Verdict.ASSUMED: "comes out under an assumption",
+    Verdict.NOT_OUT: "does not come out",
 }
 """What is said of the paper's thesis."""
 
@@ -120,11 +120,11 @@ def counts(claims: Sequence[Claim]) -> dict[str, int]:
     found = {group.name.lower(): sum(claim.group is group for claim in claims) for group in Group}
     device = [claim.verdict for claim in claims if claim.group is Group.DEVICE]
     return found | {
-        "text": found["printed"] + found["assumed"] + found["contradicted"],
+        "text": found["printed"] + found["assumed"] + found["not_out"],
         "counted": sum(claim.group in COUNTED for claim in claims),
         "device out": device.count(Verdict.COMES_OUT),
         "device part": device.count(Verdict.ASSUMED),
-        "device not": device.count(Verdict.CONTRADICTED),
+        "device not": device.count(Verdict.NOT_OUT),
     }
 
 
@@ -135,18 +135,24 @@ def summary(claims: Sequence[Claim]) -> list[str]:
         "",
         f"The paper's idea {HOLDS[thesis.verdict]}: the PI divides the spread of the force by {thesis.ours:.3g}.",
         f"{n['printed']} of {n['text']} statements about the simulation come out as printed, "
-        f"{n['assumed']} under an assumption, {n['contradicted']} do not.",
+        f"{n['assumed']} under an assumption, {n['not_out']} do not come out.",
         f"Of {n['device']} about the device {n['device out']} come out on the assumed bench, "
-        f"{n['device part']} under a further assumption, {n['device not']} do not.",
+        f"{n['device part']} under a further assumption, {n['device not']} do not come out.",
+        f"Not counted: {not_counted(claims)}.",
         "",
     ]
+
+
+def not_counted(claims: Sequence[Claim]) -> str:
+    """Return how many claims each group has that is not counted, in words."""
+    return ", ".join(f"{len(some)} {group}" for group, some in grouped(claims).items() if group not in COUNTED)
 
 
 def named(claims: Sequence[Claim]) -> dict[str, str]:
     """Return the titles that the sentences about what comes out, and what does not, name."""
     out = [claim for claim in claims if claim.id in EXAMPLES and claim.verdict is Verdict.COMES_OUT]
-    not_out = [claim for claim in claims if claim.verdict is Verdict.CONTRADICTED]
-    return {"printed": _titles(out), "contradicted": _titles(not_out)}
+    not_out = [claim for claim in claims if claim.verdict is Verdict.NOT_OUT]
+    return {"out": _titles(out), "not out": _titles(not_out)}
 
 
 def _titles(claims: Sequence[Claim]) -> str:
