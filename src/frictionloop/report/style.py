@@ -108,9 +108,12 @@ def svg(figure: Figure, name: str) -> str:
 
 
 def inline(text: str, label: str) -> str:
-    """Return SVG text as an element for a page: without prolog and fixed size, with a label for screen readers."""
+    """Return SVG text as an element for a page: without prolog and fixed size, with a label for screen readers.
+
+    The page's style knows how wide it was drawn (``--pt``), and so how small its letters may become.
+    """
     element = text[text.index("<svg") :]
     width, height = re.findall(r'(?:width|height)="([\d.]+)pt"', element)[:2]
     sized = re.sub(r' (?:width|height)="[\d.]+pt"', "", element, count=2)
-    attributes = f'role="img" aria-label="{escape(label)}" style="aspect-ratio:{width}/{height}"'
+    attributes = f'role="img" aria-label="{escape(label)}" style="aspect-ratio:{width}/{height};--pt:{width}"'
     return sized.replace("<svg", f"<svg {attributes}", 1)

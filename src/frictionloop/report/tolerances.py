@@ -121,7 +121,7 @@ YARDSTICKS = {
         _between(SATURATION_STEP, math.inf),
     ),
     "louder": Yardstick(
-        f"a force is louder if its rms is at least {RMS_FACTOR:g} times as large (assumed)",
+        f"a force is larger than another if its rms is at least {RMS_FACTOR:g} times as large (assumed)",
         _between(RMS_FACTOR, math.inf),
     ),
     "same number": Yardstick(_NUMBERS, _between(1.0 - SAME, 1.0 + SAME)),
@@ -148,5 +148,10 @@ YARDSTICKS = {
     "all of them": Yardstick(f"{MOST:.0%} of a population count as all of it (assumed)", _between(MOST, 1.0)),
 }
 """By the names that the texts of claims use."""
-RULES = tuple(dict.fromkeys(yardstick.rule for yardstick in YARDSTICKS.values()))
+MORE_RULES = (
+    "a measured time agrees within the printed standard deviation",
+    "where the words set an end (below, most, clean), that end is taken",
+)
+"""Those of claims whose texts say what is accepted."""
+RULES = tuple(dict.fromkeys([*(yardstick.rule for yardstick in YARDSTICKS.values()), *MORE_RULES]))
 """Every rule once, for the page."""

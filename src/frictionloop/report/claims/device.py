@@ -1,9 +1,8 @@
-"""Numbers of the claims of Sec. 4 to 6 about the device, on the bench under one finger and under others, Fig. 5a."""
+"""Numbers of the claims of Sec. 4 to 6 about the device, on the bench under one finger, Fig. 5a."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -11,18 +10,13 @@ import xarray as xr
 
 from frictionloop.analysis import kp_limit
 from frictionloop.parameters import bench, paper
-from frictionloop.physics.fingers import capable
-from frictionloop.report.beyond import MEDIAN, NOTCH, ORACLE, WORST
-from frictionloop.report.claims.claim import Value
 from frictionloop.report.claims.judging import Numbers, numbers
 from frictionloop.report.device import CLOSED, CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, Fit, fit
-from frictionloop.report.numbers import number
 from frictionloop.report.people import LOOKUPS
-from frictionloop.report.protocol import HIGH_N, LEVELS_N, LOW_N, SCORED_S, population
+from frictionloop.report.protocol import LEVELS_N
 from frictionloop.report.results import Results
 from frictionloop.report.step_response import steady_error_n
 
-CONTACTS_S = {"just landed": 0.0, "after a stroke of 10 s": SCORED_S, "after 20 s": 20.0}
 BENCHES: dict[str, Mapping[str, Any]] = {
     "the bench": {},
     "without computing delay": {"controller.delay_s": 0.0},
@@ -65,7 +59,6 @@ def open_loop_r2(results: Results) -> Numbers:
     found |= {f"{first}, mean of the levels": within, f"{first}, to f_a = f_r": fits[first].identity}
     return numbers(
         found,
-        assumed=["mean of the levels"],
         compared=["to f_a = f_r"],
         within=within,
         identity=fits[first].identity,
@@ -154,61 +147,3 @@ def clean_of_artefacts(results: Results) -> Numbers:
     felt = results.felt
     found = {name: felt[name]["relative"] for name in (RETUNED_GAINS, IDEAL, PRINTED)}
     return numbers(found, ringing=felt[PRINTED]["index"])
-
-
-@cache
-def capable_share(contact_s: float) -> float:
-    """Return the share of the population that reaches 0.3 and 0.9 N at any time of a contact."""
-    return float(capable(population(), LOW_N, HIGH_N, contact_s=contact_s)["capable"].mean())
-
-
-def range_achievable(_: Results) -> Numbers:
-    """Return the share of fingers that reach both ends of the range."""
-    return numbers({name: capable_share(contact_s) for name, contact_s in CONTACTS_S.items()})
-
-
-def population_r2(results: Results) -> Numbers:
-    """Return the median fit of a population."""
-    people = {name: results.people[name] for name in (PRINTED, RETUNED_GAINS)}
-    able = {name: some.where(some["capable"], drop=True) for name, some in people.items()}
-    found: dict[str, Value] = {f"{name}, all fingers": _median(some) for name, some in people.items()}
-    found |= {f"{name}, capable fingers": _median(some) for name, some in able.items()}
-    retuned, ringing_mn = people[RETUNED_GAINS], 1e3 * people[PRINTED]["rms_n"]
-    worst = retuned.isel(finger=int(np.argmax(retuned["rms_n"].values)))
-    return numbers(
-        found,
-        median_mn=1e3 * float(retuned["rms_n"].median()),
-        able=able[PRINTED].sizes["finger"],
-        able_mn=1e3 * float(able[RETUNED_GAINS]["rms_n"].median()),
-        worst_mn=1e3 * float(worst["rms_n"]),
-        lowest=float(worst["lowest_n"]),
-        highest=float(worst["highest_n"]),
-        quietest=float(ringing_mn.min()),
-        loudest=float(ringing_mn.max()),
-    )
-
-
-def _median(people: xr.Dataset) -> float:
-    return float(people["regression"].median())
-
-
-def higher_order_cancels(results: Results) -> Numbers:
-    """Return the residual of the re-tuned PI over that of other laws, on fingers that no law was tuned on."""
-    study = results.beyond
-    found = {
-        f"{law}, {contact} contact, {words}": study.ratio(RETUNED_GAINS, law, contact, "hold_rms_n", key)
-        for law in (NOTCH, ORACLE)
-        for key, words in ((MEDIAN, "median"), (WORST, "worst decile"))
-        for contact in study.contacts
-    }
-
-    def left_mn(law: str, key: str) -> str:
-        values = (1e3 * study.value(law, contact, "hold_rms_n", key) for contact in study.contacts)
-        return " and ".join(number(each, 2) for each in values)
-
-    return numbers(
-        found,
-        notch=left_mn(NOTCH, MEDIAN),
-        notch_worst=left_mn(NOTCH, WORST),
-        pi_worst=left_mn(RETUNED_GAINS, WORST),
-    )

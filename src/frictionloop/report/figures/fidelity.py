@@ -117,7 +117,7 @@ def _cut(axes: Axes, cut: xr.Dataset, name: str) -> None:
     low = max(float(r2.min()), bound - BELOW_BEST[0])
     room = (bound - low) * 0.1
     axes.set(xscale="log", xlim=(0.6, 110), ylim=(low - room, bound + room))
-    axes.set_title(f"{name}: peak at $K_p$ = {number(best.kp)}", fontsize=8.5)
+    axes.set_title(f"{name}:\nlargest at $K_p$ = {number(best.kp)}", fontsize=8.5)
     _plain_ticks(axes, vertical=False)
 
 

@@ -62,7 +62,7 @@ def _mark(axes: Axes, level_n: float, color: str, dashes: str, text: str, words:
 @styled
 def figure_equation_3(gain: xr.Dataset) -> Figure:
     """Return the noise gain of force and command: simulated, exact, and equation (3) at one frequency."""
-    figure, axes = one_panel(5.6, 4.0)
+    figure, axes = one_panel(4.8, 3.7)
     limit = float(gain["kp_limit"])
     axes.axvspan(limit, 60, color="#e2e2e2", lw=0)
     axes.axhline(10, color=GREY, ls=":", lw=1.1)
