@@ -6,6 +6,7 @@ import json
 import math
 import re
 from importlib.resources import files
+from pathlib import Path
 
 import pytest
 
@@ -317,6 +318,12 @@ def test_each_verdict_has_one_word_in_terminal_and_page(claims):
     said += "".join(path.read_text(encoding="utf-8") for path in templates.iterdir())
     assert not re.search(r"contradicted|not reproduced|\bfails\b", said)
     assert "2 do not come out." in said
+
+
+def test_the_written_rule_has_the_words_of_verdicts_and_groups():
+    rule = (Path(__file__).parents[2] / "docs" / "paper-notes.md").read_text(encoding="utf-8")
+    groups = [group for group in Group if group not in COUNTED]
+    assert [word for word in (OUT, PART, NOT, *groups) if f"\n| {word} |" not in rule] == []
 
 
 def test_every_claim_is_counted_or_said_not_to_be(claims):

@@ -102,6 +102,8 @@ def test_an_inline_figure_has_a_label_and_no_fixed_size():
     opening = element[: element.index(">")]
     assert opening.startswith("<svg") and 'aria-label="the &quot;loop&quot;"' in opening
     assert " width=" not in opening and " height=" not in opening
+    # The page's style is told the width that the letters were drawn for: the width of the view box, in points.
+    assert re.search(r"--pt:([\d.]+)", opening)[1] == re.search(r'viewBox="0 0 ([\d.]+)', opening)[1]
 
 
 def test_colours_differ_in_grey_or_by_their_dashes():
