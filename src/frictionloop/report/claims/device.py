@@ -90,6 +90,8 @@ def closed_loop_r2(results: Results) -> Numbers:
         retuned=errors_mn[RETUNED_GAINS],
         printed=errors_mn[PRINTED],
         ideal=errors_mn[IDEAL],
+        ringing_spread=fits[PRINTED].spread_n,
+        ringing_slope=fits[PRINTED].slope,
     )
 
 
