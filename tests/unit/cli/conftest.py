@@ -30,6 +30,19 @@ def _designed_once():
         yield
 
 
+def without_progress(told):
+    """Return lines of stderr but those in which work that takes long says how far it is: a busy machine has some."""
+    return [line for line in told.splitlines() if not line.endswith(" s so far")]
+
+
+class Started(subprocess.Popen):
+    """A command that runs as a process of its own."""
+
+    def ended(self):
+        """Return the exit code, and what was said on stderr beside progress."""
+        return self.wait(60), without_progress(self.stderr.read())
+
+
 class Answer(NamedTuple):
     code: int
     out: str
@@ -37,8 +50,8 @@ class Answer(NamedTuple):
 
     @property
     def noted(self):
-        """Lines of stderr but those in which work that takes long says how far it is: a busy machine has some."""
-        return [line for line in self.err.splitlines() if not line.endswith(" s so far")]
+        """Lines of stderr without progress."""
+        return without_progress(self.err)
 
     def json(self):
         def refuse(word):
@@ -72,7 +85,7 @@ def process(tmp_path):
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
 
     def start(*tokens):
-        running = subprocess.Popen(
+        running = Started(
             [sys.executable, "-m", "frictionloop", *map(str, tokens)],
             cwd=tmp_path,
             stdout=subprocess.PIPE,

@@ -35,7 +35,7 @@ def test_a_law_of_ones_own_runs_and_is_kept_in_files(frictionloop, process, fold
     assert (ran.code, ran.err) == (0, "")
     assert 'kind = "half"' in (folder / "half.toml").read_text(encoding="utf-8")
     again = process("simulate", "half.toml", "--duration-s", "0.1", "--use=my_law")
-    assert (again.wait(), again.stderr.read()) == (0, "")
+    assert again.ended() == (0, [])
     # A file that names it brings no code.
     forgotten()
     refused = frictionloop("simulate", "half.toml")
