@@ -181,3 +181,41 @@ def test_what_of_the_felt_error_is_fast_is_told(hz, fast):
     rows[X], rows[LOAD] = np.linspace(0, 80, 10_000), 0.5
     rows[list(CHANNELS).index("closed_n")] = 0.05 * np.sin(2 * np.pi * hz / 5000 * np.arange(10_000))
     assert numbers_of(rows, 5000.0, 0.02)["closed_fast"] == pytest.approx(fast, abs=0.03)
+
+
+@pytest.mark.parametrize("other_s", [-50.0, 50.0])
+def test_the_next_driving_page_has_a_clock_of_its_own(other_s):
+    live = session()
+    drag(live, 40.0, 0.5)
+    live.leave()
+    live.present(0.5)
+    for k in range(100, 200):
+        now_s = 0.005 * (k + 1)
+        if k % 3 == 0:
+            live.touch(now_s, np.array([[1e3 * (now_s + 77.0 + other_s), 40.0 * now_s, 0.0, np.nan]]))
+        told = live.step(now_s)
+    assert told[-1].rows[X, -1] / 40.0 == pytest.approx(now_s - LATE_S, abs=0.003)
+
+
+def test_the_event_that_is_reached_is_told_by_the_very_time_that_its_page_gave():
+    live, sent, told = session(), set(), set()
+    rng = np.random.default_rng(0)
+    for k in range(200):
+        now_s = 0.005 * (k + 1)
+        if k % 4 == 0:  # the way from the page takes now this long, now that
+            sent.add(page_ms := 1e3 * (now_s - rng.uniform(0.0, 0.003)))
+            live.touch(now_s, np.array([[page_ms, 0.0, 0.0, np.nan]]))
+        told |= {block.reached_ms for block in live.step(now_s)}
+    told = {each for each in told if not np.isnan(each)}
+    assert told <= sent
+    assert len(told) > 40
+
+
+def test_a_block_is_due_when_the_step_that_makes_it_gives_it():
+    live = session()
+    for now_s in (0.0, 0.0031, 0.0049):
+        assert now_s + live.due_s(now_s) == pytest.approx(0.005)
+        assert live.step(now_s) == []
+    assert len(live.step(0.005)) == 1
+    assert live.due_s(0.005) == pytest.approx(0.005)
+    assert live.due_s(0.2) == 0.0

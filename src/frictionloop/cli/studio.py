@@ -78,6 +78,7 @@ def command(
     uvicorn = needed("uvicorn", "uvicorn", "studio")
     needed("starlette", "starlette", "studio")
     system = _system(file, preset, overrides, effect)
+    from frictionloop.studio.listening import listening
     from frictionloop.studio.room import Room
     from frictionloop.studio.safe import LOOPBACK, Doors, open_to_network
     from frictionloop.studio.server import studio_app
@@ -85,10 +86,10 @@ def command(
 
     doors = Doors() if host in LOOPBACK else open_to_network()
     recorded = [] if replay is None else [_read(replay)]
-    with _session(system, seed, device) as session, _listening(host, port) as listening:
+    with _session(system, seed, device) as session, listening(host, port) as bound:
         room = Room(session)
         room.runs.extend(recorded)
-        address = f"http://{host}:{listening.getsockname()[1]}/" + ("replay" if recorded else "")
+        address = f"http://{host}:{bound.getsockname()[1]}/" + ("replay" if recorded else "")
         told = [("law", system.controller.kind), ("set-point", effect_name(system) or system.setpoint.kind)]
         lines = [("open", f"{address}?token={doors.token}" if doors.token else address)]
         if device is not None:
@@ -98,7 +99,7 @@ def command(
         screen.show(screen.columns([*lines, *told]), "", "Ctrl-C ends it.")
         config = uvicorn.Config(studio_app(room, doors), log_level="warning", ws="websockets-sansio")
         config.ws_max_size = 64 * 1024
-        uvicorn.Server(config).run(sockets=[listening])
+        uvicorn.Server(config).run(sockets=[bound])
 
 
 def _read(path: Path) -> dict[str, Any]:
@@ -143,19 +144,6 @@ def _session(system: System, seed: int, device: str | None) -> Iterator[Session]
 
     with connected(device, system, seed) as found:
         yield DeviceSession(DeviceEngine(found, system))
-
-
-def _listening(host: str, port: int) -> Any:
-    """Return a socket that listens, so that the address is known before the server is up."""
-    import socket
-
-    listening = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET)
-    listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    try:
-        listening.bind((host.strip("[]"), port))
-    except OSError as error:
-        raise FrictionloopError(f"host {host}, port {port}: cannot listen there ({error.strerror})") from None
-    return listening
 
 
 def _system(file: Path | None, preset: Any, overrides: list[str] | None, effect: str | None) -> System:

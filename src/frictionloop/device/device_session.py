@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from frictionloop.device.live_device import DeviceEngine
-from frictionloop.device.live_session import GONE_S, Block, Session
+from frictionloop.device.live_session import BLOCKS_HZ, GONE_S, Block, Session
 
 SILENT_S = 0.15
 """A driving page that says nothing for so long is gone: with the 0.1 s of the board's ramp it is at rest in 0.3 s."""
@@ -88,6 +88,10 @@ class DeviceSession(Session):
         for path in paths:
             self._pending.append(self.engine.advance(path).astype(np.float32))
         return self._blocks() if self._pending else []
+
+    def due_s(self, now_s: float) -> float:
+        """Return how long to wait: what a device sends is asked for twice in a block."""
+        return 0.5 / BLOCKS_HZ
 
     def _paths(self, now_s: float) -> list[np.ndarray]:
         """Return the finger's path to now on a simulated bench, block by block."""

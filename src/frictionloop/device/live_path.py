@@ -34,18 +34,18 @@ class PointerPath:
     """
 
     def __init__(self) -> None:
-        self._samples: deque[Sample] = deque(maxlen=KEPT)
+        self._samples: deque[tuple[Sample, float]] = deque(maxlen=KEPT)  # each with its page time, ms
         self._offset_s = math.inf
         self.reached_ms = math.nan
         """Page time of the newest event that the finger has reached, ms."""
 
     def add(self, arrived_s: float, events: np.ndarray) -> None:
         """Take events, rows of page time (ms), x (mm), y (mm) and load (N), that arrived together."""
-        times_s = 1e-3 * events[:, 0]
-        self._offset_s = min(self._offset_s + 1e-4, arrived_s - float(times_s[-1]))
-        for time_s, row in zip((times_s + self._offset_s).tolist(), events[:, 1:].tolist(), strict=True):
-            if not self._samples or time_s > self._samples[-1].time_s:
-                self._samples.append(Sample(time_s, *row))
+        self._offset_s = min(self._offset_s + 1e-4, arrived_s - 1e-3 * float(events[-1, 0]))
+        for page_ms, *row in events.tolist():
+            time_s = 1e-3 * page_ms + self._offset_s
+            if not self._samples or time_s > self._samples[-1][0].time_s:
+                self._samples.append((Sample(time_s, *row), page_ms))
 
     def clear(self) -> None:
         """Forget what came before."""
@@ -54,9 +54,9 @@ class PointerPath:
     def at(self, time_s: float) -> Sample | None:
         """Return the pointer at a time, linear between two samples one sample late; None before the first."""
         wanted, after = time_s - LATE_S, None
-        for sample in reversed(self._samples):
+        for sample, page_ms in reversed(self._samples):
             if sample.time_s <= wanted:
-                self.reached_ms = 1e3 * (sample.time_s - self._offset_s)
+                self.reached_ms = page_ms
                 if after is None:
                     return sample
                 share = (wanted - sample.time_s) / (after.time_s - sample.time_s)

@@ -88,8 +88,11 @@ class Session:
         self.driven = True
 
     def leave(self) -> None:
-        """Let the driving page go: the finger leaves the plate, and nothing moves until a page drives again."""
-        self._down, self.driven = False, False
+        """Let the driving page go: the finger leaves the plate, and nothing moves until a page drives again.
+
+        The next one has a clock of its own.
+        """
+        self._down, self.driven, self.pointer = False, False, PointerPath()
 
     def stop(self) -> None:
         """Bring the plate to rest: the finger leaves it, and nothing moves until `go`."""
@@ -140,6 +143,13 @@ class Session:
             at_s = self._begun_s + (self.ticks + ticks) / rate
             done.append(self._block(at_s, now_s))
         return done
+
+    def due_s(self, now_s: float) -> float:
+        """Return the time until the next block is due, s: from 0 to a block."""
+        if math.isnan(self._begun_s):
+            return 0.0
+        due = self._begun_s + (self.ticks + self.block_ticks) / self.engine.rate_hz - now_s
+        return min(max(due, 0.0), 1.0 / BLOCKS_HZ)
 
     def _block(self, at_s: float, now_s: float) -> Block:
         ticks = self.block_ticks

@@ -181,7 +181,7 @@ class Room:
         try:
             while True:
                 self.step()
-                await asyncio.sleep(1.0 / 400.0)
+                await asyncio.sleep(self.session.due_s(self.clock()))
         except asyncio.CancelledError:
             raise
         except FrictionloopError as error:

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import secrets
-import socket
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import NamedTuple
 
-from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.extra import needed
 from frictionloop.studio.experiment.desk import Desk
+from frictionloop.studio.listening import listening
 from frictionloop.studio.safe import LOOPBACK, Doors
 
 LAST_S = 1.0
@@ -50,21 +49,15 @@ def served(desk: Desk, host: str = "127.0.0.1", port: int = 0) -> Iterator[Addre
 
     # The participant's token must not open the experimenter's page, also on one machine.
     doors = Doors(LOOPBACK if host in LOOPBACK else (), secrets.token_urlsafe(16), secrets.token_urlsafe(16))
-    listening = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET)
-    listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    try:
-        listening.bind((host.strip("[]"), port))
-    except OSError as error:
-        listening.close()
-        raise FrictionloopError(f"host {host}, port {port}: cannot listen there ({error.strerror})") from None
+    bound = listening(host, port)
     config = uvicorn.Config(
         experiment_app(desk, doors), log_level="error", ws="websockets-sansio", timeout_graceful_shutdown=1
     )
     config.ws_max_size = 64 * 1024
     server = uvicorn.Server(config)
-    thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]}, daemon=True)
+    thread = threading.Thread(target=server.run, kwargs={"sockets": [bound]}, daemon=True)
     thread.start()
-    root = f"http://{host}:{listening.getsockname()[1]}"
+    root = f"http://{host}:{bound.getsockname()[1]}"
     try:
         while not server.started and thread.is_alive():
             time.sleep(0.01)
@@ -73,4 +66,4 @@ def served(desk: Desk, host: str = "127.0.0.1", port: int = 0) -> Iterator[Addre
     finally:
         server.should_exit = True
         thread.join(5)
-        listening.close()
+        bound.close()

@@ -25,6 +25,7 @@ export class Plate {
     this.centre = 0;
     this.finger = { x: 0, y: 0, load: 0, force: 0, um: 0 };
     this.layers = [];
+    this.pictures = {};
     this.stiffness = 1;
     this.dirty = true;
     new ResizeObserver(() => this.resize()).observe(canvas);
@@ -62,20 +63,31 @@ export class Plate {
   draw() {
     if (!this.dirty) return false;
     this.dirty = false;
-    const g = this.canvas.getContext("2d"), width = this.canvas.width / this.ratio, height = this.canvas.height / this.ratio;
+    const g = this.canvas.getContext("2d", { alpha: false }), width = this.canvas.width / this.ratio, height = this.canvas.height / this.ratio;
     g.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
-    g.fillStyle = colour("--ground");
-    g.fillRect(0, 0, width, height);
     const x = (mm) => width / 2 + (mm - this.centre) * this.scale, y = (mm) => height / 2 - mm * this.scale;
-    if (this.picture) {
+    const ground = this.kept("ground", [this.picture], (g) => {
+      g.fillStyle = colour("--ground");
+      g.fillRect(0, 0, width, height);
+      if (!this.picture) return;
       const { left, right, bottom, top } = this.map;
-      g.imageSmoothingEnabled = true;
       g.drawImage(this.picture, x(left), y(top), x(right) - x(left), y(bottom) - y(top));
-    }
+    });
+    g.drawImage(ground, 0, 0, width, height);
     for (const layer of this.layers) layer(g, x, y, width, height);
-    this.ruler(g, x, width, height);
+    g.drawImage(this.kept("ruler", [colour("--ink")], (g) => this.ruler(g, x, width, height)), 0, 0, width, height);
     if (this.showsFinger !== false) this.drawFinger(g, x, y);
     return true;
+  }
+  // A picture of the plate's size that is drawn again only when the plate, or what it is of, has become another.
+  kept(name, of, draw) {
+    const { width, height } = this.canvas, from = [width, height, this.scale, this.ratio, ...of], old = this.pictures[name];
+    if (old && old.from.every((each, at) => each === from[at])) return old.picture;
+    const picture = new OffscreenCanvas(width, height), g = picture.getContext("2d");
+    g.scale(this.ratio, this.ratio);
+    draw(g);
+    this.pictures[name] = { from, picture };
+    return picture;
   }
   ruler(g, x, width, height) {
     g.fillStyle = g.strokeStyle = colour("--ink");

@@ -1,11 +1,13 @@
-// Mouse, touch, pen and arrow keys on the plate: events with their own time, sent once per animation frame.
-const KEY_MM_S = 60;
+// Mouse, touch, pen and arrow keys on the plate: events with their own time, sent as they come.
+const KEY_MM_S = 60, SEND_MS = 4, STILL_MS = 25; // a block of the loop is 5 ms; a pointer moves 60 times a second
 
 export class Pointer {
   constructor(canvas, plate, link) {
     Object.assign(this, { canvas, plate, link, events: [], down: false, key: 0, place: [0, 0] });
     canvas.addEventListener("pointerdown", (event) => this.begin(event));
-    canvas.addEventListener("pointermove", (event) => this.down && event.pointerId === this.id && this.move(event));
+    // A browser holds moves back until its next picture, but for who asks for them raw; some know no raw ones.
+    const moves = "onpointerrawupdate" in canvas ? "pointerrawupdate" : "pointermove";
+    canvas.addEventListener(moves, (event) => this.down && event.pointerId === this.id && this.move(event));
     for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) canvas.addEventListener(name, (event) => this.end(event));
     canvas.addEventListener("keydown", (event) => this.press(event));
     canvas.addEventListener("keyup", (event) => { if (event.key === "ArrowLeft" || event.key === "ArrowRight") this.key = 0; });
@@ -26,8 +28,14 @@ export class Pointer {
     event.preventDefault();
   }
   move(event) {
-    for (const each of event.getCoalescedEvents?.() ?? []) this.add(each);
-    this.add(event);
+    const all = event.getCoalescedEvents?.() ?? [];
+    for (const each of all.length ? all : [event]) this.add(each);
+    if (!(event.timeStamp - this.sent < SEND_MS)) this.send(event.timeStamp);
+  }
+  send(now) {
+    this.sent = now;
+    this.link.touch(this.events.slice(-1000));
+    this.events = [];
   }
   add(event) {
     this.place = this.plate.mm(event.clientX, event.clientY);
@@ -65,15 +73,15 @@ export class Pointer {
       load.dispatchEvent(new Event("input"));
     } else if (event.key === "l" || event.key === "L" || event.key === "Escape") this.lift();
   }
-  // Once per animation frame: a finger at rest says so too, else it would seem to creep to where it moves next.
+  // Once per animation frame: what waits goes out. A finger at rest says so too, else it would seem to creep to where it
+  // moves next; between two moves of a slow pointer it is not at rest.
   flush(now) {
     if (this.keyed) {
       const half = this.plate.canvas.clientWidth / 2 / this.plate.scale;
       this.place[0] = Math.max(-half, Math.min(half, this.place[0] + this.key * KEY_MM_S * Math.min(0.05, (now - (this.before ?? now)) / 1e3)));
       this.events.push(now, ...this.place, NaN);
-    } else if (this.down && !this.events.length && now > this.last) this.events.push(now, ...this.place, this.pressed);
+    } else if (this.down && !this.events.length && now > this.last + STILL_MS) this.events.push(now, ...this.place, this.pressed);
     this.before = now;
-    this.link.touch(this.events.slice(-1000));
-    this.events = [];
+    if (this.events.length) this.send(now);
   }
 }

@@ -1,5 +1,6 @@
 // The scope: forces and amplitudes over time, or over the place of the finger.
 import uPlot from "./vendor/uPlot.esm.js";
+import { hairlines } from "./hairlines.js";
 import { SIGNALS, colour } from "./signals.js";
 
 const BIN_MM = 0.25;
@@ -28,7 +29,7 @@ export class Scope {
     const axis = { stroke: colour("--soft"), grid: { stroke: colour("--line"), width: 1 }, ticks: { stroke: colour("--line"), width: 1 }, font: "12px system-ui" };
     const time = this.axis === "time";
     const series = SIGNALS.map((s) => ({
-      label: s.name, stroke: colour(s.colour), width: s.width, dash: s.dash, show: s.shown, scale: s.scale ?? "y", spanGaps: !time, points: { show: false },
+      label: s.name, stroke: colour(s.colour), width: s.width, dash: s.dash, show: s.shown, scale: s.scale ?? "y", spanGaps: !time, points: { show: false }, paths: hairlines,
     }));
     const um = SIGNALS.some((s) => s.scale === "um" && s.shown);
     this.plot = new uPlot({
@@ -79,7 +80,9 @@ export class Scope {
   data() {
     if (this.axis === "place") return [this.places, ...this.byPlace];
     const now = this.ring.now;
-    return this.ring.envelope(SIGNALS.map((s) => s.channel), now - this.span, now, 700);
+    const shown = SIGNALS.filter((s) => s.shown), stretches = Math.round(this.plot ? this.plot.bbox.width / 2 : 400);
+    const [x, ...curves] = this.ring.envelope(shown.map((s) => s.channel), now - this.span, now, stretches);
+    return [x, ...SIGNALS.map((s) => curves[shown.indexOf(s)] ?? [])];
   }
   read(plot) {
     if (plot.cursor.idx == null || plot.cursor.left < 0) return this.onread?.("");

@@ -10,7 +10,12 @@ export const SIGNALS = [
   { channel: "open_um", name: "amplitude open", colour: "--open", dash: [8, 3, 2, 3], width: 1.2, shown: false, scale: "um" },
 ];
 
-export const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+const colours = new Map(); // asked for in every picture, and another only in another look
+addEventListener("look", () => colours.clear());
+export function colour(name) {
+  if (!colours.has(name)) colours.set(name, getComputedStyle(document.documentElement).getPropertyValue(name).trim());
+  return colours.get(name);
+}
 
 // Checkboxes for all signals, or for these channels; each signal has one state, however often it is shown.
 export function legend(element, changed, channels) {
