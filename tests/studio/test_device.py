@@ -27,8 +27,9 @@ from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import schema
 from frictionloop.studio.commands import obey
+from frictionloop.studio.guest import Guest
 from frictionloop.studio.numbers import numbers_of
-from frictionloop.studio.room import Guest, Room
+from frictionloop.studio.room import Room
 
 SYSTEM = fl.bench().evolve(LAW | {"setpoint": {"kind": "effect"}})
 ROW = {name: row for row, name in enumerate(CHANNELS)}

@@ -18,7 +18,8 @@ from frictionloop.device.live_engine import CHANNELS
 from frictionloop.firmware.image import build
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.studio.commands import obey
-from frictionloop.studio.room import Guest, Room
+from frictionloop.studio.guest import Guest
+from frictionloop.studio.room import Room
 
 pytestmark = pytest.mark.slow
 SYSTEM = fl.bench().evolve(LAW | {"setpoint": {"kind": "effect"}})

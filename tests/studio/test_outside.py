@@ -16,8 +16,9 @@ from frictionloop.device.live_session import Session
 from frictionloop.loop.blocks import forget
 from frictionloop.studio.commands import obey
 from frictionloop.studio.gallery import gallery
+from frictionloop.studio.guest import Guest
 from frictionloop.studio.panels import panels_of
-from frictionloop.studio.room import Guest, Room
+from frictionloop.studio.room import Room
 from frictionloop.studio.share import as_python, system_message
 
 

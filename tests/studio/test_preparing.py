@@ -15,7 +15,8 @@ from frictionloop.device.live_session import Session
 from frictionloop.quantities import FrictionloopError
 from frictionloop.studio import preparing
 from frictionloop.studio.commands import obey
-from frictionloop.studio.room import Guest, Room
+from frictionloop.studio.guest import Guest
+from frictionloop.studio.room import Room
 
 
 class Slow(Echo):

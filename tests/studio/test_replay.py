@@ -18,8 +18,9 @@ from frictionloop.device.live_session import Session
 from frictionloop.parameters.files import to_toml
 from frictionloop.quantities import FrictionloopError
 from frictionloop.studio.export import needed_by, page_of, stroked
+from frictionloop.studio.guest import Guest
 from frictionloop.studio.replay import STEPS, played, read_run
-from frictionloop.studio.room import Guest, Room
+from frictionloop.studio.room import Room
 from frictionloop.studio.server import studio_app
 
 with warnings.catch_warnings():

@@ -20,7 +20,8 @@ from frictionloop.cli.studio import _system as opened_with
 from frictionloop.device.live_engine import CHANNELS, TwinEngine
 from frictionloop.device.live_session import Session
 from frictionloop.studio.frames import unpack
-from frictionloop.studio.room import WAITING, Guest, Room
+from frictionloop.studio.guest import WAITING, Guest
+from frictionloop.studio.room import Room
 from frictionloop.studio.safe import Doors
 from frictionloop.studio.server import studio_app
 from frictionloop.studio.share import as_command

@@ -13,7 +13,8 @@ import frictionloop as fl
 from frictionloop.device.live_session import Session
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.tables import Map
-from frictionloop.studio.room import Guest, Room
+from frictionloop.studio.guest import Guest
+from frictionloop.studio.room import Room
 from frictionloop.studio.safe import Doors
 from frictionloop.studio.server import studio_app
 from frictionloop.studio.share import system_message

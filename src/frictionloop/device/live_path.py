@@ -12,6 +12,8 @@ LATE_S = 1.0 / 60.0
 """The finger follows one pointer sample late, so that its place lies between two that are known (60 Hz)."""
 KEPT = 256
 """Pointer samples that are remembered: four seconds at 60 Hz."""
+OFFSETS = 128
+"""Messages that tell how the page's clock stands to ours: two seconds at 60 Hz."""
 FASTEST_MM_S = 400.0
 """Fastest stroke, within what the position sensor of a bench follows (assumed)."""
 LANDING_N_S = 25.0
@@ -30,20 +32,22 @@ class Sample(NamedTuple):
 class PointerPath:
     """Pointer samples of a page, in the time of the session.
 
-    The page's clock is not ours: the least time from an event to its arrival is taken for the offset of the clocks.
+    The page's clock is not ours: the least time from an event to its arrival, of the last `OFFSETS` messages, is taken
+    for the offset of the clocks.
     """
 
     def __init__(self) -> None:
         self._samples: deque[tuple[Sample, float]] = deque(maxlen=KEPT)  # each with its page time, ms
-        self._offset_s = math.inf
+        self._offsets_s: deque[float] = deque(maxlen=OFFSETS)
         self.reached_ms = math.nan
         """Page time of the newest event that the finger has reached, ms."""
 
     def add(self, arrived_s: float, events: np.ndarray) -> None:
         """Take events, rows of page time (ms), x (mm), y (mm) and load (N), that arrived together."""
-        self._offset_s = min(self._offset_s + 1e-4, arrived_s - 1e-3 * float(events[-1, 0]))
+        self._offsets_s.append(arrived_s - 1e-3 * float(events[-1, 0]))
+        offset_s = min(self._offsets_s)
         for page_ms, *row in events.tolist():
-            time_s = 1e-3 * page_ms + self._offset_s
+            time_s = 1e-3 * page_ms + offset_s
             if not self._samples or time_s > self._samples[-1][0].time_s:
                 self._samples.append((Sample(time_s, *row), page_ms))
 

@@ -176,4 +176,5 @@ def reading_told(fault: Message) -> str:
     if name not in READINGS:
         return ""
     step, unit = READINGS[name]
-    return f" ({step * fault['value']:.3g} {unit})"
+    value = step * fault["value"]
+    return f" ({value:.0f} {unit})" if abs(value) >= 1000.0 else f" ({value:.3g} {unit})"

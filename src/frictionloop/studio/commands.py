@@ -10,9 +10,10 @@ from frictionloop.physics.fingers import fingers
 from frictionloop.quantities import FrictionloopError
 from frictionloop.studio.crowd import POPULATION_SEED
 from frictionloop.studio.gallery import effects
+from frictionloop.studio.guest import Guest
 from frictionloop.studio.preparing import is_ready, put_when_ready
 from frictionloop.studio.presets import BY_NAME
-from frictionloop.studio.room import Guest, Room
+from frictionloop.studio.room import Room
 from frictionloop.studio.share import system_message
 
 FREE = ("stop", "take", "sound", "crowd", "reach", "here")

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from frictionloop.device.live_session import Block
 from frictionloop.quantities import FrictionloopError
 
 FRAME, MAP, CROWD_FRAME = 1, 2, 3
@@ -40,6 +41,12 @@ def pack(frame: Frame, kind: int = FRAME) -> bytes:
     channels, rows = frame.rows.shape
     head = HEAD.pack(kind, frame.number % 2**32, frame.time_s, frame.reached_ms, frame.spacing_s, rows, channels)
     return head + np.ascontiguousarray(frame.rows, "<f4").tobytes()
+
+
+def frame_of(block: Block, number: int, rate_hz: float, every: int) -> Frame:
+    """Return a block as a frame of one row in so many ticks."""
+    first_s = (block.first_tick + every) / rate_hz
+    return Frame(number, first_s, block.reached_ms, every / rate_hz, block.rows[:, every - 1 :: every])
 
 
 def unpack(data: bytes) -> Frame:

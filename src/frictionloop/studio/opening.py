@@ -18,8 +18,9 @@ from frictionloop.parameters.files import read_tree
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.source import EffectSource
 from frictionloop.studio.commands import change, check_no_file
+from frictionloop.studio.guest import Guest
 from frictionloop.studio.replay import read_run
-from frictionloop.studio.room import Guest, Room
+from frictionloop.studio.room import Room
 from frictionloop.studio.safe import HEADERS
 from frictionloop.studio.taking_in import PAGE, content_of
 

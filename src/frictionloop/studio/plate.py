@@ -41,3 +41,11 @@ def depends_on_y(source: EffectSource, y_mm: float) -> bool:
     x = np.linspace(-120.0, 120.0, 961)
     here, there = asked(source, x, np.array([source.track.y_mm, y_mm]))
     return bool(np.abs(here - there).max() > 1e-4)
+
+
+def read_along(system: System, line_mm: float) -> System | None:
+    """Return the System whose effect is read along the line of a finger that has landed; None if nothing changes."""
+    source = system.setpoint
+    if not isinstance(source, EffectSource) or line_mm == source.track.y_mm or not depends_on_y(source, line_mm):
+        return None
+    return system.evolve({"setpoint.track.y_mm": line_mm})

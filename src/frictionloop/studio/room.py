@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import secrets
 import time
 from collections import deque
 from collections.abc import Callable, Coroutine
@@ -15,17 +14,15 @@ import numpy as np
 from frictionloop.device.live_session import Block, Session
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
-from frictionloop.rendering.source import EffectSource
 from frictionloop.studio.crowd import Twelve
 from frictionloop.studio.drawing import Drawing
-from frictionloop.studio.frames import Frame, events_in, pack
+from frictionloop.studio.frames import events_in, frame_of, pack
+from frictionloop.studio.guest import Guest
 from frictionloop.studio.numbers import WINDOW_S, numbers_of
-from frictionloop.studio.plate import depends_on_y
+from frictionloop.studio.plate import read_along
 from frictionloop.studio.reach import Reach
 from frictionloop.studio.share import system_message
 
-WAITING = 64
-"""Messages that wait for a slow page; the oldest frames are then dropped (a third of a second)."""
 TOLD_EVERY_S = 0.2
 """How often numbers and status go out."""
 MOST_RUNS = 8
@@ -34,41 +31,6 @@ UNDONE = 100
 """Changes that can be undone."""
 SPARSE = 5
 """Ticks per row of a frame for the eye; for the ear every tick travels."""
-
-
-class Guest:
-    """A page that is connected."""
-
-    def __init__(self, may_drive: bool) -> None:
-        self.may_drive, self.listens, self.lost = may_drive, False, 0
-        self.crowd = False
-        """Whether it looks at the row of fingers."""
-        self.ahead = False
-        """Whether it is told what of the effect will not arrive."""
-        self.key = secrets.token_urlsafe(16)
-        """Tells its requests from those of other pages."""
-        self._waiting: deque[bytes | dict[str, Any]] = deque()
-        self._there = asyncio.Event()
-
-    def put(self, message: bytes | dict[str, Any]) -> None:
-        """Let a message wait to be sent; the oldest frame goes when too many wait."""
-        if len(self._waiting) >= WAITING:
-            for place, old in enumerate(self._waiting):
-                if isinstance(old, bytes):
-                    del self._waiting[place]
-                    self.lost += 1
-                    break
-            else:
-                self._waiting.popleft()
-        self._waiting.append(message)
-        self._there.set()
-
-    async def next(self) -> bytes | dict[str, Any]:
-        """Return the next message to send."""
-        while not self._waiting:
-            self._there.clear()
-            await self._there.wait()
-        return self._waiting.popleft()
 
 
 class Room:
@@ -149,10 +111,8 @@ class Room:
 
     def _stroke_there(self) -> None:
         """Let the effect be read along the line on which the finger has landed, where that is another force."""
-        system, line_mm = self.session.engine.system, self.session.line_mm
-        source = system.setpoint
-        if isinstance(source, EffectSource) and line_mm != source.track.y_mm and depends_on_y(source, line_mm):
-            self.session.change(system.evolve({"setpoint.track.y_mm": line_mm}))
+        if (along := read_along(self.session.engine.system, self.session.line_mm)) is not None:
+            self.session.change(along)
 
     def status(self) -> dict[str, Any]:
         """Return what every page is told of the session."""
@@ -220,8 +180,9 @@ class Room:
         self._number += 1
         packed: dict[bool, bytes] = {}
         for guest in self.guests:
+            every = 1 if guest.listens else SPARSE
             if guest.listens not in packed:
-                packed[guest.listens] = pack(self._frame(block, 1 if guest.listens else SPARSE))
+                packed[guest.listens] = pack(frame_of(block, self._number, self.session.engine.rate_hz, every))
             guest.put(packed[guest.listens])
         if not self._looking:
             self.twelve.rest()
@@ -237,9 +198,3 @@ class Room:
         for guest in self.guests:
             if guest.crowd:
                 guest.put(message)
-
-    def _frame(self, block: Block, every: int) -> Frame:
-        rate = self.session.engine.rate_hz
-        rows = block.rows[:, every - 1 :: every]
-        first_s = (block.first_tick + every) / rate
-        return Frame(self._number, first_s, block.reached_ms, every / rate, rows)

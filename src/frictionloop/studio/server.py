@@ -21,10 +21,11 @@ from frictionloop.loop.record import save
 from frictionloop.parameters.files import to_toml
 from frictionloop.studio.commands import obey
 from frictionloop.studio.gallery import gallery
+from frictionloop.studio.guest import Guest
 from frictionloop.studio.opening import Answer, opener, runs_answer
 from frictionloop.studio.plate import HEIGHT_MM
 from frictionloop.studio.presets import PRESETS
-from frictionloop.studio.room import Guest, Room
+from frictionloop.studio.room import Room
 from frictionloop.studio.safe import HEADERS, Doors
 from frictionloop.studio.share import system_message
 from frictionloop.studio.taking_in import taken_in

@@ -11,7 +11,7 @@ from typing import Any
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from frictionloop.quantities import FrictionloopError
-from frictionloop.studio.room import Guest
+from frictionloop.studio.guest import Guest
 
 
 async def talk(socket: WebSocket, guest: Guest, hear: Callable[[Any], None], most: int) -> None:
@@ -57,3 +57,4 @@ async def _send(guest: Guest, socket: WebSocket) -> None:
                 await socket.send_bytes(message)
             else:
                 await socket.send_text(json.dumps(message))
+            await asyncio.sleep(0)  # a page that has gone is noticed between two messages, however many wait

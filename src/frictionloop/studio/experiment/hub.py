@@ -7,7 +7,7 @@ import json
 import threading
 from typing import Any
 
-from frictionloop.studio.room import Guest
+from frictionloop.studio.guest import Guest
 
 PARTICIPANT, EXPERIMENTER = "participant", "experimenter"
 

@@ -18,7 +18,7 @@ from starlette.websockets import WebSocket
 from frictionloop.quantities import FrictionloopError
 from frictionloop.studio.experiment.desk import Desk
 from frictionloop.studio.experiment.hub import EXPERIMENTER, PARTICIPANT
-from frictionloop.studio.room import Guest
+from frictionloop.studio.guest import Guest
 from frictionloop.studio.safe import HEADERS, Doors
 from frictionloop.studio.talking import talk
 

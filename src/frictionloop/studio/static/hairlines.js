@@ -4,13 +4,13 @@ import uPlot from "./vendor/uPlot.esm.js";
 
 const line = uPlot.paths.linear();
 
-// Where the middles of hairlines lie that fill a round pen, in pixels of the screen: in rings less than a pixel apart.
+// Where the middles of hairlines lie that fill a round pen, in pixels of the screen: in rings, about a pixel apart.
 export function pen(width) {
   const reach = (width - 1) / 2, places = [];
   if (reach < 0.2) return [[0, 0]];
-  for (let radius = reach; radius > 0; radius -= 0.9) {
-    const count = Math.max(3, Math.ceil(2 * Math.PI * radius / 0.9));
-    for (let n = 0; n < count; n++) places.push([radius * Math.cos(2 * Math.PI * n / count), radius * Math.sin(2 * Math.PI * n / count)]);
+  for (let radius = reach; radius > 0; radius -= 1) {
+    const count = Math.max(radius < 0.35 ? 2 : 3, Math.ceil(2 * Math.PI * radius / 1.3));
+    for (let n = 0; n < count; n++) places.push([radius * Math.cos(2 * Math.PI * (n + 0.25) / count), radius * Math.sin(2 * Math.PI * (n + 0.25) / count)]);
   }
   return places;
 }

@@ -87,11 +87,9 @@ link.addEventListener("frame", ({ detail }) => {
   Object.assign(plate.finger, { x: x || 0, y: line, load: ring.latest("load_n"), force: known("closed_n", "open_n", "measured_n"), um: known("closed_um", "open_um") });
   if (Math.abs(x - before) > 1e-3) plate.finger.way = Math.sign(x - before);
   plate.dirty = true;
-  if (!Number.isNaN(detail.reached) && detail.reached !== late.reached) {
-    late.reached = detail.reached;
-    late.push(performance.now() - detail.reached - 1000 / 60);
-    if (late.length > 240) late.shift();
-  }
+  const arrived = pointer.arrival(detail.reached);
+  if (arrived !== undefined) late.push(performance.now() - arrived - 1000 / 60);
+  if (late.length > 240) late.shift();
 });
 radios($("axis"), ({ dataset }) => scope?.show(dataset.axis));
 $("span").onchange = () => { scope.span = Number($("span").value); scope.dirty = true; };

@@ -128,7 +128,7 @@ export class Plate {
     g.fill();
     g.stroke();
     if (touching) {
-      const contact = this.scale * 3.6 * Math.cbrt(load / 0.5);
+      const contact = Math.min(0.95 * pad, this.scale * 3.6 * Math.cbrt(load / 0.5)); // no wider than the pad
       g.fillStyle = "#b56b45";
       g.globalAlpha = 0.85;
       g.beginPath();

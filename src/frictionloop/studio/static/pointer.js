@@ -3,7 +3,7 @@ const KEY_MM_S = 60, SEND_MS = 4, STILL_MS = 25; // a block of the loop is 5 ms;
 
 export class Pointer {
   constructor(canvas, plate, link) {
-    Object.assign(this, { canvas, plate, link, events: [], down: false, key: 0, place: [0, 0] });
+    Object.assign(this, { canvas, plate, link, events: [], down: false, key: 0, place: [0, 0], arrivals: new Map() });
     canvas.addEventListener("pointerdown", (event) => this.begin(event));
     // A browser holds moves back until its next picture, but for who asks for them raw; some know no raw ones.
     const moves = "onpointerrawupdate" in canvas ? "pointerrawupdate" : "pointermove";
@@ -42,6 +42,13 @@ export class Pointer {
     this.pressed = this.load(event);
     this.events.push(event.timeStamp, ...this.place, this.pressed);
     this.last = event.timeStamp;
+    this.arrivals.set(event.timeStamp, performance.now());
+  }
+  // When the event of this time came to the page, told once: by the first force that knows of it.
+  arrival(reached) {
+    const found = this.arrivals.get(reached);
+    for (const time of this.arrivals.keys()) if (time <= reached) this.arrivals.delete(time);
+    return found;
   }
   end(event) {
     if (this.down && event.pointerId === this.id) this.lift();
@@ -51,6 +58,7 @@ export class Pointer {
     this.down = this.keyed = false;
     this.key = 0;
     this.events = [];
+    this.arrivals.clear();
   }
   press(event) {
     if (this.canvas.dataset.tool) return;

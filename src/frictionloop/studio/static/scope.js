@@ -1,9 +1,9 @@
 // The scope: forces and amplitudes over time, or over the place of the finger.
 import uPlot from "./vendor/uPlot.esm.js";
 import { hairlines } from "./hairlines.js";
-import { SIGNALS, colour } from "./signals.js";
+import { SIGNALS, below, colour } from "./signals.js";
 
-const BIN_MM = 0.25;
+const BIN_MM = 0.25, LEAST_N = -0.1; // where the skin swings over at a turn, the force is far below, and said so
 
 export class Scope {
   constructor(element, ring, plateMm) {
@@ -34,7 +34,7 @@ export class Scope {
     const um = SIGNALS.some((s) => s.scale === "um" && s.shown);
     this.plot = new uPlot({
       ...this.size(),
-      scales: { x: { time: false }, y: { range: (_, low, high) => [-0.1, Math.max(0.8, 1.08 * high)] }, um: { range: [0, 3] } },
+      scales: { x: { time: false }, y: { range: (_, low, high) => [LEAST_N, Math.max(0.8, 1.08 * high)] }, um: { range: (_, low, high) => [0, Math.max(3, 1.08 * high)] } },
       axes: [
         { ...axis, label: time ? "time (s)" : "place (mm)", labelSize: 18, size: 34 },
         { ...axis, label: "force (N)", labelSize: 18, size: 44 },
@@ -45,7 +45,7 @@ export class Scope {
       series: [{}, ...series],
       hooks: {
         setCursor: [(plot) => this.read(plot)],
-        draw: [(plot) => this.marks?.draw(plot)],
+        draw: [(plot) => { this.cut(plot, below(plot)); this.marks?.draw(plot); }],
         setSelect: [(plot) => { if (plot.select.width > 0) this.zoomed = true; }],
       },
     }, this.data(), this.element);
@@ -53,6 +53,14 @@ export class Scope {
     this.plot.over.addEventListener("dblclick", () => { this.zoomed = false; this.dirty = true; });
     this.zoomed = false;
     this.dirty = true;
+  }
+  cut({ ctx, bbox }, text) {
+    const ratio = devicePixelRatio || 1;
+    ctx.save();
+    ctx.fillStyle = colour("--soft");
+    ctx.font = `${12 * ratio}px system-ui`;
+    ctx.fillText(text, bbox.left + 6 * ratio, bbox.top + bbox.height - 6 * ratio);
+    ctx.restore();
   }
   show(axis) {
     this.axis = axis;
