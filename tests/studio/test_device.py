@@ -141,7 +141,7 @@ def test_a_fault_is_told_in_words_and_cleared(room):
     bench._converters.sample = lambda measured: sample(measured)._replace(load=32767)
     pass_s(room, 0.3, guest)
     told = room.status()["device"]
-    assert told["fault"].startswith("sensor_saturated (")
+    assert told["fault"].startswith("sensor_saturated (32767 counts)")
     assert "at an end of its converter" in told["fault"]
     assert told["armed"] == "idle"
     with pytest.raises(FrictionloopError, match="still at fault"):

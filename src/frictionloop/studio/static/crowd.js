@@ -11,6 +11,7 @@ export class Crowd {
     this.size = Math.round(SHOWN_S * RATE_HZ);
     this.rows = Array.from({ length: 1 + 2 * PEOPLE }, () => new Float32Array(this.size));
     Object.assign(this, { link, count: 0, on: false, dirty: false, drawn: 0, frames: 0, next: 0 });
+    addEventListener("look", () => { this.dirty = true; });
     this.cells = Array.from({ length: PEOPLE }, (_, number) => this.cell(number));
     $("people").replaceChildren(...this.cells.map((cell) => cell.button));
     $("crowd-on").onclick = () => this.show(!this.on);
