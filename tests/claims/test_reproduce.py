@@ -149,6 +149,14 @@ def test_a_folder_that_cannot_be_written_is_one_line(tmp_path, monkeypatch):
         build.reproduce(tmp_path)
 
 
+def test_a_figure_that_cannot_be_written_is_one_line(results, tmp_path, monkeypatch):
+    monkeypatch.setattr(build, "Results", lambda bar: results)
+    monkeypatch.setattr(build, "DRAWINGS", {"fig-1b": DRAWINGS["fig-1b"]})
+    (tmp_path / "figures" / "fig-1b.svg" / "taken").mkdir(parents=True)
+    with pytest.raises(FrictionloopError, match=r"fig-1b\.svg: cannot be written"):
+        build.reproduce(tmp_path)
+
+
 def test_results_are_complete(results):
     assert set(Results.__annotations__) == {name.partition(".")[0] for name, _ in parts()}
     assert all(getattr(results, field) is not None for field in Results.__annotations__)

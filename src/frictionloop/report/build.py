@@ -5,8 +5,12 @@ from __future__ import annotations
 import difflib
 import json
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Future
+from contextlib import contextmanager
 from pathlib import Path
+
+from matplotlib.figure import Figure
 
 from frictionloop.loop.progress import Bar, progress_bar
 from frictionloop.quantities import FrictionloopError, replacing
@@ -14,7 +18,7 @@ from frictionloop.report.claims import Claim, all_claims, claim_ids, one_claim
 from frictionloop.report.figures import DRAWINGS
 from frictionloop.report.page import Drawn, provenance, render
 from frictionloop.report.results import Results, parts
-from frictionloop.report.style import svg
+from frictionloop.report.style import write_svg
 
 SCHEMA = 1
 """Version of claims.json."""
@@ -54,15 +58,15 @@ def reproduce(
         # Only what is asked for counts on the bar, not the parts that it needs.
         with progress_bar("report", len(only), progress) as bar:
             results = Results(bar.inner())
-            _draw(wanted, results, target / "figures", bar)
+            _draw(wanted, results, target / "figures", bar, _at_once)
             return [one_claim(id, results) for id in only if id not in DRAWINGS]
     with progress_bar("report", len(list(parts())) + len(wanted) + 1, progress) as bar:
         results = Results(bar)
-        # A figure stands in the folder as soon as what it shows is computed.
-        with results.ahead():
-            figures = _draw(wanted, results, target / "figures", bar)
-        bar.doing("claims")
-        claims = all_claims(results)
+        with _beside() as beside:
+            drawn = _draw(wanted, results, target / "figures", bar, beside)
+            claims = all_claims(results)
+            bar.doing("drawing")
+            figures = {name: Drawn(text.result(), seeds) for name, (text, seeds) in drawn.items()}
         bar()
     _write(target / "claims.json", claims_json(claims, results))
     _write(target / "index.html", render(results, claims, figures, target))
@@ -94,15 +98,39 @@ def _prepare(folder: Path) -> None:
             raise FrictionloopError(f"{place}: is not writable; choose another folder")
 
 
-def _draw(names: Iterable[str], results: Results, folder: Path, bar: Bar) -> dict[str, Drawn]:
-    """Draw and write figures; return them for the page."""
+Started = Callable[[Callable[..., str], Figure, str, Path], "Future[str]"]
+"""Has a figure written: `_at_once` does it here, `_beside` in a second process."""
+
+
+def _at_once(write: Callable[..., str], figure: Figure, name: str, path: Path) -> Future[str]:
+    """Return what is written already."""
+    future: Future[str] = Future()
+    future.set_result(write(figure, name, path))
+    return future
+
+
+@contextmanager
+def _beside() -> Iterator[Started]:
+    """Let a second process write figures while this one computes what the next ones show."""
+    from joblib.externals.loky import ProcessPoolExecutor
+
+    with ProcessPoolExecutor(1) as pool:
+        yield pool.submit
+
+
+def _draw(
+    names: Iterable[str], results: Results, folder: Path, bar: Bar, started: Started
+) -> dict[str, tuple[Future[str], str]]:
+    """Have each figure written as soon as what it shows is computed; return its text to come, and its seeds."""
     drawn = {}
     for name in names:
         watched = results.watched()
-        text = svg(DRAWINGS[name](watched), name)
-        _write(folder / f"{name}.svg", text)
-        drawn[name] = Drawn(text, watched.seeds())
-        bar()
+        text = started(write_svg, DRAWINGS[name](watched), name, folder / f"{name}.svg")
+        text.add_done_callback(lambda _: bar())
+        drawn[name] = text, watched.seeds()
+        for earlier, _ in drawn.values():
+            if earlier.done():
+                earlier.result()  # what could not be written is told now
     return drawn
 
 

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from functools import partial
-from threading import Event, RLock
 from typing import Any, NamedTuple
 
 import xarray as xr
@@ -83,7 +80,7 @@ class Results:
 
     def __init__(self, bar: Bar | None = None) -> None:
         self.systems: dict[str, System] = systems.compared()
-        self._parts, self._bar, self._computing = list(parts()), bar or silent(), RLock()
+        self._parts, self._bar = list(parts()), bar or silent()
 
     def watched(self) -> Watched:
         """Return a view that notes which fields are asked for."""
@@ -93,27 +90,7 @@ class Results:
         """Compute a field, told part by part to the bar."""
         if field.startswith("_"):
             raise AttributeError(field)
-        with self._computing:
-            return self.__dict__[field] if field in self.__dict__ else self._compute(field)
-
-    @contextmanager
-    def ahead(self) -> Iterator[None]:
-        """Compute all fields in a thread of their own while the caller does something else with the first."""
-        stop = Event()
-
-        def compute() -> None:
-            for name, _ in self._parts:
-                if stop.is_set():
-                    return
-                getattr(self, name.partition(".")[0])
-
-        with ThreadPoolExecutor(1) as pool:
-            computing = pool.submit(compute)
-            try:
-                yield
-                computing.result()
-            finally:
-                stop.set()
+        return self._compute(field)
 
     def _compute(self, field: str) -> Any:
         own = [(name, work) for name, work in self._parts if name.partition(".")[0] == field]

@@ -7,12 +7,15 @@ import io
 import re
 from collections.abc import Callable
 from html import escape
+from pathlib import Path
 from typing import Any, ParamSpec
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
+
+from frictionloop.quantities import replacing
 
 P = ParamSpec("P")
 
@@ -105,6 +108,14 @@ def svg(figure: Figure, name: str) -> str:
         FigureCanvasSVG(figure).print_svg(text, metadata=metadata)  # type: ignore[no-untyped-call]
     prefixed = re.sub(r'(\bid="|href="#|url\(#)', rf"\g<1>{name}-", text.getvalue())
     return "\n".join(line.rstrip() for line in prefixed.splitlines()) + "\n"
+
+
+def write_svg(figure: Figure, name: str, path: Path) -> str:
+    """Write a figure as SVG text and return the text; nobody meets half a file."""
+    text = svg(figure, name)
+    with replacing(path) as beside:
+        beside.write_text(text, encoding="utf-8")
+    return text
 
 
 def inline(text: str, label: str) -> str:
