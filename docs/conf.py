@@ -76,3 +76,8 @@ sphinx_gallery_conf = {
     "image_srcset": ["2x"],
     "reset_modules": ("matplotlib", "look.dress"),
 }
+
+
+def setup(app):
+    """Say of an extension that copies files once the pages are written, and no more, that pages may be read in parallel."""
+    app.extensions["sphinx-mathjax-offline"].parallel_read_safe = True
