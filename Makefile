@@ -50,7 +50,7 @@ imports: $(VENV)/.dev ## check that imports between rooms only point down
 	@$(BIN)/lint-imports --no-logo
 
 docs: $(VENV)/.dev ## build docs/_build/html, running the examples; warnings are errors
-	@$(BIN)/sphinx-build -q -W --keep-going -j auto -b html docs docs/_build/html
+	@$(BIN)/sphinx-build -q -W --keep-going -j 4 -b html docs docs/_build/html
 	@$(BIN)/python docs/_tools/heights.py docs/_build/html
 	@echo "docs/_build/html/index.html"
 

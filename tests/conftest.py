@@ -55,16 +55,31 @@ TOGETHER = (
 """Tests that share what takes long to compute, the report's results and a design: one worker takes them all."""
 DEAREST = (
     *(name for names in TOGETHER for name in names),
+    "tests/firmware/test_ceiling.py",
+    "tests/experiments/test_study.py",
+    "studies/tests/test_beyond.py",
     "tests/unit/test_blocks_from_outside_refused.py",
     "tests/unit/test_comparison.py",
+    "tests/experiments/test_device_path.py",
+    "tests/firmware/test_same_bits_m4.py",
+    "tests/firmware/test_cycles.py",
+    "studies/tests/test_linear_reach.py",
+    "studies/tests/test_felt_reach.py",
+    "tests/unit/test_blocks_from_outside.py",
+    "tests/reference/test_bench_solver.py",
     "tests/unit/test_oracle.py",
     "tests/unit/test_recording.py",
     "tests/unit/cli/test_cli_device.py",
     "tests/unit/test_caches_heal.py",
     "tests/unit/test_retune_notch.py",
+    "tests/unit/test_design_leaning.py",
     "tests/protocol/test_recordings_survive.py",
     "tests/reference/test_independent_solver.py",
     "tests/unit/test_bench_bits.py",
+    "tests/unit/test_bench_from_files.py",
+    "tests/reference/test_sensor_waveform.py",
+    "tests/unit/test_sweep_backends.py",
+    "tests/unit/test_elsewhere.py",
     "tests/unit/cli/test_cli_bench.py",
     "tests/unit/test_design_sensor.py",
     "tests/unit/test_digest.py",
@@ -72,17 +87,22 @@ DEAREST = (
     "tests/unit/test_super_twisting.py",
     "tests/unit/cli/test_cli_program.py",
 )
-"""What takes longest comes first where files keep their order (``--no-loadscope-reorder``), and short files last."""
+"""What takes longest, slow tests with it, comes first where files keep their order (``--no-loadscope-reorder``)."""
 
 SOAK = Path(__file__).with_name("soak.json")
 """What `make soak` found: the outcome of each campaign, and of which commit and versions."""
 CAMPAIGNS = pytest.StashKey[list[str]]()
+SOAKED = ("soak", True)
+"""What says of a report that it is a campaign's, also to the process that other workers report to."""
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Remember the campaigns before they are left out (tests/unit/test_soak.py)."""
-    config.stash[CAMPAIGNS] = [item.nodeid for item in items if item.get_closest_marker("soak")]
+    """Remember the campaigns before they are left out (tests/unit/test_soak.py), and mark what they will report."""
+    campaigns = [item for item in items if item.get_closest_marker("soak")]
+    config.stash[CAMPAIGNS] = [item.nodeid for item in campaigns]
+    for item in campaigns:
+        item.user_properties.append(SOAKED)
     items.sort(key=_rank)
 
 
@@ -90,14 +110,6 @@ def pytest_collection_finish() -> None:
     """Look for garbage from now on, but not among what collecting has made."""
     gc.freeze()
     gc.enable()
-
-
-@pytest.hookimpl(wrapper=True)
-def pytest_runtest_makereport(item: pytest.Item, call: Any) -> Any:
-    """Mark the reports of campaigns, also for the process that other workers report to."""
-    report = yield
-    report.user_properties += [("soak", True)] if item.get_closest_marker("soak") else []
-    return report
 
 
 class Soak:
@@ -108,7 +120,7 @@ class Soak:
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Keep outcome and time of a campaign."""
-        if ("soak", True) in report.user_properties and (report.when == "call" or not report.passed):
+        if SOAKED in report.user_properties and (report.when == "call" or not report.passed):
             outcome = "xfailed" if hasattr(report, "wasxfail") else report.outcome
             self.found[report.nodeid] = {"outcome": outcome, "seconds": round(report.duration, 1)} | _of()
 

@@ -9,8 +9,15 @@ from studies.arrivals import FINGERS, run
 
 
 @pytest.mark.timeout(600)
-def test_what_is_stored_is_what_is_found(tmp_path):
-    laws, effects = ["lookup", "observer"], ["bump", "grating"]
+@pytest.mark.parametrize(
+    ("laws", "effects"),
+    [
+        (["observer"], ["bump"]),
+        pytest.param(["lookup", "observer"], ["bump", "grating"], marks=pytest.mark.soak),
+    ],
+    ids=["one", "some"],
+)
+def test_what_is_stored_is_what_is_found(laws, effects, tmp_path):
     found = run(laws, tmp_path / "kept.json", FINGERS, effects)
     for law in laws:
         for effect in effects:

@@ -8,7 +8,8 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.design.comparison import EVALUATION_SEED, SMALL, margins, protocol
-from frictionloop.report.beyond import NOTCH, PRINTED, stored
+from frictionloop.report.beyond import NOTCH, ORACLE, PRINTED, stored
+from studies import beyond
 from studies.beyond import LAWS, SPEED_MM_S, race
 
 GAINS = [f"controller.{name}" for name in ("kp", "ki", "notch_hz", "notch_depth", "notch_width")]
@@ -43,9 +44,16 @@ def test_the_notch_is_stable_around_its_levels(finger, notch, contact, level_n):
 
 
 @pytest.mark.timeout(900)
-def test_what_is_stored_is_what_is_found():
-    """But of the printed gains, whose loop is chaotic."""
+@pytest.mark.parametrize(
+    "laws", [[NOTCH, ORACLE], pytest.param([*LAWS], marks=pytest.mark.soak)], ids=["two laws", "all laws"]
+)
+def test_what_is_stored_is_what_is_found(laws, notch, monkeypatch):
+    """But of the printed gains, whose loop is chaotic; the limit beside the laws with all of them alone."""
+    monkeypatch.setattr(beyond, "LAWS", {law: LAWS[law] for law in laws} | {NOTCH: lambda bench: notch})
+    if len(laws) < len(LAWS):
+        monkeypatch.setattr(beyond, "_limits_n", lambda finger: stored().limit_n)
     found, _ = race()
+    assert found["limit_n"] == pytest.approx(stored().limit_n, rel=0.01)
     for law, there in found["laws"].items():
         for contact in protocol.CONTACTS if law != PRINTED else ():
             for score, values in there[contact]["scores"].items():

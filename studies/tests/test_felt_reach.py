@@ -46,7 +46,7 @@ def test_a_run_is_felt_more_than_what_is_felt_least() -> None:
 
 def test_a_law_that_may_amplify_nothing_changes_nothing() -> None:
     """For Ms -> 1 Bode's integral leaves S = 1 alone: all rms, and a relative index of 1."""
-    found = felt_reach(BENCH, [{}], (0.0, 1.0), seed=7, sensitivity_peak=1.0001, **SHORT)
+    found = felt_reach(BENCH, [{}], (1.0,), seed=7, sensitivity_peak=1.0001, **SHORT)
     before = linear_reach(BENCH, [{}], seed=7, peaks=[1.7], **SHORT)["open_rms_n"].sel(measured="force and load")
     np.testing.assert_allclose(found["rms_n"], before.item(), rtol=0.02)
     np.testing.assert_allclose(found["relative_index"], 1.0, rtol=0.02)

@@ -67,7 +67,8 @@ def test_the_digest_in_the_timers_interrupt_is_the_hosts(law, images, scenario):
 
 FLIPS = [
     ("fl_built_parameters", 1),
-    *(pytest.param(what, 12, marks=pytest.mark.slow) for what in ("fl_built_parameters", "image")),
+    *(pytest.param(what, 4, marks=pytest.mark.slow) for what in ("fl_built_parameters", "image")),
+    *(pytest.param(what, 12, marks=pytest.mark.soak) for what in ("fl_built_parameters", "image")),
 ]
 """What is damaged, and in how many bits, one at a time."""
 

@@ -55,19 +55,23 @@ def test_the_check_sum_is_that_of_all_before_it(images):
     assert symbol_bytes(elf, "flash_crc") == zlib.crc32(content[: end - 4]).to_bytes(4, "little")
 
 
-FLIPS = 60
-"""Bits that are flipped, one at a time, in each of the table and the whole image."""
+FLIPS = [
+    ("fl_built_parameters", 60),
+    pytest.param("image", 20, marks=pytest.mark.slow),
+    pytest.param("image", 60, marks=pytest.mark.soak),
+]
+"""What is damaged, and in how many bits, one at a time."""
 
 
-@pytest.mark.parametrize("what", ["fl_built_parameters", pytest.param("image", marks=pytest.mark.slow)])
-def test_a_flipped_bit_is_told_and_nothing_is_driven(what, images, tmp_path):
+@pytest.mark.parametrize(("what", "flips"), FLIPS)
+def test_a_flipped_bit_is_told_and_nothing_is_driven(what, flips, images, tmp_path):
     """None of them drives. One in the table is always told; one in what serves the board may end or mute it."""
     image, rng = images("pi"), np.random.default_rng(7)
     file = image.elf.read_bytes()
     parts = [part for _, part in loaded(image.elf) if len(part) > 100]
     part = symbol_bytes(image.elf, what) or max(parts, key=len)
     begin, found, ended, mute = file.index(part), 0, 0, 0
-    for _ in range(FLIPS):
+    for _ in range(flips):
         path = flashed(image, tmp_path, begin + int(rng.integers(len(part))), int(rng.integers(8)))
         try:
             most, told = drives(path)
@@ -77,9 +81,8 @@ def test_a_flipped_bit_is_told_and_nothing_is_driven(what, images, tmp_path):
         assert most == 0.0
         found += told == [BAD_IMAGE]
         mute += told == []
-    assert found + ended + mute == FLIPS and found >= 45
-    if what == "fl_built_parameters":
-        assert found == FLIPS
+    assert found + ended + mute == flips
+    assert found >= (flips if what == "fl_built_parameters" else 0.75 * flips)
 
 
 @pytest.mark.slow

@@ -84,16 +84,16 @@ def test_resonance_and_q_are_found_within_their_intervals(rate_hz):
     assert found.cutoff_hz == pytest.approx(1000.0, rel=0.02)
 
 
-@pytest.mark.slow
-def test_intervals_hold_as_often_as_they_say():
+@pytest.mark.parametrize("seeds", [pytest.param(40, marks=pytest.mark.slow), pytest.param(200, marks=pytest.mark.soak)])
+def test_intervals_hold_as_often_as_they_say(seeds):
     inside = np.zeros(2)
-    for seed in range(200):
+    for seed in range(seeds):
         found = find.fit_resonance(find.response(rigs.hammer_rig(seed=seed)))
         for k, (estimate, exact) in enumerate(((found.resonance, 145.0), (found.q, 20.0))):
             low, high = estimate.interval()
             inside[k] += low < exact < high
-    # 95 % of 200, less three standard errors of a binomial.
-    assert np.all(inside / 200 > 0.95 - 3 * math.sqrt(0.95 * 0.05 / 200))
+    # 95 % less three standard errors of a binomial.
+    assert np.all(inside / seeds > 0.95 - 3 * math.sqrt(0.95 * 0.05 / seeds))
 
 
 def test_other_suspensions():

@@ -246,9 +246,12 @@ def test_the_fastest_disturbance():
     assert np.abs(error).max() < 1e-6
 
 
-@pytest.mark.slow
 @pytest.mark.timeout(600)
-@pytest.mark.parametrize("base", [fl.paper, fl.feasible], ids=["paper", "feasible"])
+@pytest.mark.parametrize(
+    "base",
+    [pytest.param(fl.paper, marks=pytest.mark.slow), pytest.param(fl.feasible, marks=pytest.mark.soak)],
+    ids=["paper", "feasible"],
+)
 def test_the_papers_run_from_beginning_to_end(base):
     compare(base(), 10.0)
 

@@ -293,9 +293,9 @@ WIDEST = {
 
 @pytest.mark.slow
 def test_coverage_of_the_intervals(tmp_path):
-    """Intervals of 90 % on forty simulated benches hold the truth in at least 85 % of them, and are not wide."""
-    inside, half = coverage(tmp_path, 40, 1000)
-    assert all(count >= 34 for count in inside.values()), inside
+    """Intervals of 90 % on twelve simulated benches hold the truth in nine or more, and are not wide."""
+    inside, half = coverage(tmp_path, 12, 1000)
+    assert all(count >= 9 for count in inside.values()), inside
     assert {name: each for name, each in half.items() if each > WIDEST[name]} == {}
 
 
