@@ -21,10 +21,10 @@ def limit_observer(contact: str) -> dict[str, Any]:
     return {
         "controller.kind": "limit_observer",
         "controller.compliance_um_per_n": 1e6 / skin.bristle_stiffness_n_m if contact == "dahl" else 0.0,
-        "controller.spring_noise": 0.4712,
+        "controller.spring_noise": 0.5587,
         "controller.model.resonance_hz": 132.6,
-        "controller.model.resonance_q": 16.38,
-        "controller.model.sensor_hz": 729.2,
+        "controller.model.resonance_q": 13.69,
+        "controller.model.sensor_hz": 553.0,
     }
 
 

@@ -53,6 +53,11 @@ MEMORY_S = 2.0
 """Of the mean square of the set-point's logarithm: two periods of a sine of 1 Hz (paper, Sec. 4.2)."""
 LEAST_SWING = 0.05 * LOG2_E
 """Rms of the set-point's logarithm below which nothing is learnt: as much as roughness does to the limit's."""
+WINDOW_S = 0.5
+"""Of the mean square of what readings move ln L by: that of a Kalman filter is what drives its state in a period."""
+STATED = 0.1
+"""Rms of it up to which gains are those of this finger. Friction noise of 5 % rms, 1/f over 2500/0.2 of frequency,
+changes by 5 % (2 (ln pi + 0.577 - Ci pi)/ln 12500)^(1/2) = 3.0 % in a period; three times as much is assumed."""
 MOST_TAUGHT = 2.0
 """Most of z h over the mean square: of phi at its upper end it is spread - 1."""
 
@@ -116,6 +121,8 @@ class LimitState(NamedTuple):
     """Mean square of what the set-point's logarithm does above it."""
     stuck: float
     """1 where the skin held friction back in the last period."""
+    misfit: float
+    """Mean square of what readings move ln L by."""
 
 
 class LimitGains(NamedTuple):
@@ -158,13 +165,6 @@ class LimitGains(NamedTuple):
 
 
 @step
-def contact_shares(lag_um: float, way_um: float) -> tuple[float, float]:
-    """1 - e^-x and 1 - (1 - e^-x)/x of x = way/lag, e^-x by Pade (1, 2): what f takes of L - f and of a ramp of L."""
-    per = 1.0 / fma(6.0 * lag_um, lag_um, fma(4.0, lag_um, way_um) * way_um)
-    return way_um * fma(6.0, lag_um, way_um) * per, way_um * fma(3.0, lag_um, way_um) * per
-
-
-@step
 def learnt_step(fall: float, z: float, h: float, swing: float, rate: float, spread: float, model: float) -> float:
     """phi + rate phi z h / E z^2, within model/spread to model spread."""
     taught = min(max(z * h / swing, -MOST_TAUGHT), MOST_TAUGHT)
@@ -176,7 +176,7 @@ def limit_observer_step(
     state: LimitState, measurement: Measurement, setpoint_n: float, gains: LimitGains, dt: float
 ) -> tuple[LimitState, ForceCommand]:
     """One tick; see the module."""
-    a, command, d, f, x1, x2, x3, before, fall, slow_target, slow_limit, swing, was_stuck = state
+    a, command, d, f, x1, x2, x3, before, fall, slow_target, slow_limit, swing, was_stuck, misfit = state
     (
         decay_rest, decay_left, a11, a12, a21, a22, a31, a32, a33, kd, kds, kfs, k1, k1s, k2, k2s, k3, k3s,
         compliance, skin, most_um, log2_nominal, model_fall, spread, learn, low, high,
@@ -193,7 +193,7 @@ def limit_observer_step(
     way_um = max(abs(speed), SLOWEST_M_S) * dt * 1e6
     force = min(max(f, LEAST_N), MOST_N)
     lag_um = compliance * force
-    share, ramp = contact_shares(lag_um, way_um)
+    share = way_um / (lag_um + way_um)
     lag = min(lag_um / way_um, LONGEST)
     fastest = skin * way_um * 1e-6
     stuck = was_stuck > 0.5
@@ -201,7 +201,9 @@ def limit_observer_step(
     # Correct by the reading. A tip that sticks shows no limit, but that it is not as high as believed.
     e = y - x3
     up = fma(kds, lag, kd) * e / force if slides & ((not stuck) | (e < 0.0)) else 0.0
-    d = min(max(fma(LOG2_E, min(max(up, -LARGEST_UP), LARGEST_UP), d), -LARGEST_LOG2), LARGEST_LOG2)
+    up = min(max(up, -LARGEST_UP), LARGEST_UP)
+    misfit = fma(dt / WINDOW_S, fma(up, up, -misfit), misfit)
+    d = min(max(fma(LOG2_E, up, d), -LARGEST_LOG2), LARGEST_LOG2)
     kf = fma(kfs, lag, kd) if slides & (not stuck) else kd
     f = min(max(fma(kf, e, f), -LARGEST_N), LARGEST_N)
     x1, x2, x3 = fma(fma(k1s, lag, k1), e, x1), fma(fma(k2s, lag, k2), e, x2), fma(fma(k3s, lag, k3), e, x3)
@@ -226,20 +228,20 @@ def limit_observer_step(
     # Learn. The limit that there is stays.
     taught = slides & (not stuck) & (swing > LEAST_SWING * LEAST_SWING) & (square == held)
     new = learnt_step(fall, z, h, swing, learn * dt, spread, model_fall) if taught else fall
+    new = spread * model_fall if misfit > STATED * STATED else new
     more = (new - fall) * a * a
     d, slow_limit, fall = d + more, slow_limit + more, new
 
     # Go on to the next sample.
     a_next = fma(decay_left, then - command, command)
-    limit, limit_next = exp2(fma(-fall * a, a, d)), exp2(fma(-fall * a_next, a_next, d))
-    follows = fma(share, limit - f, ramp * (limit_next - limit))
+    follows = share * (exp2(fma(-fall * a_next, a_next, d)) - f)
     change = min(follows, fastest) if slides else 0.0
     mean = fma(0.5, change, f)
     s, r = x1 - mean, x3 - mean
     after = LimitState(
         a_next, command, d, f + change,
         fma(a11, s, fma(a12, x2, mean)), fma(a21, s, a22 * x2), fma(a31, s, fma(a32, x2, fma(a33, r, mean))),
-        forward, fall, slow_target, slow_limit, swing, 1.0 if slides & (follows > fastest) else 0.0,
+        forward, fall, slow_target, slow_limit, swing, 1.0 if slides & (follows > fastest) else 0.0, misfit,
     )  # fmt: skip
     return after, ForceCommand(u, 1.0 if square != held else 0.0)
 

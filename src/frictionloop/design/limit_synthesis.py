@@ -82,8 +82,7 @@ def small_signals(model: Model, rate_hz: float, bandwidth_hz: float, spring_nois
     here, ahead, d, f, x1, x2, x3, y = np.eye(8)
     e = y - x3
     d, f, x1, x2, x3 = d + k[0] * e, f + k[1] * e, x1 + k[2] * e, x2 + k[3] * e, x3 + k[4] * e
-    per = 1.0 / (6.0 * lag * lag + 4.0 * lag + 1.0)
-    after = f + (6.0 * lag + 1.0) * per * (d - here - f) + (3.0 * lag + 1.0) * per * (here - ahead)
+    after = f + (d - ahead - f) / (lag + 1.0)
     mean = (f + after) / 2.0
     s, r = x1 - mean, x3 - mean
     rows = np.vstack(
