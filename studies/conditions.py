@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 from frictionloop.design.comparison import protocol
@@ -37,10 +37,12 @@ class Strokes(NamedTuple):
     """Those that can be given 0.3 and 0.9 N at their mean load."""
 
 
-def conditions(count: int = 1000, seed: int = protocol.EVALUATION_SEED) -> Iterator[Strokes]:
-    """Yield every speed and contact of the comparison."""
+def conditions(
+    count: int = 1000, seed: int = protocol.EVALUATION_SEED, speeds: Sequence[float] = protocol.SPEEDS_MM_S
+) -> Iterator[Strokes]:
+    """Yield every speed, those of the comparison if no others are given, and contact."""
     people = fingers(count, seed)
-    for speed in protocol.SPEEDS_MM_S:
+    for speed in speeds:
         for contact in protocol.CONTACTS:
             moving = {"motion.speed_mm_s": speed, "finger.contact": contact, "motion.stroke_mm": protocol.STROKE_MM}
             own = bench().evolve(moving)

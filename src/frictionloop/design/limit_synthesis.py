@@ -79,7 +79,7 @@ def small_signals(model: Model, rate_hz: float, bandwidth_hz: float, spring_nois
     springs = suspension_coefficients(
         SuspendedSensor(resonance_hz=model.resonance_hz, q=model.resonance_q, cutoff_hz=model.sensor_hz), 1.0 / rate_hz
     )
-    here, ahead, d, f, x1, x2, x3, y = np.eye(8)
+    _, ahead, d, f, x1, x2, x3, y = np.eye(8)
     e = y - x3
     d, f, x1, x2, x3 = d + k[0] * e, f + k[1] * e, x1 + k[2] * e, x2 + k[3] * e, x3 + k[4] * e
     after = f + (d - ahead - f) / (lag + 1.0)
