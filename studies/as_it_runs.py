@@ -19,10 +19,10 @@ import numpy as np
 
 from frictionloop.analysis.linear import LinearLoop, linearise
 from frictionloop.control.laws import law_of
-from frictionloop.control.limit_observer import LimitState
+from frictionloop.control.limit_step import LimitState
 from frictionloop.design.comparison import protocol
 from frictionloop.design.comparison.entrants import ENTRANTS
-from frictionloop.design.limit_synthesis import lag_of, small_signals
+from frictionloop.design.limit_linear import lag_of, small_signals
 from frictionloop.design.plants import Plants, detuned
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.slab import LANES, law_rows

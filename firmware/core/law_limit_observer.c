@@ -1,4 +1,4 @@
-/* The limit observer: limit_observer_step of control/limit_observer.py, line by line.
+/* The limit observer: limit_observer_step of control/limit_step.py, line by line.
  *
  * Places of what is not q28: limits (N) and binary logarithms q26, springs, rate, reading and innovation (N) q24, ways
  * and compliance times force (um) q20, squares of amplitudes (um^2) q25, mean square of the logarithm q25. */
@@ -23,7 +23,7 @@ enum {
     LEARN, SLOW, FORGET, WINDOW, ENDS         /* q30: dt/T_l, 2 pi dt SLOW_HZ, dt/MEMORY_S, dt/WINDOW_S */
 };
 
-/* Constants of limit_observer.py in the places of what they meet. */
+/* Constants of limit_step.py in the places of what they meet. */
 enum {
     SLOWEST = 536871, LEAST_FORCE = 26843546, MOST_FORCE = 2 * FL_ONE, /* 0.002 m/s; 0.1 N */
     LARGEST_UP = 107374182, LARGEST_N = 5 * FL_ONE, LARGEST_LOG2 = 5 << 26, /* 0.4 */

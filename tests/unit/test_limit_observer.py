@@ -12,13 +12,8 @@ from hypothesis import strategies as st
 import frictionloop as fl
 from frictionloop.control.laws import law_of
 from frictionloop.control.limit_gains import believed, limit_rows
-from frictionloop.control.limit_observer import (
-    STATED,
-    learnt_step,
-    limit_observer_gains,
-    limit_observer_start,
-    limit_observer_step,
-)
+from frictionloop.control.limit_observer import limit_observer_gains, limit_observer_start
+from frictionloop.control.limit_step import STATED, learnt_step, limit_observer_step
 from frictionloop.sensing.measurement import Measurement
 
 BENCH = fl.bench().evolve({"controller.kind": "limit_observer"})

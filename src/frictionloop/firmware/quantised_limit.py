@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from frictionloop.control.limit_observer import MEMORY_S, SLOW_HZ, WINDOW_S, limit_observer_gains
+from frictionloop.control.limit_observer import limit_observer_gains
+from frictionloop.control.limit_step import MEMORY_S, SLOW_HZ, WINDOW_S
 from frictionloop.firmware.quantised import ROW, Gain, to_fixed
 
 LIMIT_PLACES = (28, 28, 26, 28, 24, 24, 24, 0, 28, 26, 26, 25, 0, 28)
