@@ -1,6 +1,6 @@
 """Does a law ring after what a hand and a set-point may do? Random histories, then a hold, beside the hold alone.
 
-``python -m studies.histories 40 64 3`` runs 40 histories on each of 64 capable fingers, 3 of them under each variant,
+``python -m studies.histories 6 32 1`` runs 6 histories on each of 32 capable fingers, one of them under each variant,
 writes *results/histories.csv* and draws the worst ten in *runs/histories.png*. A finger rings where 0.5 s of the hold
 that follows have more rms from 100 to 400 Hz than twice what the same stroke has there without the history, and than
 5 mN.
