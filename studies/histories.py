@@ -38,7 +38,6 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "skin's damping times 4": {"finger.damping_n_s_m": 4.0},
     "load 20 % higher": {"motion.load_n": 1.2},
     "load 20 % lower": {"motion.load_n": 0.8},
-    "roughness a fifth": {"friction.roughness_rms": 0.2},
     "no roughness": {"friction.roughness_rms": 0.0},
     "position noise times 10": {"touch.position.noise_um": 10.0},
     "exact tau, gain 20 % higher": {"gain": 1.2},
@@ -57,7 +56,6 @@ class Ringing(NamedTuple):
     """Largest rms of a window over the larger of twice that without the history and 5 mN: above 1 it rings."""
     rms_n: float
     window: int
-    """Its number."""
     case: Mapping[str, Any]
     after: np.ndarray
     """f_a of the hold, N."""
@@ -101,8 +99,7 @@ def ringing(system: System, points: Sequence[Mapping[str, Any]], history: Steps,
 
 
 CONSTANT = Constant(offset_n=LEVEL_N)
-NOTHING = np.empty(0)
-"""In the place of a hold that is not drawn: those of a campaign do not fit the memory."""
+NOTHING = np.empty(0)  # in the place of a hold that is not drawn
 
 
 def _holds(system: System, points: Sequence[Mapping[str, Any]], seed: int) -> Iterator[np.ndarray]:

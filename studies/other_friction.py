@@ -1,14 +1,7 @@
-"""Fingers whose friction falls otherwise than by equation (1): another exponent, and a floor.
-
-Share left = c + (1 - c) exp(-tau a^p (1 - l w)), p = 2 and c = 0 in equation (1).
-"""
-
-from __future__ import annotations
+"""Fingers whose friction falls otherwise than by equation (1): to c + (1 - c) exp(-tau a^p (1 - l w))."""
 
 import math
-from typing import Annotated, Literal, NamedTuple
-
-from pydantic import Field
+from typing import Literal, NamedTuple
 
 import frictionloop as fl
 from frictionloop.parameters import FingerFriction
@@ -16,33 +9,28 @@ from frictionloop.parameters.block import Number
 
 
 class OtherFriction(FingerFriction):
-    """As a finger's."""
+    """As a finger's, with the exponent p and the floor c, which are 2 and 0 in equation (1)."""
 
     kind: Literal["other"] = "other"  # type: ignore[assignment]
-    exponent: Annotated[Number, Field(gt=0, le=4)] = 2.0
-    """p."""
-    floor: Annotated[Number, Field(ge=0, lt=1)] = 0.0
-    """c."""
+    exponent: Number = 2.0
+    floor: Number = 0.0
 
 
-class Falling(NamedTuple):
-    """tau, p, c and the share of tau that moisture takes away."""
-
+class _Falling(NamedTuple):
     tau: float
     exponent: float
     floor: float
-    moist_loss: float
+    loss: float
 
 
 @fl.step
-def left(amplitude_um: float, occluded: float, c: Falling) -> float:
-    """Return the share of friction that is left."""
-    effect = c.tau * amplitude_um**c.exponent * (1.0 - c.moist_loss * occluded)
+def _left(amplitude_um: float, occluded: float, c: _Falling) -> float:
+    effect = c.tau * amplitude_um**c.exponent * (1.0 - c.loss * occluded)
     return c.floor + (1.0 - c.floor) * math.exp(-effect)
 
 
-def _falling(friction: OtherFriction) -> Falling:
-    return Falling(friction.susceptibility_per_um2, friction.exponent, friction.floor, friction.moist_loss)
+def _falling(f: OtherFriction) -> _Falling:
+    return _Falling(f.susceptibility_per_um2, f.exponent, f.floor, f.moist_loss)
 
 
-fl.register(fl.Vibration("other", left, Falling, _falling), OtherFriction)
+fl.register(fl.Vibration("other", _left, _Falling, _falling), OtherFriction)
