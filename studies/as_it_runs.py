@@ -129,8 +129,8 @@ def rows(count: int, margins: int, worst: list[list[Any]]) -> Iterator[list[Any]
             ]
         else:
             found = np.array([peaks(system, person) for person in people[:margins]])
-        line = [strokes.name, name, len(people), both(left), f"{left.max():.1f}", learnt]
-        yield [*line, f"{found[:, 0].max():.2f}", f"{found[:, 1:].max():.2f}"]
+        ms = f"{found[:, 0].max():.2f}", f"{found[:, 1:].max():.2f}"
+        yield [strokes.name, name, len(people), both(left), f"{left.max():.1f}", learnt, *ms]
 
 
 def main(count: int = 1000, margins: int = 4) -> None:

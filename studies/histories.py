@@ -1,9 +1,8 @@
 """Does a law ring after what a hand and a set-point may do? Random histories, then a hold, beside the hold alone.
 
 ``python -m studies.histories 6 32 1`` runs 6 histories on each of 32 capable fingers, one of them under each variant,
-writes *results/histories.csv* and draws the worst ten in *runs/histories.png*. A finger rings where 0.5 s of the hold
-that follows have more rms from 100 to 400 Hz than twice what the same stroke has there without the history, and than
-5 mN.
+writes *results/histories.csv* and draws the worst ten in *runs/histories.png*. A finger rings where half a second of
+the hold has more rms from 100 to 400 Hz than twice what the same stroke has there without the history, and than 5 mN.
 """
 
 from __future__ import annotations
@@ -98,8 +97,7 @@ def ringing(system: System, points: Sequence[Mapping[str, Any]], history: Steps,
     return found
 
 
-CONSTANT = Constant(offset_n=LEVEL_N)
-NOTHING = np.empty(0)  # in the place of a hold that is not drawn
+CONSTANT, NOTHING = Constant(offset_n=LEVEL_N), np.empty(0)  # a hold, and one that is not drawn
 
 
 def _holds(system: System, points: Sequence[Mapping[str, Any]], seed: int) -> Iterator[np.ndarray]:

@@ -25,8 +25,7 @@ class _Falling(NamedTuple):
 
 @fl.step
 def _left(amplitude_um: float, occluded: float, c: _Falling) -> float:
-    effect = c.tau * amplitude_um**c.exponent * (1.0 - c.loss * occluded)
-    return c.floor + (1.0 - c.floor) * math.exp(-effect)
+    return c.floor + (1.0 - c.floor) * math.exp(-c.tau * amplitude_um**c.exponent * (1.0 - c.loss * occluded))
 
 
 def _falling(f: OtherFriction) -> _Falling:
