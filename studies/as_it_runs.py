@@ -1,8 +1,9 @@
 """What a limit observer leaves beside other laws, and its margins with what it has learnt at any time of a run.
 
-``python -m studies.as_it_runs 100 12`` takes the first 100 capable fingers of the comparison, each with the resonance
-as the bench's, and writes *results/as-it-runs.csv*. Ms is the worst of forces from 0.3 to 0.9 N, dry and as moist as at
-the end, of the first 12 fingers; of the limit observer, of those 12 with the largest loop gain at any of `TIMES_S`.
+``python -m studies.as_it_runs 60 1`` takes every capable one of 60 fingers of the comparison, each with the
+resonance as the bench's, and writes *results/as-it-runs.csv* and the worst of all in *as-it-runs-worst.csv*. Ms is the
+worst of forces from 0.3 to 0.9 N; of the limit observer, of every finger, with the largest loop gain at any of
+`TIMES_S`; of other laws, of the first, dry and as moist as at the end.
 """
 
 from __future__ import annotations
@@ -10,17 +11,20 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from itertools import product
 from typing import Any
 
 import numpy as np
 
-from frictionloop.analysis.linear import linearise
+from frictionloop.analysis.linear import LinearLoop, linearise
 from frictionloop.control.laws import law_of
-from frictionloop.control.limit_observer import LimitState
+from frictionloop.control.limit_step import LimitState
 from frictionloop.design.comparison import protocol
 from frictionloop.design.comparison.entrants import ENTRANTS
-from frictionloop.design.limit_synthesis import knowing
-from frictionloop.design.plants import detuned
+from frictionloop.design.limit_linear import lag_of, small_signals
+from frictionloop.design.plants import Plants, detuned
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.slab import LANES, law_rows
 from frictionloop.loop.simulate import run_tile
@@ -32,6 +36,7 @@ from studies.conditions import conditions, limit_observer
 from studies.kept import both, keep
 
 TIMES_S = (0.5, 1.0, 2.0, 4.0, 7.0, 11.0)
+SPEEDS_MM_S = (20.0, 80.0, 150.0)
 FORCES_N = (0.3, 0.6, 0.9)
 SHIFTS = (0.0, -0.05, 0.05)
 SEED = 5
@@ -72,46 +77,69 @@ def gains_as_run(system: System, people: Sequence[Mapping[str, Any]]) -> np.ndar
     return worst
 
 
-def peaks(system: System, finger: Mapping[str, Any], gain: float | None) -> list[float]:
-    """Return the worst Ms of a finger over forces by `SHIFTS`; ``gain`` is what a limit observer has learnt."""
-    there = system.evolve(dict(finger))
-    worst = np.zeros(len(SHIFTS))
+def loops(system: System, moistures: Sequence[float]) -> Iterator[LinearLoop]:
+    """Yield loops at the forces that the plate can give this finger."""
     for force in FORCES_N:
-        for occluded in (0.0,) if gain else (0.0, -math.expm1(-protocol.DURATION_S / 20.0)):
-            try:
-                loop = linearise(knowing(there, gain) if gain else there, force_n=force, occluded=occluded)
-                found = [(detuned(loop, 1.0 + off) if off else loop).sensitivity_peak() for off in SHIFTS]
-            except FrictionloopError:  # out of this finger's reach
-                continue
-            worst = np.maximum(worst, found)
-    return worst.tolist()
+        for occluded in moistures:
+            with suppress(FrictionloopError):  # out of reach
+                yield linearise(system, force_n=force, occluded=occluded)
 
 
-def rows(count: int, margins: int) -> Iterator[list[Any]]:
-    """Yield the rows of the table: residuals of so many fingers, margins of the first or, as run, the worst of them."""
-    told = {"observer": ENTRANTS["observer"](bench()), "notch_pi": ENTRANTS["notch_pi"](bench())}
-    for strokes in conditions(count * 4):
-        contact = strokes.system.finger.contact  # type: ignore[union-attr]
-        people = strokes.people[:count]
-        for name, law in {"limit_observer": limit_observer(contact), **told}.items():
-            system = strokes.system.evolve(dict(law))
-            left = 1e3 * residual_n(system, people)
-            own: list[float | None] = [None] * margins
-            looked = list(range(min(margins, len(people))))
-            if name == "limit_observer":
-                gains = gains_as_run(system, people)
-                looked = np.argsort(-gains)[:margins].tolist()
-                own = [float(gains[i]) for i in looked]
-            worst = np.max([peaks(system, people[i], gain) for i, gain in zip(looked, own, strict=False)], axis=0)
-            learnt = f"{own[0]:.2f}" if own[0] else ""
-            line = [strokes.name, name, len(people), both(left), f"{left.max():.1f}", learnt]
-            yield [*line, f"{worst[0]:.2f}", f"{worst[1:].max():.2f}"]
+def peaks(system: System, finger: Mapping[str, Any]) -> np.ndarray:
+    """Return the worst Ms of a finger under a law that learns nothing, by `SHIFTS`."""
+    found = []
+    for loop in loops(system.evolve(dict(finger)), (0.0, -math.expm1(-protocol.DURATION_S / 20.0))):
+        there = [replace(detuned(loop, 1.0 + off), known_law=loop.law) for off in SHIFTS]
+        found.append([each.sensitivity_peak() for each in there])
+    return np.max(found, axis=0)
 
 
-def main(count: int = 100, margins: int = 24) -> None:
-    """Write the table."""
+def peaks_as_run(system: System, finger: Mapping[str, Any], gain: float) -> np.ndarray:
+    """Return that of a limit observer at a loop gain, by the matrices of its design."""
+    c: Any = system.controller
+    dry = list(loops(system.evolve({**finger, "controller.kind": "pi"}), (0.0,)))
+    plants = Plants.of([detuned(loop, 1.0 + off) if off else loop for loop in dry for off in SHIFTS], overdrive=True)
+    laws = [
+        small_signals(c.model, c.rate_hz, c.bandwidth_hz, c.spring_noise, lag_of(loop)).response(plants.frequency_hz)
+        * (gain / loop.elements.plate.num[-1] * loop.elements.plate.den[-1])
+        for loop in dry
+    ]
+    return plants.peaks(np.repeat(np.array(laws)[:, :, 0, 0], len(SHIFTS), axis=0)).reshape(-1, len(SHIFTS)).max(axis=0)
+
+
+def rows(count: int, margins: int, worst: list[list[Any]]) -> Iterator[list[Any]]:
+    """Yield the rows of the table; ``worst`` gets what each finger has under the limit observer."""
+    laws = {
+        "limit_observer": None,
+        "observer": ENTRANTS["observer"](bench()),
+        "notch_pi": ENTRANTS["notch_pi"](bench()),
+    }
+    for (name, law), strokes in product(laws.items(), list(conditions(count, speeds=SPEEDS_MM_S))):
+        people = strokes.people
+        told = limit_observer(strokes.system.finger.contact) if law is None else law  # type: ignore[union-attr]
+        system, learnt = strokes.system.evolve(dict(told)), ""
+        left = 1e3 * residual_n(system, people)
+        if law is None:
+            gains = gains_as_run(system, people)
+            found = np.array([peaks_as_run(system, *each) for each in zip(people, gains, strict=True)])
+            learnt = f"{gains.max():.2f}"
+            worst += [
+                [strokes.name, person["motion.person"], f"{gain:.2f}", f"{ms[0]:.2f}", f"{ms[1:].max():.2f}"]
+                for person, gain, ms in zip(people, gains, found, strict=True)
+            ]
+        else:
+            found = np.array([peaks(system, person) for person in people[:margins]])
+        ms = f"{found[:, 0].max():.2f}", f"{found[:, 1:].max():.2f}"
+        yield [strokes.name, name, len(people), both(left), f"{left.max():.1f}", learnt, *ms]
+
+
+def main(count: int = 1000, margins: int = 4) -> None:
+    """Write the tables."""
+    worst: list[list[Any]] = []
     heads = ["mm/s, contact", "law", "fingers", "rms, mN", "worst", "largest loop gain", "largest Ms", "5 % off"]
-    keep("as-it-runs", f"as_it_runs {count} {margins}", heads, rows(count, margins))
+    keep("as-it-runs", command := f"as_it_runs {count} {margins}", heads, rows(count, margins, worst))
+    worst.sort(key=lambda each: -float(each[3]))
+    keep("as-it-runs-worst", command, ["mm/s, contact", "finger", "loop gain", "Ms", "5 % off"], worst[:10])
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 from frictionloop.design.comparison import protocol
@@ -21,10 +21,10 @@ def limit_observer(contact: str) -> dict[str, Any]:
     return {
         "controller.kind": "limit_observer",
         "controller.compliance_um_per_n": 1e6 / skin.bristle_stiffness_n_m if contact == "dahl" else 0.0,
-        "controller.spring_noise": 0.4712,
+        "controller.spring_noise": 0.5587,
         "controller.model.resonance_hz": 132.6,
-        "controller.model.resonance_q": 16.38,
-        "controller.model.sensor_hz": 729.2,
+        "controller.model.resonance_q": 13.69,
+        "controller.model.sensor_hz": 553.0,
     }
 
 
@@ -37,10 +37,12 @@ class Strokes(NamedTuple):
     """Those that can be given 0.3 and 0.9 N at their mean load."""
 
 
-def conditions(count: int = 1000, seed: int = protocol.EVALUATION_SEED) -> Iterator[Strokes]:
-    """Yield every speed and contact of the comparison."""
+def conditions(
+    count: int = 1000, seed: int = protocol.EVALUATION_SEED, speeds: Sequence[float] = protocol.SPEEDS_MM_S
+) -> Iterator[Strokes]:
+    """Yield every speed, those of the comparison if no others are given, and contact."""
     people = fingers(count, seed)
-    for speed in protocol.SPEEDS_MM_S:
+    for speed in speeds:
         for contact in protocol.CONTACTS:
             moving = {"motion.speed_mm_s": speed, "finger.contact": contact, "motion.stroke_mm": protocol.STROKE_MM}
             own = bench().evolve(moving)

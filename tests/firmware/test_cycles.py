@@ -114,7 +114,7 @@ def test_a_tick_with_any_effect_keeps_to_its_budget(law, budget):
     assert found["tick"] + 500 < found["effect"]  # it played
     assert found["effect"] <= TARGET * BUDGET_CYCLES
     whole = found["effect"] + found["interrupts"] + found["background"]
-    assert (whole <= BUDGET_CYCLES) == (law not in ("filtered_pi", "limit_observer"))  # docs/effects.md tells of it
+    assert (whole <= BUDGET_CYCLES) == (law != "filtered_pi")  # docs/effects.md tells of it
 
 
 @pytest.mark.parametrize("law", ["notch_pi", *(pytest.param(law, marks=pytest.mark.slow) for law in WORST_TICK)])

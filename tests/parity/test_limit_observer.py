@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.control.limit_observer import LimitObserverController, LimitState, limit_observer_gains
+from frictionloop.control.limit_observer import LimitObserverController, limit_observer_gains
+from frictionloop.control.limit_step import LimitState
 from frictionloop.firmware.compiled import state_places
 
 MODEL = fl.bench().controller.model

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.design.limit_synthesis import knowing, lag_of, small_signals
+from frictionloop.design.limit_linear import knowing, lag_of, small_signals
 
 FREQUENCY_HZ = np.geomspace(1.0, 2400.0, 60)
 

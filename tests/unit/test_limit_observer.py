@@ -12,24 +12,26 @@ from hypothesis import strategies as st
 import frictionloop as fl
 from frictionloop.control.laws import law_of
 from frictionloop.control.limit_gains import believed, limit_rows
-from frictionloop.control.limit_observer import contact_shares, learnt_step, limit_observer_gains, limit_observer_start
+from frictionloop.control.limit_observer import limit_observer_gains, limit_observer_start
+from frictionloop.control.limit_step import STATED, learnt_step, limit_observer_step
 from frictionloop.sensing.measurement import Measurement
 
 BENCH = fl.bench().evolve({"controller.kind": "limit_observer"})
 MODEL = BENCH.controller.model
 
 
-@given(st.floats(0.0, 5.0), st.floats(0.1, 100.0))
-def test_the_contact_follows_as_the_exponential_does(periods, way_um):
-    """Of a limit that is held, and of one that rises in a line: the error of e^-x by Pade (1, 2) is below x^4/72."""
-    lag_um = way_um / periods if periods > 0.05 else 0.0
-    share, ramp = contact_shares(lag_um, way_um)
-    if lag_um == 0.0:
-        assert (share, ramp) == pytest.approx((1.0, 1.0))
-        return
-    exact = -math.expm1(-periods)
-    assert abs(share - exact) <= min(periods**4 / 72.0, 0.1) + 1e-12
-    assert ramp == pytest.approx(1.0 - share / periods, abs=1e-12)
+@given(st.floats(0.1, 50.0), st.floats(0.02, 0.15))
+def test_the_contact_follows_as_an_implicit_step_of_its_equation(compliance, speed):
+    """f' = (L - f)/T with L and f at the end of the period: off from the exponential by less than x^2/2."""
+    told = {"controller.compliance_um_per_n": compliance, "controller.skin_stiffness_n_m": 1e9}
+    controller = BENCH.evolve(told).controller
+    gains = limit_observer_gains(controller)
+    rests = limit_observer_start(controller)._replace(limit=0.0, friction=0.5, spring=0.5, reading=0.5, forward=1.0)
+    after, _ = limit_observer_step(rests, Measurement(0.5, 0.0, speed, 0.5, 1.0), 1.5, gains, 2e-4)
+    periods = speed * 200.0 / (0.5 * compliance)
+    moved = (after.friction - 0.5) / 0.5
+    assert moved == pytest.approx(1.0 - 1.0 / (1.0 + periods), rel=1e-9)
+    assert abs(moved + math.expm1(-periods)) < min(periods**2 / 2.0, 0.21)
 
 
 def test_gains_of_a_slider_are_those_of_a_contact_that_hardly_lags():
@@ -83,6 +85,16 @@ def test_a_set_point_that_rests_teaches_nothing():
 def test_with_a_spread_of_one_nothing_is_learnt():
     told = BENCH.evolve({"controller.susceptibility_spread": 1.0})
     assert believed_tau(told, 2.0) == pytest.approx(MODEL.susceptibility_per_um2, rel=1e-12)
+
+
+def test_what_readings_move_by_more_than_is_stated_ends_learning():
+    """Innovations of 1 N at every reading, of a finger of 0.5 N: after a while phi is where it began."""
+    gains, start = limit_observer_gains(BENCH.controller), limit_observer_start(BENCH.controller)
+    state = start._replace(fall=gains.model_fall, limit=0.0, friction=0.5, spring=0.5, reading=0.5, forward=1.0)
+    for k in range(2500):
+        state, _ = limit_observer_step(state, Measurement(0.5 + (-1.0) ** k, 0.0, 0.08, 0.5, 1.0), 0.4, gains, 2e-4)
+    assert state.misfit > STATED**2
+    assert state.fall == pytest.approx(start.fall, rel=1e-12)
 
 
 def test_it_has_no_more_gains_and_states_than_it_says():

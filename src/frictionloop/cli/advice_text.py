@@ -12,6 +12,8 @@ from frictionloop.cli.advice import CLAMPED, OFF, OFTEN_N, Band, Ringing, left_i
 if TYPE_CHECKING:
     import xarray as xr
 
+    from frictionloop.loop.told import Beyond
+
 UNREACHED = 0.9
 """Share of the time out of reach that is told (chosen); less where a recording brings its own mean."""
 MISSED, TINY = 0.05, 1e-300
@@ -31,6 +33,14 @@ AGAIN = (
 )
 AT_CEILING, FAR_N = 0.2, 0.02
 """Share of the time at the ceiling, and the mean error there, from which the ceiling is named (chosen)."""
+
+BEYOND = {
+    "surprised": (0.005, "readings surprised the limit observer, and it held its least gain: resonance, delay or "
+    "contact are not as it is told"),
+    "bound": (0.3, "the susceptibility that the limit observer learns was at its bound, "
+    "controller.susceptibility_spread"),
+}  # fmt: skip
+"""Least share of the time that is told, 1 % rounded and more than coming from the bound takes, and the words."""
 
 
 def lines(found: Ringing, metrics: dict[str, float]) -> list[str]:
@@ -54,6 +64,14 @@ def lines(found: Ringing, metrics: dict[str, float]) -> list[str]:
     elif found.law != "pi":
         said += textwrap.wrap(AGAIN, WIDTH)
     return said
+
+
+def beyond_lines(found: Beyond | None) -> list[str]:
+    """Return a sentence for each condition that a limit observer left for long enough."""
+    shares = found._asdict() if found else {}
+    told = [(shares[name], what) for name, (least, what) in BEYOND.items() if shares.get(name, 0.0) >= least]
+    said = [f"For {share:.0%} of the time {what}." for share, what in told]
+    return [line for each in said for line in textwrap.wrap(each, WIDTH)]
 
 
 def _gains(found: Ringing) -> str:

@@ -72,16 +72,19 @@ def command(
     run, elapsed_s = _run(system, duration_s, seed)
 
     from frictionloop.cli import advice, advice_text, describe, recorded, scores
+    from frictionloop.loop.told import beyond
 
     with screen.waiting("scoring"):
         metrics, mask = scores.metrics_of(run, score_from_s), scores.scored_periods(run, score_from_s)
         rings, unreached = advice.ringing(run, mask, metrics), advice_text.out_of_reach(run, mask)
+        left = beyond(run)
     times, steps = _steps(run, system, score_from_s)
     saved = _save(run, system, {"run": out, "plot": plot, "system": save_system}, every)
     if json:
         result = {"system": system.model_dump(), "duration_s": duration_s, "seed": seed, "score_from_s": score_from_s}
         result |= {"metrics": metrics, "units": scores.UNITS, "scored": float(mask.mean())}
         result |= {"steps": [each._asdict() for each in times], "ringing": advice.as_json(rings)}
+        result |= {"beyond": left._asdict()} if left else {}
         screen.show_json(result | {"saved": saved, "elapsed_s": elapsed_s})
         return
     periods = f"{run.sizes['time']:,}".replace(",", " ")
@@ -95,6 +98,7 @@ def command(
         "",
         *([*advice_text.lines(rings, metrics), ""] if rings else []),
         *([*unreached, ""] if unreached else []),
+        *([*conditions, ""] if (conditions := advice_text.beyond_lines(left)) else []),
         *([*said, ""] if said else []),
         f"{duration_s:g} s of signal, {periods} control periods, simulated in {screen.seconds(elapsed_s)}",
         *screen.saved(saved),

@@ -25,7 +25,7 @@ WORST_TICK = {
     "filtered_pi": WorstTick(3462, 5633),
     "observer": WorstTick(2148, 4229),
     "super_twisting": WorstTick(2333, 4597),
-    "limit_observer": WorstTick(2755, 5403),
+    "limit_observer": WorstTick(2609, 5140),
 }
 """By kind of controller, on the image of bench() with two force axes, from entry to return of the tick's interrupt.
 

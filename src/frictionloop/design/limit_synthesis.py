@@ -16,17 +16,14 @@ from scipy.optimize import minimize
 
 from frictionloop.analysis.disturbance import touch_spectrum
 from frictionloop.analysis.linear import LinearLoop
-from frictionloop.analysis.state_space import Array, Complex, StateSpace
-from frictionloop.control.limit_gains import LONGEST, limit_rows
+from frictionloop.analysis.state_space import Array, Complex
 from frictionloop.design.corners import CONTACTS, FASTER, Corner, band_of, broken, corners
+from frictionloop.design.limit_linear import LEARNT, compliance_of, knowing, lag_of, small_signals
 from frictionloop.design.plants import Plants, shifted
 from frictionloop.design.wanted import Designed, Wanted, unheld
-from frictionloop.parameters import Model, Skin, Strokes, SuspendedSensor, System
+from frictionloop.parameters import Skin, Strokes, SuspendedSensor, System
 from frictionloop.quantities import FrictionloopError
-from frictionloop.sensing.force_sensor import suspension_coefficients
 
-LEARNT = 1.2
-"""Loop gain over that of a known susceptibility: what is learnt is less far off (studies/pages/limit-observer.md)."""
 GUARD = 0.985
 """Share of a limit on Ms that is used: |S| is looked at on a grid, and forces in between are not."""
 PENALTY, TRIES = 3.0, 150
@@ -52,48 +49,6 @@ class Belief(NamedTuple):
             "controller.model.resonance_q": float(f"{self.q * sensor.q:.4g}"),
             "controller.model.sensor_hz": float(f"{self.pole * sensor.cutoff_hz:.4g}"),
         }
-
-
-def compliance_of(system: System) -> float:
-    """Return the compliance of a finger's contact, um/N: 1/s0 of bristles, 0 of a slider or without a skin."""
-    finger = system.finger
-    return 1e6 / finger.bristle_stiffness_n_m if isinstance(finger, Skin) and finger.contact != "slider" else 0.0
-
-
-def lag_of(loop: LinearLoop) -> float:
-    """Return the time constant of a loop's contact in control periods, F/(s0 v)."""
-    motion = loop.system.motion
-    if not isinstance(motion, Strokes):
-        return 0.0
-    way_um = 1e3 * motion.speed_mm_s * loop.plant.period_s
-    return compliance_of(loop.system) * loop.elements.force_n / way_um
-
-
-def small_signals(model: Model, rate_hz: float, bandwidth_hz: float, spring_noise: float, lag: float) -> StateSpace:
-    """Return the law around a rest, from f_m/F to tau_believed a^2, for a delay of one period.
-
-    States: tau a^2 at the sample and a period on, ln L, f/F, springs and pole.
-    """
-    quick, slow = limit_rows(model, rate_hz, bandwidth_hz, spring_noise)
-    k = quick + (slow - quick) * min(lag, LONGEST) / LONGEST
-    springs = suspension_coefficients(
-        SuspendedSensor(resonance_hz=model.resonance_hz, q=model.resonance_q, cutoff_hz=model.sensor_hz), 1.0 / rate_hz
-    )
-    here, ahead, d, f, x1, x2, x3, y = np.eye(8)
-    e = y - x3
-    d, f, x1, x2, x3 = d + k[0] * e, f + k[1] * e, x1 + k[2] * e, x2 + k[3] * e, x3 + k[4] * e
-    per = 1.0 / (6.0 * lag * lag + 4.0 * lag + 1.0)
-    after = f + (6.0 * lag + 1.0) * per * (d - here - f) + (3.0 * lag + 1.0) * per * (here - ahead)
-    mean = (f + after) / 2.0
-    s, r = x1 - mean, x3 - mean
-    rows = np.vstack(
-        [
-            ahead, d, d, after,
-            springs.a11 * s + springs.a12 * x2 + mean, springs.a21 * s + springs.a22 * x2,
-            springs.a31 * s + springs.a32 * x2 + springs.a33 * r + mean,
-        ]
-    )  # fmt: skip
-    return StateSpace(rows[:, :7], rows[:, 7:], d[None, :7], d[None, 7:], 1.0 / rate_hz, ("f_m",), ("square",))
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,19 +127,6 @@ def _loops(system: System, wanted: Wanted) -> list[LinearLoop]:
         for contact in contacts
         for loop in band_of(plain.evolve({"finger.contact": contact} if contact else {}), speeds)
     ]
-
-
-def knowing(system: System, gain: float = LEARNT) -> System:
-    """Return a system whose limit observer knows its contact, and has learnt a susceptibility that is 1/gain of it."""
-    friction: Any = system.friction
-    tau: float = friction.susceptibility_per_um2 / gain
-    return system.evolve(
-        {
-            "controller.compliance_um_per_n": compliance_of(system),
-            "controller.susceptibility_spread": 1.0,
-            "controller.model.susceptibility_per_um2": tau,
-        }
-    )
 
 
 def limit_observer(system: System, wanted: Wanted) -> Designed:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from frictionloop.control.limit_observer import MEMORY_S, SLOW_HZ, limit_observer_gains
-from frictionloop.firmware.quantised import ROW, Gain, to_fixed, to_gain
+from frictionloop.control.limit_observer import limit_observer_gains
+from frictionloop.control.limit_step import MEMORY_S, SLOW_HZ, WINDOW_S
+from frictionloop.firmware.quantised import ROW, Gain, to_fixed
 
-LIMIT_PLACES = (28, 28, 26, 28, 24, 24, 24, 0, 28, 26, 26, 25, 0)
+LIMIT_PLACES = (28, 28, 26, 28, 24, 24, 24, 0, 28, 26, 26, 25, 0, 28)
 CORRECTING = 24
 """Binary places of gains on an innovation."""
 
@@ -36,10 +37,11 @@ def limit_observer_quantised(controller: Any) -> tuple[Gain, ...]:
         "tau / ln 2": (own.model_fall, 28), "the least of it": (own.model_fall / own.spread, 28),
         "the most of it": (own.model_fall * own.spread, 28),
     }  # fmt: skip
-    rates = {"learning": own.learn * dt, "slow": 2.0 * math.pi * SLOW_HZ * dt, "memory": dt / MEMORY_S}
+    times = {"controller.learning_s": 1.0 / own.learn, "slow": 0.5 / math.pi / SLOW_HZ, "memory": MEMORY_S}
+    rates = {name: dt / time for name, time in (times | {"window": WINDOW_S}).items()}
     return (
         *(to_fixed(value, places, name) for name, (value, places) in (before | sensor).items()),
         *(to_fixed(getattr(own, name), CORRECTING, name) for name in corrections),
         *(to_fixed(value, places, name) for name, (value, places) in after.items()),
-        *(to_gain(value, name) for name, value in rates.items()),
+        *(to_fixed(value, 30, name) for name, value in rates.items()),
     )
