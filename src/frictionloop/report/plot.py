@@ -46,13 +46,13 @@ def plot(result: Any, path: str | os.PathLike[str] | None = None) -> Figure:
         raise FrictionloopError(f"path = {str(path)!r}: must end in {' or '.join(FORMATS)}")
     figure = _figure_of(result)
     if path is not None:
-        from frictionloop.report.style import svg
+        from frictionloop.report.style import DPI, svg
 
         with replacing(path) as beside:
             if ending == ".svg":
                 beside.write_text(svg(figure, "run"), encoding="utf-8")
             else:
-                figure.savefig(beside, format=ending[1:] if ending else None, dpi=200)
+                figure.savefig(beside, format=ending[1:] if ending else None, dpi=DPI)
     return figure
 
 

@@ -20,6 +20,8 @@ BLACK, GREY, SILVER = "#1a1a1a", "#6b6b6b", "#b3b3b3"
 BLUE, VERMILLION, GREEN, ORANGE, SKY, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#56B4E9", "#CC79A7"
 """Colours told apart with any colour vision (Okabe and Ito 2008); lines differ in their dashes too."""
 
+DPI = 200
+"""Pixels per inch of figures that are not lines but pixels: sharp in print at the size of a column (chosen)."""
 STYLE: dict[Any, Any] = {
     "font.family": "DejaVu Sans",  # ships with matplotlib, so the same on every machine
     "font.size": 8.5,
@@ -105,6 +107,13 @@ def svg(figure: Figure, name: str) -> str:
         FigureCanvasSVG(figure).print_svg(text, metadata=metadata)  # type: ignore[no-untyped-call]
     prefixed = re.sub(r'(\bid="|href="#|url\(#)', rf"\g<1>{name}-", text.getvalue())
     return "\n".join(line.rstrip() for line in prefixed.splitlines()) + "\n"
+
+
+def png(figure: Figure) -> bytes:
+    """Return a figure as the bytes of a PNG file."""
+    content = io.BytesIO()
+    figure.savefig(content, format="png", dpi=DPI)
+    return content.getvalue()
 
 
 def inline(text: str, label: str) -> str:
