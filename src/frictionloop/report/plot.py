@@ -20,8 +20,9 @@ def plot(result: Any, path: str | os.PathLike[str] | None = None) -> Figure:
 
     A run: f_r and f_a over time, f_a in open loop, the disturbance, the amplitude, and the motion of the
     finger. A sweep over one parameter: a curve per metric, with the range over seeds. Over two: a map per metric.
-    Over three: a map for each value of the third. Over listed points, such as fingers: the share of points below each
-    value. A first look at a recording: its channels. The refusal of an analysis: what it saw.
+    Over three: a map for each value of the third. Over fingers: a point each, sorted by the metric. Over other listed
+    points: the share below each value. A first look at a recording: its channels. The refusal of an analysis: what it
+    saw.
 
     Parameters
     ----------
