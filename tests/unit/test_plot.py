@@ -40,7 +40,22 @@ def test_a_sweep_over_three_is_a_map_for_each_value_of_the_third():
     assert len(limits) == 1  # one colour is one value in both
 
 
-def test_fingers_are_a_distribution():
+def test_fingers_are_points_sorted_by_the_metric_and_open_where_they_cannot():
+    people = fl.fingers(7, 1)
+    result = fl.sweep(fl.bench().evolve(fl.RETUNED), people, 0.5, 2, ["rms_error"])
+    able = fl.capable(people, 0.5, 0.7).capable
+    assert 0 < int(able.sum()) < 7
+    figure = fl.plot(result.assign_coords(capable=able))
+    (panel,) = figure.axes
+    mean = 1e3 * result.rms_error.mean("seed").values
+    filled, opened = panel.lines[:2]
+    np.testing.assert_allclose(filled.get_ydata(), np.sort(mean[able.values]))
+    np.testing.assert_allclose(opened.get_ydata(), np.sort(mean[~able.values]))
+    assert sorted([*filled.get_xdata(), *opened.get_xdata()]) == [1, 2, 3, 4, 5, 6, 7]
+    assert f"{7 - int(able.sum())} of 7 fingers, which cannot be given" in figure.get_supxlabel()
+
+
+def test_listed_points_are_a_distribution():
     result = fl.sweep(fl.bench().evolve(fl.RETUNED), list(fl.fingers(7, 1)), 0.5, 1, ["rms_error"])
     (panel,) = fl.plot(result).axes
     values = panel.lines[0].get_xdata()

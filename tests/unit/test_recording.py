@@ -191,8 +191,10 @@ def test_a_bad_cell_outside_the_window_does_no_harm(tmp_path):
 
 def test_a_column_that_is_not_there_lists_those_that_are(tmp_path):
     path = text(tmp_path, "speed,force\n1,2\n")
-    assert refusal(path, "forse") == ("column = 'forse' is not there; accepted: 'speed', 'force', a number from 0 to 1")
-    assert refusal(path, "2").startswith("column = '2' is not there;")
+    assert refusal(path, "forse") == (
+        "column = 'forse' is not there (names in line 1); accepted: 'speed', 'force', a number from 0 to 1"
+    )
+    assert refusal(path, "2").startswith("column = '2' is not there (names in line 1);")
     assert refusal(text(tmp_path, "1,2\n"), "f").endswith("; accepted: a number from 0 to 1")
     many = text(tmp_path, ",".join(f"c{k}" for k in range(30)) + "\n")
     assert refusal(many, "f").endswith("'c19' and 11 more")
@@ -486,11 +488,45 @@ def test_numbers_over_numbers_are_names_where_text_stands_beside_them(tmp_path):
     assert told.startswith("line 1: 0, 1 may number the columns or be the first sample; accepted: names in their place")
 
 
-def test_a_title_above_the_names_needs_a_mark(tmp_path):
+def test_titles_and_settings_above_the_names_are_passed_over(tmp_path):
     rows = "t (s),F [N]\n0,1\n0.01,2\n"
-    told = refusal(text(tmp_path, "Trial 3\n" + rows), "F")
-    assert told.startswith("line 2: t (s), F [N] stand below Trial 3; accepted: # before lines")
-    assert read(text(tmp_path, "# Trial 3\n" + rows), "F", rate_hz=None).tolist() == [1.0, 2.0]
+    for above in ("Trial 3\n", "# Trial 3\n", "Trial 3\n\nRate,100\n", "Subject,7,left\n\n"):
+        path = text(tmp_path, above + rows)
+        assert read(path, "F", rate_hz=None).tolist() == [1.0, 2.0]
+        line = above.count("\n") + 1
+        assert f"(names in line {line})" in told(Recording(path=str(path), column="F"))
+
+
+def test_names_of_which_too_few_stand_above_the_numbers_are_refused(tmp_path):
+    said = refusal(text(tmp_path, "Trial 3\nt (s),F [N]\n0,x\n"), "F")
+    assert said.startswith("line 2: t (s), F [N] stand below Trial 3; accepted: # before lines")
+
+
+def test_a_comment_right_above_the_numbers_is_a_line_of_names(tmp_path):
+    path = text(tmp_path, "# ATI Nano17\n# t (s),F [mN]\n0,1\n0.01,2\n")
+    assert read(path, "F", rate_hz=None).tolist() == [1e-3, 2e-3]
+    assert read(text(tmp_path, "# one, two words\n0.1\n0.2\n"), "0").tolist() == [0.1, 0.2]
+
+
+@pytest.mark.parametrize("units", ["s,mN,dB", "[s],[mN],[-]", "s,mN,Hz", "s,mN,-"])
+def test_a_line_of_units_stays_out_of_the_names_and_is_told(tmp_path, units):
+    path = text(tmp_path, f"Rig 2\nt,Ft,level\n{units}\n0,1000,3\n0.01,2000,4\n")
+    assert read(path, "Ft", rate_hz=None).tolist() == [1.0, 2.0]
+    assert told(Recording(path=str(path), column="Ft")).startswith(
+        "column 'Ft [mN]' (names in line 2, units in line 3), in mN by the file, 2 samples at 100 Hz by 't [s]'"
+    )
+
+
+@pytest.mark.parametrize("name", ["level/dB", "level [dB]", "level dB", "level in dB"])
+def test_a_level_is_no_force(tmp_path, name):
+    path = text(tmp_path, f"t,{name}\n0,1\n0.01,2\n")
+    assert "is in dB: scale is missing" in refusal(path, "level", rate_hz=None)
+
+
+def test_decimal_commas_below_settings_are_named(tmp_path):
+    path = text(tmp_path, "Messung;Finger 3\n\nZeit;Ft\n[s];[mN]\n0,00;250,5\n0,01;251,5\n")
+    assert refusal(path, "Ft", rate_hz=None).startswith("line 5: '0,00' is no number; is that a decimal comma?")
+    assert read(path, "Ft", rate_hz=None, decimal=",") == pytest.approx([0.2505, 0.2515])
 
 
 def test_two_columns_of_one_name_are_told_apart_by_number(tmp_path):
@@ -581,15 +617,17 @@ def test_an_attribute_that_is_no_known_unit_is_refused(tmp_path):
 
 def test_what_was_found_is_told(tmp_path):
     path = text(tmp_path, "t,Ft [mN]\n0,250\n0.01,-500\n")
-    assert told(Recording(path=str(path), column="Ft")).startswith("in mN by the file, 2 samples at 100 Hz, -0.5 to")
-    assert told(Recording(path=str(path), column="Ft", scale=2.0)).startswith("in mN by the file, taken for 2 N each, ")
+    assert told(Recording(path=str(path), column="Ft")).startswith(
+        "column 'Ft [mN]' (names in line 1), in mN by the file, 2 samples at 100 Hz by 't', -0.5 to"
+    )
+    assert "in mN by the file, taken for 2 N each, " in told(Recording(path=str(path), column="Ft", scale=2.0))
     wavfile.write(tmp_path / "a.wav", 100, np.zeros(8, np.int16))
     (tmp_path / "bare.csv").write_text("t,F\n0,0.1\n0.01,0.3\n0.02,0.2\n")
     bare = Recording(path=str(tmp_path / "bare.csv"), column="F")
-    assert told(bare).startswith("no unit in the file: taken for N, 3 samples")
-    assert told(bare.model_copy(update={"unit": "N"})).startswith("3 samples")
-    assert told(bare.model_copy(update={"scale": 1.0})).startswith("3 samples")
-    assert told(Recording(path=str(tmp_path / "a.wav"))).startswith("full scale taken for 1 N, 8 samples")
+    assert told(bare).startswith("column 'F' (names in line 1), no unit in the file: taken for N, 3 samples")
+    assert "in line 1), in N as given, 3 samples" in told(bare.model_copy(update={"unit": "N"}))
+    assert "in line 1), taken for 1 N each, 3 samples" in told(bare.model_copy(update={"scale": 1.0}))
+    assert "full scale taken for 1 N, 8 samples" in told(Recording(path=str(tmp_path / "a.wav")))
 
 
 # Arrays

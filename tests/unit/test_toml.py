@@ -190,6 +190,24 @@ BAD_FILES = {
 }
 
 
+@pytest.mark.parametrize(
+    ("content", "ends"),
+    [
+        ("[plate]\nq = = 3", "(at line 2, column 5): 'q = = 3'"),
+        ('preset = "bench"\n\n[sensor]\nq = 2\n[plate]\nq = -3 # mine', "(line 6: 'q = -3 # mine')"),
+        ('preset = "bench"\nplate.q = -3', "(line 2: 'plate.q = -3')"),
+        ('preset = "bench"\n[controller.model]\nplate_hz = "no"', "(line 3: 'plate_hz = \"no\"')"),
+        ('preset = "bench"\n[plate]\ncutof_hz = 3', "(line 3: 'cutof_hz = 3')"),
+        (WHOLE.replace("kp = 10.0", "kp = true"), "'kp = true  # N/N: Proportional gain K_p (paper, Sec. 2.3)')"),
+    ],
+)
+def test_a_bad_value_is_shown_with_its_line(tmp_path, content, ends):
+    (tmp_path / "bad.toml").write_text(content)
+    with pytest.raises(fl.FrictionloopError) as failure:
+        fl.read_toml(tmp_path / "bad.toml")
+    assert str(failure.value).endswith(ends)
+
+
 @pytest.mark.parametrize("case", BAD_FILES)
 def test_a_bad_file_is_one_line_that_names_it(tmp_path, case):
     content, told = BAD_FILES[case]
@@ -285,7 +303,8 @@ def test_an_rms_noise_of_a_suspended_sensor_is_told_as_the_density_it_stands_for
     said = str(refused.value)
     assert said.endswith(
         "did you mean sensor.noise_density_n_rthz = 2.606e-05 (N/rtHz)? "
-        "It stands for 0.0008 N rms behind a pole at 600 Hz: rms / sqrt(pi/2 cutoff_hz)"
+        "It stands for 0.0008 N rms behind a pole at 600 Hz: rms / sqrt(pi/2 cutoff_hz) "
+        f"(line {3 + order.index('noise_rms_n')}: 'noise_rms_n = 0.0008')"
     )
     density = float(said.partition(" = ")[2].split()[0])
     system = fl.bench().evolve({"sensor.cutoff_hz": 600.0, "sensor.noise_density_n_rthz": density})

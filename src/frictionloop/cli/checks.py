@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from frictionloop.quantities import replacing
 from frictionloop.quantities.extra import needed
 from frictionloop.quantities.files import why_unwritable
 from frictionloop.quantities.units import FrictionloopError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 RUN_FILES, FIGURES, TABLES, SYSTEMS = (".h5", ".hdf5", ".nc"), (".svg", ".pdf", ".png"), (".csv",), (".toml",)
 
@@ -98,15 +101,22 @@ def check_score(score_from_s: float, duration_s: float) -> None:
         )
 
 
-def write_figures(option: str, folder: Path, figures: Mapping[str, str]) -> None:
-    """Write figures, SVG text by name, into a folder that is made if it is not there; errors name the option."""
+def write_figures(option: str, folder: Path, figures: Mapping[str, Figure]) -> None:
+    """Write figures by name, as SVG and as PNG, into a folder that is made if it is not there; errors name the option.
+
+    All are drawn before any is written.
+    """
+    from frictionloop.report.style import png, svg
+
+    drawn = {f"{name}.svg": svg(figure, name).encode() for name, figure in figures.items()}
+    drawn |= {f"{name}.png": png(figure) for name, figure in figures.items()}
     try:
         folder.mkdir(exist_ok=True)
     except OSError as error:
         raise FrictionloopError(f"{option} = {str(folder)!r}: cannot be created ({error.strerror})") from None
-    for name, text in figures.items():
-        with replacing(folder / f"{name}.svg") as beside:
-            beside.write_text(text, encoding="utf-8")
+    for name, content in drawn.items():
+        with replacing(folder / name) as beside:
+            beside.write_bytes(content)
 
 
 def write_csv(path: Path, table: Any) -> None:

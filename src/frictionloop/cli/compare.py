@@ -85,7 +85,7 @@ def command(
     csv
         Write every score here (.csv), one row each.
     plots
-        Folder for figures: residuals, steps, sensitivities (.svg).
+        Folder for figures: residuals, steps, sensitivities, each as .svg and .png.
     """
     checks.check_output("out", out, checks.RUN_FILES)
     checks.check_output("csv", csv, checks.TABLES)
@@ -122,9 +122,8 @@ def command(
     if plots is not None:
         with screen.waiting("drawing"):
             from frictionloop.report.figures.comparison import drawings
-            from frictionloop.report.style import svg
 
-            drawn = {name: svg(figure(), name) for name, _, figure in drawings(ran, scored)}
+            drawn = {name: figure() for name, _, figure in drawings(ran, scored)}
         checks.write_figures("plots", plots, drawn)
     if json:
         from frictionloop.cli.comparison_advice import recommended

@@ -23,7 +23,7 @@ def holds(law: str, designed: Designed, wanted: Wanted) -> list[str]:
     found = designed.corners
     forces = [each.loop.elements.force_n for each in found]
     states = sorted({each.loop.elements.occluded for each in found})
-    fingers = " and ".join(_finger(state) for state in states)
+    fingers = " and ".join(finger(state) for state in states)
     limits = [
         f"{peak:.3g} " + (f"with it +-{100 * off:.3g} % off" if off else "as described")
         for off, peak in sorted(wanted.limits.items())
@@ -52,14 +52,15 @@ def ends_said(wanted: Wanted) -> list[str]:
 def instead_of(system: System, states: Sequence[float]) -> list[str]:
     """Return a line for each force asked for that is out of reach: which was evaluated in its place."""
     said = [
-        f"{each.force_n:.3g} N is out of reach of {_finger(each.occluded)}: {each.instead_n:.3g} N is evaluated in its "
+        f"{each.force_n:.3g} N is out of reach of {finger(each.occluded)}: {each.instead_n:.3g} N is evaluated in its "
         "place."
         for each in missed(system, states)
     ]
     return [*said, MANY] if said else []
 
 
-def _finger(occluded: float) -> str:
+def finger(occluded: float) -> str:
+    """Return the state of a finger in words."""
     return f"a moist finger (occluded {occluded:.0%})" if occluded > 0 else "a finger just landed"
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from frictionloop.cli import screen
 from frictionloop.cli.comparison_text import LEAD, number
-from frictionloop.cli.controller_holds import ends_said, instead_of, strokes_said
+from frictionloop.cli.controller_holds import ends_said, instead_of
 
 if TYPE_CHECKING:
     from frictionloop.analysis.headroom import Headroom
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from frictionloop.parameters import System
 
 Row = tuple[str, ...]
+LEGEND = "Ms: largest gain on a disturbance. gain, phase, delay left: what it takes besides to make the loop unstable."
+"""Of the table of margins."""
 UNITS = {"ki": "1/s", "k1": "sqrt(N)/s", "k2": "N/s^2"}
 """Units that a parameter's name does not tell."""
 
@@ -28,7 +30,7 @@ def gain_rows(designed: Designed) -> list[Row]:
     for path, value in designed.overrides.items():
         name = path.removeprefix("controller.")
         if name == "sections":
-            rows += [(f"section {i}", "  ".join(f"{c:+.6f}" for c in section)) for i, section in enumerate(value, 1)]
+            rows.append(("sections", f"{len(value)} of second order; their coefficients are in the file and --json"))
         elif name != "kind":
             rows.append((name, _value(name, value)))
     return rows
@@ -43,17 +45,13 @@ def _value(name: str, value: Any) -> str:
 
 def margin_text(found: Sequence[Corner], wanted: Wanted) -> list[Any]:
     """Return the table of margins, worst over forces and strokes, per resonance on a dry and a moist finger."""
-    strokes = strokes_said(found, wanted)
-    forces = [each.loop.elements.force_n for each in found]
     moist = max(each.loop.elements.occluded for each in found)
-    said = f"margins, worst from {min(forces):.3g} to {max(forces):.3g} N"
-    if moist:
-        said += f", dry / moist (occluded {moist:.0%}) finger"
-    said += strokes[0] if len(strokes) == 1 else ", each contact and speed"
+    said = "margins, the worst of all that" + (f", finger just landed/moist (occluded {moist:.0%})" if moist else "")
     head: Row = ("resonance", "Ms", "asked", "gain", "phase, deg", "delay left, us", "")
     rows = [head, *(_margin_row(found, off, wanted) for off in sorted({each.off for each in found}))]
     turned = any(each.margins.stable and each.margins.phase_margin_deg < 0 for each in found)
     told = [
+        LEGEND,
         *ends_said(wanted),
         *instead_of(found[0].loop.system, sorted({each.loop.elements.occluded for each in found})),
     ]
@@ -85,7 +83,7 @@ def _off_by(off: float) -> str:
     return f"{100 * off:+.3g} %" if off else "as described"
 
 
-def headroom_text(system: System, left: Headroom, wanted: Wanted) -> list[Any]:
+def headroom_text(left: Headroom, wanted: Wanted) -> list[Any]:
     """Return what is left to gain, and what limits it."""
     lag, periods = left.lag, left.delay_periods
     rows: list[Row] = []
@@ -122,16 +120,8 @@ def headroom_text(system: System, left: Headroom, wanted: Wanted) -> list[Any]:
             f"where |S| is 1: springs {_degrees(lag.springs)}, plate and contact {_degrees(lag.plate)}, electronics "
             f"{_degrees(lag.electronics)}, delay {_degrees(lag.delay)}, hold {_degrees(lag.hold)}",
         ),
-        _bode_row(left),
     ]
     return ["what is left to gain, at the mean force on a dry finger", screen.columns(rows)]
-
-
-def _bode_row(left: Headroom) -> Row:
-    if math.isnan(left.bode_integral):
-        return "Bode integral", "-", "mean of ln|S|: an unstable loop has none"
-    value = f"{left.bode_integral:.4f}".replace("-0.0000", "0.0000")
-    return "Bode integral", value, f"mean of ln|S|, {left.unstable_sum:.4f} whatever the law: what goes down comes up"
 
 
 def _degrees(angle: float) -> str:

@@ -102,7 +102,7 @@ def _moving(motion: Strokes, system: System) -> dict[str, str]:
     model = system.controller.model
     found = {
         "controller.model": f"force command from {model.floor_n:.3g} to {model.nominal_n:.3g} N",
-        "motion": f"{motion.cycle_s:.3g} s there and back, reversals included",
+        "motion": f"{motion.speed_mm_s:g} mm/s, {motion.cycle_s:.3g} s there and back, reversals included",
     }
     if isinstance(system.finger, Skin):
         slew = system.finger.stuck_stiffness_n_m * motion.speed_mm_s * 1e-3

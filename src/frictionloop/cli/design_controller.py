@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -27,7 +28,6 @@ EXAMPLES = r"""Examples
 Asked = Annotated[flags.T, Parameter(group=Group("What must hold", sort_key=2))]
 SLOW = {"hinf", "lqg"}
 """Laws that identify the friction noise by simulation first."""
-MORE = "`--speeds SLOWEST,FASTEST` designs for a range of speeds, `--law hinf` for both contacts."
 
 
 def command(
@@ -74,7 +74,7 @@ def command(
     out
         Write the system with its new controller here (.toml).
     plots
-        Folder for figures: sensitivity and step (.svg).
+        Folder for figures, sensitivity and step, each as .svg and .png.
     """
     checks.check_output("out", out, checks.SYSTEMS)
     checks.check_new("out", out)
@@ -82,7 +82,7 @@ def command(
     system, origin = flags.given(file, preset, overrides, "bench", designed=law or "notch_pi")
 
     from frictionloop.analysis.headroom import headroom
-    from frictionloop.cli import controller_holds, controller_text, recorded
+    from frictionloop.cli import controller_holds, controller_text, controller_verdict, recorded
     from frictionloop.design.leaning import Lean
     from frictionloop.design.synthesis import default_law
     from frictionloop.design.wanted import Wanted
@@ -105,20 +105,20 @@ def command(
     if plots is not None:
         checks.write_figures("plots", plots, figures)
     if out is not None:
-        write_toml(after, out, said=controller_holds.holds(name, designed, wanted))
+        lines = controller_verdict.speeds_said(after, wanted, shlex.quote(str(out)))
+        write_toml(after, out, said=[*controller_holds.holds(name, designed, wanted), *lines])
     saved = {"controller": out, "figures": plots}
     if json:
         screen.show_json(controller_text.as_json(name, designed, after, wanted, found, left) | {"saved": saved})
         return
     screen.show(
-        *(screen.wrapped(warning) for warning in designed.warnings),
-        *([screen.wrapped(MORE)] if designed.warnings else []),
-        *([""] if designed.warnings else []),
+        screen.columns(controller_verdict.verdict(designed, after, wanted, out)),
+        "",
         screen.columns([("bench", origin), ("law", name), *controller_text.gain_rows(designed)]),
         "",
         *controller_text.margin_text(found, wanted),
         "",
-        *controller_text.headroom_text(after, left, wanted),
+        *controller_text.headroom_text(left, wanted),
         *(["", *map(screen.wrapped, notes)] if (notes := (*designed.notes, *recorded.at_design(system))) else []),
         *([""] if any(saved.values()) else []),
         *screen.saved(saved),
@@ -144,11 +144,10 @@ def _designed(system: System, law: str, wanted: Wanted) -> Designed:
         return design_controller(system, law, wanted)
 
 
-def _figures(before: System, after: System, left: Any, wanted: Wanted) -> dict[str, str]:
-    """Return every figure as SVG text, before anything is written."""
+def _figures(before: System, after: System, left: Any, wanted: Wanted) -> Mapping[str, Any]:
+    """Return every figure."""
     from frictionloop.report.figures.controller import drawings
-    from frictionloop.report.style import svg
 
     with screen.waiting("simulating a step and drawing"):
         drawn = drawings(before, after, left, wanted.limits)
-        return {name: svg(draw(), f"controller-{name}") for name, draw in drawn.items()}
+        return {name: draw() for name, draw in drawn.items()}

@@ -16,6 +16,7 @@ from frictionloop.cli import advice, advice_text, describe, screen
 from frictionloop.cli.describe import finger_values
 from frictionloop.cli.flags import overrides_of
 from frictionloop.cli.outcome import Outcome, loss_of, shown
+from frictionloop.cli.replaced import replaced, replaced_said
 from frictionloop.parameters import FingerFriction, Skin, Strokes, System
 from frictionloop.physics.fingers import Fingers, capable, fingers
 from frictionloop.quantities import FrictionloopError
@@ -87,6 +88,7 @@ class Population(Outcome):
         if self.reach is not None:
             more["capable"] = ("finger", self.reach.low & self.reach.high)
         self.result = result.assign_coords(more)
+        self._replaced = (replaced(system, people), replaced_said(system, people))
         self._median = {name: self.spread(name)["median"] if name in result else math.nan for name in advice.SIGNS}
         self.rings = advice.of_population(system, self._median["r2_identity"], duration_s) if complete else None
 
@@ -126,6 +128,7 @@ class Population(Outcome):
             "worst decile: nine fingers in ten do as well or better",
             "",
             *self._reach_lines(total),
+            screen.wrapped(self._replaced[1]),
             "",
             *([*advice_text.lines(self.rings, self._median), ""] if self.rings else []),
             self.work(of, duration_s),
@@ -150,7 +153,7 @@ class Population(Outcome):
         found["population"] = {name: self.spread(name) for name in names}
         found["lowest_n"], found["highest_n"] = self.result["lowest_n"].values, self.result["highest_n"].values
         found["asked_n"] = None if self.reach is None else [self.reach.low_n, self.reach.high_n]
-        found["capable"] = able
+        found["capable"], found["replaced"] = able, self._replaced[0]
         found["ringing"] = advice.as_json(self.rings)
         if able is not None:
             found["population_capable"] = {name: self.spread(name, able) for name in names}

@@ -63,7 +63,7 @@ def command(
         Values of one parameter: a,b,c or start:stop:count, with :log at the end for equal ratios. Repeat it for
         more parameters: every combination is run.
     fingers
-        Instead: number of random fingers on a bench, each with its own friction, skin and motion.
+        Instead: number of random fingers, each with its own friction, skin, load and tremor in place of those of FILE.
     fingers_seed
         Seed of the fingers; 0 if not given.
     population
@@ -83,7 +83,7 @@ def command(
     csv
         Write a table with one row per run here (.csv).
     plot
-        Draw curves, maps or a distribution into this file (.svg, .pdf or .png).
+        Draw curves or maps, of --fingers a point each, into this file (.svg, .pdf or .png).
     """
     checks.check_output("out", out, checks.RUN_FILES)
     checks.check_output("csv", csv, checks.TABLES)

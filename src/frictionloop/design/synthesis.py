@@ -133,8 +133,7 @@ def design_controller(system: System, law: str | None = None, wanted: Wanted | N
     check_band(system, occlusions(system), asked.speeds_mm_s)
     found, at = _held_between(system, name, asked)
     more = elsewhere(system.evolve(found.overrides), asked.limits, asked.speeds_mm_s)
-    notes = (*found.notes, *more.notes(), *_one_speed(system, asked))
-    return found._replace(corners=tuple(at), warnings=more.warning(), notes=notes)
+    return found._replace(corners=tuple(at), elsewhere=more, notes=(*found.notes, *more.notes()))
 
 
 def _held_between(system: System, law: str, asked: Wanted) -> tuple[Designed, Sequence[Corner]]:
@@ -155,17 +154,6 @@ def _held_between(system: System, law: str, asked: Wanted) -> tuple[Designed, Se
         if speed is None or speed in searched.speeds_mm_s:
             raise FrictionloopError(unheld(law, asked, worst))
         searched = replace(searched, speeds_mm_s=(*searched.speeds_mm_s, speed))
-
-
-def _one_speed(system: System, asked: Wanted) -> tuple[str, ...]:
-    """Return what to say of limits that hold at one speed."""
-    if asked.speeds_mm_s or not isinstance(system.motion, Strokes):
-        return ()
-    speed = system.motion.speed_mm_s
-    return (
-        f"the limits hold at {speed:g} mm/s; a finger passes slower speeds as well: --speeds {speed / 2:g},{speed:g} "
-        "holds them from one speed to the other",
-    )
 
 
 @contextmanager

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from frictionloop.design.corners import NOTHING, Corner
+from frictionloop.design.corners import NOTHING, Corner, Elsewhere
 from frictionloop.design.leaning import Lean
 from frictionloop.parameters import System
 from frictionloop.parameters.filtered import LONGEST_DELAY
@@ -67,8 +67,13 @@ class Designed(NamedTuple):
     notes: tuple[str, ...] = ()
     corners: tuple[Corner, ...] = ()
     """Its margins wherever it was looked at."""
-    warnings: tuple[str, ...] = ()
-    """What comes before all else: where it is unstable."""
+    elsewhere: Elsewhere = Elsewhere()
+    """Where it was looked at besides, and is unstable or not."""
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What comes before all else: where it is unstable."""
+        return self.elsewhere.warning()
 
 
 def unheld(law: str, wanted: Wanted, worst: Corner) -> str:

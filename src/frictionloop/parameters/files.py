@@ -13,6 +13,7 @@ from pydantic import BaseModel
 
 from frictionloop.parameters import presets
 from frictionloop.parameters.description import Description
+from frictionloop.parameters.file_lines import with_line
 from frictionloop.parameters.system import System, check_system
 from frictionloop.quantities import FrictionloopError, replacing, unit_of
 
@@ -74,7 +75,7 @@ def read_toml(path: str | os.PathLike[str]) -> System:
     tree = _from_here(read_tree(path), Path(path).parent)
     base = tree.pop("preset", None)
     if base is None:
-        return System.from_tree(tree, f"{path}: ")
+        return _complete(path, tree)
     return _evolved(path, lambda: preset(base), tree)
 
 
@@ -105,11 +106,18 @@ def read_design(path: str | os.PathLike[str], default: Design) -> Design:
     return _evolved(path, lambda: default, read_tree(path))
 
 
+def _complete(path: str | os.PathLike[str], tree: dict[str, Any]) -> System:
+    try:
+        return System.from_tree(tree)
+    except FrictionloopError as error:
+        raise FrictionloopError(f"{path}: {with_line(path, str(error))}") from None
+
+
 def _evolved(path: str | os.PathLike[str], base: Callable[[], Design], tree: dict[str, Any]) -> Design:
     try:
         return base().evolve(tree)
     except FrictionloopError as error:
-        raise FrictionloopError(f"{path}: {error}") from None
+        raise FrictionloopError(f"{path}: {with_line(path, str(error))}") from None
 
 
 def read_tree(path: str | os.PathLike[str]) -> dict[str, Any]:
@@ -125,7 +133,7 @@ def read_tree(path: str | os.PathLike[str]) -> dict[str, Any]:
     except (OSError, UnicodeDecodeError) as error:
         raise FrictionloopError(f"{where}cannot be read ({getattr(error, 'strerror', None) or error})") from None
     except tomllib.TOMLDecodeError as error:
-        raise FrictionloopError(f"{where}is not TOML: {error}") from None
+        raise FrictionloopError(f"{where}is not TOML: {with_line(path, str(error))}") from None
     except RecursionError:
         raise FrictionloopError(f"{where}is nested too deeply; accepted: blocks with keys") from None
     check_schema(tree.pop("schema", SCHEMA), where)

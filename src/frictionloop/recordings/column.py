@@ -35,6 +35,8 @@ class Column:
     """The column of times beside it."""
     others: Sequence[str] = ()
     """What else in the file may be a force."""
+    head: str = ""
+    """Where the file has names and units, in words."""
 
 
 def no_column(recording: Recording, there: list[str], why: str = "is not there") -> FrictionloopError:
@@ -53,8 +55,11 @@ def refuse_gaps(path: str, values: Array, place: Callable[[int], str]) -> None:
         raise FrictionloopError(f"{path}: {place(bad[0])}{more}; accepted: a finite number")
 
 
-def column_number(recording: Recording, names: list[str], count: int) -> int:
-    """Return the number of the column that is asked for by name, with or without its unit or quotes, or by number."""
+def column_number(recording: Recording, names: list[str], count: int, head: str = "") -> int:
+    """Return the number of the column that is asked for by name, with or without its unit or quotes, or by number.
+
+    ``head`` says where in the file the names stand.
+    """
     column = recording.column.strip().strip("\"'").strip()
     name, unit = _plain(column)
     for found in (
@@ -68,7 +73,8 @@ def column_number(recording: Recording, names: list[str], count: int) -> int:
             return found[0]
     if column.isdecimal() and int(column) < count:
         return int(column)
-    raise no_column(recording, [*map(repr, filter(None, names)), f"a number from 0 to {count - 1}"])
+    there = [*map(repr, filter(None, names)), f"a number from 0 to {count - 1}"]
+    raise no_column(recording, there, f"is not there ({head})" if head else "is not there")
 
 
 def _plain(text: str) -> tuple[str, str]:

@@ -14,6 +14,10 @@ _AS_SUFFIX = re.compile(r"(.+)_(n|mn|un|kn|v|mv|uv|kg|g|s|ms|us|mm)", re.IGNOREC
 _TIMES = ("time", "t", "timestamp", "zeit", "temps")
 
 
+OTHERS = {each.lower(): each for each in ("Hz", "kHz", "MHz", "dB", "%", "deg", "°", "rad", "Pa", "kPa", "bar", "rpm")}
+"""Units of other things than forces and times: told apart from the name, and never scaled."""
+
+
 class Header(NamedTuple):
     """A column's name without its unit, and the unit: one that is known, or what stands in its place."""
 
@@ -25,13 +29,18 @@ def header(text: str) -> Header:
     """Return what a header says: "Ft [mN]", "Ft (mN)", "Ft/mN", "Ft in mN" and "ft_mn" are all in mN."""
     text = text.strip()
     if match := _IN_BRACKETS.fullmatch(text):
-        return Header(match[1].strip(), known_unit(match[2]) or match[2] or None)
-    if (match := _AFTER_A_MARK.fullmatch(text)) and known_unit(match[2]):
-        return Header(match[1].strip(), known_unit(match[2]))
+        return Header(match[1].strip(), said_unit(match[2]) or match[2] or None)
+    if (match := _AFTER_A_MARK.fullmatch(text)) and said_unit(match[2]):
+        return Header(match[1].strip(), said_unit(match[2]))
     if match := _AS_SUFFIX.fullmatch(text):
         lower = {unit.lower(): unit for unit in UNITS}
         return Header(match[1], lower[match[2].lower()])
     return Header(text, None)
+
+
+def said_unit(text: str) -> str | None:
+    """Return how this package spells a unit, also one that it cannot scale; None for what is none."""
+    return known_unit(text) or OTHERS.get(text.strip().lower())
 
 
 def is_time(text: str) -> bool:

@@ -103,7 +103,7 @@ def _lasts_s(recording: Recording, force: Array, file_hz: float) -> float:
 
 
 def told(recording: Recording) -> str:
-    """Return in words what was found in the file: the unit, the rate and the forces.
+    """Return in words what was found in the file: header, column, unit, rate and forces.
 
     Raises
     ------
@@ -111,16 +111,23 @@ def told(recording: Recording) -> str:
         As `read_recording`.
     """
     force, file_hz, column = _scaled(recording, "N")
-    read = ""
+    named = column.name or recording.column
+    read = f"column {named!r}" + (f" ({column.head}), " if column.head else ", ")
     if column.rate_hz is not None and recording.scale is None and recording.unit is None:
-        read = "full scale taken for 1 N, "
+        read += "full scale taken for 1 N, "
     elif column.unit and recording.unit is None:
-        read = f"in {column.unit} by the file, "
+        read += f"in {column.unit} by the file, "
         if recording.scale is not None:
             read += f"taken for {recording.scale:g} N each, "
     elif recording.unit is None and recording.scale is None:
-        read = "no unit in the file: taken for N, "
-    return f"{read}{force.size} samples at {file_hz:g} Hz, {force.min():.3g} to {force.max():.3g} N"
+        read += "no unit in the file: taken for N, "
+    elif recording.unit is not None:
+        read += f"in {recording.unit} as given, "
+    else:
+        read += f"taken for {recording.scale:g} N each, "
+    timed = column.times is not None and recording.rate_hz is None
+    clock = f" by {column.times.name!r}" if timed and column.times is not None else ""
+    return f"{read}{force.size} samples at {file_hz:g} Hz{clock}, {force.min():.3g} to {force.max():.3g} N"
 
 
 def _scaled(recording: Recording, wanted: str) -> tuple[Array, float, Column]:

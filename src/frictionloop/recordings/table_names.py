@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from frictionloop.quantities.units import known_unit
+from frictionloop.recordings.headers import said_unit
 from frictionloop.recordings.table_layout import NUMBER
 
 
@@ -32,7 +32,7 @@ def _are_units(row: list[str]) -> bool:
     filled = [cell.strip("[]() ") for cell in row if cell.strip("[]() -")]
     bracketed = [cell for cell in row if cell.strip().startswith(("[", "("))]
     return bool(filled) and (
-        2 * sum(known_unit(cell) is not None for cell in filled) >= len(filled) or len(bracketed) == len(filled)
+        2 * sum(said_unit(cell) is not None for cell in filled) >= len(filled) or len(bracketed) == len(filled)
     )
 
 

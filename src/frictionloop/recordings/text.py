@@ -6,22 +6,19 @@ import csv
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
-from itertools import chain, dropwhile, islice
+from itertools import dropwhile, islice
 
 import numpy as np
 
 from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.units import known_unit
 from frictionloop.recordings.column import Column, column_number
 from frictionloop.recordings.headers import header, is_time
+from frictionloop.recordings.text_head import LOOKED_AT, Row, head_of
 
 _COMMA = '; is that a decimal comma? decimal = "," reads it'
 _COMMAS = "; are there decimal commas? then columns must be apart by semicolons or tabs"
 _POINT = '; is that a decimal point? decimal = "." reads it'
-
-Row = tuple[int, list[str]]
-"""A line's number in the file, and its cells."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +32,8 @@ class _Table:
     """The first row of data."""
     count: int
     mark: str
+    head: str
+    """Where its names and units stand, in words."""
 
     def rows(self) -> Iterator[Row]:
         """Yield the rows of data."""
@@ -45,7 +44,7 @@ class _Table:
         values = np.fromiter((self.number(cells, k) for _, cells in self.rows()), np.float64)
         name = self.names[k] if self.names else ""
         place = partial(self.place, k=k)
-        return Column(values, place, name, header(name).unit, times=times, others=others or [])
+        return Column(values, place, name, header(name).unit, times=times, others=others or [], head=self.head)
 
     def number(self, cells: list[str], k: int) -> float:
         """Return what stands in column k of a row, NaN if that is no number."""
@@ -70,7 +69,7 @@ class _Table:
 def read_text(recording: Recording) -> Column:
     """Return a column of a text file, and its column of times if it has one."""
     table = _table(recording.path, recording.decimal)
-    k = column_number(recording, table.names, table.count)
+    k = column_number(recording, table.names, table.count, table.head)
     if not table.names:
         _refuse_halves(table)
     clock = next((i for i, name in enumerate(table.names) if is_time(name) and i != k), None)
@@ -80,11 +79,16 @@ def read_text(recording: Recording) -> Column:
 
 def _table(path: str, decimal: str) -> _Table:
     mark = _mark(path, decimal)
-    rows = _rows(path, decimal, mark)
-    first = next(rows, None)
-    if first is None:
+    rows = list(islice(_rows(path, decimal, mark), LOOKED_AT))
+    if not rows:
         raise FrictionloopError(f"{path}: is empty; accepted: rows of numbers")
-    second = next(rows, (first[0] + 1, []))
+    first, second = (*rows, (rows[0][0] + 1, []))[:2]
+    head = head_of(rows, _comments(path, mark), partial(_is_number, decimal=decimal))
+    if head is not None:
+        names = [_readable(cell) for cell in head.columns()]
+        return _Table(path, decimal, names, head.first, len(head.first[1]), mark, str(head))
+    if decimal == ".":
+        _refuse_commas(path, rows)
     numbers = [_is_number(cell, decimal) for cell in first[1]]
     below = [_is_number(cell, decimal) for cell in second[1]]
     text_over_number = any(
@@ -92,17 +96,13 @@ def _table(path: str, decimal: str) -> _Table:
     )
     if any(numbers) and not text_over_number:
         _refuse_numbered(path, first, second[1])
-        return _Table(path, decimal, [], first, len(first[1]), mark)
+        return _Table(path, decimal, [], first, len(first[1]), mark, "no line of names")
     names = [_readable(cell) for cell in first[1]]
-    units = [_readable(cell).strip("[]() ") for cell in second[1]]
-    if not any(below) and any(map(known_unit, units)):
-        names = [f"{name} [{unit}]" if unit else name for name, unit in zip(names, units, strict=False)]
-        second = next(rows, (second[0] + 1, []))
-    elif not any(below) and len(units) > len(names):
+    if not any(below) and len(second[1]) > len(names):
         told = f"line {second[0]}: {', '.join(map(_readable, second[1]))} stand below {', '.join(names)}"
         raise FrictionloopError(f"{path}: {told}; accepted: # before lines that are not names, units or numbers")
-    data = next(dropwhile(lambda row: not row[1], chain([second], rows)), second)
-    return _Table(path, decimal, names, data, len(names), mark)
+    data = next((row for row in rows[1:] if row[1]), second)
+    return _Table(path, decimal, names, data, len(names), mark, f"names in line {first[0]}")
 
 
 def _refuse_numbered(path: str, first: Row, below: list[str]) -> None:
@@ -113,6 +113,14 @@ def _refuse_numbered(path: str, first: Row, below: list[str]) -> None:
             f"{path}: line {first[0]}: {', '.join(first[1])} may number the columns or be the first sample; "
             "accepted: names in their place, or 0.0 for a sample"
         )
+
+
+def _refuse_commas(path: str, rows: list[Row]) -> None:
+    """Refuse a file whose numbers are found below titles and names only if its commas are decimal ones."""
+    head = head_of(rows, [], partial(_is_number, decimal=","))
+    if head is not None and head.names[0] != rows[0][0]:
+        cell = next((cell for cell in head.first[1] if "," in cell), "")
+        raise FrictionloopError(f"{path}: line {head.first[0]}: {cell!r:.40} is no number{_COMMA}")
 
 
 def _refuse_halves(table: _Table) -> None:
@@ -153,6 +161,16 @@ def _rows(path: str, decimal: str, mark: str) -> Iterator[Row]:
                 yield reader.line_num, cells
             elif blank is not None:
                 blank.append(reader.line_num)
+
+
+def _comments(path: str, mark: str) -> list[Row]:
+    """Return the comments among the first lines as cells."""
+    with _opened(path) as stream:
+        lines = [(number, line.strip()) for number, line in enumerate(islice(stream, LOOKED_AT), 1)]
+    said = [(number, line.lstrip("# ")) for number, line in lines if line.startswith("#")]
+    return [
+        (number, line.split() if mark == " " else next(csv.reader([line], delimiter=mark), [])) for number, line in said
+    ]
 
 
 def _opened(path: str):  # type: ignore[no-untyped-def]

@@ -20,8 +20,9 @@ def plot(result: Any, path: str | os.PathLike[str] | None = None) -> Figure:
 
     A run: f_r and f_a over time, f_a in open loop, the disturbance, the amplitude, and the motion of the
     finger. A sweep over one parameter: a curve per metric, with the range over seeds. Over two: a map per metric.
-    Over three: a map for each value of the third. Over listed points, such as fingers: the share of points below each
-    value. A first look at a recording: its channels. The refusal of an analysis: what it saw.
+    Over three: a map for each value of the third. Over fingers: a point each, sorted by the metric. Over other listed
+    points: the share below each value. A first look at a recording: its channels. The refusal of an analysis: what it
+    saw.
 
     Parameters
     ----------
@@ -46,13 +47,13 @@ def plot(result: Any, path: str | os.PathLike[str] | None = None) -> Figure:
         raise FrictionloopError(f"path = {str(path)!r}: must end in {' or '.join(FORMATS)}")
     figure = _figure_of(result)
     if path is not None:
-        from frictionloop.report.style import svg
+        from frictionloop.report.style import DPI, svg
 
         with replacing(path) as beside:
             if ending == ".svg":
                 beside.write_text(svg(figure, "run"), encoding="utf-8")
             else:
-                figure.savefig(beside, format=ending[1:] if ending else None, dpi=200)
+                figure.savefig(beside, format=ending[1:] if ending else None, dpi=DPI)
     return figure
 
 

@@ -23,6 +23,8 @@ BLACK, GREY, SILVER = "#1a1a1a", "#6b6b6b", "#b3b3b3"
 BLUE, VERMILLION, GREEN, ORANGE, SKY, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#56B4E9", "#CC79A7"
 """Colours told apart with any colour vision (Okabe and Ito 2008); lines differ in their dashes too."""
 
+DPI = 200
+"""Pixels per inch of figures that are not lines but pixels: sharp in print at the size of a column (chosen)."""
 STYLE: dict[Any, Any] = {
     "font.family": "DejaVu Sans",  # ships with matplotlib, so the same on every machine
     "font.size": 8.5,
@@ -116,6 +118,13 @@ def write_svg(figure: Figure, name: str, path: Path) -> str:
     with replacing(path) as beside:
         beside.write_text(text, encoding="utf-8")
     return text
+
+
+def png(figure: Figure) -> bytes:
+    """Return a figure as the bytes of a PNG file."""
+    content = io.BytesIO()
+    figure.savefig(content, format="png", dpi=DPI)
+    return content.getvalue()
 
 
 def inline(text: str, label: str) -> str:

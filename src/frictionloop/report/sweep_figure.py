@@ -31,6 +31,8 @@ def figure_of(result: xr.Dataset) -> Figure:
         )
     if axes == ["point"]:
         return _panels(names, [None], lambda panel, name, _: _distribution(panel, result[name]))
+    if axes == ["finger"]:
+        return _of_fingers(result, names)
     words = [each for each in axes if result[each].dtype.kind not in "iufb"]
     if len(axes) == 1:
         return _panels(names, [None], lambda panel, name, _: _curve(panel, result[name], axes[0]))
@@ -95,6 +97,33 @@ def _distribution(panel: Axes, metric: xr.DataArray) -> None:
             panel.axvline(at, color=color, linewidth=0.9, linestyle="--", label=f"{share:.0%} below {at:.3g}")
     panel.set(xlabel=label, ylabel="share of points", ylim=(0, 1.02))
     panel.legend(loc="best")
+
+
+def _of_fingers(result: xr.Dataset, names: list[str]) -> Figure:
+    """Return a panel per metric in which each finger is a point, sorted by the metric, and a caption."""
+    able = result["capable"].values if "capable" in result.coords else None
+    figure = _panels(names, [None], lambda panel, name, _: _sorted(panel, result[name], able))
+    said = "Each point is one finger, with its own friction, skin, load and tremor; the bar is its range over seeds."
+    if able is not None:
+        said = f"{said}\nOpen: {int(np.sum(~able))} of {able.size} fingers, which cannot be given the set-point."
+    figure.supxlabel(said, fontsize=8.0)
+    return figure
+
+
+def _sorted(panel: Axes, metric: xr.DataArray, able: np.ndarray | None) -> None:
+    values, label = _scaled(metric.transpose("finger", "seed"))
+    known = ~np.isnan(values).any(axis=1)
+    order = np.flatnonzero(known)[np.argsort(values[known].mean(axis=1), kind="stable")]
+    mean, rank = values[order].mean(axis=1), np.arange(1, order.size + 1)
+    filled = np.ones(order.size, bool) if able is None else able[order]
+    panel.vlines(rank, values[order].min(axis=1), values[order].max(axis=1), color=BLUE, linewidth=0.8)
+    panel.plot(rank[filled], mean[filled], "o", color=BLUE, markersize=3.5)
+    panel.plot(rank[~filled], mean[~filled], "o", color=VERMILLION, markersize=3.5, markerfacecolor="white")
+    if mean.size:
+        middle = float(np.median(mean))
+        panel.axhline(middle, color=GREY, linewidth=0.9, linestyle="--", label=f"median {middle:.3g}")
+        panel.legend(loc="best")
+    panel.set(xlabel="fingers, sorted by this value", ylabel=label)
 
 
 def _scaled(metric: xr.DataArray) -> tuple[np.ndarray, str]:

@@ -65,8 +65,10 @@ def test_summary_files_and_figures(frictionloop, tmp_path, monkeypatch):
     assert "saved results as r.h5" in answer.out
     assert fl.load(tmp_path / "r.h5").attrs["kind"] == "comparison"
     drawn = sorted(path.name for path in (tmp_path / "figures").iterdir())
-    assert "residuals.svg" in drawn
-    assert all((tmp_path / "figures" / name).read_text().startswith("<?xml") for name in drawn)
+    assert {"residuals.svg", "residuals.png"} <= set(drawn)
+    begins = {".svg": b"<?xml", ".png": b"\x89PNG"}
+    content = {name: (tmp_path / "figures" / name).read_bytes() for name in drawn}
+    assert all(content[name].startswith(begins[name[-4:]]) for name in drawn)
     refused = frictionloop(*WORDS, "--out", "r.h5")
     assert (refused.code, refused.err) == (
         2,

@@ -59,6 +59,19 @@ def test_summary(frictionloop, monkeypatch):
     assert max(len(line.rstrip()) for line in answer.out.splitlines()) <= 100
 
 
+def test_it_says_which_values_of_the_bench_fingers_replace(frictionloop):
+    loads = [each["motion.load_n"] for each in fl.fingers(N, SEED)]
+    said = " ".join(frictionloop(*POPULATION, "--finger.mass_kg", "2e-4").out.split())
+    assert f"replaces motion.load_n 0.5 N by its own ({min(loads):.3g} to {max(loads):.3g})" in said
+    assert "motion: load_drift, tremor_hz" in said and "mass_kg" not in said.partition("Each finger")[2]
+    told = frictionloop(*POPULATION, "--json").json()["replaced"]
+    assert told == {
+        path: getattr(getattr(fl.bench(), path.split(".")[0]), path.split(".")[1])
+        for path in fl.fingers(1, 0)[0]
+        if path != "motion.person"
+    }
+
+
 def test_files_hold_who_can_what(frictionloop):
     assert frictionloop(*POPULATION, "--csv", "f.csv", "--out", "f.h5").code == 0
     kept, able = fl.load("f.h5"), fl.capable(fl.fingers(N, SEED), 0.5, 0.7, contact_s=0.5)

@@ -179,7 +179,7 @@ def test_a_recording_says_what_was_found_in_the_file(frictionloop, tmp_path):
     flags = ("--disturbance.kind", "recording", "--disturbance.path", str(tmp_path / "slide.csv"))
     still = ("--setpoint.kind", "constant", "--setpoint.offset_n", "0.5", "--disturbance.column", "Ft")
     said = " ".join(frictionloop("simulate", *flags, *still, "--duration-s", "0.9").out.split())
-    assert "in mN by the file, 1001 samples at 1000 Hz, 0.7 to 0.75 N" in said
+    assert "in mN by the file, 1001 samples at 1000 Hz" in said
     assert "The set-point is out of reach 100% of the time" in said
     assert "did you mean --disturbance.remove_mean true?" in said
 

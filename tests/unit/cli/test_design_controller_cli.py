@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.image import imread
 
 import frictionloop as fl
 from frictionloop.analysis.headroom import headroom
@@ -16,7 +17,7 @@ from frictionloop.cli import main
 from frictionloop.design import synthesis
 from frictionloop.design.synthesis import SYNTHESES, design_controller
 from frictionloop.design.wanted import Wanted
-from frictionloop.report.figures.controller import figure_sensitivity
+from frictionloop.report.figures.controller import figure_sensitivity, step_run, stepped
 
 CONTROLLER = ("design", "controller")
 CONTACT_S, OCCLUSION_S = 10.0, 20.0
@@ -98,8 +99,11 @@ def test_it_simulates_and_follows(designed):
 @pytest.mark.slow
 def test_figures_are_drawn(designed):
     figures = designed[2] / "figures"
-    assert sorted(path.name for path in figures.iterdir()) == ["sensitivity.svg", "step.svg"]
-    assert all(path.read_text(encoding="utf-8").rstrip().endswith("</svg>") for path in figures.iterdir())
+    names = ["sensitivity.png", "sensitivity.svg", "step.png", "step.svg"]
+    assert sorted(path.name for path in figures.iterdir()) == names
+    for name in ("sensitivity", "step"):
+        assert (figures / f"{name}.svg").read_text(encoding="utf-8").rstrip().endswith("</svg>")
+        assert imread(figures / f"{name}.png").shape[2] == 4
 
 
 @pytest.mark.parametrize("columns", [80, pytest.param(100, marks=pytest.mark.slow)])
@@ -111,8 +115,11 @@ def test_the_answer_fits_and_says_what_was_found(frictionloop, monkeypatch, colu
     controller = fl.read_toml("c.toml").controller
     assert f"{controller.kp:.4g}" in answer.out
     assert f"{controller.ki:.4g} 1/s" in answer.out
-    assert "finger, contact dahl, 20 mm/s" in " ".join(answer.out.split())
-    for said in ("as described", "+10 %", "Bode's least", "Bode integral", "saved controller as c.toml"):
+    first = " ".join(answer.out.split())
+    assert first.startswith("STABLE contact dahl, 20 mm/s; 0.5 to 0.7 N; a finger just landed and a moist finger")
+    assert "UNSTABLE contact dahl at 80 mm/s" in first and "`--speeds 10,20`" in first
+    assert "go on with frictionloop simulate c.toml --plot run.svg A simulation runs at 20 mm/s" in first
+    for said in ("as described", "+10 %", "Bode's least", "saved controller as c.toml"):
         assert said in answer.out
     assert frictionloop("simulate", "c.toml", "--duration-s", "0.5").code == 0
 
@@ -136,6 +143,22 @@ def test_the_figure_of_margins_names_force_contact_and_speed():
     slider = fl.bench().evolve({"finger.contact": "slider"} | fl.RETUNED)
     figure = figure_sensitivity(slider, headroom(slider, 1.7), {0.0: 1.7})
     assert figure.get_suptitle() == "0.6 N, dry finger, contact slider, 20 mm/s"
+
+
+@pytest.mark.parametrize(
+    ("setpoint", "levels", "said"),
+    [
+        ({"kind": "sine", "offset_n": 0.5, "amplitude_n": 0.15, "frequency_hz": 3.0}, (0.35, 0.65), "lowest"),
+        ({"kind": "constant", "offset_n": 0.5}, (0.45, 0.55), "10% around a set-point that stays at 0.5 N"),
+        ({"kind": "steps", "times_s": [0.0, 1.0], "levels_n": [0.4, 0.9]}, (0.4, 0.9), "highest"),
+    ],
+)
+def test_the_step_is_between_the_forces_that_are_asked_for(setpoint, levels, said):
+    system = fl.bench().evolve({"setpoint": setpoint, "disturbance": {"kind": "constant", "offset_n": 0.1}})
+    found, where = stepped(system)
+    assert found == pytest.approx(levels) and said in where
+    run = step_run(system)
+    assert (float(run.f_r.min()), float(run.f_r.max())) == pytest.approx(levels)
 
 
 def test_a_saved_controller_begins_with_where_it_holds(designed):

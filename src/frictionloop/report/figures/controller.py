@@ -11,14 +11,19 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from frictionloop.analysis.headroom import Headroom
+from frictionloop.analysis.operating import asked
 from frictionloop.design.corners import at_mean, stroke_of
 from frictionloop.loop.simulate import simulate
-from frictionloop.parameters import Steps, System
+from frictionloop.parameters import Constant, Steps, System
 from frictionloop.perception.thresholds import HIGHEST_HZ
 from frictionloop.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, new_figure, styled
 
-LOW_N, HIGH_N, UP_S, DOWN_S, END_S = 0.35, 0.75, 0.5, 1.0, 1.5
-"""The step: levels as in the comparison of laws, times in s."""
+UP_S, DOWN_S, END_S = 0.5, 1.0, 1.5
+"""Times of the step, s."""
+AROUND = 0.1
+"""Share of a set-point that stays where it is, by which it is stepped up and down (chosen)."""
+ROUND = 0.6
+"""Share of the upper level that is at least drawn below and above the step (chosen)."""
 LOWEST_HZ, FROM_HZ = 1.0, 10.0
 """Where frequencies begin: all of them, and those at which |S| has its peaks."""
 FLOOR, ROOM = 1e-3, 1.15
@@ -33,13 +38,22 @@ def drawings(before: System, after: System, found: Headroom, limits: Mapping[flo
     """Return how to draw each figure, by name."""
     return {
         "sensitivity": partial(figure_sensitivity, after, found, limits),
-        "step": partial(figure_step, step_run(before), step_run(after)),
+        "step": partial(figure_step, step_run(before), step_run(after), stepped(after)[1]),
     }
 
 
+def stepped(system: System) -> tuple[tuple[float, float], str]:
+    """Return the levels between which the set-point of a system is stepped, N, and where they come from in words."""
+    low, mean, high = asked(system.evolve({"disturbance": Constant(offset_n=0.0)}))
+    if low < high:
+        return (low, high), "the lowest and the highest force of the set-point"
+    return ((1.0 - AROUND) * mean, (1.0 + AROUND) * mean), f"{AROUND:.0%} around a set-point that stays at {mean:.3g} N"
+
+
 def step_run(system: System) -> xr.Dataset:
-    """Return a run of the step 0.35 to 0.75 N and back, without a disturbance of its own."""
-    setpoint = Steps(times_s=(0.0, UP_S, DOWN_S), levels_n=(LOW_N, HIGH_N, LOW_N))
+    """Return a run of a step between the levels of the set-point and back, under its own disturbance."""
+    low, high = stepped(system)[0]
+    setpoint = Steps(times_s=(0.0, UP_S, DOWN_S), levels_n=(low, high, low))
     return simulate(system.evolve({"setpoint": setpoint}), END_S)
 
 
@@ -85,15 +99,16 @@ def figure_sensitivity(system: System, found: Headroom, limits: Mapping[float, f
 
 
 @styled
-def figure_step(before: xr.Dataset, after: xr.Dataset) -> Figure:
+def figure_step(before: xr.Dataset, after: xr.Dataset, levels: str) -> Figure:
     """Return the force over the steps, under the controller that the file had and, below, under the new one.
 
-    Either may ring or miss by several set-points: the axis shows what is around the levels, and a panel says how far
-    its force goes beyond it.
+    ``levels`` says where those of the step come from. Either run may ring or miss by several set-points: the axis shows
+    what is around the levels, and a panel says how far its force goes beyond it.
     """
     figure = new_figure(7.0, 4.2)
-    way, some = HIGH_N - LOW_N, slice(UP_S - 0.1, None)
-    low, high = max(0.0, LOW_N - way), HIGH_N + way
+    some, from_n, to_n = slice(UP_S - 0.1, None), float(after["f_r"].min()), float(after["f_r"].max())
+    way = max(to_n - from_n, ROUND * to_n)
+    low, high = max(0.0, from_n - way), to_n + way
     panels = figure.subplots(2, sharex=True, sharey=True)
     for axes, run, name, colour in zip(panels, (before, after), STEPPED, (VERMILLION, BLUE), strict=True):
         part = run.sel(time=some)
@@ -104,6 +119,6 @@ def figure_step(before: xr.Dataset, after: xr.Dataset) -> Figure:
         axes.set(title=f"{name}: cut off, the force goes from {ends}" if beyond else name, ylabel="friction force (N)")
     panels[0].set_ylim(low, high)
     panels[1].set(xlabel="time (s)", xlim=(UP_S - 0.1, END_S))
-    figure.suptitle(f"Step {LOW_N:g} to {HIGH_N:g} N and back", fontsize=9.0)
+    figure.suptitle(f"Step {from_n:.3g} to {to_n:.3g} N and back: {levels}", fontsize=9.0)
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center")
     return figure

@@ -1,0 +1,64 @@
+"""What comes first of a designed controller: where it is stable, where it is not, and the command to go on with."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from frictionloop.cli.controller_holds import finger, strokes_said
+from frictionloop.parameters import Strokes
+
+if TYPE_CHECKING:
+    from frictionloop.design.wanted import Designed, Wanted
+    from frictionloop.parameters import System
+
+Row = tuple[str, ...]
+NOT_THERE = "Do not use it there: it was not designed for it. `--law hinf` designs for both contacts."
+SLOWER = 0.5
+"""Speed over that of the strokes from which a range is proposed: a finger that strokes passes every slower one."""
+
+
+def verdict(designed: Designed, after: System, wanted: Wanted, out: Path | None) -> list[Row]:
+    """Return rows of the verdict: stable where, how else elsewhere, and what to do next."""
+    found, elsewhere = designed.corners, designed.elsewhere
+    forces = [each.loop.elements.force_n for each in found]
+    states = sorted({each.loop.elements.occluded for each in found})
+    where = [each.removeprefix(", ") for each in strokes_said(found, wanted)]
+    where += [f"{min(forces):.3g} to {max(forces):.3g} N", " and ".join(map(finger, states))]
+    farthest = max(abs(each.off) for each in found)
+    where += [f"sensor's resonance up to {100 * farthest:.3g} % off"] if farthest else []
+    rows: list[Row] = [("STABLE", "; ".join(filter(None, where)))]
+    for name, places in (("UNSTABLE", elsewhere.unstable), ("CLOSE TO UNSTABLE", elsewhere.near)):
+        rows += [(name if k == 0 else "", place.removeprefix("on ")) for k, place in enumerate(places)]
+    rows += [("", NOT_THERE)] if len(rows) > 1 else []
+    return [*rows, *_other_speeds(after, wanted), *_next(after, wanted, out)]
+
+
+def _other_speeds(system: System, wanted: Wanted) -> list[Row]:
+    if wanted.speeds_mm_s or not isinstance(system.motion, Strokes):
+        return []
+    speed = system.motion.speed_mm_s
+    return [
+        ("other speeds", f"`--speeds {SLOWER * speed:g},{speed:g}` holds it from one to the other, in some minutes")
+    ]
+
+
+def _next(system: System, wanted: Wanted, out: Path | None) -> list[Row]:
+    """Return the command to go on with, and at which speed it simulates; with several, that for the others too."""
+    if out is None:
+        return [("go on with", "this command and `--out my-controller.toml`, which saves the controller")]
+    file = shlex.quote(str(out))
+    said = f"frictionloop simulate {file} --plot run.svg"
+    return [("go on with", said), *(("", each) for each in speeds_said(system, wanted, file))]
+
+
+def speeds_said(system: System, wanted: Wanted, file: str) -> list[str]:
+    """Return the speed that the saved system is simulated at, and the command for others that it was designed for."""
+    if not isinstance(system.motion, Strokes):
+        return []
+    said = [f"A simulation runs at {system.motion.speed_mm_s:g} mm/s, `motion.speed_mm_s` in the file."]
+    if wanted.speeds_mm_s:
+        values = ",".join(f"{each:.3g}" for each in wanted.spread_mm_s(3))
+        said.append(f"For the others: frictionloop sweep {file} --over motion.speed_mm_s={values}")
+    return said
