@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections import deque
 
 import numpy as np
@@ -11,6 +10,7 @@ from frictionloop.device.codec import Message
 from frictionloop.device.device import Device
 from frictionloop.device.errors import DeviceError, Refused, Unplugged
 from frictionloop.device.fault_words import in_words
+from frictionloop.device.live_line import LineAgain
 from frictionloop.device.live_rows import Rows
 from frictionloop.device.live_setup import SetUp
 from frictionloop.device.recorder import ALL, TICK_HZ
@@ -20,8 +20,6 @@ from frictionloop.loop.stepper import Movement
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 
-RETRY_S = 1.0
-"""How often a line that went away is tried again (assumed)."""
 NAMES = {number: name for name, number in STATES.items()}
 
 
@@ -59,7 +57,7 @@ class DeviceEngine:
         """The state that was asked for: idle, open or closed."""
         self.refused: list[str] = []
         """What the device has refused of a change, in words; emptied by who tells it."""
-        self._retry_s = 0.0
+        self._again = LineAgain(self._anew)
         self._set_up = SetUp(device, system)
         self.ready, self.prepare = self._set_up.ready, self._set_up.prepare
         self.rows = self._listen()
@@ -89,11 +87,16 @@ class DeviceEngine:
 
         Samples that were lost are NaN; how many come is the device's affair.
         """
-        try:
-            for message in self._heard(path):
-                self._take(message)
-        except Unplugged as gone:
-            self._come_back(str(gone))
+        if not self._again.trying:
+            try:
+                if self._again.opened():
+                    told = self.trouble.removesuffix("; trying again")
+                    self.trouble = f"{told}; it is there again, with its plate off"
+                for message in self._heard(path):
+                    self._take(message)
+            except Unplugged as gone:
+                self.trouble, self.armed = f"{gone}; trying again", "idle"
+                self._again.begin()
         return self.rows.taken(self._link.pipe)
 
     def change(self, system: System) -> bool:
@@ -106,12 +109,15 @@ class DeviceEngine:
         """Let the loop run: ``"open"`` or ``"closed"``."""
         if state not in ("open", "closed"):
             raise FrictionloopError(f"state = {state!r}: must be open or closed")
+        self._refuse_while_away()
         self._device.mode(state)
         self.armed, self.trouble = state, ""
 
     def disarm(self) -> None:
         """Ask for the plate at rest, which the board brings it to within 0.1 s."""
         self.armed = "idle"
+        if self._again.trying:  # without its host the board switches off by itself
+            return
         try:
             self._device.mode("idle")
         except Refused:  # at fault the plate is at rest
@@ -121,6 +127,7 @@ class DeviceEngine:
 
     def clear(self) -> None:
         """Clear a fault; refused while its cause lasts."""
+        self._refuse_while_away()
         self._device.clear()
         self.fault = ""
 
@@ -148,7 +155,12 @@ class DeviceEngine:
 
     def close(self) -> None:
         """Switch the plate off and let go of the line."""
+        self._again.end()
         self._device.close()
+
+    def _refuse_while_away(self) -> None:
+        if self._again.trying:
+            raise FrictionloopError(self.trouble)
 
     def _listen(self) -> Rows:
         status = self._link.listen(1, ALL)
@@ -202,16 +214,8 @@ class DeviceEngine:
     def _fail(self, number: int, reading: str) -> None:
         self.fault, self.armed = in_words(FAULTS.get(number, str(number)), reading), "idle"
 
-    def _come_back(self, why: str) -> None:
-        """Try the line again now and then; the board has switched its plate off meanwhile."""
-        self.trouble, self.armed = f"{why}; trying again", "idle"
-        if time.monotonic() - self._retry_s < RETRY_S:
-            return
-        self._retry_s = time.monotonic()
-        try:
-            self._device.reconnect()
-            self._set_up.again()
-            self.rows = self._listen()
-        except DeviceError:
-            return
-        self.trouble = f"{why}; it is there again, with its plate off"
+    def _anew(self) -> None:
+        """Open the line again and set the device up; the board has switched its plate off meanwhile."""
+        self._device.reconnect()
+        self._set_up.again()
+        self.rows = self._listen()

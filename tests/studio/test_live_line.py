@@ -1,0 +1,63 @@
+"""A line that went away is tried again on a thread of its own."""
+
+from __future__ import annotations
+
+import threading
+
+import numpy as np
+import pytest
+from studio_pages import until
+
+import frictionloop as fl
+from frictionloop.device.errors import DeviceError, Unplugged
+from frictionloop.device.live_device import DeviceEngine
+from frictionloop.device.live_line import LineAgain
+
+SYSTEM = fl.bench().evolve({"setpoint": {"kind": "effect"}})
+
+
+def test_a_try_that_takes_long_holds_nobody_up_and_is_told_once():
+    answers = threading.Event()
+    again = LineAgain(answers.wait)
+    again.begin()
+    assert again.trying and not again.opened()
+    answers.set()
+    again.end()
+    assert not again.trying
+    assert [again.opened(), again.opened()] == [True, False]
+
+
+def test_a_try_that_fails_opens_nothing():
+    def reconnect():
+        raise DeviceError("serial:///nowhere: no answer")
+
+    again = LineAgain(reconnect)
+    again.begin()
+    again.end()
+    assert not again.opened()
+
+
+def test_a_device_whose_line_is_silent_goes_on_without_it_and_comes_back(monkeypatch):
+    answers = threading.Event()
+    with fl.connect("sim:", SYSTEM) as device:
+        engine = DeviceEngine(device, SYSTEM)
+        really = device.reconnect
+        monkeypatch.setattr(device, "reconnect", lambda: answers.wait() and really())
+        heard, path = engine._heard, np.zeros((25, 3))
+
+        def gone(_):
+            raise Unplugged("the line went away")
+
+        monkeypatch.setattr(engine, "_heard", gone)
+        assert engine.advance(path).shape[1] == 0
+        monkeypatch.setattr(engine, "_heard", heard)
+        assert engine.advance(path).shape[1] == 0  # returns although nobody has answered
+        assert (engine.armed, engine.trouble) == ("idle", "the line went away; trying again")
+        with pytest.raises(fl.FrictionloopError, match="trying again"):
+            engine.arm("closed")
+        engine.disarm()
+        answers.set()
+        until(lambda: engine.advance(path).shape[1] > 0)
+        assert engine.trouble == "the line went away; it is there again, with its plate off"
+        engine.arm("closed")
+        until(lambda: engine.advance(path).size and engine.state == "closed")
