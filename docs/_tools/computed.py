@@ -6,13 +6,14 @@ from pathlib import Path
 from typing import Any
 
 import bench_diagram
-import facts
+import filled
 import protocol_tables
 import sensor_tables
 import tables
 from page import command
 from sphinx.application import Sphinx
 from sphinx.config import Config
+from sphinx.errors import ExtensionError
 
 from frictionloop.parameters.plate_design import PlateDesign
 from frictionloop.parameters.sensor_design import SensorDesign
@@ -34,7 +35,6 @@ def substitutions(source: Path) -> dict[str, Any]:
     """Return every name that a page may insert."""
     front = "![The idea, and the force on a finger in open and in closed loop](_static/frontpage.svg)"
     found: dict[str, Any] = {
-        "n": facts.numbers(),
         "presets": tables.presets(),
         "metrics": tables.metrics(),
         "arrivals": tables.arrivals(),
@@ -45,15 +45,6 @@ def substitutions(source: Path) -> dict[str, Any]:
         "front_page": front if (source / "_static" / "frontpage.svg").exists() else "",
     }
     found |= {f"parameters_{name}": tables.parameters(block) for name, block in tables.BLOCKS.items()}
-    for make in (
-        facts.readings,
-        facts.gains,
-        facts.integral_gains,
-        facts.noise_readings,
-        facts.delays,
-        facts.noise_gains,
-    ):
-        found[f"table_{make.__name__}"] = make()
     found |= {f"sensor_{name}": text for name, text in sensor_tables.texts().items()}
     found |= {f"protocol_{name}": text for name, text in protocol_tables.texts().items()}
     for words in ("", *VERBS):
@@ -62,7 +53,10 @@ def substitutions(source: Path) -> dict[str, Any]:
 
 
 def compute(app: Sphinx, config: Config) -> None:
-    """Fill in MyST's substitutions."""
+    """Fill in MyST's substitutions; stop where a page holds numbers that are not so."""
+    if wrong := filled.changed(Path(app.confdir)):
+        names = ", ".join(page.name for page in wrong)
+        raise ExtensionError(f"{names}: numbers are not what the package computes; run python docs/_tools/filled.py")
     config.myst_substitutions = dict(config.myst_substitutions) | substitutions(Path(app.confdir))
 
 

@@ -1,4 +1,4 @@
-"""Every number of the notes and of the model that is ours: computed when the documentation is built."""
+"""Every number of the notes and of the model that is ours: computed here, held as text by the pages (`filled`)."""
 
 from __future__ import annotations
 
