@@ -19,12 +19,12 @@ class WorstTick(NamedTuple):
 
 
 WORST_TICK = {
-    "pi": WorstTick(1741, 3301),
-    "lookup": WorstTick(1721, 3234),
-    "notch_pi": WorstTick(2549, 4420),
-    "filtered_pi": WorstTick(3462, 5633),
-    "observer": WorstTick(2148, 4229),
-    "super_twisting": WorstTick(2333, 4597),
+    "pi": WorstTick(1741, 3296),
+    "lookup": WorstTick(1721, 3229),
+    "notch_pi": WorstTick(2549, 4417),
+    "filtered_pi": WorstTick(3462, 5630),
+    "observer": WorstTick(2148, 4224),
+    "super_twisting": WorstTick(2333, 4596),
     "limit_observer": WorstTick(2609, 5140),
 }
 """By kind of controller, on the image of bench() with two force axes, from entry to return of the tick's interrupt.
