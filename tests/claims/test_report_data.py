@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import frictionloop as fl
-from frictionloop.report.gains import KIS, KPS, at, optimum, spread, useful_range
+from frictionloop.report.gains import KIS, KPS, Range, at, middle, optimum, spread, useful_range
 from frictionloop.report.noise import NOISE_READINGS, knee_n
 from frictionloop.report.results import parts
 from frictionloop.report.systems import FEASIBLE, WORKING, compared, held, noise_above_n, reachable_share, readings
@@ -26,6 +26,11 @@ def test_the_useful_range_is_interpolated_over_the_logarithm():
 def test_a_range_without_end_says_so():
     assert useful_range(cut([0.9, 0.99, 1.0, 0.995]), step=0.02).high is None
     assert useful_range(cut([1.0, 0.9, 0.8, 0.7]), step=0.02).low is None
+
+
+def test_the_middle_of_a_range_is_by_ratio_and_of_one_without_end_there_is_none():
+    assert middle(Range(5.0, 20.0)) == pytest.approx(10.0)
+    assert middle(Range(None, 20.0)) is None and middle(Range(5.0, None)) is None
 
 
 def test_optimum_and_spread():
@@ -99,7 +104,7 @@ def test_a_map_holds_the_r2_of_a_single_run(results):
 
 
 def test_nothing_beats_the_bound(results):
-    for data in (*results.over_kp.values(), *results.over_ki.values()):
+    for data in (*results.over_kp.values(), *results.per_sample.values(), *results.over_ki.values()):
         assert float(data["r2_identity"].max()) <= float(data["r2_bound"])
 
 

@@ -126,7 +126,7 @@ def test_the_first_sentence_tells_whether_the_idea_holds_and_the_next_part_what_
     first = text[text.index('<section id="short">') :]
     assert "comes out in part" in first[: first.index("</b>")]
     assert "no upper end" in first[: first.index("</b>")]
-    assert "end near 20 comes out under no reading, only for “reachable set-point”." in first
+    assert "comes out under no reading, only for “reachable set-point”, “reachable set-point, Ki per sample”." in first
 
 
 def test_every_rule_of_agreement_is_on_the_page(results, claims):
@@ -212,6 +212,6 @@ def test_the_progress_line_names_the_figure_under_way():
 def test_a_row_that_needs_an_assumption_names_it(folder, claims):
     text = " ".join((folder / "index.html").read_text(encoding="utf-8").split())
     rows = dict(re.findall(r'<details id="claim-([^"]+)".*?<summary>(.*?)</summary>', text))
-    assert "comes out under: half a period of delay" in rows["kp-optimum"]
+    assert "comes out under: reachable set-point, Ki per sample or half a period of delay" in rows["kp-optimum"]
     for claim in claims:
         assert ("comes out under: " in rows[claim.id]) == (claim.verdict == "under an assumption"), claim.id

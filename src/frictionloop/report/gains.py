@@ -62,6 +62,15 @@ class Range(NamedTuple):
     high: float | None
 
 
+def middle(found: Range) -> float | None:
+    """Return the middle of a range by ratio; None where an end is missing.
+
+    >>> middle(Range(5.0, 20.0)), middle(Range(5.0, None))
+    (10.0, None)
+    """
+    return None if found.low is None or found.high is None else math.sqrt(found.low * found.high)
+
+
 def useful_range(fidelity: xr.DataArray, step: float = R2_STEP) -> Range:
     """Return the gains around the best one with r2 within ``step`` of it, interpolated over the gain's logarithm."""
     gain, margin = np.log(fidelity["gain"].values), fidelity.values - float(fidelity.max()) + step

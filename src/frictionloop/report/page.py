@@ -20,7 +20,18 @@ from frictionloop.report import device, protocol
 from frictionloop.report.arrivals import rows as arrival_rows
 from frictionloop.report.beyond import beyond_rows
 from frictionloop.report.claims import THESIS, Claim
-from frictionloop.report.claims.told import FIRST, HOLDS, SYMBOLS, counts, grouped, named, not_counted, shown, with_unit
+from frictionloop.report.claims.told import (
+    FIRST,
+    HOLDS,
+    SYMBOLS,
+    counted,
+    counts,
+    grouped,
+    named,
+    not_counted,
+    shown,
+    with_unit,
+)
 from frictionloop.report.numbers import milli
 from frictionloop.report.people import bench_systems, the_finger
 from frictionloop.report.results import FIELDS, Results
@@ -129,6 +140,7 @@ def render(
         "shown": shown,
         "symbols": SYMBOLS,
         "rules": RULES,
+        "counted": counted,
         "notes_of": notes_of,
         "docs_link": partial(docs_link, folder=folder),
     }

@@ -28,6 +28,7 @@ FIELDS = {
     "population": Field("Fig. 1a, sliding trials", "0"),
     "maps": Field("Fig. 2a, map of both gains", "0 and 1"),
     "over_kp": Field("Fig. 2a, proportional gain", "0 to 3"),
+    "per_sample": Field("Fig. 2a, Ki per sample", "0 to 3"),
     "over_ki": Field("Fig. 2a, integral gain", "0 to 3"),
     "runs": Field("Fig. 2b to 2d", "0"),
     "noise": Field("Fig. 2e and 2f", "0 to 7"),
@@ -55,6 +56,8 @@ class Results:
     population: xr.Dataset
     maps: dict[str, xr.Dataset]
     over_kp: dict[str, xr.Dataset]
+    per_sample: dict[str, xr.Dataset]
+    """The same as ``over_kp`` if Ki = 2 is per sample; names say so."""
     over_ki: dict[str, xr.Dataset]
     variants: dict[str, xr.Dataset]
     runs: dict[str, dict[float, xr.Dataset]]
@@ -138,6 +141,11 @@ def variants() -> dict[str, dict[str, float]]:
     }
 
 
+def left_open() -> dict[str, System]:
+    """Return the systems of ``variants``."""
+    return {name: feasible().evolve(overrides) for name, overrides in variants().items()}
+
+
 Part = tuple[str, Callable[[], Any]]
 
 
@@ -153,8 +161,11 @@ def parts() -> Iterator[Part]:
         yield f"over_ki.{name}", partial(gains.fidelity_over, system, gains.KI, gains.KIS)
         yield f"runs.{name}", partial(systems.tracking_runs, system)
         yield f"noise.{name}", partial(noise.noise_sweep, system)
-    for name, overrides in variants().items():
-        yield f"variants.{name}", partial(gains.fidelity_over, feasible().evolve(overrides), gains.KP)
+    for name, system in systems.in_both_units(left_open()).items():
+        yield f"variants.{name}", partial(gains.fidelity_over, system, gains.KP)
+    for name, system in systems.in_both_units(compared).items():
+        if name not in compared:
+            yield f"per_sample.{name}", partial(gains.fidelity_over, system, gains.KP)
     yield "steady", partial(noise.noise_gain, feasible())
     yield "rigs", calibration.all_rigs
     yield from bench_parts()

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import xarray as xr
 from scipy.signal import welch
 
+from frictionloop.analysis.linear import check_pi
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import READINGS, Constant, System, feasible, paper
 from frictionloop.physics.friction import friction_force
@@ -25,6 +28,20 @@ def readings() -> dict[str, System]:
 def compared() -> dict[str, System]:
     """Return ``readings`` and the system with a reachable set-point, which is last."""
     return readings() | {FEASIBLE: feasible()}
+
+
+PER_SAMPLE = "Ki per sample"
+"""The other reading of a Ki without a unit: 2 is added in every control period."""
+
+
+def per_sample(system: System) -> System:
+    """Return a system whose ki is what the same number per control period would be, in 1/s."""
+    return system.evolve({"controller.ki": check_pi(system).ki * system.controller.rate_hz})
+
+
+def in_both_units(systems: Mapping[str, System]) -> dict[str, System]:
+    """Return systems with Ki per second, then with Ki per sample, which their names then say."""
+    return {**systems, **{f"{name}, {PER_SAMPLE}": per_sample(system) for name, system in systems.items()}}
 
 
 def held(system: System) -> System:

@@ -110,7 +110,10 @@ YARDSTICKS = {
     "power of ten": Yardstick(_DECADE, half_decade),
     "beyond a power of ten": Yardstick(_DECADE, _between(DECADE_FACTOR, math.inf)),
     "same R²": Yardstick(_R2, _between(0.0, R2_STEP)),
-    "other R²": Yardstick(_R2, _between(R2_STEP, math.inf)),
+    "much other R²": Yardstick(
+        f"what is unsatisfactory has an R² lower by more than {R2_MUCH:g}, where a moderate difference ends (assumed)",
+        _between(R2_MUCH, math.inf),
+    ),
     "moderately other R²": Yardstick(
         f"a moderate influence changes R² by at least {R2_STEP:g}, the smallest difference that counts, and by at most "
         f"{R2_MUCH:g}, ten times that (assumed)",
@@ -125,6 +128,7 @@ YARDSTICKS = {
         _between(RMS_FACTOR, math.inf),
     ),
     "same number": Yardstick(_NUMBERS, _between(1.0 - SAME, 1.0 + SAME)),
+    "larger number": Yardstick(_NUMBERS, _between(1.0 / (1.0 - SAME), math.inf)),
     "smaller number": Yardstick(_NUMBERS, _between(0.0, 1.0 - SAME)),
     "measured force": Yardstick(_FORCE, as_measured),
     "at most a measured force": Yardstick(_FORCE, lambda value: (0.0, RMS_FACTOR * value)),
@@ -138,9 +142,6 @@ YARDSTICKS = {
     "as fine as": Yardstick(
         f"as fine as the floor: residuals at most {RMS_FACTOR:g} times the printed noise (assumed)",
         lambda value: (0.0, RMS_FACTOR * value),
-    ),
-    "ratio of times": Yardstick(
-        f"a ratio of two measured times agrees within a factor of {RMS_FACTOR:g} (assumed)", as_measured
     ),
     "overshoot": Yardstick(
         f"less than {OVERSHOOT:.0%} of a step is no overshoot (assumed)", _between(OVERSHOOT, math.inf)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -16,6 +17,7 @@ from frictionloop.report.people import LOOKUPS
 from frictionloop.report.protocol import LEVELS_N
 from frictionloop.report.results import Results
 from frictionloop.report.step_response import steady_error_n
+from frictionloop.report.systems import in_both_units
 
 BENCHES: dict[str, Mapping[str, Any]] = {
     "the bench": {},
@@ -38,6 +40,7 @@ def pi_reduces_variability(results: Results) -> Numbers:
         found,
         before=1e3 * fit(tracked[OPEN]).rms_n,
         left=1e3 * fit(tracked[RETUNED_GAINS]).rms_n,
+        ringing=1e3 * fit(tracked[PRINTED]).rms_n,
         open_spread=fit(tracked[OPEN]).spread_n,
         spread=fit(tracked[RETUNED_GAINS]).spread_n,
     )
@@ -45,7 +48,8 @@ def pi_reduces_variability(results: Results) -> Numbers:
 
 def printed_gains_stable(_: Results) -> Numbers:
     """Return the largest stable Kp."""
-    limits = {name: kp_limit(bench().evolve(changes)) for name, changes in BENCHES.items()}
+    systems = in_both_units({name: bench().evolve(changes) for name, changes in BENCHES.items()})
+    limits = {name: None if math.isnan(limit := kp_limit(system)) else limit for name, system in systems.items()}
     slider = bench().evolve({**BENCHES["without either"], "finger.contact": "slider"})
     return numbers(limits, assumed=list(BENCHES)[1:], rigid=kp_limit(paper()), slider=kp_limit(slider))
 

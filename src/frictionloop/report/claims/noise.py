@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
-from frictionloop.parameters import feasible
+from collections.abc import Mapping
+from functools import cache
+
+from frictionloop.analysis.linear import check_pi
+from frictionloop.parameters import System, feasible
 from frictionloop.report.claims.claim import Value
 from frictionloop.report.claims.judging import Numbers, numbers
 from frictionloop.report.noise import NOISE, NOISE_READINGS, knee_n, linear_gain, steady_noise
 from frictionloop.report.results import Results
-from frictionloop.report.systems import FEASIBLE
+from frictionloop.report.systems import FEASIBLE, PER_SAMPLE, per_sample
 from frictionloop.report.tolerances import R2_STEP, SATURATION_STEP
+
+PER_SECOND = "Ki per second"
+UNITS = {PER_SECOND: feasible(), PER_SAMPLE: per_sample(feasible())}
+"""The loop whose noise is simulated, by the unit that a printed Ki may have."""
 
 
 def noise_precision(results: Results) -> Numbers:
@@ -51,10 +59,34 @@ def noise_subliminal(_: Results) -> Numbers:
     return numbers({f"{reading} ({of.unit})": output_n(reading) for reading, of in NOISE_READINGS.items()})
 
 
-def low_gain_attenuates(results: Results) -> Numbers:
-    """Return noise of the force over that of the sensor at Kp = 1."""
-    at_1, at_10 = (float(results.steady["simulated_f"].sel(kp_simulated=kp)) for kp in (1.0, 10.0))
-    return numbers({"simulated": at_1}, at_10=at_10)
+def low_gain_attenuates(_: Results) -> Numbers:
+    """Return noise of the force over that of the sensor at a tenth of the gains."""
+    found = _at_gains()
+    return _amplified(found, {unit: low for unit, (low, _) in found.items()})
+
+
+def higher_gain_amplifies(_: Results) -> Numbers:
+    """Return noise of the force over that at a tenth of the gains."""
+    found = _at_gains()
+    return _amplified(found, {unit: high / low for unit, (low, high) in found.items()})
+
+
+@cache
+def _at_gains() -> Mapping[str, tuple[float, float]]:
+    """Return noise of the force over the sensor's at a tenth of the printed gains and at these, Ki in both units."""
+    return {unit: (_force_gain(system, 0.1), _force_gain(system, 1.0)) for unit, system in UNITS.items()}
+
+
+def _force_gain(system: System, share: float) -> float:
+    """Return noise of the force over the sensor's with both gains multiplied by ``share``."""
+    pi = check_pi(system)
+    changed = system.evolve({"controller.kp": share * pi.kp, "controller.ki": share * pi.ki})
+    return steady_noise(changed)["f_a"] / system.sensor.noise_rms_n
+
+
+def _amplified(found: Mapping[str, tuple[float, float]], values: Mapping[str, float]) -> Numbers:
+    low, high = found[PER_SECOND]
+    return numbers(values, low=low, high=high)
 
 
 def equation_3(results: Results) -> Numbers:

@@ -7,44 +7,74 @@ from collections.abc import Callable, Mapping
 import xarray as xr
 
 from frictionloop.analysis import kp_limit
-from frictionloop.parameters import paper
+from frictionloop.parameters import System, paper
 from frictionloop.physics.friction import friction_force
 from frictionloop.report.claims.judging import Numbers, numbers
-from frictionloop.report.gains import at, optimum, spread, useful_range
+from frictionloop.report.gains import at, middle, optimum, spread, useful_range
 from frictionloop.report.numbers import number
 from frictionloop.report.results import HALF, Results
-from frictionloop.report.systems import FEASIBLE, WORKING, noise_above_n, reachable_share, readings, tracking_run
+from frictionloop.report.systems import (
+    FEASIBLE,
+    PER_SAMPLE,
+    WORKING,
+    in_both_units,
+    noise_above_n,
+    reachable_share,
+    readings,
+    tracking_run,
+)
+
+
+def _fidelity(results: Results) -> dict[str, xr.DataArray]:
+    """Return the fidelity over Kp of each reading: of the amplitudes, and of the unit of Ki = 2."""
+    return {name: cut["r2_identity"] for name, cut in (results.over_kp | results.per_sample).items()}
 
 
 def kp_range_low(results: Results) -> Numbers:
     """Return where useful gains begin, at Ki = 2."""
-    return numbers({name: useful_range(cut["r2_identity"]).low for name, cut in results.over_kp.items()})
+    return numbers({name: useful_range(r2).low for name, r2 in _fidelity(results).items()})
 
 
 def kp_range_high(results: Results) -> Numbers:
     """Return where useful gains end, at Ki = 2."""
-    high = {name: useful_range(cut["r2_identity"]).high for name, cut in results.over_kp.items()}
+    high = {name: useful_range(r2).high for name, r2 in _fidelity(results).items()}
     return numbers(high, r2_at_100=at(results.over_kp[WORKING]["r2_identity"], 100.0))
 
 
 def kp_optimum(results: Results) -> Numbers:
-    """Return the best gain at Ki = 2, also with the noise and the delay that the text leaves open."""
-    best = {name: optimum(cut["r2_identity"]).kp for name, cut in (results.over_kp | results.variants).items()}
-    useful = useful_range(results.variants[HALF]["r2_identity"])
-    return numbers(best, useful_from=useful.low, useful_to=useful.high)
+    """Return the middle of the best gains at Ki = 2, also with the noise and the delay that the text leaves open."""
+    cuts = _fidelity(results) | {name: cut["r2_identity"] for name, cut in results.variants.items()}
+    ranges = {name: useful_range(r2) for name, r2 in cuts.items()}
+    second, sample, late = (ranges[name] for name in (FEASIBLE, f"{FEASIBLE}, {PER_SAMPLE}", HALF))
+    per_second, per_sample = WORKING, f"{WORKING}, {PER_SAMPLE}"
+    return numbers(
+        {name: middle(found) for name, found in ranges.items()},
+        printed_low=ranges[per_second].low,
+        printed_low_sample=ranges[per_sample].low,
+        largest=optimum(cuts[per_second]).kp,
+        largest_sample=optimum(cuts[per_sample]).kp,
+        second_low=second.low,
+        second_high=second.high,
+        sample_low=sample.low,
+        sample_high=sample.high,
+        late_low=late.low,
+        late_high=late.high,
+    )
 
 
 def ki_influence(results: Results) -> Numbers:
     """Return how much the integral gain changes the fidelity at Kp = 10."""
-    changed = {name: spread(cut["r2_identity"], 2.0, 1e4) for name, cut in results.over_ki.items()}
+    cuts = {name: cut["r2_identity"] for name, cut in results.over_ki.items()}
+    changed = {name: spread(r2, 2.0, 1e4) for name, r2 in cuts.items()}
+    changed |= {f"{name}, {PER_SAMPLE}": spread(r2, 1e4, 1e5) for name, r2 in cuts.items()}
     beside = spread(results.over_kp[FEASIBLE]["r2_identity"], 1.0, 40.0)
     return numbers(changed, beside=beside)
 
 
 def close_to_possible(results: Results) -> Numbers:
     """Return what the printed gains leave of the fidelity that any controller could reach."""
-    r2 = {name: at(cut["r2_identity"], 10.0) for name, cut in results.over_kp.items()}
-    bound = {name: float(cut["r2_bound"]) for name, cut in results.over_kp.items()}
+    r2 = {name: at(each, 10.0) for name, each in _fidelity(results).items()}
+    bound = {name: float(cut["r2_bound"]) for name, cut in (results.over_kp | results.per_sample).items()}
     return numbers(
         {name: bound[name] - found for name, found in r2.items()},
         working=r2[WORKING],
@@ -57,14 +87,14 @@ def close_to_possible(results: Results) -> Numbers:
 
 def kp_1_unsatisfactory(results: Results) -> Numbers:
     """Return how much fidelity is lost from Kp = 10 to 1."""
-    r2 = {name: cut["r2_identity"] for name, cut in results.over_kp.items()}
+    r2 = _fidelity(results)
     lost = {name: at(each, 10.0) - at(each, 1.0) for name, each in r2.items()}
     return numbers(lost, at_1=at(r2[FEASIBLE], 1.0), at_10=at(r2[FEASIBLE], 10.0))
 
 
 def kp_40_saturated(results: Results) -> Numbers:
     """Return how much more often the command is clamped at Kp = 40 than at 10."""
-    index = {name: cut["saturation_index"] for name, cut in results.over_kp.items()}
+    index = {name: cut["saturation_index"] for name, cut in (results.over_kp | results.per_sample).items()}
     more = {name: at(each, 40.0) - at(each, 10.0) for name, each in index.items()}
     return numbers(
         more,
@@ -78,7 +108,7 @@ def kp_40_noisy(results: Results) -> Numbers:
     """Return how much louder the force is above 200 Hz at Kp = 40 than at 10."""
     runs = results.runs[FEASIBLE]
     return numbers(
-        _louder(results, lambda name: results.runs[name][10.0]),
+        _louder(results, lambda system: tracking_run(system, 10.0)),
         at_40_mn=1e3 * noise_above_n(runs[40.0]),
         at_10_un=1e6 * noise_above_n(runs[10.0]),
     )
@@ -87,15 +117,19 @@ def kp_40_noisy(results: Results) -> Numbers:
 def kp_40_because_of_sensor_noise(results: Results) -> Numbers:
     """Return how much louder the force is above 200 Hz at Kp = 40 than with a noiseless sensor."""
 
-    def quiet(name: str) -> xr.Dataset:
-        return tracking_run(results.systems[name], 40.0, sensor__noise_rms_n=0.0)
+    def quiet(system: System) -> xr.Dataset:
+        return tracking_run(system, 40.0, sensor__noise_rms_n=0.0)
 
     return numbers(_louder(results, quiet), limit=kp_limit(results.systems[WORKING]))
 
 
-def _louder(results: Results, than: Callable[[str], xr.Dataset]) -> Mapping[str, float]:
-    """Return the noise at Kp = 40 over that of another run of each system."""
-    return {name: noise_above_n(results.runs[name][40.0]) / noise_above_n(than(name)) for name in results.systems}
+def _louder(results: Results, than: Callable[[System], xr.Dataset]) -> Mapping[str, float]:
+    """Return the noise at Kp = 40 over that of another run of each system, Ki in both units."""
+    systems = in_both_units(results.systems)
+    return {
+        name: noise_above_n(tracking_run(system, 40.0)) / noise_above_n(than(system))
+        for name, system in systems.items()
+    }
 
 
 def disturbance_amplitude(_: Results) -> Numbers:

@@ -55,6 +55,8 @@ def faster_than_open(results: Results) -> Numbers:
     found = {f"{name}, {way}": _ratio(taken[OPEN, way], each) for (name, way), each in taken.items() if name != OPEN}
     return numbers(
         found,
+        printed_down=OPEN_MS / PRINTED_MS["falling"][0],
+        printed_up=OPEN_MS / PRINTED_MS["rising"][0],
         open_up=taken[OPEN, "rising"],
         retuned_up=taken[RETUNED_GAINS, "rising"],
         ideal_up=taken[IDEAL, "rising"],
@@ -91,4 +93,4 @@ def amplitude_overshoot(results: Results) -> Numbers:
     """Return how far the amplitude goes beyond where it settles, over its step."""
     over = {way: {name: overshoot(results.stepped[name], way) for name in CLOSED} for way in DIRECTIONS}
     found = {f"{name}, {way}": each for way, some in over.items() for name, each in some.items()}
-    return numbers(found, peak=mean_peak_n(results.stepped[RETUNED_GAINS]))
+    return numbers(found, compared=["rising"], peak=mean_peak_n(results.stepped[RETUNED_GAINS]))

@@ -62,14 +62,14 @@ def claims_tables(claims: Sequence[Claim]) -> list[Table]:
 
     tables: list[Table] = []
     for group, some in grouped(claims).items():
-        title = Text(f"{len(some)} {group}", style="bold")
+        title = Text(counted(len(some), group), style="bold")
         table = Table(title=title, title_justify="left", box=None, padding=(0, 1, 0, 0), show_header=not tables)
-        for name, width in (("", 1), ("statement", 34), ("paper", 13), ("here", 28)):
+        for name, width in (("", 1), ("statement", 33), ("paper", 14), ("here", 28)):
             table.add_column(name, width=width)
         for claim in some:
             sign = Text(SYMBOLS[claim.verdict], style=COLOURS[claim.verdict])
             published, ours = paper_and_ours(claim)
-            table.add_row(sign, claim.title, published, f"{claim.quantity} {ours}{under(claim)}")
+            table.add_row(sign, claim.title, published, f"{claim.quantity}: {ours}{under(claim)}")
         tables.append(table)
     return tables
 
@@ -105,7 +105,7 @@ def claim_lines(claim: Claim) -> list[str]:
 
 FIRST = ("open-loop-r2", "closed-loop-r2", "open-loop-variation", "steady-20-mn")
 """Claims of Fig. 5a that stand beside the paper's values at the top."""
-EXAMPLES = ("kp-1-unsatisfactory", "kp-40-saturated", "closed-loop-r2")
+EXAMPLES = ("kp-40-saturated", "higher-gain-amplifies", "closed-loop-r2")
 """Of what comes out."""
 HOLDS = {
     Verdict.COMES_OUT: "comes out",
@@ -128,6 +128,15 @@ def counts(claims: Sequence[Claim]) -> dict[str, int]:
     }
 
 
+def counted(number: int, words: str) -> str:
+    """Return a number and what is said of so many.
+
+    >>> counted(1, "do not come out"), counted(2, "do not come out")
+    ('1 does not come out', '2 do not come out')
+    """
+    return f"{number} {words.replace('do not', 'does not') if number == 1 else words}"
+
+
 def summary(claims: Sequence[Claim]) -> list[str]:
     """Return what a terminal is told at the end."""
     n, thesis = counts(claims), next(claim for claim in claims if claim.id == THESIS)
@@ -135,9 +144,9 @@ def summary(claims: Sequence[Claim]) -> list[str]:
         "",
         f"The paper's idea {HOLDS[thesis.verdict]}: the PI divides the spread of the force by {thesis.ours:.3g}.",
         f"{n['printed']} of {n['text']} statements about the simulation come out as printed, "
-        f"{n['assumed']} under an assumption, {n['not_out']} do not come out.",
+        f"{n['assumed']} under an assumption, {counted(n['not_out'], Group.NOT_OUT)}.",
         f"Of {n['device']} about the device {n['device out']} come out on the assumed bench, "
-        f"{n['device part']} under a further assumption, {n['device not']} do not come out.",
+        f"{n['device part']} under a further assumption, {counted(n['device not'], Group.NOT_OUT)}.",
         f"Not counted: {not_counted(claims)}.",
         "",
     ]
