@@ -212,6 +212,9 @@ def test_the_progress_line_names_the_figure_under_way():
 def test_a_row_that_needs_an_assumption_names_it(folder, claims):
     text = " ".join((folder / "index.html").read_text(encoding="utf-8").split())
     rows = dict(re.findall(r'<details id="claim-([^"]+)".*?<summary>(.*?)</summary>', text))
-    assert "comes out under: reachable set-point, Ki per sample or half a period of delay" in rows["kp-optimum"]
+    assert (
+        f"comes out under: {maths('reachable set-point, Ki per sample or half a period of delay')}"
+        in rows["kp-optimum"]
+    )
     for claim in claims:
         assert ("comes out under: " in rows[claim.id]) == (claim.verdict == "under an assumption"), claim.id

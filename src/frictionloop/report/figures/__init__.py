@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from frictionloop.parameters import paper
 from frictionloop.parameters.sensor_design import SensorDesign
 from frictionloop.report.beyond import SHOWN_MS, SPEED_MM_S
-from frictionloop.report.device import CLOSED
+from frictionloop.report.device import CLOSED, IDEAL, OPEN, PRINTED, RETUNED_GAINS
 from frictionloop.report.figures.arrivals import figure_arrivals
 from frictionloop.report.figures.calibration import figure_linearity, figure_spectrum
 from frictionloop.report.figures.closed_loop import figure_closed_loop, figure_people
@@ -62,7 +62,8 @@ DRAWINGS: dict[str, Draw] = {
     "fig-3": lambda _: figure_sensor(SensorDesign()),
     "fig-4a": lambda results: figure_linearity(results.rigs),
     "fig-4b": lambda results: figure_spectrum(results.rigs),
-    "fig-5a": lambda results: figure_closed_loop(results.tracked),
+    "fig-5a": lambda results: figure_closed_loop(results.tracked, (OPEN, RETUNED_GAINS)),
+    "fig-5a-printed": lambda results: figure_closed_loop(results.tracked, (PRINTED, IDEAL)),
     "fig-5a-population": lambda results: figure_people(results.people),
     "fig-5b": lambda results: figure_steps(results.stepped, {"rising": this_skin_limit_ms()}),
     "fig-5c": lambda results: figure_overshoot(results.stepped, CLOSED),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -29,18 +29,21 @@ TITLES = {
 
 
 @styled
-def figure_closed_loop(tracked: Mapping[str, xr.Dataset]) -> Figure:
-    """Return force against set-point for each controller, a panel each, with the regression and both kinds of R2."""
-    figure = new_figure(9.2, 3.5)
-    panels = figure.subplots(1, len(CONTROLLERS), sharex=True, sharey=True)
+def figure_closed_loop(tracked: Mapping[str, xr.Dataset], names: Sequence[str]) -> Figure:
+    """Return force against set-point for some controllers, a panel each, with the regression and both kinds of R2.
+
+    The axis of forces is that of all controllers, so that figures can stand side by side.
+    """
+    figure = new_figure(4.6, 3.5)
+    panels = figure.subplots(1, len(names), sharex=True, sharey=True)
     top_n = 1.05 * max(float(tracked[name]["f_a"].quantile(0.999)) for name in CONTROLLERS)
-    for axes, name in zip(panels, CONTROLLERS, strict=True):
+    for axes, name in zip(panels, names, strict=True):
         _cloud(axes, tracked[name], top_n)
         axes.set_title(TITLES[name], fontsize=8.5)
         axes.set_xlabel("set-point $f_r$ (N)")
     panels[0].set_ylabel("friction force $f_a$ (N)")
     handles, words = panels[0].get_legend_handles_labels()
-    figure.legend(handles, words, loc="outside lower center", ncols=len(words), markerscale=2.5)
+    figure.legend(handles, words, loc="outside lower center", ncols=3, markerscale=2.5)
     return figure
 
 
