@@ -18,7 +18,8 @@ from scipy.io import savemat, wavfile
 
 from frictionloop.parameters import Recording, Samples, paper
 from frictionloop.quantities import FrictionloopError
-from frictionloop.recordings.read import read_recording, told
+from frictionloop.recordings.read import read_recording
+from frictionloop.recordings.told import told
 
 TABLE = np.array([[0.1, -1.5, 2e-7], [0.2, 3.25, 1e9], [0.3, -0.125, -4.0], [0.4, 2.5, 7.0]])
 
@@ -300,7 +301,7 @@ def test_a_missing_rate(tmp_path, content):
     column = "force" if "force" in content else "0"
     told = refusal(path, column, rate_hz=None)
     assert told.startswith("rate_hz is missing, and no column of times (time, t")
-    assert told.endswith("accepted: the sampling rate in Hz (--disturbance.rate_hz 1000, or --setpoint.rate_hz)")
+    assert told.endswith("accepted: the sampling rate in Hz (--disturbance.rate_hz RATE, or --setpoint.rate_hz)")
 
 
 def test_a_wav_brings_its_own_rate(tmp_path):
@@ -557,7 +558,9 @@ def test_a_mark_within_a_number_is_asked_about(tmp_path, content, decimal, said)
 
 def test_times_without_a_unit_may_be_counts(tmp_path):
     path = text(tmp_path, "time,F\n0,1\n1,2\n2,4\n")
-    assert "'time' has no unit: it may count samples, or be in ms;" in refusal(path, "F", rate_hz=None)
+    assert "'time' has no unit: in s it gives 1 Hz, in ms 1000 Hz, or it counts samples;" in refusal(
+        path, "F", rate_hz=None
+    )
     assert read(path, "F").tolist() == [1.0, 2.0, 4.0]
     assert read(text(tmp_path, "time_s,F\n0,1\n1,2\n2,4\n"), "F", rate_hz=None, at_hz=1.0).tolist() == [1, 2, 4]
 
