@@ -168,7 +168,7 @@ def test_a_short_row_and_a_blank_line_are_gaps(tmp_path):
 )
 def test_a_decimal_comma_is_never_read_as_another_number(tmp_path, content, column, said):
     told = refusal(text(tmp_path, content), column)
-    hint = '; is that a decimal comma? decimal = "," reads it'
+    hint = '; is that a decimal comma? decimal = "." reads it (--disturbance.decimal .) (--disturbance.decimal ,)'
     if "of 2 columns" in said:  # commas between columns too
         hint = "; are there decimal commas? then columns must be apart by semicolons or tabs"
     where, _, more = said.partition(" (and")
@@ -553,7 +553,7 @@ def test_a_mark_within_a_number_is_asked_about(tmp_path, content, decimal, said)
     assert told.startswith(where)
     assert more in told
     if decimal == ",":
-        assert 'is that a decimal point? decimal = "." reads it' in told
+        assert 'is that a decimal point? decimal = "." reads it (--disturbance.decimal .)' in told
 
 
 def test_times_without_a_unit_may_be_counts(tmp_path):

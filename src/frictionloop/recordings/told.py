@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,8 +12,7 @@ from frictionloop.recordings.column import Column
 from frictionloop.recordings.read import scaled
 
 
-@dataclass(frozen=True)
-class Found:
+class Found(NamedTuple):
     """What was read of a recording."""
 
     column: str
