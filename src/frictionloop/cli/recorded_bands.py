@@ -16,6 +16,9 @@ from frictionloop.quantities import FrictionloopError
 if TYPE_CHECKING:
     import xarray as xr
 
+LEAST = 0.01
+"""Share of a disturbance (rms) below which a part of it is hardly there (chosen)."""
+
 
 def amplified_from_hz(run: xr.Dataset, mask: np.ndarray) -> float | None:
     """Return the lowest frequency at which |S| is 1, of the loop at the mean of what is asked; None without one."""
@@ -34,21 +37,23 @@ def amplified_from_hz(run: xr.Dataset, mask: np.ndarray) -> float | None:
 
 
 def left_by_band(run: xr.Dataset, mask: np.ndarray, split_hz: float) -> tuple[float, float] | None:
-    """Return what `disturbance_left` is of the parts below and above a frequency; None where that is not known.
+    """Return what `disturbance_left` is of the parts below and above a frequency, NaN of a part that is hardly there.
 
-    Both signals are split by a discrete Fourier transform over the whole run, and scored as all else.
+    Both signals are split by a discrete Fourier transform over the whole run, without the line from the first to the
+    last value, and scored as all else. None where that is not known.
     """
-    from frictionloop.loop.open_loop import LEAST_N, steady_of
+    from frictionloop.loop.open_loop import steady_of
 
     calm = steady_of(run, mask)
     if calm is None:
         return None
-    left, given = (run["f_a"] - calm["f_a"]).values, (run["d"] - calm["d"]).values
-    shares = [
-        _rms(part[mask]) / max(_rms(whole[mask]), LEAST_N)
-        for part, whole in zip(_split(left, run, split_hz), _split(given, run, split_hz), strict=True)
-    ]
-    return shares[0], shares[1]
+    left, given = (_split((run[name] - calm[name]).values, run, split_hz) for name in ("f_a", "d"))
+    whole_n = _rms(given[0][mask] + given[1][mask])
+    below, above = (
+        _rms(part[mask]) / _rms(of[mask]) if _rms(of[mask]) > LEAST * whole_n else math.nan
+        for part, of in zip(left, given, strict=True)
+    )
+    return below, above
 
 
 def lines(run: xr.Dataset, mask: np.ndarray) -> list[str]:
@@ -60,18 +65,24 @@ def lines(run: xr.Dataset, mask: np.ndarray) -> list[str]:
         return []
     split_hz = amplified_from_hz(run, mask)
     parts = None if split_hz is None else left_by_band(run, mask, split_hz)
-    if parts is None or not all(map(math.isfinite, parts)):
+    if parts is None or split_hz is None or math.isnan(parts[0]):
         return []
-    said = f"Below {split_hz:.3g} Hz {parts[0]:.0%} of the recorded variation is left, above {parts[1]:.0%} (rms): "
-    return textwrap.wrap(said + "from there on feedback makes a variation larger.", WIDTH)
+    larger = "feedback makes a variation larger."
+    if math.isnan(parts[1]):
+        said = f"The recording has next to nothing above {split_hz:.3g} Hz, from where on {larger}"
+    else:
+        said = f"Below {split_hz:.3g} Hz {parts[0]:.0%} of the recorded variation is left, above {parts[1]:.0%} (rms): "
+        said += f"from there on {larger}"
+    return textwrap.wrap(said, WIDTH)
 
 
 def _split(values: np.ndarray, run: xr.Dataset, split_hz: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the parts of a signal below and above a frequency."""
     time = run["time"].values
-    spectrum = np.fft.rfft(values)
+    line = np.linspace(values[0], values[-1], values.size)
+    spectrum = np.fft.rfft(values - line)
     spectrum[np.fft.rfftfreq(values.size, time[1] - time[0]) > split_hz] = 0.0
-    low = np.fft.irfft(spectrum, values.size)
+    low = np.fft.irfft(spectrum, values.size) + line
     return low, values - low
 
 

@@ -43,7 +43,8 @@ def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> A
         ``.h5 .hdf5 .nc`` (NetCDF-4, packing undone) and ``.mat`` (5 and 7.3, indexed as in MATLAB but from 0): path
         of a dataset or its number, with ``[:, k]`` or ``[k, :]`` if it has two dimensions. ``.wav``: channel; integers
         become -1 to 1 (full scale). The rate is ``recording.rate_hz``; a WAV brings its own, and so does a file with a
-        column of times ("t", "time_ms", "Time (s)"), or an array of them beside, whose steps agree within 0.1 %.
+        column of times ("t", "time_ms", "Time (s)"), or an array of them beside, whose steps agree within 0.1 %, or an
+        attribute or number beside ("rate_hz", "fs", "dt"). Times without a unit are in s from 100 Hz to 1 MHz only.
     rate_hz
         Rate of the result in Hz, positive, at most 1e5 times above or below that of the file.
     wanted
@@ -106,13 +107,7 @@ def _lasts_s(recording: Recording, force: Array, file_hz: float) -> float:
 
 
 def scaled(recording: Recording, wanted: str) -> tuple[Array, float, Column]:
-    """Return the part in use in the wanted unit, the rate in Hz and the column, with what tells its rate.
-
-    Raises
-    ------
-    FrictionloopError
-        As `read_recording`.
-    """
+    """Return the part in use in the wanted unit, the rate in Hz and the column, with what tells its rate."""
     column = _open(recording)
     used, file_hz, by = _used(recording, column)
     if recording.remove_mean:

@@ -14,7 +14,7 @@ RATE_HZ = 5000.0
 
 def run_of(*tones_hz, **changes):
     time = np.arange(5000) / RATE_HZ
-    values_n = 1e-3 * sum(np.sin(2 * np.pi * each * time) for each in tones_hz)
+    values_n = 1e-3 * sum((np.sin(2 * np.pi * each * time) for each in tones_hz), start=0 * time)
     signals = {"setpoint": fl.Constant(offset_n=0.5), "disturbance": fl.Samples(values_n=values_n, rate_hz=RATE_HZ)}
     return fl.simulate(fl.feasible().evolve(signals | changes), 1.0)
 
@@ -48,4 +48,18 @@ def test_the_parts_are_told_and_add_up_by_their_squares():
 @pytest.mark.parametrize("changes", [{"controller.kind": "lookup"}, {"disturbance": fl.Sine(amplitude_n=0.1)}])
 def test_nothing_is_told_without_feedback_or_without_a_recording(changes):
     run = run_of(20.0, **changes)
+    assert lines(run, np.ones(run.sizes["time"], bool)) == []
+
+
+def test_a_recording_without_a_fast_part_says_so():
+    run = run_of(20.0)
+    settled = run.time.values >= 0.2
+    assert " ".join(lines(run, settled)).startswith("The recording has next to nothing above ")
+
+
+def test_what_is_too_large_for_newtons_is_not_split(tmp_path):
+    path = tmp_path / "slide.csv"
+    path.write_text("time_s,F\n" + "".join(f"{k / 1000},{700 + 50 * (k % 2)}\n" for k in range(1001)))
+    recording = fl.Recording(path=str(path), column="F", remove_mean=True)
+    run = run_of(**{"disturbance": recording})
     assert lines(run, np.ones(run.sizes["time"], bool)) == []
