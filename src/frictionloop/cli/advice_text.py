@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionloop.cli.advice import CLAMPED, OFF, OFTEN_N, Band, Ringing, left_in
-from frictionloop.cli.recorded_units import FINGERS_N, too_large
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,6 +18,8 @@ UNREACHED = 0.9
 """Share of the time out of reach that is told (chosen); less where a recording brings its own mean."""
 MISSED, TINY = 0.05, 1e-300
 """Share of the time out of reach from which the error is split (chosen), and what keeps a share of nothing a number."""
+FINGERS_N = 10.0
+"""Force above which a unit is asked about: no finger slides under so much (assumed)."""
 WIDTH = 100
 NEAR = 4.0
 """As in the design of controllers, which this does not load; a test holds the two together."""
@@ -92,6 +93,7 @@ def out_of_reach(run: xr.Dataset, mask: np.ndarray) -> list[str]:
     """Return what a person is told of a set-point that nearly nothing could follow, and what may be the cause."""
     if not mask.any():
         return []
+    from frictionloop.cli.recorded_units import too_large
     from frictionloop.loop.metrics import reach_of
     from frictionloop.loop.record import system_of
 

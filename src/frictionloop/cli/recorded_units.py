@@ -5,15 +5,13 @@ from __future__ import annotations
 import textwrap
 from typing import TYPE_CHECKING
 
-from frictionloop.cli.recorded import WIDTH
+from frictionloop.cli.advice_text import FINGERS_N, WIDTH
 from frictionloop.parameters import Recording
 
 if TYPE_CHECKING:
     from frictionloop.parameters import System
     from frictionloop.recordings.told import Found
 
-FINGERS_N = 10.0
-"""Largest force above which a unit is asked about: no finger slides under so much (assumed)."""
 LEAST_N = 1e-3
 """Variation (rms) of a disturbance below which its unit is asked about: that of fingers is some 10 mN (assumed)."""
 

@@ -339,3 +339,19 @@ def test_gains_are_advised_and_designed_at_the_same_levels(sliding):
     forces = [point.elements.force_n for point in band_of(system)]
     assert (found.band.low_n, found.band.high_n) == pytest.approx((min(forces), max(forces)))
     assert of_system(system).band[:2] == found.band[:2]
+
+
+def test_reading_a_recording_is_a_phase_of_its_own_and_done_once(frictionloop, sliding, monkeypatch):
+    from frictionloop.cli import screen
+    from frictionloop.recordings import read
+
+    phases, reads, waiting, reader = [], [], screen.waiting, read._READERS[".csv"]
+    monkeypatch.setattr(screen, "waiting", lambda text: phases.append(text) or waiting(text))
+    counted = {**read._READERS, ".csv": lambda recording: reads.append(recording) or reader(recording)}
+    monkeypatch.setattr(read, "_READERS", counted)
+    frictionloop("simulate", "--preset", "feasible", *sliding, "--disturbance.column", "1", "--duration-s", "0.1")
+    assert phases[0] == "reading the recording" and phases[1].startswith("loading the compiled loop")
+    assert len(reads) == 1
+    phases.clear()
+    frictionloop(*SHORT)
+    assert "reading the recording" not in phases
