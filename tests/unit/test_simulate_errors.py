@@ -49,7 +49,7 @@ def test_past_the_end_of_a_sweep(name):
     system = CONSTANT.evolve({name: fl.LogSweep(sweep_s=2.0)})
     assert complaint(system, 3.0) == (
         f"duration_s = 3 s runs past the end of {name}.sweep_s = 2 s; accepted: {name}.sweep_s = 3, "
-        f"or {name}.kind = constant, which does not end"
+        f"or a signal without an end (--{name}.kind constant)"
     )
     assert fl.simulate(system, 2.0).sizes["time"] == 10_000
 

@@ -23,7 +23,7 @@ def too_large(system: System) -> list[str]:
         if each.largest_n > FINGERS_N:
             removed = " before its mean is removed" if getattr(system, name).remove_mean else ""
             meant = f"--{name}.unit mN" if each.unit == "N" else f"another --{name}.scale"
-            said.append(f"The recorded {name} is up to {each.largest_n:.3g} N{removed}; did you mean {meant}?")
+            said.append(f"The recorded {name} is up to {each.largest_n:.4g} N{removed}; did you mean {meant}?")
     return [line for each in said for line in textwrap.wrap(each, WIDTH)]
 
 

@@ -208,11 +208,11 @@ def test_a_recording_in_another_unit_is_asked_about(frictionloop, tmp_path):
     flags = ("--disturbance.kind", "recording", "--disturbance.path", str(tmp_path / "slide.csv"))
     flags = (*flags, "--disturbance.column", "Kraft", "--disturbance.decimal", ",", "--duration-s", "0.2")
     said = " ".join(frictionloop("simulate", *flags).out.split())
-    assert "The recorded disturbance is up to 750 N; did you mean --disturbance.unit mN?" in said
+    assert "The recorded disturbance is up to 750.5 N; did you mean --disturbance.unit mN?" in said
     assert "did you mean a" not in said
     removed = ("--disturbance.remove_mean", "true")
     said = " ".join(frictionloop("simulate", *flags, *removed).out.split())
-    assert "is up to 750 N before its mean is removed; did you mean --disturbance.unit mN?" in said
+    assert "is up to 750.5 N before its mean is removed; did you mean --disturbance.unit mN?" in said
     assert "out of reach" not in said
     given = frictionloop("simulate", *flags, *removed, "--disturbance.unit", "mN").out
     assert "--disturbance.unit" not in given
