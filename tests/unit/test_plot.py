@@ -110,3 +110,17 @@ def test_a_figure_says_what_its_axes_cut_off():
     spiked[~run.scored.values] = 9.0
     (said,) = fl.plot(run.assign(f_a=("time", spiked))).axes[0].texts
     assert said.get_text().endswith("to 9 N")
+
+
+def test_a_figure_says_what_is_left_as_the_metrics_do():
+    run = fl.simulate(fl.feasible().evolve({"disturbance": fl.Sine(amplitude_n=0.1)}), 0.5)
+    opened, closed, _ = fl.plot(run).axes[0].lines
+    left = fl.metrics(run)["disturbance_left"]
+    assert closed.get_label().endswith(
+        f"\n{100 * left:.0f} % of the disturbance's variation left, rms (open loop: 100 %)"
+    )
+    assert "own drift" not in opened.get_label()
+    calm = fl.plot(fl.simulate(fl.feasible().evolve({"disturbance": fl.Constant()}), 0.1)).axes[0].lines
+    assert "variation left" not in calm[1].get_label()
+    bench = fl.plot(fl.simulate(fl.bench().evolve(fl.RETUNED), 0.5)).axes[0].lines
+    assert bench[0].get_label().endswith("the finger's own drift included")

@@ -18,7 +18,8 @@ from scipy.io import savemat, wavfile
 
 from frictionloop.parameters import Recording, Samples, paper
 from frictionloop.quantities import FrictionloopError
-from frictionloop.recordings.read import read_recording, told
+from frictionloop.recordings.read import read_recording
+from frictionloop.recordings.told import told
 
 TABLE = np.array([[0.1, -1.5, 2e-7], [0.2, 3.25, 1e9], [0.3, -0.125, -4.0], [0.4, 2.5, 7.0]])
 
@@ -167,7 +168,7 @@ def test_a_short_row_and_a_blank_line_are_gaps(tmp_path):
 )
 def test_a_decimal_comma_is_never_read_as_another_number(tmp_path, content, column, said):
     told = refusal(text(tmp_path, content), column)
-    hint = '; is that a decimal comma? decimal = "," reads it'
+    hint = '; is that a decimal comma? decimal = "." reads it (--disturbance.decimal .) (--disturbance.decimal ,)'
     if "of 2 columns" in said:  # commas between columns too
         hint = "; are there decimal commas? then columns must be apart by semicolons or tabs"
     where, _, more = said.partition(" (and")
@@ -300,7 +301,7 @@ def test_a_missing_rate(tmp_path, content):
     column = "force" if "force" in content else "0"
     told = refusal(path, column, rate_hz=None)
     assert told.startswith("rate_hz is missing, and no column of times (time, t")
-    assert told.endswith("accepted: the sampling rate in Hz (--disturbance.rate_hz 1000, or --setpoint.rate_hz)")
+    assert told.endswith("accepted: the sampling rate in Hz (--disturbance.rate_hz RATE, or --setpoint.rate_hz)")
 
 
 def test_a_wav_brings_its_own_rate(tmp_path):
@@ -552,12 +553,14 @@ def test_a_mark_within_a_number_is_asked_about(tmp_path, content, decimal, said)
     assert told.startswith(where)
     assert more in told
     if decimal == ",":
-        assert 'is that a decimal point? decimal = "." reads it' in told
+        assert 'is that a decimal point? decimal = "." reads it (--disturbance.decimal .)' in told
 
 
 def test_times_without_a_unit_may_be_counts(tmp_path):
     path = text(tmp_path, "time,F\n0,1\n1,2\n2,4\n")
-    assert "'time' has no unit: it may count samples, or be in ms;" in refusal(path, "F", rate_hz=None)
+    assert "'time' has no unit: in s it gives 1 Hz, in ms 1000 Hz, or it counts samples;" in refusal(
+        path, "F", rate_hz=None
+    )
     assert read(path, "F").tolist() == [1.0, 2.0, 4.0]
     assert read(text(tmp_path, "time_s,F\n0,1\n1,2\n2,4\n"), "F", rate_hz=None, at_hz=1.0).tolist() == [1, 2, 4]
 

@@ -47,7 +47,10 @@ def test_a_rate_that_does_not_divide_the_duration():
 @pytest.mark.parametrize("name", ["setpoint", "disturbance"])
 def test_past_the_end_of_a_sweep(name):
     system = CONSTANT.evolve({name: fl.LogSweep(sweep_s=2.0)})
-    assert complaint(system, 3.0) == f"duration_s = 3 s runs past the end of {name}.sweep_s = 2 s"
+    assert complaint(system, 3.0) == (
+        f"duration_s = 3 s runs past the end of {name}.sweep_s = 2 s; accepted: {name}.sweep_s = 3, "
+        f"or a signal without an end (--{name}.kind constant)"
+    )
     assert fl.simulate(system, 2.0).sizes["time"] == 10_000
 
 

@@ -166,6 +166,10 @@ BAD_FILES = {
         'preset = "bench"\ncontroller.kind = "tracker"\ncontroller.load_hz = 100.0',
         "controller.kind = 'tracker' was removed, since quick steps made it ring; take 'notch_pi'",
     ),
+    "a law under another name": (
+        'preset = "bench"\ncontroller.kind = "open_loop"',
+        "controller.kind = 'open_loop' is no kind; open loop is 'lookup'",
+    ),
     "a missing block": (WHOLE[: WHOLE.index("[controller]")], "controller is missing"),
     "nothing": ("", "setpoint is missing"),
     "a misspelt block": (WHOLE.replace("[plate]", "[plat]"), "plat"),

@@ -85,13 +85,13 @@ def ringing(run: xr.Dataset, mask: np.ndarray, metrics: dict[str, float]) -> Rin
     calm = quiet and bound - metrics["r2_identity"] <= MISSING
     if calm:
         return None
-    found = of_system(_around_a_level(system, run, mask) if recorded else system)
+    found = of_system(around_a_level(system, run, mask) if recorded else system)
     if found is None or found.frequency_hz is None:
         return found
     return found._replace(frequency_hz=_loudest_hz(run, mask, found.frequency_hz))
 
 
-def _around_a_level(system: System, run: xr.Dataset, mask: np.ndarray) -> System:
+def around_a_level(system: System, run: xr.Dataset, mask: np.ndarray) -> System:
     """Return a system whose recorded disturbance is its level; 0 for a mean that was left in, as `left_in` has it."""
     from frictionloop.parameters import Constant
 

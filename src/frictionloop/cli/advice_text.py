@@ -19,7 +19,7 @@ UNREACHED = 0.9
 MISSED, TINY = 0.05, 1e-300
 """Share of the time out of reach from which the error is split (chosen), and what keeps a share of nothing a number."""
 FINGERS_N = 10.0
-"""Mean of a signal above which its unit is asked about: no finger slides under so much (assumed)."""
+"""Force above which a unit is asked about: no finger slides under so much (assumed)."""
 WIDTH = 100
 NEAR = 4.0
 """As in the design of controllers, which this does not load; a test holds the two together."""
@@ -93,12 +93,16 @@ def out_of_reach(run: xr.Dataset, mask: np.ndarray) -> list[str]:
     """Return what a person is told of a set-point that nearly nothing could follow, and what may be the cause."""
     if not mask.any():
         return []
+    from frictionloop.cli.recorded_units import too_large
     from frictionloop.loop.metrics import reach_of
     from frictionloop.loop.record import system_of
 
+    system = system_of(run)
+    if asked := too_large(system):
+        return asked
     (floor, top), r, d = reach_of(run, mask), run["f_r"].values[mask], run["d"].values[mask]
     missed = (r < floor + d) | (r > top + d)
-    system, level = system_of(run), abs(float(d.mean()))
+    level = abs(float(d.mean()))
     if not missed.mean() >= (CLAMPED if left_in(system, level) else UNREACHED):
         return split_error(run, mask, missed)
     low, high = float(np.median(floor + d)), float(np.median(top + d))
@@ -108,8 +112,7 @@ def out_of_reach(run: xr.Dataset, mask: np.ndarray) -> list[str]:
         said.append(f"So {clamped:.0%} of the commands are clamped.")
     for name, force in (("disturbance", level), ("setpoint", abs(float(r.mean())))):
         if force > FINGERS_N:
-            hint = f"--{name}.unit mN" if getattr(system, name).kind == "recording" else "mN"
-            return [*said, f"The {name} is {force:.3g} N on average; did you mean {hint}?"]
+            return [*said, f"The {name} is {force:.3g} N on average; did you mean mN?"]
     without = (r < floor) | (r > top)
     if level > OFTEN_N and not without.mean() >= UNREACHED:
         recorded = system.disturbance.kind == "recording" and left_in(system, level)

@@ -78,7 +78,7 @@ def notes_of(system: System) -> dict[str, str]:
     found: dict[str, str] = {}
     for name, signal in (("setpoint", system.setpoint), ("disturbance", system.disturbance)):
         if isinstance(signal, Recording):
-            from frictionloop.recordings.read import told
+            from frictionloop.recordings.told import told
 
             found[name] = told(signal)
     friction, plate, sensor, controller = system.friction, system.plate, system.sensor, system.controller

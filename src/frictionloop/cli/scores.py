@@ -36,25 +36,20 @@ def metrics_of(run: xr.Dataset, score_from_s: float = 0.0) -> dict[str, float]:
 
 
 def metric_rows(found: dict[str, float]) -> list[Row]:
-    """Return (metric, value with unit, what it says)."""
+    """Return (metric, value with unit, what it says); of a constant set-point no R2, which it does not have."""
     missing = found["r2_bound"] - found["r2_identity"]
     offset = f"{'-' if found['intercept'] < 0 else '+'} {number(abs(found['intercept']))}"
     line = f"of the line f_a = {number(found['slope'])} f_r {offset} N"
     beyond = "" if math.isnan(missing) else f", {number(missing)} more"
-    constant = math.isnan(found["r2_identity"])
-    identity = "none: R2 needs a set-point that varies" if constant else "how well f_a follows f_r; 1 is perfect"
     rows: list[Row] = [
-        ("r2_identity", number(found["r2_identity"]), identity),
+        ("r2_identity", number(found["r2_identity"]), "how well f_a follows f_r; 1 is perfect"),
         ("r2_bound", number(found["r2_bound"]), f"the most any controller could reach{beyond}"),
-        (
-            "r2_regression",
-            number(found["r2_regression"]),
-            line if found["slope"] == found["slope"] else "f_r is constant",
-        ),
+        ("r2_regression", number(found["r2_regression"]), line),
         ("rms_error", newtons(found["rms_error"]), "rms of f_a - f_r"),
         *_left(found),
         ("saturation_index", share(found["saturation_index"]), "share of the commands that were clamped"),
     ]
+    rows = [row for row in rows if row[1] != "-"]
     if not math.isnan(found["perceptual_index"]):
         rows.append(("perceptual_index", f"{found['perceptual_index']:.3g}", "f_a - f_r as touch has it; felt above 1"))
     if not math.isnan(found["relative_index"]):
@@ -69,7 +64,9 @@ def _left(found: dict[str, float]) -> list[Row]:
     left = found["disturbance_left"]
     if math.isnan(left):
         return []
-    said = "rms share of d - mean d that is left" + (": the loop makes it worse" if left > WORSE else "")
+    said = "share of the disturbance's variation that is left, rms; 1 as in open loop" + (
+        "; the loop makes it worse" if left > WORSE else ""
+    )
     return [("disturbance_left", f"{left:.3g}", said)]
 
 

@@ -27,6 +27,7 @@ EXAMPLES = r"""Examples
   frictionloop simulate my-bench.toml --plot bench.png \
       --disturbance.kind recording --disturbance.path slide.csv \
       --disturbance.column force_n --disturbance.remove_mean true
+  Also of a recording: unit, scale, rate_hz, decimal, start_s, stop_s
 """
 
 
@@ -71,26 +72,30 @@ def command(
     system, origin = flags.given(file, preset, overrides)
     run, elapsed_s = _run(system, duration_s, seed)
 
-    from frictionloop.cli import advice, advice_text, describe, recorded, scores
+    from frictionloop.cli import advice, advice_text, describe, recorded, recorded_bands, recorded_units, scores
     from frictionloop.loop.told import beyond
 
     with screen.waiting("scoring"):
         metrics, mask = scores.metrics_of(run, score_from_s), scores.scored_periods(run, score_from_s)
         rings, unreached = advice.ringing(run, mask, metrics), advice_text.out_of_reach(run, mask)
         left = beyond(run)
+        said = [*recorded_units.too_small(system), *recorded_bands.lines(run, mask)]
+    said += recorded.notes(system, duration_s)
     times, steps = _steps(run, system, score_from_s)
-    saved = _save(run, system, {"run": out, "plot": plot, "system": save_system}, every)
+    drawn = run.assign(scored=("time", mask)) if score_from_s else run
+    saved = _save(run, drawn, system, {"run": out, "plot": plot, "system": save_system}, every)
     if json:
         result = {"system": system.model_dump(), "duration_s": duration_s, "seed": seed, "score_from_s": score_from_s}
         result |= {"metrics": metrics, "units": scores.UNITS, "scored": float(mask.mean())}
         result |= {"steps": [each._asdict() for each in times], "ringing": advice.as_json(rings)}
         result |= {"beyond": left._asdict()} if left else {}
+        read = {name: each._asdict() for name, each in recorded_units.recordings(system).items()}
+        result |= {"recording": {**read, "notes": " ".join([*unreached, *said])}} if read else {}
         screen.show_json(result | {"saved": saved, "elapsed_s": elapsed_s})
         return
     periods = f"{run.sizes['time']:,}".replace(",", " ")
     rows = [*scores.metric_rows(metrics), *scores.step_rows(times, steps)] if mask.any() else []
     rows += scores.scored_rows(mask)
-    said = recorded.notes(system, duration_s)
     screen.show(
         screen.columns([("system", origin), *describe.system_rows(system)]),
         "",
@@ -122,6 +127,11 @@ def _run(system: System, duration_s: float, seed: int) -> tuple[xr.Dataset, floa
     from frictionloop.loop.timing import periods_in
 
     periods_in(system, duration_s)  # refuses a wrong duration before anything is compiled
+    if "recording" in (system.setpoint.kind, system.disturbance.kind):
+        from frictionloop.cli.recorded_units import recordings
+
+        with screen.waiting("reading the recording"):
+            recordings(system)
     with screen.waiting("loading the compiled loop; after an installation it is compiled first"):
         from frictionloop.loop.simulate import simulate
 
@@ -131,7 +141,9 @@ def _run(system: System, duration_s: float, seed: int) -> tuple[xr.Dataset, floa
         return simulate(system, duration_s, seed), time.perf_counter() - start_s
 
 
-def _save(run: xr.Dataset, system: System, paths: dict[str, Path | None], every: bool) -> dict[str, Path | None]:
+def _save(
+    run: xr.Dataset, drawn: xr.Dataset, system: System, paths: dict[str, Path | None], every: bool
+) -> dict[str, Path | None]:
     """Save what was asked for and return the paths."""
     if paths["run"] is not None:
         from frictionloop.loop.record import save
@@ -140,7 +152,7 @@ def _save(run: xr.Dataset, system: System, paths: dict[str, Path | None], every:
     if paths["plot"] is not None:
         from frictionloop.report.plot import plot as draw
 
-        draw(run, paths["plot"])
+        draw(drawn, paths["plot"])
     if paths["system"] is not None:
         from frictionloop.parameters import write_toml
 

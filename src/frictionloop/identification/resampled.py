@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from frictionloop.identification.channel_map import ChannelMap
 from frictionloop.identification.sampling import UNEVEN
-from frictionloop.parameters.sources import SLOWEST_S
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.units import UNITS
+from frictionloop.recordings.clock import may_be_seconds
 from frictionloop.recordings.contents import Channel, Contents
 
 Array = NDArray[np.float64]
@@ -86,7 +86,7 @@ def _times(where: str, contents: Contents) -> Array:
     if clock is None or clock.samples.size < 3:
         raise FrictionloopError(f"{where}: resample_hz: there is no column of times; accepted: a file that has one")
     values = np.asarray(clock.samples[: clock.samples.size], dtype=float)
-    unit, factor = UNITS.get(str(clock.unit), ("s" if float(np.median(np.diff(values))) < SLOWEST_S else "", 1.0))
+    unit, factor = UNITS.get(str(clock.unit), ("s" if may_be_seconds(float(np.median(np.diff(values)))) else "", 1.0))
     if unit != "s":
         raise FrictionloopError(
             f"{where}: resample_hz: nothing tells the unit of {clock.name!r}; accepted: a name such as 'time_s' or "

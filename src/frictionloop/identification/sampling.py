@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from frictionloop.parameters.sources import SLOWEST_S
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.units import UNITS
+from frictionloop.recordings.clock import may_be_seconds
 from frictionloop.recordings.contents import Contents
 from frictionloop.recordings.stored import Samples, blocks_of
 
@@ -105,4 +105,4 @@ def _steps(
     for factor in (1.0, 1e-3, 1e-6):
         if near_hz is not None and abs(usual * factor * near_hz - 1) <= AGREE:
             return usual * factor, gaps, even
-    return (usual if usual < SLOWEST_S else None), gaps, even
+    return (usual if may_be_seconds(usual) else None), gaps, even

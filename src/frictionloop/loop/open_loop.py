@@ -50,10 +50,24 @@ def disturbance_left(run: xr.Dataset, mask: Any = None) -> float:
     if "d" not in run:
         return math.nan
     keep = slice(None) if mask is None else mask
-    mean_n = float(run["d"].values[keep].mean())
-    varies_n = _rms(run["d"].values[keep] - mean_n)
-    calm = _again(run, {"disturbance": Constant(offset_n=mean_n)}) if varies_n > LEAST_N else None
+    calm = steady_of(run, mask)
+    varies_n = float(np.std(run["d"].values[keep]))
     return math.nan if calm is None else _rms((run["f_a"].values - calm["f_a"].values)[keep]) / varies_n
+
+
+def steady_of(run: xr.Dataset, mask: Any = None) -> xr.Dataset | None:
+    """Return the run of the same system, seed and duration with the mean of what is scored as disturbance.
+
+    None for a constant disturbance, and for what was measured on a device.
+
+    Raises
+    ------
+    FrictionloopError
+        For a run without its System.
+    """
+    scored = run["d"].values[slice(None) if mask is None else mask]
+    steady = {"disturbance": Constant(offset_n=float(scored.mean()))}
+    return _again(run, steady) if float(np.std(scored)) > LEAST_N else None
 
 
 def _again(run: xr.Dataset, changes: dict[str, Any]) -> xr.Dataset | None:

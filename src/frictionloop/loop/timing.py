@@ -43,8 +43,10 @@ def periods_in(system: System, duration_s: float) -> int:
         source = getattr(system, name)
         longest, field = source.longest_s, "sweep_s" if source.kind == "log_sweep" else "longest_s"
         if duration_s > longest * (1 + 1e-12):
+            cure = f"; accepted: {name}.sweep_s = {duration_s:g}, or a signal without an end (--{name}.kind constant)"
             raise FrictionloopError(
                 f"duration_s = {duration_s:g} s runs past the end of {name}.{field} = {longest:g} s"
+                + (cure if field == "sweep_s" else "")
             )
     return periods
 

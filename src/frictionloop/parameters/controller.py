@@ -92,6 +92,9 @@ CONTROLLERS = Kinds(
         "super_twisting": "frictionloop.control.super_twisting:SuperTwistingController",
         "limit_observer": "frictionloop.control.limit_observer:LimitObserverController",
     },
-    gone={"tracker": "was removed, since quick steps made it ring; take 'notch_pi' (frictionloop design controller)"},
+    gone={
+        "tracker": "was removed, since quick steps made it ring; take 'notch_pi' (frictionloop design controller)",
+        "open_loop": "is no kind; open loop is 'lookup': the table alone makes an amplitude of the set-point",
+    },
 )
 Controller = Annotated[Timing, CONTROLLERS]

@@ -150,7 +150,7 @@ class Recording(Signal):
     column: Annotated[str, Field(coerce_numbers_to_str=True)] = "0"
     """Column name or number; for HDF5 and MAT the dataset, with [:, k] for a column of it (``"dataQ[:, 0]"``)."""
     rate_hz: Positive | None = None
-    """Sampling rate of the file; a WAV file brings its own."""
+    """Sampling rate; not needed where the times, an attribute (``rate_hz``, ``fs``, ``dt``) or a WAV tell it."""
     unit: str | None = None
     """Unit of the column, if the file does not say it: N, mN, uN and kN are scaled; any other needs ``scale``."""
     scale: Number | None = None

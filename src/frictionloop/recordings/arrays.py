@@ -7,6 +7,7 @@ import os
 import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,9 @@ from numpy.typing import NDArray
 
 from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.units import known_unit
+from frictionloop.recordings.attributes import attribute_unit, is_bare_dimension, unpacked
 from frictionloop.recordings.column import Column, column_number, no_column
+from frictionloop.recordings.contents import rate_beside, told_rate
 from frictionloop.recordings.hdf5 import check_hdf5, expands
 from frictionloop.recordings.headers import header, is_time
 
@@ -36,7 +38,7 @@ def read_wav(recording: Recording) -> Column:
     if samples.dtype.kind in "iu":
         peak = 2.0 ** (8 * samples.dtype.itemsize - 1)
         samples = (samples - (peak if samples.dtype.kind == "u" else 0.0)) / peak
-    return Column(samples, place, rate_hz=float(rate_hz))
+    return Column(samples, place, rate_hz=float(rate_hz), rate_by="the header of the WAV file", full_scale=True)
 
 
 def read_hdf5(recording: Recording) -> Column:
@@ -44,26 +46,14 @@ def read_hdf5(recording: Recording) -> Column:
     import h5py
 
     check_hdf5(recording.path)
-    arrays: dict[str, Any] = {}
+    items: dict[str, Any] = {}
     with h5py.File(recording.path) as file:
-        file.visititems(lambda name, item: arrays.update({name: item} if isinstance(item, h5py.Dataset) else {}))
-        arrays = {name: item for name, item in arrays.items() if not is_bare_dimension(item)}
-        return _picked(recording, arrays, in_matlab=recording.path.lower().endswith(".mat"))
-
-
-def is_bare_dimension(array: Any) -> bool:
-    """Tell what NetCDF keeps for a dimension without coordinates: zeros under its name."""
-    return bytes(array.attrs.get("NAME", b"")).startswith(b"This is a netCDF dimension but not")
-
-
-def unpacked(stored: NDArray[Any], packing: Mapping[str, Any]) -> NDArray[Any]:
-    """Undo the packing of the NetCDF conventions: what is missing becomes NaN."""
-    values = stored
-    if "_FillValue" in packing:
-        values = np.where(stored == packing["_FillValue"], np.nan, stored)
-    if "scale_factor" in packing:
-        values = values * packing["scale_factor"]
-    return values + packing["add_offset"] if "add_offset" in packing else values
+        file.visititems(lambda name, item: items.update({name: item}))
+        datasets = {name: item for name, item in items.items() if isinstance(item, h5py.Dataset)}
+        arrays = {name: item for name, item in datasets.items() if not is_bare_dimension(item)}
+        column = _picked(recording, arrays, in_matlab=recording.path.lower().endswith(".mat"))
+        said = {name: item.attrs for name, item in items.items()} | {"": file.attrs}
+        return _with_rate(recording, column, arrays, said)
 
 
 def read_mat(recording: Recording) -> Column:
@@ -78,9 +68,18 @@ def read_mat(recording: Recording) -> Column:
     check_mat(recording.path)
     there = [name for name, _ in _listed(recording.path)]
     known = variable in there and not is_time(variable)
-    wanted = [name for name in there if name == variable or is_time(name)] if known else None
-    tree = loadmat(recording.path, appendmat=False, variable_names=wanted)
-    return _picked(recording, dict(_flat(tree)))
+    beside = (name for name in there if is_time(name) or told_rate(name, 1.0) is not None)
+    tree = loadmat(recording.path, appendmat=False, variable_names=[variable, *beside] if known else None)
+    arrays = dict(_flat(tree))
+    return _with_rate(recording, _picked(recording, arrays), arrays, {})
+
+
+def _with_rate(
+    recording: Recording, column: Column, arrays: Mapping[str, Any], said: Mapping[str, Mapping[str, Any]]
+) -> Column:
+    """Return a column with the sampling rate that the nearest attribute or number beside it tells."""
+    found = rate_beside(recording.path, column.path, said, arrays)
+    return column if found is None else replace(column, rate_by=found[0], rate_hz=found[1])
 
 
 def check_mat(path: str) -> None:
@@ -140,16 +139,7 @@ def _column(
     leaf = name.rpartition("/")[2]
     unit = attribute_unit(attributes) or header(leaf).unit
     values = unpacked(samples, attributes)
-    return Column(values, _in_array(recording, samples), leaf, unit, times=times, others=others)
-
-
-def attribute_unit(attributes: Mapping[str, Any]) -> str | None:
-    """Return what an attribute says of the unit, which some programs write as bytes or as a list of one."""
-    said = np.ravel(attributes.get("units", attributes.get("unit", "")))
-    text = (
-        said[0].decode("utf-8", "replace") if said.size and isinstance(said[0], bytes) else "".join(map(str, said[:1]))
-    )
-    return known_unit(text) or text.strip() or None
+    return Column(values, _in_array(recording, samples), leaf, unit, times=times, others=others, path=name)
 
 
 def _pick(recording: Recording, arrays: Mapping[str, Any], in_matlab: bool) -> tuple[str, NDArray[Any], list[str]]:

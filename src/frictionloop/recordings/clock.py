@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from frictionloop.parameters.sources import SLOWEST_S, Recording
+from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.units import UNITS
 from frictionloop.recordings.column import Array, Column, no_column, refuse_gaps
 from frictionloop.recordings.headers import is_time
 
+SLOWEST_HZ, FASTEST_HZ = 100.0, 1e6
+"""Rates outside of which times without a unit are not taken to be in s: no force is recorded so (assumed)."""
 _EVEN = 1e-3
 """How far a step of time may be off, as a share."""
 _NEAR = 0.1
@@ -32,8 +34,13 @@ def _rises_evenly(values: Array) -> bool:
     return steps.size > 1 and bool(steps.min() > 0) and bool(np.ptp(steps) <= 2 * _EVEN * steps.mean())
 
 
-def rate_of(recording: Recording, column: Column) -> float | None:
-    """Return the rate in Hz that the format or the times of a file tell, None where they do not.
+def may_be_seconds(step: float) -> bool:
+    """Tell whether times without a unit that rise by this may be in s."""
+    return step > 0 and SLOWEST_HZ * (1 - _EVEN) <= 1 / step <= FASTEST_HZ * (1 + _EVEN)
+
+
+def rate_of(recording: Recording, column: Column) -> tuple[float | None, str]:
+    """Return the rate in Hz that the times of a file, its format or an attribute tell, and what tells it.
 
     Uneven times give way to a rate that is given, if it is near theirs.
 
@@ -42,25 +49,33 @@ def rate_of(recording: Recording, column: Column) -> float | None:
     FrictionloopError
         For times with a gap, or a rate that contradicts them.
     """
-    given_hz, times = recording.rate_hz, column.times
-    if times is None or times.samples.size < 2:
-        found_hz = column.rate_hz
-    else:
-        found_hz = _rate_of(recording.path, times, given_hz)
+    given_hz, times, told_hz, by = recording.rate_hz, column.times, column.rate_hz, column.rate_by
+    known_hz = told_hz if given_hz is None else given_hz
+    found_hz = None if times is None or times.samples.size < 2 else _rate_of(recording.path, times, known_hz)
+    if times is not None and found_hz is not None and told_hz is not None and abs(told_hz - found_hz) > _EVEN * told_hz:
+        raise FrictionloopError(
+            f"{recording.path}: {times.name!r} rises at {found_hz:g} Hz, and {by} says {told_hz:g}; accepted: one rate"
+        )
+    if times is not None and found_hz is not None:
+        by = repr(times.name)
+    found_hz = told_hz if found_hz is None else found_hz
     if given_hz is not None and found_hz is not None and abs(given_hz - found_hz) > _EVEN * found_hz:
         raise FrictionloopError(
             f"{recording.path}: rate_hz = {given_hz:g} contradicts the file, whose rate is {found_hz:g}; give none"
         )
-    return found_hz
+    return found_hz, by
 
 
 def no_rate(column: Column) -> str:
     """Return the line that says a file does not tell its rate."""
-    why = "and no column of times (time, t, 'time_s', 'Time [ms]') tells it"
+    named, why = "", "and no column of times (time, t, 'time_s', 'Time [ms]') tells it"
     if column.times is not None and column.times.samples.size > 1:
-        why = f"and {column.times.name!r} has no unit: it may count samples, or be in ms"
-    flags = "--disturbance.rate_hz 1000, or --setpoint.rate_hz"
-    return f"rate_hz is missing, {why}; accepted: the sampling rate in Hz ({flags})"
+        hertz = 1 / float(np.nanmedian(np.diff(np.asarray(column.times.samples, dtype=float))))
+        other = f", in ms {1e3 * hertz:g} Hz, or it counts samples" if hertz < SLOWEST_HZ else ""
+        why = f"and {column.times.name!r} has no unit: in s it gives {hertz:g} Hz{other}"
+        named = "a name of the times with its unit ('t_ms', 'Time [s]'), or "
+    flags = "--disturbance.rate_hz RATE, or --setpoint.rate_hz"
+    return f"rate_hz is missing, {why}; accepted: {named}the sampling rate in Hz ({flags})"
 
 
 def _rate_of(path: str, times: Column, given_hz: float | None) -> float | None:
@@ -72,7 +87,7 @@ def _rate_of(path: str, times: Column, given_hz: float | None) -> float | None:
     if not np.any(np.isfinite(steps)):
         return None
     usual = float(np.nanmedian(steps))
-    counts = times.unit not in UNITS and not abs(usual) < SLOWEST_S
+    counts = times.unit not in UNITS and usual != 0 and not may_be_seconds(abs(usual))
     uneven = np.flatnonzero(~(np.abs(steps - usual) <= _EVEN * abs(usual)) | (steps <= 0))
     if not uneven.size:
         return None if counts else float(f"{(in_s.size - 1) / (in_s[-1] - in_s[0]):.9g}")

@@ -30,7 +30,13 @@ class Column:
     unit: str | None = None
     """What the file says."""
     rate_hz: float | None = None
-    """Where the format itself has one."""
+    """Sampling rate that the format, an attribute or a number beside it says."""
+    rate_by: str = ""
+    """What says it."""
+    full_scale: bool = False
+    """Whether the format has a full scale in the place of a unit."""
+    path: str = ""
+    """Its name with the groups that it stands in."""
     times: Column | None = None
     """The column of times beside it."""
     others: Sequence[str] = ()

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionloop.quantities import FrictionloopError
-from frictionloop.recordings.arrays import attribute_unit, check_mat, is_bare_dimension, unpacked
+from frictionloop.recordings.arrays import check_mat
+from frictionloop.recordings.attributes import attribute_unit, is_bare_dimension, unpacked
 from frictionloop.recordings.contents import Channel, Contents, lines_of, told_date, told_rates
 from frictionloop.recordings.hdf5 import check_hdf5, expands
 from frictionloop.recordings.stored import is_large

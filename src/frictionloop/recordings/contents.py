@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.units import UNITS
 from frictionloop.recordings.headers import header, is_time
 from frictionloop.recordings.stored import Samples
@@ -76,6 +77,31 @@ def told_rate(name: str, value: Any) -> float | None:
 def told_rates(pairs: Iterable[tuple[str, Any]]) -> dict[str, float]:
     """Return the rates that names and values tell, by the name."""
     return {repr(name): rate for name, value in pairs if (rate := told_rate(name, value)) is not None}
+
+
+def rate_beside(
+    path: str, name: str, attributes: Mapping[str, Mapping[str, Any]], arrays: Mapping[str, Any]
+) -> tuple[str, float] | None:
+    """Return what tells the sampling rate of an array, and the rate in Hz: of all that do, the nearest.
+
+    An attribute of the array comes first, then one of its group or a number beside it, then those of the group above.
+
+    Raises
+    ------
+    FrictionloopError
+        If two that are equally near differ by more than 0.1 %.
+    """
+    pairs, folder = list(attributes.get(name, {}).items()), name
+    while True:
+        told = list(told_rates(pairs).items())
+        if told and any(abs(rate - told[0][1]) > 1e-3 * told[0][1] for _, rate in told):
+            says = ", ".join(f"{where} says {rate:.6g} Hz" for where, rate in told)
+            raise FrictionloopError(f"{path}: the sampling rate is in doubt: {says}; accepted: one rate")
+        if told or not folder:
+            return told[0] if told else None
+        folder = folder.rpartition("/")[0]
+        beside = [(each, array) for each, array in arrays.items() if each.rpartition("/")[0] == folder]
+        pairs = [*attributes.get(folder, {}).items(), *((each.rpartition("/")[2], array) for each, array in beside)]
 
 
 def told_date(pairs: Iterable[tuple[str, Any]]) -> str:

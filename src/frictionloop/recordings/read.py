@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from fractions import Fraction
+from functools import lru_cache
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -40,7 +43,8 @@ def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> A
         ``.h5 .hdf5 .nc`` (NetCDF-4, packing undone) and ``.mat`` (5 and 7.3, indexed as in MATLAB but from 0): path
         of a dataset or its number, with ``[:, k]`` or ``[k, :]`` if it has two dimensions. ``.wav``: channel; integers
         become -1 to 1 (full scale). The rate is ``recording.rate_hz``; a WAV brings its own, and so does a file with a
-        column of times ("t", "time_ms", "Time (s)"), or an array of them beside, whose steps agree within 0.1 %.
+        column of times ("t", "time_ms", "Time (s)"), or an array of them beside, whose steps agree within 0.1 %, or an
+        attribute or number beside ("rate_hz", "fs", "dt"). Times without a unit are in s from 100 Hz to 1 MHz only.
     rate_hz
         Rate of the result in Hz, positive, at most 1e5 times above or below that of the file.
     wanted
@@ -60,7 +64,7 @@ def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> A
         a value in use is blank, not a number, not finite or in a row of too many cells (with its line or index);
         the window is past the end.
     """
-    force, file_hz, _ = _scaled(recording, wanted)
+    force, file_hz, _ = scaled(recording, wanted)
     return _resampled(force, file_hz, rate_hz, recording.path)
 
 
@@ -79,7 +83,7 @@ def read_held(recording: Recording, rate_hz: float) -> Array:
     FrictionloopError
         As `read_recording`.
     """
-    force, file_hz, _ = _scaled(recording, "N")
+    force, file_hz, _ = scaled(recording, "N")
     found = _resampled(force, file_hz, rate_hz, recording.path)
     held = math.floor(_lasts_s(recording, force, file_hz) * rate_hz + 1e-6) + 1 - found.size
     return np.pad(found, (0, max(held, 0)), mode="edge")
@@ -93,7 +97,7 @@ def lasting_s(recording: Recording) -> float:
     FrictionloopError
         As `read_recording`.
     """
-    force, file_hz, _ = _scaled(recording, "N")
+    force, file_hz, _ = scaled(recording, "N")
     return _lasts_s(recording, force, file_hz)
 
 
@@ -102,58 +106,30 @@ def _lasts_s(recording: Recording, force: Array, file_hz: float) -> float:
     return min(force.size / file_hz, cut_s)
 
 
-def told(recording: Recording) -> str:
-    """Return in words what was found in the file: header, column, unit, rate and forces.
-
-    Raises
-    ------
-    FrictionloopError
-        As `read_recording`.
-    """
-    force, file_hz, column = _scaled(recording, "N")
-    named = column.name or recording.column
-    read = f"column {named!r}" + (f" ({column.head}), " if column.head else ", ")
-    if column.rate_hz is not None and recording.scale is None and recording.unit is None:
-        read += "full scale taken for 1 N, "
-    elif column.unit and recording.unit is None:
-        read += f"in {column.unit} by the file, "
-        if recording.scale is not None:
-            read += f"taken for {recording.scale:g} N each, "
-    elif recording.unit is None and recording.scale is None:
-        read += "no unit in the file: taken for N, "
-    elif recording.unit is not None:
-        read += f"in {recording.unit} as given, "
-    else:
-        read += f"taken for {recording.scale:g} N each, "
-    timed = column.times is not None and recording.rate_hz is None
-    clock = f" by {column.times.name!r}" if timed and column.times is not None else ""
-    return f"{read}{force.size} samples at {file_hz:g} Hz{clock}, {force.min():.3g} to {force.max():.3g} N"
-
-
-def _scaled(recording: Recording, wanted: str) -> tuple[Array, float, Column]:
-    """Return the part in use in the wanted unit, the rate of the file in Hz, and the column."""
+def scaled(recording: Recording, wanted: str) -> tuple[Array, float, Column]:
+    """Return the part in use in the wanted unit, the rate in Hz and the column, with what tells its rate."""
     column = _open(recording)
-    used, file_hz = _used(recording, column)
+    used, file_hz, by = _used(recording, column)
     if recording.remove_mean:
         used -= used.mean()
     scale = recording.scale
     if scale is None:
         where = f"{recording.path}: column {recording.column!r}"
         scale = scale_of(where, recording.unit, column.unit, wanted)
-    return recording.offset_n + scale * used, file_hz, column
+    return recording.offset_n + scale * used, file_hz, replace(column, rate_by=by)
 
 
 def _open(recording: Recording) -> Column:
     path = Path(recording.path)
-    reader = _READERS.get(path.suffix.lower())
     if path.is_dir():
         raise FrictionloopError(f"{path}: is a folder; accepted is a file: {' '.join(_READERS)}")
-    if reader is None:
+    if path.suffix.lower() not in _READERS:
         raise FrictionloopError(f"{path}: format {path.suffix!r} is unknown; accepted: {' '.join(_READERS)}")
     if not path.is_file():
         raise FrictionloopError(f"{path}: there is no such file")
     try:
-        column = reader(recording)
+        at, there = Path.cwd(), path.stat()
+        column = _read(recording.path, recording.column, recording.decimal, at, there.st_mtime_ns, there.st_size)
     except FrictionloopError:
         raise
     except Exception as error:  # on a damaged file the libraries raise anything
@@ -165,9 +141,17 @@ def _open(recording: Recording) -> Column:
     return column
 
 
-def _used(recording: Recording, column: Column) -> tuple[Array, float]:
+@lru_cache(2)
+def _read(path: str, column: str, decimal: Literal[".", ","], _at: Path, _changed: int, _size: int) -> Column:
+    """Return a column of a file; the last two stay in memory, so that a run reads its two signals once."""
+    return _READERS[Path(path).suffix.lower()](Recording(path=path, column=column, decimal=decimal))
+
+
+def _used(recording: Recording, column: Column) -> tuple[Array, float, str]:
+    """Return the samples in use, their rate in Hz, and what tells it."""
     path, count = recording.path, column.samples.size
-    rate_hz = rate_of(recording, column) or recording.rate_hz
+    told_hz, by = rate_of(recording, column)
+    rate_hz = told_hz or recording.rate_hz
     if rate_hz is None:
         raise FrictionloopError(f"{path}: {no_rate(column)}")
     lasts = f"the recording lasts {count / rate_hz:g} s ({count} samples at {rate_hz:g} Hz)"
@@ -179,7 +163,7 @@ def _used(recording: Recording, column: Column) -> tuple[Array, float]:
     stop = count if recording.stop_s is None else round(recording.stop_s * rate_hz) + 1
     used = np.array(column.samples[first:stop], dtype=np.float64)
     refuse_gaps(path, used, lambda i: column.place(first + i))
-    return used, rate_hz
+    return used, rate_hz, by if told_hz else "rate_hz, as given"
 
 
 def _resampled(force: Array, file_hz: float, rate_hz: float, path: str) -> Array:

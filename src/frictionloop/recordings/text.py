@@ -16,9 +16,9 @@ from frictionloop.recordings.column import Column, column_number
 from frictionloop.recordings.headers import header, is_time
 from frictionloop.recordings.text_head import LOOKED_AT, Row, head_of
 
-_COMMA = '; is that a decimal comma? decimal = "," reads it'
+_COMMA = '; is that a decimal comma? decimal = "." reads it (--disturbance.decimal .) (--disturbance.decimal ,)'
 _COMMAS = "; are there decimal commas? then columns must be apart by semicolons or tabs"
-_POINT = '; is that a decimal point? decimal = "." reads it'
+_POINT = '; is that a decimal point? decimal = "." reads it (--disturbance.decimal .)'
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionloop.loop.metrics import rms_error
-from frictionloop.loop.open_loop import open_loop_of
+from frictionloop.loop.open_loop import disturbance_left, open_loop_of
+from frictionloop.loop.record import system_of
 from frictionloop.quantities import FrictionloopError
 from frictionloop.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, new_figure, styled
 
@@ -70,9 +71,10 @@ def _forces(axes: Any, run: xr.Dataset, time: np.ndarray) -> None:
         axes.fill_between(top[0], bottom[1], top[1], color="#e8f1f8", linewidth=0, label=label, zorder=0.5)
     opened = _opened(run)
     if opened is not None:
-        label = f"the same in open loop{_error(opened)}"
+        label = f"the same in open loop{_error(opened)}{_own(run)}"
         axes.plot(*_ends(time, opened[drawn].values), color=VERMILLION, linewidth=0.7, label=label)
-    axes.plot(*_ends(time, run[drawn].values), color=BLUE, linewidth=0.9, label=f"{meaning}{_error(run)}")
+    label = f"{meaning}{_error(run)}{_left(run) if opened is not None else ''}"
+    axes.plot(*_ends(time, run[drawn].values), color=BLUE, linewidth=0.9, label=label)
     axes.plot(*_ends(time, run["f_r"].values), color=BLACK, linewidth=0.8, label="set-point $f_r$")
     forces = run[drawn].values if opened is None else np.stack([run[drawn].values, opened[drawn].values])
     low, high = _room(run, forces)
@@ -104,6 +106,22 @@ def _error(run: xr.Dataset) -> str:
     # A steady error is not what a person looks for who compares two curves that vary.
     own = f", {varies_mn:.3g} without its mean" if varies_mn < STEADY * error_mn else ""
     return f": error {error_mn:.3g} mN rms{own}"
+
+
+def _left(run: xr.Dataset) -> str:
+    """Return for the legend how much of a disturbance's variation is left, as the metric of that name has it."""
+    try:
+        left = disturbance_left(run, run["scored"].values if "scored" in run else None)
+    except FrictionloopError:
+        return ""
+    return (
+        "" if np.isnan(left) else f";\n{100 * left:.0f} % of the disturbance's variation left, rms (open loop: 100 %)"
+    )
+
+
+def _own(run: xr.Dataset) -> str:
+    """Return for the legend that a finger that strokes varies by itself too."""
+    return ",\nthe finger's own drift included" if system_of(run).motion.kind == "strokes" else ""
 
 
 def _force(run: xr.Dataset) -> tuple[str, str]:

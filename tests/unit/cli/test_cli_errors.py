@@ -44,7 +44,10 @@ SIMULATE = [
     (("--duration-s", "0"), "duration_s = 0.0 s: must be a positive number"),
     (("--duration-s", "nan"), "duration_s = nan s: must be a positive number"),
     (("--duration-s", "0.00013"), "not a whole number of control periods at controller.rate_hz = 5000 Hz; nearest: "),
-    (("--duration-s", "11"), "duration_s = 11 s runs past the end of setpoint.sweep_s = 10 s"),
+    (
+        ("--duration-s", "11"),
+        "duration_s = 11 s runs past the end of setpoint.sweep_s = 10 s; accepted: setpoint.sweep_s = 11, or",
+    ),
     (("--setpoint.sweep_s", "1e7", "--duration-s", "1e7"), "needs 5600.0 GB of memory"),
     (("--score-from-s", "10"), "score_from_s = 10 s: must be from 0 s to less than duration_s = 10 s"),
     (("--score-from-s", "-1"), "score_from_s = -1 s: must be from 0 s"),

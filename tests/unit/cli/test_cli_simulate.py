@@ -65,11 +65,12 @@ def test_summary_says_system_metrics_and_time(frictionloop):
     assert max(map(len, answer.out.splitlines())) <= 80
 
 
-def test_summary_of_a_constant_set_point_has_dashes(frictionloop):
+def test_summary_of_a_constant_set_point_has_no_rows_without_a_value(frictionloop):
     answer = frictionloop(*SHORT, "--setpoint.kind", "constant")
     assert answer.code == 0
     assert "nan" not in re.findall(r"\w+", answer.out)
-    assert re.search(r"^r2_identity +-", answer.out, re.MULTILINE)
+    assert not re.search(r"^\w+ +-( |$)", answer.out, re.MULTILINE)
+    assert "r2_" not in answer.out and "rms_error" in answer.out
 
 
 def test_order_of_flags_does_not_matter_for_a_kind(frictionloop):
@@ -184,14 +185,54 @@ def test_a_recording_says_what_was_found_in_the_file(frictionloop, tmp_path):
     assert "did you mean --disturbance.remove_mean true?" in said
 
 
+def test_json_says_what_was_read_and_what_is_told(frictionloop, tmp_path):
+    rows = "".join(f"{k / 1000:.3f},{700 + 50 * (k % 2)}\n" for k in range(1001))
+    (tmp_path / "slide.csv").write_text("Time (s),Ft\n" + rows)
+    flags = ("--disturbance.kind", "recording", "--disturbance.path", str(tmp_path / "slide.csv"))
+    flags = (*flags, "--disturbance.column", "Ft", "--disturbance.remove_mean", "true", "--duration-s", "0.5", "--json")
+    read = json.loads(frictionloop("simulate", *flags).out)["recording"]
+    told = {"column": "Ft", "head": "names in line 1", "unit": "N", "unit_by": "taken for N", "newtons_per_unit": 1}
+    told |= {"rate_hz": 1000, "rate_by": "'Time (s)'", "samples": 1001, "largest_n": 750}
+    assert told.items() <= read["disturbance"].items()
+    assert [read["disturbance"][name] for name in ("lowest_n", "highest_n", "rms_n")] == pytest.approx(
+        [-25 + 25 / 1001, 25 + 25 / 1001, 25], rel=1e-5
+    )
+    assert "did you mean --disturbance.unit mN?" in read["notes"]
+    assert "The run takes the first 0.5 s of the 1.001 s of the recorded disturbance." in read["notes"]
+    assert "recording" not in frictionloop(*SHORT, "--json").json()
+
+
 def test_a_recording_in_another_unit_is_asked_about(frictionloop, tmp_path):
     rows = "".join(f"{0.001 * k:.3f}".replace(".", ",") + f";{700 + 50 * (k % 2)},5\n" for k in range(300))
     (tmp_path / "slide.csv").write_text("Zeit;Kraft\n" + rows)
     flags = ("--disturbance.kind", "recording", "--disturbance.path", str(tmp_path / "slide.csv"))
     flags = (*flags, "--disturbance.column", "Kraft", "--disturbance.decimal", ",", "--duration-s", "0.2")
     said = " ".join(frictionloop("simulate", *flags).out.split())
-    assert "The disturbance is 726 N on average; did you mean --disturbance.unit mN?" in said
-    assert "N on average" not in frictionloop("simulate", *flags, "--disturbance.unit", "mN").out.split("did you")[0]
+    assert "The recorded disturbance is up to 750.5 N; did you mean --disturbance.unit mN?" in said
+    assert "did you mean a" not in said
+    removed = ("--disturbance.remove_mean", "true")
+    said = " ".join(frictionloop("simulate", *flags, *removed).out.split())
+    assert "is up to 750.5 N before its mean is removed; did you mean --disturbance.unit mN?" in said
+    assert "out of reach" not in said
+    given = frictionloop("simulate", *flags, *removed, "--disturbance.unit", "mN").out
+    assert "--disturbance.unit" not in given
+
+
+@pytest.mark.parametrize(
+    ("header", "given", "meant"),
+    [("F", ("unit", "mN"), "unit N"), ("F [mN]", (), "scale 1"), ("F", (), "another --disturbance.unit")],
+)
+def test_a_disturbance_that_hardly_varies_is_asked_about(frictionloop, tmp_path, header, given, meant):
+    numbers = 0.2 if meant != "another --disturbance.unit" else 0.0002  # +- half of it
+    rows = "".join(f"{k / 1000},{numbers * (k % 2)}\n" for k in range(300))
+    (tmp_path / "slide.csv").write_text(f"time_s,{header}\n" + rows)
+    flags = ("--disturbance.kind", "recording", "--disturbance.path", str(tmp_path / "slide.csv"))
+    flags = (*flags, "--disturbance.column", "1", "--disturbance.remove_mean", "true", "--duration-s", "0.2")
+    more = (f"--disturbance.{given[0]}", given[1]) if given else ()
+    said = " ".join(frictionloop("simulate", *flags, *more).out.split())
+    assert (
+        f"varies by 0.1 mN rms only; did you mean {'' if meant.startswith('an') else '--disturbance.'}{meant}?" in said
+    )
 
 
 def test_a_set_point_above_the_finger_is_told(frictionloop):
@@ -246,12 +287,6 @@ def test_a_recording_too_short_names_the_flag_and_the_longest(frictionloop, with
     assert "duration_s (--duration-s) must be at most 0.5 s" in frictionloop(*flags, "0.6").err
 
 
-def test_a_constant_set_point_says_why_it_has_no_r2(frictionloop):
-    constant = ("--setpoint.kind", "constant", "--setpoint.offset_n", "0.5")
-    said = frictionloop("simulate", "--preset", "feasible", *constant, "--duration-s", "0.1").out
-    assert "none: R2 needs a set-point that varies" in said
-
-
 @pytest.fixture
 def sliding(tmp_path):
     """Return the flags of a recording of 2 s whose mean over the first second is not that of all of it."""
@@ -304,3 +339,19 @@ def test_gains_are_advised_and_designed_at_the_same_levels(sliding):
     forces = [point.elements.force_n for point in band_of(system)]
     assert (found.band.low_n, found.band.high_n) == pytest.approx((min(forces), max(forces)))
     assert of_system(system).band[:2] == found.band[:2]
+
+
+def test_reading_a_recording_is_a_phase_of_its_own_and_done_once(frictionloop, sliding, monkeypatch):
+    from frictionloop.cli import screen
+    from frictionloop.recordings import read
+
+    phases, reads, waiting, reader = [], [], screen.waiting, read._READERS[".csv"]
+    monkeypatch.setattr(screen, "waiting", lambda text: phases.append(text) or waiting(text))
+    counted = {**read._READERS, ".csv": lambda recording: reads.append(recording) or reader(recording)}
+    monkeypatch.setattr(read, "_READERS", counted)
+    frictionloop("simulate", "--preset", "feasible", *sliding, "--disturbance.column", "1", "--duration-s", "0.1")
+    assert phases[0] == "reading the recording" and phases[1].startswith("loading the compiled loop")
+    assert len(reads) == 1
+    phases.clear()
+    frictionloop(*SHORT)
+    assert "reading the recording" not in phases

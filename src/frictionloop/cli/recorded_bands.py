@@ -1,0 +1,90 @@
+"""What a loop leaves of a recorded disturbance, below and above the frequency from which on it makes it larger."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from frictionloop.cli.advice import RECORDED, around_a_level
+from frictionloop.cli.recorded import WIDTH
+from frictionloop.cli.recorded_units import too_large
+from frictionloop.quantities import FrictionloopError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+LEAST = 0.01
+"""Share of a disturbance (rms) below which a part of it is hardly there (chosen)."""
+
+
+def amplified_from_hz(run: xr.Dataset, mask: np.ndarray) -> float | None:
+    """Return the lowest frequency at which |S| is 1, of the loop at the mean of what is asked; None without one."""
+    from frictionloop.analysis import operating_band
+    from frictionloop.loop.record import system_of
+
+    try:
+        points = operating_band(around_a_level(system_of(run), run, mask))
+        loop = points[len(points) // 2]
+        grid = loop.search_grid(0.1)
+        size = np.abs(loop.frequency_response(grid)["S"].values)
+    except (FrictionloopError, KeyError):  # a law that has no linear analysis
+        return None
+    over = np.flatnonzero((size[1:] >= 1.0) & (size[:-1] < 1.0))
+    return float(grid[over[0] + 1]) if loop.is_stable() and over.size else None
+
+
+def left_by_band(run: xr.Dataset, mask: np.ndarray, split_hz: float) -> tuple[float, float] | None:
+    """Return what `disturbance_left` is of the parts below and above a frequency, NaN of a part that is hardly there.
+
+    Both signals are split by a discrete Fourier transform over the whole run, without the line from the first to the
+    last value, and scored as all else. None where that is not known.
+    """
+    from frictionloop.loop.open_loop import steady_of
+
+    calm = steady_of(run, mask)
+    if calm is None:
+        return None
+    left, given = (_split((run[name] - calm[name]).values, run, split_hz) for name in ("f_a", "d"))
+    whole_n = _rms(given[0][mask] + given[1][mask])
+    below, above = (
+        _rms(part[mask]) / _rms(of[mask]) if _rms(of[mask]) > LEAST * whole_n else math.nan
+        for part, of in zip(left, given, strict=True)
+    )
+    return below, above
+
+
+def lines(run: xr.Dataset, mask: np.ndarray) -> list[str]:
+    """Return a sentence on both parts; nothing without a recording in its unit, or where they are not known."""
+    from frictionloop.loop.record import system_of
+
+    system = system_of(run)
+    if not mask.any() or system.disturbance.kind not in RECORDED or too_large(system):
+        return []
+    split_hz = amplified_from_hz(run, mask)
+    parts = None if split_hz is None else left_by_band(run, mask, split_hz)
+    if parts is None or split_hz is None or math.isnan(parts[0]):
+        return []
+    larger = "feedback makes a variation larger."
+    if math.isnan(parts[1]):
+        said = f"The recording has next to nothing above {split_hz:.3g} Hz, from where on {larger}"
+    else:
+        said = f"Below {split_hz:.3g} Hz {parts[0]:.0%} of the recorded variation is left, above {parts[1]:.0%} (rms): "
+        said += f"from there on {larger}"
+    return textwrap.wrap(said, WIDTH)
+
+
+def _split(values: np.ndarray, run: xr.Dataset, split_hz: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the parts of a signal below and above a frequency."""
+    time = run["time"].values
+    line = np.linspace(values[0], values[-1], values.size)
+    spectrum = np.fft.rfft(values - line)
+    spectrum[np.fft.rfftfreq(values.size, time[1] - time[0]) > split_hz] = 0.0
+    low = np.fft.irfft(spectrum, values.size) + line
+    return low, values - low
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))

@@ -1,0 +1,98 @@
+"""What was found in the file of a recording: column, unit, rate and forces, as values and in words."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from frictionloop.parameters.sources import Recording
+from frictionloop.quantities.units import UNITS, known_unit
+from frictionloop.recordings.column import Column
+from frictionloop.recordings.read import scaled
+
+
+class Found(NamedTuple):
+    """What was read of a recording."""
+
+    column: str
+    head: str
+    """Where names and units stand, "" where there are none."""
+    unit: str
+    """Unit of the column."""
+    unit_by: str
+    """"file", "given" or "full scale"; "taken for N" where nothing tells it, and "scale" where that stands for it."""
+    newtons_per_unit: float
+    rate_hz: float
+    rate_by: str
+    """What tells the rate: the column of times, an attribute, the format, or the flag."""
+    samples: int
+    lowest_n: float
+    highest_n: float
+    """Range of the signal, in N."""
+    largest_n: float
+    """Largest magnitude in the file in N, before a mean is removed and an offset added."""
+    rms_n: float
+    """Standard deviation of the signal in N."""
+
+
+def found(recording: Recording) -> Found:
+    """Return what was read of a recording.
+
+    Raises
+    ------
+    FrictionloopError
+        As `read_recording`.
+    """
+    force, file_hz, column = scaled(recording, "N")
+    raw, _, _ = scaled(recording.model_copy(update={"remove_mean": False, "offset_n": 0.0}), "N")
+    unit, by = _unit(recording, column)
+    scale = recording.scale
+    return Found(
+        column=column.name or recording.column,
+        head=column.head,
+        unit=unit,
+        unit_by=by,
+        newtons_per_unit=UNITS.get(unit, ("N", 1.0))[1] if scale is None else scale,
+        rate_hz=file_hz,
+        rate_by=column.rate_by,
+        samples=force.size,
+        lowest_n=float(force.min()),
+        highest_n=float(force.max()),
+        largest_n=float(np.abs(raw).max()),
+        rms_n=float(force.std()),
+    )
+
+
+def _unit(recording: Recording, column: Column) -> tuple[str, str]:
+    """Return the unit of a column, and what says it."""
+    if recording.unit is not None:
+        return known_unit(recording.unit) or recording.unit, "given"
+    if column.full_scale and recording.scale is None:
+        return "full scale", "full scale"
+    if column.unit:
+        return column.unit, "file"
+    return ("N", "taken for N") if recording.scale is None else ("", "scale")
+
+
+def told(recording: Recording) -> str:
+    """Return in words what was found in the file: header, column, unit, rate and forces.
+
+    Raises
+    ------
+    FrictionloopError
+        As `read_recording`.
+    """
+    each = found(recording)
+    per = f"taken for {each.newtons_per_unit:g} N each, "
+    unit = {
+        "full scale": "full scale taken for 1 N, ",
+        "file": f"in {each.unit} by the file, " + (per if recording.scale is not None else ""),
+        "given": f"in {recording.unit} as given, ",
+        "taken for N": "no unit in the file: taken for N, ",
+        "scale": per,
+    }[each.unit_by]
+    head = f" ({each.head}), " if each.head else ", "
+    by = "" if recording.rate_hz is not None else f" by {each.rate_by}"
+    forces = f"{each.lowest_n:.3g} to {each.highest_n:.3g} N"
+    return f"column {each.column!r}{head}{unit}{each.samples} samples at {each.rate_hz:g} Hz{by}, {forces}"

@@ -1,0 +1,65 @@
+"""What is left of a recorded disturbance below and above the frequency from which on the loop makes it larger."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import frictionloop as fl
+from frictionloop.analysis import operating_band
+from frictionloop.cli.recorded_bands import amplified_from_hz, left_by_band, lines
+
+RATE_HZ = 5000.0
+
+
+def run_of(*tones_hz, **changes):
+    time = np.arange(5000) / RATE_HZ
+    values_n = 1e-3 * sum((np.sin(2 * np.pi * each * time) for each in tones_hz), start=0 * time)
+    signals = {"setpoint": fl.Constant(offset_n=0.5), "disturbance": fl.Samples(values_n=values_n, rate_hz=RATE_HZ)}
+    return fl.simulate(fl.feasible().evolve(signals | changes), 1.0)
+
+
+@pytest.mark.parametrize(("kp", "ki"), [(10.0, 2.0), (3.0, 50.0)])
+def test_the_parts_are_those_of_the_linear_loop(kp, ki):
+    low_hz, high_hz = 20.0, 1000.0
+    run = run_of(low_hz, high_hz, **{"controller.kp": kp, "controller.ki": ki})
+    settled = run.time.values >= 0.2
+    split_hz = amplified_from_hz(run, settled)
+    assert low_hz < split_hz < high_hz
+    steady = {"setpoint": fl.Constant(offset_n=0.5), "disturbance": fl.Constant()}
+    loop = operating_band(fl.feasible().evolve({**steady, "controller.kp": kp, "controller.ki": ki}))[0]
+    response = loop.frequency_response([low_hz, 0.98 * split_hz, 1.02 * split_hz, high_hz])
+    size = np.abs(response["f_a_from_d"].values)[[0, -1]]
+    assert left_by_band(run, settled, split_hz) == pytest.approx(tuple(size), rel=0.05)
+    below, above = np.abs(response["S"].values)[[1, 2]]
+    assert below < 1.0 < above
+
+
+def test_the_parts_are_told_and_add_up_by_their_squares():
+    run = run_of(20.0, 1000.0)
+    everything = np.ones(run.sizes["time"], bool)
+    split_hz = amplified_from_hz(run, everything)
+    low, high = left_by_band(run, everything, split_hz)
+    assert low**2 + high**2 == pytest.approx(2 * fl.metrics(run)["disturbance_left"] ** 2, rel=1e-2)
+    said = " ".join(lines(run, everything))
+    assert said.startswith(f"Below {split_hz:.3g} Hz {low:.0%} of the recorded variation is left, above {high:.0%}")
+
+
+@pytest.mark.parametrize("changes", [{"controller.kind": "lookup"}, {"disturbance": fl.Sine(amplitude_n=0.1)}])
+def test_nothing_is_told_without_feedback_or_without_a_recording(changes):
+    run = run_of(20.0, **changes)
+    assert lines(run, np.ones(run.sizes["time"], bool)) == []
+
+
+def test_a_recording_without_a_fast_part_says_so():
+    run = run_of(20.0)
+    settled = run.time.values >= 0.2
+    assert " ".join(lines(run, settled)).startswith("The recording has next to nothing above ")
+
+
+def test_what_is_too_large_for_newtons_is_not_split(tmp_path):
+    path = tmp_path / "slide.csv"
+    path.write_text("time_s,F\n" + "".join(f"{k / 1000},{700 + 50 * (k % 2)}\n" for k in range(1001)))
+    recording = fl.Recording(path=str(path), column="F", remove_mean=True)
+    run = run_of(**{"disturbance": recording})
+    assert lines(run, np.ones(run.sizes["time"], bool)) == []

@@ -1,0 +1,90 @@
+"""The rate of a recording: times without a unit are asked about, attributes are read as `identify` reads them."""
+
+from __future__ import annotations
+
+import h5py
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from frictionloop.identification.sampling import sampling_of
+from frictionloop.parameters import Recording
+from frictionloop.quantities import FrictionloopError
+from frictionloop.recordings.read import read_recording
+from frictionloop.recordings.told import found, told
+from frictionloop.recordings.whole import read_contents
+
+FORCE = 0.3 + 0.1 * np.sin(np.arange(50.0))
+
+
+def saved(path, step=None, units=None, **attributes):
+    """Write a force and its times, in steps of the file's own unit, with attributes of the force."""
+    with_times = {} if step is None else {"t": step * np.arange(FORCE.size)}
+    if path.suffix == ".mat":
+        savemat(path, {"ft": FORCE, **with_times, **attributes})
+    else:
+        with h5py.File(path, "w") as file:
+            file.update({"ft": FORCE, **with_times})
+            file["ft"].attrs.update(attributes)
+            if units:
+                file["t"].attrs["Units"] = units
+    return Recording(path=str(path), column="ft")
+
+
+@pytest.mark.parametrize("name", ["a.mat", "a.h5"])
+@pytest.mark.parametrize(
+    ("step", "said"), [(0.04, "in s it gives 25 Hz, in ms 25000 Hz"), (1e-7, "in s it gives 1e+07 Hz;")]
+)
+def test_times_that_are_hardly_in_seconds_are_asked_about(tmp_path, name, step, said):
+    recording = saved(tmp_path / name, step)
+    with pytest.raises(FrictionloopError) as caught:
+        told(recording)
+    assert f"'t' has no unit: {said}" in str(caught.value)
+    assert "--disturbance.rate_hz RATE" in str(caught.value) and "\n" not in str(caught.value)
+    for rate_hz in (25.0, 25000.0):  # either may be meant, and nothing in the file says it
+        given = recording.model_copy(update={"rate_hz": rate_hz})
+        assert read_recording(given, rate_hz) == pytest.approx(FORCE)
+    assert sampling_of(name, read_contents(recording.path)).rate_hz is None
+
+
+def test_times_with_a_unit_are_believed_at_any_rate(tmp_path):
+    assert found(saved(tmp_path / "a.h5", 0.04, "s")).rate_hz == 25.0
+    assert found(saved(tmp_path / "b.h5", 0.04, "ms")).rate_hz == 25000.0
+    assert found(saved(tmp_path / "c.h5", 0.0004)).rate_hz == 2500.0
+
+
+@pytest.mark.parametrize(("name", "value"), [("rate_hz", 25000.0), ("Fs", 25000), ("dt_ms", 0.04), ("rate_khz", 25.0)])
+@pytest.mark.parametrize("ending", [".mat", ".h5"])
+def test_a_rate_beside_a_force_is_that_of_identify(tmp_path, ending, name, value):
+    recording = saved(tmp_path / f"a{ending}", **{name: value})
+    assert found(recording).rate_hz == pytest.approx(25000.0)
+    assert sampling_of("a", read_contents(recording.path)).rate_hz == pytest.approx(25000.0)
+    assert f"50 samples at 25000 Hz by {name!r}" in told(recording)
+    with pytest.raises(FrictionloopError, match="rate_hz = 1000 contradicts the file, whose rate is 25000; give none"):
+        told(recording.model_copy(update={"rate_hz": 1000.0}))
+
+
+def test_a_rate_settles_times_without_a_unit_and_contradicts_others(tmp_path):
+    assert found(saved(tmp_path / "a.h5", 0.04, rate_hz=25000.0)).rate_hz == 25000.0
+    with pytest.raises(FrictionloopError, match="'t' rises at 1000 Hz, and 'rate_hz' says 25000; accepted: one rate"):
+        found(saved(tmp_path / "b.h5", 0.001, rate_hz=25000.0))
+
+
+def test_the_nearest_attribute_counts(tmp_path):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file.attrs["rate_hz"] = 100.0
+        file["trial/ft"], file["other"] = FORCE, FORCE
+        file["trial"].attrs["rate_hz"] = 500.0
+    rates = {column: found(Recording(path=str(tmp_path / "a.h5"), column=column)) for column in ("trial/ft", "other")}
+    assert {column: each.rate_hz for column, each in rates.items()} == {"trial/ft": 500.0, "other": 100.0}
+    with h5py.File(tmp_path / "a.h5", "a") as file:
+        file["trial/ft"].attrs.update({"fs": 1000.0, "dt": 0.002})
+    with pytest.raises(FrictionloopError, match="in doubt: 'dt' says 500 Hz, 'fs' says 1000 Hz; accepted: one rate"):
+        found(Recording(path=str(tmp_path / "a.h5"), column="trial/ft"))
+
+
+def test_a_file_written_again_is_read_again(tmp_path):
+    path = tmp_path / "a.csv"
+    for force in ("0.1", "0.25"):
+        path.write_text("time_s,F\n" + "".join(f"{k / 1000},{force}\n" for k in range(3)))
+        assert found(Recording(path=str(path), column="F")).highest_n == float(force)
