@@ -135,17 +135,14 @@ def of_population(system: System, median_r2: float, duration_s: float) -> Ringin
 
 def of_system(system: System) -> Ringing | None:
     """Return what the linear analysis says of a system, dry and moist; None if it neither rings nor nearly does."""
-    from frictionloop.analysis import operating_band
     from frictionloop.analysis.reach import missed
     from frictionloop.design import retune
-    from frictionloop.design.corners import NEAR, band_of, elsewhere
+    from frictionloop.design.corners import NEAR, elsewhere
     from frictionloop.parameters import PiController
 
+    controller = system.controller
     try:
-        # Gains of a PI hold up to full occlusion; another law is judged where it is designed.
-        controller = system.controller
-        plain = isinstance(controller, PiController)
-        points = operating_band(system, occluded=(0.0, 1.0)) if plain else band_of(system)
+        points = points_of(system)
         peak = max(point.sensitivity_peak() for point in points)
     except FrictionloopError:  # what cannot be linearised (a recording) is not judged
         return None
@@ -169,6 +166,22 @@ def of_system(system: System) -> Ringing | None:
     except FrictionloopError:
         held, not_held, also = {}, (), ()
     return Ringing(stable, rings_hz, "pi", known, controller.kp, controller.ki, held, band, not_held, also)
+
+
+def points_of(system: System) -> list[LinearLoop]:
+    """Return the loops that are looked at: gains of a PI hold up to full occlusion, another law where it is designed.
+
+    Raises
+    ------
+    FrictionloopError
+        A loop that has no linear analysis.
+    """
+    from frictionloop.analysis import operating_band
+    from frictionloop.design.corners import band_of
+    from frictionloop.parameters import PiController
+
+    plain = isinstance(system.controller, PiController)
+    return operating_band(system, occluded=(0.0, 1.0)) if plain else band_of(system)
 
 
 def _others(system: System) -> tuple[str, ...]:

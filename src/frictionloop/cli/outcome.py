@@ -31,6 +31,8 @@ SMALLEST = (
 """Metrics whose smallest value is the best; of the slope it is the one nearest to 1, of the others the largest."""
 DESCRIPTIVE = ("mean_force", "mean_setpoint", "setpoint_spread", "scored_periods")
 """Metrics that say what a run was; no value of theirs is the best."""
+FEW = 12
+"""Points of one axis that are listed one by one; more are for --csv and --plot (chosen)."""
 
 
 def compiled(system: System, points: Any, seeds: int, metrics: Sequence[str] | None) -> None:
@@ -99,6 +101,11 @@ class Outcome:
         self.total = int(np.prod(list(result.sizes.values())))
         self.done = self.total if complete else _runs_with_values(result)
 
+    @property
+    def few(self) -> bool:
+        """Tell whether these are few points of one axis, which are listed one by one."""
+        return len(self.axes) == 1 and self.result.sizes[self.axes[0]] <= FEW
+
     def best(self, metric: str) -> Best | None:
         """Return the best point by the mean over seeds, None where no run has a value."""
         values = self.result[metric].transpose(*self.axes, "seed").values
@@ -121,7 +128,7 @@ class Outcome:
         judged = {str(name): values for name, values in self.result.data_vars.items() if name not in DESCRIPTIVE}
         for name, values in judged.items():
             rows.append(self._row(name, values.attrs.get("units", "1"), self.best(name)))
-        ends = any(best and best.at_end for best in map(self.best, judged))
+        ends = any(best and best.at_end for best in map(self.best, judged)) and not self.few
         sizes = " x ".join(str(self.result.sizes[path]) for path in self.axes)
         of = f"{sizes} points" + (f" x {self.seeds} seeds" if self.seeds > 1 else "")
         return [
@@ -140,7 +147,7 @@ class Outcome:
             return name, "-", "no run has a value"
         value = shown(best.value, units, best.spread if self.seeds > 1 else None)
         where = ", ".join(
-            f"{path}={describe.short(at)}{'*' if path in best.at_end else ''}" for path, at in best.point.items()
+            f"{path}={describe.short(at)}{'*' if path in best.at_end and not self.few else ''}" for path, at in best.point.items()
         )
         also = f" and {best.others} other point{'s' * (best.others > 1)}" if best.others else ""
         return name, value, where + also

@@ -197,3 +197,15 @@ def test_fingers_of_a_measured_population(tmp_path, capsys):
     with pytest.raises(SystemExit) as left:
         main(["sweep", "--over", "controller.kp=1,2", "--population", str(file)])
     assert left.value.code == 2 and "with --fingers N" in capsys.readouterr().err
+
+
+def test_few_points_are_listed_and_those_that_ring_are_marked(frictionloop):
+    # The ultimate gain tells which proportional gains are stable, whatever the metrics of so short a run.
+    bench = fl.bench().evolve({"controller.kind": "pi", "controller.ki": 1.0})
+    ultimate = fl.kp_limit(bench)
+    values = [f"{share * ultimate:.4g}" for share in (0.1, 3.0)]
+    tokens = ("sweep", "--preset", "bench", "--duration-s", "0.1", "--controller.kind", "pi", "--controller.ki", "1")
+    answer = frictionloop(*tokens, "--over", f"controller.kp={','.join(values)}")
+    first, second = (next(line for line in answer.out.splitlines() if line.startswith(each)) for each in values)
+    assert "RINGS" not in first and second.rstrip().endswith("RINGS")
+    assert "lie beyond" not in answer.out

@@ -1,0 +1,46 @@
+"""A short sweep of one parameter, point by point, and which of its loops ring by linear analysis."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from frictionloop.cli import describe, screen
+from frictionloop.cli.advice_text import NEAR
+from frictionloop.quantities import FrictionloopError
+
+if TYPE_CHECKING:
+    from frictionloop.cli.outcome import Outcome
+    from frictionloop.parameters import System
+
+
+def listed(found: Outcome, system: System) -> list[Any]:
+    """Return a table with a row per point, means over seeds; nothing for several axes or many points."""
+    from frictionloop.cli.outcome import shown
+
+    if not found.few:
+        return []
+    (path,) = found.axes
+    names = [str(name) for name, values in found.result.data_vars.items() if values.dtype.kind == "f"]
+    rows: list[tuple[str, ...]] = [(path, *names, "")]
+    for k, value in enumerate(found.result[path]):
+        here = found.result.isel({path: k})
+        means = [(float(here[name].mean()), str(here[name].attrs.get("units", "1"))) for name in names]
+        cells = ["-" if math.isnan(mean) else shown(mean, units) for mean, units in means]
+        own = value.item()
+        rows.append((describe.short(own), *cells, rings(system, {path: own})))
+    return [screen.table(rows), ""]
+
+
+def rings(system: System, point: dict[str, Any]) -> str:
+    """Return "RINGS" or "nearly rings" with its Ms, of a system at a point; empty if it does neither or is not known.
+
+    Looked at are the lowest, mean and highest force of the set-point, on a dry finger and a moist one.
+    """
+    from frictionloop.cli.advice import points_of
+
+    try:
+        peak = max(loop.sensitivity_peak() for loop in points_of(system.evolve(point)))
+    except FrictionloopError:  # what cannot be linearised is not judged
+        return ""
+    return "" if peak < NEAR else f"nearly rings, Ms {peak:.3g}" if math.isfinite(peak) else "RINGS"
