@@ -98,8 +98,9 @@ def test_the_command_prints_a_summary(plate):
 
 @pytest.mark.parametrize(("hz", "unit", "mm"), [("46000", "mm", 1.0), ("1700", "mm", 1.0), ("1660", "um", 1e-3)])
 def test_a_thickness_is_printed_in_its_unit(plate, hz, unit, mm):
-    (row,) = (line.split() for line in plate("--frequency-hz", hz).splitlines() if line.startswith("thickness"))
-    told = json.loads(plate("--frequency-hz", hz, "--json"))["wanted"]["thickness_mm"]
+    asked = ("--frequency-hz", hz, "--geometry.nodal-lines", "12")
+    (row,) = (line.split() for line in plate(*asked).splitlines() if line.startswith("thickness"))
+    told = json.loads(plate(*asked, "--json"))["wanted"]["thickness_mm"]
     assert row[2] == unit
     assert float(row[1]) * mm == pytest.approx(told, rel=5e-3)
 
@@ -128,3 +129,13 @@ def test_bad_input_is_one_line(plate, tokens, said):
         plate(*tokens)
     assert str(error.value).startswith(said)
     assert "\n" not in str(error.value)
+
+
+def test_a_wanted_frequency_is_answered_at_its_nearest_mode(plate):
+    found = json.loads(plate("--frequency-hz", "38000", "--json"))
+    mode = found["answers"]["vibration"]["mode"]
+    assert mode == found["wanted"]["nearest"] and found["design"]["geometry"]["nodal_lines"] == mode["nodal_lines"]
+    off = abs(mode["frequency_hz"] / 38000 - 1)
+    assert f"{100 * off:.2g} % above the 38.00 kHz asked for" in " ".join(plate("--frequency-hz", "38000").split())
+    given = json.loads(plate("--frequency-hz", "38000", "--geometry.nodal-lines", "12", "--json"))
+    assert given["answers"]["vibration"]["mode"]["nodal_lines"] == 12

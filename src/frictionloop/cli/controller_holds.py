@@ -36,8 +36,22 @@ def holds(law: str, designed: Designed, wanted: Wanted) -> list[str]:
         *instead_of(found[0].loop.system, states),
         f"Resonance of the sensor: Ms up to {', '.join(limits)}.",
         *ends_said(wanted),
+        *also_said(designed),
         *designed.warnings,
     ]
+
+
+def also_said(designed: Designed) -> list[str]:
+    """Return a line with the other contacts and speeds at which the same limits hold, resonance off too; or none."""
+    speeds: dict[str, list[str]] = {}
+    for place in designed.elsewhere.within:
+        contact, _, speed = place.removeprefix("on ").partition(" at ")
+        speeds.setdefault(contact, []).append(speed.removesuffix(" mm/s"))
+    said = [
+        contact + (f" at {', '.join(sorted(each, key=float))} mm/s" if all(each) else "")
+        for contact, each in speeds.items()
+    ]
+    return [f"Within the same limits, resonance off too: {'; '.join(said)}."] if said else []
 
 
 def ends_said(wanted: Wanted) -> list[str]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from frictionloop.cli import screen
 from frictionloop.cli.comparison_text import LEAD, number
+from frictionloop.cli.controller_also import noise
 from frictionloop.cli.controller_holds import ends_said, instead_of
 
 if TYPE_CHECKING:
@@ -31,6 +32,9 @@ def gain_rows(designed: Designed) -> list[Row]:
         name = path.removeprefix("controller.")
         if name == "sections":
             rows.append(("sections", f"{len(value)} of second order; their coefficients are in the file and --json"))
+        elif name == "notch_depth":
+            rest = value / designed.overrides["controller.notch_width"]
+            rows.append((name, f"{value:.3g}; the notch lets {100 * rest:.2g} % through at notch_hz"))
         elif name != "kind":
             rows.append((name, _value(name, value)))
     return rows
@@ -47,7 +51,7 @@ def margin_text(found: Sequence[Corner], wanted: Wanted) -> list[Any]:
     """Return the table of margins, worst over forces and strokes, per resonance on a dry and a moist finger."""
     moist = max(each.loop.elements.occluded for each in found)
     said = "margins, the worst of all that" + (f", finger just landed/moist (occluded {moist:.0%})" if moist else "")
-    head: Row = ("resonance", "Ms", "asked", "gain", "phase, deg", "delay left, us", "")
+    head: Row = ("resonance", "Ms", "asked", "gain", "phase, deg", "delay left, ms", "")
     rows = [head, *(_margin_row(found, off, wanted) for off in sorted({each.off for each in found}))]
     turned = any(each.margins.stable and each.margins.phase_margin_deg < 0 for each in found)
     told = [
@@ -74,7 +78,7 @@ def _margin_row(found: Sequence[Corner], off: float, wanted: Wanted) -> Row:
         f"{asked:.3g}",
         both([min((m.gain_margin for m in group), key=lambda factor: abs(math.log(factor))) for group in groups]),
         both([min((m.phase_margin_deg for m in group), key=abs) for group in groups]),
-        both([1e6 * min(m.delay_margin_s for m in group) for group in groups]),
+        both([1e3 * min(m.delay_margin_s for m in group) for group in groups]),
         "",
     )
 
@@ -98,7 +102,7 @@ def headroom_text(left: Headroom, wanted: Wanted) -> list[Any]:
             (
                 "this loop",
                 _mn(left.residual_rms_n),
-                f"of it left, predicted without sensor noise; |S| is 1 at {number(left.zero_db_hz)} Hz",
+                f"of it left, without the sensor's noise; |S| is 1 at {number(left.zero_db_hz)} Hz",
             ),
             (
                 "Bode's least",
@@ -107,6 +111,7 @@ def headroom_text(left: Headroom, wanted: Wanted) -> list[Any]:
                 f"{number(left.least_zero_db_hz)} Hz; not to be had with sensor noise",
             ),
         ]
+    rows += [noise(left.loop)]
     rows += [
         (
             "delay",

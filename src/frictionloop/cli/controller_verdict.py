@@ -6,7 +6,8 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from frictionloop.cli.controller_holds import finger, strokes_said
+from frictionloop.cli.controller_also import fully_moist, range_said
+from frictionloop.cli.controller_holds import also_said, finger, strokes_said
 from frictionloop.parameters import Strokes
 
 if TYPE_CHECKING:
@@ -29,9 +30,13 @@ def verdict(designed: Designed, after: System, wanted: Wanted, out: Path | None)
     farthest = max(abs(each.off) for each in found)
     where += [f"sensor's resonance up to {100 * farthest:.3g} % off"] if farthest else []
     rows: list[Row] = [("STABLE", "; ".join(filter(None, where)))]
+    rows += [("", each) for each in also_said(designed)]
+    checked = len(rows)
     for name, places in (("UNSTABLE", elsewhere.unstable), ("CLOSE TO UNSTABLE", elsewhere.near)):
         rows += [(name if k == 0 else "", place.removeprefix("on ")) for k, place in enumerate(places)]
-    rows += [("", NOT_THERE)] if len(rows) > 1 else []
+    rows += [("", NOT_THERE)] if len(rows) > checked else []
+    rows += [("fully moist", said)] if (said := fully_moist(after, wanted)) else []
+    rows += [("range", said)] if (said := range_said(after)) else []
     return [*rows, *_other_speeds(after, wanted), *_next(after, wanted, out)]
 
 

@@ -88,8 +88,8 @@ def notes_of(system: System) -> dict[str, str]:
         found["plate"] = f"envelope cutoff {plate.cutoff_hz:.4g} Hz"
     if isinstance(sensor, SuspendedSensor):
         found["sensor"] = (
-            f"springs {sensor.stiffness_n_m * 1e-6:.3g} N/um, noise {sensor.noise_rms_n * 1e6:.3g} uN rms, "
-            f"ADC step {sensor.step_n * 1e6:.3g} uN"
+            f"springs {sensor.stiffness_n_m * 1e-6:.3g} N/um, noise {sensor.noise_rms_n * 1e3:.3g} mN rms, "
+            f"ADC step {sensor.step_n * 1e3:.3g} mN"
         )
     if controller.delay_s > 0:
         found["controller"] = f"{1e6 * (controller.delay_s + 0.5 / controller.rate_hz):.4g} us with half the hold"

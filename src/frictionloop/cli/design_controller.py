@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,6 +12,7 @@ from cyclopts import Group, Parameter
 from frictionloop.cli import checks, flags, screen
 
 if TYPE_CHECKING:
+    from frictionloop.design.corners import Corner
     from frictionloop.design.wanted import Designed, Wanted
     from frictionloop.parameters import System
 
@@ -82,7 +83,7 @@ def command(
     system, origin = flags.given(file, preset, overrides, "bench", designed=law or "notch_pi")
 
     from frictionloop.analysis.headroom import headroom
-    from frictionloop.cli import controller_holds, controller_text, controller_verdict, recorded
+    from frictionloop.cli import controller_also, controller_holds, controller_text, controller_verdict, recorded
     from frictionloop.design.leaning import Lean
     from frictionloop.design.synthesis import default_law
     from frictionloop.design.wanted import Wanted
@@ -101,9 +102,10 @@ def command(
     after, found = system.evolve(dict(designed.overrides)), designed.corners
     with screen.waiting("looking for what is left to gain"):
         left = headroom(after, sensitivity_peak)
-    figures = {} if plots is None else _figures(system, after, left, wanted)
+    figures = {} if plots is None else _figures(system, after, left, wanted, found)
     if plots is not None:
-        checks.write_figures("plots", plots, figures)
+        with screen.waiting("writing the figures"):
+            checks.write_figures("plots", plots, figures)
     if out is not None:
         lines = controller_verdict.speeds_said(after, wanted, shlex.quote(str(out)))
         write_toml(after, out, said=[*controller_holds.holds(name, designed, wanted), *lines])
@@ -111,14 +113,17 @@ def command(
     if json:
         screen.show_json(controller_text.as_json(name, designed, after, wanted, found, left) | {"saved": saved})
         return
+    with screen.waiting("checking a fully moist finger"):
+        verdict = controller_verdict.verdict(designed, after, wanted, out)
     screen.show(
-        screen.columns(controller_verdict.verdict(designed, after, wanted, out)),
+        screen.columns(verdict),
         "",
         screen.columns([("bench", origin), ("law", name), *controller_text.gain_rows(designed)]),
         "",
         *controller_text.margin_text(found, wanted),
         "",
         *controller_text.headroom_text(left, wanted),
+        *(["", screen.wrapped(said)] if (said := controller_also.assumed(system)) else []),
         *(["", *map(screen.wrapped, notes)] if (notes := (*designed.notes, *recorded.at_design(system))) else []),
         *([""] if any(saved.values()) else []),
         *screen.saved(saved),
@@ -140,14 +145,14 @@ def _designed(system: System, law: str, wanted: Wanted) -> Designed:
 
     noise = ", after the friction noise is identified by simulation" if law in SLOW else ""
     longer = ", five for a range of speeds" if wanted.speeds_mm_s else ""
-    with screen.waiting(f"designing {law}{noise}; this takes from a second to two minutes{longer}"):
+    with screen.waiting(f"designing {law} and checking it{noise}; this takes from a second to two minutes{longer}"):
         return design_controller(system, law, wanted)
 
 
-def _figures(before: System, after: System, left: Any, wanted: Wanted) -> Mapping[str, Any]:
+def _figures(before: System, after: System, left: Any, wanted: Wanted, found: Sequence[Corner]) -> Mapping[str, Any]:
     """Return every figure."""
     from frictionloop.report.figures.controller import drawings
 
-    with screen.waiting("simulating a step and drawing"):
-        drawn = drawings(before, after, left, wanted.limits)
+    with screen.waiting("simulating a step, for which the loop may be compiled first, and drawing"):
+        drawn = drawings(before, after, left, wanted.limits, max(found, key=lambda each: each.sensitivity_peak))
         return {name: draw() for name, draw in drawn.items()}

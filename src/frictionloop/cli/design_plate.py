@@ -47,7 +47,8 @@ def command(
         Any parameter of the plate by its dotted name, such as --geometry.thickness-mm 4 or
         --drive.quality-factor 150. --json lists the names.
     frequency_hz
-        Resonance wanted, in Hz: which mode, which thickness.
+        Resonance wanted, in Hz: which mode, which thickness. All else is then of that mode, unless
+        --geometry.nodal-lines names another.
     bandwidth_hz
         Envelope bandwidth wanted, in Hz: which Q.
     check_carrier
@@ -59,8 +60,13 @@ def command(
     from frictionloop.hardware.plate.readings import plate_readings
     from frictionloop.parameters.plate_design import PlateDesign
 
-    design = PlateDesign().evolve(flags.overrides_of(overrides))
-    answers, wanted = plate_answers(design), plate_for(design, frequency_hz, bandwidth_hz)
+    given = flags.overrides_of(overrides)
+    design = PlateDesign().evolve(given)
+    wanted = plate_for(design, frequency_hz, bandwidth_hz)
+    if wanted.nearest is not None and "geometry.nodal_lines" not in given:
+        design = design.evolve({"geometry.nodal_lines": wanted.nearest.nodal_lines})
+        wanted = plate_for(design, frequency_hz, bandwidth_hz)
+    answers = plate_answers(design)
     read = plate_readings(design.glass) if readings else ()
     checks = _checks(design) if check_carrier else []
     if json:
@@ -68,7 +74,12 @@ def command(
         result["readings"] = [asdict(each) | {"agrees": each.agrees} for each in read]
         screen.show_json(result | {"carrier": [asdict(each) for each in checks]})
         return
-    parts = [_answer_rows(answers, design), _wanted_rows(wanted, design), _reading_rows(read), _check_rows(checks)]
+    parts = [
+        _answer_rows(answers, design),
+        _wanted_rows(wanted, design, frequency_hz),
+        _reading_rows(read),
+        _check_rows(checks),
+    ]
     shown = [screen.columns(rows) for rows in parts if rows]
     screen.show(*[piece for part in shown for piece in ("", part)][1:])
 
@@ -106,11 +117,13 @@ def _thickness(mm: float) -> str:
     return f"{mm:.3f} mm" if mm >= 0.1 else f"{1e3 * mm:.3g} um"
 
 
-def _wanted_rows(wanted: Wanted, design: PlateDesign) -> list[Row]:
+def _wanted_rows(wanted: Wanted, design: PlateDesign, asked_hz: float | None) -> list[Row]:
     rows: list[Row] = []
-    if wanted.nearest is not None:
+    if wanted.nearest is not None and asked_hz:
+        off = wanted.nearest.frequency_hz / asked_hz - 1
+        missed = f"{100 * abs(off):.2g} % {'above' if off > 0 else 'below'} the {_khz(asked_hz)} asked for"
         lines = f"{wanted.nearest.nodal_lines} lines"
-        rows.append(("nearest mode", lines, f"{_khz(wanted.nearest.frequency_hz)} on this plate"))
+        rows.append(("nearest mode", lines, f"{_khz(wanted.nearest.frequency_hz)} on this plate, {missed}"))
         lines = f"gives {design.geometry.nodal_lines} lines that frequency"
         rows.append(("thickness", _thickness(wanted.thickness_mm), lines))
     if wanted.quality_factor == wanted.quality_factor:

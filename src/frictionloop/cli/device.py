@@ -106,7 +106,7 @@ def info(address: Address, /, *, json: flags.Json = False) -> None:
         ("firmware", f"{found.revision}, protocol {found.version}, {found.tick_hz} ticks a second"),
         ("parameters", "the same table as here" if same else f"table {found.table_hash:08x}, not the one here"),
         ("law", f"{' or '.join(laws)}, {clamp[0]:.3g} to {clamp[1]:.3g} N, at most {ceiling:.3g} um"),
-        ("built in", ", ".join(found.laws)),
+        ("built in", ", ".join(map(_also_runs, found.laws))),
         ("last reset", found.reset.replace("_", " ")),
         ("ticks", f"{counted['ticks']:,.0f}, {counted['overruns']:,.0f} late, {longest}"),
         ("frames", f"{counted['frames']:,.0f} whole, {counted['broken']:,.0f} broken, {counted['missed']:,.0f} missed"),
@@ -124,6 +124,14 @@ def _laws(device: Device) -> list[str]:
     number = device.info.law
     runs = NUMBERED[number - 1].kind if 0 < number <= len(NUMBERED) else "none"
     return [runs, *(kind for kind, law in LAWS.items() if law.kind == runs and kind != runs)]
+
+
+def _also_runs(kind: str) -> str:
+    """Return a law that is built in, with the kinds of controllers that run as it under another name."""
+    from frictionloop.control.laws import LAWS
+
+    others = [other for other, law in LAWS.items() if law.kind == kind != other]
+    return f"{kind} (also runs {', '.join(others)})" if others else kind
 
 
 def clear(address: SameAddress, /, *, json: flags.Json = False) -> None:

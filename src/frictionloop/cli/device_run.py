@@ -82,7 +82,7 @@ def command(
         raise FrictionloopError(f"out: needs a FILE.h5 for a run of more than {SCORED_S:g} s, which no memory holds")
     system, origin = flags.given(file, preset, overrides, "bench")
 
-    from frictionloop.firmware.board_fit import misfits
+    from frictionloop.firmware.board_fit import carrier_misses, misfits
 
     for line in misfits(system):
         screen.note(line)
@@ -113,6 +113,8 @@ def command(
         screen.show_json({**found, "ringing": advice.as_json(rings), "saved": {"run": out, "plot": plot}})
         return
     rows = [("device", address), ("system", origin), *worded(found)]
+    if address.startswith(("sim:", "emulated:")) and carrier_misses(system):
+        rows.append(("plate", "simulated as if the board's carrier fitted it"))
     screen.show(
         screen.columns(rows),
         *(["", *advice_text.lines(rings, metrics), ""] if rings else []),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from operator import attrgetter
 from pathlib import Path
@@ -105,10 +106,14 @@ def _holding(system: System, tuned: dict[str, Any], unchecked: bool) -> System:
     """Return a system whose loop is stable by linear analysis; refuse another one with gains that hold."""
     from frictionloop.cli import advice, describe
 
-    found = None if unchecked else advice.of_system(system)
+    if unchecked:
+        return system
+    found = advice.of_system(system)
+    given = " ".join(f"{name}={describe.short(value)}" for name, value in tuned.items())
+    if found is None or found.stable:
+        _holding_off(system, given)
     if found is None:
         return system
-    given = " ".join(f"{name}={describe.short(value)}" for name, value in tuned.items())
     near = "" if found.frequency_hz is None else f" near {found.frequency_hz:.3g} Hz"
     held = " ".join(f"{name}={gain:g}" for name, gain in found.held.items())
     instead = f"; gains that hold at {found.band.where.removeprefix(', ')}: {held}" if held else ""
@@ -116,6 +121,22 @@ def _holding(system: System, tuned: dict[str, Any], unchecked: bool) -> System:
         raise FrictionloopError(f"{given}: this loop rings{near}{instead}; --unchecked sets it all the same")
     screen.note(f"{given}: this loop is close to ringing{near}{instead}")
     return system
+
+
+def _holding_off(system: System, given: str) -> None:
+    """Refuse a loop that rings with the resonance up to 10 % off; say at which other contact or speed it does."""
+    from frictionloop.cli.advice import OFF
+    from frictionloop.design.corners import NEAR, corners, elsewhere
+
+    limits = {0.0: NEAR, OFF: NEAR}
+    try:
+        rings = [each for each in corners(system, limits) if math.isinf(each.sensitivity_peak)]
+    except FrictionloopError:  # what cannot be linearised is not judged
+        return
+    if rings:
+        raise FrictionloopError(f"{given}: this loop rings at {rings[0].where}; --unchecked sets it all the same")
+    if places := elsewhere(system, limits).unstable:
+        screen.note(f"{given}: this loop rings {'; '.join(places)}")
 
 
 def _pair(text: str) -> tuple[str, Any]:

@@ -146,8 +146,9 @@ class Outcome:
         if best is None:
             return name, "-", "no run has a value"
         value = shown(best.value, units, best.spread if self.seeds > 1 else None)
+        ends = () if self.few else best.at_end
         where = ", ".join(
-            f"{path}={describe.short(at)}{'*' if path in best.at_end and not self.few else ''}" for path, at in best.point.items()
+            f"{path}={describe.short(at)}{'*' if path in ends else ''}" for path, at in best.point.items()
         )
         also = f" and {best.others} other point{'s' * (best.others > 1)}" if best.others else ""
         return name, value, where + also

@@ -41,21 +41,24 @@ def metric_rows(found: dict[str, float]) -> list[Row]:
     offset = f"{'-' if found['intercept'] < 0 else '+'} {number(abs(found['intercept']))}"
     line = f"of the line f_a = {number(found['slope'])} f_r {offset} N"
     beyond = "" if math.isnan(missing) else f", {number(missing)} more"
+    felt, relative = found["perceptual_index"], found["relative_index"]
+    most = "the most any controller could reach" if math.isnan(relative) else "by reach alone, without delay and noise"
     rows: list[Row] = [
         ("r2_identity", number(found["r2_identity"]), "how well f_a follows f_r; 1 is perfect"),
-        ("r2_bound", number(found["r2_bound"]), f"the most any controller could reach{beyond}"),
+        ("r2_bound", number(found["r2_bound"]), f"{most}{beyond}"),
         ("r2_regression", number(found["r2_regression"]), line),
         ("rms_error", newtons(found["rms_error"]), "rms of f_a - f_r"),
         *_left(found),
         ("saturation_index", share(found["saturation_index"]), "share of the commands that were clamped"),
     ]
     rows = [row for row in rows if row[1] != "-"]
-    if not math.isnan(found["perceptual_index"]):
-        rows.append(("perceptual_index", f"{found['perceptual_index']:.3g}", "f_a - f_r as touch has it; felt above 1"))
-    if not math.isnan(found["relative_index"]):
-        side = "below 1: smoother" if found["relative_index"] < 1 else "above 1: rougher"
+    if not math.isnan(relative):
+        side = "below 1: smoother" if relative < 1 else "above 1: rougher"
         said = f"{side} to touch, above all its fast part, than this stroke at a steady amplitude"
-        rows.append(("relative_index", f"{found['relative_index']:.3g}", said))
+        rows.append(("relative_index", f"{relative:.3g}", said))
+    if not math.isnan(felt):
+        plain = f"; that stroke at a steady amplitude has {felt / relative:.3g}" if relative > 0 else ""
+        rows.append(("perceptual_index", f"{felt:.3g}", f"f_a - f_r in thresholds of touch{plain}"))
     return rows
 
 

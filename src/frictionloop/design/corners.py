@@ -155,19 +155,19 @@ class Elsewhere(NamedTuple):
         return tuple(f"{what} {'; '.join(places)}. {said}" for what, places in found if places)
 
     def notes(self) -> tuple[str, ...]:
-        """Return what else is worth a line."""
-        within = (f"the limits hold as well {'; '.join(self.within)}",) if self.within else ()
+        """Return what else is worth a line but where the limits hold, which the verdict says."""
         beyond = (f"beyond its limits elsewhere: {'; '.join(self.beyond)}",) if self.beyond else ()
-        return (*within, *beyond, *self.unseen)
+        return (*beyond, *self.unseen)
 
 
 def elsewhere(system: System, limits: Mapping[float, float], speeds_mm_s: Sequence[float] = ()) -> Elsewhere:
     """Return where else a System's controller is beyond its limits on Ms, or cannot be looked at.
 
-    Elsewhere are the other contact, four times the speed, and half of it: outside the speeds at which it holds.
+    Elsewhere are the other contact, four times the speed, and half of it: outside the speeds at which it holds. The
+    other contact is looked at with the slowest and the fastest of these as well.
     """
     unstable, near, beyond, unseen, within = [], [], [], [], []
-    for changes in [*strokes_of(system), *_slower(system, speeds_mm_s)]:
+    for changes in [*strokes_of(system), *_ends(system, speeds_mm_s), *_slower(system, speeds_mm_s)]:
         try:
             there = system.evolve(changes)
             found = [] if _held(there, system, speeds_mm_s) else corners(there, limits)
@@ -187,6 +187,15 @@ def elsewhere(system: System, limits: Mapping[float, float], speeds_mm_s: Sequen
         elif found:
             within.append(_place(there))
     return Elsewhere(tuple(unstable), tuple(near), tuple(beyond), tuple(unseen), tuple(within))
+
+
+def _ends(system: System, speeds_mm_s: Sequence[float]) -> list[dict[str, Any]]:
+    """Return overrides for the contact that a skin has not, at the ends of the speeds; none without speeds."""
+    if not (speeds_mm_s and isinstance(system.finger, Skin) and isinstance(system.motion, Strokes)):
+        return []
+    ends = {min(speeds_mm_s), max(speeds_mm_s)} - {system.motion.speed_mm_s * faster for faster in FASTER}
+    others = [contact for contact in CONTACTS if contact != system.finger.contact]
+    return [{"finger.contact": contact, "motion.speed_mm_s": speed} for contact in others for speed in sorted(ends)]
 
 
 def _slower(system: System, speeds_mm_s: Sequence[float]) -> list[dict[str, Any]]:

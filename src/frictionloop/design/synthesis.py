@@ -144,7 +144,7 @@ def _held_between(system: System, law: str, asked: Wanted) -> tuple[Designed, Se
     searched = replace(asked, speeds_mm_s=asked.spread_mm_s(SEARCHED))
     close = asked.spread_mm_s(CHECKED)
     while True:
-        found = SYNTHESES[law](system, searched)
+        found = _short(SYNTHESES[law](system, searched))
         at = found.corners or corners(system.evolve(found.overrides), asked.limits, close, asked.lean)
         worst = broken(at)
         if worst is None:
@@ -154,6 +154,15 @@ def _held_between(system: System, law: str, asked: Wanted) -> tuple[Designed, Se
         if speed is None or speed in searched.speeds_mm_s:
             raise FrictionloopError(unheld(law, asked, worst))
         searched = replace(searched, speeds_mm_s=(*searched.speeds_mm_s, speed))
+
+
+def _short(found: Designed) -> Designed:
+    """Return a controller with numbers of five digits, before it is looked at; as it is where that was done already."""
+    if found.corners:
+        return found
+    values = {path: float(f"{value:.5g}") if isinstance(value, float) else value
+              for path, value in found.overrides.items()}  # fmt: skip
+    return found._replace(overrides=values)
 
 
 @contextmanager

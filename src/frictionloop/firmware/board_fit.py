@@ -22,6 +22,11 @@ def amplitude_left(plate: ResonantPlate) -> float:
     return 1.0 / math.hypot(1.0, (CARRIER_HZ - plate.frequency_hz) / plate.cutoff_hz)
 
 
+def carrier_misses(system: System) -> bool:
+    """Tell whether the board's carrier leaves the plate less than `LEAST_LEFT` of its amplitude."""
+    return isinstance(system.plate, ResonantPlate) and amplitude_left(system.plate) < LEAST_LEFT
+
+
 def misfits(system: System) -> list[str]:
     """Return what of a system the firmware does not do, a line each; nothing where all fits."""
     said, plate, rate_hz = [], system.plate, float(schema()["protocol"]["tick_hz"])

@@ -85,15 +85,19 @@ def progress_bar(title: str, total: int, show: bool | None = None) -> Iterator[B
 
 @contextmanager
 def plain_lines(write: Callable[[str], None]) -> Iterator[None]:
-    """Write what is under way: nothing for work that is soon done, then a line ever more rarely."""
+    """Write what is under way: nothing for work that is soon done, then a line ever more rarely, and per new stage."""
     ended = threading.Event()
 
     def tell() -> None:
         so_far_s, next_s, wait_s = 0.0, FIRST_S, FIRST_S
+        told_s, told = 0.0, None
         while not ended.wait(LOOK_S):
             so_far_s += LOOK_S
-            said = under_way[-1]() if under_way else ""
-            if said and so_far_s >= next_s:
+            now = under_way[-1] if under_way else None
+            said = now() if now else ""
+            new_stage = now is not told and so_far_s >= told_s + FIRST_S
+            if said and (so_far_s >= next_s or (told is not None and new_stage)):
+                told_s, told = so_far_s, now
                 write(f"{said}, {so_far_s:.0f} s so far")
                 wait_s = min(2 * wait_s, LONGEST_S)
                 next_s = so_far_s + wait_s

@@ -116,7 +116,7 @@ def test_summary_has_derived_numbers(frictionloop):
     assert (answer.code, answer.err) == (0, "")
     # f/(2 Q); 5 N / 2^10; sqrt(pi/2 1000) 2.3e-6; (2 pi 145)^2 0.4; 200 us and half of 200 us; 1000 and 20000 N/m
     # in series at 50 mm/s
-    for said in ("cutoff 500 Hz", "ADC step 4.88e+03 uN", "91.2 uN rms", "0.332 N/um", "300 us", "at most 47.6 N/s"):
+    for said in ("cutoff 500 Hz", "ADC step 4.88 mN", "0.0912 mN rms", "0.332 N/um", "300 us", "at most 47.6 N/s"):
         assert said in answer.out
     assert max(len(line.rstrip()) for line in answer.out.splitlines()) <= 100
 

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from frictionloop.analysis.headroom import Headroom
 from frictionloop.analysis.operating import asked
-from frictionloop.design.corners import at_mean, stroke_of
+from frictionloop.design.corners import Corner, at_mean, stroke_of
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import Constant, Steps, System
 from frictionloop.perception.thresholds import HIGHEST_HZ
@@ -34,10 +34,12 @@ LINES = ((BLACK, "-"), (BLUE, (0, (4, 1.5))), (VERMILLION, (0, (1, 1))))
 """Colour and dashes for no, the small and the large error of the resonance."""
 
 
-def drawings(before: System, after: System, found: Headroom, limits: Mapping[float, float]) -> Mapping[str, Any]:
-    """Return how to draw each figure, by name."""
+def drawings(
+    before: System, after: System, found: Headroom, limits: Mapping[float, float], worst: Corner | None = None
+) -> Mapping[str, Any]:
+    """Return how to draw each figure, by name; ``worst`` is the corner with the largest Ms."""
     return {
-        "sensitivity": partial(figure_sensitivity, after, found, limits),
+        "sensitivity": partial(figure_sensitivity, after, found, limits, worst),
         "step": partial(figure_step, step_run(before), step_run(after), stepped(after)[1]),
     }
 
@@ -58,10 +60,13 @@ def step_run(system: System) -> xr.Dataset:
 
 
 @styled
-def figure_sensitivity(system: System, found: Headroom, limits: Mapping[float, float]) -> Figure:
+def figure_sensitivity(
+    system: System, found: Headroom, limits: Mapping[float, float], worst: Corner | None = None
+) -> Figure:
     """Return |S| and |T| with the resonance as described and off, the least |S| possible, and the delay's limit.
 
-    |S| is drawn twice: over all decades, and its peaks, on a linear scale, against the largest Ms asked for.
+    A corner with the largest Ms, at another force, finger or speed, is drawn beside. |S| is drawn twice: over all
+    decades, and its peaks, on a linear scale, against the largest Ms asked for.
     """
     figure = new_figure(7.2, 6.0)
     figure.suptitle(f"{found.loop.elements.force_n:.3g} N, dry finger{stroke_of(system)}", fontsize=9.0)
@@ -78,6 +83,12 @@ def figure_sensitivity(system: System, found: Headroom, limits: Mapping[float, f
         asked = f"asked ±{100 * error:.3g} %: {limit:.3g}" if error else f"asked: {limit:.3g}"
         panels["peak"].axhline(limit, color=colour, linestyle=dashes, lw=0.7)
         panels["peak"].annotate(asked, (FROM_HZ, limit), (3, 2), textcoords="offset points", fontsize=7.0)
+    if worst is not None:
+        responses = worst.loop.responses(frequency)
+        style = {"color": GREY, "linestyle": (0, (5, 1, 1, 1)), "lw": 1.2}
+        panels["S"].loglog(frequency, np.abs(responses["S"]), label=f"worst: {worst.where}", **style)
+        panels["peak"].semilogx(frequency, np.abs(responses["S"]), **style)
+        panels["T"].loglog(frequency, np.maximum(np.abs(responses["T"]), FLOOR), **style)
     lowest = np.abs(found.sensitivity)[found.frequency_hz >= LOWEST_HZ].min()
     if np.isfinite(found.least).any():
         # Beyond what touch feels hardly anything is to be lowered, and the least residual leaves |S| open there.
@@ -94,7 +105,7 @@ def figure_sensitivity(system: System, found: Headroom, limits: Mapping[float, f
     )
     panels["T"].set(title="$|T|$: what noise and set-point error become", ylim=(FLOOR, 6.0))
     handles, labels = panels["S"].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3)
+    figure.legend(handles, labels, loc="outside lower center", ncols=3 if worst is None else 2)
     return figure
 
 

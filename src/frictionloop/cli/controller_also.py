@@ -1,0 +1,90 @@
+"""What a designed controller meets besides its corners: a finger fully moist, noise, the sensor's range, guesses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from frictionloop.analysis import command_noise_rms_n, operating_band, output_noise_rms_n
+from frictionloop.analysis.operating import law_at, reach_n
+from frictionloop.design.corners import NEAR
+from frictionloop.design.plants import shifted
+from frictionloop.parameters import FingerFriction, Strokes, SuspendedSensor
+from frictionloop.quantities import FrictionloopError
+
+if TYPE_CHECKING:
+    from frictionloop.analysis.linear import LinearLoop
+    from frictionloop.design.wanted import Wanted
+    from frictionloop.parameters import System
+
+Row = tuple[str, ...]
+SETTLED = 3.0
+"""Time constants after which occlusion is called complete: 95 %."""
+MATTER = {
+    "friction.nominal_n": "N", "friction.susceptibility_per_um2": "um^-2", "plate.max_amplitude_um": "um",
+    "sensor.cutoff_hz": "Hz", "sensor.q": "", "controller.delay_s": "s", "motion.load_n": "N",
+    "setpoint.offset_n": "N", "setpoint.amplitude_n": "N",
+}  # fmt: skip
+"""Values that move the gains of a design and that a bench is often described without, with their units."""
+
+
+def fully_moist(system: System, wanted: Wanted) -> str:
+    """Return how the loop is on a finger that never lifts, at complete occlusion; empty for any other."""
+    friction, motion = system.friction, system.motion
+    if not (isinstance(friction, FingerFriction) and isinstance(motion, Strokes)) or motion.contact_s > 0:
+        return ""
+    said = f"at 100 % occlusion (not lifted for about {SETTLED * friction.occlusion_s:.3g} s) "
+    speeds = wanted.spread_mm_s(3) or (motion.speed_mm_s,)
+    try:
+        there = [system.evolve({"motion.speed_mm_s": speed}) for speed in speeds]
+        points = [loop for each in there for loop in operating_band(each, occluded=(1.0,))]
+        found = [(loop.sensitivity_peak(), off, limit) for loop, off, limit in shifted(points, wanted.limits)]
+    except FrictionloopError as error:
+        return f"{said}it cannot be looked at: {error}"
+    unstable = [off for peak, off, _ in found if math.isinf(peak)]
+    if unstable:
+        return f"{said}UNSTABLE{_off(min(unstable, key=abs))}: lift the finger before, or give `motion.contact_s`"
+    peak, off, limit = max(found, key=lambda each: each[0] / each[2])
+    how = "CLOSE TO UNSTABLE" if peak > NEAR else "stable"
+    return f"{said}{how}: Ms is {peak:.3g}{_off(off)}; {limit:.3g} is the limit of a finger that lifts in time"
+
+
+def _off(share: float) -> str:
+    return f" with the resonance {100 * abs(share):.3g} % {'higher' if share > 0 else 'lower'}" if share else ""
+
+
+def noise(loop: LinearLoop) -> Row:
+    """Return the row of what the sensor's noise makes of force and command in a loop."""
+    force, command = (1e3 * rms_n(loop) for rms_n in (output_noise_rms_n, command_noise_rms_n))
+    return ("sensor noise", f"{force:.3g} mN", f"rms in the force, of this loop; {command:.3g} mN in the command")
+
+
+def range_said(system: System) -> str:
+    """Return a line where friction without vibration exceeds the range of the sensor; empty where it does not."""
+    if not isinstance(system.sensor, SuspendedSensor):
+        return ""
+    state = 1.0 if isinstance(system.friction, FingerFriction) else 0.0
+    top_n, range_n = reach_n(system, law_at(system, state))[1], system.sensor.range_n
+    if top_n <= range_n:
+        return ""
+    return (
+        f"a fully moist finger has {top_n:.3g} N without vibration, and sensor.range_n is {range_n:.3g} N; the "
+        "board stops with a fault when its sensor saturates"
+    )
+
+
+def assumed(system: System) -> str:
+    """Return a line with what is as in `bench()`, which is assumed, and moves the gains; empty if all is given."""
+    from frictionloop.parameters import bench
+
+    own, usual = _values(system), _values(bench())
+    same = [f"{path} = {own[path]:g} {unit}".rstrip() for path, unit in MATTER.items()
+            if path in own and own[path] == usual.get(path)]  # fmt: skip
+    return f"as in bench(), assumed unless it is yours: {', '.join(same)}" if same else ""
+
+
+def _values(system: System) -> Mapping[str, Any]:
+    blocks = system.model_dump()
+    return {f"{name}.{key}": value for name in blocks if isinstance(blocks[name], dict)
+            for key, value in blocks[name].items()}  # fmt: skip

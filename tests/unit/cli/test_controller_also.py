@@ -1,0 +1,49 @@
+"""What is said of a designed controller besides its corners."""
+
+from __future__ import annotations
+
+import math
+
+import frictionloop as fl
+from frictionloop.cli import controller_also as also
+from frictionloop.cli.controller_holds import also_said
+from frictionloop.design.corners import Elsewhere
+from frictionloop.design.wanted import Designed, Wanted
+
+WEAK = fl.bench().evolve({"controller.kind": "pi", "controller.kp": 0.0, "controller.ki": 7.0})
+
+
+def test_a_finger_that_never_lifts_is_judged_fully_moist():
+    said = also.fully_moist(WEAK, Wanted())
+    assert said.startswith("at 100 % occlusion (not lifted for about 60 s) stable: Ms is ")
+    strong = WEAK.evolve({"controller.ki": 3000.0})
+    assert all(math.isinf(loop.sensitivity_peak()) for loop in fl.operating_band(strong, occluded=(1.0,)))
+    assert "UNSTABLE: lift the finger before" in also.fully_moist(strong, Wanted())
+    assert also.fully_moist(WEAK.evolve({"motion.contact_s": 10.0}), Wanted()) == ""
+    assert also.fully_moist(fl.feasible(), Wanted()) == ""
+
+
+def test_a_range_below_the_friction_of_a_moist_finger_is_told():
+    # Friction without vibration when occlusion is complete: nominal_n times occlusion_ratio.
+    top_n = WEAK.friction.nominal_n * WEAK.friction.occlusion_ratio
+    said = also.range_said(WEAK.evolve({"sensor.range_n": 0.9 * top_n}))
+    assert f"{top_n:.3g} N without vibration" in said and f"{0.9 * top_n:.3g} N" in said
+    assert also.range_said(WEAK.evolve({"sensor.range_n": 1.1 * top_n})) == ""
+
+
+def test_what_is_as_the_bench_has_it_is_called_assumed():
+    assert f"sensor.cutoff_hz = {fl.bench().sensor.cutoff_hz:g} Hz" in also.assumed(fl.bench())
+    assert "sensor.cutoff_hz" not in also.assumed(fl.bench().evolve({"sensor.cutoff_hz": 777.0}))
+
+
+def test_noise_is_that_of_the_analysis():
+    loop = fl.linearise(WEAK)
+    row = also.noise(loop)
+    assert row[1] == f"{1e3 * fl.output_noise_rms_n(loop):.3g} mN"
+
+
+def test_other_places_are_grouped_by_contact():
+    within = ("on contact slider at 30 mm/s", "on contact dahl at 240 mm/s", "on contact slider at 100 mm/s")
+    (line,) = also_said(Designed({}, elsewhere=Elsewhere(within=within)))
+    assert line.endswith("contact slider at 30, 100 mm/s; contact dahl at 240 mm/s.")
+    assert also_said(Designed({})) == []
