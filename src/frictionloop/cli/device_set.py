@@ -125,15 +125,18 @@ def _holding(system: System, tuned: dict[str, Any], unchecked: bool) -> System:
 
 def _holding_off(system: System, given: str) -> None:
     """Refuse a loop that rings with the resonance up to 10 % off; say at which other contact or speed it does."""
-    from frictionloop.cli.advice import OFF
-    from frictionloop.design.corners import NEAR, corners, elsewhere
+    from frictionloop.cli.advice import OFF, points_of
+    from frictionloop.design.corners import NEAR, Corner, elsewhere
+    from frictionloop.design.plants import shifted
 
     limits = {0.0: NEAR, OFF: NEAR}
     try:
-        rings = [each for each in corners(system, limits) if math.isinf(each.sensitivity_peak)]
+        found = [
+            Corner(off, most, loop, loop.sensitivity_peak()) for loop, off, most in shifted(points_of(system), limits)
+        ]
     except FrictionloopError:  # what cannot be linearised is not judged
         return
-    if rings:
+    if rings := [each for each in found if math.isinf(each.sensitivity_peak)]:
         raise FrictionloopError(f"{given}: this loop rings at {rings[0].where}; --unchecked sets it all the same")
     if places := elsewhere(system, limits).unstable:
         screen.note(f"{given}: this loop rings {'; '.join(places)}")
