@@ -222,7 +222,7 @@ def test_plot_has_a_panel_for_everything_that_moves(frictionloop):
 
 def test_plot_of_a_long_run_keeps_the_extremes(frictionloop):
     run = fl.simulate(fl.bench(), 10.0)
-    force, *_ = [line.get_ydata() for line in figure_of(run).axes[0].lines if "finger" in line.get_label()]
+    force, *_ = [line.get_ydata() for line in figure_of(run).axes[0].lines if "force on the finger" in line.get_label()]
     assert force.size < run.time.size
     assert (force.min(), force.max()) == (run.f_a.min(), run.f_a.max())
     assert np.isin(force, run.f_a.values).all()
