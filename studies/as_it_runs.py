@@ -1,6 +1,6 @@
 """What a limit observer leaves beside other laws, and its margins with what it has learnt at any time of a run.
 
-``python -m studies.as_it_runs 60 1`` takes every capable one of 60 fingers of the comparison, each with the
+``python -m studies.as_it_runs 300 1`` takes every capable one of 300 fingers of the comparison, each with the
 resonance as the bench's, and writes *results/as-it-runs.csv* and the worst of all in *as-it-runs-worst.csv*. Ms is the
 worst of forces from 0.3 to 0.9 N; of the limit observer, of every finger, with the largest loop gain at any of
 `TIMES_S`; of other laws, of the first, dry and as moist as at the end.

@@ -1,6 +1,6 @@
 """Does a law ring after what a hand and a set-point may do? Random histories, then a hold, beside the hold alone.
 
-``python -m studies.histories 6 32 1`` runs 6 histories on each of 32 capable fingers, one of them under each variant,
+``python -m studies.histories 20 100 2`` runs 20 histories on each of 100 capable fingers, two of them under a variant,
 writes *results/histories.csv* and draws the worst ten in *runs/histories.png*. A finger rings where half a second of
 the hold has more rms from 100 to 400 Hz than twice what the same stroke has there without the history, and than 5 mN.
 ``long`` as the only word holds 0.6 N for 10 min without a lift, beside the first stroke there and back.

@@ -23,6 +23,8 @@ from frictionloop.studio.room import Room
 
 pytestmark = pytest.mark.slow
 SYSTEM = fl.bench().evolve(LAW | {"setpoint": {"kind": "effect"}})
+SILENT_S = 0.15
+"""A board hears nothing for so long when its host stands still; after 0.2 s it switches off."""
 ROW = {name: row for row, name in enumerate(CHANNELS)}
 
 
@@ -40,9 +42,14 @@ def line(way, folder):
 
 def pass_until(room, guest, there, most_s=60.0):
     """Let time pass with a driving page that is there, until something is so."""
-    end = time.monotonic() + most_s
+    last = time.monotonic()
+    end = last + most_s
     while not there():
-        assert time.monotonic() < end, room.status()
+        now = time.monotonic()
+        assert now < end, room.status()
+        if now - last > SILENT_S:
+            pytest.skip(f"this machine stood still for {now - last:.2g} s, in which a board switches off by itself")
+        last = now
         obey(room, guest, {"do": "here"})
         room.heard(guest)
         room.step()

@@ -127,7 +127,7 @@ def test_a_session_on_two_pages(page, other, session):
     assert going.error is None
     trials = read_trials(going.path)
     assert trials["response"].tolist()[:2] == ["1", "2"]
-    assert (trials["rt_s"] < 4.0).all()
+    assert (trials["rt_s"][trials["response"] != ""] < 4.0).all()
     assert (trials["rt_uncertainty_s"] > 0).all()
     assert (trials["rt_uncertainty_s"] < 0.05).all()
     assert [each["event"] for each in logged(going.path, "pause") + logged(going.path, "go on")] == ["pause", "go on"]

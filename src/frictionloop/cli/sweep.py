@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from frictionloop.cli import checks, flags, screen, sweep_points
+from frictionloop.cli import checks, flags, screen
 from frictionloop.cli.flags import scalar
 from frictionloop.quantities.units import FrictionloopError
 
@@ -124,6 +124,8 @@ def command(
     else:
         whose = "" if population is None else f" of {population}"
         said = f"{origin}, {fingers} fingers{whose} of seed {fingers_seed or 0}" if fingers else origin
+        from frictionloop.cli import sweep_points
+
         points_said = [] if fingers else sweep_points.listed(found, system)
         summary = found.summary(duration_s)
         screen.show(screen.columns([("system", said)]), "", *points_said, *summary, *screen.saved(saved))
