@@ -19,22 +19,33 @@ SYSTEM = fl.bench().evolve({"setpoint": {"kind": "effect"}})
 def test_a_try_that_takes_long_holds_nobody_up_and_is_told_once():
     answers = threading.Event()
     again = LineAgain(answers.wait)
-    again.begin()
-    assert again.trying and not again.opened()
+    again.try_on()
+    again.end()
+    assert not again.opened()  # nothing was lost
+    again.lost()
+    again.try_on()
+    assert again.away and not again.opened()
     answers.set()
     again.end()
-    assert not again.trying
+    assert not again.away
     assert [again.opened(), again.opened()] == [True, False]
 
 
-def test_a_try_that_fails_opens_nothing():
+def test_a_line_whose_try_fails_is_away_until_a_later_one_succeeds():
+    tries = []
+
     def reconnect():
-        raise DeviceError("serial:///nowhere: no answer")
+        tries.append(1)
+        if len(tries) < 2:
+            raise DeviceError("serial:///nowhere: no answer")
 
     again = LineAgain(reconnect)
-    again.begin()
+    again.lost()
+    again.try_on()
     again.end()
-    assert not again.opened()
+    assert again.away and not again.opened()
+    until(lambda: again.try_on() or not again.away)
+    assert again.opened() and len(tries) == 2
 
 
 def test_a_device_whose_line_is_silent_goes_on_without_it_and_comes_back(monkeypatch):

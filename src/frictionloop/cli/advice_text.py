@@ -40,7 +40,7 @@ BEYOND = {
     "bound": (0.3, "the susceptibility that the limit observer learns was at its bound, "
     "controller.susceptibility_spread"),
 }  # fmt: skip
-"""Least share of the time that is told, 1 % rounded and more than coming from the bound takes, and the words."""
+"""Least share of the time that is told (chosen: 1 % rounded; more than leaving the bound takes), and the words."""
 
 
 def lines(found: Ringing, metrics: dict[str, float]) -> list[str]:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from frictionloop.parameters import System
 
 Row = tuple[str, ...]
-NOT_THERE = "Do not use it there: it was not designed for it. `--law hinf` designs for both contacts."
+NOT_THERE, BOTH = "Do not use it there: it was not designed for it.", " `--law hinf` designs for both contacts."
 SLOWER = 0.5
 """Speed over that of the strokes from which a range is proposed: a finger that strokes passes every slower one."""
 
@@ -34,7 +34,8 @@ def verdict(designed: Designed, after: System, wanted: Wanted, out: Path | None)
     checked = len(rows)
     for name, places in (("UNSTABLE", elsewhere.unstable), ("CLOSE TO UNSTABLE", elsewhere.near)):
         rows += [(name if k == 0 else "", place.removeprefix("on ")) for k, place in enumerate(places)]
-    rows += [("", NOT_THERE)] if len(rows) > checked else []
+    contacts = {getattr(each.loop.system.finger, "contact", "") for each in found}
+    rows += [("", NOT_THERE + BOTH * (len(contacts) == 1))] if len(rows) > checked else []
     rows += [("fully moist", said)] if (said := fully_moist(after, wanted)) else []
     rows += [("range", said)] if (said := range_said(after)) else []
     return [*rows, *_other_speeds(after, wanted), *_next(after, wanted, out)]

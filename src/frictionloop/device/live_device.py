@@ -87,16 +87,17 @@ class DeviceEngine:
 
         Samples that were lost are NaN; how many come is the device's affair.
         """
-        if not self._again.trying:
+        self._again.try_on()
+        if not self._again.away:
+            if self._again.opened():
+                told = self.trouble.removesuffix("; trying again")
+                self.trouble = f"{told}; it is there again, with its plate off"
             try:
-                if self._again.opened():
-                    told = self.trouble.removesuffix("; trying again")
-                    self.trouble = f"{told}; it is there again, with its plate off"
                 for message in self._heard(path):
                     self._take(message)
             except Unplugged as gone:
                 self.trouble, self.armed = f"{gone}; trying again", "idle"
-                self._again.begin()
+                self._again.lost()
         return self.rows.taken(self._link.pipe)
 
     def change(self, system: System) -> bool:
@@ -116,7 +117,7 @@ class DeviceEngine:
     def disarm(self) -> None:
         """Ask for the plate at rest, which the board brings it to within 0.1 s."""
         self.armed = "idle"
-        if self._again.trying:  # without its host the board switches off by itself
+        if self._again.away:  # without its host the board switches off by itself
             return
         try:
             self._device.mode("idle")
@@ -159,7 +160,7 @@ class DeviceEngine:
         self._device.close()
 
     def _refuse_while_away(self) -> None:
-        if self._again.trying:
+        if self._again.away:
             raise FrictionloopError(self.trouble)
 
     def _listen(self) -> Rows:

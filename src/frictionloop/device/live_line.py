@@ -15,20 +15,21 @@ LONGEST_TRY_S = 5.0
 
 
 class LineAgain:
-    """Tries to open a line again, on a thread of its own; while `trying`, nobody else may use the line."""
+    """Tries to open a line again, on a thread of its own, until it is there; while it is `away` nobody else uses it."""
 
     def __init__(self, reconnect: Callable[[], None]) -> None:
         self._reconnect, self._thread = reconnect, threading.Thread()
-        self._began_s, self._is_open = -RETRY_S, False
+        self._began_s, self._opened = -RETRY_S, False
+        self.away = False
+        """Whether the line is not there."""
 
-    @property
-    def trying(self) -> bool:
-        """Whether a try is under way."""
-        return self._thread.is_alive()
+    def lost(self) -> None:
+        """Take the line for away until a try succeeds."""
+        self.away = True
 
-    def begin(self) -> None:
-        """Begin a try, unless the last one began less than `RETRY_S` ago."""
-        if time.monotonic() - self._began_s < RETRY_S:
+    def try_on(self) -> None:
+        """Begin a try where the line is away, unless one is under way or began less than `RETRY_S` ago."""
+        if not self.away or self._thread.is_alive() or time.monotonic() - self._began_s < RETRY_S:
             return
         self._began_s = time.monotonic()
         self._thread = threading.Thread(target=self._try, daemon=True)
@@ -36,17 +37,17 @@ class LineAgain:
 
     def opened(self) -> bool:
         """Return, once, that a try has succeeded."""
-        was, self._is_open = self._is_open, False
+        was, self._opened = self._opened, False
         return was
 
     def end(self) -> None:
         """Wait for a try that is under way."""
-        if self.trying:
+        if self._thread.is_alive():
             self._thread.join(LONGEST_TRY_S)
 
     def _try(self) -> None:
         try:
             self._reconnect()
-            self._is_open = True
-        except DeviceError:
+        except DeviceError:  # silent still, or gone again: the next try is due in a second
             return
+        self._opened, self.away = True, False

@@ -11,7 +11,7 @@ def listening(host: str, port: int) -> socket.socket:
     """Return a socket that is bound, so that its address is known before the server is up.
 
     It sends at once what is written: asyncio asks for that only where a socket names TCP as its protocol. Else a frame
-    would wait until the page acknowledges the one before it, which it does with its next pointer event, 17 ms later.
+    waits until the page acknowledges the one before it, which it does with its next pointer event.
 
     Parameters
     ----------
