@@ -20,22 +20,24 @@ export function gallery(link) {
     check?.(document.querySelector(`[data-effect="${CSS.escape(chosen)}"]`));
     $("own-effect").hidden = chosen !== "";
   }
+  // As images: a browser looks at each canvas of a page again for every picture that it shows, drawn on or not.
   function draw() {
+    const canvas = document.createElement("canvas");
     effects.forEach(({ name, picture, cells }) => {
-      const canvas = document.querySelector(`[data-effect="${CSS.escape(name)}"] canvas`);
       const shares = Uint8Array.from(atob(picture), (letter) => letter.charCodeAt(0));
       [canvas.width, canvas.height] = cells;
       canvas.getContext("2d").putImageData(grey(...cells, shares, colour("--low"), colour("--high")), 0, 0);
+      document.querySelector(`[data-effect="${CSS.escape(name)}"] img`).src = canvas.toDataURL();
     });
   }
 }
 
 function chip({ name }) {
-  const button = document.createElement("button"), canvas = document.createElement("canvas"), text = document.createElement("span");
+  const button = document.createElement("button"), image = document.createElement("img"), text = document.createElement("span");
   button.setAttribute("role", "radio");
   button.dataset.effect = name;
-  canvas.setAttribute("aria-label", `Picture of ${name}`);
+  image.alt = `Picture of ${name}`;
   text.textContent = name;
-  button.append(canvas, text);
+  button.append(image, text);
   return button;
 }
