@@ -8,7 +8,7 @@ from live_engines import GRATING, Echo
 
 from frictionloop.device.live_engine import CHANNELS, TwinEngine
 from frictionloop.device.live_path import FASTEST_MM_S, LATE_S
-from frictionloop.device.live_session import CATCH_UP_S, GONE_S, KEPT_S, Session
+from frictionloop.device.live_session import CATCH_UP_S, GONE_S, KEPT_S, SPARSE, Session
 from frictionloop.studio.numbers import TURNED_MM, numbers_of, slides
 
 X, LOAD = 0, 1
@@ -40,6 +40,33 @@ def test_time_that_has_not_passed_gives_no_block_and_what_has_gives_all_of_it():
     live = session()
     assert live.step(0.0049) == []
     assert [block.first_tick for block in live.step(0.0151)] == [0, 25, 50]
+
+
+def test_a_block_ends_where_the_finger_reaches_what_the_pointer_told():
+    """The loop knows of an event a row of a frame after it could; without one, blocks end on their grid."""
+    live, told = session(), []
+    sent_s = 0.0072 + np.arange(30) / 60.0
+    for k in range(600):
+        now_s = 0.001 * (k + 1)
+        for each in sent_s[(now_s - 0.001 < sent_s) & (sent_s <= now_s)]:
+            live.touch(each, np.array([[1e3 * each, 0.0, 0.0, np.nan]]))
+        told += [(block, now_s) for block in live.step(now_s)]
+    ends = np.array([block.first_tick + block.rows.shape[1] for block, _ in told])
+    assert [block.first_tick for block, _ in told[1:]] == list(ends[:-1])
+    assert not (ends % SPARSE).any()
+    assert set(np.arange(25, 3000, 25)) <= set(ends)
+    for each in sent_s:
+        first = next(end for (block, _), end in zip(told, ends, strict=True) if block.reached_ms >= 1e3 * each)
+        assert -1e-9 <= first / 5000.0 - each - LATE_S <= SPARSE / 5000.0
+    assert len(told) <= 120 + 30
+
+
+def test_a_pointer_of_a_thousand_samples_a_second_ends_one_block_of_two():
+    live, blocks = session(), []
+    for k in range(300):
+        live.touch(0.001 * k, np.array([[float(k), 0.0, 0.0, np.nan]]))
+        blocks += live.step(0.001 * (k + 1))
+    assert 60 < len(blocks) <= 2 * 60
 
 
 def test_the_finger_moves_evenly_between_pointer_samples_and_one_of_them_late():

@@ -55,6 +55,15 @@ class PointerPath:
         """Forget what came before."""
         self._samples.clear()
 
+    def next_s(self, after_s: float) -> float:
+        """Return when the finger reaches the next sample after a time; infinity if it knows of none."""
+        found = math.inf
+        for sample, _ in reversed(self._samples):
+            if sample.time_s + LATE_S <= after_s:
+                break
+            found = sample.time_s + LATE_S
+        return found
+
     def at(self, time_s: float) -> Sample | None:
         """Return the pointer at a time, linear between two samples one sample late; None before the first."""
         wanted, after = time_s - LATE_S, None

@@ -13,7 +13,9 @@ from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 
 BLOCKS_HZ = 200.0
-"""Blocks per second (measured: 5 ms from pointer to force at the median)."""
+"""Blocks per second; one more for each sample of a pointer."""
+SPARSE = 5
+"""Ticks per row of a frame for the eye, and that a block ends early by: a millisecond at 5 kHz."""
 CATCH_UP_S = 0.5
 """What a stalled session makes good; the rest of the time is dropped, and counted."""
 KEPT_S = 30.0
@@ -130,7 +132,7 @@ class Session:
 
     def step(self, now_s: float) -> list[Block]:
         """Go on to a time and return the blocks since the last call: none if it is early."""
-        rate, ticks = self.engine.rate_hz, self.block_ticks
+        rate = self.engine.rate_hz
         if math.isnan(self._begun_s):
             self._begun_s = now_s - self.ticks / rate
         behind = now_s - self._begun_s - self.ticks / rate
@@ -138,25 +140,37 @@ class Session:
             self.dropped_s += behind - CATCH_UP_S
             self._begun_s += behind - CATCH_UP_S
             behind = CATCH_UP_S
-        done = []
-        for _ in range(int(behind * rate / ticks + 1e-9)):
-            at_s = self._begun_s + (self.ticks + ticks) / rate
-            done.append(self._block(at_s, now_s))
+        done, now = [], self.ticks + int(behind * rate + 1e-6)
+        while (end := self._end()) <= now:
+            done.append(self._block(end, now_s))
         return done
+
+    def _end(self) -> int:
+        """Return the tick at which the next block ends: on the grid of blocks, or before it where a pointer's sample is.
+
+        The loop then knows of the sample without waiting for the grid. A pointer of many samples ends one block of two.
+        """
+        grid = (self.ticks // self.block_ticks + 1) * self.block_ticks
+        if not self._down or self.ticks % self.block_ticks:
+            return grid
+        rate = self.engine.rate_hz
+        next_s = self.pointer.next_s(self._begun_s + self.ticks / rate)
+        rows = math.ceil(((next_s - self._begun_s) * rate - self.ticks) / SPARSE) if next_s < math.inf else grid
+        return min(self.ticks + SPARSE * rows, grid)
 
     def due_s(self, now_s: float) -> float:
         """Return the time until the next block is due, s: from 0 to a block."""
         if math.isnan(self._begun_s):
             return 0.0
-        due = self._begun_s + (self.ticks + self.block_ticks) / self.engine.rate_hz - now_s
+        due = self._begun_s + self._end() / self.engine.rate_hz - now_s
         return min(max(due, 0.0), 1.0 / BLOCKS_HZ)
 
-    def _block(self, at_s: float, now_s: float) -> Block:
-        ticks = self.block_ticks
+    def _block(self, end: int, now_s: float) -> Block:
+        ticks, rate = end - self.ticks, self.engine.rate_hz
         if now_s - self._heard_s > GONE_S:
             self._down = False
-        wanted = self._wanted(at_s, ticks / self.engine.rate_hz)
-        path = self.finger.block(wanted, ticks, self.engine.rate_hz)
+        wanted = self._wanted(self._begun_s + end / rate, ticks / rate)
+        path = self.finger.block(wanted, ticks, rate)
         rows = self.engine.advance(path).astype(np.float32)
         return self._keep(rows, self.pointer.reached_ms if self._down else math.nan)
 

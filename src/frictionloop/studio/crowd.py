@@ -40,19 +40,25 @@ class Twelve:
         self._system: System | None = None
         self._why, self._number = "", 0
         self._kept: deque[np.ndarray] = deque()
+        self._part: list[np.ndarray] = []
 
     def rest(self) -> None:
         """Let everybody go."""
         self._crowd = self._system = None
         self._kept.clear()
+        self._part.clear()
 
     def follow(self, block: Block) -> bytes | None:
-        """Return what everybody felt along a stretch of the session as a message; None while it is not there."""
+        """Return what everybody felt along a stretch of the session as a message; None until a whole block is there."""
         if not self._there():
             return None
         assert self._crowd is not None
+        self._part.append(block.rows)
+        if sum(rows.shape[1] for rows in self._part) < self._session.block_ticks:
+            return None  # a block that ended early, at a sample of the pointer
+        stretch, self._part = np.concatenate(self._part, axis=1), []
         try:
-            told = self._crowd.advance(block.rows)
+            told = self._crowd.advance(stretch)
         except FrictionloopError as error:
             self._crowd, self._why = None, str(error)
             return None
@@ -63,7 +69,8 @@ class Twelve:
         packed = np.vstack([rows[_ASKED, :, :1].T, rows[_OPEN].T, rows[_CLOSED].T])
         self._number += 1
         ticks, rate = told.shape[1], self._crowd.rate_hz
-        return pack(Frame(self._number, (block.first_tick + ticks) / rate, math.nan, ticks / rate, packed), CROWD_FRAME)
+        end = block.first_tick + block.rows.shape[1]
+        return pack(Frame(self._number, end / rate, math.nan, ticks / rate, packed), CROWD_FRAME)
 
     def _there(self) -> bool:
         """Make the people, or give them the System in force; tell whether they are there."""
@@ -75,6 +82,7 @@ class Twelve:
         if system is self._system:
             return self._crowd is not None
         self._kept.clear()
+        self._part.clear()
         try:
             if self._crowd is None or self._system is None or structure(system) != structure(self._system):
                 # Another structure may have to be compiled, which takes seconds: not in the time of the session.
@@ -111,7 +119,9 @@ class Twelve:
         if not self._kept:
             return nothing
         rows = np.concatenate(self._kept, axis=1)
-        own = self._session.last(rows.shape[1] / crowd.rate_hz)
+        ahead = sum(part.shape[1] for part in self._part)
+        own = self._session.last((rows.shape[1] + ahead) / crowd.rate_hz)
+        own = own[:, : own.shape[1] - ahead]
         rows = rows[:, rows.shape[1] - own.shape[1] :]
         touches = self._session.engine.system.touch.load.touch_n
         sliding = slides(own[0].astype(float), own[1], crowd.rate_hz, touches)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.device.live_session import Block, Session
+from frictionloop.device.live_session import SPARSE, Block, Session
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 from frictionloop.studio.crowd import Twelve
@@ -29,8 +29,6 @@ MOST_RUNS = 8
 """Recorded runs that are kept for the pages; the oldest goes (assumed)."""
 UNDONE = 100
 """Changes that can be undone."""
-SPARSE = 5
-"""Ticks per row of a frame for the eye; for the ear every tick travels."""
 
 
 class Room:
@@ -180,7 +178,7 @@ class Room:
         self._number += 1
         packed: dict[bool, bytes] = {}
         for guest in self.guests:
-            every = 1 if guest.listens else SPARSE
+            every = 1 if guest.listens else SPARSE  # for the ear every tick travels
             if guest.listens not in packed:
                 packed[guest.listens] = pack(frame_of(block, self._number, self.session.engine.rate_hz, every))
             guest.put(packed[guest.listens])
