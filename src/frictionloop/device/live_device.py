@@ -9,18 +9,14 @@ import numpy as np
 from frictionloop.device.codec import Message
 from frictionloop.device.device import Device
 from frictionloop.device.errors import DeviceError, Refused, Unplugged
-from frictionloop.device.fault_words import in_words
 from frictionloop.device.live_line import LineAgain
-from frictionloop.device.live_rows import Rows
+from frictionloop.device.live_news import News
 from frictionloop.device.live_setup import SetUp
-from frictionloop.device.recorder import ALL, TICK_HZ
-from frictionloop.device.running import FAULTS, NO_SESSION, RESETS, STATES, reading_told
+from frictionloop.device.recorder import TICK_HZ
 from frictionloop.device.simulated_pipe import ENDS, BenchPipe
 from frictionloop.loop.stepper import Movement
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
-
-NAMES = {number: name for name, number in STATES.items()}
 
 
 class DeviceEngine:
@@ -51,8 +47,6 @@ class DeviceEngine:
         self.source = self._link.pipe.source
         self.trouble = ""
         """What is wrong with the line, empty while nothing is."""
-        self.fault = ""
-        """The fault that is in force, in words; empty without one."""
         self.armed = "idle"
         """The state that was asked for: idle, open or closed."""
         self.refused: list[str] = []
@@ -60,7 +54,7 @@ class DeviceEngine:
         self._again = LineAgain(self._anew)
         self._set_up = SetUp(device, system)
         self.ready, self.prepare = self._set_up.ready, self._set_up.prepare
-        self.rows = self._listen()
+        self._news = News(self._link)
 
     @property
     def system(self) -> System:
@@ -94,11 +88,14 @@ class DeviceEngine:
                 self.trouble = f"{told}; it is there again, with its plate off"
             try:
                 for message in self._heard(path):
-                    self._take(message)
+                    if why := self._news.take(message):
+                        self._began_anew(why)
+                if self._news.fault:
+                    self.armed = "idle"
             except Unplugged as gone:
                 self.trouble, self.armed = f"{gone}; trying again", "idle"
                 self._again.lost()
-        return self.rows.taken(self._link.pipe)
+        return self._news.rows.taken(self._link.pipe)
 
     def change(self, system: System) -> bool:
         """Begin to put another controller or effect in force, frame by frame; return whether the law goes on."""
@@ -130,7 +127,7 @@ class DeviceEngine:
         """Clear a fault; refused while its cause lasts."""
         self._refuse_while_away()
         self._device.clear()
-        self.fault = ""
+        self._news.fault = ""
 
     def told(self) -> dict[str, object]:
         """Return what pages are told of the device."""
@@ -141,9 +138,9 @@ class DeviceEngine:
             "revision": info.revision,
             "armed": self.armed,
             "state": self.state,
-            "fault": self.fault,
+            "fault": self._news.fault,
             "trouble": self.trouble,
-            "lost": self.rows.lost,
+            "lost": self._news.rows.lost,
             "ceiling_um": self._set_up.ceiling_um,
             "has_finger": self.is_paced,
             "reach_mm": self.reach_mm,
@@ -152,7 +149,7 @@ class DeviceEngine:
     @property
     def state(self) -> str:
         """State of the board as its last sample tells it."""
-        return NAMES.get(self.rows.state, "unknown")
+        return self._news.state
 
     def close(self) -> None:
         """Switch the plate off and let go of the line."""
@@ -162,12 +159,6 @@ class DeviceEngine:
     def _refuse_while_away(self) -> None:
         if self._again.away:
             raise FrictionloopError(self.trouble)
-
-    def _listen(self) -> Rows:
-        status = self._link.listen(1, ALL)
-        if status["state"] == STATES["fault"]:
-            self._fail(status["fault"], "")
-        return Rows(status["tick"])
 
     def _heard(self, path: np.ndarray) -> list[Message]:
         if self._bench is None:
@@ -189,34 +180,15 @@ class DeviceEngine:
         except FrictionloopError as refused:
             self.refused.append(str(refused))
 
-    def _take(self, message: Message) -> None:
-        if message.name == "telemetry":
-            self.rows.take(message)
-        elif message.name == "status":
-            self._note(message)
-        elif message.name == "fault":
-            self._fail(message["fault"], reading_told(message))
-        elif message.name == "refused" and message["reason"] == NO_SESSION:
-            self._began_anew("it knows this session no more")
-
-    def _note(self, status: Message) -> None:
-        if status["state"] == STATES["fault"] and not self.fault:
-            self._fail(status["fault"], "")
-        if self.rows.began_anew(status["tick"]):
-            self._began_anew(f"reset: {RESETS.get(status['reset'], 'unknown')}")
-
     def _began_anew(self, why: str) -> None:
         """Set up a device that has forgotten what it was set up from, and whom it tells of its samples."""
         self.armed, self.trouble = "idle", f"the device began anew ({why})"
         self._link.resume()
         self._set_up.again()
-        self.rows = self._listen()
-
-    def _fail(self, number: int, reading: str) -> None:
-        self.fault, self.armed = in_words(FAULTS.get(number, str(number)), reading), "idle"
+        self._news.listen()
 
     def _anew(self) -> None:
         """Open the line again and set the device up; the board has switched its plate off meanwhile."""
         self._device.reconnect()
         self._set_up.again()
-        self.rows = self._listen()
+        self._news.listen()

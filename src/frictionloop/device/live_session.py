@@ -146,7 +146,7 @@ class Session:
         return done
 
     def _end(self) -> int:
-        """Return the tick at which the next block ends: on the grid of blocks, or before it where a pointer's sample is.
+        """Return the tick at which the next block ends: on the grid of blocks, or at a pointer's sample before that.
 
         The loop then knows of the sample without waiting for the grid. A pointer of many samples ends one block of two.
         """
