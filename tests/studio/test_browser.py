@@ -95,6 +95,9 @@ def test_every_panel_changes_what_it_says(page, serve):
         ("plate", "plate.max_amplitude_um", 2.0),
         ("friction", "friction.nominal_n", 1.25),
         ("sensor", "sensor.resonance_hz", 180.0),
+        ("motion", "motion.stroke_mm", 50.0),
+        ("board", "board.ramp_s", 0.02),
+        ("board", "board.ceiling_um", 1.5),
         ("disturbance", "disturbance.offset_n", 0.05),
     ):
         page.click(f"[data-box={box}]")

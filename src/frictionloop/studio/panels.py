@@ -21,8 +21,13 @@ PANELS = {
     "friction": ("friction", "finger"),
     "sensor": ("sensor", "touch"),
     "disturbance": ("disturbance",),
+    "motion": ("motion",),
+    "board": ("board",),
 }
-"""The boxes of the diagram (paper, Fig. 1b), and the blocks of a System that open with each."""
+"""The boxes of the diagram (paper, Fig. 1b), and the blocks of a System that open with each.
+
+The last two are beside the live loop: the page says what of them counts.
+"""
 SPAN = 5.0
 """A slider without limits of its own goes from a fifth of the value to five times it (assumed).
 
@@ -34,7 +39,8 @@ def panels_of(system: System) -> dict[str, list[dict[str, Any]]]:
     """Return the fields of every box, in the order of the model.
 
     Each has ``path`` (dotted), ``name`` (the same in words, without block and unit), ``value``, ``unit`` and ``means``;
-    a choice has ``choices``, a number has ``whole`` and the ``low`` and ``high`` of its slider.
+    a choice has ``choices``, a number has ``whole`` and the ``low`` and ``high`` of its slider; a number that is left
+    out has none.
     """
     return {box: [field for name in blocks for field in _block(system, name)] for box, blocks in PANELS.items()}
 
@@ -81,6 +87,8 @@ def _told(value: Any, field: FieldInfo, path: str) -> dict[str, Any]:
     if get_origin(field.annotation) is Literal:
         choices = list(get_args(field.annotation))
         return {"choices": choices} if len(choices) > 1 else {}
+    if value is None and {int, float} & {getattr(each, "__origin__", each) for each in get_args(field.annotation)}:
+        return {"low": None, "high": None, "whole": False}  # left out: it can be typed
     if not isinstance(value, (int, float)):
         return {}
     low, high, strict = _limits(field)

@@ -2,7 +2,15 @@
 const BOXES = [
   ["wish", "Wish f_r", "\u2192"], ["controller", "Controller", "\u2192"], ["plate", "Plate", ""],
   ["disturbance", "Disturbance", "\u2192"], ["friction", "Finger and friction", ""], ["sensor", "Sensor", ""],
+  ["motion", "Hand", ""], ["board", "Board", ""],
 ];
+// What stands beside the live loop, and what of it counts here.
+const BESIDE = {
+  motion: "The hand of simulate and sweep. Here you, or the ghost, move the finger: its speed and load are the sliders below the plate. "
+    + "On this page only the number of the person counts, for the skin. The rest goes into Share, Python and the command.",
+  board: "What the board's electronics are. A simulated loop runs without them. They go into Share, Python and the command, and to a board "
+    + "that is set up from the file.",
+};
 // What goes into each box and comes out of it.
 export const BOX_SIGNALS = {
   wish: ["asked_n"],
@@ -11,6 +19,8 @@ export const BOX_SIGNALS = {
   disturbance: ["open_n", "closed_n"],
   friction: ["closed_um", "limit_n", "floor_n", "open_n", "closed_n"],
   sensor: ["closed_n", "measured_n"],
+  motion: [],
+  board: [],
 };
 const $ = (id) => document.getElementById(id);
 
@@ -23,6 +33,7 @@ export class Panels {
       button.dataset.box = name;
       button.textContent = text;
       if (arrow) button.dataset.arrow = arrow;
+      button.classList.toggle("beside", name in BESIDE);
       button.onclick = () => this.open(name);
       return button;
     }));
@@ -37,6 +48,8 @@ export class Panels {
     this.fields = {};
     $("fields").replaceChildren();
     $("fields").scrollTop = 0;
+    $("beside").textContent = BESIDE[box] ?? "";
+    $("beside").hidden = !BESIDE[box];
     this.show();
   }
   // A field that is there already only gets its value: a slider in the hand must not be taken away.
@@ -91,7 +104,8 @@ export class Panels {
     const box = document.createElement("span");
     box.append(typed, " ", unit);
     label.append(box);
-    element.append(slider);
+    if (field.low === null) typed.placeholder = "left out";
+    else element.append(slider);
     return (value) => {
       known = value;
       if (document.activeElement !== slider) slider.value = value;
@@ -100,4 +114,4 @@ export class Panels {
   }
 }
 
-const short = (value) => Number(Number(value).toPrecision(4));
+const short = (value) => (value == null ? "" : Number(Number(value).toPrecision(4)));
