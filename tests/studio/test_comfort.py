@@ -40,6 +40,15 @@ def test_a_bank_card_sets_the_scale_and_it_is_kept(page, serve):
     assert room.session.finger.x_mm == pytest.approx(20.0, abs=0.2)
 
 
+def test_the_wheel_over_the_plate_presses_harder(page, serve):
+    room = room_of()
+    opened(page, serve(room).url)
+    page.hover("#plate")
+    page.mouse.wheel(0, -100)
+    page.mouse.wheel(0, -100)
+    until(lambda: room.session.load_n == pytest.approx(0.6))
+
+
 def test_colours_follow_the_system_until_they_are_chosen(page, serve):
     page.emulate_media(color_scheme="dark")
     opened(page, serve(room_of()).url)

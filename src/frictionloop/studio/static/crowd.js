@@ -1,7 +1,7 @@
 // Twelve fingers that feel the same stroke at once: a picture for each, on one scale; a click takes that finger.
 import { SIGNALS, colour } from "./signals.js";
 
-const PEOPLE = 12, SHOWN_S = 0.8, RATE_HZ = 200, MOST_N = 1.2, HEIGHT = 74, EVERY_MS = 30;
+const PEOPLE = 12, SHOWN_S = 0.8, RATE_HZ = 200, MOST_N = 1.5, EVERY_MS = 30;
 const HINT = "People differ. See what each of twelve fingers feels of your stroke, with the loop open and closed.";
 const $ = (id) => document.getElementById(id);
 const look = Object.fromEntries(SIGNALS.map((signal) => [signal.channel, signal]));
@@ -57,7 +57,11 @@ export class Crowd {
     this.dirty = true;
   }
   told({ state, why, people }) {
-    if (state === "making") $("crowd-told").textContent = "Getting twelve fingers ready: their loop is compiled, which is done once …";
+    if (state !== "making") this.since = undefined;
+    else {
+      this.since ??= performance.now();
+      $("crowd-told").textContent = `Getting twelve fingers ready: their loop is compiled, which is done once, ${((performance.now() - this.since) / 1e3).toFixed(0)} s so far`;
+    }
     if (state === "refused") $("crowd-told").textContent = `Twelve fingers cannot be shown with this loop: ${why}`;
     if (state !== "ready") return;
     people.forEach((person, number) => this.name(this.cells[number], person, number));
@@ -83,9 +87,10 @@ export class Crowd {
     this.dirty = false;
     this.drawn = now;
     const ratio = devicePixelRatio || 1, colours = ["--open", "--closed", "--line"].map(colour);
+    this.height = this.cells[0].canvas.clientHeight;
     this.cells.forEach(({ canvas }, number) => {
-      const width = canvas.clientWidth;
-      if (canvas.width !== Math.round(width * ratio)) [canvas.width, canvas.height] = [Math.round(width * ratio), HEIGHT * ratio];
+      const width = canvas.clientWidth, size = [width, this.height].map((side) => Math.round(side * ratio));
+      if (canvas.width !== size[0] || canvas.height !== size[1]) [canvas.width, canvas.height] = size;
       this.picture(canvas.getContext("2d"), width, ratio, number, colours);
     });
     this.frames++;
@@ -93,12 +98,12 @@ export class Crowd {
   }
   picture(g, width, ratio, number, [open, closed, line]) {
     g.setTransform(ratio, 0, 0, ratio, 0, 0);
-    g.clearRect(0, 0, width, HEIGHT);
+    g.clearRect(0, 0, width, this.height);
     g.strokeStyle = line;
     g.lineWidth = 1;
     g.beginPath();
-    g.moveTo(0, HEIGHT - 0.5);
-    g.lineTo(width, HEIGHT - 0.5);
+    g.moveTo(0, this.height - 0.5);
+    g.lineTo(width, this.height - 0.5);
     g.stroke();
     this.area(g, width, line);
     this.curve(g, width, this.rows[1 + number], open, look.open_n.width);
@@ -109,7 +114,7 @@ export class Crowd {
     g.fillStyle = fill;
     g.beginPath();
     const step = width / this.size;
-    this.trace(g, width, this.rows[0], (from, to) => { g.lineTo(to * step, HEIGHT); g.lineTo(from * step, HEIGHT); });
+    this.trace(g, width, this.rows[0], (from, to) => { g.lineTo(to * step, this.height); g.lineTo(from * step, this.height); });
     g.fill();
   }
   curve(g, width, values, stroke, thick) {
@@ -130,8 +135,8 @@ export class Crowd {
         if (from !== null) close(from, at - 1);
         from = null;
       } else {
-        if (from === null) g.moveTo(at * step, HEIGHT * (1 - value / MOST_N));
-        else g.lineTo(at * step, HEIGHT * (1 - value / MOST_N));
+        if (from === null) g.moveTo(at * step, this.height * (1 - value / MOST_N));
+        else g.lineTo(at * step, this.height * (1 - value / MOST_N));
         from ??= at;
       }
     }

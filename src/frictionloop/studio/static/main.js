@@ -62,6 +62,8 @@ link.addEventListener("hello", ({ detail }) => {
   if (ring) return;
   ring = new Ring(Object.keys(detail.channels), KEPT_S, RATE_HZ);
   scope = new Scope($("scope"), ring, detail.plate_mm[0]);
+  if (innerWidth <= 560) $("span").value = 1; // a phone has no room for four strokes of a grating
+  scope.span = Number($("span").value);
   scope.onread = (text) => { $("cursor").textContent = between || text || HINT; };
   new Cursors(scope, (text) => { between = text; scope.onread(""); });
   legend($("legend"), () => scope.build());

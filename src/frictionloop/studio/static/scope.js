@@ -59,6 +59,7 @@ export class Scope {
     ctx.save();
     ctx.fillStyle = colour("--soft");
     ctx.font = `${12 * ratio}px system-ui`;
+    [ctx.textAlign, ctx.textBaseline] = ["left", "alphabetic"]; // the axes leave their own
     ctx.fillText(text, bbox.left + 6 * ratio, bbox.top + bbox.height - 6 * ratio);
     ctx.restore();
   }
