@@ -162,9 +162,9 @@ def test_optional_values_take_none():
         ("controler.kp", "controller.kp (N/N)"),
         ("kp", "controller.kp (N/N)"),
         ("nominal_n", "friction.nominal_n (N)"),
-        ("controller.delay_ms", "controller.delay_s (s)"),  # a wrong unit suffix
-        ("plate.cutoff_khz", "plate.cutoff_hz (Hz)"),
-        ("plate.max_amplitude_mm", "plate.max_amplitude_um (um)"),
+        ("controller.delay_ms", "controller.delay_s = 0.001 s"),  # a wrong unit suffix
+        ("plate.cutoff_khz", "plate.cutoff_hz = 1000 Hz"),
+        ("plate.max_amplitude_mm", "plate.max_amplitude_um = 1000 um"),
         ("controller.model.tabel_size", "controller.model.table_size"),
         ("setpoint.frequency_hz", "disturbance.frequency_hz (Hz)"),  # this kind has none
         ("friction.zzz", "friction.nominal_n (N)"),  # nothing near: the block's own names

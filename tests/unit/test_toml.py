@@ -174,7 +174,7 @@ BAD_FILES = {
     "nothing": ("", "setpoint is missing"),
     "a misspelt block": (WHOLE.replace("[plate]", "[plat]"), "plat"),
     "a misspelt name": (WHOLE.replace("kp =", "kP ="), "controller.kP"),
-    "a wrong unit suffix": ('preset = "paper"\ncontroller.delay_ms = 0.2', "controller.delay_s (s)"),
+    "a wrong unit suffix": ('preset = "paper"\ncontroller.delay_ms = 0.2', "controller.delay_s = 0.0002 s"),
     "a misspelt name where all else is missing": (
         "[plate]\ncutof_hz = 3",
         "unknown parameter 'plate.cutof_hz'; did you mean plate.cutoff_hz (Hz)",
@@ -306,8 +306,8 @@ def test_an_rms_noise_of_a_suspended_sensor_is_told_as_the_density_it_stands_for
         fl.read_toml(file)
     said = str(refused.value)
     assert said.endswith(
-        "did you mean sensor.noise_density_n_rthz = 2.606e-05 (N/rtHz)? "
-        "It stands for 0.0008 N rms behind a pole at 600 Hz: rms / sqrt(pi/2 cutoff_hz) "
+        "did you mean sensor.noise_density_n_rthz = 2.60588e-05 N/rtHz "
+        "(a density: rms / sqrt(pi/2 cutoff_hz), cutoff_hz = 600)? "
         f"(line {3 + order.index('noise_rms_n')}: 'noise_rms_n = 0.0008')"
     )
     density = float(said.partition(" = ")[2].split()[0])

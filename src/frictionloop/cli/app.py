@@ -42,7 +42,7 @@ def _run(tokens: list[str]) -> int:
             app(gather(used(tokens)), print_error=False, exit_on_error=False, result_action="return_value")
         return 0
     except CycloptsError as error:
-        say(f"error: {_one_line(error, tokens)}")
+        say(f"error: {_refusal(error, tokens)}")
     except FrictionloopError as error:
         say(f"error: {error}")
     except Interrupted as stop:
@@ -54,6 +54,31 @@ def _run(tokens: list[str]) -> int:
         say(f"interrupted: {stop}" if str(stop) else "interrupted")
         return INTERRUPTED
     return BAD_INPUT
+
+
+MOST_TOLD = 20
+"""Options that are refused at once."""
+
+
+def _refusal(error: CycloptsError, tokens: Sequence[str]) -> str:
+    """Return what is wrong with the tokens in a line, or of several options that are unknown a line each."""
+    said, rest, found = [_one_line(error, tokens)], gather(tokens), error
+    while isinstance(found, UnknownOptionError) and len(said) < MOST_TOLD:
+        rest = _without(rest, (found.token.keyword or found.token.value).partition("=")[0])
+        try:
+            app.parse_args(rest, print_error=False, exit_on_error=False)
+            break
+        except CycloptsError as another:
+            found = another
+            said += [_one_line(another, tokens)] if isinstance(another, UnknownOptionError) else []
+    return said[0] if len(said) == 1 else "\n".join([f"{len(said)} unknown options:", *(f"  {each}" for each in said)])
+
+
+def _without(tokens: Sequence[str], flag: str) -> list[str]:
+    """Return the tokens without an option and what stands behind it."""
+    at = next((k for k, token in enumerate(tokens) if token.partition("=")[0] == flag), len(tokens))
+    follows = at + 1 < len(tokens) and tokens[at] == flag and not tokens[at + 1].startswith("--")
+    return [*tokens[:at], *tokens[at + 1 + follows :]]
 
 
 def _one_line(error: CycloptsError, tokens: Sequence[str]) -> str:
@@ -88,14 +113,17 @@ def _not_here(error: UnknownOptionError, tokens: Sequence[str]) -> str:
 def _parameters_named(flag: str) -> list[str]:
     """Return the dotted flags of the parameters that a flag without dots is the name, or the start of the name, of."""
     from frictionloop.parameters import System
+    from frictionloop.parameters.guessed import meant
     from frictionloop.parameters.wording import known_names
 
     asked = flag.removeprefix("--").replace("-", "_")
-    names = {f"--{name}": name.rsplit(".", 1)[-1] for name in known_names(System, {}) if not name.endswith(".kind")}
+    names = {name: name.rsplit(".", 1)[-1] for name in known_names(System, {}) if not name.endswith(".kind")}
     same = [name for name, leaf in names.items() if leaf == asked]
-    blocks = [f"--{asked}.kind"] if asked in System.model_fields else []
+    blocks = [f"{asked}.kind"] if asked in System.model_fields else []
+    guessed = [meant(f"{block}.{asked}", None, list(names), {}) for block in System.model_fields if asked]
     begun = [name for name, leaf in names.items() if asked and leaf.startswith(f"{asked}_")]
-    return (same or blocks or begun)[:3]
+    found = same or blocks or [f"{each.name} ({each.how})" if each.how else each.name for each in guessed if each] or begun
+    return [f"--{each}" for each in dict.fromkeys(found)][:3]
 
 
 def _program() -> str:

@@ -7,7 +7,7 @@ from typing import Any, Self
 
 from pydantic import BaseModel, ValidationError
 
-from frictionloop.parameters import wording
+from frictionloop.parameters import unknown, wording
 from frictionloop.parameters.block import Block
 from frictionloop.quantities import FrictionloopError
 
@@ -32,7 +32,7 @@ class Description(Block):
         Raises
         ------
         FrictionloopError
-            For an unknown path, naming near ones, or a value outside its range.
+            For unknown paths, naming near ones, or a value outside its range.
         """
         overrides = {**(overrides or {}), **blocks}
         # Blocks that no path enters stay as they are: sweeps evolve thousands of systems.
@@ -40,8 +40,11 @@ class Description(Block):
         for block in {path.split(".", 1)[0] for path in overrides} & tree.keys():
             if isinstance(tree[block], BaseModel):
                 tree[block] = _values(tree[block])
+        strangers: dict[str, Any] = {}
         for path, value in sorted(overrides.items(), key=_turn):
-            _place(type(self), tree, path, value)
+            _place(type(self), tree, path, value, strangers)
+        if strangers:
+            raise FrictionloopError(unknown.refusal(strangers, type(self), tree))
         return self.from_tree(tree)
 
     @classmethod
@@ -59,15 +62,14 @@ def _values(block: BaseModel) -> dict[str, Any]:
 
 
 def _turn(item: tuple[str, Any]) -> int:
-    """Return when a value has its turn.
-
-    A kind comes first, so that other values land in the block of that kind; last what may stand for another value.
-    """
-    name = item[0].rpartition(".")[2]
-    return 0 if name == "kind" else 2 if name == wording.RMS else 1
+    """Return when a value has its turn: a kind comes first, so that other values land in the block of that kind."""
+    return 0 if item[0].rpartition(".")[2] == "kind" else 1
 
 
-def _place(whole: type[Description], tree: dict[str, Any], path: str, value: Any) -> None:
+def _place(
+    whole: type[Description], tree: dict[str, Any], path: str, value: Any, strangers: dict[str, Any]
+) -> None:
+    """Put a value where its path leads; one that leads nowhere is kept among the strangers."""
     *parents, leaf = path.split(".")
     node: Any = tree
     for name in parents:
@@ -76,9 +78,8 @@ def _place(whole: type[Description], tree: dict[str, Any], path: str, value: Any
         node = node.get(name) if isinstance(node, dict) else None
     # A new kind may need a value that nothing has given yet: the path of a recording.
     if not isinstance(node, dict) or (leaf not in node and path not in wording.known_names(whole, tree)):
-        density = wording.density_of(path, value, tree)
-        raise FrictionloopError(density or wording.unknown(path, wording.known_names(whole, tree), whole))
-    if leaf == "kind" and len(parents) > 1:
+        strangers[path] = value
+    elif leaf == "kind" and len(parents) > 1:
         if value != node["kind"]:
             _change_inner(whole, tree, parents, value)
     elif leaf == "kind" and value != node["kind"]:
@@ -87,7 +88,7 @@ def _place(whole: type[Description], tree: dict[str, Any], path: str, value: Any
         node[leaf] = dict(value)
     elif isinstance(value, Mapping) and isinstance(node.get(leaf), dict):
         for name, inner in sorted(value.items(), key=_turn):
-            _place(whole, tree, f"{path}.{name}", inner)
+            _place(whole, tree, f"{path}.{name}", inner, strangers)
     else:
         node[leaf] = value.model_dump() if isinstance(value, BaseModel) else value
 

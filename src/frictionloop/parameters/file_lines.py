@@ -9,7 +9,7 @@ from pathlib import Path
 SHOWN = 80
 """Characters of a line that are shown."""
 _PLACE = re.compile(r"\(at line (\d+), column \d+\)")
-_NAMED = re.compile(r"(?:unknown parameter ')?([a-z_]\w*(?:\.\w+)*)\b")
+_NAMED = re.compile(r"(?:unknown parameter ')?(?: +')?([A-Za-z_]\w*(?:\.\w+)*)\b")
 _TABLE = re.compile(r"\s*\[\s*([\w.]+)\s*\]")
 _KEY = re.compile(r"\s*([\w.]+)\s*=")
 
@@ -17,8 +17,11 @@ _KEY = re.compile(r"\s*([\w.]+)\s*=")
 def with_line(path: str | os.PathLike[str], complaint: str) -> str:
     """Return a complaint with the line of the file that it is about behind it, where one is.
 
-    It names the line by its number, as the parser does, or begins with the dotted name of a value.
+    It names the line by its number, as the parser does, or begins with the dotted name of a value; of several lines
+    each does.
     """
+    if "\n" in complaint:
+        return "\n".join(with_line(path, each) for each in complaint.split("\n"))
     try:
         lines = Path(path).read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError):

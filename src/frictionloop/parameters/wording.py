@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import difflib
-import math
 from collections.abc import Mapping
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
+from frictionloop.parameters import unknown
 from frictionloop.quantities import unit_of
 
 Model = type[BaseModel]
 LONGEST = 200
 """Characters of a value that an error shows."""
-RMS = "noise_rms_n"
-"""A noise that one sensor has as an rms value, and another as a density."""
 
 
 def kinds_of(system: Model, block: str, kind: str | None = None) -> list[Model]:
@@ -41,77 +38,31 @@ def known_names(system: Model, tree: Mapping[str, Any]) -> list[str]:
         models = kinds_of(system, block, kind)
         names += [] if models or registry_of(system, block) else [block]
         for model in models:
-            names += _fields(model, f"{block}.")
+            names += fields_of(model, f"{block}.")
     return list(dict.fromkeys(names))
 
 
-def _fields(model: Model, prefix: str) -> list[str]:
+def fields_of(model: Model, prefix: str = "") -> list[str]:
+    """Return the names of a class's values, also of those in a block within it, each behind a prefix."""
     found: list[str] = []
     for name, field in model.model_fields.items():
         inner = field.annotation
         if isinstance(inner, type) and issubclass(inner, BaseModel):
-            found += _fields(inner, f"{prefix}{name}.")
+            found += fields_of(inner, f"{prefix}{name}.")
         else:
             found.append(prefix + name)
     return found
-
-
-def unknown(path: str, names: list[str], system: Model) -> str:
-    """Return the line that says a path does not exist, and which near ones do or which kind of the block has it."""
-    leaves = {name: name.rsplit(".", 1)[-1] for name in names}
-    # A path as short as this one may have been meant as a block.
-    depth = path.count(".") + 1
-    blocks = {".".join(name.split(".")[:depth]) for name in names if name.count(".") >= depth}
-    near = difflib.get_close_matches(path, [*names, *sorted(blocks)], n=3, cutoff=0.6)
-    leaf = path.rsplit(".", 1)[-1]
-    near += [name for name in names if leaves[name] in difflib.get_close_matches(leaf, [leaves[name]], cutoff=0.6)]
-    if not near:
-        near = [name for name in names if name.startswith(path.split(".", 1)[0] + ".")] or names
-    hints = [f"{name} ({unit_of(name)})" if unit_of(name) else name for name in dict.fromkeys(near)]
-    kinds = _kinds_with(system, path)
-    kind = f"{path.partition('.')[0]}.kind"
-    there = f" {kind} = {' or '.join(kinds)} has it: give that too, as --{kind} {kinds[0]}" if kinds else ""
-    return f"unknown parameter {path!r}; did you mean {', '.join(hints[:3])}?{there}"
-
-
-def density_of(path: str, value: Any, tree: Mapping[str, Any]) -> str:
-    """Return the noise density that an rms value given to a suspended sensor stands for, in a line; often nothing.
-
-    The noise is white in front of one pole, so density = rms / sqrt(pi/2 cutoff_hz), as in ``SuspendedSensor``.
-    """
-    block, _, name = path.rpartition(".")
-    sensor = tree.get(block)
-    if name != RMS or not isinstance(sensor, Mapping) or sensor.get("kind") != "suspended":
-        return ""
-    try:
-        rms, cutoff_hz = float(value), float(sensor["cutoff_hz"])
-        density = rms / math.sqrt(math.pi / 2.0 * cutoff_hz)
-    except (KeyError, TypeError, ValueError, ZeroDivisionError):
-        return ""
-    return (
-        f"unknown parameter {path!r}; did you mean {block}.noise_density_n_rthz = {density:.4g} (N/rtHz)? It "
-        f"stands for {rms:g} N rms behind a pole at {cutoff_hz:g} Hz: rms / sqrt(pi/2 cutoff_hz)"
-    )
-
-
-def _kinds_with(system: Model, path: str) -> list[str]:
-    """Return the kinds of a block that have a field which is missing."""
-    block, dot, name = path.partition(".")
-    registry = registry_of(system, block) if dot and block in system.model_fields else None
-    return [kind for kind in registry.names if name in _fields(registry[kind], "")] if registry else []
 
 
 def explain(system: Model, error: ValidationError, tree: Mapping[str, Any]) -> str:
     """Return the complaint of pydantic that helps most as one line: path, value, and what would be accepted."""
     errors = error.errors(include_url=False)
     # A misspelt name is often why another is missing.
-    first = next((each for each in errors if each["type"] == "extra_forbidden"), errors[0])
+    strangers = {".".join(map(str, each["loc"])): each["input"] for each in errors if each["type"] == "extra_forbidden"}
+    if strangers:
+        return unknown.refusal(strangers, system, tree)
+    first = errors[0]
     path = ".".join(map(str, first["loc"]))
-    if first["type"] == "extra_forbidden":
-        block = path.rsplit(".", 1)[0] if "." in path else ""
-        if density := density_of(path, first["input"], tree):
-            return density
-        return unknown(path, [name for name in known_names(system, tree) if name.startswith(block)], system)
     if first["type"] == "missing":
         whole = path in system.model_fields and bool(kinds_of(system, path))
         hint = '; with preset = "paper" a file needs only what differs' if whole else ""

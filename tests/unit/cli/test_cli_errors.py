@@ -10,7 +10,7 @@ import pytest
 KP = ("sweep", "--over", "controller.kp=1,2", "--duration-s", "0.01")
 SIMULATE = [
     (("--controller.kpp", "3"), "unknown parameter 'controller.kpp'; did you mean controller.kp (N/N)"),
-    (("--controller.delay_us", "3"), "did you mean controller.delay_s (s)"),
+    (("--controller.delay_us", "3"), "did you mean controller.delay_s = 3e-06 s?"),
     (("--controller.kp",), "--controller.kp: needs a value"),
     (("--controller.kp", "--json"), "--controller.kp: needs a value"),
     (("--controller.kp", "nan"), "controller.kp = nan N/N: must be a finite number"),
@@ -23,7 +23,7 @@ SIMULATE = [
     ),
     (("--setpoint.offset_n", "0.5 N"), "setpoint.offset_n = '0.5 N' N: must be a valid number"),
     (("--kp", "12"), "Unknown option: --kp. Did you mean --controller.kp?"),
-    (("--speed", "20"), "Unknown option: --speed. Did you mean --friction.speed_slope or --motion.speed_mm_s?"),
+    (("--speed", "20"), "Unknown option: --speed. Did you mean --motion.speed_mm_s?"),
     (("--setpoint", "3"), "Unknown option: --setpoint. Did you mean --setpoint.kind?"),
     (("--setpoint.kind", "sinus"), "setpoint.kind = 'sinus' is unknown; accepted: 'constant', 'sine'"),
     (
