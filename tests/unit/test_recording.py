@@ -398,7 +398,7 @@ def test_a_bad_sample_is_refused_with_its_index(tmp_path, name, bad):
 
 
 def test_an_unknown_format_and_a_missing_file(tmp_path):
-    accepted = ".csv .tsv .txt .h5 .hdf5 .nc .mat .wav"
+    accepted = ".csv .tsv .txt .dat .asc .h5 .hdf5 .nc .mat .wav"
     assert refusal(tmp_path / "a.xlsx") == f"format '.xlsx' is unknown; accepted: {accepted}"
     assert refusal(tmp_path) == f"is a folder; accepted is a file: {accepted}"
     assert refusal(tmp_path / "a.csv") == "there is no such file"
@@ -461,14 +461,14 @@ def test_a_unit_is_found_wherever_the_header_has_it(tmp_path, header):
 
 
 def test_a_unit_that_is_not_known_is_refused(tmp_path):
-    path = text(tmp_path, "t,Ft [gf],Ft (left)\n0,1,2\n0.01,3,4\n")
-    told = refusal(path, "Ft [gf]")
+    path = text(tmp_path, "t,Ft [dyn],Ft (left)\n0,1,2\n0.01,3,4\n")
+    told = refusal(path, "Ft [dyn]")
     assert (
         told
-        == "column 'Ft [gf]' is in gf: scale is missing; accepted: the N per gf, or unit = \"N\" if that is no unit"
+        == "column 'Ft [dyn]' is in dyn: scale is missing; accepted: the N per dyn, or unit = \"N\" if that is no unit"
     )
     assert read(path, "Ft (left)", unit="N").tolist() == [2.0, 4.0]
-    assert read(path, "Ft [gf]", scale=2.0).tolist() == [2.0, 6.0]
+    assert read(path, "Ft [dyn]", scale=2.0).tolist() == [2.0, 6.0]
 
 
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "cp1252"])
@@ -484,7 +484,7 @@ def test_the_first_line_of_excel_is_no_header(tmp_path):
 
 def test_numbers_over_numbers_are_names_where_text_stands_beside_them(tmp_path):
     assert read(text(tmp_path, "t,1,2\n0,5,6\n0.01,7,8\n"), "2", rate_hz=None).tolist() == [6.0, 8.0]
-    assert read(text(tmp_path, "rate,1000\n0.1,0.2\n0.3,0.4\n"), "1").tolist() == [0.2, 0.4]
+    assert read(text(tmp_path, "load,1000\n0.1,0.2\n0.3,0.4\n"), "1").tolist() == [0.2, 0.4]
     told = refusal(text(tmp_path, "0,1\n0.0,0.3\n0.01,0.4\n"), "1")
     assert told.startswith("line 1: 0, 1 may number the columns or be the first sample; accepted: names in their place")
 
@@ -614,8 +614,8 @@ def test_an_attribute_is_read_however_it_is_written(tmp_path, units):
 def test_an_attribute_that_is_no_known_unit_is_refused(tmp_path):
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["f"] = np.array([100.0, 200.0])
-        file["f"].attrs["units"] = "lbf"
-    assert refusal(tmp_path / "a.h5", "f").startswith("column 'f' is in lbf: scale is missing")
+        file["f"].attrs["units"] = "dyn"
+    assert refusal(tmp_path / "a.h5", "f").startswith("column 'f' is in dyn: scale is missing")
 
 
 def test_what_was_found_is_told(tmp_path):
@@ -678,7 +678,7 @@ def test_an_array_without_a_rate_is_refused(array):
 @pytest.mark.parametrize(
     ("values", "said"),
     [
-        (over([0.0, 0.01, 0.02], force_units="lbf"), "in lbf: must be in N, mN, uN or kN"),
+        (over([0.0, 0.01, 0.02], force_units="dyn"), "in dyn: must be in N, mN, cN, uN, kN, gf, kgf or lbf"),
         (np.ones((3, 2)), r"float64 of shape \(3, 2\): must be numbers over one dimension"),
         (np.ones(3, complex), "must be numbers over one dimension"),
         (np.array([1.0, np.nan]), "values_n.1 = nan: must be a finite number"),

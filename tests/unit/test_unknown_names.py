@@ -81,9 +81,8 @@ def test_a_conversion_takes_what_other_unknown_names_say():
     assert f"sensor.resonance_hz = {math.sqrt(1e5 / 0.25) / math.tau:.6g} Hz" in told
     assert "moving_mass_kg = 0.25" in told
     density = 5e-3 / math.sqrt(math.pi / 2 * 800)
-    assert fl.bench().evolve({"sensor.cutoff_hz": 800.0, "sensor.noise_density_n_rthz": density}).sensor.noise_rms_n == (
-        pytest.approx(5e-3)
-    )
+    sensor = BENCH.evolve({"sensor.cutoff_hz": 800.0, "sensor.noise_density_n_rthz": density}).sensor
+    assert sensor.noise_rms_n == pytest.approx(5e-3)
     assert f"sensor.noise_density_n_rthz = {density:.6g} N/rtHz" in told
 
 

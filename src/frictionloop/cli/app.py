@@ -120,10 +120,10 @@ def _parameters_named(flag: str) -> list[str]:
     names = {name: name.rsplit(".", 1)[-1] for name in known_names(System, {}) if not name.endswith(".kind")}
     same = [name for name, leaf in names.items() if leaf == asked]
     blocks = [f"{asked}.kind"] if asked in System.model_fields else []
-    guessed = [meant(f"{block}.{asked}", None, list(names), {}) for block in System.model_fields if asked]
+    tried = [meant(f"{block}.{asked}", None, list(names), {}) for block in System.model_fields if asked]
+    guessed = [f"{each.name} ({each.how})" if each.how else each.name for each in tried if each]
     begun = [name for name, leaf in names.items() if asked and leaf.startswith(f"{asked}_")]
-    found = same or blocks or [f"{each.name} ({each.how})" if each.how else each.name for each in guessed if each] or begun
-    return [f"--{each}" for each in dict.fromkeys(found)][:3]
+    return [f"--{each}" for each in dict.fromkeys(same or blocks or guessed or begun)][:3]
 
 
 def _program() -> str:

@@ -95,6 +95,7 @@ def command(
     _check_overrides(overrides)
     system, origin = flags.given(file, preset, overrides, "bench", designed="notch_pi")
 
+    screen.tell_notes()  # before the comparison, which takes minutes
     felt = compare_effects.wanted(system, effects)
     if felt:
         longer = duration_s if duration_s != DURATION_S else None

@@ -97,11 +97,14 @@ def command(
 
 
 def _design_from(file: Path | None, overrides: list[str] | None) -> SensorDesign:
+    from frictionloop.cli.plausible import ask
     from frictionloop.parameters.files import read_design
     from frictionloop.parameters.sensor_design import SensorDesign
 
     base = SensorDesign() if file is None else read_design(file, SensorDesign())
-    return base.evolve(flags.overrides_of(overrides))
+    design = base.evolve(flags.overrides_of(overrides))
+    ask(design)
+    return design
 
 
 def _search(design: SensorDesign, wanted: dict[str, float | None]) -> SensorProposal:

@@ -129,7 +129,7 @@ def given(
 
     ``designed`` names the law that a controller is to be found for.
     """
-    from frictionloop.cli.plausible import differing, questions, suggested
+    from frictionloop.cli.plausible import ask, differing, suggested
     from frictionloop.parameters import preset, read_toml
     from frictionloop.parameters.files import start_of
 
@@ -146,8 +146,10 @@ def given(
         raise FrictionloopError(suggested(str(error))) from None
     start, changes = (None, {}) if file is None else start_of(file)
     of_file = [] if start is None else _left(start, base, changes)
-    asked = *questions(system), *differing(system, {*_flat(changes), *overrides}, designed)
-    for line in (*(f"{file}: {each}" for each in of_file), *_left(base, system, overrides), *asked):
+    for line in (*(f"{file}: {each}" for each in of_file), *_left(base, system, overrides)):
+        screen.note(line)
+    ask(system)
+    for line in differing(system, {*_flat(changes), *overrides}, designed):
         screen.note(line)
     return system, changed(str(file) if file else f"{preset_name or instead}()", overrides)
 

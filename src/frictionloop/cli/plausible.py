@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from operator import attrgetter
 from typing import Any
 
 from pydantic import BaseModel
 
+from frictionloop.cli import screen
 from frictionloop.parameters import System
 from frictionloop.quantities import unit_of
 
 USUAL = {
     "nominal_n": (0.01, 20.0),
     "susceptibility_per_um2": (1e-3, 50.0),
-    "max_amplitude_um": (1e-3, 100.0),
+    "max_amplitude_um": (0.05, 50.0),
     "cutoff_hz": (1.0, 1e5),
     "frequency_hz": (0.01, 2e5),
     "resonance_hz": (5.0, 1e4),
@@ -38,8 +39,21 @@ USUAL = {
 }
 """Ranges by a parameter's name, the ends a decade or so beyond what is published of fingers and displays (chosen)."""
 
-USUAL_OF = {"plate.frequency_hz": (5e3, 2e5), "plate.q": (2.0, 1e5)}
-"""Ranges of those whose name alone does not say: ultrasound, and a plate that resonates (chosen)."""
+USUAL_OF = {
+    "plate.frequency_hz": (5e3, 2e5),
+    "plate.q": (2.0, 1e5),
+    "moving.mass_kg": (1e-3, 10.0),
+    "springs.width_mm": (0.5, 500.0),
+    "springs.thickness_mm": (0.02, 20.0),
+    "electrodes.area_mm2": (1.0, 1e5),
+    "electrodes.gap_um": (5.0, 5000.0),
+    "excitation.frequency_hz": (1e3, 1e7),
+    "geometry.length_mm": (5.0, 2000.0),
+    "geometry.width_mm": (5.0, 2000.0),
+    "geometry.thickness_mm": (0.1, 20.0),
+    "drive.resonance_hz": (5e3, 2e5),
+}
+"""Ranges of those whose name alone does not say: ultrasound, a plate that resonates, and what one builds (chosen)."""
 PREFIXES = (1e-6, 1e-3, 1e3, 1e6)
 
 BELIEVED = {
@@ -83,21 +97,37 @@ def _used(system: System, designed: str | None) -> Collection[str]:
     return ["plate_hz"] if designed is None and getattr(controller, "overdrive", False) else []
 
 
-def questions(system: System) -> Iterator[str]:
+def ask(described: System | BaseModel) -> None:
+    """Note the questions about a system or a design, for stderr."""
+    for line in questions(described):
+        screen.note(line)
+
+
+def ask_of_axes(axes: Mapping[str, Sequence[Any]]) -> None:
+    """Note a question for each parameter that is swept over values that are far from the usual, about the farthest."""
+    for path, values in axes.items():
+        numbers = sorted(float(each) for each in values if isinstance(each, (int, float)))
+        said = [line for end in (numbers[:1], numbers[-1:]) for each in end for line in _of_value(path, each)]
+        for line in said[:1]:
+            screen.note(line)
+
+
+def questions(described: BaseModel) -> Iterator[str]:
     """Yield a line for each value that is far from what such benches have; 0 is none of something, and no question."""
-    for name, block in system:
+    for name, block in described:
         yield from _of_block(name, block)
 
 
 def _of_block(path: str, block: BaseModel) -> Iterator[str]:
     for key, value in block:
         name = f"{path}.{key}"
-        if isinstance(value, BaseModel):
-            yield from _of_block(name, value)
-        elif name not in USUAL_OF and key in USUAL and _is_far(value, *USUAL[key]):
-            yield _asked(name, value, USUAL[key])
-        elif name in USUAL_OF and _is_far(value, *USUAL_OF[name]):
-            yield _asked(name, value, USUAL_OF[name])
+        yield from _of_block(name, value) if isinstance(value, BaseModel) else _of_value(name, value)
+
+
+def _of_value(path: str, value: Any) -> Iterator[str]:
+    usual = USUAL_OF.get(path) or USUAL.get(path.rpartition(".")[2])
+    if usual is not None and _is_far(value, *usual):
+        yield _asked(path, value, usual)
 
 
 def _asked(name: str, value: float, usual: tuple[float, float]) -> str:

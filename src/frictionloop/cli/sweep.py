@@ -94,8 +94,11 @@ def command(
     _check_points(over, fingers, fingers_seed, seeds)
     if population is not None and not fingers:
         raise FrictionloopError("population: says where fingers come from; accepted: with --fingers N")
+    from frictionloop.cli.plausible import ask_of_axes
+
     system, origin = flags.given(file, preset, overrides)
     axes = axes_of(over or (), seeds)
+    ask_of_axes(axes)
     names = None if metrics is None else [name.strip() for name in metrics.split(",")]
     with screen.waiting("loading the compiled loop; after an installation it is compiled first"):
         from frictionloop.cli import outcome

@@ -66,9 +66,7 @@ def _turn(item: tuple[str, Any]) -> int:
     return 0 if item[0].rpartition(".")[2] == "kind" else 1
 
 
-def _place(
-    whole: type[Description], tree: dict[str, Any], path: str, value: Any, strangers: dict[str, Any]
-) -> None:
+def _place(whole: type[Description], tree: dict[str, Any], path: str, value: Any, strangers: dict[str, Any]) -> None:
     """Put a value where its path leads; one that leads nowhere is kept among the strangers."""
     *parents, leaf = path.split(".")
     node: Any = tree

@@ -28,7 +28,9 @@ GUESSES = (
     Guess("damping damping_ratio zeta xi", "q", "Q = 1/(2 damping)", lambda v, _: 0.5 / v),
     Guess("loss_factor loss eta", "q", "Q = 1/loss factor", lambda v, _: 1.0 / v),
     Guess("quality quality_factor q_factor resonance_q", "q"),
-    Guess("omega omega_n omega0 omega_0 wn w0 w_n", "resonance_hz frequency_hz", "omega/(2 pi)", lambda v, _: v / math.tau),
+    Guess(
+        "omega omega_n omega0 omega_0 wn w0 w_n", "resonance_hz frequency_hz", "omega/(2 pi)", lambda v, _: v / math.tau
+    ),
     Guess(
         "natural_frequency natural_freq f0 f_0 fn f_n fres f_res fr resonance resonant_frequency resonance_frequency "
         "resonance_freq eigenfrequency first_resonance frequency freq carrier",
@@ -55,8 +57,12 @@ GUESSES = (
     Guess("i k_i i_gain integral integral_gain ki_gain", "ki"),
     Guess("ti t_i integral_time", "ki", "Kp/Ti, kp = {kp:g}", lambda v, block: block["kp"] / v),
     Guess("d kd k_d td t_d derivative derivative_gain", "kp", "no law has a derivative term", lambda v, _: math.nan),
-    Guess("ts t_s dt period sample_time sampling_time sample_period sampling_period control_period", "rate_hz", "1/Ts",
-          lambda v, _: 1.0 / v),
+    Guess(
+        "ts t_s dt period sample_time sampling_time sample_period sampling_period control_period",
+        "rate_hz",
+        "1/Ts",
+        lambda v, _: 1.0 / v,
+    ),
     Guess(
         "sample_rate sampling_rate samplerate sampling_frequency sample_frequency fs f_s control_rate loop_rate "
         "update_rate control_frequency loop_frequency frequency freq",

@@ -46,7 +46,7 @@ def _listed(values: Any) -> Any:
     unit = getattr(values, "attrs", {}).get("units", "N")
     of, factor = UNITS.get(known_unit(str(unit)) or "", ("", 1.0))
     if of != "N":
-        raise ValueError(f"in {unit}: must be in N, mN, uN or kN, or numbers without a unit")
+        raise ValueError(f"in {unit}: must be in N, mN, cN, uN, kN, gf, kgf or lbf, or numbers without a unit")
     if array.ndim != 1 or array.dtype.kind not in "iuf":
         raise ValueError(f"{array.dtype} of shape {array.shape}: must be numbers over one dimension")
     return (factor * array).tolist()
@@ -146,13 +146,13 @@ class Recording(Signal):
 
     kind: Literal["recording"] = "recording"
     path: Annotated[str, BeforeValidator(lambda path: os.fspath(path) if isinstance(path, os.PathLike) else path)]
-    """File: .csv, .tsv, .txt, .h5, .hdf5, .nc, .mat or .wav."""
+    """File: .csv, .tsv, .txt, .dat, .asc, .h5, .hdf5, .nc, .mat or .wav."""
     column: Annotated[str, Field(coerce_numbers_to_str=True)] = "0"
     """Column name or number; for HDF5 and MAT the dataset, with [:, k] for a column of it (``"dataQ[:, 0]"``)."""
     rate_hz: Positive | None = None
     """Sampling rate; not needed where the times, an attribute (``rate_hz``, ``fs``, ``dt``) or a WAV tell it."""
     unit: str | None = None
-    """Unit of the column, if the file does not say it: N, mN, uN and kN are scaled; any other needs ``scale``."""
+    """Unit of the column, if the file says none: N, mN, cN, uN, kN, gf, kgf, lbf are scaled, others need ``scale``."""
     scale: Number | None = None
     """Newtons per unit of the column; not needed where the unit is one of force."""
     offset_n: Number = 0.0

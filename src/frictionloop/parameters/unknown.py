@@ -37,7 +37,8 @@ def _believed(strangers: Mapping[str, Any], system: type[BaseModel], tree: Mappi
     for path, given in strangers.items():
         found = meant(path, given, names, {})
         if found is not None and not (found.how and found.value is None):
-            _block_of(found.name, believed)[found.name.rpartition(".")[2]] = given if found.value is None else found.value
+            leaf = found.name.rpartition(".")[2]
+            _block_of(found.name, believed)[leaf] = given if found.value is None else found.value
     return believed
 
 

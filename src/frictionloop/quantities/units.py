@@ -51,7 +51,8 @@ def _written(words: list[str]) -> str:
 
 
 UNITS: dict[str, tuple[str, float]] = {
-    **{"N": ("N", 1.0), "mN": ("N", 1e-3), "uN": ("N", 1e-6), "kN": ("N", 1e3)},
+    **{"N": ("N", 1.0), "mN": ("N", 1e-3), "uN": ("N", 1e-6), "kN": ("N", 1e3), "cN": ("N", 1e-2)},
+    **{"gf": ("N", 9.80665e-3), "kgf": ("N", 9.80665), "lbf": ("N", 4.4482216152605)},
     **{"V": ("V", 1.0), "mV": ("V", 1e-3), "uV": ("V", 1e-6)},
     **{"kg": ("kg", 1.0), "g": ("kg", 1e-3)},
     **{"m": ("m", 1.0), "cm": ("m", 1e-2), "mm": ("m", 1e-3), "m/s": ("m/s", 1.0), "mm/s": ("m/s", 1e-3)},
@@ -60,6 +61,7 @@ UNITS: dict[str, tuple[str, float]] = {
 """Units that a file of measurements may say: in what each is counted, and how much of that it is."""
 _SPELT = {"sec": "s", "secs": "s", "second": "s", "seconds": "s", "newton": "N", "newtons": "N", "volt": "V"}
 _SPELT |= {"volts": "V", "µs": "us", "μs": "us", "µN": "uN", "μN": "uN", "msec": "ms", "millinewton": "mN"}
+_SPELT |= dict.fromkeys(("g-force", "gram-force", "grams-force", "gramforce", "gramf", "pond"), "gf")
 _SPELT |= {"millinewtons": "mN", "milliseconds": "ms", "millisecond": "ms", "microseconds": "us", "nanoseconds": "ns"}
 
 

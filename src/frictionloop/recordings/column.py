@@ -29,6 +29,8 @@ class Column:
     """What the file calls it."""
     unit: str | None = None
     """What the file says."""
+    unit_in_doubt: str = ""
+    """Why a unit in the file is not taken, to be refused where none is given."""
     rate_hz: float | None = None
     """Sampling rate that the format, an attribute or a number beside it says."""
     rate_by: str = ""

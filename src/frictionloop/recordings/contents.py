@@ -11,14 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.units import UNITS
+from frictionloop.quantities.units import UNITS, known_unit
 from frictionloop.recordings.headers import header, is_time
 from frictionloop.recordings.stored import Samples
 
+_SAID = re.compile(r"([+-]?[\d.,]+(?:e[+-]?\d+)?)\s*([a-zµμ/1]*)", re.IGNORECASE)
+_THOUSANDS = re.compile(r"[1-9]\d{0,2}(,\d{3})+")
+_HERTZ = {**dict.fromkeys(("", "hz", "1/s", "s/s", "sa/s", "samples/s"), 1.0), "khz": 1e3, "ks/s": 1e3, "mhz": 1e6}
 MOST_LINES = 256
 """An array with more lines than this both ways is a picture, not a set of channels (assumed)."""
-_RATES = {"sr", "fs", "rate", "samplerate", "samplingrate", "samplefrequency", "samplingfrequency", "freqsampling"}
+_RATES = {"acquisitionrate", "scanrate", "loggingrate", "datarate", "samplefreq", "samplingfreq", "abtastrate"}
+_RATES |= {"sr", "fs", "rate", "samplerate", "samplingrate", "samplefrequency", "samplingfrequency", "freqsampling"}
 _STEPS = {"dt", "ts", "deltat", "deltax", "sampletime", "samplingtime", "sampleinterval", "samplinginterval"}
+_STEPS |= {"interval", "timestep", "sampleperiod", "samplingperiod"}
 _STEPS |= {"wfincrement", "abscissainc"}
 _DATES = {"date", "wfstarttime", "datetime", "recorded", "starttime"}
 
@@ -58,20 +63,35 @@ class Contents:
 
 
 def told_rate(name: str, value: Any) -> float | None:
-    """Return the sampling rate in Hz if a name and its value tell one ("fs": 1e4, "dt": 1e-4, "dt_ms": 0.1)."""
+    """Return the sampling rate in Hz if a name and its value tell one ("fs": 1e4, "dt_ms": 0.1, "rate": "1 kHz")."""
     said = header(name.rpartition("/")[2])
-    word = re.sub(r"[^a-z]", "", re.sub(r"(hz|khz)$", "", said.name.lower().strip("_ ")))
-    try:
-        number = float(np.ravel(value)[0]) if np.size(value) == 1 else np.nan
-    except (TypeError, ValueError):
+    word = re.sub(r"[^a-z]", "", re.sub(r"(k?hz)$", "", said.name.lower().strip("_ ")))
+    if word not in _RATES | _STEPS:
         return None
+    number, unit = _number(value)
+    in_name = re.search(r"(k?hz)\W*$", name.lower())
     if not (np.isfinite(number) and number > 0):
         return None
     if word in _RATES:
-        return number * (1e3 if re.search(r"khz", name.lower()) else 1.0)
-    if word in _STEPS:
-        return 1.0 / (number * UNITS.get(said.unit or "s", ("s", 1.0))[1])
-    return None
+        scale = _HERTZ.get((unit or (in_name[1] if in_name else "")).lower())
+        return None if scale is None else number * scale
+    of, scale = UNITS.get(known_unit(unit or said.unit or "s") or "", ("", 1.0))
+    return 1.0 / (number * scale) if of == "s" else None
+
+
+def _number(value: Any) -> tuple[float, str]:
+    """Return the number in a value, NaN without one, and the unit behind it in a text."""
+    one = np.ravel(value)[0] if np.size(value) == 1 else ""
+    text = one.decode("utf-8", "replace") if isinstance(one, bytes) else one
+    if not isinstance(text, str):
+        text = str(one) if isinstance(one, (int, float, np.number)) else ""
+    found = _SAID.fullmatch(text.strip())
+    if found is None or _THOUSANDS.fullmatch(found[1]):
+        return np.nan, ""
+    try:
+        return float(found[1].replace(",", ".")), found[2]
+    except ValueError:
+        return np.nan, ""
 
 
 def told_rates(pairs: Iterable[tuple[str, Any]]) -> dict[str, float]:
@@ -93,15 +113,21 @@ def rate_beside(
     """
     pairs, folder = list(attributes.get(name, {}).items()), name
     while True:
-        told = list(told_rates(pairs).items())
-        if told and any(abs(rate - told[0][1]) > 1e-3 * told[0][1] for _, rate in told):
-            says = ", ".join(f"{where} says {rate:.6g} Hz" for where, rate in told)
-            raise FrictionloopError(f"{path}: the sampling rate is in doubt: {says}; accepted: one rate")
-        if told or not folder:
-            return told[0] if told else None
+        told = one_rate(path, told_rates(pairs))
+        if told is not None or not folder:
+            return told
         folder = folder.rpartition("/")[0]
         beside = [(each, array) for each, array in arrays.items() if each.rpartition("/")[0] == folder]
         pairs = [*attributes.get(folder, {}).items(), *((each.rpartition("/")[2], array) for each, array in beside)]
+
+
+def one_rate(path: str, told: Mapping[str, float]) -> tuple[str, float] | None:
+    """Return what tells the rate, and the rate in Hz; refuse two that differ by more than 0.1 %."""
+    first = next(iter(told.items()), None)
+    if first is not None and any(abs(rate - first[1]) > 1e-3 * first[1] for rate in told.values()):
+        says = ", ".join(f"{where} says {rate:.6g} Hz" for where, rate in told.items())
+        raise FrictionloopError(f"{path}: the sampling rate is in doubt: {says}; accepted: one rate")
+    return first
 
 
 def told_date(pairs: Iterable[tuple[str, Any]]) -> str:

@@ -10,7 +10,7 @@ from frictionloop.quantities.units import UNITS, known_unit
 
 _IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*")
 _AFTER_A_MARK = re.compile(r"(.+?)(?:\s*[/,]\s*|\s+(?:in\s+)?)(\S+)")
-_AS_SUFFIX = re.compile(r"(.+)_(n|mn|un|kn|v|mv|uv|kg|g|s|ms|us|mm)", re.IGNORECASE)
+_AS_SUFFIX = re.compile(r"(.+)_(n|mn|un|kn|v|mv|uv|kgf|gf|kg|g|s|ms|us|mm)", re.IGNORECASE)
 _TIMES = ("time", "t", "timestamp", "zeit", "temps")
 
 
@@ -64,6 +64,8 @@ def scale_of(where: str, given: str | None, found: str | None, wanted: str) -> f
         return 1.0
     if stated not in UNITS or UNITS[stated][0] != wanted:
         unit = given or found
-        known = "" if given or found in UNITS else f', or unit = "{wanted}" if that is no unit'
+        force = UNITS[f"{stated}f"][1] if wanted == "N" and stated in ("g", "kg") else 0.0
+        known = f"; {force:g} if it is a weight in {stated}f" if force else ""
+        known += "" if given or found in UNITS else f', or unit = "{wanted}" if that is no unit'
         raise FrictionloopError(f"{where} is in {unit}: scale is missing; accepted: the {wanted} per {unit}{known}")
     return UNITS[stated][1]

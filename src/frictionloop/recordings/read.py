@@ -38,8 +38,9 @@ def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> A
     Parameters
     ----------
     recording
-        Path and column. ``.csv .tsv .txt``: delimiter found by itself, lines of names and of units optional, lines
-        starting with ``#`` are comments; column by name, with or without its unit, or number from 0.
+        Path and column. ``.csv .tsv .txt .dat .asc``: delimiter found by itself, lines of names and of units optional;
+        lines that start with ``#`` are comments, and settings above the numbers ("# rate_hz: 1000", "unit: mN") are
+        read; column by name, with or without its unit, or number from 0.
         ``.h5 .hdf5 .nc`` (NetCDF-4, packing undone) and ``.mat`` (5 and 7.3, indexed as in MATLAB but from 0): path
         of a dataset or its number, with ``[:, k]`` or ``[k, :]`` if it has two dimensions. ``.wav``: channel; integers
         become -1 to 1 (full scale). The rate is ``recording.rate_hz``; a WAV brings its own, and so does a file with a
@@ -113,6 +114,8 @@ def scaled(recording: Recording, wanted: str) -> tuple[Array, float, Column]:
     if recording.remove_mean:
         used -= used.mean()
     scale = recording.scale
+    if scale is None and recording.unit is None and column.unit_in_doubt:
+        raise FrictionloopError(f"{recording.path}: {column.unit_in_doubt}")
     if scale is None:
         where = f"{recording.path}: column {recording.column!r}"
         scale = scale_of(where, recording.unit, column.unit, wanted)
@@ -189,7 +192,7 @@ def _resampled(force: Array, file_hz: float, rate_hz: float, path: str) -> Array
 
 
 _READERS: Mapping[str, Callable[[Recording], Column]] = {
-    **dict.fromkeys((".csv", ".tsv", ".txt"), read_text),
+    **dict.fromkeys((".csv", ".tsv", ".txt", ".dat", ".asc"), read_text),
     **dict.fromkeys((".h5", ".hdf5", ".nc"), read_hdf5),
     ".mat": read_mat,
     ".wav": read_wav,

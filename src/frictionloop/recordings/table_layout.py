@@ -28,11 +28,8 @@ class Layout(NamedTuple):
     head: list[list[str]]
     """Cells of the lines before."""
     width: int
-
-
-def halves(text: str) -> list[str]:
-    """Return what stands before and after the first colon or equals sign."""
-    return [part.strip() for part in re.split(r"[:=]", text.lstrip("# "), maxsplit=1)]
+    above: tuple[str, ...] = ()
+    """Those lines as they stand."""
 
 
 def layout_of(path: Path) -> Layout:
@@ -48,14 +45,14 @@ def layout_of(path: Path) -> Layout:
     # 1,5;2,5 and lines apart by spaces have decimal commas; 1,5 alone is two columns.
     spaced = not mark and " " in filled[-1].strip() and len(cells_with_comma) > 1
     decimal = "," if cells_with_comma and (mark or spaced) else "."
-    mark = mark or ("," if "," in filled[-1] and not spaced else " ")
+    mark = mark or ("," if "," in filled[-1] and not spaced else " " if " " in filled[-1].strip() else "\t")
     rows = [cells_of(line, mark) for line in lines]
     first = next((k for k, row in enumerate(rows) if _is_data(row, decimal) and not lines[k].startswith("#")), None)
     if first is None:
         raise FrictionloopError(f"{path}: has no row of numbers in its first {len(lines)} lines; accepted: a table")
     head = [[cell.strip().strip('"') for cell in row] for row in rows[:first]]
     widths = [len(row) for row in rows[first:]]
-    return Layout(encoding, mark, decimal, first, head, max(widths))
+    return Layout(encoding, mark, decimal, first, head, max(widths), tuple(lines[:first]))
 
 
 def _encoding(path: Path) -> str:

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings import stored
-from frictionloop.recordings.contents import Channel, Contents, told_date, told_rates
-from frictionloop.recordings.headers import header
+from frictionloop.recordings.contents import Channel, Contents, told_date
+from frictionloop.recordings.headers import header, is_time
+from frictionloop.recordings.preamble import names_only, rates_in, said_in, unit_in
 from frictionloop.recordings.stored import Samples, Stored, blocks_of, is_large
-from frictionloop.recordings.table_layout import Layout, halves, layout_of
+from frictionloop.recordings.table_layout import Layout, layout_of
 from frictionloop.recordings.table_names import names_of
 from frictionloop.recordings.table_rows import all_rows, rows_in
 from frictionloop.recordings.text_index import Index, bytes_of, indexed
@@ -37,15 +38,15 @@ def read_table(path: Path) -> Contents:
         width = values.shape[1]
         _check_width(path, width)
         lines = [values[:, k] for k in range(width)]
-    names = names_of(layout.head, max(layout.width, width))
-    pairs = [(row[0].lstrip("# ").rstrip(":= "), row[1]) for row in layout.head if len(row) > 1]
-    pairs += [(found[0], found[1]) for row in layout.head if len(row) == 1 and len(found := halves(row[0])) == 2]
+    names = names_of(names_only(layout.head, layout.above), max(layout.width, width))
+    said = said_in(layout.above)
+    signals = sum(not is_time(name) for name in names)
     channels = tuple(
-        Channel(header(name).name, lines[k], header(name).unit)
+        Channel(header(name).name, lines[k], header(name).unit or unit_in(said, name, signals))
         for k, name in enumerate(names)
         if k < width and not np.all(np.isnan(next(blocks_of(lines[k]))))
     )
-    return Contents(channels, told_rates(pairs), date=told_date(pairs))
+    return Contents(channels, rates_in(said), date=told_date([(each.name, each.value) for each in said]))
 
 
 def _check_width(path: Path, width: int) -> None:

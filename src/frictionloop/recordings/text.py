@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import dropwhile, islice
 
@@ -13,8 +12,11 @@ import numpy as np
 from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.column import Column, column_number
+from frictionloop.recordings.contents import one_rate
 from frictionloop.recordings.headers import header, is_time
+from frictionloop.recordings.preamble import Said, rates_in, tells, unit_in, unit_in_doubt
 from frictionloop.recordings.text_head import LOOKED_AT, Row, head_of
+from frictionloop.recordings.text_rows import comments_of, mark_of, readable, rows_of, settings_of
 
 _COMMA = '; is that a decimal comma? decimal = "." reads it (--disturbance.decimal .) (--disturbance.decimal ,)'
 _COMMAS = "; are there decimal commas? then columns must be apart by semicolons or tabs"
@@ -35,9 +37,13 @@ class _Table:
     head: str
     """Where its names and units stand, in words."""
 
+    def said(self) -> list[Said]:
+        """Return what the lines above the numbers tell."""
+        return settings_of(self.path, self.first[0] - 1)
+
     def rows(self) -> Iterator[Row]:
         """Yield the rows of data."""
-        return dropwhile(lambda row: row[0] < self.first[0], _rows(self.path, self.decimal, self.mark))
+        return dropwhile(lambda row: row[0] < self.first[0], rows_of(self.path, self.decimal, self.mark))
 
     def column(self, k: int, times: Column | None = None, others: list[str] | None = None) -> Column:
         """Return column k."""
@@ -74,18 +80,27 @@ def read_text(recording: Recording) -> Column:
         _refuse_halves(table)
     clock = next((i for i, name in enumerate(table.names) if is_time(name) and i != k), None)
     others = [repr(table.names[i] if table.names else str(i)) for i in range(table.count) if i not in (k, clock)]
-    return table.column(k, None if clock is None else table.column(clock), others)
+    column = table.column(k, None if clock is None else table.column(clock), others)
+    said, signals = table.said(), 1 + len(others)
+    by, rate_hz = one_rate(recording.path, rates_in(said)) or ("", None)
+    unit = column.unit or unit_in(said, column.name, signals)
+    doubt = "" if unit else unit_in_doubt(said, signals)
+    return replace(column, unit=unit, unit_in_doubt=doubt, rate_by=by, rate_hz=rate_hz)
 
 
 def _table(path: str, decimal: str) -> _Table:
-    mark = _mark(path, decimal)
-    rows = list(islice(_rows(path, decimal, mark), LOOKED_AT))
+    mark = mark_of(path, decimal)
+    rows = list(islice(rows_of(path, decimal, mark), LOOKED_AT))
     if not rows:
         raise FrictionloopError(f"{path}: is empty; accepted: rows of numbers")
+    settings = {each.line for each in settings_of(path, LOOKED_AT) if tells(each)}
+    rows = [row for row in rows if row[0] not in settings]
+    if not rows:
+        raise FrictionloopError(f"{path}: has no row of numbers in its first {LOOKED_AT} lines; accepted: a table")
     first, second = (*rows, (rows[0][0] + 1, []))[:2]
-    head = head_of(rows, _comments(path, mark), partial(_is_number, decimal=decimal))
+    head = head_of(rows, comments_of(path, mark), partial(_is_number, decimal=decimal))
     if head is not None:
-        names = [_readable(cell) for cell in head.columns()]
+        names = [readable(cell) for cell in head.columns()]
         return _Table(path, decimal, names, head.first, len(head.first[1]), mark, str(head))
     if decimal == ".":
         _refuse_commas(path, rows)
@@ -97,9 +112,9 @@ def _table(path: str, decimal: str) -> _Table:
     if any(numbers) and not text_over_number:
         _refuse_numbered(path, first, second[1])
         return _Table(path, decimal, [], first, len(first[1]), mark, "no line of names")
-    names = [_readable(cell) for cell in first[1]]
+    names = [readable(cell) for cell in first[1]]
     if not any(below) and len(second[1]) > len(names):
-        told = f"line {second[0]}: {', '.join(map(_readable, second[1]))} stand below {', '.join(names)}"
+        told = f"line {second[0]}: {', '.join(map(readable, second[1]))} stand below {', '.join(names)}"
         raise FrictionloopError(f"{path}: {told}; accepted: # before lines that are not names, units or numbers")
     data = next((row for row in rows[1:] if row[1]), second)
     return _Table(path, decimal, names, data, len(names), mark, f"names in line {first[0]}")
@@ -134,65 +149,6 @@ def _refuse_halves(table: _Table) -> None:
             f"{table.path}: line {table.first[0]}: {','.join(cells[0])} may be one number{_COMMA}; "
             "a line of names says that it is two"
         )
-
-
-def _mark(path: str, decimal: str) -> str:
-    """Return what parts the columns: a tab, a semicolon, a comma or spaces, by the last of the first lines."""
-    with _opened(path) as stream:
-        sample = [line.strip() for line in islice(stream, 100) if line.strip() and not _is_comment(line)]
-    return next((mark for mark in "\t;, ".replace(decimal, "") if sample and mark in sample[-1]), "\t")
-
-
-def _rows(path: str, decimal: str, mark: str) -> Iterator[Row]:
-    """Yield the line number and the cells of each row; no cells for a blank line with more rows after it."""
-    with _opened(path) as stream:
-        tidy = (lambda line: "\t".join(line.split())) if mark == " " else str
-        reader = csv.reader(
-            ("#" if _is_comment(line) else tidy(line) for line in stream),
-            delimiter="\t" if mark == " " else mark,
-        )
-        blank: list[int] | None = None
-        for cells in reader:
-            if cells == ["#"]:
-                continue
-            if any(cell.strip() for cell in cells):
-                yield from ((line, []) for line in blank or [])
-                blank = []
-                yield reader.line_num, cells
-            elif blank is not None:
-                blank.append(reader.line_num)
-
-
-def _comments(path: str, mark: str) -> list[Row]:
-    """Return the comments among the first lines as cells."""
-    with _opened(path) as stream:
-        lines = [(number, line.strip()) for number, line in enumerate(islice(stream, LOOKED_AT), 1)]
-    said = [(number, line.lstrip("# ")) for number, line in lines if line.startswith("#")]
-    return [
-        (number, line.split() if mark == " " else next(csv.reader([line], delimiter=mark), [])) for number, line in said
-    ]
-
-
-def _opened(path: str):  # type: ignore[no-untyped-def]
-    with open(path, "rb") as stream:
-        wide = stream.read(2) in (b"\xff\xfe", b"\xfe\xff")
-    if wide:
-        return open(path, encoding="utf-16", errors="replace", newline="")
-    return open(path, encoding="utf-8-sig", errors="surrogateescape", newline="")
-
-
-def _readable(cell: str) -> str:
-    """Return a cell with bytes that are no UTF-8 as older programs of Windows write them."""
-    cell = cell.strip()
-    try:
-        cell.encode()
-    except UnicodeEncodeError:
-        return cell.encode("utf-8", "surrogateescape").decode("cp1252", "replace")
-    return cell
-
-
-def _is_comment(line: str) -> bool:
-    return line.lstrip().startswith(("#", "sep="))
 
 
 def _number(cell: str, decimal: str) -> float:

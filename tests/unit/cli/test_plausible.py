@@ -25,7 +25,7 @@ def test_no_finger_is_asked_about():
         (
             "plate.max_amplitude_um",
             "2.5e-6",
-            "2.5e-06 um: is the unit right? Usual are 0.001 to 100 um; did you mean 2.5 um?",
+            "2.5e-06 um: is the unit right? Usual are 0.05 to 50 um; did you mean 2.5 um?",
         ),
         ("sensor.noise_rms_n", "50", "50 N: is the unit right? Usual are 1e-08 to 0.5 N; did you mean 5e-05 N?"),
     ],
@@ -107,3 +107,45 @@ def test_a_design_asks_about_the_model_of_a_file_that_describes_the_sensor_alone
 
 def test_what_a_controller_believes_is_a_field_of_its_model():
     assert BELIEVED.keys() <= type(fl.bench().controller.model).model_fields.keys()
+
+
+PLATE = "plate.max_amplitude_um = 0.0025 um: is the unit right? Usual are 0.05 to 50 um; did you mean 2.5 um?"
+
+
+@pytest.mark.parametrize(
+    "verb",
+    [
+        ("simulate", "FILE", "--duration-s", "0.01"),
+        ("sweep", "FILE", "--over", "controller.ki=1,2", "--duration-s", "0.01"),
+        ("sweep", "--over", "plate.max_amplitude_um=0.0025,2", "--duration-s", "0.01"),
+        ("firmware", "export", "FILE", "--out", "."),
+        ("effect", "show", "bump", "FILE"),
+    ],
+)
+def test_every_verb_asks_about_a_file_and_about_what_is_swept(frictionloop, tmp_path, verb):
+    (tmp_path / "mine.toml").write_text('preset = "bench"\n[plate]\nmax_amplitude_um = 0.0025\n')
+    answer = frictionloop(*("mine.toml" if each == "FILE" else each for each in verb))
+    assert PLATE in answer.err.splitlines()
+    assert answer.err.count("is the unit right?") == 1
+
+
+def test_what_takes_minutes_asks_before(frictionloop, tmp_path, monkeypatch):
+    def late(*_, **__):
+        raise fl.FrictionloopError("that was the work")
+
+    monkeypatch.setattr("frictionloop.design.comparison.compare", late)
+    monkeypatch.setattr("frictionloop.design.synthesis.design_controller", late)
+    (tmp_path / "mine.toml").write_text('preset = "bench"\n[plate]\nmax_amplitude_um = 0.0025\n')
+    for verb in (("compare", "mine.toml"), ("design", "controller", "mine.toml", "--law", "pi")):
+        first, *_, last = frictionloop(*verb).err.splitlines()
+        assert (first, last) == (PLATE, "error: that was the work")
+
+
+def test_designs_of_parts_are_asked_about_too(frictionloop, tmp_path):
+    (tmp_path / "sensor.toml").write_text("schema = 1\n[electrodes]\ngap_um = 1e5\n")
+    said = frictionloop("design", "sensor", "sensor.toml").err
+    assert "electrodes.gap_um = 100000 um: is the unit right? Usual are 5 to 5000 um; did you mean 100 um?" in said
+    said = frictionloop("design", "plate", "--geometry.thickness_mm", "0.003").err
+    assert "geometry.thickness_mm = 0.003 mm: is the unit right? Usual are 0.1 to 20 mm; did you mean 3 mm?" in said
+    for part in ("sensor", "plate"):
+        assert "is the unit right?" not in frictionloop("design", part).err
