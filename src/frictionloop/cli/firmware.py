@@ -127,22 +127,20 @@ def _cycle_lines(cycles: dict[str, dict[str, int]]) -> list[str]:
 
 
 def _table(file: Path | None, preset: str | None, overrides: list[str] | None, out: Path) -> tuple[Table, str]:
-    from frictionloop.firmware.board_fit import misfits
     from frictionloop.firmware.export import Table
     from frictionloop.firmware.parameter_words import firmware_words
 
     checks.check_folder("out", out)
     system, origin = flags.given(file, preset, overrides, "bench")
-    table = Table(system, firmware_words(system))
-    for line in misfits(system):
-        screen.note(line)
-    return table, origin
+    return Table(system, firmware_words(system)), origin
 
 
 def _show(table: Table, origin: str, made: dict[str, Any], rows: list[tuple[str, str]], json: bool) -> None:
-    found = table.summary()
+    from frictionloop.firmware.board_fit import misfits
+
+    found, unfit = table.summary(), misfits(table.system)
     if json:
-        screen.show_json({"system": origin, **found, **made, "table": rows[-1][1]})
+        screen.show_json({"system": origin, **found, **made, "table": rows[-1][1], "misfits": unfit})
         return
     low_n, high_n = found["clamp_n"]
     traced, worst, where = (
@@ -160,6 +158,8 @@ def _show(table: Table, origin: str, made: dict[str, Any], rows: list[tuple[str,
         ("words", f"{found['words']}, table {found['table_hash']:08x}"),
     ]
     screen.show(screen.columns([("system", origin), *about, *rows]))
+    if unfit:
+        screen.show("", "What the board does not do as the system says:", *(screen.wrapped(f"  {each}") for each in unfit))
 
 
 def _inside(system: System) -> list[tuple[str, str]]:
