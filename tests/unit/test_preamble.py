@@ -108,3 +108,25 @@ def test_a_force_in_grams_is_scaled_and_a_mass_is_refused_with_the_scale(tmp_pat
     path = text(tmp_path, "# fs: 1000\nforce [g]\n" + ROWS)
     with pytest.raises(fl.FrictionloopError, match=r"the N per g; 0\.00980665 if it is a weight in gf"):
         found(Recording(path=str(path), column="force"))
+
+
+def test_rows_that_are_missing_or_doubled_are_told_where_a_rate_stands_for_the_times(tmp_path):
+    times = [0, 2, 4, 8, 10, 10, 14, 16]
+    rows = "".join(f"{t},{t / 10}\n" for t in times)
+    path = text(tmp_path, "t [ms],force [N]\n" + rows)
+    with pytest.raises(fl.FrictionloopError, match=r"line 5: t \[ms\] is '8', 0.004 s .* before: a gap \(and 2 more\)"):
+        found(Recording(path=str(path), column="force"))
+    said = told(Recording(path=str(path), column="force", rate_hz=500.0))
+    assert (
+        "uneven times at line 5: t [ms] is '8' and at 2 more: rows are taken 0.002 s apart, at most 0.002 s off" in said
+    )
+    path = text(tmp_path, "t [ms],force [N]\n" + "".join(f"{2 * k},1\n" for k in range(8)))
+    assert "uneven" not in told(Recording(path=str(path), column="force", rate_hz=500.0))
+
+
+def test_a_decimal_comma_below_names_and_units_is_hinted_at(tmp_path):
+    path = text(tmp_path, "Zeit;Kraft\nms;gf\n0,0;55,7\n2,0;54,4\n")
+    with pytest.raises(fl.FrictionloopError, match=r"line 3: '0,0' is no number; .* \(--disturbance\.decimal ,\)$"):
+        found(Recording(path=str(path), column="Kraft"))
+    said = told(Recording(path=str(path), column="Kraft", decimal=","))
+    assert "in gf by the file, 2 samples at 500 Hz by 'Zeit [ms]'" in said

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -12,6 +14,7 @@ from frictionloop.cli import advice, advice_text
 from frictionloop.cli.controller_holds import instead_of
 from frictionloop.design import synthesis
 from frictionloop.design.corners import occlusions
+from frictionloop.design.wanted import feedforward
 
 BENCH = {
     "plate.max_amplitude_um": 2.0,
@@ -91,3 +94,21 @@ def test_a_set_point_within_reach_has_no_split():
     run = fl.simulate(fl.bench().evolve(fl.RETUNED), 2.0)
     mask = np.ones(run.sizes["time"], dtype=bool)
     assert advice_text.out_of_reach(run, mask) == []
+
+
+def test_a_finger_that_reaches_none_of_the_band_is_told_what_it_reaches():
+    weak = fl.bench().evolve({"plate.max_amplitude_um": 1.5, "motion.load_n": 0.7})
+    with pytest.raises(fl.FrictionloopError) as caught:
+        check_band(weak, (0.0, 0.39))
+    lowest, highest = (float(each) for each in re.search(r"ask for (\S+) to (\S+) N", str(caught.value)).groups())
+    assert 0.7 < lowest < highest
+    asked = {"setpoint.offset_n": (lowest + highest) / 2, "setpoint.amplitude_n": (highest - lowest) / 2}
+    check_band(weak.evolve(asked), (0.0, 0.39))
+
+
+def test_no_feed_forward_where_the_set_point_reaches_the_believed_friction():
+    bench = fl.bench()
+    assert feedforward(bench) == (True, ())
+    forward, (why,) = feedforward(bench.evolve({"setpoint.offset_n": 0.9}))
+    assert not forward and "the set-point reaches 1 N, and controller.model.nominal_n" in why
+    assert feedforward(bench.evolve({"setpoint.offset_n": 0.9, "controller.model.nominal_n": 1.3}))[0]

@@ -168,7 +168,7 @@ def test_a_short_row_and_a_blank_line_are_gaps(tmp_path):
 )
 def test_a_decimal_comma_is_never_read_as_another_number(tmp_path, content, column, said):
     told = refusal(text(tmp_path, content), column)
-    hint = '; is that a decimal comma? decimal = "." reads it (--disturbance.decimal .) (--disturbance.decimal ,)'
+    hint = '; is that a decimal comma? decimal = "," reads it (--disturbance.decimal ,)'
     if "of 2 columns" in said:  # commas between columns too
         hint = "; are there decimal commas? then columns must be apart by semicolons or tabs"
     where, _, more = said.partition(" (and")

@@ -171,7 +171,7 @@ BAD_FILES = {
         "controller.kind = 'open_loop' is no kind; open loop is 'lookup'",
     ),
     "a missing block": (WHOLE[: WHOLE.index("[controller]")], "controller is missing"),
-    "nothing": ("", "setpoint is missing"),
+    "nothing": ("", "is empty; accepted: preset = "),
     "a misspelt block": (WHOLE.replace("[plate]", "[plat]"), "plat"),
     "a misspelt name": (WHOLE.replace("kp =", "kP ="), "controller.kP"),
     "a wrong unit suffix": ('preset = "paper"\ncontroller.delay_ms = 0.2', "controller.delay_s = 0.0002 s"),
@@ -232,7 +232,7 @@ def test_unreadable_files(tmp_path):
         fl.read_toml(tmp_path)
     binary = tmp_path / "binary.toml"
     binary.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(fl.FrictionloopError, match=r"binary\.toml: cannot be read"):
+    with pytest.raises(fl.FrictionloopError, match=r"binary\.toml: is no text in UTF-8"):
         fl.read_toml(binary)
 
 
@@ -313,3 +313,31 @@ def test_an_rms_noise_of_a_suspended_sensor_is_told_as_the_density_it_stands_for
     density = float(said.partition(" = ")[2].split()[0])
     system = fl.bench().evolve({"sensor.cutoff_hz": 600.0, "sensor.noise_density_n_rthz": density})
     assert system.sensor.noise_rms_n == pytest.approx(0.8e-3, rel=1e-3)
+
+
+def test_a_byte_order_mark_is_no_part_of_a_file(tmp_path):
+    path = tmp_path / "bench.toml"
+    path.write_bytes(b'\xef\xbb\xbfpreset = "bench"\n[controller]\nkp = 3\n')
+    assert fl.read_toml(path) == fl.bench().evolve({"controller.kp": 3.0})
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ('preset = "bench"'.encode("utf-16"), "is no text in UTF-8 (byte 0); accepted: a text file, saved as UTF-8"),
+        (b"", 'is empty; accepted: preset = "paper" and what differs, or all blocks'),
+        (b"# nothing yet\n", 'is empty; accepted: preset = "paper" and what differs, or all blocks'),
+        (
+            b'preset = "bench"\nmotion.speed_mm_s = [30, 100]\n',
+            "motion.speed_mm_s = [30, 100] mm/s: must be a valid number; several values are for frictionloop sweep "
+            "--over, a range of speeds for design controller --speeds 30,100",
+        ),
+    ],
+)
+def test_files_of_another_kind_say_what_they_are(tmp_path, content, said):
+    path = tmp_path / "bench.toml"
+    path.write_bytes(content)
+    with pytest.raises(fl.FrictionloopError) as caught:
+        fl.read_toml(path)
+    assert said in str(caught.value)
+    assert str(caught.value).startswith(f"{path}: ")

@@ -57,9 +57,11 @@ def _refusal(system: System, beyond: Missed, states: Sequence[float]) -> str:
     has = f"{most_um:g} um leave at least" if low else "without vibration there is at most"
     ends = [each[0] if low else each[1] for each in reaches]
     there = ", ".join(f"{end:.3g} N {_state(state)}" for end, state in zip(ends, states, strict=True))
-    lowest = math.ceil(100 * max(wanted.low_n, *(each[0] for each in reaches)) - ROUNDING) / 100
-    highest = math.floor(100 * min(wanted.high_n, *(each[1] for each in reaches)) + ROUNDING) / 100
-    within = f"ask for {lowest:g} to {highest:g} N" if lowest < highest else "ask for another force"
+    lows, highs = zip(*reaches, strict=True)
+    within = "ask for another force"
+    for least, most in ((max(lows), min(highs)), (max(wanted.low_n, *lows), min(wanted.high_n, *highs))):
+        lowest, highest = math.ceil(100 * least - ROUNDING) / 100, math.floor(100 * most + ROUNDING) / 100
+        within = f"ask for {lowest:g} to {highest:g} N" if lowest < highest else within
     larger = ", or give a larger max_amplitude_um to plate and controller.model" if low else ""
     return f"setpoint less disturbance: {beyond.force_n:.3g} N is out of reach: {has} {there}; {within}{larger}"
 

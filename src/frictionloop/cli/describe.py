@@ -70,7 +70,7 @@ def short(value: Any) -> str:
     if isinstance(value, (list, tuple)):
         shown = ", ".join(map(short, value[:6]))
         return f"[{shown}]" if len(value) <= 6 else f"[{shown}, ... {len(value)} values]"
-    return str(value)
+    return '","' if value == "," else str(value)
 
 
 def notes_of(system: System) -> dict[str, str]:

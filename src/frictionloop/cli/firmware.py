@@ -159,7 +159,7 @@ def _show(table: Table, origin: str, made: dict[str, Any], rows: list[tuple[str,
     ]
     screen.show(screen.columns([("system", origin), *about, *rows]))
     if unfit:
-        screen.show("", "What the board does not do as the system says:", *(screen.wrapped(f"  {each}") for each in unfit))
+        screen.show("", "What the board does not do as the system says:", *map(screen.wrapped, unfit))
 
 
 def _inside(system: System) -> list[tuple[str, str]]:

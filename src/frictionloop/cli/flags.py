@@ -162,7 +162,8 @@ def _flat(changes: Mapping[str, Any]) -> Iterator[str]:
 
 def changed(origin: str, overrides: Mapping[str, Any]) -> str:
     """Return in words where something comes from and what was changed."""
-    changes = ", ".join(f"{name} = {value}" for name, value in overrides.items())
+    said = {name: '","' if value == "," else value for name, value in overrides.items()}
+    changes = ", ".join(f"{name} = {value}" for name, value in said.items())
     return f"{origin} with {changes}" if changes else origin
 
 

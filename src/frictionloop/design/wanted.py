@@ -10,6 +10,7 @@ from frictionloop.design.corners import NOTHING, Corner, Elsewhere
 from frictionloop.design.leaning import Lean
 from frictionloop.parameters import System
 from frictionloop.parameters.filtered import LONGEST_DELAY
+from frictionloop.parameters.sources import largest_n
 from frictionloop.quantities import FrictionloopError
 
 WIDER = (1.0, 10.0 / 7.0, 16.0 / 7.0)
@@ -87,8 +88,17 @@ def unheld(law: str, wanted: Wanted, worst: Corner) -> str:
 
 
 def feedforward(system: System) -> tuple[bool, tuple[str, ...]]:
-    """Return whether feed-forward can follow the delay, and what to say if not."""
+    """Return whether feed-forward can follow delay and set-point, and what to say if not.
+
+    Where the set-point reaches the believed f0 its command has no room above: the overdrive is clipped to one side.
+    """
     controller = system.controller
+    highest_n, nominal_n = largest_n(system.setpoint), controller.model.nominal_n
+    if highest_n >= nominal_n:
+        return False, (
+            f"no feed-forward: the set-point reaches {highest_n:.3g} N, and controller.model.nominal_n, the friction "
+            f"without vibration that the controller believes in, is {nominal_n:.3g} N; above the set-point it is had",
+        )
     periods = controller.delay_s * controller.rate_hz
     if periods <= LONGEST_DELAY * (1 + 1e-9):
         return True, ()

@@ -23,7 +23,7 @@ def with_line(path: str | os.PathLike[str], complaint: str) -> str:
     if "\n" in complaint:
         return "\n".join(with_line(path, each) for each in complaint.split("\n"))
     try:
-        lines = Path(path).read_text(encoding="utf-8").splitlines()
+        lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError):
         return complaint
     if parsed := _PLACE.search(complaint):

@@ -107,6 +107,8 @@ def read_design(path: str | os.PathLike[str], default: Design) -> Design:
 
 
 def _complete(path: str | os.PathLike[str], tree: dict[str, Any]) -> System:
+    if not tree:
+        raise FrictionloopError(f'{path}: is empty; accepted: preset = "paper" and what differs, or all blocks')
     try:
         return System.from_tree(tree)
     except FrictionloopError as error:
@@ -126,12 +128,15 @@ def read_tree(path: str | os.PathLike[str]) -> dict[str, Any]:
     try:
         if Path(path).stat().st_size > LARGEST_BYTES:
             raise FrictionloopError(f"{where}has more than {LARGEST_BYTES:,} bytes; accepted: a file of parameters")
-        text = Path(path).read_text(encoding="utf-8")
+        text = Path(path).read_text(encoding="utf-8-sig")
         if _DEEP.search(text):
             raise FrictionloopError(f"{where}has a key of more than {DEEPEST} parts; accepted: block.key")
         tree = tomllib.loads(text)
-    except (OSError, UnicodeDecodeError) as error:
-        raise FrictionloopError(f"{where}cannot be read ({getattr(error, 'strerror', None) or error})") from None
+    except OSError as error:
+        raise FrictionloopError(f"{where}cannot be read ({error.strerror or error})") from None
+    except UnicodeDecodeError as error:
+        said = f"is no text in UTF-8 (byte {error.start}); accepted: a text file, saved as UTF-8"
+        raise FrictionloopError(f"{where}{said}") from None
     except tomllib.TOMLDecodeError as error:
         raise FrictionloopError(f"{where}is not TOML: {with_line(path, str(error))}") from None
     except RecursionError:

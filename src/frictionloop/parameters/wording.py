@@ -75,6 +75,9 @@ def explain(system: Model, error: ValidationError, tree: Mapping[str, Any]) -> s
     if isinstance(first["input"], (dict, BaseModel)):
         return f"{path}: {message}" if path else message
     unit = f" {unit_of(path)}" if unit_of(path) else ""
+    if isinstance(first["input"], (list, tuple)) and first["type"] == "float_type":
+        message += "; several values are for frictionloop sweep --over"
+        message += ", a range of speeds for design controller --speeds 30,100" if path.endswith("speed_mm_s") else ""
     return f"{path} = {_shown(first['input'])}{unit}: {message}"
 
 

@@ -66,6 +66,27 @@ def rate_of(recording: Recording, column: Column) -> tuple[float | None, str]:
     return found_hz, by
 
 
+def unevenness(column: Column, rate_hz: float) -> str:
+    """Return where the times of a file do not rise by a period of the rate that is given, "" where all do.
+
+    The rows are then taken one after the other: those after a gap come too early, by what the gap is longer.
+    """
+    times = column.times
+    if times is None or times.unit not in UNITS or times.samples.size < 2:
+        return ""
+    in_s = UNITS[times.unit][1] * np.asarray(times.samples, dtype=float)
+    steps = np.diff(in_s)
+    uneven = np.flatnonzero(~(np.abs(steps * rate_hz - 1) <= _NEAR))
+    if not uneven.size:
+        return ""
+    off_s = np.nanmax(np.abs(in_s - in_s[0] - np.arange(in_s.size) / rate_hz))
+    many = f" and at {uneven.size - 1} more" if uneven.size > 1 else ""
+    return (
+        f"uneven times at {times.place(uneven[0] + 1)}{many}: rows are taken {1 / rate_hz:g} s apart, at most "
+        f"{off_s:.3g} s off"
+    )
+
+
 def no_rate(column: Column) -> str:
     """Return the line that says a file does not tell its rate."""
     named, why = "", "and no column of times (time, t, 'time_s', 'Time [ms]') tells it"
@@ -92,8 +113,9 @@ def _rate_of(path: str, times: Column, given_hz: float | None) -> float | None:
     if not uneven.size:
         return None if counts else float(f"{(in_s.size - 1) / (in_s[-1] - in_s[0]):.9g}")
     if given_hz is None:
+        more = f" (and {uneven.size - 1} more)" if uneven.size > 1 else ""
         raise FrictionloopError(
-            f"{path}: {times.place(uneven[0] + 1)}, {steps[uneven[0]]:g} s after the row before: a gap; "
+            f"{path}: {times.place(uneven[0] + 1)}, {steps[uneven[0]]:g} s after the row before: a gap{more}; "
             f"accepted: even steps (most are {usual:g} s), or rate_hz given"
         )
     mean = float(np.nanmax(in_s) - np.nanmin(in_s)) / (in_s.size - 1)

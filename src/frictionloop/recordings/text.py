@@ -18,7 +18,7 @@ from frictionloop.recordings.preamble import Said, rates_in, tells, unit_in, uni
 from frictionloop.recordings.text_head import LOOKED_AT, Row, head_of
 from frictionloop.recordings.text_rows import comments_of, mark_of, readable, rows_of, settings_of
 
-_COMMA = '; is that a decimal comma? decimal = "." reads it (--disturbance.decimal .) (--disturbance.decimal ,)'
+_COMMA = '; is that a decimal comma? decimal = "," reads it (--disturbance.decimal ,)'
 _COMMAS = "; are there decimal commas? then columns must be apart by semicolons or tabs"
 _POINT = '; is that a decimal point? decimal = "." reads it (--disturbance.decimal .)'
 
@@ -133,7 +133,7 @@ def _refuse_numbered(path: str, first: Row, below: list[str]) -> None:
 def _refuse_commas(path: str, rows: list[Row]) -> None:
     """Refuse a file whose numbers are found below titles and names only if its commas are decimal ones."""
     head = head_of(rows, [], partial(_is_number, decimal=","))
-    if head is not None and head.names[0] != rows[0][0]:
+    if head is not None and (head.names[0] != rows[0][0] or head.units is not None):
         cell = next((cell for cell in head.first[1] if "," in cell), "")
         raise FrictionloopError(f"{path}: line {head.first[0]}: {cell!r:.40} is no number{_COMMA}")
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from frictionloop.parameters.sources import Recording
 from frictionloop.quantities.units import UNITS, known_unit
+from frictionloop.recordings.clock import unevenness
 from frictionloop.recordings.column import Column
 from frictionloop.recordings.read import scaled
 
@@ -34,6 +35,8 @@ class Found(NamedTuple):
     """Largest magnitude in the file in N, before a mean is removed and an offset added."""
     rms_n: float
     """Standard deviation of the signal in N."""
+    uneven: str = ""
+    """Where the times are not those of a rate that is given, "" where they are."""
 
 
 def found(recording: Recording) -> Found:
@@ -61,6 +64,7 @@ def found(recording: Recording) -> Found:
         highest_n=float(force.max()),
         largest_n=float(np.abs(raw).max()),
         rms_n=float(force.std()),
+        uneven="" if recording.rate_hz is None else unevenness(column, file_hz),
     )
 
 
@@ -95,4 +99,6 @@ def told(recording: Recording) -> str:
     head = f" ({each.head}), " if each.head else ", "
     by = "" if recording.rate_hz is not None else f" by {each.rate_by}"
     forces = f"{each.lowest_n:.3g} to {each.highest_n:.3g} N"
-    return f"column {each.column!r}{head}{unit}{each.samples} samples at {each.rate_hz:g} Hz{by}, {forces}"
+    return f"column {each.column!r}{head}{unit}{each.samples} samples at {each.rate_hz:g} Hz{by}, {forces}" + (
+        f"; {each.uneven}" if each.uneven else ""
+    )

@@ -149,3 +149,14 @@ def test_designs_of_parts_are_asked_about_too(frictionloop, tmp_path):
     assert "geometry.thickness_mm = 0.003 mm: is the unit right? Usual are 0.1 to 20 mm; did you mean 3 mm?" in said
     for part in ("sensor", "plate"):
         assert "is the unit right?" not in frictionloop("design", part).err
+
+
+def test_a_drive_that_the_controller_believes_stronger_is_told():
+    weak = fl.bench().evolve({"plate.max_amplitude_um": 1.5})
+    (line,) = differing(weak, {"plate.max_amplitude_um"})
+    assert line == (
+        "plate.max_amplitude_um is 1.5 um, and the controller believes 2.5 um; if it is to know: "
+        "controller.model.max_amplitude_um = 1.5"
+    )
+    assert list(differing(weak, {"plate.max_amplitude_um", "controller.model.max_amplitude_um"})) == []
+    assert list(differing(weak, set())) == []
