@@ -240,3 +240,10 @@ def test_a_bad_file_is_one_line(tmp_path, monkeypatch, text, line):
         read_design("s.toml", SensorDesign())
     assert line in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_a_file_of_a_bench_is_told_from_a_design(tmp_path):
+    path = tmp_path / "bench.toml"
+    path.write_text('preset = "bench"\n')
+    with pytest.raises(FrictionloopError, match=r"bench\.toml: has preset, so it describes a bench"):
+        read_design(path, SensorDesign())

@@ -90,7 +90,7 @@ def build(
     ]
     _show(table, origin, made, rows, json)
     if cycles and not json:
-        screen.show(*_cycle_lines(cycles))
+        screen.show("", *_cycle_lines(cycles))
 
 
 def _traced(image: str) -> dict[str, dict[str, int]] | None:

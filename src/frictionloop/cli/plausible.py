@@ -72,12 +72,12 @@ def differing(system: System, named: Collection[str], designed: str | None = Non
 
     Only one of the two was named: who names both means it so. A law that is to be ``designed`` uses what it will.
     """
-    plate, model = system.plate.max_amplitude_um, system.controller.model.max_amplitude_um
+    plate, thought = system.plate.max_amplitude_um, system.controller.model.max_amplitude_um
     told = {"plate.max_amplitude_um", "controller.model.max_amplitude_um"}.intersection(named)
     asked = any(_of_value("plate.max_amplitude_um", plate))  # whether it is meant comes first
-    if model > plate and not asked and told == {"plate.max_amplitude_um"}:
+    if thought > plate and not asked and told == {"plate.max_amplitude_um"}:
         yield (
-            f"plate.max_amplitude_um is {plate:g} um, and the controller believes {model:g} um; if it is to know: "
+            f"plate.max_amplitude_um is {plate:g} um, and the controller believes {thought:g} um; if it is to know: "
             f"controller.model.max_amplitude_um = {plate:g}"
         )
     for name in _used(system, designed):

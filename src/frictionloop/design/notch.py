@@ -118,7 +118,7 @@ def _resonance_hz(system: System) -> float:
     sensor = system.sensor
     if not isinstance(sensor, SuspendedSensor):
         raise FrictionloopError(
-            f"sensor.kind = {sensor.kind!r}: has no resonance for a notch, which needs 'suspended'; retune does without"
+            f"sensor.kind = {sensor.kind!r}: has no resonance for a notch, which needs 'suspended'; law pi does without"
         )
     return sensor.resonance_hz
 

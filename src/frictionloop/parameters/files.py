@@ -103,7 +103,11 @@ def read_design(path: str | os.PathLike[str], default: Design) -> Design:
     FrictionloopError
         For a file that cannot be read, or what is wrong in it, naming file, field and value.
     """
-    return _evolved(path, lambda: default, read_tree(path))
+    tree = read_tree(path)
+    if bench := next((each for each in ("preset", *System.model_fields) if each in tree), None):
+        part = "sensor" if hasattr(default, "electrodes") else "plate"
+        raise FrictionloopError(f"{path}: has {bench}, so it describes a bench; accepted: a design of a {part}")
+    return _evolved(path, lambda: default, tree)
 
 
 def _complete(path: str | os.PathLike[str], tree: dict[str, Any]) -> System:

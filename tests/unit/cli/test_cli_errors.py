@@ -183,7 +183,7 @@ def test_one_line(frictionloop, tokens, line):
     [
         (b"schema = 99", "bench.toml: schema = 99 is newer than this version reads"),
         (b"x = [", "bench.toml: is not TOML"),
-        (b"\xff\xfe\x00", "bench.toml: cannot be read"),
+        (b"\xff\xfe\x00", "bench.toml: is no text in UTF-8"),
         (b"[controller]\nkp = 3", "bench.toml: setpoint is missing"),
         (b'preset = "paper"\n[controller]\nkp = -3', "bench.toml: controller.kp = -3 N/N: must be greater"),
         (b'preset = "bank"', "bench.toml: preset = 'bank' is unknown; accepted: 'paper', 'feasible', 'bench'"),
