@@ -106,8 +106,9 @@ def test_a_force_in_grams_is_scaled_and_a_mass_is_refused_with_the_scale(tmp_pat
     path = text(tmp_path, f"# fs: 1000\nforce [{unit}]\n" + ROWS)
     assert found(Recording(path=str(path), column="force")).highest_n == pytest.approx(0.8 * newtons)
     path = text(tmp_path, "# fs: 1000\nforce [g]\n" + ROWS)
-    with pytest.raises(fl.FrictionloopError, match=r"the N per g; 0\.00980665 if it is a weight in gf"):
+    with pytest.raises(fl.FrictionloopError, match=r'the N per g; 0\.00980665, or unit = "gf", if it is'):
         found(Recording(path=str(path), column="force"))
+    assert found(Recording(path=str(path), column="force", unit="gf")).highest_n == pytest.approx(0.8 * 9.80665e-3)
 
 
 def test_rows_that_are_missing_or_doubled_are_told_where_a_rate_stands_for_the_times(tmp_path):

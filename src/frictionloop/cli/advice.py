@@ -85,20 +85,29 @@ def ringing(run: xr.Dataset, mask: np.ndarray, metrics: dict[str, float]) -> Rin
     calm = quiet and bound - metrics["r2_identity"] <= MISSING
     if calm:
         return None
-    found = of_system(around_a_level(system, run, mask) if recorded else system)
+    found = of_system(around_levels(system, run, mask))
     if found is None or found.frequency_hz is None:
         return found
     return found._replace(frequency_hz=_loudest_hz(run, mask, found.frequency_hz))
 
 
-def around_a_level(system: System, run: xr.Dataset, mask: np.ndarray) -> System:
-    """Return a system whose recorded disturbance is its level; 0 for a mean that was left in, as `left_in` has it."""
-    from frictionloop.parameters import Constant
+def around_levels(system: System, run: xr.Dataset, mask: np.ndarray) -> System:
+    """Return a system whose recorded signals are levels, of which the linear analysis knows.
 
-    if getattr(system.disturbance, "remove_mean", False):
-        return system  # its level is offset_n, as `design controller` takes it
-    mean_n = float(run["d"].values[mask].mean())
-    return system.evolve({"disturbance": Constant(offset_n=0.0 if left_in(system, mean_n) else mean_n)})
+    A disturbance is its mean; 0 for one that was left in, as `left_in` has it. A set-point is its mean, and a standard
+    deviation to both sides.
+    """
+    from frictionloop.parameters import Constant, Sine
+
+    levels: dict[str, Any] = {}
+    if system.setpoint.kind in RECORDED:
+        asked = run["f_r"].values[mask]
+        levels["setpoint"] = Sine(offset_n=float(asked.mean()), amplitude_n=float(asked.std()))
+    # With its mean removed the level is offset_n, as `design controller` takes it.
+    if "d" in run and system.disturbance.kind in RECORDED and not getattr(system.disturbance, "remove_mean", False):
+        mean_n = float(run["d"].values[mask].mean())
+        levels["disturbance"] = Constant(offset_n=0.0 if left_in(system, mean_n) else mean_n)
+    return system.evolve(levels) if levels else system
 
 
 def left_in(system: System, mean_n: float) -> bool:

@@ -90,6 +90,7 @@ def command(
     from frictionloop.firmware.board_fit import misfits
     from frictionloop.parameters import write_toml
 
+    recorded.check_levels(system)
     for line in misfits(system):
         screen.note(line)
     screen.tell_notes()  # before the search, which takes long

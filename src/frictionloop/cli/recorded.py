@@ -6,6 +6,7 @@ import textwrap
 from typing import TYPE_CHECKING
 
 from frictionloop.parameters import FingerFriction, Recording, Samples, Strokes
+from frictionloop.quantities import FrictionloopError
 
 if TYPE_CHECKING:
     from frictionloop.parameters import System
@@ -52,6 +53,22 @@ def at_design(system: System) -> list[str]:
         "makes of it."
         for name in names
     ]
+
+
+def check_levels(system: System) -> None:
+    """Refuse a recorded set-point where gains are designed for its levels, with a sine that has them."""
+    wanted = system.setpoint
+    if not isinstance(wanted, Recording) or wanted.remove_mean:
+        return
+    from frictionloop.recordings.told import found
+
+    read = found(wanted)
+    middle_n, swing_n = (read.highest_n + read.lowest_n) / 2, (read.highest_n - read.lowest_n) / 2
+    raise FrictionloopError(
+        'setpoint.kind = "recording": gains are designed for levels; a sine has those of this recording: '
+        f"--setpoint.kind sine --setpoint.offset_n {middle_n:.3g} --setpoint.amplitude_n {swing_n:.3g}; run the "
+        "recording with what comes"
+    )
 
 
 def on_top(system: System) -> str:

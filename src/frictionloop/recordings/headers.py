@@ -58,14 +58,15 @@ def scale_of(where: str, given: str | None, found: str | None, wanted: str) -> f
         For a unit that contradicts the file's, or from which no known factor leads to the wanted one.
     """
     stated = found if given is None else known_unit(given)
-    if given is not None and found in UNITS and stated != found:
+    weighed = found in ("g", "kg") and stated == f"{found}f"  # which a scale writes as a mass
+    if given is not None and found in UNITS and stated != found and not weighed:
         raise FrictionloopError(f"{where}: unit = {given!r} contradicts the file, which says {found!r}; give one alone")
     if given is None and found is None:
         return 1.0
     if stated not in UNITS or UNITS[stated][0] != wanted:
         unit = given or found
         force = UNITS[f"{stated}f"][1] if wanted == "N" and stated in ("g", "kg") else 0.0
-        known = f"; {force:g} if it is a weight in {stated}f" if force else ""
+        known = f'; {force:g}, or unit = "{stated}f", if it is a weight' if force else ""
         known += "" if given or found in UNITS else f', or unit = "{wanted}" if that is no unit'
         raise FrictionloopError(f"{where} is in {unit}: scale is missing; accepted: the {wanted} per {unit}{known}")
     return UNITS[stated][1]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 
@@ -63,3 +65,24 @@ def test_what_is_too_large_for_newtons_is_not_split(tmp_path):
     recording = fl.Recording(path=str(path), column="F", remove_mean=True)
     run = run_of(**{"disturbance": recording})
     assert lines(run, np.ones(run.sizes["time"], bool)) == []
+
+
+def test_gains_that_ring_on_a_recorded_set_point_are_told(frictionloop, tmp_path):
+    t = np.arange(2001) / 1000
+    force_n = 0.6 + 0.1 * np.sin(2 * np.pi * t)
+    np.savetxt(tmp_path / "wanted.csv", np.c_[t, force_n], delimiter=",", header="t [s],force [N]", comments="")
+    flags = ("--setpoint.kind", "recording", "--setpoint.path", "wanted.csv", "--setpoint.column", "force")
+    run = ("simulate", "--preset", "bench", *flags, "--duration-s", "2", "--json")
+    ringing = json.loads(frictionloop(*run).out)["ringing"]
+    assert ringing["held"]
+    assert ringing["band"]["low_n"] == pytest.approx(force_n.mean() - force_n.std(), rel=0.03)
+    held = [word for name, value in ringing["held"].items() for word in (f"--{name}", f"{value}")]
+    assert json.loads(frictionloop(*run, *held).out)["ringing"] is None
+
+
+def test_a_design_for_a_recorded_set_point_names_a_sine_of_its_levels(frictionloop, tmp_path):
+    (tmp_path / "wanted.csv").write_text("# rate_hz: 100\nforce [N]\n0.4\n0.8\n0.5\n")
+    flags = ("--setpoint.kind", "recording", "--setpoint.path", "wanted.csv", "--setpoint.column", "force")
+    answer = frictionloop("design", "controller", *flags)
+    assert answer.code == 2
+    assert "--setpoint.kind sine --setpoint.offset_n 0.6 --setpoint.amplitude_n 0.2; run the" in answer.noted[-1]
