@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numba import njit
 
 from frictionloop.control.laws import law_of
 from frictionloop.loop.kernel.law_tile import limits_step
@@ -17,12 +18,23 @@ from frictionloop.loop.simulate import no_number
 from frictionloop.loop.timing import check_seed
 from frictionloop.parameters import OracleController, System, check_system
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.compiled import DigestCache
+from frictionloop.quantities.digest import code_digest
 from frictionloop.quantities.normals import BLOCK
 from frictionloop.quantities.trees import flat
 
 MOST = 4096
 """Most control periods of one call; of several systems together an eighth of it, for their traces are large."""
 _STATE = "measurement", "friction", "effect_seen", "effect_true", "overdrive"
+
+
+@njit(error_model="numpy")
+def _limits(low: float, high: float, log2_nominal: float, um2_per_halving: float) -> tuple[float, float]:
+    return limits_step(low, high, log2_nominal, um2_per_halving)
+
+
+# Called from Python, while a session waits: compiled code is on the disk after the first time.
+_limits._cache = DigestCache(_limits.py_func, "limits", code_digest(_limits))
 
 
 class Guided:
@@ -121,7 +133,7 @@ class Guided:
         if len(systems) == 1 and not isinstance(systems[0].controller, OracleController):
             gains = law_rows(law_of(systems[0].controller))[1]
             given = [float(tile.slab.view(row)[0, 0]) for row in (*gains[-2:], *ROW["model"][:2])]
-            tile.slab.view("at_limits")[:, 0] = limits_step(*given)
+            tile.slab.view("at_limits")[:, 0] = _limits(*given)
         self._tile, self._fresh = tile, fresh
         return True
 
