@@ -8,56 +8,69 @@ from designed_notch import DESIGNED_NOTCH
 import frictionloop as fl
 from frictionloop.analysis import linearise, operating_band
 from frictionloop.cli import advice_text
-from frictionloop.design.corners import NEAR, Elsewhere, corners, elsewhere, strokes_of
+from frictionloop.design.corners import corners
+from frictionloop.design.elsewhere import NEAR, Elsewhere, elsewhere, in_words, strokes_of
 from frictionloop.design.synthesis import design_controller
 from frictionloop.design.wanted import Wanted
 
 LIMITS = Wanted().limits
 NOWHERE = Elsewhere()
-OTHERS = ["dahl at 80 mm/s", "slider at 20 mm/s", "slider at 80 mm/s"]
+OTHERS = [("dahl", 80.0), ("slider", 10.0), ("slider", 20.0), ("slider", 80.0)]
+
+
+def at(found):
+    return [(place.contact, *place.speeds_mm_s) for place in found]
 
 
 def test_gains_for_bristles_that_are_unstable_on_a_slider_are_a_warning():
     found = elsewhere(fl.bench().evolve(fl.retune(fl.bench()).overrides), LIMITS)
     slider = fl.bench().evolve({**fl.retune(fl.bench()).overrides, "finger.contact": "slider"})
     assert not all(each.margins().stable for each in operating_band(slider, occluded=(0.0, 1.0)))
-    assert found.unstable[-2:] == ("on contact slider at 20 mm/s", "on contact slider at 80 mm/s")
+    assert at(found.where("unstable"))[-3:] == OTHERS[1:]
+    assert in_words(found.where("unstable"))[-1] == "contact slider at 10, 20, 80 mm/s"
     (line,) = found.warning()
-    assert line.startswith("UNSTABLE on contact ") and line.endswith("it was not designed for it.")
+    assert line.startswith(
+        "UNSTABLE on contact dahl at 80 mm/s with the resonance 10 % lower; on contact slider at 10,"
+    ) and line.endswith("it was not designed for it.")
 
 
 @pytest.mark.slow
 def test_a_notch_for_bristles_is_told_not_to_hold_on_a_slider():
     found = elsewhere(fl.bench().evolve(DESIGNED_NOTCH), LIMITS)
-    assert (found.unstable, found.unseen) == ((), ())
-    assert [each.partition(" on ")[2] for each in found.beyond] == ["contact dahl at 10 mm/s"]
-    places = [each.partition(" (Ms ")[0] for each in found.near]
-    assert places == [f"on contact {each} with the resonance 10 % lower" for each in OTHERS]
+    assert (found.where("unstable"), found.unseen) == ((), ())
+    assert at(found.where("beyond")) == [("dahl", 10.0)]
+    assert at(found.where("near")) == OTHERS
+    assert {each.worst.off for each in found.where("near")} == {-0.1}
+    words = [each.partition(" (Ms ")[0] for each in in_words(found.where("near"))]
+    assert words == [
+        "contact dahl at 80 mm/s with the resonance 10 % lower",
+        "contact slider at 10, 20, 80 mm/s with the resonance 10 % lower",
+    ]
     (line,) = found.warning()
-    assert line.startswith(f"CLOSE TO UNSTABLE {found.near[0]}; ") and line.endswith("it was not designed for it.")
+    assert line.startswith(f"CLOSE TO UNSTABLE on {words[0]} (Ms ") and line.endswith("it was not designed for it.")
     slider = fl.bench().evolve({**DESIGNED_NOTCH, "finger.contact": "slider", "sensor.resonance_hz": 0.9 * 145.0})
-    told = float(found.near[1].partition("(Ms ")[2].rstrip(")"))
+    told = found.where("near")[1].worst.sensitivity_peak
     assert told > 2.6 and told >= 0.99 * linearise(slider, force_n=0.5).margins().sensitivity_peak
 
 
 def test_little_gain_holds_everywhere():
     weak = {"controller.kind": "pi", "controller.kp": 0.0, "controller.ki": 7.0}
     found = elsewhere(fl.bench().evolve(weak), LIMITS)
-    assert found._replace(within=()) == NOWHERE
-    assert found.within == (
-        *("on contact dahl at 80 mm/s", "on contact slider at 20 mm/s", "on contact slider at 80 mm/s"),
-        "on contact dahl at 10 mm/s",
-    )
-    assert found.notes() == ()
+    assert found.where("within") == found.places
+    assert at(found.places) == [("dahl", 10.0), *OTHERS]
+    assert in_words(found.places) == ["contact dahl at 10, 80 mm/s", "contact slider at 10, 20, 80 mm/s"]
+    assert found.notes() == found.warning() == found.unseen == ()
 
 
 def test_where_nothing_else_is_there_is_nothing_to_say():
     assert elsewhere(fl.bench().evolve({"finger": {"kind": "rigid"}}), LIMITS) == NOWHERE
 
 
-def test_strokes_are_both_contacts_at_two_speeds_its_own_first():
+def test_strokes_are_both_contacts_at_three_speeds_its_own_first():
     found = [tuple(changes.values()) for changes in strokes_of(fl.bench())]
-    assert found == [("dahl", 20.0), ("dahl", 80.0), ("slider", 20.0), ("slider", 80.0)]
+    assert found == [("dahl", 10.0), ("dahl", 20.0), *OTHERS]
+    slow = fl.bench().evolve({"touch.load.least_speed_mm_s": 11.0})
+    assert min(changes["motion.speed_mm_s"] for changes in strokes_of(slow)) == 20.0
 
 
 def test_a_stroke_too_short_for_four_times_the_speed_is_said_and_no_error():
@@ -65,7 +78,7 @@ def test_a_stroke_too_short_for_four_times_the_speed_is_said_and_no_error():
     short = fl.bench().evolve({**weak, "motion.stroke_mm": 10.0, "motion.speed_mm_s": 50.0})
     found = elsewhere(short, LIMITS)
     lines = found.notes()
-    assert found.within[0] == "on contact slider at 50 mm/s"
+    assert ("slider", 50.0) in at(found.where("within"))
     assert [line.split(":")[0] for line in lines] == [
         f"not looked at with finger.contact = {contact}, motion.speed_mm_s = 200.0" for contact in ("dahl", "slider")
     ]
@@ -75,13 +88,13 @@ def test_a_stroke_too_short_for_four_times_the_speed_is_said_and_no_error():
 @pytest.mark.slow
 def test_gains_for_a_fast_stroke_say_that_they_do_not_hold_on_a_slower_one():
     fast = fl.bench().evolve({**DESIGNED_NOTCH, "motion.speed_mm_s": 40.0})
-    assert any("dahl at 20 mm/s" in each for each in places(fast))
-    assert not any("dahl at 20 mm/s" in each for each in places(fast, (20.0, 40.0)))
+    assert ("dahl", 20.0) in not_held(fast)
+    assert ("dahl", 20.0) not in not_held(fast, (20.0, 40.0))
 
 
-def places(system, speeds_mm_s=()):
+def not_held(system, speeds_mm_s=()):
     found = elsewhere(system, {0.0: 1.0, 0.1: 1.0}, speeds_mm_s)
-    return (*found.unstable, *found.near, *found.beyond)
+    return at(each for each in found.places if each.how != "within")
 
 
 @pytest.mark.slow
@@ -102,5 +115,5 @@ def test_advice_and_design_mean_the_same_by_near():
 def test_with_a_range_the_other_contact_is_looked_at_at_its_ends():
     weak = {"controller.kind": "pi", "controller.kp": 0.0, "controller.ki": 2.0}
     found = elsewhere(fl.bench().evolve(weak), LIMITS, (15.0, 60.0))
-    assert {f"on contact slider at {speed} mm/s" for speed in (15, 20, 60)} <= set(found.within)
-    assert not any(place.startswith(("on contact dahl at 15", "on contact dahl at 60")) for place in found.within)
+    assert {("slider", speed) for speed in (15.0, 20.0, 60.0)} <= set(at(found.where("within")))
+    assert not {("dahl", 15.0), ("dahl", 20.0), ("dahl", 60.0)} & set(at(found.places))

@@ -1,8 +1,9 @@
-"""The largest proportional gain that keeps the loop stable."""
+"""The largest proportional gain that keeps the loop stable, and where a loop rings."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,6 +12,19 @@ from frictionloop.analysis.linear import LinearLoop, check_pi, linearise
 from frictionloop.analysis.margins import real_axis
 from frictionloop.analysis.state_space import Array, Complex, close
 from frictionloop.parameters import System
+
+LOWEST_HZ = 5.0
+"""Ringing is above the tracking of a set-point (chosen)."""
+
+
+def ringing_hz(loops: Sequence[LinearLoop]) -> float | None:
+    """Return the frequency of the oscillating pole that is the least damped of all loops; None if none oscillates."""
+    poles = [
+        (float(abs(pole)), float(abs(np.angle(pole)) / (2 * np.pi * loop.plant.period_s)))
+        for loop in loops
+        for pole in loop.poles()
+    ]
+    return max(((size, at_hz) for size, at_hz in poles if at_hz > LOWEST_HZ), default=(0.0, None))[1]
 
 
 def kp_limit(system: System | LinearLoop) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -31,8 +30,6 @@ OFF = 0.1
 """Share by which the resonance of the sensor may be off where gains are said to hold."""
 RECORDED, OFTEN_N = ("recording", "samples"), 0.2
 """Kinds of disturbances that are measured, and the mean from which one is asked about (chosen)."""
-LOWEST_HZ = 5.0
-"""Ringing is above the tracking of a set-point (chosen)."""
 
 
 class Band(NamedTuple):
@@ -145,8 +142,9 @@ def of_population(system: System, median_r2: float, duration_s: float) -> Ringin
 def of_system(system: System) -> Ringing | None:
     """Return what the linear analysis says of a system, dry and moist; None if it neither rings nor nearly does."""
     from frictionloop.analysis.reach import missed
+    from frictionloop.analysis.stability import ringing_hz
     from frictionloop.design import retune
-    from frictionloop.design.corners import NEAR, elsewhere
+    from frictionloop.design.elsewhere import NEAR, elsewhere, in_words
     from frictionloop.parameters import PiController
 
     controller = system.controller
@@ -164,14 +162,15 @@ def of_system(system: System) -> Ringing | None:
     beyond_n = [{each.force_n for each in missed(system, [state])} for state in sorted(states)]
     nowhere_n = tuple(sorted(set.intersection(*beyond_n)))
     band = Band(min(forces_n), max(forces_n), len(states) > 1, max(states), _bench(system), nowhere_n)
-    known, rings_hz = peak if stable else None, _frequency_hz(points)
+    known, rings_hz = peak if stable else None, ringing_hz(points)
     if not isinstance(controller, PiController):
         return Ringing(stable, rings_hz, controller.kind, known, None, None, {}, band, ())
     try:
         held = {path: _three_digits(gain) for path, gain in retune(points, HELD_PEAK).overrides.items()}
-        beyond = elsewhere(system.evolve(held), {0.0: NEAR, OFF: NEAR})
-        not_held = (*beyond.unstable, *beyond.near, *beyond.beyond)
-        also = () if not_held or beyond.unseen else _others(system)
+        there = elsewhere(system.evolve(held), {0.0: NEAR, OFF: NEAR})
+        within = there.where("within")
+        not_held = tuple(in_words(each for each in there.places if each not in within))
+        also = () if not_held or there.unseen else tuple(in_words(within))
     except FrictionloopError:
         held, not_held, also = {}, (), ()
     return Ringing(stable, rings_hz, "pi", known, controller.kp, controller.ki, held, band, not_held, also)
@@ -191,22 +190,6 @@ def points_of(system: System) -> list[LinearLoop]:
 
     plain = isinstance(system.controller, PiController)
     return operating_band(system, occluded=(0.0, 1.0)) if plain else band_of(system)
-
-
-def _others(system: System) -> tuple[str, ...]:
-    """Return the other contacts and speeds at which gains are looked at, in words."""
-    from frictionloop.design.corners import stroke_of, strokes_of
-
-    places = [system.evolve(changes) for changes in strokes_of(system)]
-    return tuple(f"on{stroke_of(each).removeprefix(',')}" for each in places if each != system)
-
-
-def _frequency_hz(points: Sequence[LinearLoop]) -> float | None:
-    """Return the frequency of the pole that is the least damped of all loops; None if none is oscillating."""
-    rate_hz = points[0].system.controller.rate_hz
-    poles = [(abs(pole), abs(np.angle(pole)) * rate_hz / (2 * np.pi)) for loop in points for pole in loop.poles()]
-    turning = [(size, frequency_hz) for size, frequency_hz in poles if frequency_hz > LOWEST_HZ]
-    return float(max(turning)[1]) if turning else None
 
 
 def _loudest_hz(run: xr.Dataset, mask: np.ndarray, loop_hz: float) -> float:

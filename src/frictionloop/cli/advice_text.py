@@ -56,9 +56,9 @@ def lines(found: Ringing, metrics: dict[str, float]) -> list[str]:
         said.append(f"Gains that hold: {' '.join(f'--{path} {gain:g}' for path, gain in found.held.items())}")
         said += textwrap.wrap(f"They hold {_where(found.band)}{found.band.where}, for this finger.", WIDTH)
         if found.not_held:
-            said += textwrap.wrap(f"They do not hold {'; '.join(found.not_held)}.", WIDTH)
+            said += textwrap.wrap(f"They do not hold on {'; on '.join(found.not_held)}.", WIDTH)
         elif found.also_held:
-            also = f"Ms stays below {NEAR:g} with the resonance {OFF:.0%} off, also {'; '.join(found.also_held)}."
+            also = f"Ms stays below {NEAR:g} with the resonance {OFF:.0%} off, also on {'; on '.join(found.also_held)}."
             said += textwrap.wrap(also, WIDTH)
         said += textwrap.wrap(LEADS, WIDTH)
     elif found.law != "pi":

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from frictionloop.analysis import command_noise_rms_n, operating_band, output_noise_rms_n
 from frictionloop.analysis.operating import law_at, reach_n
-from frictionloop.design.corners import NEAR
+from frictionloop.design.elsewhere import NEAR
 from frictionloop.design.plants import shifted
 from frictionloop.parameters import FingerFriction, Strokes, SuspendedSensor
 from frictionloop.quantities import FrictionloopError

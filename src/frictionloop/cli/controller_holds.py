@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from frictionloop.analysis.reach import missed
 from frictionloop.design.corners import CONTACT_S
+from frictionloop.design.elsewhere import in_words
 
 if TYPE_CHECKING:
     from frictionloop.design.corners import Corner
@@ -43,15 +44,8 @@ def holds(law: str, designed: Designed, wanted: Wanted) -> list[str]:
 
 def also_said(designed: Designed) -> list[str]:
     """Return a line with the other contacts and speeds at which the same limits hold, resonance off too; or none."""
-    speeds: dict[str, list[str]] = {}
-    for place in designed.elsewhere.within:
-        contact, _, speed = place.removeprefix("on ").partition(" at ")
-        speeds.setdefault(contact, []).append(speed.removesuffix(" mm/s"))
-    said = [
-        contact + (f" at {', '.join(sorted(each, key=float))} mm/s" if all(each) else "")
-        for contact, each in speeds.items()
-    ]
-    return [f"Within the same limits, resonance off too: {'; '.join(said)}."] if said else []
+    places = in_words(designed.elsewhere.where("within"))
+    return [f"Within the same limits, resonance off too: {'; '.join(places)}."] if places else []
 
 
 def ends_said(wanted: Wanted) -> list[str]:

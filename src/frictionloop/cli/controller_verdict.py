@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from frictionloop.cli.controller_also import fully_moist, range_said
 from frictionloop.cli.controller_holds import also_said, finger, strokes_said
+from frictionloop.design.elsewhere import in_words
 from frictionloop.parameters import Strokes
 
 if TYPE_CHECKING:
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
 Row = tuple[str, ...]
 NOT_THERE, BOTH = "Do not use it there: it was not designed for it.", " `--law hinf` designs for both contacts."
+LESS = " `frictionloop design check` says how much less gain would hold there."
 SLOWER = 0.5
 """Speed over that of the strokes from which a range is proposed: a finger that strokes passes every slower one."""
 
@@ -32,10 +34,10 @@ def verdict(designed: Designed, after: System, wanted: Wanted, out: Path | None)
     rows: list[Row] = [("STABLE", "; ".join(filter(None, where)))]
     rows += [("", each) for each in also_said(designed)]
     checked = len(rows)
-    for name, places in (("UNSTABLE", elsewhere.unstable), ("CLOSE TO UNSTABLE", elsewhere.near)):
-        rows += [(name if k == 0 else "", place.removeprefix("on ")) for k, place in enumerate(places)]
+    for name, places in (("UNSTABLE", elsewhere.where("unstable")), ("CLOSE TO UNSTABLE", elsewhere.where("near"))):
+        rows += [(name if k == 0 else "", place) for k, place in enumerate(in_words(places))]
     contacts = {getattr(each.loop.system.finger, "contact", "") for each in found}
-    rows += [("", NOT_THERE + BOTH * (len(contacts) == 1))] if len(rows) > checked else []
+    rows += [("", NOT_THERE + BOTH * (len(contacts) == 1) + LESS)] if len(rows) > checked else []
     rows += [("fully moist", said)] if (said := fully_moist(after, wanted)) else []
     rows += [("range", said)] if (said := range_said(after)) else []
     return [*rows, *_other_speeds(after, wanted), *_next(after, wanted, out)]

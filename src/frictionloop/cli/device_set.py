@@ -126,7 +126,8 @@ def _holding(system: System, tuned: dict[str, Any], unchecked: bool) -> System:
 def _holding_off(system: System, given: str) -> None:
     """Refuse a loop that rings with the resonance up to 10 % off; say at which other contact or speed it does."""
     from frictionloop.cli.advice import OFF, points_of
-    from frictionloop.design.corners import NEAR, Corner, elsewhere
+    from frictionloop.design.corners import Corner
+    from frictionloop.design.elsewhere import NEAR, elsewhere, in_words
     from frictionloop.design.plants import shifted
 
     limits = {0.0: NEAR, OFF: NEAR}
@@ -138,8 +139,8 @@ def _holding_off(system: System, given: str) -> None:
         return
     if rings := [each for each in found if math.isinf(each.sensitivity_peak)]:
         raise FrictionloopError(f"{given}: this loop rings at {rings[0].where}; --unchecked sets it all the same")
-    if places := elsewhere(system, limits).unstable:
-        screen.note(f"{given}: this loop rings {'; '.join(places)}")
+    if places := in_words(elsewhere(system, limits).where("unstable")):
+        screen.note(f"{given}: this loop rings on {'; on '.join(places)}")
 
 
 def _pair(text: str) -> tuple[str, Any]:

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from frictionloop.analysis.linear import LinearLoop, linearise
-from frictionloop.design.corners import CONTACTS, broken, corners, stroke_of
+from frictionloop.design.corners import broken, corners, stroke_of
+from frictionloop.design.elsewhere import CONTACTS
 from frictionloop.design.noise_model import NoiseModel, identify_noise
 from frictionloop.design.plants import Plants, lead, overdrive_decay, shifted
 from frictionloop.design.quadruple import Quadruple, balanced, bilinear, slicot

@@ -57,14 +57,15 @@ def small_signals(model: Model, rate_hz: float, bandwidth_hz: float, spring_nois
     return StateSpace(rows[:, :7], rows[:, 7:], d[None, :7], d[None, 7:], 1.0 / rate_hz, ("f_m",), ("square",))
 
 
+def learnt(system: System, gain: float = LEARNT) -> System:
+    """Return a system whose limit observer has learnt a susceptibility that is 1/gain of it; another law as it is."""
+    friction: Any = system.friction
+    if system.controller.kind != "limit_observer" or not hasattr(friction, "susceptibility_per_um2"):
+        return system
+    tau: float = friction.susceptibility_per_um2 / gain
+    return system.evolve({"controller.susceptibility_spread": 1.0, "controller.model.susceptibility_per_um2": tau})
+
+
 def knowing(system: System, gain: float = LEARNT) -> System:
     """Return a system whose limit observer knows its contact, and has learnt a susceptibility that is 1/gain of it."""
-    friction: Any = system.friction
-    tau: float = friction.susceptibility_per_um2 / gain
-    return system.evolve(
-        {
-            "controller.compliance_um_per_n": compliance_of(system),
-            "controller.susceptibility_spread": 1.0,
-            "controller.model.susceptibility_per_um2": tau,
-        }
-    )
+    return learnt(system, gain).evolve({"controller.compliance_um_per_n": compliance_of(system)})

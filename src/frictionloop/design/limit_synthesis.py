@@ -17,7 +17,8 @@ from scipy.optimize import minimize
 from frictionloop.analysis.disturbance import touch_spectrum
 from frictionloop.analysis.linear import LinearLoop
 from frictionloop.analysis.state_space import Array, Complex
-from frictionloop.design.corners import CONTACTS, FASTER, Corner, band_of, broken, corners
+from frictionloop.design.corners import Corner, band_of, broken, corners
+from frictionloop.design.elsewhere import CONTACTS, FASTER
 from frictionloop.design.limit_linear import LEARNT, compliance_of, knowing, lag_of, small_signals
 from frictionloop.design.plants import Plants, shifted
 from frictionloop.design.wanted import Designed, Wanted, unheld

@@ -11,8 +11,10 @@ from typing import Any
 from frictionloop.analysis.disturbance import Spectrum, touch_spectrum
 from frictionloop.analysis.operating import check_reach
 from frictionloop.analysis.reach import check_band
-from frictionloop.design.corners import Corner, band_of, broken, corners, elsewhere, occlusions
+from frictionloop.design.corners import Corner, band_of, broken, corners, occlusions
+from frictionloop.design.elsewhere import elsewhere
 from frictionloop.design.leaning import leaning
+from frictionloop.design.limit_linear import learnt
 from frictionloop.design.notch import retune_notch
 from frictionloop.design.plants import shifted
 from frictionloop.design.retune import retune
@@ -29,6 +31,7 @@ SLOW = 0.1
 """Share of the resonance below which an observer's bandwidth is called slow: a PI gets there (assumed)."""
 SEARCHED, CHECKED = 3, 9
 """Speeds in a range that a search begins with, and at which its result is looked at."""
+SMALL_SIGNALS = "margins are those of small signals, inside the sliding mode"
 Synthesis = Callable[[System, Wanted], Designed]
 
 
@@ -58,8 +61,7 @@ def observer(system: System, wanted: Wanted) -> Designed:
 
 def super_twisting(system: System, wanted: Wanted) -> Designed:
     """Super-twisting on the same observer; its small-signal loop is that of the sliding mode reached."""
-    said = "margins are those of small signals, inside the sliding mode; k1 and k2 stay as they are"
-    return _observing("super_twisting", system, wanted, said)
+    return _observing("super_twisting", system, wanted, f"{SMALL_SIGNALS}; k1 and k2 stay as they are")
 
 
 def _observing(kind: str, system: System, wanted: Wanted, *said: str) -> Designed:
@@ -132,7 +134,7 @@ def design_controller(system: System, law: str | None = None, wanted: Wanted | N
     check_reach(system)
     check_band(system, occlusions(system), asked.speeds_mm_s)
     found, at = _held_between(system, name, asked)
-    more = elsewhere(system.evolve(found.overrides), asked.limits, asked.speeds_mm_s)
+    more = elsewhere(learnt(system.evolve(found.overrides)), asked.limits, asked.speeds_mm_s, asked.lean)
     return found._replace(corners=tuple(at), elsewhere=more, notes=(*found.notes, *more.notes()))
 
 

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from frictionloop.design.corners import NOTHING, Corner, Elsewhere
+from frictionloop.design.corners import NOTHING, Corner
+from frictionloop.design.elsewhere import Elsewhere
 from frictionloop.design.leaning import Lean
 from frictionloop.parameters import System
 from frictionloop.parameters.filtered import LONGEST_DELAY

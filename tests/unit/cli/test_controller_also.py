@@ -7,7 +7,8 @@ import math
 import frictionloop as fl
 from frictionloop.cli import controller_also as also
 from frictionloop.cli.controller_holds import also_said
-from frictionloop.design.corners import Elsewhere
+from frictionloop.design.corners import Corner
+from frictionloop.design.elsewhere import Elsewhere, Place
 from frictionloop.design.wanted import Designed, Wanted
 
 WEAK = fl.bench().evolve({"controller.kind": "pi", "controller.kp": 0.0, "controller.ki": 7.0})
@@ -43,7 +44,9 @@ def test_noise_is_that_of_the_analysis():
 
 
 def test_other_places_are_grouped_by_contact():
-    within = ("on contact slider at 30 mm/s", "on contact dahl at 240 mm/s", "on contact slider at 100 mm/s")
-    (line,) = also_said(Designed({}, elsewhere=Elsewhere(within=within)))
+    held = Corner(0.0, 1.7, fl.linearise(WEAK), 1.2)
+    at = [("slider", 100.0), ("slider", 30.0), ("dahl", 240.0)]
+    there = tuple(Place(contact, (speed,), (held,)) for contact, speed in at)
+    (line,) = also_said(Designed({}, elsewhere=Elsewhere(there)))
     assert line.endswith("contact slider at 30, 100 mm/s; contact dahl at 240 mm/s.")
     assert also_said(Designed({})) == []
