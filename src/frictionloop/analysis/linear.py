@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from frictionloop.analysis.elements import Elements, elements
 from frictionloop.analysis.law_space import law_space
-from frictionloop.analysis.margins import Margins, margins, search_grid, sensitivity_peak
+from frictionloop.analysis.margins import Margins, gain_factor, margins, search_grid, sensitivity_peak
 from frictionloop.analysis.responses import (
     LONG_NAMES,
     Reading,
@@ -127,6 +127,10 @@ class LinearLoop:
     def sensitivity_peak(self) -> float:
         """Return Ms alone, infinite if the loop is unstable: `margins` finds the same, and takes longer."""
         return sensitivity_peak(self._gain, self._margin_grid(), self.nyquist_hz) if self.is_stable() else math.inf
+
+    def gain_factor(self, peak: float) -> float:
+        """Return the factor on G up to which Ms stays within a peak, with every smaller one (`margins.gain_factor`)."""
+        return gain_factor(self._gain, self._margin_grid(), self.nyquist_hz, peak)
 
     def _gain(self, frequency_hz: ArrayLike) -> Complex:
         return self.responses(frequency_hz)["G"]

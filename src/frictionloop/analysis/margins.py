@@ -108,6 +108,35 @@ def sensitivity_peak(loop_gain: LoopGain, grid: Array, nyquist_hz: float) -> flo
     return _peak(loop_gain, full, loop_gain(full))
 
 
+def gain_factor(loop_gain: LoopGain, grid: Array, nyquist_hz: float, peak: float) -> float:
+    """Return the factor k on G up to which Ms of a loop that is stable at little gain stays within a peak.
+
+    |1 + k G|^2 = 1/peak^2 has its smaller root at k = (1 - 1/peak^2)/(-Re G + sqrt(Re^2 G - |G|^2 (1 - 1/peak^2))), if
+    any. Below the least root of all frequencies no |1 + k G| is smaller than 1/peak and none is 0, so no pole crosses
+    the unit circle: every smaller factor holds as well. Infinite if every factor does.
+    """
+    room = 1.0 - peak**-2
+
+    def root(frequency_hz: Array) -> Array:
+        gains = loop_gain(frequency_hz)
+        inside = gains.real**2 - np.abs(gains) ** 2 * room
+        there = (gains.real < 0) & (inside >= 0)
+        return np.where(there, room / np.where(there, np.sqrt(np.maximum(inside, 0.0)) - gains.real, 1.0), np.inf)
+
+    full = np.append(grid, nyquist_hz)
+    roots = root(full)
+    least = int(np.argmin(roots))
+    if math.isinf(roots[least]):
+        return math.inf
+    around = full[max(least - 1, 0)], full[min(least + 1, full.size - 1)]
+    far = 2.0 * float(roots[least])  # what has no root is farther, for a search that wants numbers
+    refined = minimize_scalar(
+        lambda f: min(far, float(root(np.array([f]))[0])), bounds=around, method="bounded",
+        options={"xatol": 1e-9 * around[1]},
+    )  # fmt: skip
+    return min(float(refined.fun), float(roots[least]))
+
+
 def _gain_margin(loop_gain: LoopGain, grid: Array, gains: Complex, nyquist_hz: float) -> tuple[float, float]:
     frequency = real_axis(loop_gain, grid, gains, nyquist_hz)
     real = loop_gain(frequency).real

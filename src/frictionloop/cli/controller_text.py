@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -25,15 +25,15 @@ UNITS = {"ki": "1/s", "k1": "sqrt(N)/s", "k2": "N/s^2"}
 """Units that a parameter's name does not tell."""
 
 
-def gain_rows(designed: Designed) -> list[Row]:
-    """Return one row per value that the synthesis chose."""
+def gain_rows(values: Mapping[str, Any]) -> list[Row]:
+    """Return one row per value of a law, by its dotted name."""
     rows: list[Row] = []
-    for path, value in designed.overrides.items():
+    for path, value in values.items():
         name = path.removeprefix("controller.")
         if name == "sections":
             rows.append(("sections", f"{len(value)} of second order; their coefficients are in the file and --json"))
         elif name == "notch_depth":
-            rest = value / designed.overrides["controller.notch_width"]
+            rest = value / values["controller.notch_width"]
             rows.append((name, f"{value:.3g}; the notch lets {100 * rest:.2g} % through at notch_hz"))
         elif name != "kind":
             rows.append((name, _value(name, value)))
@@ -150,7 +150,7 @@ def as_json(
         "controller": dict(designed.overrides),
         "warnings": designed.warnings,
         "notes": designed.notes,
-        "wanted": asdict(wanted) | {"limits": {f"{e:g}": peak for e, peak in sorted(wanted.limits.items())}},
+        "wanted": wanted_json(wanted),
         "margins": [
             {
                 "resonance_off": each.off,
@@ -164,3 +164,8 @@ def as_json(
         "headroom": lean,
         "system": system.model_dump(),
     }
+
+
+def wanted_json(wanted: Wanted) -> dict[str, Any]:
+    """Return what had to hold, with the limits."""
+    return asdict(wanted) | {"limits": {f"{e:g}": peak for e, peak in sorted(wanted.limits.items())}}

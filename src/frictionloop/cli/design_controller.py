@@ -7,9 +7,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import Group, Parameter
+from cyclopts import Parameter
 
 from frictionloop.cli import checks, flags, screen
+from frictionloop.cli.must_hold import ASKED, MustHold
 
 if TYPE_CHECKING:
     from frictionloop.design.corners import Corner
@@ -26,7 +27,7 @@ EXAMPLES = r"""Examples
   frictionloop design controller my-bench.toml --law hinf \
       --sensitivity-peak 1.5 --resonance-error 0.1 --plots figures
 """
-Asked = Annotated[flags.T, Parameter(group=Group("What must hold", sort_key=2))]
+AS_USUAL = MustHold()
 SLOW = {"hinf", "lqg"}
 """Laws that identify the friction noise by simulation first."""
 
@@ -37,14 +38,8 @@ def command(
     *,
     preset: flags.BenchPreset = None,
     overrides: flags.Overrides = None,
-    law: Asked[str | None] = None,
-    sensitivity_peak: Asked[float] = 1.7,
-    resonance_error: Asked[float] = 0.05,
-    sensor_error: Asked[float] = 0.0,
-    delay_error: Asked[float] = 0.0,
-    gain_error: Asked[float] = 0.0,
-    corners: Asked[Path | None] = None,
-    speeds: Asked[str | None] = None,
+    law: Annotated[str | None, Parameter(group=ASKED)] = None,
+    must: MustHold = AS_USUAL,
     out: flags.Result[Path | None] = None,
     plots: flags.Result[Path | None] = None,
     json: flags.Json = False,
@@ -56,22 +51,6 @@ def command(
     law
         Control law: notch_pi, pi, observer, super_twisting, limit_observer, hinf or lqg; notch_pi if not given, pi for
         a force sensor without a resonance.
-    sensitivity_peak
-        Largest Ms = max |1/(1 + G)| with the resonance as described.
-    resonance_error
-        Share by which the resonance may be off. Then, and at twice that, Ms may be larger: 2.0 and 2.6 if 1.7
-        is asked.
-    sensor_error
-        Share by which the pole of the sensor's electronics may be off; the same limits hold. So do they for the next.
-    delay_error
-        Share by which the delay may be off.
-    gain_error
-        Share by which the sensor's sensitivity may be off.
-    corners
-        Certificate of ``identify bench`` (.html, or --json): each value that it measured may also be at either end of
-        its interval, one at a time. Those that a share above covers are not.
-    speeds
-        Slowest and fastest stroke in mm/s, between which all that holds: 20,60; the speed of FILE if not given.
     out
         Write the system with its new controller here (.toml).
     plots
@@ -84,9 +63,7 @@ def command(
 
     from frictionloop.analysis.headroom import headroom
     from frictionloop.cli import controller_also, controller_holds, controller_text, controller_verdict, recorded
-    from frictionloop.design.leaning import Lean
     from frictionloop.design.synthesis import default_law
-    from frictionloop.design.wanted import Wanted
     from frictionloop.firmware.board_fit import misfits
     from frictionloop.parameters import write_toml
 
@@ -94,15 +71,11 @@ def command(
     for line in misfits(system):
         screen.note(line)
     screen.tell_notes()  # before the search, which takes long
-    between = checks.two_speeds(speeds)
-    shares = {"sensor.resonance_hz": resonance_error, "sensor.cutoff_hz": sensor_error}
-    shares["controller.delay_s"] = delay_error
-    lean = Lean(sensor_error, delay_error, gain_error, _ends(corners, shares))
-    wanted, name = Wanted(sensitivity_peak, resonance_error, between, lean), law or default_law(system)
+    wanted, name = must.wanted(), law or default_law(system)
     designed = _designed(system, name, wanted)
     after, found = system.evolve(dict(designed.overrides)), designed.corners
     with screen.waiting("looking for what is left to gain"):
-        left = headroom(after, sensitivity_peak)
+        left = headroom(after, wanted.sensitivity_peak)
     figures = {} if plots is None else _figures(system, after, left, wanted, found)
     if plots is not None:
         with screen.waiting("writing the figures"):
@@ -119,7 +92,7 @@ def command(
     screen.show(
         screen.columns(verdict),
         "",
-        screen.columns([("bench", origin), ("law", name), *controller_text.gain_rows(designed)]),
+        screen.columns([("bench", origin), ("law", name), *controller_text.gain_rows(designed.overrides)]),
         "",
         *controller_text.margin_text(found, wanted),
         "",
@@ -129,15 +102,6 @@ def command(
         *([""] if any(saved.values()) else []),
         *screen.saved(saved),
     )
-
-
-def _ends(certificate: Path | None, shares: Mapping[str, float]) -> tuple[tuple[str, float], ...]:
-    """Return the ends of intervals that a certificate lists, but of values that a share covers."""
-    if certificate is None:
-        return ()
-    from frictionloop.identification.certified import certified_corners
-
-    return tuple((each.path, each.value) for each in certified_corners(certificate) if not shares.get(each.path))
 
 
 def _designed(system: System, law: str, wanted: Wanted) -> Designed:

@@ -9,6 +9,7 @@ from cyclopts import Group
 
 from frictionloop.cli import (
     compare,
+    design_check,
     design_controller,
     design_plate,
     design_sensor,
@@ -71,10 +72,15 @@ add(
 app.command(
     group_app(
         "design",
-        "Size a part of the bench: from its geometry to what it does, or the other way round.",
+        "Size a part of the bench, from its geometry to what it does or back; find a controller for it, or check one.",
         "sensor",
         BENCH,
-        {"sensor": _verb(design_sensor), "plate": _verb(design_plate), "controller": _verb(design_controller)},
+        {
+            "sensor": _verb(design_sensor),
+            "plate": _verb(design_plate),
+            "controller": _verb(design_controller),
+            "check": _verb(design_check),
+        },
     )
 )
 app.command(

@@ -1,0 +1,167 @@
+"""A controller that was checked, as a person and as a program is shown it: the verdict, what would hold, a table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from frictionloop.analysis.stability import ringing_hz
+from frictionloop.cli import screen
+from frictionloop.cli.comparison_text import LEAD, number
+from frictionloop.cli.controller_holds import ends_said, finger, instead_of
+from frictionloop.cli.controller_text import gain_rows, wanted_json
+from frictionloop.design.corners import MET, at_mean
+from frictionloop.design.elsewhere import alike
+from frictionloop.design.synthesis import SYNTHESES
+from frictionloop.perception.thresholds import LOWEST_HZ
+
+if TYPE_CHECKING:
+    from frictionloop.design.checking import Checked
+    from frictionloop.design.corners import Corner
+    from frictionloop.design.elsewhere import How, Place
+    from frictionloop.design.wanted import Wanted
+    from frictionloop.parameters import System
+
+Row = tuple[str, ...]
+WORST_FIRST: tuple[tuple[How, str], ...] = (
+    ("unstable", "UNSTABLE"), ("near", "CLOSE TO UNSTABLE"), ("beyond", "BEYOND LIMITS"), ("within", "HOLDS")
+)  # fmt: skip
+LEGEND = (
+    "Ms, the largest of all forces, with the resonance off by so much; * is beyond its limit, ∞ unstable.",
+    "gain: factor on the gain of the loop up to which all of its place holds, with every smaller one.",
+)
+
+
+def verdict(found: Checked, system: System, given: str) -> list[Row]:
+    """Return rows of the verdict: holds or not, where and by how much, and what would hold."""
+    count, held = len(found.places), sum(place.how == "within" for place in found.places)
+    every, some = ("every", f"{count - held} of {count}") if count > 1 else ("the", "the")
+    many = "s" * (count > 1)
+    rows: list[Row] = [
+        ("HOLDS", f"at {every} contact and speed looked at")
+        if found.holds
+        else ("DOES NOT HOLD", f"at {some} contact{many} and speed{many} looked at")
+    ]
+    for how, name in WORST_FIRST:
+        groups = alike(place for place in found.places if place.how == how)
+        first = "" if found.holds else name
+        rows += [
+            (first if k == 0 else "", ": ".join(filter(None, (where, _by_how_much(place)))))
+            for k, (where, place) in enumerate(groups)
+        ]
+    corners = [corner for place in found.places for corner in place.corners]
+    forces = [each.loop.elements.force_n for each in corners]
+    states = sorted({each.loop.elements.occluded for each in corners})
+    rows += [("looked at", f"{min(forces):.3g} to {max(forces):.3g} N; {' and '.join(map(finger, states))}")]
+    return [*rows, *(("note", note) for note in found.notes), *_would_hold(found, system, given)]
+
+
+def _by_how_much(place: Place) -> str:
+    """Return how far the worst corner is beyond its limit, and at which frequency."""
+    if place.how == "within":
+        return ""
+    worst, margins = place.worst, place.worst.margins
+    if place.how == "unstable":
+        rings = ringing_hz([worst.loop])
+        return "" if rings is None else f"rings near {rings:.3g} Hz"
+    said = [f"the limit is {worst.limit:.3g}"]
+    if math.isfinite(margins.gain_margin):
+        said.append(f"gain margin {margins.gain_margin:.3g} at {margins.phase_crossover_hz:.3g} Hz")
+    if math.isfinite(margins.phase_margin_deg):
+        said.append(f"phase margin {margins.phase_margin_deg:.3g} deg at {margins.crossover_hz:.3g} Hz")
+    return ", ".join(said)
+
+
+def _would_hold(found: Checked, system: System, given: str) -> list[Row]:
+    """Return rows on what would hold at all places, or how much room is left."""
+    gain = min(found.gains)
+    if found.holds:
+        room = f"the gain of the loop may be {number(gain)} times as high, and any lower"
+        return [("room", room)] if math.isfinite(gain) else []
+    law = f" --law {found.law}" if found.law in SYNTHESES and found.law not in ("pi", "notch_pi") else ""
+    searched = f"`frictionloop design controller {given}{law}` searches for a controller"
+    if "controller.kp" in found.instead:
+        kp, ki = (found.instead[f"controller.{name}"] for name in ("kp", "ki"))
+        most = ([f"kp at most {kp:.4g}"] if kp else []) + ([f"ki at most {ki:.4g} 1/s"] if ki else [])
+        said = " with ".join(most) + (", in this ratio" if kp and ki else "")
+    elif found.instead:
+        said = ", ".join(f"{path.removeprefix('controller.')} = {value:.3g}" for path, value in found.instead.items())
+    else:
+        return [("would hold", f"nothing was found by less gain alone; {searched}")]
+    left = abs(at_mean(system.evolve(dict(found.instead))).responses(LOWEST_HZ)["S"][0])
+    said += f": everywhere in the table; it leaves {left:.0%} of a disturbance at {LOWEST_HZ:g} Hz"
+    return [("would hold", said), ("", searched)]
+
+
+def controller_rows(system: System) -> list[Row]:
+    """Return the law and its values; of the rest of the controller nothing."""
+    shown = {"kind", "rate_hz", "delay_s", "jitter_s", "lost_ticks", "open_until_s", "form", "model"}
+    own = {f"controller.{name}": value for name, value in system.controller if name not in shown}
+    return [("law", system.controller.kind), *gain_rows(own)]
+
+
+def table(found: Checked, wanted: Wanted) -> list[Any]:
+    """Return the table of Ms over contacts, speeds, fingers and resonances, and what it means."""
+    offs = sorted({corner.off for place in found.places for corner in place.corners})
+    limits = {round(error, 9): peak for error, peak in wanted.limits.items()}
+    asked = [f"{limits[round(abs(off), 9)]:.3g} " for off in offs]
+    rows: list[Row] = [("resonance", "finger", *(f"{100 * off:+.3g} % " if off else "0 " for off in offs), "gain", "")]
+    rows += [("limit", "", *asked, "", "")]
+    for place, gain in zip(found.places, found.gains, strict=True):
+        states = sorted({corner.loop.elements.occluded for corner in place.corners})
+        where = " ".join(filter(None, (place.contact, place.speeds and f"{place.speeds} mm/s"))) or "this loop"
+        for k, state in enumerate(states):
+            here = [corner for corner in place.corners if corner.loop.elements.occluded == state]
+            cells = [_cell([corner for corner in here if corner.off == off]) for off in offs]
+            rows += [("" if k else where, "moist" if state > 0 else "dry", *cells, "" if k else number(gain), "")]
+    first = found.places[0].corners
+    states = sorted({each.loop.elements.occluded for each in first})
+    stable = [place.worst.margins for place in found.places if place.how in ("near", "beyond")]
+    turned = any(margins.phase_margin_deg < 0 for margins in stable)
+    told = [*LEGEND, *([LEAD] if turned else []), *ends_said(wanted), *instead_of(first[0].loop.system, states)]
+    return [screen.table(rows), *map(screen.wrapped, told)]
+
+
+def _cell(found: Sequence[Corner]) -> str:
+    peak, over = max(each.sensitivity_peak for each in found), any(each.excess > 1.0 + MET for each in found)
+    return f"{number(peak)}{'*' if over else ' '}"
+
+
+def as_json(found: Checked, system: System, wanted: Wanted) -> dict[str, Any]:
+    """Return everything by name, SI units."""
+    return {
+        "law": found.law,
+        "holds": found.holds,
+        "would_hold": dict(found.instead),
+        "places": [_place_json(place, gain) for place, gain in zip(found.places, found.gains, strict=True)],
+        "not_looked_at": found.unseen,
+        "notes": found.notes,
+        "wanted": wanted_json(wanted),
+        "system": system.model_dump(),
+    }
+
+
+def _place_json(place: Place, gain: float) -> Mapping[str, Any]:
+    worst = place.worst
+    return {
+        "contact": place.contact,
+        "speeds_mm_s": place.speeds_mm_s,
+        "how": place.how,
+        "gain_factor": gain,
+        "worst": _corner_json(worst) | {"ringing_hz": ringing_hz([worst.loop]), **asdict(worst.margins)},
+        "corners": [_corner_json(each) for each in place.corners],
+    }
+
+
+def _corner_json(corner: Corner) -> dict[str, Any]:
+    at, motion = corner.loop.elements, corner.loop.system.motion
+    return {
+        "speed_mm_s": getattr(motion, "speed_mm_s", None),
+        "force_n": at.force_n,
+        "occluded": at.occluded,
+        "resonance_off": corner.off,
+        "limit": corner.limit,
+        "sensitivity_peak": corner.sensitivity_peak,
+    }

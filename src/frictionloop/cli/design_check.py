@@ -1,0 +1,64 @@
+"""``frictionloop design check``: does the controller that is there hold on this bench, where not, and what would."""
+
+from __future__ import annotations
+
+import shlex
+
+from frictionloop.cli import flags, screen
+from frictionloop.cli.must_hold import MustHold
+
+ARGUMENTS = "[FILE] [OPTIONS]"
+EXAMPLES = r"""Examples
+
+  frictionloop design check my-controller.toml
+  frictionloop design check my-bench.toml --controller.kp 0.05 --controller.ki 60
+  frictionloop design check my-controller.toml --speeds 20,60 --json
+"""
+AS_USUAL = MustHold()
+
+
+def command(
+    file: flags.SystemFile = None,
+    /,
+    *,
+    preset: flags.BenchPreset = None,
+    overrides: flags.Overrides = None,
+    must: MustHold = AS_USUAL,
+    json: flags.Json = False,
+) -> None:
+    """Check the controller of a system as it is: where it holds, where it does not and by how much, and what would.
+
+    No other controller is searched for. It is looked at on both contacts, at its speed, half and four times that, on a
+    dry and a moist finger, with the resonance off.
+    """
+    system, origin = flags.given(file, preset, overrides, "bench")
+
+    from frictionloop.cli import check_text, controller_also, recorded
+    from frictionloop.design.checking import check_controller
+    from frictionloop.design.limit_linear import learnt
+    from frictionloop.firmware.board_fit import misfits
+
+    for line in misfits(system):
+        screen.note(line)
+    screen.tell_notes()  # before the look at all places, which takes some seconds
+    wanted = must.wanted()
+    with screen.waiting(f"checking {system.controller.kind}; this takes from some seconds to a minute"):
+        found = check_controller(system, wanted)
+    if json:
+        screen.show_json(check_text.as_json(found, system, wanted))
+        return
+    with screen.waiting("checking a fully moist finger"):
+        moist = controller_also.fully_moist(learnt(system), wanted)
+    given = shlex.quote(str(file)) if file else f"--preset {preset or 'bench'}"
+    about = [("fully moist", moist)] if moist else []
+    about += [("range", said)] if (said := controller_also.range_said(system)) else []
+    notes = [*found.unseen, *recorded.at_design(system)]
+    notes += [said] if (said := controller_also.assumed(system)) else []
+    screen.show(
+        screen.columns([*check_text.verdict(found, system, given), *about]),
+        "",
+        screen.columns([("bench", origin), *check_text.controller_rows(system)]),
+        "",
+        *check_text.table(found, wanted),
+        *(["", *map(screen.wrapped, notes)] if notes else []),
+    )

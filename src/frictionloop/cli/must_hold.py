@@ -1,0 +1,78 @@
+"""What a controller has to hold, as flags that the commands on controllers share."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Group, Parameter
+
+from frictionloop.cli import checks
+
+if TYPE_CHECKING:
+    from frictionloop.design.wanted import Wanted
+
+ASKED = Group("What must hold", sort_key=2)
+
+
+def _asked(said: str) -> Parameter:
+    return Parameter(group=ASKED, help=said)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class MustHold:
+    """Limits, and how far the bench may be from what is written down."""
+
+    sensitivity_peak: Annotated[float, _asked("Largest Ms = max |1/(1 + G)| with the resonance as described.")] = 1.7
+    resonance_error: Annotated[
+        float,
+        _asked(
+            "Share by which the resonance may be off. Then, and at twice that, Ms may be larger: 2.0 and 2.6 if 1.7 "
+            "is asked."
+        ),
+    ] = 0.05
+    sensor_error: Annotated[
+        float,
+        _asked(
+            "Share by which the pole of the sensor's electronics may be off; the same limits hold. So do they for the "
+            "next."
+        ),
+    ] = 0.0
+    delay_error: Annotated[float, _asked("Share by which the delay may be off.")] = 0.0
+    gain_error: Annotated[float, _asked("Share by which the sensor's sensitivity may be off.")] = 0.0
+    corners: Annotated[
+        Path | None,
+        _asked(
+            "Certificate of ``identify bench`` (.html, or --json): each value that it measured may also be at either "
+            "end of its interval, one at a time. Those that a share above covers are not."
+        ),
+    ] = None
+    speeds: Annotated[
+        str | None,
+        _asked(
+            "Slowest and fastest stroke in mm/s, between which all that holds: 20,60; the speed of FILE if not given."
+        ),
+    ] = None
+
+    def wanted(self) -> Wanted:
+        """Return the same for a design."""
+        from frictionloop.design.leaning import Lean
+        from frictionloop.design.wanted import Wanted
+
+        between = checks.two_speeds(self.speeds)
+        shares = {"sensor.resonance_hz": self.resonance_error, "sensor.cutoff_hz": self.sensor_error}
+        shares["controller.delay_s"] = self.delay_error
+        lean = Lean(self.sensor_error, self.delay_error, self.gain_error, _ends(self.corners, shares))
+        return Wanted(self.sensitivity_peak, self.resonance_error, between, lean)
+
+
+def _ends(certificate: Path | None, shares: Mapping[str, float]) -> tuple[tuple[str, float], ...]:
+    """Return the ends of intervals that a certificate lists, but of values that a share covers."""
+    if certificate is None:
+        return ()
+    from frictionloop.identification.certified import certified_corners
+
+    return tuple((each.path, each.value) for each in certified_corners(certificate) if not shares.get(each.path))

@@ -1,0 +1,147 @@
+"""Does a controller that is there hold? The corners, contacts and speeds of a design, and what gains would hold."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from frictionloop.analysis.law_space import law_space
+from frictionloop.analysis.operating import check_reach
+from frictionloop.analysis.reach import check_band
+from frictionloop.analysis.state_space import StateSpace, close
+from frictionloop.design.corners import Corner, corners, occlusions
+from frictionloop.design.elsewhere import Place, elsewhere
+from frictionloop.design.limit_linear import LEARNT, compliance_of, learnt
+from frictionloop.design.observed import GUARD, LOWEST_HZ
+from frictionloop.design.plants import Plants
+from frictionloop.design.synthesis import CHECKED, SMALL_SIGNALS
+from frictionloop.design.wanted import Wanted
+from frictionloop.parameters import PiController, System
+from frictionloop.parameters.filtered import FeedForward
+from frictionloop.quantities import FrictionloopError
+
+ROUNDING = 2e-3
+"""Share of a factor on gains that is left for rounding these to four digits."""
+HALVINGS = 8
+"""Of the ratio between the bandwidth that is there and the lowest: to within a few percent."""
+ALIKE = 1e-6
+"""Share by which the matrices of two laws may differ and be one."""
+
+
+class Checked(NamedTuple):
+    """A controller as it was found."""
+
+    law: str
+    places: tuple[Place, ...]
+    """Contacts and speeds, those of the system first."""
+    unseen: tuple[str, ...]
+    """Those that cannot be looked at, in words with the reason."""
+    gains: tuple[float, ...]
+    """Factor on the loop gain up to which, with every smaller one, the limits hold, for each place."""
+    instead: Mapping[str, float]
+    """Overrides with which they hold at all places; empty where they do already, or none was found."""
+    notes: tuple[str, ...] = ()
+    """What else a person should know."""
+
+    @property
+    def holds(self) -> bool:
+        """Whether the limits hold at all places."""
+        return all(place.how == "within" for place in self.places)
+
+
+def check_controller(system: System, wanted: Wanted | None = None) -> Checked:
+    """Return how the controller of a System does, without a search for another one.
+
+    It is looked at as a new design is: at lowest, mean and highest force, on a dry and a moist finger, with the
+    resonance off, at the speeds that are asked for; then on both contacts, at half and four times the speed. Of a
+    `limit_observer` the loop gain is 20 % above that of a finger whose susceptibility it knows.
+
+    Parameters
+    ----------
+    system
+        The bench with its controller, of any law that has a linear analysis.
+    wanted
+        What must hold. None: `Wanted` as it is.
+
+    Raises
+    ------
+    FrictionloopError
+        A force asked for is out of reach of a finger just landed, or the law has no linear analysis: the line says what
+        to do.
+    """
+    asked, judged = wanted or Wanted(), learnt(system)
+    check_reach(system)
+    check_band(system, occlusions(system), asked.speeds_mm_s)
+    try:
+        own = Place.of(corners(judged, asked.limits, asked.spread_mm_s(CHECKED), asked.lean))
+    except FrictionloopError as error:
+        what = "its runs show what it does: frictionloop simulate, frictionloop sweep --fingers 100"
+        raise FrictionloopError(f"{error}; {what}") from None
+    more = elsewhere(judged, asked.limits, asked.speeds_mm_s, asked.lean)
+    places = (own, *more.places)
+    gains = tuple(min(each.loop.gain_factor(each.limit) for each in place.corners) for place in places)
+    found = Checked(system.controller.kind, places, more.unseen, gains, {}, _notes(system))
+    return found if found.holds else found._replace(instead=_instead(judged, found))
+
+
+def _notes(system: System) -> tuple[str, ...]:
+    controller: Any = system.controller
+    if controller.kind == "super_twisting":
+        return (SMALL_SIGNALS,)
+    if controller.kind == "lookup":
+        return (
+            "no loop: this law does not use the force that is measured, so it cannot ring, and lowers no disturbance",
+        )
+    if controller.kind == "limit_observer":
+        return (
+            f"this law is told its contact, controller.compliance_um_per_n = {controller.compliance_um_per_n:g}; on "
+            f"that of this system {compliance_of(system):g} is true. The loop gain is {LEARNT - 1:.0%} above that of a "
+            "finger whose susceptibility is known",
+        )
+    return ()
+
+
+def _instead(system: System, checked: Checked) -> Mapping[str, float]:
+    """Return gains, or a bandwidth, with which all corners hold."""
+    controller: Any = system.controller
+    found, gain = [corner for place in checked.places for corner in place.corners], min(checked.gains)
+    if isinstance(controller, PiController | FeedForward):  # G is linear in kp and ki, both together
+        factor = (1.0 - ROUNDING) * gain
+        less = {f"controller.{name}": float(f"{factor * getattr(controller, name):.4g}") for name in ("kp", "ki")}
+        return less if any(less.values()) else {}
+    if hasattr(controller, "bandwidth_hz") and _one_law([corner.loop.law for corner in found]):
+        return _slower(system, found)
+    return {}
+
+
+def _slower(system: System, found: Sequence[Corner]) -> Mapping[str, float]:
+    """Return a lower bandwidth with which an observer holds, whose law is the same at every corner."""
+    controller: Any = system.controller
+    loops, limits = [corner.loop for corner in found], np.array([corner.limit for corner in found])
+    plants, spaces = Plants.of(loops), [loop.plant.state_space() for loop in loops]
+
+    def held(bandwidth_hz: float) -> bool:
+        there = loops[0].system.evolve({"controller.bandwidth_hz": bandwidth_hz})
+        law = law_space(there, loops[0].elements, loops[0].plant)
+        near = 1.0 / plants.distances(-law.response(plants.frequency_hz)[:, 1, 1]) > GUARD * limits
+        return not np.any(near) and all(close(space, law).is_stable() for space in spaces)
+
+    low, high = LOWEST_HZ, float(controller.bandwidth_hz)
+    if not (low < high and held(low)):
+        return {}
+    for _ in range(HALVINGS):
+        middle = float(f"{math.sqrt(low * high):.3g}")
+        low, high = (middle, high) if held(middle) else (low, middle)
+    return {"controller.bandwidth_hz": low}
+
+
+def _one_law(laws: Sequence[StateSpace]) -> bool:
+    first = laws[0]
+    return all(
+        mine.shape == other.shape and np.allclose(mine, other, rtol=ALIKE, atol=ALIKE * np.max(np.abs(mine), initial=0))
+        for law in laws[1:]
+        for mine, other in ((first.A, law.A), (first.B, law.B), (first.C, law.C), (first.D, law.D))
+    )
