@@ -16,7 +16,7 @@ from frictionloop.analysis import LinearLoop, linearise
 from frictionloop.analysis import rest as resting
 from frictionloop.analysis.law_space import jacobian_space, pi_space
 from frictionloop.analysis.rest import rest_of
-from frictionloop.cli import advice, advice_text
+from frictionloop.cli import advice_text, ringing
 from frictionloop.control.law import Clamp, ForceCommand, Law, clamp_of
 from frictionloop.quantities.arithmetic import step
 
@@ -308,7 +308,7 @@ def test_advice_on_a_law_without_kp(monkeypatch: pytest.MonkeyPatch, gain: float
     """Ms and stability are told, no gains; a law that holds is not spoken of."""
     law = Law("lookup", _integral_step, OneState, OneGain, lambda c: OneGain(gain, *clamp_of(c.model)))
     loop = with_law(monkeypatch, law)
-    found = advice.of_system(loop.system)
+    found = ringing.of_system(loop.system)
     if says is None:
         assert found is None
         return
@@ -320,4 +320,4 @@ def test_advice_on_a_law_without_kp(monkeypatch: pytest.MonkeyPatch, gain: float
     assert "Law lookup as tuned (" in second
     peak = "unstable" if found.sensitivity_peak is None else f"Ms {loop.margins().sensitivity_peak:.3g}"
     assert peak in second and "kp" not in second
-    assert set(advice.as_json(found) or {}) >= {"stable", "law", "sensitivity_peak", "kp", "held"}
+    assert set(ringing.as_json(found) or {}) >= {"stable", "law", "sensitivity_peak", "kp", "held"}

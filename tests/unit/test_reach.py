@@ -10,7 +10,7 @@ import pytest
 import frictionloop as fl
 from frictionloop.analysis.band import operating_band
 from frictionloop.analysis.reach import check_band, missed
-from frictionloop.cli import advice, advice_text
+from frictionloop.cli import advice_text, ringing
 from frictionloop.cli.controller_holds import instead_of
 from frictionloop.design import synthesis
 from frictionloop.design.corners import occlusions
@@ -63,7 +63,7 @@ def test_the_force_evaluated_in_place_of_another_is_that_of_the_loops():
 
 
 def test_advice_says_which_level_it_leaves_out():
-    found = advice.of_system(bench(0.3).evolve({"controller.kp": 10.0, "controller.ki": 2.0}))
+    found = ringing.of_system(bench(0.3).evolve({"controller.kp": 10.0, "controller.ki": 2.0}))
     assert found is not None
     said = " ".join(advice_text.lines(found, {"saturation_index": 0.0, "r2_identity": 1.0}))
     assert "(0.241 to 0.8 N; 0.2 N is out of reach)" in said
@@ -71,7 +71,7 @@ def test_advice_says_which_level_it_leaves_out():
 
 def test_advice_on_levels_within_reach_says_nothing_of_reach():
     system = fl.bench().evolve({"controller.kp": 10.0, "controller.ki": 2.0})
-    found = advice.of_system(system)
+    found = ringing.of_system(system)
     assert found is not None
     assert found.band.out_of_reach_n == ()
 

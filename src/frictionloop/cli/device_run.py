@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from frictionloop.cli import advice, advice_text, checks, flags, screen
+from frictionloop.cli import advice, advice_text, checks, flags, ringing, screen
 from frictionloop.cli.device import SameAddress, connected
 from frictionloop.quantities.units import FrictionloopError
 
@@ -110,7 +110,7 @@ def command(
         largest_um = system.plate.max_amplitude_um
         limited = advice_text.at_ceiling(run, mask, system.board.ceiling_um or largest_um, largest_um)
     if json:
-        screen.show_json({**found, "ringing": advice.as_json(rings), "saved": {"run": out, "plot": plot}})
+        screen.show_json({**found, "ringing": ringing.as_json(rings), "saved": {"run": out, "plot": plot}})
         return
     rows = [("device", address), ("system", origin), *worded(found)]
     if address.startswith(("sim:", "emulated:")) and carrier_misses(system):

@@ -104,11 +104,11 @@ def _read(controller: Any, names: Iterable[str]) -> dict[str, Any]:
 
 def _holding(system: System, tuned: dict[str, Any], unchecked: bool) -> System:
     """Return a system whose loop is stable by linear analysis; refuse another one with gains that hold."""
-    from frictionloop.cli import advice, describe
+    from frictionloop.cli import describe, ringing
 
     if unchecked:
         return system
-    found = advice.of_system(system)
+    found = ringing.of_system(system)
     given = " ".join(f"{name}={describe.short(value)}" for name, value in tuned.items())
     if found is None or found.stable:
         _holding_off(system, given)
@@ -125,7 +125,7 @@ def _holding(system: System, tuned: dict[str, Any], unchecked: bool) -> System:
 
 def _holding_off(system: System, given: str) -> None:
     """Refuse a loop that rings with the resonance up to 10 % off; say at which other contact or speed it does."""
-    from frictionloop.cli.advice import OFF, points_of
+    from frictionloop.cli.ringing import OFF, points_of
     from frictionloop.design.corners import Corner
     from frictionloop.design.elsewhere import NEAR, elsewhere, in_words
     from frictionloop.design.plants import shifted

@@ -12,7 +12,7 @@ import xarray as xr
 from pydantic import BaseModel
 
 from frictionloop.analysis.operating import asked
-from frictionloop.cli import advice, advice_text, describe, screen
+from frictionloop.cli import advice, advice_text, describe, ringing, screen
 from frictionloop.cli.describe import finger_values
 from frictionloop.cli.flags import overrides_of
 from frictionloop.cli.outcome import Outcome, loss_of, shown
@@ -154,7 +154,7 @@ class Population(Outcome):
         found["lowest_n"], found["highest_n"] = self.result["lowest_n"].values, self.result["highest_n"].values
         found["asked_n"] = None if self.reach is None else [self.reach.low_n, self.reach.high_n]
         found["capable"], found["replaced"] = able, self._replaced[0]
-        found["ringing"] = advice.as_json(self.rings)
+        found["ringing"] = ringing.as_json(self.rings)
         if able is not None:
             found["population_capable"] = {name: self.spread(name, able) for name in names}
         return found

@@ -72,7 +72,16 @@ def command(
     system, origin = flags.given(file, preset, overrides)
     run, elapsed_s = _run(system, duration_s, seed)
 
-    from frictionloop.cli import advice, advice_text, describe, recorded, recorded_bands, recorded_units, scores
+    from frictionloop.cli import (
+        advice,
+        advice_text,
+        describe,
+        recorded,
+        recorded_bands,
+        recorded_units,
+        ringing,
+        scores,
+    )
     from frictionloop.loop.told import beyond
 
     with screen.waiting("scoring"):
@@ -87,7 +96,7 @@ def command(
     if json:
         result = {"system": system.model_dump(), "duration_s": duration_s, "seed": seed, "score_from_s": score_from_s}
         result |= {"metrics": metrics, "units": scores.UNITS, "scored": float(mask.mean())}
-        result |= {"steps": [each._asdict() for each in times], "ringing": advice.as_json(rings)}
+        result |= {"steps": [each._asdict() for each in times], "ringing": ringing.as_json(rings)}
         result |= {"beyond": left._asdict()} if left else {}
         read = {name: each._asdict() for name, each in recorded_units.recordings(system).items()}
         result |= {"recording": {**read, "notes": " ".join([*unreached, *said])}} if read else {}

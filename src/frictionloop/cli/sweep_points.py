@@ -37,7 +37,7 @@ def rings(system: System, point: dict[str, Any]) -> str:
 
     Looked at are the lowest, mean and highest force of the set-point, on a dry finger and a moist one.
     """
-    from frictionloop.cli.advice import points_of
+    from frictionloop.cli.ringing import points_of
 
     try:
         peak = max(loop.sensitivity_peak() for loop in points_of(system.evolve(point)))

@@ -200,7 +200,7 @@ def test_gains_are_set_by_their_names_and_only_by_its_owner_while_a_loop_runs(fr
         assert device.parameters["setpoint.hold_n"] == 0.25
         answer = frictionloop("device", "set", "sim:", *more, "--json")
         said = json.loads(answer.out)
-        assert "this loop rings on contact slider at 20 mm/s" in answer.err  # the file's is Dahl's
+        assert "this loop rings on contact slider at 10, 20, 80 mm/s" in answer.err  # the file's is Dahl's
         assert said["after"] == {"controller.ki": 100.0, "controller.kp": 0.03, "drive.ceiling_um": 2.0}
     with fl.connect("sim:") as device:
         gains = np.asarray(device.parameters["law.gains"])
@@ -636,17 +636,17 @@ def test_an_image_that_is_no_teensys_never_reaches_the_loader(frictionloop, load
 
 
 def test_gains_that_ring_only_with_the_resonance_off_are_refused(frictionloop):
-    from frictionloop.cli import advice
+    from frictionloop.cli import ringing
 
     # Stable as described, and not with the resonance lower: what a sensor does that is not quite as written down.
     pi = {"controller.kind": "pi", "controller.kp": 0.0}
     found = next(
         ki
         for ki in np.geomspace(2000.0, 50.0, 200)
-        if all(loop.is_stable() for loop in advice.points_of(fl.bench().evolve(pi | {"controller.ki": ki})))
+        if all(loop.is_stable() for loop in ringing.points_of(fl.bench().evolve(pi | {"controller.ki": ki})))
     )
     lower = fl.bench().evolve(pi | {"controller.ki": found, "sensor.resonance_hz": 0.9 * 145.0})
-    assert not all(loop.is_stable() for loop in advice.points_of(lower))
+    assert not all(loop.is_stable() for loop in ringing.points_of(lower))
     fl.write_toml(fl.bench(), "mine.toml")
     arguments = ("controller.kind=pi", "controller.kp=0", f"controller.ki={found}", "--system", "mine.toml")
     said = refused(frictionloop("device", "set", "sim:", *arguments))

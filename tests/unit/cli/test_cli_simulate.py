@@ -328,7 +328,7 @@ def test_a_column_of_times_that_nobody_asked_for_is_said_to_be_the_default(frict
 
 def test_gains_are_advised_and_designed_at_the_same_levels(sliding):
     from frictionloop.cli import advice
-    from frictionloop.cli.advice import of_system
+    from frictionloop.cli.ringing import of_system
     from frictionloop.design.corners import band_of
 
     slide = fl.Recording(path=sliding[-1], column="force_n", remove_mean=True)
