@@ -28,10 +28,11 @@ class LimitObserverController(Timing):
     """What drives the springs beside friction, over what drives the limit: the more, the less springs are trusted."""
     skin_stiffness_n_m: Positive = 1000.0
     """Believed stiffness of the skin: friction rises no faster than this times the speed (as `Skin`)."""
-    susceptibility_spread: Annotated[Number, Field(ge=1, le=10)] = 2.5
+    susceptibility_spread: Annotated[Number, Field(ge=1, le=10)] = 3.0
     """Bound of what is learnt: tau from the model's over this to the model's times this, where it begins; 1 learns not.
 
-    2.5 is exp(2.6 x 0.35), 2.6 standard deviations of ln tau over fingers, which is assumed (physics/fingers).
+    3 is exp(3.1 x 0.35): one finger of a thousand has more, if ln tau has the standard deviation that is assumed
+    of it (physics/fingers).
     """
     learning_s: Positive = 3.0
     """Time constant T_l with which the susceptibility is learnt."""
