@@ -5,7 +5,7 @@
 #include "fl_fixed.h"
 
 #define FL_MAJOR 3
-#define FL_MINOR 2
+#define FL_MINOR 3
 #define FL_LARGEST_BODY 272
 #define FL_TICK_HZ 5000
 #define FL_SILENCE_MS 200

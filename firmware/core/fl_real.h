@@ -29,6 +29,20 @@ static inline int64_t fl_over(int32_t a, fl_inverse x, int32_t places) {
     return ((int64_t)a * x.factor) >> (62 - places - x.bits);
 }
 
+/* a b 2^-32: one instruction */
+static inline int32_t fl_high(int32_t a, int32_t b) { return (int32_t)(((int64_t)a * b) >> 32); }
+
+/* a/x in q28 of |a/x| below 1, with the bits of fl_over; x below 2^31 has a bit to spare. */
+static inline int32_t fl_share(int32_t a, fl_inverse x) {
+    return fl_high((int32_t)((uint32_t)a << (x.bits - 1)), x.factor) >> 1;
+}
+
+/* a/x in q28 of |a/x| below 8, likewise. */
+static inline int32_t fl_ratio(int32_t a, fl_inverse x) {
+    return x.bits < 4 ? fl_high(a, x.factor) >> (2 - x.bits)
+                      : (int32_t)(((int64_t)(int32_t)((uint32_t)a << (x.bits - 4)) * x.factor) >> 30);
+}
+
 /* 2^x with `places` binary places, x in q26; relative error below 1e-8 (or a step), saturates. */
 int32_t fl_exp2(int32_t x, int32_t places);
 

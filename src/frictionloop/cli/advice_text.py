@@ -69,7 +69,15 @@ def lines(found: Ringing, metrics: dict[str, float]) -> list[str]:
 
 def beyond_lines(found: Beyond | None) -> list[str]:
     """Return a sentence for each condition that a limit observer left for long enough."""
-    shares = found._asdict() if found else {}
+    return _beyond(found._asdict() if found else {})
+
+
+def surprised_lines(share: float) -> list[str]:
+    """Return what is told where the device itself says for how much of the time readings surprised its law."""
+    return _beyond({"surprised": share})
+
+
+def _beyond(shares: dict[str, float]) -> list[str]:
     told = [(shares[name], what) for name, (least, what) in BEYOND.items() if shares.get(name, 0.0) >= least]
     said = [f"For {share:.0%} of the time {what}." for share, what in told]
     return [line for each in said for line in textwrap.wrap(each, WIDTH)]

@@ -19,13 +19,13 @@ class WorstTick(NamedTuple):
 
 
 WORST_TICK = {
-    "pi": WorstTick(1741, 3296),
-    "lookup": WorstTick(1721, 3229),
-    "notch_pi": WorstTick(2549, 4417),
-    "filtered_pi": WorstTick(3462, 5630),
-    "observer": WorstTick(2148, 4224),
-    "super_twisting": WorstTick(2333, 4596),
-    "limit_observer": WorstTick(2609, 5140),
+    "pi": WorstTick(1752, 3313),
+    "lookup": WorstTick(1732, 3246),
+    "notch_pi": WorstTick(2560, 4438),
+    "filtered_pi": WorstTick(3473, 5651),
+    "observer": WorstTick(2159, 4243),
+    "super_twisting": WorstTick(2344, 4615),
+    "limit_observer": WorstTick(2503, 4905),
 }
 """By kind of controller, on the image of bench() with two force axes, from entry to return of the tick's interrupt.
 

@@ -11,7 +11,7 @@ from frictionloop.firmware.quantised import ROW, Gain, to_fixed
 
 LIMIT_PLACES = (28, 28, 26, 28, 24, 24, 24, 0, 28, 26, 26, 25, 0, 28)
 CORRECTING = 24
-"""Binary places of gains on an innovation."""
+"""Binary places of gains on an innovation; of what they have more per period of T, 28."""
 
 
 def limit_observer_quantised(controller: Any) -> tuple[Gain, ...]:
@@ -20,12 +20,12 @@ def limit_observer_quantised(controller: Any) -> tuple[Gain, ...]:
     Raises
     ------
     FrictionloopError
-        When one does not fit: the largest amplitude must be below 8 um, tau / ln 2 times the spread below 8 um^-2.
+        When one does not fit: the largest amplitude must be below 8 um, tau/ln 2 above 1/32 um^-2 and below 8/spread.
     """
     own, dt = limit_observer_gains(controller), 1.0 / controller.rate_hz
     decay = own.decay_rest * own.decay_left
     sensor = {name: (getattr(own, name), ROW) for name in ("a11", "a12", "a21", "a22", "a31", "a32", "a33")}
-    corrections = ("kd", "kds", "kfs", "k1", "k1s", "k2", "k2s", "k3", "k3s")
+    corrections = ("kd", "k1", "k2", "k3", "kds", "kfs", "k1s", "k2s", "k3s")
     before = {
         "decay_rest": (own.decay_rest, 30), "decay_left": (own.decay_left, 30), "decay": (decay, 30),
         "1/(1 - decay of the believed plate)": (1.0 / (1.0 - decay), 24),
@@ -34,14 +34,14 @@ def limit_observer_quantised(controller: Any) -> tuple[Gain, ...]:
         "controller.compliance_um_per_n": (own.compliance, 20), "period in us": (1e6 * dt, 20),
         "rise in a period": (own.skin * dt, 28), "controller.model.max_amplitude_um": (own.most_um, 28),
         "its square": (own.most_um**2, 25), "log2 of controller.model.nominal_n": (own.log2_nominal, 26),
-        "tau / ln 2": (own.model_fall, 28), "the least of it": (own.model_fall / own.spread, 28),
-        "the most of it": (own.model_fall * own.spread, 28),
+        "ln 2 / tau": (1.0 / own.model_fall, 26), "tau / ln 2": (own.model_fall, 28),
+        "the least of it": (own.model_fall / own.spread, 28), "the most of it": (own.model_fall * own.spread, 28),
     }  # fmt: skip
     times = {"controller.learning_s": 1.0 / own.learn, "slow": 0.5 / math.pi / SLOW_HZ, "memory": MEMORY_S}
     rates = {name: dt / time for name, time in (times | {"window": WINDOW_S}).items()}
     return (
         *(to_fixed(value, places, name) for name, (value, places) in (before | sensor).items()),
-        *(to_fixed(getattr(own, name), CORRECTING, name) for name in corrections),
+        *(to_fixed(getattr(own, name), 28 if name.endswith("s") else CORRECTING, name) for name in corrections),
         *(to_fixed(value, places, name) for name, (value, places) in after.items()),
-        *(to_fixed(value, 30, name) for name, value in rates.items()),
+        *(to_fixed(value, 32, name) for name, value in rates.items()),
     )
