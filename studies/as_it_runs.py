@@ -3,7 +3,8 @@
 ``python -m studies.as_it_runs 300 1`` takes every capable one of 300 fingers of the comparison, each with the
 resonance as the bench's, and writes *results/as-it-runs.csv* and the worst of all in *as-it-runs-worst.csv*. Ms is the
 worst of forces from 0.3 to 0.9 N; of the limit observer, of every finger, with the largest loop gain at any of
-`TIMES_S`; of other laws, of the first, dry and as moist as at the end.
+`TIMES_S`; of other laws, of the first, dry and as moist as at the end. ``300 0`` is for one that is told each finger's
+tau, into *as-it-runs-measured.csv*.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from itertools import product
 from typing import Any
 
@@ -32,7 +34,7 @@ from frictionloop.loop.sweep import sweep
 from frictionloop.loop.timing import periods_in
 from frictionloop.parameters import FingerFriction, System, bench
 from frictionloop.quantities import FrictionloopError
-from studies.conditions import conditions, limit_observer
+from studies.conditions import Strokes, conditions, limit_observer, told_tau
 from studies.kept import both, keep
 
 TIMES_S = (0.5, 1.0, 2.0, 4.0, 7.0, 11.0)
@@ -40,6 +42,7 @@ SPEEDS_MM_S = (20.0, 80.0, 150.0)
 FORCES_N = (0.3, 0.6, 0.9)
 SHIFTS = (0.0, -0.05, 0.05)
 SEED = 5
+MEASURED = "limit_observer, tau measured"
 
 
 def residual_n(system: System, people: Sequence[Mapping[str, Any]]) -> np.ndarray:
@@ -107,37 +110,39 @@ def peaks_as_run(system: System, finger: Mapping[str, Any], gain: float) -> np.n
     return plants.peaks(np.repeat(np.array(laws)[:, :, 0, 0], len(SHIFTS), axis=0)).reshape(-1, len(SHIFTS)).max(axis=0)
 
 
-def rows(count: int, margins: int, worst: list[list[Any]]) -> Iterator[list[Any]]:
-    """Yield the rows of the table; ``worst`` gets what each finger has under the limit observer."""
-    laws = {
-        "limit_observer": None,
-        "observer": ENTRANTS["observer"](bench()),
-        "notch_pi": ENTRANTS["notch_pi"](bench()),
-    }
-    for (name, law), strokes in product(laws.items(), list(conditions(count, speeds=SPEEDS_MM_S))):
-        people = strokes.people
-        told = limit_observer(strokes.system.finger.contact) if law is None else law  # type: ignore[union-attr]
-        system, learnt = strokes.system.evolve(dict(told)), ""
+def rows(laws: Mapping[str, Any], strokes: Sequence[Strokes], margins: int, worst: list[list[Any]]) -> Iterator[Any]:
+    """Yield the rows of the table; ``worst`` gets what each finger has under a limit observer."""
+    for (name, law), there in product(laws.items(), strokes):
+        people, learnt = told_tau(there.people) if name == MEASURED else there.people, ""
+        own: Any = there.system
+        system = own.evolve(dict(law(own.finger.contact) if callable(law) else law))
         left = 1e3 * residual_n(system, people)
-        if law is None:
+        if callable(law):
             gains = gains_as_run(system, people)
             found = np.array([peaks_as_run(system, *each) for each in zip(people, gains, strict=True)])
             learnt = f"{gains.max():.2f}"
             worst += [
-                [strokes.name, person["motion.person"], f"{gain:.2f}", f"{ms[0]:.2f}", f"{ms[1:].max():.2f}"]
+                [there.name, person["motion.person"], f"{gain:.2f}", f"{ms[0]:.2f}", f"{ms[1:].max():.2f}"]
                 for person, gain, ms in zip(people, gains, found, strict=True)
             ]
         else:
             found = np.array([peaks(system, person) for person in people[:margins]])
         ms = f"{found[:, 0].max():.2f}", f"{found[:, 1:].max():.2f}"
-        yield [strokes.name, name, len(people), both(left), f"{left.max():.1f}", learnt, *ms]
+        yield [there.name, name, len(people), both(left), f"{left.max():.1f}", learnt, *ms]
 
 
 def main(count: int = 1000, margins: int = 4) -> None:
-    """Write the tables."""
-    worst: list[list[Any]] = []
+    """Write the tables; those of a tau that is measured without margins of others, where they are 0."""
     heads = ["mm/s, contact", "law", "fingers", "rms, mN", "worst", "largest loop gain", "largest Ms", "5 % off"]
-    keep("as-it-runs", command := f"as_it_runs {count} {margins}", heads, rows(count, margins, worst))
+    strokes = list(conditions(count, speeds=SPEEDS_MM_S))
+    worst: list[list[Any]] = []
+    command = f"as_it_runs {count} {margins}"
+    if margins == 0:
+        law = {MEASURED: partial(limit_observer, measured=True)}
+        keep("as-it-runs-measured", command, heads, rows(law, strokes, 0, worst))
+        return
+    laws = {"limit_observer": limit_observer} | {law: ENTRANTS[law](bench()) for law in ("observer", "notch_pi")}
+    keep("as-it-runs", command, heads, rows(laws, strokes, margins, worst))
     worst.sort(key=lambda each: -float(each[3]))
     keep("as-it-runs-worst", command, ["mm/s, contact", "finger", "loop gain", "Ms", "5 % off"], worst[:10])
 

@@ -52,11 +52,6 @@ def undisturbed(system: System, occluded: float = 0.0) -> System:
         A bench with a finger's own values, friction of kind "finger" and motion of kind "strokes".
     occluded
         How far occlusion has come, 0 to 1.
-
-    Raises
-    ------
-    FrictionloopError
-        As `law_at`.
     """
     law = law_at(system, occluded)
     assert is_gaussian(law)

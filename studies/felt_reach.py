@@ -19,8 +19,6 @@ from frictionloop.analysis.state_space import Array
 from frictionloop.design.comparison import protocol
 from frictionloop.parameters import System
 from frictionloop.perception.weighting import weighting_sos
-from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.checks import numbers
 from studies.conditions import conditions
 from studies.friction_spectrum import disturbed_levels, own_systems
 from studies.kept import both, keep
@@ -56,34 +54,13 @@ def felt_reach(
     controller that keeps the peak has both less rms and a smaller index than the one of any weight. Plant, disturbance
     and what is left out of account are those of `linear_reach`, force and load measured, the drive never cut.
 
-    Parameters
-    ----------
-    system, fingers, duration_s, seed, score_from_s, levels_n
-        As for `linear_reach`.
-    weights : sequence of float
-        Weights, at least 0.
-    sensitivity_peak : float
-        Largest |S| allowed, above 1.
-
     Returns
     -------
     xarray.Dataset
         ``rms_n`` (N) and ``relative_index`` (1) over ``weight`` and ``finger``; squares are averaged over levels. NaN
         for a finger that cannot be given a level.
-
-    Raises
-    ------
-    FrictionloopError
-        For weights or levels that are not lists of numbers from 0 on, or as `linear_reach`.
     """
-    asked = (
-        _row("weights", weights, "1"),
-        duration_s,
-        seed,
-        score_from_s,
-        sensitivity_peak,
-        _row("levels_n", levels_n, "N"),
-    )
+    asked = tuple(weights), duration_s, seed, score_from_s, sensitivity_peak, tuple(levels_n)
     rows = Parallel(n_jobs=-1, prefer="threads")(delayed(_reach)(own, *asked) for own in own_systems(system, fingers))
     found = np.array(rows).reshape(len(rows), len(asked[0]), len(KEPT))
     return xr.Dataset(
@@ -99,14 +76,6 @@ def _felt_power(frequency_hz: Any, rate_hz: float) -> Array:
     """Return |H(f)|^2 of the filter of touch, 1/N^2; below 1200 Hz that of 1200 Hz: a gain needs none that runs."""
     rate = max(rate_hz, 1200.0)
     return np.abs(sosfreqz(weighting_sos(rate), frequency_hz, fs=rate)[1]) ** 2
-
-
-def _row(name: str, values: Any, unit: str) -> tuple[float, ...]:
-    """Return one or more numbers that are finite and at least 0."""
-    row = numbers(name, values, unit, 0.0)
-    if row.ndim != 1 or not row.size:
-        raise FrictionloopError(f"{name} = {values!r}: must be a list of numbers")
-    return tuple(row.tolist())
 
 
 def _reach(
@@ -130,16 +99,8 @@ def _reach(
         before += float(spectra.width_hz @ (spectra.disturbance * felt))
         for k, weight in enumerate(weights):
             more = 1.0 + weight * _felt_power(frequency_hz, rate_hz) / _felt_power([REFERENCE_HZ], rate_hz)
-            best = linear_optimum(
-                frequency_hz,
-                more * psd,
-                more * noise,
-                peak,
-                loop.nyquist_hz,
-                reading=reading,
-                friction=friction,
-                poles=np.poly(loop.plant.transition),
-            )
+            paths = {"reading": reading, "friction": friction, "poles": np.poly(loop.plant.transition)}
+            best = linear_optimum(frequency_hz, more * psd, more * noise, peak, loop.nyquist_hz, **paths)
             correction = (1.0 - best.sensitivity) / spectra.reading
             left = squared(best.sensitivity) * spectra.disturbance + squared(correction) * spectra.heard()
             sums[k] += spectra.width_hz @ left, spectra.width_hz @ (left * felt)

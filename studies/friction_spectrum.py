@@ -11,7 +11,7 @@ from frictionloop.analysis.elements import linearise_contact
 from frictionloop.analysis.linear import LinearLoop, linearise
 from frictionloop.analysis.state_space import Array
 from frictionloop.loop.felt import plain_stroke
-from frictionloop.parameters import FingerFriction, System
+from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 from studies.causes import mean_occlusion
 from studies.residual_bands import stretches
@@ -48,19 +48,7 @@ def disturbed_levels(
 
 
 def own_systems(system: System, fingers: Sequence[Mapping[str, Any]]) -> list[System]:
-    """Return the system of each finger, under a lookup: its plant is what counts.
-
-    Raises
-    ------
-    FrictionloopError
-        For friction of another kind than "finger", or fingers that are not a sequence of overrides.
-    """
-    if isinstance(fingers, Mapping) or not len(fingers) or not all(isinstance(each, Mapping) for each in fingers):
-        raise FrictionloopError("fingers: must be one or more mappings of overrides, such as fl.fingers(10) or [{}]")
-    if not isinstance(system.friction, FingerFriction):
-        raise FrictionloopError(
-            f'friction.kind = "{system.friction.kind}": must be "finger" to have a limit that moves'
-        )
+    """Return the system of each finger, under a lookup: its plant is what counts."""
     return [system.evolve({**each, "controller.kind": "lookup"}) for each in fingers]
 
 

@@ -3,14 +3,12 @@
 ``python -m studies.histories 20 100 2`` runs 20 histories on each of 100 capable fingers, two of them under a variant,
 writes *results/histories.csv* and draws the worst ten in *runs/histories.png*. A finger rings where half a second of
 the hold has more rms from 100 to 400 Hz than twice what the same stroke has there without the history, and than 5 mN.
-``long`` as the only word holds 0.6 N for 10 min without a lift, beside the first stroke there and back.
 """
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,7 +17,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from frictionloop.design.comparison import protocol
 from frictionloop.loop.kernel.slab import LANES
-from frictionloop.loop.simulate import simulate, traced
+from frictionloop.loop.simulate import traced
 from frictionloop.parameters import Constant, Steps, System, bench
 from frictionloop.physics.fingers import fingers
 from studies.conditions import CONTACTS, limit_observer
@@ -100,6 +98,7 @@ def ringing(system: System, points: Sequence[Mapping[str, Any]], history: Steps,
 
 
 CONSTANT, NOTHING = Constant(offset_n=LEVEL_N), np.empty(0)  # a hold, and one that is not drawn
+NONE: Mapping[str, Any] = {}
 
 
 def _holds(system: System, points: Sequence[Mapping[str, Any]], seed: int) -> Iterator[np.ndarray]:
@@ -134,13 +133,13 @@ def scaled(system: System, point: Mapping[str, Any], factors: Mapping[str, Any])
 
 
 def campaign(
-    count: int, people: int, factors: Mapping[str, Any], law: Mapping[str, Any] | None = None, seed: int = 1
+    count: int, people: int, factors: Mapping[str, Any], own: Mapping[str, Any] = NONE, seed: int = 1
 ) -> list[Ringing]:
-    """Return every finger after every history, under one variant; of a limit observer if no law is given."""
+    """Return every finger after every history, under one variant; ``own`` are more overrides of the limit observer."""
     found = []
     drawn = fingers(5 * people, FRESH_SEED)
     for k, (history, stroke) in enumerate(histories(count, seed)):
-        system = bench().evolve({**stroke, **(law or limit_observer(stroke["finger.contact"]))})
+        system = bench().evolve({**stroke, **limit_observer(stroke["finger.contact"]), **own})
         able = protocol.able(system, drawn, stroke["motion.speed_mm_s"]).nonzero()[0][:people]
         points = [scaled(system, drawn[i], factors) for i in able]
         found += [each._replace(case={**each.case, **stroke}) for each in ringing(system, points, history, k)]
@@ -149,7 +148,9 @@ def campaign(
     return found
 
 
-def draw(worst: Sequence[Ringing], path: Path = PICTURE) -> None:
+def draw(
+    worst: Sequence[Ringing], path: Path = PICTURE, names: tuple[str, str] = ("after it", "without the history")
+) -> None:
     """Draw the windows that rang most."""
     import matplotlib.pyplot as plt
 
@@ -158,8 +159,8 @@ def draw(worst: Sequence[Ringing], path: Path = PICTURE) -> None:
     for axis, each in zip(axes.T.ravel(), worst, strict=False):
         shown = slice(2500 * each.window, 2500 * (each.window + 1))
         time = np.arange(2500) / 5.0
-        axis.plot(time, each.alone[shown], color="0.7", lw=0.8, label="without the history")
-        axis.plot(time, each.after[shown], color="C0", lw=0.8, label="after it")
+        axis.plot(time, each.alone[shown], color="0.7", lw=0.8, label=names[1])
+        axis.plot(time, each.after[shown], color="C0", lw=0.8, label=names[0])
         case = each.case
         stroke = f"finger {case['motion.person']:g}, {case['finger.contact']}, {case['motion.speed_mm_s']:g} mm/s"
         axis.set_title(f"{stroke}: {1e3 * each.rms_n:.1f} mN, {each.excess:.2f}", fontsize=8)
@@ -181,20 +182,6 @@ def rows(count: int, people: int, each: int) -> Iterator[list[Any]]:
         yield [name, len(runs), rang, f"{runs[0].excess:.2f}", f"{1e3 * loudest:.1f}"]
 
 
-def long(people: int = 30, hold_s: float = 600.0) -> None:
-    """Print what the worst finger has in minutes without a lift, over what its first stroke has."""
-    for contact, speed in product(CONTACTS, (20.0, 80.0)):
-        stroke = {"motion.speed_mm_s": speed, "finger.contact": contact, "motion.stroke_mm": 240.0}
-        system = bench().evolve({**stroke, "setpoint": CONSTANT, **limit_observer(contact)})
-        drawn = fingers(5 * people, FRESH_SEED)
-        found = []
-        for i in protocol.able(system, drawn, speed).nonzero()[0][:people]:
-            held = windows(simulate(system.evolve(drawn[i]), hold_s, seed=1)["f_a"].values, system.controller.rate_hz)
-            first = round(2 * 240.0 / speed / WINDOW_S)  # there and back
-            found.append(float(np.max(held[first:]) / max(2.0 * np.max(held[:first]), FLOOR_N)))
-        print(f"{contact}, {speed:g} mm/s: {len(found)} fingers, largest excess {max(found):.2f}", flush=True)
-
-
 def main(count: int = 40, people: int = 24, each: int = 4) -> None:
     """Run all variants, ``each`` with so many of the histories."""
     heads = ["what differs", "runs", "rang", "largest excess", "loudest window, mN"]
@@ -202,4 +189,4 @@ def main(count: int = 40, people: int = 24, each: int = 4) -> None:
 
 
 if __name__ == "__main__":
-    long() if sys.argv[1:] == ["long"] else main(*map(int, sys.argv[1:]))
+    main(*map(int, sys.argv[1:]))

@@ -9,8 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from frictionloop.analysis.state_space import Array, Complex
-from frictionloop.analysis.waterbed import check_spectrum
-from frictionloop.quantities import FrictionloopError
 from studies.wiener_hopf import Spectra, bins, least_power, squared
 
 BINS = 2**14
@@ -83,21 +81,9 @@ def linear_optimum(
         Largest rms of the command, N, above 0.
     bins_to_nyquist
         Bins of the FFT; what rings or drifts for longer than its length is cut.
-
-    Raises
-    ------
-    FrictionloopError
-        For an argument out of its range.
     """
     frequency, power, noise = (np.asarray(each, dtype=float) for each in (frequency_hz, psd, noise_psd))
-    check_spectrum(frequency, power, sensitivity_peak if sensitivity_peak != math.inf else 2.0, nyquist_hz)
-    if noise.shape != power.shape or not (np.all(np.isfinite(noise)) and np.all(noise >= 0)):
-        raise FrictionloopError("noise_psd: must be finite, not negative, and as long as psd")
-    if not largest_drive_n > 0:
-        raise FrictionloopError(f"largest_drive_n = {largest_drive_n!r} N: must be above 0")
     paths = tuple(np.atleast_1d(np.asarray(each, dtype=float)) for each in (reading, friction, poles))
-    if not all(path.ndim == 1 and np.all(np.isfinite(path)) and np.any(path) for path in paths):
-        raise FrictionloopError("reading, friction, poles: must each be one row of finite coefficients, not all 0")
     size = float(np.max(np.abs(paths[0])))
     numbers = tuple(path / size for path in paths)
     spectra = bins(frequency, power, noise, nyquist_hz, numbers, bins_to_nyquist)  # type: ignore[arg-type]

@@ -98,11 +98,6 @@ def linear_reach(
     xarray.Dataset
         The variables of `KEPT` (N) over ``measured`` ("force", "force and load"), ``sensitivity_peak`` and ``finger``;
         squares are averaged over levels.
-
-    Raises
-    ------
-    FrictionloopError
-        For friction of another kind than "finger", or as ``simulate``, `waterbed_bound` and `linear_optimum`.
     """
     asked = duration_s, seed, score_from_s, tuple(peaks), tuple(levels_n)
     rows = Parallel(n_jobs=-1, prefer="threads")(delayed(_reach)(own, *asked) for own in own_systems(system, fingers))

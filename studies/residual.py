@@ -10,8 +10,7 @@ import xarray as xr
 
 from frictionloop.loop.record import provenance
 from frictionloop.loop.sweep import sweep
-from frictionloop.parameters import System, check_system
-from frictionloop.quantities import FrictionloopError, check_each_once
+from frictionloop.parameters import System
 from studies.causes import DISTURBANCES, LIMITS, causes_of, without
 
 ALL, SILENT = "all", "silent"
@@ -64,19 +63,11 @@ def residual_by_cause(
     xarray.Dataset
         In N: ``all``, ``silent``, ``left_over_costs`` and ``left_over_alone`` over ``finger``; ``without``, ``alone``
         and ``cost`` over ``cause`` and ``finger``; ``kind`` of a cause is "disturbance" or "limit".
-
-    Raises
-    ------
-    FrictionloopError
-        For an unknown cause or one the system does not have, or as `sweep`.
     """
-    check_system(system)
     people = [dict(each) for each in (fingers if fingers is not None else [{}])]
-    if not people:
-        raise FrictionloopError("fingers = []: must hold at least one finger")
     time = score_from_s, duration_s
     there = causes_of(system.evolve(people[0]), *time)
-    names = _checked(there if causes is None else tuple(causes), there)
+    names = there if causes is None else tuple(causes)
     variants = list(_variants(names, there))
     points = [each | without(system.evolve(each), removed, *time) for _, _, removed in variants for each in people]
     found = sweep(
@@ -124,11 +115,3 @@ def _dataset(names: Sequence[str], runs: Mapping[tuple[str, str], np.ndarray], a
     data = {name: (*each, {"units": "N", "long_name": MEANING[name]}) for name, each in values.items()}
     kinds = ("cause", ["disturbance" if name in DISTURBANCES else "limit" for name in names])
     return xr.Dataset(data, {"cause": list(names), "kind": kinds, "finger": np.arange(whole.size)}, attrs)
-
-
-def _checked(names: tuple[str, ...], there: Sequence[str]) -> tuple[str, ...]:
-    for name in names:
-        if name not in there:
-            raise FrictionloopError(f"causes: {name!r} is not one of this system; it has {', '.join(there)}")
-    check_each_once("causes", "cause", names)
-    return names

@@ -29,32 +29,12 @@ def residual_bands(
 ) -> xr.Dataset:
     """Return the rms of f_a - f_r in bands of frequency, from one run of each finger.
 
-    Parameters
-    ----------
-    system : System
-        The loop, with any controller.
-    fingers : sequence of mappings, optional
-        Fingers as overrides; by default the system's own.
-    duration_s, score_from_s : float
-        Duration of each run and the start of its scored part, in s.
-    seed : int
-        Seed of the runs.
-    edges_hz : sequence of float
-        Where a band ends and the next begins, rising, above 0.
-
     Returns
     -------
     xarray.Dataset
         In N: ``rms`` over ``band`` and ``finger``, ``all`` over ``finger``; coordinates ``low_hz`` and ``high_hz``.
-
-    Raises
-    ------
-    FrictionloopError
-        For edges that do not rise, a finger that is never scored, or as ``simulate``.
     """
     edges = np.asarray(edges_hz, dtype=float)
-    if not (edges.ndim == 1 and edges.size and edges[0] > 0 and np.all(np.diff(edges) > 0)):
-        raise FrictionloopError(f"edges_hz = {list(edges_hz)} Hz: must rise from above 0")
     owns = [system.evolve(each) for each in (fingers if fingers is not None else [{}])]
     parallel = Parallel(n_jobs=-1, prefer="threads")
     found = np.array(parallel(delayed(_bands)(own, duration_s, seed, score_from_s, edges) for own in owns))

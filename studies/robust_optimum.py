@@ -19,7 +19,6 @@ import numpy as np
 from scipy.optimize import minimize
 
 from frictionloop.analysis.state_space import Array, Complex
-from frictionloop.quantities import FrictionloopError
 from studies.wiener_hopf import Spectra, causal_factor, least_power, squared
 
 ROUNDS, STEPS = 10, 100
@@ -64,19 +63,7 @@ def robust_optimum(spectra: Spectra, ratios: Complex, peaks: Array, largest_driv
         Largest |S| of each plant, above 1.
     largest_drive_n
         Largest rms of the command, N, above 0.
-
-    Raises
-    ------
-    FrictionloopError
-        For arguments out of range or shape.
     """
-    size = spectra.width_hz.size
-    if ratios.shape != (len(peaks), size) or not np.all(np.isfinite(ratios)):
-        raise FrictionloopError(f"ratios: must be finite, shape ({len(peaks)}, {size}); shape {ratios.shape} is given")
-    if not (np.all(np.isfinite(peaks)) and np.all(np.asarray(peaks) > 1.0)):
-        raise FrictionloopError(f"peaks = {np.asarray(peaks).tolist()}: must be finite and above 1")
-    if not largest_drive_n > 0.0:
-        raise FrictionloopError(f"largest_drive_n = {largest_drive_n!r} N: must be above 0")
     found = _priced(spectra, ratios, peaks)
     bound = found[0]
     if _drive(spectra, found[1]) > largest_drive_n**2:

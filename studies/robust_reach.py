@@ -13,8 +13,7 @@ from joblib import Parallel, delayed
 from frictionloop.analysis.linear import linearise
 from frictionloop.analysis.sampled import SampledPlant
 from frictionloop.analysis.state_space import Complex
-from frictionloop.parameters import SuspendedSensor, System
-from frictionloop.quantities import FrictionloopError
+from frictionloop.parameters import System
 from studies.causes import mean_occlusion
 from studies.friction_spectrum import disturbed_levels, own_systems
 from studies.linear_reach import CALM, LEVELS_N, reading_noise_psd, way_n
@@ -56,18 +55,7 @@ def robust_reach(
     -------
     xarray.Dataset
         ``bound_rms_n`` (N) over ``finger``; squares are averaged over levels. NaN for who cannot be given one of them.
-
-    Raises
-    ------
-    FrictionloopError
-        For a sensor without suspension, limits out of range, or as `linear_reach`.
     """
-    if not isinstance(system.sensor, SuspendedSensor):
-        raise FrictionloopError(f'sensor.kind = "{system.sensor.kind}": must be "suspended" to have a resonance')
-    if not limits or not all(0.0 <= off < 1.0 and 1.0 < peak < math.inf for off, peak in limits.items()):
-        raise FrictionloopError(
-            f"limits = {dict(limits)}: must be finite largest Ms above 1 by shares from 0 to below 1"
-        )
     peaks = {side * off: peak for off, peak in limits.items() for side in (1.0, -1.0)}
     met = {system.sensor.resonance_hz * (1.0 + off): peak for off, peak in peaks.items()}
     asked = duration_s, seed, score_from_s, tuple(levels_n), met

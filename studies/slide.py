@@ -11,9 +11,8 @@ import numpy as np
 import xarray as xr
 from scipy.signal import detrend
 
-from frictionloop.quantities import FrictionloopError
 from studies.slide_spectrum import band_rms, in_common, inside, power_law, waves_of
-from studies.slide_window import mean_of, window
+from studies.slide_window import window
 
 BAND_HZ = (5.0, 100.0)
 """Band of the spectrum's slope: five waves a second and more fit a stroke; skin and sensors end well above 100 Hz."""
@@ -23,8 +22,6 @@ FAST_HZ = (20.0, 100.0)
 """Band above tremor and voluntary movement."""
 LOAD_HZ = (5.0, 20.0)
 """Band in which friction is compared with load: above slow drifts, below what load cells of this kind follow."""
-LEAST_WAVES = 4.0
-"""Waves of the lowest frequency that a window must hold (assumed)."""
 
 
 class SlideStatistics(NamedTuple):
@@ -79,19 +76,9 @@ def slide_statistics(recording: xr.Dataset, start_s: float, stop_s: float, frict
         Window in s, at least 0.8 s long.
     friction : str
         Column of the friction: ``f_a``, or ``f_m`` for what the sensor makes of it.
-
-    Raises
-    ------
-    FrictionloopError
-        For a column that is missing, has another unit or is not finite, uneven or slow samples, a window that is short
-        or reaches beyond the recording, a mean that is not above 0, or a friction that does not vary.
     """
     time, (f, n), rate_hz = window(recording, start_s, stop_s, {friction: "N", "load": "N"})
-    if f.size < round(LEAST_WAVES / BAND_HZ[0] * rate_hz):
-        raise FrictionloopError(
-            f"start_s = {start_s:g}, stop_s = {stop_s:g}: must be {LEAST_WAVES / BAND_HZ[0]:g} s apart or more"
-        )
-    mean_n, load_n = mean_of(friction, f), mean_of("load", n)
+    mean_n, load_n = float(f.mean()), float(n.mean())
     line = np.polyfit(time - time.mean(), f, 1)
     frequency = np.fft.rfftfreq(f.size, 1.0 / rate_hz)
     waves, load_waves = waves_of(f), waves_of(n)

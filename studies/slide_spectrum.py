@@ -58,11 +58,6 @@ def power_law(name: str, frequency: np.ndarray, waves: np.ndarray, band_hz: tupl
     band_hz : tuple
         Lowest and highest frequency, the lowest above 0.
 
-    Raises
-    ------
-    FrictionloopError
-        For values that do not vary within the band.
-
     Notes
     -----
     P. Whittle, Arkiv foer Matematik 2 (1953) 423.

@@ -19,7 +19,6 @@ from frictionloop.design.comparison import protocol
 from frictionloop.design.comparison.protocol import Condition
 from frictionloop.design.comparison.scores import spread
 from frictionloop.parameters import bench
-from frictionloop.quantities import FrictionloopError, check_each_once
 from studies.causes import CAUSES
 from studies.kept import keep
 from studies.residual import residual_by_cause
@@ -32,28 +31,13 @@ TASK = protocol.SINES[1]
 Row = dict[str, Any]
 
 
-def check_laws(wanted: Iterable[str], laws: Iterable[str]) -> list[str]:
-    """Return the laws to explain; refuse one that does not compete, one twice, or none."""
-    asked, there = list(wanted), list(laws)
-    for name in asked:
-        if name not in there:
-            raise FrictionloopError(f"why: {name!r} is not compared; accepted: {', '.join(there)}")
-    check_each_once("why", "law", asked)
-    return asked
-
-
 def reasons(comparison: rooms.Comparison, laws: Iterable[str], *, n_jobs: int | None = None) -> xr.Dataset:
     """Return `residual_by_cause` and `residual_bands` of some laws over law, speed and contact.
 
     On the first 100 capable fingers of the population (of all if none is capable) at the sine around 0.6 N; bands on
     the first 20. A cause that cannot be taken away under one law has NaN there.
-
-    Raises
-    ------
-    FrictionloopError
-        For a law that did not compete.
     """
-    asked, speeds = check_laws(laws, comparison.laws), list(comparison.speeds_mm_s)
+    asked, speeds = list(laws), list(comparison.speeds_mm_s)
     cells = itertools.product(asked, speeds, protocol.CONTACTS)
     parts = [_split(comparison, *cell, n_jobs) for cell in cells]
     everyone = sorted({i for part in parts for i in part["finger"].values.tolist()})

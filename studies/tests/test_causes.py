@@ -124,22 +124,6 @@ def test_what_can_be_taken_away_depends_on_the_system():
     assert stronger.plate.max_amplitude_um == stronger.controller.model.max_amplitude_um == 5.0
 
 
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        ({"causes": ["wind"]}, "causes: 'wind' is not one of this system; it has tangential tremor"),
-        ({"causes": []}, "causes = '': must name at least one"),
-        ({"causes": ["roughness", "roughness"]}, "none of them twice"),
-        ({"fingers": []}, r"fingers = \[\]: must hold at least one"),
-    ],
-)
-def test_what_is_wrong_is_said(options, said):
-    with pytest.raises(fl.FrictionloopError, match=said):
-        split(BENCH, **options)
-    with pytest.raises(fl.FrictionloopError, match="causes: 'wind' is unknown; accepted: tangential tremor"):
-        causes.without(BENCH, ["wind"])
-
-
 @given(st.integers(0, 2**31), st.lists(st.integers(1, 400), min_size=1, max_size=4))
 def test_bands_add_up_to_the_whole(seed, lengths):
     rng = np.random.default_rng(seed)
@@ -164,5 +148,3 @@ def test_bands_of_a_run_add_up_to_its_rms():
     whole = split(BENCH, fingers=people, seeds=[3], causes=["roughness"])["all"]
     assert found["all"].values == pytest.approx(whole.values, rel=1e-9)
     assert found["high_hz"].values.tolist() == [5.0, 15.0, 60.0, 250.0, 2500.0]
-    with pytest.raises(fl.FrictionloopError, match="edges_hz"):
-        residual_bands(BENCH, edges_hz=(5.0, 5.0))

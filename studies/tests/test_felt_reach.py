@@ -8,7 +8,6 @@ from designed_notch import DESIGNED_NOTCH
 
 import frictionloop as fl
 from frictionloop.perception.thresholds import force_threshold_n
-from frictionloop.quantities import FrictionloopError
 from studies.felt_reach import felt_reach
 from studies.linear_reach import linear_reach
 
@@ -50,16 +49,3 @@ def test_a_law_that_may_amplify_nothing_changes_nothing() -> None:
     before = linear_reach(BENCH, [{}], seed=7, peaks=[1.7], **SHORT)["open_rms_n"].sel(measured="force and load")
     np.testing.assert_allclose(found["rms_n"], before.item(), rtol=0.02)
     np.testing.assert_allclose(found["relative_index"], 1.0, rtol=0.02)
-
-
-@pytest.mark.parametrize("given", [(-0.1,), (float("inf"),), (float("nan"),), (), 0.3, "0.3", None])
-@pytest.mark.parametrize("name", ["weights", "levels_n"])
-def test_what_is_no_list_of_numbers_is_refused(name: str, given: object) -> None:
-    with pytest.raises(FrictionloopError, match=rf"{name} = .*: must be"):
-        felt_reach(BENCH, [{}], **{name: given})
-
-
-@pytest.mark.parametrize("fingers", [[], {"friction.nominal_n": 1.0}, ["friction.nominal_n"]])
-def test_what_are_no_fingers_is_refused(fingers: object) -> None:
-    with pytest.raises(FrictionloopError, match="fingers: must be one or more mappings of overrides"):
-        felt_reach(BENCH, fingers)

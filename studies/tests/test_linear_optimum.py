@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from scipy.linalg import solve_discrete_are, solve_discrete_lyapunov
 from scipy.optimize import minimize
 
-import frictionloop as fl
 from frictionloop.analysis import waterbed_bound
 from studies.linear_optimum import linear_optimum
 
@@ -183,21 +182,3 @@ def test_it_does_not_depend_on_the_number_of_bins() -> None:
         for k in range(11, 16)
     ]
     assert np.ptp(found) < 3e-3 * found[-1]
-
-
-@pytest.mark.parametrize(
-    ("changed", "message"),
-    [
-        ({"noise_psd": -np.ones(3)}, "noise_psd: must be finite"),
-        ({"noise_psd": np.ones(2)}, "noise_psd: must be finite"),
-        ({"reading": [0.0, 0.0]}, "reading, friction, poles: must"),
-        ({"friction": [np.nan]}, "reading, friction, poles: must"),
-        ({"sensitivity_peak": 1.0}, "sensitivity_peak = 1"),
-        ({"psd": np.zeros(3)}, "psd: must be finite"),
-    ],
-)
-def test_wrong_arguments_are_refused(changed, message) -> None:
-    asked = {"frequency_hz": [1.0, 2.0, 3.0], "psd": np.ones(3), "noise_psd": np.ones(3), "sensitivity_peak": 2.0}
-    asked |= {"nyquist_hz": 5.0, "reading": [0.0, 1.0], "friction": [0.0, 1.0]}
-    with pytest.raises(fl.FrictionloopError, match=message):
-        linear_optimum(**(asked | changed))

@@ -82,8 +82,6 @@ def test_the_table_has_both_speeds_and_contacts() -> None:
     one = linear_reach(BENCH.evolve({"motion.speed_mm_s": 80.0, "finger.contact": "slider"}), [{}], **options)
     cell = found.sel(speed_mm_s=80.0, contact="slider")
     assert all(np.array_equal(cell[name].transpose(*one[name].dims), one[name]) for name in KEPT)
-    with pytest.raises(fl.FrictionloopError, match=r'friction\.kind = "gaussian": must be "finger"'):
-        linear_reach(fl.paper(), [{}])
 
 
 def test_without_a_limit_on_the_peak_it_is_the_least_that_cannot_be_predicted() -> None:

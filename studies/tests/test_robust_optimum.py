@@ -113,32 +113,6 @@ def test_fingers_are_bound_by_more_than_by_the_own_resonance() -> None:
     assert with_other_levels.values[0] > bound.values[0]
 
 
-@pytest.mark.parametrize(
-    ("asked", "message"),
-    [
-        ({"limits": {0.0: 1.0}}, r"limits = \{0\.0: 1\.0\}: must be finite largest Ms above 1 by shares"),
-        ({"limits": {}}, r"limits = \{\}: must be finite largest Ms"),
-        ({"limits": {-0.1: 2.0}}, r"shares from 0 to below 1"),
-    ],
-)
-def test_limits_out_of_range_are_refused(asked, message) -> None:
-    with pytest.raises(fl.FrictionloopError, match=message):
-        robust_reach(fl.bench(), [{}], **asked)
-
-
-def test_what_has_no_resonance_or_wrong_shapes_is_refused() -> None:
-    with pytest.raises(fl.FrictionloopError, match=rf'sensor\.kind = "{fl.paper().sensor.kind}": must be "suspended"'):
-        robust_reach(fl.paper(), [{}])
-    spectra = spectra_of(0.9, 0.1, [0.0, 1.0])
-    with pytest.raises(fl.FrictionloopError, match=r"ratios: must be finite, shape \(2, 2049\)"):
-        robust_optimum(spectra, np.ones((1, 2049), dtype=complex), np.array([1.7, 2.0]))
-    for peak in (0.9, np.inf):
-        with pytest.raises(fl.FrictionloopError, match=rf"peaks = \[{peak}\]: must be finite and above 1"):
-            of_gains(spectra, [1.0], [peak])
-    with pytest.raises(fl.FrictionloopError, match=r"largest_drive_n = 0\.0 N: must be above 0"):
-        of_gains(spectra, [1.0], [1.7], largest_drive_n=0.0)
-
-
 @pytest.mark.parametrize("drive_n", [0.3, 0.6])
 def test_with_a_command_kept_small_it_is_the_linear_optimum_that_spares_it(drive_n: float) -> None:
     reading, poles, white = [0.0, 0.0, 0.3], [1.0, -0.7], np.full_like(FREQUENCY_HZ, 2.0 * TS * 0.4**2)

@@ -183,36 +183,6 @@ def test_the_bench_without_noise_slides_at_its_limit_and_has_no_peak():
     assert onset.stiffness_n_m < system.finger.stiffness_n_m
 
 
-def refused(call, *words):
-    with pytest.raises(fl.FrictionloopError) as error:
-        call()
-    text = str(error.value)
-    assert "\n" not in text
-    for word in words:
-        assert word in text
-
-
-def test_what_is_refused():
-    t = np.arange(2 * RATE) / RATE
-    good = recorded(0.4 + 0.01 * np.cos(2 * np.pi * 10 * t), position=t)
-    refused(lambda: slide_statistics(good.drop_vars("load"), 0, 1), "'load'", "there: f_a, position")
-    refused(lambda: slide_statistics(good, 0, 1, friction="f_m"), "'f_m'")
-    refused(lambda: slide_statistics(good, 0, 0.7), "start_s = 0", "stop_s = 0.7", "0.8 s apart")
-    refused(lambda: slide_statistics(good, 1.5, 2.5), "within the recording, 0 to 2 s")
-    refused(lambda: slide_statistics(good, -0.1, 1.5), "within the recording, 0 to 2 s")
-    refused(lambda: slide_statistics(good, 1.5, 0.5), "in this order")
-    grams = good.assign(load=good["load"].assign_attrs(units="g"))
-    refused(lambda: slide_statistics(grams, 0, 1), "units of 'load' = 'g'", "'N'")
-    refused(lambda: slide_statistics(recorded(0 * t - 0.4), 0, 1), "'f_a' is -0.4 N on average: must be above 0")
-    refused(lambda: slide_statistics(recorded(0 * t + 0.4, 0.0), 0, 1), "'load' is 0 N on average")
-    refused(lambda: slide_statistics(recorded(0 * t + 0.4), 0, 1), "'f_a' does not vary within 5 to 100 Hz")
-    refused(lambda: slide_statistics(recorded(0.4 + 0 * t, rate=500), 0, 1), "500 Hz", "at least 1000 Hz")
-    refused(lambda: slide_statistics(recorded(np.where(t == 0.5, np.nan, 0.4)), 0, 1), "nan", "finite")
-    refused(lambda: stick_to_slip(good.drop_vars("position"), 0, 1), "'position'")
-    refused(lambda: stick_to_slip(good, 0, 1.95), "within the recording")
-    refused(lambda: stick_to_slip(recorded(1.0 - 0.1 * t, position=t), 0, 1), "must rise")
-
-
 def test_the_command_finds_what_is_kept(tmp_path, monkeypatch):
     """The kept table, which the page tells in words of its own, is what its command finds today."""
     monkeypatch.setattr(kept, "RESULTS", tmp_path)

@@ -57,15 +57,24 @@ def small_signals(model: Model, rate_hz: float, bandwidth_hz: float, spring_nois
     return StateSpace(rows[:, :7], rows[:, 7:], d[None, :7], d[None, 7:], 1.0 / rate_hz, ("f_m",), ("square",))
 
 
-def learnt(system: System, gain: float = LEARNT) -> System:
-    """Return a system whose limit observer has learnt a susceptibility that is 1/gain of it; another law as it is."""
+def largest_gain(system: System) -> float:
+    """Return the loop gain that margins are held up to: `LEARNT`, or less where the susceptibility is told closely.
+
+    What there is and what is learnt are each within the spread of what is told.
+    """
+    spread: float = getattr(system.controller, "susceptibility_spread", LEARNT)
+    return min(LEARNT, spread**2)
+
+
+def learnt(system: System, gain: float | None = None) -> System:
+    """Return a system whose limit observer has a loop gain, the largest if none is given; another law as it is."""
     friction: Any = system.friction
     if system.controller.kind != "limit_observer" or not hasattr(friction, "susceptibility_per_um2"):
         return system
-    tau: float = friction.susceptibility_per_um2 / gain
+    tau: float = friction.susceptibility_per_um2 / (largest_gain(system) if gain is None else gain)
     return system.evolve({"controller.susceptibility_spread": 1.0, "controller.model.susceptibility_per_um2": tau})
 
 
-def knowing(system: System, gain: float = LEARNT) -> System:
-    """Return a system whose limit observer knows its contact, and has learnt a susceptibility that is 1/gain of it."""
+def knowing(system: System, gain: float | None = None) -> System:
+    """Return a system whose limit observer knows its contact and has a loop gain, the largest if none is given."""
     return learnt(system, gain).evolve({"controller.compliance_um_per_n": compliance_of(system)})

@@ -2,7 +2,7 @@
 
 A believed resonance below the true one, broad, and a slow pole make an observer that bears a resonance that is off
 (studies/pages/beliefs.md). These three, and how much its springs are driven, are those with the least residual of
-friction noise within the limits on Ms, at the loop gain that there is and at `LEARNT` times it.
+friction noise within the limits on Ms, at the loop gain that there is and at the largest (`largest_gain`).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from frictionloop.analysis.linear import LinearLoop
 from frictionloop.analysis.state_space import Array, Complex
 from frictionloop.design.corners import Corner, band_of, broken, corners
 from frictionloop.design.elsewhere import CONTACTS, FASTER
-from frictionloop.design.limit_linear import LEARNT, compliance_of, knowing, lag_of, small_signals
+from frictionloop.design.limit_linear import compliance_of, knowing, lag_of, largest_gain, small_signals
 from frictionloop.design.plants import Plants, shifted
 from frictionloop.design.wanted import Designed, Wanted, unheld
 from frictionloop.parameters import Skin, Strokes, SuspendedSensor, System
@@ -103,7 +103,7 @@ class Search:
             return 1e3
         over = sum(
             np.sum(np.maximum(np.minimum(self.plants.peaks(gain * law), 50.0) / self.peaks - 1.0, 0.0))
-            for gain in (1.0, LEARNT)
+            for gain in {1.0, largest_gain(self.system)}
         )
         left = np.trapezoid(self.density / np.abs(self.plants.returned(law)) ** 2, self.plants.frequency_hz, axis=1)
         return float(np.mean(0.5 * np.log(left[self.plain])) + PENALTY * over)
@@ -131,7 +131,7 @@ def _loops(system: System, wanted: Wanted) -> list[LinearLoop]:
 
 
 def limit_observer(system: System, wanted: Wanted) -> Designed:
-    """Limit observer of least residual, its margins those of a loop gain 20 % above what it should learn.
+    """Limit observer of least residual, its margins those of the largest loop gain (`largest_gain`).
 
     Raises
     ------
@@ -151,9 +151,11 @@ def limit_observer(system: System, wanted: Wanted) -> Designed:
     worst = broken(at)
     if worst is not None:
         raise FrictionloopError(unheld("limit_observer", wanted, worst))
+    gain = largest_gain(system)
     said = (
         f"margins are those of a contact that is told, {found['controller.compliance_um_per_n']:g} um/N here and 0 on "
-        f"a slider, and of a loop gain {LEARNT - 1:.0%} above that of a known finger; until the set-point moves it is "
-        "less"
+        f"a slider, and of a loop gain {gain - 1:.0%} above that of a known finger; at the start it is less"
+        if gain > 1.0
+        else "margins are those of the contact and of the susceptibility that are told; it learns nothing"
     )
     return Designed(found, (said,), tuple(at))
