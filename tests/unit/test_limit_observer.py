@@ -83,6 +83,14 @@ def test_a_set_point_that_rests_teaches_nothing():
     assert believed_tau(held, 2.0) == pytest.approx(upper, rel=1e-12)
 
 
+def test_a_finger_that_needs_much_vibration_gets_what_is_asked():
+    """a = (ln(1.4/0.25)/0.35)^1/2 = 2.2 um: believed with three times the model's tau the limit is 2^6 N without it."""
+    finger = {"friction.nominal_n": 1.4, "friction.susceptibility_per_um2": 0.35, "friction.moist_loss": 0.0}
+    held = {"setpoint": fl.Constant(offset_n=0.25), "finger.contact": "slider", "controller.compliance_um_per_n": 0.0}
+    run = fl.simulate(BENCH.evolve({**finger, **held}), 3.0)
+    assert float(run["f_a"][10_000:].mean()) == pytest.approx(0.25, rel=0.03)
+
+
 def test_with_a_spread_of_one_nothing_is_learnt():
     told = BENCH.evolve({"controller.susceptibility_spread": 1.0})
     assert believed_tau(told, 2.0) == pytest.approx(MODEL.susceptibility_per_um2, rel=1e-12)

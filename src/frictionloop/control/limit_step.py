@@ -39,7 +39,7 @@ LEAST_N, MOST_N = 0.1, 2.0
 LARGEST_UP = 0.4
 """Most that one reading may move ln L: well below 1, as f follows it in a line."""
 LARGEST_N, LARGEST_LOG2 = 5.0, 5.0
-"""Bounds of f and d: twice what the sensor reads, and 1/32 to 32 N."""
+"""Bounds of f, twice what the sensor reads, and of log2 L as it vibrates: 1/32 to 32 N."""
 FASTER = 1.2
 """Rise of friction that still counts as that of the skin, over stiffness times speed (stiffnesses differ)."""
 SLOW_HZ = 0.3
@@ -158,7 +158,8 @@ def limit_observer_step(
     up = fma(kds, lag, kd) * e / force if slides & ((not stuck) | (e < 0.0)) else 0.0
     up = min(max(up, -LARGEST_UP), LARGEST_UP)
     misfit = fma(dt / WINDOW_S, fma(up, up, -misfit), misfit)
-    d = min(max(fma(LOG2_E, up, d), -LARGEST_LOG2), LARGEST_LOG2)
+    lower = fall * a * a
+    d = min(max(fma(LOG2_E, up, d), lower - LARGEST_LOG2), lower + LARGEST_LOG2)
     kf = fma(kfs, lag, kd) if slides & (not stuck) else kd
     f = min(max(fma(kf, e, f), -LARGEST_N), LARGEST_N)
     x1, x2, x3 = fma(fma(k1s, lag, k1), e, x1), fma(fma(k2s, lag, k2), e, x2), fma(fma(k3s, lag, k3), e, x3)

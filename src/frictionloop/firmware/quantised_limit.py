@@ -6,8 +6,8 @@ import math
 from typing import Any
 
 from frictionloop.control.limit_observer import limit_observer_gains
-from frictionloop.control.limit_step import MEMORY_S, SLOW_HZ, WINDOW_S
-from frictionloop.firmware.quantised import ROW, Gain, to_fixed
+from frictionloop.control.limit_step import LARGEST_LOG2, MEMORY_S, SLOW_HZ, WINDOW_S
+from frictionloop.firmware.quantised import ROW, Gain, to_fixed, to_places
 
 LIMIT_PLACES = (28, 28, 26, 28, 24, 24, 24, 0, 28, 26, 26, 25, 0, 28)
 CORRECTING = 24
@@ -20,7 +20,8 @@ def limit_observer_quantised(controller: Any) -> tuple[Gain, ...]:
     Raises
     ------
     FrictionloopError
-        When one does not fit: the largest amplitude must be below 8 um, tau/ln 2 above 1/32 um^-2 and below 8/spread.
+        When one does not fit: the largest amplitude must be below 8 um, tau/ln 2 above 1/32 um^-2 and below 8/spread,
+        and what the most vibration takes of log2 L below 27.
     """
     own, dt = limit_observer_gains(controller), 1.0 / controller.rate_hz
     decay = own.decay_rest * own.decay_left
@@ -39,6 +40,12 @@ def limit_observer_quantised(controller: Any) -> tuple[Gain, ...]:
     }  # fmt: skip
     times = {"controller.learning_s": 1.0 / own.learn, "slow": 0.5 / math.pi / SLOW_HZ, "memory": MEMORY_S}
     rates = {name: dt / time for name, time in (times | {"window": WINDOW_S}).items()}
+    taken = own.model_fall * own.spread * own.most_um**2
+    to_places(
+        taken + LARGEST_LOG2,
+        26,
+        "tau / ln 2 times controller.susceptibility_spread times the square of max_amplitude_um",
+    )
     return (
         *(to_fixed(value, places, name) for name, (value, places) in (before | sensor).items()),
         *(to_fixed(getattr(own, name), 28 if name.endswith("s") else CORRECTING, name) for name in corrections),
