@@ -99,7 +99,7 @@ def _reach(
         before += float(spectra.width_hz @ (spectra.disturbance * felt))
         for k, weight in enumerate(weights):
             more = 1.0 + weight * _felt_power(frequency_hz, rate_hz) / _felt_power([REFERENCE_HZ], rate_hz)
-            paths = {"reading": reading, "friction": friction, "poles": np.poly(loop.plant.transition)}
+            paths: dict[str, Any] = {"reading": reading, "friction": friction, "poles": np.poly(loop.plant.transition)}
             best = linear_optimum(frequency_hz, more * psd, more * noise, peak, loop.nyquist_hz, **paths)
             correction = (1.0 - best.sensitivity) / spectra.reading
             left = squared(best.sensitivity) * spectra.disturbance + squared(correction) * spectra.heard()

@@ -57,7 +57,8 @@ def robust_reach(
         ``bound_rms_n`` (N) over ``finger``; squares are averaged over levels. NaN for who cannot be given one of them.
     """
     peaks = {side * off: peak for off, peak in limits.items() for side in (1.0, -1.0)}
-    met = {system.sensor.resonance_hz * (1.0 + off): peak for off, peak in peaks.items()}
+    sensor: Any = system.sensor
+    met = {sensor.resonance_hz * (1.0 + off): peak for off, peak in peaks.items()}
     asked = duration_s, seed, score_from_s, tuple(levels_n), met
     found = Parallel(n_jobs=-1)(delayed(_bound)(own, *asked) for own in own_systems(system, fingers))
     about = "rms of f_a - f_r that no linear controller that bears these resonances gets below"

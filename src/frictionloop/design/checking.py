@@ -14,7 +14,7 @@ from frictionloop.analysis.reach import check_band
 from frictionloop.analysis.state_space import StateSpace, close
 from frictionloop.design.corners import Corner, corners, occlusions
 from frictionloop.design.elsewhere import Place, elsewhere
-from frictionloop.design.limit_linear import LEARNT, compliance_of, learnt
+from frictionloop.design.limit_linear import compliance_of, largest_gain, learnt
 from frictionloop.design.observed import GUARD, LOWEST_HZ
 from frictionloop.design.plants import Plants
 from frictionloop.design.synthesis import CHECKED, SMALL_SIGNALS
@@ -98,8 +98,8 @@ def _notes(system: System) -> tuple[str, ...]:
     if controller.kind == "limit_observer":
         return (
             f"this law is told its contact, controller.compliance_um_per_n = {controller.compliance_um_per_n:g}; on "
-            f"that of this system {compliance_of(system):g} is true. The loop gain is {LEARNT - 1:.0%} above that of a "
-            "finger whose susceptibility is known",
+            f"that of this system {compliance_of(system):g} is true. The loop gain is {largest_gain(system) - 1:.0%} "
+            "above that of a finger whose susceptibility is known",
         )
     return ()
 
