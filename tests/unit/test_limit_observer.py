@@ -13,7 +13,7 @@ import frictionloop as fl
 from frictionloop.control.laws import law_of
 from frictionloop.control.limit_gains import believed, limit_rows
 from frictionloop.control.limit_observer import limit_observer_gains, limit_observer_start
-from frictionloop.control.limit_step import STATED, learnt_step, limit_observer_step
+from frictionloop.control.limit_step import STATED, LimitState, learnt_step, limit_observer_step
 from frictionloop.sensing.measurement import Measurement
 
 BENCH = fl.bench().evolve({"controller.kind": "limit_observer"})
@@ -56,16 +56,30 @@ def test_too_much_susceptibility_is_lowered_and_too_little_raised():
     assert learnt_step(0.5, 0.3, 0.1, 0.05, 1e-3, 2.0, 0.5) > 0.5
 
 
-def believed_tau(system, duration_s):
-    """What the law believes at the end of a run: it goes along with the plant, tick by tick."""
+def replayed(system, duration_s):
+    """What the law knows after each tick of a run, as rows: it goes along with the plant, tick by tick."""
     law, gains = law_of(system.controller), limit_observer_gains(system.controller)
-    state = limit_observer_start(system.controller)
+    state, states = limit_observer_start(system.controller), []
     run = fl.simulate(system, duration_s)
     for force, speed, valid, wanted in zip(
         *(run[name].values for name in ("f_m", "speed", "sliding", "f_r")), strict=True
     ):
         state, _ = law.step(state, Measurement(force, 0.0, speed, 0.5, float(valid)), wanted, gains, 2e-4)
-    return state.fall * math.log(2.0)
+        states.append(state)
+    return LimitState(*np.array(states).T)
+
+
+def believed_tau(system, duration_s):
+    return replayed(system, duration_s).fall[-1] * math.log(2.0)
+
+
+@pytest.mark.parametrize("contact", ["dahl", "slider"])
+@pytest.mark.parametrize("speed_mm_s", [20.0, 80.0])
+def test_the_command_moves_little_from_tick_to_tick(speed_mm_s, contact):
+    """0.3 um rms: half of what the law moved it by that learnt the finger (decision 11)."""
+    told = {"controller.compliance_um_per_n": 50.0 if contact == "dahl" else 0.0}
+    command = replayed(BENCH.evolve({"motion.speed_mm_s": speed_mm_s, "finger.contact": contact, **told}), 3.0).command
+    assert np.sqrt(np.mean(np.diff(command[5000:]) ** 2)) < 0.3
 
 
 @pytest.mark.parametrize("contact", ["dahl", "slider"])
