@@ -93,7 +93,7 @@ fl_force_command fl_limit_observer_step(
         d = fl_add(d, fl_high(LOG2_E, up));
     }
     const int32_t misfit = slowly(gains[WINDOW], state[MISFIT], fl_low(fl_product(up, up, 28)));
-    const int32_t lower = fl_saturate(fl_product(fl_low(fl_product(fall, a, 30)), a, 28)); /* q26 */
+    const int32_t lower = fl_low(fl_product(fl_low(fl_product(fall, a, 30)), a, 28)); /* q26 */
     d = fl_clip(d, fl_subtract(lower, LARGEST_LOG2), fl_add(lower, LARGEST_LOG2));
     const int32_t kf = gains[KD].mantissa + (slides && !stuck ? fl_high(gains[KFS].mantissa, lag) : 0);
     f = fl_clip(fl_saturate(f + fl_product(kf, e, 20)), -LARGEST_N, LARGEST_N);

@@ -25,7 +25,7 @@ WORST_TICK = {
     "filtered_pi": WorstTick(3473, 5651),
     "observer": WorstTick(2159, 4243),
     "super_twisting": WorstTick(2344, 4615),
-    "limit_observer": WorstTick(2503, 4905),
+    "limit_observer": WorstTick(2519, 4946),
 }
 """By kind of controller, on the image of bench() with two force axes, from entry to return of the tick's interrupt.
 
