@@ -112,7 +112,7 @@ def test_the_operating_point_is_the_mean_of_the_signals() -> None:
         (
             {"setpoint": Recording(path="x.csv", rate_hz=1e3)},
             {},
-            r'^setpoint.kind = "recording": its level is not known',
+            r'^setpoint.kind = "recording": its level is not known without reading it; accepted: setpoint.kind = ',
         ),
     ],
 )

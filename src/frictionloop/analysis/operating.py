@@ -150,7 +150,10 @@ def _band(source: Any, name: str) -> Asked:
         levels = source.levels_n
         return Asked(min(levels), math.fsum(levels) / len(levels), max(levels))
     if isinstance(source, Recording) and not source.remove_mean:
-        raise FrictionloopError(f'{name}.kind = "recording": its level is not known here; give force_n or amplitude_um')
+        raise FrictionloopError(
+            f'{name}.kind = "recording": its level is not known without reading it; accepted: {name}.kind = "sine" or '
+            '"constant" at its level, or in Python force_n or amplitude_um'
+        )
     if not hasattr(source, "offset_n"):
         raise FrictionloopError(f'{name}.kind = "{source.kind}": its level is unknown; give force_n or amplitude_um')
     swing = 0.0

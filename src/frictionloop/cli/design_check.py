@@ -31,13 +31,14 @@ def command(
     No other controller is searched for. It is looked at on both contacts, at its speed, half and four times that, on a
     dry and a moist finger, with the resonance off.
     """
-    system, origin = flags.given(file, preset, overrides, "bench")
+    given_system, origin = flags.given(file, preset, overrides, "bench")
 
     from frictionloop.cli import check_text, controller_also, recorded
     from frictionloop.design.checking import check_controller
     from frictionloop.design.limit_linear import learnt
     from frictionloop.firmware.board_fit import misfits
 
+    system = recorded.at_levels(given_system)
     for line in misfits(system):
         screen.note(line)
     screen.tell_notes()  # before the look at all places, which takes some seconds
@@ -52,7 +53,7 @@ def command(
     given = shlex.quote(str(file)) if file else f"--preset {preset or 'bench'}"
     about = [("fully moist", moist)] if moist else []
     about += [("range", said)] if (said := controller_also.range_said(system)) else []
-    notes = [*found.unseen, *recorded.at_design(system)]
+    notes = [*found.unseen, *recorded.at_design(given_system)]
     notes += [said] if (said := controller_also.assumed(system)) else []
     screen.show(
         screen.columns([*check_text.verdict(found, system, given), *about]),

@@ -67,25 +67,26 @@ def command(
     from frictionloop.firmware.board_fit import misfits
     from frictionloop.parameters import write_toml
 
-    recorded.check_levels(system)
+    levels = recorded.at_levels(system)
     for line in misfits(system):
         screen.note(line)
     screen.tell_notes()  # before the search, which takes long
     wanted, name = must.wanted(), law or default_law(system)
-    designed = _designed(system, name, wanted)
-    after, found = system.evolve(dict(designed.overrides)), designed.corners
+    designed = _designed(levels, name, wanted)
+    after, found = levels.evolve(dict(designed.overrides)), designed.corners
+    new = after.evolve({"setpoint": system.setpoint, "disturbance": system.disturbance})
     with screen.waiting("looking for what is left to gain"):
         left = headroom(after, wanted.sensitivity_peak)
-    figures = {} if plots is None else _figures(system, after, left, wanted, found)
+    figures = {} if plots is None else _figures(levels, after, left, wanted, found)
     if plots is not None:
         with screen.waiting("writing the figures"):
             checks.write_figures("plots", plots, figures)
     if out is not None:
         lines = controller_verdict.speeds_said(after, wanted, shlex.quote(str(out)))
-        write_toml(after, out, said=[*controller_holds.holds(name, designed, wanted), *lines])
+        write_toml(new, out, said=[*controller_holds.holds(name, designed, wanted), *lines])
     saved = {"controller": out, "figures": plots}
     if json:
-        screen.show_json(controller_text.as_json(name, designed, after, wanted, found, left) | {"saved": saved})
+        screen.show_json(controller_text.as_json(name, designed, new, wanted, found, left) | {"saved": saved})
         return
     with screen.waiting("checking a fully moist finger"):
         verdict = controller_verdict.verdict(designed, after, wanted, out)

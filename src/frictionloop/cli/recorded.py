@@ -5,8 +5,7 @@ from __future__ import annotations
 import textwrap
 from typing import TYPE_CHECKING
 
-from frictionloop.parameters import FingerFriction, Recording, Samples, Strokes
-from frictionloop.quantities import FrictionloopError
+from frictionloop.parameters import Constant, FingerFriction, Recording, Samples, Sine, Strokes
 
 if TYPE_CHECKING:
     from frictionloop.parameters import System
@@ -45,30 +44,43 @@ def _part(name: str, signal: object, duration_s: float) -> str:
     return said
 
 
-def at_design(system: System) -> list[str]:
-    """Return what of a recorded signal counts where a controller is designed."""
-    names = [name for name in ("setpoint", "disturbance") if isinstance(getattr(system, name), (Recording, Samples))]
-    return [
-        f"Of the recorded {name} only its level counts here; `simulate` with the new controller says what the loop "
-        "makes of it."
-        for name in names
-    ]
+def at_levels(system: System) -> System:
+    """Return the system for which gains are found: recorded signals are levels in it.
 
-
-def check_levels(system: System) -> None:
-    """Refuse a recorded set-point where gains are designed for its levels, with a sine that has them."""
-    wanted = system.setpoint
-    if not isinstance(wanted, Recording) or wanted.remove_mean:
-        return
+    A set-point is a sine from its lowest to its highest value, a disturbance its mean, or 0 where that was left in.
+    """
+    from frictionloop.cli.advice import OFTEN_N
     from frictionloop.recordings.told import found
 
-    read = found(wanted)
-    middle_n, swing_n = (read.highest_n + read.lowest_n) / 2, (read.highest_n - read.lowest_n) / 2
-    raise FrictionloopError(
-        'setpoint.kind = "recording": gains are designed for levels; a sine has those of this recording: '
-        f"--setpoint.kind sine --setpoint.offset_n {middle_n:.3g} --setpoint.amplitude_n {swing_n:.3g}; run the "
-        "recording with what comes"
-    )
+    levels: dict[str, object] = {}
+    if isinstance(system.setpoint, Recording):
+        read = found(system.setpoint)
+        middle_n, swing_n = (read.highest_n + read.lowest_n) / 2, (read.highest_n - read.lowest_n) / 2
+        levels["setpoint"] = Sine(offset_n=middle_n, amplitude_n=swing_n)
+    if isinstance(system.disturbance, Recording):
+        mean_n = found(system.disturbance).mean_n
+        left_in = abs(mean_n) > OFTEN_N and not system.disturbance.remove_mean
+        levels["disturbance"] = Constant(offset_n=0.0 if left_in else mean_n)
+    return system.evolve(levels) if levels else system
+
+
+def at_design(system: System) -> list[str]:
+    """Return what of a recorded signal counts where a controller is designed or checked."""
+    levels, said = at_levels(system), []
+    for name in ("setpoint", "disturbance"):
+        if not isinstance(getattr(system, name), (Recording, Samples)):
+            continue
+        level, taken = getattr(levels, name), "its level"
+        if isinstance(level, Constant):
+            taken = f"its level, {level.offset_n:.3g} N,"
+        if isinstance(level, Sine):
+            low_n, high_n = level.offset_n - level.amplitude_n, level.offset_n + level.amplitude_n
+            taken = f"its levels, {low_n:.3g} to {high_n:.3g} N,"
+        said.append(
+            f"From the recorded {name} this takes {taken} alone; `simulate` with the controller says what the loop "
+            "makes of it."
+        )
+    return said
 
 
 def on_top(system: System) -> str:

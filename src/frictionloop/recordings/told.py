@@ -33,6 +33,8 @@ class Found(NamedTuple):
     """Range of the signal, in N."""
     largest_n: float
     """Largest magnitude in the file in N, before a mean is removed and an offset added."""
+    mean_n: float
+    """Mean of the signal in N."""
     rms_n: float
     """Standard deviation of the signal in N."""
     uneven: str = ""
@@ -63,6 +65,7 @@ def found(recording: Recording) -> Found:
         lowest_n=float(force.min()),
         highest_n=float(force.max()),
         largest_n=float(np.abs(raw).max()),
+        mean_n=float(force.mean()),
         rms_n=float(force.std()),
         uneven="" if recording.rate_hz is None else unevenness(column, file_hz),
     )

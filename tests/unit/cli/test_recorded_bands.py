@@ -9,6 +9,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.analysis import operating_band
+from frictionloop.cli.recorded import at_levels
 from frictionloop.cli.recorded_bands import amplified_from_hz, left_by_band, lines
 
 RATE_HZ = 5000.0
@@ -80,9 +81,18 @@ def test_gains_that_ring_on_a_recorded_set_point_are_told(frictionloop, tmp_path
     assert json.loads(frictionloop(*run, *held).out)["ringing"] is None
 
 
-def test_a_design_for_a_recorded_set_point_names_a_sine_of_its_levels(frictionloop, tmp_path):
+def test_a_design_takes_the_levels_of_a_recorded_set_point(frictionloop, tmp_path):
     (tmp_path / "wanted.csv").write_text("# rate_hz: 100\nforce [N]\n0.4\n0.8\n0.5\n")
-    flags = ("--setpoint.kind", "recording", "--setpoint.path", "wanted.csv", "--setpoint.column", "force")
-    answer = frictionloop("design", "controller", *flags)
-    assert answer.code == 2
-    assert "--setpoint.kind sine --setpoint.offset_n 0.6 --setpoint.amplitude_n 0.2; run the" in answer.noted[-1]
+    (tmp_path / "slide.csv").write_text("# rate_hz: 100\nforce [N]\n0.4\n0.8\n0.5\n")
+    recorded = ("--setpoint.kind", "recording", "--setpoint.path", "wanted.csv", "--setpoint.column", "force")
+    slide = ("--disturbance.kind", "recording", "--disturbance.path", "slide.csv", "--disturbance.column", "force")
+    answer = frictionloop("design", "controller", *recorded, *slide, "--out", "new.toml")
+    assert answer.code == 0, answer.noted
+    assert "From the recorded setpoint this takes its levels, 0.4 to 0.8 N, alone" in " ".join(answer.out.split())
+    new = fl.read_toml(tmp_path / "new.toml")
+    assert (new.setpoint.kind, new.disturbance.kind) == ("recording", "recording")
+    levels = at_levels(new)
+    assert levels.setpoint == fl.Sine(offset_n=pytest.approx(0.6), amplitude_n=pytest.approx(0.2))
+    assert levels.disturbance == fl.Constant(offset_n=0.0)  # the mean friction was left in
+    less = new.evolve({"disturbance.scale": 0.1})
+    assert at_levels(less).disturbance.offset_n == pytest.approx(0.17 / 3)
