@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,10 @@ if TYPE_CHECKING:
     from frictionloop.parameters import System
     from frictionloop.recordings.told import Found
 
+LOAD = re.compile(r"(?<![a-z])(normal|load|preload|weight|fz|fn|grip)(?![a-z])", re.IGNORECASE)
+"""Names of what presses on the finger, which in a recording stands beside the friction."""
+REMOVED = 0.02
+"""Share of a recording (rms) from which on it is said that resampling removed it (chosen)."""
 LEAST_N = 1e-3
 """Variation (rms) of a disturbance below which its unit is asked about: that of fingers is some 10 mN (assumed)."""
 
@@ -34,6 +39,35 @@ def too_small(system: System) -> list[str]:
         return []
     said = f"The recorded disturbance varies by {1e3 * each.rms_n:.3g} mN rms only; did you mean {_larger(each)}?"
     return textwrap.wrap(said, WIDTH)
+
+
+def misnamed(system: System) -> list[str]:
+    """Return a question for each recorded signal whose column is named as a normal force is, and no friction."""
+    said = [
+        f"The recorded {name} is column {each.column!r}: is that the load on the finger? {name} is a friction force; "
+        f"--{name}.column NAME takes another column."
+        for name, each in recordings(system).items()
+        if LOAD.search(each.column)
+    ]
+    return [line for each in said for line in textwrap.wrap(each, WIDTH)]
+
+
+def resampled(system: System) -> list[str]:
+    """Return how much of each recorded signal is faster than the control rate can hold, where that counts."""
+    rate_hz, said = system.controller.rate_hz, []
+    from frictionloop.recordings.read import scaled
+    from frictionloop.recordings.resampling import removed_share
+
+    for name in recordings(system):
+        signal = getattr(system, name)
+        force, file_hz, _ = scaled(signal, "N")
+        share = removed_share(force, file_hz, rate_hz, signal.path)
+        if share > REMOVED:
+            said.append(
+                f"{share:.0%} (rms) of what varies in the recorded {name} is faster than half the control rate, "
+                f"{rate_hz / 2:g} Hz, and did not enter the run: resampling takes it out."
+            )
+    return [line for each in said for line in textwrap.wrap(each, WIDTH)]
 
 
 def _larger(each: Found) -> str:

@@ -57,7 +57,9 @@ def metric_rows(found: dict[str, float]) -> list[Row]:
         said = f"{side} to touch, above all its fast part, than this stroke at a steady amplitude"
         rows.append(("relative_index", f"{relative:.3g}", said))
     if not math.isnan(felt):
-        plain = f"; that stroke at a steady amplitude has {felt / relative:.3g}" if relative > 0 else ""
+        plain = "; no plain stroke of this finger both varies and has this mean force, so no relative_index"
+        if not math.isnan(relative):
+            plain = f"; that stroke at a steady amplitude has {felt / relative:.3g}" if relative > 0 else ""
         rows.append(("perceptual_index", f"{felt:.3g}", f"f_a - f_r in thresholds of touch{plain}"))
     return rows
 

@@ -27,7 +27,10 @@ EXAMPLES = r"""Examples
   frictionloop simulate my-bench.toml --plot bench.png \
       --disturbance.kind recording --disturbance.path slide.csv \
       --disturbance.column force_n --disturbance.remove_mean true
-  Also of a recording: unit, scale, rate_hz, decimal, start_s, stop_s
+  frictionloop simulate my-bench.toml --setpoint.kind recording \
+      --setpoint.path wanted.csv --setpoint.column force_n
+  Also of a recording: unit, scale, offset_n, rate_hz, decimal, start_s,
+  stop_s, remove_mean
 """
 
 
@@ -88,7 +91,8 @@ def command(
         metrics, mask = scores.metrics_of(run, score_from_s), scores.scored_periods(run, score_from_s)
         rings, unreached = advice.ringing(run, mask, metrics), advice_text.out_of_reach(run, mask)
         left = beyond(run)
-        said = [*recorded_units.too_small(system), *recorded_bands.lines(run, mask)]
+        said = [*recorded_units.misnamed(system), *recorded_units.too_small(system), *recorded_units.resampled(system)]
+        said += recorded_bands.lines(run, mask)
     said += recorded.notes(system, duration_s)
     times, steps = _steps(run, system, score_from_s)
     drawn = run.assign(scored=("time", mask)) if score_from_s else run

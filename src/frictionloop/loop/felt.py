@@ -18,6 +18,9 @@ from frictionloop.parameters import System
 from frictionloop.perception.weighting import weighting_sos
 from frictionloop.quantities import FrictionloopError
 
+LEAST_PLAIN = 1e-6
+"""Index of a plain stroke below which it varies by rounding alone (assumed)."""
+
 
 @of_a_run
 def perceptual_index(run: xr.Dataset, mask: Any = None) -> float:
@@ -121,7 +124,7 @@ def relative_index(run: xr.Dataset, mask: Any = None) -> float:
     """Return D of a run over D of its plain stroke (``plain_like``), whose force is detrended stroke by stroke.
 
     Below 1 control makes sliding smoother than it is by itself; above 1 it adds what is felt. Refused where
-    ``perceptual_index`` or ``plain_like`` is.
+    ``perceptual_index`` or ``plain_like`` is, and for a finger whose plain stroke varies by nothing.
     """
     plain = plain_like(run)
     force, keep = plain["f_a"].values, np.zeros(plain["time"].size, dtype=bool)
@@ -132,4 +135,10 @@ def relative_index(run: xr.Dataset, mask: Any = None) -> float:
         if keep[part[0]] and part.size > 1:
             line = np.polynomial.Polynomial.fit(part, force[part], 1)
             residual[part] = force[part] - line(part)
-    return perceptual_index(run, mask) / _index(residual, plain, mask)
+    of_plain = _index(residual, plain, mask)
+    if of_plain < LEAST_PLAIN:
+        raise FrictionloopError(
+            "the plain stroke of this finger varies by nothing (no tremor, roughness or drift): there is nothing to "
+            "compare with; perceptual_index stands by itself"
+        )
+    return perceptual_index(run, mask) / of_plain

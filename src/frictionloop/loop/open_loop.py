@@ -15,8 +15,8 @@ from frictionloop.parameters import Constant
 
 OPENED = {"controller.kind": "lookup", "controller.form": "float"}
 """What opens a loop: the lookup table alone turns the set-point into an amplitude (paper, Sec. 2.2)."""
-LEAST_N = 1e-9
-"""A variation below this is that of rounding: the disturbance is constant."""
+LEAST_N = 1e-5
+"""A variation (rms) below this is nothing to judge a loop by: a thousandth of that of a finger (assumed)."""
 
 
 def open_loop_of(run: xr.Dataset) -> xr.Dataset | None:
@@ -44,8 +44,9 @@ def disturbance_left(run: xr.Dataset, mask: Any = None) -> float:
         rms(f_a - f_a with d = mean(d)) / rms(d - mean(d))
 
     Both runs have the same finger, set-point and noise, so errors that are there anyway do not count. 0: all is
-    cancelled; 1: none, as in open loop; above 1: the loop makes it worse, as one that rings does. NaN for a constant
-    disturbance, and for what was measured on a device, whose finger does not come again.
+    cancelled; 1: none, as in open loop; above 1: the loop makes it worse, as one that rings does. NaN for a
+    disturbance that is constant or varies by less than 0.01 mN rms, and for what was measured on a device, whose
+    finger does not come again.
     """
     if "d" not in run:
         return math.nan

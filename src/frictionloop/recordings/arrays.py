@@ -38,7 +38,10 @@ def read_wav(recording: Recording) -> Column:
     if samples.dtype.kind in "iu":
         peak = 2.0 ** (8 * samples.dtype.itemsize - 1)
         samples = (samples - (peak if samples.dtype.kind == "u" else 0.0)) / peak
-    return Column(samples, place, rate_hz=float(rate_hz), rate_by="the header of the WAV file", full_scale=True)
+    others = [repr(str(k)) for k in range(channels.shape[1]) if str(k) != recording.column.strip()]
+    head = f"channel {recording.column} of {len(others) + 1}; others by column: {', '.join(others)}" if others else ""
+    by = "the header of the WAV file"
+    return Column(samples, place, rate_hz=float(rate_hz), rate_by=by, full_scale=True, head=head, others=others)
 
 
 def read_hdf5(recording: Recording) -> Column:
@@ -123,6 +126,11 @@ def _picked(recording: Recording, arrays: Mapping[str, Any], in_matlab: bool = F
     return _column(recording, name, arrays[name], samples, times, others + lines)
 
 
+def _is_signal(name: str, array: Any) -> bool:
+    """Tell whether an array may be a force: no times, no rate, no single number."""
+    return array.size > 1 and not _is_clock(name) and told_rate(name.rpartition("/")[2], 1.0) is None
+
+
 def _is_clock(name: str) -> bool:
     return is_time(name.rpartition("/")[2])
 
@@ -156,6 +164,11 @@ def _pick(recording: Recording, arrays: Mapping[str, Any], in_matlab: bool) -> t
     match = _LINE.fullmatch(recording.column.strip())
     name, column, row = match.groups() if match else (recording.column, None, None)
     name = name.strip("/")
+    if name not in shapes and name == Recording.model_fields["column"].default:
+        signals = [each for each in shapes if _is_signal(each, arrays[each])]
+        if len(signals) > 1:
+            raise no_column(recording, list(map(repr, signals)), f"(the default) may be any of {len(signals)} signals")
+        name = signals[0] if signals else name
     if name not in shapes and name.isdecimal() and int(name) < len(shapes):
         name = list(shapes)[int(name)]
     if name not in shapes:

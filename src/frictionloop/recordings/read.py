@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from fractions import Fraction
 from functools import lru_cache
 from pathlib import Path
 from typing import Literal
@@ -18,9 +17,8 @@ from frictionloop.recordings.arrays import read_hdf5, read_mat, read_wav
 from frictionloop.recordings.clock import no_rate, rate_of, refuse_times
 from frictionloop.recordings.column import Array, Column, refuse_gaps
 from frictionloop.recordings.headers import scale_of
+from frictionloop.recordings.resampling import resampled
 from frictionloop.recordings.text import read_text
-
-_LARGEST_RATIO = 100_000  # terms of the resampling ratio: right to 10 ppm, finer than the clocks of recorders
 
 
 def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> Array:
@@ -66,7 +64,7 @@ def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> A
         the window is past the end.
     """
     force, file_hz, _ = scaled(recording, wanted)
-    return _resampled(force, file_hz, rate_hz, recording.path)
+    return resampled(force, file_hz, rate_hz, recording.path)
 
 
 def read_held(recording: Recording, rate_hz: float) -> Array:
@@ -85,7 +83,7 @@ def read_held(recording: Recording, rate_hz: float) -> Array:
         As `read_recording`.
     """
     force, file_hz, _ = scaled(recording, "N")
-    found = _resampled(force, file_hz, rate_hz, recording.path)
+    found = resampled(force, file_hz, rate_hz, recording.path)
     held = math.floor(_lasts_s(recording, force, file_hz) * rate_hz + 1e-6) + 1 - found.size
     return np.pad(found, (0, max(held, 0)), mode="edge")
 
@@ -167,28 +165,6 @@ def _used(recording: Recording, column: Column) -> tuple[Array, float, str]:
     used = np.array(column.samples[first:stop], dtype=np.float64)
     refuse_gaps(path, used, lambda i: column.place(first + i))
     return used, rate_hz, by if told_hz else "rate_hz, as given"
-
-
-def _resampled(force: Array, file_hz: float, rate_hz: float, path: str) -> Array:
-    slower, faster = sorted((file_hz, rate_hz))
-    if not 0 < faster <= _LARGEST_RATIO * slower:
-        raise FrictionloopError(
-            f"{path}: {file_hz:g} Hz cannot be resampled to {rate_hz:g} Hz; "
-            f"accepted: {file_hz / _LARGEST_RATIO:g} to {file_hz * _LARGEST_RATIO:g} Hz"
-        )
-    ratio = Fraction(slower / faster).limit_denominator(_LARGEST_RATIO)
-    if ratio == 1 or force.size == 1:
-        return force
-    from scipy.signal import firwin, kaiser_beta, resample_poly
-
-    up, down = ratio.as_integer_ratio() if rate_hz < file_hz else ratio.as_integer_ratio()[::-1]
-    # 32 samples of the lower rate to each side: 100 dB in a band of 0.2 of its Nyquist frequency.
-    low_pass = firwin(64 * max(up, down) + 1, 0.9 / max(up, down), window=("kaiser", kaiser_beta(100)))
-    line = np.linspace(force[0], force[-1], force.size)
-    around = resample_poly(force - line, up, down, window=low_pass, padtype="antireflect")
-    # The last t_k is the last one that the recording covers.
-    k = np.arange((force.size - 1) * up // down + 1)
-    return np.asarray(around[: k.size] + np.interp(k * (down / up), np.arange(force.size), line))
 
 
 _READERS: Mapping[str, Callable[[Recording], Column]] = {

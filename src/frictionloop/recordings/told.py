@@ -54,7 +54,7 @@ def found(recording: Recording) -> Found:
     unit, by = _unit(recording, column)
     scale = recording.scale
     return Found(
-        column=column.name or recording.column,
+        column=_named(recording, column),
         head=column.head,
         unit=unit,
         unit_by=by,
@@ -69,6 +69,13 @@ def found(recording: Recording) -> Found:
         rms_n=float(force.std()),
         uneven="" if recording.rate_hz is None else unevenness(column, file_hz),
     )
+
+
+def _named(recording: Recording, column: Column) -> str:
+    """Return what a column is called, in a file of groups with its whole path and the line of it that is taken."""
+    line = recording.column.partition("[")[2]
+    whole = column.path + (f"[{line}" if line else "")
+    return (whole if column.path else column.name) or recording.column
 
 
 def _unit(recording: Recording, column: Column) -> tuple[str, str]:
@@ -101,7 +108,7 @@ def told(recording: Recording) -> str:
     }[each.unit_by]
     head = f" ({each.head}), " if each.head else ", "
     by = "" if recording.rate_hz is not None else f" by {each.rate_by}"
-    forces = f"{each.lowest_n:.3g} to {each.highest_n:.3g} N"
+    forces = f"{each.lowest_n:.3g} to {each.highest_n:.3g} N, {1e3 * each.rms_n:.3g} mN rms about {each.mean_n:.3g} N"
     return f"column {each.column!r}{head}{unit}{each.samples} samples at {each.rate_hz:g} Hz{by}, {forces}" + (
         f"; {each.uneven}" if each.uneven else ""
     )
