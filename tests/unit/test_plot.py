@@ -117,10 +117,10 @@ def test_a_figure_says_what_is_left_as_the_metrics_do():
     opened, closed, _ = fl.plot(run).axes[0].lines
     left = fl.metrics(run)["disturbance_left"]
     assert closed.get_label().endswith(
-        f"\n{100 * left:.0f} % of the disturbance's variation left, rms (open loop: 100 %)"
+        f"\nby itself {100 * left:.0f} % of what $d$ varies by is left in it, rms (open loop: 100 %)"
     )
     assert "own drift" not in opened.get_label()
     calm = fl.plot(fl.simulate(fl.feasible().evolve({"disturbance": fl.Constant()}), 0.1)).axes[0].lines
-    assert "variation left" not in calm[1].get_label()
+    assert "is left in it" not in calm[1].get_label()
     bench = fl.plot(fl.simulate(fl.bench().evolve(fl.RETUNED), 0.5)).axes[0].lines
     assert bench[0].get_label().endswith("the finger's own drift included")

@@ -23,6 +23,8 @@ from frictionloop.recordings.told import told
 
 TABLE = np.array([[0.1, -1.5, 2e-7], [0.2, 3.25, 1e9], [0.3, -0.125, -4.0], [0.4, 2.5, 7.0]])
 
+TIMES = "column = '0' (the default of --disturbance.column and --setpoint.column) holds times"
+
 
 def read(path, column="0", rate_hz=100.0, at_hz=100.0, **more):
     return read_recording(Recording(path=str(path), column=column, rate_hz=rate_hz, **more), at_hz)
@@ -170,7 +172,7 @@ def test_a_decimal_comma_is_never_read_as_another_number(tmp_path, content, colu
     told = refusal(text(tmp_path, content), column)
     hint = '; is that a decimal comma? decimal = "," reads it (--disturbance.decimal ,)'
     if "of 2 columns" in said:  # commas between columns too
-        hint = "; are there decimal commas? then columns must be apart by semicolons or tabs"
+        hint = "; are there decimal commas? then columns must be apart by semicolons, tabs or spaces"
     where, _, more = said.partition(" (and")
     assert told == f"{where}{hint}{' (and' if more else ''}{more}; accepted: a finite number"
 
@@ -222,7 +224,7 @@ def test_a_column_of_times_gives_the_rate(tmp_path, name, per_s):
     path = text(tmp_path, f"{name},force\n{rows}")
     assert read(path, "force", rate_hz=None, at_hz=10_000.0).tolist() == [k % 7 for k in range(50)]
     assert refusal(path, "force", rate_hz=100.0).startswith("rate_hz = 100 contradicts the file, whose rate is 10000;")
-    assert refusal(path, "0", rate_hz=None) == "column = '0' (the default) holds times; accepted: 'force'"
+    assert refusal(path, "0", rate_hz=None) == f"{TIMES}; accepted: 'force'"
 
 
 @pytest.mark.parametrize("header", ["Zeitpunkt;Kraft\n", "", "x [cm];force\n"])
@@ -230,7 +232,7 @@ def test_a_column_that_rises_as_times_do_is_no_force(tmp_path, header):
     rows = "".join(f"{0.001 * k:.4f};{0.5 + 0.01 * (k % 3)}\n" for k in range(30))
     told = refusal(text(tmp_path, header + rows), "0")
     other = header.strip().split(";")[1] if header else "1"
-    assert told == f"column = '0' (the default) holds times; accepted: {other!r}"
+    assert told == f"{TIMES}; accepted: {other!r}"
 
 
 # Units
@@ -292,7 +294,7 @@ def test_uneven_times_are_refused_with_the_line_of_the_gap(tmp_path, times, said
 
 def test_the_times_are_not_a_force(tmp_path):
     path = text(tmp_path, "time,force\n0,1\n1,2\n")
-    assert refusal(path) == "column = '0' (the default) holds times; accepted: 'force'"
+    assert refusal(path) == f"{TIMES}; accepted: 'force'"
 
 
 @pytest.mark.parametrize("content", ["1\n2\n", "t,force\n0,1\n"])
@@ -398,7 +400,7 @@ def test_a_bad_sample_is_refused_with_its_index(tmp_path, name, bad):
 
 
 def test_an_unknown_format_and_a_missing_file(tmp_path):
-    accepted = ".csv .tsv .txt .dat .asc .h5 .hdf5 .nc .mat .wav"
+    accepted = ".csv .tsv .txt .dat .asc .h5 .hdf5 .nc .mat .npy .npz .wav"
     assert refusal(tmp_path / "a.xlsx") == f"format '.xlsx' is unknown; accepted: {accepted}"
     assert refusal(tmp_path) == f"is a folder; accepted is a file: {accepted}"
     assert refusal(tmp_path / "a.csv") == "there is no such file"
@@ -576,7 +578,7 @@ def test_a_force_that_rises_evenly_beside_times_is_one(tmp_path):
     path = text(tmp_path, "t,F\n0,0.1\n0.01,0.2\n0.02,0.3\n")
     assert read(path, "1", rate_hz=None).tolist() == [0.1, 0.2, 0.3]
     bare = text(tmp_path, "0.1,1\n0.2,5\n0.3,2\n", "bare.csv")
-    assert refusal(bare, "0").startswith("column = '0' (the default) holds times")
+    assert refusal(bare, "0").startswith(TIMES)
     assert read(bare, "0", unit="N").tolist() == [0.1, 0.2, 0.3]
 
 

@@ -65,15 +65,27 @@ def lines(run: xr.Dataset, mask: np.ndarray) -> list[str]:
         return []
     split_hz = amplified_from_hz(run, mask)
     parts = None if split_hz is None else left_by_band(run, mask, split_hz)
-    if parts is None or split_hz is None or math.isnan(parts[0]):
+    if parts is None or split_hz is None:
         return []
     larger = "feedback makes a variation larger."
-    if math.isnan(parts[1]):
+    if math.isnan(parts[0]):
+        said = f"The recording has next to nothing below {split_hz:.3g} Hz; above, {parts[1]:.0%} of its variation is "
+        said += f"left (rms): there {larger}"
+    elif math.isnan(parts[1]):
         said = f"The recording has next to nothing above {split_hz:.3g} Hz, from where on {larger}"
     else:
-        said = f"Below {split_hz:.3g} Hz {parts[0]:.0%} of the recorded variation is left, above {parts[1]:.0%} (rms): "
-        said += f"from there on {larger}"
-    return textwrap.wrap(said, WIDTH)
+        said = f"Below {split_hz:.3g} Hz {parts[0]:.0%} of the recorded variation is left, above {parts[1]:.0%} (rms), "
+        said += f"the finger's own taken off: from there on {larger}"
+    return [*textwrap.wrap(entered(run, mask), WIDTH), *textwrap.wrap(said, WIDTH)]
+
+
+def entered(run: xr.Dataset, mask: np.ndarray) -> str:
+    """Return what the disturbance that entered, and the force on the finger, vary by where scored."""
+    d, force = (
+        f"{1e3 * float(np.std(values)):.3g} mN rms about {float(np.mean(values)):.3g} N"
+        for values in (run["d"].values[mask], run["f_a"].values[mask])
+    )
+    return f"Where scored, the disturbance varies by {d}, the force f_a by {force}, the finger's own included."
 
 
 def _split(values: np.ndarray, run: xr.Dataset, split_hz: float) -> tuple[np.ndarray, np.ndarray]:

@@ -52,6 +52,15 @@ def misnamed(system: System) -> list[str]:
     return [line for each in said for line in textwrap.wrap(each, WIDTH)]
 
 
+def negative(system: System) -> list[str]:
+    """Return which flag lifts a recorded set-point that asks for forces below zero, as one of zero mean does."""
+    each = recordings(system).get("setpoint")
+    if each is None or each.lowest_n >= 0:
+        return []
+    said = f"The recorded setpoint asks for {each.lowest_n:.3g} N at its lowest; friction in one direction is above 0: "
+    return textwrap.wrap(said + "--setpoint.offset_n LEVEL lifts the set-point (N).", WIDTH)
+
+
 def resampled(system: System) -> list[str]:
     """Return how much of each recorded signal is faster than the control rate can hold, where that counts."""
     rate_hz, said = system.controller.rate_hz, []

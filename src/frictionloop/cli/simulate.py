@@ -91,7 +91,8 @@ def command(
         metrics, mask = scores.metrics_of(run, score_from_s), scores.scored_periods(run, score_from_s)
         rings, unreached = advice.ringing(run, mask, metrics), advice_text.out_of_reach(run, mask)
         left = beyond(run)
-        said = [*recorded_units.misnamed(system), *recorded_units.too_small(system), *recorded_units.resampled(system)]
+        said = [*recorded_units.misnamed(system), *recorded_units.negative(system), *recorded_units.too_small(system)]
+        said += recorded_units.resampled(system)
         said += recorded_bands.lines(run, mask)
     said += recorded.notes(system, duration_s)
     times, steps = _steps(run, system, score_from_s)

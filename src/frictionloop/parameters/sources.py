@@ -146,11 +146,11 @@ class Recording(Signal):
 
     kind: Literal["recording"] = "recording"
     path: Annotated[str, BeforeValidator(lambda path: os.fspath(path) if isinstance(path, os.PathLike) else path)]
-    """File: .csv, .tsv, .txt, .dat, .asc, .h5, .hdf5, .nc, .mat or .wav."""
+    """File: .csv, .tsv, .txt, .dat, .asc, .h5, .hdf5, .nc, .mat, .npy, .npz or .wav."""
     column: Annotated[str, Field(coerce_numbers_to_str=True)] = "0"
-    """Column name or number; for HDF5 and MAT the dataset, with [:, k] for a column of it (``"dataQ[:, 0]"``)."""
+    """Column name or number; for HDF5, MAT and NPZ the dataset, with [:, k] for a column of it (``"dataQ[:, 0]"``)."""
     rate_hz: Positive | None = None
-    """Sampling rate; not needed where the times, an attribute (``rate_hz``, ``fs``, ``dt``) or a WAV tell it."""
+    """Sampling rate; not needed where the times, an attribute (``fs``, ``dt``, ``sampling_rate``) or a WAV tell it."""
     unit: str | None = None
     """Unit of the column, if the file says none: N, mN, cN, uN, kN, gf, kgf, lbf are scaled, others need ``scale``."""
     scale: Number | None = None

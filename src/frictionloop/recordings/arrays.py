@@ -1,11 +1,10 @@
-"""Columns of binary files: WAV, HDF5 and NetCDF-4, MAT 5 and 7.3."""
+"""Columns of binary files: HDF5 and NetCDF-4, MAT 5 and 7.3."""
 
 from __future__ import annotations
 
 import math
 import os
 import re
-import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -16,32 +15,12 @@ from numpy.typing import NDArray
 from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.attributes import attribute_unit, is_bare_dimension, unpacked
-from frictionloop.recordings.column import Column, column_number, no_column
+from frictionloop.recordings.column import DEFAULT, Column, no_column
 from frictionloop.recordings.contents import rate_beside, told_rate
 from frictionloop.recordings.hdf5 import check_hdf5, expands
 from frictionloop.recordings.headers import header, is_time
 
 _LINE = re.compile(r"(.*?)\s*(?:\[\s*(?::\s*,\s*(\d+)|(\d+)\s*,\s*:)\s*\])?", re.DOTALL)
-
-
-def read_wav(recording: Recording) -> Column:
-    """Return a channel of a WAV file; integers become -1 to 1 (full scale)."""
-    from scipy.io import wavfile
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", wavfile.WavFileWarning)
-        warnings.filterwarnings("error", "Reached EOF", wavfile.WavFileWarning)
-        rate_hz, channels = wavfile.read(recording.path)
-    channels = channels.reshape(len(channels), -1)
-    samples = channels[:, column_number(recording, [], channels.shape[1])]
-    place = _in_array(recording, samples)
-    if samples.dtype.kind in "iu":
-        peak = 2.0 ** (8 * samples.dtype.itemsize - 1)
-        samples = (samples - (peak if samples.dtype.kind == "u" else 0.0)) / peak
-    others = [repr(str(k)) for k in range(channels.shape[1]) if str(k) != recording.column.strip()]
-    head = f"channel {recording.column} of {len(others) + 1}; others by column: {', '.join(others)}" if others else ""
-    by = "the header of the WAV file"
-    return Column(samples, place, rate_hz=float(rate_hz), rate_by=by, full_scale=True, head=head, others=others)
 
 
 def read_hdf5(recording: Recording) -> Column:
@@ -54,9 +33,9 @@ def read_hdf5(recording: Recording) -> Column:
         file.visititems(lambda name, item: items.update({name: item}))
         datasets = {name: item for name, item in items.items() if isinstance(item, h5py.Dataset)}
         arrays = {name: item for name, item in datasets.items() if not is_bare_dimension(item)}
-        column = _picked(recording, arrays, in_matlab=recording.path.lower().endswith(".mat"))
+        column = picked(recording, arrays, in_matlab=recording.path.lower().endswith(".mat"))
         said = {name: item.attrs for name, item in items.items()} | {"": file.attrs}
-        return _with_rate(recording, column, arrays, said)
+        return with_rate(recording, column, arrays, said)
 
 
 def read_mat(recording: Recording) -> Column:
@@ -74,10 +53,10 @@ def read_mat(recording: Recording) -> Column:
     beside = (name for name in there if is_time(name) or told_rate(name, 1.0) is not None)
     tree = loadmat(recording.path, appendmat=False, variable_names=[variable, *beside] if known else None)
     arrays = dict(_flat(tree))
-    return _with_rate(recording, _picked(recording, arrays), arrays, {})
+    return with_rate(recording, picked(recording, arrays), arrays, {})
 
 
-def _with_rate(
+def with_rate(
     recording: Recording, column: Column, arrays: Mapping[str, Any], said: Mapping[str, Mapping[str, Any]]
 ) -> Column:
     """Return a column with the sampling rate that the nearest attribute or number beside it tells."""
@@ -115,7 +94,7 @@ def _flat(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, NDAr
             yield prefix + name, value
 
 
-def _picked(recording: Recording, arrays: Mapping[str, Any], in_matlab: bool = False) -> Column:
+def picked(recording: Recording, arrays: Mapping[str, Any], in_matlab: bool = False) -> Column:
     """Return the array, or the line of one, that ``column`` names, and the times beside it."""
     name, samples, lines = _pick(recording, arrays, in_matlab)
     beside = [other for other in arrays if other != name and arrays[other].size == samples.size]
@@ -147,7 +126,7 @@ def _column(
     leaf = name.rpartition("/")[2]
     unit = attribute_unit(attributes) or header(leaf).unit
     values = unpacked(samples, attributes)
-    return Column(values, _in_array(recording, samples), leaf, unit, times=times, others=others, path=name)
+    return Column(values, in_array(recording, samples), leaf, unit, times=times, others=others, path=name)
 
 
 def _pick(recording: Recording, arrays: Mapping[str, Any], in_matlab: bool) -> tuple[str, NDArray[Any], list[str]]:
@@ -167,7 +146,7 @@ def _pick(recording: Recording, arrays: Mapping[str, Any], in_matlab: bool) -> t
     if name not in shapes and name == Recording.model_fields["column"].default:
         signals = [each for each in shapes if _is_signal(each, arrays[each])]
         if len(signals) > 1:
-            raise no_column(recording, list(map(repr, signals)), f"(the default) may be any of {len(signals)} signals")
+            raise no_column(recording, list(map(repr, signals)), f"{DEFAULT} may be any of {len(signals)} signals")
         name = signals[0] if signals else name
     if name not in shapes and name.isdecimal() and int(name) < len(shapes):
         name = list(shapes)[int(name)]
@@ -188,5 +167,6 @@ def _pick(recording: Recording, arrays: Mapping[str, Any], in_matlab: bool) -> t
     return name, array[(slice(None), k)[:: order if axis else -order]], lines
 
 
-def _in_array(recording: Recording, samples: NDArray[Any]) -> Callable[[int], str]:
+def in_array(recording: Recording, samples: NDArray[Any]) -> Callable[[int], str]:
+    """Return how a sample of an array is named."""
     return lambda i: f"column {recording.column!r} at index {i} is {samples[i]}"

@@ -7,7 +7,7 @@ import numpy as np
 from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.units import UNITS
-from frictionloop.recordings.column import Array, Column, no_column, refuse_gaps
+from frictionloop.recordings.column import DEFAULT, Array, Column, no_column, refuse_gaps
 from frictionloop.recordings.headers import is_time
 
 SLOWEST_HZ, FASTEST_HZ = 100.0, 1e6
@@ -25,7 +25,7 @@ def refuse_times(recording: Recording, column: Column) -> None:
     """
     guessed = recording.column.strip().isdecimal() and recording.unit is None and bool(column.others)
     if is_time(column.name) or (guessed and column.times is None and _rises_evenly(column.samples)):
-        default = "(the default) " if recording.column == Recording.model_fields["column"].default else ""
+        default = f"{DEFAULT} " if recording.column == Recording.model_fields["column"].default else ""
         raise no_column(recording, list(column.others) or ["a force"], f"{default}holds times")
 
 

@@ -14,6 +14,7 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.headers import header
 
 Array = NDArray[np.float64]
+DEFAULT = "(the default of --disturbance.column and --setpoint.column)"
 SHOWN = 20
 """Names listed in an error."""
 
@@ -55,12 +56,12 @@ def no_column(recording: Recording, there: list[str], why: str = "is not there")
     )
 
 
-def refuse_gaps(path: str, values: Array, place: Callable[[int], str]) -> None:
-    """Refuse a NaN or an infinity, naming the first and where it stands."""
+def refuse_gaps(path: str, values: Array, place: Callable[[int], str], where: str = "", cut: str = "") -> None:
+    """Refuse a NaN or an infinity, naming the first and where it stands, where all are, and what cuts them out."""
     bad = np.flatnonzero(~np.isfinite(values))
     if bad.size:
         more = f" (and {bad.size - 1} more)" if bad.size > 1 else ""
-        raise FrictionloopError(f"{path}: {place(bad[0])}{more}; accepted: a finite number")
+        raise FrictionloopError(f"{path}: {place(bad[0])}{more}{where}; accepted: a finite number{cut}")
 
 
 def column_number(recording: Recording, names: list[str], count: int, head: str = "") -> int:

@@ -13,12 +13,15 @@ import numpy as np
 
 from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError
-from frictionloop.recordings.arrays import read_hdf5, read_mat, read_wav
+from frictionloop.recordings.arrays import read_hdf5, read_mat
+from frictionloop.recordings.clean import clean_part
 from frictionloop.recordings.clock import no_rate, rate_of, refuse_times
 from frictionloop.recordings.column import Array, Column, refuse_gaps
 from frictionloop.recordings.headers import scale_of
+from frictionloop.recordings.numpy_files import read_npy, read_npz
 from frictionloop.recordings.resampling import resampled
 from frictionloop.recordings.text import read_text
+from frictionloop.recordings.wav import read_wav
 
 
 def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> Array:
@@ -40,7 +43,8 @@ def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> A
         lines that start with ``#`` are comments, and settings above the numbers ("# rate_hz: 1000", "unit: mN") are
         read; column by name, with or without its unit, or number from 0.
         ``.h5 .hdf5 .nc`` (NetCDF-4, packing undone) and ``.mat`` (5 and 7.3, indexed as in MATLAB but from 0): path
-        of a dataset or its number, with ``[:, k]`` or ``[k, :]`` if it has two dimensions. ``.wav``: channel; integers
+        of a dataset or its number, with ``[:, k]`` or ``[k, :]`` if it has two dimensions;
+        ``.npz`` likewise, and ``.npy``, whose array is called "array". ``.wav``: channel; integers
         become -1 to 1 (full scale). The rate is ``recording.rate_hz``; a WAV brings its own, and so does a file with a
         column of times ("t", "time_ms", "Time (s)"), or an array of them beside, whose steps agree within 0.1 %, or an
         attribute or number beside ("rate_hz", "fs", "dt"). Times without a unit are in s from 100 Hz to 1 MHz only.
@@ -163,7 +167,7 @@ def _used(recording: Recording, column: Column) -> tuple[Array, float, str]:
     first = round(recording.start_s * rate_hz)
     stop = count if recording.stop_s is None else round(recording.stop_s * rate_hz) + 1
     used = np.array(column.samples[first:stop], dtype=np.float64)
-    refuse_gaps(path, used, lambda i: column.place(first + i))
+    refuse_gaps(path, used, lambda i: column.place(first + i), *clean_part(used, first, rate_hz))
     return used, rate_hz, by if told_hz else "rate_hz, as given"
 
 
@@ -171,5 +175,7 @@ _READERS: Mapping[str, Callable[[Recording], Column]] = {
     **dict.fromkeys((".csv", ".tsv", ".txt", ".dat", ".asc"), read_text),
     **dict.fromkeys((".h5", ".hdf5", ".nc"), read_hdf5),
     ".mat": read_mat,
+    ".npy": read_npy,
+    ".npz": read_npz,
     ".wav": read_wav,
 }

@@ -19,7 +19,7 @@ from frictionloop.recordings.text_head import LOOKED_AT, Row, head_of
 from frictionloop.recordings.text_rows import comments_of, mark_of, readable, rows_of, settings_of
 
 _COMMA = '; is that a decimal comma? decimal = "," reads it (--disturbance.decimal ,)'
-_COMMAS = "; are there decimal commas? then columns must be apart by semicolons or tabs"
+_COMMAS = "; are there decimal commas? then columns must be apart by semicolons, tabs or spaces"
 _POINT = '; is that a decimal point? decimal = "." reads it (--disturbance.decimal .)'
 
 

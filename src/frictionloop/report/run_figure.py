@@ -114,9 +114,8 @@ def _left(run: xr.Dataset) -> str:
         left = disturbance_left(run, run["scored"].values if "scored" in run else None)
     except FrictionloopError:
         return ""
-    return (
-        "" if np.isnan(left) else f";\n{100 * left:.0f} % of the disturbance's variation left, rms (open loop: 100 %)"
-    )
+    said = f";\nby itself {100 * left:.0f} % of what $d$ varies by is left in it, rms (open loop: 100 %)"
+    return "" if np.isnan(left) else said
 
 
 def _own(run: xr.Dataset) -> str:

@@ -323,7 +323,7 @@ def test_a_finger_that_is_held_still_varies_by_the_recording_alone(sliding):
 
 def test_a_column_of_times_that_nobody_asked_for_is_said_to_be_the_default(frictionloop, sliding):
     said = frictionloop("simulate", "--preset", "feasible", *sliding, "--duration-s", "1").err
-    assert "column = '0' (the default) holds times; accepted: 'force_n'" in said
+    assert "--disturbance.column and --setpoint.column) holds times; accepted: 'force_n'" in said
 
 
 def test_gains_are_advised_and_designed_at_the_same_levels(sliding):

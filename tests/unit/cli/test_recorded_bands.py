@@ -45,7 +45,7 @@ def test_the_parts_are_told_and_add_up_by_their_squares():
     low, high = left_by_band(run, everything, split_hz)
     assert low**2 + high**2 == pytest.approx(2 * fl.metrics(run)["disturbance_left"] ** 2, rel=1e-2)
     said = " ".join(lines(run, everything))
-    assert said.startswith(f"Below {split_hz:.3g} Hz {low:.0%} of the recorded variation is left, above {high:.0%}")
+    assert (f"Below {split_hz:.3g} Hz {low:.0%} of the recorded variation is left, above {high:.0%}") in said
 
 
 @pytest.mark.parametrize("changes", [{"controller.kind": "lookup"}, {"disturbance": fl.Sine(amplitude_n=0.1)}])
@@ -57,7 +57,17 @@ def test_nothing_is_told_without_feedback_or_without_a_recording(changes):
 def test_a_recording_without_a_fast_part_says_so():
     run = run_of(20.0)
     settled = run.time.values >= 0.2
-    assert " ".join(lines(run, settled)).startswith("The recording has next to nothing above ")
+    assert "The recording has next to nothing above " in " ".join(lines(run, settled))
+
+
+def test_a_recording_without_a_slow_part_says_so_and_what_entered():
+    run = run_of(1000.0)
+    settled = run.time.values >= 0.2
+    said = " ".join(lines(run, settled))
+    assert "The recording has next to nothing below " in said
+    force = run.f_a.values[settled]
+    assert f"the disturbance varies by {1e3 * run.d.values[settled].std():.3g} mN rms" in said
+    assert f"f_a by {1e3 * force.std():.3g} mN rms about {force.mean():.3g} N" in said
 
 
 def test_what_is_too_large_for_newtons_is_not_split(tmp_path):

@@ -8,8 +8,9 @@ import pytest
 from scipy.io import savemat, wavfile
 
 import frictionloop as fl
-from frictionloop.cli.recorded_units import misnamed, resampled
+from frictionloop.cli.recorded_units import misnamed, negative, resampled
 from frictionloop.quantities import FrictionloopError
+from frictionloop.recordings.read import read_recording
 from frictionloop.recordings.told import found, told
 
 RATE_HZ = 1000.0
@@ -40,7 +41,7 @@ def test_one_of_several_signals_is_not_taken_in_silence(tmp_path, write):
                 file[f"trial1/{name}"] = each
     else:
         savemat(path, {"trial1": arrays})
-    with pytest.raises(FrictionloopError, match=r"\(the default\) may be any of 2 signals; accepted: 'trial1/force"):
+    with pytest.raises(FrictionloopError, match=r"may be any of 2 signals; accepted: 'trial1/force"):
         found(fl.Recording(path=str(path)))
     assert found(fl.Recording(path=str(path), column="trial1/force")).column == "trial1/force"
 
@@ -102,3 +103,53 @@ def test_an_index_over_a_stroke_that_does_not_vary_is_refused(frictionloop):
     steady = ("--setpoint.kind", "constant", "--setpoint.offset_n", "0.5", "--duration-s", "2")
     answer = frictionloop("simulate", "--preset", "bench", *flags, *steady)
     assert "no relative_index" in answer.out, answer.noted
+
+
+def test_files_of_numpy_are_read(tmp_path):
+    np.save(tmp_path / "one.npy", values())
+    np.save(tmp_path / "two.npy", np.c_[values(), 2 * values()])
+    np.savez(tmp_path / "more.npz", force=values(), load=values(), fs=RATE_HZ)
+    one, two, more = (
+        fl.Recording(path=str(tmp_path / name), **flags)
+        for name, flags in (
+            ("one.npy", {"rate_hz": RATE_HZ}),
+            ("two.npy", {"column": "array[:, 1]", "rate_hz": RATE_HZ}),
+            ("more.npz", {"column": "force"}),
+        )
+    )
+    for recording, factor in ((one, 1), (two, 2), (more, 1)):
+        np.testing.assert_array_equal(read_recording(recording, RATE_HZ), factor * values())
+    for name, said in (("two.npy", r"has 2 columns; accepted: 'array\[:, 0\]'"), ("more.npz", "any of 2 signals")):
+        with pytest.raises(FrictionloopError, match=said):
+            found(fl.Recording(path=str(tmp_path / name), rate_hz=RATE_HZ))
+    np.save(tmp_path / "any.npy", np.array([object()]), allow_pickle=True)
+    with pytest.raises(FrictionloopError, match="cannot be read"):
+        found(fl.Recording(path=str(tmp_path / "any.npy"), rate_hz=RATE_HZ))
+
+
+def test_gaps_are_named_in_seconds_with_the_flags_that_cut_the_longest_part_out(tmp_path):
+    holes = values()
+    holes[100:103] = holes[400] = np.nan
+    np.save(tmp_path / "holes.npy", holes)
+    recording = fl.Recording(path=str(tmp_path / "holes.npy"), rate_hz=RATE_HZ)
+    with pytest.raises(FrictionloopError) as refused:
+        found(recording)
+    said = str(refused.value)
+    assert "no number at 0.1 to 0.102 s, 0.4 s; accepted: a finite number, or" in said
+    assert "--disturbance.start_s 0.401 --disturbance.stop_s 0.999" in said
+    cut = recording.model_copy(update={"start_s": 0.401, "stop_s": 0.999})
+    np.testing.assert_array_equal(read_recording(cut, RATE_HZ), holes[401:])
+
+
+def test_a_set_point_below_zero_names_its_level(tmp_path):
+    (tmp_path / "r.csv").write_text("force [N]\n-0.1\n0.1\n")
+    wanted = fl.Recording(path=str(tmp_path / "r.csv"), rate_hz=RATE_HZ)
+    system = fl.feasible().evolve({"setpoint": wanted})
+    assert "--setpoint.offset_n" in " ".join(negative(system))
+    assert negative(system.evolve({"setpoint.offset_n": 0.5})) == []
+
+
+def test_a_refused_column_names_its_flag(tmp_path):
+    (tmp_path / "r.csv").write_text("time [s],force [N]\n0,0.1\n0.001,0.2\n0.002,0.1\n")
+    with pytest.raises(FrictionloopError, match=r"--disturbance\.column and .* holds times; accepted: 'force"):
+        found(fl.Recording(path=str(tmp_path / "r.csv")))
