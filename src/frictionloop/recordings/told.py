@@ -89,6 +89,11 @@ def _unit(recording: Recording, column: Column) -> tuple[str, str]:
     return ("N", "taken for N") if recording.scale is None else ("", "scale")
 
 
+def _mean(each: Found) -> float:
+    """Return the mean in N, 0 where one that was removed left its rounding."""
+    return each.mean_n if abs(each.mean_n) > 1e-9 * each.largest_n else 0.0
+
+
 def told(recording: Recording) -> str:
     """Return in words what was found in the file: header, column, unit, rate and forces.
 
@@ -108,7 +113,7 @@ def told(recording: Recording) -> str:
     }[each.unit_by]
     head = f" ({each.head}), " if each.head else ", "
     by = "" if recording.rate_hz is not None else f" by {each.rate_by}"
-    forces = f"{each.lowest_n:.3g} to {each.highest_n:.3g} N, {1e3 * each.rms_n:.3g} mN rms about {each.mean_n:.3g} N"
+    forces = f"{each.lowest_n:.3g} to {each.highest_n:.3g} N, {1e3 * each.rms_n:.3g} mN rms about {_mean(each):.3g} N"
     return f"column {each.column!r}{head}{unit}{each.samples} samples at {each.rate_hz:g} Hz{by}, {forces}" + (
         f"; {each.uneven}" if each.uneven else ""
     )
