@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -149,3 +152,13 @@ def test_a_delay_of_too_many_states_is_refused_before_any_synthesis(name, period
     match = "was reached" if periods <= MOST_STATES - 8 else "controller.delay_s = .* states; it takes up to 120, "
     with pytest.raises(FrictionloopError, match=match):
         DESIGNS[name](slow, NOISE)
+
+
+def test_a_sensor_too_noisy_is_told_with_the_noise_that_would_do() -> None:
+    noisy = replace(NOISE, sensor_n_rthz=100 * NOISE.sensor_n_rthz)
+    with pytest.raises(fl.FrictionloopError, match=r"hinf controller, and 0\.03 N is the most") as no:
+        DESIGNS["hinf"](BENCH, noisy)
+    share = float(re.search(r"needs (\S+) times the sensor's noise", str(no.value))[1])
+    assert 0.0 < share < 1.0
+    quieter = replace(noisy, sensor_n_rthz=0.97 * share * noisy.sensor_n_rthz)  # told in two digits
+    assert DESIGNS["hinf"](BENCH, quieter).command_noise_n <= 0.03

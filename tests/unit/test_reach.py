@@ -11,7 +11,8 @@ import frictionloop as fl
 from frictionloop.analysis.band import operating_band
 from frictionloop.analysis.reach import check_band, missed
 from frictionloop.cli import advice_text, ringing
-from frictionloop.cli.controller_holds import instead_of
+from frictionloop.cli.controller_holds import beyond_reach, instead_of
+from frictionloop.cli.controller_text import turn
 from frictionloop.design import synthesis
 from frictionloop.design.corners import occlusions
 from frictionloop.design.wanted import feedforward
@@ -60,6 +61,23 @@ def test_the_force_evaluated_in_place_of_another_is_that_of_the_loops():
         "0.3 N is out of reach of a moist finger (occluded 39%): 0.401 N is evaluated in its place.",
         "`frictionloop sweep FILE --fingers 100` says how many fingers can be given these forces.",
     ]
+
+
+def test_a_verdict_names_the_fingers_a_force_is_out_of_reach_of_and_what_to_change():
+    system = bench(0.2)
+    states = occlusions(system)
+    (name, said), (_, many) = beyond_reach(system, states)
+    assert name == "OUT OF REACH"
+    assert said.startswith("0.3 N of a moist finger (occluded 39%): 0.401 N is looked at, near the least")
+    assert "Ask for more" in said and "max_amplitude_um" in said and "sweep FILE --fingers" in many
+    assert beyond_reach(system.evolve({"setpoint.offset_n": 0.65, "setpoint.amplitude_n": 0.1}), states) == []
+    too_much = beyond_reach(system.evolve({"setpoint.offset_n": 0.95, "setpoint.amplitude_n": 0.3}), [0.0])
+    assert "Ask for less" in too_much[0][1] and "max_amplitude_um" not in too_much[0][1]
+
+
+@pytest.mark.parametrize(("margin", "said"), [(58.4, "58 lag"), (-35.8, "36 lead"), (float("inf"), "∞")])
+def test_a_phase_margin_says_its_direction(margin, said):
+    assert turn(margin) == said
 
 
 def test_advice_says_which_level_it_leaves_out():

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from frictionloop.analysis.stability import ringing_hz
 from frictionloop.cli import screen
-from frictionloop.cli.comparison_text import LEAD, number
-from frictionloop.cli.controller_holds import ends_said, finger, instead_of
-from frictionloop.cli.controller_text import gain_rows, wanted_json
+from frictionloop.cli.comparison_text import number
+from frictionloop.cli.controller_holds import beyond_reach, ends_said, finger
+from frictionloop.cli.controller_text import gain_rows, turn, wanted_json
 from frictionloop.design.corners import MET, at_mean
 from frictionloop.design.elsewhere import alike
 from frictionloop.design.synthesis import SYNTHESES
@@ -44,6 +44,9 @@ def verdict(found: Checked, system: System, given: str) -> list[Row]:
         if found.holds
         else ("DOES NOT HOLD", f"at {some} contact{many} and speed{many} looked at")
     ]
+    corners = [corner for place in found.places for corner in place.corners]
+    states = sorted({each.loop.elements.occluded for each in corners})
+    rows += beyond_reach(corners[0].loop.system, states)
     for how, name in WORST_FIRST:
         groups = alike(place for place in found.places if place.how == how)
         first = "" if found.holds else name
@@ -51,9 +54,7 @@ def verdict(found: Checked, system: System, given: str) -> list[Row]:
             (first if k == 0 else "", ": ".join(filter(None, (where, _by_how_much(place)))))
             for k, (where, place) in enumerate(groups)
         ]
-    corners = [corner for place in found.places for corner in place.corners]
     forces = [each.loop.elements.force_n for each in corners]
-    states = sorted({each.loop.elements.occluded for each in corners})
     rows += [("looked at", f"{min(forces):.3g} to {max(forces):.3g} N; {' and '.join(map(finger, states))}")]
     return [*rows, *(("note", note) for note in found.notes), *_would_hold(found, system, given)]
 
@@ -70,7 +71,7 @@ def _by_how_much(place: Place) -> str:
     if math.isfinite(margins.gain_margin):
         said.append(f"gain margin {margins.gain_margin:.3g} at {margins.phase_crossover_hz:.3g} Hz")
     if math.isfinite(margins.phase_margin_deg):
-        said.append(f"phase margin {margins.phase_margin_deg:.3g} deg at {margins.crossover_hz:.3g} Hz")
+        said.append(f"phase margin {turn(margins.phase_margin_deg, ' deg of')} at {margins.crossover_hz:.3g} Hz")
     return ", ".join(said)
 
 
@@ -116,12 +117,7 @@ def table(found: Checked, wanted: Wanted) -> list[Any]:
             here = [corner for corner in place.corners if corner.loop.elements.occluded == state]
             cells = [_cell([corner for corner in here if corner.off == off]) for off in offs]
             rows += [("" if k else where, "moist" if state > 0 else "dry", *cells, "" if k else number(gain), "")]
-    first = found.places[0].corners
-    states = sorted({each.loop.elements.occluded for each in first})
-    stable = [place.worst.margins for place in found.places if place.how in ("near", "beyond")]
-    turned = any(margins.phase_margin_deg < 0 for margins in stable)
-    told = [*LEGEND, *([LEAD] if turned else []), *ends_said(wanted), *instead_of(first[0].loop.system, states)]
-    return [screen.table(rows), *map(screen.wrapped, told)]
+    return [screen.table(rows), *map(screen.wrapped, [*LEGEND, *ends_said(wanted)])]
 
 
 def _cell(found: Sequence[Corner]) -> str:

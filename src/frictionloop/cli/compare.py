@@ -37,6 +37,7 @@ CELL_S, RUN_S, ORACLES, DESIGN_S = 0.1, 3e-4, 6.0, 15.0
 STROKES = ("speed_mm_s", "stroke_mm", "contact_s", "lifted_s")
 PROTOCOLS = ("setpoint.", "finger.contact", *(f"motion.{name}" for name in STROKES))
 """Starts of the names that the protocol gives values to."""
+FORCES = "; `frictionloop sweep FILE --fingers 100` scores one controller at your own"
 
 
 def command(
@@ -44,7 +45,7 @@ def command(
     /,
     *,
     preset: flags.BenchPreset = None,
-    overrides: flags.Overrides = None,
+    overrides: flags.COMPARED = None,
     fingers: flags.Run[flags.Whole] = 1000,
     seed: flags.Run[flags.Whole | None] = None,
     laws: flags.Run[str | None] = None,
@@ -173,7 +174,9 @@ def _check_overrides(overrides: list[str] | None) -> None:
         if path in one:
             raise FrictionloopError(f"{path}: every finger of a comparison brings its own; leave it out")
         if path.startswith(PROTOCOLS):
-            raise FrictionloopError(f"{path}: the protocol of a comparison sets it; leave it out")
+            raise FrictionloopError(
+                f"{path}: the protocol of a comparison sets it; leave it out" + FORCES * path.startswith("setpoint.")
+            )
         if path.startswith("controller.") and not path.startswith(timing):
             raise FrictionloopError(f"{path}: every law of a comparison brings its own; leave it out")
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from frictionloop.analysis import command_noise_rms_n, operating_band, output_noise_rms_n
 from frictionloop.analysis.operating import law_at, reach_n
+from frictionloop.analysis.reach import missed
 from frictionloop.design.elsewhere import NEAR
 from frictionloop.design.plants import shifted
 from frictionloop.parameters import FingerFriction, Strokes, SuspendedSensor
@@ -36,12 +37,20 @@ def fully_moist(system: System, wanted: Wanted) -> str:
         return ""
     said = f"at 100 % occlusion (not lifted for about {SETTLED * friction.occlusion_s:.3g} s) "
     speeds = wanted.spread_mm_s(3) or (motion.speed_mm_s,)
+    there = [system.evolve({"motion.speed_mm_s": speed}) for speed in speeds]
     try:
-        there = [system.evolve({"motion.speed_mm_s": speed}) for speed in speeds]
         points = [loop for each in there for loop in operating_band(each, occluded=(1.0,))]
         found = [(loop.sensitivity_peak(), off, limit) for loop, off, limit in shifted(points, wanted.limits)]
     except FrictionloopError as error:
-        return f"{said}it cannot be looked at: {error}"
+        beyond = [each for place in there for each in missed(place, [1.0])]
+        if not beyond:
+            return f"{said}it cannot be looked at: {error}"
+        forces = ", ".join(dict.fromkeys(f"{each.force_n:.3g} N" for each in beyond))
+        nearest = min(beyond, key=lambda each: abs(each.instead_n - each.force_n)).instead_n
+        return (
+            f"{said}{forces} are out of reach, {nearest:.3g} N is the nearest: the command stays at its limit, and no "
+            "loop is closed; ask for another force, or lift the finger before"
+        )
     unstable = [off for peak, off, _ in found if math.isinf(peak)]
     if unstable:
         return f"{said}UNSTABLE{_off(min(unstable, key=abs))}: lift the finger before, or give `motion.contact_s`"

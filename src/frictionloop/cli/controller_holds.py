@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 
 MANY = "`frictionloop sweep FILE --fingers 100` says how many fingers can be given these forces."
+LARGER = ", or give a larger max_amplitude_um to plate and controller.model, or a shorter motion.contact_s."
 CONTACT_SAID = f"A moist finger is one after {CONTACT_S:g} s on the plate, or after motion.contact_s."
 
 
@@ -65,6 +66,21 @@ def instead_of(system: System, states: Sequence[float]) -> list[str]:
         for each in missed(system, states)
     ]
     return [*said, MANY] if said else []
+
+
+def beyond_reach(system: System, states: Sequence[float]) -> list[tuple[str, str]]:
+    """Return rows of a verdict: which forces no amplitude gives to which finger, and what to change; none if all do."""
+    rows = []
+    for state in states:
+        beyond = missed(system, [state])
+        for low, end, other in ((True, "least", "more"), (False, "most", "less")):
+            here = [each for each in beyond if (each.force_n < each.instead_n) == low]
+            if here:
+                forces = ", ".join(f"{each.force_n:.3g} N" for each in here)
+                rows.append(f"{forces} of {finger(state)}: {here[0].instead_n:.3g} N is looked at, near the {end} it "
+                            f"can be given; a run does not follow there. Ask for {other} (setpoint.offset_n, "
+                            f"amplitude_n){LARGER * low}")  # fmt: skip
+    return [("OUT OF REACH" if k == 0 else "", row) for k, row in enumerate([*rows, MANY])] if rows else []
 
 
 def finger(occluded: float) -> str:

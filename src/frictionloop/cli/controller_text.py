@@ -8,9 +8,9 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from frictionloop.cli import screen
-from frictionloop.cli.comparison_text import LEAD, number
+from frictionloop.cli.comparison_text import number
 from frictionloop.cli.controller_also import noise
-from frictionloop.cli.controller_holds import ends_said, instead_of
+from frictionloop.cli.controller_holds import ends_said
 
 if TYPE_CHECKING:
     from frictionloop.analysis.headroom import Headroom
@@ -19,7 +19,10 @@ if TYPE_CHECKING:
     from frictionloop.parameters import System
 
 Row = tuple[str, ...]
-LEGEND = "Ms: largest gain on a disturbance. gain, phase, delay left: what it takes besides to make the loop unstable."
+LEGEND = (
+    "Ms: largest gain on a disturbance. gain, phase, delay left: what it takes besides to make the loop unstable; of "
+    "phase the least turn, and whether it is one of lag or of lead."
+)
 """Of the table of margins."""
 UNITS = {"ki": "1/s", "k1": "sqrt(N)/s", "k2": "N/s^2"}
 """Units that a parameter's name does not tell."""
@@ -53,14 +56,14 @@ def margin_text(found: Sequence[Corner], wanted: Wanted) -> list[Any]:
     said = "margins, the worst of all that" + (f", finger just landed/moist (occluded {moist:.0%})" if moist else "")
     head: Row = ("resonance", "Ms", "asked", "gain", "phase, deg", "delay left, ms", "")
     rows = [head, *(_margin_row(found, off, wanted) for off in sorted({each.off for each in found}))]
-    turned = any(each.margins.stable and each.margins.phase_margin_deg < 0 for each in found)
-    told = [
-        LEGEND,
-        *ends_said(wanted),
-        *instead_of(found[0].loop.system, sorted({each.loop.elements.occluded for each in found})),
-    ]
-    told += [LEAD] if turned else []
-    return [screen.wrapped(said), screen.table(rows), *map(screen.wrapped, told)]
+    return [screen.wrapped(said), screen.table(rows), *map(screen.wrapped, [LEGEND, *ends_said(wanted)])]
+
+
+def turn(phase_margin_deg: float, unit: str = "") -> str:
+    """Return a phase margin by its size and direction: a stable loop may have a negative one, of lead."""
+    if not math.isfinite(phase_margin_deg):
+        return number(phase_margin_deg)
+    return f"{abs(phase_margin_deg):.0f}{unit} {'lag' if phase_margin_deg >= 0 else 'lead'}"
 
 
 def _margin_row(found: Sequence[Corner], off: float, wanted: Wanted) -> Row:
@@ -77,7 +80,7 @@ def _margin_row(found: Sequence[Corner], off: float, wanted: Wanted) -> Row:
         both([max(m.sensitivity_peak for m in group) for group in groups]),
         f"{asked:.3g}",
         both([min((m.gain_margin for m in group), key=lambda factor: abs(math.log(factor))) for group in groups]),
-        both([min((m.phase_margin_deg for m in group), key=abs) for group in groups]),
+        "/".join(turn(min((m.phase_margin_deg for m in group), key=abs)) for group in groups),
         both([1e3 * min(m.delay_margin_s for m in group) for group in groups]),
         "",
     )

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from frictionloop.cli.controller_also import fully_moist, range_said
-from frictionloop.cli.controller_holds import also_said, finger, strokes_said
+from frictionloop.cli.controller_holds import also_said, beyond_reach, finger, strokes_said
 from frictionloop.design.elsewhere import in_words
 from frictionloop.parameters import Strokes
 
@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from frictionloop.parameters import System
 
 Row = tuple[str, ...]
-NOT_THERE, BOTH = "Do not use it there: it was not designed for it.", " `--law hinf` designs for both contacts."
+NOT_THERE = "Do not use it there: it was not designed for it."
+BOTH = " `--law hinf` designs for both contacts, if the sensor's noise lets it."
 LESS = " `frictionloop design check` says how much less gain would hold there."
 SLOWER = 0.5
 """Speed over that of the strokes from which a range is proposed: a finger that strokes passes every slower one."""
@@ -32,6 +33,7 @@ def verdict(designed: Designed, after: System, wanted: Wanted, out: Path | None)
     farthest = max(abs(each.off) for each in found)
     where += [f"sensor's resonance up to {100 * farthest:.3g} % off"] if farthest else []
     rows: list[Row] = [("STABLE", "; ".join(filter(None, where)))]
+    rows += beyond_reach(found[0].loop.system, states)
     rows += [("", each) for each in also_said(designed)]
     checked = len(rows)
     for name, places in (("UNSTABLE", elsewhere.where("unstable")), ("CLOSE TO UNSTABLE", elsewhere.where("near"))):
@@ -47,9 +49,8 @@ def _other_speeds(system: System, wanted: Wanted) -> list[Row]:
     if wanted.speeds_mm_s or not isinstance(system.motion, Strokes):
         return []
     speed = system.motion.speed_mm_s
-    return [
-        ("other speeds", f"`--speeds {SLOWER * speed:g},{speed:g}` holds it from one to the other, in some minutes")
-    ]
+    said = f"`--speeds {SLOWER * speed:g},{speed:g}` holds it from one to the other; it takes up to five minutes"
+    return [("other speeds", said)]
 
 
 def _next(system: System, wanted: Wanted, out: Path | None) -> list[Row]:

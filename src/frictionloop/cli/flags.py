@@ -64,6 +64,17 @@ Overrides = Annotated[
         group=SYSTEM,
     ),
 ]
+COMPARED = Annotated[
+    list[str] | None,
+    Parameter(
+        name=DOTTED,
+        metavar="VALUE",
+        help="Any parameter of the bench by its dotted name, such as --plate.q 150 or --controller.delay_s 300e-6. "
+        "Not setpoint, finger, strokes or a law: those a comparison sets by itself.",
+        group=SYSTEM,
+    ),
+]
+"""Of a comparison, whose protocol sets the rest."""
 
 
 Json = Annotated[

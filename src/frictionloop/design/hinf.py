@@ -152,7 +152,9 @@ def _search(method: Method, system: System, noise: NoiseModel | None, limits: Ma
         if not found.command_noise_n <= COMMAND_NOISE_N:
             return (
                 f"sensor noise makes {found.command_noise_n:.3g} N of command with the {method} controller, and "
-                f"{COMMAND_NOISE_N:g} N is the most"
+                f"{COMMAND_NOISE_N:g} N is the most: it needs {COMMAND_NOISE_N / found.command_noise_n:.2f} times the "
+                "sensor's noise or less (sensor.noise_density_n_rthz, or noise_rms_n; adc_bits); with this noise take "
+                "`--law notch_pi` or pi, and the smaller gain that `frictionloop design check` names for both contacts"
             )
         return ""
 
