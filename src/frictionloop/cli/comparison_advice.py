@@ -14,6 +14,10 @@ NEVER = {"lookup", "printed_pi", ORACLE, CLAIRVOYANT}
 """Not recommended: no control, gains for another device, and what knows the finger."""
 
 
+ENOUGH = 10
+"""Capable fingers at each speed below which nothing is recommended: the worst decile of fewer is a single finger."""
+
+
 class Left(NamedTuple):
     """What a law leaves where it leaves the most: over fingers, at one speed and contact."""
 
@@ -36,6 +40,9 @@ class Recommended(NamedTuple):
 
 def recommended(rows: Rows, margins: Rows) -> Recommended:
     """Return the law to take: of those stable with a resonance 5 % off, the default or one that is clearly better."""
+    few = _too_few(rows)
+    if few:
+        return Recommended(None, few)
     left = _left(rows)
     stable = {law: each for law, each in left.items() if not _unstable(margins, law, "sensitivity_peak_5")}
     if not stable:
@@ -69,13 +76,29 @@ def recommendation(rows: Rows, margins: Rows) -> str:
     return f"Recommended: {found.law or 'none of these laws'}. {' '.join(found.why)}"
 
 
+def _too_few(rows: Rows) -> tuple[str, ...]:
+    """Return sentences where a speed has too few capable fingers to decide anything; none where all have enough."""
+    counts = {
+        population: {row["speed_mm_s"]: row["fingers"] for row in rows if row["population"] == population}
+        for population in ("all", "capable")
+    }
+    speed = min(counts["capable"], key=lambda each: counts["capable"][each])
+    able, drawn = counts["capable"][speed], counts["all"][speed]
+    if able >= ENOUGH:
+        return ()
+    many = f" or --fingers {10 * math.ceil(0.1 * ENOUGH * drawn / able)}" if able else ""
+    return (
+        f"Of {drawn} fingers only {able} at {speed:g} mm/s can be given the forces of the comparison, and fewer than "
+        f"{ENOUGH} decide nothing, neither for a law nor against it.",
+        f"A larger plate.max_amplitude_um{many} gives more of them. Until then go by `frictionloop design controller`.",
+    )
+
+
 def _left(rows: Rows) -> dict[str, Left]:
-    """Return what each law leaves, of capable fingers where there are any; without laws that are not to be taken."""
-    able = {row["speed_mm_s"] for row in rows if row["population"] == "capable" and row["fingers"]}
+    """Return what each law leaves, of capable fingers; without laws that are not to be taken."""
     found: dict[str, Left] = {}
     for row in rows:
-        counted = row["population"] == ("capable" if row["speed_mm_s"] in able else "all")
-        if counted and row["score"] == "residual_rms_n" and row["law"] not in NEVER:
+        if row["population"] == "capable" and row["score"] == "residual_rms_n" and row["law"] not in NEVER:
             here = Left(row["worst_decile"], row["median"])
             found[row["law"]] = max(found.get(row["law"], here), here)
     return {law: left for law, left in found.items() if math.isfinite(left.worst_n)}

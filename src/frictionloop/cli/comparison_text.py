@@ -73,8 +73,9 @@ def summary(comparison: Comparison, scored: xr.Dataset, rows: Rows, margins: Row
             at = {"speed_mm_s": speed, "contact": contact, "population": population}
             found += [screen.table(_scores(comparison, rows, at)), ""]
     found += ["median capable finger, worst of three levels, by linear analysis; - is not known;"]
-    found += [f"phase margin in degrees, delay margin in ms; of {BUDGET_CYCLES} cycles, tick: the worst whole one,"]
-    found += ["traced on the image in an emulator; - has no image, an unstable loop has no margins"]
+    found += ["phase margin in degrees, delay margin in ms; tick: the worst whole one, of"]
+    found += [f"{BUDGET_CYCLES} cycles at the firmware's 5 kHz, traced on the image in an emulator;"]
+    found += ["- has no image, an unstable loop has no margins"]
     found += [screen.table(_margins(margins)), ""]
     found += LEGEND
     found += [screen.wrapped(f"note: {law} is left out: {reason}") for law, reason in comparison.left_out.items()]
