@@ -120,7 +120,8 @@ def headroom_text(left: Headroom, wanted: Wanted) -> list[Any]:
             "delay",
             f"{number(left.delay_limit_hz)} Hz",
             f"highest crossover with 45 deg of margin, all but delay and hold inverted; {number(left.plain_limit_hz)} "
-            f"Hz with nothing inverted; a force is answered after {periods} period{'s' * (periods != 1)}",
+            f"Hz with nothing inverted; the first sample that sees an answer to a force is {periods} "
+            f"period{'s' * (periods != 1)} on, for any delay from {periods - 1} to below {periods} periods",
         ),
         (
             "phase lag",

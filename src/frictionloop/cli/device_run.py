@@ -85,7 +85,7 @@ def command(
     from frictionloop.firmware.board_fit import carrier_misses, misfits
 
     for line in misfits(system):
-        screen.note(line)
+        screen.note(f"warning: {line}")
     with connected(address, system) as device:
         device.upload(system)
         device.clear()  # of a fault that an earlier run ended with; refused while its cause lasts

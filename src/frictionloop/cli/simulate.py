@@ -51,6 +51,8 @@ def command(
 ) -> None:
     """Simulate one run and say how well the force followed its set-point.
 
+    That is one finger on one contact at one speed; ``design check`` says whether the gains hold on others.
+
     Parameters
     ----------
     seed
@@ -117,6 +119,7 @@ def command(
         "",
         *([*advice_text.lines(rings, metrics), ""] if rings else []),
         *([*unreached, ""] if unreached else []),
+        *([*one, ""] if not rings and (one := advice_text.one_place(system, file)) else []),
         *([*conditions, ""] if (conditions := advice_text.beyond_lines(left)) else []),
         *([*said, ""] if said else []),
         f"{duration_s:g} s of signal, {periods} control periods, simulated in {screen.seconds(elapsed_s)}",

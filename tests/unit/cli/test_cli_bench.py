@@ -228,3 +228,13 @@ def test_plot_of_a_long_run_keeps_the_extremes(frictionloop):
     assert np.isin(force, run.f_a.values).all()
     assert frictionloop(*SHORT, "--plot", "run.svg").code == 0
     assert Path("run.svg").stat().st_size < 3e6
+
+
+def test_a_run_says_that_it_is_one_contact_and_speed_where_a_check_looks_at_others(frictionloop):
+    said = frictionloop(
+        "simulate", "--preset", "bench", "--duration-s", "1", "--controller.kp", "0.06", "--controller.ki", "60"
+    )
+    assert "This run is at 20 mm/s on contact dahl; `frictionloop design check FILE` looks at others" in said.out
+    for other in (("--controller.kind", "lookup"), ("--preset", "feasible")):
+        args = other if "--preset" in other else ("--preset", "bench", *other)
+        assert "design check" not in frictionloop("simulate", *args, "--duration-s", "1").out
