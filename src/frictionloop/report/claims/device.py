@@ -58,13 +58,16 @@ def open_loop_r2(results: Results) -> Numbers:
     """Return the squared correlation of force and set-point without control."""
     fits = {name: fit(runs) for name, runs in _tables(results).items()}
     first = LOOKUPS[0]
-    within = float(np.mean([each.regression for each in _levels(results.tracked[OPEN])]))
+    within = _within(results.tracked[OPEN])
     found = {f"{name}, pooled": each.regression for name, each in fits.items()}
     found |= {f"{first}, mean of the levels": within, f"{first}, to f_a = f_r": fits[first].identity}
     return numbers(
         found,
         compared=["to f_a = f_r"],
+        ours=fits[first].regression,
         within=within,
+        closed=fit(results.tracked[RETUNED_GAINS]).regression,
+        closed_within=_within(results.tracked[RETUNED_GAINS]),
         identity=fits[first].identity,
     )
 
@@ -85,6 +88,11 @@ def _levels(runs: xr.Dataset) -> list[Fit]:
     return [fit(runs.sel(level=level_n)) for level_n in LEVELS_N]
 
 
+def _within(runs: xr.Dataset) -> float:
+    """Return the squared correlation within one sine, mean of the levels."""
+    return float(np.mean([each.regression for each in _levels(runs)]))
+
+
 def closed_loop_r2(results: Results) -> Numbers:
     """Return both kinds of fit of the closed loop, levels pooled."""
     fits = {name: fit(results.tracked[name]) for name in CLOSED}
@@ -94,6 +102,9 @@ def closed_loop_r2(results: Results) -> Numbers:
         retuned=errors_mn[RETUNED_GAINS],
         printed=errors_mn[PRINTED],
         ideal=errors_mn[IDEAL],
+        within=_within(results.tracked[RETUNED_GAINS]),
+        open_pooled=fit(results.tracked[OPEN]).regression,
+        open_within=_within(results.tracked[OPEN]),
         ringing_spread=fits[PRINTED].spread_n,
         ringing_slope=fits[PRINTED].slope,
     )

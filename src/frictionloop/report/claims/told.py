@@ -140,9 +140,11 @@ def counted(number: int, words: str) -> str:
 def summary(claims: Sequence[Claim]) -> list[str]:
     """Return what a terminal is told at the end."""
     n, thesis = counts(claims), next(claim for claim in claims if claim.id == THESIS)
+    _, median = thesis.readings.values()
     return [
         "",
-        f"The paper's idea {HOLDS[thesis.verdict]}: the PI divides the spread of the force by {thesis.ours:.3g}.",
+        f"The paper's idea {HOLDS[thesis.verdict]} with re-tuned gains: on one finger of the assumed bench the PI divides the "
+        f"spread of the force by {thesis.ours:.3g}, over many in the median by {median:.3g}. The printed gains ring there.",
         f"{n['printed']} of {n['text']} statements about the simulation come out as printed, "
         f"{n['assumed']} under an assumption, {counted(n['not_out'], Group.NOT_OUT)}.",
         f"Of {n['device']} about the device {n['device out']} come out on the assumed bench, "
