@@ -134,6 +134,7 @@ def numbers() -> dict[str, str]:
         "steepest": f"{float(steepest):.2f}",
         "amplitude_for_floor_of_device": f"{float(fl.amplitude_for(f0 / 3, paper.friction)):.2f}",
         "lowest_d": f"{float(wide['d'].min()):.1f}",
+        "lowest_possible": f"{floor + float(wide['d'].min()):.2f}",
         "lowest_f": f"{float(wide['f_a'].min()):.2f}",
         "kp_limit": f"{fl.kp_limit(paper):.1f}",
         "kp_limit_late": f"{fl.kp_limit(paper.evolve({'controller.delay_s': 200e-6})):.1f}",
