@@ -24,11 +24,10 @@ from frictionloop.report.claims.told import (
     counts,
     not_counted,
     paper_and_ours,
-    shown,
     summary,
 )
+from frictionloop.report.claims.worded import accepted, condition, shown
 from frictionloop.report.device import CLOSED, IDEAL, PRINTED, RETUNED_GAINS
-from frictionloop.report.page import accepted
 from frictionloop.report.people import LOOKUPS
 from frictionloop.report.results import HALF, Results
 from frictionloop.report.step_response import PRINTED_MS
@@ -349,6 +348,15 @@ def test_each_verdict_has_one_word_in_terminal_and_page(claims):
     said += "".join(path.read_text(encoding="utf-8") for path in templates.iterdir())
     assert not re.search(r"contradicted|not reproduced|\bfails\b", said)
     assert "1 does not come out." in said and "2 do not come out." in said
+
+
+def test_what_a_verdict_in_part_rests_on_never_repeats_its_first_number():
+    read = a_claim({"rms": 1.5, "95 %": 3.0}, (1.0, 2.0))
+    assert condition(read) == "comes out as read first, not as 95 % (3)"
+    assert condition(a_claim({"a": 3.0, "b": 1.5}, (1.0, 2.0))) == "comes out only if read as b (1.5)"
+    some = a_claim({"a": 3.0}, (1.0, 2.0), assumed={"b": 1.5, "c": 1.2, "d": 1.1})
+    assert condition(some, most=1) == "comes out only assuming b (1.5) and 2 more"
+    assert condition(a_claim({"a": 1.5}, (1.0, 2.0))) == ""
 
 
 def test_the_written_rule_has_the_words_of_verdicts_and_groups():

@@ -21,7 +21,7 @@ def test_a_bar_says_what_it_waits_for_and_then_again_what_it_does():
     bar.compiling(False)
     assert said == [
         "report: Fig. 5a",
-        "report: Fig. 5a; compiling the loop, once after an installation",
+        "report: Fig. 5a; compiling for it, once after an installation",
         "report: Fig. 5a",
     ]
 

@@ -35,7 +35,7 @@ class Bar:
 
     def compiling(self, begins: bool) -> None:
         """Say beside the part under way that something is compiled, or that it is done."""
-        self._name(self._what + "; compiling the loop, once after an installation" * begins)
+        self._name(self._what + "; compiling for it, once after an installation" * begins)
 
 
 def silent() -> Bar:

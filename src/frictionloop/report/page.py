@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import math
 import os
 import re
 from collections.abc import Mapping, Sequence
@@ -29,9 +28,8 @@ from frictionloop.report.claims.told import (
     grouped,
     named,
     not_counted,
-    shown,
-    with_unit,
 )
+from frictionloop.report.claims.worded import accepted, condition, shown, with_unit
 from frictionloop.report.numbers import milli
 from frictionloop.report.people import bench_systems, the_finger
 from frictionloop.report.results import FIELDS, Results
@@ -48,17 +46,6 @@ def maths(text: str) -> Markup:
     for pattern, replacement in _SYMBOLS:
         marked = re.sub(pattern, replacement, marked)
     return Markup(marked)
-
-
-def accepted(claim: Claim) -> str:
-    """Return the numbers a claim accepts, in words."""
-    low, high = claim.accepted
-    low_text, high_text = (shown(end, claim.digits) if math.isfinite(end) else "" for end in claim.accepted)
-    if low == high:
-        return low_text
-    if math.isinf(high):
-        return f"at least {low_text}"
-    return f"at most {high_text}" if math.isinf(low) else f"{low_text} to {high_text}"
 
 
 def holding(claim: Claim) -> str:
@@ -141,6 +128,7 @@ def render(
         "symbols": SYMBOLS,
         "rules": RULES,
         "counted": counted,
+        "condition": condition,
         "notes_of": notes_of,
         "docs_link": partial(docs_link, folder=folder),
     }

@@ -31,7 +31,7 @@ class Group(StrEnum):
     """Where a claim is counted (docs/paper-notes, "How a verdict is given"), in the order of the page."""
 
     PRINTED = "come out of the text as printed"
-    ASSUMED = "come out under an assumption"
+    ASSUMED = "come out under some readings or an assumption"
     NOT_OUT = "do not come out"
     DEVICE = "about the device, on an assumed bench"
     CONSTRUCTION = "decided by construction"

@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from frictionloop.report.claims.claim import COUNTED, THESIS, Claim, Group, Verdict
-from frictionloop.report.numbers import number
+from frictionloop.report.claims.worded import accepted, condition, with_unit
 
 if TYPE_CHECKING:
     from rich.table import Table
 
 
-NEARLY_ONE = 0.9999
-"""A number above this and below 1 is shown as what is missing from 1."""
 SYMBOLS = {
     Verdict.COMES_OUT: "✓",
     Verdict.ASSUMED: "◐",
@@ -27,27 +25,6 @@ COLOURS = {
     Verdict.NOT_OUT: "red",
     Verdict.NOT_COUNTED: "dim",
 }
-
-
-def shown(value: float | str | None, digits: int = 3) -> str:
-    """Return a value of a claim as it is printed in tables: just below 1 as what is missing.
-
-    >>> shown(0.999995), shown(0.98)
-    ('1 − 5×10⁻⁶', '0.98')
-    """
-    if value is None:
-        return "none"
-    if isinstance(value, str):
-        return value
-    if NEARLY_ONE < value < 1 and number(value, digits) == "1":
-        return f"1 − {number(1 - value, 2)}"
-    return number(value, digits)
-
-
-def with_unit(value: float | str | None, unit: str, digits: int = 3) -> str:
-    """Return a value with its unit, which only a number carries."""
-    text = shown(value, digits)
-    return f"{text} {unit}".strip() if isinstance(value, (int, float)) else text
 
 
 def paper_and_ours(claim: Claim) -> tuple[str, str]:
@@ -69,17 +46,17 @@ def claims_tables(claims: Sequence[Claim]) -> list[Table]:
         for claim in some:
             sign = Text(SYMBOLS[claim.verdict], style=COLOURS[claim.verdict])
             published, ours = paper_and_ours(claim)
-            table.add_row(sign, claim.title, published, f"{claim.quantity}: {ours}{under(claim)}")
+            table.add_row(sign, claim.title, published, f"{claim.quantity}: {ours}{beside(claim)}")
         tables.append(table)
     return tables
 
 
-def under(claim: Claim) -> str:
-    """Return under what a claim comes out, which a half circle alone does not say; nothing of another claim."""
-    if claim.verdict is not Verdict.ASSUMED:
+def beside(claim: Claim) -> str:
+    """Return what is accepted of a claim that is judged, and what it rests on if it comes out in part."""
+    if claim.verdict is Verdict.NOT_COUNTED:
         return ""
-    named = ", ".join(f"{name} ({with_unit(claim.all_values[name], claim.unit, claim.digits)})" for name in claim.under)
-    return f"; comes out under: {named}"
+    rests_on = condition(claim, most=1)
+    return f"; accepted: {accepted(claim)}" + (f"; {rests_on}" if rests_on else "")
 
 
 def grouped(claims: Sequence[Claim]) -> dict[Group, list[Claim]]:
@@ -97,7 +74,7 @@ def claim_lines(claim: Claim) -> list[str]:
     ]
     return [
         f"{SYMBOLS[claim.verdict]} {claim.title} ({claim.place}): {claim.verdict}",
-        f"  paper: {published}; here: {claim.measure}",
+        f"  paper: {published}; here: {claim.measure}; accepted: {accepted(claim)}",
         *numbers,
         f"  seeds: {claim.seeds}",
     ]
@@ -143,12 +120,13 @@ def summary(claims: Sequence[Claim]) -> list[str]:
     _, median = thesis.readings.values()
     return [
         "",
-        f"The paper's idea {HOLDS[thesis.verdict]} with re-tuned gains: on one finger of the assumed bench the PI divides the "
-        f"spread of the force by {thesis.ours:.3g}, over many in the median by {median:.3g}. The printed gains ring there.",
+        f"The paper's idea {HOLDS[thesis.verdict]} with re-tuned gains: on one finger of the assumed bench the PI "
+        f"divides the spread of the force by {thesis.ours:.3g}, over many in the median by {median:.3g}. "
+        "The printed gains ring there.",
         f"{n['printed']} of {n['text']} statements about the simulation come out as printed, "
-        f"{n['assumed']} under an assumption, {counted(n['not_out'], Group.NOT_OUT)}.",
+        f"{n['assumed']} under some readings or an assumption, {counted(n['not_out'], Group.NOT_OUT)}.",
         f"Of {n['device']} about the device {n['device out']} come out on the assumed bench, "
-        f"{n['device part']} under a further assumption, {counted(n['device not'], Group.NOT_OUT)}.",
+        f"{n['device part']} under some readings or a further assumption, {counted(n['device not'], Group.NOT_OUT)}.",
         f"Not counted: {not_counted(claims)}.",
         "",
     ]
