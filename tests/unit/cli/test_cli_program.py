@@ -117,7 +117,7 @@ def test_reproduce_makes_a_claim_alone(frictionloop):
     assert (answer.code, answer.err) == (0, "")
     assert answer.out.splitlines() == [
         "· 400 g on 1 N/µm resonates at 250 Hz (Sec. 3.1): not counted",
-        "  paper: 250 Hz; here: √(k/m)/2π",
+        "  paper: 250 Hz; here: √(k/m)/2π; accepted: 245 to 255 Hz",
         "  ✓ as printed: 252 Hz",
         "  seeds: none",
     ]
