@@ -77,7 +77,7 @@ def test_who_answers(frictionloop):
     said = rows(frictionloop("device", "info", "sim:").out)
     model = fl.bench().controller.model
     assert said["board"] == "host"
-    assert "protocol 3.2" in said["firmware"] and "5000 ticks a second" in said["firmware"]
+    assert "protocol 3.3" in said["firmware"] and "5000 ticks a second" in said["firmware"]
     assert said["parameters"] == "the same table as here"
     assert said["law"] == f"pi, 0.0884 to {model.nominal_n:g} N, at most {model.max_amplitude_um:g} um"
     assert said["telemetry"] == "0 samples dropped"
