@@ -39,7 +39,7 @@ static inline int32_t fl_share(int32_t a, fl_inverse x) {
 
 /* a/x in q28 of |a/x| below 8, likewise. */
 static inline int32_t fl_ratio(int32_t a, fl_inverse x) {
-    return x.bits < 4 ? fl_high(a, x.factor) >> (2 - x.bits)
+    return x.bits < 4 ? (int32_t)fl_over(a, x, 28)
                       : (int32_t)(((int64_t)(int32_t)((uint32_t)a << (x.bits - 4)) * x.factor) >> 30);
 }
 

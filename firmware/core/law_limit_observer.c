@@ -32,6 +32,9 @@ enum {
     LOG2_E = 1549082005, ROUNDED = 64 /* q30; of a power of 2 at the ends of the clamp */
 };
 
+/* a + b, which gains within their ranges keep within 32 bits; it wraps around otherwise */
+static int32_t plus(int32_t a, int32_t b) { return fl_low((int64_t)a + b); }
+
 /* from + share (to - from) of a q30 share */
 static int32_t towards(fl_gain share, int32_t from, int32_t to) {
     return fl_low(from + fl_product(share.mantissa, fl_low((int64_t)to - from), 30));
@@ -39,19 +42,19 @@ static int32_t towards(fl_gain share, int32_t from, int32_t to) {
 
 /* The same, of a q32 share. */
 static int32_t slowly(fl_gain share, int32_t from, int32_t to) {
-    return from + fl_high(share.mantissa, fl_low((int64_t)to - from));
+    return plus(from, fl_high(share.mantissa, fl_low((int64_t)to - from)));
 }
 
 /* x + (k + more lag) e of a state in q24 */
 static int32_t corrected(int32_t x, fl_gain k, fl_gain more, int32_t lag, int32_t e) {
-    return fl_saturate(x + fl_product(k.mantissa + fl_high(more.mantissa, lag), e, 24));
+    return fl_saturate(x + fl_product(plus(k.mantissa, fl_high(more.mantissa, lag)), e, 24));
 }
 
 /* phi after a period, of z, h and the mean square */
 static int32_t learnt(int32_t fall, int32_t z, int32_t h, int32_t swing, const fl_gain *gains) {
     const int64_t ratio = fl_over(fl_saturate(fl_product(z, h, 27)), fl_invert(swing), 28);
     const int32_t taught = ratio > 2 * FL_ONE ? 2 * FL_ONE : ratio < -2 * FL_ONE ? -2 * FL_ONE : (int32_t)ratio;
-    const int32_t moved = fall + fl_high(gains[LEARN].mantissa, fl_saturate(fl_product(fall, taught, 28)));
+    const int32_t moved = plus(fall, fl_high(gains[LEARN].mantissa, fl_saturate(fl_product(fall, taught, 28))));
     return fl_clip(moved, gains[LEAST_FALL].mantissa, gains[MOST_FALL].mantissa);
 }
 
@@ -85,7 +88,7 @@ fl_force_command fl_limit_observer_step(
 
     /* Correct by the reading. */
     const int32_t e = fl_subtract(y, x3);
-    const int32_t kd = gains[KD].mantissa + fl_high(gains[KDS].mantissa, lag);
+    const int32_t kd = plus(gains[KD].mantissa, fl_high(gains[KDS].mantissa, lag));
     int32_t up = 0;
     if (slides && (!stuck || e < 0)) {
         const int32_t most = (int32_t)fl_product(LARGEST_UP, force, 28);
@@ -95,7 +98,7 @@ fl_force_command fl_limit_observer_step(
     const int32_t misfit = slowly(gains[WINDOW], state[MISFIT], fl_low(fl_product(up, up, 28)));
     const int32_t lower = fl_low(fl_product(fl_low(fl_product(fall, a, 30)), a, 28)); /* q26 */
     d = fl_clip(d, fl_subtract(lower, LARGEST_LOG2), fl_add(lower, LARGEST_LOG2));
-    const int32_t kf = gains[KD].mantissa + (slides && !stuck ? fl_high(gains[KFS].mantissa, lag) : 0);
+    const int32_t kf = slides && !stuck ? plus(gains[KD].mantissa, fl_high(gains[KFS].mantissa, lag)) : gains[KD].mantissa;
     f = fl_clip(fl_saturate(f + fl_product(kf, e, 20)), -LARGEST_N, LARGEST_N);
     x1 = corrected(x1, gains[K1], gains[K1S], lag, e);
     x2 = corrected(x2, gains[K2], gains[K2S], lag, e);
@@ -143,7 +146,7 @@ fl_force_command fl_limit_observer_step(
     const int32_t limit = fl_exp2(fl_saturate(d - fl_product(fl_low(fl_product(new, a_next, 30)), a_next, 28)), 28);
     const int32_t follows = fl_low(fl_product(share, fl_subtract(limit, f), 28)); /* share is at most 1 */
     const int32_t change = slides ? (follows < fastest ? follows : fastest) : 0;
-    const int32_t mean = (f + (change >> 1)) >> 4; /* between f and the limit */
+    const int32_t mean = plus(f, change >> 1) >> 4; /* between f and the limit */
     const int32_t s = fl_subtract(x1, mean), r = fl_subtract(x3, mean);
     const fl_gain *g = gains;
     state[AMPLITUDE] = a_next;

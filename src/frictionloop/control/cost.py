@@ -19,13 +19,13 @@ class WorstTick(NamedTuple):
 
 
 WORST_TICK = {
-    "pi": WorstTick(1752, 3313),
-    "lookup": WorstTick(1732, 3246),
-    "notch_pi": WorstTick(2560, 4438),
-    "filtered_pi": WorstTick(3473, 5651),
-    "observer": WorstTick(2159, 4243),
-    "super_twisting": WorstTick(2344, 4615),
-    "limit_observer": WorstTick(2519, 4946),
+    "pi": WorstTick(1752, 3318),
+    "lookup": WorstTick(1732, 3251),
+    "notch_pi": WorstTick(2560, 4441),
+    "filtered_pi": WorstTick(3473, 5654),
+    "observer": WorstTick(2159, 4248),
+    "super_twisting": WorstTick(2344, 4616),
+    "limit_observer": WorstTick(2523, 4944),
 }
 """By kind of controller, on the image of bench() with two force axes, from entry to return of the tick's interrupt.
 
