@@ -126,7 +126,7 @@ def test_the_first_sentence_tells_whether_the_idea_holds_and_the_next_part_what_
     first = text[text.index('<section id="short">') :]
     assert "comes out in part" in first[: first.index("</b>")]
     assert "no upper end" in first[: first.index("</b>")]
-    assert "comes out under no reading, only for “reachable set-point”, “reachable set-point, Ki per sample”." in first
+    assert "comes out under no reading, only for “reachable set-point”, “reachable set-point, Ki per sample”;" in first
 
 
 def test_every_rule_of_agreement_is_on_the_page(results, claims):
