@@ -122,7 +122,7 @@ SWEEP_BENCH = [
 ]
 VERBS = "reproduce, simulate, sweep, compare, studio, design, effect, identify, firmware, experiment, device"
 VERBS_WITHOUT_A_LOOP = [
-    (("design", "nothing"), 'Unknown command "nothing". Available commands: sensor, plate, controller.'),
+    (("design", "nothing"), 'Unknown command "nothing". Available commands: sensor, plate, controller, check.'),
     (("design", "sensor", "--adc.bits", "0"), "adc.bits = 0: must be greater than or equal to 4"),
     (("design", "sensor", "--range-n", "x"), 'Invalid value for --range-n: unable to convert "x"'),
     (("design", "sensor", "--noise-rms-n", "0"), "noise_rms_n = 0 N: must be a positive number"),

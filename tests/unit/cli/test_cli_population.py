@@ -108,7 +108,8 @@ def test_a_population_of_a_loop_that_rings_is_told(frictionloop, monkeypatch):
     assert "\nkp = 10, ki = 2: too much for this sensor, plate and delay.\n" in answer.out
     assert "\nThey hold dry and moist (occluded 100%), at the set-point's levels (0.5 to 0.7 N)," in answer.out
     assert "contact dahl, 20 mm/s, sensor resonance 145 Hz" in " ".join(answer.out.split())
-    assert "\nThey do not hold on contact slider at 20 mm/s; on contact slider at 80 mm/s;" in answer.out
+    assert "\nThey do not hold on contact dahl at 80 mm/s with the resonance 10 % lower" in answer.out
+    assert "on contact slider at 10, 20, 80 mm/s." in " ".join(answer.out.split())
     gains = re.search(r"^Gains that hold: (.*)$", answer.out, re.MULTILINE)[1].split()
     assert "Gains that hold" not in frictionloop(*words, *gains).out
     found = frictionloop(*words, "--json").json()["ringing"]
@@ -122,7 +123,7 @@ def test_a_population_of_a_loop_that_rings_is_told(frictionloop, monkeypatch):
     [
         [word for path, gain in fl.RETUNED.items() for word in (f"--{path}", gain)],
         ("--metrics", "rms_error"),
-        ("--plate.max_amplitude_um", "0.01"),
+        ("--plate.max_amplitude_um", "0.06"),
     ],
     ids=["gains that hold", "R2 not asked for", "out of reach"],
 )
