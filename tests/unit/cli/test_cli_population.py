@@ -123,7 +123,7 @@ def test_a_population_of_a_loop_that_rings_is_told(frictionloop, monkeypatch):
     [
         [word for path, gain in fl.RETUNED.items() for word in (f"--{path}", gain)],
         ("--metrics", "rms_error"),
-        ("--plate.max_amplitude_um", "0.06"),
+        ("--plate.max_amplitude_um", "0.06", "--controller.model.max_amplitude_um", "0.06"),
     ],
     ids=["gains that hold", "R2 not asked for", "out of reach"],
 )
