@@ -76,7 +76,7 @@ def believed_tau(system, duration_s):
 @pytest.mark.parametrize("contact", ["dahl", "slider"])
 @pytest.mark.parametrize("speed_mm_s", [20.0, 80.0])
 def test_the_command_moves_little_from_tick_to_tick(speed_mm_s, contact):
-    """0.3 um rms: half of what the law moved it by that learnt the finger (decision 11)."""
+    """At most 0.3 um rms, an eighth of the largest amplitude (chosen): the plate is driven by little steps."""
     told = {"controller.compliance_um_per_n": 50.0 if contact == "dahl" else 0.0}
     command = replayed(BENCH.evolve({"motion.speed_mm_s": speed_mm_s, "finger.contact": contact, **told}), 3.0).command
     assert np.sqrt(np.mean(np.diff(command[5000:]) ** 2)) < 0.3

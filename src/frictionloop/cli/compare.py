@@ -45,7 +45,7 @@ def command(
     /,
     *,
     preset: flags.BenchPreset = None,
-    overrides: flags.COMPARED = None,
+    overrides: flags.Compared = None,
     fingers: flags.Run[flags.Whole] = 1000,
     seed: flags.Run[flags.Whole | None] = None,
     laws: flags.Run[str | None] = None,

@@ -64,7 +64,7 @@ Overrides = Annotated[
         group=SYSTEM,
     ),
 ]
-COMPARED = Annotated[
+Compared = Annotated[
     list[str] | None,
     Parameter(
         name=DOTTED,

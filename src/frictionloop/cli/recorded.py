@@ -49,7 +49,7 @@ def at_levels(system: System) -> System:
 
     A set-point is a sine from its lowest to its highest value, a disturbance its mean, or 0 where that was left in.
     """
-    from frictionloop.cli.advice import OFTEN_N
+    from frictionloop.cli.advice import left_in
     from frictionloop.recordings.told import found
 
     levels: dict[str, object] = {}
@@ -59,8 +59,7 @@ def at_levels(system: System) -> System:
         levels["setpoint"] = Sine(offset_n=middle_n, amplitude_n=swing_n)
     if isinstance(system.disturbance, Recording):
         mean_n = found(system.disturbance).mean_n
-        left_in = abs(mean_n) > OFTEN_N and not system.disturbance.remove_mean
-        levels["disturbance"] = Constant(offset_n=0.0 if left_in else mean_n)
+        levels["disturbance"] = Constant(offset_n=0.0 if left_in(system, mean_n) else mean_n)
     return system.evolve(levels) if levels else system
 
 
