@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-FIRST_S, LONGEST_S, LOOK_S = 2.5, 40.0, 0.25
+FIRST_S, LONGEST_S, LOOK_S = 2.5, 10.0, 0.25
 """Until the first plain line, between two at most (each wait is twice the one before), and how often to look."""
 
 under_way: list[Callable[[], str]] = []
