@@ -7,6 +7,7 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -129,6 +130,17 @@ class Soak:
         if self.found:
             kept = json.loads(SOAK.read_text()) if SOAK.exists() else {}
             SOAK.write_text(json.dumps(dict(sorted((kept | self.found).items())), indent=1) + "\n")
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _registers_nothing() -> Iterator[None]:
+    """Blocks from outside enter the fingerprint of every sweep: no file may leave one behind for the next."""
+    yield
+    blocks = sys.modules.get("frictionloop.loop.blocks")
+    left = blocks.registered() if blocks else []
+    if blocks:
+        blocks.forget()
+    assert not left, f"leaves blocks from outside behind: {left}"
 
 
 @pytest.fixture
