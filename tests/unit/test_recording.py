@@ -400,7 +400,7 @@ def test_a_bad_sample_is_refused_with_its_index(tmp_path, name, bad):
 
 
 def test_an_unknown_format_and_a_missing_file(tmp_path):
-    accepted = ".csv .tsv .txt .dat .asc .h5 .hdf5 .nc .mat .npy .npz .wav"
+    accepted = ".csv .tsv .txt .dat .asc .h5 .hdf5 .nc .mat .npy .npz .wav .lvm .tdms .uff .unv"
     assert refusal(tmp_path / "a.xlsx") == f"format '.xlsx' is unknown; accepted: {accepted}"
     assert refusal(tmp_path) == f"is a folder; accepted is a file: {accepted}"
     assert refusal(tmp_path / "a.csv") == "there is no such file"

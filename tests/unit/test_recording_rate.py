@@ -5,6 +5,7 @@ from __future__ import annotations
 import h5py
 import numpy as np
 import pytest
+import recorded_files
 from scipy.io import savemat
 
 from frictionloop.identification.sampling import sampling_of
@@ -88,3 +89,29 @@ def test_a_file_written_again_is_read_again(tmp_path):
     for force in ("0.1", "0.25"):
         path.write_text("time_s,F\n" + "".join(f"{k / 1000},{force}\n" for k in range(3)))
         assert found(Recording(path=str(path), column="F")).highest_n == float(force)
+
+
+@pytest.mark.parametrize("name", ["file.lvm", "file.tdms", "file.uff"])
+def test_recorders_bring_channels_by_name_with_their_rate(tmp_path, name):
+    pytest.importorskip({"file.lvm": "lvm_read", "file.tdms": "nptdms", "file.uff": "pyuff"}[name])
+    path = tmp_path / name
+    rising = np.linspace(0.2, 0.9, FORCE.size)
+    recorded_files.FORMATS[name](path, {"ft": FORCE, "fn": rising}, 500.0)
+    force = Recording(path=str(path), column="ft", scale=1.0)
+    np.testing.assert_allclose(read_recording(force, 500.0), FORCE, rtol=1e-6)
+    assert found(force).rate_hz == pytest.approx(500.0, rel=1e-6)
+    # In UFF no unit stands beside the values. A rate is told, so that a channel that rises evenly is no time.
+    np.testing.assert_allclose(
+        read_recording(Recording(path=str(path), column="1", scale=1.0), 500.0), rising, rtol=1e-6
+    )
+    with pytest.raises(FrictionloopError, match=r"may be any of 2 signals; accepted: 'ft', 'fn'"):
+        read_recording(Recording(path=str(path), scale=1.0), 500.0)
+    with pytest.raises(FrictionloopError, match=r"column = 'nix' is not there; accepted: 'ft', 'fn', a number"):
+        read_recording(Recording(path=str(path), column="nix", scale=1.0), 500.0)
+
+
+def test_volts_of_a_recorder_are_no_newtons(tmp_path):
+    pytest.importorskip("nptdms")
+    recorded_files.tdms(tmp_path / "a.tdms", {"ft": FORCE}, 500.0)
+    with pytest.raises(FrictionloopError, match=r"is in V.*scale"):
+        read_recording(Recording(path=str(tmp_path / "a.tdms")), 500.0)

@@ -146,7 +146,7 @@ class Recording(Signal):
 
     kind: Literal["recording"] = "recording"
     path: Annotated[str, BeforeValidator(lambda path: os.fspath(path) if isinstance(path, os.PathLike) else path)]
-    """File: .csv, .tsv, .txt, .dat, .asc, .h5, .hdf5, .nc, .mat, .npy, .npz or .wav."""
+    """File: .csv, .tsv, .txt, .dat, .asc, .h5, .hdf5, .nc, .mat, .npy, .npz, .wav, .lvm, .tdms, .uff or .unv."""
     column: Annotated[str, Field(coerce_numbers_to_str=True)] = "0"
     """Column name or number; for HDF5, MAT and NPZ the dataset, with [:, k] for a column of it (``"dataQ[:, 0]"``)."""
     rate_hz: Positive | None = None

@@ -24,7 +24,8 @@ def refuse_times(recording: Recording, column: Column) -> None:
     With a unit given beside its number it is what the unit says.
     """
     guessed = recording.column.strip().isdecimal() and recording.unit is None and bool(column.others)
-    if is_time(column.name) or (guessed and column.times is None and _rises_evenly(column.samples)):
+    guessed = guessed and column.times is None and column.rate_hz is None  # who tells the rate needs no times
+    if is_time(column.name) or (guessed and _rises_evenly(column.samples)):
         default = f"{DEFAULT} " if recording.column == Recording.model_fields["column"].default else ""
         raise no_column(recording, list(column.others) or ["a force"], f"{default}holds times")
 

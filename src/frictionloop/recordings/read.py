@@ -19,6 +19,7 @@ from frictionloop.recordings.clock import no_rate, rate_of, refuse_times
 from frictionloop.recordings.column import Array, Column, refuse_gaps
 from frictionloop.recordings.headers import scale_of
 from frictionloop.recordings.numpy_files import read_npy, read_npz
+from frictionloop.recordings.recorders import RECORDERS, read_recorder
 from frictionloop.recordings.resampling import resampled
 from frictionloop.recordings.text import read_text
 from frictionloop.recordings.wav import read_wav
@@ -44,8 +45,9 @@ def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> A
         read; column by name, with or without its unit, or number from 0.
         ``.h5 .hdf5 .nc`` (NetCDF-4, packing undone) and ``.mat`` (5 and 7.3, indexed as in MATLAB but from 0): path
         of a dataset or its number, with ``[:, k]`` or ``[k, :]`` if it has two dimensions;
-        ``.npz`` likewise, and ``.npy``, whose array is called "array". ``.wav``: channel; integers
-        become -1 to 1 (full scale). The rate is ``recording.rate_hz``; a WAV brings its own, and so does a file with a
+        ``.npz`` likewise, and ``.npy``, whose array is called "array". ``.wav``: channel; integers become -1 to 1 (full
+        scale). ``.lvm``, ``.tdms``, ``.uff`` and ``.unv``, of the extra ``identify``: channel by name or number.
+        The rate is ``recording.rate_hz``; WAV and files of recorders bring their own, and so does a file with a
         column of times ("t", "time_ms", "Time (s)"), or an array of them beside, whose steps agree within 0.1 %, or an
         attribute or number beside ("rate_hz", "fs", "dt"). Times without a unit are in s from 100 Hz to 1 MHz only.
     rate_hz
@@ -178,4 +180,5 @@ _READERS: Mapping[str, Callable[[Recording], Column]] = {
     ".npy": read_npy,
     ".npz": read_npz,
     ".wav": read_wav,
+    **dict.fromkeys(RECORDERS, read_recorder),
 }

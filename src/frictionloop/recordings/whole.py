@@ -11,7 +11,7 @@ from pathlib import Path
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.containers import hdf5_contents, mat_contents, npz_contents, wav_contents
 from frictionloop.recordings.contents import Contents
-from frictionloop.recordings.instruments import lvm_contents, tdms_contents, uff_contents
+from frictionloop.recordings.recorders import RECORDERS
 from frictionloop.recordings.tables import read_table
 
 READERS: Mapping[str, Callable[[Path], Contents]] = {
@@ -20,9 +20,7 @@ READERS: Mapping[str, Callable[[Path], Contents]] = {
     ".mat": mat_contents,
     ".npz": npz_contents,
     ".wav": wav_contents,
-    ".lvm": lvm_contents,
-    ".tdms": tdms_contents,
-    **dict.fromkeys((".uff", ".unv"), uff_contents),
+    **RECORDERS,
 }
 
 
