@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
+import frictionloop as fl
 from frictionloop.design.comparison import protocol
 from frictionloop.loop.kernel.slab import LANES
 from frictionloop.loop.simulate import traced
@@ -22,7 +23,7 @@ from frictionloop.parameters import Constant, Steps, System, bench
 from frictionloop.physics.fingers import fingers
 from studies.conditions import CONTACTS, limit_observer
 from studies.kept import keep
-from studies.other_friction import OtherFriction
+from studies.other_friction import OTHER, OtherFriction
 
 HISTORY_S, HOLD_S, WINDOW_S, LEVEL_N = 4.0, 3.0, 0.5, 0.6
 BAND_HZ, FLOOR_N = (100.0, 400.0), 5e-3
@@ -184,6 +185,7 @@ def rows(count: int, people: int, each: int) -> Iterator[list[Any]]:
 
 def main(count: int = 40, people: int = 24, each: int = 4) -> None:
     """Run all variants, ``each`` with so many of the histories."""
+    fl.register(OTHER, OtherFriction)
     heads = ["what differs", "runs", "rang", "largest excess", "loudest window, mN"]
     keep("histories", f"histories {count} {people} {each}", heads, rows(count, people, each))
 

@@ -32,4 +32,4 @@ def _falling(f: OtherFriction) -> _Falling:
     return _Falling(f.susceptibility_per_um2, f.exponent, f.floor, f.moist_loss)
 
 
-fl.register(fl.Vibration("other", _left, _Falling, _falling), OtherFriction)
+OTHER = fl.Vibration("other", _left, _Falling, _falling)
