@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from frictionloop.cli.levels import RECORDED, at_levels
 from frictionloop.cli.ringing import Ringing, of_system
 
 if TYPE_CHECKING:
@@ -23,8 +24,6 @@ SIGNS = ("saturation_index", "r2_identity")
 """Metrics in which ringing shows."""
 FAR = 0.5
 """A population is looked at if its median R2 is further than this below its bound (chosen), as not all reach it."""
-RECORDED, OFTEN_N = ("recording", "samples"), 0.2
-"""Kinds of disturbances that are measured, and the mean from which one is asked about (chosen)."""
 
 
 def ringing(run: xr.Dataset, mask: np.ndarray, metrics: dict[str, float]) -> Ringing | None:
@@ -40,35 +39,10 @@ def ringing(run: xr.Dataset, mask: np.ndarray, metrics: dict[str, float]) -> Rin
     calm = quiet and bound - metrics["r2_identity"] <= MISSING
     if calm:
         return None
-    found = of_system(around_levels(system, run, mask))
+    found = of_system(at_levels(system, run, mask))
     if found is None or found.frequency_hz is None:
         return found
     return found._replace(frequency_hz=_loudest_hz(run, mask, found.frequency_hz))
-
-
-def around_levels(system: System, run: xr.Dataset, mask: np.ndarray) -> System:
-    """Return a system whose recorded signals are levels, of which the linear analysis knows.
-
-    A disturbance is its mean; 0 for one that was left in, as `left_in` has it. A set-point is its mean, and a standard
-    deviation to both sides.
-    """
-    from frictionloop.parameters import Constant, Sine
-
-    levels: dict[str, Any] = {}
-    if system.setpoint.kind in RECORDED:
-        asked = run["f_r"].values[mask]
-        levels["setpoint"] = Sine(offset_n=float(asked.mean()), amplitude_n=float(asked.std()))
-    # With its mean removed the level is offset_n, as `design controller` takes it.
-    if "d" in run and system.disturbance.kind in RECORDED and not getattr(system.disturbance, "remove_mean", False):
-        mean_n = float(run["d"].values[mask].mean())
-        levels["disturbance"] = Constant(offset_n=0.0 if left_in(system, mean_n) else mean_n)
-    return system.evolve(levels) if levels else system
-
-
-def left_in(system: System, mean_n: float) -> bool:
-    """Tell whether a recorded disturbance seems to hold the mean friction, which the model has already."""
-    removed = getattr(system.disturbance, "remove_mean", False)
-    return system.disturbance.kind in RECORDED and not removed and abs(mean_n) > OFTEN_N
 
 
 def of_recording(run: xr.Dataset, mask: np.ndarray) -> dict[str, float]:

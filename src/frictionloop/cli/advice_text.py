@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frictionloop.cli.advice import CLAMPED, OFTEN_N, left_in
+from frictionloop.cli.advice import CLAMPED
+from frictionloop.cli.levels import OFTEN_N, left_in
 from frictionloop.cli.ringing import OFF, Band, Ringing
 
 if TYPE_CHECKING:

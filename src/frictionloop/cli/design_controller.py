@@ -63,11 +63,12 @@ def command(
 
     from frictionloop.analysis.headroom import headroom
     from frictionloop.cli import controller_also, controller_holds, controller_text, controller_verdict, recorded
+    from frictionloop.cli.levels import at_levels
     from frictionloop.design.synthesis import default_law
     from frictionloop.firmware.board_fit import misfits
     from frictionloop.parameters import write_toml
 
-    levels = recorded.at_levels(system)
+    levels = at_levels(system)
     for line in misfits(system):
         screen.note(line)
     screen.tell_notes()  # before the search, which takes long

@@ -5,10 +5,12 @@ from __future__ import annotations
 import textwrap
 from typing import TYPE_CHECKING
 
+from frictionloop.cli.levels import at_levels
 from frictionloop.parameters import Constant, FingerFriction, Recording, Samples, Sine, Strokes
 
 if TYPE_CHECKING:
-    from frictionloop.parameters import System
+    from frictionloop.cli.levels import at_levels
+from frictionloop.parameters import System
 
 WIDTH = 100
 STILL = {
@@ -42,25 +44,6 @@ def _part(name: str, signal: object, duration_s: float) -> str:
         stop_s = signal.start_s + duration_s
         said += f" The mean of all of it is removed; --{name}.stop_s {stop_s:g} removes that of the part that runs."
     return said
-
-
-def at_levels(system: System) -> System:
-    """Return the system for which gains are found: recorded signals are levels in it.
-
-    A set-point is a sine from its lowest to its highest value, a disturbance its mean, or 0 where that was left in.
-    """
-    from frictionloop.cli.advice import left_in
-    from frictionloop.recordings.told import found
-
-    levels: dict[str, object] = {}
-    if isinstance(system.setpoint, Recording):
-        read = found(system.setpoint)
-        middle_n, swing_n = (read.highest_n + read.lowest_n) / 2, (read.highest_n - read.lowest_n) / 2
-        levels["setpoint"] = Sine(offset_n=middle_n, amplitude_n=swing_n)
-    if isinstance(system.disturbance, Recording):
-        mean_n = found(system.disturbance).mean_n
-        levels["disturbance"] = Constant(offset_n=0.0 if left_in(system, mean_n) else mean_n)
-    return system.evolve(levels) if levels else system
 
 
 def at_design(system: System) -> list[str]:

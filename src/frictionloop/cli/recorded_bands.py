@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frictionloop.cli.advice import RECORDED, around_levels
+from frictionloop.cli.levels import RECORDED, at_levels
 from frictionloop.cli.recorded import WIDTH
 from frictionloop.cli.recorded_units import too_large
 from frictionloop.quantities import FrictionloopError
@@ -26,7 +26,7 @@ def amplified_from_hz(run: xr.Dataset, mask: np.ndarray) -> float | None:
     from frictionloop.loop.record import system_of
 
     try:
-        points = operating_band(around_levels(system_of(run), run, mask))
+        points = operating_band(at_levels(system_of(run), run, mask))
         loop = points[len(points) // 2]
         grid = loop.search_grid(0.1)
         size = np.abs(loop.frequency_response(grid)["S"].values)
