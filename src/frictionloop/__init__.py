@@ -30,7 +30,7 @@ from typing import Any
 _HOME = {
     "quantities": "FrictionloopError Lti",
     "parameters": "READINGS RETUNED System bench feasible paper preset read_toml write_toml",
-    "parameters.files": "to_toml",
+    "parameters.written": "to_toml",
     "parameters.board": "Board",
     "parameters.sources": "ColouredNoise Constant LogSweep Recording Samples Signal Sine Steps",
     "parameters.timing": "Model Timing",

@@ -15,7 +15,7 @@ from studio_pages import opened, seen, until
 import frictionloop as fl
 from frictionloop.device.live_engine import CHANNELS
 from frictionloop.device.live_session import Session
-from frictionloop.parameters.files import to_toml
+from frictionloop.parameters.written import to_toml
 from frictionloop.quantities import FrictionloopError
 from frictionloop.studio.export import needed_by, page_of, stroked
 from frictionloop.studio.guest import Guest

@@ -13,8 +13,9 @@ from frictionloop.hardware.sensor import baseband, front_end
 from frictionloop.hardware.sensor.answers import analyse_sensor, clips_from_n, suspended_values
 from frictionloop.hardware.sensor.search import propose_sensor
 from frictionloop.hardware.sensor.wanted import GAP_PER_TRAVEL, LARGEST_GAP_UM, SensorRequirement
-from frictionloop.parameters.files import read_design, to_toml, write_toml
+from frictionloop.parameters.files import read_design
 from frictionloop.parameters.sensor_design import SensorDesign
+from frictionloop.parameters.written import to_toml, write_toml
 from frictionloop.quantities import FrictionloopError
 
 LOOP_BLOCK = {

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionloop as fl
-from frictionloop.parameters.files import write_toml
+from frictionloop.parameters.written import write_toml
 from frictionloop.physics.rough_contact import VIBRATION
 
 SYSTEM = fl.bench().evolve({"friction.kind": "rough_contact"})

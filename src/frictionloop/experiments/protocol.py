@@ -21,7 +21,8 @@ from frictionloop.experiments.timeline import (
 )
 from frictionloop.parameters.block import Block, Number, Whole
 from frictionloop.parameters.description import Description
-from frictionloop.parameters.files import block_toml, read_tree
+from frictionloop.parameters.files import read_tree
+from frictionloop.parameters.written import block_toml
 from frictionloop.quantities import FrictionloopError, check_known
 from frictionloop.rendering.effect import AnyEffect, Effect
 from frictionloop.rendering.files import effect_of

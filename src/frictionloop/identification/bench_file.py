@@ -27,9 +27,9 @@ def to_toml(found: Bench) -> str:
     """Return the System as TOML text; a comment says whether a value is measured, stated, chosen or assumed."""
     import tomlkit
 
-    from frictionloop.parameters import files
+    from frictionloop.parameters.written import to_toml
 
-    document = tomlkit.parse(files.to_toml(found.system, every=False))
+    document = tomlkit.parse(to_toml(found.system, every=False))
     said = {name: source_of(each) for name, each in found.measured.items() if "." in name}
     said |= {BELIEVED[name]: f"as {name}" for name in said if name in BELIEVED}
     said |= dict(found.stated)

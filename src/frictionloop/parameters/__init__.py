@@ -8,7 +8,7 @@ from frictionloop.parameters.controller import (
     OracleController,
     PiController,
 )
-from frictionloop.parameters.files import PRESETS, SCHEMA, preset, read_toml, write_toml
+from frictionloop.parameters.files import PRESETS, SCHEMA, preset, read_toml
 from frictionloop.parameters.filtered import FilteredPiController, NotchPiController
 from frictionloop.parameters.finger import FingerFriction, RigidFinger, Skin
 from frictionloop.parameters.motion import LoadCells, PositionSensor, Sliding, Strokes, Touch
@@ -36,3 +36,4 @@ from frictionloop.parameters.sources import (
 )
 from frictionloop.parameters.system import System, check_system
 from frictionloop.parameters.timing import Model, Timing
+from frictionloop.parameters.written import write_toml

@@ -10,7 +10,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from frictionloop.parameters import wording
-from frictionloop.parameters.files import block_toml, read_tree
+from frictionloop.parameters.files import read_tree
+from frictionloop.parameters.written import block_toml
 from frictionloop.quantities import FrictionloopError, check_known, replacing
 from frictionloop.rendering.effect import EFFECTS, Effect
 from frictionloop.rendering.library import LIBRARY

@@ -18,7 +18,7 @@ from starlette.websockets import WebSocket
 from frictionloop.device.live_engine import CHANNELS
 from frictionloop.device.live_record import recorded
 from frictionloop.loop.record import save
-from frictionloop.parameters.files import to_toml
+from frictionloop.parameters.written import to_toml
 from frictionloop.studio.commands import obey
 from frictionloop.studio.gallery import gallery
 from frictionloop.studio.guest import Guest

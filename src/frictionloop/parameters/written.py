@@ -1,0 +1,168 @@
+"""A System as TOML text: each key with its unit and meaning as a comment."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
+
+from pydantic import BaseModel
+
+from frictionloop.parameters.description import Description
+from frictionloop.parameters.files import SCHEMA
+from frictionloop.parameters.system import check_system
+from frictionloop.quantities import replacing, unit_of
+
+if TYPE_CHECKING:
+    from tomlkit.items import Table
+
+_RARE = """
+    touch board pulse_ticks jitter_s lost_ticks open_until_s form table_size table_um2
+    slow_mm_s static_ratio static_mm_s drying_s roughness_longest_mm bristle_damping_n_s_m
+    start load_drift_s tremor_width_hz landing_s contact_s lifted_s person unscored_n
+"""
+_SOURCE = re.compile(r"\s*\([^()]*\b(?:paper|assumed|ref|(?:19|20)\d\d)\b[^()]*\)")
+"""Where a default comes from, a year with an author or the paper; it says nothing about another value."""
+RARE = frozenset(_RARE.split())
+"""Blocks and keys that a simple bench never needs to change."""
+
+
+def write_toml(system: Description, path: str | os.PathLike[str], every: bool = True, said: Sequence[str] = ()) -> None:
+    """Write a System, or a design, as a TOML file; the old file stays whole until the new one is complete.
+
+    The path of a recording is written as seen from the file, which can then be moved with it.
+
+    Parameters
+    ----------
+    system : System, SensorDesign or PlateDesign
+        What to write.
+    path : path
+        File to write, replaced if it is there.
+    every, said
+        As in `to_toml`.
+
+    Raises
+    ------
+    FrictionloopError
+        For what is none of them, or a file that cannot be written.
+    """
+    text = to_toml(_from_there(system, Path(path).parent), every, said)
+    with replacing(path) as beside:
+        beside.write_text(text, encoding="utf-8")
+
+
+def _from_there(system: Description, folder: Path) -> Description:
+    """Return a System whose recordings' paths start at a folder they lie in, and are absolute elsewhere."""
+    changes = {}
+    for name in type(system).model_fields:
+        path = getattr(getattr(system, name), "path", None)
+        if path is not None:
+            absolute, folder = Path(path).absolute(), folder.absolute()
+            inside = absolute.is_relative_to(folder)
+            changes[f"{name}.path"] = str(absolute.relative_to(folder) if inside else absolute)
+    return system.evolve(changes) if changes else system
+
+
+def to_toml(system: Description, every: bool = True, said: Sequence[str] = ()) -> str:
+    """Return a System, or a design, as TOML text, each key with its unit and meaning as a comment.
+
+    Parameters
+    ----------
+    system : System, SensorDesign or PlateDesign
+        What to write.
+    every : bool
+        Whether to write also those keys that a simple bench never needs, where they have their defaults.
+    said : sequence of str
+        Lines to begin with, as comments.
+
+    Raises
+    ------
+    FrictionloopError
+        For what is none of them.
+    """
+    if not isinstance(system, Description):
+        check_system(system)
+    import tomlkit
+
+    file = tomlkit.document()
+    for line in said:
+        file.add(tomlkit.comment(line))
+    if not every:
+        file.add(tomlkit.comment("What a simple bench never needs is left out; --all writes it too."))
+    file.add("schema", tomlkit.item(SCHEMA))
+    _fill(file, system, every)
+    return file.as_string()
+
+
+def block_toml(block: BaseModel, form: bool = False) -> str:
+    """Return one block by itself as TOML text.
+
+    Parameters
+    ----------
+    block : Block
+        What to write.
+    form : bool
+        Whether it is to be filled in: keys without a value stand there as comments, and words say what is accepted.
+    """
+    import tomlkit
+
+    file = tomlkit.document()
+    file.add("schema", tomlkit.item(SCHEMA))
+    _fill(file, block, True, form)
+    return file.as_string()
+
+
+def _table(block: BaseModel, every: bool, form: bool) -> Table:
+    import tomlkit
+
+    table = tomlkit.table(is_super_table=False)
+    _fill(table, block, every, form)
+    return table
+
+
+def _fill(table: Any, block: BaseModel, every: bool, form: bool = False) -> None:
+    """Add the values of a block to a table or a file."""
+    import tomlkit
+
+    values = {key: (getattr(block, key), type(block).model_fields[key]) for key in block.model_dump()}
+    # What follows depends on the kind, which an inherited value may precede; tables end a table.
+    for key, (value, field) in sorted(values.items(), key=lambda item: (_is_block(item[1][0]), item[0] != "kind")):
+        if value is None and form:
+            table.add(tomlkit.comment(f"{key} =  # {_said(key, field.description or '')}"))
+        if value is None or not (every or key not in RARE or value != field.get_default(call_default_factory=True)):
+            continue
+        if _is_block(value):
+            several = isinstance(value, tuple)
+            table.add(key, _several(value, every, form) if several else _table(value, every, form))
+        else:
+            entry = tomlkit.item(value)
+            own = value != field.get_default(call_default_factory=True)
+            said = _said(key, _SOURCE.sub("", field.description or "") if own else field.description or "")
+            if form and (accepted := get_args(field.annotation))[1:] and get_origin(field.annotation) is Literal:
+                said += f"; accepts {', '.join(accepted)}"
+            if said:
+                entry.comment(said).trivia.comment_ws = "  "
+            table.add(key, entry)
+
+
+def _several(blocks: tuple[BaseModel, ...], every: bool, form: bool) -> Any:
+    """Return blocks of one name as an array of tables."""
+    import tomlkit
+
+    array = tomlkit.aot()
+    for block in blocks:
+        array.append(_table(block, every, form))
+    return array
+
+
+def _said(key: str, description: str) -> str:
+    """Return a key's unit and the first paragraph of its meaning."""
+    meaning = " ".join(description.partition("\n\n")[0].replace("``", "").split()).rstrip(".")
+    return ": ".join(part for part in (unit_of(key), meaning) if part)
+
+
+def _is_block(value: Any) -> bool:
+    """Tell whether a value is a block, or several."""
+    return isinstance(value[0] if isinstance(value, tuple) and value else value, BaseModel)
