@@ -18,8 +18,7 @@ from frictionloop.loop.simulate import no_number
 from frictionloop.loop.timing import check_seed
 from frictionloop.parameters import OracleController, System, check_system
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.compiled import DigestCache
-from frictionloop.quantities.digest import code_digest
+from frictionloop.quantities.compiled import keep_compiled
 from frictionloop.quantities.normals import BLOCK
 from frictionloop.quantities.trees import flat
 
@@ -34,7 +33,7 @@ def _limits(low: float, high: float, log2_nominal: float, um2_per_halving: float
 
 
 # Called from Python, while a session waits: compiled code is on the disk after the first time.
-_limits._cache = DigestCache(_limits.py_func, "limits", code_digest(_limits))
+keep_compiled(_limits, "limits")
 
 
 class Guided:

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from frictionloop.parameters.finger import FingerFriction
 from frictionloop.quantities.arithmetic import exp2, fma, log2, step
+from frictionloop.quantities.compiled import keep_compiled
 
 LEAST_SHARE = 1e-30
 """Least N/N0 whose logarithm is taken: far below any load, and without load the limit is 0."""
@@ -58,6 +59,9 @@ def limit_step(
     octaves = fma(half_slope, log2(fma(speed_m_s, speed_m_s, slow2) * per_speed2), load)
     factor = exp2(octaves) * fma(gain, occluded, 1.0) * max(1.0 + roughness, 0.0)
     return factor if load_n > 0.0 else 0.0
+
+
+keep_compiled(limit_step, "limit")
 
 
 @step

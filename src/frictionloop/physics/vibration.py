@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from frictionloop.parameters.finger import FingerFriction
 from frictionloop.quantities.arithmetic import exp2, fma, log2, step
 from frictionloop.quantities.brief import brief
+from frictionloop.quantities.compiled import keep_compiled
 
 LEAST_N = 1e-9
 """Least force whose logarithm is taken: below any that can be asked for."""
@@ -46,6 +47,9 @@ class GaussianCoefficients(NamedTuple):
 def vibrated_step(y: float, occluded: float, moist_loss: float) -> float:
     """e^(-tau(t) a^2) = 2^(-y^2 (1 - l w)): what vibration leaves; moisture takes away from its effect."""
     return exp2(-y * fma(-moist_loss, occluded, 1.0), y)
+
+
+keep_compiled(vibrated_step, "vibrated")
 
 
 @step

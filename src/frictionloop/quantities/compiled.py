@@ -98,6 +98,19 @@ def _tell(compiling: bool) -> None:
         listener(compiling)
 
 
+def keep_compiled(function: Any, name: str) -> None:
+    """Keep on the disk what calls of a `step` from Python compile, which compiled code has no use for.
+
+    Parameters
+    ----------
+    function
+        The step.
+    name
+        What its file is called, besides the digest.
+    """
+    function._cache = DigestCache(function.py_func, name, code_digest(function))
+
+
 def compile_c(signature: Any, function: Any, name: str) -> Any:
     """Return the C function of a Python function: ``.address``, ``.ctypes``; from the disk if it is there.
 

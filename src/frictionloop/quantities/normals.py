@@ -13,8 +13,7 @@ import numpy as np
 from numba import njit
 
 from frictionloop.quantities.arithmetic import SQRT_HALF, bits, double, fma, step
-from frictionloop.quantities.compiled import DigestCache
-from frictionloop.quantities.digest import code_digest
+from frictionloop.quantities.compiled import keep_compiled
 
 BLOCK = 32
 """Periods per block: one call to ``draw`` serves periods c, c+8, c+16 and c+24 of a block."""
@@ -103,7 +102,7 @@ def fill_normals(out: np.ndarray, seed: Word, stream: Word, first_block: int) ->
 
 
 # Called from Python, too.
-fill_normals._cache = DigestCache(fill_normals.py_func, "normals", code_digest(fill_normals))
+keep_compiled(fill_normals, "normals")
 
 
 def normals(seed: int, stream: int, start: int, stop: int) -> np.ndarray:
