@@ -6,7 +6,6 @@ what ``studies.laws`` has kept, or for the file of another comparison on `bench(
 
 from __future__ import annotations
 
-import math
 import sys
 from collections.abc import Iterator
 from typing import Any
@@ -16,7 +15,6 @@ import numpy as np
 import frictionloop as fl
 from frictionloop.design.comparison import protocol
 from frictionloop.parameters import System
-from frictionloop.physics.fingers import Fingers
 from studies.kept import both, keep
 from studies.laws import RUNS
 from studies.robust_reach import robust_reach
@@ -25,10 +23,6 @@ COARSE = 0.99
 """What is left of the bound without what 0.6 Hz of resolution may add to it (`robust_reach`)."""
 MEASURED = {0.0: 1.7}
 """Largest |S| of laws that are told the resonance of the device."""
-ALL_BUT_A_TWENTIETH = 1.645
-"""Standard deviations of a normal load below which, or above which, it is a twentieth of the time."""
-LEAST_LOAD_N = 1e-3
-"""Load that one which trembles below 0 counts as: next to no friction."""
 KINDS = {"hold": protocol.HOLDS, "sines": protocol.SINES}
 HEADS = (
     *("mm/s", "contact", "task", "fingers", "bound", "larger", "both"),
@@ -38,27 +32,8 @@ LAWS = ("clairvoyant", "oracle")
 
 
 def within_reach(system: System, people: Any, speed_mm_s: float) -> np.ndarray:
-    """Return which fingers can be given 0.9 N, and 0.3 N, all but a twentieth of the time, shape (fingers,).
-
-    A finger that is capable at its mean load may not be where the load has drifted and trembled to: whatever the law,
-    it is short of 0.9 N then, or above 0.3 N. Drift and tremor are taken to be normal (the drift is two sines, which
-    are within these ends for longer), over many periods of the drift; a run of 11 s has one.
-    """
-    light, heavy = (
-        protocol.reached(
-            system, Fingers(off_mean(system, each, side * ALL_BUT_A_TWENTIETH) for each in people), speed_mm_s
-        )
-        for side in (-1.0, 1.0)
-    )
-    return np.asarray(light["reaches_high"].values & heavy["reaches_low"].values)
-
-
-def off_mean(system: System, finger: dict[str, Any], deviations: float) -> dict[str, Any]:
-    """Return a finger whose load is some standard deviations off its mean."""
-    motion = {f"motion.{key}": value for key, value in system.motion} | finger
-    load_n = motion["motion.load_n"]
-    deviation_n = math.hypot(motion["motion.load_drift"] * load_n, motion["motion.tremor_n"])
-    return finger | {"motion.load_n": max(load_n + deviations * deviation_n, LEAST_LOAD_N)}
+    """Return which fingers can be given 0.9 N, and 0.3 N, all but a twentieth of the time, shape (fingers,)."""
+    return np.asarray(protocol.reached(system, people, speed_mm_s, load_moves=True)["capable"].values)
 
 
 def bounds_n(people: Any, seed: int, condition: protocol.Condition) -> np.ndarray:

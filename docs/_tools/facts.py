@@ -11,6 +11,8 @@ from scipy.signal import dlsim
 from tables import table
 
 import frictionloop as fl
+from frictionloop.report.claims.people import capable_share
+from frictionloop.report.protocol import SCORED_S
 
 GAINS = (1.0, 5.0, 10.0, 20.0, 40.0)
 
@@ -143,6 +145,8 @@ def numbers() -> dict[str, str]:
         "literal_r2": f"{literal_r2:.4f}",
         "lumped_r2": f"{lumped_r2:.4f}",
         "apart_mn": f"{apart_n * 1e3:.1f}",
+        "capable": f"{capable_share(SCORED_S):.0%}",
+        "capable_moving": f"{capable_share(SCORED_S, load_moves=True):.0%}",
     } | sensor_numbers()
 
 

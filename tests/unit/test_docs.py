@@ -168,10 +168,9 @@ def test_the_contents_have_every_page():
 @pytest.mark.usefixtures("tools")
 def test_the_numbers_of_the_notes_are_all_used():
     from facts import numbers
+    from filled import PAGES as FILLED
 
-    pages = "".join(
-        (DOCS / name).read_text(encoding="utf-8") for name in ("model.md", "paper-notes.md", "paper-notes-device.md")
-    )
+    pages = "".join((DOCS / name).read_text(encoding="utf-8") for name in FILLED)
     assert set(re.findall(r"<!-- n\.(\w+) -->", pages)) == set(numbers())
 
 

@@ -117,7 +117,7 @@ def finger_values(system: System) -> dict[str, Any]:
 
 
 def _band(system: System) -> tuple[float, float] | None:
-    from frictionloop.physics.fingers import reach
+    from frictionloop.physics.capable import reach
 
     try:
         return reach(finger_values(system), system.plate.max_amplitude_um)

@@ -18,7 +18,8 @@ from frictionloop.cli.flags import overrides_of
 from frictionloop.cli.outcome import Outcome, loss_of, shown
 from frictionloop.cli.replaced import replaced, replaced_said
 from frictionloop.parameters import FingerFriction, Skin, Strokes, System
-from frictionloop.physics.fingers import Fingers, capable, fingers
+from frictionloop.physics.capable import capable
+from frictionloop.physics.fingers import Fingers, fingers
 from frictionloop.quantities import FrictionloopError
 
 METRICS = ("r2_identity", "rms_error", "saturation_index", "perceptual_index")

@@ -9,7 +9,8 @@ import numpy as np
 
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.parameters import System
-from frictionloop.physics.fingers import Fingers, fingers, reach
+from frictionloop.physics.capable import reach
+from frictionloop.physics.fingers import Fingers, fingers
 from frictionloop.rendering.track import Track
 
 PLACES = 1001

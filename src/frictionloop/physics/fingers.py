@@ -1,23 +1,17 @@
-"""A population of fingers: who they are, and which forces each can be made to feel."""
+"""A population of fingers: who they are."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from scipy.special import ndtr
 
-from frictionloop.parameters.finger import FingerFriction
-from frictionloop.parameters.motion import Strokes
 from frictionloop.parameters.population import Population, read_population
-from frictionloop.physics.friction import halving_amplitude_um
-from frictionloop.physics.friction_limit import limit_coefficients, limit_step
-from frictionloop.physics.vibration import vibrated_step
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.checks import number, whole
+from frictionloop.quantities.checks import whole
 from frictionloop.quantities.normals import normals
 
 POPULATION_STREAM = 21
@@ -99,80 +93,6 @@ def _as_measured(found: Fingers, z: np.ndarray, population: Population) -> Finge
     return found
 
 
-def reach(values: Mapping[str, Any], max_amplitude_um: float = 2.5, contact_s: float = 0.0) -> tuple[float, float]:
-    """Return the lowest and the highest friction in N that a sliding finger can be given at any time of a contact.
-
-    With w growing from 0 at landing, the highest force is the limit without vibration where it is least, the lowest one
-    the limit at ``max_amplitude_um`` where it is greatest. Roughness, tremor and drift of the load are left out.
-
-    Parameters
-    ----------
-    values : mapping
-        Dotted paths to values, as from `fingers`; those of ``friction`` and of ``motion`` count, and what is missing is
-        the default of `FingerFriction` and `Strokes`.
-    max_amplitude_um : float
-        Largest amplitude of the plate, at least 0 (2.5: paper, Sec. 4.1).
-    contact_s : float
-        Time since landing until which both forces must be held, at least 0.
-
-    Raises
-    ------
-    FrictionloopError
-        For a value out of its range.
-    """
-    for name, value, unit in (("max_amplitude_um", max_amplitude_um, "um"), ("contact_s", contact_s, "s")):
-        number(name, value, unit, 0.0)
-    friction, motion = _block(FingerFriction, "friction", values), _block(Strokes, "motion", values)
-    y = max_amplitude_um / float(halving_amplitude_um(friction.susceptibility_per_um2))
-    states = _extremes(friction, y * y * math.log(2.0), -math.expm1(-contact_s / friction.occlusion_s))
-    factors = [_factor(friction, motion, w) for w in states]
-    low = max(f * vibrated_step(y, w, friction.moist_loss) for f, w in zip(factors, states, strict=True))
-    return friction.nominal_n * low, friction.nominal_n * min(factors)
-
-
-def capable(
-    population: Sequence[Mapping[str, Any]],
-    low_n: float = 0.3,
-    high_n: float = 0.9,
-    max_amplitude_um: float = 2.5,
-    contact_s: float = 0.0,
-) -> xr.Dataset:
-    """Return which fingers can be given which forces.
-
-    Parameters
-    ----------
-    population : sequence of mappings
-        Fingers, as from `fingers`.
-    low_n, high_n : float
-        Forces asked for in N (0.3 and 0.9: paper, Sec. 4.2), low below high.
-    max_amplitude_um, contact_s : float
-        As for `reach`.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over ``finger``: ``lowest_n`` and ``highest_n`` (N), ``reaches_low``, ``reaches_high`` and ``capable`` (both).
-
-    Raises
-    ------
-    FrictionloopError
-        For a value out of its range.
-    """
-    if not 0 < low_n < high_n < math.inf:
-        raise FrictionloopError(f"low_n = {low_n!r} N, high_n = {high_n!r} N: must be above 0, and low below high")
-    band = np.array([reach(each, max_amplitude_um, contact_s) for each in population]).reshape(-1, 2)
-    low, high = band[:, 0] <= low_n, band[:, 1] >= high_n
-    variables = {
-        "lowest_n": ("finger", band[:, 0], {"units": "N"}),
-        "highest_n": ("finger", band[:, 1], {"units": "N"}),
-        "reaches_low": ("finger", low),
-        "reaches_high": ("finger", high),
-        "capable": ("finger", low & high),
-    }
-    attributes = {"low_n": low_n, "high_n": high_n, "max_amplitude_um": max_amplitude_um, "contact_s": contact_s}
-    return xr.Dataset(variables, {"finger": np.arange(len(band))}, attributes)
-
-
 def _finger(z: np.ndarray) -> dict[str, float]:
     drawn = iter(z.tolist())
     found = {path: low + (high - low) * float(ndtr(next(drawn))) for path, (low, high) in UNIFORM.items()}
@@ -184,24 +104,6 @@ def _finger(z: np.ndarray) -> dict[str, float]:
     found["friction.susceptibility_per_um2"] *= left
     found["friction.moist_loss"] = 1.0 - (1.0 - MOIST_LOSS) / left
     return found
-
-
-def _factor(friction: FingerFriction, motion: Strokes, occluded: float) -> float:
-    speed_m_s = 1e-3 * motion.speed_mm_s
-    return float(limit_step(motion.load_n, speed_m_s, occluded, 0.0, tuple(limit_coefficients(friction))))
-
-
-def _extremes(friction: FingerFriction, exponent: float, reached: float) -> list[float]:
-    """Return the w among which (1 + g w) e^(c l w) and 1 + g w are greatest and least; c = tau a_max^2."""
-    gain, growth = friction.occlusion_ratio - 1.0, exponent * friction.moist_loss
-    if gain >= 0.0 or growth == 0.0:
-        return [0.0, reached]
-    return [0.0, reached, min(max(-1.0 / growth - 1.0 / gain, 0.0), reached)]
-
-
-def _block(block: Any, name: str, values: Mapping[str, Any]) -> Any:
-    own = {path.removeprefix(f"{name}."): value for path, value in values.items() if path.startswith(f"{name}.")}
-    return block(**own)
 
 
 def nearest_to_median(people: Fingers, some: np.ndarray) -> int:

@@ -19,6 +19,7 @@ from frictionloop.report import device, protocol
 from frictionloop.report.arrivals import rows as arrival_rows
 from frictionloop.report.beyond import beyond_rows
 from frictionloop.report.claims import THESIS, Claim
+from frictionloop.report.claims.people import LOAD_MOVES
 from frictionloop.report.claims.told import (
     FIRST,
     HOLDS,
@@ -150,6 +151,7 @@ def render(
         arrivals=results.arrivals,
         arrived=list(arrival_rows(results.arrivals)),
         provenance=provenance(results),
+        moving=LOAD_MOVES,
     )
 
 

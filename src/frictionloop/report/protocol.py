@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from frictionloop.parameters import Sine, Steps, System, bench
-from frictionloop.physics.fingers import Fingers, capable, fingers, nearest_to_median
+from frictionloop.physics.capable import capable
+from frictionloop.physics.fingers import Fingers, fingers, nearest_to_median
 
 FINGERS, POPULATION_SEED = 1000, 1
 LOW_N, HIGH_N = 0.3, 0.9

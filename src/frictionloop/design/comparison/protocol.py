@@ -19,7 +19,8 @@ import xarray as xr
 
 from frictionloop.parameters import Constant, FingerFriction, Sine, Skin, Source, Steps, Strokes, System, check_system
 from frictionloop.parameters.motion import TURN_SHARE
-from frictionloop.physics.fingers import Fingers, capable, fingers, nearest_to_median
+from frictionloop.physics.capable import capable
+from frictionloop.physics.fingers import Fingers, fingers, nearest_to_median
 from frictionloop.quantities import FrictionloopError
 
 TUNING_SEED = 3
@@ -154,13 +155,16 @@ def able(system: System, people: Fingers, speed_mm_s: float, hold_s: float = DUR
     return np.asarray(reached(system, people, speed_mm_s, hold_s)["capable"].values)
 
 
-def reached(system: System, people: Fingers, speed_mm_s: float, hold_s: float = DURATION_S) -> xr.Dataset:
+def reached(
+    system: System, people: Fingers, speed_mm_s: float, hold_s: float = DURATION_S, *, load_moves: bool = False
+) -> xr.Dataset:
     """Return what `capable` says of fingers on the strokes of the protocol."""
     blocks = {"friction": system.friction, "motion": system.motion}
     own = {f"{name}.{key}": value for name, block in blocks.items() for key, value in block}
     own |= {"motion.speed_mm_s": speed_mm_s, "motion.stroke_mm": STROKE_MM}
     largest_um = min(system.plate.max_amplitude_um, system.controller.model.max_amplitude_um)
-    return capable([own | each for each in people], LOW_N, HIGH_N, max_amplitude_um=largest_um, contact_s=hold_s)
+    some = [own | each for each in people]
+    return capable(some, LOW_N, HIGH_N, max_amplitude_um=largest_um, contact_s=hold_s, load_moves=load_moves)
 
 
 def median_finger(people: Fingers, some: np.ndarray) -> Mapping[str, Any] | None:

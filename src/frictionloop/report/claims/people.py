@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import xarray as xr
 
-from frictionloop.physics.fingers import capable
+from frictionloop.physics.capable import capable
 from frictionloop.report.beyond import MEDIAN, NOTCH, ORACLE, WORST
 from frictionloop.report.claims.claim import Value
 from frictionloop.report.claims.judging import Numbers, numbers
@@ -17,17 +17,22 @@ from frictionloop.report.protocol import HIGH_N, LOW_N, SCORED_S, population
 from frictionloop.report.results import Results
 
 CONTACTS_S = {"just landed": 0.0, "after a stroke of 10 s": SCORED_S, "after 20 s": 20.0}
+LOAD_MOVES = "after a stroke of 10 s whose load drifts and trembles, 95% of the time"
 
 
 @cache
-def capable_share(contact_s: float) -> float:
-    """Return the share of the population that reaches 0.3 and 0.9 N at any time of a contact."""
-    return float(capable(population(), LOW_N, HIGH_N, contact_s=contact_s)["capable"].mean())
+def capable_share(contact_s: float, load_moves: bool = False) -> float:
+    """Return the share of the population that reaches 0.3 and 0.9 N at any time of a contact.
+
+    Under the mean load; or all but a twentieth of the time while the load drifts and trembles, as on the strokes.
+    """
+    return float(capable(population(), LOW_N, HIGH_N, contact_s=contact_s, load_moves=load_moves)["capable"].mean())
 
 
 def range_achievable(_: Results) -> Numbers:
     """Return the share of fingers that reach both ends of the range."""
-    return numbers({name: capable_share(contact_s) for name, contact_s in CONTACTS_S.items()})
+    steady = {name: capable_share(contact_s) for name, contact_s in CONTACTS_S.items()}
+    return numbers(steady | {LOAD_MOVES: capable_share(SCORED_S, load_moves=True)})
 
 
 def population_r2(results: Results) -> Numbers:
