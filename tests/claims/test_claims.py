@@ -11,8 +11,6 @@ from pathlib import Path
 import pytest
 
 from frictionloop.parameters import paper
-from frictionloop.quantities import FrictionloopError
-from frictionloop.report import build
 from frictionloop.report.beyond import COMMAND, NOTCH
 from frictionloop.report.build import claims_json
 from frictionloop.report.claims import COUNTED, THESIS, TOPICS, Claim, Group, Verdict, one_claim
@@ -431,18 +429,6 @@ def test_a_claim_is_judged_alone_by_what_it_needs(claims):
     assert alone == next(claim for claim in claims if claim.id == "kp-range-low")
     assert set(vars(results)) & set(Results.__annotations__) == {"over_kp", "per_sample"}
     assert alone.seeds == "0 to 3"
-
-
-def test_reproduce_makes_some_claims_and_figures_alone(tmp_path, monkeypatch, results):
-    monkeypatch.setattr(build, "Results", lambda bar: results)
-    found = build.reproduce(tmp_path / "some", only=["fig-1b", "resonance"])
-    assert [claim.id for claim in found] == ["resonance"]
-    assert sorted(path.name for path in (tmp_path / "some").rglob("*.*")) == ["fig-1b.svg"]
-
-
-def test_a_name_that_is_neither_figure_nor_claim_is_one_line_with_near_ones(tmp_path):
-    with pytest.raises(FrictionloopError, match=r"only = 'fig-5': is neither .* as fig-5[abc] or"):
-        build.reproduce(tmp_path, only=["fig-5"])
 
 
 def test_a_claim_is_told_with_all_its_numbers(claims):

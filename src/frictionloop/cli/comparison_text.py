@@ -49,7 +49,7 @@ def number(value: float, digits: int = 3) -> str:
     if math.isinf(value):
         return "∞" if value > 0 else "-∞"
     if 0.9 <= value < 1.0:
-        return f"{value:.{digits}f}".removeprefix("0")
+        return f"{value:.{digits}f}"
     return f"{value:.{digits}g}" if abs(value) < 1000 else f"{value:.0f}"
 
 

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import json as json_text
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
 from frictionloop.cli import flags, screen
 from frictionloop.quantities.extra import needed
+
+if TYPE_CHECKING:
+    from frictionloop.report.alone import Shown
 
 ARGUMENTS = "[OPTIONS]"
 EXAMPLES = """Examples
@@ -17,13 +20,30 @@ EXAMPLES = """Examples
   frictionloop reproduce
   frictionloop reproduce --out my-report --json
   frictionloop reproduce --only fig-5a,closed-loop-r2
+  frictionloop reproduce --only fig-5a --sensor.resonance_hz 200
 """
+UNITS = {"_n_rthz": ("uN/rtHz", 1e6), "_n": ("mN", 1e3), "_ms": ("ms", 1.0), "_hz": ("Hz", 1.0)}
+"""What numbers are shown in, by the end of their names."""
+HEADS = {"r2_regression": "R2 regr.", "r2_identity": "R2 ident.", "r2_bound": "R2 bound"}
+
+
+Changed = Annotated[
+    list[str] | None,
+    Parameter(
+        name=flags.DOTTED,
+        metavar="VALUE",
+        help="Change the bench, such as --sensor.resonance_hz 200. For --only fig-5a and fig-5a-printed, which are "
+        "not the paper's then: title and file say what was changed, and no statement is judged.",
+        group=flags.RESULT,
+    ),
+]
 
 
 def command(
     *,
     out: flags.Result[Path] = Path("report"),
     only: Annotated[flags.Result[str | None], Parameter(metavar="NAME,...")] = None,
+    overrides: Changed = None,
     json: flags.Json = False,
 ) -> None:
     """Rebuild the paper's figures and check its numbers: index.html and claims.json in a folder.
@@ -33,7 +53,8 @@ def command(
     out
         Folder for the page and the claims.
     only
-        Make these figures and claims alone, and no page: fig-5a,closed-loop-r2. The page names each.
+        Make these figures and claims alone, with their numbers, and no page: fig-5a,closed-loop-r2. The page names
+        each.
     """
     needed("matplotlib", "matplotlib", "report")
     needed("jinja2", "jinja2", "report")
@@ -41,8 +62,9 @@ def command(
         from frictionloop.report.build import reproduce
         from frictionloop.report.claims.told import claims_tables, summary
 
-    if only is not None:
-        _some([name.strip() for name in only.split(",")], out, json)
+    names = [] if only is None else [name.strip() for name in only.split(",")]
+    if names or overrides:
+        _some(names, flags.overrides_of(overrides), out, json)
         return
     claims = reproduce(out)
     page = out / "index.html"
@@ -52,16 +74,52 @@ def command(
         screen.show(*claims_tables(claims), *summary(claims), f"The page: {page}")
 
 
-def _some(names: list[str], out: Path, json: bool) -> None:
-    """Make some figures and claims, and show the claims with all of their numbers."""
-    from frictionloop.report.build import reproduce
+def _some(names: list[str], changes: dict[str, Any], out: Path, json: bool) -> None:
+    """Make some figures and claims, and show them with all of their numbers."""
+    from frictionloop.report.alone import alone
     from frictionloop.report.claims.told import claim_lines
 
-    claims = reproduce(out, only=names)
-    figures = [out / "figures" / f"{name}.svg" for name in names if name not in {claim.id for claim in claims}]
+    claims, figures = alone(out, names, changes)
     if json:
-        screen.show_json({"claims": [claim.as_dict() for claim in claims], "figures": figures})
+        screen.show_json(
+            {"claims": [claim.as_dict() for claim in claims], "figures": [figure._asdict() for figure in figures]}
+        )
         return
     for claim in claims:
         screen.show(*claim_lines(claim))
-    screen.show(*(f"The figure: {path}" for path in figures))
+    for figure in figures:
+        screen.show(*_figure(figure))
+
+
+def _figure(figure: Shown) -> list[Any]:
+    """Return a figure for a terminal: what was changed, its numbers, its seeds and where it is."""
+    from frictionloop.report.changed import words
+
+    columns = list(dict.fromkeys(name for row in figure.numbers.values() for name in row))
+    rows = [("", *map(_head, columns), "")]
+    rows += [(name, *(_shown(key, row.get(key)) for key in columns), "") for name, row in figure.numbers.items()]
+    return [
+        f"{figure.name}" + (f", not the paper's bench: {words(figure.changed)}" if figure.changed else ""),
+        *([screen.table(rows)] if figure.numbers else []),
+        f"  seeds: {figure.seeds}",
+        f"The figure: {figure.file}",
+    ]
+
+
+def _unit(name: str) -> tuple[str, str, float]:
+    """Return the words of a number's name, its unit, and by what it is multiplied for that."""
+    for end, (unit, factor) in UNITS.items():
+        if name.endswith(end):
+            return name.removesuffix(end).replace("_", " "), unit, factor
+    return name.replace("_", " "), "", 1.0
+
+
+def _head(name: str) -> str:
+    words, unit, _ = _unit(HEADS.get(name, name))
+    return f"{words}, {unit}" if unit else words
+
+
+def _shown(name: str, value: float | None) -> str:
+    from frictionloop.cli.comparison_text import number
+
+    return "-" if value is None else number(_unit(name)[2] * value)

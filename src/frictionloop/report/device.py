@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.loop.workers import Job, simulate_all
-from frictionloop.parameters import RETUNED
+from frictionloop.parameters import RETUNED, System
 from frictionloop.report import protocol
 
 OPEN, PRINTED, RETUNED_GAINS, IDEAL = "open loop", "printed gains", "re-tuned gains", "ideal sensor"
@@ -31,9 +31,9 @@ def run_all(jobs: Iterable[Job]) -> list[xr.Dataset]:
     return [run.assign_coords(time=run["time"] - protocol.START_S) for run in runs]
 
 
-def tracking(finger: Mapping[str, float], overrides: Mapping[str, Any]) -> xr.Dataset:
-    """Return f_r, f_a (N), a (um) and saturated over ``level``, ``stroke`` and ``time`` for one finger."""
-    strokes = protocol.strokes(protocol.finger_system(finger).evolve(overrides))
+def tracking(system: System, overrides: Mapping[str, Any]) -> xr.Dataset:
+    """Return f_r, f_a (N), a (um) and saturated over ``level``, ``stroke`` and ``time`` for a bench with a finger."""
+    strokes = protocol.strokes(system.evolve(overrides))
     jobs = [
         (stroke.evolve({"setpoint": protocol.sines(level_n)}), protocol.seed_of(i, j))
         for i, level_n in enumerate(protocol.LEVELS_N)
@@ -44,9 +44,9 @@ def tracking(finger: Mapping[str, float], overrides: Mapping[str, Any]) -> xr.Da
     return xr.concat(levels, "level").assign_coords(level=list(protocol.LEVELS_N))
 
 
-def stepping(finger: Mapping[str, float], overrides: Mapping[str, Any]) -> xr.Dataset:
+def stepping(system: System, overrides: Mapping[str, Any]) -> xr.Dataset:
     """Return the same over ``stroke`` and ``time`` for a set-point that steps."""
-    strokes = protocol.strokes(protocol.finger_system(finger).evolve({**overrides, "setpoint": protocol.steps()}))
+    strokes = protocol.strokes(system.evolve({**overrides, "setpoint": protocol.steps()}))
     return xr.concat(run_all((stroke, protocol.seed_of(0, j)) for j, stroke in enumerate(strokes)), "stroke")
 
 

@@ -10,7 +10,7 @@ import xarray as xr
 
 from frictionloop.loop.progress import Bar, silent
 from frictionloop.parameters import System, feasible, paper
-from frictionloop.report import arrivals, beyond, calibration, device, gains, noise, people, systems
+from frictionloop.report import arrivals, beyond, calibration, device, gains, noise, people, protocol, systems
 from frictionloop.report.trials import sliding_trials
 
 HALF = "half a period of delay"
@@ -176,12 +176,13 @@ def parts() -> Iterator[Part]:
 def bench_parts() -> Iterator[Part]:
     """Yield the parts that run on the bench, in the same form."""
     finger = people.the_finger()
+    system = protocol.finger_system(finger)
     for name, overrides in device.CONTROLLERS.items():
-        yield f"tracked.{name}", partial(device.tracking, finger, overrides)
-        yield f"stepped.{name}", partial(device.stepping, finger, overrides)
+        yield f"tracked.{name}", partial(device.tracking, system, overrides)
+        yield f"stepped.{name}", partial(device.stepping, system, overrides)
     for name in people.LOOKUPS[1:]:
         table = {**device.CONTROLLERS[device.OPEN], **people.lookup(name, finger)}
-        yield f"tracked.{name}", partial(device.tracking, finger, table)
+        yield f"tracked.{name}", partial(device.tracking, system, table)
     for name in device.CLOSED:
         overrides = device.CONTROLLERS[name]
         yield f"felt.{name}", partial(people.felt, finger, overrides)
@@ -189,6 +190,6 @@ def bench_parts() -> Iterator[Part]:
         yield f"fluctuations.{name}", partial(people.fluctuations, finger, overrides, taken)
     for name in (device.RETUNED_GAINS, device.IDEAL):
         stronger = people.stronger(device.CONTROLLERS[name])
-        yield f"stronger.{name}", partial(device.stepping, finger, stronger)
+        yield f"stronger.{name}", partial(device.stepping, system, stronger)
     for name in (device.OPEN, device.PRINTED, device.RETUNED_GAINS):
         yield f"people.{name}", partial(people.population, name)

@@ -126,6 +126,23 @@ def test_reproduce_makes_a_claim_alone(frictionloop):
     assert not Path("report").exists()
 
 
+def test_reproduce_of_a_figure_prints_its_numbers_and_what_was_changed(frictionloop):
+    changes = ("--sensor.resonance_hz", "200", "--only", "fig-5a-printed")
+    answer = frictionloop("reproduce", *changes)
+    assert answer.code == 0
+    first, head, *rows, seeds, where = answer.out.splitlines()
+    assert first == "fig-5a-printed, not the paper's bench: sensor.resonance_hz = 200"
+    assert head.rstrip().endswith("error, mN") and "spread, mN" in head
+    assert [row.split("  ")[0] for row in rows] == ["printed gains", "ideal sensor"]
+    assert (seeds, where) == (
+        "  seeds: 0 to 14",
+        "The figure: report/figures/fig-5a-printed-with-sensor.resonance_hz-200.svg",
+    )
+    (figure,) = frictionloop("reproduce", *changes, "--json").json()["figures"]
+    assert figure["changed"] == {"sensor.resonance_hz": 200}
+    assert f"{1e3 * figure['numbers']['printed gains']['error_n']:.3g}" == rows[0].split()[-1]
+
+
 def test_reproduce_of_an_unknown_name_is_one_line(frictionloop):
     answer = frictionloop("reproduce", "--only", "resonances")
     assert (answer.code, answer.out) == (2, "")

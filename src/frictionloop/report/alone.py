@@ -1,0 +1,98 @@
+"""Some figures and claims alone, each with its numbers, also on a bench that is not the paper's."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from frictionloop.loop.progress import progress_bar
+from frictionloop.quantities import FrictionloopError
+from frictionloop.report import changed
+from frictionloop.report.build import prepare
+from frictionloop.report.claims import Claim, claim_ids, one_claim
+from frictionloop.report.figure_numbers import NUMBERS, Table
+from frictionloop.report.figures import DRAWINGS
+from frictionloop.report.results import FIELDS, Results
+from frictionloop.report.style import write_svg
+
+
+class Shown(NamedTuple):
+    """A figure that was written, and what it stands for."""
+
+    name: str
+    file: Path
+    seeds: str
+    changed: dict[str, Any]
+    """What is not as on the paper's bench."""
+    numbers: Table
+
+
+class Alone(NamedTuple):
+    """What was asked for."""
+
+    claims: list[Claim]
+    figures: list[Shown]
+
+
+def alone(
+    folder: str | os.PathLike[str],
+    names: Sequence[str],
+    changes: Mapping[str, Any] | None = None,
+    *,
+    progress: bool | None = None,
+) -> Alone:
+    """Compute no more than some figures and claims need, and write the figures; no page.
+
+    Parameters
+    ----------
+    folder : path
+        Where to write; made if it does not exist and a figure is asked for.
+    names : sequence of str
+        Names of figures and claims, such as "fig-5a" and "kp-optimum".
+    changes : mapping, optional
+        What is to differ from the paper's bench, by dotted names: then the protocol's own figures of `changed.SHOWN`
+        alone, which say so, and no claim.
+    progress : bool, optional
+        Show a progress bar; by default on a terminal.
+
+    Raises
+    ------
+    FrictionloopError
+        The folder cannot be written, a name is unknown, or the changes have no meaning for it; nothing has been
+        computed then.
+    """
+    given = dict(changes or {})
+    _check_names(names)
+    if given:
+        changed.check(names, given)
+    target, wanted = Path(folder), [name for name in DRAWINGS if name in names]
+    if wanted:
+        prepare(target)
+    # Only what is asked for counts on the bar, not the parts that it needs.
+    with progress_bar("report", len(names), progress) as bar:
+        results = Results(bar.inner())
+        shown = []
+        for name in wanted:
+            if given:
+                figure, numbers = changed.drawn(name, given, bar.inner())
+                file, seeds = changed.file_name(name, given), FIELDS["tracked"].seeds
+            else:
+                watched = results.watched()
+                figure, file = DRAWINGS[name](watched), name
+                numbers, seeds = NUMBERS[name](results) if name in NUMBERS else {}, watched.seeds()
+            path = target / "figures" / f"{file}.svg"
+            write_svg(figure, file, path)
+            shown.append(Shown(name, path, seeds, given, numbers))
+            bar()
+        return Alone([one_claim(id, results) for id in names if id not in DRAWINGS], shown)
+
+
+def _check_names(names: Iterable[str]) -> None:
+    known = [*DRAWINGS, *claim_ids()]
+    for name in names:
+        if name not in known:
+            near = " or ".join(difflib.get_close_matches(name, known)) or "fig-5a or closed-loop-r2"
+            raise FrictionloopError(f"only = {name!r}: is neither a figure nor a claim; a name is accepted, as {near}")

@@ -1,0 +1,84 @@
+"""Fig. 5a on a bench that is not the paper's: its protocol, its finger and its seeds, with something changed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from frictionloop.design import retune
+from frictionloop.loop.progress import Bar
+from frictionloop.parameters import bench
+from frictionloop.quantities import FrictionloopError
+from frictionloop.report import protocol
+from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, tracking
+from frictionloop.report.figure_numbers import Table, of_strokes
+from frictionloop.report.figures.closed_loop import HERE, figure_closed_loop
+from frictionloop.report.numbers import number
+from frictionloop.report.people import the_finger
+
+SHOWN = {"fig-5a": (OPEN, RETUNED_GAINS, HERE), "fig-5a-printed": (PRINTED, IDEAL)}
+"""Figures that a changed bench has a meaning for, and their controllers."""
+OWN = ("setpoint.", "controller.kp", "controller.ki", "motion.stroke_mm")
+"""What the protocol and the controllers of the figure set themselves."""
+KEPT = ("controller.kind", "friction.kind", "finger.kind", "motion.kind")
+
+
+def check(names: list[str], changes: Mapping[str, Any]) -> None:
+    """Refuse figures and statements that are the paper's own, changes that the figure makes itself, and unknown ones.
+
+    Raises
+    ------
+    FrictionloopError
+        One of these.
+    """
+    has = " and ".join(SHOWN)
+    if not names:
+        raise FrictionloopError(f"{next(iter(changes))}: a changed bench is not the paper's; name {has} with only")
+    for name in names:
+        if name not in SHOWN:
+            raise FrictionloopError(f"only = {name!r}: is of the paper's own bench; a changed one has {has} alone")
+    for path in changes:
+        if path.startswith(OWN) or path in KEPT:
+            raise FrictionloopError(f"{path}: is set by the protocol of Fig. 5a and its controllers; change the bench")
+    bench().evolve(changes)
+
+
+def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> tuple[Any, Table]:
+    """Return the figure, which says what was changed, and its numbers.
+
+    Two pairs of gains are told apart: `RETUNED`, as given, and those that `retune` finds for the changed bench.
+    """
+    base = protocol.finger_system(the_finger()).evolve(changes)
+    found = {HERE: retune(bench().evolve(changes)).overrides} if HERE in SHOWN[name] else {}
+    controllers = {each: {**CONTROLLERS, **found}[each] for each in SHOWN[name]}
+    runs = {}
+    for each, overrides in controllers.items():
+        bar.doing(f"Fig. 5a on another bench, {each}")
+        runs[each] = tracking(base, overrides)
+    numbers = of_strokes(runs, controllers)
+    figure = figure_closed_loop(runs, SHOWN[name])
+    for axes, row in zip(figure.axes, numbers.values(), strict=True):
+        if row["kp"] is not None and row["ki"] is not None:
+            title = f"{axes.get_title(loc='left')}\n$K_p$ {number(row['kp'])}, $K_i$ {number(row['ki'])} 1/s"
+            axes.set_title(title, fontsize=8.5, loc="left", weight="bold")
+    figure.suptitle(f"Not the paper's bench: {words(changes)}", fontsize=8.5, x=0.01, ha="left")
+    return figure, numbers
+
+
+def words(changes: Mapping[str, Any]) -> str:
+    """Return what was changed."""
+    return ", ".join(f"{path} = {_plain(value)}" for path, value in changes.items())
+
+
+def file_name(name: str, changes: Mapping[str, Any]) -> str:
+    """Return the name of the figure's file without suffix.
+
+    >>> file_name("fig-5a", {"sensor.resonance_hz": 200.0, "finger.contact": "slider"})
+    'fig-5a-with-sensor.resonance_hz-200-finger.contact-slider'
+    """
+    told = (f"{path}-{value:g}" if isinstance(value, float) else f"{path}-{value}" for path, value in changes.items())
+    return "-".join([name, "with", *told])
+
+
+def _plain(value: Any) -> str:
+    return number(value) if isinstance(value, float) else str(value)

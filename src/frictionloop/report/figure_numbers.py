@@ -1,0 +1,163 @@
+"""The numbers that a figure stands for, as a table: rows by name, columns by name with the unit at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
+from typing import Any
+
+import xarray as xr
+
+from frictionloop.analysis.linear import check_pi
+from frictionloop.loop.metrics import r2_bound, r2_identity, rms_error, saturation_index
+from frictionloop.parameters import bench
+from frictionloop.report.claims.claim import Value
+from frictionloop.report.device import CLOSED, CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit
+from frictionloop.report.figures import SHORT
+from frictionloop.report.figures.fidelity import PAPER_POINT, at_paper
+from frictionloop.report.gains import optimum, useful_range
+from frictionloop.report.noise import LEVELS_N
+from frictionloop.report.protocol import POPULATION
+from frictionloop.report.results import Results
+from frictionloop.report.step_response import DIRECTIONS, overshoot, times_ms
+from frictionloop.report.systems import KPS
+
+Table = dict[str, dict[str, Value]]
+
+
+def of_strokes(runs: Mapping[str, xr.Dataset], controllers: Mapping[str, Mapping[str, Any]]) -> Table:
+    """Return gains, both kinds of R2, slope, spread about the regression and error of Fig. 5a, by controller."""
+    return {name: _gains(name, overrides) | _fit(runs[name]) for name, overrides in controllers.items()}
+
+
+def _gains(name: str, overrides: Mapping[str, Any]) -> dict[str, Value]:
+    controller = check_pi(bench().evolve(overrides))
+    # The lookup table alone is made of a PI whose sensor reads nothing.
+    return {"kp": None, "ki": None} if name == OPEN else {"kp": controller.kp, "ki": controller.ki}
+
+
+def _strokes(names: Iterable[str], results: Results) -> Table:
+    return of_strokes(results.tracked, {name: CONTROLLERS[name] for name in names})
+
+
+def _fit(runs: xr.Dataset) -> dict[str, Value]:
+    found = fit(runs)
+    return {
+        "r2_regression": found.regression,
+        "r2_identity": found.identity,
+        "slope": found.slope,
+        "spread_n": found.spread_n,
+        "error_n": found.rms_n,
+    }
+
+
+def _map(name: str, results: Results) -> Table:
+    fidelity = results.maps[name]
+    best, (kp, ki) = optimum(fidelity["r2_identity"]), PAPER_POINT
+    bound = float(fidelity["r2_bound"])
+    return {
+        "largest of the map": {"kp": best.kp, "ki": best.ki, "r2_identity": best.r2, "r2_bound": bound},
+        "the paper's": {"kp": kp, "ki": ki, "r2_identity": at_paper(fidelity["r2_identity"]), "r2_bound": bound},
+    }
+
+
+def _cuts(results: Results) -> Table:
+    return {name: _cut(cut) for name, cut in results.over_kp.items()}
+
+
+def _cut(cut: xr.Dataset) -> dict[str, Value]:
+    best, useful = optimum(cut["r2_identity"]), useful_range(cut["r2_identity"])
+    scores = {"r2_identity": best.r2, "r2_bound": float(cut["r2_bound"])}
+    return {"kp_of_largest": best.kp, "kp_useful_from": useful.low, "kp_useful_to": useful.high, **scores}
+
+
+def _tracking(name: str, kp: float, results: Results) -> Table:
+    run = results.runs[name][kp]
+    metrics = {"r2_identity": r2_identity, "r2_bound": r2_bound, "error_n": rms_error}
+    found: dict[str, Value] = {key: float(metric(run)) for key, metric in metrics.items()}
+    return {f"kp {kp:g}, {name}": found | {"saturation_index": saturation_index(run)}}
+
+
+def _over_noise(metric: str, results: Results) -> Table:
+    medians = {name: results.noise[name][metric].median("seed") for name in SHORT.values()}
+    return {
+        f"{level_n:.2g} N rms": {name: float(median.sel(sigma=level_n)) for name, median in medians.items()}
+        for level_n in LEVELS_N[::8]  # one for each decade
+    }
+
+
+def _equation_3(results: Results) -> Table:
+    steady = results.steady
+    simulated = {"force_over_noise": "simulated_f", "command_over_noise": "simulated_u"}
+    return {
+        f"kp {float(kp):g}": {key: float(steady[name].sel(kp_simulated=kp)) for key, name in simulated.items()}
+        for kp in steady["kp_simulated"].values
+    } | {"linear loop": {"kp_limit": float(steady["kp_limit"])}}
+
+
+def _linearity(results: Results) -> Table:
+    rigs = {"pulley on ball bearings": results.rigs.weights, "string that rubs": results.rigs.rubbing}
+    return {name: {"r2": found.r2, "sensitivity": found.sensitivity.value} for name, found in rigs.items()}
+
+
+def _spectrum(results: Results) -> Table:
+    rigs, fitted = results.rigs, results.rigs.resonance
+    floors: Table = {
+        name: {"floor_n_rthz": rigs.density_n_rthz(name), "rms_n": rigs.rms_n(name)} for name in rigs.floors
+    }
+    return {"hammer": {"resonance_hz": fitted.resonance.value, "q": fitted.q.value}} | floors
+
+
+def _people(results: Results) -> Table:
+    found: Table = {}
+    for name in (OPEN, PRINTED, RETUNED_GAINS):
+        some = results.people[name]
+        able = some.where(some["capable"], drop=True)
+        for words, group in {f"{POPULATION} fingers": some, "the capable": able}.items():
+            found[f"{name}, median of {words}"] = {
+                "r2_regression": float(group["regression"].median()),
+                "spread_n": float(group["spread_n"].median()),
+                "error_n": float(group["rms_n"].median()),
+                "fingers": float(group.sizes["finger"]),
+            }
+    return found
+
+
+def _steps(results: Results) -> Table:
+    found: Table = {}
+    for name in (OPEN, PRINTED, RETUNED_GAINS, IDEAL):
+        for direction in DIRECTIONS:
+            times = times_ms(results.stepped[name], name, direction)
+            found[f"{name}, {direction}"] = {
+                "to_63_ms": times.to_63,
+                "from_10_to_90_ms": times.from_10_to_90,
+                "steps": float(times.steps),
+            }
+    return found
+
+
+def _overshoot(results: Results) -> Table:
+    over = {name: {each: overshoot(results.stepped[name], each) for each in DIRECTIONS} for name in CLOSED}
+    return {name: {f"overshoot_{each}": value for each, value in some.items()} for name, some in over.items()}
+
+
+NUMBERS: dict[str, Callable[[Results], Table]] = {
+    **{f"fig-2a-{short}": partial(_map, name) for short, name in SHORT.items()},
+    "fig-2a-readings": _cuts,
+    **{
+        f"fig-2{letter}-{short}": partial(_tracking, name, kp)
+        for short, name in SHORT.items()
+        for kp, letter in zip(KPS, "bcd", strict=True)
+    },
+    "fig-2e": partial(_over_noise, "r2_identity"),
+    "fig-2f": partial(_over_noise, "saturation_index"),
+    "fig-equation-3": _equation_3,
+    "fig-4a": _linearity,
+    "fig-4b": _spectrum,
+    "fig-5a": partial(_strokes, (OPEN, RETUNED_GAINS)),
+    "fig-5a-printed": partial(_strokes, (PRINTED, IDEAL)),
+    "fig-5a-population": _people,
+    "fig-5b": _steps,
+    "fig-5c": _overshoot,
+}
+"""By the name of the figure; a scheme has none, and of a stored study its own table has them."""
