@@ -155,7 +155,7 @@ REFUSED = {
     ),
     "delay": (
         lambda: retune_notch(BENCH.evolve({"controller.delay_s": 0.02}), least_ki=200.0),
-        "the delay, 20100 us with half the hold, is the limit",
+        "the delay, 20.1 ms with half the hold, is the limit",
     ),
     "resonance": (
         lambda: retune_notch(BENCH.evolve({"sensor.q": 2000.0}), 1.5, 0.5, least_ki=100.0),

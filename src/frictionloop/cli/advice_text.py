@@ -9,7 +9,7 @@ import numpy as np
 
 from frictionloop.cli.advice import CLAMPED
 from frictionloop.cli.levels import OFTEN_N, left_in
-from frictionloop.cli.ringing import OFF, Band, Ringing
+from frictionloop.cli.ringing import HELD_PEAK, OFF, Band, Ringing
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -62,6 +62,19 @@ def one_place(system: System, file: Path | None) -> list[str]:
     return textwrap.wrap(other, WIDTH)
 
 
+def too_late(system: System, metrics: dict[str, float]) -> list[str]:
+    """Return lines on a loop whose commands are clamped, and whose delay is too long for the linear analysis."""
+    from frictionloop.analysis.sampled import LONGEST_DELAY
+
+    periods, clamped = round(system.controller.delay_s * system.controller.rate_hz), metrics["saturation_index"]
+    if periods <= LONGEST_DELAY or clamped <= CLAMPED or system.controller.kind in WITHOUT_CHECK:
+        return []
+    why = f"a delay of {periods} control periods is beyond the {LONGEST_DELAY} that the linear analysis takes"
+    return textwrap.wrap(
+        f"{clamped:.0%} of the commands are clamped. Whether this loop rings is not known: {why}.", WIDTH
+    )
+
+
 def lines(found: Ringing, metrics: dict[str, float]) -> list[str]:
     """Return what a person is told."""
     clamped = metrics["saturation_index"]
@@ -73,7 +86,8 @@ def lines(found: Ringing, metrics: dict[str, float]) -> list[str]:
     said.append(f"{_gains(found)}: {'nearly ' if found.stable else ''}too much for this sensor, plate and delay.")
     if found.held:
         said.append(f"Gains that hold: {' '.join(f'--{path} {gain:g}' for path, gain in found.held.items())}")
-        said += textwrap.wrap(f"They hold {_where(found.band)}{found.band.where}, for this finger.", WIDTH)
+        holds = f"They hold with Ms up to {HELD_PEAK:g}, {_where(found.band)}{found.band.where}, for this finger."
+        said += textwrap.wrap(holds, WIDTH)
         if found.not_held:
             said += textwrap.wrap(f"They do not hold on {'; on '.join(found.not_held)}.", WIDTH)
         elif found.also_held:

@@ -57,7 +57,7 @@ def short(value: float) -> str:
     """Return a score in two significant digits, whole from 10 on, so that a table of pairs fits 80 columns."""
     if math.isfinite(value) and abs(value) >= 9.95:
         return f"{value:.0f}"
-    return number(value, 3 if 0.9 <= value < 1.0 else 2)
+    return number(value, 3).removeprefix("0") if 0.9 <= value < 1.0 else number(value, 2)
 
 
 def summary(comparison: Comparison, scored: xr.Dataset, rows: Rows, margins: Rows) -> list[Any]:

@@ -9,6 +9,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from frictionloop.cli import screen
 from frictionloop.parameters import (
     Board,
     FingerFriction,
@@ -92,7 +93,7 @@ def notes_of(system: System) -> dict[str, str]:
             f"ADC step {sensor.step_n * 1e3:.3g} mN"
         )
     if controller.delay_s > 0:
-        found["controller"] = f"{1e6 * (controller.delay_s + 0.5 / controller.rate_hz):.4g} us with half the hold"
+        found["controller"] = f"{_delay(controller.delay_s + 0.5 / controller.rate_hz)} with half the hold"
     if isinstance(system.motion, Strokes):
         found |= _moving(system.motion, system)
     return found
@@ -123,3 +124,8 @@ def _band(system: System) -> tuple[float, float] | None:
         return reach(finger_values(system), system.plate.max_amplitude_um)
     except FrictionloopError:
         return None
+
+
+def _delay(value_s: float) -> str:
+    """Return a delay in us, and from 1 ms on as other durations are told."""
+    return f"{1e6 * value_s:.4g} us" if value_s < 1e-3 else screen.seconds(value_s)

@@ -65,6 +65,8 @@ BELIEVED = {
 """Of ``controller.model``: the plant's value, and the parameters that decide it."""
 OBSERVING = {"observer", "super_twisting", "limit_observer"}
 """Kinds of laws that compute with all of these; others do with feed-forward, and with ``plate_hz`` for overdrive."""
+SET_BY_DESIGN = {"notch_pi": {"resonance_hz", "resonance_q"}} | {law: {"resonance_hz"} for law in OBSERVING}
+"""What a design takes from the sensor and saves."""
 
 
 def differing(system: System, named: Collection[str], designed: str | None = None) -> Iterator[str]:
@@ -81,6 +83,8 @@ def differing(system: System, named: Collection[str], designed: str | None = Non
             f"controller.model.max_amplitude_um = {plate:g}"
         )
     for name in _used(system, designed):
+        if name in SET_BY_DESIGN.get(designed or "", ()):
+            continue
         path, deciding = BELIEVED[name]
         model = f"controller.model.{name}"
         if (model in named) == any(each in named for each in deciding):

@@ -118,6 +118,7 @@ def command(
         screen.columns(rows),
         "",
         *([*advice_text.lines(rings, metrics), ""] if rings else []),
+        *([*late, ""] if (late := advice_text.too_late(system, metrics)) else []),
         *([*unreached, ""] if unreached else []),
         *([*one, ""] if not rings and (one := advice_text.one_place(system, file)) else []),
         *([*conditions, ""] if (conditions := advice_text.beyond_lines(left)) else []),

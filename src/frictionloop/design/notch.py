@@ -144,8 +144,9 @@ def _too_little(found: Notched, points: Sequence[LinearLoop], limits: Mapping[fl
     controller = points[0].system.controller
     stiff = Plants.of([stiffened(loop) for loop in points], found.overdrive)
     ki = best_gains(stiff, [min(limits.values())] * len(points)).ki
-    lag_us = 1e6 * (controller.delay_s + 0.5 / controller.rate_hz)
-    limit = f"the delay, {lag_us:.0f} us with half the hold, is the limit: without resonance ki = {ki:.4g} 1/s"
+    lag_s = controller.delay_s + 0.5 / controller.rate_hz
+    lag = f"{1e6 * lag_s:.0f} us" if lag_s < 1e-3 else f"{1e3 * lag_s:.3g} ms"
+    limit = f"the delay, {lag} with half the hold, is the limit: without resonance ki = {ki:.4g} 1/s"
     if ki > least_ki:
         hz = _resonance_hz(points[0].system)
         limit = f"the resonance, {hz:g} Hz +- {max(limits):.0%}, is the limit: without it ki = {ki:.4g} 1/s"

@@ -18,7 +18,7 @@ from frictionloop.design.limit_linear import learnt
 from frictionloop.design.notch import retune_notch
 from frictionloop.design.plants import shifted
 from frictionloop.design.retune import retune
-from frictionloop.design.wanted import Designed, Wanted, feedforward, unheld
+from frictionloop.design.wanted import Designed, Wanted, feedforward, springs_told, unheld
 from frictionloop.parameters import FingerFriction, Strokes, SuspendedSensor, System
 from frictionloop.perception.thresholds import LOWEST_HZ
 from frictionloop.quantities import FrictionloopError, check_known
@@ -43,7 +43,8 @@ def notch_pi(system: System, wanted: Wanted) -> Designed:
     points = leaning(band_of(_plain(system), wanted.speeds_mm_s), wanted.lean)
     with _in_terms_of(wanted):
         found = retune_notch(points, wanted.limits, disturbance=spectrum, overdrive=True, least_ki=LEAST_KI)
-    return Designed({**found.overrides, "controller.feedforward": forward}, notes + more)
+    told, said = springs_told(system)
+    return Designed({**found.overrides, "controller.feedforward": forward, **told}, notes + more + said)
 
 
 def pi(system: System, wanted: Wanted) -> Designed:

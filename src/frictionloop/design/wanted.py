@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from frictionloop.design.corners import NOTHING, Corner
 from frictionloop.design.elsewhere import Elsewhere
 from frictionloop.design.leaning import Lean
-from frictionloop.parameters import System
+from frictionloop.parameters import SuspendedSensor, System
 from frictionloop.parameters.filtered import LONGEST_DELAY
 from frictionloop.parameters.sources import largest_n
 from frictionloop.quantities import FrictionloopError
@@ -76,6 +76,19 @@ class Designed(NamedTuple):
     def warnings(self) -> tuple[str, ...]:
         """What comes before all else: where it is unstable."""
         return self.elsewhere.warning()
+
+
+def springs_told(system: System) -> tuple[dict[str, float], tuple[str, ...]]:
+    """Return what the controller must believe of the springs that its notch is made for, where it believes otherwise.
+
+    Feed-forward expects the force behind the springs that are believed.
+    """
+    model, sensor = system.controller.model, system.sensor
+    assert isinstance(sensor, SuspendedSensor)  # as for a notch
+    true = {"resonance_hz": sensor.resonance_hz, "resonance_q": sensor.q}
+    told = {f"controller.model.{name}": value for name, value in true.items() if value != getattr(model, name)}
+    names = " and ".join(f"{path} = {value:g}" for path, value in told.items())
+    return told, (f"{names}: set to the sensor's, for which the notch is made",) if told else ()
 
 
 def unheld(law: str, wanted: Wanted, worst: Corner) -> str:

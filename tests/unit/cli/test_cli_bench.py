@@ -152,7 +152,10 @@ def test_the_printed_gains_ring_and_it_is_said(frictionloop):
     assert "This loop rings near 14" in answer.out  # the resonance at 145 Hz, pulled down by the delay
     assert "of the commands are clamped, the force does not follow." in answer.out
     assert "kp = 10, ki = 2: too much for this sensor, plate and delay." in answer.out
-    assert "\nThey hold dry and moist (occluded 100%), at the set-point's levels (0.5 to 0.7 N)," in answer.out
+    assert (
+        "\nThey hold with Ms up to 2, dry and moist (occluded 100%), at the set-point's levels (0.5 to 0.7 N),"
+        in answer.out
+    )
     assert "contact dahl, 20 mm/s, sensor resonance 145 Hz" in " ".join(answer.out.split())
     assert "on contact slider at 10, 20, 80 mm/s. They stop the ringing" in " ".join(answer.out.split())
     gains = re.search(r"^Gains that hold: (.*)$", answer.out, re.MULTILINE)[1]
@@ -238,3 +241,11 @@ def test_a_run_says_that_it_is_one_contact_and_speed_where_a_check_looks_at_othe
     for other in (("--controller.kind", "lookup"), ("--preset", "feasible")):
         args = other if "--preset" in other else ("--preset", "bench", *other)
         assert "design check" not in frictionloop("simulate", *args, "--duration-s", "1").out
+
+
+def test_a_delay_beyond_the_linear_analysis_is_told_where_commands_are_clamped(frictionloop):
+    out = frictionloop("simulate", "--preset", "bench", "--controller.delay_s", "0.4", "--duration-s", "1").out
+    assert "-> 400 ms with half the hold" in out
+    assert "of the commands are clamped. Whether this loop rings is not known: a delay of 2000" in " ".join(out.split())
+    quick = frictionloop("simulate", "--preset", "bench", "--controller.delay_s", "4e-4", "--duration-s", "1").out
+    assert "-> 500 us with half the hold" in quick and "is not known" not in quick

@@ -106,7 +106,10 @@ def test_a_population_of_a_loop_that_rings_is_told(frictionloop, monkeypatch):
         re.MULTILINE,
     )
     assert "\nkp = 10, ki = 2: too much for this sensor, plate and delay.\n" in answer.out
-    assert "\nThey hold dry and moist (occluded 100%), at the set-point's levels (0.5 to 0.7 N)," in answer.out
+    assert (
+        "\nThey hold with Ms up to 2, dry and moist (occluded 100%), at the set-point's levels (0.5 to 0.7 N),"
+        in answer.out
+    )
     assert "contact dahl, 20 mm/s, sensor resonance 145 Hz" in " ".join(answer.out.split())
     assert "\nThey do not hold on contact dahl at 80 mm/s with the resonance 10 % lower" in answer.out
     assert "on contact slider at 10, 20, 80 mm/s." in " ".join(answer.out.split())

@@ -95,14 +95,37 @@ def test_a_preset_has_no_such_difference(preset):
 def test_a_design_asks_about_the_model_of_a_file_that_describes_the_sensor_alone(frictionloop, tmp_path):
     (tmp_path / "mine.toml").write_text('schema = 1\npreset = "bench"\n[sensor]\nresonance_hz = 160.0\n')
     assert frictionloop("simulate", "mine.toml", "--duration-s", "0.01").err == ""
+    (tmp_path / "mine.toml").write_text((tmp_path / "mine.toml").read_text() + "cutoff_hz = 900.0\n")
     said = frictionloop("design", "controller", "mine.toml", "--law", "observer").err
     assert said == (
-        "sensor.resonance_hz is 160 Hz, and the controller believes 145 Hz; if it is to know: "
-        "controller.model.resonance_hz = 160\n"
+        "sensor.cutoff_hz is 900 Hz, and the controller believes 1000 Hz; if it is to know: "
+        "controller.model.sensor_hz = 900\n"
     )
-    named = "[controller.model]\nresonance_hz = 160.0\n"
+    named = "[controller.model]\nsensor_hz = 900.0\n"
     (tmp_path / "mine.toml").write_text((tmp_path / "mine.toml").read_text() + named)
     assert frictionloop("design", "controller", "mine.toml", "--law", "observer").err == ""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", ["notch_pi", "observer"])
+def test_a_design_saves_the_resonance_that_it_went_by_as_what_the_controller_believes(frictionloop, law):
+    words = ("--sensor.resonance_hz", "180", "--controller.model.resonance_hz", "145", "--law", law, "--out", "c.toml")
+    answer = frictionloop("design", "controller", *words)
+    assert (answer.code, answer.err) == (0, "")
+    found = fl.read_toml("c.toml")
+    assert found.controller.model.resonance_hz == pytest.approx(180.0, rel=0.06)  # an observer's is best a little low
+    assert "model.resonance_hz" in answer.out
+    if law == "notch_pi":
+        assert found.controller.model.resonance_hz == 180.0
+        said = " ".join(answer.out.split())
+        assert "controller.model.resonance_hz = 180: set to the sensor's, for which the notch is made" in said
+
+
+def test_a_design_does_not_ask_about_what_it_sets_itself():
+    system = fl.bench().evolve({"sensor.resonance_hz": 180.0, "sensor.q": 15.0, "sensor.cutoff_hz": 900.0})
+    named = ["sensor.resonance_hz", "sensor.q", "sensor.cutoff_hz"]
+    asked = {law: [line.split(" is ")[0] for line in differing(system, named, law)] for law in ("notch_pi", "observer")}
+    assert asked == {"notch_pi": ["sensor.cutoff_hz"], "observer": ["sensor.q", "sensor.cutoff_hz"]}
 
 
 def test_what_a_controller_believes_is_a_field_of_its_model():
