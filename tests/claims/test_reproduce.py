@@ -9,10 +9,12 @@ from xml.etree import ElementTree
 
 import pytest
 
+from frictionloop.design.checking import check_controller
 from frictionloop.loop.progress import Bar
+from frictionloop.parameters import bench
 from frictionloop.quantities import FrictionloopError
 from frictionloop.report import build
-from frictionloop.report.claims import THESIS
+from frictionloop.report.claims import THESIS, Group
 from frictionloop.report.figures import DRAWINGS
 from frictionloop.report.page import Drawn, maths, render
 from frictionloop.report.results import FIELDS, Results, parts
@@ -127,6 +129,27 @@ def test_the_first_sentence_tells_whether_the_idea_holds_and_the_next_part_what_
     assert "comes out in part" in first[: first.index("</b>")]
     assert "no upper end" in first[: first.index("</b>")]
     assert "comes out under no reading, only for “reachable set-point”, “reachable set-point, Ki per sample”;" in first
+
+
+def test_all_that_comes_out_is_named_of_the_text_and_of_the_device_apart(results, claims):
+    text = render(results, claims, dict.fromkeys(DRAWINGS, EMPTY))
+    told = text[text.index('<ul class="told">') :].partition("</ul>")[0]
+    of_text, of_device, _, not_out = re.findall(r"<li>(.*?)</li>", told, re.DOTALL)
+    for part, group, verdict in ((of_text, False, "comes out"), (of_device, True, "comes out")):
+        titles = [c.title for c in claims if c.verdict == verdict and (c.group is Group.DEVICE) == group]
+        assert part.count("“") == len(titles) > 1
+        assert all(str(maths(title)) in part for title in titles)
+    assert all(str(maths(c.title)) in not_out for c in claims if c.verdict == "does not come out")
+
+
+def test_the_first_part_says_where_the_gains_are_stable_and_what_a_check_asks_besides(results, claims):
+    text = " ".join(render(results, claims, dict.fromkeys(DRAWINGS, EMPTY)).split())
+    found = results.checked
+    assert found.sensitivity_peak == pytest.approx(1.5, abs=0.005) and found.held < found.places
+    first = text[: text.index("Fig. 5a, on the bench.")]
+    assert f"amplified by at most {found.sensitivity_peak:.2g} " in first
+    assert f"they do not hold at {found.places - found.held} of {found.places}" in first
+    assert check_controller(bench().evolve(found.instead)).holds
 
 
 def test_every_rule_of_agreement_is_on_the_page(results, claims):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 import sys
@@ -11,6 +12,7 @@ import pytest
 
 import frictionloop
 from frictionloop.loop.kept import COMPUTING, computing
+from frictionloop.quantities import version
 from frictionloop.quantities.version import sources_digest
 
 LAW = '''"""A law."""
@@ -88,3 +90,15 @@ def test_every_process_finds_the_same():
     code = "from frictionloop.loop.kept import computing; print(computing())"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == computing()
+
+
+def test_what_is_cited_is_the_version_and_of_a_clone_its_commit(monkeypatch):
+    of_clone = (Path(version.__file__).parents[3] / ".git").exists()
+    cited = rf"{re.escape(version.package_version())}\+g[0-9a-f]{{10,}}(\.modified)?"
+    assert not of_clone or re.fullmatch(cited, version.cited_version.__wrapped__())
+
+    def without_git(*words, **more):
+        raise FileNotFoundError("git")
+
+    monkeypatch.setattr(version.subprocess, "run", without_git)
+    assert version.cited_version.__wrapped__() == version.package_version()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import subprocess
 import sys
 from collections.abc import Iterable
 from functools import cache
@@ -65,6 +66,20 @@ def _docstring(code: CodeType) -> Any:
         return code.co_consts[0] if code.co_consts and isinstance(code.co_consts[0], str) else code
     texts = [each for each in code.co_consts if isinstance(each, str)]
     return texts["__qualname__" in code.co_names] if "__doc__" in code.co_names else code
+
+
+@cache
+def cited_version() -> str:
+    """Return the version, and of a clone the commit after a plus: 0.1.0+g1a2b3c4d, with .modified if files differ."""
+    clone = Path(__file__).parents[3]
+    if not (clone / ".git").exists():
+        return package_version()
+    words = ("git", "-C", str(clone), "describe", "--always", "--abbrev=10", "--exclude=*", "--dirty=.modified")
+    try:
+        found = subprocess.run(words, capture_output=True, text=True, check=True, timeout=10).stdout.strip()
+    except (OSError, subprocess.SubprocessError):  # no git here, or not our repository to read
+        return package_version()
+    return f"{package_version()}+g{found}"
 
 
 def version_of(name: str) -> str:

@@ -14,7 +14,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescap
 from markupsafe import Markup, escape
 
 from frictionloop.parameters import RETUNED
-from frictionloop.quantities.version import package_version
+from frictionloop.quantities.version import cited_version
 from frictionloop.report import device, protocol
 from frictionloop.report.arrivals import rows as arrival_rows
 from frictionloop.report.beyond import beyond_rows
@@ -80,7 +80,7 @@ def provenance(results: Results) -> dict[str, Any]:
     systems = results.systems | bench_systems()
     digests = {name: hashlib.sha256(system.model_dump_json().encode()).hexdigest() for name, system in systems.items()}
     seeds = {name: field.seeds for name, field in FIELDS.items()}
-    return {"version": package_version(), "systems": digests, "seeds": seeds}
+    return {"version": cited_version(), "systems": digests, "seeds": seeds}
 
 
 def docs_link(page: str, folder: Path) -> str:
@@ -152,6 +152,7 @@ def render(
         arrived=list(arrival_rows(results.arrivals)),
         provenance=provenance(results),
         moving=LOAD_MOVES,
+        checked=results.checked,
     )
 
 
@@ -159,4 +160,4 @@ def _citation(command: str, seeds: str) -> Markup:
     """Return the line that a figure or a number is cited by: version, command, seeds."""
     words = f"seeds {seeds}" if seeds != "none" else "no random numbers"
     line = '<p class="cite">frictionloop {version} · <code>{command}</code> · {words}</p>'
-    return Markup(line).format(version=package_version(), command=command, words=words)
+    return Markup(line).format(version=cited_version(), command=command, words=words)

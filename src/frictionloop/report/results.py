@@ -41,6 +41,7 @@ FIELDS = {
     "felt": Field("what is felt", "5"),
     "fluctuations": Field("where fluctuations come from", "5 to 9"),
     "people": Field("Fig. 5a, 26 fingers", "0, 5 and 10, fingers of seed 1"),
+    "checked": Field("where the re-tuned gains hold", "none"),
     "beyond": Field("laws, a stored study", "11, of the stored study"),
     "arrivals": Field("effects, a stored study", "0, fingers of seed 11, of the stored study"),
 }
@@ -76,6 +77,8 @@ class Results:
     """Perceptual indices by controller."""
     fluctuations: dict[str, dict[str, float]]
     """rms of the error at a constant set-point by controller and by what is taken away, N."""
+    checked: device.Held
+    """What a design asks of the re-tuned gains, and where they hold it."""
     beyond: beyond.Beyond
     """Control laws compared on fingers that none of them was tuned on, from the stored study."""
     arrivals: arrivals.Arrivals
@@ -193,3 +196,4 @@ def bench_parts() -> Iterator[Part]:
         yield f"stronger.{name}", partial(device.stepping, system, stronger)
     for name in (device.OPEN, device.PRINTED, device.RETUNED_GAINS):
         yield f"people.{name}", partial(people.population, name)
+    yield "checked", device.held

@@ -82,8 +82,6 @@ def claim_lines(claim: Claim) -> list[str]:
 
 FIRST = ("open-loop-r2", "closed-loop-r2", "open-loop-variation", "steady-20-mn")
 """Claims of Fig. 5a that stand beside the paper's values at the top."""
-EXAMPLES = ("kp-40-saturated", "higher-gain-amplifies", "closed-loop-r2")
-"""Of what comes out."""
 HOLDS = {
     Verdict.COMES_OUT: "comes out",
     Verdict.ASSUMED: "comes out under an assumption",
@@ -138,10 +136,14 @@ def not_counted(claims: Sequence[Claim]) -> str:
 
 
 def named(claims: Sequence[Claim]) -> dict[str, str]:
-    """Return the titles that the sentences about what comes out, and what does not, name."""
-    out = [claim for claim in claims if claim.id in EXAMPLES and claim.verdict is Verdict.COMES_OUT]
-    not_out = [claim for claim in claims if claim.verdict is Verdict.NOT_OUT]
-    return {"out": _titles(out), "not out": _titles(not_out)}
+    """Return the titles of all that comes out, of the text and about the device, and of all that does not."""
+    out = [claim for claim in claims if claim.verdict is Verdict.COMES_OUT]
+    groups = {
+        "out": [claim for claim in out if claim.group is not Group.DEVICE],
+        "device out": [claim for claim in out if claim.group is Group.DEVICE],
+        "not out": [claim for claim in claims if claim.verdict is Verdict.NOT_OUT],
+    }
+    return {name: _titles(some) for name, some in groups.items()}
 
 
 def _titles(claims: Sequence[Claim]) -> str:

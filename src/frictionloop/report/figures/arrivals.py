@@ -27,10 +27,13 @@ def figure_arrivals(found: Arrivals) -> Figure:
     """Return the spread between fingers over the speed, above a panel for each effect with its contrast."""
     effects = found.effects
     lines = -(-len(effects) // COLUMNS)
-    figure = new_figure(7.2, 2.6 + 1.5 * lines)
-    parts: Any = figure.subfigures(2, 1, height_ratios=(2.2, 1.5 * lines + 0.4))
+    figure = new_figure(7.2, 3.1 + 1.5 * lines)
+    parts: Any = figure.subfigures(2, 1, height_ratios=(2.7, 1.5 * lines + 0.4))
     above, below = parts
-    _draw_spread(above.subplots(), found)
+    panel = above.subplots()
+    _draw_spread(panel, found)
+    # At the left and narrow: on a phone the figure is scrolled, and begins with it.
+    above.legend(*panel.get_legend_handles_labels(), loc="outside lower left", ncols=2)
     grid = below.subplots(lines, COLUMNS, sharex=True, sharey=True, squeeze=False)
     for number, (axes, effect) in enumerate(zip(grid.ravel(), effects, strict=False)):
         axes.axhline(1.0, color=BLACK, lw=0.7)
@@ -58,7 +61,6 @@ def _draw_spread(axes: Axes, found: Arrivals) -> None:
     axes.set_yticks([3, 10, 30, 100, 300], ["3", "10", "30", "100", "300"])
     axes.yaxis.set_minor_formatter(NullFormatter())
     axes.set_title("How differently fingers are given one effect: median and range of the effects")
-    axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
 
 
 def _over_speed(axes: Axes, found: Arrivals) -> None:

@@ -8,6 +8,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, LogLocator
 
 from frictionloop.report.gains import Optimum, optimum, useful_range
@@ -22,6 +23,8 @@ PAPER_RANGE = (5.0, 20.0)
 BELOW_BEST = (0.5, 0.3, 0.2, 0.1, 0.05, 0.03, 0.02, R2_STEP, 0.005, 0.002)
 """Borders of a map's colours, as R2 below the best: finer where it matters."""
 
+CASED = [withStroke(linewidth=3.0, foreground="white")]
+"""A white casing: a black line is then seen on any colour of a map, and in its key on a dark page."""
 EDGE_ROOM = 1.6
 """Room above the largest Ki, a factor, for a best point on the edge of the map."""
 
@@ -33,7 +36,7 @@ def figure_fidelity_map(fidelity: xr.Dataset, title: str) -> Figure:
     r2 = fidelity["r2_identity"]
     best = optimum(r2)
     _colours(figure, axes, r2, best.r2)
-    axes.plot([], [], color=BLACK, lw=1.3, label=f"$R^2$ within {R2_STEP:g} of the best")
+    axes.plot([], [], color=BLACK, lw=1.3, path_effects=CASED, label=f"$R^2$ within {R2_STEP:g} of the best")
     axes.plot(
         best.kp,
         best.ki,
@@ -69,7 +72,7 @@ def _colours(figure: Figure, axes: Axes, r2: xr.DataArray, best: float) -> None:
     filled = axes.contourf(kp, ki, values, levels, norm=BoundaryNorm(levels, 256, extend="min"), extend="min")
     # A hairline in each polygon's own colour hides the seams that viewers draw between polygons.
     filled.set(edgecolor="face", linewidth=0.2)
-    axes.contour(kp, ki, values, [best - R2_STEP], colors=BLACK, linewidths=1.3)
+    axes.contour(kp, ki, values, [best - R2_STEP], colors=BLACK, linewidths=1.3).set(path_effects=CASED)
     figure.colorbar(
         filled, ax=axes, label="fidelity $R^2$ to $f_a = f_r$", format="%.3f", pad=0.02, ticks=levels, spacing="uniform"
     )

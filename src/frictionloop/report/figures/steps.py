@@ -108,5 +108,6 @@ def figure_overshoot(stepped: Mapping[str, xr.Dataset], names: Sequence[str]) ->
     panels[0, 0].set_ylabel("friction force $f_a$ (N)")
     panels[1, 0].set_ylabel("amplitude $a$ (µm)")
     panels[1, 0].set_ylim(0, None)
-    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    # At the left and narrow: on a phone the figure is scrolled, and begins with it.
+    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
     return figure
