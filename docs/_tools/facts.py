@@ -6,13 +6,12 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
+import bench_facts
 import numpy as np
 from scipy.signal import dlsim
 from tables import table
 
 import frictionloop as fl
-from frictionloop.report.claims.people import capable_share
-from frictionloop.report.protocol import SCORED_S
 
 GAINS = (1.0, 5.0, 10.0, 20.0, 40.0)
 
@@ -121,33 +120,39 @@ def numbers() -> dict[str, str]:
     f0, floor = paper.friction.nominal_n, fl.reachable(paper).low_n
     wide = fl.simulate(paper.evolve(fl.READINGS["disturbance of Sec. 2.1"]), 10.0)
     literal_r2, lumped_r2, apart_n = literal_and_lumped()
+    loud = fl.feasible().evolve({"controller.kp": 40.0})
     steepest = fl.amplitude_for(f0 * math.exp(-0.5), paper.friction)
     output_n = fl.output_noise_rms_n(paper.evolve({"sensor.noise_rms_n": 5e-5}))
-    return {
-        "bound": f"{fl.r2_bound(run):.3f}",
-        "r2": f"{fl.r2_identity(run):.3f}",
-        "regression": f"{fl.r2_regression(run):.3f}",
-        "slope": f"{fl.regression(run).slope:.2f}",
-        "low": f"{low:.3f}",
-        "high": f"{high:.3f}",
-        "floor": f"{floor:.4f}",
-        "reduction": f"{1 - floor / f0:.0%}",
-        "half": f"{float(fl.amplitude_for(f0 / 2, paper.friction)):.2f}",
-        "steepest": f"{float(steepest):.2f}",
-        "amplitude_for_floor_of_device": f"{float(fl.amplitude_for(f0 / 3, paper.friction)):.2f}",
-        "lowest_d": f"{float(wide['d'].min()):.1f}",
-        "lowest_possible": f"{floor + float(wide['d'].min()):.2f}",
-        "lowest_f": f"{float(wide['f_a'].min()):.2f}",
-        "kp_limit": f"{fl.kp_limit(paper):.1f}",
-        "kp_limit_late": f"{fl.kp_limit(paper.evolve({'controller.delay_s': 200e-6})):.1f}",
-        "output_noise": f"{output_n * 1e5:.1f}",
-        "noise_harm_mn": f"{harmful_noise_n(0.01) * 1e3:.1f}",
-        "literal_r2": f"{literal_r2:.4f}",
-        "lumped_r2": f"{lumped_r2:.4f}",
-        "apart_mn": f"{apart_n * 1e3:.1f}",
-        "capable": f"{capable_share(SCORED_S):.0%}",
-        "capable_moving": f"{capable_share(SCORED_S, load_moves=True):.0%}",
-    } | sensor_numbers()
+    return (
+        {
+            "bound": f"{fl.r2_bound(run):.3f}",
+            "r2": f"{fl.r2_identity(run):.3f}",
+            "regression": f"{fl.r2_regression(run):.3f}",
+            "slope": f"{fl.regression(run).slope:.2f}",
+            "low": f"{low:.3f}",
+            "high": f"{high:.3f}",
+            "floor": f"{floor:.4f}",
+            "reduction": f"{1 - floor / f0:.0%}",
+            "half": f"{float(fl.amplitude_for(f0 / 2, paper.friction)):.2f}",
+            "steepest": f"{float(steepest):.2f}",
+            "amplitude_for_floor_of_device": f"{float(fl.amplitude_for(f0 / 3, paper.friction)):.2f}",
+            "lowest_d": f"{float(wide['d'].min()):.1f}",
+            "lowest_possible": f"{floor + float(wide['d'].min()):.2f}",
+            "lowest_f": f"{float(wide['f_a'].min()):.2f}",
+            "kp_limit": f"{fl.kp_limit(paper):.1f}",
+            "kp_limit_late": f"{fl.kp_limit(paper.evolve({'controller.delay_s': 200e-6})):.1f}",
+            "output_noise": f"{output_n * 1e5:.1f}",
+            "noise_harm_mn": f"{harmful_noise_n(0.01) * 1e3:.1f}",
+            "feasible_r2": f"{score(fl.feasible())[0]:.3f}",
+            "loud_r2": f"{score(loud)[0]:.2f}",
+            "loud_r2_noiseless": f"{score(loud.evolve({'sensor.noise_rms_n': 0.0}))[0]:.2f}",
+            "literal_r2": f"{literal_r2:.4f}",
+            "lumped_r2": f"{lumped_r2:.4f}",
+            "apart_mn": f"{apart_n * 1e3:.1f}",
+        }
+        | bench_facts.numbers()
+        | sensor_numbers()
+    )
 
 
 def literal_and_lumped() -> tuple[float, float, float]:

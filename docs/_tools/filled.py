@@ -13,7 +13,15 @@ from pathlib import Path
 
 import facts
 
-PAGES = ("paper-notes.md", "paper-notes-device.md", "model.md", "finger.md", "../README.md")
+PAGES = (
+    "paper-notes.md",
+    "paper-notes-device.md",
+    "model.md",
+    "finger.md",
+    "which-law.md",
+    "how-to/reproduce-the-paper.md",
+    "../README.md",
+)
 TABLES = (
     facts.readings, facts.gains, facts.integral_gains, facts.noise_readings, facts.delays, facts.noise_gains,
 )  # fmt: skip

@@ -231,6 +231,16 @@ def test_pages_tell_no_history(path):
     assert [each for each in found if HISTORY.search(each[1])] == []
 
 
+@pytest.mark.parametrize("path", PROSE, ids=lambda path: path.stem)
+def test_links_have_a_text_and_lead_somewhere_where_pages_are_read_unbuilt(path):
+    text = path.read_text(encoding="utf-8")
+    links = re.findall(r"\[([^\]]*)\]\((?!https?:)([^)\s]*)\)", re.sub(r"```.*?```", "", text, flags=re.DOTALL))
+    assert [target for words, target in links if not words.strip()] == []
+    assert [target for _, target in links if "sphx_glr" in target] == []
+    for _, target in links:
+        assert (path.parent / target.partition("#")[0]).exists(), target
+
+
 def test_the_glossary_has_the_words_that_pages_use_in_a_sense_of_their_own_in_order():
     page = (DOCS / "glossary.md").read_text(encoding="utf-8").split("```")[1]
     words = [word for line in page.splitlines() if re.match(r"\w", line) for word in line.split(", ")]

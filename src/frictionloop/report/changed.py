@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from frictionloop.design import retune
@@ -23,7 +23,7 @@ OWN = ("setpoint.", "controller.kp", "controller.ki", "motion.stroke_mm")
 KEPT = ("controller.kind", "friction.kind", "finger.kind", "motion.kind")
 
 
-def check(names: list[str], changes: Mapping[str, Any]) -> None:
+def check(names: Sequence[str], changes: Mapping[str, Any]) -> None:
     """Refuse figures and statements that are the paper's own, changes that the figure makes itself, and unknown ones.
 
     Raises

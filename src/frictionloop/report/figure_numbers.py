@@ -11,6 +11,7 @@ import xarray as xr
 from frictionloop.analysis.linear import check_pi
 from frictionloop.loop.metrics import r2_bound, r2_identity, rms_error, saturation_index
 from frictionloop.parameters import bench
+from frictionloop.report.beyond import MEDIAN, WORST
 from frictionloop.report.claims.claim import Value
 from frictionloop.report.device import CLOSED, CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit
 from frictionloop.report.figures import SHORT
@@ -89,10 +90,12 @@ def _over_noise(metric: str, results: Results) -> Table:
 def _equation_3(results: Results) -> Table:
     steady = results.steady
     simulated = {"force_over_noise": "simulated_f", "command_over_noise": "simulated_u"}
-    return {
+    found: Table = {
         f"kp {float(kp):g}": {key: float(steady[name].sel(kp_simulated=kp)) for key, name in simulated.items()}
         for kp in steady["kp_simulated"].values
-    } | {"linear loop": {"kp_limit": float(steady["kp_limit"])}}
+    }
+    found["linear loop"] = {"kp_limit": float(steady["kp_limit"])}
+    return found
 
 
 def _linearity(results: Results) -> Table:
@@ -102,10 +105,10 @@ def _linearity(results: Results) -> Table:
 
 def _spectrum(results: Results) -> Table:
     rigs, fitted = results.rigs, results.rigs.resonance
-    floors: Table = {
-        name: {"floor_n_rthz": rigs.density_n_rthz(name), "rms_n": rigs.rms_n(name)} for name in rigs.floors
-    }
-    return {"hammer": {"resonance_hz": fitted.resonance.value, "q": fitted.q.value}} | floors
+    found: Table = {"hammer": {"resonance_hz": fitted.resonance.value, "q": fitted.q.value}}
+    for name in rigs.floors:
+        found[name] = {"floor_n_rthz": rigs.density_n_rthz(name), "rms_n": rigs.rms_n(name)}
+    return found
 
 
 def _people(results: Results) -> Table:
@@ -141,6 +144,14 @@ def _overshoot(results: Results) -> Table:
     return {name: {f"overshoot_{each}": value for each, value in some.items()} for name, some in over.items()}
 
 
+def _residuals(results: Results) -> Table:
+    study = results.beyond
+    return {
+        f"{law}, {contact}": {f"{key}_n": study.value(law, contact, "residual_rms_n", key) for key in (MEDIAN, WORST)}
+        for law, contact in study.cells
+    }
+
+
 NUMBERS: dict[str, Callable[[Results], Table]] = {
     **{f"fig-2a-{short}": partial(_map, name) for short, name in SHORT.items()},
     "fig-2a-readings": _cuts,
@@ -159,5 +170,6 @@ NUMBERS: dict[str, Callable[[Results], Table]] = {
     "fig-5a-population": _people,
     "fig-5b": _steps,
     "fig-5c": _overshoot,
+    "beyond-residuals": _residuals,
 }
-"""By the name of the figure; a scheme has none, and of a stored study its own table has them."""
+"""By the name of the figure; a scheme has none, and of stored traces and effects the page has a table."""
