@@ -22,11 +22,11 @@ BLOCKS = list(dict.fromkeys(BLOCKS))
 FIELDS = [(block, name) for block in BLOCKS for name in block.model_fields]
 # Numbers without a unit, and words. A recording's scale is newtons per whatever unit its column has.
 DIMENSIONLESS = {
-    "exponent", "table_size", "scale", "kind", "path", "column", "unit", "remove_mean", "load_exponent", "speed_slope",
-    "decimal", "occlusion_ratio", "roughness_rms", "q", "adc_bits", "lost_ticks", "contact", "start", "load_drift",
-    "person", "moist_loss", "static_ratio", "touch_share", "resonance_q", "overdrive", "feedforward", "sections",
-    "notch_depth", "notch_width", "preview", "schedule", "compliance_learning", "resonance_share", "broadened_q",
-    "susceptibility_learning", "force_axes", "pulse_ticks", "form", "position", "hum_share",
+    "exponent", "table_size", "scale", "kind", "path", "column", "unit", "rectify", "remove_mean", "load_exponent",
+    "speed_slope", "decimal", "occlusion_ratio", "roughness_rms", "q", "adc_bits", "lost_ticks", "contact", "start",
+    "load_drift", "person", "moist_loss", "static_ratio", "touch_share", "resonance_q", "overdrive", "feedforward",
+    "sections", "notch_depth", "notch_width", "preview", "schedule", "compliance_learning", "resonance_share",
+    "broadened_q", "susceptibility_learning", "force_axes", "pulse_ticks", "form", "position", "hum_share",
     "spring_noise", "susceptibility_spread",
 }  # fmt: skip
 

@@ -10,6 +10,7 @@ import numpy as np
 from frictionloop.cli.advice import CLAMPED
 from frictionloop.cli.levels import OFTEN_N, left_in
 from frictionloop.cli.ringing import HELD_PEAK, OFF, Band, Ringing
+from frictionloop.recordings.doubts import FINGERS_N
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -23,8 +24,6 @@ UNREACHED = 0.9
 """Share of the time out of reach that is told (chosen); less where a recording brings its own mean."""
 MISSED, TINY = 0.05, 1e-300
 """Share of the time out of reach from which the error is split (chosen), and what keeps a share of nothing a number."""
-FINGERS_N = 10.0
-"""Force above which a unit is asked about: no finger slides under so much (assumed)."""
 WIDTH = 100
 NEAR = 4.0
 """As in the design of controllers, which this does not load; a test holds the two together."""
@@ -132,15 +131,13 @@ def _where(band: Band) -> str:
 
 def out_of_reach(run: xr.Dataset, mask: np.ndarray) -> list[str]:
     """Return what a person is told of a set-point that nearly nothing could follow, and what may be the cause."""
-    if not mask.any():
-        return []
-    from frictionloop.cli.recorded_units import too_large
+    from frictionloop.cli.recorded_units import asked
     from frictionloop.loop.metrics import reach_of
     from frictionloop.loop.record import system_of
 
     system = system_of(run)
-    if asked := too_large(system):
-        return asked
+    if (misread := asked(system, "size", "signs")) or not mask.any():  # no reach explains what comes of that
+        return misread
     (floor, top), r, d = reach_of(run, mask), run["f_r"].values[mask], run["d"].values[mask]
     missed = (r < floor + d) | (r > top + d)
     level = abs(float(d.mean()))

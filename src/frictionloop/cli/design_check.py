@@ -33,13 +33,14 @@ def command(
     """
     given_system, origin = flags.given(file, preset, overrides, "bench")
 
-    from frictionloop.cli import check_text, controller_also, recorded
+    from frictionloop.cli import check_text, controller_also, recorded, recorded_units
     from frictionloop.cli.levels import at_levels
     from frictionloop.design.checking import check_controller
     from frictionloop.design.limit_linear import learnt
     from frictionloop.firmware.board_fit import misfits
 
     system = at_levels(given_system)
+    recorded_units.ask(given_system)
     for line in misfits(system):
         screen.note(line)
     screen.tell_notes()  # before the look at all places, which takes some seconds

@@ -62,13 +62,21 @@ def command(
     system, origin = flags.given(file, preset, overrides, "bench", designed=law or "notch_pi")
 
     from frictionloop.analysis.headroom import headroom
-    from frictionloop.cli import controller_also, controller_holds, controller_text, controller_verdict, recorded
+    from frictionloop.cli import (
+        controller_also,
+        controller_holds,
+        controller_text,
+        controller_verdict,
+        recorded,
+        recorded_units,
+    )
     from frictionloop.cli.levels import at_levels
     from frictionloop.design.synthesis import default_law
     from frictionloop.firmware.board_fit import misfits
     from frictionloop.parameters import write_toml
 
     levels = at_levels(system)
+    recorded_units.ask(system)
     for line in misfits(system):
         screen.note(line)
     screen.tell_notes()  # before the search, which takes long

@@ -96,6 +96,7 @@ def _row(each: ChannelPreview, rate_hz: float | None) -> tuple[str, ...]:
         f"clipped {100 * each.clipped:.2g} %" if each.clipped else "",
         f"wraps {each.wraps} time{'s' * (each.wraps > 1)}: give wrap in the map" if each.wraps else "",
         f"{each.missing} missing" if each.missing else "",
+        "strokes both ways: rectify takes the magnitude" if each.both_signs else "",
         "always the same" if each.least == each.most else "",
         each.type if each.type != "float64" else "",
     ]

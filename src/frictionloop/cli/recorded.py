@@ -3,14 +3,9 @@
 from __future__ import annotations
 
 import textwrap
-from typing import TYPE_CHECKING
 
 from frictionloop.cli.levels import at_levels
-from frictionloop.parameters import Constant, FingerFriction, Recording, Samples, Sine, Strokes
-
-if TYPE_CHECKING:
-    from frictionloop.cli.levels import at_levels
-from frictionloop.parameters import System
+from frictionloop.parameters import Constant, FingerFriction, Recording, Samples, Sine, Strokes, System
 
 WIDTH = 100
 STILL = {

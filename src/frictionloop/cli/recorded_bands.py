@@ -10,7 +10,7 @@ import numpy as np
 
 from frictionloop.cli.levels import RECORDED, at_levels
 from frictionloop.cli.recorded import WIDTH
-from frictionloop.cli.recorded_units import too_large
+from frictionloop.cli.recorded_units import asked
 from frictionloop.quantities import FrictionloopError
 
 if TYPE_CHECKING:
@@ -57,11 +57,11 @@ def left_by_band(run: xr.Dataset, mask: np.ndarray, split_hz: float) -> tuple[fl
 
 
 def lines(run: xr.Dataset, mask: np.ndarray) -> list[str]:
-    """Return a sentence on both parts; nothing without a recording in its unit, or where they are not known."""
+    """Return a sentence on both parts; nothing without a recording read as meant, or where they are not known."""
     from frictionloop.loop.record import system_of
 
     system = system_of(run)
-    if not mask.any() or system.disturbance.kind not in RECORDED or too_large(system):
+    if not mask.any() or system.disturbance.kind not in RECORDED or asked(system, "size", "signs"):
         return []
     split_hz = amplified_from_hz(run, mask)
     parts = None if split_hz is None else left_by_band(run, mask, split_hz)

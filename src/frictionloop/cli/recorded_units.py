@@ -1,35 +1,36 @@
-"""Recorded signals whose numbers are hardly newtons are asked about, before their mean is removed."""
+"""What is asked and said of recorded signals by their numbers: those of a file, and what resampling takes out."""
 
 from __future__ import annotations
 
-import re
 import textwrap
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from frictionloop.cli.advice_text import FINGERS_N, WIDTH
+from frictionloop.cli import screen
+from frictionloop.cli.advice_text import WIDTH
 from frictionloop.parameters import Recording
+from frictionloop.recordings.doubts import SIGNALS, doubts_of
 
 if TYPE_CHECKING:
     from frictionloop.parameters import System
     from frictionloop.recordings.told import Found
 
-LOAD = re.compile(r"(?<![a-z])(normal|load|preload|weight|fz|fn|grip)(?![a-z])", re.IGNORECASE)
-"""Names of what presses on the finger, which in a recording stands beside the friction."""
 REMOVED = 0.02
 """Share of a recording (rms) from which on it is said that resampling removed it (chosen)."""
 LEAST_N = 1e-3
 """Variation (rms) of a disturbance below which its unit is asked about: that of fingers is some 10 mN (assumed)."""
 
 
-def too_large(system: System) -> list[str]:
-    """Return a question for each recorded signal that is larger than a finger's force."""
-    said = []
-    for name, each in recordings(system).items():
-        if each.largest_n > FINGERS_N:
-            removed = " before its mean is removed" if getattr(system, name).remove_mean else ""
-            meant = f"--{name}.unit mN" if each.unit == "N" else f"another --{name}.scale"
-            said.append(f"The recorded {name} is up to {each.largest_n:.4g} N{removed}; did you mean {meant}?")
-    return [line for each in said for line in textwrap.wrap(each, WIDTH)]
+def asked(system: System, *about: str) -> list[str]:
+    """Return the questions about recorded signals: their "size", their "signs", their "name"; all if none is named."""
+    found = [each.in_flags() for each in doubts_of(system) if not about or each.about in about]
+    return [line for each in found for line in textwrap.wrap(each, WIDTH)]
+
+
+def ask(system: System, signals: Sequence[str] = SIGNALS) -> None:
+    """Note all questions about the recorded ones of these signals, for stderr."""
+    for each in doubts_of(system, signals):
+        screen.note(each.in_flags())
 
 
 def too_small(system: System) -> list[str]:
@@ -41,21 +42,10 @@ def too_small(system: System) -> list[str]:
     return textwrap.wrap(said, WIDTH)
 
 
-def misnamed(system: System) -> list[str]:
-    """Return a question for each recorded signal whose column is named as a normal force is, and no friction."""
-    said = [
-        f"The recorded {name} is column {each.column!r}: is that the load on the finger? {name} is a friction force; "
-        f"--{name}.column NAME takes another column."
-        for name, each in recordings(system).items()
-        if LOAD.search(each.column)
-    ]
-    return [line for each in said for line in textwrap.wrap(each, WIDTH)]
-
-
 def negative(system: System) -> list[str]:
     """Return which flag lifts a recorded set-point that asks for forces below zero, as one of zero mean does."""
     each = recordings(system).get("setpoint")
-    if each is None or each.lowest_n >= 0:
+    if each is None or each.lowest_n >= 0 or each.signs:  # of friction with a sign its magnitude is meant
         return []
     said = f"The recorded setpoint asks for {each.lowest_n:.3g} N at its lowest; friction in one direction is above 0: "
     return textwrap.wrap(said + "--setpoint.offset_n LEVEL lifts the set-point (N).", WIDTH)

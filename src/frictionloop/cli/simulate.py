@@ -30,7 +30,7 @@ EXAMPLES = r"""Examples
   frictionloop simulate my-bench.toml --setpoint.kind recording \
       --setpoint.path wanted.csv --setpoint.column force_n
   Also of a recording: unit, scale, offset_n, rate_hz, decimal, start_s,
-  stop_s, remove_mean
+  stop_s, rectify, remove_mean
 """
 
 
@@ -93,7 +93,8 @@ def command(
         metrics, mask = scores.metrics_of(run, score_from_s), scores.scored_periods(run, score_from_s)
         rings, unreached = advice.ringing(run, mask, metrics), advice_text.out_of_reach(run, mask)
         left = beyond(run)
-        said = [*recorded_units.misnamed(system), *recorded_units.negative(system), *recorded_units.too_small(system)]
+        said = [*recorded_units.asked(system, "name"), *recorded_units.negative(system)]
+        said += recorded_units.too_small(system)
         said += recorded_units.resampled(system)
         said += recorded_bands.lines(run, mask)
     said += recorded.notes(system, duration_s)

@@ -8,7 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionloop.identification.clipping import LEVELS, RESTING, at_end, clips
+from frictionloop.quantities.units import UNITS
 from frictionloop.recordings.contents import Channel
+from frictionloop.recordings.headers import is_time
+from frictionloop.recordings.signs import signs_of
 
 Array = NDArray[np.float64]
 SAMPLED = 20000
@@ -32,6 +35,8 @@ class ChannelPreview(NamedTuple):
     """Jumps of a counter that starts again."""
     missing: int
     """Samples that are no finite number."""
+    both_signs: bool
+    """Whether it looks like friction of strokes both ways; not known without a rate, or of another unit's numbers."""
 
 
 class Glance:
@@ -87,8 +92,8 @@ class Glance:
             self._calm = max(self._calm, float(steps[~jumps].max(initial=0.0)))
             self._last = fine[-1:]
 
-    def result(self) -> ChannelPreview:
-        """Return what was found."""
+    def result(self, rate_hz: float | None) -> ChannelPreview:
+        """Return what was found; with the rate also what its signs say."""
         line, samples = self.line, self.line.samples
         wraps = self._jumps if self._calm < 0.05 * self.span else 0
         return ChannelPreview(
@@ -102,7 +107,14 @@ class Glance:
             clipped=0.0 if wraps else self._clipped(),  # a counter that stands still
             wraps=wraps,
             missing=samples.size - self.count,
+            both_signs=self._both_signs(rate_hz),
         )
+
+    def _both_signs(self, rate_hz: float | None) -> bool:
+        may_be_force = UNITS.get(self.line.unit or "N", ("",))[0] in ("N", "V") and not is_time(self.line.name)
+        if rate_hz is None or not self.count or not may_be_force:
+            return False
+        return signs_of(np.concatenate(self._sampled), self.line.samples.size / rate_hz) == "both"
 
     def _clipped(self) -> float:
         if not self.span:

@@ -43,11 +43,11 @@ def preview(path: str | os.PathLike[str], rate_hz: float | None = None, progress
     """
     contents = read_contents(path)
     sampling = sampling_of(str(path), contents, rate_hz)
-    seen = _glances(contents.channels, progress)
+    seen = _glances(contents.channels, sampling.rate_hz, progress)
     return Preview(str(path), seen, sampling, _warnings(contents, sampling), contents.date)
 
 
-def _glances(lines: tuple[Channel, ...], progress: bool | None) -> tuple[ChannelPreview, ...]:
+def _glances(lines: tuple[Channel, ...], rate_hz: float | None, progress: bool | None) -> tuple[ChannelPreview, ...]:
     found = [Glance(line) for line in lines]
     total = max(count_blocks(line.samples) for line in lines)
     show = progress if total > 1 else False
@@ -59,7 +59,7 @@ def _glances(lines: tuple[Channel, ...], progress: bool | None) -> tuple[Channel
                     if block is not None:
                         take(each, block)
                 bar()
-    return tuple(each.result() for each in found)
+    return tuple(each.result(rate_hz) for each in found)
 
 
 def _warnings(contents: Contents, sampling: Sampling) -> tuple[str, ...]:

@@ -163,6 +163,8 @@ class Recording(Signal):
     """Where in the recording t = 0 lies."""
     stop_s: Positive | None = None
     """Where in the recording to stop (its end if not given)."""
+    rectify: bool = False
+    """Take the magnitude, |scale * column|, before a mean is removed: of friction whose sign is that of the motion."""
     remove_mean: bool = False
     """Subtract the mean of the part used, so that offset_n alone sets the level."""
 

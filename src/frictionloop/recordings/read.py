@@ -28,9 +28,10 @@ from frictionloop.recordings.wav import read_wav
 def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> Array:
     """Return the recorded force in newtons at t_k = k / rate_hz, from ``start_s`` to ``stop_s`` or the end.
 
-        force = offset_n + scale * column, or offset_n + scale * (column - mean) with ``remove_mean``,
+        force = offset_n + f,  f = scale * column, |scale * column| with ``rectify``, less its mean if that is removed,
 
-    the mean taken over the recorded samples used. Both ends are included, so a window of D seconds gives
+    the mean taken over the recorded samples used, of the magnitude if that is taken: the friction of strokes both ways
+    has the mean of its magnitude. Both ends are included, so a window of D seconds gives
     D * rate_hz + 1 values (one less at the end of the file); ``start_s`` and ``stop_s``, counted from the first
     sample, fall on the nearest recorded one. At the file's own rate the samples are copied exactly. At another
     they are resampled band-limited (`scipy.signal.resample_poly`; zero phase, flat to 0.8 of the lower of the
@@ -115,14 +116,16 @@ def scaled(recording: Recording, wanted: str) -> tuple[Array, float, Column]:
     """Return the part in use in the wanted unit, the rate in Hz and the column, with what tells its rate."""
     column = _open(recording)
     used, file_hz, by = _used(recording, column)
-    if recording.remove_mean:
-        used -= used.mean()
     scale = recording.scale
     if scale is None and recording.unit is None and column.unit_in_doubt:
         raise FrictionloopError(f"{recording.path}: {column.unit_in_doubt}")
     if scale is None:
         where = f"{recording.path}: column {recording.column!r}"
         scale = scale_of(where, recording.unit, column.unit, wanted)
+    if recording.rectify:
+        used, scale = np.abs(used), abs(scale)
+    if recording.remove_mean:
+        used -= used.mean()
     return recording.offset_n + scale * used, file_hz, replace(column, rate_by=by)
 
 

@@ -11,6 +11,7 @@ from frictionloop.quantities.units import UNITS, known_unit
 from frictionloop.recordings.clock import unevenness
 from frictionloop.recordings.column import Column
 from frictionloop.recordings.read import scaled
+from frictionloop.recordings.signs import Signs, signs_of
 
 
 class Found(NamedTuple):
@@ -37,6 +38,11 @@ class Found(NamedTuple):
     """Mean of the signal in N."""
     rms_n: float
     """Standard deviation of the signal in N."""
+    raw_lowest_n: float
+    raw_highest_n: float
+    """Range in the file in N, before a mean is removed and an offset added."""
+    signs: Signs
+    """Whether that looks like friction with the sign of the motion (`signs_of`)."""
     uneven: str = ""
     """Where the times are not those of a rate that is given, "" where they are."""
 
@@ -65,6 +71,9 @@ def found(recording: Recording) -> Found:
         lowest_n=float(force.min()),
         highest_n=float(force.max()),
         largest_n=float(np.abs(raw).max()),
+        raw_lowest_n=float(raw.min()),
+        raw_highest_n=float(raw.max()),
+        signs=signs_of(raw, raw.size / file_hz),
         mean_n=float(force.mean()),
         rms_n=float(force.std()),
         uneven="" if recording.rate_hz is None else unevenness(column, file_hz),
@@ -114,6 +123,10 @@ def told(recording: Recording) -> str:
     head = f" ({each.head}), " if each.head else ", "
     by = "" if recording.rate_hz is not None else f" by {each.rate_by}"
     forces = f"{each.lowest_n:.3g} to {each.highest_n:.3g} N, {1e3 * each.rms_n:.3g} mN rms about {_mean(each):.3g} N"
+    if recording.remove_mean:
+        forces += f" ({each.raw_lowest_n:.3g} to {each.raw_highest_n:.3g} N before its mean is removed)"
+    if recording.rectify:
+        unit += "its magnitude, "
     return f"column {each.column!r}{head}{unit}{each.samples} samples at {each.rate_hz:g} Hz{by}, {forces}" + (
         f"; {each.uneven}" if each.uneven else ""
     )

@@ -8,7 +8,7 @@ import pytest
 from scipy.io import savemat, wavfile
 
 import frictionloop as fl
-from frictionloop.cli.recorded_units import misnamed, negative, resampled
+from frictionloop.cli.recorded_units import asked, negative, resampled
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.read import read_recording
 from frictionloop.recordings.told import found, told
@@ -80,8 +80,8 @@ def test_a_column_named_as_a_load_is_asked_about(tmp_path, name):
         fl.Recording(path=str(tmp_path / "d.csv"), column=each, rate_hz=RATE_HZ)
         for each in (name, "tangential", "overload")
     )
-    assert f"column '{name}" in " ".join(misnamed(under(load)))
-    assert misnamed(under(friction)) == misnamed(under(other)) == []
+    assert f"column '{name}" in " ".join(asked(under(load), "name"))
+    assert asked(under(friction)) == asked(under(other)) == []
 
 
 def test_the_read_back_gives_rms_and_mean(tmp_path):
@@ -91,7 +91,7 @@ def test_the_read_back_gives_rms_and_mean(tmp_path):
     )
     (tmp_path / "e.csv").write_text("force [N]\n0.4\n0.8\n0.7\n")
     removed = fl.Recording(path=str(tmp_path / "e.csv"), rate_hz=RATE_HZ, remove_mean=True)
-    assert told(removed).endswith(" mN rms about 0 N")
+    assert told(removed).endswith(" mN rms about 0 N (0.4 to 0.8 N before its mean is removed)")
 
 
 def test_an_index_over_a_stroke_that_does_not_vary_is_refused(frictionloop):

@@ -1,0 +1,98 @@
+"""Signals from a file or an array that are probably read wrongly: what was seen, and what was probably meant."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from frictionloop.parameters import Recording, Samples, System
+from frictionloop.recordings.signs import signs_of
+from frictionloop.recordings.told import Found, found
+
+SIGNALS = ("setpoint", "disturbance")
+FINGERS_N = 10.0
+"""Force above which a unit is asked about: no finger slides under so much (assumed)."""
+LOAD = re.compile(r"(?<![a-z])(normal|load|preload|weight|fz|fn|grip)(?![a-z])", re.IGNORECASE)
+"""Names of what presses on the finger, which in a recording stands beside the friction."""
+
+
+class Remedy(NamedTuple):
+    """A value of a recording's parameter that may be meant, None for any other, and what does the same to an array."""
+
+    parameter: str
+    value: str | bool | None
+    of_array: str = ""
+
+
+class Doubt(NamedTuple):
+    """A question about a signal; ``{}`` in what is said stands for the remedy."""
+
+    about: Literal["size", "signs", "name"]
+    signal: str
+    said: str
+    meant: Remedy
+    is_array: bool = False
+
+    def in_flags(self) -> str:
+        """Return the question with the remedy as a flag of the command line."""
+        value = "true" if self.meant.value is True else self.meant.value or ""
+        flag = f"--{self.signal}.{self.meant.parameter} {value}".rstrip()
+        return self.said.format(self.meant.of_array if self.is_array else flag)
+
+
+RECTIFY = Remedy("rectify", True, "abs(values)")
+
+
+def doubts_of(system: System, signals: Sequence[str] = SIGNALS) -> Iterator[Doubt]:
+    """Yield the questions about the signals of a system; none about those of a formula.
+
+    Raises
+    ------
+    FrictionloopError
+        As `read_recording`.
+    """
+    for name in signals:
+        signal = getattr(system, name)
+        if isinstance(signal, Recording):
+            yield from _of_recording(name, signal, found(signal))
+        elif isinstance(signal, Samples):
+            yield from _of_array(name, signal)
+
+
+def _of_recording(name: str, signal: Recording, each: Found) -> Iterator[Doubt]:
+    before = " before its mean is removed" if signal.remove_mean else ""
+    if LOAD.search(each.column):
+        said = f"The recorded {name} is column {each.column!r}: is that the load on the finger? {name} is a friction "
+        yield Doubt("name", name, said + "force; {} takes another column.", Remedy("column", "NAME"))
+    if each.largest_n > FINGERS_N:
+        meant = Remedy("unit", "mN") if each.unit == "N" else Remedy("scale", None)
+        yield _too_large(name, each.largest_n, before, meant)
+    range_n = f"{each.raw_lowest_n:.3g} to {each.raw_highest_n:.3g} N"
+    yield from _signed(name, each.signs, range_n + before)
+
+
+def _of_array(name: str, signal: Samples) -> Iterator[Doubt]:
+    values = np.array(signal.values_n)
+    largest_n = float(np.abs(values).max())
+    asked = [_too_large(name, largest_n, "", Remedy("", None, "values / 1000"))] if largest_n > FINGERS_N else []
+    range_n = f"{values.min():.3g} to {values.max():.3g} N"
+    asked += _signed(name, signs_of(values, signal.longest_s), range_n)
+    yield from (each._replace(is_array=True) for each in asked)
+
+
+def _too_large(name: str, largest_n: float, before: str, meant: Remedy) -> Doubt:
+    another = "another " if meant.parameter == "scale" else ""
+    said = f"The recorded {name} is up to {largest_n:.4g} N{before}; did you mean {another}{{}}?"
+    return Doubt("size", name, said, meant)
+
+
+def _signed(name: str, signs: str, range_n: str) -> Iterator[Doubt]:
+    seen = {
+        "both": f"has both signs, {range_n}, as friction of strokes both ways; did you mean its magnitude, {{}}?",
+        "below": f"is below 0, {range_n}, and friction is above; did you mean its magnitude, {{}}, or the other sign?",
+    }.get(signs)
+    if seen:
+        yield Doubt("signs", name, f"The recorded {name} {seen}", RECTIFY)
