@@ -9,6 +9,7 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.units import UNITS
 from frictionloop.recordings.column import DEFAULT, Array, Column, no_column, refuse_gaps
 from frictionloop.recordings.headers import is_time
+from frictionloop.recordings.stamps import ACCEPTED
 
 SLOWEST_HZ, FASTEST_HZ = 100.0, 1e6
 """Rates outside of which times without a unit are not taken to be in s: no force is recorded so (assumed)."""
@@ -73,10 +74,14 @@ def unevenness(column: Column, rate_hz: float) -> str:
     The rows are then taken one after the other: those after a gap come too early, by what the gap is longer.
     """
     times = column.times
-    if times is None or times.unit not in UNITS or times.samples.size < 2:
+    if times is None or times.samples.size < 2:
         return ""
-    in_s = UNITS[times.unit][1] * np.asarray(times.samples, dtype=float)
+    in_s = UNITS.get(times.unit or "s", ("", 1.0))[1] * np.asarray(times.samples, dtype=float)
     steps = np.diff(in_s)
+    if not np.isfinite(steps).any():
+        return f"times are not read: {times.place(0)}"
+    if times.unit not in UNITS and not may_be_seconds(float(np.nanmedian(steps))):
+        return ""
     uneven = np.flatnonzero(~(np.abs(steps * rate_hz - 1) <= _NEAR))
     if not uneven.size:
         return ""
@@ -104,7 +109,7 @@ def _rate_of(path: str, times: Column, given_hz: float | None) -> float | None:
     """Return the rate of times, None if they are counts, or uneven about the rate that is given."""
     in_s = UNITS.get(times.unit or "s", ("", 1.0))[1] * np.asarray(times.samples, dtype=float)
     if given_hz is None:
-        refuse_gaps(path, in_s, times.place)
+        refuse_gaps(path, in_s, times.place, accepted=ACCEPTED)
     steps = np.diff(in_s)
     if not np.any(np.isfinite(steps)):
         return None

@@ -56,12 +56,19 @@ def no_column(recording: Recording, there: list[str], why: str = "is not there")
     )
 
 
-def refuse_gaps(path: str, values: Array, place: Callable[[int], str], where: str = "", cut: str = "") -> None:
+def refuse_gaps(
+    path: str,
+    values: Array,
+    place: Callable[[int], str],
+    where: str = "",
+    cut: str = "",
+    accepted: str = "a finite number",
+) -> None:
     """Refuse a NaN or an infinity, naming the first and where it stands, where all are, and what cuts them out."""
     bad = np.flatnonzero(~np.isfinite(values))
     if bad.size:
         more = f" (and {bad.size - 1} more)" if bad.size > 1 else ""
-        raise FrictionloopError(f"{path}: {place(bad[0])}{more}{where}; accepted: a finite number{cut}")
+        raise FrictionloopError(f"{path}: {place(bad[0])}{more}{where}; accepted: {accepted}{cut}")
 
 
 def column_number(recording: Recording, names: list[str], count: int, head: str = "") -> int:

@@ -52,14 +52,19 @@ class Contents:
     """What was left out, and why."""
     date: str = ""
     """When it was recorded, by the file."""
+    stamped: tuple[str, ...] = ()
+    """Channels that are times whatever they are called: the file has times of the clock on the wall there."""
 
     def clock(self) -> Channel | None:
         """Return the column of times, None without one."""
-        return next((each for each in self.channels if is_time(each.name.rpartition("/")[2])), None)
+        return next(filter(self._is_clock, self.channels), None)
 
     def signals(self) -> tuple[Channel, ...]:
         """Return the channels but the times."""
-        return tuple(each for each in self.channels if not is_time(each.name.rpartition("/")[2]))
+        return tuple(each for each in self.channels if not self._is_clock(each))
+
+    def _is_clock(self, channel: Channel) -> bool:
+        return channel.name in self.stamped or is_time(channel.name.rpartition("/")[2])
 
 
 def told_rate(name: str, value: Any) -> float | None:

@@ -9,7 +9,10 @@ from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from frictionloop.quantities import FrictionloopError
+from frictionloop.recordings.stamps import is_stamp, stamp_of
 
 LOOKED_AT = 200
 """Lines in which names must end and numbers begin (assumed)."""
@@ -30,6 +33,8 @@ class Layout(NamedTuple):
     width: int
     above: tuple[str, ...] = ()
     """Those lines as they stand."""
+    begun: tuple[tuple[int, np.datetime64], ...] = ()
+    """Columns of times of the clock on the wall, and the first of each: they are read in s after it."""
 
 
 def layout_of(path: Path) -> Layout:
@@ -52,7 +57,8 @@ def layout_of(path: Path) -> Layout:
         raise FrictionloopError(f"{path}: has no row of numbers in its first {len(lines)} lines; accepted: a table")
     head = [[cell.strip().strip('"') for cell in row] for row in rows[:first]]
     widths = [len(row) for row in rows[first:]]
-    return Layout(encoding, mark, decimal, first, head, max(widths), tuple(lines[:first]))
+    begun = tuple((k, stamp_of(cell)) for k, cell in enumerate(rows[first]) if is_stamp(cell))
+    return Layout(encoding, mark, decimal, first, head, max(widths), tuple(lines[:first]), begun)
 
 
 def _encoding(path: Path) -> str:
@@ -75,7 +81,7 @@ def cells_of(line: str, mark: str) -> list[str]:
 
 
 def _is_data(row: Sequence[str], decimal: str) -> bool:
-    """Return whether at least half of the cells that are filled, and the first or second, are numbers."""
+    """Return whether at least half of the cells that are filled, and the first or second, are numbers or times."""
     filled = [cell.strip() for cell in row if cell.strip()]
-    numbers = [NUMBER.fullmatch(cell.replace(decimal, ".")) is not None for cell in filled]
+    numbers = [NUMBER.fullmatch(cell.replace(decimal, ".")) is not None or is_stamp(cell) for cell in filled]
     return bool(filled) and any(numbers[:2]) and 2 * sum(numbers) > len(numbers)

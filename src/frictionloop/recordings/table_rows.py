@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from io import BytesIO, TextIOWrapper
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.hdf5 import expands
+from frictionloop.recordings.stamps import seconds_after
 from frictionloop.recordings.table_layout import NUMBER, Layout, cells_of
 
 
@@ -48,14 +51,22 @@ def _quick(stream: BytesIO | object, layout: Layout, skip: int) -> NDArray[np.fl
             skiprows=skip,
             comment="#",
             skipinitialspace=True,
-            dtype=np.float64,
+            dtype=_types(layout),
             encoding=layout.encoding,
             encoding_errors="replace",
             engine="c",
         )
     except (ValueError, pandas.errors.ParserError):
         return None
+    for k, start in layout.begun:
+        frame[k] = seconds_after(start, map(str, frame[k]))
     return np.asarray(frame.to_numpy(), dtype=float)
+
+
+def _types(layout: Layout) -> Any:
+    """Return the type of every column for pandas: texts where there are time stamps."""
+    texts: dict[int, Any] = {k: str for k, _ in layout.begun}
+    return defaultdict(lambda: np.float64, texts) if texts else np.float64
 
 
 def _cell_by_cell(lines: list[str], layout: Layout, path: Path) -> NDArray[np.float64]:
@@ -69,4 +80,6 @@ def _cell_by_cell(lines: list[str], layout: Layout, path: Path) -> NDArray[np.fl
             text = cell.strip().replace(layout.decimal, ".")
             if NUMBER.fullmatch(text):
                 values[k, j] = float(text)
+    for j, start in layout.begun:
+        values[:, j] = seconds_after(start, [row[j] if j < len(row) else "" for row in rows])
     return values

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import lru_cache, partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from frictionloop.recordings import stored
 from frictionloop.recordings.contents import Channel, Contents, told_date
 from frictionloop.recordings.headers import header, is_time
 from frictionloop.recordings.preamble import names_only, rates_in, said_in, unit_in
+from frictionloop.recordings.stamps import ACCEPTED, shown
 from frictionloop.recordings.stored import Samples, Stored, blocks_of, is_large
 from frictionloop.recordings.table_layout import Layout, layout_of
 from frictionloop.recordings.table_names import names_of
@@ -41,12 +43,20 @@ def read_table(path: Path) -> Contents:
     names = names_of(names_only(layout.head, layout.above), max(layout.width, width))
     said = said_in(layout.above)
     signals = sum(not is_time(name) for name in names)
+    begun = dict(layout.begun)
+    empty = [k for k in range(width) if np.all(np.isnan(next(blocks_of(lines[k]))))]
     channels = tuple(
-        Channel(header(name).name, lines[k], header(name).unit or unit_in(said, name, signals))
+        Channel(header(name).name, lines[k], "s" if k in begun else header(name).unit or unit_in(said, name, signals))
         for k, name in enumerate(names)
-        if k < width and not np.all(np.isnan(next(blocks_of(lines[k]))))
+        if k < width and k not in empty
     )
-    return Contents(channels, rates_in(said), date=told_date([(each.name, each.value) for each in said]))
+    date = told_date([(each.name, each.value) for each in said]) or next(map(shown, begun.values()), "")
+    notes = (
+        f"{names[k]!r} is left out, for its cells hold no times; accepted: {ACCEPTED}"
+        for k in empty
+        if is_time(names[k])
+    )
+    return Contents(channels, rates_in(said), tuple(notes), date, tuple(header(names[k]).name for k in begun))
 
 
 def _check_width(path: Path, width: int) -> None:
@@ -61,7 +71,7 @@ def _column(read: Callable[[int, int], NDArray[np.float64]], k: int, first: int,
 def _block(path: Path, changed: int, layout: Layout, index: Index, first: int, stop: int) -> NDArray[np.float64]:
     """Return rows of a large table, all of one block."""
     block, start = divmod(first, stored.BLOCK)
-    found = _parsed(path, changed, layout.mark, layout.decimal, layout.encoding, index, block)
+    found = _parsed(path, changed, layout.mark, layout.decimal, layout.encoding, index, block, layout.begun)
     wanted = min(stored.BLOCK, index.rows - block * stored.BLOCK)
     if len(found) != wanted:
         raise FrictionloopError(
@@ -73,6 +83,6 @@ def _block(path: Path, changed: int, layout: Layout, index: Index, first: int, s
 
 @lru_cache(2)
 def _parsed(
-    path: Path, _changed: int, mark: str, decimal: str, encoding: str, index: Index, block: int
+    path: Path, _changed: int, mark: str, decimal: str, encoding: str, index: Index, block: int, begun: tuple[Any, ...]
 ) -> NDArray[np.float64]:
-    return rows_in(path, bytes_of(path, index, block), Layout(encoding, mark, decimal, 0, [], 0))
+    return rows_in(path, bytes_of(path, index, block), Layout(encoding, mark, decimal, 0, [], 0, (), begun))

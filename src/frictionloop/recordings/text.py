@@ -15,6 +15,7 @@ from frictionloop.recordings.column import Column, column_number
 from frictionloop.recordings.contents import one_rate
 from frictionloop.recordings.headers import header, is_time
 from frictionloop.recordings.preamble import Said, rates_in, tells, unit_in, unit_in_doubt
+from frictionloop.recordings.stamps import is_stamp, seconds_after, stamp_of
 from frictionloop.recordings.text_head import LOOKED_AT, Row, head_of
 from frictionloop.recordings.text_rows import comments_of, mark_of, readable, rows_of, settings_of
 
@@ -52,6 +53,15 @@ class _Table:
         place = partial(self.place, k=k)
         return Column(values, place, name, header(name).unit, times=times, others=others or [], head=self.head)
 
+    def times(self, k: int) -> Column:
+        """Return column k, of times of the clock on the wall in s after the first."""
+        found = self.column(k)
+        if np.isfinite(found.samples).any():
+            return found
+        cells = [cells[k] if k < len(cells) else "" for _, cells in self.rows()]
+        start = next((each for each in map(stamp_of, cells) if not np.isnat(each)), None)
+        return found if start is None else replace(found, samples=seconds_after(start, cells), unit="s")
+
     def number(self, cells: list[str], k: int) -> float:
         """Return what stands in column k of a row, NaN if that is no number."""
         return np.nan if self.too_long(cells) or k >= len(cells) else _number(cells[k], self.decimal)
@@ -78,9 +88,11 @@ def read_text(recording: Recording) -> Column:
     k = column_number(recording, table.names, table.count, table.head)
     if not table.names:
         _refuse_halves(table)
-    clock = next((i for i, name in enumerate(table.names) if is_time(name) and i != k), None)
+    called = [i for i, name in enumerate(table.names) if is_time(name)]
+    stamped = [i for i, cell in enumerate(table.first[1]) if is_stamp(cell)]
+    clock = next((i for i in called + stamped if i != k), None)
     others = [repr(table.names[i] if table.names else str(i)) for i in range(table.count) if i not in (k, clock)]
-    column = table.column(k, None if clock is None else table.column(clock), others)
+    column = table.column(k, None if clock is None else table.times(clock), others)
     said, signals = table.said(), 1 + len(others)
     by, rate_hz = one_rate(recording.path, rates_in(said)) or ("", None)
     unit = column.unit or unit_in(said, column.name, signals)
@@ -98,7 +110,7 @@ def _table(path: str, decimal: str) -> _Table:
     if not rows:
         raise FrictionloopError(f"{path}: has no row of numbers in its first {LOOKED_AT} lines; accepted: a table")
     first, second = (*rows, (rows[0][0] + 1, []))[:2]
-    head = head_of(rows, comments_of(path, mark), partial(_is_number, decimal=decimal))
+    head = head_of(rows, comments_of(path, mark), partial(_is_value, decimal=decimal))
     if head is not None:
         names = [readable(cell) for cell in head.columns()]
         return _Table(path, decimal, names, head.first, len(head.first[1]), mark, str(head))
@@ -162,3 +174,7 @@ def _number(cell: str, decimal: str) -> float:
 
 def _is_number(cell: str, decimal: str) -> bool:
     return not np.isnan(_number(cell, decimal)) or cell.strip().lower().lstrip("+-") == "nan"
+
+
+def _is_value(cell: str, decimal: str) -> bool:
+    return _is_number(cell, decimal) or is_stamp(cell)
