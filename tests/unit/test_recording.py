@@ -279,10 +279,13 @@ def test_an_attribute_of_hdf5_says_the_unit(tmp_path):
 @pytest.mark.parametrize(
     ("times", "said"),
     [
-        ([0, 1, 2, 4, 5], "line 5: t is '4', 2 s after the row before: a gap; accepted: even steps (most are 1 s)"),
-        ([0, 1, 2, 3.002, 4.002], "line 5: t is '3.002', 1.002 s after"),
-        ([0, 1, 1, 2, 3], "line 4: t is '1', 0 s after"),
-        ([3, 2, 1], "line 3: t is '2', -1 s after"),
+        (
+            [0, 1, 2, 4, 5],
+            "rows missing in the times: 1 before line 5; accepted: even steps (most are 1 s), or rate_hz",
+        ),
+        ([0, 1, 2, 3.002, 4.002], "steps up to 0.2 % off, most before line 5; accepted"),
+        ([0, 1, 1, 2, 3], "times no later than the row before: line 4: t is '1'; accepted"),
+        ([3, 2, 1], "times no later than the row before: line 3: t is '2' and 1 more; accepted"),
         ([0, 1, "", 3], "line 4: t is blank;"),
     ],
 )

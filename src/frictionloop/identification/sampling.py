@@ -10,12 +10,13 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.units import UNITS
 from frictionloop.recordings.clock import may_be_seconds
 from frictionloop.recordings.contents import Contents
+from frictionloop.recordings.steps import MISSING
 from frictionloop.recordings.stored import Samples, blocks_of
 
 AGREE = 1e-3
 """How far two rates may be apart and still be the same, as a share."""
 UNEVEN = 0.1
-"""A step of time that is off by more than this share is a gap; smaller ones are the clock's jitter (assumed)."""
+"""A step of time that is off by more than this share, and no gap, is uneven; smaller ones are jitter (assumed)."""
 
 
 class Sampling(NamedTuple):
@@ -93,9 +94,9 @@ def _steps(
             return None, (), False
         near = np.abs(steps - usual) <= UNEVEN * usual
         off = np.flatnonzero(~near)
-        jumps = np.rint(steps[off] / usual)
-        missing += [(start + int(k), int(jump) - 1) for k, jump in zip(off, jumps, strict=True) if jump >= 2]
-        even = even and not bool(np.any(~(jumps >= 2)))
+        jumps = steps[off] / usual
+        missing += [(start + int(k), round(jump) - 1) for k, jump in zip(off, jumps, strict=True) if jump >= MISSING]
+        even = even and not bool(np.any(~(jumps >= MISSING)))
         total, inside = total + float(steps[near].sum()), inside + int(near.sum())
     usual = total / inside if inside else usual
     gaps = tuple(missing)

@@ -100,7 +100,8 @@ def picked(recording: Recording, arrays: Mapping[str, Any], in_matlab: bool = Fa
     beside = [other for other in arrays if other != name and arrays[other].size == samples.size]
     folder = name.rpartition("/")[0]
     clock = next((other for other in beside if other.rpartition("/")[0] == folder and _is_clock(other)), None)
-    times = None if clock is None else _column(recording, clock, arrays[clock], np.ravel(arrays[clock][()]))
+    beside_it = recording.model_copy(update={"column": clock})
+    times = None if clock is None else _column(beside_it, clock, arrays[clock], np.ravel(arrays[clock][()]))
     others = [repr(other) for other in beside if other != clock and arrays[other].dtype.kind in "iuf"]
     return _column(recording, name, arrays[name], samples, times, others + lines)
 

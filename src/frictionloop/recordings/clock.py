@@ -10,6 +10,7 @@ from frictionloop.quantities.units import UNITS
 from frictionloop.recordings.column import DEFAULT, Array, Column, no_column, refuse_gaps
 from frictionloop.recordings.headers import is_time
 from frictionloop.recordings.stamps import ACCEPTED
+from frictionloop.recordings.steps import uneven_in
 
 SLOWEST_HZ, FASTEST_HZ = 100.0, 1e6
 """Rates outside of which times without a unit are not taken to be in s: no force is recorded so (assumed)."""
@@ -82,15 +83,11 @@ def unevenness(column: Column, rate_hz: float) -> str:
         return f"times are not read: {times.place(0)}"
     if times.unit not in UNITS and not may_be_seconds(float(np.nanmedian(steps))):
         return ""
-    uneven = np.flatnonzero(~(np.abs(steps * rate_hz - 1) <= _NEAR))
-    if not uneven.size:
+    uneven = uneven_in(in_s, 1 / rate_hz, _NEAR)
+    if uneven is None:
         return ""
     off_s = np.nanmax(np.abs(in_s - in_s[0] - np.arange(in_s.size) / rate_hz))
-    many = f" and at {uneven.size - 1} more" if uneven.size > 1 else ""
-    return (
-        f"uneven times at {times.place(uneven[0] + 1)}{many}: rows are taken {1 / rate_hz:g} s apart, at most "
-        f"{off_s:.3g} s off"
-    )
+    return f"{uneven.said(times)}; rows are taken {1 / rate_hz:g} s apart, at most {off_s:.3g} s off"
 
 
 def no_rate(column: Column) -> str:
@@ -115,14 +112,13 @@ def _rate_of(path: str, times: Column, given_hz: float | None) -> float | None:
         return None
     usual = float(np.nanmedian(steps))
     counts = times.unit not in UNITS and usual != 0 and not may_be_seconds(abs(usual))
-    uneven = np.flatnonzero(~(np.abs(steps - usual) <= _EVEN * abs(usual)) | (steps <= 0))
-    if not uneven.size:
+    uneven = uneven_in(in_s, abs(usual) or 1.0, _EVEN)
+    if uneven is None:
         return None if counts else float(f"{(in_s.size - 1) / (in_s[-1] - in_s[0]):.9g}")
     if given_hz is None:
-        more = f" (and {uneven.size - 1} more)" if uneven.size > 1 else ""
         raise FrictionloopError(
-            f"{path}: {times.place(uneven[0] + 1)}, {steps[uneven[0]]:g} s after the row before: a gap{more}; "
-            f"accepted: even steps (most are {usual:g} s), or rate_hz given"
+            f"{path}: {uneven.said(times)}; accepted: even steps (most are {usual:g} s), or rate_hz given, with which "
+            "rows are taken one after the other"
         )
     mean = float(np.nanmax(in_s) - np.nanmin(in_s)) / (in_s.size - 1)
     if not counts and not any(abs(given_hz * step - 1) <= _NEAR for step in (usual, mean)):

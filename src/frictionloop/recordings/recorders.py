@@ -35,7 +35,7 @@ def read_recorder(recording: Recording) -> Column:
     others = [repr(each.name) for each in signals if each is not channel]
     times = None
     if clock is not None and clock.samples.size == channel.samples.size:
-        times = _column(recording, clock)
+        times = _column(recording.model_copy(update={"column": clock.name}), clock)
     found = _column(recording, channel, times, others, "; ".join(contents.notes))
     told = one_rate(recording.path, contents.rates_hz)
     return found if told is None else replace(found, rate_by=told[0], rate_hz=told[1])
