@@ -66,7 +66,7 @@ def of_population(system: System, median_r2: float, duration_s: float) -> Ringin
     from frictionloop.loop.sweep import sweep
 
     bound = sweep(system, [{}], duration_s, metrics=["r2_bound"], n_jobs=1, progress=False)["r2_bound"].values.item()
-    found = of_system(system) if bound - median_r2 > FAR else None
+    found = of_system(at_levels(system)) if bound - median_r2 > FAR else None
     # What is clamped rings lower than the pole it grew from, and no run of a finger is kept that shows how low.
     return found if found is None or found.stable else found._replace(frequency_hz=None)
 

@@ -15,6 +15,7 @@ from frictionloop.analysis.operating import asked
 from frictionloop.cli import advice, advice_text, describe, ringing, screen
 from frictionloop.cli.describe import finger_values
 from frictionloop.cli.flags import overrides_of
+from frictionloop.cli.levels import at_levels
 from frictionloop.cli.outcome import Outcome, loss_of, shown
 from frictionloop.cli.replaced import replaced, replaced_said
 from frictionloop.parameters import FingerFriction, Skin, Strokes, System
@@ -63,14 +64,14 @@ class Reach(NamedTuple):
 def reach_of(system: System, people: Fingers, duration_s: float) -> tuple[xr.Dataset, Reach | None]:
     """Return lowest_n and highest_n of each finger, held as long as it touches, and who reaches the set-point.
 
-    None for a set-point that is known only by reading it, a recording.
+    A recorded set-point is as low and as high as its samples. None for one whose level is not known, from outside.
     """
     contact_s: float = system.motion.contact_s  # type: ignore[union-attr]
     hold_s = min(contact_s, duration_s) if contact_s > 0 else duration_s
     own = finger_values(system)
     band = capable([own | each for each in people], max_amplitude_um=system.plate.max_amplitude_um, contact_s=hold_s)
     try:
-        wanted = asked(system)
+        wanted = asked(at_levels(system))
     except FrictionloopError:
         return band, None
     low, high = band["lowest_n"].values <= wanted.low_n, band["highest_n"].values >= wanted.high_n
@@ -138,7 +139,7 @@ class Population(Outcome):
     def _reach_lines(self, total: int) -> list[str]:
         reach = self.reach
         if reach is None:
-            return ["which fingers can be given the set-point is not known: it is a recording"]
+            return ["which fingers can be given the set-point is not known: its levels are its own function's"]
         band = f"{reach.low_n:.3g} to {reach.high_n:.3g} N" if reach.low_n < reach.high_n else f"{reach.low_n:.3g} N"
         both, low, high = (int(np.sum(each)) for each in (reach.low & reach.high, ~reach.low, ~reach.high))
         return [

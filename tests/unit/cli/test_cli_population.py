@@ -182,13 +182,31 @@ def test_values_of_the_system_that_no_finger_brings_count():
     np.testing.assert_allclose(band.highest_n, ratio * plain.highest_n, rtol=1e-12)
 
 
-def test_a_recorded_set_point_is_not_judged(frictionloop):
-    Path("r.csv").write_text("force\n" + "0.6\n" * 1000)
+def test_a_recorded_set_point_is_judged_by_its_lowest_and_highest_value(frictionloop):
+    force_n = np.tile([0.3, 0.55, 0.8, 0.6], 250)
+    np.savetxt("r.csv", force_n, header="force", comments="")
     words = ("--setpoint.kind", "recording", "--setpoint.path", "r.csv", "--setpoint.rate_hz", "1000")
-    more = ("--setpoint.column", "force", "--setpoint.offset_n", "0")
-    answer = frictionloop("sweep", "--preset", "bench", "--duration-s", "0.5", "--fingers", "3", *words, *more)
-    assert (answer.code, answer.err) == (0, "")
-    assert "is not known: it is a recording" in answer.out
+    more = ("--setpoint.column", "force", "--setpoint.offset_n", "0.1", "--fingers-seed", SEED)
+    flags = ("sweep", "--preset", "bench", "--duration-s", "0.5", "--fingers", N, *words, *more)
+    able = fl.capable(fl.fingers(N, SEED), 0.4, 0.9, contact_s=0.5).capable.values
+    assert 0 < able.sum() < N
+    found = frictionloop(*flags, "--json").json()
+    assert (found["asked_n"], found["capable"]) == ([pytest.approx(0.4), pytest.approx(0.9)], able.tolist())
+    assert f"able: {able.sum()} of {N} fingers can be given the set-point, 0.4 to 0.9 N," in frictionloop(*flags).out
+
+
+def test_a_set_point_from_outside_is_not_judged():
+    class Hum(fl.Signal):
+        """A force from outside."""
+
+        kind: str = "hum"
+
+        def force_n(self, time_s):
+            """Return 0.5 N."""
+            return 0.5 + 0.0 * time_s
+
+    system = fl.bench().model_copy(update={"setpoint": Hum()})
+    assert reach_of(system, fl.fingers(3, 0), 0.5)[1] is None
 
 
 def test_interrupted_population_says_what_is_done_and_how_to_go_on(frictionloop, monkeypatch):
