@@ -662,22 +662,51 @@ def test_a_variable_of_xarray_is_a_signal(array):
     assert signal.values_n == pytest.approx((0.3, 0.5, 0.4))
 
 
-@pytest.mark.parametrize(
-    "array",
-    [
-        [0.3, 0.5],
-        np.array([0.3, 0.5]),
-        over([0, 1, 2], None),
-        over([0.0, 0.01, 0.03]),
-        over([0.02, 0.01, 0.0]),
-        over([0, 1, 2], "h"),
-        xr.DataArray([0.3, 0.5], dims="time"),
-    ],
-)
+WRONG = {
+    "no unit": (over([0, 1, 2], None), r'times rise by 1 without a unit: array.time.attrs\["units"\] = "ms"'),
+    "a gap": (over([0.0, 0.01, 0.02, 0.05], values=(0.3,) * 4), "rows missing in the times: 2 before index 3;"),
+    "jitter": (over([0.0, 0.01, 0.021]), "steps up to 4.8 % off, most before index 1"),
+    "falling": (over([0.02, 0.01, 0.0]), r"times no later than the row before: index 1: 0.01 s and 1 more"),
+    "hours": (over([0, 1, 2], "h"), "whose times are in h: must be in s, ms, us, ns or min"),
+    "text": (over(["a", "b", "c"], None), "whose times are .U1: must be numbers"),
+    "no times": (xr.DataArray([0.3, 0.5], dims="time"), "over 'time' without times: array.assign_coords"),
+    "dimension": (over([0.0, 0.01, 0.02]).rename(time="t"), "over 't': must be over 'time'; array.rename"),
+    "one sample": (over([0.0], values=(0.3,)), "less than two samples"),
+    "two dimensions": (over([0.0, 0.01, 0.02]).expand_dims("trial"), "over 'trial', 'time': must be numbers over one"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_a_variable_with_wrong_times_says_what_is_wrong(name):
+    array, said = WRONG[name]
+    for signal_of in (lambda: paper().evolve({"disturbance": array}), lambda: Samples(values_n=array)):
+        with pytest.raises(FrictionloopError, match=said) as caught:
+            signal_of()
+        assert len(str(caught.value)) < 250
+
+
+@pytest.mark.parametrize("array", [[0.3, 0.5], np.array([0.3, 0.5])])
 def test_an_array_without_a_rate_is_refused(array):
-    with pytest.raises(FrictionloopError, match="an array needs its rate") as caught:
+    with pytest.raises(FrictionloopError, match="an array needs its rate"):
         paper().evolve({"disturbance": array})
-    assert len(str(caught.value)) < 250
+
+
+def test_samples_of_a_variable_take_its_rate_and_refuse_another():
+    array = over([0.0, 0.01, 0.02], None, "mN", (300, 500, 400))
+    assert (
+        Samples(values_n=array)
+        == Samples(values_n=array, rate_hz=100)
+        == Samples(values_n=(0.3, 0.5, 0.4), rate_hz=100)
+    )
+    with pytest.raises(
+        FrictionloopError, match="rate_hz = 50 contradicts the array's times, whose rate is 100; give none"
+    ):
+        Samples(values_n=array, rate_hz=50)
+    counted = over([0, 1, 2], None)  # no unit: the rate settles it
+    assert Samples(values_n=counted, rate_hz=50).rate_hz == 50
+    assert Samples(values_n=xr.DataArray([0.3, 0.5], dims="k"), rate_hz=np.int64(50)).rate_hz == 50
+    with pytest.raises(FrictionloopError, match="rate_hz = -1"):
+        Samples(values_n=array, rate_hz=-1)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from scipy.io import savemat
 
 from frictionloop.parameters import Recording
 from frictionloop.quantities import FrictionloopError
-from frictionloop.recordings.steps import SHOWN, uneven_in
+from frictionloop.quantities.steps import SHOWN, uneven_in
 from frictionloop.recordings.told import found
 
 STEP_S = 1e-3

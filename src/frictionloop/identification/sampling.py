@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.steps import MISSING
 from frictionloop.quantities.units import UNITS
 from frictionloop.recordings.clock import may_be_seconds
 from frictionloop.recordings.contents import Contents
-from frictionloop.recordings.steps import MISSING
 from frictionloop.recordings.stored import Samples, blocks_of
 
 AGREE = 1e-3

@@ -11,12 +11,10 @@ import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from frictionloop.parameters.arrays import in_newtons, with_rate
 from frictionloop.parameters.block import Block, NotNegative, Number, Positive
 from frictionloop.parameters.kinds import Kinds
 from frictionloop.quantities.units import UNITS, known_unit
-
-SLOWEST_S = 0.5
-"""Steps of times without a unit from which on they may count, or be in ms (assumed: no force is recorded so slowly)."""
 
 
 class Signal(Block):
@@ -36,20 +34,6 @@ class Signal(Block):
     def force_n(self, time_s: np.ndarray) -> np.ndarray:
         """Return the force in N at times in s, an array of the same shape; of the kinds of this package, `evaluate`."""
         raise NotImplementedError(f"{type(self).__name__}.force_n(time_s) is missing")
-
-
-def _listed(values: Any) -> Any:
-    """Return an array as a list, in N if it says that it is in a unit of force; other things as they are."""
-    array = getattr(values, "values", values)
-    if not isinstance(array, np.ndarray):
-        return values
-    unit = getattr(values, "attrs", {}).get("units", "N")
-    of, factor = UNITS.get(known_unit(str(unit)) or "", ("", 1.0))
-    if of != "N":
-        raise ValueError(f"in {unit}: must be in N, mN, cN, uN, kN, gf, kgf or lbf, or numbers without a unit")
-    if array.ndim != 1 or array.dtype.kind not in "iuf":
-        raise ValueError(f"{array.dtype} of shape {array.shape}: must be numbers over one dimension")
-    return (factor * array).tolist()
 
 
 class Constant(Signal):
@@ -186,10 +170,15 @@ class Samples(Signal):
     """f(t) = values[k] at t = k / rate, linear between; the last is held for 1 / rate."""
 
     kind: Literal["samples"] = "samples"
-    values_n: Annotated[tuple[Number, ...], BeforeValidator(_listed), Field(min_length=2)]
+    values_n: Annotated[tuple[Number, ...], BeforeValidator(in_newtons), Field(min_length=2)]
     """Forces: a list, a NumPy array or an xarray variable of one dimension."""
     rate_hz: Positive
-    """Samples per second."""
+    """Samples per second; not needed of an xarray variable over even ``time``."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _rate_of_its_times(cls, values: Any) -> Any:
+        return with_rate(values) if isinstance(values, Mapping) else values
 
     def force_n(self, time_s: np.ndarray) -> np.ndarray:
         """Return the force at times in s."""
@@ -206,29 +195,15 @@ class Sources(Kinds):
     """The kinds of signals; an xarray variable over time is one too."""
 
     def sampled(self, value: Any) -> Mapping[str, Any]:
-        """Return the values of ``Samples`` of an xarray variable whose ``time`` is in s and even."""
+        """Return the values of ``Samples`` of an xarray variable over even ``time``."""
         if not isinstance(getattr(value, "values", value), (np.ndarray, list, tuple)):
             return super().sampled(value)
-        time_s = _seconds(getattr(value, "coords", {}).get("time"))
-        steps = np.diff(time_s)
-        if time_s.shape != np.shape(value) or not steps.size or not np.ptp(steps) <= 1e-3 * steps.mean():
+        if not hasattr(value, "coords"):
             text = (
                 "an array needs its rate: fl.Samples(values_n=array, rate_hz=1000), or xarray's time in even steps of s"
             )
             raise PydanticCustomError("array", "{text}", {"text": text})
-        rate_hz = float(f"{(time_s.size - 1) / (time_s[-1] - time_s[0]):.9g}")
-        return {"kind": "samples", "values_n": value, "rate_hz": rate_hz}
-
-
-def _seconds(time: Any) -> np.ndarray:
-    """Return times of any kind that xarray has in s; nothing where it is not known what they count."""
-    times = np.asarray(() if time is None else time)
-    if times.dtype.kind in "mM":
-        return (times - times[:1]) / np.timedelta64(1, "s")
-    said = getattr(time, "attrs", {}).get("units")
-    of, factor = UNITS.get(known_unit(str(said or "s")) or "", ("", 1.0))
-    counts = said is None and times.size > 1 and abs(times[-1] - times[0]) >= SLOWEST_S * (times.size - 1)
-    return np.empty(0) if of != "s" or counts or times.dtype.kind not in "iuf" else factor * times
+        return {"kind": "samples", "values_n": value}
 
 
 SOURCES = Sources(

@@ -6,11 +6,11 @@ import numpy as np
 
 from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.steps import uneven_in
 from frictionloop.quantities.units import UNITS
 from frictionloop.recordings.column import DEFAULT, Array, Column, no_column, refuse_gaps
 from frictionloop.recordings.headers import is_time
 from frictionloop.recordings.stamps import ACCEPTED
-from frictionloop.recordings.steps import uneven_in
 
 SLOWEST_HZ, FASTEST_HZ = 100.0, 1e6
 """Rates outside of which times without a unit are not taken to be in s: no force is recorded so (assumed)."""
@@ -87,7 +87,7 @@ def unevenness(column: Column, rate_hz: float) -> str:
     if uneven is None:
         return ""
     off_s = np.nanmax(np.abs(in_s - in_s[0] - np.arange(in_s.size) / rate_hz))
-    return f"{uneven.said(times)}; rows are taken {1 / rate_hz:g} s apart, at most {off_s:.3g} s off"
+    return f"{uneven.said(times.place)}; rows are taken {1 / rate_hz:g} s apart, at most {off_s:.3g} s off"
 
 
 def no_rate(column: Column) -> str:
@@ -117,8 +117,8 @@ def _rate_of(path: str, times: Column, given_hz: float | None) -> float | None:
         return None if counts else float(f"{(in_s.size - 1) / (in_s[-1] - in_s[0]):.9g}")
     if given_hz is None:
         raise FrictionloopError(
-            f"{path}: {uneven.said(times)}; accepted: even steps (most are {usual:g} s), or rate_hz given, with which "
-            "rows are taken one after the other"
+            f"{path}: {uneven.said(times.place)}; accepted: even steps (most are {usual:g} s), or rate_hz given, with "
+            "which rows are taken one after the other"
         )
     mean = float(np.nanmax(in_s) - np.nanmin(in_s)) / (in_s.size - 1)
     if not counts and not any(abs(given_hz * step - 1) <= _NEAR for step in (usual, mean)):

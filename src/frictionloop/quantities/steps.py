@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionloop.recordings.column import Array, Column
-
 MISSING = 1.75
 """Steps, in usual ones, from which on rows are missing: two less a quarter, which is left to jitter (chosen)."""
 SHOWN = 5
 """Gaps that are listed."""
+Place = Callable[[int], str]
+"""Tells where a row stands and what is there: "line 7: t is '10'", "column 't' at index 5 is 10"."""
 
 
 class Uneven(NamedTuple):
@@ -30,20 +30,20 @@ class Uneven(NamedTuple):
     latest: int
     """The row behind that step."""
 
-    def said(self, times: Column) -> str:
+    def said(self, place: Place) -> str:
         """Return it in words: gaps first, then rows that go back or have no time, and jitter as one figure."""
-        gaps = [f"{count} before {_line(times, k)}" for k, count in self.missing]
+        gaps = [f"{count} before {_line(place(k))}" for k, count in self.missing]
         said = [
             _listed("rows missing in the times: ", gaps),
-            _listed("times no later than the row before: ", [times.place(k) for k in self.back[:1]], len(self.back)),
-            _listed("no time: ", [times.place(k) for k in self.blank[:1]], len(self.blank)),
+            _listed("times no later than the row before: ", [place(k) for k in self.back[:1]], len(self.back)),
+            _listed("no time: ", [place(k) for k in self.blank[:1]], len(self.blank)),
         ]
         if self.jitter:
-            said.append(f"steps up to {100 * self.jitter:.2g} % off, most before {_line(times, self.latest)}")
+            said.append(f"steps up to {100 * self.jitter:.2g} % off, most before {_line(place(self.latest))}")
         return "; ".join(filter(None, said))
 
 
-def uneven_in(in_s: Array, usual_s: float, even: float) -> Uneven | None:
+def uneven_in(in_s: NDArray[np.float64], usual_s: float, even: float) -> Uneven | None:
     """Return what is uneven in times, None if all steps are within a share ``even`` of the usual one.
 
     Parameters
@@ -76,6 +76,6 @@ def _listed(what: str, places: Sequence[str], count: int | None = None) -> str:
     return f"{what}{', '.join(places[:SHOWN])}{f' and {more} more' if more else ''}" if places else ""
 
 
-def _line(times: Column, row: int) -> str:
+def _line(place: str) -> str:
     """Return where a row stands, without what is there."""
-    return times.place(row).partition(": ")[0].partition(" is ")[0]
+    return place.partition(": ")[0].partition(" is ")[0]
