@@ -29,6 +29,7 @@ from typing import Any
 
 _HOME = {
     "quantities": "FrictionloopError Lti",
+    "quantities.units": "SignalWarning",
     "parameters": "READINGS RETUNED System bench feasible paper preset read_toml write_toml",
     "parameters.written": "to_toml",
     "parameters.board": "Board",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frictionloop.cli.levels import RECORDED, at_levels
+from frictionloop.analysis.levels import RECORDED, at_levels
 from frictionloop.cli.ringing import Ringing, of_system
 
 if TYPE_CHECKING:

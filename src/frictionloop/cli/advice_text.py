@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from frictionloop.analysis.levels import OFTEN_N, left_in
 from frictionloop.cli.advice import CLAMPED
-from frictionloop.cli.levels import OFTEN_N, left_in
 from frictionloop.cli.ringing import HELD_PEAK, OFF, Band, Ringing
 from frictionloop.recordings.doubts import FINGERS_N
 

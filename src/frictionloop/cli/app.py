@@ -6,6 +6,7 @@ import os
 import shlex
 import shutil
 import sys
+import warnings
 from collections.abc import Sequence
 
 from cyclopts import CycloptsError, UnknownOptionError, UnusedCliTokensError
@@ -15,7 +16,7 @@ from frictionloop.cli.outside import used
 from frictionloop.cli.screen import Interrupted, forget_notes, say
 from frictionloop.cli.verbs import app
 from frictionloop.loop.progress import plain_lines
-from frictionloop.quantities.units import FrictionloopError
+from frictionloop.quantities.units import FrictionloopError, SignalWarning
 
 NOT_WRITTEN, BAD_INPUT, INTERRUPTED = 1, 2, 130
 """Exit codes; the last is 128 plus the number of the signal, as shells give it."""
@@ -38,7 +39,8 @@ def main(tokens: Sequence[str] | None = None) -> None:
 def _run(tokens: list[str]) -> int:
     forget_notes()
     try:
-        with plain_lines(say):
+        with plain_lines(say), warnings.catch_warnings():
+            warnings.simplefilter("ignore", SignalWarning)  # a verb asks in the words of flags
             app(gather(used(tokens)), print_error=False, exit_on_error=False, result_action="return_value")
         return 0
     except CycloptsError as error:

@@ -33,8 +33,8 @@ def command(
     """
     given_system, origin = flags.given(file, preset, overrides, "bench")
 
+    from frictionloop.analysis.levels import at_levels
     from frictionloop.cli import check_text, controller_also, recorded, recorded_units
-    from frictionloop.cli.levels import at_levels
     from frictionloop.design.checking import check_controller
     from frictionloop.design.limit_linear import learnt
     from frictionloop.firmware.board_fit import misfits

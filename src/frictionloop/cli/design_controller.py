@@ -62,6 +62,7 @@ def command(
     system, origin = flags.given(file, preset, overrides, "bench", designed=law or "notch_pi")
 
     from frictionloop.analysis.headroom import headroom
+    from frictionloop.analysis.levels import at_levels
     from frictionloop.cli import (
         controller_also,
         controller_holds,
@@ -70,7 +71,6 @@ def command(
         recorded,
         recorded_units,
     )
-    from frictionloop.cli.levels import at_levels
     from frictionloop.design.synthesis import default_law
     from frictionloop.firmware.board_fit import misfits
     from frictionloop.parameters import write_toml

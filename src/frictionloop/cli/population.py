@@ -11,11 +11,11 @@ import numpy as np
 import xarray as xr
 from pydantic import BaseModel
 
+from frictionloop.analysis.levels import at_levels
 from frictionloop.analysis.operating import asked
 from frictionloop.cli import advice, advice_text, describe, ringing, screen
 from frictionloop.cli.describe import finger_values
 from frictionloop.cli.flags import overrides_of
-from frictionloop.cli.levels import at_levels
 from frictionloop.cli.outcome import Outcome, loss_of, shown
 from frictionloop.cli.replaced import replaced, replaced_said
 from frictionloop.parameters import FingerFriction, Skin, Strokes, System

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 
-from frictionloop.cli.levels import at_levels
+from frictionloop.analysis.levels import at_levels
 from frictionloop.parameters import Constant, FingerFriction, Recording, Samples, Sine, Strokes, System
 
 WIDTH = 100

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frictionloop.cli.levels import RECORDED, at_levels
+from frictionloop.analysis.levels import RECORDED, at_levels
 from frictionloop.cli.recorded import WIDTH
 from frictionloop.cli.recorded_units import asked
 from frictionloop.quantities import FrictionloopError

@@ -6,6 +6,7 @@ import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from frictionloop.analysis.levels import misread
 from frictionloop.cli import screen
 from frictionloop.cli.advice_text import WIDTH
 from frictionloop.parameters import Recording
@@ -29,7 +30,7 @@ def asked(system: System, *about: str) -> list[str]:
 
 def ask(system: System, signals: Sequence[str] = SIGNALS) -> None:
     """Note all questions about the recorded ones of these signals, for stderr."""
-    for each in doubts_of(system, signals):
+    for each in misread(system, signals):
         screen.note(each.in_flags())
 
 

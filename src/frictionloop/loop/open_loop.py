@@ -10,7 +10,7 @@ import xarray as xr
 
 from frictionloop.loop.metrics import of_a_run
 from frictionloop.loop.record import system_of
-from frictionloop.loop.simulate import simulate
+from frictionloop.loop.simulate import traced
 from frictionloop.parameters import Constant
 
 OPENED = {"controller.kind": "lookup", "controller.form": "float"}
@@ -77,7 +77,8 @@ def _again(run: xr.Dataset, changes: dict[str, Any]) -> xr.Dataset | None:
     if run.attrs.get("source") != "simulated" or "seed" not in run.attrs:
         return None
     duration_s = run.sizes["time"] / system.controller.rate_hz
-    return simulate(system.evolve(changes), duration_s, int(run.attrs["seed"]))
+    (found,) = traced([system.evolve(changes)], [int(run.attrs["seed"])], duration_s)
+    return found
 
 
 def _rms(values: np.ndarray) -> float:

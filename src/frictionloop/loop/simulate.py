@@ -12,6 +12,7 @@ from frictionloop.loop.kernel.loop import Tile
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.slab import LANES
 from frictionloop.loop.kernel.traces import traces_of
+from frictionloop.loop.misread import warn_of_signals
 from frictionloop.loop.record import to_dataset
 from frictionloop.loop.timing import check_memory, check_seed, periods_in
 from frictionloop.parameters import System
@@ -76,8 +77,14 @@ def simulate(system: System, duration_s: float = 10.0, seed: int = 0) -> xr.Data
         For what is not a System, a bad seed, a duration that does not fit the control rate, the signals or the
         memory, and for a law or a friction law (``fl.register``) that gives no number, or less than no friction.
 
+    Warns
+    -----
+    SignalWarning
+        For a recorded signal or an array that is probably read wrongly, with what was probably meant.
+
     """
     (run,) = traced([system], [seed], duration_s)
+    warn_of_signals(system)
     return run
 
 

@@ -17,10 +17,11 @@ from frictionloop.loop.kernel.loop import Tile
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.placing import placed, tiles_of
 from frictionloop.loop.metric import Metric, RunMetric, StreamingMetric
+from frictionloop.loop.misread import warn_of_signals
 from frictionloop.loop.points import fingerprint, points_of, structures_of
 from frictionloop.loop.progress import progress_bar
 from frictionloop.loop.record import provenance
-from frictionloop.loop.simulate import lanes_without_number, no_number, run_tile, simulate
+from frictionloop.loop.simulate import lanes_without_number, no_number, run_tile, traced
 from frictionloop.loop.timing import periods_in
 from frictionloop.loop.workers import shared_out, worker_count
 from frictionloop.parameters import System, check_system
@@ -92,11 +93,17 @@ def sweep(
     SweepInterrupted
         On Ctrl-C, carrying the partial result.
 
+    Warns
+    -----
+    SignalWarning
+        As `simulate`, for the signals of the base system.
+
     """
     check_system(system)
     names, workers = _metrics(metrics), worker_count(n_jobs)
     grid = points_of(points, seeds)
     structures = structures_of(system, grid, duration_s, score_from_s, names)
+    warn_of_signals(system)
     key = fingerprint(system, grid, duration_s, score_from_s, names, outside_digest())
     code, values = computing(), np.full((len(names), int(np.prod(grid.shape))), np.nan)
     if resume:
@@ -189,7 +196,7 @@ def _values_of_runs(
     if not metrics:
         return {}
     for system, seed in zip(systems, seeds, strict=False):
-        run = simulate(system, duration_s, seed)
+        (run,) = traced([system], [seed], duration_s)
         scored = run.isel(time=slice(round(from_s * system.controller.rate_hz), None))
         for name, metric in metrics.items():
             try:

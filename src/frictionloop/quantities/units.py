@@ -18,6 +18,13 @@ class FrictionloopError(ValueError, metaclass=Brief):
     """A request that cannot be met, said in one line: what was given, where, and what would be accepted."""
 
 
+class SignalWarning(UserWarning, metaclass=Brief):
+    """A recorded signal or an array is probably read wrongly: its unit, its sign, its mean or its column.
+
+    ``warnings.simplefilter("ignore", fl.SignalWarning)`` says that all of them are meant so.
+    """
+
+
 def unit_of(name: str) -> str:
     """Return the unit that a parameter's name carries, ``""`` for a pure number or a word.
 

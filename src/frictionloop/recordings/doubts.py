@@ -30,7 +30,7 @@ class Remedy(NamedTuple):
 class Doubt(NamedTuple):
     """A question about a signal; ``{}`` in what is said stands for the remedy."""
 
-    about: Literal["size", "signs", "name"]
+    about: Literal["size", "signs", "name", "mean"]
     signal: str
     said: str
     meant: Remedy
@@ -39,8 +39,16 @@ class Doubt(NamedTuple):
     def in_flags(self) -> str:
         """Return the question with the remedy as a flag of the command line."""
         value = "true" if self.meant.value is True else self.meant.value or ""
-        flag = f"--{self.signal}.{self.meant.parameter} {value}".rstrip()
-        return self.said.format(self.meant.of_array if self.is_array else flag)
+        return self._asked(f"--{self.signal}.{self.meant.parameter} {value}".rstrip())
+
+    def in_python(self) -> str:
+        """Return the question with the remedy as Python has it."""
+        path = f"{self.signal}.{self.meant.parameter}"
+        known = f'evolve({{"{path}": {self.meant.value!r}}})'
+        return self._asked(f'"{path}"' if self.meant.value is None else known)
+
+    def _asked(self, remedy: str) -> str:
+        return self.said.format(self.meant.of_array if self.is_array else remedy)
 
 
 RECTIFY = Remedy("rectify", True, "abs(values)")

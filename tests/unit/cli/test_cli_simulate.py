@@ -327,8 +327,8 @@ def test_a_column_of_times_that_nobody_asked_for_is_said_to_be_the_default(frict
 
 
 def test_gains_are_advised_and_designed_at_the_same_levels(sliding):
+    from frictionloop.analysis.levels import at_levels
     from frictionloop.cli import advice
-    from frictionloop.cli.levels import at_levels
     from frictionloop.cli.ringing import of_system
     from frictionloop.design.corners import band_of
 

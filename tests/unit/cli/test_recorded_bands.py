@@ -9,7 +9,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.analysis import operating_band
-from frictionloop.cli.levels import at_levels
+from frictionloop.analysis.levels import at_levels
 from frictionloop.cli.recorded_bands import amplified_from_hz, left_by_band, lines
 
 RATE_HZ = 5000.0
@@ -74,7 +74,8 @@ def test_what_is_too_large_for_newtons_is_not_split(tmp_path):
     path = tmp_path / "slide.csv"
     path.write_text("time_s,F\n" + "".join(f"{k / 1000},{700 + 50 * (k % 2)}\n" for k in range(1001)))
     recording = fl.Recording(path=str(path), column="F", remove_mean=True)
-    run = run_of(**{"disturbance": recording})
+    with pytest.warns(fl.SignalWarning, match="is up to 750 N before its mean is removed"):
+        run = run_of(**{"disturbance": recording})
     assert lines(run, np.ones(run.sizes["time"], bool)) == []
 
 

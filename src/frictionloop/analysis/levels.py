@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from frictionloop.analysis.operating import asked, law_at, reach_n
+from frictionloop.parameters import Constant, Sine
+from frictionloop.quantities import FrictionloopError
+from frictionloop.recordings.doubts import SIGNALS, Doubt, Remedy, doubts_of
+from frictionloop.recordings.told import found as found_in
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -14,6 +21,9 @@ if TYPE_CHECKING:
 RECORDED, OFTEN_N = ("recording", "samples"), 0.2
 """Kinds of signals that are measured, and the mean from which a disturbance is asked about (chosen)."""
 
+ENDS = 0.01
+"""Share of a set-point's range at each end that may be out of reach and is none: a sine is there 6 % of the time."""
+
 
 def at_levels(system: System, run: xr.Dataset | None = None, mask: np.ndarray | None = None) -> System:
     """Return the system with levels in the place of recorded signals: of those in a run, or in their files without one.
@@ -21,8 +31,6 @@ def at_levels(system: System, run: xr.Dataset | None = None, mask: np.ndarray | 
     A set-point is a sine from its lowest to its highest value. A disturbance is its mean, or 0 where that was left in,
     as `left_in` has it. A device's recording knows no disturbance: its system keeps what it has.
     """
-    from frictionloop.parameters import Constant, Sine
-
     levels: dict[str, Any] = {}
     if (asked := _range_and_mean("setpoint", system, run, mask)) is not None:
         low_n, high_n, _ = asked
@@ -38,6 +46,42 @@ def left_in(system: System, mean_n: float) -> bool:
     return system.disturbance.kind in RECORDED and not removed and abs(mean_n) > OFTEN_N
 
 
+def misread(system: System, signals: Sequence[str] = SIGNALS) -> list[Doubt]:
+    """Return all questions about the recorded ones of these signals, the one about a mean only without others.
+
+    Raises
+    ------
+    FrictionloopError
+        As `read_recording`.
+    """
+    found = list(doubts_of(system, signals))
+    mean = None if found or "disturbance" not in signals else _kept_mean(system)
+    return found if mean is None else [mean]
+
+
+def _kept_mean(system: System) -> Doubt | None:
+    """Return the question whether a recorded disturbance still holds the mean friction; None where it seems not to.
+
+    It seems to where its mean, and nothing else, puts what the set-point asks for out of reach.
+    """
+    added = _range_and_mean("disturbance", system, None, None)
+    if added is None or not left_in(system, added[2]):
+        return None
+    try:
+        wanted, (low_n, high_n) = asked(at_levels(system)), reach_n(system, law_at(system))
+    except FrictionloopError:  # a signal from outside, or a finger that does not slide
+        return None
+    some_n = ENDS * (wanted.high_n - wanted.low_n)
+    lowest_n, highest_n = wanted.low_n + some_n, wanted.high_n - some_n
+    within = low_n <= lowest_n and highest_n <= high_n
+    if not within or (low_n <= lowest_n - added[2] and highest_n - added[2] <= high_n):
+        return None
+    said = f"The recorded disturbance has a mean of {added[2]:.3g} N, which puts the set-point out of reach, and the "
+    said += "friction it adds to has its own; did you mean {}?"
+    meant = Remedy("remove_mean", True, "values - values.mean()")
+    return Doubt("mean", "disturbance", said, meant, system.disturbance.kind == "samples")
+
+
 def _range_and_mean(
     name: str, system: System, run: xr.Dataset | None, mask: np.ndarray | None
 ) -> tuple[float, float, float] | None:
@@ -51,9 +95,7 @@ def _range_and_mean(
             return None
         values = run[column].values[mask]
     elif signal.kind == "recording":
-        from frictionloop.recordings.told import found
-
-        read = found(signal)
+        read = found_in(signal)
         return read.lowest_n, read.highest_n, read.mean_n
     else:
         values = signal.values_n

@@ -1,0 +1,21 @@
+"""Signals that are probably read wrongly are warned of where Python runs them, as the command line asks about them."""
+
+from __future__ import annotations
+
+import warnings
+
+from frictionloop.analysis.levels import misread
+from frictionloop.parameters import System
+from frictionloop.quantities.units import SignalWarning
+
+
+def warn_of_signals(system: System) -> None:
+    """Warn of the recorded signals and arrays of a system in the name of who called ``simulate`` or ``sweep``.
+
+    Raises
+    ------
+    FrictionloopError
+        As `read_recording`.
+    """
+    for each in misread(system):
+        warnings.warn(each.in_python(), SignalWarning, stacklevel=3)

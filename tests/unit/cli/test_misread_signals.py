@@ -1,0 +1,79 @@
+"""Python warns where a signal is probably read wrongly, with the remedy in its own words; the rest runs in silence."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+
+import frictionloop as fl
+from frictionloop.analysis.levels import misread
+
+RATE_HZ = 1000.0
+TIME_S = np.arange(3000) / RATE_HZ
+VARIES_N = 0.05 * np.sin(2 * np.pi * 2 * TIME_S)
+SIGNED_N = (0.4 + VARIES_N) * np.where(TIME_S < 1.5, 1, -1)
+LEVEL = fl.feasible().evolve({"setpoint": fl.Constant(offset_n=0.5)})
+
+
+def array(values):
+    return fl.Samples(values_n=values, rate_hz=RATE_HZ)
+
+
+def recorded(folder, values, column="Ft", **more):
+    np.savetxt(folder / "f.csv", np.c_[TIME_S, values], header=f"time_s,{column}", comments="", delimiter=",")
+    return fl.Recording(path=str(folder / "f.csv"), column=column, **more)
+
+
+CASES = {
+    "mean": (0.6 + VARIES_N, "a mean of 0.6 N, which puts the set-point out", "remove_mean", "True", "values.mean"),
+    "unit": (600 + VARIES_N, "is up to 600 N", "unit", "'mN'", "values / 1000"),
+    "signs": (SIGNED_N, "has both signs, -0.45 to 0.45 N", "rectify", "True", "abs(values)"),
+    "below": (-0.4 + VARIES_N, "is below 0, -0.45 to -0.35 N", "rectify", "True", "abs(values)"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_run_and_a_sweep_warn_with_the_remedy_of_python(tmp_path, name):
+    values, seen, parameter, meant, of_array = CASES[name]
+    column = recorded(tmp_path, values, **({"unit": "N"} if name == "unit" else {}))
+    for signal, remedy in ((column, f'evolve({{"disturbance.{parameter}": {meant}}})'), (array(values), of_array)):
+        system = LEVEL.evolve({"disturbance": signal})
+        for run in (lambda: fl.simulate(system, 0.1), lambda: fl.sweep(system, {"controller.kp": [5.0, 9.0]}, 0.1)):  # noqa: B023
+            with pytest.warns(fl.SignalWarning) as caught:
+                run()
+            (one,) = caught
+            assert seen in str(one.message) and remedy in str(one.message)
+            assert one.filename == __file__
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_remedy_silences(tmp_path, name):
+    values, _, parameter, meant, _ = CASES[name]
+    wrong = LEVEL.evolve({"disturbance": recorded(tmp_path, values)})
+    right = wrong.evolve({f"disturbance.{parameter}": {"True": True, "'mN'": "mN"}[meant]})
+    right = right.evolve({"disturbance.remove_mean": True})
+    assert misread(right) == []
+
+
+@pytest.mark.parametrize("system", [LEVEL, fl.bench(), LEVEL.evolve({"setpoint": fl.Constant(offset_n=1.1)})])
+def test_what_is_meant_runs_in_silence(tmp_path, system):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for signal in (VARIES_N, VARIES_N - 0.02, np.random.default_rng(0).normal(size=3000) * 0.05):
+            fl.simulate(system.evolve({"disturbance": array(signal)}), 0.1)
+        if system.setpoint.kind == "constant" and system.setpoint.offset_n == 1.1:  # friction's mean is asked for too
+            fl.simulate(system.evolve({"disturbance": array(0.6 + VARIES_N)}), 0.1)
+
+
+@pytest.mark.parametrize("verb", [("simulate",), ("sweep", "--over", "controller.kp=5,9")])
+def test_the_command_line_asks_in_its_own_words_alone(tmp_path, frictionloop, verb):
+    path = recorded(tmp_path, 0.6 + VARIES_N).path
+    flags = [word for name, value in (("kind", "recording"), ("path", path), ("column", "Ft"))
+             for word in (f"--disturbance.{name}", value)]  # fmt: skip
+    level = ("--setpoint.kind", "constant", "--setpoint.offset_n", "0.5", "--duration-s", "0.1")
+    answer = frictionloop(*verb, "--preset", "feasible", *level, *flags)
+    said = " ".join((answer.out + answer.err).split())
+    assert said.count("did you mean --disturbance.remove_mean true?") == 1
+    assert "evolve(" not in said and "Warning" not in said
