@@ -18,6 +18,12 @@ FINGERS_N = 10.0
 LOAD = re.compile(r"(?<![a-z])(normal|load|preload|weight|fz|fn|grip)(?![a-z])", re.IGNORECASE)
 """Names of what presses on the finger, which in a recording stands beside the friction."""
 
+COEFFICIENT = re.compile(
+    r"(?<![a-z])(mu|[µμ]|cof|friction[ _-]*coeff?(icient)?|coeff?(icient)?[ _-]*of[ _-]*friction)(?![a-z])",
+    re.IGNORECASE,
+)
+"""Names of friction over load, which is no force."""
+
 
 class Remedy(NamedTuple):
     """A value of a recording's parameter that may be meant, None for any other, and what does the same to an array."""
@@ -72,9 +78,12 @@ def doubts_of(system: System, signals: Sequence[str] = SIGNALS) -> Iterator[Doub
 
 def _of_recording(name: str, signal: Recording, each: Found) -> Iterator[Doubt]:
     before = " before its mean is removed" if signal.remove_mean else ""
-    if LOAD.search(each.column):
-        said = f"The recorded {name} is column {each.column!r}: is that the load on the finger? {name} is a friction "
-        yield Doubt("name", name, said + "force; {} takes another column.", Remedy("column", "NAME"))
+    other = "the load on the finger" if LOAD.search(each.column) else ""
+    if COEFFICIENT.search(each.column) and each.unit_by == "taken for N":
+        other = "a coefficient of friction, to be multiplied by the load"
+    if other:
+        said = f"The recorded {name} is column {each.column!r}: is that {other}? {name} is a friction force; "
+        yield Doubt("name", name, said + "{} takes another column.", Remedy("column", "NAME"))
     if each.largest_n > FINGERS_N:
         meant = Remedy("unit", "mN") if each.unit == "N" else Remedy("scale", None)
         yield _too_large(name, each.largest_n, before, meant)

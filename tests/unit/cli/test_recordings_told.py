@@ -84,6 +84,20 @@ def test_a_column_named_as_a_load_is_asked_about(tmp_path, name):
     assert asked(under(friction)) == asked(under(other)) == []
 
 
+@pytest.mark.parametrize(
+    "name", ["mu", "Mu", "COF", "friction coefficient", "Friction_Coefficient", "coeff of friction"]
+)
+def test_a_column_named_as_a_coefficient_is_asked_about_unless_its_unit_is_known(tmp_path, name):
+    (tmp_path / "d.csv").write_text(f"{name},multi,mu_cal_n,friction\n1,0.5,1,1\n1.1,0.6,2,1\n")
+    columns = {each: fl.Recording(path=str(tmp_path / "d.csv"), column=each, rate_hz=RATE_HZ) for each in
+               (name, "multi", "mu_cal_n", "friction")}  # fmt: skip
+    said = " ".join(asked(under(columns.pop(name))))
+    assert f"is column '{name}'" in said and "coefficient of friction, to be multiplied by the load?" in said
+    assert [asked(under(each)) for each in columns.values()] == [[], [], []]
+    scaled = fl.Recording(path=str(tmp_path / "d.csv"), column=name, rate_hz=RATE_HZ, scale=0.5)
+    assert asked(under(scaled)) == []
+
+
 def test_the_read_back_gives_rms_and_mean(tmp_path):
     (tmp_path / "d.csv").write_text("force [N]\n0.4\n0.8\n")
     assert told(fl.Recording(path=str(tmp_path / "d.csv"), rate_hz=RATE_HZ)).endswith(
