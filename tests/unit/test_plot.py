@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
+from frictionloop.parameters.still import STILL
 
 KPS, KIS = np.geomspace(1.0, 30.0, 6), np.linspace(0.0, 20.0, 4)
 
@@ -102,6 +103,14 @@ def test_a_run_is_drawn_with_its_disturbance_and_in_open_loop():
     np.testing.assert_array_equal(disturbance.lines[0].get_ydata(), run.d)
 
 
+def test_a_measured_set_point_is_drawn_below_the_force_that_varies_as_it_does():
+    wanted_n = 0.5 + 0.02 * np.random.default_rng(0).normal(size=2501)
+    system = fl.feasible().evolve({"setpoint": fl.Samples(values_n=wanted_n, rate_hz=5000)})
+    lines = {line.get_label()[:9]: line for line in fl.plot(fl.simulate(system, 0.5)).axes[0].lines}
+    assert lines["set-point"].get_zorder() < lines["force on "].get_zorder()
+    assert lines["set-point"].get_linewidth() > lines["force on "].get_linewidth()
+
+
 def test_a_figure_says_what_its_axes_cut_off():
     run = fl.simulate(fl.bench(), 0.5)
     force = fl.plot(run).axes[0]
@@ -124,3 +133,5 @@ def test_a_figure_says_what_is_left_as_the_metrics_do():
     assert "is left in it" not in calm[1].get_label()
     bench = fl.plot(fl.simulate(fl.bench().evolve(fl.RETUNED), 0.5)).axes[0].lines
     assert bench[0].get_label().endswith("the finger's own drift included")
+    still = fl.simulate(fl.bench().evolve({**fl.RETUNED, **STILL}), 0.5)
+    assert "own drift" not in fl.plot(still).axes[0].lines[0].get_label()

@@ -10,6 +10,7 @@ import numpy as np
 from frictionloop.analysis.levels import OFTEN_N, left_in
 from frictionloop.cli.advice import CLAMPED
 from frictionloop.cli.ringing import HELD_PEAK, OFF, Band, Ringing
+from frictionloop.cli.scores import between
 from frictionloop.recordings.doubts import FINGERS_N
 
 if TYPE_CHECKING:
@@ -122,11 +123,10 @@ def _gains(found: Ringing) -> str:
 
 
 def _where(band: Band) -> str:
-    levels = f"{band.low_n:.3g}" + (f" to {band.high_n:.3g}" if band.high_n > band.low_n else "")
     states = f"dry and moist (occluded {band.occluded:.0%}), " if band.dry_and_moist else ""
     beyond = " and ".join(f"{force:.3g}" for force in band.out_of_reach_n)
     missing = f"; {beyond} N is out of reach" if beyond else ""
-    return f"{states}at the set-point's levels ({levels} N{missing})"
+    return f"{states}at the set-point's levels ({between(band.low_n, band.high_n)}{missing})"
 
 
 def out_of_reach(run: xr.Dataset, mask: np.ndarray) -> list[str]:

@@ -12,6 +12,7 @@ from frictionloop.cli import screen
 from frictionloop.cli.comparison_text import number
 from frictionloop.cli.controller_holds import beyond_reach, ends_said, finger
 from frictionloop.cli.controller_text import gain_rows, turn, wanted_json
+from frictionloop.cli.scores import between
 from frictionloop.design.corners import MET, at_mean
 from frictionloop.design.elsewhere import alike
 from frictionloop.design.synthesis import SYNTHESES
@@ -55,7 +56,7 @@ def verdict(found: Checked, system: System, given: str) -> list[Row]:
             for k, (where, place) in enumerate(groups)
         ]
     forces = [each.loop.elements.force_n for each in corners]
-    rows += [("looked at", f"{min(forces):.3g} to {max(forces):.3g} N; {' and '.join(map(finger, states))}")]
+    rows += [("looked at", f"{between(min(forces), max(forces))}; {' and '.join(map(finger, states))}")]
     return [*rows, *(("note", note) for note in found.notes), *_would_hold(found, system, given)]
 
 

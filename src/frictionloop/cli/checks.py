@@ -17,13 +17,18 @@ if TYPE_CHECKING:
 
 RUN_FILES, FIGURES, TABLES, SYSTEMS = (".h5", ".hdf5", ".nc"), (".svg", ".pdf", ".png"), (".csv",), (".toml",)
 
+OTHERS = (".csv", ".tsv", ".txt", ".mat", ".xlsx", ".parquet", ".json", ".npz")
+"""Endings of what other programs read."""
+ELSEWHERE = 'for other programs fl.save(fl.load("run.h5"), "run.csv"): docs/how-to/read-the-results-elsewhere.md'
+
 
 def check_output(name: str, path: Path | None, accepted: tuple[str, ...]) -> None:
     """Refuse an output that has no folder or whose name does not end like what will be in it."""
     if path is None:
         return
     if path.suffix not in accepted:
-        raise FrictionloopError(f"{name} = {str(path)!r}: must end in {' or '.join(accepted)}")
+        other = f"; {ELSEWHERE}" if accepted is RUN_FILES and path.suffix.lower() in OTHERS else ""
+        raise FrictionloopError(f"{name} = {str(path)!r}: must end in {' or '.join(accepted)}{other}")
     if not path.parent.is_dir():
         raise FrictionloopError(f"{name} = {str(path)!r}: there is no folder {str(path.parent)!r}; create it first")
     _check_writable(name, path, path.parent)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from frictionloop.analysis.reach import missed
+from frictionloop.cli.scores import between
 from frictionloop.design.corners import CONTACT_S
 from frictionloop.design.elsewhere import in_words
 
@@ -33,7 +34,7 @@ def holds(law: str, designed: Designed, wanted: Wanted) -> list[str]:
     return [
         f"Law {law} from frictionloop design controller. It holds for what follows; elsewhere, design again.",
         f"Strokes: {'; '.join(each.removeprefix(', ') for each in strokes_said(found, wanted)) or 'none'}.",
-        f"Forces: {min(forces):.3g} to {max(forces):.3g} N, {fingers}.",
+        f"Forces: {between(min(forces), max(forces))}, {fingers}.",
         *([CONTACT_SAID] if max(states) > 0 else []),
         *instead_of(found[0].loop.system, states),
         f"Resonance of the sensor: Ms up to {', '.join(limits)}.",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from frictionloop.cli.controller_also import fully_moist, range_said
 from frictionloop.cli.controller_holds import also_said, beyond_reach, finger, strokes_said
+from frictionloop.cli.scores import between
 from frictionloop.design.elsewhere import in_words
 from frictionloop.parameters import Strokes
 
@@ -29,7 +30,7 @@ def verdict(designed: Designed, after: System, wanted: Wanted, out: Path | None)
     forces = [each.loop.elements.force_n for each in found]
     states = sorted({each.loop.elements.occluded for each in found})
     where = [each.removeprefix(", ") for each in strokes_said(found, wanted)]
-    where += [f"{min(forces):.3g} to {max(forces):.3g} N", " and ".join(map(finger, states))]
+    where += [between(min(forces), max(forces)), " and ".join(map(finger, states))]
     farthest = max(abs(each.off) for each in found)
     where += [f"sensor's resonance up to {100 * farthest:.3g} % off"] if farthest else []
     rows: list[Row] = [("STABLE", "; ".join(filter(None, where)))]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionloop.cli.describe import short
+from frictionloop.cli.scores import between
 from frictionloop.preview.asked import STARTED_S, longest_s
 from frictionloop.preview.effect import skin_n_mm
 from frictionloop.rendering.compiling import program_of
@@ -37,7 +38,7 @@ def library_rows(effects: Mapping[str, Effect]) -> list[tuple[str, str, str]]:
     rows = []
     for name, effect in effects.items():
         low, high = _range_n(effect)
-        rows.append((name, effect.kind, f"{low:.3g} N" if high - low < 1e-9 else f"{low:.3g} to {high:.3g} N"))
+        rows.append((name, effect.kind, between(low, high)))
     return rows
 
 
@@ -163,7 +164,7 @@ def checked_rows(system: System, asked: Asked) -> list[tuple[str, str]]:
     found = checked_json(system, asked)
     return [
         ("effect", found["described"]),
-        ("asks for", f"{asked.least_n:.3g} to {asked.largest_n:.3g} N"),
+        ("asks for", between(asked.least_n, asked.largest_n)),
         ("clamped", f"{100 * asked.share_clamped:.0f} % of the path, by at most {1e3 * asked.clamped_n:.0f} mN"),
         ("steepest rise", f"{asked.steepest_n_mm:.3g} N/mm; {found['skin']}"),
         (

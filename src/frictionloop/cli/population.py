@@ -18,6 +18,7 @@ from frictionloop.cli.describe import finger_values
 from frictionloop.cli.flags import overrides_of
 from frictionloop.cli.outcome import Outcome, loss_of, shown
 from frictionloop.cli.replaced import replaced, replaced_said
+from frictionloop.cli.scores import between
 from frictionloop.parameters import FingerFriction, Skin, Strokes, System
 from frictionloop.physics.capable import capable
 from frictionloop.physics.fingers import Fingers, fingers
@@ -140,7 +141,7 @@ class Population(Outcome):
         reach = self.reach
         if reach is None:
             return ["which fingers can be given the set-point is not known: its levels are its own function's"]
-        band = f"{reach.low_n:.3g} to {reach.high_n:.3g} N" if reach.low_n < reach.high_n else f"{reach.low_n:.3g} N"
+        band = between(reach.low_n, reach.high_n)
         both, low, high = (int(np.sum(each)) for each in (reach.low & reach.high, ~reach.low, ~reach.high))
         return [
             f"able: {both} of {total} fingers can be given the set-point, {band},",

@@ -5,18 +5,11 @@ from __future__ import annotations
 import textwrap
 
 from frictionloop.analysis.levels import at_levels
-from frictionloop.parameters import Constant, FingerFriction, Recording, Samples, Sine, Strokes, System
+from frictionloop.cli.scores import between
+from frictionloop.parameters import Constant, Recording, Samples, Sine, System
+from frictionloop.parameters.still import stirring
 
 WIDTH = 100
-STILL = {
-    "motion.tremor_um": 0.0,
-    "motion.tremor_n": 0.0,
-    "motion.load_drift": 0.0,
-    "friction.roughness_rms": 0.0,
-    "friction.occlusion_ratio": 1.0,
-    "friction.moist_loss": 0.0,
-}
-"""Values with which a finger has no variation of its own: no tremor, drift of load, roughness, moisture."""
 
 
 def notes(system: System, duration_s: float) -> list[str]:
@@ -52,7 +45,7 @@ def at_design(system: System) -> list[str]:
             taken = f"its level, {level.offset_n:.3g} N,"
         if isinstance(level, Sine):
             low_n, high_n = level.offset_n - level.amplitude_n, level.offset_n + level.amplitude_n
-            taken = f"its levels, {low_n:.3g} to {high_n:.3g} N,"
+            taken = f"its levels, {between(low_n, high_n)},"
         said.append(
             f"From the recorded {name} this takes {taken} alone; `simulate` with the controller says what the loop "
             "makes of it."
@@ -62,14 +55,9 @@ def at_design(system: System) -> list[str]:
 
 def on_top(system: System) -> str:
     """Return that the bench's finger varies by itself too, and how a recording alone is had; empty if it does not."""
-    finger = isinstance(system.friction, FingerFriction) and isinstance(system.motion, Strokes)
-    if not (finger and isinstance(system.disturbance, (Recording, Samples))):
+    if not isinstance(system.disturbance, (Recording, Samples)):
         return ""
-    flags = [
-        f"--{path} {value:g}"
-        for path, value in STILL.items()
-        if getattr(getattr(system, path.split(".")[0]), path.split(".")[1]) != value
-    ]
+    flags = [f"--{path} {value:g}" for path, value in stirring(system).items()]
     if not flags:
         return ""
     return (

@@ -11,6 +11,8 @@ import numpy as np
 from frictionloop.analysis.levels import RECORDED, at_levels
 from frictionloop.cli.recorded import WIDTH
 from frictionloop.cli.recorded_units import asked
+from frictionloop.loop.record import system_of
+from frictionloop.parameters.still import stirring
 from frictionloop.quantities import FrictionloopError
 
 if TYPE_CHECKING:
@@ -19,11 +21,12 @@ if TYPE_CHECKING:
 LEAST = 0.01
 """Share of a disturbance (rms) below which a part of it is hardly there (chosen)."""
 
+OWN = "the finger's own taken off: "
+
 
 def amplified_from_hz(run: xr.Dataset, mask: np.ndarray) -> float | None:
     """Return the lowest frequency at which |S| is 1, of the loop at the mean of what is asked; None without one."""
     from frictionloop.analysis import operating_band
-    from frictionloop.loop.record import system_of
 
     try:
         points = operating_band(at_levels(system_of(run), run, mask))
@@ -58,8 +61,6 @@ def left_by_band(run: xr.Dataset, mask: np.ndarray, split_hz: float) -> tuple[fl
 
 def lines(run: xr.Dataset, mask: np.ndarray) -> list[str]:
     """Return a sentence on both parts; nothing without a recording read as meant, or where they are not known."""
-    from frictionloop.loop.record import system_of
-
     system = system_of(run)
     if not mask.any() or system.disturbance.kind not in RECORDED or asked(system, "size", "signs"):
         return []
@@ -75,7 +76,7 @@ def lines(run: xr.Dataset, mask: np.ndarray) -> list[str]:
         said = f"The recording has next to nothing above {split_hz:.3g} Hz, from where on {larger}"
     else:
         said = f"Below {split_hz:.3g} Hz {parts[0]:.0%} of the recorded variation is left, above {parts[1]:.0%} (rms), "
-        said += f"the finger's own taken off: from there on {larger}"
+        said += f"{OWN if stirring(system) else ''}from there on {larger}"
     return [*textwrap.wrap(entered(run, mask), WIDTH), *textwrap.wrap(said, WIDTH)]
 
 
@@ -85,7 +86,8 @@ def entered(run: xr.Dataset, mask: np.ndarray) -> str:
         f"{1e3 * float(np.std(values)):.3g} mN rms about {float(np.mean(values)):.3g} N"
         for values in (run["d"].values[mask], run["f_a"].values[mask])
     )
-    return f"Where scored, the disturbance varies by {d}, the force f_a by {force}, the finger's own included."
+    own = ", the finger's own included" if stirring(system_of(run)) else ""
+    return f"Where scored, the disturbance varies by {d}, the force f_a by {force}{own}."
 
 
 def _split(values: np.ndarray, run: xr.Dataset, split_hz: float) -> tuple[np.ndarray, np.ndarray]:

@@ -112,6 +112,12 @@ def newtons(value: float) -> str:
     return "-" if math.isnan(value) else f"{value * 1e3:.4g} mN"
 
 
+def between(low_n: float, high_n: float) -> str:
+    """Return a range of forces, of one force that alone."""
+    ends = f"{low_n:.3g}", f"{high_n:.3g}"
+    return f"{ends[0]} N" if ends[0] == ends[1] else f"{ends[0]} to {ends[1]} N"
+
+
 def share(value: float) -> str:
     """Return a share from 0 to 1."""
     return "-" if math.isnan(value) else f"{value:.4g}"

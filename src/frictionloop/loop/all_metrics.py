@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import warnings
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,11 +15,13 @@ from frictionloop.loop.felt import perceptual_index, relative_index
 from frictionloop.loop.metric import RunMetric
 from frictionloop.loop.open_loop import disturbance_left
 from frictionloop.loop.record import system_of
+from frictionloop.parameters import Recording
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.units import SignalWarning
 
 PLAIN = ("r2_identity", "r2_bound", "rms_error", "output_noise", "saturation_index")
 REGRESSION = ("r2_regression", "slope", "intercept")
-FELT = {"perceptual_index": perceptual_index, "relative_index": relative_index}
+FELT = ("perceptual_index", "relative_index")
 
 
 def metrics(run: xr.Dataset, mask: Any = None) -> dict[str, float]:
@@ -37,6 +41,11 @@ def metrics(run: xr.Dataset, mask: Any = None) -> dict[str, float]:
     ------
     FrictionloopError
         For what is no run, a mask of another shape or that keeps nothing, or a run without its System.
+
+    Warns
+    -----
+    SignalWarning
+        Where a metric that simulates the run again is NaN, as the recording that it read is not there.
     """
     if "time" not in getattr(run, "dims", ()):
         grid = isinstance(run, xr.Dataset)
@@ -50,7 +59,8 @@ def metrics(run: xr.Dataset, mask: Any = None) -> dict[str, float]:
         **{name: float(getattr(plain, name)(run, keep)) for name in PLAIN},
         "disturbance_left": _or_nan(disturbance_left, run, keep),
         **dict(zip(REGRESSION, plain.regression(run, keep), strict=True)),
-        **{name: _or_nan(each, run, keep) if felt else math.nan for name, each in FELT.items()},
+        "perceptual_index": _or_nan(perceptual_index, run, keep) if felt else math.nan,
+        "relative_index": _or_nan(relative_index, run, keep) if felt else math.nan,
         **{name: float(of(run.isel(time=np.asarray(keep, bool)))) for name, of in own.items()},
     }
 
@@ -58,5 +68,9 @@ def metrics(run: xr.Dataset, mask: Any = None) -> dict[str, float]:
 def _or_nan(metric: Any, run: xr.Dataset, mask: np.ndarray) -> float:
     try:
         return float(metric(run, mask))
-    except FrictionloopError:  # a control rate without a filter; a mean force that no constant amplitude gives
+    except FrictionloopError as error:  # a control rate without a filter; a mean force that no constant amplitude gives
+        system = system_of(run)
+        read = [each.path for each in (system.setpoint, system.disturbance) if isinstance(each, Recording)]
+        if not all(Path(path).is_file() for path in read):
+            warnings.warn(f"{metric.__name__} is NaN, it simulates the run again: {error}", SignalWarning, stacklevel=3)
         return math.nan

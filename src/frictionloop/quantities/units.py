@@ -19,7 +19,7 @@ class FrictionloopError(ValueError, metaclass=Brief):
 
 
 class SignalWarning(UserWarning, metaclass=Brief):
-    """A recorded signal or an array is probably read wrongly: its unit, its sign, its mean or its column.
+    """A recorded signal or an array is probably read wrongly, its unit, sign, mean or column, or its file is gone.
 
     ``warnings.simplefilter("ignore", fl.SignalWarning)`` says that all of them are meant so.
     """

@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from frictionloop.analysis.levels import RECORDED
 from frictionloop.loop.metrics import rms_error
 from frictionloop.loop.open_loop import disturbance_left, open_loop_of
 from frictionloop.loop.record import system_of
+from frictionloop.parameters.still import stirring
 from frictionloop.quantities import FrictionloopError
 from frictionloop.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, new_figure, styled
 
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-SHADE = "#ececec"
+SHADE, SET = "#ececec", "#8a8a8a"
 MOVING = (
     ("position", "position\n(mm)", 1e3, GREEN),
     ("speed", "speed\n(mm/s)", 1e3, ORANGE),
@@ -63,7 +65,7 @@ def figure_of(run: xr.Dataset) -> Figure:
 
 
 def _forces(axes: Any, run: xr.Dataset, time: np.ndarray) -> None:
-    """Draw the forces, the set-point thin and dark above them so that nothing hides it."""
+    """Draw the forces, the set-point thin and dark above them; one that varies as they do wide and grey below."""
     drawn, meaning = _force(run)
     if "limit" in run:
         top, bottom = (_ends(time, run[name].values + run["d"].values) for name in ("limit", "floor"))
@@ -75,7 +77,9 @@ def _forces(axes: Any, run: xr.Dataset, time: np.ndarray) -> None:
         axes.plot(*_ends(time, opened[drawn].values), color=VERMILLION, linewidth=0.7, label=label)
     label = f"{meaning}{_error(run)}{_left(run) if opened is not None else ''}"
     axes.plot(*_ends(time, run[drawn].values), color=BLUE, linewidth=0.9, label=label)
-    axes.plot(*_ends(time, run["f_r"].values), color=BLACK, linewidth=0.8, label="set-point $f_r$")
+    measured = system_of(run).setpoint.kind in RECORDED
+    look = {"color": SET, "linewidth": 2.2, "zorder": 1.8} if measured else {"color": BLACK, "linewidth": 0.8}
+    axes.plot(*_ends(time, run["f_r"].values), label="set-point $f_r$", **look)
     forces = run[drawn].values if opened is None else np.stack([run[drawn].values, opened[drawn].values])
     low, high = _room(run, forces)
     axes.set(ylabel="force (N)", ylim=(low, high))
@@ -120,7 +124,7 @@ def _left(run: xr.Dataset) -> str:
 
 def _own(run: xr.Dataset) -> str:
     """Return for the legend that a finger that strokes varies by itself too."""
-    return ",\nthe finger's own drift included" if system_of(run).motion.kind == "strokes" else ""
+    return ",\nthe finger's own drift included" if stirring(system_of(run)) else ""
 
 
 def _force(run: xr.Dataset) -> tuple[str, str]:

@@ -52,6 +52,7 @@ SIMULATE = [
     (("--score-from-s", "10"), "score_from_s = 10 s: must be from 0 s to less than duration_s = 10 s"),
     (("--score-from-s", "-1"), "score_from_s = -1 s: must be from 0 s"),
     (("--out", "run.txt"), "out = 'run.txt': must end in .h5 or .hdf5 or .nc"),
+    (("--out", "run.csv"), "how-to/read-the-results-elsewhere.md"),
     (("--out", "no/run.h5"), "out = 'no/run.h5': there is no folder 'no'; create it first"),
     (("--plot", "run.gif"), "plot = 'run.gif': must end in .svg or .pdf or .png"),
     (("--save-system", "bench.yaml"), "save_system = 'bench.yaml': must end in .toml"),

@@ -77,3 +77,15 @@ def test_the_command_line_asks_in_its_own_words_alone(tmp_path, frictionloop, ve
     said = " ".join((answer.out + answer.err).split())
     assert said.count("did you mean --disturbance.remove_mean true?") == 1
     assert "evolve(" not in said and "Warning" not in said
+
+
+def test_a_metric_says_why_it_is_nan_where_the_recording_of_a_run_is_gone(tmp_path):
+    bench = fl.bench().evolve({**fl.RETUNED, "disturbance": recorded(tmp_path, VARIES_N)})
+    run = fl.simulate(bench, 1.0)
+    before = fl.metrics(run)
+    (tmp_path / "f.csv").rename(tmp_path / "moved.csv")
+    with pytest.warns(fl.SignalWarning, match="relative_index is NaN, .*f.csv: there is no such file") as caught:
+        after = fl.metrics(run)
+    assert caught[0].filename == __file__
+    assert before["relative_index"] > 0 and np.isnan(after["relative_index"])
+    assert after["disturbance_left"] == before["disturbance_left"]

@@ -11,6 +11,7 @@ import frictionloop as fl
 from frictionloop.analysis import operating_band
 from frictionloop.analysis.levels import at_levels
 from frictionloop.cli.recorded_bands import amplified_from_hz, left_by_band, lines
+from frictionloop.parameters.still import STILL
 
 RATE_HZ = 5000.0
 
@@ -68,6 +69,17 @@ def test_a_recording_without_a_slow_part_says_so_and_what_entered():
     force = run.f_a.values[settled]
     assert f"the disturbance varies by {1e3 * run.d.values[settled].std():.3g} mN rms" in said
     assert f"f_a by {1e3 * force.std():.3g} mN rms about {force.mean():.3g} N" in said
+
+
+def test_of_a_finger_without_variation_nothing_is_said_to_be_its_own():
+    time = np.arange(5000) / RATE_HZ
+    varies = fl.Samples(values_n=0.03 * np.sin(2 * np.pi * 20 * time), rate_hz=RATE_HZ)
+    bench = fl.bench().evolve({**fl.RETUNED, "setpoint": fl.Constant(offset_n=0.5), "disturbance": varies})
+    for system, own in ((bench, True), (bench.evolve(STILL), False)):
+        run = fl.simulate(system, 1.0)
+        said = " ".join(lines(run, run.scored.values))
+        assert "of the recorded variation is left" in said or "next to nothing" in said
+        assert ("the finger's own" in said) is own
 
 
 def test_what_is_too_large_for_newtons_is_not_split(tmp_path):

@@ -9,6 +9,7 @@ from scipy.io import savemat, wavfile
 
 import frictionloop as fl
 from frictionloop.cli.recorded_units import asked, negative, resampled
+from frictionloop.cli.scores import between
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.read import read_recording
 from frictionloop.recordings.told import found, told
@@ -109,7 +110,7 @@ def test_the_read_back_gives_rms_and_mean(tmp_path):
 
 
 def test_an_index_over_a_stroke_that_does_not_vary_is_refused(frictionloop):
-    from frictionloop.cli.recorded import STILL
+    from frictionloop.parameters.still import STILL
 
     still = fl.bench().evolve({**STILL, "setpoint": fl.Constant(offset_n=0.5)})
     run = fl.simulate(still, 2.0)
@@ -170,3 +171,8 @@ def test_a_refused_column_names_its_flag(tmp_path):
     (tmp_path / "r.csv").write_text("time [s],force [N]\n0,0.1\n0.001,0.2\n0.002,0.1\n")
     with pytest.raises(FrictionloopError, match=r"--disturbance\.column and .* holds times; accepted: 'force"):
         found(fl.Recording(path=str(tmp_path / "r.csv")))
+
+
+def test_a_range_of_one_force_is_that_force():
+    assert between(0.5, 0.50004) == "0.5 N"
+    assert between(-0.1, 0.5) == "-0.1 to 0.5 N"
