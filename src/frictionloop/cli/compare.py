@@ -96,6 +96,9 @@ def command(
     _check_overrides(overrides)
     system, origin = flags.given(file, preset, overrides, "bench", designed="notch_pi")
 
+    from frictionloop.cli import recorded_units
+
+    recorded_units.ask(system, ("disturbance",))
     screen.tell_notes()  # before the comparison, which takes minutes
     felt = compare_effects.wanted(system, effects)
     if felt:

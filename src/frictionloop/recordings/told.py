@@ -59,6 +59,7 @@ def found(recording: Recording) -> Found:
     raw, _, _ = scaled(recording.model_copy(update={"remove_mean": False, "offset_n": 0.0}), "N")
     unit, by = _unit(recording, column)
     scale = recording.scale
+    largest_n, mean_n = float(np.abs(raw).max()), float(force.mean())
     return Found(
         column=_named(recording, column),
         head=column.head,
@@ -70,11 +71,11 @@ def found(recording: Recording) -> Found:
         samples=force.size,
         lowest_n=float(force.min()),
         highest_n=float(force.max()),
-        largest_n=float(np.abs(raw).max()),
+        largest_n=largest_n,
         raw_lowest_n=float(raw.min()),
         raw_highest_n=float(raw.max()),
         signs=signs_of(raw, raw.size / file_hz),
-        mean_n=float(force.mean()),
+        mean_n=0.0 if abs(mean_n) <= 1e-9 * largest_n else mean_n,  # of one that is removed its rounding is left
         rms_n=float(force.std()),
         uneven="" if recording.rate_hz is None else unevenness(column, file_hz),
     )
@@ -98,11 +99,6 @@ def _unit(recording: Recording, column: Column) -> tuple[str, str]:
     return ("N", "taken for N") if recording.scale is None else ("", "scale")
 
 
-def _mean(each: Found) -> float:
-    """Return the mean in N, 0 where one that was removed left its rounding."""
-    return each.mean_n if abs(each.mean_n) > 1e-9 * each.largest_n else 0.0
-
-
 def told(recording: Recording) -> str:
     """Return in words what was found in the file: header, column, unit, rate and forces.
 
@@ -122,7 +118,7 @@ def told(recording: Recording) -> str:
     }[each.unit_by]
     head = f" ({each.head}), " if each.head else ", "
     by = "" if recording.rate_hz is not None else f" by {each.rate_by}"
-    forces = f"{each.lowest_n:.3g} to {each.highest_n:.3g} N, {1e3 * each.rms_n:.3g} mN rms about {_mean(each):.3g} N"
+    forces = f"{each.lowest_n:.3g} to {each.highest_n:.3g} N, {1e3 * each.rms_n:.3g} mN rms about {each.mean_n:.3g} N"
     if recording.remove_mean:
         forces += f" ({each.raw_lowest_n:.3g} to {each.raw_highest_n:.3g} N before its mean is removed)"
     if recording.rectify:
