@@ -193,8 +193,9 @@ def test_a_law_that_fails_in_a_run_is_told_by_its_line():
         fl.register(fl.Law("mine", raises, State, Gains), Mine)
     high = BENCH.evolve({"controller.kind": "mine", "setpoint": fl.Constant(offset_n=0.5)})
     fl.simulate(high, 0.002)
-    ramped = high.evolve({"setpoint": fl.Samples(values_n=[0.5, 20.0], rate_hz=100.0), "sensor.range_n": 30.0})
-    for run in (lambda: fl.simulate(ramped, 0.01), lambda: fl.sweep(ramped, KPS, 0.01)):
+    higher = fl.Steps(times_s=(0.0, 0.005), levels_n=(0.5, 20.0))
+    raised = high.evolve({"setpoint": higher, "sensor.range_n": 30.0})
+    for run in (lambda: fl.simulate(raised, 0.01), lambda: fl.sweep(raised, KPS, 0.01)):
         with pytest.raises(fl.FrictionloopError, match=HERE + "ValueError: too high") as refused:
             run()
         assert 'law "mine": ' in str(refused.value)

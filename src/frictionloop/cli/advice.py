@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frictionloop.analysis.levels import RECORDED, at_levels
 from frictionloop.cli.ringing import Ringing, of_system
 
 if TYPE_CHECKING:
@@ -30,6 +29,7 @@ def ringing(run: xr.Dataset, mask: np.ndarray, metrics: dict[str, float]) -> Rin
     """Return what is known of a run that rings, None for one that shows no sign of it or is stable."""
     if not mask.any():
         return None
+    from frictionloop.analysis.levels import RECORDED, at_levels
     from frictionloop.loop.record import system_of
 
     system, bound = system_of(run), metrics["r2_bound"]
@@ -63,6 +63,7 @@ def of_population(system: System, median_r2: float, duration_s: float) -> Ringin
     """Return what the linear analysis says of the system of a population that follows badly, None if it holds."""
     if not median_r2 < 1.0 - FAR:  # also NaN; no bound is above 1
         return None
+    from frictionloop.analysis.levels import at_levels
     from frictionloop.loop.sweep import sweep
 
     bound = sweep(system, [{}], duration_s, metrics=["r2_bound"], n_jobs=1, progress=False)["r2_bound"].values.item()

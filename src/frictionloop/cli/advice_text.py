@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frictionloop.analysis.levels import OFTEN_N, left_in
 from frictionloop.cli.advice import CLAMPED
 from frictionloop.cli.ringing import HELD_PEAK, OFF, Band, Ringing
 from frictionloop.cli.scores import between
-from frictionloop.recordings.doubts import FINGERS_N
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -131,9 +129,11 @@ def _where(band: Band) -> str:
 
 def out_of_reach(run: xr.Dataset, mask: np.ndarray) -> list[str]:
     """Return what a person is told of a set-point that nearly nothing could follow, and what may be the cause."""
+    from frictionloop.analysis.levels import OFTEN_N, left_in
     from frictionloop.cli.recorded_units import asked
     from frictionloop.loop.metrics import reach_of
     from frictionloop.loop.record import system_of
+    from frictionloop.recordings.doubts import FINGERS_N
 
     system = system_of(run)
     if (misread := asked(system, "size", "signs")) or not mask.any():  # no reach explains what comes of that

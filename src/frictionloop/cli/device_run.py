@@ -82,10 +82,12 @@ def command(
         raise FrictionloopError(f"out: needs a FILE.h5 for a run of more than {SCORED_S:g} s, which no memory holds")
     system, origin = flags.given(file, preset, overrides, "bench")
 
-    from frictionloop.cli import recorded_units
     from frictionloop.firmware.board_fit import carrier_misses, misfits
 
-    recorded_units.ask(system, ("setpoint",))  # the disturbance is what there is
+    if system.setpoint.kind in ("recording", "samples"):  # what asks is loaded for nothing else
+        from frictionloop.cli import recorded_units
+
+        recorded_units.ask(system, ("setpoint",))  # the disturbance is what there is
     for line in misfits(system):
         screen.note(f"warning: {line}")
     with connected(address, system) as device:
