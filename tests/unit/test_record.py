@@ -189,7 +189,7 @@ def test_a_run_as_a_table_comes_back_as_a_recording(tmp_path):
     """The table's columns are read by their names, with rate and unit found in its header."""
     fl.save(RUN, tmp_path / "run.csv")
     recording = fl.Recording(path=str(tmp_path / "run.csv"), column="f_a")
-    system = fl.feasible().evolve(disturbance=recording, setpoint=fl.Constant(offset_n=0.5))
+    system = fl.feasible().evolve(disturbance=recording, setpoint=fl.Constant(offset_n=1.4))
     again = fl.simulate(system, RUN.sizes["time"] / 5000.0 - 1e-3)
     np.testing.assert_allclose(again.d, RUN.f_a[: again.sizes["time"]], rtol=1e-12)
 

@@ -147,7 +147,7 @@ def test_no_two_seeds_are_alike():
 def test_recordings_in_one_tile(tmp_path):
     """Each lane follows its own column, also when the lanes' nodes differ."""
     path = tmp_path / "forces.csv"
-    np.savetxt(path, 0.2 + 0.1 * normals(0, 9, 0, 800).reshape(400, 2), delimiter=",")
+    np.savetxt(path, 0.1 + 0.1 * normals(0, 9, 0, 800).reshape(400, 2), delimiter=",")
     systems = [
         BASE.evolve(
             {

@@ -65,7 +65,8 @@ def _kept_mean(system: System) -> Doubt | None:
     It seems to where its mean, and nothing else, puts what the set-point asks for out of reach.
     """
     added = _range_and_mean("disturbance", system, None, None)
-    if added is None or not left_in(system, added[2]):
+    chosen_n = getattr(system.disturbance, "offset_n", 0.0)  # a level that somebody gave is meant
+    if added is None or not left_in(system, added[2] - chosen_n):
         return None
     try:
         wanted, (low_n, high_n) = asked(at_levels(system)), reach_n(system, law_at(system))

@@ -67,6 +67,11 @@ def test_what_is_meant_runs_in_silence(tmp_path, system):
             fl.simulate(system.evolve({"disturbance": array(0.6 + VARIES_N)}), 0.1)
 
 
+def test_a_level_that_was_given_is_meant(tmp_path):
+    given = recorded(tmp_path, VARIES_N, offset_n=0.6)
+    assert misread(LEVEL.evolve({"disturbance": given})) == []
+
+
 @pytest.mark.parametrize("verb", [("simulate",), ("sweep", "--over", "controller.kp=5,9")])
 def test_the_command_line_asks_in_its_own_words_alone(tmp_path, frictionloop, verb):
     path = recorded(tmp_path, 0.6 + VARIES_N).path
