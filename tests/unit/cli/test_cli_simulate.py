@@ -311,7 +311,7 @@ def test_what_a_recording_leaves_out_and_what_comes_on_top_is_told(frictionloop,
 
 
 def test_a_finger_that_is_held_still_varies_by_the_recording_alone(sliding):
-    from frictionloop.cli.recorded import STILL
+    from frictionloop.parameters.still import STILL
 
     slide = fl.Recording(path=sliding[-1], column="force_n", remove_mean=True)
     system = fl.bench().evolve({"controller.kind": "lookup", "setpoint": fl.Constant(offset_n=0.6), **STILL})
