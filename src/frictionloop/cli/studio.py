@@ -75,9 +75,18 @@ def command(
         raise FrictionloopError(f"RUN = {str(runs[0])!r}: goes with --export alone; --replay RUN plays one")
     checks.check_count("seed", seed, 0)
     checks.check_count("port", port, 0, 65535)
-    uvicorn = needed("uvicorn", "uvicorn", "studio")
+    needed("uvicorn", "uvicorn", "studio")
     needed("starlette", "starlette", "studio")
-    system = _system(file, preset, overrides, effect)
+    from frictionloop.studio.beside import starting
+
+    with starting():
+        _serve(_system(file, preset, overrides, effect), device, seed, host, port, replay)
+
+
+def _serve(system: System, device: str | None, seed: int, host: str, port: int, replay: Path | None) -> None:
+    """Serve the page until Ctrl-C."""
+    import uvicorn
+
     from frictionloop.studio.listening import listening
     from frictionloop.studio.room import Room
     from frictionloop.studio.safe import LOOPBACK, Doors, open_to_network

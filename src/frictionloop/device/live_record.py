@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
 
 from frictionloop.device.live_engine import CHANNELS
 from frictionloop.device.live_session import KEPT_S, Session
 from frictionloop.loop.record import VARIABLES, provenance
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 RUN = {
     "f_r": "asked_n",
@@ -37,6 +41,8 @@ def recorded(session: Session, seconds: float = KEPT_S) -> xr.Dataset:
     seconds : float
         How much of it, s, at most `KEPT_S`.
     """
+    import xarray as xr
+
     rows, rate = session.last(seconds), session.engine.rate_hz
     told = dict(zip(CHANNELS, rows, strict=True))
     first = session.ticks - rows.shape[1]

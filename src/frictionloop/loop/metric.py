@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionloop.quantities.brief import Brief, brief
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @brief

@@ -9,18 +9,18 @@ import sys
 import warnings
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
-from frictionloop.loop.unfinished import unfinished
 from frictionloop.parameters import SCHEMA, System
 from frictionloop.parameters.files import check_schema
 from frictionloop.quantities import FrictionloopError, replacing
 from frictionloop.quantities.seal import seal_of
 from frictionloop.quantities.version import package_version
-from frictionloop.recordings.hdf5 import check_hdf5
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 HDF5 = (".h5", ".hdf5", ".nc")
 VARIABLES: dict[str, tuple[str, str]] = {
@@ -58,6 +58,8 @@ def provenance(system: System, **more: Any) -> dict[str, Any]:
 
 def to_dataset(traces: np.ndarray, system: System, seed: int) -> xr.Dataset:
     """Return the Dataset of one run from its traces, shape (variables, periods), row k holding the values at t_k."""
+    import xarray as xr  # only here and below: a live page, which runs the loop too, is open half a second sooner
+
     time = np.arange(traces.shape[1]) / system.controller.rate_hz
     data = {
         name: xr.Variable("time", row != 0 if name in _FLAGS else row, {"units": units, "long_name": meaning})
@@ -154,6 +156,11 @@ def load(path: str | os.PathLike[str], *, from_s: float | None = None, until_s: 
         For a file that cannot be read, is no run file, is not what was saved, reads other files, expands out of
         measure, or was written by a newer version.
     """
+    import xarray as xr
+
+    from frictionloop.loop.unfinished import unfinished
+    from frictionloop.recordings.hdf5 import check_hdf5
+
     try:
         check_hdf5(path)
         if (run := unfinished(path)) is not None:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from frictionloop.loop.kernel.loop import Tile
 from frictionloop.loop.kernel.lowering import lower
@@ -20,6 +20,9 @@ from frictionloop.physics.vibration import GAUSSIAN, vibration_of
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.blame import place
 from frictionloop.quantities.normals import BLOCK
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 CHUNK = 2048 * BLOCK
 """Control periods per call of the kernel: Ctrl-C is answered between chunks."""

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from frictionloop.loop.metric import Sample, Tally
 from frictionloop.loop.record import system_of
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.arithmetic import fma, step
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 class StepTime(NamedTuple):

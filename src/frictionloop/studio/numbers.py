@@ -5,11 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.signal import butter, sosfilt
 
 from frictionloop.device.live_engine import CHANNELS
-from frictionloop.loop.felt import weighted
-from frictionloop.perception.weighting import RATES_HZ
 from frictionloop.rendering.effect import TURNS_MM_S
 
 WINDOW_S = 2.0
@@ -92,6 +89,12 @@ def _felt(error_n: np.ndarray, sliding: np.ndarray, rate_hz: float) -> tuple[flo
 
     Both are None at a rate that the filter is not made for.
     """
+    # Only here: all of it takes as long to load as what opens the page (`studio.beside`).
+    from scipy.signal import butter, sosfilt
+
+    from frictionloop.loop.felt import weighted
+    from frictionloop.perception.weighting import RATES_HZ
+
     if not RATES_HZ[0] <= rate_hz <= RATES_HZ[1]:
         return None, None
     felt = weighted(error_n.astype(float), sliding.astype(float), rate_hz)

@@ -13,6 +13,10 @@ HEIGHT_MM = 60.0
 """Height of the plate that is shown (assumed)."""
 CELL_MM = 0.25
 """Distance of the map's places: twice per half millimetre, the finest of the library's textures."""
+PAINT_MM = 0.75
+"""Distance of painted places: a plate of 255 by 60 mm is then within the values of a map."""
+PAINT_MOST_N = 1.2
+"""Force of the strongest paint, N: 255 steps from none (assumed: above what most fingers have without vibration)."""
 
 
 def map_of(system: System) -> bytes:

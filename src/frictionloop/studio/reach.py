@@ -1,40 +1,16 @@
-"""What of an effect will not arrive, and why: beyond reach, steeper than the skin follows, too weak to be felt."""
+"""Keeps what pages are told of the effect that will not arrive: looked at anew when something has changed."""
 
 from __future__ import annotations
 
 import asyncio
-import math
 from typing import Any
 
-import numpy as np
-from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
-
 from frictionloop.device.live_session import Session
-from frictionloop.loop.felt import weighted
-from frictionloop.parameters import Strokes, System
-from frictionloop.preview.effect import Preview, preview
-from frictionloop.preview.measures import FELT_S
-from frictionloop.quantities import FrictionloopError
-from frictionloop.rendering.source import EffectSource
-from frictionloop.studio.plate import HEIGHT_MM, asked, depends_on_y
-from frictionloop.studio.share import effect_name
+from frictionloop.parameters import System
+from frictionloop.studio import beside
 
-BEYOND, STEEP, WEAK = 1, 2, 4
-"""Reasons, one bit each."""
-SLACK_N = 5e-3
-"""By how much a force may miss the band and still count as within (assumed: a tenth of what is felt as a step)."""
-FINE = 10
-"""Places of a stretch at which its slope is looked at."""
-ROW_MM = 1.0
-"""Distance of the lines that are looked at on a plate on which y matters (assumed)."""
-RATE_HZ = 2500.0
-"""Samples a second of a stroke whose pattern is felt: five times the fastest that touch knows."""
-AROUND_MM = 4.0
-"""Where the wish changes by less than the slack over this way, nothing is there to be felt (assumed)."""
 WAITS_S = 0.3
 """How long nothing has to change before it is computed: a slider in the hand would only be in its own way."""
-SECONDS, MARGIN_MM, LEAST_MM = 4.0, 15.0, 40.0
-"""The stroke that is tried: what the finger crosses in 4 s, within the plate, at least 40 mm (assumed)."""
 
 
 class Reach:
@@ -68,76 +44,12 @@ class Reach:
                 self.told = done
                 return done
         if self.told is None and now_s - self._since_s >= WAITS_S:
-            self._task = asyncio.ensure_future(asyncio.to_thread(previewed, *wanted))
+            self._task = asyncio.ensure_future(asyncio.to_thread(_foreseen, *wanted))
         return None
 
 
-def previewed(system: System, speed_mm_s: float, load_n: float) -> dict[str, Any]:
-    """Return the message on what of a System's effect will not arrive, with what it is ``of``."""
-    told: dict[str, Any] = {"type": "reach", "of": (system, speed_mm_s, load_n), "why": "", "reasons": []}
-    try:
-        shown = stroked(system, speed_mm_s, load_n)
-        assert isinstance(shown.setpoint, EffectSource)
-        return told | reasons_of(preview(effect_name(shown) or shown.setpoint.effect, shown))
-    except FrictionloopError as error:
-        return told | {"why": str(error)}
-    except Exception as error:  # what looks ahead must not take the session with it, whatever it died of
-        return told | {"why": f"Looking ahead has failed: {type(error).__name__}: {error}"}
+def _foreseen(system: System, speed_mm_s: float, load_n: float) -> dict[str, Any]:
+    beside.load()
+    from frictionloop.studio.foreseen import previewed
 
-
-def stroked(system: System, speed_mm_s: float, load_n: float) -> System:
-    """Return the System with the stroke that is tried."""
-    if not isinstance(system.setpoint, EffectSource) or not isinstance(system.motion, Strokes):
-        raise FrictionloopError("the set-point is no effect: there is nothing to look ahead to")
-    room = system.touch.load.length_mm - MARGIN_MM
-    stroke = max(min(room, SECONDS * speed_mm_s), LEAST_MM)
-    reversal = min(system.motion.reversal_s, 0.5 * stroke / speed_mm_s)
-    values = {"speed_mm_s": speed_mm_s, "stroke_mm": stroke, "reversal_s": reversal, "load_n": load_n}
-    return system.evolve({f"motion.{name}": value for name, value in values.items()})
-
-
-def reasons_of(seen: Preview) -> dict[str, Any]:
-    """Return the reasons over the plate, rows over x, the lowest first, and the share of the places for each reason.
-
-    Where y does not matter there is one row, else one for each `ROW_MM`. What the finger reaches and what arrives of
-    the contrast is that of the stroke that was tried.
-    """
-    source, place = seen.system.setpoint, seen.place_mm
-    assert isinstance(source, EffectSource)
-    rows_mm, step_mm = _rows(source), float(place[1] - place[0])
-    force = asked(source, place, rows_mm)
-    known = np.isfinite(seen.low_n) & np.isfinite(seen.high_n)
-    beyond = known & ((force < seen.low_n - SLACK_N) | (force > seen.high_n + SLACK_N))
-    fine = np.linspace(place[0] - 0.5 * step_mm, place[-1] + 0.5 * step_mm, FINE * place.size + 1)
-    along = asked(source, fine, rows_mm)
-    slope = np.abs(np.diff(along, axis=1)) / (fine[1] - fine[0])
-    steep = slope.reshape(*force.shape, FINE).max(axis=2) > seen.skin_n_mm
-    around = round(AROUND_MM / step_mm)
-    varies = maximum_filter1d(force, around) - minimum_filter1d(force, around) > SLACK_N
-    contrast = seen.closed_loop.contrast if math.isfinite(seen.closed_loop.contrast) else 1.0
-    weak = (contrast * _felt(fine, along, seen.speed_mm_s, place) < 1.0) & varies
-    told = {
-        "from_mm": float(place[0]),
-        "step_mm": step_mm,
-        "reasons": (BEYOND * beyond + STEEP * steep + WEAK * weak).tolist(),
-    }
-    told |= {"bottom_mm": float(rows_mm[0]), "row_mm": ROW_MM}
-    shares = {name: float(np.mean(where)) for name, where in (("beyond", beyond), ("steep", steep), ("weak", weak))}
-    return told | {"shares": shares, "sentence": seen.sentence}
-
-
-def _rows(source: EffectSource) -> np.ndarray:
-    """Return the heights that are looked at, mm: the line of the stroke alone where another one asks for the same."""
-    rows = np.arange(0.5 * (ROW_MM - HEIGHT_MM), 0.5 * HEIGHT_MM, ROW_MM)
-    return rows if any(depends_on_y(source, each) for each in rows) else np.array([source.track.y_mm])
-
-
-def _felt(fine_mm: np.ndarray, along_n: np.ndarray, speed_mm_s: float, place_mm: np.ndarray) -> np.ndarray:
-    """Return what is felt of forces along x at a speed, in thresholds of touch: rms over 50 ms and both ways."""
-    count = round((fine_mm[-1] - fine_mm[0]) / speed_mm_s * RATE_HZ)
-    path = np.linspace(fine_mm[0], fine_mm[-1], count)
-    force = np.array([np.interp(path, fine_mm, row) for row in along_n])
-    force -= force.mean(axis=1, keepdims=True)
-    ways = [weighted(way, np.ones(count), RATE_HZ) ** 2 for way in (force, force[:, ::-1])]
-    power = uniform_filter1d(0.5 * (ways[0] + ways[1][:, ::-1]), round(FELT_S * RATE_HZ))
-    return np.asarray(np.sqrt(np.maximum(power, 0.0))[:, np.searchsorted(path, place_mm)])
+    return previewed(system, speed_mm_s, load_n)

@@ -6,10 +6,9 @@ import base64
 import gzip
 import os
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from frictionloop.device.live_engine import CHANNELS
 from frictionloop.device.live_record import BESIDE, RUN
@@ -19,6 +18,9 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.source import EffectSource
 from frictionloop.studio.numbers import WINDOW_S, numbers_of
 from frictionloop.studio.plate import HEIGHT_MM, map_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 LONGEST_S = 60.0
 """What of a run is played at most, from its beginning."""

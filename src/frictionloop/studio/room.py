@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import time
 from collections import deque
 from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from typing import Any
 
-import numpy as np
-
 from frictionloop.device.live_session import SPARSE, Block, Session
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
+from frictionloop.studio.counting import Counting
 from frictionloop.studio.crowd import Twelve
 from frictionloop.studio.drawing import Drawing
 from frictionloop.studio.frames import events_in, frame_of, pack
 from frictionloop.studio.guest import Guest
-from frictionloop.studio.numbers import WINDOW_S, numbers_of
 from frictionloop.studio.plate import read_along
 from frictionloop.studio.reach import Reach
 from frictionloop.studio.share import system_message
@@ -44,7 +43,7 @@ class Room:
 
     def __init__(self, session: Session, clock: Callable[[], float] = time.monotonic) -> None:
         self.session, self.clock, self.twelve, self.reach = session, clock, Twelve(session), Reach(session)
-        self.drawing = Drawing(session, self.tell)
+        self.drawing, self.counting = Drawing(session, self.tell), Counting(session, self.tell)
         self.guests: list[Guest] = []
         self.driver: Guest | None = None
         self.before: deque[System] = deque(maxlen=UNDONE)
@@ -55,7 +54,7 @@ class Room:
         """Recorded runs that pages can play, the newest first."""
         self.dead = ""
         """Why the engine has stopped, empty while it runs."""
-        self._number, self._told_s = 0, -np.inf
+        self._number, self._told_s = 0, -math.inf
         self._doing: set[asyncio.Task[None]] = set()
 
     def redraw(self) -> None:
@@ -139,6 +138,9 @@ class Room:
         try:
             while True:
                 self.step()
+                if self.clock() - self._told_s >= TOLD_EVERY_S:
+                    await asyncio.sleep(0)  # frames go out before what takes its time
+                    self.tell_beside()
                 await asyncio.sleep(self.session.due_s(self.clock()))
         except asyncio.CancelledError:
             raise
@@ -154,25 +156,25 @@ class Room:
 
     def step(self) -> None:
         """Go on to now, and send what is new."""
-        now_s = self.clock()
-        for block in self.session.step(now_s):
+        for block in self.session.step(self.clock()):
             self._send(block)
         for why in self.session.refused():
             self.tell({"type": "refused", "why": why})
             self.tell(system_message(self.session.engine.system))
             self.redraw()
-        if now_s - self._told_s >= TOLD_EVERY_S:
-            self._told_s = now_s
-            self.tell_status()
-            rate = self.session.engine.rate_hz
-            touches = self.session.engine.system.touch.load.touch_n
-            self.tell({"type": "numbers"} | numbers_of(self.session.last(WINDOW_S), rate, touches))
-            if self._looking:
-                self.tell_onlookers(self.twelve.told())
-            if any(guest.ahead for guest in self.guests) and (told := self.reach.follow(now_s)) is not None:
-                for guest in self.guests:
-                    if guest.ahead:
-                        guest.put(told)
+
+    def tell_beside(self) -> None:
+        """Tell how things stand, the numbers, the row of fingers, and what will not arrive."""
+        now_s = self._told_s = self.clock()
+        self.tell_status()
+        if self.guests:
+            self.counting.renew()
+        if self._looking:
+            self.tell_onlookers(self.twelve.told())
+        if any(guest.ahead for guest in self.guests) and (told := self.reach.follow(now_s)) is not None:
+            for guest in self.guests:
+                if guest.ahead:
+                    guest.put(told)
 
     def _send(self, block: Block) -> None:
         self._number += 1

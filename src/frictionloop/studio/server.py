@@ -19,18 +19,18 @@ from frictionloop.device.live_engine import CHANNELS
 from frictionloop.device.live_record import recorded
 from frictionloop.loop.record import save
 from frictionloop.parameters.written import to_toml
+from frictionloop.studio import beside
 from frictionloop.studio.commands import obey
 from frictionloop.studio.gallery import gallery
 from frictionloop.studio.guest import Guest
 from frictionloop.studio.opening import Answer, opener, runs_answer
-from frictionloop.studio.plate import HEIGHT_MM
+from frictionloop.studio.plate import HEIGHT_MM, PAINT_MM, PAINT_MOST_N
 from frictionloop.studio.presets import PRESETS
 from frictionloop.studio.room import Room
 from frictionloop.studio.safe import HEADERS, Doors
 from frictionloop.studio.share import system_message
 from frictionloop.studio.taking_in import taken_in
 from frictionloop.studio.talking import talk
-from frictionloop.studio.uploads import PAINT_MM, PAINT_MOST_N
 
 STATIC = Path(__file__).parent / "static"
 FILES = {path.relative_to(STATIC).as_posix(): path for path in sorted(STATIC.rglob("*")) if path.is_file()}
@@ -90,6 +90,7 @@ def studio_app(room: Room, doors: Doors | None = None) -> Starlette:
     async def saved(request: Request) -> Response:
         if not doors.role(request):
             return refused()
+        await asyncio.to_thread(beside.load)
         return save_answer(room, request.path_params["name"])
 
     reading = asyncio.Lock()

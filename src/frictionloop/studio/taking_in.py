@@ -8,10 +8,10 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 
 from frictionloop.quantities import FrictionloopError
+from frictionloop.studio import beside
 from frictionloop.studio.commands import change
 from frictionloop.studio.room import Room
 from frictionloop.studio.safe import HEADERS
-from frictionloop.studio.uploads import MOST_BYTES, brought
 
 PAGE = "x-studio-page"
 """Header that tells which page asks; no page from elsewhere can send it, for browsers ask us first."""
@@ -24,6 +24,9 @@ async def taken_in(room: Room, request: Request, reading: asyncio.Lock) -> Respo
         if reading.locked():
             raise FrictionloopError("effect: another one is being read")
         async with reading:
+            await asyncio.to_thread(beside.load)
+            from frictionloop.studio.uploads import MOST_BYTES, brought
+
             content = await content_of(request, MOST_BYTES)
             asked = dict(request.query_params)
             made = await asyncio.to_thread(brought, asked.get("kind", ""), content, asked)

@@ -19,6 +19,7 @@ from frictionloop.rendering.effect import Effect
 from frictionloop.rendering.images import read_image
 from frictionloop.rendering.sounds import read_texture, read_wave
 from frictionloop.rendering.tables import MOST_CELLS, Map
+from frictionloop.studio.plate import PAINT_MM, PAINT_MOST_N
 
 MOST_BYTES = 4 * 1024 * 1024
 """Length of what a page may bring (assumed: a picture of the pixels below, or 20 s of sound)."""
@@ -28,10 +29,6 @@ PITCH_MM = 0.05
 """Distance of the values of a recording, mm: at 40 mm/s it carries 400 Hz, about what is felt."""
 WAVE_HZ = 1000.0
 """Values a second of a recording that is played over time: twice the fastest that touch knows."""
-PAINT_MM = 0.75
-"""Distance of painted places: a plate of 255 by 60 mm is then within the values of a map."""
-PAINT_MOST_N = 1.2
-"""Force of the strongest paint, N: 255 steps from none (assumed: above what most fingers have without vibration)."""
 
 
 class Brought(NamedTuple):

@@ -1,0 +1,40 @@
+"""What opens the page loads little, and the rest comes beside the session."""
+
+from __future__ import annotations
+
+import gc
+import subprocess
+import sys
+
+from frictionloop.studio import beside
+
+OPENS = """
+import sys
+import frictionloop as fl
+from frictionloop.device.live_engine import TwinEngine
+from frictionloop.device.live_session import Session
+from frictionloop.studio.room import Room
+from frictionloop.studio.server import studio_app
+studio_app(Room(Session(TwinEngine(fl.bench().evolve({"setpoint": {"kind": "effect"}})))))
+heavy = {"xarray", "pandas", "h5py", "scipy.signal", "scipy.ndimage", "scipy.stats"}
+print("loaded:", *sorted(heavy & set(sys.modules)))
+from frictionloop.studio import beside
+beside.load()
+print("loaded:", *sorted(heavy & set(sys.modules)))
+"""
+
+
+def test_what_opens_the_page_loads_no_filters_and_no_datasets():
+    ran = subprocess.run([sys.executable, "-c", OPENS], capture_output=True, text=True, check=True)
+    assert ran.stdout.splitlines() == ["loaded:", "loaded: h5py pandas scipy.ndimage scipy.signal scipy.stats xarray"]
+
+
+def test_what_a_session_has_loaded_is_not_searched_for_garbage():
+    frozen = gc.get_freeze_count()
+    with beside.starting():
+        assert not gc.isenabled()
+        beside.load()
+        assert gc.isenabled()
+        assert gc.get_freeze_count() > frozen + 10_000
+    assert gc.isenabled()
+    assert gc.get_freeze_count() == 0
