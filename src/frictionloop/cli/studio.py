@@ -106,8 +106,11 @@ def _serve(system: System, device: str | None, seed: int, host: str, port: int, 
         if doors.token:
             lines.append(("watch only", f"{address}?token={doors.watch_token}"))
         screen.show(screen.columns([*lines, *told]), "", "Ctrl-C ends it.")
-        config = uvicorn.Config(studio_app(room, doors), log_level="warning", ws="websockets-sansio")
-        config.ws_max_size = 64 * 1024
+        # Not deflated: numbers in binary hardly shrink, and each frame would wait for it.
+        config = uvicorn.Config(
+            studio_app(room, doors), log_level="warning", ws="websockets-sansio", ws_max_size=64 * 1024,
+            ws_per_message_deflate=False, loop="frictionloop.studio.listening:prompt_loop",
+        )  # fmt: skip
         uvicorn.Server(config).run(sockets=[bound])
 
 
