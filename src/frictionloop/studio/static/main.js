@@ -96,7 +96,7 @@ link.addEventListener("frame", ({ detail }) => {
 radios($("axis"), ({ dataset }) => scope?.show(dataset.axis));
 $("span").onchange = () => { scope.span = Number($("span").value); scope.dirty = true; };
 $("pause").onclick = () => {
-  scope.paused = !scope.paused;
+  scope.pause(!scope.paused);
   $("pause").setAttribute("aria-pressed", scope.paused);
   $("pause").textContent = scope.paused ? "Go on" : "Pause";
 };

@@ -10,6 +10,7 @@ export class Ring {
   }
   clear() {
     this.count = 0;
+    this.era = (this.era ?? 0) + 1;
   }
   push(frame) {
     const every = Math.max(1, Math.round(1 / (this.rate * frame.spacing)));

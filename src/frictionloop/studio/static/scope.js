@@ -2,12 +2,14 @@
 import uPlot from "./vendor/uPlot.esm.js";
 import { hairlines } from "./hairlines.js";
 import { SIGNALS, below, colour } from "./signals.js";
+import { Trail } from "./trail.js";
 
 const BIN_MM = 0.25, LEAST_N = -0.1; // where the skin swings over at a turn, the force is far below, and said so
+const DATA_MS = 100; // the moving picture knows the newest; numbers under a cursor and the scale follow so late
 
 export class Scope {
   constructor(element, ring, plateMm) {
-    Object.assign(this, { element, ring, span: 4, axis: "time", paused: false, dirty: true });
+    Object.assign(this, { element, ring, span: 4, axis: "time", paused: false, dirty: true, trail: new Trail(), since: -Infinity });
     const bins = Math.round(plateMm / BIN_MM);
     this.half = plateMm / 2;
     this.places = Array.from({ length: bins }, (_, bin) => (bin + 0.5) * BIN_MM - this.half);
@@ -29,12 +31,12 @@ export class Scope {
     const axis = { stroke: colour("--soft"), grid: { stroke: colour("--line"), width: 1 }, ticks: { stroke: colour("--line"), width: 1 }, font: "12px system-ui" };
     const time = this.axis === "time";
     const series = SIGNALS.map((s) => ({
-      label: s.name, stroke: colour(s.colour), width: s.width, dash: s.dash, show: s.shown, scale: s.scale ?? "y", spanGaps: !time, points: { show: false }, paths: hairlines,
+      label: s.name, stroke: colour(s.colour), width: s.width, dash: s.dash, show: s.shown, scale: s.scale ?? "y", spanGaps: !time, points: { show: false }, paths: (...of) => (this.moving ? null : hairlines(...of)),
     }));
     const um = SIGNALS.some((s) => s.scale === "um" && s.shown);
     this.plot = new uPlot({
       ...this.size(),
-      scales: { x: { time: false }, y: { range: (_, low, high) => [LEAST_N, Math.max(0.8, 1.08 * high)] }, um: { range: (_, low, high) => [0, Math.max(3, 1.08 * high)] } },
+      scales: { x: { time: false }, y: { range: (_, low, high) => [LEAST_N, Math.max(0.8, stepped(1.08 * high, 0.2))] }, um: { range: (_, low, high) => [0, Math.max(3, stepped(1.08 * high, 1))] } },
       axes: [
         { ...axis, label: time ? "time (s)" : "place (mm)", labelSize: 18, size: 34 },
         { ...axis, label: "force (N)", labelSize: 18, size: 44 },
@@ -45,7 +47,7 @@ export class Scope {
       series: [{}, ...series],
       hooks: {
         setCursor: [(plot) => this.read(plot)],
-        draw: [(plot) => { this.cut(plot, below(plot)); this.marks?.draw(plot); }],
+        draw: [(plot) => { if (this.moving) this.trail.draw(plot, this.ring, this.span); this.cut(plot, below(plot)); this.marks?.draw(plot); }],
         setSelect: [(plot) => { if (plot.select.width > 0) this.zoomed = true; }],
       },
     }, this.data(), this.element);
@@ -102,15 +104,30 @@ export class Scope {
     });
     this.onread?.(`${plot.data[0][at]?.toFixed(unit === "s" ? 3 : 2)} ${unit}: ${values.join(", ")}`);
   }
+  pause(on) {
+    this.paused = on;
+    if (on) this.plot.setData(this.data(), false); // all of it, to be looked at
+  }
+  // Whether the curves are the moving picture; else uPlot draws them, of what there is to be looked at.
+  get moving() {
+    return this.axis === "time" && !this.paused && !this.zoomed;
+  }
   draw() {
     if (!this.dirty || this.paused || this.zoomed) return false;
     this.dirty = false;
+    const late = performance.now() - this.since > DATA_MS;
+    if (late) this.since = performance.now();
     this.plot.batch(() => {
-      this.plot.setData(this.data(), false);
+      if (late || !this.moving) this.plot.setData(this.data(), false);
       const now = this.ring.now, [low, high] = this.reach, place = low < high;
       const x = this.axis === "time" ? { min: now - this.span, max: now } : { min: place ? low - 1 : -40, max: place ? high + 1 : 40 };
       this.plot.setScale("x", x);
     });
     return true;
   }
+}
+
+// An axis whose end follows every peak would never stand still.
+function stepped(value, step) {
+  return step * Math.ceil(value / step);
 }

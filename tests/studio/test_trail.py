@@ -1,0 +1,64 @@
+"""The curves over time are a picture that moves on; it shows what uPlot draws of the same data."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from live_engines import GRATING
+from studio_pages import opened, room_of
+
+from frictionloop.device.live_engine import TwinEngine
+
+pytestmark = pytest.mark.slow
+BOTH = """async ([name]) => {
+  const canvas = document.querySelector("#scope canvas"), g = canvas.getContext("2d");
+  const [red, green, blue] = [1, 3, 5].map((at) => parseInt(getComputedStyle(document.documentElement).getPropertyValue(name).trim().slice(at, at + 2), 16));
+  const spans = () => {
+    const { data, width, height } = g.getImageData(0, 0, canvas.width, canvas.height), found = [];
+    for (let x = 0; x < width; x++) {
+      let top = -1, bottom = -1;
+      for (let y = 0; y < height; y++) {
+        const at = 4 * (y * width + x);
+        if (data[at + 3] < 128 || Math.hypot(data[at] - red, data[at + 1] - green, data[at + 2] - blue) > 60) continue;
+        if (top < 0) top = y;
+        bottom = y;
+      }
+      found.push([top, bottom]);
+    }
+    return found;
+  };
+  const moving = spans();
+  document.getElementById("pause").click();
+  for (let frame = 0; frame < 3; frame++) await new Promise(requestAnimationFrame);
+  return [moving, spans()];
+}"""
+
+
+@pytest.mark.parametrize("span_s", ["1", "4"])
+def test_the_moving_picture_is_what_the_data_are(page, serve, span_s):
+    """Of each column of the scope the highest and the lowest pixel of a curve: of one that is drawn alone."""
+    opened(page, serve(room_of(TwinEngine(GRATING))).url)
+    page.select_option("#span", span_s)
+    for channel in ("open_n", "asked_n"):
+        page.uncheck(f"#legend input[data-channel={channel}]")
+    page.wait_for_timeout(1000 * int(span_s) + 1500)
+    moving, still = np.array(page.evaluate(BOTH, ["--closed"]))
+    drawn = [np.flatnonzero(each[:, 0] >= 0) for each in (moving, still)]
+    assert min(each.size for each in drawn) > 500
+    both = np.intersect1d(*drawn)
+    assert both.size > 0.98 * drawn[1].size
+    apart = np.abs(moving[both] - still[both])
+    assert np.median(apart) <= 1
+    assert np.percentile(apart, 90) <= 4  # where the curve is steep, a pixel to the side is several up
+
+
+def test_the_moving_picture_begins_anew_in_another_look_and_span(page, serve):
+    opened(page, serve(room_of(TwinEngine(GRATING))).url)
+    page.wait_for_timeout(2500)
+    page.click("#look")  # light, and then dark
+    page.click("#look")
+    page.wait_for_timeout(300)
+    moving, still = np.array(page.evaluate(BOTH, ["--closed"]))
+    drawn = [np.count_nonzero(each[:, 0] >= 0) for each in (moving, still)]
+    assert drawn[1] > 200
+    assert abs(drawn[0] - drawn[1]) < 0.05 * drawn[1]
