@@ -9,20 +9,16 @@ const REASONS = [
 ];
 
 export function lookAhead(plate, link) {
-  let told = null, layer = null;
+  let told = null;
   const box = $("ahead");
   const ask = () => link.ask("reach", { on: box.checked });
   box.onchange = () => { ask(); told = null; say(); plate.dirty = true; };
   link.addEventListener("hello", ask);
   link.addEventListener("system", () => { told = null; say(); plate.dirty = true; });
   link.addEventListener("reach", ({ detail }) => { told = detail; say(); plate.dirty = true; });
-  addEventListener("look", () => { layer = null; plate.dirty = true; });
-  plate.layers.unshift((g, x, y, width, height) => {
-    if (!box.checked || !told?.reasons.length) return;
-    // Drawn once for a plate of this size: a map has thousands of stretches.
-    const of = [told, width, height, plate.scale, plate.ratio, plate.map?.rows === 1];
-    if (!layer || layer.of.some((each, at) => each !== of[at])) layer = { of, picture: hatched(told, x, y, of) };
-    g.drawImage(layer.picture, 0, 0, width, height);
+  plate.still.push({
+    of: () => [told, box.checked, colour("--stop")],
+    draw: (g, x, y, width, height) => { if (box.checked && told?.reasons.length) hatch(g, told, x, y, height, plate); },
   });
   function say() {
     const list = $("ahead-told");
@@ -36,9 +32,8 @@ export function lookAhead(plate, link) {
   }
 }
 
-function hatched(told, x, y, [, width, height, scale, ratio, flat]) {
-  const picture = new OffscreenCanvas(width * ratio, height * ratio), g = picture.getContext("2d");
-  g.scale(ratio, ratio);
+function hatch(g, told, x, y, height, { scale, ratio, map }) {
+  const flat = map?.rows === 1;
   for (const reason of REASONS) {
     g.beginPath();
     told.reasons.forEach((row, number) => {
@@ -52,7 +47,6 @@ function hatched(told, x, y, [, width, height, scale, ratio, flat]) {
     g.fillStyle = pattern(g, reason, ratio);
     g.fill();
   }
-  return picture;
 }
 
 function key({ lines, ink, told }, share) {

@@ -24,8 +24,9 @@ export class Plate {
     this.scale = Number(localStorage.getItem("px-per-mm")) || CSS_MM;
     this.centre = 0;
     this.finger = { x: 0, y: 0, load: 0, force: 0, um: 0 };
-    this.layers = [];
-    this.pictures = {};
+    this.layers = []; // drawn in every frame
+    this.still = []; // { of, draw }: drawn again only when what they are of has become another
+    this.kept = {};
     this.stiffness = 1;
     this.dirty = true;
     new ResizeObserver(() => this.resize()).observe(canvas);
@@ -66,27 +67,26 @@ export class Plate {
     const g = this.canvas.getContext("2d", { alpha: false }), width = this.canvas.width / this.ratio, height = this.canvas.height / this.ratio;
     g.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
     const x = (mm) => width / 2 + (mm - this.centre) * this.scale, y = (mm) => height / 2 - mm * this.scale;
-    const ground = this.kept("ground", [this.picture], (g) => {
-      g.fillStyle = colour("--ground");
-      g.fillRect(0, 0, width, height);
-      if (!this.picture) return;
-      const { left, right, bottom, top } = this.map;
-      g.drawImage(this.picture, x(left), y(top), x(right) - x(left), y(bottom) - y(top));
-    });
-    g.drawImage(ground, 0, 0, width, height);
+    g.drawImage(this.ground(x, y, width, height), 0, 0, width, height);
     for (const layer of this.layers) layer(g, x, y, width, height);
-    g.drawImage(this.kept("ruler", [colour("--ink")], (g) => this.ruler(g, x, width, height)), 0, 0, width, height);
     if (this.showsFinger !== false) this.drawFinger(g, x, y);
     return true;
   }
-  // A picture of the plate's size that is drawn again only when the plate, or what it is of, has become another.
-  kept(name, of, draw) {
-    const { width, height } = this.canvas, from = [width, height, this.scale, this.ratio, ...of], old = this.pictures[name];
-    if (old && old.from.every((each, at) => each === from[at])) return old.picture;
-    const picture = new OffscreenCanvas(width, height), g = picture.getContext("2d");
+  // All that lies still, as one picture: the effect, what will not arrive, the ruler.
+  ground(x, y, width, height) {
+    const size = [this.canvas.width, this.canvas.height], of = [...size, this.scale, this.ratio, this.picture, colour("--ground"), ...this.still.flatMap((each) => each.of())];
+    if (this.kept.of?.every((each, at) => each === of[at])) return this.kept.picture;
+    const picture = new OffscreenCanvas(...size), g = picture.getContext("2d", { alpha: false });
     g.scale(this.ratio, this.ratio);
-    draw(g);
-    this.pictures[name] = { from, picture };
+    g.fillStyle = colour("--ground");
+    g.fillRect(0, 0, width, height);
+    if (this.picture) {
+      const { left, right, bottom, top } = this.map;
+      g.drawImage(this.picture, x(left), y(top), x(right) - x(left), y(bottom) - y(top));
+    }
+    for (const each of this.still) each.draw(g, x, y, width, height);
+    this.ruler(g, x, width, height);
+    this.kept = { of, picture };
     return picture;
   }
   ruler(g, x, width, height) {
