@@ -1,4 +1,5 @@
 // The bar of a device: who it is, its state, its ceiling, what was lost, its fault; arm, disarm, clear.
+import { say } from "./say.js";
 import { SIGNALS, showOnly } from "./signals.js";
 
 const $ = (id) => document.getElementById(id), BEAT_MS = 40;
@@ -23,8 +24,8 @@ export function device(link, scopeOf) {
     if (!known) first(told, scopeOf());
     known = true;
     const fault = told.fault || told.state === "fault";
-    $("device-title").textContent = detail.source === "device" ? told.name : `${detail.source.toUpperCase()}: ${told.name}`;
-    $("device-state").textContent = STATES[told.state] ?? "Its state is not known.";
+    say($("device-title"), detail.source === "device" ? told.name : `${detail.source.toUpperCase()}: ${told.name}`);
+    say($("device-state"), STATES[told.state] ?? "Its state is not known.");
     $("device-card").dataset.state = fault ? "fault" : told.state;
     for (const state of ["open", "closed"]) {
       $(`arm-${state}`).disabled = !drives || Boolean(fault);
@@ -37,7 +38,7 @@ export function device(link, scopeOf) {
       `${told.address} · firmware ${told.revision} · ceiling ${told.ceiling_um.toFixed(2)} µm, kept by the board in every state · ${lost} · space bar or Escape stops`;
     const text = [told.fault && `Fault ${told.fault}.`, told.trouble].filter(Boolean).join(" ");
     $("device-fault").hidden = !text;
-    if ($("device-fault").textContent !== text) $("device-fault").textContent = text;
+    say($("device-fault"), text);
   });
   // Says that the page is there: the plate is switched off when it stops saying so.
   setInterval(() => { if (known && drives) link.ask("here"); }, BEAT_MS);

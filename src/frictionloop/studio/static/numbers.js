@@ -1,4 +1,6 @@
 // Numbers of the last seconds, and one sentence on what they say.
+import { say } from "./say.js";
+
 const FORMS = {
   error_n: (value) => `${(1e3 * value).toFixed(0)} mN`,
   felt: (value) => (value < 10 ? value.toFixed(1) : value.toFixed(0)),
@@ -23,9 +25,9 @@ export function showNumbers(table, sentence, told) {
   if (!table.rows.length) made(table);
   for (const cell of table.querySelectorAll("[data-number]")) {
     const name = cell.dataset.number, value = told[name], form = FORMS[name.replace(/^(open|closed)_/, "")];
-    cell.textContent = value == null ? "–" : form(value);
+    say(cell, value == null ? "–" : form(value));
   }
-  sentence.textContent = verdict(told);
+  say(sentence, verdict(told));
 }
 
 const percent = (share) => `${(100 * share).toFixed(0)} %`;

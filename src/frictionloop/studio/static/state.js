@@ -1,4 +1,6 @@
 // What the session is doing, in words: who drives, what was lost, what has died.
+import { say } from "./say.js";
+
 const $ = (id) => document.getElementById(id);
 
 export function states(link) {
@@ -13,10 +15,10 @@ export function states(link) {
   });
   for (const name of ["refused", "said"]) link.addEventListener(name, ({ detail }) => flash(detail.why));
   link.addEventListener("status", ({ detail }) => {
-    $("source").textContent = detail.device && detail.source === "device" ? detail.device.name : detail.source;
+    say($("source"), detail.device && detail.source === "device" ? detail.device.name : detail.source);
     $("source").title = detail.source === "simulated" ? "Nothing here is hardware: plate, finger and sensor are computed." : "";
     const resting = detail.state === "stopped" && !detail.device; // a device is armed again, it does not just go on
-    $("stop").textContent = resting ? "Go" : "Stop";
+    say($("stop"), resting ? "Go" : "Stop");
     $("stop").dataset.stopped = resting;
     $("stop").disabled = resting && !detail.drives;
     $("take").hidden = detail.drives || !detail.may_drive;
@@ -29,7 +31,7 @@ export function states(link) {
     if (detail.pages > 1) parts.push(`${detail.pages} pages look on`);
     if (detail.dropped_s > dropped + 0.05) [dropped, since] = [detail.dropped_s, performance.now()];
     if (performance.now() - since < 10000) parts.push(`this computer was too slow: ${dropped.toFixed(1)} s were left out`);
-    if (!flashing) $("status").textContent = parts.join(" · ");
+    if (!flashing) say($("status"), parts.join(" · "));
   });
 }
 
@@ -42,5 +44,5 @@ function flash(text) {
 
 function trouble(text) {
   $("trouble").hidden = !text;
-  if ($("trouble").textContent !== text) $("trouble").textContent = text;
+  say($("trouble"), text);
 }
