@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 from frictionloop.quantities.brief import Brief
 
 _UNITS = {
@@ -25,6 +27,7 @@ class SignalWarning(UserWarning, metaclass=Brief):
     """
 
 
+@lru_cache(4096)
 def unit_of(name: str) -> str:
     """Return the unit that a parameter's name carries, ``""`` for a pure number or a word.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Iterator
+from functools import cache
 from typing import Any, Literal, get_args, get_origin
 
 from pydantic.fields import FieldInfo
@@ -72,6 +73,7 @@ def _fields(block: Block, at: str) -> Iterator[dict[str, Any]]:
             yield {"path": path, "name": _name(path), "value": value, "unit": unit_of(path), "means": means} | told
 
 
+@cache
 def _name(path: str) -> str:
     """Return what a field is called beside its unit: "delay" of ``controller.delay_s``."""
     *above, leaf = path.split(".")[1:]

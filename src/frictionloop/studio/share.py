@@ -60,12 +60,15 @@ def effect_name(system: System) -> str:
     return next((name for name, each in LIBRARY.items() if each == effect), "")
 
 
-def as_python(system: System) -> str:
-    """Return the lines of Python that make the System; one whose effect is large is read from a file."""
+def as_python(system: System, values: dict[str, Any] | None = None) -> str:
+    """Return the lines of Python that make the System; one whose effect is large is read from a file.
+
+    Its `differences` are ``values`` where they are known.
+    """
     if is_large(system):
         lines = ["import frictionloop as fl", "", 'system = fl.read_toml("system.toml")']
         return "\n".join([*lines, "run = fl.simulate(system, duration_s=5.0)"])
-    values, name = differences(system), effect_name(system)
+    values, name = differences(system) if values is None else values, effect_name(system)
     lines = ["import frictionloop as fl", "", "system = fl.bench().evolve({"]
     for path, value in values.items():
         if path == "setpoint.effect" and name:
@@ -76,9 +79,12 @@ def as_python(system: System) -> str:
     return "\n".join([*lines, "})", "run = fl.simulate(system, duration_s=5.0)"])
 
 
-def as_command(system: System) -> str:
-    """Return the command that opens the studio with the System; one that a flag cannot say is read from a file."""
-    values, name = differences(system), effect_name(system)
+def as_command(system: System, values: dict[str, Any] | None = None) -> str:
+    """Return the command that opens the studio with the System; one that a flag cannot say is read from a file.
+
+    Its `differences` are ``values`` where they are known.
+    """
+    values, name = dict(differences(system) if values is None else values), effect_name(system)
     if is_large(system) or any(
         isinstance(value, (dict, list)) for path, value in values.items() if path != "setpoint.effect" or not name
     ):
@@ -97,13 +103,13 @@ def as_command(system: System) -> str:
 
 def system_message(system: System) -> dict[str, Any]:
     """Return what pages are told of the System in force."""
-    kind = getattr(getattr(system.setpoint, "effect", None), "kind", "")
+    kind, values = getattr(getattr(system.setpoint, "effect", None), "kind", ""), differences(system)
     return {
         "type": "system",
         "effect": effect_name(system) or (kind if kind in EFFECTS.outside else ""),
         "panels": panels_of(system),
         # An address holds no painting: without an address the page offers the file alone.
-        "differs": None if is_large(system) else differences(system),
-        "python": as_python(system),
-        "command": as_command(system),
+        "differs": None if is_large(system) else values,
+        "python": as_python(system, values),
+        "command": as_command(system, values),
     }
