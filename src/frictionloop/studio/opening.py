@@ -17,7 +17,7 @@ from frictionloop.parameters import System, preset
 from frictionloop.parameters.files import read_tree
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.source import EffectSource
-from frictionloop.studio.commands import change, check_no_file
+from frictionloop.studio.changes import change, check_no_file
 from frictionloop.studio.guest import Guest
 from frictionloop.studio.replay import read_run
 from frictionloop.studio.room import Room

@@ -9,7 +9,7 @@ from starlette.responses import JSONResponse, Response
 
 from frictionloop.quantities import FrictionloopError
 from frictionloop.studio import beside
-from frictionloop.studio.commands import change
+from frictionloop.studio.changes import change
 from frictionloop.studio.room import Room
 from frictionloop.studio.safe import HEADERS
 
