@@ -12,14 +12,16 @@ from frictionloop.device.live_engine import TwinEngine
 pytestmark = pytest.mark.slow
 BOTH = """async ([name]) => {
   const canvas = document.querySelector("#scope canvas"), g = canvas.getContext("2d");
-  const [red, green, blue] = [1, 3, 5].map((at) => parseInt(getComputedStyle(document.documentElement).getPropertyValue(name).trim().slice(at, at + 2), 16));
+  const ink = getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  const [red, green, blue] = [1, 3, 5].map((at) => parseInt(ink.slice(at, at + 2), 16));
   const spans = () => {
     const { data, width, height } = g.getImageData(0, 0, canvas.width, canvas.height), found = [];
     for (let x = 0; x < width; x++) {
       let top = -1, bottom = -1;
       for (let y = 0; y < height; y++) {
         const at = 4 * (y * width + x);
-        if (data[at + 3] < 128 || Math.hypot(data[at] - red, data[at + 1] - green, data[at + 2] - blue) > 60) continue;
+        const far = Math.hypot(data[at] - red, data[at + 1] - green, data[at + 2] - blue);
+        if (data[at + 3] < 128 || far > 60) continue;
         if (top < 0) top = y;
         bottom = y;
       }

@@ -11,7 +11,7 @@ from typing import Any
 
 from starlette.applications import Starlette
 from starlette.requests import Request
-from starlette.responses import FileResponse, PlainTextResponse, Response
+from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
@@ -21,6 +21,7 @@ from frictionloop.loop.record import save
 from frictionloop.parameters.written import to_toml
 from frictionloop.studio import beside
 from frictionloop.studio.commands import obey
+from frictionloop.studio.filing import file_answer
 from frictionloop.studio.gallery import gallery
 from frictionloop.studio.guest import Guest
 from frictionloop.studio.opening import Answer, opener, runs_answer
@@ -56,7 +57,7 @@ def studio_app(room: Room, doors: Doors | None = None) -> Starlette:
         async def answer(request: Request) -> Response:
             if not doors.role(request):
                 return refused()
-            return FileResponse(FILES[name], headers=HEADERS)
+            return file_answer(FILES[name])
 
         return answer
 
@@ -68,7 +69,7 @@ def studio_app(room: Room, doors: Doors | None = None) -> Starlette:
         name = request.path_params["name"]
         if name not in FILES:
             return PlainTextResponse("no such file", 404, headers=HEADERS)
-        return FileResponse(FILES[name], headers=HEADERS)
+        return file_answer(FILES[name])
 
     async def socket(socket: WebSocket) -> None:
         if not (role := doors.role(socket)):

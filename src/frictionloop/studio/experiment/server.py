@@ -11,13 +11,14 @@ from typing import Any
 
 from starlette.applications import Starlette
 from starlette.requests import Request
-from starlette.responses import FileResponse, PlainTextResponse, Response
+from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
 from frictionloop.quantities import FrictionloopError
 from frictionloop.studio.experiment.desk import Desk
 from frictionloop.studio.experiment.hub import EXPERIMENTER, PARTICIPANT
+from frictionloop.studio.filing import file_answer
 from frictionloop.studio.guest import Guest
 from frictionloop.studio.safe import HEADERS, Doors
 from frictionloop.studio.talking import talk
@@ -54,12 +55,12 @@ def experiment_app(desk: Desk, doors: Doors) -> Starlette:
             return PlainTextResponse("there are /participant and /experimenter", 404, headers=HEADERS)
         if not allowed(request, role):
             return PlainTextResponse(f"The {role}'s page needs the address that was printed.", 403, headers=HEADERS)
-        return FileResponse(FILES[f"{role}.html"], headers=HEADERS)
+        return file_answer(FILES[f"{role}.html"])
 
     async def file(request: Request) -> Response:
         if (name := request.path_params["name"]) not in FILES:
             return PlainTextResponse("no such file", 404, headers=HEADERS)
-        return FileResponse(FILES[name], headers=HEADERS)
+        return file_answer(FILES[name])
 
     async def socket(socket: WebSocket) -> None:
         role = socket.path_params["role"]
