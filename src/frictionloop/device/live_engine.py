@@ -71,6 +71,7 @@ class TwinEngine:
     def __init__(self, system: System, seed: int = 0) -> None:
         self.system = system
         self._closed, self._open = Guided(system, seed), Guided(opened(system), seed)
+        self._closed.change(system)  # what a change calls is loaded now: a session that runs would stand still for it
         self._compiled = {_loop_of(system)}
 
     @property

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -11,6 +12,9 @@ import numpy as np
 from frictionloop.device.live_session import Session
 from frictionloop.studio import beside
 from frictionloop.studio.numbers import WINDOW_S, numbers_of
+
+SETTLES_S = 0.5
+"""Time in which the first page shows its first picture before anything is counted, or loaded for it (assumed)."""
 
 
 class Counting:
@@ -27,16 +31,18 @@ class Counting:
     def __init__(self, session: Session, tell: Callable[[dict[str, Any]], None]) -> None:
         self._session, self._tell = session, tell
         self._task: asyncio.Task[None] | None = None
+        self._asked_s = math.inf
 
-    def renew(self) -> None:
-        """Count what there is now.
+    def renew(self, now_s: float) -> None:
+        """Count what there is now; nothing for `SETTLES_S` after it was asked first.
 
         Raises
         ------
         Exception
             What ended the count before.
         """
-        if self._task is not None and not self._task.done():
+        self._asked_s = min(self._asked_s, now_s)
+        if now_s - self._asked_s < SETTLES_S or (self._task is not None and not self._task.done()):
             return
         if self._task is not None:
             self._task.result()

@@ -168,7 +168,7 @@ class Room:
         now_s = self._told_s = self.clock()
         self.tell_status()
         if self.guests:
-            self.counting.renew()
+            self.counting.renew(now_s)
         if self._looking:
             self.tell_onlookers(self.twelve.told())
         if any(guest.ahead for guest in self.guests) and (told := self.reach.follow(now_s)) is not None:
