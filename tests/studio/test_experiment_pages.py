@@ -45,7 +45,7 @@ class Running:
         self.thread.start()
 
     def end(self):
-        self.desk._aborted = True
+        self.desk.heard.aborted = True
         self.thread.join(20)
         self._through.__exit__(None, None, None)
 
@@ -213,11 +213,11 @@ def test_before_the_finger_slides_the_error_does_not_give_the_level_away():
 )
 def test_what_a_page_may_not_say_is_refused(role, message, said):
     with pytest.raises(FrictionloopError, match=said):
-        Desk(PLAN, "P01", "simulated").hear(role, message)
+        Desk(PLAN, "P01", "simulated").heard.hear(role, message)
 
 
 def test_an_answer_that_claims_to_come_later_than_it_was_heard_counts_as_heard():
     desk = Desk(PLAN, "P01", "simulated")
     before = time.monotonic()
-    desk.hear("participant", {"do": "answer", "answer": "1", "trial": 1, "at_s": before + 99.0, "sd_s": 0.001})
-    assert before <= desk._answers.get()[2] <= time.monotonic()
+    desk.heard.hear("participant", {"do": "answer", "answer": "1", "trial": 1, "at_s": before + 99.0, "sd_s": 0.001})
+    assert before <= desk.heard.answers.get()[2] <= time.monotonic()

@@ -86,7 +86,7 @@ def experiment_app(desk: Desk, doors: Doors) -> Starlette:
 async def _serve(desk: Desk, role: str, socket: WebSocket) -> None:
     guest = Guest(role == EXPERIMENTER)
     desk.hub.join(role, guest)
-    desk.connected()
+    desk.heard.connected()
 
     def hear(message: Any) -> None:
         if not isinstance(message, dict):
@@ -94,10 +94,10 @@ async def _serve(desk: Desk, role: str, socket: WebSocket) -> None:
         if message.get("do") == "clock":
             guest.put({"type": "clock", "sent": message.get("sent"), "host_s": time.monotonic()})
             return
-        desk.hear(role, message)
+        desk.heard.hear(role, message)
 
     try:
         await talk(socket, guest, hear, MOST_TEXT)
     finally:
         desk.hub.leave(role, guest)
-        desk.connected()
+        desk.heard.connected()

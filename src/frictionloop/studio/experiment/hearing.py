@@ -1,0 +1,108 @@
+"""What the pages of an experiment say: the server's loop takes it, and the session's thread finds it here."""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from frictionloop.experiments.folder import now
+from frictionloop.experiments.protocol import Protocol
+from frictionloop.experiments.table import number_of
+from frictionloop.quantities import FrictionloopError
+from frictionloop.studio.experiment.hub import EXPERIMENTER, PARTICIPANT, Hub
+
+LONGEST_NOTE = 500
+"""Characters of a note (assumed)."""
+
+
+class Hearing:
+    """Answers, and what the experimenter does.
+
+    Parameters
+    ----------
+    protocol : Protocol
+        What is asked.
+    log : callable
+        Writes what happened into the session.
+    """
+
+    def __init__(self, protocol: Protocol, log: Callable[..., None]) -> None:
+        self.protocol, self.hub, self._log = protocol, Hub(), log
+        self.answers: queue.Queue[tuple[int, str, float, float]] = queue.Queue()
+        """Trial, answer, when it was given (s), and how well that is known (s)."""
+        self.ready, self.going = threading.Event(), threading.Event()
+        self.going.set()
+        self.aborted, self.trial, self.masking_db = False, 0, protocol.masking_db
+
+    def hear(self, role: str, message: Mapping[str, Any]) -> None:
+        """Take what a page says.
+
+        Raises
+        ------
+        FrictionloopError
+            For what a page may not say, or what makes no sense.
+        """
+        what = message.get("do")
+        if what == "ready":
+            self.ready.set()
+        elif what == "answer":
+            self._take(message)
+        elif role != EXPERIMENTER:
+            raise FrictionloopError(f"do = {what!r}: must be ready, answer or clock on this page")
+        elif what == "pause":
+            self.going.clear()
+            self.status("paused")
+            self._log("pause", time=now(), trial=self.trial)
+        elif what == "go":
+            self.going.set()
+            self.status("running")
+            self._log("go on", time=now(), trial=self.trial)
+        elif what == "note":
+            text = str(message.get("text", "")).strip()
+            if not 0 < len(text) <= LONGEST_NOTE:
+                raise FrictionloopError(f"note: {len(text)} characters; must be 1 to {LONGEST_NOTE}")
+            self._log("note", time=now(), trial=self.trial, text=text)
+            self.hub.pass_on(EXPERIMENTER, "noted", text=text, trial=self.trial)
+        elif what == "abort":
+            self.aborted = True
+            self._log("abort", time=now(), trial=self.trial)
+            self.status("aborting")
+        elif what == "masking":
+            self._mask(message.get("db"))
+        else:
+            raise FrictionloopError(f"do = {what!r}: must be pause, go, note, abort or masking")
+
+    def connected(self) -> None:
+        """Tell the experimenter whether the participant's page is there."""
+        self.hub.tell(EXPERIMENTER, "pages", participant=self.hub.pages(PARTICIPANT))
+
+    def _take(self, message: Mapping[str, Any]) -> None:
+        answer, heard = str(message.get("answer", "")), time.monotonic()
+        choices = self.protocol.choices
+        try:
+            trial, at_s, sd_s = int(message["trial"]), float(message["at_s"]), float(message["sd_s"])
+        except (KeyError, TypeError, ValueError):
+            raise FrictionloopError("answer: needs trial, at_s, sd_s and a choice or a number") from None
+        if not choices:
+            number_of(self.protocol.task, answer)
+        elif answer not in choices:
+            raise FrictionloopError(f"answer = {answer!r}: accepted: {', '.join(choices)}")
+        # A page whose clock is not known, or that says it answered later than it was heard, counts as heard.
+        if not (0.0 <= sd_s < 1.0 and heard - 10.0 < at_s <= heard):
+            at_s, sd_s = heard, max(sd_s, 0.0) if 0.0 <= sd_s < 1.0 else 0.1
+        self.answers.put((trial, answer, at_s, sd_s))
+
+    def _mask(self, level: Any) -> None:
+        if level is not None and not (isinstance(level, (int, float)) and -60.0 <= level <= 0.0):
+            raise FrictionloopError(f"masking: db = {level!r}: must be -60 to 0, or none")
+        self._log("adjusted", time=now(), what="masking_db", value=level, before=self.masking_db, why="experimenter")
+        self.masking_db = level
+        for role in (PARTICIPANT, EXPERIMENTER):
+            self.hub.tell(role, "masking", db=level)
+
+    def status(self, state: str, why: str = "") -> None:
+        """Tell the experimenter how the session stands."""
+        self.hub.tell(EXPERIMENTER, "status", state=state, why=why)
