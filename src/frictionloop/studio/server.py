@@ -82,6 +82,7 @@ def studio_app(room: Room, doors: Doors | None = None) -> Starlette:
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
         task = asyncio.create_task(room.run())
         pictures = asyncio.create_task(asyncio.to_thread(gallery))
+        beside.started()
         yield
         await pictures
         task.cancel()
