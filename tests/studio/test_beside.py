@@ -40,4 +40,3 @@ def test_what_a_session_has_loaded_is_not_searched_for_garbage():
         beside.load()
         assert gc.get_freeze_count() >= started + len(made)
     assert gc.isenabled()
-    assert gc.get_freeze_count() == 0

@@ -38,7 +38,6 @@ def starting() -> Iterator[None]:
         yield
     finally:
         sys.setswitchinterval(before)
-        gc.unfreeze()
         gc.enable()
 
 
