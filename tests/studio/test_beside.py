@@ -6,6 +6,8 @@ import gc
 import subprocess
 import sys
 
+import pytest
+
 from frictionloop.studio import beside
 
 OPENS = """
@@ -29,7 +31,7 @@ def test_what_opens_the_page_loads_no_filters_and_no_datasets():
     assert ran.stdout.splitlines() == ["loaded:", "loaded: h5py pandas scipy.ndimage scipy.signal scipy.stats xarray"]
 
 
-def test_what_a_session_has_loaded_is_not_searched_for_garbage():
+def test_what_a_session_has_loaded_is_not_searched_for_garbage(monkeypatch):
     frozen, before = gc.get_freeze_count(), [[] for _ in range(1000)]
     with beside.starting():
         assert not gc.isenabled()
@@ -37,6 +39,9 @@ def test_what_a_session_has_loaded_is_not_searched_for_garbage():
         assert gc.isenabled()
         started, made = gc.get_freeze_count(), [[] for _ in range(1000)]
         assert started >= frozen + len(before)
+        monkeypatch.delitem(sys.modules, beside.MODULES[-1], raising=False)
         beside.load()
         assert gc.get_freeze_count() >= started + len(made)
+        monkeypatch.setattr(gc, "freeze", lambda: pytest.fail("loaded again"))
+        beside.load()  # for every count
     assert gc.isenabled()

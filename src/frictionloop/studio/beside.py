@@ -19,9 +19,11 @@ _loading = Lock()
 def load() -> None:
     """Load all of it, which takes a second the first time; for a thread beside the session."""
     with _loading:  # two threads that load what loads one another would find half of it
+        if all(name in sys.modules for name in MODULES):
+            return
         for name in MODULES:
             import_module(name)
-        if gc.get_freeze_count():
+        if gc.get_freeze_count():  # which counts them one by one, in 20 ms
             gc.freeze()
 
 
