@@ -137,6 +137,32 @@ def test_what_cannot_be_had_is_said_in_one_line() -> None:
     assert "\n" not in str(caught.value)
 
 
+def test_a_delay_of_two_periods_at_5_khz_gets_a_controller_whose_pi_keeps_its_sign(monkeypatch) -> None:
+    """The first section turns the sign of the least controller, which the search begins with."""
+    late = BENCH.evolve({"sensor.resonance_hz": 240.0, "sensor.q": 25.0, "controller.delay_s": 400e-6})
+    late = late.evolve({"plate.frequency_hz": 28.4e3, "plate.q": 260.0, "plate.max_amplitude_um": 2.2})
+    late = late.evolve({"motion.speed_mm_s": 60.0, "motion.load_n": 0.8, "setpoint.offset_n": 0.475})
+    late = late.evolve({"controller.model.nominal_n": 1.45, "controller.model.plate_hz": 54.6})
+    num = (5.035e-11, 5.3918e-08, 5.4167e-06, 3.8876e-04, 9.9553e-03)
+    shaping = Lti(num, (1.788e-14, 8.5588e-08, 1.9705e-05, 1.0067e-03, 7.8072e-02, 1.0))
+    monkeypatch.setattr("frictionloop.design.hinf.SEARCHES", 0)
+    found = design_hinf(late, replace(NOISE, shaping=shaping, sensor_n_rthz=1.5139e-4))
+    assert found.cascade.sections[0][0] < 0 < min(found.cascade.kp, found.cascade.ki)
+    for contact in ("dahl", "slider"):
+        loop = linearise(late.evolve({**found.overrides, "finger.contact": contact}))
+        assert loop.margins().sensitivity_peak <= 1.7
+
+
+def test_a_synthesis_without_a_controller_says_what_limits_and_what_to_try(monkeypatch) -> None:
+    def fails(*_):
+        raise FrictionloopError("the controller is not stable by itself")
+
+    monkeypatch.setattr("frictionloop.design.hinf._controller", fails)
+    match = r"^law hinf: no such .* delay of 1 control periods at 5000 Hz; try .* `--law notch_pi`: .* not stable"
+    with pytest.raises(FrictionloopError, match=match):
+        design_hinf(BENCH, NOISE)
+
+
 @pytest.mark.parametrize("periods", [MOST_STATES - 8, MOST_STATES - 8.5, MOST_STATES - 7.5, 250, 3000])
 @pytest.mark.parametrize("name", ["hinf", "lqg"])
 def test_a_delay_of_too_many_states_is_refused_before_any_synthesis(name, periods, monkeypatch):

@@ -35,6 +35,7 @@ def filters(draw: st.DrawFn) -> tuple[Quadruple, np.ndarray, np.ndarray, float]:
     if not poles.size:  # zpk2ss would make up a state
         empty = np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0)), np.array([[gain]])
         return Quadruple(*empty), zeros[:0], poles, gain
+    gain *= draw(st.sampled_from([1.0, -1.0]))
     return Quadruple(*zpk2ss(zeros, poles, gain)), zeros, poles, gain
 
 
@@ -47,6 +48,7 @@ def test_sections_are_the_filter_and_hold_their_bounds(made, kp, ki) -> None:
     wanted = wanted * (kp + ki * PERIOD_S / (Z - 1))
     assert found.response(F) == pytest.approx(wanted, rel=1e-4, abs=1e-6 * np.abs(wanted).max())
     assert len(found.sections) == (len(poles) + 1) // 2
+    assert found.kp > 0 and found.ki >= 0  # which the law refuses otherwise
     so_far = 1.0
     for b0, b1, b2, a1, a2 in found.sections:
         assert max(map(abs, (b0, b1, b2, a1, a2))) <= 2.0

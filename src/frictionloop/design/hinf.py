@@ -22,7 +22,7 @@ from frictionloop.design.plants import Plants, lead, overdrive_decay, shifted
 from frictionloop.design.quadruple import Quadruple, balanced, bilinear, slicot
 from frictionloop.design.sections import Cascade, Method, Synthesised, factorise, lagged
 from frictionloop.design.slicot import Generalised, lqg, synthesise
-from frictionloop.design.wanted import Designed, Wanted, feedforward, unheld
+from frictionloop.design.wanted import Designed, Wanted, feedforward, unfound, unheld
 from frictionloop.design.weighted_plant import BOTH_CONTACTS, SHAPING_STATES, Weights, check_order, weighted_plant
 from frictionloop.parameters import LowpassSensor, Skin, System
 from frictionloop.parameters.filtered import FILTERS
@@ -158,7 +158,7 @@ def _search(method: Method, system: System, noise: NoiseModel | None, limits: Ma
             )
         return ""
 
-    return _most(attempt, reason)
+    return _most(attempt, reason, unfound(method, system))
 
 
 def _figures(
@@ -180,10 +180,13 @@ def _figures(
     }
 
 
-def _most(attempt: Callable[[float], Synthesised], broken: Callable[[Synthesised], str]) -> Synthesised:
-    """Return the attempt with the most performance that holds, by bisection."""
+def _most(attempt: Callable[[float], Synthesised], broken: Callable[[Synthesised], str], none: str) -> Synthesised:
+    """Return the attempt with the most performance that holds, by bisection; ``none`` is said where the least fails."""
     low, high = (math.log(p) for p in PERFORMANCE)
-    best = attempt(PERFORMANCE[0])
+    try:
+        best = attempt(PERFORMANCE[0])
+    except FrictionloopError as error:
+        raise FrictionloopError(f"{none}: {error}") from None
     reason = broken(best)
     if reason:
         raise FrictionloopError(reason)

@@ -65,7 +65,7 @@ def factorise(filter_: Quadruple, kp: float, ki: float, period_s: float) -> Casc
 
     The first two have what is fast and what rings when it is inverted, as the law wants it (control/filtered_pi).
     Sections are scaled so that no frequency is larger behind any of them than in front of the first; the gain goes into
-    kp and ki.
+    kp and ki, its sign into the first section, which is free.
 
     Raises
     ------
@@ -83,6 +83,9 @@ def factorise(filter_: Quadruple, kp: float, ki: float, period_s: float) -> Casc
         so_far, gain = shape / size, gain * size
         b0, b1, b2, a1, a2 = map(float, (*(b / size), *a[1:]))
         sections.append((b0, b1, b2, a1, a2))
+    if gain < 0.0 and sections:  # as with a zero beyond z = 1: the first section turns the sign, not the PI
+        b0, b1, b2, a1, a2 = sections[0]
+        sections[0], gain = (-b0, -b1, -b2, a1, a2), -gain
     cascade = Cascade(kp * gain, ki * gain, tuple(sections), period_s)
     FilteredPiController(kp=cascade.kp, ki=cascade.ki, sections=cascade.sections)  # refuses what the law cannot run
     return cascade

@@ -101,6 +101,16 @@ def unheld(law: str, wanted: Wanted, worst: Corner) -> str:
     )
 
 
+def unfound(law: str, system: System) -> str:
+    """Return the words for a synthesis that ends without a controller: what limits it, and what to try."""
+    controller = system.controller
+    periods = controller.delay_s * controller.rate_hz
+    return (
+        f"law {law}: no such controller is found on this bench, with a delay of {periods:.3g} control periods at "
+        f"{controller.rate_hz:g} Hz; try a shorter controller.delay_s, a higher controller.rate_hz or `--law notch_pi`"
+    )
+
+
 def feedforward(system: System) -> tuple[bool, tuple[str, ...]]:
     """Return whether feed-forward can follow delay and set-point, and what to say if not.
 
