@@ -1,4 +1,4 @@
-"""What `design_controller(bench(), "notch_pi")` finds, to three digits: its design takes half a minute."""
+"""What the synthesis of `notch_pi` finds for the contact of `bench()`, to three digits: it takes half a minute."""
 
 from __future__ import annotations
 

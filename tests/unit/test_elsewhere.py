@@ -10,6 +10,7 @@ from frictionloop.analysis import linearise, operating_band
 from frictionloop.cli import advice_text
 from frictionloop.design.corners import corners
 from frictionloop.design.elsewhere import NEAR, Elsewhere, elsewhere, in_words, strokes_of
+from frictionloop.design.over import Over
 from frictionloop.design.synthesis import design_controller
 from frictionloop.design.wanted import Wanted
 
@@ -93,13 +94,13 @@ def test_gains_for_a_fast_stroke_say_that_they_do_not_hold_on_a_slower_one():
 
 
 def not_held(system, speeds_mm_s=()):
-    found = elsewhere(system, {0.0: 1.0, 0.1: 1.0}, speeds_mm_s)
+    found = elsewhere(system, {0.0: 1.0, 0.1: 1.0}, Over(speeds_mm_s=speeds_mm_s))
     return at(each for each in found.places if each.how != "within")
 
 
 @pytest.mark.slow
 def test_a_design_for_a_range_of_speeds_holds_its_limits_between_them():
-    wanted = Wanted(speeds_mm_s=(10.0, 20.0))
+    wanted = Wanted(speeds_mm_s=(10.0, 20.0), contacts=())
     found = design_controller(fl.bench(), "pi", wanted)
     made = fl.bench().evolve(dict(found.overrides))
     for speed in (10.0, 11.5, 13.0, 16.0, 18.0, 20.0):
@@ -114,6 +115,6 @@ def test_advice_and_design_mean_the_same_by_near():
 
 def test_with_a_range_the_other_contact_is_looked_at_at_its_ends():
     weak = {"controller.kind": "pi", "controller.kp": 0.0, "controller.ki": 2.0}
-    found = elsewhere(fl.bench().evolve(weak), LIMITS, (15.0, 60.0))
+    found = elsewhere(fl.bench().evolve(weak), LIMITS, Over(speeds_mm_s=(15.0, 60.0)))
     assert {("slider", speed) for speed in (15.0, 20.0, 60.0)} <= set(at(found.where("within")))
     assert not {("dahl", 15.0), ("dahl", 20.0), ("dahl", 60.0)} & set(at(found.places))

@@ -57,7 +57,7 @@ def test_the_force_evaluated_in_place_of_another_is_that_of_the_loops():
     (beyond,) = missed(system, states)
     evaluated = [loop.elements for loop in operating_band(system, occluded=states)]
     assert min(each.force_n for each in evaluated if each.occluded > 0) == pytest.approx(beyond.instead_n, rel=1e-12)
-    assert instead_of(system, states) == [
+    assert instead_of([system], states) == [
         "0.3 N is out of reach of a moist finger (occluded 39%): 0.401 N is evaluated in its place.",
         "`frictionloop sweep FILE --fingers 100` says how many fingers can be given these forces.",
     ]
@@ -66,12 +66,12 @@ def test_the_force_evaluated_in_place_of_another_is_that_of_the_loops():
 def test_a_verdict_names_the_fingers_a_force_is_out_of_reach_of_and_what_to_change():
     system = bench(0.2)
     states = occlusions(system)
-    (name, said), (_, many) = beyond_reach(system, states)
+    (name, said), (_, many) = beyond_reach([system], states)
     assert name == "OUT OF REACH"
     assert said.startswith("0.3 N of a moist finger (occluded 39%): 0.401 N is looked at, near the least")
     assert "Ask for more" in said and "max_amplitude_um" in said and "sweep FILE --fingers" in many
-    assert beyond_reach(system.evolve({"setpoint.offset_n": 0.65, "setpoint.amplitude_n": 0.1}), states) == []
-    too_much = beyond_reach(system.evolve({"setpoint.offset_n": 0.95, "setpoint.amplitude_n": 0.3}), [0.0])
+    assert beyond_reach([system.evolve({"setpoint.offset_n": 0.65, "setpoint.amplitude_n": 0.1})], states) == []
+    too_much = beyond_reach([system.evolve({"setpoint.offset_n": 0.95, "setpoint.amplitude_n": 0.3})], [0.0])
     assert "Ask for less" in too_much[0][1] and "max_amplitude_um" not in too_much[0][1]
 
 

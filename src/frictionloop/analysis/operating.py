@@ -96,7 +96,7 @@ def check_reach(system: System) -> None:
     if wanted.high_n <= low or wanted.low_n >= high:
         raise FrictionloopError(
             f"system: saturation is the limit: set-point less disturbance is {wanted.low_n:.3g} to {wanted.high_n:.3g} "
-            f"N, and vibration can leave only {low:.3g} to {high:.3g} N"
+            f"N, and vibration can leave only {low:.3g} to {high:.3g} N{_under(system)}"
         )
 
 

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 from frictionloop.analysis.stability import ringing_hz
 from frictionloop.cli import screen
 from frictionloop.cli.comparison_text import number
-from frictionloop.cli.controller_holds import beyond_reach, ends_said, finger
+from frictionloop.cli.controller_holds import beyond_reach, ends_said, finger, loads_of
 from frictionloop.cli.controller_text import gain_rows, turn, wanted_json
+from frictionloop.cli.controller_verdict import but
 from frictionloop.cli.scores import between
 from frictionloop.design.corners import MET, at_mean
 from frictionloop.design.elsewhere import alike
@@ -29,13 +30,15 @@ Row = tuple[str, ...]
 WORST_FIRST: tuple[tuple[How, str], ...] = (
     ("unstable", "UNSTABLE"), ("near", "CLOSE TO UNSTABLE"), ("beyond", "BEYOND LIMITS"), ("within", "HOLDS")
 )  # fmt: skip
+EACH_S = (0.03, 0.2)
+"""Time for a loop of a PI and of a law of 13 states, s, as measured on an idle and a busy core."""
 LEGEND = (
     "Ms, the largest of all forces, with the resonance off by so much; * is beyond its limit, ∞ unstable.",
     "gain: factor on the gain of the loop up to which all of its place holds, with every smaller one.",
 )
 
 
-def verdict(found: Checked, system: System, given: str) -> list[Row]:
+def verdict(found: Checked, system: System, given: str, moist: str = "") -> list[Row]:
     """Return rows of the verdict: holds or not, where and by how much, and what would hold."""
     count, held = len(found.places), sum(place.how == "within" for place in found.places)
     every, some = ("every", f"{count - held} of {count}") if count > 1 else ("the", "the")
@@ -47,7 +50,10 @@ def verdict(found: Checked, system: System, given: str) -> list[Row]:
     ]
     corners = [corner for place in found.places for corner in place.corners]
     states = sorted({each.loop.elements.occluded for each in corners})
-    rows += beyond_reach(corners[0].loop.system, states)
+    beyond = beyond_reach(loads_of(corners), states)
+    if found.holds:
+        rows = [("HOLDS", but(beyond, moist) + rows[0][1])]
+    rows += beyond
     for how, name in WORST_FIRST:
         groups = alike(place for place in found.places if place.how == how)
         first = "" if found.holds else name
@@ -97,6 +103,14 @@ def _would_hold(found: Checked, system: System, given: str) -> list[Row]:
     return [("would hold", said), ("", searched)]
 
 
+def takes(loops: int) -> str:
+    """Return how long a look at so many loops takes, in words, with a plain PI and with a law of many states."""
+    short_s, long_s = (each * loops for each in EACH_S)
+    if long_s < 100.0:
+        return f"from {max(short_s, 1.0):.0f} to {max(long_s, 2.0):.0f} s"
+    return f"from {max(short_s / 60.0, 0.5):.2g} to {long_s / 60.0:.2g} minutes"
+
+
 def controller_rows(system: System) -> list[Row]:
     """Return the law and its values; of the rest of the controller nothing."""
     shown = {"kind", "rate_hz", "delay_s", "jitter_s", "lost_ticks", "open_until_s", "form", "model"}
@@ -111,14 +125,24 @@ def table(found: Checked, wanted: Wanted) -> list[Any]:
     asked = [f"{limits[round(abs(off), 9)]:.3g} " for off in offs]
     rows: list[Row] = [("resonance", "finger", *(f"{100 * off:+.3g} % " if off else "0 " for off in offs), "gain", "")]
     rows += [("limit", "", *asked, "", "")]
+    alike: dict[tuple[str, tuple[Row, ...]], list[Place]] = {}
     for place, gain in zip(found.places, found.gains, strict=True):
-        states = sorted({corner.loop.elements.occluded for corner in place.corners})
-        where = " ".join(filter(None, (place.contact, place.speeds and f"{place.speeds} mm/s"))) or "this loop"
-        for k, state in enumerate(states):
-            here = [corner for corner in place.corners if corner.loop.elements.occluded == state]
-            cells = [_cell([corner for corner in here if corner.off == off]) for off in offs]
-            rows += [("" if k else where, "moist" if state > 0 else "dry", *cells, "" if k else number(gain), "")]
+        alike.setdefault((place.contact, _rows(place, gain, offs)), []).append(place)
+    for (contact, lines), places in alike.items():
+        speeds = ", ".join(each.speeds for each in sorted(places, key=lambda each: each.speeds_mm_s))
+        where = " ".join(filter(None, (contact, speeds and f"{speeds} mm/s"))) or "this loop"
+        rows += [("" if k else where, *line) for k, line in enumerate(lines)]
     return [screen.table(rows), *map(screen.wrapped, [*LEGEND, *ends_said(wanted)])]
+
+
+def _rows(place: Place, gain: float, offs: Sequence[float]) -> tuple[Row, ...]:
+    """Return the lines of a place in the table, without its name."""
+    lines = []
+    for k, state in enumerate(sorted({corner.loop.elements.occluded for corner in place.corners})):
+        here = [corner for corner in place.corners if corner.loop.elements.occluded == state]
+        cells = [_cell([corner for corner in here if corner.off == off]) for off in offs]
+        lines.append(("moist" if state > 0 else "dry", *cells, "" if k else number(gain), ""))
+    return tuple(lines)
 
 
 def _cell(found: Sequence[Corner]) -> str:

@@ -80,14 +80,17 @@ def speeds_of(text: str) -> list[float]:
         ) from None
 
 
-def two_speeds(text: str | None) -> tuple[float, ...]:
-    """Return the slowest and the fastest of a range of speeds in mm/s, nothing if none is asked for."""
+def two_values(name: str, text: str | None, what: str) -> tuple[float, ...]:
+    """Return the ends of a range, nothing if none is asked for; ``what`` says what they are."""
     if text is None:
         return ()
-    found = speeds_of(text)
+    try:
+        found = tuple(float(each) for each in text.split(","))
+    except ValueError:
+        found = ()
     if len(found) != 2 or not 0.0 < found[0] <= found[1] < math.inf:
-        raise FrictionloopError(f"speeds = {text!r}: must be the slowest and the fastest in mm/s, such as 20,60")
-    return tuple(found)
+        raise FrictionloopError(f"{name} = {text!r}: must be {what}")
+    return found
 
 
 def check_workers(jobs: int | None, resume: bool, out: Path | None, what: str) -> None:

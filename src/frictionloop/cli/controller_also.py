@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from frictionloop.parameters import System
 
 Row = tuple[str, ...]
+TOLD = 0.05
+"""Share by which the friction at the mean load is off what a law believes, from which it is told (chosen)."""
 SETTLED = 3.0
 """Time constants after which occlusion is called complete: 95 %."""
 MATTER = {
@@ -36,8 +38,7 @@ def fully_moist(system: System, wanted: Wanted) -> str:
     if not (isinstance(friction, FingerFriction) and isinstance(motion, Strokes)) or motion.contact_s > 0:
         return ""
     said = f"at 100 % occlusion (not lifted for about {SETTLED * friction.occlusion_s:.3g} s) "
-    speeds = wanted.spread_mm_s(3) or (motion.speed_mm_s,)
-    there = [system.evolve({"motion.speed_mm_s": speed}) for speed in speeds]
+    there = wanted.over(3, 3).systems(system)
     try:
         points = [loop for each in there for loop in operating_band(each, occluded=(1.0,))]
         found = [(loop.sensitivity_peak(), off, limit) for loop, off, limit in shifted(points, wanted.limits)]
@@ -80,6 +81,21 @@ def range_said(system: System) -> str:
     return (
         f"a fully moist finger has {top_n:.3g} N without vibration, and sensor.range_n is {range_n:.3g} N; the "
         "board stops with a fault when its sensor saturates"
+    )
+
+
+def unbelieved(system: System) -> str:
+    """Return a line where a law believes the friction at the reference load, of a finger with another; or nothing."""
+    friction, motion, model = system.friction, system.motion, system.controller.model
+    if not (isinstance(friction, FingerFriction) and isinstance(motion, Strokes)):
+        return ""
+    there_n = law_at(system.evolve({"motion.speed_mm_s": friction.reference_speed_mm_s})).nominal_n
+    if model.nominal_n != friction.nominal_n or abs(there_n / friction.nominal_n - 1.0) < TOLD:
+        return ""
+    return (
+        f"the law believes {model.nominal_n:.3g} N without vibration, that of friction.reference_load_n = "
+        f"{friction.reference_load_n:g} N; at the motion.load_n of this file the finger has {there_n:.3g} N, which "
+        f"`--controller.model.nominal_n {there_n:.3g}` tells it"
     )
 
 

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 from frictionloop.analysis.reach import missed
 from frictionloop.cli.scores import between
-from frictionloop.design.corners import CONTACT_S
+from frictionloop.design.corners import CONTACT_S, load_of
 from frictionloop.design.elsewhere import in_words
+from frictionloop.parameters import Skin, Strokes
 
 if TYPE_CHECKING:
     from frictionloop.design.corners import Corner
@@ -33,10 +34,10 @@ def holds(law: str, designed: Designed, wanted: Wanted) -> list[str]:
     ]
     return [
         f"Law {law} from frictionloop design controller. It holds for what follows; elsewhere, design again.",
-        f"Strokes: {'; '.join(each.removeprefix(', ') for each in strokes_said(found, wanted)) or 'none'}.",
+        f"Strokes: {strokes_said(found, wanted) or 'none'}.",
         f"Forces: {between(min(forces), max(forces))}, {fingers}.",
         *([CONTACT_SAID] if max(states) > 0 else []),
-        *instead_of(found[0].loop.system, states),
+        *instead_of(loads_of(found), states),
         f"Resonance of the sensor: Ms up to {', '.join(limits)}.",
         *ends_said(wanted),
         *also_said(designed),
@@ -59,29 +60,47 @@ def ends_said(wanted: Wanted) -> list[str]:
     return [f"One value at a time at an end of its interval: {', '.join(listed)}."] if listed else []
 
 
-def instead_of(system: System, states: Sequence[float]) -> list[str]:
+def loads_of(found: Sequence[Corner]) -> list[System]:
+    """Return a system for each mean load of the corners, lightest first."""
+    by_load = {load_of(each.loop.system): each.loop.system for each in reversed(found)}
+    return [by_load[load] for load in sorted(by_load, key=lambda load: load or 0.0)]
+
+
+def instead_of(systems: Sequence[System], states: Sequence[float]) -> list[str]:
     """Return a line for each force asked for that is out of reach: which was evaluated in its place."""
     said = [
-        f"{each.force_n:.3g} N is out of reach of {finger(each.occluded)}: {each.instead_n:.3g} N is evaluated in its "
-        "place."
-        for each in missed(system, states)
+        f"{each.force_n:.3g} N is out of reach of {finger(each.occluded)}{_pressed(systems, [there])}: "
+        f"{each.instead_n:.3g} N is evaluated in its place."
+        for there in systems
+        for each in missed(there, states)
     ]
     return [*said, MANY] if said else []
 
 
-def beyond_reach(system: System, states: Sequence[float]) -> list[tuple[str, str]]:
-    """Return rows of a verdict: which forces no amplitude gives to which finger, and what to change; none if all do."""
+def beyond_reach(systems: Sequence[System], states: Sequence[float]) -> list[tuple[str, str]]:
+    """Return rows of a verdict: which forces no amplitude gives to which finger, and what to change; none if all do.
+
+    The systems are one at several loads.
+    """
     rows = []
     for state in states:
-        beyond = missed(system, [state])
+        beyond = [(there, each) for there in systems for each in missed(there, [state])]
         for low, end, other in ((True, "least", "more"), (False, "most", "less")):
-            here = [each for each in beyond if (each.force_n < each.instead_n) == low]
+            here = [(there, each) for there, each in beyond if (each.force_n < each.instead_n) == low]
             if here:
-                forces = ", ".join(f"{each.force_n:.3g} N" for each in here)
-                rows.append(f"{forces} of {finger(state)}: {here[0].instead_n:.3g} N is looked at, near the {end} it "
-                            f"can be given; a run does not follow there. Ask for {other} (setpoint.offset_n, "
+                forces = ", ".join(dict.fromkeys(f"{each.force_n:.3g} N" for _, each in here))
+                instead = list(dict.fromkeys(f"{each.instead_n:.3g}" for _, each in here))
+                rows.append(f"{forces} of {finger(state)}{_pressed(systems, [there for there, _ in here])}: "
+                            f"{', '.join(instead)} N {'are' if len(instead) > 1 else 'is'} looked at, near the {end} "
+                            f"it can be given; a run does not follow there. Ask for {other} (setpoint.offset_n, "
                             f"amplitude_n){LARGER * low}")  # fmt: skip
     return [("OUT OF REACH" if k == 0 else "", row) for k, row in enumerate([*rows, MANY])] if rows else []
+
+
+def _pressed(systems: Sequence[System], some: Sequence[System]) -> str:
+    """Return at which of several loads, in words; nothing of one."""
+    loads = dict.fromkeys(f"{load_of(each):.3g}" for each in some)
+    return f" pressed with {', '.join(loads)} N" if len(systems) > 1 else ""
 
 
 def finger(occluded: float) -> str:
@@ -89,11 +108,17 @@ def finger(occluded: float) -> str:
     return f"a moist finger (occluded {occluded:.0%})" if occluded > 0 else "a finger just landed"
 
 
-def strokes_said(found: Sequence[Corner], wanted: Wanted) -> list[str]:
-    """Return contacts and speeds in words; a range of speeds by its ends."""
-    strokes = list(dict.fromkeys(each.stroke for each in found))
-    if len(strokes) == 1 or not wanted.speeds_mm_s:
-        return strokes
-    contacts = dict.fromkeys(stroke.rpartition(", ")[0] for stroke in strokes)
-    low, high = min(wanted.speeds_mm_s), max(wanted.speeds_mm_s)
-    return [f"{contact}, {low:g} to {high:g} mm/s" for contact in contacts]
+def strokes_said(found: Sequence[Corner], wanted: Wanted) -> str:
+    """Return contacts, speeds and loads in words, a range by its ends: contacts dahl and slider, 20 to 60 mm/s."""
+    systems = [each.loop.system for each in found]
+    contacts = list(dict.fromkeys(each.finger.contact for each in systems if isinstance(each.finger, Skin)))
+    speeds = [each.motion.speed_mm_s for each in systems if isinstance(each.motion, Strokes)]
+    said = [f"contact{'s' * (len(contacts) > 1)} {' and '.join(contacts)}"] if contacts else []
+    said += [f"{_range(speeds)} mm/s"] if speeds else []
+    said += [f"pressed with {_range(wanted.loads_n)} N"] if wanted.loads_n else []
+    return ", ".join(said)
+
+
+def _range(values: Sequence[float]) -> str:
+    low, high = min(values), max(values)
+    return f"{low:g}" if low == high else f"{low:g} to {high:g}"

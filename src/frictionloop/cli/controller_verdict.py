@@ -3,23 +3,30 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from frictionloop.cli.controller_also import fully_moist, range_said
-from frictionloop.cli.controller_holds import also_said, beyond_reach, finger, strokes_said
+from frictionloop.cli.controller_holds import also_said, beyond_reach, finger, loads_of, strokes_said
 from frictionloop.cli.scores import between
 from frictionloop.design.elsewhere import in_words
-from frictionloop.parameters import Strokes
+from frictionloop.parameters import Skin, Strokes
 
 if TYPE_CHECKING:
+    from frictionloop.design.corners import Corner
+    from frictionloop.design.elsewhere import How, Place
     from frictionloop.design.wanted import Designed, Wanted
     from frictionloop.parameters import System
 
 Row = tuple[str, ...]
 NOT_THERE = "Do not use it there: it was not designed for it."
-BOTH = " `--law hinf` designs for both contacts, if the sensor's noise lets it."
+BOTH = " `--contacts {}` designs for both contacts."
+FASTER = " `--speeds {:g},{:g}` designs for these speeds."
 LESS = " `frictionloop design check` says how much less gain would hold there."
+ELSEWHERE: tuple[tuple[str, How], ...] = (
+    ("UNSTABLE", "unstable"), ("CLOSE TO UNSTABLE", "near"), ("BEYOND LIMITS", "beyond")
+)  # fmt: skip
 SLOWER = 0.5
 """Speed over that of the strokes from which a range is proposed: a finger that strokes passes every slower one."""
 
@@ -29,21 +36,43 @@ def verdict(designed: Designed, after: System, wanted: Wanted, out: Path | None)
     found, elsewhere = designed.corners, designed.elsewhere
     forces = [each.loop.elements.force_n for each in found]
     states = sorted({each.loop.elements.occluded for each in found})
-    where = [each.removeprefix(", ") for each in strokes_said(found, wanted)]
-    where += [between(min(forces), max(forces)), " and ".join(map(finger, states))]
+    where = [
+        strokes_said(found, wanted),
+        between(min(forces), max(forces)),
+        " and ".join(map(finger, states)),
+    ]
     farthest = max(abs(each.off) for each in found)
     where += [f"sensor's resonance up to {100 * farthest:.3g} % off"] if farthest else []
-    rows: list[Row] = [("STABLE", "; ".join(filter(None, where)))]
-    rows += beyond_reach(found[0].loop.system, states)
-    rows += [("", each) for each in also_said(designed)]
-    checked = len(rows)
-    for name, places in (("UNSTABLE", elsewhere.where("unstable")), ("CLOSE TO UNSTABLE", elsewhere.where("near"))):
-        rows += [(name if k == 0 else "", place) for k, place in enumerate(in_words(places))]
-    contacts = {getattr(each.loop.system.finger, "contact", "") for each in found}
-    rows += [("", NOT_THERE + BOTH * (len(contacts) == 1) + LESS)] if len(rows) > checked else []
-    rows += [("fully moist", said)] if (said := fully_moist(after, wanted)) else []
+    worse = beyond_reach(loads_of(found), states)
+    for name, how in ELSEWHERE:
+        worse += [(name if k == 0 else "", place) for k, place in enumerate(in_words(elsewhere.where(how)))]
+    if not_held := [each for each in elsewhere.places if each.how != "within"]:
+        hints = _designs_for(not_held, found)
+        worse += [("", (NOT_THERE if any(each.how != "beyond" for each in not_held) else "") + hints + LESS)]
+    moist = fully_moist(after, wanted)
+    rows: list[Row] = [("STABLE", but(worse, moist) + "; ".join(filter(None, where)))]
+    rows += [*worse, *(("", each) for each in also_said(designed))]
+    rows += [("fully moist", moist)] if moist else []
     rows += [("range", said)] if (said := range_said(after)) else []
     return [*rows, *_other_speeds(after, wanted), *_next(after, wanted, out)]
+
+
+def but(worse: Sequence[Row], moist: str = "") -> str:
+    """Return what of a verdict's rows does not do, for its first line; nothing where all does."""
+    names = [row[0] for row in worse if row[0].isupper()]
+    names += [f"{how} when fully moist" for how in ("CLOSE TO UNSTABLE", "UNSTABLE") if how in moist][:1]
+    return f"but {', '.join(names)}, as below: " if names else ""
+
+
+def _designs_for(places: Sequence[Place], found: Sequence[Corner]) -> str:
+    """Return which flags design for places that do not hold; nothing for a law that is held there already."""
+    here = {each.loop.system.finger.contact for each in found if isinstance(each.loop.system.finger, Skin)}
+    missing = {each.contact for each in places} - here
+    hints = BOTH.format(",".join(sorted(here | missing))) if missing and len(here) == 1 else ""
+    own = [each.loop.system.motion.speed_mm_s for each in found if isinstance(each.loop.system.motion, Strokes)]
+    speeds = [speed for each in places if each.contact not in missing for speed in each.speeds_mm_s]
+    others = [speed for speed in speeds if not min(own) <= speed <= max(own)] if own else []
+    return hints + (FASTER.format(min(*others, *own), max(*others, *own)) if others else "")
 
 
 def _other_speeds(system: System, wanted: Wanted) -> list[Row]:

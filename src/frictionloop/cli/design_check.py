@@ -35,17 +35,17 @@ def command(
 
     from frictionloop.analysis.levels import at_levels
     from frictionloop.cli import check_text, controller_also, recorded, recorded_units
-    from frictionloop.design.checking import check_controller
+    from frictionloop.design.checking import check_controller, loops
     from frictionloop.design.limit_linear import learnt
-    from frictionloop.firmware.board_fit import misfits
 
     system = at_levels(given_system)
     recorded_units.ask(given_system)
-    for line in misfits(system):
-        screen.note(line)
     screen.tell_notes()  # before the look at all places, which takes some seconds
     wanted = must.wanted()
-    with screen.waiting(f"checking {system.controller.kind}; this takes from some seconds to a minute"):
+    count = loops(system, wanted)
+    with screen.waiting(
+        f"checking {system.controller.kind} on up to {count} loops; this takes {check_text.takes(count)}"
+    ):
         found = check_controller(system, wanted)
     if json:
         screen.show_json(check_text.as_json(found, system, wanted))
@@ -56,9 +56,9 @@ def command(
     about = [("fully moist", moist)] if moist else []
     about += [("range", said)] if (said := controller_also.range_said(system)) else []
     notes = [*found.unseen, *recorded.at_design(given_system)]
-    notes += [said] if (said := controller_also.assumed(system)) else []
+    notes += [said for said in (controller_also.unbelieved(system), controller_also.assumed(system)) if said]
     screen.show(
-        screen.columns([*check_text.verdict(found, system, given), *about]),
+        screen.columns([*check_text.verdict(found, system, given, moist), *about]),
         "",
         screen.columns([("bench", origin), *check_text.controller_rows(system)]),
         "",

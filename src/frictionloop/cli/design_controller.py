@@ -22,12 +22,14 @@ EXAMPLES = r"""Examples
 
   frictionloop design controller
   frictionloop design controller my-bench.toml --out my-controller.toml
-  frictionloop design controller my-bench.toml --speeds 20,60
+  frictionloop design controller my-bench.toml --speeds 20,60 --loads 0.4,1.2
   frictionloop design controller my-bench.toml --corners certificate.html
   frictionloop design controller my-bench.toml --law hinf \
       --sensitivity-peak 1.5 --resonance-error 0.1 --plots figures
 """
 AS_USUAL = MustHold()
+FEW = 2
+"""Places that are designed for within two minutes."""
 SLOW = {"hinf", "lqg"}
 """Laws that identify the friction noise by simulation first."""
 
@@ -77,7 +79,7 @@ def command(
 
     levels = at_levels(system)
     recorded_units.ask(system)
-    for line in misfits(system):
+    for line in misfits(system) if out is not None else ():
         screen.note(line)
     screen.tell_notes()  # before the search, which takes long
     wanted, name = must.wanted(), law or default_law(system)
@@ -97,6 +99,8 @@ def command(
     if json:
         screen.show_json(controller_text.as_json(name, designed, new, wanted, found, left) | {"saved": saved})
         return
+    said = (controller_also.unbelieved(system), *designed.notes, *recorded.at_design(system))
+    notes = [each for each in said if each]
     with screen.waiting("checking a fully moist finger"):
         verdict = controller_verdict.verdict(designed, after, wanted, out)
     screen.show(
@@ -108,7 +112,7 @@ def command(
         "",
         *controller_text.headroom_text(left, wanted),
         *(["", screen.wrapped(said)] if (said := controller_also.assumed(system)) else []),
-        *(["", *map(screen.wrapped, notes)] if (notes := (*designed.notes, *recorded.at_design(system))) else []),
+        *(["", *map(screen.wrapped, notes)] if notes else []),
         *([""] if any(saved.values()) else []),
         *screen.saved(saved),
     )
@@ -116,10 +120,12 @@ def command(
 
 def _designed(system: System, law: str, wanted: Wanted) -> Designed:
     """Return the controller."""
+    from frictionloop.design.held import CHECKED, LOADS
     from frictionloop.design.synthesis import design_controller
 
     noise = ", after the friction noise is identified by simulation" if law in SLOW else ""
-    longer = ", five for a range of speeds" if wanted.speeds_mm_s else ""
+    places = len(wanted.over(CHECKED, LOADS).systems(system))
+    longer = f", five at the {places} contacts, speeds and loads of this one" if places > FEW else ""
     with screen.waiting(f"designing {law} and checking it{noise}; this takes from a second to two minutes{longer}"):
         return design_controller(system, law, wanted)
 

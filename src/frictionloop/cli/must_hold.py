@@ -57,16 +57,31 @@ class MustHold:
         ),
     ] = None
 
+    contacts: Annotated[
+        str | None,
+        _asked("Contacts of the finger on which all that holds: dahl, slider or lugre; dahl,slider if not given."),
+    ] = None
+    loads: Annotated[
+        str | None,
+        _asked(
+            "Least and largest mean load in N, between which all that holds: 0.4,1.2; the load of FILE if not given. A "
+            "force that a finger cannot be given at a load counts as the nearest that it can."
+        ),
+    ] = None
+
     def wanted(self) -> Wanted:
         """Return the same for a design."""
         from frictionloop.design.leaning import Lean
+        from frictionloop.design.over import CONTACTS
         from frictionloop.design.wanted import Wanted
 
-        between = checks.two_speeds(self.speeds)
+        between = checks.two_values("speeds", self.speeds, "the slowest and the fastest in mm/s, such as 20,60")
+        loads = checks.two_values("loads", self.loads, "the least and the largest in N, such as 0.4,1.2")
+        named = CONTACTS if self.contacts is None else tuple(each.strip() for each in self.contacts.split(","))
         shares = {"sensor.resonance_hz": self.resonance_error, "sensor.cutoff_hz": self.sensor_error}
         shares["controller.delay_s"] = self.delay_error
         lean = Lean(self.sensor_error, self.delay_error, self.gain_error, _ends(self.corners, shares))
-        return Wanted(self.sensitivity_peak, self.resonance_error, between, lean)
+        return Wanted(self.sensitivity_peak, self.resonance_error, between, lean, named, loads)
 
 
 def _ends(certificate: Path | None, shares: Mapping[str, float]) -> tuple[tuple[str, float], ...]:

@@ -8,16 +8,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from frictionloop.analysis.band import operating_band
 from frictionloop.analysis.law_space import law_space
-from frictionloop.analysis.operating import check_reach
-from frictionloop.analysis.reach import check_band
 from frictionloop.analysis.state_space import StateSpace, close
 from frictionloop.design.corners import Corner, corners, occlusions
-from frictionloop.design.elsewhere import Place, elsewhere
+from frictionloop.design.elsewhere import Place, elsewhere, strokes_of
+from frictionloop.design.held import CHECKED, ENDS, LOADS, check_places
 from frictionloop.design.limit_linear import compliance_of, largest_gain, learnt
 from frictionloop.design.observed import GUARD, LOWEST_HZ
-from frictionloop.design.plants import Plants
-from frictionloop.design.synthesis import CHECKED, SMALL_SIGNALS
+from frictionloop.design.over import Over
+from frictionloop.design.plants import Plants, shifted
+from frictionloop.design.synthesis import SMALL_SIGNALS
 from frictionloop.design.wanted import Wanted
 from frictionloop.parameters import PiController, System
 from frictionloop.parameters.filtered import FeedForward
@@ -56,8 +57,9 @@ def check_controller(system: System, wanted: Wanted | None = None) -> Checked:
     """Return how the controller of a System does, without a search for another one.
 
     It is looked at as a new design is: at lowest, mean and highest force, on a dry and a moist finger, with the
-    resonance off, at the speeds that are asked for; then on both contacts, at half and four times the speed. Of a
-    `limit_observer` the loop gain is 20 % above that of a finger whose susceptibility it knows.
+    resonance off, on the contacts, at the speeds and loads that are asked for; then at half and four times the speed.
+    A force out of reach counts as the nearest that can be had. Of a `limit_observer` the loop gain is 20 % above that
+    of a finger whose susceptibility it knows.
 
     Parameters
     ----------
@@ -69,22 +71,33 @@ def check_controller(system: System, wanted: Wanted | None = None) -> Checked:
     Raises
     ------
     FrictionloopError
-        A force asked for is out of reach of a finger just landed, or the law has no linear analysis: the line says what
+        No force asked for is in reach of a finger just landed, or the law has no linear analysis: the line says what
         to do.
     """
     asked, judged = wanted or Wanted(), learnt(system)
-    check_reach(system)
-    check_band(system, occlusions(system), asked.speeds_mm_s)
+    check_places(system, asked, whole=False)
+    close = asked.over(CHECKED, LOADS)._replace(contacts=())
     try:
-        own = Place.of(corners(judged, asked.limits, asked.spread_mm_s(CHECKED), asked.lean))
+        touched = Over(asked.contacts).systems(judged)
+        own = [Place.of(corners(each, asked.limits, close, asked.lean)) for each in touched]
     except FrictionloopError as error:
         what = "its runs show what it does: frictionloop simulate, frictionloop sweep --fingers 100"
         raise FrictionloopError(f"{error}; {what}") from None
-    more = elsewhere(judged, asked.limits, asked.speeds_mm_s, asked.lean)
-    places = (own, *more.places)
+    more = elsewhere(judged, asked.limits, asked.over(ENDS, LOADS), asked.lean, asked.contacts)
+    places = (*own, *more.places)
     gains = tuple(min(each.loop.gain_factor(each.limit) for each in place.corners) for place in places)
     found = Checked(system.controller.kind, places, more.unseen, gains, {}, _notes(system))
     return found if found.holds else found._replace(instead=_instead(judged, found))
+
+
+def loops(system: System, wanted: Wanted) -> int:
+    """Return at how many loops a check looks, at most: it says how long it takes."""
+    close, few = wanted.over(CHECKED, LOADS), wanted.over(ENDS, LOADS)
+    strokes, loads = strokes_of(system, few.speeds_mm_s, wanted.contacts), max(1, len(few.loads_n))
+    places = len(close.systems(system)) + loads * len(strokes)
+    lean = 1 + 2 * any(wanted.lean.shares.values()) + len(wanted.lean.ends)
+    band = operating_band(system.evolve({"controller.kind": "pi"}), occluded=occlusions(system))
+    return places * lean * len(shifted(band, wanted.limits))
 
 
 def _notes(system: System) -> tuple[str, ...]:

@@ -12,9 +12,9 @@ from frictionloop.analysis.linear import LinearLoop, linearise
 from frictionloop.analysis.margins import Margins
 from frictionloop.analysis.state_space import StateSpace
 from frictionloop.design.leaning import Lean, leaning
+from frictionloop.design.over import ITSELF, Over
 from frictionloop.design.plants import detuned, shifted
 from frictionloop.parameters import FingerFriction, Skin, Strokes, System
-from frictionloop.quantities import FrictionloopError
 
 CONTACT_S = 10.0
 """How long a finger that never lifts is looked at, s: as long as a trial (paper, Sec. 4.2)."""
@@ -44,7 +44,9 @@ class Corner(NamedTuple):
         """Where that is, in words."""
         found = self.loop.elements
         off = f", resonance {self.off:+.0%} off" if self.off else ""
-        return f"{found.force_n:.3g} N, {'moist' if found.occluded > 0 else 'dry'} finger{self.stroke}{off}"
+        load_n = load_of(self.loop.system)
+        pressed = "" if load_n is None else f", pressed with {load_n:.3g} N"
+        return f"{found.force_n:.3g} N, {'moist' if found.occluded > 0 else 'dry'} finger{self.stroke}{pressed}{off}"
 
     @property
     def excess(self) -> float:
@@ -65,13 +67,9 @@ def occlusions(system: System) -> tuple[float, ...]:
     return 0.0, -math.expm1(-(motion.contact_s or CONTACT_S) / friction.occlusion_s)
 
 
-def band_of(system: System, speeds_mm_s: Sequence[float] = ()) -> list[LinearLoop]:
-    """Return the loops at lowest, mean and highest force asked for, on a dry and on a moist finger, at each speed."""
-    if not speeds_mm_s:
-        return operating_band(system, occluded=occlusions(system))
-    if not isinstance(system.motion, Strokes):
-        raise FrictionloopError(f'speeds_mm_s: motion.kind = "{system.motion.kind}" has none; needs "strokes"')
-    return [loop for speed in speeds_mm_s for loop in band_of(system.evolve({"motion.speed_mm_s": speed}))]
+def band_of(system: System, over: Over = ITSELF) -> list[LinearLoop]:
+    """Return the loops at lowest, mean and highest force asked for, on a dry and on a moist finger, at each place."""
+    return [loop for there in over.systems(system) for loop in operating_band(there, occluded=occlusions(there))]
 
 
 def stroke_of(system: System) -> str:
@@ -81,29 +79,32 @@ def stroke_of(system: System) -> str:
     return contact + (f", {motion.speed_mm_s:g} mm/s" if isinstance(motion, Strokes) else "")
 
 
+def load_of(system: System) -> float | None:
+    """Return the mean load of a finger that strokes, N; None of any other."""
+    return system.motion.load_n if isinstance(system.motion, Strokes) else None
+
+
 def at_mean(system: System, off: float = 0.0) -> LinearLoop:
     """Return the loop at the mean force on a dry finger, the resonance off by a share."""
     loop = linearise(system)
     return detuned(loop, 1.0 + off) if off else loop
 
 
-def corners(
-    system: System, limits: Mapping[float, float], speeds_mm_s: Sequence[float] = (), lean: Lean = NOTHING
-) -> list[Corner]:
+def corners(system: System, limits: Mapping[float, float], over: Over = ITSELF, lean: Lean = NOTHING) -> list[Corner]:
     """Return Ms of a System's controller at its `band_of`, the resonance off too.
 
     Sensor, delay, gain and other values are off as well by what ``lean`` says (`leaning`). A law does not change with
-    any of this, so it is made once per speed, force and finger.
+    any of this, so it is made once per place, force and finger.
 
     Raises
     ------
     FrictionloopError
         A law that has no linear analysis there.
     """
-    laws: dict[tuple[str, float, float], StateSpace] = {}
+    laws: dict[tuple[str, float | None, float, float], StateSpace] = {}
     found = []
-    for loop, off, limit in shifted(leaning(band_of(system, speeds_mm_s), lean), limits):
-        at = (stroke_of(loop.system), loop.elements.force_n, loop.elements.occluded)
+    for loop, off, limit in shifted(leaning(band_of(system, over), lean), limits):
+        at = (stroke_of(loop.system), load_of(loop.system), loop.elements.force_n, loop.elements.occluded)
         if at not in laws:
             laws[at] = loop.law
         there = replace(loop, known_law=laws[at])

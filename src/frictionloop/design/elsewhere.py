@@ -8,10 +8,10 @@ from typing import Any, Literal, NamedTuple
 
 from frictionloop.design.corners import NOTHING, Corner, broken, corners
 from frictionloop.design.leaning import Lean
+from frictionloop.design.over import CONTACTS, ITSELF, Over
 from frictionloop.parameters import Skin, Strokes, System
 from frictionloop.quantities import FrictionloopError
 
-CONTACTS = ("dahl", "slider")
 FASTER = (1.0, 4.0)
 """Speeds that a design is looked at, over that of its strokes: 20 and 80 mm/s, as in the comparison of laws."""
 SLOWER = 0.5
@@ -80,11 +80,6 @@ class Elsewhere(NamedTuple):
         done = "Do not use it there: it was not designed for it."
         return tuple(f"{what} on {'; on '.join(places)}. {done}" for what, places in found if places)
 
-    def notes(self) -> tuple[str, ...]:
-        """Return what else is worth a line but where the limits hold, which the verdict says."""
-        beyond = in_words(self.where("beyond"))
-        return (*([f"beyond its limits elsewhere: on {'; on '.join(beyond)}"] if beyond else []), *self.unseen)
-
 
 def in_words(places: Iterable[Place]) -> list[str]:
     """Return places in words, those alike in one, as `alike` has them."""
@@ -115,46 +110,53 @@ def _said(contact: str, how: How, off: float, group: Sequence[Place]) -> str:
 
 
 def elsewhere(
-    system: System, limits: Mapping[float, float], speeds_mm_s: Sequence[float] = (), lean: Lean = NOTHING
+    system: System,
+    limits: Mapping[float, float],
+    over: Over = ITSELF,
+    lean: Lean = NOTHING,
+    contacts: Sequence[str] = CONTACTS,
 ) -> Elsewhere:
-    """Return how a System's controller does besides the contact and the speeds at which it has to hold.
+    """Return how a System's controller does besides the contacts and the speeds at which it has to hold.
 
-    That is on both contacts, at the speed of its strokes, four times that and half of it; with a range of speeds also
-    at its ends.
+    That is on both contacts, or those named, at the speed of its strokes, four times that and half of it; with a range
+    of speeds also at its ends. It is pressed with each of the loads.
     """
     places, unseen = [], []
-    for changes in strokes_of(system, speeds_mm_s):
+    for changes in strokes_of(system, over.speeds_mm_s, contacts):
         try:
             there = system.evolve(changes)
-            if not _held(there, system, speeds_mm_s):
-                places.append(Place.of(corners(there, limits, lean=lean)))
+            if not _held(there, system, over):
+                places.append(Place.of(corners(there, limits, Over(loads_n=over.loads_n), lean)))
         except FrictionloopError as error:  # no such stroke, a force out of reach, a law that is saturated there
             given = ", ".join(f"{path} = {value}" for path, value in changes.items())
             unseen.append(f"not looked at with {given}: {error}")
     return Elsewhere(tuple(places), tuple(unseen))
 
 
-def strokes_of(system: System, speeds_mm_s: Sequence[float] = ()) -> list[dict[str, Any]]:
+def strokes_of(
+    system: System, speeds_mm_s: Sequence[float] = (), contacts: Sequence[str] = CONTACTS
+) -> list[dict[str, Any]]:
     """Return overrides for the contacts and speeds that are looked at, the contact of a system first.
 
     None without a skin; no slower speed at which the controller would hold its output.
     """
     if not isinstance(system.finger, Skin):
         return []
-    contacts, motion = dict.fromkeys((system.finger.contact, *CONTACTS)), system.motion
+    contacts, motion = Over(tuple(contacts)).contacts_of(system), system.motion
     if not isinstance(motion, Strokes):
         return [{"finger.contact": contact} for contact in contacts]
-    own = motion.speed_mm_s
-    speeds = {own * faster for faster in FASTER} | ({min(speeds_mm_s), max(speeds_mm_s)} if speeds_mm_s else set())
-    slowest = SLOWER * min(speeds_mm_s, default=own)
+    usual = motion.speed_mm_s
+    speeds = {usual * faster for faster in FASTER} | ({min(speeds_mm_s), max(speeds_mm_s)} if speeds_mm_s else set())
+    slowest = SLOWER * min(speeds_mm_s, default=usual)
     speeds |= {slowest} if slowest >= system.touch.load.least_speed_mm_s else set()
     return [{"finger.contact": contact, "motion.speed_mm_s": v} for contact in contacts for v in sorted(speeds)]
 
 
-def _held(there: System, system: System, speeds_mm_s: Sequence[float]) -> bool:
-    """Tell whether a place differs from a system in nothing but a speed at which its controller was held."""
-    if not (speeds_mm_s and isinstance(there.motion, Strokes)):
-        return there == system
-    speed = there.motion.speed_mm_s
-    alike = there == system.evolve({"motion.speed_mm_s": speed})
-    return alike and min(speeds_mm_s) <= speed <= max(speeds_mm_s)
+def _held(there: System, system: System, over: Over) -> bool:
+    """Tell whether a place has a contact and a speed at which the controller of a system was held."""
+    if isinstance(there.finger, Skin) and there.finger.contact not in over.contacts_of(system):
+        return False
+    if not (isinstance(there.motion, Strokes) and isinstance(system.motion, Strokes)):
+        return True
+    speeds = over.speeds_mm_s or (system.motion.speed_mm_s,)
+    return min(speeds) <= there.motion.speed_mm_s <= max(speeds)

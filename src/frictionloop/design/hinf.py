@@ -16,8 +16,8 @@ import numpy as np
 
 from frictionloop.analysis.linear import LinearLoop, linearise
 from frictionloop.design.corners import broken, corners, stroke_of
-from frictionloop.design.elsewhere import CONTACTS
 from frictionloop.design.noise_model import NoiseModel, identify_noise
+from frictionloop.design.over import CONTACTS
 from frictionloop.design.plants import Plants, lead, overdrive_decay, shifted
 from frictionloop.design.quadruple import Quadruple, balanced, bilinear, slicot
 from frictionloop.design.sections import Cascade, Method, Synthesised, factorise, lagged
@@ -97,7 +97,7 @@ def synthesised(method: Method, system: System, wanted: Wanted) -> Designed:
             first = first or str(error)
             continue
         overrides = {**found.overrides, "controller.feedforward": forward}
-        at = corners(system.evolve(overrides), wanted.limits, wanted.speeds_mm_s, wanted.lean)
+        at = corners(system.evolve(overrides), wanted.limits, wanted.places, wanted.lean)
         worst = broken(at)
         if worst is None:
             on = ", ".join(_contacts(system))

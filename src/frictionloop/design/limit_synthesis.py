@@ -18,11 +18,12 @@ from frictionloop.analysis.disturbance import touch_spectrum
 from frictionloop.analysis.linear import LinearLoop
 from frictionloop.analysis.state_space import Array, Complex
 from frictionloop.design.corners import Corner, band_of, broken, corners
-from frictionloop.design.elsewhere import CONTACTS, FASTER
+from frictionloop.design.elsewhere import FASTER
 from frictionloop.design.limit_linear import compliance_of, knowing, lag_of, largest_gain, small_signals
+from frictionloop.design.over import Over
 from frictionloop.design.plants import Plants, shifted
 from frictionloop.design.wanted import Designed, Wanted, unheld
-from frictionloop.parameters import Skin, Strokes, SuspendedSensor, System
+from frictionloop.parameters import Strokes, SuspendedSensor, System
 from frictionloop.quantities import FrictionloopError
 
 GUARD = 0.985
@@ -119,15 +120,10 @@ class Search:
 def _loops(system: System, wanted: Wanted) -> list[LinearLoop]:
     """Return loops at forces, moistures and speeds, on both contacts."""
     plain = system.evolve({"controller.kind": "pi"})
-    speeds = wanted.speeds_mm_s
+    contacts, speeds, loads = wanted.places
     if not speeds and isinstance(system.motion, Strokes):
         speeds = tuple(system.motion.speed_mm_s * faster for faster in FASTER)
-    contacts = CONTACTS if isinstance(system.finger, Skin) else (None,)
-    return [
-        loop
-        for contact in contacts
-        for loop in band_of(plain.evolve({"finger.contact": contact} if contact else {}), speeds)
-    ]
+    return band_of(plain, Over(contacts, speeds, loads))
 
 
 def limit_observer(system: System, wanted: Wanted) -> Designed:
@@ -145,9 +141,8 @@ def limit_observer(system: System, wanted: Wanted) -> Designed:
     system.evolve({"controller.kind": "limit_observer"})  # a delay that does not fit is refused here
     found = Search.of(system, wanted).best().told(system)
     at: list[Corner] = []
-    for contact in CONTACTS if isinstance(system.finger, Skin) else ("",):
-        there = system.evolve({**found, **({"finger.contact": contact} if contact else {})})
-        at += corners(knowing(there), wanted.limits, wanted.speeds_mm_s)
+    for there in Over(wanted.contacts).systems(system.evolve(found)):
+        at += corners(knowing(there), wanted.limits, wanted.places._replace(contacts=()))
     worst = broken(at)
     if worst is not None:
         raise FrictionloopError(unheld("limit_observer", wanted, worst))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from frictionloop.analysis.disturbance import Spectrum
 from frictionloop.analysis.law_space import law_space
 from frictionloop.analysis.state_space import close
 from frictionloop.design.corners import band_of
+from frictionloop.design.over import ITSELF, Over
 from frictionloop.design.plants import Plants, shifted
 from frictionloop.parameters import SuspendedSensor, System
 from frictionloop.quantities import FrictionloopError
@@ -30,7 +31,7 @@ def tune_observer(
     kind: str,
     limits: Mapping[float, float],
     disturbance: Spectrum | None,
-    speeds_mm_s: Sequence[float] = (),
+    over: Over = ITSELF,
 ) -> dict[str, Any]:
     """Return overrides of an observing law with the least residual within margins.
 
@@ -44,8 +45,8 @@ def tune_observer(
         Largest Ms by the share that the resonance is off.
     disturbance
         Spectrum whose residual is to be least; None: the largest bandwidth.
-    speeds_mm_s
-        Speeds of the stroke at which it has to hold; none: that of the bench.
+    over
+        Contacts, speeds and loads at which it has to hold.
 
     Raises
     ------
@@ -53,7 +54,7 @@ def tune_observer(
         No bandwidth holds: the line says how close the best one comes, and where.
     """
     base = system.evolve({"controller.kind": kind})
-    cases = shifted(band_of(system.evolve({"controller.kind": "pi"}), speeds_mm_s), limits)
+    cases = shifted(band_of(system.evolve({"controller.kind": "pi"}), over), limits)
     plants, peaks = Plants.of([loop for loop, _, _ in cases]), np.array([peak for _, _, peak in cases])
     spaces = [loop.plant.state_space() for loop, _, _ in cases]
     density = None if disturbance is None else disturbance(plants.frequency_hz)

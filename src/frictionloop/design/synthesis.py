@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
 from typing import Any
 
 from frictionloop.analysis.disturbance import Spectrum, touch_spectrum
-from frictionloop.analysis.operating import check_reach
-from frictionloop.analysis.reach import check_band
-from frictionloop.design.corners import Corner, band_of, broken, corners, occlusions
+from frictionloop.design.corners import band_of
 from frictionloop.design.elsewhere import elsewhere
+from frictionloop.design.held import ENDS, LOADS, Synthesis, check_places, held_between
 from frictionloop.design.leaning import leaning
 from frictionloop.design.limit_linear import learnt
 from frictionloop.design.notch import retune_notch
 from frictionloop.design.plants import shifted
 from frictionloop.design.retune import retune
-from frictionloop.design.wanted import Designed, Wanted, feedforward, springs_told, unheld
+from frictionloop.design.wanted import Designed, Wanted, feedforward, on_one, springs_told
 from frictionloop.parameters import FingerFriction, Strokes, SuspendedSensor, System
 from frictionloop.perception.thresholds import LOWEST_HZ
 from frictionloop.quantities import FrictionloopError, check_known
@@ -29,10 +27,9 @@ MODEL_ERROR = 0.3
 """Share of the set-point that feed-forward leaves to the feedback: spread of tau over fingers (assumed)."""
 SLOW = 0.1
 """Share of the resonance below which an observer's bandwidth is called slow: a PI gets there (assumed)."""
-SEARCHED, CHECKED = 3, 9
-"""Speeds in a range that a search begins with, and at which its result is looked at."""
+TOLD = "limit_observer"
+"""The law that is told its contact: what it holds on the other, it holds there when it is told that."""
 SMALL_SIGNALS = "margins are those of small signals, inside the sliding mode"
-Synthesis = Callable[[System, Wanted], Designed]
 
 
 def notch_pi(system: System, wanted: Wanted) -> Designed:
@@ -40,7 +37,7 @@ def notch_pi(system: System, wanted: Wanted) -> Designed:
     _check_notch(system)
     forward, notes = feedforward(system)
     spectrum, more = _spectrum(system, MODEL_ERROR if forward else 1.0)
-    points = leaning(band_of(_plain(system), wanted.speeds_mm_s), wanted.lean)
+    points = leaning(band_of(_plain(system), wanted.places), wanted.lean)
     with _in_terms_of(wanted):
         found = retune_notch(points, wanted.limits, disturbance=spectrum, overdrive=True, least_ki=LEAST_KI)
     told, said = springs_told(system)
@@ -49,7 +46,7 @@ def notch_pi(system: System, wanted: Wanted) -> Designed:
 
 def pi(system: System, wanted: Wanted) -> Designed:
     """PI alone with the largest ki (`retune`)."""
-    cases = shifted(leaning(band_of(_plain(system), wanted.speeds_mm_s), wanted.lean), wanted.limits)
+    cases = shifted(leaning(band_of(_plain(system), wanted.places), wanted.lean), wanted.limits)
     with _in_terms_of(wanted):
         found = retune([loop for loop, _, _ in cases], [peak for _, _, peak in cases], LEAST_KI)
     return Designed({"controller.kind": "pi", **found.overrides})
@@ -70,7 +67,8 @@ def _observing(kind: str, system: System, wanted: Wanted, *said: str) -> Designe
     from frictionloop.design.observed import tune_observer
 
     spectrum, notes = _spectrum(system, MODEL_ERROR)
-    found = tune_observer(system, kind, wanted.limits, spectrum, wanted.speeds_mm_s)
+    with _in_terms_of(wanted):
+        found = tune_observer(system, kind, wanted.limits, spectrum, wanted.places)
     return Designed(found, (*notes, *_slow(system, found), *said))
 
 
@@ -132,52 +130,25 @@ def design_controller(system: System, law: str | None = None, wanted: Wanted | N
     """
     name, asked = law or default_law(system), wanted or Wanted()
     check_known("law", [name], SYNTHESES)
-    check_reach(system)
-    check_band(system, occlusions(system), asked.speeds_mm_s)
-    found, at = _held_between(system, name, asked)
-    more = elsewhere(learnt(system.evolve(found.overrides)), asked.limits, asked.speeds_mm_s, asked.lean)
-    return found._replace(corners=tuple(at), elsewhere=more, notes=(*found.notes, *more.notes()))
-
-
-def _held_between(system: System, law: str, asked: Wanted) -> tuple[Designed, Sequence[Corner]]:
-    """Return a controller, and its corners at closely spaced speeds, all within the limits.
-
-    The search sees few speeds; one at which its result does not hold joins them, and it is made again.
-    """
-    searched = replace(asked, speeds_mm_s=asked.spread_mm_s(SEARCHED))
-    close = asked.spread_mm_s(CHECKED)
-    while True:
-        found = _short(SYNTHESES[law](system, searched))
-        at = found.corners or corners(system.evolve(found.overrides), asked.limits, close, asked.lean)
-        worst = broken(at)
-        if worst is None:
-            return found, at
-        motion = worst.loop.system.motion
-        speed = motion.speed_mm_s if isinstance(motion, Strokes) and close else None
-        if speed is None or speed in searched.speeds_mm_s:
-            raise FrictionloopError(unheld(law, asked, worst))
-        searched = replace(searched, speeds_mm_s=(*searched.speeds_mm_s, speed))
-
-
-def _short(found: Designed) -> Designed:
-    """Return a controller with numbers of five digits, before it is looked at; as it is where that was done already."""
-    if found.corners:
-        return found
-    values = {path: float(f"{value:.5g}") if isinstance(value, float) else value
-              for path, value in found.overrides.items()}  # fmt: skip
-    return found._replace(overrides=values)
+    check_places(system, asked, whole=True)
+    found, at = held_between(system, name, SYNTHESES[name], asked)
+    over = asked.over(ENDS, LOADS)
+    if name == TOLD:
+        over = over._replace(contacts=())
+    more = elsewhere(learnt(system.evolve(found.overrides)), asked.limits, over, asked.lean)
+    return found._replace(corners=tuple(at), elsewhere=more, notes=(*found.notes, *more.unseen))
 
 
 @contextmanager
 def _in_terms_of(wanted: Wanted) -> Iterator[None]:
-    """Say why a least ki is asked for where a search does not get there."""
+    """Say why a least ki is asked for where a search does not get there, and on how many contacts."""
     asked = f"least_ki = {LEAST_KI:g} 1/s: "
     try:
         yield
     except FrictionloopError as error:
         why = f"ki must be above {LEAST_KI:.3g} 1/s to lower anything felt, from {LOWEST_HZ:g} Hz on; "
         said = str(error).replace(asked, f"sensitivity_peak = {wanted.sensitivity_peak:g}: {why}")
-        raise FrictionloopError(said) from None
+        raise FrictionloopError(said + on_one(wanted)) from None
 
 
 def _plain(system: System) -> System:

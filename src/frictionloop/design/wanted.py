@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 
 from frictionloop.design.corners import NOTHING, Corner
 from frictionloop.design.elsewhere import Elsewhere
 from frictionloop.design.leaning import Lean
-from frictionloop.parameters import SuspendedSensor, System
+from frictionloop.design.over import CONTACTS, Over
+from frictionloop.parameters import Skin, SuspendedSensor, System
 from frictionloop.parameters.filtered import LONGEST_DELAY
 from frictionloop.parameters.sources import largest_n
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, check_known
 
 WIDER = (1.0, 10.0 / 7.0, 16.0 / 7.0)
 """How Ms - 1 may grow with the resonance off by 0, e and 2 e: 1.7, 2.0 and 2.6."""
@@ -30,6 +31,10 @@ class Wanted:
     """Speeds of the stroke at which all that holds, and between which it does; none: that of the system."""
     lean: Lean = NOTHING
     """Shares by which sensor, delay and gain may be off as well, held to the same limits."""
+    contacts: tuple[str, ...] = CONTACTS
+    """Contacts of a skin on which all that holds: nobody knows that of a finger; none: that of the system."""
+    loads_n: tuple[float, ...] = ()
+    """Mean loads at which all that holds, and between which it does, N; none: that of the system."""
 
     def __post_init__(self) -> None:
         if not 1.0 < self.sensitivity_peak <= 10.0:
@@ -39,15 +44,22 @@ class Wanted:
         self.lean.checked()
         if not all(0.0 < each < float("inf") for each in self.speeds_mm_s):
             raise FrictionloopError(f"speeds_mm_s = {self.speeds_mm_s}: must be above 0, e.g. (20.0, 60.0)")
+        if not all(0.0 < each < float("inf") for each in self.loads_n):
+            raise FrictionloopError(f"loads_n = {self.loads_n}: must be above 0, e.g. (0.4, 1.2)")
+        check_known("contacts", self.contacts, get_args(Skin.model_fields["contact"].annotation))
 
     def spread_mm_s(self, count: int) -> tuple[float, ...]:
         """Return so many speeds in equal ratios from the slowest to the fastest; one where they are the same."""
-        if not self.speeds_mm_s:
-            return ()
-        low, high = min(self.speeds_mm_s), max(self.speeds_mm_s)
-        if low == high:
-            return (low,)
-        return tuple(low * (high / low) ** (k / (count - 1)) for k in range(count))
+        return _spread(self.speeds_mm_s, count)
+
+    def over(self, speeds: int, loads: int) -> Over:
+        """Return the contacts, and so many speeds and loads."""
+        return Over(self.contacts, self.spread_mm_s(speeds), _spread(self.loads_n, loads))
+
+    @property
+    def places(self) -> Over:
+        """Contacts, and speeds and loads as they are listed."""
+        return Over(self.contacts, self.speeds_mm_s, self.loads_n)
 
     @property
     def limits(self) -> dict[float, float]:
@@ -59,6 +71,14 @@ class Wanted:
         room = (self.sensitivity_peak - 1.0) * share
         wider = WIDER if self.resonance_error > 0 else WIDER[:1]
         return {k * self.resonance_error: round(1.0 + room * factor, 12) for k, factor in enumerate(wider)}
+
+
+def _spread(values: tuple[float, ...], count: int) -> tuple[float, ...]:
+    """Return so many values in equal ratios from the lowest to the highest; one where they are the same."""
+    if not values:
+        return ()
+    low, high = min(values), max(values)
+    return (low,) if low == high else tuple(low * (high / low) ** (k / (count - 1)) for k in range(count))
 
 
 class Designed(NamedTuple):
@@ -97,7 +117,16 @@ def unheld(law: str, wanted: Wanted, worst: Corner) -> str:
     limit = "the resonance is the limit" if worst.off else "delay and lags of the loop are the limit"
     return (
         f"sensitivity_peak = {wanted.sensitivity_peak:g}: law {law} cannot hold Ms <= {limits}; it gets to "
-        f"{worst.sensitivity_peak:.3g} at {worst.where}; {limit}"
+        f"{worst.sensitivity_peak:.3g} at {worst.where}; {limit}{on_one(wanted)}"
+    )
+
+
+def on_one(wanted: Wanted) -> str:
+    """Return the words, behind a failure, for a design that asks for less; none where it was on one contact."""
+    if len(wanted.contacts) < 2:
+        return ""
+    return (
+        f". It was to hold on contacts {' and '.join(wanted.contacts)}; `--contacts {wanted.contacts[0]}` asks for one"
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
@@ -80,3 +81,36 @@ def test_bad_input_is_one_line(frictionloop, tokens, said):
     assert (answer.code, answer.out) == (2, "")
     assert answer.err.startswith("error: ") and answer.err.count("\n") == 1
     assert said in answer.err
+
+
+def test_a_slider_that_does_alike_at_all_speeds_is_one_row(frictionloop):
+    said = " ".join(frictionloop(*CHECK, *PI, "60", "--contacts", "slider").out.split())
+    assert said.startswith(
+        "DOES NOT HOLD at 3 of 3 contacts and speeds looked at UNSTABLE contact slider at 10, 20, 80"
+    )
+    assert "slider 10, 20, 80 mm/s dry" in said and "dahl" not in said.partition("resonance finger")[2]
+
+
+def test_a_range_of_loads_clips_what_no_amplitude_gives_and_says_so(frictionloop):
+    light = ("--setpoint.offset_n", "0.4", "--setpoint.amplitude_n", "0.25", "--motion.contact_s", "10")
+    few = ("--plate.max_amplitude_um", "2.2", "--controller.model.max_amplitude_um", "2.2", "--contacts", "slider")
+    weak = ("--controller.kind", "pi", "--controller.kp", "0", "--controller.ki", "2")
+    at = fl.bench().evolve({"motion.load_n": 1.2, "friction.moist_loss": 0.0})
+    least = at.friction.nominal_n * 2.4**at.friction.load_exponent * math.exp(-0.38 * 2.2**2)
+    said = " ".join(frictionloop(*CHECK, *weak, *light, *few, "--loads", "0.4,1.2").out.split())
+    assert said.startswith(
+        "HOLDS but OUT OF REACH, as below: at every contact and speed looked at OUT OF REACH 0.15 N of"
+    )
+    assert f"a finger just landed pressed with 0.693, 1.2 N: 0.203, {least:.3g} N are looked at" in said
+    said = " ".join(frictionloop(*CHECK, *weak, *light, *few, "--motion.load_n", "1.2").out.split())
+    assert f"0.15 N of a finger just landed: {least:.3g} N is looked at" in said
+
+
+def test_a_law_that_believes_the_friction_of_another_load_is_told_that_of_this_one(frictionloop):
+    weak = (*PI, "2", "--controller.kp", "0", "--contacts", "slider", "--motion.load_n", "0.8")
+    there = f"{0.95 * 1.6**0.9:.3g}"
+    said = " ".join(frictionloop(*CHECK, *weak).out.split())
+    assert "the law believes 0.95 N without vibration, that of friction.reference_load_n = 0.5 N;" in said
+    assert f"the finger has {there} N, which `--controller.model.nominal_n {there}` tells it" in said
+    told = frictionloop(*CHECK, *weak, "--controller.model.nominal_n", there).out
+    assert "the law believes" not in told

@@ -116,8 +116,11 @@ def test_the_answer_fits_and_says_what_was_found(frictionloop, monkeypatch, colu
     assert f"{controller.kp:.4g}" in answer.out
     assert f"{controller.ki:.4g} 1/s" in answer.out
     first = " ".join(answer.out.split())
-    assert first.startswith("STABLE contact dahl, 20 mm/s; 0.5 to 0.7 N; a finger just landed and a moist finger")
-    assert "UNSTABLE contact dahl at 80 mm/s" in first and "`--speeds 10,20`" in first
+    assert first.startswith(
+        "STABLE but CLOSE TO UNSTABLE when fully moist, as below: contacts dahl and slider, 20 mm/s;"
+    )
+    assert "0.5 to 0.7 N; a finger just landed and a moist finger" in first and "`--speeds 10,20`" in first
+    assert "Within the same limits, resonance off too: contact dahl at 10, 80 mm/s; contact slider at 10, 80" in first
     assert "go on with frictionloop simulate c.toml --plot run.svg A simulation runs at 20 mm/s" in first
     for said in ("as described", "+10 %", "Bode's least", "saved controller as c.toml"):
         assert said in answer.out
@@ -166,7 +169,7 @@ def test_a_saved_controller_begins_with_where_it_holds(designed):
     said = [line for line in (folder / "c.toml").read_text().splitlines() if line.startswith("# ")]
     forces = [row["force_n"] for row in answer["margins"]]
     assert said[0].startswith(f"# Law {answer['law']} from frictionloop design controller.")
-    assert said[1] == "# Strokes: contact dahl, 20 mm/s."
+    assert said[1] == "# Strokes: contacts dahl and slider, 20 mm/s."
     assert said[2].startswith(f"# Forces: {min(forces):.3g} to {max(forces):.3g} N, a finger just landed and a moist")
     assert said[3] == "# A moist finger is one after 10 s on the plate, or after motion.contact_s."
     assert said[4] == (
@@ -209,6 +212,9 @@ def test_a_preset_is_the_bench_of_a_file_that_holds_it(frictionloop):
         (("--law", "hinf", "--controller.delay_s", "0.05"), "controller.delay_s = 0.05 s: is 250 control periods"),
         (("--law", "lqg", "--controller.delay_s", "0.05"), "it takes up to 120, controller.delay_s up to 0.0218 s"),
         (("no.toml",), "no.toml: cannot be read"),
+        (("--contacts", "dahl,slide"), "contacts: 'slide' is unknown; did you mean slider"),
+        (("--loads", "0.4"), "loads = '0.4': must be the least and the largest in N, such as 0.4,1.2"),
+        (("--preset", "feasible", "--loads", "0.4,1.2"), "loads_n: motion.kind = "),
         (("my.toml", "--preset", "bench"), "my.toml and --preset bench both name a system; give one"),
         (("--setpoint.kind", "nothing"), "setpoint.kind"),
     ],
@@ -246,3 +252,28 @@ def test_saturation_is_judged_by_the_friction_law():
     lowest = law.nominal_n * math.exp(-law.susceptibility_per_um2 * 2.5**2)
     with pytest.raises(fl.FrictionloopError, match=f"only {lowest:.3g} to 0.95 N"):
         design_controller(fl.bench().evolve({"setpoint.offset_n": 1.5}), "pi")
+
+
+def test_one_contact_is_designed_for_where_it_is_asked_for_and_the_rest_is_told(frictionloop):
+    said = " ".join(frictionloop(*CONTROLLER, "--law", "pi", "--contacts", "dahl").out.split())
+    assert said.startswith(
+        "STABLE but UNSTABLE, BEYOND LIMITS, CLOSE TO UNSTABLE when fully moist, as below: contact dahl"
+    )
+    assert "UNSTABLE contact dahl at 80 mm/s" in said and "contact slider at 10, 20, 80 mm/s" in said
+    assert "`--contacts dahl,slider` designs for both contacts. `--speeds 10,80` designs for these speeds." in said
+
+
+def test_a_range_of_loads_is_held_and_a_rate_matters_to_a_board_alone(frictionloop):
+    asked = (*CONTROLLER, "--law", "pi", "--loads", "0.4,0.8", "--controller.rate_hz", "4000")
+    answer = frictionloop(*asked)
+    said = " ".join(answer.out.split())
+    assert "contacts dahl and slider, 20 mm/s, pressed with 0.4 to 0.8 N; 0.5 to 0.7 N" in said
+    assert answer.noted == []
+    (note,) = frictionloop(*asked, "--out", "c.toml").noted
+    assert "for a device design at that rate" in note
+
+
+def test_margins_that_both_contacts_cannot_have_say_that_one_was_not_asked_for(frictionloop):
+    answer = frictionloop(*CONTROLLER, "--law", "pi", "--sensitivity-peak", "1.03")
+    assert (answer.code, answer.err.count("\n")) == (2, 1)
+    assert "It was to hold on contacts dahl and slider; `--contacts dahl` asks for one" in answer.err

@@ -56,12 +56,13 @@ def believing_much(law: str) -> Entrant:
 
 
 def designed(law: str) -> Entrant:
-    """Return the entrant of a law in `SYNTHESES`, designed on the bench as it is described."""
+    """Return the entrant of a law in `SYNTHESES`, designed on the bench with the contact that it has."""
 
     def entrant(system: System) -> Overrides:
         from frictionloop.design.synthesis import design_controller
+        from frictionloop.design.wanted import Wanted
 
-        return design_controller(system, law).overrides
+        return design_controller(system, law, Wanted(contacts=())).overrides
 
     return entrant
 

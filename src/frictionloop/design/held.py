@@ -1,0 +1,78 @@
+"""One synthesis held over ranges of speeds and loads, and the forces that it is held at."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from frictionloop.analysis.operating import check_reach
+from frictionloop.analysis.reach import check_band
+from frictionloop.design.corners import Corner, broken, corners, occlusions
+from frictionloop.design.over import Over
+from frictionloop.design.wanted import Designed, Wanted, unheld
+from frictionloop.parameters import Strokes, System
+from frictionloop.quantities import FrictionloopError
+
+SEARCHED, CHECKED = 3, 9
+"""Speeds in a range that a search begins with, and at which its result is looked at."""
+ENDS, LOADS = 2, 3
+"""The same of loads: the loop's gain goes with the load, so its ends are the worst of most laws."""
+Synthesis = Callable[[System, Wanted], Designed]
+
+
+def check_places(system: System, asked: Wanted, whole: bool) -> None:
+    """Refuse forces that are out of reach at a speed or a load, where none can be had.
+
+    With ``whole`` one that is out of reach of a finger just landed is too much, at the load of the system. Within a
+    range of loads it counts as the nearest that can be had.
+    """
+    _, speeds, loads = asked.over(ENDS, LOADS)
+    for there in Over((), speeds, loads).systems(system):
+        check_reach(there)
+        if whole and not loads:
+            check_band(there, occlusions(there))
+
+
+def held_between(system: System, law: str, synthesis: Synthesis, asked: Wanted) -> tuple[Designed, Sequence[Corner]]:
+    """Return a controller, and its corners at closely spaced speeds and loads, all within the limits.
+
+    The search sees few of them; one at which its result does not hold joins them, and it is made again.
+
+    Raises
+    ------
+    FrictionloopError
+        It does not hold where it was searched for: the line says where, and what limits.
+    """
+    _, speeds, loads = asked.over(SEARCHED, ENDS)
+    searched, close = replace(asked, speeds_mm_s=speeds, loads_n=loads), asked.over(CHECKED, LOADS)
+    while True:
+        found = _short(synthesis(system, searched))
+        at = found.corners or corners(system.evolve(found.overrides), asked.limits, close, asked.lean)
+        worst = broken(at)
+        if worst is None:
+            return found, at
+        more = _joined(searched, worst.loop.system)
+        if more == searched:
+            raise FrictionloopError(unheld(law, asked, worst))
+        searched = more
+
+
+def _joined(searched: Wanted, there: System) -> Wanted:
+    """Return what is searched for with the speed and the load of a system among those that are."""
+    if not isinstance(there.motion, Strokes):
+        return searched
+    speeds, loads = searched.speeds_mm_s, searched.loads_n
+    if speeds and there.motion.speed_mm_s not in speeds:
+        speeds = (*speeds, there.motion.speed_mm_s)
+    if loads and there.motion.load_n not in loads:
+        loads = (*loads, there.motion.load_n)
+    return replace(searched, speeds_mm_s=speeds, loads_n=loads)
+
+
+def _short(found: Designed) -> Designed:
+    """Return a controller with numbers of five digits, before it is looked at; as it is where that was done already."""
+    if found.corners:
+        return found
+    values = {path: float(f"{value:.5g}") if isinstance(value, float) else value
+              for path, value in found.overrides.items()}  # fmt: skip
+    return found._replace(overrides=values)

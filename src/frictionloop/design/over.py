@@ -1,0 +1,50 @@
+"""What a controller has to hold over besides forces and moistures: contacts, speeds and loads, in all combinations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+from typing import Any, NamedTuple
+
+from frictionloop.parameters import Skin, Strokes, System
+from frictionloop.quantities import FrictionloopError
+
+CONTACTS = ("dahl", "slider")
+
+
+class Over(NamedTuple):
+    """Contacts, speeds and loads; of what is empty that of the system."""
+
+    contacts: tuple[str, ...] = ()
+    speeds_mm_s: tuple[float, ...] = ()
+    loads_n: tuple[float, ...] = ()
+    """Mean loads, N."""
+
+    def contacts_of(self, system: System) -> tuple[str, ...]:
+        """Return the contacts, the system's own first, which belongs to several; none without a skin."""
+        if not isinstance(system.finger, Skin):
+            return ()
+        own = system.finger.contact
+        return self.contacts if len(self.contacts) == 1 else tuple(dict.fromkeys((own, *self.contacts)))
+
+    def systems(self, system: System) -> list[System]:
+        """Return the system at every combination.
+
+        Raises
+        ------
+        FrictionloopError
+            Speeds or loads of a finger that does not stroke, or a stroke that cannot be.
+        """
+        for name, listed in (("speeds_mm_s", self.speeds_mm_s), ("loads_n", self.loads_n)):
+            if listed and not isinstance(system.motion, Strokes):
+                raise FrictionloopError(f'{name}: motion.kind = "{system.motion.kind}" has none; needs "strokes"')
+        given: dict[str, Sequence[Any]] = {
+            "finger.contact": self.contacts_of(system), "motion.speed_mm_s": self.speeds_mm_s,
+            "motion.load_n": self.loads_n,
+        }  # fmt: skip
+        axes = [[(path, value) for value in values] for path, values in given.items() if values]
+        return [system.evolve(dict(point)) for point in product(*axes)]
+
+
+ITSELF = Over()
+"""The system at its own contact, speed and load."""

@@ -1,0 +1,71 @@
+"""Contacts, speeds and loads that a controller is held over."""
+
+from __future__ import annotations
+
+import pytest
+
+import frictionloop as fl
+from frictionloop.design.checking import check_controller, loops
+from frictionloop.design.corners import corners
+from frictionloop.design.over import ITSELF, Over
+from frictionloop.design.synthesis import design_controller
+from frictionloop.design.wanted import Wanted
+
+BENCH = fl.bench()
+WEAK = {"controller.kind": "pi", "controller.kp": 0.0, "controller.ki": 2.0}
+
+
+def at(systems):
+    return [(each.finger.contact, each.motion.speed_mm_s, each.motion.load_n) for each in systems]
+
+
+def test_every_combination_its_own_contact_first():
+    assert ITSELF.systems(BENCH) == [BENCH]
+    found = Over(("slider", "dahl"), (20.0, 60.0), (0.4,)).systems(BENCH)
+    assert at(found) == [(contact, v, 0.4) for contact in ("dahl", "slider") for v in (20.0, 60.0)]
+    bristles = BENCH.evolve({"finger.contact": "lugre"})
+    assert Over(("dahl", "slider")).contacts_of(bristles) == ("lugre", "dahl", "slider")
+    assert Over(("slider",)).contacts_of(bristles) == ("slider",)
+    rigid = BENCH.evolve({"finger": {"kind": "rigid"}})
+    assert Over(("dahl", "slider")).systems(rigid) == [rigid]
+
+
+@pytest.mark.parametrize("over", [Over(speeds_mm_s=(20.0,)), Over(loads_n=(0.4,))])
+def test_a_finger_that_does_not_stroke_has_neither_speeds_nor_loads(over):
+    with pytest.raises(fl.FrictionloopError, match=r'motion\.kind = ".*" has none; needs "strokes"'):
+        over.systems(fl.feasible())
+
+
+def test_a_design_for_loads_and_contacts_holds_its_limits_between_them():
+    wanted = Wanted(loads_n=(0.4, 0.8))
+    made = BENCH.evolve(dict(design_controller(BENCH, "pi", wanted).overrides))
+    own = BENCH.evolve(dict(design_controller(BENCH, "pi").overrides))
+    for contact in ("dahl", "slider"):
+        for load in (0.4, 0.5, 0.65, 0.8):
+            there = corners(made.evolve({"finger.contact": contact, "motion.load_n": load}), wanted.limits)
+            assert max(each.excess for each in there) <= 1.002
+        assert max(each.excess for each in corners(own.evolve({"finger.contact": contact}), wanted.limits)) <= 1.002
+    heavy = corners(own.evolve({"finger.contact": "slider", "motion.load_n": 0.8}), wanted.limits)
+    assert max(each.excess for each in heavy) > 1.05  # which a design for 0.5 N does not hold
+
+
+def test_a_load_at_which_no_force_can_be_had_is_refused():
+    faint = BENCH.evolve({**WEAK, "plate.max_amplitude_um": 1.0, "controller.model.max_amplitude_um": 1.0})
+    with pytest.raises(fl.FrictionloopError, match=r"saturation is the limit: .* at motion\.load_n = 1\.26"):
+        check_controller(faint, Wanted(loads_n=(0.4, 4.0)))
+
+
+@pytest.mark.parametrize("wanted", [Wanted(), Wanted(contacts=("slider",)), Wanted(loads_n=(0.4, 0.8))])
+def test_the_loops_that_a_check_announces_are_at_least_those_it_looks_at(wanted):
+    there = BENCH.evolve({**WEAK, "setpoint": fl.Constant(offset_n=0.6)})
+    looked = sum(len(place.corners) for place in check_controller(there, wanted).places)
+    assert looked <= loops(there, wanted) <= 2 * looked
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [({"loads_n": (0.0, 1.0)}, "loads_n = .*: must be above 0"), ({"contacts": ("dhal",)}, "did you mean dahl")],
+)
+def test_what_is_no_load_or_contact_is_refused(given, said):
+    with pytest.raises(fl.FrictionloopError, match=said):
+        Wanted(**given)
