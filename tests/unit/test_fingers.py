@@ -142,6 +142,16 @@ def test_many_cannot_and_longer_contact_makes_it_no_easier():
     assert not np.any(weaker["capable"] & ~short["capable"])
 
 
+def test_loads_are_even_between_two_and_leave_the_rest_of_a_finger():
+    plain, asked = fingers(400, 3), fingers(400, 3, loads_n=(0.4, 1.2))
+    loads = np.array([each["motion.load_n"] for each in asked])
+    assert kstest((loads - 0.4) / 0.8, "uniform").pvalue > 0.01
+    assert np.argsort(loads).tolist() == np.argsort([each["motion.load_n"] for each in plain]).tolist()
+    rest = [{path: value for path, value in each.items() if path != "motion.load_n"} for each in (*plain, *asked)]
+    assert rest[:400] == rest[400:]
+    assert asked[:7] == fingers(7, 3, loads_n=(0.4, 1.2))
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -157,6 +167,7 @@ def test_many_cannot_and_longer_contact_makes_it_no_easier():
         ),
         (lambda: reach({}, max_amplitude_um=-1.0), r"^max_amplitude_um = -1 um: must be finite"),
         (lambda: reach({}, contact_s=math.nan), r"^contact_s = nan s: must be finite"),
+        (lambda: fingers(3, 1, loads_n=(1.2, 0.4)), r"^loads_n = \(1\.2, 0\.4\) N: must be above 0, the least before"),
         (lambda: capable(MANY[:1], 0.9, 0.3), r"^low_n = 0\.9 N, high_n = 0\.3 N: .*low below high$"),
     ],
 )

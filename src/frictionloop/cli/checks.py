@@ -15,6 +15,7 @@ from frictionloop.quantities.units import FrictionloopError
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+LOADS = "the least and the largest in N, such as 0.4,1.2"
 RUN_FILES, FIGURES, TABLES, SYSTEMS = (".h5", ".hdf5", ".nc"), (".svg", ".pdf", ".png"), (".csv",), (".toml",)
 
 OTHERS = (".csv", ".tsv", ".txt", ".mat", ".xlsx", ".parquet", ".json", ".npz")
@@ -80,17 +81,17 @@ def speeds_of(text: str) -> list[float]:
         ) from None
 
 
-def two_values(name: str, text: str | None, what: str) -> tuple[float, ...]:
+def two_values(name: str, text: str | None, what: str) -> tuple[float, float] | tuple[()]:
     """Return the ends of a range, nothing if none is asked for; ``what`` says what they are."""
     if text is None:
         return ()
     try:
-        found = tuple(float(each) for each in text.split(","))
+        low, high = (float(each) for each in text.split(","))
     except ValueError:
-        found = ()
-    if len(found) != 2 or not 0.0 < found[0] <= found[1] < math.inf:
+        low, high = math.nan, math.nan
+    if not 0.0 < low <= high < math.inf:
         raise FrictionloopError(f"{name} = {text!r}: must be {what}")
-    return found
+    return low, high
 
 
 def check_workers(jobs: int | None, resume: bool, out: Path | None, what: str) -> None:

@@ -99,8 +99,8 @@ def command(
     if json:
         screen.show_json(controller_text.as_json(name, designed, new, wanted, found, left) | {"saved": saved})
         return
-    said = (controller_also.unbelieved(system), *designed.notes, *recorded.at_design(system))
-    notes = [each for each in said if each]
+    more = (controller_also.unbelieved(system), *designed.notes, *recorded.at_design(system))
+    notes = [each for each in more if each]
     with screen.waiting("checking a fully moist finger"):
         verdict = controller_verdict.verdict(designed, after, wanted, out)
     screen.show(

@@ -76,7 +76,7 @@ class MustHold:
         from frictionloop.design.wanted import Wanted
 
         between = checks.two_values("speeds", self.speeds, "the slowest and the fastest in mm/s, such as 20,60")
-        loads = checks.two_values("loads", self.loads, "the least and the largest in N, such as 0.4,1.2")
+        loads = checks.two_values("loads", self.loads, checks.LOADS)
         named = CONTACTS if self.contacts is None else tuple(each.strip() for each in self.contacts.split(","))
         shares = {"sensor.resonance_hz": self.resonance_error, "sensor.cutoff_hz": self.sensor_error}
         shares["controller.delay_s"] = self.delay_error

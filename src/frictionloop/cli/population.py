@@ -31,7 +31,12 @@ WORST = 0.9
 
 
 def population_of(
-    system: System, count: int, seed: int, flags: Iterable[str] | None, measured: Path | None = None
+    system: System,
+    count: int,
+    seed: int,
+    flags: Iterable[str] | None,
+    measured: Path | None = None,
+    loads_n: tuple[float, float] | None = None,
 ) -> Fingers:
     """Return the fingers to sweep, of a measured population if there is one.
 
@@ -45,10 +50,11 @@ def population_of(
                 f'fingers = {count}: needs {block}.kind = "{kind}", not "{getattr(system, block).kind}"; '
                 "--preset bench has all that a finger needs"
             )
-    people = fingers(count, seed, population=None if measured is None else str(measured))
+    people = fingers(count, seed, None if measured is None else str(measured), loads_n)
     for path in overrides_of(flags):
         if path in people[0]:
-            raise FrictionloopError(f"{path}: every one of --fingers brings its own; leave it out")
+            more = "; --loads 0.4,1.2 gives them a range" if path == "motion.load_n" else ""
+            raise FrictionloopError(f"{path}: every one of --fingers brings its own; leave it out{more}")
     return people
 
 

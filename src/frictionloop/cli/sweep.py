@@ -30,7 +30,7 @@ EXAMPLES = r"""Examples
   frictionloop sweep --preset feasible --seeds 4 --out noise.h5 \
       --over sensor.noise_rms_n=1e-6:1:25:log --plot noise.svg
   frictionloop sweep my-bench.toml --over controller.kp=5,10,20 --csv table.csv
-  frictionloop sweep my-controller.toml --fingers 100 --csv fingers.csv
+  frictionloop sweep my-controller.toml --fingers 100 --loads 0.4,1.2
 """
 
 
@@ -44,6 +44,7 @@ def command(
     fingers: flags.Run[flags.Whole | None] = None,
     fingers_seed: flags.Run[flags.Whole | None] = None,
     population: flags.Run[Path | None] = None,
+    loads: flags.Run[str | None] = None,
     seeds: flags.Run[flags.Whole] = 1,
     duration_s: flags.DurationS = 10.0,
     score_from_s: flags.ScoreFromS = 0.0,
@@ -69,6 +70,9 @@ def command(
     population
         Draw the fingers from this measured population (.toml, from ``identify bench --population``) in place of the
         assumed one.
+    loads
+        Least and largest mean load of the fingers in N, drawn evenly between them: 0.4,1.2; as people press by
+        themselves if not given.
     seeds
         Runs per combination or finger, with noise seeds 0, 1, ...
     jobs
@@ -92,8 +96,10 @@ def command(
     checks.check_workers(jobs, resume, out, "sweep")
     checks.check_score(score_from_s, duration_s)
     _check_points(over, fingers, fingers_seed, seeds)
-    if population is not None and not fingers:
-        raise FrictionloopError("population: says where fingers come from; accepted: with --fingers N")
+    for name, given in (("population", population), ("loads", loads)):
+        if given is not None and not fingers:
+            raise FrictionloopError(f"{name}: says where fingers come from; accepted: with --fingers N")
+    between = checks.two_values("loads", loads, checks.LOADS) or None
     from frictionloop.cli.plausible import ask_of_axes
 
     system, origin = flags.given(file, preset, overrides)
@@ -104,7 +110,7 @@ def command(
         from frictionloop.cli import outcome, recorded_units
         from frictionloop.cli.population import METRICS, population_of
 
-        people = population_of(system, fingers, fingers_seed or 0, overrides, population) if fingers else None
+        people = population_of(system, fingers, fingers_seed or 0, overrides, population, between) if fingers else None
         points: Any = people or axes
         names = list(METRICS) if names is None and fingers else names
         outcome.compiled(system, points, seeds, names)
@@ -121,7 +127,9 @@ def command(
 
         draw(found.result, plot)
     saved = {"sweep": out, "table": csv, "plot": plot}
-    about: dict[str, Any] = {"fingers_seed": fingers_seed or 0, "population_file": population} if fingers else {}
+    about: dict[str, Any] = (
+        {"fingers_seed": fingers_seed or 0, "population_file": population, "loads_n": between} if fingers else {}
+    )
     if json:
         about |= {"system": system.model_dump(), "duration_s": duration_s, "score_from_s": score_from_s}
         screen.show_json(about | found.as_json() | {"saved": saved})

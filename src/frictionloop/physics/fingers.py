@@ -47,7 +47,12 @@ class Fingers(list[dict[str, float]]):
     dim = "finger"
 
 
-def fingers(n: int, seed: int, population: Population | Mapping[str, Any] | str | None = None) -> Fingers:
+def fingers(
+    n: int,
+    seed: int,
+    population: Population | Mapping[str, Any] | str | None = None,
+    loads_n: tuple[float, float] | None = None,
+) -> Fingers:
     """Return a random population as overrides for `sweep`.
 
     Distributions are those of docs/finger.md, independent of each other but for moisture m, uniform from 0 to 1, which
@@ -64,18 +69,35 @@ def fingers(n: int, seed: int, population: Population | Mapping[str, Any] | str 
     population : Population, mapping or path, optional
         A population that was measured (``identify bench --population``): its values are drawn with their medians,
         spreads and correlations in place of the assumed ones. A tau that was measured has its moisture in it already.
+    loads_n : (float, float), optional
+        Least and largest mean load in N, between which ``motion.load_n`` is uniform: what participants are asked to
+        press with. The rest of each finger stays as it is.
 
     Raises
     ------
     FrictionloopError
         For an n below 1 or a seed out of range, or what is not a whole number; for a population that cannot be read or
-        has a value that fingers do not have.
+        has a value that fingers do not have; for loads that are not above 0 and rising.
     """
     whole("n", n, 1, 2**32)
     whole("seed", seed, 0, 2**64 - 1)
     z = normals(seed, POPULATION_STREAM, 0, n * SLOTS).reshape(n, SLOTS)
     found = Fingers(_finger(row) | {"motion.person": i} for i, row in enumerate(z))
-    return found if population is None else _as_measured(found, z, read_population(population))
+    if population is not None:
+        found = _as_measured(found, z, read_population(population))
+    return found if loads_n is None else _pressed(found, z, loads_n)
+
+
+def _pressed(found: Fingers, z: np.ndarray, loads_n: tuple[float, float]) -> Fingers:
+    """Return fingers whose mean loads are uniform between two, each by its own column of the noise."""
+    low, high = loads_n
+    if not 0 < low <= high < math.inf:
+        raise FrictionloopError(f"loads_n = {tuple(loads_n)} N: must be above 0, the least before the largest")
+    column = [*UNIFORM, *LOG_UNIFORM, *LOG_NORMAL].index("motion.load_n")
+    shares = ndtr(z[:, column]).tolist()
+    return Fingers(
+        each | {"motion.load_n": low + (high - low) * share} for each, share in zip(found, shares, strict=True)
+    )
 
 
 def _as_measured(found: Fingers, z: np.ndarray, population: Population) -> Fingers:

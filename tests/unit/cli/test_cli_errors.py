@@ -116,7 +116,11 @@ BENCH = [
 ]
 SWEEP_BENCH = [
     (("--fingers", "3", "--finger.kind", "rigid"), 'needs finger.kind = "skin", not "rigid"'),
-    (("--fingers", "3", "--motion.load-n", "1"), "motion.load_n: every one of --fingers brings its own; leave it out"),
+    (
+        ("--fingers", "3", "--motion.load-n", "1"),
+        "every one of --fingers brings its own; leave it out; --loads",
+    ),
+    (("--over", "controller.kp=1,2", "--loads", "0.4,1.2"), "loads: says where fingers come from; accepted: with"),
     (("--fingers", "3", "--metrics", "rise_63_s"), "metric rise_63_s: needs steps to follow; setpoint.kind is 'sine'"),
     (("--over", "finger.kind=skin,soft"), "finger.kind = 'soft' is unknown; accepted: 'rigid', 'skin'"),
     (("--over", "motion.speed_mm_s=20,600"), "touch.position.fastest_mm_s"),
