@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 from pathlib import Path
@@ -50,9 +51,13 @@ def test_help_has_examples_that_fit(frictionloop, monkeypatch):
 def test_the_margins_are_those_of_the_file(designed):
     found, system, _ = designed
     assert found["system"] == json.loads(json.dumps(system.model_dump()))
-    assert {row["resonance_off"] for row in found["margins"]} == {-0.1, -0.05, 0.0, 0.05, 0.1}
+    at = {(row["stroke"], row["resonance_off"]) for row in found["margins"]}
+    contacts = ("contact dahl, 20 mm/s", "contact slider, 20 mm/s")
+    assert at == {(contact, off) for contact in contacts for off in (-0.1, -0.05, 0.0, 0.05, 0.1)}
     for row in found["margins"]:
-        there = system.evolve({"sensor.resonance_hz": 145.0 * (1 + row["resonance_off"])})
+        contact, speed = row["stroke"].removeprefix("contact ").split(", ")
+        there = system.evolve({"sensor.resonance_hz": 145.0 * (1 + row["resonance_off"]), "finger.contact": contact})
+        assert speed == "20 mm/s"
         margins = fl.linearise(there, force_n=row["force_n"], occluded=row["occluded"]).margins()
         for name in ("sensitivity_peak", "gain_margin", "phase_margin_deg", "delay_margin_s"):
             assert row[name] == pytest.approx(getattr(margins, name), rel=1e-5)
@@ -68,7 +73,8 @@ def test_the_margins_hold_between_the_corners_too(designed):
     for off in (-0.1, -0.07, -0.03, 0.0, 0.03, 0.07, 0.1):
         limit = 1.7 if off == 0 else 2.0 if abs(off) < 0.05 else 2.6
         there = system.evolve({"sensor.resonance_hz": 145.0 * (1 + off)})
-        for occluded in (0.0, moist / 2, moist):
+        for contact, occluded in itertools.product(("dahl", "slider"), (0.0, moist / 2, moist)):
+            there = there.evolve({"finger.contact": contact})
             loop = fl.linearise(there, force_n=0.55, occluded=occluded)
             assert loop.is_stable()
             assert np.abs(loop.responses(f)["S"]).max() <= limit * 1.001
@@ -132,7 +138,7 @@ def test_an_observer_that_the_resonance_keeps_slow_says_so_and_what_is_faster(fr
     monkeypatch.setenv("COLUMNS", "80")
     found = {"controller.kind": "observer", "controller.bandwidth_hz": 5.2, "controller.model.resonance_hz": 140.0}
     monkeypatch.setattr("frictionloop.design.observed.tune_observer", lambda *_: found)
-    out = frictionloop(*CONTROLLER, "--law", "observer").out
+    out = frictionloop(*CONTROLLER, "--law", "observer", "--contacts", "dahl").out
     said = " ".join(out.split())
     assert "slow: this law follows what its model does not know to some 5.2 Hz only" in said
     assert "a wider bandwidth breaks the limits on Ms" in said
