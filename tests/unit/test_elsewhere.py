@@ -60,7 +60,7 @@ def test_little_gain_holds_everywhere():
     assert found.where("within") == found.places
     assert at(found.places) == [("dahl", 10.0), *OTHERS]
     assert in_words(found.places) == ["contact dahl at 10, 80 mm/s", "contact slider at 10, 20, 80 mm/s"]
-    assert found.notes() == found.warning() == found.unseen == ()
+    assert found.warning() == found.unseen == ()
 
 
 def test_where_nothing_else_is_there_is_nothing_to_say():
@@ -78,7 +78,7 @@ def test_a_stroke_too_short_for_four_times_the_speed_is_said_and_no_error():
     weak = {"controller.kind": "pi", "controller.kp": 0.0, "controller.ki": 7.0}
     short = fl.bench().evolve({**weak, "motion.stroke_mm": 10.0, "motion.speed_mm_s": 50.0})
     found = elsewhere(short, LIMITS)
-    lines = found.notes()
+    lines = found.unseen
     assert ("slider", 50.0) in at(found.where("within"))
     assert [line.split(":")[0] for line in lines] == [
         f"not looked at with finger.contact = {contact}, motion.speed_mm_s = 200.0" for contact in ("dahl", "slider")
