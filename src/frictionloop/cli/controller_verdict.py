@@ -11,6 +11,7 @@ from frictionloop.cli.controller_also import fully_moist, range_said
 from frictionloop.cli.controller_holds import also_said, beyond_reach, finger, loads_of, strokes_said
 from frictionloop.cli.scores import between
 from frictionloop.design.elsewhere import in_words
+from frictionloop.design.limit_linear import TOLD
 from frictionloop.parameters import Skin, Strokes
 
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 Row = tuple[str, ...]
 NOT_THERE = "Do not use it there: it was not designed for it."
 BOTH = " `--contacts {}` designs for both contacts."
+OTHER = " It is told its contact: `--finger.contact {}` designs for the other."
 FASTER = " `--speeds {:g},{:g}` designs for these speeds."
 LESS = " `frictionloop design check` says how much less gain would hold there."
 ELSEWHERE: tuple[tuple[str, How], ...] = (
@@ -69,6 +71,8 @@ def _designs_for(places: Sequence[Place], found: Sequence[Corner]) -> str:
     here = {each.loop.system.finger.contact for each in found if isinstance(each.loop.system.finger, Skin)}
     missing = {each.contact for each in places} - here
     hints = BOTH.format(",".join(sorted(here | missing))) if missing and len(here) == 1 else ""
+    if missing and found[0].loop.system.controller.kind == TOLD:
+        hints = OTHER.format(min(missing))
     own = [each.loop.system.motion.speed_mm_s for each in found if isinstance(each.loop.system.motion, Strokes)]
     speeds = [speed for each in places if each.contact not in missing for speed in each.speeds_mm_s]
     others = [speed for speed in speeds if not min(own) <= speed <= max(own)] if own else []

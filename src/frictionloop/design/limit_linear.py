@@ -12,6 +12,8 @@ from frictionloop.control.limit_gains import LONGEST, limit_rows
 from frictionloop.parameters import Model, Skin, Strokes, SuspendedSensor, System
 from frictionloop.sensing.force_sensor import suspension_coefficients
 
+TOLD = "limit_observer"
+"""The law that is told its contact: what it holds on the other, it holds there when it is told that."""
 LEARNT = 1.2
 """Loop gain over that of a known susceptibility: what is learnt is less far off (studies/pages/limit-observer.md)."""
 
@@ -69,7 +71,7 @@ def largest_gain(system: System) -> float:
 def learnt(system: System, gain: float | None = None) -> System:
     """Return a system whose limit observer has a loop gain, the largest if none is given; another law as it is."""
     friction: Any = system.friction
-    if system.controller.kind != "limit_observer" or not hasattr(friction, "susceptibility_per_um2"):
+    if system.controller.kind != TOLD or not hasattr(friction, "susceptibility_per_um2"):
         return system
     tau: float = friction.susceptibility_per_um2 / (largest_gain(system) if gain is None else gain)
     return system.evolve({"controller.susceptibility_spread": 1.0, "controller.model.susceptibility_per_um2": tau})

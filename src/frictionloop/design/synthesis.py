@@ -12,7 +12,7 @@ from frictionloop.design.corners import band_of
 from frictionloop.design.elsewhere import elsewhere
 from frictionloop.design.held import ENDS, LOADS, Synthesis, check_places, held_between
 from frictionloop.design.leaning import leaning
-from frictionloop.design.limit_linear import learnt
+from frictionloop.design.limit_linear import TOLD, learnt
 from frictionloop.design.notch import retune_notch
 from frictionloop.design.plants import shifted
 from frictionloop.design.retune import retune
@@ -27,8 +27,6 @@ MODEL_ERROR = 0.3
 """Share of the set-point that feed-forward leaves to the feedback: spread of tau over fingers (assumed)."""
 SLOW = 0.1
 """Share of the resonance below which an observer's bandwidth is called slow: a PI gets there (assumed)."""
-TOLD = "limit_observer"
-"""The law that is told its contact: what it holds on the other, it holds there when it is told that."""
 SMALL_SIGNALS = "margins are those of small signals, inside the sliding mode"
 
 
@@ -135,6 +133,7 @@ def design_controller(system: System, law: str | None = None, wanted: Wanted | N
     over = asked.over(ENDS, LOADS)
     if name == TOLD:
         over = over._replace(contacts=())
+        at = [each for each in at if each.loop.system.finger == system.finger]
     more = elsewhere(learnt(system.evolve(found.overrides)), asked.limits, over, asked.lean)
     return found._replace(corners=tuple(at), elsewhere=more, notes=(*found.notes, *more.unseen))
 

@@ -283,3 +283,14 @@ def test_margins_that_both_contacts_cannot_have_say_that_one_was_not_asked_for(f
     answer = frictionloop(*CONTROLLER, "--law", "pi", "--sensitivity-peak", "1.03")
     assert (answer.code, answer.err.count("\n")) == (2, 1)
     assert "It was to hold on contacts dahl and slider; `--contacts dahl` asks for one" in answer.err
+
+
+@pytest.mark.slow
+def test_a_law_that_is_told_its_contact_holds_on_that_one_and_says_how_to_tell_it_the_other(frictionloop):
+    answer = frictionloop(*CONTROLLER, "--law", "limit_observer", "--sensitivity-peak", "2")
+    said = " ".join(answer.out.split())
+    assert (
+        "as below: contact dahl, 20 mm/s; 0.5 to 0.7 N" in said and "CLOSE TO UNSTABLE contact slider at 10, 20" in said
+    )
+    assert "It is told its contact: `--finger.contact slider` designs for the other." in said
+    assert "`--contacts" not in said and "`--speeds 10,80`" not in said
