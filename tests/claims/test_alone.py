@@ -65,6 +65,7 @@ def test_a_change_that_changes_nothing_gives_the_numbers_of_the_report(tmp_path)
         (paper,), (here,) = (alone.alone(tmp_path, [name], each).figures for each in ({}, same))
         assert {row: here.numbers[row] for row in paper.numbers} == paper.numbers
         assert set(here.numbers) - set(paper.numbers) <= {HERE}
+        assert here.unchanged == here.numbers and paper.unchanged == {}
 
 
 def test_a_changed_bench_tells_both_pairs_of_gains_apart_and_says_what_was_changed(tmp_path):
@@ -77,7 +78,9 @@ def test_a_changed_bench_tells_both_pairs_of_gains_apart_and_says_what_was_chang
     given, here = figure.numbers[RETUNED_GAINS], figure.numbers[HERE]
     assert (given["kp"], given["ki"]) == tuple(fl.RETUNED.values())
     assert {"controller.kp": here["kp"], "controller.ki": here["ki"]} == fl.retune(fl.bench().evolve(changes)).overrides
-    drawn, _ = changed.drawn("fig-5a", changes, alone.Results()._bar)
+    before = figure.unchanged[HERE]
+    assert {"controller.kp": before["kp"], "controller.ki": before["ki"]} == fl.retune(fl.bench()).overrides
+    drawn, *_ = changed.drawn("fig-5a", changes, alone.Results()._bar)
     assert drawn.get_suptitle() == "Not the paper's bench: sensor.resonance_hz = 200, finger.contact = slider"
 
 

@@ -77,10 +77,11 @@ def differing(system: System, named: Collection[str], designed: str | None = Non
     plate, thought = system.plate.max_amplitude_um, system.controller.model.max_amplitude_um
     told = {"plate.max_amplitude_um", "controller.model.max_amplitude_um"}.intersection(named)
     asked = any(_of_value("plate.max_amplitude_um", plate))  # whether it is meant comes first
-    if thought > plate and not asked and told == {"plate.max_amplitude_um"}:
+    if thought != plate and not asked and told == {"plate.max_amplitude_um"}:
+        more = "" if thought > plate else " and asks for no more"
         yield (
-            f"plate.max_amplitude_um is {plate:g} um, and the controller believes {thought:g} um; if it is to know: "
-            f"controller.model.max_amplitude_um = {plate:g}"
+            f"plate.max_amplitude_um is {plate:g} um, and the controller believes {thought:g} um{more}; if it is to "
+            f"know: controller.model.max_amplitude_um = {plate:g}"
         )
     for name in _used(system, designed):
         if name in SET_BY_DESIGN.get(designed or "", ()):

@@ -13,6 +13,7 @@ from frictionloop.quantities.extra import needed
 
 if TYPE_CHECKING:
     from frictionloop.report.alone import Shown
+    from frictionloop.report.figure_numbers import Table
 
 ARGUMENTS = "[OPTIONS]"
 EXAMPLES = """Examples
@@ -25,6 +26,18 @@ EXAMPLES = """Examples
 UNITS = {"_n_rthz": ("uN/rtHz", 1e6), "_n": ("mN", 1e3), "_ms": ("ms", 1.0), "_hz": ("Hz", 1.0)}
 """What numbers are shown in, by the end of their names."""
 HEADS = {"r2_regression": "R2 regr.", "r2_identity": "R2 ident.", "r2_bound": "R2 bound"}
+NARROW = {
+    "sensitivity_peak": "Ms",
+    "r2_regression": "R2",
+    "r2_identity": "R2 id.",
+    "spread_n": "spread",
+    "error_n": "error",
+}
+STROKES = [
+    "  Ms: peak of sensitivity of the linear loop of this finger, just landed; ∞ is unstable.",
+    "  R2: of the regression; id.: about f_a = f_r. Spread and error in mN.",
+]
+"""Heads of the numbers of Fig. 5a, which are many, and what they mean."""
 
 
 Changed = Annotated[
@@ -76,9 +89,17 @@ def command(
 
 def _some(names: list[str], changes: dict[str, Any], out: Path, json: bool) -> None:
     """Make some figures and claims, and show them with all of their numbers."""
+    from frictionloop.cli.plausible import differing
+    from frictionloop.parameters import bench
     from frictionloop.report.alone import alone
+    from frictionloop.report.changed import check
     from frictionloop.report.claims.told import claim_lines
 
+    if changes:
+        check(names, changes)
+        for line in differing(bench().evolve(changes), changes):
+            screen.note(line)
+        screen.tell_notes()
     claims, figures = alone(out, names, changes)
     if json:
         screen.show_json(
@@ -95,15 +116,24 @@ def _figure(figure: Shown) -> list[Any]:
     """Return a figure for a terminal: what was changed, its numbers, its seeds and where it is."""
     from frictionloop.report.changed import words
 
-    columns = list(dict.fromkeys(name for row in figure.numbers.values() for name in row))
-    rows = [("", *map(_head, columns), "")]
-    rows += [(name, *(_shown(key, row.get(key)) for key in columns), "") for name, row in figure.numbers.items()]
+    strokes = any("sensitivity_peak" in row for row in figure.numbers.values())
+    before = ["  the bench unchanged:", _table(figure.unchanged)] if figure.unchanged else []
     return [
         f"{figure.name}" + (f", not the paper's bench: {words(figure.changed)}" if figure.changed else ""),
-        *([screen.table(rows)] if figure.numbers else []),
+        *([_table(figure.numbers)] if figure.numbers else []),
+        *before,
+        *(STROKES if strokes else []),
         f"  seeds: {figure.seeds}",
         f"The figure: {figure.file}",
     ]
+
+
+def _table(numbers: Table) -> Any:
+    columns = list(dict.fromkeys(name for row in numbers.values() for name in row))
+    short = NARROW if "sensitivity_peak" in columns else {}
+    rows = [("", *(short.get(key) or _head(key) for key in columns), "")]
+    rows += [(name, *(_shown(key, row.get(key)) for key in columns), "") for name, row in numbers.items()]
+    return screen.table(rows)
 
 
 def _unit(name: str) -> tuple[str, str, float]:

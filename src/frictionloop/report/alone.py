@@ -28,6 +28,8 @@ class Shown(NamedTuple):
     changed: dict[str, Any]
     """What is not as on the paper's bench."""
     numbers: Table
+    unchanged: Table
+    """The same numbers of the bench that is not changed; empty where it is that."""
 
 
 class Alone(NamedTuple):
@@ -77,15 +79,16 @@ def alone(
         shown = []
         for name in wanted:
             if given:
-                figure, numbers = changed.drawn(name, given, bar.inner())
+                figure, numbers, before = changed.drawn(name, given, bar.inner())
                 file, seeds = changed.file_name(name, given), FIELDS["tracked"].seeds
             else:
                 watched = results.watched()
                 figure, file = DRAWINGS[name](watched), name
                 numbers, seeds = NUMBERS[name](results) if name in NUMBERS else {}, watched.seeds()
+                before = {}
             path = target / "figures" / f"{file}.svg"
             write_svg(figure, file, path)
-            shown.append(Shown(name, path, seeds, given, numbers))
+            shown.append(Shown(name, path, seeds, given, numbers, before))
             bar()
         return Alone([one_claim(id, results) for id in names if id not in DRAWINGS], shown)
 

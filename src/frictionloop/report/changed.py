@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import xarray as xr
+
 from frictionloop.design import retune
 from frictionloop.loop.progress import Bar
 from frictionloop.parameters import bench
@@ -43,26 +45,31 @@ def check(names: Sequence[str], changes: Mapping[str, Any]) -> None:
     bench().evolve(changes)
 
 
-def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> tuple[Any, Table]:
-    """Return the figure, which says what was changed, and its numbers.
+def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> tuple[Any, Table, Table]:
+    """Return the figure, which says what was changed, its numbers, and those of the bench that is not changed.
 
-    Two pairs of gains are told apart: `RETUNED`, as given, and those that `retune` finds for the changed bench.
+    Two pairs of gains are told apart: `RETUNED`, as given, and those that `retune` finds for either bench.
     """
-    base = protocol.finger_system(the_finger()).evolve(changes)
-    found = {HERE: retune(bench().evolve(changes)).overrides} if HERE in SHOWN[name] else {}
-    controllers = {each: {**CONTROLLERS, **found}[each] for each in SHOWN[name]}
-    runs = {}
-    for each, overrides in controllers.items():
-        bar.doing(f"Fig. 5a on another bench, {each}")
-        runs[each] = tracking(base, overrides)
-    numbers = of_strokes(runs, controllers)
+    runs, numbers = _tracked(name, changes, bar)
     figure = figure_closed_loop(runs, SHOWN[name])
     for axes, row in zip(figure.axes, numbers.values(), strict=True):
         if row["kp"] is not None and row["ki"] is not None:
             title = f"{axes.get_title(loc='left')}\n$K_p$ {number(row['kp'])}, $K_i$ {number(row['ki'])} 1/s"
             axes.set_title(title, fontsize=8.5, loc="left", weight="bold")
     figure.suptitle(f"Not the paper's bench: {words(changes)}", fontsize=8.5, x=0.01, ha="left")
-    return figure, numbers
+    return figure, numbers, _tracked(name, {}, bar)[1]
+
+
+def _tracked(name: str, changes: Mapping[str, Any], bar: Bar) -> tuple[dict[str, xr.Dataset], Table]:
+    """Return the strokes of each controller on a bench, and their numbers."""
+    base = protocol.finger_system(the_finger()).evolve(changes)
+    found = {HERE: retune(bench().evolve(changes)).overrides} if HERE in SHOWN[name] else {}
+    controllers = {each: {**CONTROLLERS, **found}[each] for each in SHOWN[name]}
+    runs = {}
+    for each, overrides in controllers.items():
+        bar.doing(f"Fig. 5a on {'another bench' if changes else 'the bench unchanged'}, {each}")
+        runs[each] = tracking(base, overrides)
+    return runs, of_strokes(runs, controllers, base)
 
 
 def words(changes: Mapping[str, Any]) -> str:

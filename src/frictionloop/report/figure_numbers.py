@@ -8,9 +8,11 @@ from typing import Any
 
 import xarray as xr
 
+from frictionloop.analysis.band import operating_band
 from frictionloop.analysis.linear import check_pi
 from frictionloop.loop.metrics import r2_bound, r2_identity, rms_error, saturation_index
-from frictionloop.parameters import bench
+from frictionloop.parameters import System
+from frictionloop.report import protocol
 from frictionloop.report.beyond import MEDIAN, WORST
 from frictionloop.report.claims.claim import Value
 from frictionloop.report.device import CLOSED, CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit
@@ -18,6 +20,7 @@ from frictionloop.report.figures import SHORT
 from frictionloop.report.figures.fidelity import PAPER_POINT, at_paper
 from frictionloop.report.gains import optimum, useful_range
 from frictionloop.report.noise import LEVELS_N
+from frictionloop.report.people import the_finger
 from frictionloop.report.protocol import POPULATION
 from frictionloop.report.results import Results
 from frictionloop.report.step_response import DIRECTIONS, overshoot, times_ms
@@ -26,19 +29,24 @@ from frictionloop.report.systems import KPS
 Table = dict[str, dict[str, Value]]
 
 
-def of_strokes(runs: Mapping[str, xr.Dataset], controllers: Mapping[str, Mapping[str, Any]]) -> Table:
-    """Return gains, both kinds of R2, slope, spread about the regression and error of Fig. 5a, by controller."""
-    return {name: _gains(name, overrides) | _fit(runs[name]) for name, overrides in controllers.items()}
+def of_strokes(runs: Mapping[str, xr.Dataset], controllers: Mapping[str, Mapping[str, Any]], base: System) -> Table:
+    """Return gains, Ms, both kinds of R2, slope, spread about the regression and error of Fig. 5a, by controller."""
+    return {name: _gains(name, base.evolve(given)) | _fit(runs[name]) for name, given in controllers.items()}
 
 
-def _gains(name: str, overrides: Mapping[str, Any]) -> dict[str, Value]:
-    controller = check_pi(bench().evolve(overrides))
-    # The lookup table alone is made of a PI whose sensor reads nothing.
-    return {"kp": None, "ki": None} if name == OPEN else {"kp": controller.kp, "ki": controller.ki}
+def _gains(name: str, system: System) -> dict[str, Value]:
+    if name == OPEN:  # the lookup table alone is made of a PI whose sensor reads nothing
+        return {"kp": None, "ki": None, "sensitivity_peak": None}
+    controller = check_pi(system)
+    forces_n = [level_n + sign * protocol.AMPLITUDE_N for level_n in protocol.LEVELS_N for sign in (-1, 0, 1)]
+    peak = max(each.sensitivity_peak() for each in operating_band(system, forces_n))
+    return {"kp": controller.kp, "ki": controller.ki, "sensitivity_peak": peak}
 
 
 def _strokes(names: Iterable[str], results: Results) -> Table:
-    return of_strokes(results.tracked, {name: CONTROLLERS[name] for name in names})
+    return of_strokes(
+        results.tracked, {name: CONTROLLERS[name] for name in names}, protocol.finger_system(the_finger())
+    )
 
 
 def _fit(runs: xr.Dataset) -> dict[str, Value]:
