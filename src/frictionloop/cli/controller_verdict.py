@@ -23,6 +23,10 @@ if TYPE_CHECKING:
 Row = tuple[str, ...]
 NOT_THERE = "Do not use it there: it was not designed for it."
 BOTH = " `--contacts {}` designs for both contacts."
+ONE = (
+    "No controller of this law holds on both contacts, so this one is for one alone. {}. `--law hinf` may hold on both."
+)
+"""Sections that are synthesised have more freedom than a notch."""
 OTHER = " It is told its contact: `--finger.contact {}` designs for the other."
 FASTER = " `--speeds {:g},{:g}` designs for these speeds."
 LESS = " `frictionloop design check` says how much less gain would hold there."
@@ -49,10 +53,11 @@ def verdict(designed: Designed, after: System, wanted: Wanted, out: Path | None)
     for name, how in ELSEWHERE:
         worse += [(name if k == 0 else "", place) for k, place in enumerate(in_words(elsewhere.where(how)))]
     if not_held := [each for each in elsewhere.places if each.how != "within"]:
-        hints = _designs_for(not_held, found)
+        hints = _designs_for(not_held, found, bool(designed.not_both))
         worse += [("", (NOT_THERE if any(each.how != "beyond" for each in not_held) else "") + hints + LESS)]
     moist = fully_moist(after, wanted)
     rows: list[Row] = [("STABLE", but(worse, moist) + "; ".join(filter(None, where)))]
+    rows += [("one contact", ONE.format(designed.not_both))] if designed.not_both else []
     rows += [*worse, *(("", each) for each in also_said(designed))]
     rows += [("fully moist", moist)] if moist else []
     rows += [("range", said)] if (said := range_said(after)) else []
@@ -66,11 +71,14 @@ def but(worse: Sequence[Row], moist: str = "") -> str:
     return f"but {', '.join(names)}, as below: " if names else ""
 
 
-def _designs_for(places: Sequence[Place], found: Sequence[Corner]) -> str:
-    """Return which flags design for places that do not hold; nothing for a law that is held there already."""
+def _designs_for(places: Sequence[Place], found: Sequence[Corner], in_vain: bool) -> str:
+    """Return which flags design for places that do not hold; nothing for a law that is held there already.
+
+    ``in_vain`` says that both contacts were tried.
+    """
     here = {each.loop.system.finger.contact for each in found if isinstance(each.loop.system.finger, Skin)}
     missing = {each.contact for each in places} - here
-    hints = BOTH.format(",".join(sorted(here | missing))) if missing and len(here) == 1 else ""
+    hints = BOTH.format(",".join(sorted(here | missing))) if missing and len(here) == 1 and not in_vain else ""
     if missing and found[0].loop.system.controller.kind == TOLD:
         hints = OTHER.format(min(missing))
     own = [each.loop.system.motion.speed_mm_s for each in found if isinstance(each.loop.system.motion, Strokes)]

@@ -91,6 +91,8 @@ class Designed(NamedTuple):
     """Its margins wherever it was looked at."""
     elsewhere: Elsewhere = Elsewhere()
     """Where it was looked at besides, and is unstable or not."""
+    not_both: str = ""
+    """Why it is for one contact where both were asked for, "" where it is for what was."""
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -280,9 +280,18 @@ def test_a_range_of_loads_is_held_and_a_rate_matters_to_a_board_alone(frictionlo
 
 
 def test_margins_that_both_contacts_cannot_have_say_that_one_was_not_asked_for(frictionloop):
-    answer = frictionloop(*CONTROLLER, "--law", "pi", "--sensitivity-peak", "1.03")
+    asked = (*CONTROLLER, "--law", "pi", "--sensitivity-peak", "1.03")
+    answer = frictionloop(*asked, "--contacts", "dahl,slider")
     assert (answer.code, answer.err.count("\n")) == (2, 1)
     assert "It was to hold on contacts dahl and slider; `--contacts dahl` asks for one" in answer.err
+
+
+def test_what_holds_on_one_contact_alone_is_designed_for_that_and_says_so_first(frictionloop):
+    asked = (*CONTROLLER, "--law", "pi", "--sensitivity-peak", "1.03")
+    said = " ".join(frictionloop(*asked).out.split())
+    assert "contact dahl, 20 mm/s" in said.partition("one contact")[0]
+    assert "No controller of this law holds on both contacts, so this one is for one alone. " in said
+    assert "no PI gains with Ms <= 1.03 get there" in said and "`--contacts" not in said
 
 
 @pytest.mark.slow
