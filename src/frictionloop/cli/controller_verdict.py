@@ -23,10 +23,7 @@ if TYPE_CHECKING:
 Row = tuple[str, ...]
 NOT_THERE = "Do not use it there: it was not designed for it."
 BOTH = " `--contacts {}` designs for both contacts."
-ONE = (
-    "No controller of this law holds on both contacts, so this one is for one alone. {}. `--law hinf` may hold on both."
-)
-"""Sections that are synthesised have more freedom than a notch."""
+ONE = "No controller of this law holds on both contacts, so this one is for one alone. {}."
 OTHER = " It is told its contact: `--finger.contact {}` designs for the other."
 FASTER = " `--speeds {:g},{:g}` designs for these speeds."
 LESS = " `frictionloop design check` says how much less gain would hold there."
@@ -54,7 +51,8 @@ def verdict(designed: Designed, after: System, wanted: Wanted, out: Path | None)
         worse += [(name if k == 0 else "", place) for k, place in enumerate(in_words(elsewhere.where(how)))]
     if not_held := [each for each in elsewhere.places if each.how != "within"]:
         hints = _designs_for(not_held, found, bool(designed.not_both))
-        worse += [("", (NOT_THERE if any(each.how != "beyond" for each in not_held) else "") + hints + LESS)]
+        not_there = NOT_THERE if any(each.how != "beyond" for each in not_held) else ""
+        worse += [("", (not_there + hints + LESS).lstrip())]
     moist = fully_moist(after, wanted)
     rows: list[Row] = [("STABLE", but(worse, moist) + "; ".join(filter(None, where)))]
     rows += [("one contact", ONE.format(designed.not_both))] if designed.not_both else []

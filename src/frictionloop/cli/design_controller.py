@@ -138,8 +138,10 @@ def _designed(system: System, law: str, wanted: Wanted, named: bool) -> tuple[De
             raise
     finger: Any = system.finger  # a skin, as several contacts were tried
     alone = replace(wanted, contacts=(finger.contact,))
+    # Sections that are synthesised have more freedom than a notch.
+    hint = "" if law in SLOW else ". `--law hinf` may hold on both"
     with screen.waiting(f"no {law} holds on both contacts; designing one for contact {finger.contact} alone"):
-        return design_controller(system, law, alone)._replace(not_both=both), alone
+        return design_controller(system, law, alone)._replace(not_both=both + hint), alone
 
 
 def _figures(before: System, after: System, left: Any, wanted: Wanted, found: Sequence[Corner]) -> Mapping[str, Any]:
