@@ -12,7 +12,6 @@ from cyclopts import Parameter
 
 from frictionloop.cli import checks, flags, screen
 from frictionloop.cli.must_hold import ASKED, MustHold
-from frictionloop.quantities.units import FrictionloopError
 
 if TYPE_CHECKING:
     from frictionloop.design.corners import Corner
@@ -85,7 +84,7 @@ def command(
         screen.note(line)
     screen.tell_notes()  # before the search, which takes long
     wanted, name = must.wanted(), law or default_law(system)
-    designed, wanted = _designed(levels, name, wanted, named=must.contacts is not None)
+    designed, wanted = _designed(levels, name, wanted)
     after, found = levels.evolve(dict(designed.overrides)), designed.corners
     new = after.evolve({"setpoint": system.setpoint, "disturbance": system.disturbance})
     with screen.waiting("looking for what is left to gain"):
@@ -120,28 +119,22 @@ def command(
     )
 
 
-def _designed(system: System, law: str, wanted: Wanted, named: bool) -> tuple[Designed, Wanted]:
-    """Return the controller and what it holds: on the system's own contact where both cannot be, and none was named."""
+def _designed(system: System, law: str, wanted: Wanted) -> tuple[Designed, Wanted]:
+    """Return the controller and what it holds."""
     from frictionloop.design.held import CHECKED, LOADS
     from frictionloop.design.synthesis import design_controller
-    from frictionloop.design.wanted import on_one
 
     noise = ", after the friction noise is identified by simulation" if law in SLOW else ""
     places = len(wanted.over(CHECKED, LOADS).systems(system))
     longer = f", five at the {places} contacts, speeds and loads of this one" if places > FEW else ""
-    try:
-        with screen.waiting(f"designing {law} and checking it{noise}; this takes from a second to two minutes{longer}"):
-            return design_controller(system, law, wanted), wanted
-    except FrictionloopError as error:
-        both, _, one = str(error).partition(on_one(wanted))
-        if named or both == str(error) or one:
-            raise
-    finger: Any = system.finger  # a skin, as several contacts were tried
-    alone = replace(wanted, contacts=(finger.contact,))
+    with screen.waiting(f"designing {law} and checking it{noise}; this takes from a second to two minutes{longer}"):
+        found = design_controller(system, law, wanted)
+    if not found.not_both:
+        return found, wanted
+    finger: Any = system.finger
     # Sections that are synthesised have more freedom than a notch.
     hint = "" if law in SLOW else ". `--law hinf` may hold on both"
-    with screen.waiting(f"no {law} holds on both contacts; designing one for contact {finger.contact} alone"):
-        return design_controller(system, law, alone)._replace(not_both=both + hint), alone
+    return found._replace(not_both=found.not_both + hint), replace(wanted, contacts=(finger.contact,))
 
 
 def _figures(before: System, after: System, left: Any, wanted: Wanted, found: Sequence[Corner]) -> Mapping[str, Any]:

@@ -72,12 +72,11 @@ class MustHold:
     def wanted(self) -> Wanted:
         """Return the same for a design."""
         from frictionloop.design.leaning import Lean
-        from frictionloop.design.over import CONTACTS
         from frictionloop.design.wanted import Wanted
 
         between = checks.two_values("speeds", self.speeds, "the slowest and the fastest in mm/s, such as 20,60")
         loads = checks.two_values("loads", self.loads, checks.LOADS)
-        named = CONTACTS if self.contacts is None else tuple(each.strip() for each in self.contacts.split(","))
+        named = None if self.contacts is None else tuple(each.strip() for each in self.contacts.split(","))
         shares = {"sensor.resonance_hz": self.resonance_error, "sensor.cutoff_hz": self.sensor_error}
         shares["controller.delay_s"] = self.delay_error
         lean = Lean(self.sensor_error, self.delay_error, self.gain_error, _ends(self.corners, shares))

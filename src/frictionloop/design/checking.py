@@ -78,12 +78,12 @@ def check_controller(system: System, wanted: Wanted | None = None) -> Checked:
     check_places(system, asked, whole=False)
     close = asked.over(CHECKED, LOADS)._replace(contacts=())
     try:
-        touched = Over(asked.contacts).systems(judged)
+        touched = Over(asked.touched).systems(judged)
         own = [Place.of(corners(each, asked.limits, close, asked.lean)) for each in touched]
     except FrictionloopError as error:
         what = "its runs show what it does: frictionloop simulate, frictionloop sweep --fingers 100"
         raise FrictionloopError(f"{error}; {what}") from None
-    more = elsewhere(judged, asked.limits, asked.over(ENDS, LOADS), asked.lean, asked.contacts)
+    more = elsewhere(judged, asked.limits, asked.over(ENDS, LOADS), asked.lean, asked.touched)
     places = (*own, *more.places)
     gains = tuple(min(each.loop.gain_factor(each.limit) for each in place.corners) for place in places)
     found = Checked(system.controller.kind, places, more.unseen, gains, {}, _notes(system))
@@ -93,7 +93,7 @@ def check_controller(system: System, wanted: Wanted | None = None) -> Checked:
 def loops(system: System, wanted: Wanted) -> int:
     """Return at how many loops a check looks, at most: it says how long it takes."""
     close, few = wanted.over(CHECKED, LOADS), wanted.over(ENDS, LOADS)
-    strokes, loads = strokes_of(system, few.speeds_mm_s, wanted.contacts), max(1, len(few.loads_n))
+    strokes, loads = strokes_of(system, few.speeds_mm_s, wanted.touched), max(1, len(few.loads_n))
     places = len(close.systems(system)) + loads * len(strokes)
     lean = 1 + 2 * any(wanted.lean.shares.values()) + len(wanted.lean.ends)
     band = operating_band(system.evolve({"controller.kind": "pi"}), occluded=occlusions(system))

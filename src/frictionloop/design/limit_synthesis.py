@@ -141,7 +141,7 @@ def limit_observer(system: System, wanted: Wanted) -> Designed:
     system.evolve({"controller.kind": "limit_observer"})  # a delay that does not fit is refused here
     found = Search.of(system, wanted).best().told(system)
     at: list[Corner] = []
-    for there in Over(wanted.contacts).systems(system.evolve(found)):
+    for there in Over(wanted.touched).systems(system.evolve(found)):
         at += corners(knowing(there), wanted.limits, wanted.places._replace(contacts=()))
     worst = broken(at)
     if worst is not None:

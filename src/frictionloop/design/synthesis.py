@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 from frictionloop.analysis.disturbance import Spectrum, touch_spectrum
@@ -17,7 +18,7 @@ from frictionloop.design.notch import retune_notch
 from frictionloop.design.plants import shifted
 from frictionloop.design.retune import retune
 from frictionloop.design.wanted import Designed, Wanted, feedforward, on_one, springs_told
-from frictionloop.parameters import FingerFriction, Strokes, SuspendedSensor, System
+from frictionloop.parameters import FingerFriction, Skin, Strokes, SuspendedSensor, System
 from frictionloop.perception.thresholds import LOWEST_HZ
 from frictionloop.quantities import FrictionloopError, check_known
 
@@ -118,7 +119,8 @@ def design_controller(system: System, law: str | None = None, wanted: Wanted | N
     law
         Name in `SYNTHESES`; `default_law` if None.
     wanted
-        What must hold. None: `Wanted` as it is.
+        What must hold. None: `Wanted` as it is. Where it names no contact and no controller holds on both, the answer
+        is for the contact of the system, and ``not_both`` says why.
 
     Raises
     ------
@@ -129,6 +131,17 @@ def design_controller(system: System, law: str | None = None, wanted: Wanted | N
     name, asked = law or default_law(system), wanted or Wanted()
     check_known("law", [name], SYNTHESES)
     check_places(system, asked, whole=True)
+    try:
+        return _designed(system, name, asked)
+    except FrictionloopError as error:
+        finger, why = system.finger, str(error)
+        if asked.contacts is not None or not isinstance(finger, Skin) or not why.endswith(on_one(asked)):
+            raise
+    alone = _designed(system, name, replace(asked, contacts=(finger.contact,)))
+    return alone._replace(not_both=why.removesuffix(on_one(asked)))
+
+
+def _designed(system: System, name: str, asked: Wanted) -> Designed:
     found, at = held_between(system, name, SYNTHESES[name], asked)
     over = asked.over(ENDS, LOADS)
     if name == TOLD:

@@ -31,8 +31,9 @@ class Wanted:
     """Speeds of the stroke at which all that holds, and between which it does; none: that of the system."""
     lean: Lean = NOTHING
     """Shares by which sensor, delay and gain may be off as well, held to the same limits."""
-    contacts: tuple[str, ...] = CONTACTS
-    """Contacts of a skin on which all that holds: nobody knows that of a finger; none: that of the system."""
+    contacts: tuple[str, ...] | None = None
+    """Contacts of a skin on which all that holds; empty: that of the system. None: both, as nobody knows that of a
+    finger, and that of the system alone where both cannot be had."""
     loads_n: tuple[float, ...] = ()
     """Mean loads at which all that holds, and between which it does, N; none: that of the system."""
 
@@ -46,7 +47,7 @@ class Wanted:
             raise FrictionloopError(f"speeds_mm_s = {self.speeds_mm_s}: must be above 0, e.g. (20.0, 60.0)")
         if not all(0.0 < each < float("inf") for each in self.loads_n):
             raise FrictionloopError(f"loads_n = {self.loads_n}: must be above 0, e.g. (0.4, 1.2)")
-        check_known("contacts", self.contacts, get_args(Skin.model_fields["contact"].annotation))
+        check_known("contacts", self.contacts or (), get_args(Skin.model_fields["contact"].annotation))
 
     def spread_mm_s(self, count: int) -> tuple[float, ...]:
         """Return so many speeds in equal ratios from the slowest to the fastest; one where they are the same."""
@@ -54,12 +55,17 @@ class Wanted:
 
     def over(self, speeds: int, loads: int) -> Over:
         """Return the contacts, and so many speeds and loads."""
-        return Over(self.contacts, self.spread_mm_s(speeds), _spread(self.loads_n, loads))
+        return Over(self.touched, self.spread_mm_s(speeds), _spread(self.loads_n, loads))
 
     @property
     def places(self) -> Over:
         """Contacts, and speeds and loads as they are listed."""
-        return Over(self.contacts, self.speeds_mm_s, self.loads_n)
+        return Over(self.touched, self.speeds_mm_s, self.loads_n)
+
+    @property
+    def touched(self) -> tuple[str, ...]:
+        """Contacts that are looked at: both where none is named."""
+        return CONTACTS if self.contacts is None else self.contacts
 
     @property
     def limits(self) -> dict[float, float]:
@@ -125,11 +131,9 @@ def unheld(law: str, wanted: Wanted, worst: Corner) -> str:
 
 def on_one(wanted: Wanted) -> str:
     """Return the words, behind a failure, for a design that asks for less; none where it was on one contact."""
-    if len(wanted.contacts) < 2:
+    if len(wanted.touched) < 2:
         return ""
-    return (
-        f". It was to hold on contacts {' and '.join(wanted.contacts)}; `--contacts {wanted.contacts[0]}` asks for one"
-    )
+    return f". It was to hold on contacts {' and '.join(wanted.touched)}; `--contacts {wanted.touched[0]}` asks for one"
 
 
 def unfound(law: str, system: System) -> str:
