@@ -12,35 +12,46 @@ LEAST = 10
 """Steps of a part that may be taken for a recording (chosen)."""
 
 
-def clean_part(values: Array, first: int, rate_hz: float) -> tuple[str, str]:
+def clean_part(values: Array, since_s: float, rate_hz: float) -> tuple[str, str]:
     """Return in words where values are no numbers, and what cuts out the longest part without such; "" without either.
 
     Parameters
     ----------
     values
-        Samples, the first of which is number ``first`` of the file.
-    first, rate_hz
-        Where they stand in the file, and samples per second.
+        Samples, the first of which stands at ``since_s`` in the file.
+    since_s, rate_hz
+        Time of the first in s, as ``start_s`` counts, and samples per second.
     """
     bad = ~np.isfinite(values)
     if not bad.any():
         return "", ""
-    gaps, clean = _stretches(bad), _stretches(~bad)
-    start, stop = max(clean, key=lambda part: part[1] - part[0], default=(0, 0))
+    gaps = stretches(bad)
+    start, stop = longest(~bad)
     if stop - start < LEAST:
         return "", ""
     more = f" and {len(gaps) - SHOWN} more" if len(gaps) > SHOWN else ""
-    where = f"; no number at {', '.join(_said(first + a, first + b, rate_hz) for a, b in gaps[:SHOWN])}{more}"
-    cut = f"--disturbance.start_s {(first + start) / rate_hz:.9g} --disturbance.stop_s {(first + stop) / rate_hz:.9g}"
-    return where, f", or the longest part without a gap: {cut} (or --setpoint)"
+    at_s = [(since_s + a / rate_hz, since_s + b / rate_hz) for a, b in gaps[:SHOWN]]
+    where = f"; no number at {', '.join(said(*each) for each in at_s)}{more}"
+    return where, f", or {taking(since_s + start / rate_hz, since_s + stop / rate_hz)}"
 
 
-def _said(start: int, stop: int, rate_hz: float) -> str:
+def taking(start_s: float, stop_s: float) -> str:
+    """Return what takes the longest part without a gap."""
+    flags = f"--disturbance.start_s {start_s:.9g} --disturbance.stop_s {stop_s:.9g}"
+    return f"the longest part without a gap: {flags} (or --setpoint)"
+
+
+def said(start_s: float, stop_s: float) -> str:
     """Return a stretch in words."""
-    return f"{start / rate_hz:.9g} s" if start == stop else f"{start / rate_hz:.9g} to {stop / rate_hz:.9g} s"
+    return f"{start_s:.9g} s" if start_s == stop_s else f"{start_s:.9g} to {stop_s:.9g} s"
 
 
-def _stretches(of: np.ndarray) -> list[tuple[int, int]]:
+def longest(of: np.ndarray) -> tuple[int, int]:
+    """Return the first and last index of the longest stretch of True, (0, 0) without any."""
+    return max(stretches(of), key=lambda part: part[1] - part[0], default=(0, 0))
+
+
+def stretches(of: np.ndarray) -> list[tuple[int, int]]:
     """Return the first and last index of each stretch of True."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], of, [False]]).astype(np.int8)))
     return [(int(a), int(b) - 1) for a, b in edges.reshape(-1, 2)]

@@ -8,13 +8,12 @@ from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.steps import uneven_in
 from frictionloop.quantities.units import UNITS
-from frictionloop.recordings.column import DEFAULT, Array, Column, no_column, refuse_gaps
+from frictionloop.recordings.column import DEFAULT, Array, Column, no_column
 from frictionloop.recordings.headers import is_time
-from frictionloop.recordings.stamps import ACCEPTED
 
 SLOWEST_HZ, FASTEST_HZ = 100.0, 1e6
 """Rates outside of which times without a unit are not taken to be in s: no force is recorded so (assumed)."""
-_EVEN = 1e-3
+EVEN = 1e-3
 """How far a step of time may be off, as a share."""
 _NEAR = 0.1
 """How far a rate that is given may be from that of uneven times, as a share: jitter and lost rows (assumed)."""
@@ -34,12 +33,22 @@ def refuse_times(recording: Recording, column: Column) -> None:
 
 def _rises_evenly(values: Array) -> bool:
     steps = np.diff(values[:1000].astype(float))
-    return steps.size > 1 and bool(steps.min() > 0) and bool(np.ptp(steps) <= 2 * _EVEN * steps.mean())
+    return steps.size > 1 and bool(steps.min() > 0) and bool(np.ptp(steps) <= 2 * EVEN * steps.mean())
 
 
 def may_be_seconds(step: float) -> bool:
     """Tell whether times without a unit that rise by this may be in s."""
-    return step > 0 and SLOWEST_HZ * (1 - _EVEN) <= 1 / step <= FASTEST_HZ * (1 + _EVEN)
+    return step > 0 and SLOWEST_HZ * (1 - EVEN) <= 1 / step <= FASTEST_HZ * (1 + EVEN)
+
+
+def in_seconds(times: Column) -> Array:
+    """Return times in s, which those without a unit are taken to be in."""
+    return np.asarray(UNITS.get(times.unit or "s", ("", 1.0))[1] * np.asarray(times.samples, dtype=float))
+
+
+def are_seconds(times: Column, step_s: float) -> bool:
+    """Tell whether times that rise by this are in s, and no counts of samples."""
+    return times.unit in UNITS or may_be_seconds(step_s)
 
 
 def rate_of(recording: Recording, column: Column) -> tuple[float | None, str]:
@@ -50,19 +59,19 @@ def rate_of(recording: Recording, column: Column) -> tuple[float | None, str]:
     Raises
     ------
     FrictionloopError
-        For times with a gap, or a rate that contradicts them.
+        For a rate that contradicts the times.
     """
     given_hz, times, told_hz, by = recording.rate_hz, column.times, column.rate_hz, column.rate_by
     known_hz = told_hz if given_hz is None else given_hz
     found_hz = None if times is None or times.samples.size < 2 else _rate_of(recording.path, times, known_hz)
-    if times is not None and found_hz is not None and told_hz is not None and abs(told_hz - found_hz) > _EVEN * told_hz:
+    if times is not None and found_hz is not None and told_hz is not None and abs(told_hz - found_hz) > EVEN * told_hz:
         raise FrictionloopError(
             f"{recording.path}: {times.name!r} rises at {found_hz:g} Hz, and {by} says {told_hz:g}; accepted: one rate"
         )
     if times is not None and found_hz is not None:
         by = repr(times.name)
     found_hz = told_hz if found_hz is None else found_hz
-    if given_hz is not None and found_hz is not None and abs(given_hz - found_hz) > _EVEN * found_hz:
+    if given_hz is not None and found_hz is not None and abs(given_hz - found_hz) > EVEN * found_hz:
         raise FrictionloopError(
             f"{recording.path}: rate_hz = {given_hz:g} contradicts the file, whose rate is {found_hz:g}; give none"
         )
@@ -77,11 +86,11 @@ def unevenness(column: Column, rate_hz: float) -> str:
     times = column.times
     if times is None or times.samples.size < 2:
         return ""
-    in_s = UNITS.get(times.unit or "s", ("", 1.0))[1] * np.asarray(times.samples, dtype=float)
+    in_s = in_seconds(times)
     steps = np.diff(in_s)
     if not np.isfinite(steps).any():
         return f"times are not read: {times.place(0)}"
-    if times.unit not in UNITS and not may_be_seconds(float(np.nanmedian(steps))):
+    if not are_seconds(times, float(np.nanmedian(steps))):
         return ""
     uneven = uneven_in(in_s, 1 / rate_hz, _NEAR)
     if uneven is None:
@@ -104,24 +113,17 @@ def no_rate(column: Column) -> str:
 
 def _rate_of(path: str, times: Column, given_hz: float | None) -> float | None:
     """Return the rate of times, None if they are counts, or uneven about the rate that is given."""
-    in_s = UNITS.get(times.unit or "s", ("", 1.0))[1] * np.asarray(times.samples, dtype=float)
-    if given_hz is None:
-        refuse_gaps(path, in_s, times.place, accepted=ACCEPTED)
+    in_s = in_seconds(times)
     steps = np.diff(in_s)
     if not np.any(np.isfinite(steps)):
         return None
     usual = float(np.nanmedian(steps))
-    counts = times.unit not in UNITS and usual != 0 and not may_be_seconds(abs(usual))
-    uneven = uneven_in(in_s, abs(usual) or 1.0, _EVEN)
+    counts = usual != 0 and not are_seconds(times, abs(usual))
+    uneven = uneven_in(in_s, abs(usual) or 1.0, EVEN)
     if uneven is None:
         return None if counts else float(f"{(in_s.size - 1) / (in_s[-1] - in_s[0]):.9g}")
-    if given_hz is None:
-        raise FrictionloopError(
-            f"{path}: {uneven.said(times.place)}; accepted: even steps (most are {usual:g} s), or rate_hz given, with "
-            "which rows are taken one after the other"
-        )
     mean = float(np.nanmax(in_s) - np.nanmin(in_s)) / (in_s.size - 1)
-    if not counts and not any(abs(given_hz * step - 1) <= _NEAR for step in (usual, mean)):
+    if given_hz is not None and not counts and not any(abs(given_hz * step - 1) <= _NEAR for step in (usual, mean)):
         raise FrictionloopError(
             f"{path}: rate_hz = {given_hz:g} contradicts the times, which rise by {usual:g} s; accepted: near theirs"
         )

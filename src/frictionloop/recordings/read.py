@@ -15,10 +15,11 @@ from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.arrays import read_hdf5, read_mat
 from frictionloop.recordings.clean import clean_part
-from frictionloop.recordings.clock import no_rate, rate_of, refuse_times
+from frictionloop.recordings.clock import refuse_times
 from frictionloop.recordings.column import Array, Column, refuse_gaps
 from frictionloop.recordings.headers import scale_of
 from frictionloop.recordings.numpy_files import read_npy, read_npz
+from frictionloop.recordings.part import Part, part_of, rows_until
 from frictionloop.recordings.recorders import RECORDERS, read_recorder
 from frictionloop.recordings.resampling import resampled
 from frictionloop.recordings.text import read_text
@@ -33,10 +34,11 @@ def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> A
     the mean taken over the recorded samples used, of the magnitude if that is taken: the friction of strokes both ways
     has the mean of its magnitude. Both ends are included, so a window of D seconds gives
     D * rate_hz + 1 values (one less at the end of the file); ``start_s`` and ``stop_s``, counted from the first
-    sample, fall on the nearest recorded one. At the file's own rate the samples are copied exactly. At another
-    they are resampled band-limited (`scipy.signal.resample_poly`; zero phase, flat to 0.8 of the lower of the
-    two Nyquist frequencies, -100 dB above it) at a rational ratio right to 10 ppm; the straight line from the
-    first to the last sample is set aside and put back, the rest mirrored at both ends, so that they do not ring.
+    sample, fall on the nearest recorded one, by the column of times where rows are missing in it (`part_of`). At the
+    file's own rate the samples are copied exactly. At another they are resampled band-limited
+    (`scipy.signal.resample_poly`; zero phase, flat to 0.8 of the lower of the two Nyquist frequencies, -100 dB above
+    it) at a rational ratio right to 10 ppm; the straight line from the first to the last sample is set aside and put
+    back, the rest mirrored at both ends, so that they do not ring.
 
     Parameters
     ----------
@@ -66,7 +68,7 @@ def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> A
     FrictionloopError
         In one line: the file is missing, empty, damaged or of an unknown format; the column is not there (what
         is there is listed) or holds times; the unit is not known; the rate is missing, contradicts the file or is
-        uneven (with the line of the gap);
+        uneven in the part in use (with the line of the gap);
         a value in use is blank, not a number, not finite or in a row of too many cells (with its line or index);
         the window is past the end.
     """
@@ -115,7 +117,7 @@ def _lasts_s(recording: Recording, force: Array, file_hz: float) -> float:
 def scaled(recording: Recording, wanted: str) -> tuple[Array, float, Column]:
     """Return the part in use in the wanted unit, the rate in Hz and the column, with what tells its rate."""
     column = _open(recording)
-    used, file_hz, by = _used(recording, column)
+    used, part = _used(recording, column)
     scale = recording.scale
     if scale is None and recording.unit is None and column.unit_in_doubt:
         raise FrictionloopError(f"{recording.path}: {column.unit_in_doubt}")
@@ -126,7 +128,7 @@ def scaled(recording: Recording, wanted: str) -> tuple[Array, float, Column]:
         used, scale = np.abs(used), abs(scale)
     if recording.remove_mean:
         used -= used.mean()
-    return recording.offset_n + scale * used, file_hz, replace(column, rate_by=by)
+    return recording.offset_n + scale * used, part.rate_hz, replace(rows_until(column, part.stop), rate_by=part.by)
 
 
 def _open(recording: Recording) -> Column:
@@ -157,23 +159,13 @@ def _read(path: str, column: str, decimal: Literal[".", ","], _at: Path, _change
     return _READERS[Path(path).suffix.lower()](Recording(path=path, column=column, decimal=decimal))
 
 
-def _used(recording: Recording, column: Column) -> tuple[Array, float, str]:
-    """Return the samples in use, their rate in Hz, and what tells it."""
-    path, count = recording.path, column.samples.size
-    told_hz, by = rate_of(recording, column)
-    rate_hz = told_hz or recording.rate_hz
-    if rate_hz is None:
-        raise FrictionloopError(f"{path}: {no_rate(column)}")
-    lasts = f"the recording lasts {count / rate_hz:g} s ({count} samples at {rate_hz:g} Hz)"
-    if recording.start_s * rate_hz >= count - 0.5:
-        raise FrictionloopError(f"{path}: start_s = {recording.start_s:g} is beyond the end; {lasts}")
-    if recording.stop_s is not None and recording.stop_s * rate_hz > count + 0.5:
-        raise FrictionloopError(f"{path}: stop_s = {recording.stop_s:g} is beyond the end; {lasts}")
-    first = round(recording.start_s * rate_hz)
-    stop = count if recording.stop_s is None else round(recording.stop_s * rate_hz) + 1
-    used = np.array(column.samples[first:stop], dtype=np.float64)
-    refuse_gaps(path, used, lambda i: column.place(first + i), *clean_part(used, first, rate_hz))
-    return used, rate_hz, by if told_hz else "rate_hz, as given"
+def _used(recording: Recording, column: Column) -> tuple[Array, Part]:
+    """Return the samples in use, and which they are."""
+    part = part_of(recording, column)
+    used = np.array(column.samples[part.first : part.stop], dtype=np.float64)
+    where = clean_part(used, part.since_s, part.rate_hz)
+    refuse_gaps(recording.path, used, lambda i: column.place(part.first + i), *where)
+    return used, part
 
 
 _READERS: Mapping[str, Callable[[Recording], Column]] = {

@@ -1,0 +1,91 @@
+"""Gaps in the column of times count in the part in use only, and `start_s` is then a time of that column."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from frictionloop import FrictionloopError, Recording
+from frictionloop.recordings.read import read_recording, scaled
+from frictionloop.recordings.told import found
+
+RATE_HZ = 1000.0
+ROWS = np.r_[0:300, 500:2000, 2100:2400]
+"""Rows that are left of 2400: 200 are missing before 0.5 s, and 100 before 2.1 s."""
+
+
+@pytest.fixture
+def path(tmp_path):
+    """A file whose force is the number of the row, in N."""
+    written = tmp_path / "gaps.csv"
+    np.savetxt(written, np.c_[10.0 + ROWS / RATE_HZ, ROWS], delimiter=",", header="time_s,force", comments="")
+    return str(written)
+
+
+def test_a_part_without_a_gap_is_taken_by_its_times(path):
+    taken = read_recording(Recording(path=path, column="force", start_s=0.6, stop_s=1.5), RATE_HZ)
+    assert taken.tolist() == list(range(600, 1501))
+    early = read_recording(Recording(path=path, column="force", stop_s=0.2), RATE_HZ)
+    assert early.tolist() == list(range(201))
+    late = read_recording(Recording(path=path, column="force", start_s=2.1), RATE_HZ)
+    assert late.tolist() == list(range(2100, 2400))
+
+
+@pytest.mark.parametrize(
+    ("part", "seen", "rows"),
+    [
+        ({}, ("200 before line 302", "100 before line 1802"), (500, 1999)),
+        ({"start_s": 0.1, "stop_s": 0.6}, ("200 before line 302",), (100, 299)),
+        ({"start_s": 1.9}, ("100 before line 1802",), (2100, 2399)),
+    ],
+)
+def test_a_gap_in_the_part_is_refused_with_the_longest_part_without(path, part, seen, rows):
+    with pytest.raises(FrictionloopError) as refused:
+        read_recording(Recording(path=path, column="force", **part), RATE_HZ)
+    said = str(refused.value)
+    assert re.findall(r"\d+ before line \d+", said) == list(seen)
+    flags = dict(re.findall(r"--disturbance\.(start_s|stop_s) (\S+)", said))
+    taken = read_recording(Recording(path=path, column="force", **{k: float(v) for k, v in flags.items()}), RATE_HZ)
+    assert taken.tolist() == list(range(rows[0], rows[1] + 1))
+
+
+@pytest.mark.parametrize(
+    ("part", "said"),
+    [
+        ({"start_s": 0.4}, "start_s = 0.4 lies where rows are missing in the times, 0.299 to 0.5 s"),
+        ({"start_s": 1.0, "stop_s": 2.05}, "stop_s = 2.05 lies where rows are missing in the times, 1.999 to 2.1 s"),
+        ({"start_s": 3.0}, "start_s = 3 is beyond the end; the times last 2.399 s"),
+        ({"start_s": 1.0, "stop_s": 3.0}, "stop_s = 3 is beyond the end"),
+    ],
+)
+def test_an_end_that_no_row_is_near_is_refused(path, part, said):
+    with pytest.raises(FrictionloopError, match=re.escape(said)):
+        read_recording(Recording(path=path, column="force", **part), RATE_HZ)
+
+
+def test_a_blank_behind_a_gap_is_named_by_its_time(path, tmp_path):
+    lines = (tmp_path / "gaps.csv").read_text().splitlines()
+    lines[301 + 700] = lines[301 + 700].partition(",")[0] + ","  # row 1200
+    (tmp_path / "gaps.csv").write_text("\n".join(lines))
+    with pytest.raises(FrictionloopError, match=r"no number at 1\.2 s; .*start_s 0\.6 --disturbance\.stop_s 1\.199 "):
+        read_recording(Recording(path=path, column="force", start_s=0.6, stop_s=1.5), RATE_HZ)
+
+
+def test_times_that_start_again_have_no_part_that_can_be_named(tmp_path):
+    again = np.r_[np.arange(300), np.arange(300)] / RATE_HZ
+    np.savetxt(tmp_path / "f.csv", np.c_[again, again], delimiter=",", header="time_s,force", comments="")
+    with pytest.raises(FrictionloopError, match="no later than the row before") as refused:
+        read_recording(Recording(path=str(tmp_path / "f.csv"), column="force"), RATE_HZ)
+    assert "start_s" not in str(refused.value)
+
+
+def test_with_a_rate_given_rows_are_counted_and_a_gap_behind_the_part_is_not_told(path):
+    before = Recording(path=path, column="force", rate_hz=RATE_HZ, start_s=0.1, stop_s=0.25)
+    force, _, _ = scaled(before, "N")
+    assert force[[0, -1]].tolist() == [100, 250]
+    assert found(before).uneven == ""
+    after = before.model_copy(update={"start_s": 0.4, "stop_s": 1.0})
+    assert scaled(after, "N")[0][0] == 600  # the 400th row that is there
+    assert "200 before line 302; rows are taken 0.001 s apart, at most 0.2 s off" in found(after).uneven
