@@ -47,7 +47,9 @@ def left_in(system: System, mean_n: float) -> bool:
 
 
 def misread(system: System, signals: Sequence[str] = SIGNALS) -> list[Doubt]:
-    """Return all questions about the recorded ones of these signals, the one about a mean only without others.
+    """Return all questions about the recorded ones of these signals.
+
+    That about a mean is put only where size, sign and name of the signals are not in doubt.
 
     Raises
     ------
@@ -55,8 +57,9 @@ def misread(system: System, signals: Sequence[str] = SIGNALS) -> list[Doubt]:
         As `read_recording`.
     """
     found = list(doubts_of(system, signals))
-    mean = None if found or "disturbance" not in signals else _kept_mean(system)
-    return found if mean is None else [mean]
+    other = any(each.about not in ("contact", "small") for each in found)
+    mean = None if other or "disturbance" not in signals else _kept_mean(system)
+    return found if mean is None else [mean, *found]
 
 
 def _kept_mean(system: System) -> Doubt | None:

@@ -29,29 +29,36 @@ class Remedy(NamedTuple):
     """A value of a recording's parameter that may be meant, None for any other, and what does the same to an array."""
 
     parameter: str
-    value: str | bool | None
+    value: str | float | bool | None
     of_array: str = ""
 
 
 class Doubt(NamedTuple):
     """A question about a signal; ``{}`` in what is said stands for the remedy."""
 
-    about: Literal["size", "signs", "name", "mean"]
+    about: Literal["size", "signs", "name", "mean", "contact", "small"]
     signal: str
     said: str
     meant: Remedy
     is_array: bool = False
+    also: tuple[Remedy, ...] = ()
+    """What belongs to the remedy."""
 
     def in_flags(self) -> str:
-        """Return the question with the remedy as a flag of the command line."""
-        value = "true" if self.meant.value is True else self.meant.value or ""
-        return self._asked(f"--{self.signal}.{self.meant.parameter} {value}".rstrip())
+        """Return the question with the remedy as flags of the command line."""
+        return self._asked(" ".join(self._flag(each) for each in (self.meant, *self.also)))
+
+    def _flag(self, remedy: Remedy) -> str:
+        value = "true" if remedy.value is True else "" if remedy.value is None else remedy.value
+        value = f"{value:.9g}" if isinstance(value, float) else value
+        return f"--{self.signal}.{remedy.parameter} {value}".rstrip()
 
     def in_python(self) -> str:
         """Return the question with the remedy as Python has it."""
-        path = f"{self.signal}.{self.meant.parameter}"
-        known = f'evolve({{"{path}": {self.meant.value!r}}})'
-        return self._asked(f'"{path}"' if self.meant.value is None else known)
+        if self.meant.value is None:
+            return self._asked(f'"{self.signal}.{self.meant.parameter}"')
+        known = (f'"{self.signal}.{each.parameter}": {each.value!r}' for each in (self.meant, *self.also))
+        return self._asked(f"evolve({{{', '.join(known)}}})")
 
     def _asked(self, remedy: str) -> str:
         return self.said.format(self.meant.of_array if self.is_array else remedy)
@@ -89,6 +96,8 @@ def _of_recording(name: str, signal: Recording, each: Found) -> Iterator[Doubt]:
         yield _too_large(name, each.largest_n, before, meant)
     range_n = f"{each.raw_lowest_n:.3g} to {each.raw_highest_n:.3g} N"
     yield from _signed(name, each.signs, range_n + before)
+    if name == "disturbance" and each.on_plate_s is not None:
+        yield _off_plate(each.off_plate, each.on_plate_s)
 
 
 def _of_array(name: str, signal: Samples) -> Iterator[Doubt]:
@@ -113,3 +122,9 @@ def _signed(name: str, signs: str, range_n: str) -> Iterator[Doubt]:
     }.get(signs)
     if seen:
         yield Doubt("signs", name, f"The recorded {name} {seen}", RECTIFY)
+
+
+def _off_plate(where: str, on_plate_s: tuple[float, float]) -> Doubt:
+    start, stop = (Remedy(name, round(at_s, 9)) for name, at_s in zip(("start_s", "stop_s"), on_plate_s, strict=True))
+    said = f"The recorded disturbance is near 0 at {where}: is the finger off the plate there? The longest part on the "
+    return Doubt("contact", "disturbance", said + "plate: {}.", start, also=(stop,))

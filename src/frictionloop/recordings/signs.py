@@ -46,8 +46,14 @@ def signs_of(force: NDArray[np.floating], duration_s: float) -> Signs:
         return ""
     up, down = force > ZERO * top, force < -ZERO * top
     turns = int(np.count_nonzero(np.diff(up[up | down].astype(np.int8))))
-    low_share = float(np.mean((size > ZERO * top) & (size < LOW * top)))
     both = min(up.mean(), down.mean()) >= BOTH_WAYS
-    if both and turns < MOST_TURNS_HZ * duration_s and low_share < LOW_SHARE:
+    if both and turns < MOST_TURNS_HZ * duration_s and not lingers(force):
         return "both"
     return "below" if force.mean() < 0 and -force.mean() > force.std() else ""
+
+
+def lingers(force: NDArray[np.floating]) -> bool:
+    """Return whether many samples lie just beside 0, where a finger that lands, lifts or turns round passes quickly."""
+    size = np.abs(force)
+    top = float(np.quantile(size, 0.95))
+    return float(np.mean((size > ZERO * top) & (size < LOW * top))) >= LOW_SHARE

@@ -10,6 +10,7 @@ from frictionloop.parameters.sources import Recording
 from frictionloop.quantities.units import UNITS, known_unit
 from frictionloop.recordings.clock import unevenness
 from frictionloop.recordings.column import Column
+from frictionloop.recordings.contact import off_plate
 from frictionloop.recordings.read import scaled
 from frictionloop.recordings.signs import Signs, signs_of
 
@@ -43,6 +44,10 @@ class Found(NamedTuple):
     """Range in the file in N, before a mean is removed and an offset added."""
     signs: Signs
     """Whether that looks like friction with the sign of the motion (`signs_of`)."""
+    off_plate: str = ""
+    """Stretches of it in s where the finger seems off the plate, "" without any (`contact.off_plate`)."""
+    on_plate_s: tuple[float, float] | None = None
+    """The longest part without such."""
     uneven: str = ""
     """Where the times are not those of a rate that is given, "" where they are."""
 
@@ -60,6 +65,7 @@ def found(recording: Recording) -> Found:
     unit, by = _unit(recording, column)
     scale = recording.scale
     largest_n, mean_n = float(np.abs(raw).max()), float(force.mean())
+    off, on_s = off_plate(raw, file_hz, recording.start_s) or ("", None)
     return Found(
         column=_named(recording, column),
         head=column.head,
@@ -77,6 +83,8 @@ def found(recording: Recording) -> Found:
         signs=signs_of(raw, raw.size / file_hz),
         mean_n=0.0 if abs(mean_n) <= 1e-9 * largest_n else mean_n,  # of one that is removed its rounding is left
         rms_n=float(force.std()),
+        off_plate=off,
+        on_plate_s=on_s,
         uneven="" if recording.rate_hz is None else unevenness(column, file_hz),
     )
 
