@@ -18,12 +18,10 @@ if TYPE_CHECKING:
 
 REMOVED = 0.02
 """Share of a recording (rms) from which on it is said that resampling removed it (chosen)."""
-LEAST_N = 1e-3
-"""Variation (rms) of a disturbance below which its unit is asked about: that of fingers is some 10 mN (assumed)."""
 
 
 def asked(system: System, *about: str) -> list[str]:
-    """Return the questions about recorded signals: their "size", their "signs", their "name"; all if none is named."""
+    """Return the questions about recorded signals: all if no kind of `Doubt.about` is named."""
     found = [each.in_flags() for each in doubts_of(system) if not about or each.about in about]
     return [line for each in found for line in textwrap.wrap(each, WIDTH)]
 
@@ -32,15 +30,6 @@ def ask(system: System, signals: Sequence[str] = SIGNALS) -> None:
     """Note all questions about the recorded ones of these signals, for stderr."""
     for each in misread(system, signals):
         screen.note(each.in_flags())
-
-
-def too_small(system: System) -> list[str]:
-    """Return a question for a recorded disturbance that hardly varies, though it does."""
-    each = recordings(system).get("disturbance")
-    if each is None or not 0 < each.rms_n < LEAST_N:
-        return []
-    said = f"The recorded disturbance varies by {1e3 * each.rms_n:.3g} mN rms only; did you mean {_larger(each)}?"
-    return textwrap.wrap(said, WIDTH)
 
 
 def negative(system: System) -> list[str]:
@@ -68,13 +57,6 @@ def resampled(system: System) -> list[str]:
                 f"{rate_hz / 2:g} Hz, and did not enter the run: resampling takes it out."
             )
     return [line for each in said for line in textwrap.wrap(each, WIDTH)]
-
-
-def _larger(each: Found) -> str:
-    """Return the flag that makes a signal larger."""
-    if each.unit in ("mN", "uN"):
-        return "--disturbance.unit N" if each.unit_by == "given" else "--disturbance.scale 1"
-    return "another --disturbance.unit" if each.unit_by == "taken for N" else "another --disturbance.scale"
 
 
 def recordings(system: System) -> dict[str, Found]:

@@ -93,8 +93,7 @@ def command(
         metrics, mask = scores.metrics_of(run, score_from_s), scores.scored_periods(run, score_from_s)
         rings, unreached = advice.ringing(run, mask, metrics), advice_text.out_of_reach(run, mask)
         left = beyond(run)
-        said = [*recorded_units.asked(system, "name", "contact"), *recorded_units.negative(system)]
-        said += recorded_units.too_small(system)
+        said = [*recorded_units.asked(system, "name", "small", "contact"), *recorded_units.negative(system)]
         said += recorded_units.resampled(system)
         said += recorded_bands.lines(run, mask)
     said += recorded.notes(system, duration_s)

@@ -15,6 +15,10 @@ from frictionloop.recordings.told import Found, found
 SIGNALS = ("setpoint", "disturbance")
 FINGERS_N = 10.0
 """Force above which a unit is asked about: no finger slides under so much (assumed)."""
+LEAST_N = 1e-3
+"""Variation (rms) of a disturbance below which its unit is asked about: that of fingers is some 10 mN (assumed)."""
+ROUNDING = 1e-9
+"""Variation that is none, as a share of the largest magnitude."""
 LOAD = re.compile(r"(?<![a-z])(normal|load|preload|weight|fz|fn|grip)(?![a-z])", re.IGNORECASE)
 """Names of what presses on the finger, which in a recording stands beside the friction."""
 
@@ -96,6 +100,8 @@ def _of_recording(name: str, signal: Recording, each: Found) -> Iterator[Doubt]:
         yield _too_large(name, each.largest_n, before, meant)
     range_n = f"{each.raw_lowest_n:.3g} to {each.raw_highest_n:.3g} N"
     yield from _signed(name, each.signs, range_n + before)
+    if name == "disturbance":
+        yield from _too_small(each.rms_n, each.largest_n, _larger(each))
     if name == "disturbance" and each.on_plate_s is not None:
         yield _off_plate(each.off_plate, each.on_plate_s)
 
@@ -106,6 +112,8 @@ def _of_array(name: str, signal: Samples) -> Iterator[Doubt]:
     asked = [_too_large(name, largest_n, "", Remedy("", None, "values / 1000"))] if largest_n > FINGERS_N else []
     range_n = f"{values.min():.3g} to {values.max():.3g} N"
     asked += _signed(name, signs_of(values, signal.longest_s), range_n)
+    if name == "disturbance":
+        asked += _too_small(float(values.std()), largest_n, Remedy("", None, "1000 * values"))
     yield from (each._replace(is_array=True) for each in asked)
 
 
@@ -113,6 +121,21 @@ def _too_large(name: str, largest_n: float, before: str, meant: Remedy) -> Doubt
     another = "another " if meant.parameter == "scale" else ""
     said = f"The recorded {name} is up to {largest_n:.4g} N{before}; did you mean {another}{{}}?"
     return Doubt("size", name, said, meant)
+
+
+def _too_small(rms_n: float, largest_n: float, meant: Remedy) -> Iterator[Doubt]:
+    """Yield a question about a disturbance that hardly varies, though it does."""
+    if ROUNDING * largest_n < rms_n < LEAST_N:
+        another = "" if meant.of_array or meant.value is not None else "another "
+        said = f"The recorded disturbance varies by {1e3 * rms_n:.3g} mN rms only; did you mean {another}{{}}?"
+        yield Doubt("small", "disturbance", said, meant)
+
+
+def _larger(each: Found) -> Remedy:
+    """Return what makes a signal larger."""
+    if each.unit in ("mN", "uN"):
+        return Remedy("unit", "N") if each.unit_by == "given" else Remedy("scale", 1.0)
+    return Remedy("unit" if each.unit_by == "taken for N" else "scale", None)
 
 
 def _signed(name: str, signs: str, range_n: str) -> Iterator[Doubt]:

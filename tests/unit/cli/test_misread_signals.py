@@ -6,6 +6,7 @@ import warnings
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import frictionloop as fl
 from frictionloop.analysis.levels import misread
@@ -28,7 +29,7 @@ def recorded(folder, values, column="Ft", **more):
 
 CASES = {
     "mean": (0.6 + VARIES_N, "a mean of 0.6 N, which puts the set-point out", "remove_mean", "True", "values.mean"),
-    "unit": (600 + VARIES_N, "is up to 600 N", "unit", "'mN'", "values / 1000"),
+    "unit": (600 + 1000 * VARIES_N, "is up to 650 N", "unit", "'mN'", "values / 1000"),
     "signs": (SIGNED_N, "has both signs, -0.45 to 0.45 N", "rectify", "True", "abs(values)"),
     "below": (-0.4 + VARIES_N, "is below 0, -0.45 to -0.35 N", "rectify", "True", "abs(values)"),
 }  # fmt: skip
@@ -65,6 +66,33 @@ def test_what_is_meant_runs_in_silence(tmp_path, system):
             fl.simulate(system.evolve({"disturbance": array(signal)}), 0.1)
         if system.setpoint.kind == "constant" and system.setpoint.offset_n == 1.1:  # friction's mean is asked for too
             fl.simulate(system.evolve({"disturbance": array(0.6 + VARIES_N)}), 0.1)
+
+
+SMALL = {
+    "mN": ({"unit": "mN"}, "evolve({\"disturbance.unit\": 'N'})"),
+    "file": ({"column": "Ft [mN]"}, 'evolve({"disturbance.scale": 1.0})'),
+    "scale": ({"scale": 1e-3}, 'another "disturbance.scale"'),
+}
+
+
+@pytest.mark.parametrize("name", SMALL)
+def test_a_variation_that_is_too_small_for_newtons_warns_as_on_the_command_line(tmp_path, name):
+    given, remedy = SMALL[name]
+    with pytest.warns(fl.SignalWarning, match="varies by 0.0354 mN rms only") as caught:
+        fl.simulate(LEVEL.evolve({"disturbance": recorded(tmp_path, VARIES_N, **given)}), 0.1)
+    (one,) = caught
+    assert str(one.message).endswith(f"did you mean {remedy}?")
+
+
+def test_an_array_that_is_too_small_warns_and_one_that_is_constant_does_not():
+    with pytest.warns(fl.SignalWarning, match=r"varies by 0.0354 mN rms only; did you mean 1000 \* values\?"):
+        fl.simulate(LEVEL.evolve({"disturbance": array(VARIES_N / 1000)}), 0.1)
+    variable = xr.DataArray(VARIES_N, dims="time", coords={"time": TIME_S}, attrs={"units": "mN"})
+    with pytest.warns(fl.SignalWarning, match="varies by 0.0354 mN rms only"):
+        fl.simulate(LEVEL.evolve({"disturbance": variable}), 0.1)
+    for level_n in (0.0, 0.1):
+        assert misread(LEVEL.evolve({"disturbance": array(np.full(3000, level_n))})) == []
+    assert misread(LEVEL.evolve({"setpoint": array(0.5 + VARIES_N / 1000)})) == []
 
 
 def test_a_level_that_was_given_is_meant(tmp_path):

@@ -18,7 +18,7 @@ RATE_HZ = 5000.0
 
 def run_of(*tones_hz, **changes):
     time = np.arange(5000) / RATE_HZ
-    values_n = 1e-3 * sum((np.sin(2 * np.pi * each * time) for each in tones_hz), start=0 * time)
+    values_n = 2e-3 * sum((np.sin(2 * np.pi * each * time) for each in tones_hz), start=0 * time)
     signals = {"setpoint": fl.Constant(offset_n=0.5), "disturbance": fl.Samples(values_n=values_n, rate_hz=RATE_HZ)}
     return fl.simulate(fl.feasible().evolve(signals | changes), 1.0)
 
