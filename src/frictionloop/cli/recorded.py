@@ -55,12 +55,12 @@ def at_design(system: System) -> list[str]:
 
 def on_top(system: System) -> str:
     """Return that the bench's finger varies by itself too, and how a recording alone is had; empty if it does not."""
-    if not isinstance(system.disturbance, (Recording, Samples)):
-        return ""
+    recorded = [name for name in ("disturbance", "setpoint") if isinstance(getattr(system, name), (Recording, Samples))]
     flags = [f"--{path} {value:g}" for path, value in stirring(system).items()]
-    if not flags:
+    if not recorded or not flags:
         return ""
-    return (
-        "The recorded disturbance comes on top of this finger's own tremor, drift and roughness. It is alone with "
-        + " ".join(flags)
-    )
+    said = {
+        "disturbance": "The recorded disturbance comes on top of this finger's own tremor, drift and roughness. It",
+        "setpoint": "This finger's own tremor, drift and roughness count in the error. The recorded setpoint",
+    }[recorded[0]]
+    return f"{said} is alone with {' '.join(flags)}"

@@ -24,19 +24,31 @@ LEAST = 0.01
 OWN = "the finger's own taken off: "
 
 
-def amplified_from_hz(run: xr.Dataset, mask: np.ndarray) -> float | None:
-    """Return the lowest frequency at which |S| is 1, of the loop at the mean of what is asked; None without one."""
+def searched(run: xr.Dataset, mask: np.ndarray, response: str) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return frequencies in Hz and the size of a response there, of the loop at the mean of what is asked.
+
+    None of a loop that has no linear analysis, or is not stable in it.
+    """
     from frictionloop.analysis import operating_band
 
     try:
         points = operating_band(at_levels(system_of(run), run, mask))
         loop = points[len(points) // 2]
         grid = loop.search_grid(0.1)
-        size = np.abs(loop.frequency_response(grid)["S"].values)
+        size = np.abs(loop.frequency_response(grid)[response].values)
     except (FrictionloopError, KeyError):  # a law that has no linear analysis
         return None
+    return (grid, size) if loop.is_stable() else None
+
+
+def amplified_from_hz(run: xr.Dataset, mask: np.ndarray) -> float | None:
+    """Return the lowest frequency at which |S| is 1; None without one."""
+    found = searched(run, mask, "S")
+    if found is None:
+        return None
+    grid, size = found
     over = np.flatnonzero((size[1:] >= 1.0) & (size[:-1] < 1.0))
-    return float(grid[over[0] + 1]) if loop.is_stable() and over.size else None
+    return float(grid[over[0] + 1]) if over.size else None
 
 
 def left_by_band(run: xr.Dataset, mask: np.ndarray, split_hz: float) -> tuple[float, float] | None:
@@ -50,7 +62,7 @@ def left_by_band(run: xr.Dataset, mask: np.ndarray, split_hz: float) -> tuple[fl
     calm = steady_of(run, mask)
     if calm is None:
         return None
-    left, given = (_split((run[name] - calm[name]).values, run, split_hz) for name in ("f_a", "d"))
+    left, given = (split((run[name] - calm[name]).values, run, split_hz) for name in ("f_a", "d"))
     whole_n = _rms(given[0][mask] + given[1][mask])
     below, above = (
         _rms(part[mask]) / _rms(of[mask]) if _rms(of[mask]) > LEAST * whole_n else math.nan
@@ -90,7 +102,7 @@ def entered(run: xr.Dataset, mask: np.ndarray) -> str:
     return f"Where scored, the disturbance varies by {d}, the force f_a by {force}{own}."
 
 
-def _split(values: np.ndarray, run: xr.Dataset, split_hz: float) -> tuple[np.ndarray, np.ndarray]:
+def split(values: np.ndarray, run: xr.Dataset, split_hz: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the parts of a signal below and above a frequency."""
     time = run["time"].values
     line = np.linspace(values[0], values[-1], values.size)

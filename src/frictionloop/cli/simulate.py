@@ -83,6 +83,7 @@ def command(
         describe,
         recorded,
         recorded_bands,
+        recorded_followed,
         recorded_units,
         ringing,
         scores,
@@ -96,6 +97,7 @@ def command(
         said = [*recorded_units.asked(system, "name", "small", "contact"), *recorded_units.negative(system)]
         said += recorded_units.resampled(system)
         said += recorded_bands.lines(run, mask)
+        said += recorded_followed.lines(run, mask)
     said += recorded.notes(system, duration_s)
     times, steps = _steps(run, system, score_from_s)
     drawn = run.assign(scored=("time", mask)) if score_from_s else run
