@@ -131,6 +131,7 @@ def test_a_first_look_at_a_large_table_is_one_all_along_it(tmp_path, monkeypatch
     # Rows are counted by the mean length of a line at the beginning, which other lines do not have.
     np.testing.assert_allclose(force.row / 300_000, (force.low + force.high) / 2, atol=0.03)
     assert force.low[0] < 0.01 and force.high[-1] > 0.99 and other.high.min() > 0.9
+    assert look.rate_hz == RATE
     fl.plot(look, tmp_path / "a.png")
     assert (tmp_path / "a.png").stat().st_size > 5000
 
@@ -151,3 +152,6 @@ def test_a_first_look_at_a_short_file_sees_every_sample(tmp_path, samples):
         np.savez(tmp_path / "a.npz", f=values, fs=1e3)
         look = first_look(tmp_path / "a.npz")
         assert look.traces[0].high.max() == 1.0 and look.said.endswith("hold all samples")
+        (axes,) = fl.plot(look).axes
+        assert look.rate_hz == 1e3 and axes.get_xlabel() == "time (s)"
+        assert axes.get_xlim()[1] < samples / 1e3

@@ -29,12 +29,19 @@ def check_output(name: str, path: Path | None, accepted: tuple[str, ...]) -> Non
         return
     if path.suffix not in accepted:
         other = f"; {ELSEWHERE}" if accepted is RUN_FILES and path.suffix.lower() in OTHERS else ""
-        raise FrictionloopError(f"{name} = {str(path)!r}: must end in {' or '.join(accepted)}{other}")
+        raise FrictionloopError(f"{_flag(name)} = {str(path)!r}: must end in {' or '.join(accepted)}{other}")
     if not path.parent.is_dir():
-        raise FrictionloopError(f"{name} = {str(path)!r}: there is no folder {str(path.parent)!r}; create it first")
+        raise FrictionloopError(
+            f"{_flag(name)} = {str(path)!r}: there is no folder {str(path.parent)!r}; create it first"
+        )
     _check_writable(name, path, path.parent)
     if accepted is FIGURES:
         check_drawing()
+
+
+def _flag(name: str) -> str:
+    """Return what gives a file on the command line: a flag, but for the file itself."""
+    return name if name == "file" else f"--{name.replace('_', '-')}"
 
 
 def check_drawing() -> None:
@@ -46,14 +53,16 @@ def check_new(name: str, path: Path | None) -> None:
     """Refuse to replace a file that a person may have edited."""
     if path is not None and path.exists():
         raise FrictionloopError(
-            f"{name} = {str(path)!r}: exists and is not replaced; delete it first, or choose another name"
+            f"{_flag(name)} = {str(path)!r}: exists and is not replaced; delete it first, or choose another name"
         )
 
 
 def check_folder(name: str, path: Path | None) -> None:
     """Refuse a folder for figures that is a file, or that has no folder to be made in."""
     if path is not None and not path.is_dir() and (path.exists() or not path.parent.is_dir()):
-        raise FrictionloopError(f"{name} = {str(path)!r}: must be a folder, or a new one in a folder that is there")
+        raise FrictionloopError(
+            f"{_flag(name)} = {str(path)!r}: must be a folder, or a new one in a folder that is there"
+        )
     if path is not None:
         _check_writable(name, path, path if path.is_dir() else path.parent)
         check_drawing()
@@ -62,7 +71,7 @@ def check_folder(name: str, path: Path | None) -> None:
 def _check_writable(name: str, path: Path, folder: Path) -> None:
     why = why_unwritable(folder)
     if why:
-        raise FrictionloopError(f"{name} = {str(path)!r}: nothing can be written in {str(folder)!r} ({why})")
+        raise FrictionloopError(f"{_flag(name)} = {str(path)!r}: nothing can be written in {str(folder)!r} ({why})")
 
 
 def check_count(name: str, value: int, least: int, most: int = 2**63 - 1) -> None:

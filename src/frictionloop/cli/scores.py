@@ -43,9 +43,12 @@ def metric_rows(found: dict[str, float]) -> list[Row]:
     beyond = "" if math.isnan(missing) else f", {number(missing)} more"
     felt, relative = found["perceptual_index"], found["relative_index"]
     most = "the most any controller could reach" if math.isnan(relative) else "by reach alone, without delay and noise"
+    bound = f"{most}{beyond}"
+    if found["r2_bound"] < 0:
+        bound = "below 0: reach alone misses f_r by more than f_r varies"
     rows: list[Row] = [
         ("r2_identity", number(found["r2_identity"]), "how well f_a follows f_r; 1 is perfect"),
-        ("r2_bound", number(found["r2_bound"]), f"{most}{beyond}"),
+        ("r2_bound", number(found["r2_bound"]), bound),
         ("r2_regression", number(found["r2_regression"]), line),
         ("rms_error", newtons(found["rms_error"]), "rms of f_a - f_r"),
         *_left(found),

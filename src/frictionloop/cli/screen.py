@@ -6,7 +6,7 @@ import json
 import math
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -128,9 +128,10 @@ def _grid(rows: Sequence[tuple[str, ...]], columns: Sequence[Mapping[str, Any]])
     return grid
 
 
-def saved(paths: Mapping[str, Any]) -> list[str]:
-    """Return a line for each file that was asked for."""
-    return [f"saved {what} as {path}" for what, path in paths.items() if path]
+def saved(paths: Mapping[str, Any], replaced: Collection[Any] = ()) -> list[str]:
+    """Return a line for each file that was asked for, and that it replaced one of that name."""
+    there = dict.fromkeys(replaced, ", which replaced the one that was there")
+    return [f"saved {what} as {path}{there.get(path, '')}" for what, path in paths.items() if path]
 
 
 def about(value: float) -> str:

@@ -74,6 +74,7 @@ def command(
         raise FrictionloopError("all: needs --save-system FILE.toml, the file that everything is to be in")
     checks.check_count("seed", seed, 0)
     checks.check_score(score_from_s, duration_s)
+    there = [path for path in (out, plot) if path is not None and path.exists()]
     system, origin = flags.given(file, preset, overrides)
     run, elapsed_s = _run(system, duration_s, seed)
 
@@ -126,7 +127,7 @@ def command(
         *([*conditions, ""] if (conditions := advice_text.beyond_lines(left)) else []),
         *([*said, ""] if said else []),
         f"{duration_s:g} s of signal, {periods} control periods, simulated in {screen.seconds(elapsed_s)}",
-        *screen.saved(saved),
+        *screen.saved(saved, there),
     )
 
 

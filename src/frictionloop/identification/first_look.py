@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionloop.recordings.contents import Channel
+from frictionloop.identification.sampling import sampling_of
+from frictionloop.recordings.contents import Channel, Contents
 from frictionloop.recordings.stored import LARGE_BYTES
 from frictionloop.recordings.table_layout import layout_of
 from frictionloop.recordings.table_rows import rows_in
@@ -42,6 +43,8 @@ class FirstLook(NamedTuple):
     traces: tuple[Trace, ...]
     said: str
     """How much of the file was looked at."""
+    rate_hz: float | None
+    """What the file tells, None where it tells none."""
 
 
 def first_look(path: str | os.PathLike[str]) -> FirstLook:
@@ -54,17 +57,28 @@ def first_look(path: str | os.PathLike[str]) -> FirstLook:
     """
     file = Path(path)
     if file.is_file() and READERS.get(file.suffix.lower()) is read_table and file.stat().st_size > LARGE_BYTES:
-        return FirstLook(str(path), tuple(_sparse(file)), f"{WINDOWS} windows of {ROWS} rows or so, all along the file")
+        said = f"{WINDOWS} windows of {ROWS} rows or so, all along the file"
+        traces, rate_hz = _sparse(file)
+        return FirstLook(str(path), tuple(traces), said, rate_hz)
     contents = read_contents(file)
     signals = contents.signals() or contents.channels
     sizes = dict.fromkeys(line.samples.size for line in signals)
     found = [each for size in sizes for each in _traces([line for line in signals if line.samples.size == size])]
     looked = f"of {ROWS} samples, all along the file" if max(sizes) > WINDOWS * ROWS else "that hold all samples"
-    return FirstLook(str(path), tuple(found), f"{WINDOWS} windows {looked}")
+    return FirstLook(str(path), tuple(found), f"{WINDOWS} windows {looked}", _rate_of(path, contents))
 
 
-def _sparse(file: Path) -> list[Trace]:
-    """Return windows of a large text file, whose rows are counted by their mean length: nothing before is read."""
+def _rate_of(path: str | os.PathLike[str], contents: Contents) -> float | None:
+    """Return the rate that a file tells by even times or a number; None else, for then rows are no seconds."""
+    sampling = sampling_of(str(path), contents)
+    return sampling.rate_hz if sampling.even and not sampling.gaps else None
+
+
+def _sparse(file: Path) -> tuple[list[Trace], float | None]:
+    """Return windows of a large text file, and the rate that its beginning tells.
+
+    Rows are counted by their mean length: nothing before is read.
+    """
     with tempfile.TemporaryDirectory() as folder:
         head = Path(folder) / file.name
         with open(file, "rb") as stream:
@@ -88,10 +102,11 @@ def _sparse(file: Path) -> list[Trace]:
                 middles.append((start + width / 2) / row_bytes)
                 ends.append([_ends(values[:, k]) for k in places])
     low_high = np.array(ends)
-    return [
+    traces = [
         Trace(line.name, line.unit or "", np.array(middles), low_high[:, k, 0], low_high[:, k, 1])
         for k, line in enumerate(signals)
     ]
+    return traces, _rate_of(file, begun)
 
 
 def _traces(lines: Sequence[Channel]) -> tuple[Trace, ...]:

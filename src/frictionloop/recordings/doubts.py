@@ -19,8 +19,12 @@ LEAST_N = 1e-3
 """Variation (rms) of a disturbance below which its unit is asked about: that of fingers is some 10 mN (assumed)."""
 ROUNDING = 1e-9
 """Variation that is none, as a share of the largest magnitude."""
-LOAD = re.compile(r"(?<![a-z])(normal|load|preload|weight|fz|fn|grip)(?![a-z])", re.IGNORECASE)
-"""Names of what presses on the finger, which in a recording stands beside the friction."""
+LOAD = re.compile(
+    r"(?<![a-z])(normale?|load|preload|weight|fz|fn|grip|(normal|andruck|andrück|anpress|anpreß|auflage)kraft|auflast|"
+    r"appui)(?![a-z])",
+    re.IGNORECASE,
+)
+"""Names of what presses on the finger in English, German and French; in a recording it stands beside the friction."""
 
 COEFFICIENT = re.compile(
     r"(?<![a-z])(mu|[µμ]|cof|friction[ _-]*coeff?(icient)?|coeff?(icient)?[ _-]*of[ _-]*friction)(?![a-z])",

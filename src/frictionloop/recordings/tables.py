@@ -51,12 +51,14 @@ def read_table(path: Path) -> Contents:
         if k < width and k not in empty
     )
     date = told_date([(each.name, each.value) for each in said]) or next(map(shown, begun.values()), "")
-    notes = (
+    notes = tuple(
         f"{names[k]!r} is left out, for its cells hold no times; accepted: {ACCEPTED}"
         for k in empty
         if is_time(names[k])
     )
-    return Contents(channels, rates_in(said), tuple(notes), date, tuple(header(names[k]).name for k in begun))
+    commas = ["its commas are decimal: simulate reads them with --disturbance.decimal , (or --setpoint)"]
+    notes = (*notes, *commas * (layout.decimal == ","))
+    return Contents(channels, rates_in(said), notes, date, tuple(header(names[k]).name for k in begun))
 
 
 def _check_width(path: Path, width: int) -> None:

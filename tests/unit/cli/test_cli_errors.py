@@ -55,7 +55,7 @@ SIMULATE = [
     (("--out", "run.csv"), "how-to/read-the-results-elsewhere.md"),
     (("--out", "no/run.h5"), "out = 'no/run.h5': there is no folder 'no'; create it first"),
     (("--plot", "run.gif"), "plot = 'run.gif': must end in .svg or .pdf or .png"),
-    (("--save-system", "bench.yaml"), "save_system = 'bench.yaml': must end in .toml"),
+    (("--save-system", "bench.yaml"), "--save-system = 'bench.yaml': must end in .toml"),
     (("--json=3",), "Invalid value for --json"),
 ]
 SWEEP = [
@@ -218,16 +218,16 @@ def test_output_that_is_a_folder(frictionloop, tokens):
 @pytest.mark.parametrize(
     ("tokens", "option"),
     [
-        (("simulate",), "out = '/proc/run.h5'"),
-        (("sweep", "--controller.kp", "1,2"), "csv = '/proc/run.csv'"),
-        (("compare",), "plots = '/proc/figures'"),
-        (("compare",), "csv = '/proc/scores.csv'"),
-        (("design", "controller"), "plots = '/proc/figures'"),
+        (("simulate",), "--out = '/proc/run.h5'"),
+        (("sweep", "--controller.kp", "1,2"), "--csv = '/proc/run.csv'"),
+        (("compare",), "--plots = '/proc/figures'"),
+        (("compare",), "--csv = '/proc/scores.csv'"),
+        (("design", "controller"), "--plots = '/proc/figures'"),
     ],
 )
 def test_a_folder_that_takes_no_file_is_found_before_any_work(frictionloop, tokens, option):
     name, _, path = option.partition(" = ")
-    line = only_line(frictionloop(*tokens, f"--{name}", path.strip("'")))
+    line = only_line(frictionloop(*tokens, name, path.strip("'")))
     assert line == f"error: {option}: nothing can be written in '/proc' (No such file or directory)\n"
 
 

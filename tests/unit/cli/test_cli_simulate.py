@@ -357,3 +357,16 @@ def test_reading_a_recording_is_a_phase_of_its_own_and_done_once(frictionloop, s
     phases.clear()
     frictionloop(*SHORT)
     assert "reading the recording" not in phases
+
+
+def test_a_file_that_is_replaced_is_said(frictionloop, tmp_path):
+    flags = ("simulate", "--duration-s", "0.1", "--plot", str(tmp_path / "run.svg"))
+    assert "which replaced" not in frictionloop(*flags).out
+    assert "run.svg, which replaced the one that was there" in " ".join(frictionloop(*flags).out.split())
+
+
+def test_a_bound_below_zero_is_explained_without_a_difference(frictionloop):
+    below = ("--setpoint.kind", "sine", "--setpoint.offset_n", "-0.5", "--setpoint.amplitude_n", "0.1")
+    said = " ".join(frictionloop("simulate", *below, "--duration-s", "1").out.split())
+    row = said.partition("r2_bound")[2].partition("r2_regression")[0]
+    assert row.endswith("below 0: reach alone misses f_r by more than f_r varies ")

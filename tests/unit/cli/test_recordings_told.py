@@ -74,7 +74,10 @@ def test_no_share_is_left_of_what_did_not_enter(tmp_path):
     assert np.isnan(fl.metrics(run)["disturbance_left"])
 
 
-@pytest.mark.parametrize("name", ["Normal force", "load", "Fz", "normal_force"])
+@pytest.mark.parametrize("name",
+    ["Normal force", "load", "Fz", "normal_force", "Normalkraft", "Andruckkraft", "Auflagekraft", "Force normale",
+     "effort normal", "appui"],
+)  # fmt: skip
 def test_a_column_named_as_a_load_is_asked_about(tmp_path, name):
     (tmp_path / "d.csv").write_text(f"{name} [N],tangential [N],overload\n1,0.5,1\n1.1,0.6,2\n")
     load, friction, other = (

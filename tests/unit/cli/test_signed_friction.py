@@ -125,3 +125,10 @@ def test_a_first_look_at_the_file_says_it_of_the_friction_alone(tmp_path, fricti
         "time": False, "Ft": True, "Fn": False, "speed": False,
     }  # fmt: skip
     assert "rectify takes" in frictionloop("identify", "channels", str(tmp_path / "all.csv")).out
+
+
+def test_decimal_commas_are_said_with_the_flag_that_reads_them(frictionloop, tmp_path):
+    for name, row in (("comma", "{};0,{}\n"), ("point", "{};0.{}\n")):
+        (tmp_path / f"{name}.csv").write_text("row;Ft [N]\n" + "".join(row.format(k, k % 7 + 1) for k in range(50)))
+        said = " ".join(frictionloop("identify", "channels", str(tmp_path / f"{name}.csv")).out.split())
+        assert ("simulate reads them with --disturbance.decimal ," in said) == (name == "comma")
