@@ -6,14 +6,46 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.firmware.board_fit import BUS_HZ, CARRIER_HZ, PERIOD, amplitude_left, misfits
+from frictionloop.firmware import board_fit
+from frictionloop.firmware.board_fit import BUS_HZ, SOURCE, amplitude_left, carrier_hz, carrier_misses, misfits
 from frictionloop.quantities.schema import firmware_folder
 
+CARRIER_HZ = 36e6 / 783
+"""Of the repository's own image."""
 
-def test_the_carrier_is_that_of_the_boards_source():
-    text = (firmware_folder() / "boards" / "teensy31" / "carrier.c").read_text()
-    assert int(re.search(r"PERIOD = (\d+)", text)[1]) == PERIOD
+
+@pytest.fixture
+def clone(monkeypatch, tmp_path):
+    """Return a function that writes a firmware folder with another line PERIOD, which the commands then read."""
+    source = (firmware_folder() / SOURCE).read_text()
+    (tmp_path / SOURCE).parent.mkdir(parents=True)
+
+    def write(line):
+        (tmp_path / SOURCE).write_text(re.sub(r"PERIOD = 783,", line, source))
+        monkeypatch.setattr(board_fit, "firmware_folder", lambda: tmp_path)
+
+    return write
+
+
+def test_the_clock_is_that_of_the_boards_source():
+    text = (firmware_folder() / SOURCE).read_text()
     assert float(re.search(r"(\d+) MHz / 783", text)[1]) * 1e6 == BUS_HZ
+    assert carrier_hz() == CARRIER_HZ
+
+
+def test_a_changed_period_in_the_clone_is_what_a_plate_is_compared_with(clone):
+    at_38_khz = fl.bench().evolve({"plate.frequency_hz": 38000.0})
+    assert carrier_misses(at_38_khz) and not carrier_misses(fl.bench())
+    clone("PERIOD = 947,")
+    assert misfits(at_38_khz) == [] and not carrier_misses(at_38_khz)
+    (told,) = misfits(fl.bench())
+    assert "carrier is at 38015 Hz" in told and "(PERIOD = 947)" in told and "PERIOD = 783 in firmware/" in told
+
+
+def test_a_period_that_is_no_number_is_said_and_not_guessed(clone):
+    clone("PERIOD = 36000000 / 38000,")
+    with pytest.raises(fl.FrictionloopError, match=r"carrier\.c: has no PERIOD = NUMBER"):
+        misfits(fl.bench())
 
 
 def test_what_is_left_is_the_response_of_a_resonator_beside_its_peak():

@@ -110,7 +110,7 @@ def test_another_version_and_another_table_are_refused(boards: Any) -> None:
     with pytest.raises(fl.DeviceError, match=words):
         Device(lambda: boards.Line(boards.Board(major=major + 1)))
     other = Device(lambda: boards.Line(boards.Board(hash_of_table=5)))
-    with pytest.raises(fl.DeviceError, match=r"parameter table is another one \(hash 00000005"):
+    with pytest.raises(fl.DeviceError, match=r"parameter table is another one \(layout 00000005"):
         other.set("setpoint.hold_n", 0.5)
 
 

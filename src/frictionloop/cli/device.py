@@ -18,20 +18,15 @@ if TYPE_CHECKING:
     from frictionloop.parameters import System
 
 ADDRESS = (
-    "sim: (the firmware here, with a simulated bench), emulated:IMAGE (an image on an emulated board, with the same), "
-    "tcp://host:port, or a port: serial:///dev/ttyACM0 (Linux), serial:///dev/cu.usbmodem1 (macOS), serial://COM3 "
-    "(Windows)."
+    "sim: (the firmware here, with a simulated bench), emulated:IMAGE (an image, or the folder firmware build made, "
+    "on an emulated board, with the same), tcp://host:port, or a port: serial:///dev/ttyACM0 (Linux), "
+    "serial:///dev/cu.usbmodem1 (macOS), serial://COM3 (Windows)."
 )
 Address = Annotated[str, Parameter(name="ADDRESS", help=ADDRESS, group=flags.SYSTEM)]
 SameAddress = Annotated[str, Parameter(name="ADDRESS", help="As in device info.", group=flags.SYSTEM)]
 LIST_EXAMPLES = """Examples
 
   frictionloop device list
-"""
-INFO_EXAMPLES = """Examples
-
-  frictionloop device info sim:
-  frictionloop device info serial:///dev/ttyACM0 --json
 """
 CLEAR_EXAMPLES = """Examples
 
@@ -83,55 +78,6 @@ def list_ports(*, json: flags.Json = False) -> None:
     screen.show(screen.columns(rows))
     if not found:
         screen.show("no serial port: is the board plugged in, and has it a USB serial adapter?")
-
-
-def info(address: Address, /, *, json: flags.Json = False) -> None:
-    """Say who answers at an address, what runs there and what it has counted since reset."""
-    from frictionloop.quantities.schema import table_hash
-
-    with connected(address) as device:
-        found, counted, parameters = device.info, device.statistics(), device.parameters
-        laws = _laws(device)
-        clamp = float(parameters["law.low_n"]), float(parameters["law.high_n"])
-        ceiling = float(parameters["drive.ceiling_um"])
-    same = found.table_hash == table_hash()
-    if json:
-        about = {"law": laws[0], "clamp_n": clamp, "ceiling_um": ceiling, "same_table": same}
-        screen.show_json(found._asdict() | about | counted)
-        return
-    # A board without a counter of cycles, such as a simulated one, tells 0.
-    longest = f"longest {counted['longest_us']:.3g} us" if counted["longest_us"] else "longest tick not measured"
-    rows = [
-        ("board", f"{found.board}, serial number {found.serial}" if found.serial else found.board),
-        ("firmware", f"{found.revision}, protocol {found.version}, {found.tick_hz} ticks a second"),
-        ("parameters", "the same table as here" if same else f"table {found.table_hash:08x}, not the one here"),
-        ("law", f"{' or '.join(laws)}, {clamp[0]:.3g} to {clamp[1]:.3g} N, at most {ceiling:.3g} um"),
-        ("built in", ", ".join(map(_also_runs, found.laws))),
-        ("last reset", found.reset.replace("_", " ")),
-        ("ticks", f"{counted['ticks']:,.0f}, {counted['overruns']:,.0f} late, {longest}"),
-        ("frames", f"{counted['frames']:,.0f} whole, {counted['broken']:,.0f} broken, {counted['missed']:,.0f} missed"),
-        ("telemetry", f"{counted['dropped']:,.0f} samples dropped"),
-    ]
-    screen.show(screen.columns(rows))
-
-
-def _laws(device: Device) -> list[str]:
-    """Return the kind of controller that was set where that is known, else the kinds that its law's number is of."""
-    from frictionloop.control.laws import LAWS, NUMBERED
-
-    if device.system is not None:
-        return [device.system.controller.kind]
-    number = device.info.law
-    runs = NUMBERED[number - 1].kind if 0 < number <= len(NUMBERED) else "none"
-    return [runs, *(kind for kind, law in LAWS.items() if law.kind == runs and kind != runs)]
-
-
-def _also_runs(kind: str) -> str:
-    """Return a law that is built in, with the kinds of controllers that run as it under another name."""
-    from frictionloop.control.laws import LAWS
-
-    others = [other for other, law in LAWS.items() if law.kind == kind != other]
-    return f"{kind} (also runs {', '.join(others)})" if others else kind
 
 
 def clear(address: SameAddress, /, *, json: flags.Json = False) -> None:

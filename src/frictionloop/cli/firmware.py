@@ -155,7 +155,7 @@ def _show(table: Table, origin: str, made: dict[str, Any], rows: list[tuple[str,
         *_inside(table.system),
         ("clamp", f"{low_n:.4g} to {high_n:.4g} N"),
         ("cost", cost if worst else "not traced"),
-        ("words", f"{found['words']}, table {found['table_hash']:08x}"),
+        ("words", f"{found['words']}, layout {found['layout']}, values {found['values']}"),
     ]
     screen.show(screen.columns([("system", origin), *about, *rows]))
     if unfit:

@@ -15,6 +15,7 @@ from frictionloop.cli import (
     design_sensor,
     device,
     device_flash,
+    device_info,
     device_play,
     device_recover,
     device_run,
@@ -150,7 +151,7 @@ app.command(
         DEVICE,
         {
             "list": Verb(device.list_ports, "[--json]", device.LIST_EXAMPLES),
-            "info": Verb(device.info, "ADDRESS [--json]", device.INFO_EXAMPLES),
+            "info": _verb(device_info),
             "set": _verb(device_set),
             "run": _verb(device_run),
             "play": _verb(device_play),

@@ -11,6 +11,7 @@ from frictionloop.device.emulator import TeensyEmulator
 from frictionloop.device.errors import DeviceError
 from frictionloop.device.host_board import HostBoard, Sample
 from frictionloop.device.recorder import TICK_HZ
+from frictionloop.firmware.image import FLASHED
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.firmware.revision import other_sources
 from frictionloop.parameters import System
@@ -69,9 +70,9 @@ class Emulated:
     source = "emulated"
 
     def __init__(self, image_path: str | os.PathLike[str], largest_um: float) -> None:
-        self._image, self._largest_um = Path(image_path), largest_um
+        self._image, self._largest_um = _image_of(Path(image_path)), largest_um
         try:
-            self._teensy = TeensyEmulator(image_path)
+            self._teensy = TeensyEmulator(self._image)
         except FrictionloopError as refused:
             raise FrictionloopError(f"{refused}{other_sources(self._image)}") from None
 
@@ -91,3 +92,15 @@ class Emulated:
     def transmit(self) -> bytes:
         """Return the bytes for the line."""
         return self._teensy.transmit()
+
+
+def _image_of(path: Path) -> Path:
+    """Return the image at a path: the file, or in a folder that of the board that is emulated."""
+    if not path.is_dir():
+        return path
+    image = path / f"{FLASHED}.elf"
+    if not image.is_file():
+        raise FrictionloopError(
+            f"{path}: is a folder without {image.name}; frictionloop firmware build FILE --out FOLDER makes one"
+        )
+    return image

@@ -40,7 +40,7 @@ def connect(address: str, system: System | None = None, seed: int = 0) -> Device
     Parameters
     ----------
     address : str
-        ``"sim:"``, ``"emulated:image.elf"``, ``"serial:///dev/ttyACM0"`` or ``"tcp://host:port"``.
+        ``"sim:"``, ``"emulated:image.elf"`` (or its folder), ``"serial:///dev/ttyACM0"`` or ``"tcp://host:port"``.
     system : System, optional
         The bench of a simulated or emulated board, `bench()` by default.
     seed : int

@@ -65,9 +65,13 @@ class Parameters(Mapping[str, Any]):
         self._mirror()[first : first + len(words)] = words
         self._write(first, words)
 
+    def words(self) -> np.ndarray:
+        """Return all words in force, int32, read from the device."""
+        return self._read(0, word_count())
+
     def hold(self, table: np.ndarray) -> bool:
         """Return whether these words are in force."""
-        return bool(np.array_equal(self._read(0, word_count()), table))
+        return bool(np.array_equal(self.words(), table))
 
     def write(self, table: np.ndarray) -> None:
         """Write all words into the copy that waits."""
@@ -103,7 +107,7 @@ class Parameters(Mapping[str, Any]):
 
     def _mirror(self) -> np.ndarray:
         if self._waiting is None:
-            self._waiting = self._read(0, word_count())
+            self._waiting = self.words()
         return self._waiting
 
     def _read(self, first: int, count: int) -> np.ndarray:
@@ -125,6 +129,6 @@ class Parameters(Mapping[str, Any]):
     def _same_table(self) -> None:
         if self._hash != table_hash():
             raise DeviceError(
-                f"the device's parameter table is another one (hash {self._hash:08x}, here {table_hash():08x}); "
+                f"the device's parameter table is another one (layout {self._hash:08x}, here {table_hash():08x}); "
                 "flash the firmware of this version"
             )

@@ -3,15 +3,39 @@
 from __future__ import annotations
 
 import math
+import re
 
 from frictionloop.parameters import ResonantPlate, System
-from frictionloop.quantities.schema import schema
+from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.schema import firmware_folder, schema
 
-BUS_HZ, PERIOD = 36e6, 783
-"""Clock and period of the carrier's timer (firmware/boards/teensy31/carrier.c)."""
-CARRIER_HZ = BUS_HZ / PERIOD
+BUS_HZ = 36e6
+"""Clock of the carrier's timer."""
+SOURCE = "boards/teensy31/carrier.c"
+"""File with its period, in the firmware's folder."""
 LEAST_LEFT = 0.9
 """Share of the plate's amplitude at the carrier below which it is told (chosen)."""
+
+
+def period_ticks() -> int:
+    """Return the carrier's period in an image that is built here, in ticks of its timer.
+
+    Raises
+    ------
+    FrictionloopError
+        Where the source does not give it as one number.
+    """
+    found = re.search(r"^\s*PERIOD\s*=\s*([1-9]\d*)\s*,", (firmware_folder() / SOURCE).read_text("utf-8"), re.MULTILINE)
+    if found is None:
+        raise FrictionloopError(
+            f"firmware/{SOURCE}: has no PERIOD = NUMBER, so where its carrier is is not known; write it as one number"
+        )
+    return int(found[1])
+
+
+def carrier_hz() -> float:
+    """Return the frequency of the carrier in an image that is built here."""
+    return BUS_HZ / period_ticks()
 
 
 def amplitude_left(plate: ResonantPlate) -> float:
@@ -19,7 +43,7 @@ def amplitude_left(plate: ResonantPlate) -> float:
 
     fc = f0 / (2 Q) is the corner of the envelope (docs/plate).
     """
-    return 1.0 / math.hypot(1.0, (CARRIER_HZ - plate.frequency_hz) / plate.cutoff_hz)
+    return 1.0 / math.hypot(1.0, (carrier_hz() - plate.frequency_hz) / plate.cutoff_hz)
 
 
 def carrier_misses(system: System) -> bool:
@@ -37,8 +61,8 @@ def misfits(system: System) -> list[str]:
         )
     if isinstance(plate, ResonantPlate) and (left := amplitude_left(plate)) < LEAST_LEFT:
         said.append(
-            f"plate.frequency_hz = {plate.frequency_hz:g} Hz: the board's carrier is at {CARRIER_HZ:.0f} Hz, where "
-            f"this plate gives {100 * left:.2g} % of its amplitude; PERIOD = {BUS_HZ / plate.frequency_hz:.0f} in "
-            "firmware/boards/teensy31/carrier.c fits it"
+            f"plate.frequency_hz = {plate.frequency_hz:g} Hz: the board's carrier is at {carrier_hz():.0f} Hz, in an "
+            f"image that is built here (PERIOD = {period_ticks()}); there this plate gives {100 * left:.2g} % of its "
+            f"amplitude; PERIOD = {BUS_HZ / plate.frequency_hz:.0f} in firmware/{SOURCE} fits it"
         )
     return said

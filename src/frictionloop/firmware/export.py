@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,12 +11,13 @@ from typing import Any
 import numpy as np
 
 from frictionloop.control.cost import BUDGET_CYCLES, worst_tick
-from frictionloop.firmware.words import from_words
+from frictionloop.firmware.values import Number, fingerprint, numbers
 from frictionloop.parameters import System, write_toml
 from frictionloop.quantities import FrictionloopError, replacing
-from frictionloop.quantities.schema import parameter_words, table_hash
+from frictionloop.quantities.schema import table_hash
 
-HEADING = ("word", "name", "value", "unit", "raw", "meaning")
+FINGERPRINT = "values.txt"
+"""File with the fingerprint of the values, as `device info` prints it."""
 
 
 @dataclass(frozen=True)
@@ -26,17 +26,6 @@ class Table:
 
     system: System
     words: np.ndarray
-
-    def rows(self) -> Iterator[tuple[Any, ...]]:
-        """Yield every number: first word, name, value in its unit, unit, raw words, meaning."""
-        for word in parameter_words().values():
-            each = word.words // word.count
-            value = np.atleast_1d(from_words(word, self.words[word.first : word.first + word.words]))
-            for k in range(word.count):
-                first = word.first + k * each
-                raw = self.words[first : first + each].tolist()
-                name = f"{word.name}[{k}]" if word.count > 1 else word.name
-                yield first, name, value[k], word.unit, " ".join(map(str, raw)), word.text
 
     def summary(self) -> dict[str, Any]:
         """Return what one wants to know first, by name; the cycles are those of the law's worst tick, None untraced."""
@@ -48,11 +37,12 @@ class Table:
             "worst_tick_cycles": worst.cycles if worst else None,
             "tick_cycles": BUDGET_CYCLES,
             "words": len(self.words),
-            "table_hash": table_hash(),
+            "layout": f"{table_hash():08x}",
+            "values": fingerprint(self.words),
         }
 
     def write(self, folder: Path) -> None:
-        """Write parameters.bin (little-endian int32), parameters.csv and system.toml into a folder.
+        """Write parameters.bin (little-endian int32), parameters.csv, values.txt and system.toml into a folder.
 
         Raises
         ------
@@ -61,8 +51,8 @@ class Table:
         """
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(HEADING)
-        writer.writerows(self.rows())
+        writer.writerow(Number._fields)
+        writer.writerows(numbers(self.words))
         try:
             folder.mkdir(exist_ok=True)
         except OSError as error:
@@ -71,4 +61,6 @@ class Table:
             fresh.write_bytes(self.words.astype("<i4").tobytes())
         with replacing(folder / "parameters.csv") as fresh:
             fresh.write_text(text.getvalue(), encoding="utf-8")
+        with replacing(folder / FINGERPRINT) as fresh:
+            fresh.write_text(f"values {fingerprint(self.words)}\n", encoding="ascii")
         write_toml(self.system, folder / "system.toml")

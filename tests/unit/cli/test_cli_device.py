@@ -18,7 +18,8 @@ from frictionloop.device import boards as simulated_boards
 from frictionloop.device import serial_pipe, simulated_pipe
 from frictionloop.device.emulator.processor import _whole
 from frictionloop.firmware.parameter_words import firmware_words
-from frictionloop.quantities.schema import schema
+from frictionloop.firmware.values import fingerprint
+from frictionloop.quantities.schema import schema, table_hash
 
 LOOKUP = ("--controller.kind", "lookup")
 SLIPPERY = ("--motion.load_n", "4", "--open")  # the finger is pressed until its friction is more than the sensor takes
@@ -78,15 +79,51 @@ def test_who_answers(frictionloop):
     model = fl.bench().controller.model
     assert said["board"] == "host"
     assert "protocol 3.3" in said["firmware"] and "5000 ticks a second" in said["firmware"]
-    assert said["parameters"] == "the same table as here"
+    assert said["layout"] == f"{table_hash():08x}, as here"
+    assert said["values"] == fingerprint(firmware_words(fl.bench()))
     assert said["law"] == f"pi, 0.0884 to {model.nominal_n:g} N, at most {model.max_amplitude_um:g} um"
     assert said["telemetry"] == "0 samples dropped"
     assert said["ticks"].endswith(" 0 late, longest tick not measured")
     numbers = frictionloop("device", "info", "sim:", "--json").json()
-    assert (numbers["board"], numbers["law"], numbers["tick_hz"], numbers["same_table"]) == ("host", "pi", 5000, True)
+    assert (numbers["board"], numbers["law"], numbers["tick_hz"]) == ("host", "pi", 5000)
+    assert (numbers["layout"], numbers["values"]) == (f"{table_hash():08x}", said["values"])
+    assert "table_hash" not in numbers and "differing" not in numbers
     assert numbers["clamp_n"][1] == pytest.approx(model.nominal_n, abs=2**-28)
     assert numbers["ceiling_um"] == model.max_amplitude_um
     assert numbers["ticks"] > 0 and numbers["frames"] > 0 and numbers["broken"] == numbers["missed"] == 0
+
+
+def test_values_are_compared_with_those_of_a_file(frictionloop, tmp_path):
+    file = tmp_path / "bench.toml"
+    fl.write_toml(fl.bench(), file)
+    answer = frictionloop("device", "info", "sim:", str(file))
+    values = fingerprint(firmware_words(fl.bench()))
+    assert answer.code == 0 and f"{values}, those of" in answer.out and "NOT" not in answer.out
+    assert frictionloop("device", "info", "sim:", str(file), "--json").json()["differing"] == []
+
+    kp = {"controller.kp": 0.05, "board.ceiling_um": 0.5, "board.ramp_s": 0.04, "board.force_axes": 2}
+    other = fl.bench().evolve(kp)
+    fl.write_toml(other, file)
+    said = " ".join(frictionloop("device", "info", "sim:", str(file)).out.split())
+    assert f"values {values}, NOT those of" in said and fingerprint(firmware_words(other)) in said
+    assert f"law.gains[0] {fl.bench().controller.kp:g} on the device, 0.05 in the file" in said
+    numbers = frictionloop("device", "info", "sim:", str(file), "--json").json()
+    names = [each["name"] for each in numbers["differing"]]
+    assert {"law.gains[0]", "drive.ceiling_um", "drive.ramp_um", "force.axes"} == set(names)
+    assert f"and {len(names) - 3} more" in said and names[3] not in said
+    assert numbers["file_values"] == fingerprint(firmware_words(other)) != numbers["values"]
+
+
+def test_a_file_that_is_not_there_is_refused_before_the_device_is_looked_for(frictionloop, tmp_path):
+    said = refused(frictionloop("device", "info", "serial:///dev/no-such-port", str(tmp_path / "none.toml")))
+    assert "none.toml" in said and "no-such-port" not in said
+
+
+def test_a_folder_stands_for_the_image_in_it(frictionloop, tmp_path):
+    said = refused(frictionloop("device", "info", f"emulated:{tmp_path}"))
+    assert "is a folder without teensy31.elf; frictionloop firmware build FILE --out FOLDER makes one" in said
+    (tmp_path / "teensy31.elf").write_text("no image")
+    assert "teensy31.elf: is not an ELF file" in refused(frictionloop("device", "info", f"emulated:{tmp_path}"))
 
 
 @pytest.mark.parametrize(

@@ -33,6 +33,9 @@ def test_the_table_is_the_same_in_words_and_in_numbers(frictionloop, tmp_path):
     said = json.loads(frictionloop("firmware", "export", *PI, "--out", str(folder), "--json").out)
     words = np.frombuffer((folder / "parameters.bin").read_bytes(), "<i4")
     assert said["law"] == "pi" and len(words) == word_count() == said["words"]
+    assert "table_hash" not in said
+    shown = frictionloop("firmware", "export", *PI, "--out", str(folder)).out
+    assert f"{word_count()}, layout {said['layout']}, values {said['values']}" in shown
     assert said["clamp_n"] == [fl.bench().controller.model.floor_n, fl.bench().controller.model.nominal_n]
     with (folder / "parameters.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
@@ -141,3 +144,16 @@ def test_an_image_fits(frictionloop, tmp_path):
     lines = (tmp_path / "image" / "teensy31.hex").read_text().splitlines()
     assert lines[-1] == ":00000001FF" and all(line.startswith(":") for line in lines)
     assert said["flash_bytes"] <= 32 * 1024 and said["hex"].endswith("teensy31.hex")
+
+
+@pytest.mark.slow
+def test_the_image_carries_the_values_that_build_says(frictionloop, tmp_path):
+    pytest.importorskip("ziglang")
+    pytest.importorskip("unicorn")
+    folder, arguments = tmp_path / "image", (*PI, "--board", "teensy31", "--json")
+    built = json.loads(frictionloop("firmware", "build", *arguments, "--out", str(folder)).out)
+    exported = json.loads(frictionloop("firmware", "export", *PI, "--out", str(tmp_path / "table"), "--json").out)
+    told = json.loads(frictionloop("device", "info", f"emulated:{folder}", str(folder / "system.toml"), "--json").out)
+    assert told["values"] == built["values"] == exported["values"] != built["layout"]
+    assert (told["layout"], told["differing"]) == (built["layout"], [])
+    assert (folder / "values.txt").read_text() == f"values {told['values']}\n"
