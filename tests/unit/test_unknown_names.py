@@ -48,6 +48,8 @@ def test_a_whole_file_and_a_constructor_tell_all_too(tmp_path):
     [
         ("sensor.damping", 0.02, "sensor.q = 25 (Q = 1/(2 damping))"),
         ("sensor.damping_ratio", "small", "sensor.q (Q = 1/(2 damping))"),
+        ("sensor.log_decrement", 0.12, "sensor.q = 26.1799 (Q = pi/decrement)"),
+        ("plate.logarithmic_decrement", 0.01, "plate.q = 314.159 (Q = pi/decrement)"),
         ("plate.zeta", 0.02, "plate.q = 25 (Q = 1/(2 damping))"),
         ("finger.damping", 1.0, "finger.damping_n_s_m (N s/m)"),  # it has one
         ("sensor.natural_frequency", 210.0, "sensor.resonance_hz (Hz)"),

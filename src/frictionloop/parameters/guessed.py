@@ -26,6 +26,9 @@ class Guess(NamedTuple):
 
 GUESSES = (
     Guess("damping damping_ratio zeta xi", "q", "Q = 1/(2 damping)", lambda v, _: 0.5 / v),
+    Guess(
+        "log_decrement logarithmic_decrement decrement log_dec delta", "q", "Q = pi/decrement", lambda v, _: math.pi / v
+    ),
     Guess("loss_factor loss eta", "q", "Q = 1/loss factor", lambda v, _: 1.0 / v),
     Guess("quality quality_factor q_factor resonance_q", "q"),
     Guess(
