@@ -29,7 +29,7 @@ SHOW_EXAMPLES = r"""Examples
 CHECK_EXAMPLES = r"""Examples
 
   frictionloop effect check my-effect.toml
-  frictionloop effect check grating --motion.speed_mm_s 150 --json
+  frictionloop effect check grating --speed-mm-s 150 --json
 """
 PLAY_EXAMPLES = r"""Examples
 
@@ -140,6 +140,7 @@ def check(
     *,
     preset: flags.BenchPreset = None,
     overrides: flags.Overrides = None,
+    speed_mm_s: flags.Run[Speed] = None,
     json: flags.Json = False,
 ) -> None:
     """Check an effect without running it: whether it can be given and felt, and what is clamped of it."""
@@ -149,7 +150,7 @@ def check(
     from frictionloop.preview.asked import check as checked
     from frictionloop.preview.effect import prepared
 
-    shown = prepared(wanted, system, None)
+    shown = prepared(wanted, system, speed_mm_s)
     asked = checked(shown)
     if json:
         screen.show_json(effect_text.checked_json(shown, asked))

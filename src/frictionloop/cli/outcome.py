@@ -32,7 +32,7 @@ SMALLEST = (
 DESCRIPTIVE = ("mean_force", "mean_setpoint", "setpoint_spread", "scored_periods")
 """Metrics that say what a run was; no value of theirs is the best."""
 FEW = 12
-"""Points of one axis that are listed one by one; more are for --csv and --plot (chosen)."""
+"""Points that are listed one by one; more are for --csv and --plot (chosen)."""
 
 
 def compiled(system: System, points: Any, seeds: int, metrics: Sequence[str] | None) -> None:
@@ -103,8 +103,8 @@ class Outcome:
 
     @property
     def few(self) -> bool:
-        """Tell whether these are few points of one axis, which are listed one by one."""
-        return len(self.axes) == 1 and self.result.sizes[self.axes[0]] <= FEW
+        """Tell whether these are few points, which are listed one by one."""
+        return math.prod(self.result.sizes[path] for path in self.axes) <= FEW
 
     def best(self, metric: str) -> Best | None:
         """Return the best point by the mean over seeds, None where no run has a value."""

@@ -1,8 +1,9 @@
-"""A short sweep of one parameter, point by point, and which of its loops ring by linear analysis."""
+"""A short sweep, point by point, and which of its loops ring by linear analysis."""
 
 from __future__ import annotations
 
 import math
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from frictionloop.cli import describe, screen
@@ -15,20 +16,19 @@ if TYPE_CHECKING:
 
 
 def listed(found: Outcome, system: System) -> list[Any]:
-    """Return a table with a row per point, means over seeds; nothing for several axes or many points."""
+    """Return a table with a row per point, means over seeds; nothing for many points."""
     from frictionloop.cli.outcome import shown
 
     if not found.few:
         return []
-    (path,) = found.axes
     names = [str(name) for name, values in found.result.data_vars.items() if values.dtype.kind == "f"]
-    rows: list[tuple[str, ...]] = [(path, *names, "")]
-    for k, value in enumerate(found.result[path]):
-        here = found.result.isel({path: k})
+    rows: list[tuple[str, ...]] = [(", ".join(found.axes), *names, "")]
+    for at in product(*(range(found.result.sizes[path]) for path in found.axes)):
+        here = found.result.isel(dict(zip(found.axes, at, strict=True)))
+        point = {path: here[path].item() for path in found.axes}
         means = [(float(here[name].mean()), str(here[name].attrs.get("units", "1"))) for name in names]
         cells = ["-" if math.isnan(mean) else shown(mean, units) for mean, units in means]
-        own = value.item()
-        rows.append((describe.short(own), *cells, rings(system, {path: own})))
+        rows.append((", ".join(map(describe.short, point.values())), *cells, rings(system, point)))
     return [screen.table(rows), ""]
 
 

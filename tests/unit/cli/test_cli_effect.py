@@ -88,6 +88,11 @@ def test_check_says_what_the_skin_lets_through_of_a_period(frictionloop):
     assert found["skin"] == "the skin lets through up to 1 N/mm, a sine of 0.05 mm up to 0.008 N"
 
 
+def test_check_asks_at_the_speed_of_show(frictionloop):
+    told = frictionloop("effect", "check", "grating", "--effect.spacing_mm", "0.5", "--speed-mm-s", "2000")
+    assert told.code != 0 and "2000 mm/s" in told.err
+
+
 def test_a_large_map_is_told_by_its_size(frictionloop):
     R.write_effect(R.rasterise(R.find("braille"), 12.0, 8.0, 0.25), "cell.toml")
     assert (

@@ -209,3 +209,11 @@ def test_few_points_are_listed_and_those_that_ring_are_marked(frictionloop):
     first, second = (next(line for line in answer.out.splitlines() if line.startswith(each)) for each in values)
     assert "RINGS" not in first and second.rstrip().endswith("RINGS")
     assert "lie beyond" not in answer.out
+
+
+def test_few_points_of_two_axes_are_listed_too(frictionloop):
+    over = ("--over", "motion.speed_mm_s=60,200", "--over", "finger.contact=dahl,slider")
+    lines = frictionloop("sweep", "--preset", "bench", "--duration-s", "0.1", *over).out.splitlines()
+    assert any(line.startswith("motion.speed_mm_s,") for line in lines)
+    for point in ("60, dahl", "60, slider", "200, dahl", "200, slider"):
+        assert sum(line.startswith(point) for line in lines) == 1
