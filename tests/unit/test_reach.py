@@ -9,7 +9,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.analysis.band import operating_band
-from frictionloop.analysis.reach import check_band, missed
+from frictionloop.analysis.reach import Missed, check_band, missed
 from frictionloop.cli import advice_text, ringing
 from frictionloop.cli.controller_holds import beyond_reach, instead_of
 from frictionloop.cli.controller_text import turn
@@ -73,6 +73,11 @@ def test_a_verdict_names_the_fingers_a_force_is_out_of_reach_of_and_what_to_chan
     assert beyond_reach([system.evolve({"setpoint.offset_n": 0.65, "setpoint.amplitude_n": 0.1})], states) == []
     too_much = beyond_reach([system.evolve({"setpoint.offset_n": 0.95, "setpoint.amplitude_n": 0.3})], [0.0])
     assert "Ask for less" in too_much[0][1] and "max_amplitude_um" not in too_much[0][1]
+
+
+def test_a_force_and_the_nearest_have_digits_that_tell_them_apart():
+    assert Missed(0.6, 0.5996, 0.0).in_words == ("0.6", "0.5996")
+    assert Missed(0.3, 0.401234, 0.0).in_words == ("0.3", "0.401")
 
 
 @pytest.mark.parametrize(("margin", "said"), [(58.4, "58 lag"), (-35.8, "36 lead"), (float("inf"), "∞")])

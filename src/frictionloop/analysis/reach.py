@@ -22,6 +22,12 @@ class Missed(NamedTuple):
     occluded: float
     """State of the finger, 0 (just landed) to 1 (after long contact)."""
 
+    @property
+    def in_words(self) -> tuple[str, str]:
+        """Both forces without unit, with as many digits as tell them apart, three at least."""
+        pairs = [(f"{self.force_n:.{digits}g}", f"{self.instead_n:.{digits}g}") for digits in range(3, 12)]
+        return next((pair for pair in pairs if pair[0] != pair[1]), pairs[-1])
+
 
 def missed(system: System, states: Sequence[float] = (0.0,)) -> list[Missed]:
     """Return which of lowest, mean and highest force of set-point less disturbance are out of reach, by state."""

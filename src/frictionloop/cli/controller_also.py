@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from frictionloop.analysis import command_noise_rms_n, operating_band, output_noise_rms_n
@@ -40,24 +40,33 @@ def fully_moist(system: System, wanted: Wanted) -> str:
     said = f"at 100 % occlusion (not lifted for about {SETTLED * friction.occlusion_s:.3g} s) "
     there = wanted.over(3, 3).systems(system)
     try:
-        points = [loop for each in there for loop in operating_band(each, occluded=(1.0,))]
-        found = [(loop.sensitivity_peak(), off, limit) for loop, off, limit in shifted(points, wanted.limits)]
+        found = _peaks(there, wanted, 1.0)
     except FrictionloopError as error:
         beyond = [each for place in there for each in missed(place, [1.0])]
         if not beyond:
             return f"{said}it cannot be looked at: {error}"
-        forces = ", ".join(dict.fromkeys(f"{each.force_n:.3g} N" for each in beyond))
-        nearest = min(beyond, key=lambda each: abs(each.instead_n - each.force_n)).instead_n
+        forces = ", ".join(dict.fromkeys(f"{each.in_words[0]} N" for each in beyond))
+        nearest = min(beyond, key=lambda each: abs(each.instead_n - each.force_n)).in_words[1]
+        lift = "" if any(missed(place, [0.0]) for place in there) else ", or lift the finger before"
         return (
-            f"{said}{forces} are out of reach, {nearest:.3g} N is the nearest: the command stays at its limit, and no "
-            "loop is closed; ask for another force, or lift the finger before"
+            f"{said}{forces} are out of reach, {nearest} N is the nearest: the command stays at its limit, and no "
+            f"loop is closed; ask for another force{lift}"
         )
     unstable = [off for peak, off, _ in found if math.isinf(peak)]
     if unstable:
-        return f"{said}UNSTABLE{_off(min(unstable, key=abs))}: lift the finger before, or give `motion.contact_s`"
+        how = f"{said}UNSTABLE{_off(min(unstable, key=abs))}"
+        if any(math.isinf(peak) for peak, _, _ in _peaks(there, wanted, 0.0)):
+            return f"{how}, as on a finger just landed"
+        return f"{how}: lift the finger before, or give `motion.contact_s`"
     peak, off, limit = max(found, key=lambda each: each[0] / each[2])
     how = "CLOSE TO UNSTABLE" if peak > NEAR else "stable"
     return f"{said}{how}: Ms is {peak:.3g}{_off(off)}; {limit:.3g} is the limit of a finger that lifts in time"
+
+
+def _peaks(there: Sequence[System], wanted: Wanted, occluded: float) -> list[tuple[float, float, float]]:
+    """Return Ms, how far the resonance is off and the limit of Ms, of each loop of a finger so moist."""
+    points = [loop for each in there for loop in operating_band(each, occluded=(occluded,))]
+    return [(loop.sensitivity_peak(), off, limit) for loop, off, limit in shifted(points, wanted.limits)]
 
 
 def _off(share: float) -> str:
@@ -99,13 +108,16 @@ def unbelieved(system: System) -> str:
     )
 
 
-def assumed(system: System) -> str:
-    """Return a line with what is as in `bench()`, which is assumed, and moves the gains; empty if all is given."""
+def assumed(system: System, stated: Collection[str]) -> str:
+    """Return a line with what is as in `bench()`, which is assumed, and moves the gains; empty if all is given.
+
+    What is ``stated``, by dotted name, is somebody's own whatever its value.
+    """
     from frictionloop.parameters import bench
 
     own, usual = _values(system), _values(bench())
     same = [f"{path} = {own[path]:g} {unit}".rstrip() for path, unit in MATTER.items()
-            if path in own and own[path] == usual.get(path)]  # fmt: skip
+            if path in own and own[path] == usual.get(path) and path not in stated]  # fmt: skip
     return f"as in bench(), assumed unless it is yours: {', '.join(same)}" if same else ""
 
 

@@ -69,8 +69,8 @@ def loads_of(found: Sequence[Corner]) -> list[System]:
 def instead_of(systems: Sequence[System], states: Sequence[float]) -> list[str]:
     """Return a line for each force asked for that is out of reach: which was evaluated in its place."""
     said = [
-        f"{each.force_n:.3g} N is out of reach of {finger(each.occluded)}{_pressed(systems, [there])}: "
-        f"{each.instead_n:.3g} N is evaluated in its place."
+        f"{each.in_words[0]} N is out of reach of {finger(each.occluded)}{_pressed(systems, [there])}: "
+        f"{each.in_words[1]} N is evaluated in its place."
         for there in systems
         for each in missed(there, states)
     ]
@@ -88,8 +88,8 @@ def beyond_reach(systems: Sequence[System], states: Sequence[float]) -> list[tup
         for low, end, other in ((True, "least", "more"), (False, "most", "less")):
             here = [(there, each) for there, each in beyond if (each.force_n < each.instead_n) == low]
             if here:
-                forces = ", ".join(dict.fromkeys(f"{each.force_n:.3g} N" for _, each in here))
-                instead = list(dict.fromkeys(f"{each.instead_n:.3g}" for _, each in here))
+                forces = ", ".join(dict.fromkeys(f"{each.in_words[0]} N" for _, each in here))
+                instead = list(dict.fromkeys(each.in_words[1] for _, each in here))
                 rows.append(f"{forces} of {finger(state)}{_pressed(systems, [there for there, _ in here])}: "
                             f"{', '.join(instead)} N {'are' if len(instead) > 1 else 'is'} looked at, near the {end} "
                             f"it can be given; a run does not follow there. Ask for {other} (setpoint.offset_n, "

@@ -101,7 +101,7 @@ def command(
         screen.show_json(controller_text.as_json(name, designed, new, wanted, found, left) | {"saved": saved})
         return
     more = (controller_also.unbelieved(system), *designed.notes, *recorded.at_design(system))
-    notes = [each for each in more if each]
+    notes, stated = [each for each in more if each], flags.stated(file, overrides)
     with screen.waiting("checking a fully moist finger"):
         verdict = controller_verdict.verdict(designed, after, wanted, out)
     screen.show(
@@ -112,7 +112,7 @@ def command(
         *controller_text.margin_text(found, wanted),
         "",
         *controller_text.headroom_text(left, wanted),
-        *(["", screen.wrapped(said)] if (said := controller_also.assumed(system)) else []),
+        *(["", screen.wrapped(said)] if (said := controller_also.assumed(system, stated)) else []),
         *(["", *map(screen.wrapped, notes)] if notes else []),
         *([""] if any(saved.values()) else []),
         *screen.saved(saved),

@@ -165,6 +165,14 @@ def given(
     return system, changed(str(file) if file else f"{preset_name or instead}()", overrides)
 
 
+def stated(file: Path | None, flags: Iterable[str] | None) -> set[str]:
+    """Return the dotted names that a file beside its preset, and flags give; a file without one was written whole."""
+    from frictionloop.parameters.files import start_of
+
+    start, changes = (None, {}) if file is None else start_of(file)
+    return {*(_flat(changes) if start else ()), *overrides_of(flags)}
+
+
 def _flat(changes: Mapping[str, Any]) -> Iterator[str]:
     """Yield the dotted names of values, also of those in a block within a block."""
     for name, value in changes.items():

@@ -6,6 +6,7 @@ import math
 
 import frictionloop as fl
 from frictionloop.cli import controller_also as also
+from frictionloop.cli import flags
 from frictionloop.cli.controller_holds import also_said
 from frictionloop.design.corners import Corner
 from frictionloop.design.elsewhere import Elsewhere, Place
@@ -17,9 +18,11 @@ WEAK = fl.bench().evolve({"controller.kind": "pi", "controller.kp": 0.0, "contro
 def test_a_finger_that_never_lifts_is_judged_fully_moist():
     said = also.fully_moist(WEAK, Wanted())
     assert said.startswith("at 100 % occlusion (not lifted for about 60 s) stable: Ms is ")
-    strong = WEAK.evolve({"controller.ki": 3000.0})
-    assert all(math.isinf(loop.sensitivity_peak()) for loop in fl.operating_band(strong, occluded=(1.0,)))
-    assert "UNSTABLE: lift the finger before" in also.fully_moist(strong, Wanted())
+    for ki, dry, told in ((120.0, False, "lift the finger before"), (3000.0, True, "as on a finger just landed")):
+        strong = WEAK.evolve({"controller.ki": ki})
+        assert any(math.isinf(loop.sensitivity_peak()) for loop in fl.operating_band(strong, occluded=(0.0,))) == dry
+        said = also.fully_moist(strong, Wanted())
+        assert "UNSTABLE" in said and told in said and ("lift the finger" in said) == (not dry)
     assert also.fully_moist(WEAK.evolve({"motion.contact_s": 10.0}), Wanted()) == ""
     assert also.fully_moist(fl.feasible(), Wanted()) == ""
 
@@ -32,9 +35,21 @@ def test_a_range_below_the_friction_of_a_moist_finger_is_told():
     assert also.range_said(WEAK.evolve({"sensor.range_n": 1.1 * top_n})) == ""
 
 
-def test_what_is_as_the_bench_has_it_is_called_assumed():
-    assert f"sensor.cutoff_hz = {fl.bench().sensor.cutoff_hz:g} Hz" in also.assumed(fl.bench())
-    assert "sensor.cutoff_hz" not in also.assumed(fl.bench().evolve({"sensor.cutoff_hz": 777.0}))
+def test_what_is_as_the_bench_has_it_is_called_assumed_unless_it_is_stated():
+    cutoff = f"sensor.cutoff_hz = {fl.bench().sensor.cutoff_hz:g} Hz"
+    assert cutoff in also.assumed(fl.bench(), ())
+    assert "sensor.cutoff_hz" not in also.assumed(fl.bench().evolve({"sensor.cutoff_hz": 777.0}), ())
+    stated = also.assumed(fl.bench(), {"sensor.cutoff_hz"})
+    assert cutoff not in stated and "sensor.q" in stated
+
+
+def test_a_file_beside_its_preset_and_flags_state_values(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text('preset = "bench"\n[controller]\ndelay_s = 200e-6\n[controller.model]\nplate_hz = 40.0\n')
+    named = {"controller.delay_s", "controller.model.plate_hz", "sensor.q"}
+    assert flags.stated(path, ["sensor.q=20"]) == named
+    fl.write_toml(fl.bench(), path)
+    assert flags.stated(path, None) == set()
 
 
 def test_noise_is_that_of_the_analysis():
