@@ -101,3 +101,14 @@ def test_work_without_parts_that_is_soon_done_is_not_told(monkeypatch):
     with progress.plain_lines(said.append), screen.waiting("designing notch_pi"):
         threading.Event().wait(0.1)
     assert said == []
+
+
+def test_the_step_of_long_work_is_told_beside_it(monkeypatch):
+    monkeypatch.setattr(screen, "QUIET_S", 0.0)
+    with screen.waiting("designing"):
+        now = progress.under_way[-1]
+        assert now() == "designing"
+        progress.step("notch 2 of 9")
+        assert now() == "designing: notch 2 of 9"
+    assert progress.on_step == []
+    progress.step("nobody waits for this")

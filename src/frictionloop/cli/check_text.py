@@ -103,9 +103,9 @@ def _would_hold(found: Checked, system: System, given: str) -> list[Row]:
     return [("would hold", said), ("", searched)]
 
 
-def takes(loops: int) -> str:
-    """Return how long a look at so many loops takes, in words, with a plain PI and with a law of many states."""
-    short_s, long_s = (each * loops for each in EACH_S)
+def takes(loops: int, each_s: tuple[float, float] = EACH_S) -> str:
+    """Return how long so many loops take, in words; if not given a look at them, of a plain PI and of many states."""
+    short_s, long_s = (each * loops for each in each_s)
     if long_s < 100.0:
         return f"from {max(short_s, 1.0):.0f} to {max(long_s, 2.0):.0f} s"
     return f"from {max(short_s / 60.0, 0.5):.2g} to {long_s / 60.0:.2g} minutes"

@@ -29,8 +29,8 @@ EXAMPLES = r"""Examples
       --sensitivity-peak 1.5 --resonance-error 0.1 --plots figures
 """
 AS_USUAL = MustHold()
-FEW = 2
-"""Places that are designed for within two minutes."""
+EACH_S = (0.03, 0.2)
+"""Time for a loop, s: as measured of a PI, and twice that of a notch on a busy core, which may be searched again."""
 SLOW = {"hinf", "lqg"}
 """Laws that identify the friction noise by simulation first."""
 
@@ -121,13 +121,15 @@ def command(
 
 def _designed(system: System, law: str, wanted: Wanted) -> tuple[Designed, Wanted]:
     """Return the controller and what it holds."""
-    from frictionloop.design.held import CHECKED, LOADS
+    from frictionloop.cli.check_text import takes
+    from frictionloop.design.checking import loops
     from frictionloop.design.synthesis import design_controller
 
     noise = ", after the friction noise is identified by simulation" if law in SLOW else ""
-    places = len(wanted.over(CHECKED, LOADS).systems(system))
-    longer = f", five at the {places} contacts, speeds and loads of this one" if places > FEW else ""
-    with screen.waiting(f"designing {law} and checking it{noise}; this takes from a second to two minutes{longer}"):
+    count = loops(system, wanted)
+    with screen.waiting(
+        f"designing {law} and checking it on up to {count} loops{noise}; this takes {takes(count, EACH_S)}"
+    ):
         found = design_controller(system, law, wanted)
     if not found.not_both:
         return found, wanted

@@ -6,11 +6,11 @@ import json
 import math
 import sys
 import time
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-from frictionloop.loop.progress import doing
+from frictionloop.loop.progress import doing, on_step
 
 QUIET_S = 3.0
 """Work without parts that is done sooner is not told where there is no terminal (chosen)."""
@@ -85,16 +85,29 @@ def _plain(value: Any) -> Any:
 
 @contextmanager
 def waiting(text: str) -> Iterator[None]:
-    """Show what is under way, elsewhere than on a terminal by plain lines after `QUIET_S`."""
-    if not sys.stderr.isatty():
-        began_s = time.perf_counter()
-        with doing(lambda: text if time.perf_counter() - began_s >= QUIET_S else ""):
+    """Show what is under way and its step, elsewhere than on a terminal by plain lines after `QUIET_S`."""
+    if sys.stderr.isatty():
+        from rich.console import Console
+
+        with Console(stderr=True).status(text) as status, _steps(lambda said: status.update(f"{text}: {said}")):
             yield
         return
-    from rich.console import Console
-
-    with Console(stderr=True).status(text):
+    began_s, now = time.perf_counter(), [text]
+    with (
+        doing(lambda: now[-1] if time.perf_counter() - began_s >= QUIET_S else ""),
+        _steps(lambda said: now.__setitem__(-1, f"{text}: {said}")),
+    ):
         yield
+
+
+@contextmanager
+def _steps(tell: Callable[[str], None]) -> Iterator[None]:
+    """Have the steps of what is under way told."""
+    on_step.append(tell)
+    try:
+        yield
+    finally:
+        on_step.remove(tell)
 
 
 def wrapped(text: str) -> Any:

@@ -14,6 +14,7 @@ from frictionloop.analysis.state_space import StateSpace
 from frictionloop.design.leaning import Lean, leaning
 from frictionloop.design.over import ITSELF, Over
 from frictionloop.design.plants import detuned, shifted
+from frictionloop.loop.progress import step
 from frictionloop.parameters import FingerFriction, Skin, Strokes, System
 
 CONTACT_S = 10.0
@@ -103,7 +104,9 @@ def corners(system: System, limits: Mapping[float, float], over: Over = ITSELF, 
     """
     laws: dict[tuple[str, float | None, float, float], StateSpace] = {}
     found = []
-    for loop, off, limit in shifted(leaning(band_of(system, over), lean), limits):
+    cases = shifted(leaning(band_of(system, over), lean), limits)
+    for k, (loop, off, limit) in enumerate(cases, 1):
+        step(f"checking, loop {k} of {len(cases)}{stroke_of(loop.system)}")
         at = (stroke_of(loop.system), load_of(loop.system), loop.elements.force_n, loop.elements.occluded)
         if at not in laws:
             laws[at] = loop.law

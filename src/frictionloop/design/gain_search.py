@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import count
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ from frictionloop.analysis.disturbance import Spectrum
 from frictionloop.analysis.state_space import Array
 from frictionloop.control.notch import notch_section, section_response
 from frictionloop.design.plants import Plants
+from frictionloop.loop.progress import step
 
 KPS = 20
 """Values of kp looked at."""
@@ -101,6 +103,8 @@ STARTS = [
     for share in (0.01, 0.1, 0.4)
 ]
 """Notches looked at before the best is refined: centre over resonance, width, depth over width."""
+REFINED = 120
+"""Most notches that are looked at to refine it."""
 
 
 class NotchSearch:
@@ -114,11 +118,17 @@ class NotchSearch:
 
     def best(self) -> Array:
         """Return the best notch of a grid, refined (Nelder and Mead)."""
+        counted = count(1)
+
+        def cost(x: Array) -> float:
+            step(f"notch {next(counted)} of at most {len(STARTS) + REFINED}")
+            return self.gains(x).cost
+
         grid = np.log(np.array(STARTS))
-        start = grid[int(np.argmin([self.gains(x).cost for x in grid]))]
+        start = grid[int(np.argmin([cost(x) for x in grid]))]
         simplex = start + np.vstack([np.zeros(3), np.diag([0.03, 0.3, 0.5])])
-        options = {"initial_simplex": simplex, "xatol": 1e-3, "fatol": 1e-5, "maxfev": 120}
-        return np.asarray(minimize(lambda x: self.gains(x).cost, start, method="Nelder-Mead", options=options).x)
+        options = {"initial_simplex": simplex, "xatol": 1e-3, "fatol": 1e-5, "maxfev": REFINED}
+        return np.asarray(minimize(cost, start, method="Nelder-Mead", options=options).x)
 
     def notch(self, x: Array) -> tuple[float, float, float]:
         """Return Hz, depth and width, inside what the parameters of the controller take."""

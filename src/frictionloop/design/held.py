@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import count
 
 from frictionloop.analysis.operating import check_reach
 from frictionloop.analysis.reach import check_band
 from frictionloop.design.corners import Corner, broken, corners, occlusions
 from frictionloop.design.over import Over
 from frictionloop.design.wanted import Designed, Wanted, unheld
+from frictionloop.loop.progress import step
 from frictionloop.parameters import Strokes, System
 from frictionloop.quantities import FrictionloopError
 
@@ -45,7 +47,9 @@ def held_between(system: System, law: str, synthesis: Synthesis, asked: Wanted) 
     """
     _, speeds, loads = asked.over(SEARCHED, ENDS)
     searched, close = replace(asked, speeds_mm_s=speeds, loads_n=loads), asked.over(CHECKED, LOADS)
+    searches = count(1)
     while True:
+        step(f"search {next(searches)}")
         found = _short(synthesis(system, searched))
         at = found.corners or corners(system.evolve(found.overrides), asked.limits, close, asked.lean)
         worst = broken(at)

@@ -13,6 +13,15 @@ FIRST_S, LONGEST_S, LOOK_S = 2.5, 10.0, 0.25
 under_way: list[Callable[[], str]] = []
 """What is done while there is no terminal to show it on, the innermost last; empty text is not told."""
 
+on_step: list[Callable[[str], None]] = []
+"""Who is told which step of long work is under way, the innermost last."""
+
+
+def step(said: str) -> None:
+    """Say which step is under way to whom waits for it; to nobody else."""
+    if on_step:
+        on_step[-1](said)
+
 
 class Bar:
     """Call it once per finished part; ``doing`` names the part under way, ``compiling`` says what it waits for."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 import itertools
 import json
 import math
+import re
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +16,7 @@ from matplotlib.image import imread
 import frictionloop as fl
 from frictionloop.analysis.headroom import headroom
 from frictionloop.analysis.operating import law_at
-from frictionloop.cli import main
+from frictionloop.cli import main, screen
 from frictionloop.design import synthesis
 from frictionloop.design.synthesis import SYNTHESES, design_controller
 from frictionloop.design.wanted import Wanted
@@ -303,3 +305,23 @@ def test_a_law_that_is_told_its_contact_holds_on_that_one_and_says_how_to_tell_i
     )
     assert "It is told its contact: `--finger.contact slider` designs for the other." in said
     assert "`--contacts" not in said and "`--speeds 10,80`" not in said
+
+
+def test_the_estimate_counts_the_errors_that_are_asked_for(frictionloop, monkeypatch):
+    said = []
+
+    @contextmanager
+    def waiting(text):
+        said.append(text)
+        yield
+
+    def stop(*_):
+        raise fl.FrictionloopError("enough")
+
+    monkeypatch.setattr(screen, "waiting", waiting)
+    monkeypatch.setattr(synthesis, "design_controller", stop)
+    for more in ((), ("--delay-error", "0.2"), ("--delay-error", "0.2", "--loads", "0.4,0.8")):
+        assert frictionloop("design", "controller", *more).code != 0
+    counts = [int(re.search(r"on up to (\d+) loops", text)[1]) for text in said if "loops" in text]
+    # A share off either way is two more of each loop, and a range of loads is looked at three.
+    assert counts[1:] == [3 * counts[0], 9 * counts[0]]
