@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import warnings
 
-from frictionloop.analysis.levels import misread
-from frictionloop.parameters import System
+from frictionloop.parameters import Recording, Samples, System
 from frictionloop.quantities.units import SignalWarning
+
+MEASURED = (Recording, Samples)
 
 
 def warn_of_signals(system: System) -> None:
@@ -17,5 +18,9 @@ def warn_of_signals(system: System) -> None:
     FrictionloopError
         As `read_recording`.
     """
+    if not isinstance(system.setpoint, MEASURED) and not isinstance(system.disturbance, MEASURED):
+        return
+    from frictionloop.analysis.levels import misread  # what few runs need, and what decides no number of any
+
     for each in misread(system):
         warnings.warn(each.in_python(), SignalWarning, stacklevel=3)

@@ -130,9 +130,11 @@ def test_reproduce_of_a_figure_prints_its_numbers_and_what_was_changed(frictionl
     changes = ("--sensor.resonance_hz", "200", "--only", "fig-5a-printed")
     answer = frictionloop("reproduce", *changes)
     assert answer.code == 0
-    first, head, *rows, seeds, where = answer.out.splitlines()
+    first, head, *rows, before, again, _, _, peak, units, seeds, where = answer.out.splitlines()
     assert first == "fig-5a-printed, not the paper's bench: sensor.resonance_hz = 200"
-    assert head.rstrip().endswith("error, mN") and "spread, mN" in head
+    assert head.split()[-2:] == ["spread", "error"] and again.split()[:4] == ["kp", "ki", "Ms", "R2"]
+    assert units.endswith("Spread and error in mN.") and peak.endswith("∞ is unstable.")
+    assert before == "  the bench unchanged:"
     assert [row.split("  ")[0] for row in rows] == ["printed gains", "ideal sensor"]
     assert (seeds, where) == (
         "  seeds: 0 to 14",
@@ -141,6 +143,12 @@ def test_reproduce_of_a_figure_prints_its_numbers_and_what_was_changed(frictionl
     (figure,) = frictionloop("reproduce", *changes, "--json").json()["figures"]
     assert figure["changed"] == {"sensor.resonance_hz": 200}
     assert f"{1e3 * figure['numbers']['printed gains']['error_n']:.3g}" == rows[0].split()[-1]
+    assert figure["unchanged"]["printed gains"]["error_n"] != figure["numbers"]["printed gains"]["error_n"]
+
+
+def test_reproduce_on_a_stronger_plate_says_what_the_controller_still_believes(frictionloop):
+    said = frictionloop("reproduce", "--plate.max_amplitude_um", "3", "--only", "fig-5a-printed").err
+    assert "the controller believes 2.5 um and asks for no more; if it is to know: controller.model.max" in said
 
 
 def test_reproduce_of_an_unknown_name_is_one_line(frictionloop):
