@@ -65,6 +65,9 @@ def verdict(designed: Designed, after: System, wanted: Wanted, out: Path | None)
 def but(worse: Sequence[Row], moist: str = "") -> str:
     """Return what of a verdict's rows does not do, for its first line; nothing where all does."""
     names = [row[0] for row in worse if row[0].isupper()]
+    apart = [k for k, name in enumerate(names) if name in dict(ELSEWHERE)]
+    if apart:
+        names[apart[0]] = f"elsewhere {names[apart[0]]}"
     names += [f"{how} when fully moist" for how in ("CLOSE TO UNSTABLE", "UNSTABLE") if how in moist][:1]
     return f"but {', '.join(names)}, as below: " if names else ""
 

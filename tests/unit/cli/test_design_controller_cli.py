@@ -265,7 +265,7 @@ def test_saturation_is_judged_by_the_friction_law():
 def test_one_contact_is_designed_for_where_it_is_asked_for_and_the_rest_is_told(frictionloop):
     said = " ".join(frictionloop(*CONTROLLER, "--law", "pi", "--contacts", "dahl").out.split())
     assert said.startswith(
-        "STABLE but UNSTABLE, BEYOND LIMITS, CLOSE TO UNSTABLE when fully moist, as below: contact dahl"
+        "STABLE but elsewhere UNSTABLE, BEYOND LIMITS, CLOSE TO UNSTABLE when fully moist, as below: contact dahl"
     )
     assert "UNSTABLE contact dahl at 80 mm/s" in said and "contact slider at 10, 20, 80 mm/s" in said
     assert "`--contacts dahl,slider` designs for both contacts. `--speeds 10,80` designs for these speeds." in said
