@@ -140,7 +140,7 @@ def test_what_the_block_leaves_out_is_said_above_it(frictionloop):
         (("--noise-rms-n", "1e-4", "--noise-density-n-rthz", "1e-6"), "one of them is needed, not both"),
         (("--resonance-hz", "x"), "Invalid value"),
         (("no.toml",), "no.toml: cannot be read (No such file or directory)"),
-        (("--save-design", "a.yaml"), "save_design = 'a.yaml': must end in .toml"),
+        (("--save-design", "a.yaml"), "--save-design = 'a.yaml': must end in .toml"),
         (("--spice", "a.txt"), "spice = 'a.txt': must end in .cir"),
     ],
 )
