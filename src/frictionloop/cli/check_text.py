@@ -12,7 +12,7 @@ from frictionloop.cli import screen
 from frictionloop.cli.comparison_text import number
 from frictionloop.cli.controller_holds import beyond_reach, ends_said, finger, loads_of
 from frictionloop.cli.controller_text import gain_rows, turn, wanted_json
-from frictionloop.cli.controller_verdict import but
+from frictionloop.cli.controller_verdict import NOT_HELD, but
 from frictionloop.cli.scores import between
 from frictionloop.design.corners import MET, at_mean
 from frictionloop.design.elsewhere import alike
@@ -27,11 +27,9 @@ if TYPE_CHECKING:
     from frictionloop.parameters import System
 
 Row = tuple[str, ...]
-WORST_FIRST: tuple[tuple[How, str], ...] = (
-    ("unstable", "UNSTABLE"), ("near", "CLOSE TO UNSTABLE"), ("beyond", "BEYOND LIMITS"), ("within", "HOLDS")
-)  # fmt: skip
+WORST_FIRST: tuple[tuple[str, How], ...] = (*NOT_HELD, ("HOLDS", "within"))
 EACH_S = (0.03, 0.2)
-"""Time for a loop of a PI and of a law of 13 states, s, as measured on an idle and a busy core."""
+"""Time for a loop, s: to check a PI; to search a notch twice or check a law of 13 states on a busy core (assumed)."""
 LEGEND = (
     "Ms, the largest of all forces, with the resonance off by so much; * is beyond its limit, ∞ unstable.",
     "gain: factor on the gain of the loop up to which all of its place holds, with every smaller one.",
@@ -54,7 +52,7 @@ def verdict(found: Checked, system: System, given: str, moist: str = "") -> list
     if found.holds:
         rows = [("HOLDS", but(beyond, moist) + rows[0][1])]
     rows += beyond
-    for how, name in WORST_FIRST:
+    for name, how in WORST_FIRST:
         groups = alike(place for place in found.places if place.how == how)
         first = "" if found.holds else name
         rows += [
@@ -103,9 +101,9 @@ def _would_hold(found: Checked, system: System, given: str) -> list[Row]:
     return [("would hold", said), ("", searched)]
 
 
-def takes(loops: int, each_s: tuple[float, float] = EACH_S) -> str:
-    """Return how long so many loops take, in words; if not given a look at them, of a plain PI and of many states."""
-    short_s, long_s = (each * loops for each in each_s)
+def takes(loops: int) -> str:
+    """Return how long so many loops take, in words."""
+    short_s, long_s = (each * loops for each in EACH_S)
     if long_s < 100.0:
         return f"from {max(short_s, 1.0):.0f} to {max(long_s, 2.0):.0f} s"
     return f"from {max(short_s / 60.0, 0.5):.2g} to {long_s / 60.0:.2g} minutes"

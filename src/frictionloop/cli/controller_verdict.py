@@ -27,7 +27,7 @@ ONE = "No controller of this law holds on both contacts, so this one is for one 
 OTHER = " It is told its contact: `--finger.contact {}` designs for the other."
 FASTER = " `--speeds {:g},{:g}` designs for these speeds."
 LESS = " `frictionloop design check` says how much less gain would hold there."
-ELSEWHERE: tuple[tuple[str, How], ...] = (
+NOT_HELD: tuple[tuple[str, How], ...] = (
     ("UNSTABLE", "unstable"), ("CLOSE TO UNSTABLE", "near"), ("BEYOND LIMITS", "beyond")
 )  # fmt: skip
 SLOWER = 0.5
@@ -47,7 +47,7 @@ def verdict(designed: Designed, after: System, wanted: Wanted, out: Path | None)
     farthest = max(abs(each.off) for each in found)
     where += [f"sensor's resonance up to {100 * farthest:.3g} % off"] if farthest else []
     worse = beyond_reach(loads_of(found), states)
-    for name, how in ELSEWHERE:
+    for name, how in NOT_HELD:
         worse += [(name if k == 0 else "", place) for k, place in enumerate(in_words(elsewhere.where(how)))]
     if not_held := [each for each in elsewhere.places if each.how != "within"]:
         hints = _designs_for(not_held, found, bool(designed.not_both))
@@ -65,7 +65,7 @@ def verdict(designed: Designed, after: System, wanted: Wanted, out: Path | None)
 def but(worse: Sequence[Row], moist: str = "") -> str:
     """Return what of a verdict's rows does not do, for its first line; nothing where all does."""
     names = [row[0] for row in worse if row[0].isupper()]
-    apart = [k for k, name in enumerate(names) if name in dict(ELSEWHERE)]
+    apart = [k for k, name in enumerate(names) if name in dict(NOT_HELD)]
     if apart:
         names[apart[0]] = f"elsewhere {names[apart[0]]}"
     names += [f"{how} when fully moist" for how in ("CLOSE TO UNSTABLE", "UNSTABLE") if how in moist][:1]

@@ -29,8 +29,6 @@ EXAMPLES = r"""Examples
       --sensitivity-peak 1.5 --resonance-error 0.1 --plots figures
 """
 AS_USUAL = MustHold()
-EACH_S = (0.03, 0.2)
-"""Time for a loop, s: as measured of a PI, and twice that of a notch on a busy core, which may be searched again."""
 SLOW = {"hinf", "lqg"}
 """Laws that identify the friction noise by simulation first."""
 
@@ -127,9 +125,7 @@ def _designed(system: System, law: str, wanted: Wanted) -> tuple[Designed, Wante
 
     noise = ", after the friction noise is identified by simulation" if law in SLOW else ""
     count = loops(system, wanted)
-    with screen.waiting(
-        f"designing {law} and checking it on up to {count} loops{noise}; this takes {takes(count, EACH_S)}"
-    ):
+    with screen.waiting(f"designing {law} and checking it on up to {count} loops{noise}; this takes {takes(count)}"):
         found = design_controller(system, law, wanted)
     if not found.not_both:
         return found, wanted

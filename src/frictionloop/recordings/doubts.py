@@ -129,7 +129,7 @@ def _too_large(name: str, largest_n: float, before: str, meant: Remedy) -> Doubt
 def _too_small(rms_n: float, largest_n: float, meant: Remedy) -> Iterator[Doubt]:
     """Yield a question about a disturbance that hardly varies, though it does."""
     if ROUNDING * largest_n < rms_n < LEAST_N:
-        another = "" if meant.of_array or meant.value is not None else "another "
+        another = "" if meant.value is not None else "another "
         said = f"The recorded disturbance varies by {1e3 * rms_n:.3g} mN rms only; did you mean {another}{{}}?"
         yield Doubt("small", "disturbance", said, meant)
 
