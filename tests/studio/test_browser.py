@@ -116,6 +116,29 @@ def test_every_panel_changes_what_it_says(page, serve):
     until(lambda: room.session.engine.system.disturbance.offset_n == 0.0)
 
 
+def test_a_list_is_changed_a_line_at_an_entry(page, serve):
+    room = room_of()
+    opened(page, serve(room).url)
+
+    def typed(box, path, text):
+        page.click(f"[data-box={box}]")
+        field = page.locator(f".field:has([title='{path}']) textarea")
+        field.fill(text)
+        field.blur()
+        return field
+
+    typed("board", "board.force_zero_counts", "112\n-3")
+    until(lambda: room.session.engine.system.board.force_zero_counts == (112, -3))
+    page.click("[data-box=disturbance]")
+    page.locator(".field:has([title='disturbance.kind']) select").select_option("steps")
+    until(lambda: room.session.engine.system.disturbance.kind == "steps")
+    typed("disturbance", "disturbance.steps", "0 0\n0.5 0.1\n1.5 0")
+    until(lambda: room.session.engine.system.disturbance.levels_n == (0.0, 0.1, 0.0))
+    field = typed("disturbance", "disturbance.steps", "0 0\n0,5 0.2")
+    until(lambda: "0,5: must be a number, with a decimal point" in page.text_content("#status"))
+    assert field.input_value() == "0  0\n0.5  0.1\n1.5  0"
+
+
 def test_a_value_that_was_refused_does_not_stay_in_its_field(page, serve):
     room = room_of()
     opened(page, serve(room).url)

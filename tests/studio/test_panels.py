@@ -9,18 +9,42 @@ from frictionloop.parameters.block import Block
 from frictionloop.studio.panels import panels_of
 
 
-def test_every_parameter_but_lists_has_a_field():
-    told = {field["path"] for fields in panels_of(GRATING).values() for field in fields}
+def changed_by(fields):
+    return {path for each in fields for path in each.get("columns") or [each["path"]]}
+
+
+@pytest.mark.parametrize(
+    "kinds",
+    [{}, {"controller.kind": "filtered_pi", "disturbance.kind": "steps"}, {"controller.kind": "observer"}],
+    ids=["grating", "lists", "observer"],
+)
+def test_every_parameter_has_a_field(kinds):
+    system = GRATING.evolve(kinds)
+    told = changed_by(field for fields in panels_of(system).values() for field in fields)
 
     def paths(block, at=""):
         for name in type(block).model_fields:
             value = getattr(block, name)
             if isinstance(value, Block):
                 yield from paths(value, f"{at}{name}.")
-            elif name != "kind" and not isinstance(value, tuple):
+            elif name != "kind":
                 yield f"{at}{name}"
 
-    assert set(paths(GRATING)) <= told
+    assert set(paths(system)) <= told
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "shown"),
+    [
+        ("board.force_zero_counts", (112, 0), [(112,), (0,)]),
+        ("controller.model.table_um2", (), []),
+        ("controller.sections", ((1.0, 0.0, 0.0, 0.5, 0.0),), [(1.0, 0.0, 0.0, 0.5, 0.0)]),
+    ],
+)
+def test_a_list_is_shown_as_rows_of_numbers(path, value, shown):
+    system = GRATING.evolve({"controller.kind": "filtered_pi"}).evolve({path: value})
+    (field,) = (each for fields in panels_of(system).values() for each in fields if each["path"] == path)
+    assert list(field["value"]) == shown
 
 
 @pytest.mark.parametrize(("value", "slides"), [(None, False), (1.5, True)])

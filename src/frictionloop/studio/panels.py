@@ -11,6 +11,7 @@ from pydantic.fields import FieldInfo
 
 from frictionloop.parameters import System
 from frictionloop.parameters.block import Block
+from frictionloop.parameters.sources import Steps
 from frictionloop.parameters.wording import registry_of
 from frictionloop.quantities import unit_of
 from frictionloop.rendering.effect import Effect
@@ -41,7 +42,8 @@ def panels_of(system: System) -> dict[str, list[dict[str, Any]]]:
 
     Each has ``path`` (dotted), ``name`` (the same in words, without block and unit), ``value``, ``unit`` and ``means``;
     a choice has ``choices``, a number has ``whole`` and the ``low`` and ``high`` of its slider; a number that is left
-    out has none.
+    out has none. A list has its value as rows of numbers, and ``columns``: the parameter that each column is, or none,
+    where the rows themselves are the parameter.
     """
     return {box: [field for name in blocks for field in _block(system, name)] for box, blocks in PANELS.items()}
 
@@ -62,6 +64,7 @@ def _block(system: System, name: str) -> Iterator[dict[str, Any]]:
 
 
 def _fields(block: Block, at: str) -> Iterator[dict[str, Any]]:
+    yield from _steps(block, at)
     for name, field in type(block).model_fields.items():
         value, path = getattr(block, name), f"{at}.{name}"
         if isinstance(value, Block):
@@ -71,6 +74,12 @@ def _fields(block: Block, at: str) -> Iterator[dict[str, Any]]:
         elif name != "kind" and (told := _told(value, field, path)):
             means = " ".join(inspect.cleandoc(field.description or "").split())
             yield {"path": path, "name": _name(path), "value": value, "unit": unit_of(path), "means": means} | told
+
+
+def _rows_of_numbers(field: FieldInfo) -> bool:
+    """Return whether a list is one of rows, as the sections of a filter are, and not one of numbers."""
+    (entry, *_) = get_args(field.annotation)
+    return get_origin(getattr(entry, "__origin__", entry)) is tuple
 
 
 @cache
@@ -83,7 +92,23 @@ def _name(path: str) -> str:
     return " ".join([*above, *words])
 
 
+def _steps(block: Block, at: str) -> Iterator[dict[str, Any]]:
+    """Yield times and levels as one field: each changes in length with the other alone."""
+    if isinstance(block, Steps):
+        yield {
+            "path": f"{at}.steps",
+            "name": "steps: time, level",
+            "value": list(zip(block.times_s, block.levels_n, strict=True)),
+            "unit": "s, N",
+            "means": "Start of each level, rising, the first at 0, and the force from that time on.",
+            "columns": [f"{at}.times_s", f"{at}.levels_n"],
+        }
+
+
 def _told(value: Any, field: FieldInfo, path: str) -> dict[str, Any]:
+    if isinstance(value, tuple) and path.rpartition(".")[2] not in Steps.model_fields:
+        rows = _rows_of_numbers(field)
+        return {"columns": None} if rows else {"value": [(each,) for each in value], "columns": [path]}
     if isinstance(value, bool):
         return {"choices": [True, False]}
     if get_origin(field.annotation) is Literal:

@@ -1,3 +1,5 @@
+import { list } from "./lists.js";
+
 // The loop as the paper draws it: click a box, and its parameters open, as the models describe them.
 const BOXES = [
   ["wish", "Wish f_r", "\u2192"], ["controller", "Controller", "\u2192"], ["plate", "Plate", ""],
@@ -66,14 +68,16 @@ export class Panels {
   send(path, value) {
     this.link.ask("set", { values: { [path]: value } });
   }
-  made(field) {
+  made(told) {
+    const field = { ...told, unit: told.unit.replace("um", "\u00b5m").replace("^-2", "\u207b\u00b2").replace("^2", "\u00b2") };
     const element = document.createElement("div"), label = document.createElement("label"), name = document.createElement("span");
     element.className = "field";
     name.textContent = field.name;
     name.title = field.path;
     label.append(name);
     element.append(label);
-    const set = field.choices ? this.choice(field, label) : this.number(field, label, element);
+    const set = "columns" in field ? list(field, label, element, this.link)
+      : field.choices ? this.choice(field, label) : this.number(field, label, element);
     if (field.means) {
       const means = document.createElement("p");
       means.textContent = field.means.replaceAll("``", "");
@@ -93,7 +97,7 @@ export class Panels {
     typed.type = "number";
     typed.step = field.whole ? 1 : "any";
     unit.className = "unit";
-    unit.textContent = field.unit.replace("um", "\u00b5m").replace("^-2", "\u207b\u00b2").replace("^2", "\u00b2");
+    unit.textContent = field.unit;
     slider.type = "range";
     slider.setAttribute("aria-label", field.path);
     Object.assign(slider, { min: field.low, max: field.high, step: field.whole ? 1 : (field.high - field.low) / 400 });
