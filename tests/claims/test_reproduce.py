@@ -9,14 +9,17 @@ from xml.etree import ElementTree
 
 import pytest
 
+from frictionloop.analysis import linearise
 from frictionloop.design.checking import check_controller
 from frictionloop.loop.progress import Bar
 from frictionloop.parameters import bench
 from frictionloop.quantities import FrictionloopError
-from frictionloop.report import build
+from frictionloop.report import build, protocol
 from frictionloop.report.claims import THESIS, Group
+from frictionloop.report.device import CONTROLLERS, IDEAL
 from frictionloop.report.figures import DRAWINGS
 from frictionloop.report.page import Drawn, maths, render
+from frictionloop.report.people import the_finger
 from frictionloop.report.results import FIELDS, Results, parts
 from frictionloop.report.style import svg
 from frictionloop.report.tolerances import RULES
@@ -145,11 +148,20 @@ def test_all_that_comes_out_is_named_of_the_text_and_of_the_device_apart(results
 def test_the_first_part_says_where_the_gains_are_stable_and_what_a_check_asks_besides(results, claims):
     text = " ".join(render(results, claims, dict.fromkeys(DRAWINGS, EMPTY)).split())
     found = results.checked
-    assert found.sensitivity_peak == pytest.approx(1.5, abs=0.005) and found.held < found.places
+    assert found.sensitivity_peak == pytest.approx(1.5, abs=0.005) and found.places.held < found.places.places
+    assert found.of_finger > found.sensitivity_peak
     first = text[: text.index("Fig. 5a, on the bench.")]
     assert f"amplified by at most {found.sensitivity_peak:.2g} " in first
-    assert f"they do not hold at {found.places - found.held} of {found.places}" in first
-    assert check_controller(bench().evolve(found.instead)).holds
+    assert f"they do not hold at {found.places.places - found.places.held} of {found.places.places}" in first
+    assert text.count(f"it is up to {found.of_finger:.3g}") == 2
+    assert f"stable on it from {found.ideal_from_n:.2g} N on" in text
+    assert check_controller(bench().evolve(found.places.instead)).holds
+
+
+def test_an_ideal_sensors_loop_is_stable_from_the_force_on_that_is_told(results):
+    system = protocol.finger_system(the_finger()).evolve(CONTROLLERS[IDEAL])
+    at = {force_n: linearise(system, force_n=force_n).is_stable() for force_n in (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)}
+    assert results.checked.ideal_from_n == min(f for f in at if all(at[g] for g in at if g >= f)) > 0.3
 
 
 def test_every_rule_of_agreement_is_on_the_page(results, claims):

@@ -66,6 +66,14 @@ class Reach(NamedTuple):
     hold_s: float
     low: np.ndarray
     high: np.ndarray
+    moving: np.ndarray
+    """Who can be given both for all but a twentieth of the time while the load drifts and trembles."""
+
+    @property
+    def able(self) -> np.ndarray:
+        """Who can be given both with the load at its mean."""
+        able: np.ndarray = self.low & self.high
+        return able
 
 
 def reach_of(system: System, people: Fingers, duration_s: float) -> tuple[xr.Dataset, Reach | None]:
@@ -76,13 +84,20 @@ def reach_of(system: System, people: Fingers, duration_s: float) -> tuple[xr.Dat
     contact_s: float = system.motion.contact_s  # type: ignore[union-attr]
     hold_s = min(contact_s, duration_s) if contact_s > 0 else duration_s
     own = finger_values(system)
-    band = capable([own | each for each in people], max_amplitude_um=system.plate.max_amplitude_um, contact_s=hold_s)
+    touching, plate_um = [own | each for each in people], system.plate.max_amplitude_um
+    band, moved = (
+        capable(touching, max_amplitude_um=plate_um, contact_s=hold_s, load_moves=moves) for moves in (False, True)
+    )
     try:
         wanted = asked(at_levels(system))
     except FrictionloopError:
         return band, None
-    low, high = band["lowest_n"].values <= wanted.low_n, band["highest_n"].values >= wanted.high_n
-    return band, Reach(wanted.low_n, wanted.high_n, hold_s, low, high)
+    low, high, moved_low, moved_high = (
+        found
+        for each in (band, moved)
+        for found in (each["lowest_n"].values <= wanted.low_n, each["highest_n"].values >= wanted.high_n)
+    )
+    return band, Reach(wanted.low_n, wanted.high_n, hold_s, low, high, moved_low & moved_high)
 
 
 class Population(Outcome):
@@ -95,7 +110,7 @@ class Population(Outcome):
         band, self.reach = reach_of(system, people, duration_s)
         more: dict[str, Any] = {name: band[name] for name in ("lowest_n", "highest_n")}
         if self.reach is not None:
-            more["capable"] = ("finger", self.reach.low & self.reach.high)
+            more["capable"] = ("finger", self.reach.able)
         self.result = result.assign_coords(more)
         self._replaced = (replaced(system, people), replaced_said(system, people))
         self._median = {name: self.spread(name)["median"] if name in result else math.nan for name in advice.SIGNS}
@@ -115,7 +130,7 @@ class Population(Outcome):
         return {"median": float(np.median(mean)), "worst_decile": float(worst_last[at]), "fingers": mean.size}
 
     def _able(self) -> np.ndarray | None:
-        return None if self.reach is None else self.reach.low & self.reach.high
+        return None if self.reach is None else self.reach.able
 
     def summary(self, duration_s: float) -> list[Any]:
         """Return what a person is shown."""
@@ -128,13 +143,16 @@ class Population(Outcome):
             everyone, units = self.spread(str(name)), values.attrs.get("units", "1")
             groups = [everyone, self.spread(str(name), able)] if split else [everyone]
             cells = [_cell(each[key], units) for each in groups for key in ("median", "worst_decile")]
-            rows.append(
-                (str(name), *cells, "" if everyone["fingers"] == total else f"of {everyone['fingers']} fingers")
-            )
+            some = "" if everyone["fingers"] == total else f"of {everyone['fingers']} fingers"
+            rows.append((str(name), *cells, some))
         of = f"{total} finger{'s' * (total > 1)}" + (f" x {self.seeds} seeds" if self.seeds > 1 else "")
         return [
             screen.table(rows),
             "worst decile: nine fingers in ten do as well or better",
+            *(
+                ["perceptual_index: f_a - f_r in thresholds of touch; less is better"]
+                * ("perceptual_index" in self.result)
+            ),
             "",
             *self._reach_lines(total),
             screen.wrapped(self._replaced[1]),
@@ -148,10 +166,12 @@ class Population(Outcome):
         if reach is None:
             return ["which fingers can be given the set-point is not known: its levels are its own function's"]
         band = between(reach.low_n, reach.high_n)
-        both, low, high = (int(np.sum(each)) for each in (reach.low & reach.high, ~reach.low, ~reach.high))
+        both, low, high, moving = (int(np.sum(each)) for each in (reach.able, ~reach.low, ~reach.high, reach.moving))
+        drifts = f"that is at a steady load; as it drifts and trembles {moving} can, for 95 % of the time"
         return [
             f"able: {both} of {total} fingers can be given the set-point, {band},",
             f"for {reach.hold_s:g} s on the plate; {low} cannot get so low, {high} cannot get so high",
+            *([drifts] if moving != both else []),
         ]
 
     def as_json(self) -> dict[str, Any]:
@@ -162,6 +182,7 @@ class Population(Outcome):
         found["population"] = {name: self.spread(name) for name in names}
         found["lowest_n"], found["highest_n"] = self.result["lowest_n"].values, self.result["highest_n"].values
         found["asked_n"] = None if self.reach is None else [self.reach.low_n, self.reach.high_n]
+        found["capable_load_moves"] = None if self.reach is None else self.reach.moving
         found["capable"], found["replaced"] = able, self._replaced[0]
         found["ringing"] = ringing.as_json(self.rings)
         if able is not None:

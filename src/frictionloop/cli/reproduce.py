@@ -28,14 +28,17 @@ UNITS = {"_n_rthz": ("uN/rtHz", 1e6), "_n": ("mN", 1e3), "_ms": ("ms", 1.0), "_h
 HEADS = {"r2_regression": "R2 regr.", "r2_identity": "R2 ident.", "r2_bound": "R2 bound"}
 NARROW = {
     "sensitivity_peak": "Ms",
+    "stable_from_n": "from",
     "r2_regression": "R2",
     "r2_identity": "R2 id.",
     "spread_n": "spread",
     "error_n": "error",
 }
 STROKES = [
-    "  Ms: peak of sensitivity of the linear loop of this finger, just landed; ∞ is unstable.",
-    "  R2: of the regression; id.: about f_a = f_r. Spread and error in mN.",
+    "  Ms: largest peak of sensitivity of the linear loop of this finger, just landed, at the",
+    "  forces asked for, 300 to 900 mN; ∞ is unstable. from: lowest of them from which on it is",
+    "  stable (mN); none is at none. R2: of the regression; id.: about f_a = f_r. Spread and",
+    "  error in mN.",
 ]
 """Heads of the numbers of Fig. 5a, which are many, and what they mean."""
 
@@ -115,6 +118,7 @@ def _some(names: list[str], changes: dict[str, Any], out: Path, json: bool) -> N
 def _figure(figure: Shown) -> list[Any]:
     """Return a figure for a terminal: what was changed, its numbers, its seeds and where it is."""
     from frictionloop.report.changed import words
+    from frictionloop.report.cited import cited
 
     strokes = any("sensitivity_peak" in row for row in figure.numbers.values())
     before = ["  the bench unchanged:", _table(figure.unchanged)] if figure.unchanged else []
@@ -123,9 +127,26 @@ def _figure(figure: Shown) -> list[Any]:
         *([_table(figure.numbers)] if figure.numbers else []),
         *before,
         *(STROKES if strokes else []),
-        f"  seeds: {figure.seeds}",
+        *_checked(figure),
+        f"  cite: {' · '.join(cited(figure.command, figure.seeds))}",
         f"The figure: {figure.file}",
     ]
+
+
+def _checked(figure: Shown) -> list[str]:
+    """Return at how many contacts and speeds the gains hold on a changed bench, and the command that says more."""
+    from frictionloop.report.cited import flags_of
+
+    if not figure.checked:
+        return []
+    lines = ["  What frictionloop design check says of them on the changed bench:"]
+    for name, found in figure.checked.items():
+        ringing = f", unstable at {found.unstable}" if found.unstable else ""
+        lines.append(f"  {name}: hold at {found.held} of {found.places} contacts and speeds{ringing}")
+    gains = {f"controller.{each}": figure.numbers[name][each] for each in ("kp", "ki")}
+    given = figure.changed | {path: float(f"{value:.4g}") for path, value in gains.items() if value is not None}
+    command = "frictionloop design check --preset bench"
+    return [*lines, f"  More, and what would hold: {' '.join([command, *flags_of(given)])}"]
 
 
 def _table(numbers: Table) -> Any:

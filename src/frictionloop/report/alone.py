@@ -10,12 +10,15 @@ from typing import Any, NamedTuple
 
 from frictionloop.loop.progress import progress_bar
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.version import cited_version
 from frictionloop.report import changed
 from frictionloop.report.build import prepare
+from frictionloop.report.cited import command_of
 from frictionloop.report.claims import Claim, claim_ids, one_claim
 from frictionloop.report.figure_numbers import NUMBERS, Table
 from frictionloop.report.figures import DRAWINGS
 from frictionloop.report.results import FIELDS, Results
+from frictionloop.report.stability import Places
 from frictionloop.report.style import write_svg
 
 
@@ -25,11 +28,16 @@ class Shown(NamedTuple):
     name: str
     file: Path
     seeds: str
+    version: str
+    command: str
+    """With version and seeds it is what the figure is cited by."""
     changed: dict[str, Any]
     """What is not as on the paper's bench."""
     numbers: Table
     unchanged: Table
     """The same numbers of the bench that is not changed; empty where it is that."""
+    checked: dict[str, Places]
+    """What ``design check`` says of the gains on a changed bench."""
 
 
 class Alone(NamedTuple):
@@ -79,16 +87,17 @@ def alone(
         shown = []
         for name in wanted:
             if given:
-                figure, numbers, before = changed.drawn(name, given, bar.inner())
+                figure, numbers, before, checked = changed.drawn(name, given, bar.inner())
                 file, seeds = changed.file_name(name, given), FIELDS["tracked"].seeds
             else:
                 watched = results.watched()
                 figure, file = DRAWINGS[name](watched), name
                 numbers, seeds = NUMBERS[name](results) if name in NUMBERS else {}, watched.seeds()
-                before = {}
+                before, checked = {}, {}
             path = target / "figures" / f"{file}.svg"
             write_svg(figure, file, path)
-            shown.append(Shown(name, path, seeds, given, numbers, before))
+            cited = cited_version(), command_of(name, given)
+            shown.append(Shown(name, path, seeds, *cited, given, numbers, before, checked))
             bar()
         return Alone([one_claim(id, results) for id in names if id not in DRAWINGS], shown)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import xarray as xr
 
@@ -17,6 +17,7 @@ from frictionloop.report.figure_numbers import Table, of_strokes
 from frictionloop.report.figures.closed_loop import HERE, figure_closed_loop
 from frictionloop.report.numbers import number
 from frictionloop.report.people import the_finger
+from frictionloop.report.stability import Places, checked
 
 SHOWN = {"fig-5a": (OPEN, RETUNED_GAINS, HERE), "fig-5a-printed": (PRINTED, IDEAL)}
 """Figures that a changed bench has a meaning for, and their controllers."""
@@ -45,8 +46,19 @@ def check(names: Sequence[str], changes: Mapping[str, Any]) -> None:
     bench().evolve(changes)
 
 
-def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> tuple[Any, Table, Table]:
-    """Return the figure, which says what was changed, its numbers, and those of the bench that is not changed.
+class Drawn(NamedTuple):
+    """A figure on a changed bench."""
+
+    figure: Any
+    numbers: Table
+    unchanged: Table
+    """The same numbers of the bench that is not changed."""
+    checked: dict[str, Places]
+    """What ``design check`` says of each pair of gains on the changed bench."""
+
+
+def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
+    """Return the figure, which says what was changed, and its numbers.
 
     Two pairs of gains are told apart: `RETUNED`, as given, and those that `retune` finds for either bench.
     """
@@ -57,7 +69,13 @@ def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> tuple[Any, Table, 
             title = f"{axes.get_title(loc='left')}\n$K_p$ {number(row['kp'])}, $K_i$ {number(row['ki'])} 1/s"
             axes.set_title(title, fontsize=8.5, loc="left", weight="bold")
     figure.suptitle(f"Not the paper's bench: {words(changes)}", fontsize=8.5, x=0.01, ha="left")
-    return figure, numbers, _tracked(name, {}, bar)[1]
+    found: dict[str, Places] = {}
+    for each, row in numbers.items():
+        if each not in (OPEN, IDEAL):  # which no bench has
+            bar.doing(f"design check of the {each}")
+            gains = {"controller.kp": row["kp"], "controller.ki": row["ki"]}
+            found[each] = checked(bench().evolve({**changes, **gains}))
+    return Drawn(figure, numbers, _tracked(name, {}, bar)[1], found)
 
 
 def _tracked(name: str, changes: Mapping[str, Any], bar: Bar) -> tuple[dict[str, xr.Dataset], Table]:

@@ -8,10 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from frictionloop.analysis import linearise
-from frictionloop.design.checking import check_controller
 from frictionloop.loop.workers import Job, simulate_all
-from frictionloop.parameters import RETUNED, System, bench
+from frictionloop.parameters import RETUNED, System
 from frictionloop.report import protocol
 
 OPEN, PRINTED, RETUNED_GAINS, IDEAL = "open loop", "printed gains", "re-tuned gains", "ideal sensor"
@@ -50,25 +48,6 @@ def stepping(system: System, overrides: Mapping[str, Any]) -> xr.Dataset:
     """Return the same over ``stroke`` and ``time`` for a set-point that steps."""
     strokes = protocol.strokes(system.evolve({**overrides, "setpoint": protocol.steps()}))
     return xr.concat(run_all((stroke, protocol.seed_of(0, j)) for j, stroke in enumerate(strokes)), "stroke")
-
-
-class Held(NamedTuple):
-    """Where the re-tuned gains hold: Ms where they were chosen, and at how many contacts and speeds of a design."""
-
-    sensitivity_peak: float
-    """At 0.5 N on a dry finger, Dahl contact, 20 mm/s."""
-    held: int
-    places: int
-    instead: Mapping[str, float]
-    """What `check_controller` says would hold at all of them, as overrides."""
-
-
-def held() -> Held:
-    """Return what the linear analysis says of the re-tuned gains, and what ``design check`` does."""
-    system = bench().evolve(RETUNED)
-    found = check_controller(system)
-    peak = linearise(system, force_n=0.5).margins().sensitivity_peak
-    return Held(peak, sum(place.how == "within" for place in found.places), len(found.places), found.instead)
 
 
 class Fit(NamedTuple):

@@ -8,7 +8,6 @@ from typing import Any
 
 import xarray as xr
 
-from frictionloop.analysis.band import operating_band
 from frictionloop.analysis.linear import check_pi
 from frictionloop.loop.metrics import r2_bound, r2_identity, rms_error, saturation_index
 from frictionloop.parameters import System
@@ -23,6 +22,7 @@ from frictionloop.report.noise import LEVELS_N
 from frictionloop.report.people import the_finger
 from frictionloop.report.protocol import POPULATION
 from frictionloop.report.results import Results
+from frictionloop.report.stability import stability
 from frictionloop.report.step_response import DIRECTIONS, overshoot, times_ms
 from frictionloop.report.systems import KPS
 
@@ -30,17 +30,15 @@ Table = dict[str, dict[str, Value]]
 
 
 def of_strokes(runs: Mapping[str, xr.Dataset], controllers: Mapping[str, Mapping[str, Any]], base: System) -> Table:
-    """Return gains, Ms, both kinds of R2, slope, spread about the regression and error of Fig. 5a, by controller."""
+    """Return gains, where they are stable, R2, slope, spread about the regression and error, by controller."""
     return {name: _gains(name, base.evolve(given)) | _fit(runs[name]) for name, given in controllers.items()}
 
 
 def _gains(name: str, system: System) -> dict[str, Value]:
     if name == OPEN:  # the lookup table alone is made of a PI whose sensor reads nothing
-        return {"kp": None, "ki": None, "sensitivity_peak": None}
+        return {"kp": None, "ki": None, "sensitivity_peak": None, "stable_from_n": None}
     controller = check_pi(system)
-    forces_n = [level_n + sign * protocol.AMPLITUDE_N for level_n in protocol.LEVELS_N for sign in (-1, 0, 1)]
-    peak = max(each.sensitivity_peak() for each in operating_band(system, forces_n))
-    return {"kp": controller.kp, "ki": controller.ki, "sensitivity_peak": peak}
+    return {"kp": controller.kp, "ki": controller.ki, **stability(system)._asdict()}
 
 
 def _strokes(names: Iterable[str], results: Results) -> Table:

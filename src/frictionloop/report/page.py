@@ -18,6 +18,7 @@ from frictionloop.quantities.version import cited_version
 from frictionloop.report import device, protocol
 from frictionloop.report.arrivals import rows as arrival_rows
 from frictionloop.report.beyond import beyond_rows
+from frictionloop.report.cited import cited, command_of
 from frictionloop.report.claims import THESIS, Claim
 from frictionloop.report.claims.people import LOAD_MOVES
 from frictionloop.report.claims.told import (
@@ -106,7 +107,7 @@ def render(
 
     def figure(name: str, alt: str) -> Markup:
         drawn = figures[name]
-        return Markup(inline(drawn.svg, alt)) + _citation(f"frictionloop reproduce --only {name}", drawn.seeds)
+        return Markup(inline(drawn.svg, alt)) + _citation(command_of(name), drawn.seeds)
 
     by_id = {claim.id: claim for claim in claims}
     environment.filters |= {
@@ -158,6 +159,5 @@ def render(
 
 def _citation(command: str, seeds: str) -> Markup:
     """Return the line that a figure or a number is cited by: version, command, seeds."""
-    words = f"seeds {seeds}" if seeds != "none" else "no random numbers"
-    line = '<p class="cite">frictionloop {version} · <code>{command}</code> · {words}</p>'
-    return Markup(line).format(version=cited_version(), command=command, words=words)
+    version, command, words = cited(command, seeds)
+    return Markup('<p class="cite">{} · <code>{}</code> · {}</p>').format(version, command, words)

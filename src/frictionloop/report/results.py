@@ -10,7 +10,18 @@ import xarray as xr
 
 from frictionloop.loop.progress import Bar, silent
 from frictionloop.parameters import System, feasible, paper
-from frictionloop.report import arrivals, beyond, calibration, device, gains, noise, people, protocol, systems
+from frictionloop.report import (
+    arrivals,
+    beyond,
+    calibration,
+    device,
+    gains,
+    noise,
+    people,
+    protocol,
+    stability,
+    systems,
+)
 from frictionloop.report.trials import sliding_trials
 
 HALF = "half a period of delay"
@@ -77,7 +88,7 @@ class Results:
     """Perceptual indices by controller."""
     fluctuations: dict[str, dict[str, float]]
     """rms of the error at a constant set-point by controller and by what is taken away, N."""
-    checked: device.Held
+    checked: stability.Held
     """What a design asks of the re-tuned gains, and where they hold it."""
     beyond: beyond.Beyond
     """Control laws compared on fingers that none of them was tuned on, from the stored study."""
@@ -196,4 +207,4 @@ def bench_parts() -> Iterator[Part]:
         yield f"stronger.{name}", partial(device.stepping, system, stronger)
     for name in (device.OPEN, device.PRINTED, device.RETUNED_GAINS):
         yield f"people.{name}", partial(people.population, name)
-    yield "checked", device.held
+    yield "checked", stability.held

@@ -51,6 +51,9 @@ def test_summary(frictionloop, monkeypatch):
     able = fl.capable(fl.fingers(N, SEED), 0.5, 0.7, contact_s=0.5)
     count = int(able.capable.sum())
     assert f"able: {count} of {N} fingers can be given the set-point, 0.5 to 0.7 N," in answer.out
+    moving = fl.capable(fl.fingers(N, SEED), 0.5, 0.7, contact_s=0.5, load_moves=True)
+    assert 0 < int(moving.capable.sum()) < count
+    assert f"as it drifts and trembles {int(moving.capable.sum())} can, for 95 % of the time" in answer.out
     low, high = int((~able.reaches_low).sum()), int((~able.reaches_high).sum())
     assert f"for 0.5 s on the plate; {low} cannot get so low, {high} cannot get so high" in answer.out
     median = 1e3 * float(in_python().rms_error.median())

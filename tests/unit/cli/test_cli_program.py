@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+
+from frictionloop.quantities.version import cited_version
 
 VERBS = ("reproduce", "simulate", "sweep", "compare")
 
@@ -119,7 +122,7 @@ def test_reproduce_makes_a_claim_alone(frictionloop):
         "· 400 g on 1 N/µm resonates at 250 Hz (Sec. 3.1): not counted",
         "  paper: 250 Hz; here: √(k/m)/2π; accepted: 245 to 255 Hz",
         "  ✓ as printed: 252 Hz",
-        "  seeds: none",
+        f"  cite: frictionloop {cited_version()} · frictionloop reproduce --only resonance · no random numbers",
     ]
     (claim,) = frictionloop("reproduce", "--only", "resonance", "--json").json()["claims"]
     assert claim["command"] == "frictionloop reproduce --only resonance"
@@ -130,14 +133,17 @@ def test_reproduce_of_a_figure_prints_its_numbers_and_what_was_changed(frictionl
     changes = ("--sensor.resonance_hz", "200", "--only", "fig-5a-printed")
     answer = frictionloop("reproduce", *changes)
     assert answer.code == 0
-    first, head, *rows, before, again, _, _, peak, units, seeds, where = answer.out.splitlines()
+    first, head, *rows, before, again, _, _, _, _, _, _, _, printed, more, cite, where = answer.out.splitlines()
     assert first == "fig-5a-printed, not the paper's bench: sensor.resonance_hz = 200"
-    assert head.split()[-2:] == ["spread", "error"] and again.split()[:4] == ["kp", "ki", "Ms", "R2"]
-    assert units.endswith("Spread and error in mN.") and peak.endswith("∞ is unstable.")
+    assert head.split()[-2:] == ["spread", "error"] and again.split()[:5] == ["kp", "ki", "Ms", "from", "R2"]
+    assert re.fullmatch(r"  printed gains: hold at 0 of 6 contacts and speeds, unstable at [1-6]", printed)
+    check = "frictionloop design check --preset bench --sensor.resonance_hz 200 --controller.kp 10 --controller.ki 2"
+    assert more == f"  More, and what would hold: {check}"
     assert before == "  the bench unchanged:"
     assert [row.split("  ")[0] for row in rows] == ["printed gains", "ideal sensor"]
-    assert (seeds, where) == (
-        "  seeds: 0 to 14",
+    command = "frictionloop reproduce --only fig-5a-printed --sensor.resonance_hz 200"
+    assert (cite, where) == (
+        f"  cite: frictionloop {cited_version()} · {command} · seeds 0 to 14",
         "The figure: report/figures/fig-5a-printed-with-sensor.resonance_hz-200.svg",
     )
     (figure,) = frictionloop("reproduce", *changes, "--json").json()["figures"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from frictionloop.report.cited import cited
 from frictionloop.report.claims.claim import COUNTED, THESIS, Claim, Group, Verdict
 from frictionloop.report.claims.worded import accepted, condition, with_unit
 
@@ -76,7 +77,7 @@ def claim_lines(claim: Claim) -> list[str]:
         f"{SYMBOLS[claim.verdict]} {claim.title} ({claim.place}): {claim.verdict}",
         f"  paper: {published}; here: {claim.measure}; accepted: {accepted(claim)}",
         *numbers,
-        f"  seeds: {claim.seeds}",
+        f"  cite: {' · '.join(cited(claim.command, claim.seeds))}",
     ]
 
 

@@ -1,0 +1,70 @@
+"""Where gains are stable: at the forces of Fig. 5a on its finger, and at the contacts and speeds of a design."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from frictionloop.analysis import linearise
+from frictionloop.analysis.band import operating_band
+from frictionloop.design.checking import check_controller
+from frictionloop.parameters import RETUNED, System, bench
+from frictionloop.report import protocol
+from frictionloop.report.device import CONTROLLERS, IDEAL, RETUNED_GAINS
+from frictionloop.report.people import the_finger
+
+
+class Stability(NamedTuple):
+    """Of the linear loop at the forces that the sines ask for."""
+
+    sensitivity_peak: float
+    """Largest Ms; infinite if it is unstable at one."""
+    stable_from_n: float | None
+    """Lowest of these forces from which on it is stable; None if it is unstable at the highest."""
+
+
+def stability(system: System) -> Stability:
+    """Return Ms of a finger's loop over the forces of the sines, and from which of them on it is stable."""
+    swing = [sign * protocol.AMPLITUDE_N for sign in (-1, 0, 1)]
+    forces_n = sorted({round(level_n + each, 9) for level_n in protocol.LEVELS_N for each in swing})
+    peaks = [each.sensitivity_peak() for each in operating_band(system, forces_n)]
+    first = max((at + 1 for at, peak in enumerate(peaks) if not math.isfinite(peak)), default=0)
+    return Stability(max(peaks), forces_n[first] if first < len(forces_n) else None)
+
+
+class Places(NamedTuple):
+    """What ``design check`` says of gains, by default: at how many contacts and speeds they hold."""
+
+    held: int
+    unstable: int
+    places: int
+    instead: Mapping[str, float]
+    """What would hold at all of them, as overrides."""
+
+
+def checked(system: System) -> Places:
+    """Return what ``design check`` says of a system's gains."""
+    found = check_controller(system)
+    how = [place.how for place in found.places]
+    return Places(how.count("within"), how.count("unstable"), len(how), found.instead)
+
+
+class Held(NamedTuple):
+    """Where the re-tuned gains hold, and the printed ones with an ideal sensor."""
+
+    sensitivity_peak: float
+    """Ms where the gains were chosen: at 0.5 N on a dry finger, Dahl contact, 20 mm/s."""
+    of_finger: float
+    """The largest at the forces of the sines, on the finger that Fig. 5a shows."""
+    ideal_from_n: float | None
+    """Lowest force from which on the printed gains are stable on that finger, with an ideal sensor."""
+    places: Places
+
+
+def held() -> Held:
+    """Return what the linear analysis says of both pairs of gains, and ``design check`` of the re-tuned ones."""
+    system, finger = bench().evolve(RETUNED), protocol.finger_system(the_finger())
+    peak = linearise(system, force_n=0.5).margins().sensitivity_peak
+    shown, ideal = (stability(finger.evolve(CONTROLLERS[each])) for each in (RETUNED_GAINS, IDEAL))
+    return Held(peak, shown.sensitivity_peak, ideal.stable_from_n, checked(system))
