@@ -66,6 +66,7 @@ def command(
     from frictionloop.analysis.levels import at_levels
     from frictionloop.cli import (
         controller_also,
+        controller_followed,
         controller_holds,
         controller_text,
         controller_verdict,
@@ -87,6 +88,8 @@ def command(
     new = after.evolve({"setpoint": system.setpoint, "disturbance": system.disturbance})
     with screen.waiting("looking for what is left to gain"):
         left = headroom(after, wanted.sensitivity_peak)
+    with screen.waiting("simulating how well the set-point is followed, for which the loop may be compiled first"):
+        follows = controller_followed.followed(system, new)
     figures = {} if plots is None else _figures(levels, after, left, wanted, found)
     if plots is not None:
         with screen.waiting("writing the figures"):
@@ -96,7 +99,8 @@ def command(
         write_toml(new, out, said=[*controller_holds.holds(name, designed, wanted), *lines])
     saved = {"controller": out, "figures": plots}
     if json:
-        screen.show_json(controller_text.as_json(name, designed, new, wanted, found, left) | {"saved": saved})
+        told = controller_text.as_json(name, designed, new, wanted, found, left)
+        screen.show_json(told | {"followed": follows and follows._asdict(), "saved": saved})
         return
     more = (controller_also.unbelieved(system), *designed.notes, *recorded.at_design(system))
     notes, stated = [each for each in more if each], flags.stated(file, overrides)
@@ -108,6 +112,8 @@ def command(
         screen.columns([("bench", origin), ("law", name), *controller_text.gain_rows(designed.overrides)]),
         "",
         *controller_text.margin_text(found, wanted),
+        "",
+        *controller_followed.followed_text(system, follows),
         "",
         *controller_text.headroom_text(left, wanted),
         *(["", screen.wrapped(said)] if (said := controller_also.assumed(system, stated)) else []),

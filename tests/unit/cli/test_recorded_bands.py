@@ -111,6 +111,7 @@ def test_a_design_takes_the_levels_of_a_recorded_set_point(frictionloop, tmp_pat
     slide = ("--disturbance.kind", "recording", "--disturbance.path", "slide.csv", "--disturbance.column", "force")
     answer = frictionloop("design", "controller", *recorded, *slide, "--out", "new.toml")
     assert answer.code == 0, answer.noted
+    assert "how the set-point is followed is not known: a recording is shorter than 1 s" in answer.out
     assert "From the recorded setpoint this takes its levels, 0.4 to 0.8 N, alone" in " ".join(answer.out.split())
     new = fl.read_toml(tmp_path / "new.toml")
     assert (new.setpoint.kind, new.disturbance.kind) == ("recording", "recording")

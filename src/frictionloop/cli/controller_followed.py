@@ -1,0 +1,62 @@
+"""How well a designed controller follows the set-point of its own file: stable is not yet good."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from frictionloop.cli import screen
+from frictionloop.loop.metrics import rms_error
+from frictionloop.loop.simulate import simulate
+from frictionloop.parameters import Recording, System
+from frictionloop.recordings.read import read_held
+
+SECONDS = 10.0
+"""Of signal that are simulated, the time of a default run; less where a recording ends before."""
+LEAST_S = 1.0
+"""A recording that is shorter says nothing."""
+
+
+class Followed(NamedTuple):
+    """RMS of f_a - f_r, N, on the finger, contact, speed and set-point of the system."""
+
+    seconds: float
+    rms_error_n: float
+    before_rms_error_n: float
+    """The same with the controller that the system had."""
+
+
+def followed(before: System, after: System) -> Followed | None:
+    """Return how well the set-point is followed, by simulation; None of a recording that is too short."""
+    seconds = min(SECONDS, *(_seconds(each, after.controller.rate_hz) for each in (after.setpoint, after.disturbance)))
+    if seconds < LEAST_S:
+        return None
+    runs = (simulate(each, seconds, seed=0) for each in (after, before))
+    return Followed(seconds, *(float(rms_error(run)) for run in runs))
+
+
+def _seconds(signal: Any, rate_hz: float) -> float:
+    """Return how long a run of a signal may be."""
+    if isinstance(signal, Recording):
+        return (read_held(signal, rate_hz).size - 1) / rate_hz
+    return float(signal.longest_s)
+
+
+def followed_text(before: System, found: Followed | None) -> list[Any]:
+    """Return it for a person."""
+    if found is None:
+        return [
+            screen.wrapped(f"how the set-point is followed is not known: a recording is shorter than {LEAST_S:g} s")
+        ]
+    motion: Any = before.motion
+    at = f", contact {before.finger.contact}" if hasattr(before.finger, "contact") else ""
+    at += f", {motion.speed_mm_s:g} mm/s" if hasattr(motion, "speed_mm_s") else ""
+    head = f"how the set-point ({before.setpoint.kind}) is followed, {found.seconds:.3g} s of this finger simulated{at}"
+    rows = [
+        ("error", f"{1e3 * found.rms_error_n:.3g} mN", "rms of f_a - f_r with this law"),
+        (
+            "before",
+            f"{1e3 * found.before_rms_error_n:.3g} mN",
+            f"with the controller that was there, {before.controller.kind}",
+        ),
+    ]
+    return [screen.wrapped(head), screen.columns(rows)]
