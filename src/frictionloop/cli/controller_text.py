@@ -119,9 +119,9 @@ def headroom_text(left: Headroom, wanted: Wanted) -> list[Any]:
         (
             "delay",
             f"{number(left.delay_limit_hz)} Hz",
-            f"highest crossover with 45 deg of margin, all but delay and hold inverted; {number(left.plain_limit_hz)} "
-            f"Hz with nothing inverted; the first sample that sees an answer to a force is {periods} "
-            f"period{'s' * (periods != 1)} on, for any delay from {periods - 1} to below {periods} periods",
+            "no law crosses over higher with 45 deg of margin, whatever else it cancels; one that cancels nothing, not "
+            f"above {number(left.plain_limit_hz)} Hz. A reading sees the answer to a force {periods} "
+            f"period{'s' * (periods != 1)} later, as for any delay from {periods - 1} to below {periods} periods",
         ),
         (
             "phase lag",

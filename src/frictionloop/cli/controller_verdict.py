@@ -25,7 +25,9 @@ NOT_THERE = "Do not use it there: it was not designed for it."
 BOTH = " `--contacts {}` designs for both contacts."
 ONE = "No controller of this law holds on both contacts, so this one is for one alone. {}."
 OTHER = " It is told its contact: `--finger.contact {}` designs for the other."
-FASTER = " `--speeds {:g},{:g}` designs for these speeds."
+FASTER = (
+    " If fingers stroke so, `--speeds {:g},{:g}` designs for it; half and twice the speeds asked for are looked at."
+)
 LESS = " `frictionloop design check` says how much less gain would hold there."
 NOT_HELD: tuple[tuple[str, How], ...] = (
     ("UNSTABLE", "unstable"), ("CLOSE TO UNSTABLE", "near"), ("BEYOND LIMITS", "beyond")

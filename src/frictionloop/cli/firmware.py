@@ -123,7 +123,21 @@ def _cycle_lines(cycles: dict[str, dict[str, int]]) -> list[str]:
         f"A host that never stops asks {first['flood']:,} cycles of the {left:,} left to the background"
         + ("." if first["flood"] <= left else ": some of its frames are lost, and no tick."),
     ]
-    return lines
+    return [*lines, *_over(cycles)]
+
+
+def _over(cycles: dict[str, dict[str, int]]) -> list[str]:
+    """Return what it means that a row's sum exceeds a tick, if one does."""
+    from frictionloop.control.cost import BUDGET_CYCLES
+
+    over = {name: row["tick"] + row["interrupts"] for name, row in cycles.items() if row["sum"] > BUDGET_CYCLES}
+    if not over:
+        return []
+    late = max(over.values()) > BUDGET_CYCLES
+    then = "TICKS ARE LATE THEN" if late else "ticks are on time then too, and the background lags behind"
+    return [
+        f"Above {BUDGET_CYCLES:,} in sum: {', '.join(over)}. With tick and interrupts {max(over.values()):,}, {then}."
+    ]
 
 
 def _table(file: Path | None, preset: str | None, overrides: list[str] | None, out: Path) -> tuple[Table, str]:

@@ -73,7 +73,8 @@ def capable(
     Parameters
     ----------
     population : sequence of mappings
-        Fingers, as from `fingers`.
+        Fingers, as from `fingers`; friction falls or rises with ``motion.speed_mm_s``, which is 20 mm/s unless each
+        has its own.
     low_n, high_n : float
         Forces asked for in N (0.3 and 0.9: paper, Sec. 4.2), low below high.
     max_amplitude_um, contact_s : float
