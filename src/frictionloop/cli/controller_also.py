@@ -55,12 +55,19 @@ def fully_moist(system: System, wanted: Wanted) -> str:
     unstable = [off for peak, off, _ in found if math.isinf(peak)]
     if unstable:
         how = f"{said}UNSTABLE{_off(min(unstable, key=abs))}"
-        if any(math.isinf(peak) for peak, _, _ in _peaks(there, wanted, 0.0)):
-            return f"{how}, as on a finger just landed"
+        dry = [each for each in there if any(math.isinf(peak) for peak, _, _ in _peaks([each], wanted, 0.0))]
+        if dry:
+            return f"{how}, as on a finger just landed{_contact(dry, there)}"
         return f"{how}: lift the finger before, or give `motion.contact_s`"
     peak, off, limit = max(found, key=lambda each: each[0] / each[2])
     how = "CLOSE TO UNSTABLE" if peak > NEAR else "stable"
     return f"{said}{how}: Ms is {peak:.3g}{_off(off)}; {limit:.3g} is the limit of a finger that lifts in time"
+
+
+def _contact(some: Sequence[System], there: Sequence[System]) -> str:
+    """Return the contact that some systems have; nothing where they have all that are looked at."""
+    found, every = ({getattr(each.finger, "contact", "") for each in group} for group in (some, there))
+    return f", contact {' and '.join(sorted(found))}" if found != every else ""
 
 
 def _peaks(there: Sequence[System], wanted: Wanted, occluded: float) -> list[tuple[float, float, float]]:
@@ -76,7 +83,12 @@ def _off(share: float) -> str:
 def noise(loop: LinearLoop) -> Row:
     """Return the row of what the sensor's noise makes of force and command in a loop."""
     force, command = (1e3 * rms_n(loop) for rms_n in (output_noise_rms_n, command_noise_rms_n))
-    return ("sensor noise", f"{force:.3g} mN", f"rms in the force, of this loop; {command:.3g} mN in the command")
+    from frictionloop.design.hinf import COMMAND_NOISE_N
+
+    said = f"rms in the force, of this loop; {command:.3g} mN in the command"
+    most = 1e3 * COMMAND_NOISE_N
+    loud = f", more than the {most:g} mN that hinf and lqg are held to: it is felt, and strays into the clamp"
+    return ("sensor noise", f"{force:.3g} mN", said + loud * (command > most))
 
 
 def range_said(system: System) -> str:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import pytest
+
 import frictionloop as fl
 from frictionloop.cli import controller_also as also
 from frictionloop.cli import flags
@@ -72,3 +74,21 @@ def test_a_fully_moist_finger_out_of_reach_is_said_so_in_place_of_the_analysis_t
     moist = fl.bench().evolve(law | {"friction.nominal_n": 1.1, "plate.max_amplitude_um": 1.6})
     said = also.fully_moist(moist.evolve({"controller.model.max_amplitude_um": 1.6}), Wanted())
     assert "are out of reach" in said and "no loop is closed" in said and "smooth" not in said
+
+
+@pytest.mark.parametrize(("density", "said"), [(1e-6, False), (1e-2, True)])
+def test_a_command_that_is_louder_than_a_synthesis_may_make_it_is_told(density, said):
+    system = fl.bench().evolve(fl.RETUNED | {"controller.kp": 0.1, "sensor.noise_density_n_rthz": density})
+    assert ("more than the 30 mN" in also.noise(fl.linearise(system))[2]) == said
+
+
+def test_an_unstable_finger_that_just_landed_is_named_with_its_contact():
+    system = fl.bench().evolve({"controller.kp": 0.165, "controller.ki": 194.0, "sensor.resonance_hz": 190.0})
+    dry = {contact: system.evolve({"finger.contact": contact}) for contact in ("dahl", "slider")}
+    rings = [name for name, each in dry.items() if math.isinf(max(map(peak, fl.operating_band(each, occluded=(0.0,)))))]
+    assert rings == ["slider"]
+    assert also.fully_moist(system, Wanted()).endswith("as on a finger just landed, contact slider")
+
+
+def peak(loop):
+    return loop.sensitivity_peak()

@@ -277,7 +277,10 @@ def test_one_contact_is_designed_for_where_it_is_asked_for_and_the_rest_is_told(
         "STABLE but elsewhere UNSTABLE, BEYOND LIMITS, CLOSE TO UNSTABLE when fully moist, as below: contact dahl"
     )
     assert "UNSTABLE contact dahl at 80 mm/s" in said and "contact slider at 10, 20, 80 mm/s" in said
-    assert "`--contacts dahl,slider` designs for both contacts. If fingers stroke so, `--speeds 10,80` designs for it;" in said
+    assert (
+        "`--contacts dahl,slider` designs for both contacts. If fingers stroke so, `--speeds 10,80` designs for it;"
+        in said
+    )
 
 
 def test_a_range_of_loads_is_held_and_a_rate_matters_to_a_board_alone(frictionloop):
