@@ -23,6 +23,8 @@ SHOWN = {"fig-5a": (OPEN, RETUNED_GAINS, HERE), "fig-5a-printed": (PRINTED, IDEA
 """Figures that a changed bench has a meaning for, and their controllers."""
 OWN = ("setpoint.", "controller.kp", "controller.ki", "motion.stroke_mm")
 """What the protocol and the controllers of the figure set themselves."""
+OTHER = {"fig-5a-population": "; for many fingers: frictionloop sweep --preset bench --fingers 26 --fingers-seed 1"}
+"""What does the same on a changed bench."""
 KEPT = ("controller.kind", "friction.kind", "finger.kind", "motion.kind")
 
 
@@ -39,7 +41,9 @@ def check(names: Sequence[str], changes: Mapping[str, Any]) -> None:
         raise FrictionloopError(f"{next(iter(changes))}: a changed bench is not the paper's; name {has} with only")
     for name in names:
         if name not in SHOWN:
-            raise FrictionloopError(f"only = {name!r}: is of the paper's own bench; a changed one has {has} alone")
+            raise FrictionloopError(
+                f"only = {name!r}: is of the paper's own bench; a changed one has {has} alone{OTHER.get(name, '')}"
+            )
     for path in changes:
         if path.startswith(OWN) or path in KEPT:
             raise FrictionloopError(f"{path}: is set by the protocol of Fig. 5a and its controllers; change the bench")
