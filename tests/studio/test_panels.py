@@ -5,8 +5,11 @@ from __future__ import annotations
 import pytest
 from live_engines import GRATING
 
+import frictionloop as fl
 from frictionloop.parameters.block import Block
 from frictionloop.studio.panels import panels_of
+
+SMALL = fl.rendering.Map(values_n=[[0.1, 0.2], [0.3, 0.4]], pitch_mm=1.0)
 
 
 def changed_by(fields):
@@ -38,11 +41,17 @@ def test_every_parameter_has_a_field(kinds):
     [
         ("board.force_zero_counts", (112, 0), [(112,), (0,)]),
         ("controller.model.table_um2", (), []),
+        (
+            "setpoint.effect",
+            fl.rendering.Map(values_n=[[0.1, 0.2], [0.3, 0.4]], pitch_mm=1.0),
+            [(0.1, 0.2), (0.3, 0.4)],
+        ),
         ("controller.sections", ((1.0, 0.0, 0.0, 0.5, 0.0),), [(1.0, 0.0, 0.0, 0.5, 0.0)]),
     ],
 )
 def test_a_list_is_shown_as_rows_of_numbers(path, value, shown):
     system = GRATING.evolve({"controller.kind": "filtered_pi"}).evolve({path: value})
+    path += ".values_n" * (path == "setpoint.effect")
     (field,) = (each for fields in panels_of(system).values() for each in fields if each["path"] == path)
     assert list(field["value"]) == shown
 

@@ -300,7 +300,11 @@ FAILS = fl.Vibration("failing", fails, Failing, lambda f: Failing(f.until_um, f.
 @pytest.mark.parametrize(("below", "told"), [(0.0, "nan at 1.1"), (1.0, "-0.1 at 1.1")])
 @pytest.mark.parametrize(
     ("contact", "form"),
-    [("rigid", "float"), ("dahl", "float"), ("lugre", "float"), ("slider", "float"), ("dahl", "firmware")],
+    [
+        ("dahl", "float"),
+        ("dahl", "firmware"),
+        *(pytest.param(each, "float", marks=pytest.mark.slow) for each in ("rigid", "lugre", "slider")),
+    ],
 )
 def test_friction_that_is_no_number_or_less_than_none_is_an_error_of_the_run(below, told, contact, form):
     fl.register(FAILS, FailingFriction)

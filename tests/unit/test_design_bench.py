@@ -249,6 +249,7 @@ def page(monkeypatch, tmp_path):
         del sys.modules[name]
 
 
+@pytest.mark.slow
 def test_the_page_prints_what_its_text_says(page) -> None:
     shown = [page.run(language, text) for language, text in BLOCKS]
     text = "".join(printed for printed, _ in shown)

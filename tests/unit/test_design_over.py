@@ -36,6 +36,7 @@ def test_a_finger_that_does_not_stroke_has_neither_speeds_nor_loads(over):
         over.systems(fl.feasible())
 
 
+@pytest.mark.slow
 def test_a_design_for_loads_and_contacts_holds_its_limits_between_them():
     wanted = Wanted(loads_n=(0.4, 0.8))
     made = BENCH.evolve(dict(design_controller(BENCH, "pi", wanted).overrides))

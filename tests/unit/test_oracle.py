@@ -21,6 +21,7 @@ STEADY = fl.bench().evolve(
      "friction.moist_loss": 0.0, "setpoint": fl.Constant(offset_n=0.6)}
 )  # fmt: skip
 FINGERS = fl.fingers(60, 3)
+RARE = [pytest.param(each, marks=pytest.mark.slow) for each in ("lugre", "rigid")]
 ABLE = [each for each, able in zip(FINGERS, fl.capable(FINGERS, contact_s=3.0)["capable"].values, strict=True) if able]
 
 
@@ -39,7 +40,7 @@ def force_after(system, commands):
 
 @pytest.mark.parametrize("preview", [False, True])
 @pytest.mark.parametrize("delay_s", [0.0, 200e-6, 330e-6])
-@pytest.mark.parametrize("contact", ["dahl", "lugre", "slider", "rigid"])
+@pytest.mark.parametrize("contact", ["dahl", "slider", *RARE])
 def test_it_holds_the_set_point_where_nothing_disturbs(contact, delay_s, preview):
     finger = {"finger.kind": "rigid"} if contact == "rigid" else {"finger.contact": contact}
     system = STEADY.evolve({**finger, "controller.delay_s": delay_s, "controller.preview": preview})
@@ -120,7 +121,7 @@ def test_steps_do_not_overshoot_and_nothing_rises_faster(contact, nominal_n):
     assert np.argmax(f[up:] >= 0.71) <= np.argmax(np.array(forces)[up:] >= 0.71) + 2
 
 
-@pytest.mark.parametrize("contact", ["dahl", "slider"])
+@pytest.mark.parametrize("contact", ["dahl", pytest.param("slider", marks=pytest.mark.slow)])
 def test_who_knows_more_does_better(contact):
     def rms(overrides):
         system = fl.bench().evolve({"finger.contact": contact, **overrides})

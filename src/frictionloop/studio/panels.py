@@ -36,6 +36,9 @@ SPAN = 5.0
 Any number can be typed beside it.
 """
 
+LONGEST = 256
+"""Entries of a list that can be typed; a longer one, as of a painting, has its place in a file."""
+
 
 def panels_of(system: System) -> dict[str, list[dict[str, Any]]]:
     """Return the fields of every box, in the order of the model.
@@ -76,10 +79,16 @@ def _fields(block: Block, at: str) -> Iterator[dict[str, Any]]:
             yield {"path": path, "name": _name(path), "value": value, "unit": unit_of(path), "means": means} | told
 
 
+def _listed(value: tuple[Any, ...], field: FieldInfo, path: str) -> dict[str, Any]:
+    if _rows_of_numbers(field):
+        return {"columns": None} if sum(map(len, value)) <= LONGEST else {}
+    return {"value": [(each,) for each in value], "columns": [path]} if len(value) <= LONGEST else {}
+
+
 def _rows_of_numbers(field: FieldInfo) -> bool:
     """Return whether a list is one of rows, as the sections of a filter are, and not one of numbers."""
     (entry, *_) = get_args(field.annotation)
-    return get_origin(getattr(entry, "__origin__", entry)) is tuple
+    return tuple in (get_origin(entry), get_origin(getattr(entry, "__origin__", None)))
 
 
 @cache
@@ -107,8 +116,7 @@ def _steps(block: Block, at: str) -> Iterator[dict[str, Any]]:
 
 def _told(value: Any, field: FieldInfo, path: str) -> dict[str, Any]:
     if isinstance(value, tuple) and path.rpartition(".")[2] not in Steps.model_fields:
-        rows = _rows_of_numbers(field)
-        return {"columns": None} if rows else {"value": [(each,) for each in value], "columns": [path]}
+        return _listed(value, field, path)
     if isinstance(value, bool):
         return {"choices": [True, False]}
     if get_origin(field.annotation) is Literal:

@@ -181,6 +181,7 @@ def test_the_step_is_between_the_forces_that_are_asked_for(setpoint, levels, sai
     assert (float(run.f_r.min()), float(run.f_r.max())) == pytest.approx(levels)
 
 
+@pytest.mark.slow
 def test_a_saved_controller_begins_with_where_it_holds(designed):
     answer, _, folder = designed
     said = [line for line in (folder / "c.toml").read_text().splitlines() if line.startswith("# ")]
@@ -283,6 +284,7 @@ def test_one_contact_is_designed_for_where_it_is_asked_for_and_the_rest_is_told(
     )
 
 
+@pytest.mark.slow
 def test_a_range_of_loads_is_held_and_a_rate_matters_to_a_board_alone(frictionloop):
     asked = (*CONTROLLER, "--law", "pi", "--loads", "0.4,0.8", "--controller.rate_hz", "4000")
     answer = frictionloop(*asked)
@@ -300,6 +302,7 @@ def test_margins_that_both_contacts_cannot_have_say_that_one_was_not_asked_for(f
     assert "It was to hold on contacts dahl and slider; `--contacts dahl` asks for one" in answer.err
 
 
+@pytest.mark.slow
 def test_what_holds_on_one_contact_alone_is_designed_for_that_and_says_so_first(frictionloop):
     asked = (*CONTROLLER, "--law", "pi", "--sensitivity-peak", "1.03")
     said = " ".join(frictionloop(*asked).out.split())

@@ -104,6 +104,7 @@ def test_gains_that_ring_on_a_recorded_set_point_are_told(frictionloop, tmp_path
     assert json.loads(frictionloop(*run, *held).out)["ringing"] is None
 
 
+@pytest.mark.slow
 def test_a_design_takes_the_levels_of_a_recorded_set_point(frictionloop, tmp_path):
     (tmp_path / "wanted.csv").write_text("# rate_hz: 100\nforce [N]\n0.4\n0.8\n0.5\n")
     (tmp_path / "slide.csv").write_text("# rate_hz: 100\nforce [N]\n0.4\n0.8\n0.5\n")
