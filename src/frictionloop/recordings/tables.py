@@ -20,6 +20,7 @@ from frictionloop.recordings.stored import Samples, Stored, blocks_of, is_large
 from frictionloop.recordings.table_layout import Layout, layout_of
 from frictionloop.recordings.table_names import names_of
 from frictionloop.recordings.table_rows import all_rows, rows_in
+from frictionloop.recordings.text_head import few_names
 from frictionloop.recordings.text_index import Index, bytes_of, indexed
 
 MOST_COLUMNS = 10_000
@@ -57,8 +58,14 @@ def read_table(path: Path) -> Contents:
         if is_time(names[k])
     )
     commas = ["its commas are decimal: simulate reads them with --disturbance.decimal , (or --setpoint)"]
-    notes = (*notes, *commas * (layout.decimal == ","))
+    notes = (*notes, *commas * (layout.decimal == ","), *_unnamed(names))
     return Contents(channels, rates_in(said), notes, date, tuple(header(names[k]).name for k in begun))
+
+
+def _unnamed(names: list[str]) -> list[str]:
+    """Return a note that the last columns have no names, though those before do."""
+    named = max((k + 1 for k, name in enumerate(names) if name != str(k)), default=0)
+    return [f"there are names for {few_names(named, len(names))}"] if 0 < named < len(names) else []
 
 
 def _check_width(path: Path, width: int) -> None:

@@ -16,7 +16,7 @@ from frictionloop.recordings.contents import one_rate
 from frictionloop.recordings.headers import header, is_time
 from frictionloop.recordings.preamble import Said, rates_in, tells, unit_in, unit_in_doubt
 from frictionloop.recordings.stamps import is_stamp, seconds_after, stamp_of
-from frictionloop.recordings.text_head import LOOKED_AT, Row, head_of
+from frictionloop.recordings.text_head import LOOKED_AT, Row, few_names, head_of
 from frictionloop.recordings.text_rows import comments_of, mark_of, readable, rows_of, settings_of
 
 _COMMA = '; is that a decimal comma? decimal = "," reads it (--disturbance.decimal ,)'
@@ -49,9 +49,13 @@ class _Table:
     def column(self, k: int, times: Column | None = None, others: list[str] | None = None) -> Column:
         """Return column k."""
         values = np.fromiter((self.number(cells, k) for _, cells in self.rows()), np.float64)
-        name = self.names[k] if self.names else ""
+        name = self.name(k)
         place = partial(self.place, k=k)
         return Column(values, place, name, header(name).unit, times=times, others=others or [], head=self.head)
+
+    def name(self, k: int) -> str:
+        """Return what column k is called, "" without a name."""
+        return self.names[k] if k < len(self.names) else ""
 
     def times(self, k: int) -> Column:
         """Return column k, of times of the clock on the wall in s after the first."""
@@ -73,9 +77,10 @@ class _Table:
     def place(self, i: int, k: int) -> str:
         """Return where row i of column k stands, and what is there."""
         line, cells = next(islice(self.rows(), i, None))
-        name = self.names[k] if self.names else f"column {k}"
+        name = self.name(k) or f"column {k}"
         if self.too_long(cells):
-            hint = _COMMAS if self.mark == "," and self.count > 1 else _COMMA
+            halves = self.mark == "," and not any("." in cell for cell in cells)
+            hint = "" if not halves else _COMMAS if self.count > 1 else _COMMA
             return f"line {line}: {name} is in a row of {len(cells)} cells, of {self.count} columns{hint}"
         cell = cells[k].strip() if k < len(cells) else ""
         other, hint = (",", _COMMA) if self.decimal == "." else (".", _POINT)
@@ -91,7 +96,7 @@ def read_text(recording: Recording) -> Column:
     called = [i for i, name in enumerate(table.names) if is_time(name)]
     stamped = [i for i, cell in enumerate(table.first[1]) if is_stamp(cell)]
     clock = next((i for i in called + stamped if i != k), None)
-    others = [repr(table.names[i] if table.names else str(i)) for i in range(table.count) if i not in (k, clock)]
+    others = [repr(table.name(i) or str(i)) for i in range(table.count) if i not in (k, clock)]
     column = table.column(k, None if clock is None else table.times(clock), others)
     said, signals = table.said(), 1 + len(others)
     by, rate_hz = one_rate(recording.path, rates_in(said)) or ("", None)
@@ -129,7 +134,16 @@ def _table(path: str, decimal: str) -> _Table:
         told = f"line {second[0]}: {', '.join(map(readable, second[1]))} stand below {', '.join(names)}"
         raise FrictionloopError(f"{path}: {told}; accepted: # before lines that are not names, units or numbers")
     data = next((row for row in rows[1:] if row[1]), second)
-    return _Table(path, decimal, names, data, len(names), mark, f"names in line {first[0]}")
+    count = len(data[1]) if _are_more(data[1], names, mark, decimal) else len(names)
+    few = f" for {few_names(len(names), count)}" if count > len(names) else ""
+    return _Table(path, decimal, names, data, count, mark, f"names in line {first[0]}{few}")
+
+
+def _are_more(cells: list[str], names: list[str], mark: str, decimal: str) -> bool:
+    """Return whether a row has more columns than there are names, and not one number in two at a decimal comma."""
+    halves = mark == "," and not any("." in cell for cell in cells)
+    filled = len(cells) > len(names) > 1 and bool(cells[-1].strip())
+    return filled and not halves and all(_is_value(cell, decimal) for cell in cells if cell.strip())
 
 
 def _refuse_numbered(path: str, first: Row, below: list[str]) -> None:

@@ -64,6 +64,11 @@ def head_of(rows: Sequence[Row], comments: Sequence[Row], is_number: Callable[[s
     return None
 
 
+def few_names(named: int, count: int) -> str:
+    """Return in words that a header has names for the first columns only."""
+    return f"{named} of {count} columns, from the left; the others go by number"
+
+
 def are_units(cells: Sequence[str]) -> bool:
     """Return whether a line is one of units: one that is known, or all in brackets."""
     filled = [cell.strip() for cell in cells if _bare(cell).strip("-")]
