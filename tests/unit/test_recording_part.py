@@ -1,4 +1,4 @@
-"""Gaps in the column of times count in the part in use only, and `start_s` is then a time of that column."""
+"""Gaps in the column of times count in the part in use only."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ def path(tmp_path):
 
 
 def test_a_part_without_a_gap_is_taken_by_its_times(path):
-    taken = read_recording(Recording(path=path, column="force", start_s=0.6, stop_s=1.5), RATE_HZ)
+    taken = read_recording(Recording(path=path, column="force", start_s=10.6, stop_s=11.5), RATE_HZ)
     assert taken.tolist() == list(range(600, 1501))
-    early = read_recording(Recording(path=path, column="force", stop_s=0.2), RATE_HZ)
+    early = read_recording(Recording(path=path, column="force", stop_s=10.2), RATE_HZ)
     assert early.tolist() == list(range(201))
-    late = read_recording(Recording(path=path, column="force", start_s=2.1), RATE_HZ)
+    late = read_recording(Recording(path=path, column="force", start_s=12.1), RATE_HZ)
     assert late.tolist() == list(range(2100, 2400))
 
 
@@ -37,8 +37,8 @@ def test_a_part_without_a_gap_is_taken_by_its_times(path):
     ("part", "seen", "rows"),
     [
         ({}, ("200 before line 302", "100 before line 1802"), (500, 1999)),
-        ({"start_s": 0.1, "stop_s": 0.6}, ("200 before line 302",), (100, 299)),
-        ({"start_s": 1.9}, ("100 before line 1802",), (2100, 2399)),
+        ({"start_s": 10.1, "stop_s": 10.6}, ("200 before line 302",), (100, 299)),
+        ({"start_s": 11.9}, ("100 before line 1802",), (2100, 2399)),
     ],
 )
 def test_a_gap_in_the_part_is_refused_with_the_longest_part_without(path, part, seen, rows):
@@ -54,10 +54,10 @@ def test_a_gap_in_the_part_is_refused_with_the_longest_part_without(path, part, 
 @pytest.mark.parametrize(
     ("part", "said"),
     [
-        ({"start_s": 0.4}, "start_s = 0.4 lies where rows are missing in the times, 0.299 to 0.5 s"),
-        ({"start_s": 1.0, "stop_s": 2.05}, "stop_s = 2.05 lies where rows are missing in the times, 1.999 to 2.1 s"),
-        ({"start_s": 3.0}, "start_s = 3 is beyond the end; the times last 2.399 s"),
-        ({"start_s": 1.0, "stop_s": 3.0}, "stop_s = 3 is beyond the end"),
+        ({"start_s": 10.4}, "start_s = 10.4 lies where rows are missing in the times, 10.299 to 10.5 s"),
+        ({"start_s": 11.0, "stop_s": 12.05}, "stop_s = 12.05 lies where rows are missing in the times, 11.999 to 12.1"),
+        ({"start_s": 13.0}, "start_s = 13 is beyond the end; the times run from 10 to 12.399 s"),
+        ({"start_s": 11.0, "stop_s": 13.0}, "stop_s = 13 is beyond the end"),
     ],
 )
 def test_an_end_that_no_row_is_near_is_refused(path, part, said):
@@ -69,8 +69,8 @@ def test_a_blank_behind_a_gap_is_named_by_its_time(path, tmp_path):
     lines = (tmp_path / "gaps.csv").read_text().splitlines()
     lines[301 + 700] = lines[301 + 700].partition(",")[0] + ","  # row 1200
     (tmp_path / "gaps.csv").write_text("\n".join(lines))
-    with pytest.raises(FrictionloopError, match=r"no number at 1\.2 s; .*start_s 0\.6 --disturbance\.stop_s 1\.199 "):
-        read_recording(Recording(path=path, column="force", start_s=0.6, stop_s=1.5), RATE_HZ)
+    with pytest.raises(FrictionloopError, match=r"no number at 11\.2 s; .*start_s 10\.6 --\S+stop_s 11\.199 "):
+        read_recording(Recording(path=path, column="force", start_s=10.6, stop_s=11.5), RATE_HZ)
 
 
 def test_times_that_start_again_have_no_part_that_can_be_named(tmp_path):
@@ -81,11 +81,10 @@ def test_times_that_start_again_have_no_part_that_can_be_named(tmp_path):
     assert "start_s" not in str(refused.value)
 
 
-def test_with_a_rate_given_rows_are_counted_and_a_gap_behind_the_part_is_not_told(path):
-    before = Recording(path=path, column="force", rate_hz=RATE_HZ, start_s=0.1, stop_s=0.25)
-    force, _, _ = scaled(before, "N")
-    assert force[[0, -1]].tolist() == [100, 250]
+def test_with_a_rate_given_the_part_is_that_of_the_times_and_a_gap_behind_it_is_not_told(path):
+    before = Recording(path=path, column="force", rate_hz=RATE_HZ, start_s=10.1, stop_s=10.25)
+    assert scaled(before, "N").force[[0, -1]].tolist() == [100, 250]
     assert found(before).uneven == ""
-    after = before.model_copy(update={"start_s": 0.4, "stop_s": 1.0})
-    assert scaled(after, "N")[0][0] == 600  # the 400th row that is there
-    assert "200 before line 302; rows are taken 0.001 s apart, at most 0.2 s off" in found(after).uneven
+    over = before.model_copy(update={"stop_s": 11.0})
+    assert scaled(over, "N").force[[0, -1]].tolist() == [100, 1000]
+    assert "200 before line 302; rows are taken 0.001 s apart, at most 0.2 s off" in found(over).uneven

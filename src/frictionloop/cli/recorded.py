@@ -23,13 +23,14 @@ def _part(name: str, signal: object, duration_s: float) -> str:
     if not isinstance(signal, Recording):
         return ""
     from frictionloop.recordings.read import lasting_s
+    from frictionloop.recordings.told import found
 
     lasts_s = lasting_s(signal)
     if duration_s >= lasts_s * (1 - 1e-6):
         return ""
     said = f"The run takes the first {duration_s:g} s of the {lasts_s:.4g} s of the recorded {name}."
     if signal.remove_mean:
-        stop_s = signal.start_s + duration_s
+        stop_s = found(signal).from_s + duration_s
         said += f" The mean of all of it is removed; --{name}.stop_s {stop_s:g} removes that of the part that runs."
     return said
 

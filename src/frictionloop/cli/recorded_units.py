@@ -49,7 +49,7 @@ def resampled(system: System) -> list[str]:
 
     for name in recordings(system):
         signal = getattr(system, name)
-        force, file_hz, _ = scaled(signal, "N")
+        force, file_hz, _, _ = scaled(signal, "N")
         share = removed_share(force, file_hz, rate_hz, signal.path)
         if share > REMOVED:
             said.append(

@@ -38,7 +38,8 @@ class Channel(Block):
     sign: Annotated[Whole, Field(ge=-1, le=1)] = 1
     """-1 turns the channel round."""
     zero_s: Window | None = None
-    """From when to when in s nothing acted: the mean over it is taken off. Rows of a table count as seconds."""
+    """From when to when, in s after the first sample, nothing acted: the mean over it is taken off. Rows of a table
+    count as seconds."""
     wrap: Positive | None = None
     """Where a counter starts again from 0, in the column's unit."""
     crosstalk: Annotated[dict[str, Number], Field(default_factory=dict)]

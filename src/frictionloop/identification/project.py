@@ -70,7 +70,7 @@ class Take(Block):
     exclude: tuple[Whole, ...] = ()
     """Hits: numbers of those to leave out."""
     interval_s: Window | None = None
-    """Quiet: from when to when; left out, the longest quiet stretch."""
+    """Quiet: from when to when, s after the first sample; left out, the longest quiet stretch."""
     full_drive: Positive | None = None
     """Scale: the drive at its largest, in the unit of the channel; gives the largest amplitude."""
     frequency_hz: Positive | None = None

@@ -143,10 +143,11 @@ class Recording(Signal):
     """Added after scaling."""
     decimal: Literal[".", ","] = "."
     """Decimal mark of a text file; with a comma the columns must be apart by semicolons, tabs or spaces."""
-    start_s: NotNegative = 0.0
-    """Where in the recording t = 0 lies."""
-    stop_s: Positive | None = None
-    """Where in the recording to stop (its end if not given)."""
+    start_s: Number | None = None
+    """Where in the recording t = 0 lies: a time of its column of times, or s after its first sample where it has none
+    or they are dates; its beginning if not given."""
+    stop_s: Number | None = None
+    """Where in the recording to stop, counted likewise (its end if not given)."""
     rectify: bool = False
     """Take the magnitude, |scale * column|, before a mean is removed: of friction whose sign is that of the motion."""
     remove_mean: bool = False
@@ -161,7 +162,7 @@ class Recording(Signal):
 
     @model_validator(mode="after")
     def _window(self) -> Self:
-        if self.stop_s is not None and self.stop_s <= self.start_s:
+        if self.stop_s is not None and self.start_s is not None and self.stop_s <= self.start_s:
             raise ValueError("stop_s must be after start_s")
         return self
 

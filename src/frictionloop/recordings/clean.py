@@ -12,15 +12,15 @@ LEAST = 10
 """Steps of a part that may be taken for a recording (chosen)."""
 
 
-def clean_part(values: Array, since_s: float, rate_hz: float) -> tuple[str, str]:
+def clean_part(values: Array, at_s: Array) -> tuple[str, str]:
     """Return in words where values are no numbers, and what cuts out the longest part without such; "" without either.
 
     Parameters
     ----------
     values
-        Samples, the first of which stands at ``since_s`` in the file.
-    since_s, rate_hz
-        Time of the first in s, as ``start_s`` counts, and samples per second.
+        Samples.
+    at_s
+        Their times in s, as ``start_s`` counts.
     """
     bad = ~np.isfinite(values)
     if not bad.any():
@@ -30,9 +30,8 @@ def clean_part(values: Array, since_s: float, rate_hz: float) -> tuple[str, str]
     if stop - start < LEAST:
         return "", ""
     more = f" and {len(gaps) - SHOWN} more" if len(gaps) > SHOWN else ""
-    at_s = [(since_s + a / rate_hz, since_s + b / rate_hz) for a, b in gaps[:SHOWN]]
-    where = f"; no number at {', '.join(said(*each) for each in at_s)}{more}"
-    return where, f", or {taking(since_s + start / rate_hz, since_s + stop / rate_hz)}"
+    where = f"; no number at {', '.join(said(at_s[a], at_s[b]) for a, b in gaps[:SHOWN])}{more}"
+    return where, f", or {taking(at_s[start], at_s[stop])}"
 
 
 def taking(start_s: float, stop_s: float) -> str:

@@ -46,9 +46,10 @@ def in_seconds(times: Column) -> Array:
     return np.asarray(UNITS.get(times.unit or "s", ("", 1.0))[1] * np.asarray(times.samples, dtype=float))
 
 
-def are_seconds(times: Column, step_s: float) -> bool:
-    """Tell whether times that rise by this are in s, and no counts of samples."""
-    return times.unit in UNITS or may_be_seconds(step_s)
+def are_seconds(times: Column, step_s: float, given_hz: float | None = None) -> bool:
+    """Tell whether times that rise by this are in s, and no counts of samples; a rate that is theirs in s tells it."""
+    told = given_hz is not None and abs(given_hz * step_s - 1) <= _NEAR
+    return times.unit in UNITS or may_be_seconds(step_s) or told
 
 
 def rate_of(recording: Recording, column: Column) -> tuple[float | None, str]:
@@ -90,7 +91,7 @@ def unevenness(column: Column, rate_hz: float) -> str:
     steps = np.diff(in_s)
     if not np.isfinite(steps).any():
         return f"times are not read: {times.place(0)}"
-    if not are_seconds(times, float(np.nanmedian(steps))):
+    if not are_seconds(times, float(np.nanmedian(steps)), rate_hz):
         return ""
     uneven = uneven_in(in_s, 1 / rate_hz, _NEAR)
     if uneven is None:

@@ -14,7 +14,9 @@ LEAST_S = 0.05
 """A finger that turns round is there for less (chosen)."""
 
 
-def off_plate(force: NDArray[np.floating], rate_hz: float, since_s: float) -> tuple[str, tuple[float, float]] | None:
+def off_plate(
+    force: NDArray[np.floating], rate_hz: float, at_s: NDArray[np.floating]
+) -> tuple[str, tuple[float, float]] | None:
     """Return the stretches near 0 in words and the longest part without one, both in s; None without any.
 
     Nothing is found in a signal that lingers beside 0, as a sine about 0 or one that just reaches it, and noise do.
@@ -23,8 +25,8 @@ def off_plate(force: NDArray[np.floating], rate_hz: float, since_s: float) -> tu
     ----------
     force, rate_hz
         Force with its mean left in, in any unit, and samples per second.
-    since_s
-        Time of the first sample in the file.
+    at_s
+        Time of each sample in the file, as `start_s` counts.
     """
     size = np.abs(force)
     near = size < NEAR * np.quantile(size, 0.95)
@@ -35,6 +37,6 @@ def off_plate(force: NDArray[np.floating], rate_hz: float, since_s: float) -> tu
     for first, last in off:
         on[first : last + 1] = False
     more = f" and {len(off) - SHOWN} more" if len(off) > SHOWN else ""
-    at_s = [[round(since_s + k / rate_hz, 4) for k in part] for part in off[:SHOWN]]
+    seen_s = [[round(float(at_s[k]), 4) for k in part] for part in off[:SHOWN]]
     first, last = longest(on)
-    return ", ".join(said(*each) for each in at_s) + more, (since_s + first / rate_hz, since_s + last / rate_hz)
+    return ", ".join(said(*each) for each in seen_s) + more, (float(at_s[first]), float(at_s[last]))

@@ -1,4 +1,4 @@
-"""Which rows of a file a recording takes: by their number at an even rate, by their times where rows are missing."""
+"""Which rows of a file a recording takes, and at which rate."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.steps import uneven_in
 from frictionloop.recordings.clean import LEAST, longest, taking
-from frictionloop.recordings.clock import EVEN, are_seconds, in_seconds, no_rate, rate_of
+from frictionloop.recordings.clock import EVEN, in_seconds, no_rate, rate_of
 from frictionloop.recordings.column import Array, Column, refuse_gaps
 from frictionloop.recordings.stamps import ACCEPTED
+from frictionloop.recordings.window import Clock, clock_of, rows_between, rows_counted
 
 
 class Part(NamedTuple):
@@ -25,15 +26,16 @@ class Part(NamedTuple):
     rate_hz: float
     by: str
     """What tells the rate."""
-    since_s: float
-    """Time of the first of these rows after the first row of the file, as `start_s` counts."""
+    at_s: Array
+    """Time of each of these rows, as `start_s` counts."""
+    begins_s: float | None = None
+    """The first time of the file, where `start_s` is one of its times; None where it counts from the first sample."""
 
 
 def part_of(recording: Recording, column: Column) -> Part:
-    """Return the rows between ``start_s`` and ``stop_s``.
+    """Return the rows between ``start_s`` and ``stop_s``, which are times of the file where it has any.
 
-    Where nothing but the times tells the rate, and rows are missing in them, both are times after the first
-    one, and only the times of the part in use must be even. Else rows are counted at the rate.
+    Where nothing but the times tells the rate, only those of the part in use must be even.
 
     Raises
     ------
@@ -46,84 +48,54 @@ def part_of(recording: Recording, column: Column) -> Part:
         usual_s = _usual(in_s)
         if not np.isfinite(in_s).all() or uneven_in(in_s, abs(usual_s) or 1.0, EVEN):
             return _by_times(recording, times, in_s, usual_s)
-    return _by_number(recording, column)
-
-
-def _by_number(recording: Recording, column: Column) -> Part:
-    """Return the rows counted at the rate."""
-    path, count = recording.path, column.samples.size
     told_hz, by = rate_of(recording, column)
     rate_hz = told_hz or recording.rate_hz
     if rate_hz is None:
-        raise FrictionloopError(f"{path}: {no_rate(column)}")
-    lasts = f"the recording lasts {count / rate_hz:g} s ({count} samples at {rate_hz:g} Hz)"
-    if recording.start_s * rate_hz >= count - 0.5:
-        raise FrictionloopError(f"{path}: start_s = {recording.start_s:g} is beyond the end; {lasts}")
-    if recording.stop_s is not None and recording.stop_s * rate_hz > count + 0.5:
-        raise FrictionloopError(f"{path}: stop_s = {recording.stop_s:g} is beyond the end; {lasts}")
-    first = round(recording.start_s * rate_hz)
-    stop = count if recording.stop_s is None else min(round(recording.stop_s * rate_hz) + 1, count)
-    return Part(first, stop, rate_hz, by if told_hz else "rate_hz, as given", first / rate_hz)
+        raise FrictionloopError(f"{recording.path}: {no_rate(column)}")
+    by = by if told_hz else "rate_hz, as given"
+    clock = clock_of(times, rate_hz)
+    if clock is None or not clock.rises:
+        first, stop = rows_counted(recording, column.samples.size, rate_hz)
+        return Part(first, stop, rate_hz, by, np.arange(first, stop) / rate_hz)
+    first, stop = rows_between(recording, clock)
+    return Part(first, stop, rate_hz, by, clock.at_s[first:stop], clock.begins_s)
 
 
 def _by_times(recording: Recording, times: Column, in_s: Array, usual_s: float) -> Part:
-    """Return the rows whose times lie between both."""
-    path, first, stop = recording.path, 0, in_s.size
-    since_s = in_s - np.nanmin(in_s) if np.isfinite(in_s).any() else in_s
-    seconds = usual_s > 0 and are_seconds(times, usual_s)
-    if seconds:
-        first, stop = _between(recording, since_s, usual_s)
-    part_s = since_s[first:stop]
+    """Return the rows whose times lie between both, if those are even."""
+    path, clock = recording.path, clock_of(times)
+    first, stop = (0, in_s.size) if clock is None else rows_between(recording, clock)
+    at_s = (in_s if clock is None else clock.at_s)[first:stop]
 
     def place(k: int) -> str:
         return times.place(first + k)
 
-    cut = _cut(recording, since_s, first, stop, usual_s) if seconds else ""
-    refuse_gaps(path, part_s, place, accepted=ACCEPTED, cut=cut)
-    uneven = uneven_in(part_s, abs(usual_s) or 1.0, EVEN)
-    if uneven is not None or part_s.size < 2:
+    cut = "" if clock is None else _cut(recording, clock, first, stop)
+    refuse_gaps(path, at_s, place, accepted=ACCEPTED, cut=cut)
+    uneven = uneven_in(at_s, abs(usual_s) or 1.0, EVEN)
+    if uneven is not None or at_s.size < 2:
         said = uneven.said(place) if uneven else "one row is no recording"
         raise FrictionloopError(
             f"{path}: {said}; accepted: even steps (most are {usual_s:g} s), or rate_hz given, with "
             f"which rows are taken one after the other{cut}"
         )
-    rate_hz = float(f"{(part_s.size - 1) / (part_s[-1] - part_s[0]):.9g}")
-    return Part(first, stop, rate_hz, repr(times.name), float(part_s[0]))
+    rate_hz = float(f"{(at_s.size - 1) / (at_s[-1] - at_s[0]):.9g}")
+    return Part(first, stop, rate_hz, repr(times.name), at_s, None if clock is None else clock.begins_s)
 
 
-def _between(recording: Recording, since_s: Array, usual_s: float) -> tuple[int, int]:
-    """Return the first row in use and the one behind the last, both near the times that are asked for."""
-    stop_s = np.inf if recording.stop_s is None else recording.stop_s
-    end_s = float(np.nanmax(since_s))
-    for name, value, last_s in (("start_s", recording.start_s, end_s), ("stop_s", stop_s, end_s + usual_s)):
-        if np.isfinite(value) and value > last_s + usual_s / 2:
-            raise FrictionloopError(
-                f"{recording.path}: {name} = {value:g} is beyond the end; the times last {end_s:g} s"
-            )
-    rows = np.flatnonzero((since_s >= recording.start_s - usual_s / 2) & (since_s <= stop_s + usual_s / 2))
-    ends = ("start_s", recording.start_s, 0), ("stop_s", stop_s, -1)
-    for name, value, at in ends:
-        if np.isfinite(value) and (not rows.size or abs(since_s[rows[at]] - value) > 1.6 * usual_s):
-            known_s = since_s[np.isfinite(since_s)]
-            before, after = known_s[known_s < value].max(initial=0.0), known_s[known_s > value].min(initial=end_s)
-            raise FrictionloopError(
-                f"{recording.path}: {name} = {value:g} lies where rows are missing in the times, {before:.9g} to "
-                f"{after:.9g} s; accepted: a time with a row"
-            )
-    first = int(rows[0]) if recording.start_s else 0
-    return first, since_s.size if recording.stop_s is None else int(rows[-1]) + 1
-
-
-def _cut(recording: Recording, since_s: Array, first: int, stop: int, usual_s: float) -> str:
+def _cut(recording: Recording, clock: Clock, first: int, stop: int) -> str:
     """Return what takes the longest part without a gap in the times; "" where that is short, or would not be it."""
-    even = np.abs(np.diff(since_s[first:stop]) / usual_s - 1) <= EVEN
+    even = np.abs(np.diff(clock.at_s[first:stop]) / clock.usual_s - 1) <= EVEN
     start, last = longest(even)
     rows = first + start, first + last + 2  # a step has a row at both ends
     if last - start < LEAST:
         return ""
-    start_s, stop_s = float(since_s[rows[0]]), float(since_s[rows[1] - 1])
+    start_s, stop_s = float(clock.at_s[rows[0]]), float(clock.at_s[rows[1] - 1])
     taken = recording.model_copy(update={"start_s": start_s, "stop_s": stop_s})
-    return f", or {taking(start_s, stop_s)}" if _between(taken, since_s, usual_s) == rows else ""
+    try:
+        return f", or {taking(start_s, stop_s)}" if rows_between(taken, clock) == rows else ""
+    except FrictionloopError:  # times that go back
+        return ""
 
 
 def _usual(in_s: Array) -> float:

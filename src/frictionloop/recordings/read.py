@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -33,9 +33,9 @@ def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> A
 
     the mean taken over the recorded samples used, of the magnitude if that is taken: the friction of strokes both ways
     has the mean of its magnitude. Both ends are included, so a window of D seconds gives
-    D * rate_hz + 1 values (one less at the end of the file); ``start_s`` and ``stop_s``, counted from the first
-    sample, fall on the nearest recorded one, by the column of times where rows are missing in it (`part_of`). At the
-    file's own rate the samples are copied exactly. At another they are resampled band-limited
+    D * rate_hz + 1 values (one less at the end of the file); ``start_s`` and ``stop_s`` are times of the column of
+    times, or count from the first sample where there is none or it has dates, and fall on the nearest recorded sample
+    (`window`). At the file's own rate the samples are copied exactly. At another they are resampled band-limited
     (`scipy.signal.resample_poly`; zero phase, flat to 0.8 of the lower of the two Nyquist frequencies, -100 dB above
     it) at a rational ratio right to 10 ppm; the straight line from the first to the last sample is set aside and put
     back, the rest mirrored at both ends, so that they do not ring.
@@ -72,7 +72,7 @@ def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> A
         a value in use is blank, not a number, not finite or in a row of too many cells (with its line or index);
         the window is past the end.
     """
-    force, file_hz, _ = scaled(recording, wanted)
+    force, file_hz, _, _ = scaled(recording, wanted)
     return resampled(force, file_hz, rate_hz, recording.path)
 
 
@@ -91,9 +91,9 @@ def read_held(recording: Recording, rate_hz: float) -> Array:
     FrictionloopError
         As `read_recording`.
     """
-    force, file_hz, _ = scaled(recording, "N")
-    found = resampled(force, file_hz, rate_hz, recording.path)
-    held = math.floor(_lasts_s(recording, force, file_hz) * rate_hz + 1e-6) + 1 - found.size
+    taken = scaled(recording, "N")
+    found = resampled(taken.force, taken.rate_hz, rate_hz, recording.path)
+    held = math.floor(_lasts_s(recording, taken) * rate_hz + 1e-6) + 1 - found.size
     return np.pad(found, (0, max(held, 0)), mode="edge")
 
 
@@ -105,17 +105,29 @@ def lasting_s(recording: Recording) -> float:
     FrictionloopError
         As `read_recording`.
     """
-    force, file_hz, _ = scaled(recording, "N")
-    return _lasts_s(recording, force, file_hz)
+    return _lasts_s(recording, scaled(recording, "N"))
 
 
-def _lasts_s(recording: Recording, force: Array, file_hz: float) -> float:
-    cut_s = math.inf if recording.stop_s is None else recording.stop_s - recording.start_s
-    return min(force.size / file_hz, cut_s)
+def _lasts_s(recording: Recording, taken: Taken) -> float:
+    begins_s, start_s = float(taken.part.at_s[0]), recording.start_s
+    given = start_s is not None and start_s > begins_s - 1 / taken.rate_hz
+    cut_s = math.inf if recording.stop_s is None else recording.stop_s - (start_s if given and start_s else begins_s)
+    return min(taken.force.size / taken.rate_hz, cut_s)
 
 
-def scaled(recording: Recording, wanted: str) -> tuple[Array, float, Column]:
-    """Return the part in use in the wanted unit, the rate in Hz and the column, with what tells its rate."""
+class Taken(NamedTuple):
+    """The part of a recording in use."""
+
+    force: Array
+    """In the unit that is wanted."""
+    rate_hz: float
+    column: Column
+    """With what tells its rate."""
+    part: Part
+
+
+def scaled(recording: Recording, wanted: str) -> Taken:
+    """Return the part in use in the wanted unit."""
     column = _open(recording)
     used, part = _used(recording, column)
     scale = recording.scale
@@ -128,7 +140,8 @@ def scaled(recording: Recording, wanted: str) -> tuple[Array, float, Column]:
         used, scale = np.abs(used), abs(scale)
     if recording.remove_mean:
         used -= used.mean()
-    return recording.offset_n + scale * used, part.rate_hz, replace(rows_until(column, part.stop), rate_by=part.by)
+    column = replace(rows_until(column, part.stop), rate_by=part.by)
+    return Taken(recording.offset_n + scale * used, part.rate_hz, column, part)
 
 
 def _open(recording: Recording) -> Column:
@@ -163,7 +176,7 @@ def _used(recording: Recording, column: Column) -> tuple[Array, Part]:
     """Return the samples in use, and which they are."""
     part = part_of(recording, column)
     used = np.array(column.samples[part.first : part.stop], dtype=np.float64)
-    where = clean_part(used, part.since_s, part.rate_hz)
+    where = clean_part(used, part.at_s)
     refuse_gaps(recording.path, used, lambda i: column.place(part.first + i), *where)
     return used, part
 

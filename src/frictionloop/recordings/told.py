@@ -50,6 +50,11 @@ class Found(NamedTuple):
     """The longest part without such."""
     uneven: str = ""
     """Where the times are not those of a rate that is given, "" where they are."""
+    from_s: float = 0.0
+    to_s: float = 0.0
+    """First and last time of the part in use, as ``start_s`` counts."""
+    begins_s: float | None = None
+    """First of the file's times, where ``start_s`` is one of them; None where it counts from the first sample."""
 
 
 def found(recording: Recording) -> Found:
@@ -60,12 +65,12 @@ def found(recording: Recording) -> Found:
     FrictionloopError
         As `read_recording`.
     """
-    force, file_hz, column = scaled(recording, "N")
-    raw, _, _ = scaled(recording.model_copy(update={"remove_mean": False, "offset_n": 0.0}), "N")
+    force, file_hz, column, part = scaled(recording, "N")
+    raw = scaled(recording.model_copy(update={"remove_mean": False, "offset_n": 0.0}), "N").force
     unit, by = _unit(recording, column)
     scale = recording.scale
     largest_n, mean_n = float(np.abs(raw).max()), float(force.mean())
-    off, on_s = off_plate(raw, file_hz, recording.start_s) or ("", None)
+    off, on_s = off_plate(raw, file_hz, part.at_s) or ("", None)
     return Found(
         column=_named(recording, column),
         head=column.head,
@@ -86,6 +91,9 @@ def found(recording: Recording) -> Found:
         off_plate=off,
         on_plate_s=on_s,
         uneven="" if recording.rate_hz is None else unevenness(column, file_hz),
+        from_s=float(part.at_s[0]),
+        to_s=float(part.at_s[-1]),
+        begins_s=part.begins_s,
     )
 
 
@@ -131,6 +139,15 @@ def told(recording: Recording) -> str:
         forces += f" ({each.raw_lowest_n:.3g} to {each.raw_highest_n:.3g} N before its mean is removed)"
     if recording.rectify:
         unit += "its magnitude, "
-    return f"column {each.column!r}{head}{unit}{each.samples} samples at {each.rate_hz:g} Hz{by}, {forces}" + (
-        f"; {each.uneven}" if each.uneven else ""
-    )
+    read = f"column {each.column!r}{head}{unit}{each.samples} samples at {each.rate_hz:g} Hz{by}, "
+    return read + _part(recording, each) + forces + (f"; {each.uneven}" if each.uneven else "")
+
+
+def _part(recording: Recording, each: Found) -> str:
+    """Return which part of the file was taken, and on which clock; "" of the whole."""
+    if recording.start_s is None and recording.stop_s is None:
+        return ""
+    counted = "after the first sample"
+    if each.begins_s:
+        counted = f"of the file's times, which begin at {each.begins_s:.9g} s"
+    return f"{each.from_s:.9g} to {each.to_s:.9g} s {counted}, "

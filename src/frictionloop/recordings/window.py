@@ -1,0 +1,109 @@
+"""On which clock `start_s` and `stop_s` count: that of the file's times if it has any, else from the first sample."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from frictionloop.parameters.sources import Recording
+from frictionloop.quantities import FrictionloopError
+from frictionloop.recordings.clock import are_seconds, in_seconds
+from frictionloop.recordings.column import Array, Column
+
+ABSOLUTE_S = 1e8
+"""Times beyond this, three years, are dates (s since 1970 or 1904), from the first of which a part counts (assumed)."""
+
+
+class Clock(NamedTuple):
+    """Times of the rows in s, as `start_s` and `stop_s` count."""
+
+    at_s: Array
+    """NaN where there is none."""
+    usual_s: float
+    """The step that most have."""
+    begins_s: float
+    """The first time."""
+
+    @property
+    def rises(self) -> bool:
+        """Whether no time is earlier than one before."""
+        known = self.at_s[np.isfinite(self.at_s)]
+        return bool(np.all(np.diff(known) >= 0))
+
+
+def clock_of(times: Column | None, given_hz: float | None = None) -> Clock | None:
+    """Return the clock of a column of times; None without one in s, to which a rate that is given may help.
+
+    Dates, as ISO 8601 or as seconds since 1970 or 1904, count from the first of them.
+    """
+    if times is None or times.samples.size < 2:
+        return None
+    in_s = in_seconds(times)
+    steps = np.diff(in_s)
+    usual_s = float(np.nanmedian(steps)) if np.isfinite(steps).any() else 0.0
+    if not usual_s > 0 or not are_seconds(times, usual_s, given_hz):
+        return None
+    first_s = float(in_s[np.isfinite(in_s)][0])
+    zero_s = first_s if abs(first_s) > ABSOLUTE_S else 0.0
+    return Clock(in_s - zero_s, usual_s, first_s - zero_s)
+
+
+def rows_between(recording: Recording, clock: Clock) -> tuple[int, int]:
+    """Return the first row in use and the one behind the last, both near the times that are asked for.
+
+    ``start_s = 0`` of a file whose times begin later is its beginning.
+
+    Raises
+    ------
+    FrictionloopError
+        For an end before the first time or behind the last, or where rows are missing.
+    """
+    at_s, usual_s, begins_s = clock
+    end_s = float(np.nanmax(at_s))
+    given = {"start_s": recording.start_s, "stop_s": recording.stop_s}
+    if recording.start_s == 0 and begins_s > 0:
+        given["start_s"] = None
+    ends = {"start_s": end_s, "stop_s": end_s + usual_s}
+    rows = {"start_s": 0, "stop_s": at_s.size - 1}
+    low_s, high_s = (given[name] for name in given)
+    near = at_s >= (-np.inf if low_s is None else low_s - usual_s / 2)
+    found = np.flatnonzero(near & (at_s <= (np.inf if high_s is None else high_s + usual_s / 2)))
+    for (name, value), at in zip(given.items(), (0, -1), strict=True):
+        if value is None:
+            continue
+        run = f"the times run from {begins_s:.9g} to {end_s:.9g} s"
+        if value < begins_s - usual_s / 2:
+            raise FrictionloopError(f"{recording.path}: {name} = {value:g} is before the beginning; {run}")
+        if value > ends[name] + usual_s / 2:
+            raise FrictionloopError(f"{recording.path}: {name} = {value:g} is beyond the end; {run}")
+        if not found.size or abs(at_s[found[at]] - value) > 1.6 * usual_s:
+            known_s = at_s[np.isfinite(at_s)]
+            before = known_s[known_s < value].max(initial=begins_s)
+            after = known_s[known_s > value].min(initial=end_s)
+            raise FrictionloopError(
+                f"{recording.path}: {name} = {value:g} lies where rows are missing in the times, {before:.9g} to "
+                f"{after:.9g} s; accepted: a time with a row"
+            )
+        rows[name] = int(found[at])
+    return rows["start_s"], rows["stop_s"] + 1
+
+
+def rows_counted(recording: Recording, count: int, rate_hz: float) -> tuple[int, int]:
+    """Return the same of rows that are counted at a rate, from the first on.
+
+    Raises
+    ------
+    FrictionloopError
+        For an end before the first sample or behind the last.
+    """
+    path, start_s, stop_s = recording.path, recording.start_s or 0.0, recording.stop_s
+    lasts = f"the recording lasts {count / rate_hz:g} s ({count} samples at {rate_hz:g} Hz)"
+    for name, value in (("start_s", start_s), ("stop_s", stop_s)):
+        if value is not None and value < 0:
+            raise FrictionloopError(f"{path}: {name} = {value:g} is before the first sample; {lasts}")
+    if start_s * rate_hz >= count - 0.5:
+        raise FrictionloopError(f"{path}: start_s = {start_s:g} is beyond the end; {lasts}")
+    if stop_s is not None and stop_s * rate_hz > count + 0.5:
+        raise FrictionloopError(f"{path}: stop_s = {stop_s:g} is beyond the end; {lasts}")
+    return round(start_s * rate_hz), count if stop_s is None else min(round(stop_s * rate_hz) + 1, count)
