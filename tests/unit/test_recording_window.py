@@ -41,7 +41,8 @@ def test_a_part_is_that_of_the_times_in_the_file(tmp_path, name, times, given):
     assert part(recording, start_s=3.5, stop_s=4.25, **given) == pytest.approx([500, 1250], abs=1)
     assert part(recording, **given) == part(recording, start_s=0.0, **given) == [0, 1999]
     said = told(recording.model_copy(update={"start_s": 3.5, "stop_s": 4.25, **given}))
-    assert f"s of the file's times, which begin at {times[0] / (1e3 if name == 't_ms' else 1):.9g} s, " in said
+    begins_s = times[0] / (1e3 if name == "t_ms" else 1.0)
+    assert f"s of the file's times, which begin at {round(begins_s, 4):.9g} s, " in said
     assert found(recording.model_copy(update={"start_s": 3.5, **given})).from_s == pytest.approx(3.5, abs=1e-3)
 
 

@@ -52,6 +52,8 @@ USUAL_OF = {
     "geometry.width_mm": (5.0, 2000.0),
     "geometry.thickness_mm": (0.1, 20.0),
     "drive.resonance_hz": (5e3, 2e5),
+    "disturbance.rate_hz": (1.0, 2e6),
+    "setpoint.rate_hz": (1.0, 2e6),
 }
 """Ranges of those whose name alone does not say: ultrasound, a plate that resonates, and what one builds (chosen)."""
 PREFIXES = (1e-6, 1e-3, 1e3, 1e6)

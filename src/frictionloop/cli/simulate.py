@@ -29,8 +29,8 @@ EXAMPLES = r"""Examples
       --disturbance.column force_n --disturbance.remove_mean true
   frictionloop simulate my-bench.toml --setpoint.kind recording \
       --setpoint.path wanted.csv --setpoint.column force_n
-  Also of a recording: unit, scale, offset_n, rate_hz, decimal, start_s,
-  stop_s, rectify, remove_mean
+  Also of a recording: unit, scale, offset_n, rate_hz, resample_hz, decimal,
+  start_s, stop_s, rectify, remove_mean
 """
 
 

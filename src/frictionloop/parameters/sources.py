@@ -135,6 +135,8 @@ class Recording(Signal):
     """Column name or number; for HDF5, MAT and NPZ the dataset, with [:, k] for a column of it (``"dataQ[:, 0]"``)."""
     rate_hz: Positive | None = None
     """Sampling rate; not needed where the times, an attribute (``fs``, ``dt``, ``sampling_rate``) or a WAV tell it."""
+    resample_hz: Positive | None = None
+    """Rate to which samples at uneven times are brought, by straight lines between them; at least their mean rate."""
     unit: str | None = None
     """Unit of the column, if the file says none: N, mN, cN, uN, kN, gf, kgf, lbf are scaled, others need ``scale``."""
     scale: Number | None = None
@@ -158,6 +160,12 @@ class Recording(Signal):
         of, factor = UNITS.get(known_unit(self.unit or "") or "", ("", 1.0))
         if self.scale is not None and of == "N" and not math.isclose(self.scale, factor):
             raise ValueError(f'scale = {self.scale:g} contradicts unit = "{self.unit}", {factor:g} N; give one of them')
+        return self
+
+    @model_validator(mode="after")
+    def _one_rate(self) -> Self:
+        if self.rate_hz is not None and self.resample_hz is not None:
+            raise ValueError("rate_hz takes rows one after another, resample_hz goes by their times; give one of them")
         return self
 
     @model_validator(mode="after")

@@ -14,6 +14,7 @@ from frictionloop.recordings.clean import LEAST, longest, taking
 from frictionloop.recordings.clock import EVEN, in_seconds, no_rate, rate_of
 from frictionloop.recordings.column import Array, Column, refuse_gaps
 from frictionloop.recordings.stamps import ACCEPTED
+from frictionloop.recordings.straight_lines import described, even_times, offer, tells_seconds
 from frictionloop.recordings.window import Clock, clock_of, rows_between, rows_counted
 
 
@@ -30,6 +31,10 @@ class Part(NamedTuple):
     """Time of each of these rows, as `start_s` counts."""
     begins_s: float | None = None
     """The first time of the file, where `start_s` is one of its times; None where it counts from the first sample."""
+    even_s: Array | None = None
+    """Even times that samples at uneven ones are brought to, where that is asked for."""
+    lost_by_lines: str = ""
+    """What the straight lines between these lose."""
 
 
 def part_of(recording: Recording, column: Column) -> Part:
@@ -43,6 +48,8 @@ def part_of(recording: Recording, column: Column) -> Part:
         For times with a gap in the part in use, a part that is not there, or a rate that is missing or contradicted.
     """
     times = column.times
+    if recording.resample_hz is not None:
+        return _brought_to(recording, times, recording.resample_hz)
     if recording.rate_hz is None and column.rate_hz is None and times is not None and times.samples.size > 1:
         in_s = in_seconds(times)
         usual_s = _usual(in_s)
@@ -76,11 +83,37 @@ def _by_times(recording: Recording, times: Column, in_s: Array, usual_s: float) 
     if uneven is not None or at_s.size < 2:
         said = uneven.said(place) if uneven else "one row is no recording"
         raise FrictionloopError(
-            f"{path}: {said}; accepted: even steps (most are {usual_s:g} s), or rate_hz given, with "
+            f"{path}: {said}; accepted: even steps (most are {usual_s:g} s), {offer(at_s)}or rate_hz given, with "
             f"which rows are taken one after the other{cut}"
         )
     rate_hz = float(f"{(at_s.size - 1) / (at_s[-1] - at_s[0]):.9g}")
     return Part(first, stop, rate_hz, repr(times.name), at_s, None if clock is None else clock.begins_s)
+
+
+def _brought_to(recording: Recording, times: Column | None, resample_hz: float) -> Part:
+    """Return the rows whose times lie between both, and the even times they are brought to."""
+    path = recording.path
+    if times is None or times.samples.size < 2:
+        raise FrictionloopError(f"{path}: resample_hz: there is no column of times; accepted: a file that has one")
+    in_s = in_seconds(times)
+    usual_s = _usual(in_s)
+    clock = clock_of(times, 1 / usual_s if usual_s > 0 and tells_seconds(in_s, resample_hz) else None)
+    if clock is None:
+        raise FrictionloopError(
+            f"{path}: resample_hz: nothing tells the unit of {times.name!r}; accepted: a name such as 'time_s' or "
+            "'time [ms]'"
+        )
+    first, stop = rows_between(recording, clock)
+    at_s = clock.at_s[first:stop]
+
+    def place(k: int) -> str:
+        return times.place(first + k)
+
+    refuse_gaps(path, at_s, place, accepted=ACCEPTED)
+    even_s = even_times(path, at_s, resample_hz, place)
+    apart, loses = described(at_s)
+    by = f"straight lines between {apart}"
+    return Part(first, stop, resample_hz, by, at_s, clock.begins_s, even_s, loses)
 
 
 def _cut(recording: Recording, clock: Clock, first: int, stop: int) -> str:

@@ -53,6 +53,7 @@ def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> A
         The rate is ``recording.rate_hz``; WAV and files of recorders bring their own, and so does a file with a
         column of times ("t", "time_ms", "Time (s)"), or an array of them beside, whose steps agree within 0.1 %, or an
         attribute or number beside ("rate_hz", "fs", "dt"). Times without a unit are in s from 100 Hz to 1 MHz only.
+        Uneven ones are brought to ``resample_hz`` (`straight_lines`).
     rate_hz
         Rate of the result in Hz, positive, at most 1e5 times above or below that of the file.
     wanted
@@ -178,7 +179,9 @@ def _used(recording: Recording, column: Column) -> tuple[Array, Part]:
     used = np.array(column.samples[part.first : part.stop], dtype=np.float64)
     where = clean_part(used, part.at_s)
     refuse_gaps(recording.path, used, lambda i: column.place(part.first + i), *where)
-    return used, part
+    if part.even_s is None:
+        return used, part
+    return np.interp(part.even_s, part.at_s, used), part._replace(at_s=part.even_s)
 
 
 _READERS: Mapping[str, Callable[[Recording], Column]] = {

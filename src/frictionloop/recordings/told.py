@@ -11,6 +11,7 @@ from frictionloop.quantities.units import UNITS, known_unit
 from frictionloop.recordings.clock import unevenness
 from frictionloop.recordings.column import Column
 from frictionloop.recordings.contact import off_plate
+from frictionloop.recordings.part import Part
 from frictionloop.recordings.read import scaled
 from frictionloop.recordings.signs import Signs, signs_of
 
@@ -49,7 +50,7 @@ class Found(NamedTuple):
     on_plate_s: tuple[float, float] | None = None
     """The longest part without such."""
     uneven: str = ""
-    """Where the times are not those of a rate that is given, "" where they are."""
+    """Where the times are not those of a rate that is given, or what straight lines between them lose."""
     from_s: float = 0.0
     to_s: float = 0.0
     """First and last time of the part in use, as ``start_s`` counts."""
@@ -90,11 +91,17 @@ def found(recording: Recording) -> Found:
         rms_n=float(force.std()),
         off_plate=off,
         on_plate_s=on_s,
-        uneven="" if recording.rate_hz is None else unevenness(column, file_hz),
+        uneven=_uneven(recording, column, part),
         from_s=float(part.at_s[0]),
         to_s=float(part.at_s[-1]),
         begins_s=part.begins_s,
     )
+
+
+def _uneven(recording: Recording, column: Column, part: Part) -> str:
+    if part.lost_by_lines:
+        return part.lost_by_lines
+    return "" if recording.rate_hz is None else unevenness(column, part.rate_hz)
 
 
 def _named(recording: Recording, column: Column) -> str:
@@ -149,5 +156,5 @@ def _part(recording: Recording, each: Found) -> str:
         return ""
     counted = "after the first sample"
     if each.begins_s:
-        counted = f"of the file's times, which begin at {each.begins_s:.9g} s"
-    return f"{each.from_s:.9g} to {each.to_s:.9g} s {counted}, "
+        counted = f"of the file's times, which begin at {round(each.begins_s, 4):.9g} s"
+    return f"{round(each.from_s, 4):.9g} to {round(each.to_s, 4):.9g} s {counted}, "

@@ -1,0 +1,91 @@
+"""Samples at uneven times brought to even ones, by straight lines between them, where it is asked for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.steps import MISSING
+from frictionloop.recordings.column import Array
+
+LONGEST_STEP = 10.0
+"""A longer time without samples, in usual steps, is a hole that no straight line fills (assumed)."""
+UNTOLD = 10.0
+"""How far apart the rate that is asked for and that of times without a unit may be for these to be s (assumed)."""
+
+
+def even_times(where: str, times_s: Array, resample_hz: float, place: Callable[[int], str] = "row {}".format) -> Array:
+    """Return even times from the first of some times that rise on, for `numpy.interp`.
+
+        t_k = t_0 + k/f,   y(t_k) = y_i + (y_(i+1) - y_i) (t_k - t_i)/(t_(i+1) - t_i)
+
+    A sine of frequency f_y between samples that are T apart loses up to (pi f_y T)^2/2 of its height.
+
+    Parameters
+    ----------
+    where
+        Named in errors.
+    times_s
+        Times in s, all of them finite, shape (samples,).
+    resample_hz
+        Rate in Hz, at least the mean rate of the samples: a lower one would fold what lies above half of it.
+    place
+        Tells where a row stands.
+
+    Raises
+    ------
+    FrictionloopError
+        For times that do not rise, a rate too low, or a time without samples of more than ten usual steps.
+    """
+    steps = np.diff(times_s)
+    bad = np.flatnonzero(~(steps > 0))
+    if bad.size:
+        at = place(int(bad[0]) + 1)
+        raise FrictionloopError(f"{where}: resample_hz: the times do not rise at {at}; accepted: times that do")
+    usual_s, mean_hz = float(np.median(steps)), mean_rate(times_s)
+    if resample_hz < (1 - 1e-3) * mean_hz:
+        raise FrictionloopError(
+            f"{where}: resample_hz = {resample_hz:g}: must be at least {mean_hz:.4g}, the mean rate of the samples"
+        )
+    longest = int(np.argmax(steps))
+    if steps[longest] > LONGEST_STEP * usual_s:
+        raise FrictionloopError(
+            f"{where}: no samples for {steps[longest]:.3g} s after {place(longest)}: resample_hz fills at most "
+            f"{LONGEST_STEP * usual_s:.3g} s, ten usual steps; accepted: a part without such a hole"
+        )
+    last = int((times_s[-1] - times_s[0]) * resample_hz * (1 + 1e-12))
+    return np.asarray(times_s[0] + np.arange(last + 1) / resample_hz)
+
+
+def mean_rate(times_s: Array) -> float:
+    """Return the mean rate in Hz of times that rise."""
+    return (times_s.size - 1) / float(times_s[-1] - times_s[0])
+
+
+def tells_seconds(times: Array, resample_hz: float) -> bool:
+    """Tell whether times without a unit are in s, by the rate that they are to be brought to."""
+    first, last = times[np.isfinite(times)][[0, -1]] if np.isfinite(times).any() else (0.0, 0.0)
+    mean_hz = (times.size - 1) / (last - first) if last > first else 0.0
+    return resample_hz / UNTOLD <= mean_hz <= resample_hz * UNTOLD
+
+
+def offer(times_s: Array) -> str:
+    """Return the flag that brings uneven times to even ones; "" for such as could not be brought there."""
+    steps = np.diff(times_s)
+    if not steps.size or not np.all(steps > 0) or steps.max() > LONGEST_STEP * np.median(steps):
+        return ""
+    flag = f"--disturbance.resample_hz {math.ceil(mean_rate(times_s))} (or --setpoint)"
+    return f"{flag}, straight lines between them, "
+
+
+def described(times_s: Array) -> tuple[str, str]:
+    """Return in words how far samples are apart, and what straight lines between them lose."""
+    steps = np.diff(times_s)
+    over = int(np.count_nonzero(steps > MISSING * np.median(steps)))
+    gaps = f", over {over} gap{'s' * (over > 1)} of up to {1e3 * steps.max():.3g} ms" if over else ""
+    apart = f"{times_s.size} samples, {1e3 * steps.min():.3g} to {1e3 * steps.max():.3g} ms apart{gaps}"
+    loses = f"straight lines lower a sine of {mean_rate(times_s) / 10:.3g} Hz by up to 5 %, and a faster one by more"
+    return apart, loses
