@@ -148,6 +148,7 @@ def test_sums_and_traces_give_the_same_numbers():
             f_a, f_r = run["f_a"].values[kept], run["f_r"].values[kept]
             traces = {name: getattr(fl, name)(run) for name in metrics if hasattr(fl, name)} | {
                 "slope": fl.regression(run).slope,
+                "disturbance_left": fl.metrics(run)["disturbance_left"],
                 "mean_force": f_a.mean(),
                 "mean_setpoint": f_r.mean(),
                 "setpoint_spread": f_r.std(),

@@ -211,6 +211,7 @@ def test_sums_and_traces_give_the_same_numbers(name, score_from_s):
     f_r, f_a = run["f_r"].values[mask], run["f_a"].values[mask]
     traces |= {"mean_force": f_a.mean(), "mean_setpoint": f_r.mean(), "setpoint_spread": f_r.std()}
     traces["scored_periods"] = f_r.size
+    traces["disturbance_left"] = fl.metrics(run, mask)["disturbance_left"]
     if system.setpoint.kind == "steps":
         traces |= mean_step_times(run, score_from_s)
         assert set(traces) == set(fl.METRICS)
@@ -253,6 +254,8 @@ def test_of_a_small_sine_the_loop_leaves_the_gain_of_its_sensitivity():
     system = quiet.evolve({"setpoint": fl.Constant(offset_n=0.5)})
     run = fl.simulate(system, 3.0)
     left = fl.metrics(run, run.time.values >= 1.0)["disturbance_left"]
+    swept = fl.sweep(system, {"controller.kp": [10.0]}, 3.0, metrics=["disturbance_left"], score_from_s=1.0)
+    assert swept.disturbance_left.item() == left
     sensitivity = fl.linearise(system).frequency_response([3.0])["f_a_from_d"].values.item()
     assert left == pytest.approx(abs(sensitivity), rel=0.03)
     opened = fl.simulate(system.evolve({"controller.kind": "lookup"}), 3.0)

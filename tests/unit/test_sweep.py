@@ -45,7 +45,7 @@ def test_every_metric_has_a_unit_and_a_name():
     stepped = BASE.evolve({"setpoint": fl.Steps(times_s=(0.0, 0.02), levels_n=(0.5, 0.7))})
     grid = fl.sweep(stepped, {"controller.kp": [1.0]}, DURATION_S, metrics=list(fl.METRICS))
     assert list(grid.data_vars) == list(fl.METRICS)
-    assert set(SCORES) | {"slope", "perceptual_index", *STEP_METRICS, *MOMENTS} == set(fl.METRICS)
+    assert set(SCORES) | {"slope", "perceptual_index", "disturbance_left", *STEP_METRICS, *MOMENTS} == set(fl.METRICS)
     for name in fl.METRICS:
         assert grid[name].attrs["units"] == ("s" if name in STEP_METRICS else "N" if name in NEWTONS else "1")
         assert grid[name].attrs["long_name"]

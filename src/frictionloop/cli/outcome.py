@@ -21,6 +21,7 @@ from frictionloop.quantities import FrictionloopError
 SMALLEST = (
     "rms_error",
     "saturation_index",
+    "disturbance_left",
     "output_noise",
     "perceptual_index",
     "rise_63_s",
@@ -31,6 +32,11 @@ SMALLEST = (
 """Metrics whose smallest value is the best; of the slope it is the one nearest to 1, of the others the largest."""
 DESCRIPTIVE = ("mean_force", "mean_setpoint", "setpoint_spread", "scored_periods")
 """Metrics that say what a run was; no value of theirs is the best."""
+VALUELESS = {
+    **dict.fromkeys(("r2_identity", "r2_regression", "r2_bound", "slope"), "a constant set-point has none"),
+    "disturbance_left": "the disturbance does not vary",
+}
+"""Why no run has a value of a metric."""
 FEW = 12
 """Points that are listed one by one; more are for --csv and --plot (chosen)."""
 
@@ -77,6 +83,14 @@ def shown(value: float, units: str, spread: float | None = None) -> str:
     """Return a value for a person, newtons as mN and seconds as ms."""
     factor, unit = {"N": (1e3, " mN"), "s": (1e3, " ms")}.get(units, (1.0, ""))
     return f"{value * factor:.4g}" + ("" if spread is None else f" ± {spread * factor:.1g}") + unit
+
+
+def left_out(result: xr.Dataset) -> dict[str, str]:
+    """Return the metrics of which no run has a value, and a line on each; none where nothing has run."""
+    without = [str(name) for name, values in result.data_vars.items() if not np.any(np.isfinite(values.values))]
+    if len(without) == len(result.data_vars):
+        return {}
+    return {name: f"{name} is left out: {VALUELESS.get(name, 'no run has a value of it')}" for name in without}
 
 
 @dataclass(frozen=True)

@@ -5,27 +5,26 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from pydantic import BaseModel
 
-from frictionloop.analysis.levels import at_levels
-from frictionloop.analysis.operating import asked
+from frictionloop.analysis.levels import RECORDED
 from frictionloop.cli import advice, advice_text, describe, ringing, screen
-from frictionloop.cli.describe import finger_values
 from frictionloop.cli.flags import overrides_of
-from frictionloop.cli.outcome import Outcome, loss_of, shown
+from frictionloop.cli.outcome import Outcome, left_out, loss_of, shown
+from frictionloop.cli.population_reach import reach_of
+from frictionloop.cli.recorded_units import beside_able
 from frictionloop.cli.replaced import replaced, replaced_said
 from frictionloop.cli.scores import between
 from frictionloop.parameters import FingerFriction, Skin, Strokes, System
-from frictionloop.physics.capable import capable
 from frictionloop.physics.fingers import Fingers, fingers
 from frictionloop.quantities import FrictionloopError
 
 METRICS = ("r2_identity", "rms_error", "saturation_index", "perceptual_index")
-"""Kept of a population if none are named."""
+"""Kept of a population if none are named, and ``disturbance_left`` of a recorded disturbance."""
 WORST = 0.9
 """The worst decile begins where this share of the fingers is better, or as good."""
 
@@ -58,46 +57,9 @@ def population_of(
     return people
 
 
-class Reach(NamedTuple):
-    """Which fingers can be given the lowest and the highest force that a set-point asks for."""
-
-    low_n: float
-    high_n: float
-    hold_s: float
-    low: np.ndarray
-    high: np.ndarray
-    moving: np.ndarray
-    """Who can be given both for all but a twentieth of the time while the load drifts and trembles."""
-
-    @property
-    def able(self) -> np.ndarray:
-        """Who can be given both with the load at its mean."""
-        able: np.ndarray = self.low & self.high
-        return able
-
-
-def reach_of(system: System, people: Fingers, duration_s: float) -> tuple[xr.Dataset, Reach | None]:
-    """Return lowest_n and highest_n of each finger, held as long as it touches, and who reaches the set-point.
-
-    A recorded set-point is as low and as high as its samples. None for one whose level is not known, from outside.
-    """
-    contact_s: float = system.motion.contact_s  # type: ignore[union-attr]
-    hold_s = min(contact_s, duration_s) if contact_s > 0 else duration_s
-    own = finger_values(system)
-    touching, plate_um = [own | each for each in people], system.plate.max_amplitude_um
-    band, moved = (
-        capable(touching, max_amplitude_um=plate_um, contact_s=hold_s, load_moves=moves) for moves in (False, True)
-    )
-    try:
-        wanted = asked(at_levels(system))
-    except FrictionloopError:
-        return band, None
-    low, high, moved_low, moved_high = (
-        found
-        for each in (band, moved)
-        for found in (each["lowest_n"].values <= wanted.low_n, each["highest_n"].values >= wanted.high_n)
-    )
-    return band, Reach(wanted.low_n, wanted.high_n, hold_s, low, high, moved_low & moved_high)
+def metrics_of(system: System) -> list[str]:
+    """Return the metrics that are kept of a population if none are named."""
+    return [*METRICS, *["disturbance_left"] * (system.disturbance.kind in RECORDED)]
 
 
 class Population(Outcome):
@@ -112,6 +74,7 @@ class Population(Outcome):
         if self.reach is not None:
             more["capable"] = ("finger", self.reach.able)
         self.result = result.assign_coords(more)
+        self._beside = beside_able(system)
         self._replaced = (replaced(system, people), replaced_said(system, people))
         self._median = {name: self.spread(name)["median"] if name in result else math.nan for name in advice.SIGNS}
         self.rings = advice.of_population(system, self._median["r2_identity"], duration_s) if complete else None
@@ -139,15 +102,21 @@ class Population(Outcome):
         rows: list[describe.Row] = [
             ("", "median", "worst decile", *(("able: median", "worst decile") if split else ()), "")
         ]
+        without, some = left_out(self.result), []
         for name, values in self.result.data_vars.items():
+            if name in without:
+                continue
             everyone, units = self.spread(str(name)), values.attrs.get("units", "1")
             groups = [everyone, self.spread(str(name), able)] if split else [everyone]
             cells = [_cell(each[key], units) for each in groups for key in ("median", "worst_decile")]
-            some = "" if everyone["fingers"] == total else f"of {everyone['fingers']} fingers"
-            rows.append((str(name), *cells, some))
+            rows.append((str(name), *cells, ""))
+            if everyone["fingers"] < total:
+                some.append(f"{name} is that of {everyone['fingers']} fingers; the others have none")
         of = f"{total} finger{'s' * (total > 1)}" + (f" x {self.seeds} seeds" if self.seeds > 1 else "")
         return [
-            screen.table(rows),
+            screen.table(rows, whole=True),
+            *some,
+            *without.values(),
             "worst decile: nine fingers in ten do as well or better",
             *(
                 ["perceptual_index: f_a - f_r in thresholds of touch; less is better"]
@@ -172,6 +141,7 @@ class Population(Outcome):
             f"able: {both} of {total} fingers can be given the set-point, {band},",
             f"for {reach.hold_s:g} s on the plate; {low} cannot get so low, {high} cannot get so high",
             *([drifts] if moving != both else []),
+            *self._beside,
         ]
 
     def as_json(self) -> dict[str, Any]:

@@ -59,6 +59,14 @@ def resampled(system: System) -> list[str]:
     return [line for each in said for line in textwrap.wrap(each, WIDTH)]
 
 
+def beside_able(system: System) -> list[str]:
+    """Return what of a recorded disturbance counts where it is said which fingers are able; nothing of another."""
+    read = recordings(system).get("disturbance")
+    if read is None:
+        return []
+    return [f"(at the mean of the recorded disturbance; it goes from {read.lowest_n:.3g} to {read.highest_n:.3g} N)"]
+
+
 def recordings(system: System) -> dict[str, Found]:
     """Return what was read of each recorded signal, by its name."""
     from frictionloop.recordings.told import found

@@ -123,9 +123,13 @@ def columns(rows: Sequence[tuple[str, ...]]) -> Any:
     return _grid(rows, [{"no_wrap": index < last} for index in range(last + 1)])
 
 
-def table(rows: Sequence[tuple[str, ...]]) -> Any:
-    """Return rows under a heading, numbers to the right; in a narrow terminal the first column wraps alone."""
-    first = {"min_width": min(max(len(row[0]) for row in rows), 14)}
+def table(rows: Sequence[tuple[str, ...]], whole: bool = False) -> Any:
+    """Return rows under a heading, numbers to the right; in a narrow terminal the first column wraps alone.
+
+    ``whole``: it is of names, and no name is broken in two.
+    """
+    longest = max(len(row[0]) for row in rows)
+    first = {"min_width": longest if whole else min(longest, 14)}
     numbers = [{"no_wrap": True, "justify": "right"} for _ in rows[0][1:-1]]
     return _grid(rows, [first, *numbers, {"no_wrap": True}])
 

@@ -78,8 +78,8 @@ def command(
     jobs
         Parallel workers; one per core if not given.
     metrics
-        Metrics to keep, such as r2_identity,output_noise; if not given r2_identity, rms_error and
-        saturation_index, with --fingers also perceptual_index.
+        Metrics to keep, such as r2_identity,disturbance_left; if not given r2_identity, rms_error and
+        saturation_index, with --fingers also perceptual_index, and disturbance_left of a recorded disturbance.
     out
         Keep the result here (HDF5, .h5), also on Ctrl-C.
     resume
@@ -108,11 +108,11 @@ def command(
     names = None if metrics is None else [name.strip() for name in metrics.split(",")]
     with screen.waiting("loading the compiled loop; after an installation it is compiled first"):
         from frictionloop.cli import outcome, recorded_units
-        from frictionloop.cli.population import METRICS, population_of
+        from frictionloop.cli.population import metrics_of, population_of
 
         people = population_of(system, fingers, fingers_seed or 0, overrides, population, between) if fingers else None
         points: Any = people or axes
-        names = list(METRICS) if names is None and fingers else names
+        names = metrics_of(system) if names is None and fingers else names
         outcome.compiled(system, points, seeds, names)
     if out is not None and not resume:
         outcome.check_finished(out)

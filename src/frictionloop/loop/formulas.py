@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from frictionloop.loop.felt_tally import FELT
-from frictionloop.loop.metric import Metric, Sample, Tally
+from frictionloop.loop.metric import AgainMetric, Metric, Sample, Tally
 from frictionloop.loop.step_times import STEP_TIMES
 from frictionloop.quantities.arithmetic import fma, step
 
@@ -110,6 +110,12 @@ def _mean_s(way: str, what: str) -> Any:
     return of
 
 
+def _left(run: Any, mask: Any) -> float:
+    from frictionloop.loop.open_loop import disturbance_left  # which runs, and so needs the metrics
+
+    return disturbance_left(run, mask)
+
+
 METRICS: dict[str, Any] = {
     "r2_identity": Metric(
         ERRORS, lambda s, n: 1.0 - s.error2 / _spread(s.r, s.r2, n), "1", "goodness of fit to f_a = f_r"
@@ -125,6 +131,7 @@ METRICS: dict[str, Any] = {
         "1",
         "best r2_identity any controller could reach",
     ),
+    "disturbance_left": AgainMetric(_left, "1", "share of the disturbance's variation that is left in f_a, rms"),
     "perceptual_index": Metric(
         FELT, lambda s, n: np.sqrt(s.felt2 / n), "1", "residual over its threshold, rms: felt above 1"
     ),

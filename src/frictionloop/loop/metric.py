@@ -86,3 +86,12 @@ class RunMetric(metaclass=Brief):
     of: Callable[[xr.Dataset], float]
     units: str = "1"
     long_name: str = ""
+
+
+@dataclass(frozen=True)
+class AgainMetric:
+    """A number of this package that compares a run with others of its system: ``of(run, mask)``."""
+
+    of: Callable[[xr.Dataset, Any], float]
+    units: str
+    long_name: str

@@ -16,7 +16,7 @@ from frictionloop.loop.kept import CLOCK, Result, Timely, computing, resumed
 from frictionloop.loop.kernel.loop import Tile
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.placing import placed, tiles_of
-from frictionloop.loop.metric import Metric, RunMetric, StreamingMetric
+from frictionloop.loop.metric import AgainMetric, Metric, RunMetric, StreamingMetric
 from frictionloop.loop.misread import warn_of_signals
 from frictionloop.loop.points import fingerprint, points_of, structures_of
 from frictionloop.loop.progress import progress_bar
@@ -66,7 +66,8 @@ def sweep(
     seeds : int or sequence of int
         Number of noise seeds (0, 1, ...) or the seeds themselves; the last dim, ``seed``.
     metrics : sequence of str, optional
-        Names from ``fl.METRICS``; by default r2_identity, rms_error and saturation_index.
+        Names from ``fl.METRICS``; by default r2_identity, rms_error and saturation_index. ``disturbance_left`` runs
+        each point twice more, by itself.
     score_from_s : float
         Start of the scored part of each run in s.
     n_jobs : int, optional
@@ -155,7 +156,7 @@ def _run(
     """
     register_all(outside)
     metrics = {name: METRICS[name] for name in names}
-    of_runs = {name: each for name, each in metrics.items() if isinstance(each, RunMetric)}
+    of_runs = {name: each for name, each in metrics.items() if isinstance(each, RunMetric | AgainMetric)}
     of_tile = {name: each for name, each in metrics.items() if name not in of_runs}
     systems, seeds = placed(system, [override for override, _ in points]), [seed for _, seed in points]
     periods = periods_in(systems[0], duration_s)
@@ -189,7 +190,11 @@ def _values_of_tile(metrics: Mapping[str, Metric | StreamingMetric], tile: Tile,
 
 
 def _values_of_runs(
-    metrics: Mapping[str, RunMetric], systems: Sequence[System], seeds: Sequence[int], duration_s: float, from_s: float
+    metrics: Mapping[str, RunMetric | AgainMetric],
+    systems: Sequence[System],
+    seeds: Sequence[int],
+    duration_s: float,
+    from_s: float,
 ) -> dict[str, list[float]]:
     """Return the value of each metric of each run; the run is told from ``from_s`` on."""
     found: dict[str, list[float]] = {name: [] for name in metrics}
@@ -197,8 +202,14 @@ def _values_of_runs(
         return {}
     for system, seed in zip(systems, seeds, strict=False):
         (run,) = traced([system], [seed], duration_s)
-        scored = run.isel(time=slice(round(from_s * system.controller.rate_hz), None))
+        first = round(from_s * system.controller.rate_hz)
+        scored = run.isel(time=slice(first, None))
         for name, metric in metrics.items():
+            if isinstance(metric, AgainMetric):
+                mask = run["scored"].values.copy() if "scored" in run else np.ones(run.sizes["time"], bool)
+                mask[:first] = False
+                found[name].append(metric.of(run, mask) if mask.any() else np.nan)
+                continue
             try:
                 value = np.asarray(metric.of(scored), float)
             except Exception as error:

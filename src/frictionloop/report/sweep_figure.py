@@ -21,9 +21,10 @@ SHOWN = {"N": (1e3, "mN"), "s": (1e3, "ms")}
 
 @styled
 def figure_of(result: xr.Dataset) -> Figure:
-    """Return the figure of every metric of a sweep; what is not yet run is left white."""
+    """Return the figure of every metric of a sweep that has a value; what is not yet run is left white."""
     axes = [str(dim) for dim in result.dims if dim != "seed"]
-    names = [str(name) for name, values in result.data_vars.items() if set(values.dims) == {*axes, "seed"}]
+    every = [str(name) for name, values in result.data_vars.items() if set(values.dims) == {*axes, "seed"}]
+    names = [name for name in every if np.any(np.isfinite(result[name].values))] or every
     if len(axes) > 3:
         raise FrictionloopError(
             f"result has {len(axes)} parameters, {', '.join(axes)}: at most 3 are drawn; pick values with "
@@ -32,7 +33,7 @@ def figure_of(result: xr.Dataset) -> Figure:
     if axes == ["point"]:
         return _panels(names, [None], lambda panel, name, _: _distribution(panel, result[name]))
     if axes == ["finger"]:
-        return _of_fingers(result, names)
+        return _of_fingers(result, names, [name for name in every if name not in names])
     words = [each for each in axes if result[each].dtype.kind not in "iufb"]
     if len(axes) == 1:
         return _panels(names, [None], lambda panel, name, _: _curve(panel, result[name], axes[0]))
@@ -99,13 +100,15 @@ def _distribution(panel: Axes, metric: xr.DataArray) -> None:
     panel.legend(loc="best")
 
 
-def _of_fingers(result: xr.Dataset, names: list[str]) -> Figure:
+def _of_fingers(result: xr.Dataset, names: list[str], without: list[str]) -> Figure:
     """Return a panel per metric in which each finger is a point, sorted by the metric, and a caption."""
     able = result["capable"].values if "capable" in result.coords else None
     figure = _panels(names, [None], lambda panel, name, _: _sorted(panel, result[name], able))
     said = "Each point is one finger, with its own friction, skin, load and tremor; the bar is its range over seeds."
     if able is not None:
         said = f"{said}\nOpen: {int(np.sum(~able))} of {able.size} fingers, which cannot be given the set-point."
+    if without:
+        said = f"{said}\nNo run has a value of {', '.join(without)}."
     figure.supxlabel(said, fontsize=8.0)
     return figure
 

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.cli.population import METRICS, Population, reach_of
+from frictionloop.cli.population import METRICS, Population
+from frictionloop.cli.population_reach import reach_of
 
 N, SEED = 12, 5
 POPULATION = (
