@@ -168,7 +168,7 @@ def test_loads_are_even_between_two_and_leave_the_rest_of_a_finger():
         (lambda: reach({}, max_amplitude_um=-1.0), r"^max_amplitude_um = -1 um: must be finite"),
         (lambda: reach({}, contact_s=math.nan), r"^contact_s = nan s: must be finite"),
         (lambda: fingers(3, 1, loads_n=(1.2, 0.4)), r"^loads_n = \(1\.2, 0\.4\) N: must be above 0, the least before"),
-        (lambda: capable(MANY[:1], 0.9, 0.3), r"^low_n = 0\.9 N, high_n = 0\.3 N: .*low below high$"),
+        (lambda: capable(MANY[:1], 0.9, 0.3), r"^low_n = 0\.9 N, high_n = 0\.3 N: .*low not above high$"),
     ],
 )
 def test_bad_requests_are_refused_in_one_line(call, message):
@@ -186,3 +186,9 @@ def test_a_load_that_moves_takes_from_both_ends_what_it_is_off_its_mean_for_a_tw
     assert float(moving["lowest_n"] / still["lowest_n"]) == pytest.approx((1 + off) ** 0.8, rel=1e-3)
     quiet = {**finger, "motion.load_drift": 0.0, "motion.tremor_n": 0.0}
     assert capable([quiet], load_moves=True)["highest_n"].equals(still["highest_n"].expand_dims("finger"))
+
+
+def test_one_force_may_be_asked_for():
+    one, both = capable(MANY, 0.5, 0.5), capable(MANY, 0.45, 0.55)
+    np.testing.assert_array_equal(one.capable, (one.lowest_n <= 0.5) & (one.highest_n >= 0.5))
+    assert int(both.capable.sum()) < int(one.capable.sum()) < len(MANY)

@@ -76,7 +76,7 @@ def capable(
         Fingers, as from `fingers`; friction falls or rises with ``motion.speed_mm_s``, which is 20 mm/s unless each
         has its own.
     low_n, high_n : float
-        Forces asked for in N (0.3 and 0.9: paper, Sec. 4.2), low below high.
+        Forces asked for in N (0.3 and 0.9: paper, Sec. 4.2); the same twice asks for one force.
     max_amplitude_um, contact_s : float
         As for `reach`.
     load_moves : bool
@@ -92,8 +92,8 @@ def capable(
     FrictionloopError
         For a value out of its range.
     """
-    if not 0 < low_n < high_n < math.inf:
-        raise FrictionloopError(f"low_n = {low_n!r} N, high_n = {high_n!r} N: must be above 0, and low below high")
+    if not 0 < low_n <= high_n < math.inf:
+        raise FrictionloopError(f"low_n = {low_n!r} N, high_n = {high_n!r} N: must be above 0, and low not above high")
     sides = (ALL_BUT_A_TWENTIETH, -ALL_BUT_A_TWENTIETH) if load_moves else (0.0, 0.0)
     # The low force is missed under a heavy load, the high one under a light load.
     ends = [[reach(_pressing(each, side), max_amplitude_um, contact_s) for side in sides] for each in population]
