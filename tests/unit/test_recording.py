@@ -628,13 +628,13 @@ def test_what_was_found_is_told(tmp_path):
     assert told(Recording(path=str(path), column="Ft")).startswith(
         "column 'Ft [mN]' (names in line 1), in mN by the file, 2 samples at 100 Hz by 't', -0.5 to"
     )
-    assert "in mN by the file, taken for 2 N each, " in told(Recording(path=str(path), column="Ft", scale=2.0))
+    assert "in mN by the file, scale makes 2 N of 1 mN, " in told(Recording(path=str(path), column="Ft", scale=2.0))
     wavfile.write(tmp_path / "a.wav", 100, np.zeros(8, np.int16))
     (tmp_path / "bare.csv").write_text("t,F\n0,0.1\n0.01,0.3\n0.02,0.2\n")
     bare = Recording(path=str(tmp_path / "bare.csv"), column="F")
     assert told(bare).startswith("column 'F' (names in line 1), no unit in the file: taken for N, 3 samples")
     assert "in line 1), in N as given, 3 samples" in told(bare.model_copy(update={"unit": "N"}))
-    assert "in line 1), taken for 1 N each, 3 samples" in told(bare.model_copy(update={"scale": 1.0}))
+    assert "in line 1), scale makes 1 N of each unit, 3 samples" in told(bare.model_copy(update={"scale": 1.0}))
     assert "full scale taken for 1 N, 8 samples" in told(Recording(path=str(tmp_path / "a.wav")))
 
 

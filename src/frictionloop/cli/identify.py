@@ -71,7 +71,8 @@ def channels(
         )
         return
     rate = found.sampling.rate_hz
-    told = "no sampling rate" if rate is None else f"{rate:g} Hz ({found.sampling.source})"
+    none = "not told" if found.sampling.even else "none: the times are uneven"
+    told = none if rate is None else f"{rate:g} Hz ({found.sampling.source})"
     screen.show(screen.columns([("file", found.path), ("recorded", found.date), ("rate", told)]))
     screen.show("", screen.columns(_rows(found)))
     screen.show(*found.notes, *screen.saved({"the channel map": save_map, "the channels": plot}))
@@ -86,7 +87,7 @@ def _draw(file: Path, plot: Path) -> None:
 
 
 def _rows(found: Preview) -> list[tuple[str, ...]]:
-    head = ("channel", "unit", "samples", "from", "to", "rms", "what to know")
+    head = ("channel", "unit", "samples", "from", "to", "rms about mean", "what to know")
     return [head, *(_row(each, found.sampling.rate_hz) for each in found.channels)]
 
 

@@ -64,14 +64,17 @@ def _glances(lines: tuple[Channel, ...], rate_hz: float | None, progress: bool |
 
 def _warnings(contents: Contents, sampling: Sampling) -> tuple[str, ...]:
     said = list(contents.notes)
-    if sampling.rate_hz is None:
+    if sampling.rate_hz is None and sampling.even:
         said.append("nothing tells a sampling rate: a plain table, or give rate_hz in the map")
     if sampling.gaps:
         lost = sum(count for _, count in sampling.gaps)
         row = sampling.gaps[0][0]
         said.append(f"{lost} samples are missing in {len(sampling.gaps)} gaps of the times, the first after row {row}")
     if not sampling.even:
-        said.append("the times are uneven: resample_hz in the map draws straight lines between the samples")
+        said.append(
+            "the times are uneven: resample_hz in the map draws straight lines between the samples, and of a signal "
+            "--disturbance.resample_hz (or --setpoint)"
+        )
     sizes = {line.samples.size for line in contents.signals()}
     if len(sizes) > 1:
         said.append(f"channels have unequal lengths: {', '.join(map(str, sorted(sizes)))}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -19,6 +20,9 @@ from frictionloop.recordings.contents import Channel, Contents, lines_of, told_d
 from frictionloop.recordings.hdf5 import check_hdf5, expands
 from frictionloop.recordings.stored import is_large
 from frictionloop.recordings.stored_lines import hdf5_lines, wav_line
+
+_CREATED = re.compile(rb"Created on: (\w{3} \w{3} [\d :]{8,16})")
+"""Where the header of a MAT file says its date."""
 
 
 def wav_contents(path: Path) -> Contents:
@@ -111,8 +115,12 @@ def mat_contents(path: Path) -> Contents:
     import h5py
     from scipy.io import loadmat
 
+    with open(path, "rb") as stream:
+        created = _CREATED.search(stream.read(128))
+    date = created[1].decode("ascii", "replace").strip() if created else ""
     if h5py.is_hdf5(path):
-        return hdf5_contents(path)
+        found = hdf5_contents(path)
+        return replace(found, date=found.date or date)
     check_mat(str(path))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -120,7 +128,7 @@ def mat_contents(path: Path) -> Contents:
     notes: list[str] = []
     arrays = dict(_leaves({name: value for name, value in tree.items() if not str(name).startswith("__")}, notes))
     found = _of_arrays(arrays)
-    return Contents(found.channels, found.rates_hz, tuple(notes))
+    return Contents(found.channels, found.rates_hz, tuple(notes), date)
 
 
 def _class_of(item: Any) -> str:

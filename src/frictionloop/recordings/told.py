@@ -131,13 +131,13 @@ def told(recording: Recording) -> str:
         As `read_recording`.
     """
     each = found(recording)
-    per = f"taken for {each.newtons_per_unit:g} N each, "
+    scale_n = f"scale makes {each.newtons_per_unit:g} N of"
     unit = {
         "full scale": "full scale taken for 1 N, ",
-        "file": f"in {each.unit} by the file, " + (per if recording.scale is not None else ""),
+        "file": f"in {each.unit} by the file, " + (f"{scale_n} 1 {each.unit}, " if recording.scale is not None else ""),
         "given": f"in {recording.unit} as given, ",
         "taken for N": "no unit in the file: taken for N, ",
-        "scale": per,
+        "scale": f"{scale_n} each unit, ",
     }[each.unit_by]
     head = f" ({each.head}), " if each.head else ", "
     by = "" if recording.rate_hz is not None else f" by {each.rate_by}"

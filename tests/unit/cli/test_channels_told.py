@@ -1,0 +1,33 @@
+"""What `identify channels` says of a file's date, of uneven times, and of what its numbers are."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+from scipy.io import savemat
+
+
+def test_the_date_of_a_mat_file_is_that_of_its_header(frictionloop):
+    savemat("f.mat", {"force": np.linspace(0.1, 0.2, 50), "fs": 1000.0})
+    said = frictionloop("identify", "channels", "f.mat").out
+    with open("f.mat", "rb") as stream:
+        header = stream.read(116).decode()
+    assert re.search(r"^recorded +(.*?) *$", said, re.MULTILINE)[1] == header.partition("Created on: ")[2].strip(" \0")
+
+
+def test_uneven_times_are_why_there_is_no_rate(frictionloop):
+    times = np.cumsum((1 + 0.3 * np.random.default_rng(0).uniform(-1, 1, 400)) / 71)
+    np.savetxt("f.txt", np.c_[times, np.sin(times)], header="Time force", comments="")
+    said = frictionloop("identify", "channels", "f.txt").out
+    assert re.search(r"^rate +none: the times are uneven *$", said, re.MULTILINE)
+    assert said.count("uneven") == 2 and "nothing tells a sampling rate" not in said
+    assert "--disturbance.resample_hz" in said
+
+
+def test_the_rms_is_about_the_mean(frictionloop):
+    values = 5.0 + np.tile([-0.1, 0.1], 50)
+    np.savetxt("f.csv", values, header="force", comments="")
+    said = frictionloop("identify", "channels", "f.csv").out
+    assert "rms about mean" in said and re.search(r"^force .* 0\.1 *$", said, re.MULTILINE)
+    assert re.search(r"^rate +not told *$", said, re.MULTILINE) and "nothing tells a sampling rate" in said
