@@ -131,6 +131,7 @@ def out_of_reach(run: xr.Dataset, mask: np.ndarray) -> list[str]:
     """Return what a person is told of a set-point that nearly nothing could follow, and what may be the cause."""
     from frictionloop.analysis.levels import OFTEN_N, left_in
     from frictionloop.cli.recorded_units import asked
+    from frictionloop.loop.metrics import out_of_reach as missed_of
     from frictionloop.loop.metrics import reach_of
     from frictionloop.loop.record import system_of
     from frictionloop.recordings.doubts import FINGERS_N
@@ -139,7 +140,7 @@ def out_of_reach(run: xr.Dataset, mask: np.ndarray) -> list[str]:
     if (misread := asked(system, "size", "signs")) or not mask.any():  # no reach explains what comes of that
         return misread
     (floor, top), r, d = reach_of(run, mask), run["f_r"].values[mask], run["d"].values[mask]
-    missed = (r < floor + d) | (r > top + d)
+    missed = missed_of(run, mask)
     level = abs(float(d.mean()))
     if not missed.mean() >= (CLAMPED if left_in(system, level) else UNREACHED):
         return split_error(run, mask, missed)

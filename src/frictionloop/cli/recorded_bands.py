@@ -11,6 +11,7 @@ import numpy as np
 from frictionloop.analysis.levels import RECORDED, at_levels
 from frictionloop.cli.recorded import WIDTH
 from frictionloop.cli.recorded_units import asked
+from frictionloop.loop.metrics import out_of_reach, reach_of
 from frictionloop.loop.record import system_of
 from frictionloop.parameters.still import stirring
 from frictionloop.quantities import FrictionloopError
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
 
 LEAST = 0.01
 """Share of a disturbance (rms) below which a part of it is hardly there (chosen)."""
+
+MOST = 0.5
+"""Share of the time out of reach from which on no frequency tells what is left."""
 
 OWN = "the finger's own taken off: "
 
@@ -76,6 +80,9 @@ def lines(run: xr.Dataset, mask: np.ndarray) -> list[str]:
     system = system_of(run)
     if not mask.any() or system.disturbance.kind not in RECORDED or asked(system, "size", "signs"):
         return []
+    if (missed := float(out_of_reach(run, mask).mean())) > MOST:
+        said = beyond(run, mask, missed)
+        return [*textwrap.wrap(entered(run, mask), WIDTH), *textwrap.wrap(said, WIDTH)]
     split_hz = amplified_from_hz(run, mask)
     parts = None if split_hz is None else left_by_band(run, mask, split_hz)
     if parts is None or split_hz is None:
@@ -90,6 +97,16 @@ def lines(run: xr.Dataset, mask: np.ndarray) -> list[str]:
         said = f"Below {split_hz:.3g} Hz {parts[0]:.0%} of the recorded variation is left, above {parts[1]:.0%} (rms), "
         said += f"{OWN if stirring(system) else ''}from there on {larger}"
     return [*textwrap.wrap(entered(run, mask), WIDTH), *textwrap.wrap(said, WIDTH)]
+
+
+def beyond(run: xr.Dataset, mask: np.ndarray, missed: float) -> str:
+    """Return that a loop can do next to nothing about a disturbance, for vibration cannot make up for it."""
+    (floor, top), d = reach_of(run, mask), run["d"].values[mask]
+    most_n = float(np.median(top - floor))
+    return (
+        f"The loop can do nothing about it {missed:.0%} of the time: vibration lowers the friction by {most_n:.3g} N "
+        f"at most. The disturbance goes from {float(d.min()):.3g} to {float(d.max()):.3g} N."
+    )
 
 
 def entered(run: xr.Dataset, mask: np.ndarray) -> str:

@@ -19,6 +19,10 @@ WORSE = 1.05
 """Share of the disturbance from which the loop is said to make it worse: above 1 by more than noise (chosen)."""
 
 
+CLAMPED_MOST = 0.5
+"""Share of clamped commands from which on what touch makes of a run is not the loop's."""
+
+
 def scored_periods(run: xr.Dataset, score_from_s: float = 0.0) -> np.ndarray:
     """Return which control periods count: from ``score_from_s`` on, without reversals and what is in the air."""
     late = run["time"].values >= score_from_s
@@ -58,6 +62,8 @@ def metric_rows(found: dict[str, float]) -> list[Row]:
     if not math.isnan(relative):
         side = "below 1: smoother" if relative < 1 else "above 1: rougher"
         said = f"{side} to touch, above all its fast part, than this stroke at a steady amplitude"
+        if found["saturation_index"] > CLAMPED_MOST:
+            said = "to touch, of this stroke at a steady amplitude; says little where most commands are clamped"
         rows.append(("relative_index", f"{relative:.3g}", said))
     if not math.isnan(felt):
         plain = "; no plain stroke of this finger both varies and has this mean force, so no relative_index"

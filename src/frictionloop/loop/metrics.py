@@ -57,6 +57,12 @@ def reach_of(run: xr.Dataset, keep: Any) -> tuple[Any, Any]:
     return friction_force(system.plate.max_amplitude_um, system.friction), system.friction.nominal_n
 
 
+def out_of_reach(run: xr.Dataset, keep: Any) -> np.ndarray:
+    """Return where the set-point is a force that no vibration could leave, the disturbance added; bool, (samples,)."""
+    (floor, top), r, d = reach_of(run, keep), run["f_r"].values[keep], run["d"].values[keep]
+    return np.asarray((r < floor + d) | (r > top + d))
+
+
 Score = TypeVar("Score", bound=Callable[..., Any])
 
 

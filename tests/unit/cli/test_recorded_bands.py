@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import frictionloop as fl
 from frictionloop.analysis import operating_band
 from frictionloop.analysis.levels import at_levels
 from frictionloop.cli.recorded_bands import amplified_from_hz, left_by_band, lines
+from frictionloop.cli.scores import metric_rows
 from frictionloop.parameters.still import STILL
 
 RATE_HZ = 5000.0
@@ -121,3 +123,23 @@ def test_a_design_takes_the_levels_of_a_recorded_set_point(frictionloop, tmp_pat
     assert levels.disturbance == fl.Constant(offset_n=0.0)  # the mean friction was left in
     less = new.evolve({"disturbance.scale": 0.1})
     assert at_levels(less).disturbance.offset_n == pytest.approx(0.17 / 3)
+
+
+def slid_under(mean_n):
+    bench = fl.bench().evolve({"setpoint": fl.Constant(offset_n=0.5)} | fl.RETUNED)
+    values_n = mean_n + 0.03 * np.sin(2 * np.pi * 3 * np.arange(5000) / RATE_HZ)
+    return bench.evolve({"disturbance": fl.Samples(values_n=values_n, rate_hz=RATE_HZ)})
+
+
+@pytest.mark.parametrize(("mean_n", "reached"), [(3.0, False), (0.0, True)])
+def test_what_no_vibration_makes_up_for_is_said_in_place_of_a_frequency(mean_n, reached):
+    with nullcontext() if reached else pytest.warns(fl.SignalWarning, match="has a mean of 3 N"):
+        run = fl.simulate(slid_under(mean_n), 1.0)
+    kept = run.scored.values
+    said, touch = " ".join(lines(run, kept)), " ".join(map(str, metric_rows(fl.metrics(run))))
+    most_n = float(np.median((run.limit - run.floor).values[kept]))
+    beyond = f"do nothing about it 100% of the time: vibration lowers the friction by {most_n:.3g} N at most. "
+    assert (beyond + "The disturbance goes from 2.9" in said) is not reached
+    assert ("Hz" in said) is reached
+    assert ("says little where most commands are clamped" in touch) is not reached
+    assert ("er to touch" in touch) is reached
