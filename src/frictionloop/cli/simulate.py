@@ -85,6 +85,7 @@ def command(
         recorded,
         recorded_bands,
         recorded_followed,
+        recorded_turns,
         recorded_units,
         ringing,
         scores,
@@ -99,6 +100,7 @@ def command(
         said += recorded_units.resampled(system)
         said += recorded_bands.lines(run, mask)
         said += recorded_followed.lines(run, mask)
+    said += recorded_turns.lines(run, system, duration_s)
     said += recorded.notes(system, duration_s)
     times, steps = _steps(run, system, score_from_s)
     drawn = run.assign(scored=("time", mask)) if score_from_s else run
