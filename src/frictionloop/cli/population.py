@@ -140,8 +140,8 @@ class Population(Outcome):
         return [
             f"able: {both} of {total} fingers can be given the set-point, {band},",
             f"for {reach.hold_s:g} s on the plate; {low} cannot get so low, {high} cannot get so high",
-            *([drifts] if moving != both else []),
             *self._beside,
+            *([drifts] if moving != both else []),
         ]
 
     def as_json(self) -> dict[str, Any]:
