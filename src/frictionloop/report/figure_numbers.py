@@ -126,6 +126,7 @@ def _people(results: Results) -> Table:
             found[f"{name}, median of {words}"] = {
                 "r2_regression": float(group["regression"].median()),
                 "spread_n": float(group["spread_n"].median()),
+                "spread_divided_by": float((results.people[OPEN]["spread_n"] / group["spread_n"]).median()),
                 "error_n": float(group["rms_n"].median()),
                 "fingers": float(group.sizes["finger"]),
             }

@@ -67,12 +67,17 @@ def grouped(claims: Sequence[Claim]) -> dict[Group, list[Claim]]:
 
 
 def claim_lines(claim: Claim) -> list[str]:
-    """Return one claim for a terminal: the statement, the paper's value, and every number with whether it agrees."""
+    """Return one claim for a terminal: the statement, the paper's value, and every number with whether it agrees.
+
+    What is not a reading of the text says so: an assumption, or a number for comparison, which has no sign.
+    """
     published, _ = paper_and_ours(claim)
-    numbers = [
-        f"  {'✓' if claim.holds[name] else '✗'} {name}: {with_unit(value, claim.unit, claim.digits)}"
-        for name, value in claim.all_values.items()
-    ]
+    numbers = []
+    for name, value in claim.all_values.items():
+        sign = "·" if name in claim.compared else "✓" if claim.holds[name] else "✗"
+        kind = "assuming " * (name in claim.assumed)
+        beside = ", for comparison, without a vote" * (name in claim.compared)
+        numbers.append(f"  {sign} {kind}{name}: {with_unit(value, claim.unit, claim.digits)}{beside}")
     return [
         f"{SYMBOLS[claim.verdict]} {claim.title} ({claim.place}): {claim.verdict}",
         f"  paper: {published}; here: {claim.measure}; accepted: {accepted(claim)}",
@@ -95,11 +100,16 @@ def counts(claims: Sequence[Claim]) -> dict[str, int]:
     """Return how many claims each group has, and how those of the device are judged."""
     found = {group.name.lower(): sum(claim.group is group for claim in claims) for group in Group}
     device = [claim.verdict for claim in claims if claim.group is Group.DEVICE]
+    read = [
+        claim.group for claim in claims if claim.verdict is Verdict.ASSUMED and set(claim.under) & set(claim.readings)
+    ]
     return found | {
         "text": found["printed"] + found["assumed"] + found["not_out"],
         "counted": sum(claim.group in COUNTED for claim in claims),
         "device out": device.count(Verdict.COMES_OUT),
         "device part": device.count(Verdict.ASSUMED),
+        "read": read.count(Group.ASSUMED),
+        "device read": read.count(Group.DEVICE),
         "device not": device.count(Verdict.NOT_OUT),
     }
 
