@@ -14,6 +14,8 @@ NEVER = {"lookup", "printed_pi", ORACLE, CLAIRVOYANT}
 """Not recommended: no control, gains for another device, and what knows the finger."""
 
 
+ROUGHER = 1.3
+"""Ratio of what touch feels under two laws from which it is told (chosen)."""
 ENOUGH = 10
 """Capable fingers at each speed below which nothing is recommended: the worst decile of fewer is a single finger."""
 
@@ -62,6 +64,7 @@ def recommended(rows: Rows, margins: Rows) -> Recommended:
     elif DEFAULT in left and DEFAULT not in stable:
         where = ", ".join(_unstable(margins, DEFAULT, "sensitivity_peak_5"))
         why.append(f"{DEFAULT} is not known to be stable with the resonance 5 % off: {where}.")
+    why += _rougher(rows, law, [each for each in stable if each != law])
     off = _unstable(margins, law, "sensitivity_peak_10")
     if off:
         bearing = [each for each in stable if not _unstable(margins, each, "sensitivity_peak_10")]
@@ -102,6 +105,18 @@ def _left(rows: Rows) -> dict[str, Left]:
             here = Left(row["worst_decile"], row["median"])
             found[row["law"]] = max(found.get(row["law"], here), here)
     return {law: left for law, left in found.items() if math.isfinite(left.worst_n)}
+
+
+def _rougher(rows: Rows, law: str, others: list[str]) -> list[str]:
+    """Return a sentence where touch feels clearly more of the error than under another law that is stable."""
+    felt: dict[str, float] = {}
+    for row in rows:
+        if row["population"] == "capable" and row["score"] == "relative_index" and row["law"] in (law, *others):
+            felt[row["law"]] = max(felt.get(row["law"], 0.0), row["median"])
+    calmest = min(felt, key=lambda each: felt[each], default=law)
+    if calmest == law or felt[law] < ROUGHER * felt[calmest]:
+        return []
+    return [f"To touch it is rougher than {calmest}: felt is {felt[law]:.2g} and not {felt[calmest]:.2g}, so try both."]
 
 
 def _unstable(margins: Rows, law: str, peak: str) -> list[str]:

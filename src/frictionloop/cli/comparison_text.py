@@ -11,6 +11,7 @@ from frictionloop.cli import screen
 from frictionloop.cli.comparison_advice import Rows, recommendation
 from frictionloop.control.cost import BUDGET_CYCLES
 from frictionloop.design.comparison import BelowOracle, Comparison, below_oracle, value_of
+from frictionloop.design.comparison.protocol import AMPLITUDE_N, LEVELS_N, STEP_LEVELS_N
 
 SHOWN = (
     ("r2_identity", "R2", 1.0),
@@ -62,7 +63,12 @@ def short(value: float) -> str:
 
 def summary(comparison: Comparison, scored: xr.Dataset, rows: Rows, margins: Rows) -> list[Any]:
     """Return what is shown."""
-    found: list[Any] = []
+    levels = ", ".join(f"{each:g}" for each in LEVELS_N)
+    said = (
+        f"Forces of the protocol, not of the file: sines of {AMPLITUDE_N:g} N and holds at {levels} N, steps between "
+        f"{STEP_LEVELS_N[0]:g} and {STEP_LEVELS_N[1]:g} N. `frictionloop sweep FILE --fingers 100` scores your own."
+    )
+    found: list[Any] = [screen.wrapped(said), ""]
     for v, speed in enumerate(comparison.speeds_mm_s):
         able = int(scored["capable"].values[v].sum())
         population = "capable" if able else "all"

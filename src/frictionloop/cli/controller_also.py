@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from frictionloop.analysis import command_noise_rms_n, operating_band, output_noise_rms_n
+from frictionloop.analysis import command_noise_rms_n, linearise, operating_band, output_noise_rms_n
 from frictionloop.analysis.operating import law_at, reach_n
 from frictionloop.analysis.reach import missed
 from frictionloop.design.elsewhere import NEAR
@@ -87,8 +87,23 @@ def noise(loop: LinearLoop) -> Row:
 
     said = f"rms in the force, of this loop; {command:.3g} mN in the command"
     most = 1e3 * COMMAND_NOISE_N
-    loud = f", more than the {most:g} mN that hinf and lqg are held to: it is felt, and strays into the clamp"
+    loud = f", more than the {most:g} mN that hinf and lqg are held to"
     return ("sensor noise", f"{force:.3g} mN", said + loud * (command > most))
+
+
+def noisy(after: System) -> str:
+    """Return a line where the sensor's noise makes more of the command than a synthesis may; else nothing."""
+    from frictionloop.design.hinf import COMMAND_NOISE_N
+
+    command_n = command_noise_rms_n(linearise(after))
+    if command_n <= COMMAND_NOISE_N:
+        return ""
+    calmer = "" if after.controller.kind == "pi" else ". `--law pi` makes less: try it, and compare both by "
+    more = "`frictionloop sweep FILE --fingers 100`, rms_error and perceptual_index" if calmer else ""
+    return (
+        f"the sensor's noise makes {1e3 * command_n:.3g} mN rms of the command, which touch feels and which strays "
+        f"into its limits{calmer}{more}"
+    )
 
 
 def range_said(system: System) -> str:

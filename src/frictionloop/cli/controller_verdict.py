@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from frictionloop.cli.controller_also import fully_moist, range_said
+from frictionloop.cli.controller_also import fully_moist, noisy, range_said
 from frictionloop.cli.controller_holds import also_said, beyond_reach, finger, loads_of, strokes_said
 from frictionloop.cli.scores import between
 from frictionloop.design.elsewhere import in_words
@@ -25,9 +25,7 @@ NOT_THERE = "Do not use it there: it was not designed for it."
 BOTH = " `--contacts {}` designs for both contacts."
 ONE = "No controller of this law holds on both contacts, so this one is for one alone. {}."
 OTHER = " It is told its contact: `--finger.contact {}` designs for the other."
-FASTER = (
-    " If fingers stroke so, `--speeds {:g},{:g}` designs for it; half and twice the speeds asked for are looked at."
-)
+FASTER = " If fingers stroke so, `--speeds {:g},{:g}` designs for it; slower and faster ones are looked at too."
 LESS = " `frictionloop design check` says how much less gain would hold there."
 NOT_HELD: tuple[tuple[str, How], ...] = (
     ("UNSTABLE", "unstable"), ("CLOSE TO UNSTABLE", "near"), ("BEYOND LIMITS", "beyond")
@@ -60,6 +58,7 @@ def verdict(designed: Designed, after: System, wanted: Wanted, out: Path | None)
     rows += [("one contact", ONE.format(designed.not_both))] if designed.not_both else []
     rows += [*worse, *(("", each) for each in also_said(designed))]
     rows += [("fully moist", moist)] if moist else []
+    rows += [("noisy", said)] if (said := noisy(after)) else []
     rows += [("range", said)] if (said := range_said(after)) else []
     return [*rows, *_other_speeds(after, wanted), *_next(after, wanted, out)]
 
@@ -71,7 +70,7 @@ def but(worse: Sequence[Row], moist: str = "") -> str:
     if apart:
         names[apart[0]] = f"elsewhere {names[apart[0]]}"
     names += [f"{how} when fully moist" for how in ("CLOSE TO UNSTABLE", "UNSTABLE") if how in moist][:1]
-    return f"but {', '.join(names)}, as below: " if names else ""
+    return f"but {', '.join(names)}, as below. Within its limits: " if names else ""
 
 
 def _designs_for(places: Sequence[Place], found: Sequence[Corner], in_vain: bool) -> str:

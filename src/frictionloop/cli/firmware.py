@@ -168,12 +168,22 @@ def _show(table: Table, origin: str, made: dict[str, Any], rows: list[tuple[str,
     about: list[tuple[str, ...]] = [
         *_inside(table.system),
         ("clamp", f"{low_n:.4g} to {high_n:.4g} N"),
+        ("ceiling", _ceiling(table.system)),
         ("cost", cost if worst else "not traced"),
         ("words", f"{found['words']}, layout {found['layout']}, values {found['values']}"),
     ]
     screen.show(screen.columns([("system", origin), *about, *rows]))
     if unfit:
         screen.show("", "What the board does not do as the system says:", *map(screen.wrapped, unfit))
+
+
+def _ceiling(system: System) -> str:
+    """Return the largest amplitude that the board ever commands, and whose it is."""
+    if (own := system.board.ceiling_um) is not None:
+        return f"{own:g} um, board.ceiling_um"
+    return (
+        f"{system.plate.max_amplitude_um:g} um, the plate's largest; for a first run set board.ceiling_um, such as 0.5"
+    )
 
 
 def _inside(system: System) -> list[tuple[str, str]]:

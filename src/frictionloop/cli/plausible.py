@@ -23,7 +23,7 @@ USUAL = {
     "resonance_hz": (5.0, 1e4),
     "moving_mass_kg": (1e-3, 10.0),
     "noise_rms_n": (1e-8, 0.5),
-    "noise_density_n_rthz": (1e-9, 1e-2),
+    "noise_density_n_rthz": (1e-9, 3e-4),
     "range_n": (0.05, 100.0),
     "rate_hz": (100.0, 2e5),
     "delay_s": (1e-7, 0.05),

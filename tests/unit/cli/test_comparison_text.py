@@ -83,6 +83,20 @@ def test_the_default_law_is_recommended_while_another_is_better_by_less_than_fin
     )
 
 
+@pytest.mark.parametrize(("felt", "told"), [(1.2, False), (2.4, True)])
+def test_a_law_that_is_rougher_to_touch_than_another_says_so(felt, told):
+    rows, margins = rows_of({"notch_pi": 0.036, "retuned_pi": 0.040})
+    rows += [
+        {"law": law, "score": "relative_index", "speed_mm_s": 20.0, "contact": contact, "population": "capable"}
+        | {"fingers": 12, "median": value, "worst_decile": 9.0}
+        for law, value in (("notch_pi", felt), ("retuned_pi", 1.1))
+        for contact in ("dahl", "slider")
+    ]
+    said = recommendation(rows, margins)
+    assert said.startswith("Recommended: notch_pi.")
+    assert ("rougher than retuned_pi: felt is 2.4 and not 1.1, so try both" in said) == told
+
+
 def test_another_law_is_recommended_where_it_is_clearly_better():
     said = recommendation(*rows_of({"notch_pi": 0.036, "hinf": 0.012}))
     assert said.startswith("Recommended: hinf. It leaves 12 mN in the worst decile")

@@ -99,7 +99,8 @@ def test_a_range_of_loads_clips_what_no_amplitude_gives_and_says_so(frictionloop
     least = at.friction.nominal_n * 2.4**at.friction.load_exponent * math.exp(-0.38 * 2.2**2)
     said = " ".join(frictionloop(*CHECK, *weak, *light, *few, "--loads", "0.4,1.2").out.split())
     assert said.startswith(
-        "HOLDS but OUT OF REACH, as below: at every contact and speed looked at OUT OF REACH 0.15 N of"
+        "HOLDS but OUT OF REACH, as below. Within its limits: at every contact and speed looked at "
+        "OUT OF REACH 0.15 N of"
     )
     assert f"a finger just landed pressed with 0.693, 1.2 N: 0.203, {least:.3g} N are looked at" in said
     said = " ".join(frictionloop(*CHECK, *weak, *light, *few, "--motion.load_n", "1.2").out.split())

@@ -134,7 +134,7 @@ def test_the_answer_fits_and_says_what_was_found(frictionloop, monkeypatch, colu
     assert f"{controller.ki:.4g} 1/s" in answer.out
     first = " ".join(answer.out.split())
     assert first.startswith(
-        "STABLE but CLOSE TO UNSTABLE when fully moist, as below: contacts dahl and slider, 20 mm/s;"
+        "STABLE but CLOSE TO UNSTABLE when fully moist, as below. Within its limits: contacts dahl and slider, 20 mm/s;"
     )
     assert "0.5 to 0.7 N; a finger just landed and a moist finger" in first and "`--speeds 10,20`" in first
     assert "Within the same limits, resonance off too: contact dahl at 10, 80 mm/s; contact slider at 10, 80" in first
@@ -275,7 +275,8 @@ def test_saturation_is_judged_by_the_friction_law():
 def test_one_contact_is_designed_for_where_it_is_asked_for_and_the_rest_is_told(frictionloop):
     said = " ".join(frictionloop(*CONTROLLER, "--law", "pi", "--contacts", "dahl").out.split())
     assert said.startswith(
-        "STABLE but elsewhere UNSTABLE, BEYOND LIMITS, CLOSE TO UNSTABLE when fully moist, as below: contact dahl"
+        "STABLE but elsewhere UNSTABLE, BEYOND LIMITS, CLOSE TO UNSTABLE when fully moist, as below. "
+        "Within its limits: contact dahl"
     )
     assert "UNSTABLE contact dahl at 80 mm/s" in said and "contact slider at 10, 20, 80 mm/s" in said
     assert (
@@ -316,7 +317,8 @@ def test_a_law_that_is_told_its_contact_holds_on_that_one_and_says_how_to_tell_i
     answer = frictionloop(*CONTROLLER, "--law", "limit_observer", "--sensitivity-peak", "2")
     said = " ".join(answer.out.split())
     assert (
-        "as below: contact dahl, 20 mm/s; 0.5 to 0.7 N" in said and "CLOSE TO UNSTABLE contact slider at 10, 20" in said
+        "as below. Within its limits: contact dahl, 20 mm/s; 0.5 to 0.7 N" in said
+        and "CLOSE TO UNSTABLE contact slider at 10, 20" in said
     )
     assert "It is told its contact: `--finger.contact slider` designs for the other." in said
     assert "`--contacts" not in said and "`--speeds 10,80`" not in said
