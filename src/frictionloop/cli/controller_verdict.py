@@ -33,6 +33,9 @@ NOT_HELD: tuple[tuple[str, How], ...] = (
 SLOWER = 0.5
 """Speed over that of the strokes from which a range is proposed: a finger that strokes passes every slower one."""
 
+LIGHTER, HEAVIER = 0.7, 1.4
+"""Loads over that of the strokes between which a range is proposed: nobody presses evenly (chosen)."""
+
 
 def verdict(designed: Designed, after: System, wanted: Wanted, out: Path | None) -> list[Row]:
     """Return rows of the verdict: stable where, how else elsewhere, and what to do next."""
@@ -60,7 +63,7 @@ def verdict(designed: Designed, after: System, wanted: Wanted, out: Path | None)
     rows += [("fully moist", moist)] if moist else []
     rows += [("noisy", said)] if (said := noisy(after)) else []
     rows += [("range", said)] if (said := range_said(after)) else []
-    return [*rows, *_other_speeds(after, wanted), *_next(after, wanted, out)]
+    return [*rows, *_others(after, wanted), *_next(after, wanted, out)]
 
 
 def but(worse: Sequence[Row], moist: str = "") -> str:
@@ -89,12 +92,22 @@ def _designs_for(places: Sequence[Place], found: Sequence[Corner], in_vain: bool
     return hints + (FASTER.format(min(*others, *own), max(*others, *own)) if others else "")
 
 
-def _other_speeds(system: System, wanted: Wanted) -> list[Row]:
-    if wanted.speeds_mm_s or not isinstance(system.motion, Strokes):
+def _others(system: System, wanted: Wanted) -> list[Row]:
+    """Return the flags that hold a range of speeds or loads, where one alone was looked at."""
+    if not isinstance(system.motion, Strokes):
         return []
-    speed = system.motion.speed_mm_s
-    said = f"`--speeds {SLOWER * speed:g},{speed:g}` holds it from one to the other; it takes up to five minutes"
-    return [("other speeds", said)]
+    speed, load_n = system.motion.speed_mm_s, system.motion.load_n
+    flags = {
+        "speeds": f"`--speeds {SLOWER * speed:g},{speed:g}`" * (not wanted.speeds_mm_s),
+        "loads": f"`--loads {LIGHTER * load_n:.2g},{HEAVIER * load_n:.2g}`" * (not wanted.loads_n),
+    }
+    left = {name: flag for name, flag in flags.items() if flag}
+    if not left:
+        return []
+    said = (
+        f"for other {' and '.join(left)}, {' and '.join(left.values())} hold it between these ends, in up to 5 minutes"
+    )
+    return [("wider", said)]
 
 
 def _next(system: System, wanted: Wanted, out: Path | None) -> list[Row]:
