@@ -14,6 +14,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescap
 from markupsafe import Markup, escape
 
 from frictionloop.parameters import RETUNED
+from frictionloop.physics.capable import capable
 from frictionloop.quantities.version import cited_version
 from frictionloop.report import device, protocol
 from frictionloop.report.arrivals import rows as arrival_rows
@@ -146,6 +147,7 @@ def render(
         fingers=results.people[device.OPEN].sizes["finger"],
         built=docs_link("glossary", folder).endswith(".html"),
         finger=the_finger(),
+        finger_moving=_given_while_load_moves(),
         finger_number=protocol.chosen(protocol.population()),
         study=results.beyond,
         laws=beyond_rows(results.beyond),
@@ -155,6 +157,13 @@ def render(
         moving=LOAD_MOVES,
         checked=results.checked,
     )
+
+
+def _given_while_load_moves() -> bool:
+    """Return whether the finger that is shown can be given the paper's forces while its load drifts and trembles."""
+    low_n, high_n = protocol.LOW_N, protocol.HIGH_N
+    found = capable([the_finger()], low_n, high_n, contact_s=protocol.SCORED_S, load_moves=True)
+    return bool(found["capable"].values[0])
 
 
 def _citation(command: str, seeds: str) -> Markup:
