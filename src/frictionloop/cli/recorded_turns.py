@@ -31,9 +31,11 @@ def lines(run: xr.Dataset, system: System, duration_s: float) -> list[str]:
     at = ", ".join(f"{time[a]:.3g} to {time[b]:.3g} s" for a, b in parts[:SHOWN])
     said = f"Not scored are {at}{more} of this run: its finger starts, turns round or is lifted there, and the "
     said += "recording runs on."
+    if any(a > 0 for a, _ in parts):
+        said += " What is left below and above a frequency is of the whole run, with what happens there."
     stroke_mm = without_turn_mm(system, duration_s)
     if stroke_mm is not None:
-        said += f" --motion.stroke_mm {stroke_mm:g} has no turn in this run."
+        said += f" --motion.stroke_mm {stroke_mm:g} has no turn in this run: go by that."
     return textwrap.wrap(said, WIDTH)
 
 
