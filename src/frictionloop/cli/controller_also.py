@@ -135,6 +135,15 @@ def unbelieved(system: System) -> str:
     )
 
 
+def replaced(given: Collection[str], before: System, after: System) -> str:
+    """Return a line with what of the controller was given as flags and the design sets itself; empty without any."""
+    names = [path.removeprefix("controller.") for path in given if path.startswith("controller.")]
+    values = {name: getattr(after.controller, name, None) for name in names if name != "kind" and "." not in name}
+    own = [f"controller.{name} = {value}" for name, value in values.items()
+           if value is not None and value != getattr(before.controller, name, None)]  # fmt: skip
+    return f"the design sets what was given otherwise: {', '.join(own)}" if own else ""
+
+
 def assumed(system: System, stated: Collection[str]) -> str:
     """Return a line with what is as in `bench()`, which is assumed, and moves the gains; empty if all is given.
 

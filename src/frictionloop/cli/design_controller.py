@@ -102,7 +102,13 @@ def command(
         told = controller_text.as_json(name, designed, new, wanted, found, left)
         screen.show_json(told | {"followed": follows and follows._asdict(), "saved": saved})
         return
-    more = (controller_also.unbelieved(system), *designed.notes, *recorded.at_design(system))
+    given = flags.overrides_of(overrides)
+    more = (
+        controller_also.replaced(given, system, new),
+        controller_also.unbelieved(system),
+        *designed.notes,
+        *recorded.at_design(system),
+    )
     notes, stated = [each for each in more if each], flags.stated(file, overrides)
     with screen.waiting("checking a fully moist finger"):
         verdict = controller_verdict.verdict(designed, after, wanted, out)

@@ -92,3 +92,10 @@ def test_an_unstable_finger_that_just_landed_is_named_with_its_contact():
 
 def peak(loop):
     return loop.sensitivity_peak()
+
+
+def test_a_flag_that_a_design_sets_otherwise_is_told():
+    before = fl.bench().evolve({"controller.kind": "notch_pi", "controller.overdrive": False})
+    after = before.evolve({"controller.overdrive": True})
+    assert also.replaced(["controller.overdrive"], before, after).endswith("otherwise: controller.overdrive = True")
+    assert also.replaced(["controller.overdrive", "controller.kind", "sensor.q"], before, before) == ""
