@@ -16,7 +16,7 @@ from frictionloop.parameters import bench
 from frictionloop.quantities import FrictionloopError
 from frictionloop.report import build, protocol
 from frictionloop.report.claims import THESIS, Group
-from frictionloop.report.device import CONTROLLERS, IDEAL
+from frictionloop.report.device import CONTROLLERS, IDEAL, RETUNED_GAINS
 from frictionloop.report.figures import DRAWINGS
 from frictionloop.report.page import Drawn, maths, render
 from frictionloop.report.people import the_finger
@@ -162,6 +162,13 @@ def test_an_ideal_sensors_loop_is_stable_from_the_force_on_that_is_told(results)
     system = protocol.finger_system(the_finger()).evolve(CONTROLLERS[IDEAL])
     at = {force_n: linearise(system, force_n=force_n).is_stable() for force_n in (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)}
     assert results.checked.ideal_from_n == min(f for f in at if all(at[g] for g in at if g >= f)) > 0.3
+
+
+def test_points_above_the_line_at_the_lowest_force_are_at_the_largest_amplitude(results):
+    runs = results.tracked[RETUNED_GAINS]
+    high = (runs["f_r"] < 0.35) & (runs["f_a"] - runs["f_r"] > 0.08)
+    assert int(high.sum()) > 1000
+    assert float(runs["a"].where(high).quantile(0.05)) > 0.99 * bench().plate.max_amplitude_um
 
 
 def test_every_rule_of_agreement_is_on_the_page(results, claims):

@@ -111,10 +111,11 @@ def _rougher(rows: Rows, law: str, others: list[str]) -> list[str]:
     """Return a sentence where touch feels clearly more of the error than under another law that is stable."""
     felt: dict[str, float] = {}
     for row in rows:
-        if row["population"] == "capable" and row["score"] == "relative_index" and row["law"] in (law, *others):
+        touched = row["population"] == "capable" and row["score"] == "relative_index"
+        if touched and row["law"] in (law, *others) and math.isfinite(row["median"]):
             felt[row["law"]] = max(felt.get(row["law"], 0.0), row["median"])
     calmest = min(felt, key=lambda each: felt[each], default=law)
-    if calmest == law or felt[law] < ROUGHER * felt[calmest]:
+    if calmest == law or law not in felt or felt[law] < ROUGHER * felt[calmest]:
         return []
     return [f"To touch it is rougher than {calmest}: felt is {felt[law]:.2g} and not {felt[calmest]:.2g}, so try both."]
 

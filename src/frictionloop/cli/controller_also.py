@@ -98,11 +98,10 @@ def noisy(after: System) -> str:
     command_n = command_noise_rms_n(linearise(after))
     if command_n <= COMMAND_NOISE_N:
         return ""
-    calmer = "" if after.controller.kind == "pi" else ". `--law pi` makes less: try it, and compare both by "
-    more = "`frictionloop sweep FILE --fingers 100`, rms_error and perceptual_index" if calmer else ""
+    other = ". Try `--law pi` too; `frictionloop sweep FILE --fingers 100` of both has rms_error and perceptual_index"
     return (
         f"the sensor's noise makes {1e3 * command_n:.3g} mN rms of the command, which touch feels and which strays "
-        f"into its limits{calmer}{more}"
+        f"into its limits{other * (after.controller.kind != 'pi')}"
     )
 
 

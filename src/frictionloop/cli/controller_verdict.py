@@ -93,7 +93,7 @@ def _designs_for(places: Sequence[Place], found: Sequence[Corner], in_vain: bool
 
 
 def _others(system: System, wanted: Wanted) -> list[Row]:
-    """Return the flags that hold a range of speeds or loads, where one alone was looked at."""
+    """Return the flags that design for a range of speeds or loads, where one alone was looked at."""
     if not isinstance(system.motion, Strokes):
         return []
     speed, load_n = system.motion.speed_mm_s, system.motion.load_n
@@ -104,9 +104,7 @@ def _others(system: System, wanted: Wanted) -> list[Row]:
     left = {name: flag for name, flag in flags.items() if flag}
     if not left:
         return []
-    said = (
-        f"for other {' and '.join(left)}, {' and '.join(left.values())} hold it between these ends, in up to 5 minutes"
-    )
+    said = f"for other {' and '.join(left)}, {' and '.join(left.values())} design between these ends, in some minutes"
     return [("wider", said)]
 
 

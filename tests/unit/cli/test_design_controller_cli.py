@@ -137,7 +137,7 @@ def test_the_answer_fits_and_says_what_was_found(frictionloop, monkeypatch, colu
         "STABLE but CLOSE TO UNSTABLE when fully moist, as below. Within its limits: contacts dahl and slider, 20 mm/s;"
     )
     assert "0.5 to 0.7 N; a finger just landed and a moist finger" in first
-    assert "wider for other speeds and loads, `--speeds 10,20` and `--loads 0.35,0.7` hold it between these" in first
+    assert "wider for other speeds and loads, `--speeds 10,20` and `--loads 0.35,0.7` design between these" in first
     assert "Within the same limits, resonance off too: contact dahl at 10, 80 mm/s; contact slider at 10, 80" in first
     assert "go on with frictionloop simulate c.toml --plot run.svg A simulation runs at 20 mm/s" in first
     for said in ("as described", "+10 %", "Bode's least", "saved controller as c.toml"):
