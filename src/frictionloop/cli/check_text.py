@@ -1,22 +1,22 @@
-"""A controller that was checked, as a person and as a program is shown it: the verdict, what would hold, a table."""
+"""A controller that was checked, as a person and as a program is shown it: the verdict and what would hold."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from frictionloop.analysis.stability import ringing_hz
-from frictionloop.cli import screen
 from frictionloop.cli.comparison_text import number
-from frictionloop.cli.controller_holds import beyond_reach, ends_said, finger, loads_of
+from frictionloop.cli.controller_holds import beyond_reach, finger, loads_of
 from frictionloop.cli.controller_text import gain_rows, turn, wanted_json
-from frictionloop.cli.controller_verdict import NOT_HELD, but
+from frictionloop.cli.controller_verdict import HEAVIER, LIGHTER, NOT_HELD, but
 from frictionloop.cli.scores import between
-from frictionloop.design.corners import MET, at_mean
+from frictionloop.design.corners import at_mean
 from frictionloop.design.elsewhere import alike
 from frictionloop.design.synthesis import SYNTHESES
+from frictionloop.parameters import Strokes
 from frictionloop.perception.thresholds import LOWEST_HZ
 
 if TYPE_CHECKING:
@@ -30,21 +30,17 @@ Row = tuple[str, ...]
 WORST_FIRST: tuple[tuple[str, How], ...] = (*NOT_HELD, ("HOLDS", "within"))
 EACH_S = (0.03, 0.2)
 """Time for a loop, s: to check a PI; to search a notch twice or check a law of 13 states on a busy core (assumed)."""
-LEGEND = (
-    "Ms, the largest of all forces, with the resonance off by so much; * is beyond its limit, ∞ unstable.",
-    "gain: factor on the gain of the loop up to which all of its place holds, with every smaller one.",
-)
 
 
-def verdict(found: Checked, system: System, given: str, moist: str = "") -> list[Row]:
+def verdict(found: Checked, system: System, wanted: Wanted, given: str, moist: str = "") -> list[Row]:
     """Return rows of the verdict: holds or not, where and by how much, and what would hold."""
     count, held = len(found.places), sum(place.how == "within" for place in found.places)
     every, some = ("every", f"{count - held} of {count}") if count > 1 else ("the", "the")
-    many = "s" * (count > 1)
+    many, load = "s" * (count > 1), pressed(system, wanted)
     rows: list[Row] = [
-        ("HOLDS", f"at {every} contact and speed looked at")
+        ("HOLDS", f"at {every} contact and speed looked at{load}")
         if found.holds
-        else ("DOES NOT HOLD", f"at {some} contact{many} and speed{many} looked at")
+        else ("DOES NOT HOLD", f"at {some} contact{many} and speed{many} looked at{load}")
     ]
     corners = [corner for place in found.places for corner in place.corners]
     states = sorted({each.loop.elements.occluded for each in corners})
@@ -61,7 +57,24 @@ def verdict(found: Checked, system: System, given: str, moist: str = "") -> list
         ]
     forces = [each.loop.elements.force_n for each in corners]
     rows += [("looked at", f"{between(min(forces), max(forces))}; {' and '.join(map(finger, states))}")]
-    return [*rows, *(("note", note) for note in found.notes), *_would_hold(found, system, given)]
+    rows += [*(("note", note) for note in found.notes), *_would_hold(found, system, given, load)]
+    return [*rows, *_other_loads(system, wanted)]
+
+
+def pressed(system: System, wanted: Wanted) -> str:
+    """Return with which load all that was looked at is pressed, behind a comma; nothing without strokes."""
+    if not isinstance(system.motion, Strokes):
+        return ""
+    low, high = min(wanted.loads_n, default=system.motion.load_n), max(wanted.loads_n, default=system.motion.load_n)
+    return f", pressed with {low:g} N alone" if low == high else f", pressed with {low:g} to {high:g} N"
+
+
+def _other_loads(system: System, wanted: Wanted) -> list[Row]:
+    """Return the row with the flag that looks at other loads, where one alone was looked at."""
+    if wanted.loads_n or not isinstance(system.motion, Strokes):
+        return []
+    low, high = (factor * system.motion.load_n for factor in (LIGHTER, HEAVIER))
+    return [("other loads", f"nobody presses evenly: `--loads {low:.2g},{high:.2g}` looks at such a range")]
 
 
 def _by_how_much(place: Place) -> str:
@@ -80,11 +93,11 @@ def _by_how_much(place: Place) -> str:
     return ", ".join(said)
 
 
-def _would_hold(found: Checked, system: System, given: str) -> list[Row]:
+def _would_hold(found: Checked, system: System, given: str, load: str) -> list[Row]:
     """Return rows on what would hold at all places, or how much room is left."""
     gain = min(found.gains)
     if found.holds:
-        room = f"the gain of the loop may be {number(gain)} times as high, and any lower"
+        room = f"the gain of the loop may be {number(gain)} times as high, and any lower{load}"
         return [("room", room)] if math.isfinite(gain) else []
     law = f" --law {found.law}" if found.law in SYNTHESES and found.law not in ("pi", "notch_pi") else ""
     searched = f"`frictionloop design controller {given}{law}` searches for a controller"
@@ -97,7 +110,7 @@ def _would_hold(found: Checked, system: System, given: str) -> list[Row]:
     else:
         return [("would hold", f"nothing was found by less gain alone; {searched}")]
     left = abs(at_mean(system.evolve(dict(found.instead))).responses(LOWEST_HZ)["S"][0])
-    said += f": everywhere in the table; it leaves {left:.0%} of a disturbance at {LOWEST_HZ:g} Hz"
+    said += f": everywhere in the table{load}; it leaves {left:.0%} of a disturbance at {LOWEST_HZ:g} Hz"
     return [("would hold", said), ("", searched)]
 
 
@@ -114,38 +127,6 @@ def controller_rows(system: System) -> list[Row]:
     shown = {"kind", "rate_hz", "delay_s", "jitter_s", "lost_ticks", "open_until_s", "form", "model"}
     own = {f"controller.{name}": value for name, value in system.controller if name not in shown}
     return [("law", system.controller.kind), *gain_rows(own)]
-
-
-def table(found: Checked, wanted: Wanted) -> list[Any]:
-    """Return the table of Ms over contacts, speeds, fingers and resonances, and what it means."""
-    offs = sorted({corner.off for place in found.places for corner in place.corners})
-    limits = {round(error, 9): peak for error, peak in wanted.limits.items()}
-    asked = [f"{limits[round(abs(off), 9)]:.3g} " for off in offs]
-    rows: list[Row] = [("resonance", "finger", *(f"{100 * off:+.3g} % " if off else "0 " for off in offs), "gain", "")]
-    rows += [("limit", "", *asked, "", "")]
-    alike: dict[tuple[str, tuple[Row, ...]], list[Place]] = {}
-    for place, gain in zip(found.places, found.gains, strict=True):
-        alike.setdefault((place.contact, _rows(place, gain, offs)), []).append(place)
-    for (contact, lines), places in alike.items():
-        speeds = ", ".join(each.speeds for each in sorted(places, key=lambda each: each.speeds_mm_s))
-        where = " ".join(filter(None, (contact, speeds and f"{speeds} mm/s"))) or "this loop"
-        rows += [("" if k else where, *line) for k, line in enumerate(lines)]
-    return [screen.table(rows), *map(screen.wrapped, [*LEGEND, *ends_said(wanted)])]
-
-
-def _rows(place: Place, gain: float, offs: Sequence[float]) -> tuple[Row, ...]:
-    """Return the lines of a place in the table, without its name."""
-    lines = []
-    for k, state in enumerate(sorted({corner.loop.elements.occluded for corner in place.corners})):
-        here = [corner for corner in place.corners if corner.loop.elements.occluded == state]
-        cells = [_cell([corner for corner in here if corner.off == off]) for off in offs]
-        lines.append(("moist" if state > 0 else "dry", *cells, "" if k else number(gain), ""))
-    return tuple(lines)
-
-
-def _cell(found: Sequence[Corner]) -> str:
-    peak, over = max(each.sensitivity_peak for each in found), any(each.excess > 1.0 + MET for each in found)
-    return f"{number(peak)}{'*' if over else ' '}"
 
 
 def as_json(found: Checked, system: System, wanted: Wanted) -> dict[str, Any]:

@@ -42,7 +42,30 @@ def holds(law: str, designed: Designed, wanted: Wanted) -> list[str]:
         *ends_said(wanted),
         *also_said(designed),
         *designed.warnings,
+        *beyond_said(designed),
+        f"Look again: frictionloop design check FILE{wanted_flags(found, wanted)}",
     ]
+
+
+def beyond_said(designed: Designed) -> list[str]:
+    """Return a line with the other contacts and speeds at which it is stable, beyond the limits; or none."""
+    places = in_words(designed.elsewhere.where("beyond"))
+    return [f"Stable, but beyond these limits: {'; '.join(places)}."] if places else []
+
+
+def wanted_flags(found: Sequence[Corner], wanted: Wanted) -> str:
+    """Return the flags that check a controller for what it was designed for: contacts, speeds, loads, limits."""
+    contacts = dict.fromkeys(each.loop.system.finger.contact for each in found
+                             if isinstance(each.loop.system.finger, Skin))  # fmt: skip
+    limits = {"sensitivity-peak": wanted.sensitivity_peak, "resonance-error": wanted.resonance_error}
+    usual = type(wanted)()
+    flags = {"contacts": ",".join(contacts), "speeds": _ends(wanted.speeds_mm_s), "loads": _ends(wanted.loads_n)}
+    flags |= {name: f"{value:g}" for name, value in limits.items() if value != getattr(usual, name.replace("-", "_"))}
+    return "".join(f" --{name} {value}" for name, value in flags.items() if value)
+
+
+def _ends(values: Sequence[float]) -> str:
+    return f"{min(values):g},{max(values):g}" if values else ""
 
 
 def also_said(designed: Designed) -> list[str]:

@@ -34,7 +34,7 @@ def command(
     given_system, origin = flags.given(file, preset, overrides, "bench")
 
     from frictionloop.analysis.levels import at_levels
-    from frictionloop.cli import check_text, controller_also, recorded, recorded_units
+    from frictionloop.cli import check_table, check_text, controller_also, recorded, recorded_units
     from frictionloop.design.checking import check_controller, loops
     from frictionloop.design.limit_linear import learnt
 
@@ -59,10 +59,10 @@ def command(
     as_usual = controller_also.assumed(system, flags.stated(file, overrides))
     notes += [said for said in (controller_also.unbelieved(system), as_usual) if said]
     screen.show(
-        screen.columns([*check_text.verdict(found, system, given, moist), *about]),
+        screen.columns([*check_text.verdict(found, system, wanted, given, moist), *about]),
         "",
         screen.columns([("bench", origin), *check_text.controller_rows(system)]),
         "",
-        *check_text.table(found, wanted),
+        *check_table.table(found, wanted),
         *(["", *map(screen.wrapped, notes)] if notes else []),
     )

@@ -73,7 +73,8 @@ def to_toml(system: Description, every: bool = True, said: Sequence[str] = ()) -
     system : System, SensorDesign or PlateDesign
         What to write.
     every : bool
-        Whether to write also those keys that a simple bench never needs, where they have their defaults.
+        Whether to write also those keys that a simple bench never needs, where they have their defaults. Keys without
+        a value then stand there as comments.
     said : sequence of str
         Lines to begin with, as comments.
 
@@ -104,7 +105,7 @@ def block_toml(block: BaseModel, form: bool = False) -> str:
     block : Block
         What to write.
     form : bool
-        Whether it is to be filled in: keys without a value stand there as comments, and words say what is accepted.
+        Whether it is to be filled in: words say what is accepted.
     """
     import tomlkit
 
@@ -129,7 +130,7 @@ def _fill(table: Any, block: BaseModel, every: bool, form: bool = False) -> None
     values = {key: (getattr(block, key), type(block).model_fields[key]) for key in block.model_dump()}
     # What follows depends on the kind, which an inherited value may precede; tables end a table.
     for key, (value, field) in sorted(values.items(), key=lambda item: (_is_block(item[1][0]), item[0] != "kind")):
-        if value is None and form:
+        if value is None and every:
             table.add(tomlkit.comment(f"{key} =  # {_said(key, field.description or '')}"))
         if value is None or not (every or key not in RARE or value != field.get_default(call_default_factory=True)):
             continue

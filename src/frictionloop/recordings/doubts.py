@@ -32,6 +32,9 @@ COEFFICIENT = re.compile(
 )
 """Names of friction over load, which is no force."""
 
+OUTPUT = re.compile(r"(?<![a-z])(volts?|voltage|spannung|tension électrique|counts?|adc|raw)(?![a-z])", re.IGNORECASE)
+"""Names of what a sensor puts out, which a scale makes a force."""
+
 
 class Remedy(NamedTuple):
     """A value of a recording's parameter that may be meant, None for any other, and what does the same to an array."""
@@ -99,6 +102,16 @@ def _of_recording(name: str, signal: Recording, each: Found) -> Iterator[Doubt]:
     if other:
         said = f"The recorded {name} is column {each.column!r}: is that {other}? {name} is a friction force; "
         yield Doubt("name", name, said + "{} takes another column.", Remedy("column", "NAME"))
+    if OUTPUT.search(each.column) and each.unit_by == "taken for N":
+        said = (
+            f"The recorded {name} is column {each.column!r}: is that what a sensor puts out, in volts or counts? It is "
+        )
+        yield Doubt(
+            "size",
+            name,
+            said + "taken for newtons; {} with the newtons of one of them scales it.",
+            Remedy("scale", None),
+        )
     if each.largest_n > FINGERS_N:
         meant = Remedy("unit", "mN") if each.unit == "N" else Remedy("scale", None)
         yield _too_large(name, each.largest_n, before, meant)

@@ -28,7 +28,10 @@ def test_the_verdict_comes_first_and_the_answer_fits(frictionloop, monkeypatch):
     assert (answer.code, answer.noted) == (0, [])
     assert max(len(line.rstrip()) for line in answer.out.splitlines()) <= 80
     said = " ".join(answer.out.split())
-    assert said.startswith("DOES NOT HOLD at 4 of 6 contacts and speeds looked at UNSTABLE contact slider at 10, 20,")
+    assert said.startswith(
+        "DOES NOT HOLD at 4 of 6 contacts and speeds looked at, pressed with 0.5 N alone "
+        "UNSTABLE contact slider at 10, 20,"
+    )
     assert "mm/s with the resonance 5 % lower: rings near 13" in said
     assert "CLOSE TO UNSTABLE contact dahl at 80 mm/s with the resonance 10 % lower (Ms 9.9" in said
     assert "the limit is 2.6, gain margin 1.1" in said and "HOLDS contact dahl at 10, 20 mm/s looked at 0.5 to" in said
@@ -57,11 +60,13 @@ def test_a_file_whose_gains_hold(frictionloop):
 def test_one_place_and_what_is_asked_for(frictionloop):
     little = (*RIGID, *PI, "7", "--controller.kp", "0")
     out = " ".join(frictionloop(*CHECK, *little).out.split())
-    assert out.startswith("HOLDS at the contact and speed looked at this loop at 20 mm/s looked at 0.5 to 0.7 N;")
+    assert out.startswith(
+        "HOLDS at the contact and speed looked at, pressed with 0.5 N alone this loop at 20 mm/s looked at 0.5 to 0.7 N;"
+    )
     assert "room the gain of the loop may be" in out
     tight = " ".join(frictionloop(*CHECK, *little, "--sensitivity-peak", "1.05").out.split())
     assert tight.startswith(
-        "DOES NOT HOLD at the contact and speed looked at BEYOND LIMITS this loop at 20 mm/s (Ms 1."
+        "DOES NOT HOLD at the contact and speed looked at, pressed with 0.5 N alone BEYOND LIMITS this loop at 20 mm/s (Ms 1."
     )
     assert "would hold ki at most " in tight and "kp at most" not in tight
 
@@ -86,7 +91,7 @@ def test_bad_input_is_one_line(frictionloop, tokens, said):
 def test_a_slider_that_does_alike_at_all_speeds_is_one_row(frictionloop):
     said = " ".join(frictionloop(*CHECK, *PI, "60", "--contacts", "slider").out.split())
     assert said.startswith(
-        "DOES NOT HOLD at 3 of 3 contacts and speeds looked at UNSTABLE contact slider at 10, 20, 80"
+        "DOES NOT HOLD at 3 of 3 contacts and speeds looked at, pressed with 0.5 N alone UNSTABLE contact slider at 10, 20, 80"
     )
     assert "slider 10, 20, 80 mm/s dry" in said and "dahl" not in said.partition("resonance finger")[2]
 
@@ -99,7 +104,8 @@ def test_a_range_of_loads_clips_what_no_amplitude_gives_and_says_so(frictionloop
     least = at.friction.nominal_n * 2.4**at.friction.load_exponent * math.exp(-0.38 * 2.2**2)
     said = " ".join(frictionloop(*CHECK, *weak, *light, *few, "--loads", "0.4,1.2").out.split())
     assert said.startswith(
-        "HOLDS but OUT OF REACH, as below. Within its limits: at every contact and speed looked at "
+        "HOLDS but OUT OF REACH, as below. Within its limits: at every contact and speed looked at, "
+        "pressed with 0.4 to 1.2 N "
         "OUT OF REACH 0.15 N of"
     )
     assert f"a finger just landed pressed with 0.693, 1.2 N: 0.203, {least:.3g} N are looked at" in said

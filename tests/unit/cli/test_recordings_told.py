@@ -88,6 +88,17 @@ def test_a_column_named_as_a_load_is_asked_about(tmp_path, name):
     assert asked(under(friction)) == asked(under(other)) == []
 
 
+@pytest.mark.parametrize("name", ["Voltage", "voltage_lateral", "ADC", "raw counts", "Spannung"])
+def test_a_column_named_as_what_a_sensor_puts_out_is_asked_about(tmp_path, name):
+    (tmp_path / "d.csv").write_text(f"{name},evolution\n1,0.5\n1.1,0.6\n")
+    voltage, other = (
+        fl.Recording(path=str(tmp_path / "d.csv"), column=each, rate_hz=RATE_HZ) for each in (name, "evolution")
+    )
+    assert "taken for newtons; --disturbance.scale" in " ".join(asked(under(voltage), "size"))
+    scaled = voltage.model_copy(update={"scale": 0.5})
+    assert asked(under(scaled), "size") == asked(under(other), "size") == []
+
+
 @pytest.mark.parametrize(
     "name", ["mu", "Mu", "COF", "friction coefficient", "Friction_Coefficient", "coeff of friction"]
 )
