@@ -61,12 +61,14 @@ def test_one_place_and_what_is_asked_for(frictionloop):
     little = (*RIGID, *PI, "7", "--controller.kp", "0")
     out = " ".join(frictionloop(*CHECK, *little).out.split())
     assert out.startswith(
-        "HOLDS at the contact and speed looked at, pressed with 0.5 N alone this loop at 20 mm/s looked at 0.5 to 0.7 N;"
+        "HOLDS at the contact and speed looked at, pressed with 0.5 N alone "
+        "this loop at 20 mm/s looked at 0.5 to 0.7 N;"
     )
     assert "room the gain of the loop may be" in out
     tight = " ".join(frictionloop(*CHECK, *little, "--sensitivity-peak", "1.05").out.split())
     assert tight.startswith(
-        "DOES NOT HOLD at the contact and speed looked at, pressed with 0.5 N alone BEYOND LIMITS this loop at 20 mm/s (Ms 1."
+        "DOES NOT HOLD at the contact and speed looked at, pressed with 0.5 N alone "
+        "BEYOND LIMITS this loop at 20 mm/s (Ms 1."
     )
     assert "would hold ki at most " in tight and "kp at most" not in tight
 
@@ -91,7 +93,8 @@ def test_bad_input_is_one_line(frictionloop, tokens, said):
 def test_a_slider_that_does_alike_at_all_speeds_is_one_row(frictionloop):
     said = " ".join(frictionloop(*CHECK, *PI, "60", "--contacts", "slider").out.split())
     assert said.startswith(
-        "DOES NOT HOLD at 3 of 3 contacts and speeds looked at, pressed with 0.5 N alone UNSTABLE contact slider at 10, 20, 80"
+        "DOES NOT HOLD at 3 of 3 contacts and speeds looked at, pressed with 0.5 N alone "
+        "UNSTABLE contact slider at 10, 20, 80"
     )
     assert "slider 10, 20, 80 mm/s dry" in said and "dahl" not in said.partition("resonance finger")[2]
 
