@@ -434,7 +434,7 @@ def test_a_claim_is_judged_alone_by_what_it_needs(claims):
 def test_a_claim_is_told_with_all_its_numbers(claims):
     claim = next(claim for claim in claims if claim.id == "equation-3")
     first, paper, *numbers, cite = claim_lines(claim)
-    assert first == "◐ Equation (3) gives the output noise (Sec. 2.3, eq. (3)): under an assumption"
+    assert first == "◐ Equation (3) gives the output noise (Sec. 2.3, eq. (3)): under some readings"
     assert paper.startswith("  paper: 1; here: rms of f_a") and cite.endswith("--only equation-3 · seeds 0")
     assert [line.split(":")[0] for line in numbers] == [
         "  ✗ at 1 Hz, as printed",

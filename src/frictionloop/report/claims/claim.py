@@ -10,6 +10,8 @@ from typing import Any, TypeVar
 
 THESIS = "pi-reduces-variability"
 """The paper's thesis, which comes first."""
+SOME_READINGS = "under some readings"
+"""Words for a verdict ASSUMED that some readings of the text give, and others do not."""
 T = TypeVar("T")
 Value = float | None
 """A computed number; None where what was looked for does not exist."""
@@ -128,6 +130,12 @@ class Claim:
         if all(self.holds[name] for name in self.readings):
             return Verdict.COMES_OUT
         return Verdict.ASSUMED if self.under else Verdict.NOT_OUT
+
+    @property
+    def judged(self) -> str:
+        """The verdict in words, which tell readings of the text from assumptions where it is silent."""
+        read = self.verdict is Verdict.ASSUMED and set(self.under) & set(self.readings)
+        return SOME_READINGS if read else str(self.verdict)
 
     @property
     def verdict(self) -> Verdict:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from frictionloop.report.cited import cited
-from frictionloop.report.claims.claim import COUNTED, THESIS, Claim, Group, Verdict
+from frictionloop.report.claims.claim import COUNTED, SOME_READINGS, THESIS, Claim, Group, Verdict
 from frictionloop.report.claims.worded import accepted, condition, with_unit
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def claim_lines(claim: Claim) -> list[str]:
         beside = ", for comparison, without a vote" * (name in claim.compared)
         numbers.append(f"  {sign} {kind}{name}: {with_unit(value, claim.unit, claim.digits)}{beside}")
     return [
-        f"{SYMBOLS[claim.verdict]} {claim.title} ({claim.place}): {claim.verdict}",
+        f"{SYMBOLS[claim.verdict]} {claim.title} ({claim.place}): {claim.judged}",
         f"  paper: {published}; here: {claim.measure}; accepted: {accepted(claim)}",
         *numbers,
         f"  cite: {' · '.join(cited(claim.command, claim.seeds))}",
@@ -100,9 +100,7 @@ def counts(claims: Sequence[Claim]) -> dict[str, int]:
     """Return how many claims each group has, and how those of the device are judged."""
     found = {group.name.lower(): sum(claim.group is group for claim in claims) for group in Group}
     device = [claim.verdict for claim in claims if claim.group is Group.DEVICE]
-    read = [
-        claim.group for claim in claims if claim.verdict is Verdict.ASSUMED and set(claim.under) & set(claim.readings)
-    ]
+    read = [claim.group for claim in claims if claim.judged == SOME_READINGS]
     return found | {
         "text": found["printed"] + found["assumed"] + found["not_out"],
         "counted": sum(claim.group in COUNTED for claim in claims),
