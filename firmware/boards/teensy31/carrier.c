@@ -1,11 +1,17 @@
-/* The carrier: edge-aligned PWM of FTM0 channel 0 at pin 22 (PTC1), 36 MHz / 783 = 45 977 Hz.
+/* The carrier: edge-aligned PWM of FTM0 channel 0 at pin 22 (PTC1), 36 MHz / FL_CARRIER_TICKS; 783 is 45 977 Hz.
  *
- * A new compare value counts from the next period on, at most 21.8 us later. */
+ * frictionloop.firmware.image gives the number that fits the plate. A new compare value counts from the next period
+ * on, at most a period later. */
 #include "registers.h"
 #include "teensy31.h"
 
+#ifndef FL_CARRIER_TICKS
+#define FL_CARRIER_TICKS 783
+#endif
+_Static_assert(FL_CARRIER_TICKS >= 2 && FL_CARRIER_TICKS < 32767, "the product with a duty of 2^16 is below 2^31");
+
 enum {
-    PERIOD = 783,
+    PERIOD = FL_CARRIER_TICKS,
     DUTY_BITS = 17,
     CLOCK_BUS = 1 << 3,
     EDGE_ALIGNED_HIGH = 1 << 5 | 1 << 3, /* MSB and ELSB: set at overflow, cleared at match */

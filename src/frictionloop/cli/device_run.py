@@ -82,7 +82,7 @@ def command(
         raise FrictionloopError(f"out: needs a FILE.h5 for a run of more than {SCORED_S:g} s, which no memory holds")
     system, origin = flags.given(file, preset, overrides, "bench")
 
-    from frictionloop.firmware.board_fit import carrier_misses, misfits
+    from frictionloop.firmware.board_fit import carrier_said, misfits
 
     if system.setpoint.kind in ("recording", "samples"):  # what asks is loaded for nothing else
         from frictionloop.cli import recorded_units
@@ -118,8 +118,8 @@ def command(
         screen.show_json({**found, "ringing": ringing.as_json(rings), "saved": {"run": out, "plot": plot}})
         return
     rows = [("device", address), ("system", origin), *worded(found)]
-    if address.startswith(("sim:", "emulated:")) and carrier_misses(system):
-        rows.append(("plate", "simulated as if the board's carrier fitted it"))
+    if carrier := carrier_said(system):
+        rows.append(("carrier", f"{carrier}, if the board's image was built from this system"))
     screen.show(
         screen.columns(rows),
         *(["", *advice_text.lines(rings, metrics), ""] if rings else []),

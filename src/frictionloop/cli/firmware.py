@@ -70,12 +70,13 @@ def build(
     table, origin = _table(file, preset, overrides, out)
 
     from frictionloop.device.emulator.memory_map import FLASH_BYTES, RAM_BYTES
+    from frictionloop.firmware.board_fit import period_ticks
     from frictionloop.firmware.image import FLASHED
     from frictionloop.firmware.image import build as build_image
 
     with screen.waiting(f"building the image of {board}; the first time takes half a minute"):
         kinds = laws.split(",") if laws is not None else None
-        image = build_image(board, table.words.tolist(), out, laws=kinds)
+        image = build_image(board, table.words.tolist(), out, laws=kinds, carrier_ticks=period_ticks(table.system))
     cycles = _traced(str(image.elf)) if board == FLASHED else None
     table.write(out)
     sizes = {"flash_bytes": image.flash_bytes, "ram_bytes": image.ram_bytes}
@@ -172,9 +173,8 @@ def _show(table: Table, origin: str, made: dict[str, Any], rows: list[tuple[str,
         ("cost", cost if worst else "not traced"),
         ("words", f"{found['words']}, layout {found['layout']}, values {found['values']}"),
     ]
-    screen.show(screen.columns([("system", origin), *about, *rows]))
-    if unfit:
-        screen.show("", "What the board does not do as the system says:", *map(screen.wrapped, unfit))
+    wrong = [("NOT DONE" if k == 0 else "", line) for k, line in enumerate(unfit)]
+    screen.show(screen.columns([("system", origin), *wrong, *about, *rows]))
 
 
 def _ceiling(system: System) -> str:
@@ -189,11 +189,11 @@ def _ceiling(system: System) -> str:
 def _inside(system: System) -> list[tuple[str, str]]:
     """Return what of a system is in the words: its law with the gains, the delay it is for, and the carrier."""
     from frictionloop.cli import describe
-    from frictionloop.parameters import ResonantPlate
+    from frictionloop.firmware.board_fit import carrier_said
 
-    controller, plate = system.controller, system.plate
+    controller = system.controller
     law = next(row[1] for row in describe.system_rows(system) if row[0] == "controller")
     whole_us = 1e6 * (controller.delay_s + 0.5 / controller.rate_hz)
-    carrier = [("carrier", f"{plate.frequency_hz:g} Hz, Q {plate.q:g}")] if isinstance(plate, ResonantPlate) else []
+    carrier = [("carrier", said)] if (said := carrier_said(system)) else []
     delay = f"{1e6 * controller.delay_s:g} us from sample to amplitude, {whole_us:.4g} us with half the hold"
     return [("law", law), *carrier, ("loop delay", delay)]

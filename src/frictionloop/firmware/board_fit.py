@@ -3,52 +3,62 @@
 from __future__ import annotations
 
 import math
-import re
 
 from frictionloop.parameters import ResonantPlate, System
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.schema import firmware_folder, schema
+from frictionloop.quantities.schema import schema
 
 BUS_HZ = 36e6
 """Clock of the carrier's timer."""
-SOURCE = "boards/teensy31/carrier.c"
-"""File with its period, in the firmware's folder."""
+USUAL_TICKS = 783
+"""Period of the carrier in an image for no certain plate: 46 kHz, as the paper's."""
+MOST_TICKS = 32766
+"""Longest period whose product with a duty the board has room for."""
 LEAST_LEFT = 0.9
 """Share of the plate's amplitude at the carrier below which it is told (chosen)."""
 
 
-def period_ticks() -> int:
-    """Return the carrier's period in an image that is built here, in ticks of its timer.
+def period_ticks(system: System) -> int:
+    """Return the period of the carrier in the image of a system, in ticks of its timer: the nearest to the plate.
 
     Raises
     ------
     FrictionloopError
-        Where the source does not give it as one number.
+        For a plate whose period the timer cannot have.
     """
-    found = re.search(r"^\s*PERIOD\s*=\s*([1-9]\d*)\s*,", (firmware_folder() / SOURCE).read_text("utf-8"), re.MULTILINE)
-    if found is None:
+    plate = system.plate
+    if not isinstance(plate, ResonantPlate):
+        return USUAL_TICKS
+    ticks = round(BUS_HZ / plate.frequency_hz)
+    if not 2 <= ticks <= MOST_TICKS:
         raise FrictionloopError(
-            f"firmware/{SOURCE}: has no PERIOD = NUMBER, so where its carrier is is not known; write it as one number"
+            f"plate.frequency_hz = {plate.frequency_hz:g} Hz: the board's carrier must be from "
+            f"{BUS_HZ / MOST_TICKS:.0f} Hz to {BUS_HZ / 2:.3g} Hz"
         )
-    return int(found[1])
+    return ticks
 
 
-def carrier_hz() -> float:
-    """Return the frequency of the carrier in an image that is built here."""
-    return BUS_HZ / period_ticks()
+def carrier_hz(system: System) -> float:
+    """Return the frequency of the carrier in the image of a system."""
+    return BUS_HZ / period_ticks(system)
 
 
-def amplitude_left(plate: ResonantPlate) -> float:
-    """Return the amplitude at the board's carrier over that at the plate's resonance, 1 / sqrt(1 + ((f - f0) / fc)^2).
+def amplitude_left(plate: ResonantPlate, at_hz: float) -> float:
+    """Return the amplitude at a carrier over that at the plate's resonance, 1 / sqrt(1 + ((f - f0) / fc)^2).
 
     fc = f0 / (2 Q) is the corner of the envelope (docs/plate).
     """
-    return 1.0 / math.hypot(1.0, (carrier_hz() - plate.frequency_hz) / plate.cutoff_hz)
+    return 1.0 / math.hypot(1.0, (at_hz - plate.frequency_hz) / plate.cutoff_hz)
 
 
-def carrier_misses(system: System) -> bool:
-    """Tell whether the board's carrier leaves the plate less than `LEAST_LEFT` of its amplitude."""
-    return isinstance(system.plate, ResonantPlate) and amplitude_left(system.plate) < LEAST_LEFT
+def carrier_said(system: System) -> str:
+    """Return the carrier of a system's image in words, and what the plate gives there; empty without a resonance."""
+    plate = system.plate
+    if not isinstance(plate, ResonantPlate):
+        return ""
+    ticks, at_hz = period_ticks(system), carrier_hz(system)
+    left = amplitude_left(plate, at_hz)
+    return f"{at_hz:.0f} Hz, {BUS_HZ / 1e6:g} MHz / {ticks}, where the plate gives {100 * left:.3g} % of its amplitude"
 
 
 def misfits(system: System) -> list[str]:
@@ -59,10 +69,19 @@ def misfits(system: System) -> list[str]:
             f"controller.rate_hz = {system.controller.rate_hz:g} Hz: simulations run at it, the firmware at "
             f"{rate_hz:g} Hz; for a device design at that rate"
         )
-    if isinstance(plate, ResonantPlate) and (left := amplitude_left(plate)) < LEAST_LEFT:
-        said.append(
-            f"plate.frequency_hz = {plate.frequency_hz:g} Hz: the board's carrier is at {carrier_hz():.0f} Hz, in an "
-            f"image that is built here (PERIOD = {period_ticks()}); there this plate gives {100 * left:.2g} % of its "
-            f"amplitude; PERIOD = {BUS_HZ / plate.frequency_hz:.0f} in firmware/{SOURCE} fits it"
-        )
+    if isinstance(plate, ResonantPlate):
+        said += _off_the_carrier(system, plate)
     return said
+
+
+def _off_the_carrier(system: System, plate: ResonantPlate) -> list[str]:
+    try:
+        left = amplitude_left(plate, carrier_hz(system))
+    except FrictionloopError as error:
+        return [str(error)]
+    if left >= LEAST_LEFT:
+        return []
+    return [
+        f"plate.frequency_hz = {plate.frequency_hz:g} Hz: the nearest carrier is {carrier_said(system)}; "
+        "simulate with plate.max_amplitude_um times that share"
+    ]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from frictionloop.firmware.board_fit import USUAL_TICKS
 from frictionloop.firmware.built_in import law_bits
 from frictionloop.firmware.compiler import run, zig
 from frictionloop.firmware.image_checks import check, memory_map, sizes
@@ -63,6 +64,7 @@ def build(
     folder: Path,
     *,
     laws: Sequence[str] | None = None,
+    carrier_ticks: int = USUAL_TICKS,
     optimise: str | None = None,
 ) -> Image:
     """Build the image of a board and check it.
@@ -77,6 +79,8 @@ def build(
         Where ``<board>.elf``, ``.hex`` and ``.map`` are written; made if it is missing.
     laws
         Kinds of the control laws to build in, the table's among them; all by default.
+    carrier_ticks
+        Period of the carrier, `board_fit.period_ticks` of the system; other boards than teensy31 have none.
     optimise
         Level of optimisation for all files: 0, 1, 2, 3 or s; the budget of memory is then not held against the image.
         By default 2 for what the tick runs, and s for `BACKGROUND`.
@@ -91,7 +95,7 @@ def build(
         raise FrictionloopError(f"board = {board!r}: accepted are {', '.join(BOARDS)}")
     needed("ziglang", "ziglang", "image")
     table = _checked(parameters)
-    define = f"-DFL_LAWS_BUILT_IN={law_bits(laws, table)}u"
+    define = (f"-DFL_LAWS_BUILT_IN={law_bits(laws, table)}u", f"-DFL_CARRIER_TICKS={carrier_ticks}")
     folder.mkdir(parents=True, exist_ok=True)
     built = folder / "built.c"
     built.write_text(_built(table), encoding="ascii")
@@ -120,7 +124,7 @@ def _home(board: str) -> Path:
     return firmware_folder() / "boards" / board.removesuffix("-scenario")
 
 
-def _compile_and_link(board: str, built: Path, elf: Path, define: str, optimise: str | None) -> None:
+def _compile_and_link(board: str, built: Path, elf: Path, define: Sequence[str], optimise: str | None) -> None:
     command = (*zig(), *_ZIG)
     boards, core, home = firmware_folder() / "boards", firmware_folder() / "core", _home(board)
     include = [f"-I{path}" for path in (boards / "freestanding", core, boards, home)]
@@ -130,7 +134,7 @@ def _compile_and_link(board: str, built: Path, elf: Path, define: str, optimise:
         levels.setdefault(optimise or ("s" if source.name in BACKGROUND else "2"), []).append(source)
     with TemporaryDirectory() as objects:
         for level, sources in levels.items():
-            run([*command, *_COMMON, define, *include, f"-O{level}", "-c", *map(str, sources)], fails, Path(objects))
+            run([*command, *_COMMON, *define, *include, f"-O{level}", "-c", *map(str, sources)], fails, Path(objects))
         made = [str(path) for path in sorted(Path(objects).glob("*.o"))]
         script = f"-Wl,-T,{home / 'link.ld'},--gc-sections"
         run([*command, "-g", "-O2", script, *made, "-o", str(elf)], fails, Path(objects))
