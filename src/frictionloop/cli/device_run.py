@@ -118,7 +118,7 @@ def command(
         screen.show_json({**found, "ringing": ringing.as_json(rings), "saved": {"run": out, "plot": plot}})
         return
     rows = [("device", address), ("system", origin), *worded(found)]
-    if carrier := carrier_said(system):
+    if address != "sim:" and (carrier := carrier_said(system)):
         rows.append(("carrier", f"{carrier}, if the board's image was built from this system"))
     screen.show(
         screen.columns(rows),
