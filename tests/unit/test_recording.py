@@ -281,7 +281,7 @@ def test_an_attribute_of_hdf5_says_the_unit(tmp_path):
     [
         (
             [0, 1, 2, 4, 5],
-            "rows missing in the times: 1 before line 5; accepted: even steps (most are 1 s), --disturbance.resample",
+            "rows missing in the times: 1 before line 5; accepted: even steps (most are 1 s if 't' is in s), --dist",
         ),
         ([0, 1, 2, 3.002, 4.002], "steps up to 0.2 % off, most before line 5; accepted"),
         ([0, 1, 1, 2, 3], "times no later than the row before: line 4: t is '1'; accepted"),

@@ -48,6 +48,21 @@ def test_times_that_are_hardly_in_seconds_are_asked_about(tmp_path, name, step, 
     assert sampling_of(name, read_contents(recording.path)).rate_hz is None
 
 
+@pytest.mark.parametrize("uneven", [0.0, 0.3])
+def test_a_rate_beside_times_without_a_unit_is_held_against_them(tmp_path, uneven):
+    """Slow times without a unit that are even, or not, are not overruled without a word."""
+    at = 0.014 * (np.arange(50) + uneven * np.sin(np.arange(50)))
+    (tmp_path / "a.csv").write_text("Time,ft\n" + "".join(f"{t:.9g},{0.1 * t:.4g}\n" for t in at))
+    path, ft = str(tmp_path / "a.csv"), {"column": "ft"}
+    with pytest.raises(
+        FrictionloopError, match=r"rate_hz = 100 contradicts 'Time', which has no unit and rises by 0\.01"
+    ):
+        told(Recording(path=path, rate_hz=100.0, **ft))
+    taken = told(Recording(path=path, rate_hz=71400.0, **ft))  # in ms
+    assert "'Time' has no unit and rises by 0.01" in taken and "start_s and stop_s count from the first sample" in taken
+    assert "has no unit" not in told(Recording(path=path, rate_hz=71.4, **ft))
+
+
 def test_times_with_a_unit_are_believed_at_any_rate(tmp_path):
     assert found(saved(tmp_path / "a.h5", 0.04, "s")).rate_hz == 25.0
     assert found(saved(tmp_path / "b.h5", 0.04, "ms")).rate_hz == 25000.0

@@ -98,6 +98,7 @@ def command(
 
     from frictionloop.cli import recorded_units
 
+    system = _without_recorded_set_point(system)
     recorded_units.ask(system, ("disturbance",))
     screen.tell_notes()  # before the comparison, which takes minutes
     felt = compare_effects.wanted(system, effects)
@@ -143,6 +144,16 @@ def command(
         took = screen.seconds(time.perf_counter() - start_s)
         said = f"{origin}, {fingers} fingers of seed {at}, runs of {duration_s:g} s, in {took}"
         screen.show(screen.columns([("bench", said)]), "", *summary(ran, scored, rows, margins), *screen.saved(saved))
+
+
+def _without_recorded_set_point(system: System) -> System:
+    """Return a system whose set-point has levels, which designs and margins need, and say that it is not used."""
+    from frictionloop.analysis.levels import RECORDED, at_levels
+
+    if system.setpoint.kind not in RECORDED:
+        return system
+    screen.note(f"setpoint: laws are compared on the protocol's own forces, not on the recording{FORCES}")
+    return system.evolve({"setpoint": at_levels(system).setpoint})
 
 
 def _say_how_long(laws: Sequence[str], run_s: float, jobs: int | None) -> None:

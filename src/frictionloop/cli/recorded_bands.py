@@ -83,6 +83,9 @@ def lines(run: xr.Dataset, mask: np.ndarray) -> list[str]:
     if (missed := float(out_of_reach(run, mask).mean())) > MOST:
         said = beyond(run, mask, missed)
         return [*textwrap.wrap(entered(run, mask), WIDTH), *textwrap.wrap(said, WIDTH)]
+    if system.controller.kind == "lookup":
+        said = "The loop is open: of the disturbance all is left, at every frequency."
+        return [*textwrap.wrap(entered(run, mask), WIDTH), said]
     split_hz = amplified_from_hz(run, mask)
     parts = None if split_hz is None else left_by_band(run, mask, split_hz)
     if parts is None or split_hz is None:

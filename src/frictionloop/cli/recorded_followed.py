@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from frictionloop.cli.recorded import WIDTH
 from frictionloop.cli.recorded_bands import LEAST, searched, split
 from frictionloop.cli.recorded_units import asked
 from frictionloop.loop.record import system_of
+from frictionloop.parameters.still import stirring
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,20 +32,32 @@ def followed_to_hz(run: xr.Dataset, mask: np.ndarray) -> float | None:
     return float(grid[off[0]]) if off.size and off[0] else None
 
 
-def error_by_band(run: xr.Dataset, mask: np.ndarray, split_hz: float) -> tuple[float, float]:
-    """Return what f_a - f_r varies by (rms) below and above a frequency, as shares of what f_r varies by there.
+class Part(NamedTuple):
+    """Part of a set-point below or above a frequency."""
 
-    NaN of a part that is hardly there. Both are split as by `left_by_band`, the error with a straight line where it is
-    not scored, as in reversals. An error that stays is none of a frequency, and does not count.
+    asked_n: float
+    """What f_r varies by there, rms."""
+    error_n: float
+    """What f_a - f_r varies by there, rms."""
+
+    @property
+    def share(self) -> float:
+        """Error over what is asked."""
+        return self.error_n / self.asked_n
+
+
+def error_by_band(run: xr.Dataset, mask: np.ndarray, split_hz: float) -> tuple[Part, Part]:
+    """Return what f_r and f_a - f_r vary by (rms) below and above a frequency.
+
+    Both are split as by `left_by_band`, the error with a straight line where it is not scored, as in reversals. An
+    error that stays is none of a frequency, and does not count.
     """
     time = run["time"].values
     error = np.interp(time, time[mask], (run["f_a"] - run["f_r"]).values[mask])
     wanted, missed = (
         [float(np.std(part[mask])) for part in split(values, run, split_hz)] for values in (run["f_r"].values, error)
     )
-    least = LEAST * math.hypot(*wanted)
-    below, above = (part / of if of > least else math.nan for part, of in zip(missed, wanted, strict=True))
-    return below, above
+    return Part(wanted[0], missed[0]), Part(wanted[1], missed[1])
 
 
 def lines(run: xr.Dataset, mask: np.ndarray) -> list[str]:
@@ -56,7 +69,11 @@ def lines(run: xr.Dataset, mask: np.ndarray) -> list[str]:
     if to_hz is None:
         return []
     below, above = error_by_band(run, mask, to_hz)
-    said = f"The loop follows the recorded set-point up to {to_hz:.3g} Hz (linear, within 3 dB at its mean). "
-    parts = [f"{part:.0%} {name}" for name, part in (("below", below), ("above", above)) if not math.isnan(part)]
-    said += f"Of what it varies by, the error is {' and '.join(parts)} (rms)." if parts else ""
-    return textwrap.wrap(said.strip(), WIDTH)
+    said = f"The force follows the recorded set-point up to {to_hz:.3g} Hz (linear, within 3 dB at its mean). "
+    least_n = LEAST * math.hypot(below.asked_n, above.asked_n)
+    if below.asked_n > least_n:
+        said += f"Below that the error varies by {below.share:.0%} of what is asked (rms). "
+    own = ", the finger's own tremor, drift and roughness included" if stirring(system) else ""
+    wanted = f"{1e3 * above.asked_n:.3g} mN rms are" if above.asked_n > least_n else "next to nothing is"
+    said += f"Above it {wanted} asked, and the error varies by {1e3 * above.error_n:.3g} mN{own}."
+    return textwrap.wrap(said, WIDTH)

@@ -60,8 +60,10 @@ def metric_rows(found: dict[str, float]) -> list[Row]:
     ]
     rows = [row for row in rows if row[1] != "-"]
     if not math.isnan(relative):
-        side = "below 1: smoother" if relative < 1 else "above 1: rougher"
-        said = f"{side} to touch, above all its fast part, than this stroke at a steady amplitude"
+        side, than = ("below 1: smoother" if relative < 1 else "above 1: rougher"), "than"
+        if f"{relative:.3g}" == "1":
+            side, than = "about 1: as rough", "as"
+        said = f"{side} to touch, above all its fast part, {than} this stroke at a steady amplitude"
         if found["saturation_index"] > CLAMPED_MOST:
             said = "to touch, of this stroke at a steady amplitude; says little where most commands are clamped"
         rows.append(("relative_index", f"{relative:.3g}", said))
@@ -90,7 +92,13 @@ def scored_rows(mask: np.ndarray) -> list[Row]:
         return []
     if not mask.any():
         return [("scored", "0 %", "all periods are at a reversal, lifted, or before --score-from-s")]
-    return [("scored", f"{100 * mask.mean():.3g} %", "of the periods; not those at reversals, or lifted")]
+    return [
+        (
+            "scored",
+            f"{100 * mask.mean():.3g} %",
+            "of the periods; not those at reversals, lifted, or before --score-from-s",
+        )
+    ]
 
 
 def step_rows(times: Sequence[StepTime], steps: int) -> list[Row]:

@@ -91,13 +91,24 @@ def unevenness(column: Column, rate_hz: float) -> str:
     steps = np.diff(in_s)
     if not np.isfinite(steps).any():
         return f"times are not read: {times.place(0)}"
-    if not are_seconds(times, float(np.nanmedian(steps)), rate_hz):
-        return ""
+    usual = float(np.nanmedian(steps))
+    if not are_seconds(times, usual, rate_hz):
+        return (
+            f"{times.name!r} has no unit and rises by {usual:g}: rows are taken {1 / rate_hz:g} s apart, start_s and "
+            "stop_s count from the first sample"
+        )
     uneven = uneven_in(in_s, 1 / rate_hz, _NEAR)
     if uneven is None:
         return ""
     off_s = np.nanmax(np.abs(in_s - in_s[0] - np.arange(in_s.size) / rate_hz))
     return f"{uneven.said(times.place)}; rows are taken {1 / rate_hz:g} s apart, at most {off_s:.3g} s off"
+
+
+def _in_seconds_after_all(step: float, rate_hz: float) -> bool:
+    """Tell whether times without a unit may be in s of a slow recording, and at a rate are neither that nor counts."""
+    whole = step == round(step)
+    as_given = any(abs(unit_s * rate_hz * step - 1) <= _NEAR for unit_s in (1.0, 1e-3))
+    return not whole and not as_given and 1.0 < 1 / step < SLOWEST_HZ
 
 
 def no_rate(column: Column) -> str:
@@ -120,6 +131,11 @@ def _rate_of(path: str, times: Column, given_hz: float | None) -> float | None:
         return None
     usual = float(np.nanmedian(steps))
     counts = usual != 0 and not are_seconds(times, abs(usual))
+    if counts and given_hz is not None and _in_seconds_after_all(usual, given_hz):
+        raise FrictionloopError(
+            f"{path}: rate_hz = {given_hz:g} contradicts {times.name!r}, which has no unit and rises by {usual:g}: in "
+            f"s that is {1 / usual:.4g} Hz, in ms {1e3 / usual:.4g} Hz; accepted: near one of them, or resample_hz"
+        )
     uneven = uneven_in(in_s, abs(usual) or 1.0, EVEN)
     if uneven is None:
         return None if counts else float(f"{(in_s.size - 1) / (in_s[-1] - in_s[0]):.9g}")

@@ -82,8 +82,9 @@ def _by_times(recording: Recording, times: Column, in_s: Array, usual_s: float) 
     uneven = uneven_in(at_s, abs(usual_s) or 1.0, EVEN)
     if uneven is not None or at_s.size < 2:
         said = uneven.said(place) if uneven else "one row is no recording"
+        as_s = f" if {times.name!r} is in s" * (times.unit is None)
         raise FrictionloopError(
-            f"{path}: {said}; accepted: even steps (most are {usual_s:g} s), {offer(at_s)}or rate_hz given, with "
+            f"{path}: {said}; accepted: even steps (most are {usual_s:g} s{as_s}), {offer(at_s)}or rate_hz given, with "
             f"which rows are taken one after the other{cut}"
         )
     rate_hz = float(f"{(at_s.size - 1) / (at_s[-1] - at_s[0]):.9g}")

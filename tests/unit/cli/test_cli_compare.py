@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import csv
+from pathlib import Path
 
+import numpy as np
 import pytest
 
 import frictionloop as fl
@@ -52,6 +54,20 @@ def test_json_and_csv_hold_the_numbers_of_python(frictionloop, ran):
         row["median"] for row in rows if row["score"] == "residual_rms_n" and row["population"] == "all"
     )
     assert {row["score"] for row in table} >= {"sensitivity_peak", "delay_margin_s", "relative_index"}
+
+
+def test_a_recorded_set_point_gives_way_to_the_protocols_and_that_is_said(frictionloop, tmp_path, ran):
+    time_s = np.arange(200) / 100
+    np.savetxt(
+        "wanted.csv", np.c_[time_s, 0.6 + 0.1 * np.sin(9 * time_s)], delimiter=",", header="time_s,force_n", comments=""
+    )
+    Path("r.toml").write_text(
+        'schema = 1\npreset = "bench"\n[setpoint]\nkind = "recording"\npath = "wanted.csv"\ncolumn = "force_n"\n'
+    )
+    answer = frictionloop(WORDS[0], "r.toml", *WORDS[1:], "--json")
+    assert "laws are compared on the protocol's own forces, not on the recording;" in " ".join(answer.noted)
+    medians = [row["median"] for row in rooms.score_rows(rooms.scores(ran)) if row["score"] == "residual_rms_n"]
+    assert [row["median"] for row in answer.json()["scores"] if row["score"] == "residual_rms_n"] == medians
 
 
 @pytest.mark.slow

@@ -51,10 +51,17 @@ def test_the_parts_are_told_and_add_up_by_their_squares():
     assert (f"Below {split_hz:.3g} Hz {low:.0%} of the recorded variation is left, above {high:.0%}") in said
 
 
-@pytest.mark.parametrize("changes", [{"controller.kind": "lookup"}, {"disturbance": fl.Sine(amplitude_n=0.1)}])
-def test_nothing_is_told_without_feedback_or_without_a_recording(changes):
-    run = run_of(20.0, **changes)
+def test_nothing_is_told_without_a_recording():
+    run = run_of(20.0, disturbance=fl.Sine(amplitude_n=0.1))
     assert lines(run, np.ones(run.sizes["time"], bool)) == []
+
+
+def test_without_feedback_all_is_left_and_what_entered_is_told():
+    run = run_of(20.0, **{"controller.kind": "lookup"})
+    said = " ".join(lines(run, np.ones(run.sizes["time"], bool)))
+    assert f"the disturbance varies by {1e3 * run.d.values.std():.3g} mN rms" in said
+    assert said.endswith("of the disturbance all is left, at every frequency.")
+    assert fl.metrics(run)["disturbance_left"] == pytest.approx(1.0, abs=1e-9)
 
 
 def test_a_recording_without_a_fast_part_says_so():
