@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 from pathlib import Path
 
 import numpy as np
@@ -67,7 +68,7 @@ def test_a_recorded_set_point_gives_way_to_the_protocols_and_that_is_said(fricti
     answer = frictionloop(WORDS[0], "r.toml", *WORDS[1:], "--json")
     assert "laws are compared on the protocol's own forces, not on the recording;" in " ".join(answer.noted)
     medians = [row["median"] for row in rooms.score_rows(rooms.scores(ran)) if row["score"] == "residual_rms_n"]
-    assert [row["median"] for row in answer.json()["scores"] if row["score"] == "residual_rms_n"] == medians
+    assert [row["median"] for row in json.loads(answer.out)["scores"] if row["score"] == "residual_rms_n"] == medians
 
 
 @pytest.mark.slow
