@@ -67,8 +67,9 @@ def test_a_recorded_set_point_gives_way_to_the_protocols_and_that_is_said(fricti
     )
     answer = frictionloop(WORDS[0], "r.toml", *WORDS[1:], "--json")
     assert "laws are compared on the protocol's own forces, not on the recording;" in " ".join(answer.noted)
-    medians = [row["median"] for row in rooms.score_rows(rooms.scores(ran)) if row["score"] == "residual_rms_n"]
-    assert [row["median"] for row in json.loads(answer.out)["scores"] if row["score"] == "residual_rms_n"] == medians
+    rows = zip(json.loads(answer.out)["scores"], rooms.score_rows(rooms.scores(ran)), strict=True)
+    pairs = [(got["median"], wanted["median"]) for got, wanted in rows if np.isfinite(wanted["median"])]
+    assert len(pairs) > 20 and all(got == wanted for got, wanted in pairs)
 
 
 @pytest.mark.slow
