@@ -147,12 +147,14 @@ def command(
 
 
 def _without_recorded_set_point(system: System) -> System:
-    """Return a system whose set-point has levels, which designs and margins need, and say that it is not used."""
+    """Return a system whose set-point has levels, which designs and margins need, and say that no law follows it."""
     from frictionloop.analysis.levels import RECORDED, at_levels
 
     if system.setpoint.kind not in RECORDED:
         return system
-    screen.note(f"setpoint: laws are compared on the protocol's own forces, not on the recording{FORCES}")
+    screen.note(
+        f"setpoint: laws are tuned for the range of the recording and compared on the protocol's own forces{FORCES}"
+    )
     return system.evolve({"setpoint": at_levels(system).setpoint})
 
 
