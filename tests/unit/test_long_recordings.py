@@ -18,6 +18,7 @@ from frictionloop.identification.parts.part import Sensor
 from frictionloop.identification.project import Take
 from frictionloop.recordings import stored
 from frictionloop.recordings.whole import read_contents
+from frictionloop.report.recording_figure import left_out
 
 RATE = 8000.0
 BY_THE_BLOCK = ("time.csv", "european.csv", "file.h5", "seven.mat", "file.wav", "file.tdms")
@@ -155,3 +156,16 @@ def test_a_first_look_at_a_short_file_sees_every_sample(tmp_path, samples):
         (axes,) = fl.plot(look).axes
         assert look.rate_hz == 1e3 and axes.get_xlabel() == "time (s)"
         assert axes.get_xlim()[1] < samples / 1e3
+
+
+def test_a_first_look_leaves_out_what_never_changes_and_says_so(tmp_path):
+    at = np.cumsum(1 + 0.5 * (np.arange(200) % 2)) / 50  # uneven
+    columns = [at, *(np.sin((k + 1) * at) for k in range(13)), 0 * at]
+    names = ["Time", *(f"c{k}" for k in range(13)), "still"]
+    np.savetxt(tmp_path / "a.csv", np.transpose(columns), delimiter=",", header=",".join(names), comments="")
+    look = first_look(tmp_path / "a.csv")
+    assert left_out(look) == "not drawn: still (always the same), c12 (behind the first 12)"
+    axes = fl.plot(look).axes
+    assert len(axes) == 12 and axes[-1].get_xlabel() == "Time"
+    assert at[0] <= axes[-1].get_xlim()[0] < axes[-1].get_xlim()[1] <= at[-1]
+    assert first_look(tmp_path / "a.csv", 50.0).rate_hz is None

@@ -49,7 +49,7 @@ def channels(
     from frictionloop.quantities import replacing
 
     if plot is not None:
-        _draw(file, plot)
+        _draw(file, plot, rate_hz)
     found = preview(file, rate_hz)
     if save_map is not None:
         with replacing(save_map) as beside:
@@ -78,12 +78,15 @@ def channels(
     screen.show(*found.notes, *screen.saved({"the channel map": save_map, "the channels": plot}))
 
 
-def _draw(file: Path, plot: Path) -> None:
+def _draw(file: Path, plot: Path, rate_hz: float | None) -> None:
     from frictionloop.identification.first_look import first_look
     from frictionloop.report.plot import plot as draw
+    from frictionloop.report.recording_figure import left_out
 
-    draw(first_look(file), plot)
-    screen.say(f"a first look is drawn in {plot}; the whole file is looked through now")
+    look = first_look(file, rate_hz)
+    draw(look, plot)
+    out = left_out(look)
+    screen.say(f"a first look is drawn in {plot}{f', {out}' * bool(out)}; the whole file is looked through now")
 
 
 def _rows(found: Preview) -> list[tuple[str, ...]]:

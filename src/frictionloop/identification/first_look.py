@@ -44,11 +44,13 @@ class FirstLook(NamedTuple):
     said: str
     """How much of the file was looked at."""
     rate_hz: float | None
-    """What the file tells, None where it tells none."""
+    """Of the samples, None where nothing tells it."""
+    clock: tuple[str, NDArray[np.float64]] | None = None
+    """Name and values of a column of times that rise in uneven steps."""
 
 
-def first_look(path: str | os.PathLike[str]) -> FirstLook:
-    """Return the range of each channel in windows all along a file.
+def first_look(path: str | os.PathLike[str], rate_hz: float | None = None) -> FirstLook:
+    """Return the range of each channel in windows all along a file; a rate in Hz where the file tells none or two.
 
     Raises
     ------
@@ -58,19 +60,30 @@ def first_look(path: str | os.PathLike[str]) -> FirstLook:
     file = Path(path)
     if file.is_file() and READERS.get(file.suffix.lower()) is read_table and file.stat().st_size > LARGE_BYTES:
         said = f"{WINDOWS} windows of {ROWS} rows or so, all along the file"
-        traces, rate_hz = _sparse(file)
-        return FirstLook(str(path), tuple(traces), said, rate_hz)
+        traces, told_hz = _sparse(file)
+        return FirstLook(str(path), tuple(traces), said, rate_hz or told_hz)
     contents = read_contents(file)
     signals = contents.signals() or contents.channels
     sizes = dict.fromkeys(line.samples.size for line in signals)
     found = [each for size in sizes for each in _traces([line for line in signals if line.samples.size == size])]
     looked = f"of {ROWS} samples, all along the file" if max(sizes) > WINDOWS * ROWS else "that hold all samples"
-    return FirstLook(str(path), tuple(found), f"{WINDOWS} windows {looked}", _rate_of(path, contents))
+    seen = f"{WINDOWS} windows {looked}"
+    at_hz = _rate_of(path, contents, rate_hz)
+    return FirstLook(str(path), tuple(found), seen, at_hz, _rising(contents) if at_hz is None else None)
 
 
-def _rate_of(path: str | os.PathLike[str], contents: Contents) -> float | None:
+def _rising(contents: Contents) -> tuple[str, NDArray[np.float64]] | None:
+    """Return the column of times of a file, if they rise; None else."""
+    times = contents.clock()
+    values = np.zeros(0) if times is None else np.asarray(times.samples[:], dtype=float)
+    if times is None or values.size < 2 or not np.all(np.diff(values) > 0):
+        return None
+    return f"{times.name} ({times.unit})" if times.unit else times.name, values
+
+
+def _rate_of(path: str | os.PathLike[str], contents: Contents, rate_hz: float | None = None) -> float | None:
     """Return the rate that a file tells by even times or a number; None else, for then rows are no seconds."""
-    sampling = sampling_of(str(path), contents)
+    sampling = sampling_of(str(path), contents, rate_hz)
     return sampling.rate_hz if sampling.even and not sampling.gaps else None
 
 
