@@ -60,6 +60,7 @@ _HOME = {
     "loop.sweep": "SweepInterrupted sweep",
     "loop.felt": "perceptual_index plain_like plain_stroke relative_index",
     "loop.step_times": "step_times",
+    "loop.bands": "disturbance_left_by_band",
     "device.device": "Device connect",
     "device.errors": "DeviceError",
     "device.running": "Interrupted",

@@ -11,6 +11,7 @@ import numpy as np
 from frictionloop.analysis.levels import RECORDED, at_levels
 from frictionloop.cli.recorded import WIDTH
 from frictionloop.cli.recorded_units import asked
+from frictionloop.loop.bands import disturbance_left_by_band
 from frictionloop.loop.metrics import out_of_reach, reach_of
 from frictionloop.loop.record import system_of
 from frictionloop.parameters.still import stirring
@@ -18,9 +19,6 @@ from frictionloop.quantities import FrictionloopError
 
 if TYPE_CHECKING:
     import xarray as xr
-
-LEAST = 0.01
-"""Share of a disturbance (rms) below which a part of it is hardly there (chosen)."""
 
 MOST = 0.5
 """Share of the time out of reach from which on no frequency tells what is left."""
@@ -55,26 +53,6 @@ def amplified_from_hz(run: xr.Dataset, mask: np.ndarray) -> float | None:
     return float(grid[over[0] + 1]) if over.size else None
 
 
-def left_by_band(run: xr.Dataset, mask: np.ndarray, split_hz: float) -> tuple[float, float] | None:
-    """Return what `disturbance_left` is of the parts below and above a frequency, NaN of a part that is hardly there.
-
-    Both signals are split by a discrete Fourier transform over the whole run, without the line from the first to the
-    last value, and scored as all else. None where that is not known.
-    """
-    from frictionloop.loop.open_loop import steady_of
-
-    calm = steady_of(run, mask)
-    if calm is None:
-        return None
-    left, given = (split((run[name] - calm[name]).values, run, split_hz) for name in ("f_a", "d"))
-    whole_n = _rms(given[0][mask] + given[1][mask])
-    below, above = (
-        _rms(part[mask]) / _rms(of[mask]) if _rms(of[mask]) > LEAST * whole_n else math.nan
-        for part, of in zip(left, given, strict=True)
-    )
-    return below, above
-
-
 def lines(run: xr.Dataset, mask: np.ndarray) -> list[str]:
     """Return a sentence on both parts; nothing without a recording read as meant, or where they are not known."""
     system = system_of(run)
@@ -87,8 +65,10 @@ def lines(run: xr.Dataset, mask: np.ndarray) -> list[str]:
         said = "The loop is open: of the disturbance all is left, at every frequency."
         return [*textwrap.wrap(entered(run, mask), WIDTH), said]
     split_hz = amplified_from_hz(run, mask)
-    parts = None if split_hz is None else left_by_band(run, mask, split_hz)
-    if parts is None or split_hz is None:
+    if split_hz is None:
+        return []
+    parts = disturbance_left_by_band(run, [0.0, split_hz, math.inf], mask).values
+    if np.isnan(parts).all():
         return []
     larger = "feedback makes a variation larger."
     if math.isnan(parts[0]):
@@ -120,17 +100,3 @@ def entered(run: xr.Dataset, mask: np.ndarray) -> str:
     )
     own = ", the finger's own included" if stirring(system_of(run)) else ""
     return f"Where scored, the disturbance varies by {d}, the force f_a by {force}{own}."
-
-
-def split(values: np.ndarray, run: xr.Dataset, split_hz: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the parts of a signal below and above a frequency."""
-    time = run["time"].values
-    line = np.linspace(values[0], values[-1], values.size)
-    spectrum = np.fft.rfft(values - line)
-    spectrum[np.fft.rfftfreq(values.size, time[1] - time[0]) > split_hz] = 0.0
-    low = np.fft.irfft(spectrum, values.size) + line
-    return low, values - low
-
-
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))

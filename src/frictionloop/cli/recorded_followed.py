@@ -10,8 +10,9 @@ import numpy as np
 
 from frictionloop.analysis.levels import RECORDED
 from frictionloop.cli.recorded import WIDTH
-from frictionloop.cli.recorded_bands import LEAST, searched, split
+from frictionloop.cli.recorded_bands import searched
 from frictionloop.cli.recorded_units import asked
+from frictionloop.loop.bands import LEAST, in_band
 from frictionloop.loop.record import system_of
 from frictionloop.parameters.still import stirring
 
@@ -49,15 +50,16 @@ class Part(NamedTuple):
 def error_by_band(run: xr.Dataset, mask: np.ndarray, split_hz: float) -> tuple[Part, Part]:
     """Return what f_r and f_a - f_r vary by (rms) below and above a frequency.
 
-    Both are split as by `left_by_band`, the error with a straight line where it is not scored, as in reversals. An
+    Both are split as by `in_band`, the error with a straight line where it is not scored, as in reversals. An
     error that stays is none of a frequency, and does not count.
     """
     time = run["time"].values
     error = np.interp(time, time[mask], (run["f_a"] - run["f_r"]).values[mask])
-    wanted, missed = (
-        [float(np.std(part[mask])) for part in split(values, run, split_hz)] for values in (run["f_r"].values, error)
+    below, above = (
+        [float(np.std(in_band(values, time, *band)[mask])) for values in (run["f_r"].values, error)]
+        for band in ((0.0, split_hz), (split_hz, math.inf))
     )
-    return Part(wanted[0], missed[0]), Part(wanted[1], missed[1])
+    return Part(*below), Part(*above)
 
 
 def lines(run: xr.Dataset, mask: np.ndarray) -> list[str]:

@@ -11,7 +11,7 @@ import pytest
 import frictionloop as fl
 from frictionloop.analysis import operating_band
 from frictionloop.analysis.levels import at_levels
-from frictionloop.cli.recorded_bands import amplified_from_hz, left_by_band, lines
+from frictionloop.cli.recorded_bands import amplified_from_hz, lines
 from frictionloop.cli.scores import metric_rows
 from frictionloop.parameters.still import STILL
 
@@ -25,6 +25,10 @@ def run_of(*tones_hz, **changes):
     return fl.simulate(fl.feasible().evolve(signals | changes), 1.0)
 
 
+def by_band(run, mask, split_hz):
+    return tuple(fl.disturbance_left_by_band(run, [0.0, split_hz, np.inf], mask).values)
+
+
 @pytest.mark.parametrize(("kp", "ki"), [(10.0, 2.0), (3.0, 50.0)])
 def test_the_parts_are_those_of_the_linear_loop(kp, ki):
     low_hz, high_hz = 20.0, 1000.0
@@ -36,7 +40,7 @@ def test_the_parts_are_those_of_the_linear_loop(kp, ki):
     loop = operating_band(fl.feasible().evolve({**steady, "controller.kp": kp, "controller.ki": ki}))[0]
     response = loop.frequency_response([low_hz, 0.98 * split_hz, 1.02 * split_hz, high_hz])
     size = np.abs(response["f_a_from_d"].values)[[0, -1]]
-    assert left_by_band(run, settled, split_hz) == pytest.approx(tuple(size), rel=0.05)
+    assert by_band(run, settled, split_hz) == pytest.approx(tuple(size), rel=0.05)
     below, above = np.abs(response["S"].values)[[1, 2]]
     assert below < 1.0 < above
 
@@ -45,7 +49,7 @@ def test_the_parts_are_told_and_add_up_by_their_squares():
     run = run_of(20.0, 1000.0)
     everything = np.ones(run.sizes["time"], bool)
     split_hz = amplified_from_hz(run, everything)
-    low, high = left_by_band(run, everything, split_hz)
+    low, high = by_band(run, everything, split_hz)
     assert low**2 + high**2 == pytest.approx(2 * fl.metrics(run)["disturbance_left"] ** 2, rel=1e-2)
     said = " ".join(lines(run, everything))
     assert (f"Below {split_hz:.3g} Hz {low:.0%} of the recorded variation is left, above {high:.0%}") in said
