@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from frictionloop.loop.metrics import kept
 from frictionloop.loop.open_loop import steady_of
 from frictionloop.quantities import FrictionloopError
 
@@ -56,8 +57,8 @@ def disturbance_left_by_band(run: xr.Dataset, edges_hz: Sequence[float], mask: A
     edges = np.asarray(edges_hz, dtype=float)
     if edges.ndim != 1 or edges.size < 2 or edges[0] < 0 or not np.all(np.diff(edges) > 0):
         raise FrictionloopError(f"edges_hz = {edges_hz!r}: must rise from 0 or above, as [0, 4, 20, 100]")
-    keep = run["scored"].values if mask is None else np.asarray(mask)
-    calm = steady_of(run, keep)
+    keep = kept(run, mask)
+    calm = steady_of(run, mask)
     share = np.full(edges.size - 1, np.nan)
     if calm is not None:
         time_s, d = run["time"].values, run["d"].values

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from frictionloop.loop.metrics import of_a_run
+from frictionloop.loop.metrics import kept, of_a_run
 from frictionloop.loop.record import system_of
 from frictionloop.loop.simulate import traced
 from frictionloop.parameters import Constant
@@ -50,7 +50,7 @@ def disturbance_left(run: xr.Dataset, mask: Any = None) -> float:
     """
     if "d" not in run:
         return math.nan
-    keep = slice(None) if mask is None else mask
+    keep = kept(run, mask)
     calm = steady_of(run, mask)
     varies_n = float(np.std(run["d"].values[keep]))
     return math.nan if calm is None else _rms((run["f_a"].values - calm["f_a"].values)[keep]) / varies_n
@@ -66,7 +66,7 @@ def steady_of(run: xr.Dataset, mask: Any = None) -> xr.Dataset | None:
     FrictionloopError
         For a run without its System.
     """
-    scored = run["d"].values[slice(None) if mask is None else mask]
+    scored = run["d"].values[kept(run, mask)]
     steady = {"disturbance": Constant(offset_n=float(scored.mean()))}
     return _again(run, steady) if float(np.std(scored)) > LEAST_N else None
 
