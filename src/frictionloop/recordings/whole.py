@@ -59,4 +59,4 @@ def read_contents(path: str | os.PathLike[str]) -> Contents:
         told = f" ({'; '.join(found.notes)})" if found.notes else ""
         raise FrictionloopError(f"{file}: holds no arrays of numbers{told}; accepted: channels of at least two samples")
     saved = datetime.fromtimestamp(file.stat().st_mtime, UTC).date().isoformat()
-    return replace(found, date=found.date or f"file of {saved}")
+    return replace(found, date=found.date or f"not told, the file is of {saved}")
