@@ -119,6 +119,7 @@ def simulated(law, v, name, parts=1):
     return forces.reshape(-1, parts).mean(axis=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("law", "v", "name"), CASES)
 def test_force_in_every_20_us(law, v, name):
     error = simulated(law, v, name) - (exact := reference(law, v, name))

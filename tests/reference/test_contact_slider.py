@@ -120,6 +120,7 @@ def simulated(v, name, parts=1):
 SUDDEN = [("landing at once", 0.15), ("step up", 0.15)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("v", [0.02, 0.15])
 @pytest.mark.parametrize("name", scenarios(0.02))
 def test_force_in_every_20_us(v, name):

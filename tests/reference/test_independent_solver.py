@@ -209,6 +209,7 @@ def compare(system, duration_s, seed=0):
     return run
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_traces(name):
     system = fl.paper().evolve(LIVELY).evolve(CASES[name])

@@ -127,6 +127,7 @@ def test_beside_the_source_is_kept_what_the_cache_cannot_take(folder):
     assert list((folder / "__pycache__").glob("*.nbc"))
 
 
+@pytest.mark.slow
 def test_a_folder_for_the_cache_that_cannot_be_written_is_named_once(folder):
     (folder / "cache").write_text("in the way")
     says = f"said: NUMBA_CACHE_DIR = {folder / 'cache'}: cannot be written; what is compiled is kept in "

@@ -246,6 +246,7 @@ def test_cells_of_other_code_are_refused(tmp_path, monkeypatch):
         short(path, resume=True, laws=["lookup"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("laws", [["lookup"], ["printed_pi"]], ids=["fewer", "another"])
 def test_a_file_keeps_the_cells_that_are_not_asked_for(laws, tmp_path):
     """Resumed with fewer laws and speeds than it holds, the file is written anew: every cell must come through."""
@@ -319,6 +320,7 @@ def test_entrants_of_ones_own_run_under_their_names():
         np.testing.assert_array_equal(found.cells["rms_error"].sel(law=mine), named.cells["rms_error"].sel(law=theirs))
 
 
+@pytest.mark.slow
 def test_an_oracle_has_no_margins():
     found = rooms.margin_rows(short(count=12, laws=["oracle"]))
     assert found and all(np.isnan(row["sensitivity_peak"]) and row["tick_cycles_m4"] is None for row in found)

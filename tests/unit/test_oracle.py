@@ -165,6 +165,7 @@ def test_it_runs_the_simulation_of_section_2(overrides):
     assert fl.simulate(fl.paper().evolve(overrides), 1.0)["saturated"].values.any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("overrides", [ORACLE, CLAIRVOYANT], ids=["present", "clairvoyant"])
 def test_the_same_bits_alone_and_among_others(overrides):
     system = fl.bench().evolve({**overrides, "controller.jitter_s": 30e-6, "controller.lost_ticks": 0.1})

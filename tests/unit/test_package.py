@@ -109,6 +109,7 @@ def test_a_public_function_says_what_it_takes_and_what_it_raises(name):
     assert listed == [name for name in inspect.signature(function).parameters if name != "self"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["frictionloop", *MODULES])
 def test_examples_in_docstrings_run(name):
     try:

@@ -182,6 +182,7 @@ def test_a_hammer_on_three_modes(tmp_path):
     assert "frequency response: modes at 1" in " ".join(found.parts[0].told)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("magnitude", [False, True])
 @pytest.mark.parametrize("steps", [31, 76])
 def test_noise_that_goes_with_the_response_is_no_mode(steps, magnitude):

@@ -43,6 +43,7 @@ def test_the_kind_is_read_and_written(tmp_path):
     assert type(SYSTEM.friction).__name__ == "RoughContactFriction"
 
 
+@pytest.mark.slow
 def test_the_loop_has_the_law():
     """Of a rigid finger that never grows moist, on a smooth plate at its reference load and speed, the law is all."""
     smooth = {"friction.roughness_rms": 0.0, "friction.occlusion_ratio": 1.0, "friction.moist_loss": 0.0}

@@ -77,6 +77,7 @@ def together(systems, seeds):
     return np.moveaxis(traces, 2, 0)[: len(systems)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_lane_of_a_full_tile_is_the_run_alone(kind):
     systems, seeds = varied(kind, LANES), list(range(LANES))
@@ -119,6 +120,7 @@ STEP_METRICS = ["rise_63_s", "rise_10_90_s", "fall_63_s", "fall_10_90_s"]  # ref
 METRICS = [name for name in fl.METRICS if name not in STEP_METRICS]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_metrics_of_a_sweep_do_not_depend_on_tiles_or_workers(kind):
     systems = varied(kind, 1)

@@ -80,6 +80,7 @@ def replayed(system, setpoints):
     return np.array(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", LAWS)
 def test_closing_is_what_the_law_does_by_itself_from_a_state_that_followed(law):
     """Beyond that there is no jump. Half a second open and the whole ramp, by the law's step alone."""

@@ -94,6 +94,7 @@ def test_a_name_of_another_kind_says_the_kind():
     assert "--sensor.kind suspended" in told
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("given", [0.0, math.nan, math.inf, True, None, [1.0], "x"])
 @pytest.mark.parametrize("word", [guess.words.split()[0] for guess in GUESSES])
 @pytest.mark.parametrize("block", ["sensor", "plate", "controller"])

@@ -111,6 +111,7 @@ def test_what_is_refused():
         amplitude_protocol(fl.bench(), "jump")
 
 
+@pytest.mark.slow
 def test_a_controller_with_the_table_of_another_law():
     """On a rough contact the measured table commands the force that is asked for, and the Gaussian's does not."""
     rough = {"friction.kind": "rough_contact", "friction.occlusion_ratio": 1.0, "friction.moist_loss": 0.0}

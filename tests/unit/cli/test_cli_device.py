@@ -359,6 +359,7 @@ def test_a_run_in_words(frictionloop):
     assert said["f_m - f_r"].endswith("mN rms by the device's own sensor") and said["lost"] == "nothing"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("device_knows_f_a", [True, False])
 def test_a_loop_that_rings_is_told_of_as_in_simulate(frictionloop, monkeypatch, device_knows_f_a):
     if not device_knows_f_a:

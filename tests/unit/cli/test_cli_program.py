@@ -129,6 +129,7 @@ def test_reproduce_makes_a_claim_alone(frictionloop):
     assert not Path("report").exists()
 
 
+@pytest.mark.slow
 def test_reproduce_of_a_figure_prints_its_numbers_and_what_was_changed(frictionloop):
     changes = ("--sensor.resonance_hz", "200", "--only", "fig-5a-printed")
     answer = frictionloop("reproduce", *changes)

@@ -6,6 +6,8 @@ import re
 import shlex
 from pathlib import Path
 
+import pytest
+
 import frictionloop as fl
 
 README = Path(__file__).parents[3] / "README.md"
@@ -25,6 +27,7 @@ def test_python_runs(capsys):
     assert 0 < error < 0.05
 
 
+@pytest.mark.slow
 def test_commands_run_and_print_what_is_shown(frictionloop):
     for block in blocks("console"):
         for shown in re.split(r"^\$ ", block, flags=re.MULTILINE)[1:]:
@@ -38,6 +41,7 @@ def test_commands_run_and_print_what_is_shown(frictionloop):
                 assert printed == [line for line in output.splitlines() if "simulated in" not in line]
 
 
+@pytest.mark.slow
 def test_commands_named_in_the_text_exist(frictionloop):
     named = [line for line in re.findall(r"`(frictionloop [^`]+)`", TEXT) if "<" not in line]
     assert named
