@@ -140,7 +140,7 @@ def given(
 
     ``designed`` names the law that a controller is to be found for.
     """
-    from frictionloop.cli.plausible import ask, differing, suggested
+    from frictionloop.cli.plausible import ask, differing, named_by, suggested
     from frictionloop.parameters import preset, read_toml
     from frictionloop.parameters.files import start_of
 
@@ -160,7 +160,7 @@ def given(
     for line in (*(f"{file}: {each}" for each in of_file), *_left(base, system, overrides)):
         screen.note(line)
     ask(system)
-    for line in differing(system, {*_flat(changes), *overrides}, designed):
+    for line in differing(system, named_by([*_flat(changes)], overrides), designed):
         screen.note(line)
     return system, changed(str(file) if file else f"{preset_name or instead}()", overrides)
 

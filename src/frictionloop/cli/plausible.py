@@ -65,10 +65,18 @@ BELIEVED = {
     "sensor_hz": ("sensor.cutoff_hz", ("sensor.cutoff_hz",)),
 }
 """Of ``controller.model``: the plant's value, and the parameters that decide it."""
+AMPLITUDES = ("controller.model.max_amplitude_um", ("plate.max_amplitude_um",))
 OBSERVING = {"observer", "super_twisting", "limit_observer"}
 """Kinds of laws that compute with all of these; others do with feed-forward, and with ``plate_hz`` for overdrive."""
 SET_BY_DESIGN = {"notch_pi": {"resonance_hz", "resonance_q"}} | {law: {"resonance_hz"} for law in OBSERVING}
 """What a design takes from the sensor and saves."""
+
+
+def named_by(file: Collection[str], flags: Collection[str]) -> set[str]:
+    """Return what a file and flags name, without what a file has a controller believe of a plant that flags change."""
+    pairs = [*((f"controller.model.{name}", deciding) for name, (_, deciding) in BELIEVED.items()), AMPLITUDES]
+    old = {model for model, deciding in pairs if model not in flags and any(each in flags for each in deciding)}
+    return {*flags, *(each for each in file if each not in old)}
 
 
 def differing(system: System, named: Collection[str], designed: str | None = None) -> Iterator[str]:

@@ -184,3 +184,16 @@ def test_a_drive_that_the_controller_believes_stronger_is_told():
     )
     assert list(differing(weak, {"plate.max_amplitude_um", "controller.model.max_amplitude_um"})) == []
     assert list(differing(weak, set())) == []
+
+
+def test_a_flag_that_changes_the_plant_of_a_file_written_whole_is_told_where_the_controller_does_not_follow(
+    frictionloop,
+):
+    fl.write_toml(fl.bench(), "whole.toml")
+    words = ("simulate", "whole.toml", "--duration-s", "0.01", "--plate.max_amplitude_um")
+    (said,) = frictionloop(*words, "4").noted
+    assert said.startswith("plate.max_amplitude_um is 4 um, and the controller believes 2.5 um and asks for no more;")
+    assert frictionloop(*words, "4", "--controller.model.max_amplitude_um", "4").noted == []
+    assert frictionloop("simulate", "whole.toml", "--duration-s", "0.01").noted == []
+    only_thought = ("--controller.model.max_amplitude_um", "2.2")
+    assert frictionloop("simulate", "whole.toml", "--duration-s", "0.01", *only_thought).noted == []
