@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 import frictionloop as fl
+from frictionloop.cli.reproduce import _scored
 from frictionloop.quantities import FrictionloopError
-from frictionloop.report import alone, changed
+from frictionloop.report import alone, changed, protocol
 from frictionloop.report.device import OPEN, RETUNED_GAINS
 from frictionloop.report.figure_numbers import NUMBERS
 from frictionloop.report.figures import DRAWINGS
-from frictionloop.report.figures.closed_loop import HERE
+from frictionloop.report.figures.closed_loop import GIVEN, HERE
+from frictionloop.report.people import the_finger
 
 pytestmark = pytest.mark.slow  # the figures' runs
 
@@ -84,13 +87,23 @@ def test_a_changed_bench_tells_both_pairs_of_gains_apart_and_says_what_was_chang
     assert drawn.get_suptitle() == "Not the paper's bench: sensor.resonance_hz = 200, finger.contact = slider"
 
 
+def test_gains_of_ones_own_stand_beside_the_reports_on_the_papers_bench(tmp_path, results):
+    gains = dict(zip(("controller.kp", "controller.ki"), fl.RETUNED.values(), strict=True))
+    (figure,) = alone.alone(tmp_path, ["fig-5a"], gains).figures
+    assert list(figure.numbers) == [OPEN, RETUNED_GAINS, GIVEN] and figure.unchanged == {}
+    assert figure.numbers[GIVEN] == figure.numbers[RETUNED_GAINS] == NUMBERS["fig-5a"](results)[RETUNED_GAINS]
+    assert figure.file.name == "fig-5a-with-controller.kp-0.062-controller.ki-134.svg"
+
+
 @pytest.mark.parametrize(
     ("names", "changes", "said"),
     [
         (["fig-5b"], {"plate.q": 100.0}, r"only = 'fig-5b': .* fig-5a and fig-5a-printed alone"),
         (["fig-5a", "closed-loop-r2"], {"plate.q": 100.0}, "only = 'closed-loop-r2'"),
         ([], {"plate.q": 100.0}, r"plate.q: .* name fig-5a and fig-5a-printed with only"),
-        (["fig-5a"], {"controller.kp": 1.0}, "controller.kp: is set by the protocol"),
+        (["fig-5a"], {"controller.kp": 1.0}, "controller.ki: is missing beside controller.kp; give both"),
+        (["fig-5a-printed"], {"controller.kp": 1.0, "controller.ki": 1.0}, "gains of your own are for fig-5a"),
+        (["fig-5a"], {"controller.kind": "notch_pi"}, "controller.kind: is set by the protocol"),
         (["fig-5a"], {"setpoint.kind": "constant"}, "setpoint.kind: is set by the protocol"),
         (["fig-5a"], {"friction.kind": "gaussian"}, "friction.kind: is set by the protocol"),
         (["fig-5a"], {"plate.qu": 1.0}, "plate.qu"),
@@ -100,3 +113,24 @@ def test_what_has_no_meaning_on_a_changed_bench_is_refused(tmp_path, names, chan
     with pytest.raises(FrictionloopError, match=said):
         alone.alone(tmp_path, names, changes)
     assert not list(tmp_path.iterdir())
+
+
+def test_reversals_of_a_faster_finger_do_not_count_and_that_is_told(tmp_path):
+    (figure,) = alone.alone(tmp_path, ["fig-5a"], {"motion.speed_mm_s": 80.0}).figures
+    row = figure.numbers[RETUNED_GAINS]
+    # From 1 s to 11 s of strokes of 3 s, with reversals of 0.1 s, a finger turns three times.
+    assert 0.95 < row["scored"] < 0.99 and "scored" not in figure.unchanged[RETUNED_GAINS]
+    assert _scored(figure.numbers)[0].endswith("% of the time.") and _scored(figure.unchanged) == []
+    base = protocol.finger_system(the_finger()).evolve({"motion.speed_mm_s": 80.0, **fl.RETUNED})
+    errors, turning = [], []
+    for i, level_n in enumerate(protocol.LEVELS_N):
+        for j, stroke in enumerate(protocol.strokes(base)):
+            asked = stroke.evolve({"setpoint": protocol.sines(level_n)})
+            run = fl.simulate(asked, protocol.STROKE_S, protocol.seed_of(i, j)).sel(
+                time=slice(protocol.START_S - 1e-9, None)
+            )
+            error, scored = (run.f_a - run.f_r).values, run.scored.values
+            errors.append(error[scored])
+            turning.append(error[~scored])
+    assert row["error_n"] == pytest.approx(np.sqrt(np.mean(np.square(errors))), rel=1e-6)
+    assert np.sqrt(np.mean(np.square(turning))) > 3 * row["error_n"]

@@ -135,7 +135,9 @@ def test_the_fit_is_that_of_scipy():
     r = rng.uniform(0.3, 0.9, (3, 5, 100))
     f = 0.2 + 0.8 * r + rng.normal(0, 0.05, r.shape)
     dims = ("level", "stroke", "time")
-    found = fit(xr.Dataset({"f_r": (dims, r), "f_a": (dims, f)}))
+    turned = rng.random(r.shape) < 0.1  # what is not scored does not count, whatever it is
+    runs = xr.Dataset({"f_r": (dims, r), "f_a": (dims, np.where(turned, 9.0, f)), "scored": (dims, ~turned)})
+    found, r, f = fit(runs), r[~turned], f[~turned]
     line = linregress(r.ravel(), f.ravel())
     assert (found.regression, found.slope) == pytest.approx((line.rvalue**2, line.slope))
     assert found.identity == pytest.approx(1 - np.sum((f - r) ** 2) / np.sum((r - r.mean()) ** 2))
@@ -147,7 +149,8 @@ def test_the_pooled_r2_of_an_error_within_one_sine():
     time = np.arange(5000) / 5000
     r = np.stack([level + 0.1 * np.sin(2 * np.pi * time) for level in protocol.LEVELS_N])
     f = r + 0.025 * np.sqrt(2) * np.cos(2 * np.pi * 7 * time)
-    runs = xr.Dataset({name: (("level", "time"), values) for name, values in (("f_r", r), ("f_a", f))})
+    every = {"f_r": r, "f_a": f, "scored": np.ones(r.shape, bool)}
+    runs = xr.Dataset({name: (("level", "time"), values) for name, values in every.items()})
     assert fit(runs).identity == pytest.approx(1 - 0.025**2 / (0.08 / 3 + 0.005), abs=1e-6)
     assert fit(runs.isel(level=0)).identity == pytest.approx(1 - 0.025**2 / 0.005, abs=1e-6)
 

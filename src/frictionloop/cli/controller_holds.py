@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from frictionloop.parameters import System
 
 
-MANY = "`frictionloop sweep FILE --fingers 100` says how many fingers can be given these forces."
+MANY = "`frictionloop sweep FILE --fingers 100{}` says how many fingers can be given these forces."
 LARGER = ", or give a larger max_amplitude_um to plate and controller.model, or a shorter motion.contact_s."
 CONTACT_SAID = f"A moist finger is one after {CONTACT_S:g} s on the plate, or after motion.contact_s."
 
@@ -97,7 +97,7 @@ def instead_of(systems: Sequence[System], states: Sequence[float]) -> list[str]:
         for there in systems
         for each in missed(there, states)
     ]
-    return [*said, MANY] if said else []
+    return [*said, _many(systems)] if said else []
 
 
 def beyond_reach(systems: Sequence[System], states: Sequence[float]) -> list[tuple[str, str]]:
@@ -117,7 +117,13 @@ def beyond_reach(systems: Sequence[System], states: Sequence[float]) -> list[tup
                             f"{', '.join(instead)} N {'are' if len(instead) > 1 else 'is'} looked at, near the {end} "
                             f"it can be given; a run does not follow there. Ask for {other} (setpoint.offset_n, "
                             f"amplitude_n){LARGER * low}")  # fmt: skip
-    return [("OUT OF REACH" if k == 0 else "", row) for k, row in enumerate([*rows, MANY])] if rows else []
+    return [("OUT OF REACH" if k == 0 else "", row) for k, row in enumerate([*rows, _many(systems)])] if rows else []
+
+
+def _many(systems: Sequence[System]) -> str:
+    """Return the command that says how many fingers can be given the forces, pressed with the same loads."""
+    loads = sorted({f"{load_of(each):.3g}" for each in systems}, key=float)
+    return MANY.format(f" --loads {loads[0]},{loads[-1]}" if len(loads) > 1 else "")
 
 
 def _pressed(systems: Sequence[System], some: Sequence[System]) -> str:

@@ -41,6 +41,10 @@ STROKES = [
     "  error in mN.",
 ]
 """Heads of the numbers of Fig. 5a, which are many, and what they mean."""
+FACTORS = [
+    "  spread divided by: the median of what it is divided by for each finger, which is not the",
+    "  quotient of the medians beside it.",
+]
 
 
 Changed = Annotated[
@@ -48,8 +52,9 @@ Changed = Annotated[
     Parameter(
         name=flags.DOTTED,
         metavar="VALUE",
-        help="Change the bench, such as --sensor.resonance_hz 200. For --only fig-5a and fig-5a-printed, which are "
-        "not the paper's then: title and file say what was changed, and no statement is judged.",
+        help="Change the bench, such as --sensor.resonance_hz 200, or give PI gains, --controller.kp 0.0146 "
+        "--controller.ki 31.5. For --only fig-5a, and of the bench fig-5a-printed, which are not the paper's then: "
+        "title and file say what was changed, and no statement is judged.",
         group=flags.RESULT,
     ),
 ]
@@ -117,16 +122,19 @@ def _some(names: list[str], changes: dict[str, Any], out: Path, json: bool) -> N
 
 def _figure(figure: Shown) -> list[Any]:
     """Return a figure for a terminal: what was changed, its numbers, its seeds and where it is."""
-    from frictionloop.report.changed import words
+    from frictionloop.report.changed import bench_of, words
     from frictionloop.report.cited import cited
 
     strokes = any("sensitivity_peak" in row for row in figure.numbers.values())
+    other = "bench" if bench_of(figure.changed) else "gains"
     before = ["  the bench unchanged:", _table(figure.unchanged)] if figure.unchanged else []
     return [
-        f"{figure.name}" + (f", not the paper's bench: {words(figure.changed)}" if figure.changed else ""),
+        figure.name + (f", not the paper's {other}: {words(figure.changed)}" if figure.changed else ""),
         *([_table(figure.numbers)] if figure.numbers else []),
         *before,
         *(STROKES if strokes else []),
+        *_scored(figure.numbers),
+        *(FACTORS if any("spread_divided_by" in row for row in figure.numbers.values()) else []),
         *_checked(figure),
         f"  cite: {' · '.join(cited(figure.command, figure.seeds))}",
         f"The figure: {figure.file}",
@@ -139,7 +147,10 @@ def _checked(figure: Shown) -> list[str]:
 
     if not figure.checked:
         return []
-    lines = ["  What frictionloop design check says of them on the changed bench:"]
+    from frictionloop.report.changed import bench_of
+
+    where = " on the changed bench" if bench_of(figure.changed) else ""
+    lines = [f"  What frictionloop design check says of them{where}:"]
     for name, found in figure.checked.items():
         ringing = f", unstable at {found.unstable}" if found.unstable else ""
         lines.append(f"  {name}: hold at {found.held} of {found.places} contacts and speeds{ringing}")
@@ -150,11 +161,19 @@ def _checked(figure: Shown) -> list[str]:
 
 
 def _table(numbers: Table) -> Any:
-    columns = list(dict.fromkeys(name for row in numbers.values() for name in row))
+    columns = list(dict.fromkeys(name for row in numbers.values() for name in row if name != "scored"))
     short = NARROW if "sensitivity_peak" in columns else {}
     rows = [("", *(short.get(key) or _head(key) for key in columns), "")]
     rows += [(name, *(_shown(key, row.get(key)) for key in columns), "") for name, row in numbers.items()]
     return screen.table(rows)
+
+
+def _scored(numbers: Table) -> list[str]:
+    """Return a line where reversals, which do not count, take some of the time."""
+    shares = [share for row in numbers.values() if (share := row.get("scored")) is not None]
+    if not shares:
+        return []
+    return [f"  Reversals, where the finger turns round, do not count: {1 - min(shares):.1%} of the time."]
 
 
 def _unit(name: str) -> tuple[str, str, float]:

@@ -107,7 +107,8 @@ def _touch(system: System) -> dict[str, Any]:
             if getattr(board, name) == 0:
                 raise FrictionloopError(
                     f'board.{name} = 0: a finger with motion.kind = "strokes" never counts as sliding without that '
-                    f'sensor; must not be 0, or motion.kind must be "sliding"'
+                    'sensor; must not be 0, or the system has no strokes (motion.kind = "sliding", friction.kind = '
+                    '"gaussian", finger.kind = "rigid"), and the loop stays closed when a finger lifts'
                 )
     return {
         "touch.zero_counts": board.load_zero_counts,

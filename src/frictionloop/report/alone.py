@@ -106,5 +106,8 @@ def _check_names(names: Iterable[str]) -> None:
     known = [*DRAWINGS, *claim_ids()]
     for name in names:
         if name not in known:
-            near = " or ".join(difflib.get_close_matches(name, known)) or "fig-5a or closed-loop-r2"
-            raise FrictionloopError(f"only = {name!r}: is neither a figure nor a claim; a name is accepted, as {near}")
+            near = " or ".join(difflib.get_close_matches(name, known, cutoff=0.4)) or "fig-5a or closed-loop-r2"
+            raise FrictionloopError(
+                f"only = {name!r}: is neither a figure nor a claim; a name is accepted, as {near}; the page of the "
+                "report names each"
+            )

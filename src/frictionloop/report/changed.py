@@ -1,4 +1,4 @@
-"""Fig. 5a on a bench that is not the paper's: its protocol, its finger and its seeds, with something changed."""
+"""Fig. 5a with something changed, the bench or the gains: its protocol, its finger and its seeds."""
 
 from __future__ import annotations
 
@@ -14,15 +14,17 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.report import protocol
 from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, tracking
 from frictionloop.report.figure_numbers import Table, of_strokes
-from frictionloop.report.figures.closed_loop import HERE, figure_closed_loop
+from frictionloop.report.figures.closed_loop import GIVEN, HERE, figure_closed_loop
 from frictionloop.report.numbers import number
 from frictionloop.report.people import the_finger
 from frictionloop.report.stability import Places, checked
 
 SHOWN = {"fig-5a": (OPEN, RETUNED_GAINS, HERE), "fig-5a-printed": (PRINTED, IDEAL)}
 """Figures that a changed bench has a meaning for, and their controllers."""
-OWN = ("setpoint.", "controller.kp", "controller.ki", "motion.stroke_mm")
-"""What the protocol and the controllers of the figure set themselves."""
+OWN = ("setpoint.", "motion.stroke_mm")
+"""What the protocol of the figure sets itself."""
+GAINS = ("controller.kp", "controller.ki")
+"""Gains of one's own, which get a panel of Fig. 5a."""
 OTHER = {"fig-5a-population": "; for many fingers: frictionloop sweep --preset bench --fingers 26 --fingers-seed 1"}
 """What does the same on a changed bench."""
 KEPT = ("controller.kind", "friction.kind", "finger.kind", "motion.kind")
@@ -46,7 +48,15 @@ def check(names: Sequence[str], changes: Mapping[str, Any]) -> None:
             )
     for path in changes:
         if path.startswith(OWN) or path in KEPT:
-            raise FrictionloopError(f"{path}: is set by the protocol of Fig. 5a and its controllers; change the bench")
+            raise FrictionloopError(
+                f"{path}: is set by the protocol of Fig. 5a, for a PI; change the bench or its gains"
+            )
+    given = [path for path in GAINS if path in changes]
+    if len(given) == 1:
+        missing = next(path for path in GAINS if path not in changes)
+        raise FrictionloopError(f"{missing}: is missing beside {given[0]}; give both gains")
+    if given and "fig-5a-printed" in names:
+        raise FrictionloopError('only = "fig-5a-printed": is of the printed gains; gains of your own are for fig-5a')
     bench().evolve(changes)
 
 
@@ -67,29 +77,41 @@ def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
     Two pairs of gains are told apart: `RETUNED`, as given, and those that `retune` finds for either bench.
     """
     runs, numbers = _tracked(name, changes, bar)
-    figure = figure_closed_loop(runs, SHOWN[name])
+    figure = figure_closed_loop(runs, list(runs))
     for axes, row in zip(figure.axes, numbers.values(), strict=True):
         if row["kp"] is not None and row["ki"] is not None:
             title = f"{axes.get_title(loc='left')}\n$K_p$ {number(row['kp'])}, $K_i$ {number(row['ki'])} 1/s"
             axes.set_title(title, fontsize=8.5, loc="left", weight="bold")
-    figure.suptitle(f"Not the paper's bench: {words(changes)}", fontsize=8.5, x=0.01, ha="left")
+    other = "Not the paper's bench: " if bench_of(changes) else "Not the paper's gains: "
+    figure.suptitle(other + words(changes), fontsize=8.5, x=0.01, ha="left")
     found: dict[str, Places] = {}
     for each, row in numbers.items():
         if each not in (OPEN, IDEAL):  # which no bench has
             bar.doing(f"design check of the {each}")
             gains = {"controller.kp": row["kp"], "controller.ki": row["ki"]}
             found[each] = checked(bench().evolve({**changes, **gains}))
-    return Drawn(figure, numbers, _tracked(name, {}, bar)[1], found)
+    return Drawn(figure, numbers, _tracked(name, {}, bar)[1] if bench_of(changes) else {}, found)
+
+
+def bench_of(changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what is changed of the bench."""
+    return {path: value for path, value in changes.items() if path not in GAINS}
 
 
 def _tracked(name: str, changes: Mapping[str, Any], bar: Bar) -> tuple[dict[str, xr.Dataset], Table]:
     """Return the strokes of each controller on a bench, and their numbers."""
-    base = protocol.finger_system(the_finger()).evolve(changes)
-    found = {HERE: retune(bench().evolve(changes)).overrides} if HERE in SHOWN[name] else {}
-    controllers = {each: {**CONTROLLERS, **found}[each] for each in SHOWN[name]}
+    of_bench = bench_of(changes)
+    base = protocol.finger_system(the_finger()).evolve(of_bench)
+    again = HERE in SHOWN[name] and (of_bench or not changes)  # found anew, but not beside gains of one's own alone
+    found = {HERE: retune(bench().evolve(of_bench)).overrides} if again else {}
+    if gains := {path: changes[path] for path in GAINS if path in changes}:
+        found[GIVEN] = gains
+    controllers = {
+        each: {**CONTROLLERS, **found}[each] for each in (*SHOWN[name], GIVEN) if each in {**CONTROLLERS, **found}
+    }
     runs = {}
     for each, overrides in controllers.items():
-        bar.doing(f"Fig. 5a on {'another bench' if changes else 'the bench unchanged'}, {each}")
+        bar.doing(f"Fig. 5a on {'another bench' if of_bench else 'the bench unchanged'}, {each}")
         runs[each] = tracking(base, overrides)
     return runs, of_strokes(runs, controllers, base)
 

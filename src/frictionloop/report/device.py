@@ -22,7 +22,7 @@ CONTROLLERS: dict[str, Mapping[str, Any]] = {
 }
 """What commands the plate. The last is a control: the printed gains, the sensor of Section 2, no computing delay."""
 CLOSED = (PRINTED, RETUNED_GAINS, IDEAL)
-KEPT = ("f_r", "f_a", "a", "saturated")
+KEPT = ("f_r", "f_a", "a", "saturated", "scored")
 
 
 def run_all(jobs: Iterable[Job]) -> list[xr.Dataset]:
@@ -62,8 +62,8 @@ class Fit(NamedTuple):
 
 
 def fit(runs: xr.Dataset) -> Fit:
-    """Return both kinds of R2 over everything in a Dataset (as in loop/metrics, for several runs together)."""
-    r, f = runs["f_r"].values.ravel(), runs["f_a"].values.ravel()
+    """Return both kinds of R2 over all that counts in a Dataset (as in loop/metrics, for several runs together)."""
+    r, f = (runs[name].values[runs["scored"].values] for name in ("f_r", "f_a"))
     error2, spread = np.mean((f - r) ** 2), r.var()
     covariance = np.mean((r - r.mean()) * (f - f.mean()))
     regression = float(covariance**2 / (spread * f.var()))

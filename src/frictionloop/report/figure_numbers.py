@@ -48,8 +48,9 @@ def _strokes(names: Iterable[str], results: Results) -> Table:
 
 
 def _fit(runs: xr.Dataset) -> dict[str, Value]:
-    found = fit(runs)
+    found, scored = fit(runs), float(runs["scored"].mean())
     return {
+        **({"scored": scored} if scored < 1.0 else {}),
         "r2_regression": found.regression,
         "r2_identity": found.identity,
         "slope": found.slope,

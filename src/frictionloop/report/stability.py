@@ -11,7 +11,7 @@ from frictionloop.analysis.band import operating_band
 from frictionloop.design.checking import check_controller
 from frictionloop.parameters import RETUNED, System, bench
 from frictionloop.report import protocol
-from frictionloop.report.device import CONTROLLERS, IDEAL, RETUNED_GAINS
+from frictionloop.report.device import CONTROLLERS, IDEAL, RETUNED_GAINS, fit, tracking
 from frictionloop.report.people import the_finger
 
 
@@ -60,6 +60,8 @@ class Held(NamedTuple):
     ideal_from_n: float | None
     """Lowest force from which on the printed gains are stable on that finger, with an ideal sensor."""
     places: Places
+    instead_n: float
+    """Error in N on the finger that Fig. 5a shows, with what would hold at all places."""
 
 
 def held() -> Held:
@@ -67,4 +69,6 @@ def held() -> Held:
     system, finger = bench().evolve(RETUNED), protocol.finger_system(the_finger())
     peak = linearise(system, force_n=0.5).margins().sensitivity_peak
     shown, ideal = (stability(finger.evolve(CONTROLLERS[each])) for each in (RETUNED_GAINS, IDEAL))
-    return Held(peak, shown.sensitivity_peak, ideal.stable_from_n, checked(system))
+    places = checked(system)
+    instead_n = fit(tracking(finger, places.instead)).rms_n
+    return Held(peak, shown.sensitivity_peak, ideal.stable_from_n, places, instead_n)

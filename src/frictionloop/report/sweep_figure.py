@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_PANELS = 24
+LOWEST_R2 = -1.0
+"""R2 below which fingers are counted and not drawn: all such are far off (chosen)."""
 SHOWN = {"N": (1e3, "mN"), "s": (1e3, "ms")}
 """How a metric's unit is drawn."""
 
@@ -127,6 +129,9 @@ def _sorted(panel: Axes, metric: xr.DataArray, able: np.ndarray | None) -> None:
         panel.axhline(middle, color=GREY, linewidth=0.9, linestyle="--", label=f"median {middle:.3g}")
         panel.legend(loc="best")
     panel.set(xlabel="fingers, sorted by this value", ylabel=label)
+    if str(metric.name).startswith("r2_") and (low := int(np.sum(mean < LOWEST_R2))):  # what few have hides the rest
+        panel.set_ylim(LOWEST_R2, 1.05)
+        panel.set_xlabel(f"fingers, sorted by this value; {low} below {LOWEST_R2:g} not shown")
 
 
 def _scaled(metric: xr.DataArray) -> tuple[np.ndarray, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -82,6 +83,7 @@ def claim_lines(claim: Claim) -> list[str]:
         f"{SYMBOLS[claim.verdict]} {claim.title} ({claim.place}): {claim.judged}",
         f"  paper: {published}; here: {claim.measure}; accepted: {accepted(claim)}",
         *numbers,
+        *textwrap.wrap(claim.explanation, 88, initial_indent="  ", subsequent_indent="  "),
         f"  cite: {' · '.join(cited(claim.command, claim.seeds))}",
     ]
 

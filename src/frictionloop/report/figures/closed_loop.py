@@ -20,14 +20,17 @@ DOTS = 100
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 LEVEL_LOOKS = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"))
 LIMITS_N = (0.25, 0.95)
-HERE = "re-tuned for this bench"
+HERE = "re-tuned here"
 """Gains found for a bench that is not the paper's."""
+GIVEN = "gains as given"
+"""Gains of one's own."""
 TITLES = {
     "open loop": "open loop: the lookup alone",
     "printed gains": "closed loop, printed gains",
     "re-tuned gains": "closed loop, re-tuned gains",
     "ideal sensor": "printed gains, ideal sensor",
     HERE: "re-tuned for this bench",
+    GIVEN: "gains as given",
 }
 
 
@@ -58,7 +61,7 @@ def _cloud(axes: Axes, runs: xr.Dataset, top_n: float) -> None:
         look: dict[str, Any] = {"ms": 1.6, "mew": 0, "alpha": 0.55, "color": color}
         axes.plot(
             part["f_r"].values.ravel(),
-            part["f_a"].values.ravel(),
+            part["f_a"].where(part["scored"]).values.ravel(),
             marker,
             ls="none",
             **look,
