@@ -32,8 +32,13 @@ EACH_S = (0.03, 0.2)
 """Time for a loop, s: to check a PI; to search a notch twice or check a law of 13 states on a busy core (assumed)."""
 
 
-def verdict(found: Checked, system: System, wanted: Wanted, given: str, moist: str = "") -> list[Row]:
-    """Return rows of the verdict: holds or not, where and by how much, and what would hold."""
+def verdict(
+    found: Checked, system: System, wanted: Wanted, given: str, moist: str = "", designed: str = ""
+) -> list[Row]:
+    """Return rows of the verdict: holds or not, where and by how much, what would hold, and what else to look at.
+
+    ``designed`` are the flags of what the file says that it was designed for.
+    """
     count, held = len(found.places), sum(place.how == "within" for place in found.places)
     every, some = ("every", f"{count - held} of {count}") if count > 1 else ("the", "the")
     many, load = "s" * (count > 1), pressed(system, wanted)
@@ -58,6 +63,8 @@ def verdict(found: Checked, system: System, wanted: Wanted, given: str, moist: s
     forces = [each.loop.elements.force_n for each in corners]
     rows += [("looked at", f"{between(min(forces), max(forces))}; {' and '.join(map(finger, states))}")]
     rows += [*(("note", note) for note in found.notes), *_would_hold(found, system, given, load)]
+    if designed:
+        return [*rows, ("designed for", f"`{designed}`, by the file, looks at what it was designed for")]
     return [*rows, *_other_loads(system, wanted)]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from frictionloop.analysis.reach import missed
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
     from frictionloop.parameters import System
 
 
+AGAIN = "Look again: frictionloop design check FILE"
+"""Begins the line of a saved controller with the flags that it was designed for."""
 MANY = "`frictionloop sweep FILE --fingers 100{}` says how many fingers can be given these forces."
 LARGER = ", or give a larger max_amplitude_um to plate and controller.model, or a shorter motion.contact_s."
 CONTACT_SAID = f"A moist finger is one after {CONTACT_S:g} s on the plate, or after motion.contact_s."
@@ -43,8 +46,16 @@ def holds(law: str, designed: Designed, wanted: Wanted) -> list[str]:
         *also_said(designed),
         *designed.warnings,
         *beyond_said(designed),
-        f"Look again: frictionloop design check FILE{wanted_flags(found, wanted)}",
+        f"{AGAIN}{wanted_flags(found, wanted)}",
     ]
+
+
+def designed_for(file: Path | None) -> str:
+    """Return the flags that look at what a saved controller says it was designed for; empty of any other file."""
+    if file is None:
+        return ""
+    lines = (line.removeprefix("# ") for line in file.read_text(encoding="utf-8").splitlines() if line.startswith("# "))
+    return next((line.removeprefix(AGAIN).strip() for line in lines if line.startswith(AGAIN)), "")
 
 
 def beyond_said(designed: Designed) -> list[str]:

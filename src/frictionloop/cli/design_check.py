@@ -34,7 +34,7 @@ def command(
     given_system, origin = flags.given(file, preset, overrides, "bench")
 
     from frictionloop.analysis.levels import at_levels
-    from frictionloop.cli import check_table, check_text, controller_also, recorded, recorded_units
+    from frictionloop.cli import check_table, check_text, controller_also, controller_holds, recorded, recorded_units
     from frictionloop.design.checking import check_controller, loops
     from frictionloop.design.limit_linear import learnt
 
@@ -52,6 +52,7 @@ def command(
         return
     with screen.waiting("checking a fully moist finger"):
         moist = controller_also.fully_moist(learnt(system), wanted)
+    designed = controller_holds.designed_for(file) if must == AS_USUAL else ""
     given = shlex.quote(str(file)) if file else f"--preset {preset or 'bench'}"
     about = [("fully moist", moist)] if moist else []
     about += [("range", said)] if (said := controller_also.range_said(system)) else []
@@ -59,7 +60,7 @@ def command(
     as_usual = controller_also.assumed(system, flags.stated(file, overrides))
     notes += [said for said in (controller_also.unbelieved(system), as_usual) if said]
     screen.show(
-        screen.columns([*check_text.verdict(found, system, wanted, given, moist), *about]),
+        screen.columns([*check_text.verdict(found, system, wanted, given, moist, designed), *about]),
         "",
         screen.columns([("bench", origin), *check_text.controller_rows(system)]),
         "",
