@@ -125,5 +125,5 @@ def test_a_limit_observer_is_looked_at_with_more_gain_than_it_should_have():
     found = check_controller(fl.bench().evolve({**ONE_PLACE, "controller.kind": "limit_observer"}))
     assert "compliance_um_per_n = 50" in found.notes[0] and "20% above" in found.notes[0]
     assert found.instead == {}
-    rows = dict(row for row in verdict(found, fl.bench(), "FILE") if row[0])
+    rows = dict(row for row in verdict(found, fl.bench(), Wanted(), "FILE") if row[0])
     assert "`frictionloop design controller FILE --law limit_observer`" in rows["would hold"]

@@ -52,6 +52,10 @@ def verdict(
     beyond = beyond_reach(loads_of(corners), states)
     if found.holds:
         rows = [("HOLDS", but(beyond, moist) + rows[0][1])]
+    elif wanted.speeds_mm_s and found.holds_as_asked:
+        worse = [name for name, how in NOT_HELD if any(place.how == how for place in found.places)]
+        first = f"but elsewhere {', '.join(worse)}, as below. Within its limits: at every contact and speed asked for"
+        rows = [("HOLDS", first + load)]
     rows += beyond
     for name, how in WORST_FIRST:
         groups = alike(place for place in found.places if place.how == how)
@@ -62,7 +66,7 @@ def verdict(
         ]
     forces = [each.loop.elements.force_n for each in corners]
     rows += [("looked at", f"{between(min(forces), max(forces))}; {' and '.join(map(finger, states))}")]
-    rows += [*(("note", note) for note in found.notes), *_would_hold(found, system, given, load)]
+    rows += [*(("note", note) for note in found.notes), *_would_hold(found, system, wanted, given, load)]
     if designed:
         return [*rows, ("designed for", f"`{designed}`, by the file, looks at what it was designed for")]
     return [*rows, *_other_loads(system, wanted)]
@@ -100,7 +104,7 @@ def _by_how_much(place: Place) -> str:
     return ", ".join(said)
 
 
-def _would_hold(found: Checked, system: System, given: str, load: str) -> list[Row]:
+def _would_hold(found: Checked, system: System, wanted: Wanted, given: str, load: str) -> list[Row]:
     """Return rows on what would hold at all places, or how much room is left."""
     gain = min(found.gains)
     if found.holds:
@@ -117,7 +121,8 @@ def _would_hold(found: Checked, system: System, given: str, load: str) -> list[R
     else:
         return [("would hold", f"nothing was found by less gain alone; {searched}")]
     left = abs(at_mean(system.evolve(dict(found.instead))).responses(LOWEST_HZ)["S"][0])
-    said += f": everywhere in the table{load}; it leaves {left:.0%} of a disturbance at {LOWEST_HZ:g} Hz"
+    too = ", the slower and faster places too" if wanted.speeds_mm_s else ""
+    said += f": everywhere in the table{too}{load}; it leaves {left:.0%} of a disturbance at {LOWEST_HZ:g} Hz"
     return [("would hold", said), ("", searched)]
 
 
@@ -141,6 +146,7 @@ def as_json(found: Checked, system: System, wanted: Wanted) -> dict[str, Any]:
     return {
         "law": found.law,
         "holds": found.holds,
+        "holds_as_asked": found.holds_as_asked,
         "would_hold": dict(found.instead),
         "places": [_place_json(place, gain) for place, gain in zip(found.places, found.gains, strict=True)],
         "not_looked_at": found.unseen,

@@ -59,7 +59,7 @@ def verdict(designed: Designed, after: System, wanted: Wanted, out: Path | None)
     moist = fully_moist(after, wanted)
     rows: list[Row] = [("STABLE", but(worse, moist) + "; ".join(filter(None, where)))]
     rows += [("one contact", ONE.format(designed.not_both))] if designed.not_both else []
-    rows += [*worse, *(("", each) for each in also_said(designed))]
+    rows += [*worse, *(("also holds", each) for each in also_said(designed))]
     rows += [("fully moist", moist)] if moist else []
     rows += [("noisy", said)] if (said := noisy(after)) else []
     rows += [("range", said)] if (said := range_said(after)) else []

@@ -57,7 +57,7 @@ def command(
     about = [("fully moist", moist)] if moist else []
     about += [("range", said)] if (said := controller_also.range_said(system)) else []
     notes = [*found.unseen, *recorded.at_design(given_system)]
-    as_usual = controller_also.assumed(system, flags.stated(file, overrides))
+    as_usual = controller_also.assumed(system, flags.stated(file, overrides) | must.stated)
     notes += [said for said in (controller_also.unbelieved(system), as_usual) if said]
     screen.show(
         screen.columns([*check_text.verdict(found, system, wanted, given, moist, designed), *about]),

@@ -109,7 +109,7 @@ def command(
         *designed.notes,
         *recorded.at_design(system),
     )
-    notes, stated = [each for each in more if each], flags.stated(file, overrides)
+    notes, stated = [each for each in more if each], flags.stated(file, overrides) | must.stated
     with screen.waiting("checking a fully moist finger"):
         verdict = controller_verdict.verdict(designed, after, wanted, out)
     screen.show(

@@ -69,6 +69,11 @@ class MustHold:
         ),
     ] = None
 
+    @property
+    def stated(self) -> set[str]:
+        """Parameters that the flags give values of."""
+        return {"motion.load_n"} if self.loads else set()
+
     def wanted(self) -> Wanted:
         """Return the same for a design."""
         from frictionloop.design.leaning import Lean

@@ -15,7 +15,7 @@ from frictionloop.analysis.levels import RECORDED
 from frictionloop.cli import advice, advice_text, describe, ringing, screen
 from frictionloop.cli.flags import overrides_of
 from frictionloop.cli.outcome import Outcome, left_out, loss_of, shown
-from frictionloop.cli.population_reach import reach_of
+from frictionloop.cli.population_reach import Reach, reach_of
 from frictionloop.cli.recorded_units import beside_able
 from frictionloop.cli.replaced import replaced, replaced_said
 from frictionloop.cli.scores import between
@@ -69,12 +69,14 @@ class Population(Outcome):
         super().__init__(result, elapsed_s, complete)
         # Sweeps keep what they were given; the duration is that of each run.
         duration_s = float(result.attrs["duration_s"])
-        band, self.reach = reach_of(system, people, duration_s)
+        band, found = reach_of(system, people, duration_s)
+        self.reach: Reach | None = None if isinstance(found, str) else found
+        self._unknown = found if isinstance(found, str) else ""
         more: dict[str, Any] = {name: band[name] for name in ("lowest_n", "highest_n")}
         if self.reach is not None:
             more["capable"] = ("finger", self.reach.able)
         self.result = result.assign_coords(more)
-        self._beside = beside_able(system)
+        self._beside, self._slide = beside_able(system), slide_said(system)
         self._replaced = (replaced(system, people), replaced_said(system, people))
         self._median = {name: self.spread(name)["median"] if name in result else math.nan for name in advice.SIGNS}
         self.rings = advice.of_population(system, self._median["r2_identity"], duration_s) if complete else None
@@ -133,7 +135,7 @@ class Population(Outcome):
     def _reach_lines(self, total: int) -> list[str]:
         reach = self.reach
         if reach is None:
-            return ["which fingers can be given the set-point is not known: its levels are its own function's"]
+            return [screen.wrapped(f"which fingers can be given the set-point is not known: {self._unknown}")]
         band = between(reach.low_n, reach.high_n)
         both, low, high, moving = (int(np.sum(each)) for each in (reach.able, ~reach.low, ~reach.high, reach.moving))
         drifts = f"that is at a steady load; as it drifts and trembles {moving} can, for 95 % of the time"
@@ -142,6 +144,7 @@ class Population(Outcome):
             f"for {reach.hold_s:g} s on the plate; {low} cannot get so low, {high} cannot get so high",
             *self._beside,
             *([drifts] if moving != both else []),
+            *self._slide,
         ]
 
     def as_json(self) -> dict[str, Any]:
@@ -158,6 +161,17 @@ class Population(Outcome):
         if able is not None:
             found["population_capable"] = {name: self.spread(name, able) for name in names}
         return found
+
+
+def slide_said(system: System) -> list[str]:
+    """Return at which speed and on which contact all fingers slide, and the flags for others."""
+    motion, finger = system.motion, system.finger
+    if not (isinstance(motion, Strokes) and isinstance(finger, Skin)):
+        return []
+    return [
+        f"all slide at {motion.speed_mm_s:g} mm/s on contact {finger.contact}; others by --motion.speed_mm_s, "
+        "--finger.contact"
+    ]
 
 
 def _cell(value: float, units: str) -> str:

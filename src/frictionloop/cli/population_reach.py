@@ -34,10 +34,11 @@ class Reach(NamedTuple):
         return able
 
 
-def reach_of(system: System, people: Fingers, duration_s: float) -> tuple[xr.Dataset, Reach | None]:
+def reach_of(system: System, people: Fingers, duration_s: float) -> tuple[xr.Dataset, Reach | str]:
     """Return lowest_n and highest_n of each finger, held as long as it touches, and who reaches the set-point.
 
-    A recorded set-point is as low and as high as its samples. None for one whose level is not known, from outside.
+    A recorded set-point is as low and as high as its samples. In its place why it is not known: that
+    of a function from outside, or one that the system cannot have.
     """
     contact_s: float = system.motion.contact_s  # type: ignore[union-attr]
     hold_s = min(contact_s, duration_s) if contact_s > 0 else duration_s
@@ -48,8 +49,8 @@ def reach_of(system: System, people: Fingers, duration_s: float) -> tuple[xr.Dat
     )
     try:
         wanted = asked(at_levels(system))
-    except FrictionloopError:
-        return band, None
+    except FrictionloopError as error:
+        return band, str(error)
     low, high, moved_low, moved_high = (
         found
         for each in (band, moved)

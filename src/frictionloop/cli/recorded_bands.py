@@ -20,6 +20,8 @@ from frictionloop.quantities import FrictionloopError
 if TYPE_CHECKING:
     import xarray as xr
 
+    from frictionloop.parameters import System
+
 MOST = 0.5
 """Share of the time out of reach from which on no frequency tells what is left."""
 
@@ -56,30 +58,38 @@ def amplified_from_hz(run: xr.Dataset, mask: np.ndarray) -> float | None:
 def lines(run: xr.Dataset, mask: np.ndarray) -> list[str]:
     """Return a sentence on both parts; nothing without a recording read as meant, or where they are not known."""
     system = system_of(run)
-    if not mask.any() or system.disturbance.kind not in RECORDED or asked(system, "size", "signs"):
+    if not mask.any() or system.disturbance.kind not in RECORDED:
         return []
+    if asked(system, "size", "signs"):
+        return ["What is left by frequency is not told while it is not clear what the recording is."]
+    entry = textwrap.wrap(entered(run, mask), WIDTH)
+    said = _by_band(run, mask, system)
+    return [*entry, *textwrap.wrap(said, WIDTH)] if said else []
+
+
+def _by_band(run: xr.Dataset, mask: np.ndarray, system: System) -> str:
+    """Return what is left below and above a frequency, or why there is no such thing; empty where it is not known."""
     if (missed := float(out_of_reach(run, mask).mean())) > MOST:
-        said = beyond(run, mask, missed)
-        return [*textwrap.wrap(entered(run, mask), WIDTH), *textwrap.wrap(said, WIDTH)]
+        return beyond(run, mask, missed)
     if system.controller.kind == "lookup":
-        said = "The loop is open: of the disturbance all is left, at every frequency."
-        return [*textwrap.wrap(entered(run, mask), WIDTH), said]
+        return "The loop is open: of the disturbance all is left, at every frequency."
     split_hz = amplified_from_hz(run, mask)
-    if split_hz is None:
-        return []
-    parts = disturbance_left_by_band(run, [0.0, split_hz, math.inf], mask).values
-    if np.isnan(parts).all():
-        return []
+    return "" if split_hz is None else _at(split_hz, run, mask, OWN if stirring(system) else "")
+
+
+def _at(split_hz: float, run: xr.Dataset, mask: np.ndarray, own: str) -> str:
+    """Return what is left below and above a frequency; empty where neither part is there."""
+    below, above = disturbance_left_by_band(run, [0.0, split_hz, math.inf], mask).values
     larger = "feedback makes a variation larger."
-    if math.isnan(parts[0]):
-        said = f"The recording has next to nothing below {split_hz:.3g} Hz; above, {parts[1]:.0%} of its variation is "
-        said += f"left (rms): there {larger}"
-    elif math.isnan(parts[1]):
-        said = f"The recording has next to nothing above {split_hz:.3g} Hz, from where on {larger}"
-    else:
-        said = f"Below {split_hz:.3g} Hz {parts[0]:.0%} of the recorded variation is left, above {parts[1]:.0%} (rms), "
-        said += f"{OWN if stirring(system) else ''}from there on {larger}"
-    return [*textwrap.wrap(entered(run, mask), WIDTH), *textwrap.wrap(said, WIDTH)]
+    if math.isnan(below) and math.isnan(above):
+        return ""
+    if math.isnan(below):
+        said = f"The recording has next to nothing below {split_hz:.3g} Hz; above, {above:.0%} of its variation is "
+        return f"{said}left (rms): there {larger}"
+    if math.isnan(above):
+        return f"The recording has next to nothing above {split_hz:.3g} Hz, from where on {larger}"
+    said = f"Below {split_hz:.3g} Hz {below:.0%} of the recorded variation is left, above {above:.0%} (rms), "
+    return f"{said}{own}from there on {larger}"
 
 
 def beyond(run: xr.Dataset, mask: np.ndarray, missed: float) -> str:

@@ -46,6 +46,13 @@ class Checked(NamedTuple):
     """Overrides with which they hold at all places; empty where they do already, or none was found."""
     notes: tuple[str, ...] = ()
     """What else a person should know."""
+    asked: int = 0
+    """How many of the places, the first ones, are those that were asked for."""
+
+    @property
+    def holds_as_asked(self) -> bool:
+        """Whether the limits hold at the places that were asked for."""
+        return all(place.how == "within" for place in self.places[: self.asked])
 
     @property
     def holds(self) -> bool:
@@ -86,7 +93,7 @@ def check_controller(system: System, wanted: Wanted | None = None) -> Checked:
     more = elsewhere(judged, asked.limits, asked.over(ENDS, LOADS), asked.lean, asked.touched)
     places = (*own, *more.places)
     gains = tuple(min(each.loop.gain_factor(each.limit) for each in place.corners) for place in places)
-    found = Checked(system.controller.kind, places, more.unseen, gains, {}, _notes(system))
+    found = Checked(system.controller.kind, places, more.unseen, gains, {}, _notes(system), len(own))
     return found if found.holds else found._replace(instead=_instead(judged, found))
 
 

@@ -210,7 +210,7 @@ def test_a_set_point_from_outside_is_not_judged():
             return 0.5 + 0.0 * time_s
 
     system = fl.bench().model_copy(update={"setpoint": Hum()})
-    assert reach_of(system, fl.fingers(3, 0), 0.5)[1] is None
+    assert 'setpoint.kind = "hum": its level is unknown' in reach_of(system, fl.fingers(3, 0), 0.5)[1]
 
 
 def test_interrupted_population_says_what_is_done_and_how_to_go_on(frictionloop, monkeypatch):
@@ -228,3 +228,13 @@ def test_interrupted_population_says_what_is_done_and_how_to_go_on(frictionloop,
     assert "of 5 fingers" in answer.out
     assert answer.err.startswith(f"interrupted: 5 of {N} runs done, kept in f.h5\ncontinue with: ")
     assert int(np.isfinite(fl.load("f.h5").rms_error).sum()) == 5
+
+
+def test_why_it_is_not_known_who_can_be_given_a_set_point_is_said(frictionloop, tmp_path):
+    """Not that its levels are unknown, but what the system cannot have: a force beyond the sensor's range."""
+    time_s = np.arange(300) / 100
+    rows = np.c_[time_s, 2.0 + np.sin(9 * time_s)]
+    np.savetxt("high.csv", rows, delimiter=",", header="time_s,force_n", comments="")
+    flags = ("--preset", "bench", "--setpoint.kind", "recording", "--setpoint.path", "high.csv")
+    said = frictionloop("sweep", *flags, "--setpoint.column", "force_n", "--fingers", "2", "--duration-s", "1").out
+    assert "can be given the set-point is not known: sensor.range_n = 2.5 N" in " ".join(said.split())

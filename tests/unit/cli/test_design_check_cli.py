@@ -124,3 +124,17 @@ def test_a_law_that_believes_the_friction_of_another_load_is_told_that_of_this_o
     assert f"the finger has {there} N, which `--controller.model.nominal_n {there}` tells it" in said
     told = frictionloop(*CHECK, *weak, "--controller.model.nominal_n", there).out
     assert "the law believes" not in told
+
+
+def test_speeds_that_were_asked_for_are_judged_apart_from_slower_and_faster_ones(frictionloop):
+    weak = (*PI, "60", "--controller.kp", "0.02", "--contacts", "dahl", "--speeds", "15,25")
+    found = frictionloop(*CHECK, *weak, "--json").json()
+    asked, slower, faster = found["places"]
+    assert [asked["how"], slower["how"], faster["how"]] == ["within", "within", "beyond"]
+    assert (found["holds"], found["holds_as_asked"]) == (False, True)
+    said = " ".join(frictionloop(*CHECK, *weak).out.split())
+    assert said.startswith(
+        "HOLDS but elsewhere BEYOND LIMITS, as below. Within its limits: at every contact and speed asked for, pressed "
+        "with 0.5 N alone BEYOND LIMITS contact dahl at 80 mm/s"
+    )
+    assert "everywhere in the table, the slower and faster places too, pressed with 0.5 N alone" in said
