@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionloop.cli.ringing import Ringing, of_system
+from frictionloop.quantities import FrictionloopError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -67,7 +68,10 @@ def of_population(system: System, median_r2: float, duration_s: float) -> Ringin
     from frictionloop.loop.sweep import sweep
 
     bound = sweep(system, [{}], duration_s, metrics=["r2_bound"], n_jobs=1, progress=False)["r2_bound"].values.item()
-    found = of_system(at_levels(system)) if bound - median_r2 > FAR else None
+    try:
+        found = of_system(at_levels(system)) if bound - median_r2 > FAR else None
+    except FrictionloopError:  # a recorded set-point beyond the sensor's range, of which the reach is told
+        return None
     # What is clamped rings lower than the pole it grew from, and no run of a finger is kept that shows how low.
     return found if found is None or found.stable else found._replace(frequency_hz=None)
 

@@ -6,7 +6,7 @@ import textwrap
 
 from frictionloop.analysis.levels import at_levels
 from frictionloop.cli.scores import between
-from frictionloop.parameters import Constant, Recording, Samples, Sine, System
+from frictionloop.parameters import Constant, Recording, Samples, Sine, SuspendedSensor, System
 from frictionloop.parameters.still import stirring
 
 WIDTH = 100
@@ -15,7 +15,20 @@ WIDTH = 100
 def notes(system: System, duration_s: float) -> list[str]:
     """Return what is said of the recorded signals of a run of this length."""
     said = [_part(name, getattr(system, name), duration_s) for name in ("setpoint", "disturbance")]
-    return [line for each in (*said, on_top(system)) for line in textwrap.wrap(each, WIDTH)]
+    return [line for each in (*said, beyond_range(system), on_top(system)) for line in textwrap.wrap(each, WIDTH)]
+
+
+def beyond_range(system: System) -> str:
+    """Return that the sensor cannot read a recorded set-point, which is known only from its file; empty if it can."""
+    if not (isinstance(system.setpoint, Recording) and isinstance(system.sensor, SuspendedSensor)):
+        return ""
+    from frictionloop.recordings.told import found
+
+    highest_n, range_n = found(system.setpoint).highest_n, system.sensor.range_n
+    if highest_n <= range_n:
+        return ""
+    ends = f"the sensor's range ends at sensor.range_n = {range_n:g} N."
+    return f"The recorded setpoint reaches {highest_n:.3g} N, and {ends}"
 
 
 def _part(name: str, signal: object, duration_s: float) -> str:

@@ -235,6 +235,9 @@ def test_why_it_is_not_known_who_can_be_given_a_set_point_is_said(frictionloop, 
     time_s = np.arange(300) / 100
     rows = np.c_[time_s, 2.0 + np.sin(9 * time_s)]
     np.savetxt("high.csv", rows, delimiter=",", header="time_s,force_n", comments="")
-    flags = ("--preset", "bench", "--setpoint.kind", "recording", "--setpoint.path", "high.csv")
-    said = frictionloop("sweep", *flags, "--setpoint.column", "force_n", "--fingers", "2", "--duration-s", "1").out
+    signal = ("--setpoint.kind", "recording", "--setpoint.path", "high.csv", "--setpoint.column", "force_n")
+    flags = ("--preset", "bench", *signal, "--duration-s", "1")
+    said = frictionloop("sweep", *flags, "--fingers", "2").out
     assert "can be given the set-point is not known: sensor.range_n = 2.5 N" in " ".join(said.split())
+    alone = " ".join(frictionloop("simulate", *flags).out.split())
+    assert "The recorded setpoint reaches 3 N, and the sensor's range ends at sensor.range_n = 2.5 N." in alone
