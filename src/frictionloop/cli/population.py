@@ -168,10 +168,8 @@ def slide_said(system: System) -> list[str]:
     motion, finger = system.motion, system.finger
     if not (isinstance(motion, Strokes) and isinstance(finger, Skin)):
         return []
-    return [
-        f"all slide at {motion.speed_mm_s:g} mm/s on contact {finger.contact}; others by --motion.speed_mm_s, "
-        "--finger.contact"
-    ]
+    said = f"all slide at {motion.speed_mm_s:g} mm/s (--motion.speed_mm_s) on contact {finger.contact}"
+    return [f"{said} (--finger.contact)"]
 
 
 def _cell(value: float, units: str) -> str:
