@@ -53,7 +53,8 @@ def command(
     with screen.waiting("checking a fully moist finger"):
         moist = controller_also.fully_moist(learnt(system), wanted)
     designed = controller_holds.designed_for(file) if must == AS_USUAL else ""
-    given = shlex.quote(str(file)) if file else f"--preset {preset or 'bench'}"
+    given = shlex.join([str(file)] if file else ["--preset", preset or "bench"])
+    given = " ".join([given, *_bench_flags(overrides)])
     about = [("fully moist", moist)] if moist else []
     about += [("range", said)] if (said := controller_also.range_said(system)) else []
     notes = [*found.unseen, *recorded.at_design(given_system)]
@@ -67,3 +68,12 @@ def command(
         *check_table.table(found, wanted),
         *(["", *map(screen.wrapped, notes)] if notes else []),
     )
+
+
+def _bench_flags(overrides: list[str] | None) -> list[str]:
+    """Return the flags that change the bench, which a design for the same bench takes too; not those of the law."""
+    given = flags.overrides_of(overrides)
+    bench = ("controller.delay_s", "controller.rate_hz")
+    kept = {path: value for path, value in given.items()
+            if not path.startswith("controller.") or path in bench or path.startswith("controller.model.")}  # fmt: skip
+    return [f"--{path} {shlex.quote(str(value))}" for path, value in kept.items()]

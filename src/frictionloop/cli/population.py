@@ -74,7 +74,7 @@ class Population(Outcome):
         self._unknown = found if isinstance(found, str) else ""
         more: dict[str, Any] = {name: band[name] for name in ("lowest_n", "highest_n")}
         if self.reach is not None:
-            more["capable"] = ("finger", self.reach.able)
+            more |= {"capable": ("finger", self.reach.able), "capable_load_moves": ("finger", self.reach.moving)}
         self.result = result.assign_coords(more)
         self._beside, self._slide = beside_able(system), slide_said(system)
         self._replaced = (replaced(system, people), replaced_said(system, people))

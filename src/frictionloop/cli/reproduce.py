@@ -37,7 +37,7 @@ NARROW = {
 STROKES = [
     "  Ms: largest peak of sensitivity of the linear loop of this finger, just landed, at the",
     "  forces asked for, 300 to 900 mN; ∞ is unstable. from: lowest of them from which on it is",
-    "  stable (mN); none is at none. R2: of the regression; id.: about f_a = f_r. Spread and",
+    "  stable (mN); - is at none. R2: of the regression; id.: about f_a = f_r. Spread and",
     "  error in mN.",
 ]
 """Heads of the numbers of Fig. 5a, which are many, and what they mean."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from cyclopts import Group
@@ -43,10 +42,10 @@ PAPER, LOOP, BENCH, DEVICE = (
 
 
 def _version() -> str:
-    try:
-        return f"frictionloop {version('frictionloop')}"
-    except PackageNotFoundError:
-        return "frictionloop, not installed as a package"
+    """Return what results are cited by, of a clone with the commit."""
+    from frictionloop.quantities.version import cited_version
+
+    return f"frictionloop {cited_version()}"
 
 
 def _verb(module: Any) -> Verb:

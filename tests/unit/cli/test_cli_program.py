@@ -33,7 +33,8 @@ def test_help_of_each_verb_has_examples_that_fit(frictionloop, monkeypatch, verb
 
 
 def test_version(frictionloop):
-    assert frictionloop("--version").out == f"frictionloop {version('frictionloop')}\n"
+    assert frictionloop("--version").out == f"frictionloop {cited_version()}\n"
+    assert cited_version().startswith(version("frictionloop"))
 
 
 @pytest.mark.parametrize(
@@ -53,7 +54,7 @@ def test_nothing_heavy_is_imported_before_it_is_needed(tokens):
 
 def test_module_and_script_are_the_same_program(process):
     out, err = process("--version").communicate()
-    assert (out, err) == (f"frictionloop {version('frictionloop')}\n", "")
+    assert (out, err) == (f"frictionloop {cited_version()}\n", "")
 
 
 @pytest.mark.slow
@@ -122,6 +123,7 @@ def test_reproduce_makes_a_claim_alone(frictionloop):
         "· 400 g on 1 N/µm resonates at 250 Hz (Sec. 3.1): not counted",
         "  paper: 250 Hz; here: √(k/m)/2π; accepted: 245 to 255 Hz",
         "  ✓ as printed: 252 Hz",
+        "  With the stiffness read as 1 N/µm; “N.µm” is no stiffness.",
         f"  cite: frictionloop {cited_version()} · frictionloop reproduce --only resonance · no random numbers",
     ]
     (claim,) = frictionloop("reproduce", "--only", "resonance", "--json").json()["claims"]
